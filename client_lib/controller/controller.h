@@ -1,0 +1,98 @@
+#pragma once
+// The emulated robot controller: runs a Lua program that moves robots and grippers. State in, commands out, once per
+// period of simulated time; it knows neither DDS nor the simulation, so takt-controller (over DDS) and takt-run
+// (in-process) run the same program with the same results, bit for bit.
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "plant_models/robot/arm_kinematics.h"
+
+namespace takt::controller {
+
+struct RobotInfo {
+  std::string name;
+  ArmModel arm;
+  Pose X_WR;  ///< base in the world
+};
+
+struct GripperInfo {
+  std::string name;
+  int robot = -1;  ///< index into CellInfo::robots
+  Pose X_FT;       ///< tool centre point in the flange frame
+  double max_width_m = 0.0;
+  double max_force_N = 0.0;
+};
+
+struct CellInfo {
+  std::vector<RobotInfo> robots;
+  std::vector<GripperInfo> grippers;
+  std::vector<std::string> components;  ///< names, in the order of Input::components
+};
+
+struct Input {
+  struct Robot {
+    JointArray position{}, velocity{};
+  };
+  struct Gripper {
+    double width_m = 0.0;
+    bool closed = false;
+  };
+  struct Component {
+    Vec3 p_WB = Vec3::Zero();
+    Quat q_WB = Quat::Identity();
+    int partner = -1;  ///< index into CellInfo::components, or -1
+  };
+  double time_s = 0.0;
+  std::vector<Robot> robots;
+  std::vector<Gripper> grippers;
+  std::vector<Component> components;
+};
+
+struct JointSetPoint {
+  int robot = -1;
+  JointArray position{}, velocity{};  ///< to be reached one period after Input::time_s
+};
+
+enum class GripperVerb : std::uint8_t { open = 0, close = 1, width = 2 };  // numbers of takt_msgs/GripperCommand
+
+struct GripperSetPoint {
+  int gripper = -1;
+  GripperVerb verb = GripperVerb::open;
+  double width_m = 0.0;
+  double max_force_N = 0.0;
+};
+
+struct Output {
+  std::vector<JointSetPoint> joints;      ///< one for every robot the program drives, every period
+  std::vector<GripperSetPoint> grippers;  ///< the standing command of every gripper the program drives, every period
+  bool finished = false;                  ///< all routines of the program have returned
+};
+
+/// Throws std::runtime_error with file, line and reason when the program cannot be loaded or names something the cell
+/// does not have.
+class Controller {
+ public:
+  Controller(const std::string& program_file, const CellInfo& cell);
+  ~Controller();
+  Controller(const Controller&) = delete;
+  Controller& operator=(const Controller&) = delete;
+
+  double period_s() const;
+  /// Names of the robots and grippers that the program drives.
+  const std::vector<int>& driven_robots() const;
+  const std::vector<int>& driven_grippers() const;
+
+  /// One period: runs every routine up to its next wait. Throws std::runtime_error on an error in the program (with
+  /// file and line), on an unreachable target, on a joint or speed limit.
+  const Output& update(const Input& input);
+
+  /// Back to the start of the program (after a reset of the cell).
+  void restart();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace takt::controller

@@ -1,0 +1,36 @@
+#pragma once
+// A triangle mesh and what follows from it alone: closedness, volume, centre of mass, inertia.
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "plant_models/spatial.h"
+
+namespace takt {
+
+/// Vertices in the frame B of the body (m); each triangle lists three vertices counter-clockwise seen from outside.
+struct TriangleMesh {
+  std::vector<Vec3> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+
+/// Why a mesh does not bound a solid; `problem` is empty when it does.
+struct MeshCheck {
+  std::string problem;  ///< a whole sentence with the number and place of the first fault
+  bool ok() const { return problem.empty(); }
+};
+
+/// A solid's boundary: finite vertices, no triangle without area, every edge shared by exactly two triangles that run
+/// through it in opposite directions, positive volume (outward normals).
+MeshCheck check_closed(const TriangleMesh& mesh);
+
+/// Volume integrals of a closed mesh at density 1 (divergence theorem; Mirtich 1996, Eberly 2002).
+struct VolumeProperties {
+  double volume = 0.0;                     ///< m^3, negative if the faces point inwards
+  Vec3 p_BBcm = Vec3::Zero();              ///< centre of volume in B
+  Mat3 G_BBcm_B = Mat3::Zero();            ///< inertia about the centre for unit mass, axes of B (m^2)
+};
+VolumeProperties volume_properties(const TriangleMesh& mesh);
+
+}  // namespace takt

@@ -1,0 +1,67 @@
+#pragma once
+// What a client needs to know of a loaded cell without reading any file: names, kinds, limits, geometry. Constant from
+// load to unload. Indices into these vectors are the ids used in commands and snapshots.
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "plant_models/robot/arm_kinematics.h"
+#include "plant_models/spatial.h"
+
+namespace takt {
+
+enum class ComponentType : std::uint8_t { part = 0, gripper = 1, ground = 2 };
+std::string_view to_string(ComponentType type);
+
+struct ComponentDescription {
+  std::string name;
+  ComponentType type = ComponentType::part;
+  int hierarchy = 0;          ///< Parts only: higher is further down the assembly (thesis 3.4.2)
+  double mass_kg = 0.0;       ///< Parts only
+  Vec3 p_BBcm = Vec3::Zero(); ///< centre of mass in the component's frame B
+  std::string mesh_uri;       ///< file the geometry came from
+  std::vector<float> vertices;           ///< x, y, z of each vertex of the mesh, in B (m)
+  std::vector<std::uint32_t> triangles;  ///< three vertex indices each, outward by the right-hand rule
+  std::array<float, 4> color{0.7F, 0.7F, 0.7F, 1.0F};  ///< r, g, b, a in 0..1
+};
+
+struct RobotDescription {
+  std::string name;
+  std::string urdf;      ///< the robot's URDF text
+  ArmModel arm;          ///< the same kinematics, digested: base R to flange F
+  Pose X_WR;             ///< base of the robot in the world
+  double command_period_s = 0.008;  ///< period over which set-points are interpolated unless the sender registers one
+};
+
+struct GripperDescription {
+  std::string name;
+  int robot = -1;      ///< index of the robot that carries it
+  int component = -1;  ///< the component of type gripper that Parts are held by; its frame G is the gripper's frame
+  int left_jaw = -1;   ///< component of the jaw on the +y side
+  int right_jaw = -1;  ///< component of the jaw on the -y side
+  Pose X_FG;           ///< gripper frame in the flange frame
+  Pose X_GT;           ///< tool centre point in the gripper frame
+  double max_width_m = 0.0;
+  double max_force_N = 0.0;
+  double jaw_speed_m_per_s = 0.0;  ///< of each jaw
+};
+
+struct CellDescription {
+  std::string cell;      ///< name of the server, first level of every topic
+  std::string scenario;  ///< name of the scenario
+  double step_s = 0.001;
+  int level_of_detail = 1;
+  Vec3 gravity_m_per_s2{0.0, 0.0, -9.80665};
+  std::vector<ComponentDescription> components;
+  std::vector<RobotDescription> robots;
+  std::vector<GripperDescription> grippers;
+
+  /// Index by name, or -1.
+  int find_component(std::string_view name) const;
+  int find_robot(std::string_view name) const;
+  int find_gripper(std::string_view name) const;
+};
+
+}  // namespace takt

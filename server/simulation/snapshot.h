@@ -1,0 +1,59 @@
+#pragma once
+// One instant of the cell, copied out of the simulation between two steps. Plain data; sized once per cell, so that
+// filling it again does not allocate.
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "plant_models/robot/arm_kinematics.h"
+#include "plant_models/spatial.h"
+
+namespace takt {
+
+/// State of a Part (thesis 3.2.3, Fig. 3.5). `fixed` is for components that are not Parts.
+enum class PartState : std::uint8_t { free = 0, grasped = 1, placed = 2, assembled = 3, fixed = 4 };
+std::string_view to_string(PartState state);
+
+struct ComponentSample {
+  Vec3 p_WB = Vec3::Zero();
+  Quat q_WB = Quat::Identity();
+  Twist V_WB;     ///< of the origin of B
+  Wrench F_Bo_W;  ///< resultant wrench of all pairs on this component, about the origin of B; gravity not included
+  PartState state = PartState::fixed;
+  int partner = -1;  ///< component that holds this Part, or -1
+};
+
+struct RobotSample {
+  JointArray position{}, velocity{}, effort{};
+  std::uint64_t commands_applied = 0;
+  double newest_stamp_s = -1.0;  ///< stamp of the newest command applied, or -1
+};
+
+struct GripperSample {
+  double width_m = 0.0;
+  double force_N = 0.0;  ///< 0 at LoD 1, where jaws are kinematic
+  bool closed = false;   ///< the last command closes: Parts between the jaws are held
+  std::uint64_t commands_applied = 0;
+  double newest_stamp_s = -1.0;
+};
+
+struct Snapshot {
+  std::uint64_t step = 0;
+  std::uint32_t epoch = 0;  ///< counts resets
+  double time_s = 0.0;
+  std::uint64_t state_hash = 0;  ///< chained over the states of all steps since the last reset
+  std::vector<ComponentSample> components;
+  std::vector<RobotSample> robots;
+  std::vector<GripperSample> grippers;
+};
+
+/// A Part changed the component that holds it.
+struct ConnectionChange {
+  double time_s = 0.0;
+  std::uint64_t step = 0;
+  int part = -1;
+  int from = -1;  ///< component or -1
+  int to = -1;    ///< component or -1
+};
+
+}  // namespace takt
