@@ -1,4 +1,5 @@
-// The partner search on the thesis' own example (Fig. 3.15, equations (3.38) to (3.40), Table 3.3) and its tie rules.
+// The partner search on the thesis' own example (Fig. 3.15, equations (3.38) to (3.40), Table 3.3) and its
+// tie rules.
 #include "server/contact/partner_search.h"
 
 #include <gmock/gmock.h>
@@ -98,7 +99,9 @@ TEST(PartnerSearch, SequencesEndAtGrippersAndGrounds) {
 
 TEST(PartnerSearch, TiesGoToTheShorterSequenceThenThePresentPartnerThenTheLowerId) {
   ContactGraph graph(4);  // a Part between two grippers, and a second Part above it
-  graph.vertices = {{ComponentType::part, 1}, {ComponentType::gripper, 0}, {ComponentType::gripper, 0},
+  graph.vertices = {{ComponentType::part, 1},
+                    {ComponentType::gripper, 0},
+                    {ComponentType::gripper, 0},
                     {ComponentType::part, 2}};
   graph.add_contact(0, 1);
   graph.add_contact(0, 2);

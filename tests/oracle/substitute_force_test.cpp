@@ -1,5 +1,5 @@
-// The substitute force against closed forms: spring constants (5.8), (5.10); sag and stiffness (3.19) to (3.31); load
-// and moment on the partner; critical damping.
+// The substitute force against closed forms: spring constants (5.8), (5.10); sag and stiffness (3.19) to
+// (3.31); load and moment on the partner; critical damping.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,8 +18,8 @@ void run(Simulation& simulation, int steps) {
 
 TEST(SubstituteParameters, SpringConstantsOfTheThesis) {
   const double k = translational_stiffness(0.3, kGravity, 0.0001);
-  EXPECT_NEAR(k, 29419.95, 1e-6);                                     // (5.8)
-  EXPECT_NEAR(translational_damping(0.3, k, 1.0), 187.89, 0.01);      // (5.10)
+  EXPECT_NEAR(k, 29419.95, 1e-6);                                 // (5.8)
+  EXPECT_NEAR(translational_damping(0.3, k, 1.0), 187.89, 0.01);  // (5.10)
   EXPECT_NEAR(translational_stiffness(1.0, kGravity, 0.0001), 98066.5, 1e-6);
 }
 
@@ -87,8 +87,8 @@ TEST(SubstituteForce, ChainOfConnectionsAddsUpAndParallelOnesStiffen) {  // (3.2
   const auto body = [&](int id) -> const BodyMotion& { return motion.bodies[static_cast<size_t>(id)]; };
   capture_offset(body(b), body(table), b_on_t);
   capture_offset(body(c), body(b), c_on_b);
-  const double sag_b = 1.5 * kGravity / b_on_t.gains.k_tr_N_per_m;           // (3.24)
-  const double sag_c = sag_b + 0.5 * kGravity / c_on_b.gains.k_tr_N_per_m;   // (3.25)
+  const double sag_b = 1.5 * kGravity / b_on_t.gains.k_tr_N_per_m;          // (3.24)
+  const double sag_c = sag_b + 0.5 * kGravity / c_on_b.gains.k_tr_N_per_m;  // (3.25)
   place(b, -sag_b), place(c, 0.06 - sag_c);
   const Wrench on_c = substitute_wrench(c_on_b, body(c), body(b));
   const Wrench on_b = substitute_wrench(b_on_t, body(b), body(table));

@@ -19,7 +19,8 @@ inline ConvexShape box_shape(const Vec3& size_m) {
 }
 
 inline Mat3 box_inertia(double mass_kg, const Vec3& s) {
-  return Vec3(s.y() * s.y() + s.z() * s.z(), s.x() * s.x() + s.z() * s.z(), s.x() * s.x() + s.y() * s.y()).asDiagonal() *
+  return Vec3(s.y() * s.y() + s.z() * s.z(), s.x() * s.x() + s.z() * s.z(), s.x() * s.x() + s.y() * s.y())
+             .asDiagonal() *
          (mass_kg / 12.0);
 }
 
@@ -66,14 +67,18 @@ class BoxCell {
     c.I_BBcm_B = box_inertia(mass_kg, size_m);
     c.convex = {box_shape(size_m)};
     c.substitute = substitute_parameters(mass_kg, c.I_BBcm_B, 9.80665, allowed_error_m, 1.0);
-    const RigidBodyParameters body{static_cast<int>(cell_->components.size()), mass_kg, c.p_BBcm, c.I_BBcm_B,
-                                   cell_->interaction.gravity_W, X_WB};
+    const RigidBodyParameters body{static_cast<int>(cell_->components.size()),
+                                   mass_kg,
+                                   c.p_BBcm,
+                                   c.I_BBcm_B,
+                                   cell_->interaction.gravity_W,
+                                   X_WB};
     cell_->parts.push_back(body);
     return add(c);
   }
 
-  /// A "robot" of three slides x, y, z and three hinges about x, y, z, with a parallel gripper whose jaws hang below the
-  /// flange: pads 40 mm wide (x), 10 mm thick, 60 mm long, tips at z = -0.06 of the flange.
+  /// A "robot" of three slides x, y, z and three hinges about x, y, z, with a parallel gripper whose jaws
+  /// hang below the flange: pads 40 mm wide (x), 10 mm thick, 60 mm long, tips at z = -0.06 of the flange.
   int gantry_with_gripper(const std::string& robot, const std::string& gripper, const Pose& X_WR,
                           GraspRule rule = GraspRule::on_command) {
     KinematicRobotParameters r;
@@ -105,7 +110,9 @@ class BoxCell {
     const int index = static_cast<int>(cell_->grippers.size());
     for (const GripperRole role : {GripperRole::palm, GripperRole::left_jaw, GripperRole::right_jaw}) {
       Component c;
-      c.name = gripper + (role == GripperRole::palm ? "" : role == GripperRole::left_jaw ? "/left_jaw" : "/right_jaw");
+      c.name = gripper + (role == GripperRole::palm       ? ""
+                          : role == GripperRole::left_jaw ? "/left_jaw"
+                                                          : "/right_jaw");
       c.type = ComponentType::gripper;
       c.gripper = index;
       c.role = role;
@@ -151,6 +158,8 @@ class BoxCell {
   std::shared_ptr<CellModel> cell_;
 };
 
-inline Pose at(double x, double y, double z) { return {Mat3::Identity(), Vec3(x, y, z)}; }
+inline Pose at(double x, double y, double z) {
+  return {Mat3::Identity(), Vec3(x, y, z)};
+}
 
 }  // namespace takt::test
