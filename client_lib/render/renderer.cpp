@@ -313,8 +313,9 @@ Image rasterise(const Scene& scene, const Camera& camera) {
   const Rgb top = linear(scene.background_top), bottom = linear(scene.background_bottom);
   for (int sample = 0; sample < samples * samples; ++sample) {
     View shifted = view;
-    shifted.center_x += (sample % samples + 0.5) / samples - 0.5;
-    shifted.center_y += (sample / samples + 0.5) / samples - 0.5;
+    const int column = sample % samples, row = sample / samples;
+    shifted.center_x += (column + 0.5) / samples - 0.5;
+    shifted.center_y += (row + 0.5) / samples - 0.5;
     Pass pass(shifted, width, height);
     for (std::size_t k = 0; k < faces.size(); ++k) pass.draw(faces[k].p_W, static_cast<int>(k));
     for (std::size_t k = 0; k < scene.lines.size(); ++k)
