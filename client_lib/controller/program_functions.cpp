@@ -63,7 +63,8 @@ JointArray to_joints(lua_State* L, int index, const ArmModel& arm) {
   if (!lua_istable(L, index) || static_cast<int>(lua_rawlen(L, index)) != count) {
     const std::string found =
         lua_istable(L, index) ? std::to_string(lua_rawlen(L, index)) + " values" : luaL_typename(L, index);
-    throw std::runtime_error("a table of " + std::to_string(count) + " joint positions is needed, not " + found);
+    throw std::runtime_error("a table of " + std::to_string(count) + " joint positions is needed, not " +
+                             found);
   }
   JointArray q{};
   for (int i = 0; i < count; ++i) {
@@ -76,19 +77,21 @@ JointArray to_joints(lua_State* L, int index, const ArmModel& arm) {
 
 JointMotionOptions to_joint_motion_options(lua_State* L, int index) {
   JointMotionOptions options;
-  read_options(L, index, {{"speed", &options.speed},
-                          {"acceleration_rad_per_s2", &options.acceleration_rad_per_s2},
-                          {"duration_s", &options.duration_s}});
+  read_options(L, index,
+               {{"speed", &options.speed},
+                {"acceleration_rad_per_s2", &options.acceleration_rad_per_s2},
+                {"duration_s", &options.duration_s}});
   return options;
 }
 
 LineOptions to_line_options(lua_State* L, int index) {
   LineOptions options;
-  read_options(L, index, {{"speed_m_per_s", &options.speed_m_per_s},
-                          {"acceleration_m_per_s2", &options.acceleration_m_per_s2},
-                          {"rotation_speed_rad_per_s", &options.rotation_speed_rad_per_s},
-                          {"rotation_acceleration_rad_per_s2", &options.rotation_acceleration_rad_per_s2},
-                          {"duration_s", &options.duration_s}});
+  read_options(L, index,
+               {{"speed_m_per_s", &options.speed_m_per_s},
+                {"acceleration_m_per_s2", &options.acceleration_m_per_s2},
+                {"rotation_speed_rad_per_s", &options.rotation_speed_rad_per_s},
+                {"rotation_acceleration_rad_per_s2", &options.rotation_acceleration_rad_per_s2},
+                {"duration_s", &options.duration_s}});
   return options;
 }
 
@@ -110,10 +113,12 @@ struct ProgramFunctions {
     return index_by_name(cell_info(L).robots, name, "robot", [](const RobotInfo& info) { return info.name; });
   }
   static int index_of_gripper(lua_State* L, std::string_view name) {
-    return index_by_name(cell_info(L).grippers, name, "gripper", [](const GripperInfo& info) { return info.name; });
+    return index_by_name(cell_info(L).grippers, name, "gripper",
+                         [](const GripperInfo& info) { return info.name; });
   }
   static int index_of_component(lua_State* L, std::string_view name) {
-    return index_by_name(cell_info(L).components, name, "component", [](const std::string& info) { return info; });
+    return index_by_name(cell_info(L).components, name, "component",
+                         [](const std::string& info) { return info; });
   }
 
   /// The running routine, which must be that of the robot: one robot, one hand on it.
@@ -144,11 +149,14 @@ struct ProgramFunctions {
 
   static int routine(lua_State* L) {
     Program& self = program(L);
-    if (self.input_ != nullptr) throw std::runtime_error("routines are registered while the program is loaded");
+    if (self.input_ != nullptr)
+      throw std::runtime_error("routines are registered while the program is loaded");
     const int robot = index_of_robot(L, to_name(L, 1));
-    if (!lua_isfunction(L, 2)) throw std::runtime_error("routine(\"ROBOT\", function(r) ... end): the function is missing");
+    if (!lua_isfunction(L, 2))
+      throw std::runtime_error("routine(\"ROBOT\", function(r) ... end): the function is missing");
     for (const Program::Routine& other : self.routines_) {
-      if (other.robot == robot) throw std::runtime_error("robot " + std::string(to_name(L, 1)) + " has a routine already");
+      if (other.robot == robot)
+        throw std::runtime_error("robot " + std::string(to_name(L, 1)) + " has a routine already");
     }
     Program::Routine added;
     added.robot = robot;
@@ -226,7 +234,8 @@ struct ProgramFunctions {
 
   static int wait_for(lua_State* L) {
     Program::Routine& routine = own_routine(L);
-    if (!lua_isfunction(L, 2)) throw std::runtime_error("wait_for(function(cell) ... end): the function is missing");
+    if (!lua_isfunction(L, 2))
+      throw std::runtime_error("wait_for(function(cell) ... end): the function is missing");
     routine.until_s = lua_isnoneornil(L, 3) ? std::numeric_limits<double>::infinity()
                                             : input(L).time_s + to_number(L, 3, "seconds to wait at most");
     lua_pushvalue(L, 2);
@@ -294,7 +303,8 @@ struct ProgramFunctions {
     const double value = to_number(L, index, what);
     if (value >= 0.0 && value <= largest) return value;
     char text[160];
-    std::snprintf(text, sizeof text, "%s = %.6g %s is outside [0, %.6g] %s", what, value, unit, largest, unit);
+    std::snprintf(text, sizeof text, "%s = %.6g %s is outside [0, %.6g] %s", what, value, unit, largest,
+                  unit);
     throw std::runtime_error(text);
   }
 
@@ -428,14 +438,11 @@ void define_view(lua_State* L, const char* name, lua_CFunction index) {
 void open_program_library(lua_State* L) {
   using F = ProgramFunctions;
   const luaL_Reg none[] = {{nullptr, nullptr}};
-  const luaL_Reg robot_methods[] = {{"move_joints", lua_entry<F::move_joints>},
-                                    {"move_to", lua_entry<F::move_to>},
-                                    {"move_line", lua_entry<F::move_line>},
-                                    {"wait", lua_entry<F::wait>},
-                                    {"wait_until", lua_entry<F::wait_until>},
-                                    {"wait_signal", lua_entry<F::wait_signal>},
-                                    {"wait_for", lua_entry<F::wait_for>},
-                                    {nullptr, nullptr}};
+  const luaL_Reg robot_methods[] = {
+      {"move_joints", lua_entry<F::move_joints>}, {"move_to", lua_entry<F::move_to>},
+      {"move_line", lua_entry<F::move_line>},     {"wait", lua_entry<F::wait>},
+      {"wait_until", lua_entry<F::wait_until>},   {"wait_signal", lua_entry<F::wait_signal>},
+      {"wait_for", lua_entry<F::wait_for>},       {nullptr, nullptr}};
   const luaL_Reg gripper_methods[] = {{"open", lua_entry<F::open>},
                                       {"close", lua_entry<F::close>},
                                       {"width", lua_entry<F::width>},
@@ -457,8 +464,12 @@ void open_program_library(lua_State* L) {
   lua_setglobal(L, "cell");
 }
 
-void push_routine_robot(lua_State* L, int robot) { push_handle(L, kRobotType, robot); }
+void push_routine_robot(lua_State* L, int robot) {
+  push_handle(L, kRobotType, robot);
+}
 
-void push_cell(lua_State* L) { push_handle(L, kCellType, 0); }
+void push_cell(lua_State* L) {
+  push_handle(L, kCellType, 0);
+}
 
 }  // namespace takt::controller
