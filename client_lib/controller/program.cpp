@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "client_lib/controller/cell_view.h"
+
 namespace takt::controller {
 
 namespace {
@@ -58,6 +60,11 @@ std::vector<int> Program::driven_robots() const {
 bool Program::finished() const {
   return std::all_of(routines_.begin(), routines_.end(),
                      [](const Routine& routine) { return routine.wait == Wait::finished; });
+}
+
+const Input& Program::input() const {
+  if (input_ == nullptr) throw std::runtime_error("the state of the cell is known only while routines run");
+  return *input_;
 }
 
 void Program::run(const Input& input) {

@@ -35,6 +35,11 @@ class Program {
   void run(const Input& input);
   bool finished() const;
 
+  const ProgramContext& context() const { return context_; }
+  /// That of the update under way, or of the latest one. Throws while the program is loaded: there is none
+  /// yet.
+  const Input& input() const;
+
   /// Text of an error in the motion that the robot's routine waits for, with file and line of the call.
   std::string located(int robot, const std::string& reason) const;
 
@@ -72,8 +77,7 @@ class Program {
 
 /// Adds what programs call to the names of the state. lua_owner() is the Program.
 void open_program_library(lua_State* L);
-/// Pushes the value that stands for the robot in its routine, and that which stands for the cell.
+/// Pushes the value that stands for the robot in its routine.
 void push_routine_robot(lua_State* L, int robot);
-void push_cell(lua_State* L);
 
 }  // namespace takt::controller
