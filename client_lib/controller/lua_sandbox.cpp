@@ -133,8 +133,9 @@ std::string LuaSandbox::error_text(lua_State* thread) const {
   for (int level = 0; lua_getstack(thread, level, &activation) != 0; ++level) {
     lua_getinfo(thread, "Sl", &activation);
     if (activation.currentline <= 0) continue;
-    if (!innermost)
+    if (!innermost) {
       lines += (lines.empty() ? " (called from line " : ", ") + std::to_string(activation.currentline);
+    }
     innermost = false;
   }
   return lines.empty() ? text : text + lines + ")";

@@ -181,8 +181,9 @@ struct ProgramFunctions {
 
   static int wait_for(lua_State* L) {
     Program::Routine& routine = own_routine(L);
-    if (!lua_isfunction(L, 2))
+    if (!lua_isfunction(L, 2)) {
       throw std::runtime_error("wait_for(function(cell) ... end): the function is missing");
+    }
     routine.until_s = lua_isnoneornil(L, 3) ? std::numeric_limits<double>::infinity()
                                             : input(L).time_s + to_number(L, 3, "seconds to wait at most");
     lua_pushvalue(L, 2);

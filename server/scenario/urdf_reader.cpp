@@ -9,9 +9,11 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <locale>
 #include <map>
 #include <numbers>
 #include <sstream>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -73,6 +75,43 @@ std::string_view type_name(int type) {
   }
 }
 
+/// Elements of a URDF are nested four deep; deeper than this is an error (or malice) on which the recursive
+/// XML reader would run out of stack.
+constexpr int kDeepestNesting = 100;
+
+/// Line of the first element nested deeper than allowed, or 0. Knows of XML only what moves the depth.
+long line_nested_too_deep(std::string_view text) {
+  const auto starts = [&](size_t at, std::string_view with) { return text.substr(at, with.size()) == with; };
+  const auto past = [&](size_t at, std::string_view end) {
+    const size_t found = text.find(end, at);
+    return found == std::string_view::npos ? text.size() : found + end.size();
+  };
+  int depth = 0;
+  size_t at = 0;
+  while ((at = text.find('<', at)) < text.size()) {
+    if (starts(at, "<!--")) {
+      at = past(at, "-->");
+    } else if (starts(at, "<![CDATA[")) {
+      at = past(at, "]]>");
+    } else if (starts(at, "<!") || starts(at, "<?")) {
+      at = past(at, ">");
+    } else if (starts(at, "</")) {
+      --depth;
+      at = past(at, ">");
+    } else {
+      if (++depth > kDeepestNesting)
+        return 1 + std::count(text.begin(), text.begin() + static_cast<long>(at), '\n');
+      char quote = 0;
+      for (++at; at < text.size() && (quote != 0 || text[at] != '>'); ++at) {
+        if (quote != 0 ? text[at] == quote : (text[at] == '"' || text[at] == '\''))
+          quote = quote != 0 ? 0 : text[at];
+      }
+      if (at < text.size() && text[at - 1] == '/') --depth;
+    }
+  }
+  return 0;
+}
+
 class ArmReader {
  public:
   explicit ArmReader(const std::filesystem::path& file) : file_(file.string()) {}
@@ -103,6 +142,10 @@ class ArmReader {
   }
 
   urdf::ModelInterfaceSharedPtr parse(const std::string& text) const {
+    if (const long line = line_nested_too_deep(text)) {
+      refuse("line " + std::to_string(line) + ": elements are nested deeper than " +
+             std::to_string(kDeepestNesting));
+    }
     // urdfdom keeps the place of a syntax error to itself, so the same XML reader is asked first.
     TiXmlDocument document;
     document.Parse(text.c_str(), nullptr, TIXML_ENCODING_UTF8);

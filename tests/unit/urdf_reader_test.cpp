@@ -134,6 +134,12 @@ TEST_F(UrdfReader, RefusesBadFiles) {
   }
   EXPECT_THAT(error_of("<robot name='x'>\n<link name='a'>\n</robot>"), HasSubstr("line 3"));
   EXPECT_THAT(error_of(""), HasSubstr("not well-formed XML"));
+  std::string deep = "<robot name='x'>\n";
+  for (int i = 0; i < 200000; ++i) deep += "<a b='>'>";
+  EXPECT_THAT(error_of(deep), HasSubstr("line 2: elements are nested deeper than 100"));
+  std::string wide;
+  for (int i = 0; i < 1000; ++i) wide += "<!-- <a> --><gazebo note=\"/\"/>\n";
+  EXPECT_EQ(read(two_joints(joint("j2", "revolute", "b", "c") + wide)).arm.joint_count(), 2);
   EXPECT_THAT(error_of("<scene/>"), HasSubstr("'robot' element"));
   EXPECT_THAT(error_of(robot("")), HasSubstr("No link elements"));
 }
