@@ -201,6 +201,7 @@ struct Status {
   std::vector<std::string> waiting_for;  ///< lockstep: controllers whose command is missing
   std::string scheduling;                ///< what was obtained from the operating system
   std::string fault;                     ///< why the simulation stopped, or empty
+  std::uint64_t sample_number = 0;       ///< counts samples received
 };
 
 }  // namespace takt::client

@@ -112,10 +112,10 @@ std::optional<Status> Client::wait_for_status(const std::function<bool(const Sta
   const auto deadline = Impl::deadline_after(timeout);
   std::uint64_t seen = 0;
   std::unique_lock lock(impl_->mutex);
-  const auto news = [&] { return impl_->status && impl_->statuses != seen; };
+  const auto news = [&] { return impl_->status && impl_->status->sample_number != seen; };
   while (impl_->wait(lock, deadline, news)) {
     const Status newest = *impl_->status;
-    seen = impl_->statuses;
+    seen = newest.sample_number;
     lock.unlock();
     if (predicate(newest)) return newest;
     lock.lock();
@@ -189,14 +189,12 @@ SimulationState Client::get_state() {
   const Reply reply = request("get_state");
   const auto found = reply.values.find("state");
   for (int i = 0; found != reply.values.end() && i <= static_cast<int>(SimulationState::loading_world); ++i)
-    if (const auto state = static_cast<SimulationState>(i);
-        found->second == std::to_string(i) || found->second == to_string(state))
-      return state;
+    if (found->second == std::to_string(i)) return static_cast<SimulationState>(i);
   throw ClientError(ClientError::Kind::refused, "The reply to get_state names no state this client knows.");
 }
 
 void Client::set_state(SimulationState state) {
-  request("set_state", {{"state", std::string(to_string(state))}});
+  request("set_state", {{"state", std::to_string(static_cast<int>(state))}});
 }
 
 void Client::step(std::uint64_t steps, std::optional<Seconds> timeout) {
@@ -220,9 +218,13 @@ void Client::register_controller(const std::string& name, Seconds period, Second
   std::string list;
   for (const std::string& target : targets) list += (list.empty() ? "" : ",") + target;
   request("register_controller", {{"name", name},
-                                  {"period", text(period.count())},
-                                  {"timeout", text(timeout.count())},
+                                  {"period_s", text(period.count())},
+                                  {"timeout_s", text(timeout.count())},
                                   {"targets", list}});
+}
+
+void Client::unregister_controller(const std::string& name) {
+  request("unregister_controller", {{"name", name}});
 }
 
 Reply Client::request(const std::string& name, const Arguments& arguments, std::optional<Seconds> timeout) {

@@ -154,6 +154,7 @@ class Client {
   /// and says so in an event.
   void register_controller(const std::string& name, Seconds period, Seconds timeout,
                            const std::vector<std::string>& targets);
+  void unregister_controller(const std::string& name);
   /// Any request of the control vocabulary.
   Reply request(const std::string& name, const Arguments& arguments = {},
                 std::optional<Seconds> timeout = {});

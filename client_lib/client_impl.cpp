@@ -110,8 +110,8 @@ void Client::Impl::on_status(const takt_msgs::msg::Status& sample, const GuidPre
   Status received = from_wire(sample);
   const std::lock_guard lock(mutex);
   if (!from_this_server(from)) return;
+  received.sample_number = ++statuses;
   status = std::move(received);
-  ++statuses;
   changed.notify_all();
 }
 

@@ -62,6 +62,7 @@ dds::DataReaderQos reader_qos(const dds::Subscriber& subscriber, Channel channel
   qos.history().depth = channel == Channel::event ? 1000 : channel == Channel::control ? 100 : 1;
   // The bounds in the IDL are those of the largest cell thinkable; memory is taken for what really comes.
   qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+  qos.data_sharing().off();
   return qos;
 }
 
@@ -72,6 +73,7 @@ dds::DataWriterQos control_writer_qos(const dds::Publisher& publisher) {
   qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
   qos.history().depth = 100;
   qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+  qos.data_sharing().off();
   return qos;
 }
 
@@ -80,10 +82,10 @@ dds::DataWriterQos command_writer_qos(const dds::Publisher& publisher, std::uint
   qos.history().depth = 1;
   qos.ownership().kind = dds::EXCLUSIVE_OWNERSHIP_QOS;
   qos.ownership_strength().value = ownership_strength;
-  // The robot passes to the next sender when this one has shown no sign of life for a second.
+  // The robot passes to the next sender when this one has shown no sign of life for so long. At most the server's lease.
   qos.liveliness().kind = dds::AUTOMATIC_LIVELINESS_QOS;
-  qos.liveliness().lease_duration = Duration_t(1, 0);
-  qos.liveliness().announcement_period = Duration_t(0, 300000000);
+  qos.liveliness().lease_duration = Duration_t(2, 0);
+  qos.liveliness().announcement_period = Duration_t(0, 500000000);
   return qos;
 }
 
