@@ -1,6 +1,6 @@
 #pragma once
-// Convex shapes and their overlap by Minkowski Portal Refinement (thesis 2.1.1, 4.2). This is the only place that knows
-// libccd (and, for the hull, qhull).
+// Convex shapes and their overlap by Minkowski Portal Refinement (thesis 2.1.1, 4.2). This is the only place
+// that knows libccd (and, for the hull, qhull).
 #include <vector>
 
 #include "plant_models/spatial.h"
@@ -9,22 +9,30 @@
 
 namespace takt {
 
-/// The convex hull of a set of points in the frame B of a body. Points inside the hull do no harm but cost time.
+/// The convex hull of a set of points in the frame B of a body. Points inside the hull do no harm but cost
+/// time.
 struct ConvexShape {
   std::vector<Vec3> vertices;
   Vec3 center_B = Vec3::Zero();  ///< a point well inside: the mean of the vertices
   BodyBox box;                   ///< bounds of the vertices
+  double radius = 0.0;           ///< half diagonal of the box (m): the size that tolerances refer to
+  bool is_box = false;  ///< the vertices are exactly the corners of `box`: extreme points cost no search
 
-  static ConvexShape from_points(std::vector<Vec3> points);  ///< as they are
+  /// As they are. Throws std::invalid_argument when there are none or one is not finite.
+  static ConvexShape from_points(std::vector<Vec3> points);
 };
 
-/// Extreme points of the convex hull (qhull). Throws std::invalid_argument when the points span no volume.
+/// Extreme points of the convex hull (qhull), in the order given. Throws std::invalid_argument when a point
+/// is not finite or the points span no volume.
 std::vector<Vec3> convex_hull_vertices(const std::vector<Vec3>& points);
 
-/// True if the two shapes, each at its pose, come closer than `margin` (m): one of them is grown by a ball of that
-/// radius, so the answer does not depend on the choice of axes. Touching counts. Poses must be finite (libccd answers
-/// "no contact" for a NaN); the caller checks states before poses are made of them. Bounded time: the number of
-/// iterations is limited, and a search that hits the limit counts as touching.
-bool convex_overlap(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b, const Pose& X_WB, double margin);
+/// True if the two shapes, each at its pose, come closer than `margin` (m, >= 0): one of them is grown by a
+/// ball of that radius, so the answer does not depend on the choice of axes. Touching counts; the verdict is
+/// exact up to 1e-8 of the sum of the shapes' radii. Poses must be finite (libccd answers "no contact" for a
+/// NaN); the caller checks states before poses are made of them, and that the bounding boxes overlap, which
+/// this does not repeat. Bounded time: the number of iterations is limited, and a search that hits the limit
+/// counts as touching. Does not allocate. Shapes must come from ConvexShape::from_points.
+bool convex_overlap(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b, const Pose& X_WB,
+                    double margin);
 
 }  // namespace takt

@@ -9,7 +9,8 @@
 
 namespace takt {
 
-/// Vertices in the frame B of the body (m); each triangle lists three vertices counter-clockwise seen from outside.
+/// Vertices in the frame B of the body (m); each triangle lists three vertices counter-clockwise seen from
+/// outside.
 struct TriangleMesh {
   std::vector<Vec3> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
@@ -21,15 +22,15 @@ struct MeshCheck {
   bool ok() const { return problem.empty(); }
 };
 
-/// A solid's boundary: finite vertices, no triangle without area, every edge shared by exactly two triangles that run
-/// through it in opposite directions, positive volume (outward normals).
+/// A solid's boundary: finite vertices, no triangle without area, every edge shared by exactly two triangles
+/// that run through it in opposite directions, positive volume (outward normals).
 MeshCheck check_closed(const TriangleMesh& mesh);
 
 /// Volume integrals of a closed mesh at density 1 (divergence theorem; Mirtich 1996, Eberly 2002).
 struct VolumeProperties {
-  double volume = 0.0;                     ///< m^3, negative if the faces point inwards
-  Vec3 p_BBcm = Vec3::Zero();              ///< centre of volume in B
-  Mat3 G_BBcm_B = Mat3::Zero();            ///< inertia about the centre for unit mass, axes of B (m^2)
+  double volume = 0.0;           ///< m^3, negative if the faces point inwards
+  Vec3 p_BBcm = Vec3::Zero();    ///< centre of volume in B
+  Mat3 G_BBcm_B = Mat3::Zero();  ///< inertia about the centre for unit mass, axes of B (m^2)
 };
 VolumeProperties volume_properties(const TriangleMesh& mesh);
 

@@ -1,6 +1,6 @@
 #pragma once
-// What a client needs to know of a loaded cell without reading any file: names, kinds, limits, geometry. Constant from
-// load to unload. Indices into these vectors are the ids used in commands and snapshots.
+// What a client needs to know of a loaded cell without reading any file: names, kinds, limits, geometry.
+// Constant from load to unload. Indices into these vectors are the ids used in commands and snapshots.
 #include <array>
 #include <cstdint>
 #include <string>
@@ -9,19 +9,17 @@
 
 #include "plant_models/robot/arm_kinematics.h"
 #include "plant_models/spatial.h"
+#include "server/components/component_type.h"
 
 namespace takt {
-
-enum class ComponentType : std::uint8_t { part = 0, gripper = 1, ground = 2 };
-std::string_view to_string(ComponentType type);
 
 struct ComponentDescription {
   std::string name;
   ComponentType type = ComponentType::part;
-  int hierarchy = 0;          ///< Parts only: higher is further down the assembly (thesis 3.4.2)
-  double mass_kg = 0.0;       ///< Parts only
-  Vec3 p_BBcm = Vec3::Zero(); ///< centre of mass in the component's frame B
-  std::string mesh_uri;       ///< file the geometry came from
+  int hierarchy = 0;                     ///< Parts only: higher is further down the assembly (thesis 3.4.2)
+  double mass_kg = 0.0;                  ///< Parts only
+  Vec3 p_BBcm = Vec3::Zero();            ///< centre of mass in the component's frame B
+  std::string mesh_uri;                  ///< file the geometry came from
   std::vector<float> vertices;           ///< x, y, z of each vertex of the mesh, in B (m)
   std::vector<std::uint32_t> triangles;  ///< three vertex indices each, outward by the right-hand rule
   std::array<float, 4> color{0.7F, 0.7F, 0.7F, 1.0F};  ///< r, g, b, a in 0..1
@@ -29,16 +27,18 @@ struct ComponentDescription {
 
 struct RobotDescription {
   std::string name;
-  std::string urdf;      ///< the robot's URDF text
-  ArmModel arm;          ///< the same kinematics, digested: base R to flange F
-  Pose X_WR;             ///< base of the robot in the world
-  double command_period_s = 0.008;  ///< period over which set-points are interpolated unless the sender registers one
+  std::string urdf;  ///< the robot's URDF text
+  ArmModel arm;      ///< the same kinematics, digested: base R to flange F
+  Pose X_WR;         ///< base of the robot in the world
+  double command_period_s =
+      0.008;  ///< period over which set-points are interpolated unless the sender registers one
 };
 
 struct GripperDescription {
   std::string name;
-  int robot = -1;      ///< index of the robot that carries it
-  int component = -1;  ///< the component of type gripper that Parts are held by; its frame G is the gripper's frame
+  int robot = -1;  ///< index of the robot that carries it
+  int component =
+      -1;  ///< the component of type gripper that Parts are held by; its frame G is the gripper's frame
   int left_jaw = -1;   ///< component of the jaw on the +y side
   int right_jaw = -1;  ///< component of the jaw on the -y side
   Pose X_FG;           ///< gripper frame in the flange frame

@@ -1,12 +1,15 @@
 #pragma once
-// The simulation of one cell: a fixed set of components, robots and grippers, advanced by fixed communication steps.
-// It knows no transport, thread, file or clock; the same model and the same commands give the same bits.
+// The simulation of one cell: a fixed set of components, robots and grippers, advanced by fixed communication
+// steps. It knows no transport, thread, file or clock; the same model and the same commands give the same
+// bits.
 //
 // Simulation::step(commands) is the whole algorithm:
 //   1 apply commands        set-points and gripper targets; nothing moves yet
-//   2 update connections    poses at t -> AABB broad phase -> MPR -> contact graph -> partner search -> offsets of
+//   2 update connections    poses at t -> AABB broad phase -> MPR -> contact graph -> partner search ->
+//   offsets of
 //                           changed partners. Every discrete decision is taken here, between accepted steps.
-//   3 integrate t -> t+h    a pure right-hand side: motion of all bodies -> wrench of every pair into its own slot ->
+//   3 integrate t -> t+h    a pure right-hand side: motion of all bodies -> wrench of every pair into its own
+//   slot ->
 //                           wrenches summed per component in pair order -> derivatives
 //   4 check and count       every state finite, state hash chained, step counter advanced
 // Time is step_index * step size, never a running sum.
@@ -23,16 +26,20 @@ namespace takt {
 
 struct CellModel;  // simulation/cell_model.h: everything constant after loading
 
-/// Counts since the last reset, and computation time by stage where a clock was supplied (see set_stage_clock).
+/// Counts since the last reset, and computation time by stage where a clock was supplied (see
+/// set_stage_clock).
 struct SimulationStatistics {
   std::uint64_t steps = 0;
   std::uint64_t derivative_evaluations = 0;
   std::uint64_t broad_phase_tests = 0;
-  std::uint64_t mpr_calls = 0;          ///< calls made
-  std::uint64_t mpr_skipped = 0;        ///< convex pairs not tested: the boxes are apart, or neither side moved
+  std::uint64_t mpr_calls = 0;    ///< calls made
+  std::uint64_t mpr_skipped = 0;  ///< convex pairs not tested: the boxes are apart, or neither side moved
   std::uint64_t partner_searches = 0;
   std::uint64_t connection_changes = 0;
-  double broad_phase_s = 0.0, mpr_s = 0.0, partner_search_s = 0.0, forces_s = 0.0, integration_s = 0.0;
+  double connections_s = 0.0;                                       ///< all of stage 2
+  double broad_phase_s = 0.0, mpr_s = 0.0, partner_search_s = 0.0;  ///< its parts
+  double integration_s = 0.0;                                       ///< all of stage 3
+  double forces_s = 0.0;                                            ///< its wrenches
 };
 
 class Simulation {
@@ -45,9 +52,9 @@ class Simulation {
   const CellDescription& description() const;
   const CellModel& model() const;
 
-  /// Advances by one step. `commands` take effect at the present time, in the order given. Returns false when the
-  /// cell cannot be advanced: a state became non-finite. Then the last accepted state is kept, fault() says time,
-  /// component and quantity, and every later call returns false until reset().
+  /// Advances by one step. `commands` take effect at the present time, in the order given. Returns false when
+  /// the cell cannot be advanced: a state became non-finite. Then the last accepted state is kept, fault()
+  /// says time, component and quantity, and every later call returns false until reset().
   bool step(std::span<const Command> commands);
   const std::string& fault() const;
 
@@ -60,7 +67,8 @@ class Simulation {
   /// Chained over the states of all steps since the last reset.
   std::uint64_t state_hash() const;
 
-  /// A snapshot of the right size for this cell; fill it again and again with read_snapshot (which does not allocate).
+  /// A snapshot of the right size for this cell; fill it again and again with read_snapshot (which does not
+  /// allocate).
   Snapshot make_snapshot() const;
   void read_snapshot(Snapshot& snapshot) const;
 
@@ -76,7 +84,8 @@ class Simulation {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The step at which period number `k` of a sender with the given period begins: the first step not before k * period.
+/// The step at which period number `k` of a sender with the given period begins: the first step not before k
+/// * period.
 std::uint64_t period_boundary_step(std::uint64_t k, double period_s, double step_s);
 
 }  // namespace takt

@@ -1,0 +1,43 @@
+#pragma once
+// A Part: a free rigid body. It never gains or loses states; being held is a matter of wrenches alone.
+//
+// State (13): p_WBcm (m), q_WB as w x y z (-), v_WBcm (m/s), w_WB (rad/s), all in the world frame. The centre
+// of mass is the reference point, so translation and rotation decouple. The quaternion's length is held at 1
+// by a stabilising term in its derivative, not by projection: projecting would force multi-step solvers to
+// restart.
+#include "plant_models/plant_model.h"
+
+namespace takt {
+
+struct RigidBodyParameters {
+  int body = -1;               ///< component id
+  double mass_kg = 0.0;        ///< > 0
+  Vec3 p_BBcm = Vec3::Zero();  ///< centre of mass in B (m)
+  Mat3 I_BBcm_B =
+      Mat3::Identity();           ///< inertia about the centre of mass, axes of B (kg m^2), positive definite
+  Vec3 gravity_W = Vec3::Zero();  ///< m/s^2
+  Pose X_WB_initial;
+};
+
+class RigidBody final : public PlantModel {
+ public:
+  static constexpr int kStates = 13;
+
+  explicit RigidBody(const RigidBodyParameters& parameters);
+  int state_count() const override { return kStates; }
+  void initial_state(double* x) const override;
+  void write_motion(double t, const double* x, CellMotion& motion) const override;
+  void derivatives(double t, const double* x, const CellMotion& motion, std::span<const Wrench> wrenches,
+                   double* xdot) const override;
+  const RigidBodyParameters& parameters() const { return parameters_; }
+
+ private:
+  RigidBodyParameters parameters_;
+  Mat3 I_inverse_B_;
+  Vec3 weight_W_;  ///< m g
+};
+
+/// Kinetic plus gravitational energy (J), potential zero at the world origin.
+double mechanical_energy(const RigidBodyParameters& parameters, const double* x);
+
+}  // namespace takt

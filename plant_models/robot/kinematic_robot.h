@@ -1,0 +1,53 @@
+#pragma once
+// A robot at LoD 1: joints follow their set-points exactly, whatever hangs on the flange.
+//
+// Set-points arrive once per command period. Between them the joints move on a cubic (Hermite) from the
+// present position and velocity to the set-point's, reached one period after the command took effect: the
+// twist is the derivative of the pose, nothing jumps, and the delay is one period. When no further command
+// comes, the velocity fades to zero within one more period. A set-point that would need more than a joint's
+// rated velocity takes as long as that velocity allows.
+#include <cstdint>
+
+#include "plant_models/plant_model.h"
+
+namespace takt {
+
+struct KinematicRobotParameters {
+  int robot = -1;  ///< index into CellMotion::arms
+  ArmModel arm;
+  Pose X_WR;  ///< base in the world
+  JointArray q_initial{};
+};
+
+class KinematicRobot final : public PlantModel {
+ public:
+  explicit KinematicRobot(const KinematicRobotParameters& parameters);
+  void write_motion(double t, const double* x, CellMotion& motion) const override;
+
+  /// Discrete: call only between accepted steps. `velocity` may be null: then it follows from successive
+  /// set-points.
+  void set_point(double t, double period_s, const double* position, const double* velocity);
+  void reset();
+
+  void joint_state(double t, double* q, double* qd) const;
+  /// Changes when the motion may have changed: two equal values with the robot at rest mean the same pose.
+  std::uint64_t revision() const { return revision_; }
+  /// True when the joints do not move any more at or after t.
+  bool at_rest(double t) const { return t >= rest_time_; }
+  const KinematicRobotParameters& parameters() const { return parameters_; }
+
+ private:
+  struct Segment {
+    double t0 = 0.0, duration = 1.0;  ///< s
+    JointArray q0{}, v0{}, q1{}, v1{};
+  };
+  KinematicRobotParameters parameters_;
+  Segment segment_;
+  JointArray previous_set_point_{};
+  double previous_set_point_time_ = -1.0;
+  bool has_previous_ = false;
+  double rest_time_ = 0.0;
+  std::uint64_t revision_ = 0;
+};
+
+}  // namespace takt

@@ -1,0 +1,36 @@
+#include "server/components/component.h"
+
+#include <cmath>
+
+namespace takt {
+
+BodyBox bounding_box(const std::vector<ConvexShape>& shapes) {
+  if (shapes.empty()) return {};
+  Vec3 lower = shapes.front().box.center_B - shapes.front().box.half_B;
+  Vec3 upper = shapes.front().box.center_B + shapes.front().box.half_B;
+  for (const ConvexShape& shape : shapes) {
+    lower = lower.cwiseMin(shape.box.center_B - shape.box.half_B);
+    upper = upper.cwiseMax(shape.box.center_B + shape.box.half_B);
+  }
+  return {0.5 * (lower + upper), 0.5 * (upper - lower)};
+}
+
+double translational_stiffness(double mass_kg, double gravity_m_per_s2, double allowed_error_m) {
+  return mass_kg * gravity_m_per_s2 / allowed_error_m;  // (5.7)
+}
+
+double translational_damping(double mass_kg, double stiffness_N_per_m, double damping_ratio) {
+  return damping_ratio * 2.0 * std::sqrt(mass_kg * stiffness_N_per_m);  // (5.9)
+}
+
+SubstituteParameters substitute_parameters(double mass_kg, const Mat3& I_BBcm_B, double gravity_m_per_s2,
+                                           double allowed_error_m, double damping_ratio) {
+  SubstituteParameters p;
+  p.k_tr_N_per_m = translational_stiffness(mass_kg, gravity_m_per_s2, allowed_error_m);
+  p.d_tr_N_s_per_m = translational_damping(mass_kg, p.k_tr_N_per_m, damping_ratio);
+  p.K_rot_B = I_BBcm_B * (p.k_tr_N_per_m / mass_kg);
+  p.D_rot_B = I_BBcm_B * (p.d_tr_N_s_per_m / mass_kg);
+  return p;
+}
+
+}  // namespace takt

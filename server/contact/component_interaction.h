@@ -1,0 +1,98 @@
+#pragma once
+// Algorithm for Component Interaction (ACI, thesis 3.2.5): who touches whom, who holds whom, and with which
+// wrench.
+//
+// Two stages, kept apart: update_connections() takes every discrete decision, between accepted steps;
+// evaluate() is const and pure, and may be called by a solver as often as it likes. (Thesis Fig. 3.7 does
+// both at once; then a partner found by the search but not touching would get no force, and error-controlled
+// solvers would see jumps.)
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/components/pair_generation.h"
+#include "server/contact/contact_detection.h"
+#include "server/contact/partner_search.h"
+#include "server/contact/substitute_force.h"
+
+namespace takt {
+
+struct InteractionParameters {
+  Vec3 gravity_W{0.0, 0.0, -9.80665};  ///< m/s^2
+  double contact_margin_m = 0.0002;    ///< components closer than this touch
+  bool weight_feed_forward = true;     ///< false: the thesis' law, where the spring carries the weight
+};
+
+/// What the interaction must know of a gripper at one time.
+struct GraspState {
+  int palm = -1;                ///< component that Parts are held by
+  bool active = false;          ///< Parts in the grasp volume are held
+  Vec3 lower_G = Vec3::Zero();  ///< grasp volume: the space between the jaws, in G
+  Vec3 upper_G = Vec3::Zero();
+};
+
+struct PartnerChange {
+  int part = -1, from = -1, to = -1;
+};
+
+class ComponentInteraction {
+ public:
+  ComponentInteraction(const std::vector<Component>& components, const std::vector<ComponentPair>& pairs,
+                       const InteractionParameters& parameters);
+
+  /// Times of the sub-stages are taken with this clock (seconds) where one is set.
+  using Clock = double (*)();
+  struct StageTimes {
+    double broad_phase_s = 0.0, mpr_s = 0.0, partner_search_s = 0.0;
+  };
+
+  /// Discrete stage, first half: poses of all components for the collision checks.
+  void update_poses(const CellMotion& motion, Clock clock);
+  /// Discrete stage, second half: contacts at these poses, partners, offsets of changed partners.
+  void update_connections(const CellMotion& motion, std::span<const GraspState> grasps, Clock clock);
+  std::span<const PartnerChange> changes() const { return changes_; }
+
+  /// Pure stage: wrench of every connection into its own slot, then summed per component in slot order.
+  /// `wrenches` has one entry per component, about its p_WBcm.
+  void evaluate(const CellMotion& motion, std::span<Wrench> wrenches) const;
+
+  /// Open all connections and forget all verdicts.
+  void reset();
+
+  int partner(int component) const { return connections_[static_cast<std::size_t>(component)].partner; }
+  const Connection& connection(int component) const {
+    return connections_[static_cast<std::size_t>(component)];
+  }
+  bool touching(std::size_t pair) const { return verdicts_[pair].touching && active(pair); }
+  const ContactGraph& graph() const { return graph_; }
+  const DetectionCounts& counts() const { return counts_; }
+  std::uint64_t partner_searches() const { return partner_searches_; }
+  const StageTimes& stage_times() const { return stage_times_; }
+  CollisionWorld& world() { return world_; }
+  DetectionCounts& counts() { return counts_; }
+
+ private:
+  bool active(std::size_t pair) const;
+  void detect(Clock clock);
+  void search(Clock clock, const CellMotion& motion);
+  void connect(int part, int partner, const CellMotion& motion);
+
+  const std::vector<Component>& components_;
+  InteractionParameters parameters_;
+  std::vector<ComponentPair> pairs_;  ///< hold pairs only, without jaws
+  std::vector<int> parts_;            ///< component ids of Parts
+  CollisionWorld world_;
+  std::vector<PairVerdict> verdicts_;
+  std::vector<char> in_contact_;    ///< by pair: touching and the gripper, if any, holds
+  std::vector<char> grasp_active_;  ///< by component
+  ContactGraph graph_;
+  PartnerSearch partner_search_;
+  std::vector<Connection> connections_;  ///< by component; Parts only
+  std::vector<PartnerChange> changes_;
+  bool graph_valid_ = false;
+  DetectionCounts counts_;
+  std::uint64_t partner_searches_ = 0;
+  StageTimes stage_times_;
+};
+
+}  // namespace takt

@@ -1,0 +1,66 @@
+#pragma once
+// Assembly Graph Partner Search Algorithm (AGPSA, thesis 3.5.2): from who touches whom, find for each Part
+// the one component that holds it. Contact graph in, partner out; no forces.
+//
+// From the Part the search follows contacts to Grippers, to Grounds, and to Parts of strictly higher
+// hierarchy. Every sequence that cannot be extended is a result (a Path Vertices Sequence). A sequence that
+// ends in a Gripper is preferred over one that ends in a Ground, and that over one that ends in a Part.
+//
+// Differences from Algorithm 1 as printed: Grippers and Grounds end a sequence (as printed, a sequence could
+// run on through a Gripper to whatever else it touches). Ties: the shorter sequence, then the present partner
+// (so that a handover passes when the first gripper opens), then the lower id. As the hierarchy rises along a
+// sequence, a breadth-first search with visited marks finds the same partner as listing all sequences, in
+// linear time.
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/components/component_type.h"
+
+namespace takt {
+
+/// Who touches whom, and what the search may know of a component.
+struct ContactGraph {
+  struct Vertex {
+    ComponentType type = ComponentType::part;
+    int hierarchy = 0;
+  };
+  std::vector<Vertex> vertices;
+  std::vector<std::vector<int>> neighbours;  ///< by component id, ascending; capacity is kept between steps
+
+  explicit ContactGraph(std::size_t count = 0) : vertices(count), neighbours(count) {}
+  void clear_contacts();
+  void add_contact(int a, int b);
+  void sort_contacts();
+
+  /// True if a sequence may be extended from `from` (a Part) to `to`.
+  bool may_follow(int from, int to) const {
+    const Vertex& v = vertices[static_cast<std::size_t>(to)];
+    return v.type != ComponentType::part || v.hierarchy > vertices[static_cast<std::size_t>(from)].hierarchy;
+  }
+};
+
+class PartnerSearch {
+ public:
+  explicit PartnerSearch(std::size_t component_count);
+  /// Partner of a Part, or -1. `present` is its partner so far (-1: none). Does not allocate.
+  int find(const ContactGraph& graph, int part, int present);
+
+ private:
+  std::vector<std::uint32_t> visited_;  ///< mark of the search that saw the component last
+  std::vector<int> level_, next_;
+  std::uint32_t mark_ = 0;
+};
+
+/// One dequeue round of Algorithm 1, as in thesis Table 3.3: all sequences of one length at once.
+struct SearchStep {
+  std::vector<std::vector<int>> queue;      ///< sequences looked at in this step
+  std::vector<std::vector<int>> found;      ///< their extensions
+  std::vector<std::vector<int>> resulting;  ///< those that could not be extended, collected so far
+};
+
+/// Every sequence from a Part, step by step: for explanations and as the reference of the search above.
+/// Exponential.
+std::vector<SearchStep> list_sequences(const ContactGraph& graph, int part);
+
+}  // namespace takt

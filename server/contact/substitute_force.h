@@ -1,0 +1,51 @@
+#pragma once
+// The substitute force (SFA, thesis 3.4.1): a spring and damper that holds a Part (Base) where it was
+// relative to its partner (Target) when the connection closed. Two functions: capture the offset once, wrench
+// from the offset ever after.
+//
+// Differences from the printed formulas, each covered by a test:
+// - (3.1) to (3.6) take both forces at the frame origins and the relative velocity of the origins: then
+// moments do not
+//   balance and a common rotation is damped. Here both forces act at one point, the Base's centre of mass;
+//   the damper uses the velocity of the Target-fixed point that is there now; the Target gains the moment -r
+//   x f.
+// - (3.8) needs T_Offset transposed, else the torque is not zero at closing; the third entry of (3.10) has
+// the wrong sign.
+//   Here the relative rotation is taken as a vector in world axes, which avoids both.
+// - The reference point is the Base's centre of mass, not its frame origin, so that translation and rotation
+// decouple and
+//   critical damping is exact for both.
+// - Weight feed-forward (not in the thesis): the wrench carries the Base's weight, the spring only the rest.
+// Then a
+//   connection that changes hands neither sags by m g / k nor jumps in force.
+#include "plant_models/plant_model.h"
+#include "server/components/component.h"
+
+namespace takt {
+
+/// A closed connection of a Part: who holds it and where. Captured between steps, constant during a step.
+struct Connection {
+  int partner = -1;                    ///< component id of the Target, or -1: free
+  Vec3 p_TBcm_T = Vec3::Zero();        ///< centre of mass of the Base in the Target's frame (3.2)
+  Mat3 R_TB = Mat3::Identity();        ///< orientation of the Base in the Target's frame (3.7)
+  SubstituteParameters gains;          ///< constants in force for this connection
+  Vec3 feed_forward_W = Vec3::Zero();  ///< constant force on the Base (N): minus its weight, or zero
+};
+
+/// Offsets of a connection that closes now.
+void capture_offset(const BodyMotion& base, const BodyMotion& target, Connection& connection);
+
+/// Constants for a Base held by a free Target (a Part that is not held itself): the pair swings with the
+/// reduced mass, so the constants are scaled down to keep the frequency that the Base alone would have.
+/// Without this, a light or slender Target would raise the frequency past the solver's limit.
+SubstituteParameters gains_on_free_target(const Component& base, const Component& target, double lever_arm_m);
+
+/// Wrench on the Base about its centre of mass, world frame: (3.5) and (3.12) with the corrections above.
+Wrench substitute_wrench(const Connection& connection, const BodyMotion& base, const BodyMotion& target);
+
+/// The balanced reaction: wrench on the Target about its reference point p_WBcm.
+inline Wrench reaction_on_target(const Wrench& on_base, const BodyMotion& base, const BodyMotion& target) {
+  return {-on_base.f, -on_base.t - (base.p_WBcm - target.p_WBcm).cross(on_base.f)};
+}
+
+}  // namespace takt

@@ -1,0 +1,17 @@
+#pragma once
+// What must hold of a mesh file before it is given to assimp, which reads over some faults (a coordinate
+// `nan`, a face out of range in GLB) and reports others without their place. Text only: no file is opened
+// here.
+#include <string>
+#include <string_view>
+
+namespace takt {
+
+enum class MeshFormat { obj, stl, glb };
+
+/// The first fault of the file's content with its place (line or triangle), or an empty string. Checks what
+/// assimp does not: numbers that are numbers and fit single precision, face indices in range, facets and
+/// files that are complete.
+std::string find_mesh_file_fault(MeshFormat format, std::string_view content);
+
+}  // namespace takt

@@ -1,0 +1,87 @@
+#include "server/runtime/command_buffer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+namespace takt {
+namespace {
+
+std::string seconds(std::int64_t ns) {
+  char text[48];
+  std::snprintf(text, sizeof text, "%.9f s", static_cast<double>(ns) * 1e-9);
+  return text;
+}
+
+}  // namespace
+
+std::int64_t stamp_ns(double time_s) {
+  return time_s < 0.0 ? -1 : std::llround(time_s * 1e9);
+}
+
+std::int64_t stamp_ns(const Command& command) {
+  return std::visit([](const auto& c) { return stamp_ns(c.stamp_s); }, command);
+}
+
+CommandBuffer::CommandBuffer(const CellDescription& cell, std::size_t capacity)
+    : cell_(cell), capacity_(capacity), targets_(cell.robots.size() + cell.grippers.size()) {
+  waiting_.reserve(capacity_);
+}
+
+std::optional<Rejection> CommandBuffer::append(const Command& command, std::uint64_t sender,
+                                               std::int64_t received_ns) {
+  const auto* joints = std::get_if<JointCommand>(&command);
+  const auto* gripper = std::get_if<GripperCommand>(&command);
+  const std::size_t index = joints != nullptr
+                                ? static_cast<std::size_t>(joints->robot)
+                                : cell_.robots.size() + static_cast<std::size_t>(gripper->gripper);
+  const auto subject = [&] {
+    return joints != nullptr ? cell_.robots[static_cast<std::size_t>(joints->robot)].name
+                             : cell_.grippers[static_cast<std::size_t>(gripper->gripper)].name;
+  };
+  const std::int64_t stamp = stamp_ns(command);
+  const std::int64_t present = present_ns_.load(std::memory_order_relaxed);
+
+  std::int64_t newest = -1;
+  {
+    const std::lock_guard lock(mutex_);
+    Target& target = targets_[index];
+    newest = target.sender == sender ? target.newest_stamp_ns : -1;
+    const bool stale = stamp >= 0 && stamp < newest && !(newest > present && stamp <= present);
+    if (!stale && waiting_.size() < capacity_) {
+      waiting_.push_back({command, sender, received_ns});
+      target.sender = sender;
+      target.newest_stamp_ns = stamp >= 0 ? stamp : newest;
+      empty_.store(false, std::memory_order_release);
+      return std::nullopt;
+    }
+    if (!stale) newest = -1;
+  }
+  if (newest >= 0) {
+    return Rejection{RejectionCode::stale, subject(),
+                     "The command for " + subject() + " is stamped " + seconds(stamp) +
+                         ", which is older than the newest one accepted, " + seconds(newest) + "."};
+  }
+  return Rejection{RejectionCode::malformed, subject(),
+                   "The command for " + subject() + " was dropped: " + std::to_string(capacity_) +
+                       " commands already wait for the next step."};
+}
+
+void CommandBuffer::take_all(std::vector<ReceivedCommand>& out) {
+  out.clear();
+  if (empty_.load(std::memory_order_acquire)) return;
+  if (out.capacity() < capacity_) out.reserve(capacity_);
+  const std::lock_guard lock(mutex_);
+  waiting_.swap(out);
+  empty_.store(true, std::memory_order_relaxed);
+}
+
+void CommandBuffer::forget() {
+  const std::lock_guard lock(mutex_);
+  waiting_.clear();
+  std::fill(targets_.begin(), targets_.end(), Target{});
+  empty_.store(true, std::memory_order_relaxed);
+}
+
+}  // namespace takt

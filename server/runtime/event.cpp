@@ -1,0 +1,152 @@
+#include "server/runtime/event.h"
+
+#include <cstdio>
+
+#include "server/runtime/pacer.h"
+#include "server/simulation/command.h"
+
+namespace takt {
+namespace {
+
+std::string number(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.9g", value);
+  return text;
+}
+
+std::string component_name(const CellDescription& cell, int component) {
+  if (component < 0) return "nothing";
+  return cell.components[static_cast<std::size_t>(component)].name;
+}
+
+EventText describe_rejection(const EventRecord& event, const CellDescription& cell) {
+  const std::string target(target_name(cell, event.a));
+  const auto code = static_cast<RejectionCode>(event.b);
+  std::string message = std::string(to_string(code)) + ": ";
+  if (event.y < 0.0) {
+    message +=
+        "In lockstep pace " + target + " takes commands only from a registered controller that declares it.";
+  } else if (event.x < 0.0) {
+    message += "The command for " + target +
+               " has no stamp; in lockstep it must be stamped with the boundary it is " + "for, now " +
+               number(event.y) + " s.";
+  } else {
+    message += "The command for " + target + " is stamped " + number(event.x) +
+               " s, but the boundary awaited is " + number(event.y) + " s.";
+  }
+  return {target, message};
+}
+
+}  // namespace
+
+std::string_view to_string(EventCode code) {
+  switch (code) {
+    case EventCode::connection_changed:
+      return "connection_changed";
+    case EventCode::simulation_fault:
+      return "simulation_fault";
+    case EventCode::state_changed:
+      return "state_changed";
+    case EventCode::reset:
+      return "reset";
+    case EventCode::pace_changed:
+      return "pace_changed";
+    case EventCode::schedule_rebased:
+      return "schedule_rebased";
+    case EventCode::controller_registered:
+      return "controller_registered";
+    case EventCode::controller_unregistered:
+      return "controller_unregistered";
+    case EventCode::controller_late:
+      return "controller_late";
+    case EventCode::controller_timeout:
+      return "controller_timeout";
+    case EventCode::command_rejected:
+      return "command_rejected";
+    case EventCode::end_of_scenario:
+      return "end_of_scenario";
+    case EventCode::events_lost:
+      return "events_lost";
+  }
+  return "unknown";
+}
+
+std::string_view to_string(SimulationState state) {
+  switch (state) {
+    case SimulationState::stopped:
+      return "stopped";
+    case SimulationState::playing:
+      return "playing";
+    case SimulationState::paused:
+      return "paused";
+    case SimulationState::quitting:
+      return "quitting";
+  }
+  return "unknown";
+}
+
+std::string_view target_name(const CellDescription& cell, int target) {
+  const int robots = static_cast<int>(cell.robots.size());
+  if (target < 0) return "";
+  if (target < robots) return cell.robots[static_cast<std::size_t>(target)].name;
+  return cell.grippers[static_cast<std::size_t>(target - robots)].name;
+}
+
+int find_target(const CellDescription& cell, std::string_view name) {
+  for (std::size_t i = 0; i < cell.robots.size(); ++i) {
+    if (cell.robots[i].name == name) return static_cast<int>(i);
+  }
+  for (std::size_t i = 0; i < cell.grippers.size(); ++i) {
+    if (cell.grippers[i].name == name) return static_cast<int>(cell.robots.size() + i);
+  }
+  return -1;
+}
+
+EventText describe(const EventRecord& event, const CellDescription& cell) {
+  const std::string text = event.text.str();
+  const auto awaited = [&] {
+    return "the command of controller '" + text + "' for " + std::string(target_name(cell, event.a)) +
+           " at the boundary " + number(event.x) + " s";
+  };
+  switch (event.code) {
+    case EventCode::connection_changed: {
+      const std::string part = component_name(cell, event.a);
+      return {part, part + ": " + component_name(cell, event.b) + " -> " + component_name(cell, event.c)};
+    }
+    case EventCode::simulation_fault:
+      return {cell.cell,
+              "The simulation cannot go on and is paused: " + text + " A reset returns to the start."};
+    case EventCode::state_changed:
+      return {cell.cell,
+              "The simulation is now " + std::string(to_string(static_cast<SimulationState>(event.a))) + "."};
+    case EventCode::reset:
+      return {cell.cell, "The cell is back in its initial state."};
+    case EventCode::pace_changed: {
+      const auto pace = static_cast<Pace>(event.a);
+      const std::string factor = pace == Pace::realtime ? ", factor " + number(event.x) : "";
+      return {cell.cell, "The pace is now " + std::string(to_string(pace)) + factor + "."};
+    }
+    case EventCode::schedule_rebased:
+      return {cell.cell,
+              "The simulation was " + number(event.x) +
+                  " s behind its schedule, more than the 0.05 s that are caught up: the schedule was moved."};
+    case EventCode::controller_registered:
+      return {text, "Controller '" + text + "' is registered with a period of " + number(event.x) + " s."};
+    case EventCode::controller_unregistered:
+      return {text, "Controller '" + text + "' is no longer registered."};
+    case EventCode::controller_late:
+      return {text, "The simulation waits for " + awaited() + "; missing for " + number(event.y) + " s."};
+    case EventCode::controller_timeout:
+      return {text,
+              "The simulation is paused: " + awaited() + " did not come within " + number(event.y) + " s."};
+    case EventCode::command_rejected:
+      return describe_rejection(event, cell);
+    case EventCode::end_of_scenario:
+      return {cell.scenario, "The scenario's duration has been simulated; the simulation is paused."};
+    case EventCode::events_lost:
+      return {cell.cell, std::to_string(event.a) + " events were lost: more came than could be sent."};
+  }
+  return {};
+}
+
+}  // namespace takt

@@ -1,0 +1,60 @@
+#pragma once
+// What the step loop has to tell, as fixed-size records: the loop makes no text. describe() makes the
+// sentence for a person, in whatever thread sends the event.
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "server/runtime/fixed_text.h"
+#include "server/simulation/cell_description.h"
+
+namespace takt {
+
+enum class EventCode : std::uint8_t {
+  connection_changed,       ///< a: Part, b: from, c: to (components or -1)
+  simulation_fault,         ///< text: the simulation's own words
+  state_changed,            ///< a: new SimulationState
+  reset,                    ///< the cell is back in its initial state
+  pace_changed,             ///< a: Pace, x: factor
+  schedule_rebased,         ///< x: lag in s
+  controller_registered,    ///< text: name, x: period in s
+  controller_unregistered,  ///< text: name
+  controller_late,          ///< text: name, a: target awaited, x: boundary in s
+  controller_timeout,       ///< text: name, a: target awaited, x: boundary in s, y: time-out in s
+  command_rejected,         ///< a: target, b: RejectionCode, x: stamp in s, y: boundary in s (negative: none
+                            ///< awaited)
+  end_of_scenario,          ///< the scenario's duration has been simulated
+  events_lost,              ///< a: how many, because nobody fetched them in time
+};
+std::string_view to_string(EventCode code);
+
+enum class Severity : std::uint8_t { information = 0, warning = 1, error = 2 };
+
+/// States of simulation_interfaces.
+enum class SimulationState : std::uint8_t { stopped = 0, playing = 1, paused = 2, quitting = 3 };
+std::string_view to_string(SimulationState state);
+
+/// Robots and grippers together are "targets" of commands: robots first, then grippers.
+std::string_view target_name(const CellDescription& cell, int target);
+/// -1 when the cell has no robot or gripper of that name.
+int find_target(const CellDescription& cell, std::string_view name);
+
+struct EventRecord {
+  EventCode code{};
+  Severity severity = Severity::information;
+  double time_s = 0.0;
+  std::uint64_t step = 0;
+  std::uint32_t epoch = 0;
+  int a = -1, b = -1, c = -1;
+  double x = 0.0, y = 0.0;
+  std::uint64_t sender = 0;  ///< of the command that caused it, 0: none
+  FixedText<256> text;
+};
+
+struct EventText {
+  std::string subject;
+  std::string message;
+};
+EventText describe(const EventRecord& event, const CellDescription& cell);
+
+}  // namespace takt

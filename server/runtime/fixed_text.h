@@ -1,0 +1,32 @@
+#pragma once
+// A short text of fixed capacity: can be copied and handed between threads without allocating.
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace takt {
+
+template <std::size_t Capacity>
+class FixedText {
+ public:
+  FixedText() = default;
+  explicit FixedText(std::string_view text) { assign(text); }
+
+  /// What does not fit is cut off.
+  void assign(std::string_view text) {
+    size_ = std::min(text.size(), Capacity);
+    std::copy_n(text.begin(), size_, characters_.begin());
+  }
+  void clear() { size_ = 0; }
+  bool empty() const { return size_ == 0; }
+  std::string_view view() const { return {characters_.data(), size_}; }
+  std::string str() const { return std::string(view()); }
+
+ private:
+  std::array<char, Capacity> characters_{};
+  std::size_t size_ = 0;
+};
+
+}  // namespace takt

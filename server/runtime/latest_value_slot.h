@@ -1,0 +1,47 @@
+#pragma once
+// Hands the latest value from one writing thread to one reading thread. Wait-free: neither side ever waits
+// for the other, and no value is copied by the slot. The reader sees the newest complete value; older ones
+// are skipped.
+//
+// Three buffers: one belongs to the writer, one to the reader, the third lies between them. publish() and
+// take() exchange one's own buffer with the one in between.
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <utility>
+
+namespace takt {
+
+template <typename T>
+class LatestValueSlot {
+ public:
+  LatestValueSlot() = default;
+  /// All three buffers start as copies of `initial`, so that values with inner storage are sized once.
+  explicit LatestValueSlot(const T& initial) : buffers_{initial, initial, initial} {}
+  LatestValueSlot(const LatestValueSlot&) = delete;
+  LatestValueSlot& operator=(const LatestValueSlot&) = delete;
+
+  /// Writer: the buffer to fill. Holds some older value. Valid until publish().
+  T& write_buffer() { return buffers_[writer_]; }
+  /// Writer: makes the filled buffer the latest value.
+  void publish() { writer_ = middle_.exchange(writer_ | kFresh, std::memory_order_acq_rel) & kIndex; }
+
+  /// Reader: the latest value, or nullptr when there is none newer than the one taken before. Valid until the
+  /// next take().
+  const T* take() {
+    if ((middle_.load(std::memory_order_relaxed) & kFresh) == 0) return nullptr;
+    reader_ = middle_.exchange(reader_, std::memory_order_acq_rel) & kIndex;
+    return &buffers_[reader_];
+  }
+
+ private:
+  static constexpr std::uint32_t kIndex = 3;
+  static constexpr std::uint32_t kFresh = 4;
+
+  std::array<T, 3> buffers_{};
+  std::uint32_t writer_ = 0;
+  std::atomic<std::uint32_t> middle_{1};
+  std::uint32_t reader_ = 2;
+};
+
+}  // namespace takt

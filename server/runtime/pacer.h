@@ -1,0 +1,59 @@
+#pragma once
+// Holds the step loop to the wall clock: step n after the anchor is due at anchor + n * step / factor, an
+// absolute schedule, so that errors of single wake-ups do not add up.
+//
+// Being late is made good by running the following steps without waiting, as long as the lag stays within 50
+// ms. Beyond that the schedule is moved once so that the present step is due now ("re-based"), counted, and
+// told to the caller. No step is ever skipped and the step size never changes.
+#include <cstdint>
+#include <string_view>
+
+#include "server/runtime/histogram.h"
+#include "server/runtime/monotonic_clock.h"
+
+namespace takt {
+
+enum class Pace : std::uint8_t { realtime, free, lockstep };
+std::string_view to_string(Pace pace);
+
+class Pacer {
+ public:
+  static constexpr std::int64_t kCatchUpLimit_ns = 50'000'000;
+
+  struct Figures {
+    std::int64_t lag_ns = 0;                ///< of the newest step behind its schedule
+    std::uint64_t overruns = 0;             ///< steps that began a whole period or more behind schedule
+    std::uint64_t longest_overrun_run = 0;  ///< most of them in a row
+    std::uint64_t rebases = 0;
+  };
+
+  explicit Pacer(MonotonicClock& clock) : clock_(clock) {}
+
+  /// The next step is due now; further ones every step_s / factor of wall time.
+  void anchor(double step_s, double factor);
+
+  enum class Result {
+    not_due,  ///< slept as long as allowed, the step is still to come: call again
+    due,      ///< take the step now
+    rebased,  ///< take the step now; the lag exceeded the limit and the schedule was moved by lag_ns
+  };
+  /// Waits for the next step's time, at most `longest_sleep_ns`.
+  Result wait(std::int64_t longest_sleep_ns);
+
+  const Figures& figures() const { return figures_; }
+  const DurationHistogram& wake_up() const { return wake_up_; }
+  void clear_figures();
+
+ private:
+  std::int64_t due_ns() const;
+
+  MonotonicClock& clock_;
+  double period_ns_ = 1e6;
+  std::int64_t anchor_ns_ = 0;
+  std::uint64_t steps_since_anchor_ = 0;
+  std::uint64_t overrun_run_ = 0;
+  Figures figures_;
+  DurationHistogram wake_up_;
+};
+
+}  // namespace takt

@@ -1,0 +1,162 @@
+#pragma once
+// The step loop of the service: the one thread that touches the simulation.
+//
+//   pacer.wait -> commands.take_all -> simulation.step(commands) -> outbox.snapshots.publish
+//
+// Commands come in through commands(), control requests through submit(), both from any thread; everything
+// that goes out lies in outbox(). The loop knows no transport, and in steady state neither allocates nor
+// waits for a reader.
+//
+// Lockstep: at a step that is a boundary of a registered controller (controller_registry.h) the loop waits
+// until every target of that controller has a command stamped with that step's time, to the nanosecond, and
+// applies them together in the very next step, robots before grippers, in index order. So the results depend
+// on the commands alone.
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "server/runtime/command_buffer.h"
+#include "server/runtime/control.h"
+#include "server/runtime/controller_registry.h"
+#include "server/runtime/histogram.h"
+#include "server/runtime/outbox.h"
+#include "server/runtime/pacer.h"
+#include "server/runtime/wakeup.h"
+#include "server/simulation/simulation.h"
+
+namespace takt {
+
+struct RunLoopOptions {
+  Pace pace = Pace::realtime;
+  double factor = 1.0;  ///< simulated seconds per second of wall time, for realtime
+  bool start_paused = false;
+  int realtime_priority = 0;         ///< see obtain_scheduling()
+  std::optional<double> pause_at_s;  ///< simulated time at which to pause with the event end_of_scenario
+  bool quit_at_end = false;          ///< and then end the loop
+  /// Called in the loop's thread with every instant, the first one and those after a reset included: for
+  /// tests and for recording in-process. Empty: none.
+  std::function<void(const Simulation&)> on_instant;
+};
+
+class RunLoop {
+ public:
+  /// `simulation` must outlive the loop and is touched only by its thread from start() to the end of stop().
+  RunLoop(Simulation& simulation, RunLoopOptions options);
+  ~RunLoop();
+  RunLoop(const RunLoop&) = delete;
+  RunLoop& operator=(const RunLoop&) = delete;
+
+  void start();
+  /// Ends the loop between two steps and joins its thread. May be called more than once.
+  void stop();
+  /// The loop has ended or is about to: set_state quitting, or quit_at_end.
+  bool quitting() const { return quitting_.load(); }
+  /// Any thread: called once, from the loop's thread, when the loop ends of itself. Set it before start().
+  void set_on_quit(std::function<void()> on_quit) { on_quit_ = std::move(on_quit); }
+
+  /// Any thread. As CommandBuffer::append, and wakes a waiting loop.
+  std::optional<Rejection> append(const Command& command, std::uint64_t sender, std::int64_t received_ns);
+  /// Any thread. The reply comes through outbox(): at once when the request is not well-formed, else when it
+  /// was done.
+  void submit(const ControlRequest& request);
+
+  Outbox& outbox() { return outbox_; }
+  /// To be called by the reader of the outbox after writing a snapshot.
+  void snapshot_written(std::uint64_t number);
+
+  /// Seconds since the loop was made, for reports.
+  double wall_time_s() const;
+  const CellDescription& cell() const { return simulation_.description(); }
+
+ private:
+  struct Pending {
+    bool present = false;
+    ReceivedCommand received;
+  };
+  struct PendingAction {
+    std::uint64_t id = 0;
+    ControlAction action;
+  };
+  struct RateSample {
+    std::int64_t wall_ns = 0;
+    double time_s = 0.0;
+    std::int64_t computed_ns = 0;
+  };
+
+  void run();
+  void execute_requests();
+  void reply(std::uint64_t id, ControlResult result, std::string message, TextArguments values = {});
+  void execute(std::uint64_t id, const SetState& action);
+  void execute(std::uint64_t id, const Step& action);
+  void execute(std::uint64_t id, const SetPace& action);
+  void execute(std::uint64_t id, const RegisterController& action);
+  void execute(std::uint64_t id, const UnregisterController& action);
+  void execute_get_state(std::uint64_t id);
+  void do_reset();
+  void set_state(SimulationState state);
+  void end_single_steps(ControlResult result, const std::string& message);
+
+  void collect_commands();
+  bool accept_in_lockstep(int target, ReceivedCommand& received);
+  bool may_step();
+  bool boundary_commands_present();
+  void wait_for_controller(const ControllerRegistry::Controller& controller, int missing_target);
+  void take_step();
+  void gather_batch();
+  void finish_boundaries(std::uint64_t step);
+  void pause_with(EventRecord event);
+  void publish_instant();
+  void wait_until_written();
+  void publish_status(std::int64_t now_ns);
+  void publish_status_if_due();
+  EventRecord event(EventCode code, Severity severity) const;
+  void emit(const EventRecord& event);
+  void anchor();
+
+  Simulation& simulation_;
+  RunLoopOptions options_;
+  CommandBuffer buffer_;
+  Outbox outbox_;
+  Pacer pacer_;
+  ControllerRegistry registry_;
+
+  std::thread thread_;
+  Wakeup wakeup_;
+  std::atomic<bool> stop_{false}, quitting_{false}, requests_waiting_{false};
+  std::mutex requests_mutex_;
+  std::vector<PendingAction> requests_;  // guarded by requests_mutex_
+  std::function<void()> on_quit_;
+
+  // From here on: the loop's thread only.
+  SimulationState state_;
+  Pace pace_;
+  double factor_;
+  bool faulted_ = false, ended_ = false;
+  std::uint64_t single_steps_left_ = 0;
+  std::uint64_t single_steps_request_ = 0;  ///< id of the request being worked on
+  std::vector<ReceivedCommand> incoming_;
+  std::vector<Pending> pending_;  ///< per target: the newest command not yet applied
+  std::vector<Command> batch_;
+  std::uint64_t published_ = 0;
+
+  std::int64_t wait_began_ns_ = 0;  ///< at the present boundary; 0: not waiting
+  bool late_announced_ = false, wait_in_status_ = false;
+  std::array<FixedText<128>, 16> waiting_for_;
+  std::uint32_t waiting_count_ = 0;
+
+  FixedText<256> scheduling_;
+  std::int64_t made_ns_;
+  std::int64_t next_status_ns_ = 0;
+  std::int64_t computed_ns_ = 0;  ///< sum of the steps' computation times
+  DurationHistogram step_time_, command_latency_;
+  std::uint64_t commands_applied_ = 0, commands_rejected_ = 0, events_lost_told_ = 0;
+  std::array<RateSample, 11> rate_;
+  std::size_t rate_count_ = 0;
+};
+
+}  // namespace takt

@@ -1,0 +1,214 @@
+// Control requests of the step loop: handed over by submit(), executed between two steps.
+#include <algorithm>
+
+#include "server/runtime/run_loop.h"
+
+namespace takt {
+
+void RunLoop::submit(const ControlRequest& request) {
+  auto parsed = parse(request, cell());
+  if (auto* answer = std::get_if<ControlReply>(&parsed)) {
+    outbox_.add_reply(std::move(*answer));
+    return;
+  }
+  {
+    const std::lock_guard lock(requests_mutex_);
+    requests_.push_back({request.id, std::get<ControlAction>(std::move(parsed))});
+    requests_waiting_.store(true, std::memory_order_release);
+  }
+  wakeup_.post();
+}
+
+void RunLoop::execute_requests() {
+  std::vector<PendingAction> requests;
+  {
+    const std::lock_guard lock(requests_mutex_);
+    requests.swap(requests_);
+    requests_waiting_.store(false, std::memory_order_relaxed);
+  }
+  for (const PendingAction& request : requests) {
+    const std::uint64_t id = request.id;
+    if (std::holds_alternative<GetFeatures>(request.action)) {
+      outbox_.add_reply(features_reply(id));
+    } else if (std::holds_alternative<GetState>(request.action)) {
+      execute_get_state(id);
+    } else if (const auto* to_state = std::get_if<SetState>(&request.action)) {
+      execute(id, *to_state);
+    } else if (const auto* step = std::get_if<Step>(&request.action)) {
+      execute(id, *step);
+    } else if (std::holds_alternative<Reset>(request.action)) {
+      do_reset();
+      reply(id, ControlResult::ok, "The cell is back in its initial state.",
+            {{"epoch", std::to_string(simulation_.epoch())}});
+    } else if (const auto* to_pace = std::get_if<SetPace>(&request.action)) {
+      execute(id, *to_pace);
+    } else if (const auto* add = std::get_if<RegisterController>(&request.action)) {
+      execute(id, *add);
+    } else if (const auto* remove = std::get_if<UnregisterController>(&request.action)) {
+      execute(id, *remove);
+    }
+  }
+}
+
+void RunLoop::reply(std::uint64_t id, ControlResult result, std::string message, TextArguments values) {
+  outbox_.add_reply({id, result, std::move(message), std::move(values)});
+}
+
+void RunLoop::execute_get_state(std::uint64_t id) {
+  reply(id, ControlResult::ok, "The simulation is " + std::string(to_string(state_)) + ".",
+        {{"state", std::to_string(static_cast<int>(state_))},
+         {"state_name", std::string(to_string(state_))},
+         {"pace", std::string(to_string(pace_))},
+         {"factor", exact_text(factor_)},
+         {"time", exact_text(simulation_.time_s())},
+         {"step", std::to_string(simulation_.step_index())},
+         {"epoch", std::to_string(simulation_.epoch())},
+         {"state_hash", std::to_string(simulation_.state_hash())},
+         {"fault", faulted_ ? simulation_.fault() : std::string()}});
+}
+
+void RunLoop::execute(std::uint64_t id, const SetState& action) {
+  const SimulationState before = state_;
+  switch (action.state) {
+    case SimulationState::stopped:
+      do_reset();
+      set_state(SimulationState::stopped);
+      break;
+    case SimulationState::playing:
+      if (faulted_) {
+        reply(id, ControlResult::incorrect_state,
+              "The simulation has a fault and must be reset first: " + simulation_.fault());
+        return;
+      }
+      end_single_steps(ControlResult::failed,
+                       "The remaining steps were not taken one by one: the simulation was set playing.");
+      set_state(SimulationState::playing);
+      break;
+    case SimulationState::paused:
+      end_single_steps(ControlResult::failed,
+                       "The remaining steps were not taken: the simulation was paused.");
+      set_state(SimulationState::paused);
+      break;
+    case SimulationState::quitting:
+      set_state(SimulationState::quitting);
+      quitting_.store(true);
+      stop_.store(true);
+      break;
+  }
+  reply(id, ControlResult::ok,
+        "The simulation is " + std::string(before == state_ ? "already " : "now ") +
+            std::string(to_string(state_)) + ".",
+        {{"state", std::to_string(static_cast<int>(state_))}});
+}
+
+void RunLoop::execute(std::uint64_t id, const Step& action) {
+  if (faulted_) {
+    reply(id, ControlResult::incorrect_state,
+          "The simulation has a fault and must be reset first: " + simulation_.fault());
+  } else if (state_ == SimulationState::playing) {
+    reply(id, ControlResult::incorrect_state,
+          "Single steps are possible only while the simulation is paused; it is playing.");
+  } else if (single_steps_left_ > 0) {
+    reply(id, ControlResult::incorrect_state,
+          "An earlier step request is still being worked on; " + std::to_string(single_steps_left_) +
+              " steps are left.");
+  } else {
+    if (state_ == SimulationState::stopped) set_state(SimulationState::paused);
+    single_steps_left_ = action.steps;
+    single_steps_request_ = id;
+  }
+}
+
+void RunLoop::execute(std::uint64_t id, const SetPace& action) {
+  pace_ = action.pace;
+  factor_ = action.pace == Pace::realtime ? action.factor : 1.0;
+  for (Pending& pending : pending_) pending.present = false;
+  wait_began_ns_ = 0;
+  anchor();
+  EventRecord changed = event(EventCode::pace_changed, Severity::information);
+  changed.a = static_cast<int>(pace_);
+  changed.x = factor_;
+  emit(changed);
+  publish_status(monotonic_now_ns());
+  reply(id, ControlResult::ok, describe(changed, cell()).message,
+        {{"pace", std::string(to_string(pace_))}, {"factor", exact_text(factor_)}});
+}
+
+void RunLoop::execute(std::uint64_t id, const RegisterController& action) {
+  const std::string refusal = registry_.add(action, simulation_.step_index(), cell());
+  if (!refusal.empty()) {
+    reply(id, ControlResult::failed, refusal);
+    return;
+  }
+  for (const int target : action.targets) pending_[static_cast<std::size_t>(target)].present = false;
+  wait_began_ns_ = 0;
+  EventRecord registered = event(EventCode::controller_registered, Severity::information);
+  registered.text.assign(action.name);
+  registered.x = action.period_s;
+  emit(registered);
+  const auto boundary_step = registry_.owner(action.targets.front())->boundary_step;
+  reply(id, ControlResult::ok, describe(registered, cell()).message,
+        {{"next_boundary_step", std::to_string(boundary_step)},
+         {"next_boundary_time", exact_text(static_cast<double>(boundary_step) * cell().step_s)},
+         {"epoch", std::to_string(simulation_.epoch())}});
+}
+
+void RunLoop::execute(std::uint64_t id, const UnregisterController& action) {
+  if (!registry_.remove(action.name)) {
+    reply(id, ControlResult::not_found, "There is no controller '" + action.name + "'.");
+    return;
+  }
+  wait_began_ns_ = 0;
+  EventRecord removed = event(EventCode::controller_unregistered, Severity::information);
+  removed.text.assign(action.name);
+  emit(removed);
+  reply(id, ControlResult::ok, describe(removed, cell()).message);
+}
+
+void RunLoop::do_reset() {
+  end_single_steps(ControlResult::failed, "The remaining steps were not taken: the cell was reset.");
+  simulation_.reset();
+  buffer_.forget();
+  buffer_.set_present_ns(0);
+  for (Pending& pending : pending_) pending.present = false;
+  registry_.restart();
+  faulted_ = false;
+  ended_ = false;
+  wait_began_ns_ = 0;
+  pacer_.clear_figures();
+  step_time_.clear();
+  command_latency_.clear();
+  rate_count_ = 0;
+  anchor();
+  emit(event(EventCode::reset, Severity::information));
+  publish_instant();
+  publish_status(monotonic_now_ns());
+}
+
+void RunLoop::set_state(SimulationState state) {
+  if (state_ == state) return;
+  state_ = state;
+  wait_began_ns_ = 0;
+  if (state == SimulationState::playing) {
+    anchor();
+    if (pace_ == Pace::lockstep) {
+      for (std::size_t target = 0; target < pending_.size(); ++target) {
+        if (registry_.owner(static_cast<int>(target)) == nullptr) pending_[target].present = false;
+      }
+    }
+  }
+  EventRecord changed = event(EventCode::state_changed, Severity::information);
+  changed.a = static_cast<int>(state);
+  emit(changed);
+  publish_status(monotonic_now_ns());
+}
+
+void RunLoop::end_single_steps(ControlResult result, const std::string& message) {
+  if (single_steps_request_ == 0) return;
+  reply(single_steps_request_, result, message,
+        {{"step", std::to_string(simulation_.step_index())}, {"time", exact_text(simulation_.time_s())}});
+  single_steps_request_ = 0;
+  single_steps_left_ = 0;
+}
+
+}  // namespace takt

@@ -1,0 +1,39 @@
+#pragma once
+// Wakes one waiting thread. post() never blocks and allocates nothing, so that the step loop may call it;
+// several posts before the wait are one.
+#include <semaphore.h>
+#include <time.h>
+
+#include <atomic>
+#include <cstdint>
+
+namespace takt {
+
+class Wakeup {
+ public:
+  Wakeup() { sem_init(&semaphore_, 0, 0); }
+  ~Wakeup() { sem_destroy(&semaphore_); }
+  Wakeup(const Wakeup&) = delete;
+  Wakeup& operator=(const Wakeup&) = delete;
+
+  void post() {
+    if (!posted_.exchange(true)) sem_post(&semaphore_);
+  }
+
+  /// Waits for a post until `deadline_ns` of CLOCK_MONOTONIC; true when there was one. Look at the shared
+  /// data after it returns, whatever it returns.
+  bool wait_until_ns(std::int64_t deadline_ns) {
+    timespec deadline{};
+    deadline.tv_sec = static_cast<time_t>(deadline_ns / 1'000'000'000);
+    deadline.tv_nsec = static_cast<long>(deadline_ns % 1'000'000'000);
+    const bool woken = sem_clockwait(&semaphore_, CLOCK_MONOTONIC, &deadline) == 0;
+    if (woken) posted_.store(false);
+    return woken;
+  }
+
+ private:
+  sem_t semaphore_{};
+  std::atomic<bool> posted_{false};
+};
+
+}  // namespace takt

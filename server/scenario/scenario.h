@@ -1,0 +1,119 @@
+#pragma once
+// A scenario: everything a user says about a cell, as plain structs with defaults. Read from YAML by
+// scenario_reader, or written in C++; turned into a CellModel by scenario_builder. Keys in the file are the
+// member names below; units are in the names, angles in radians, lengths in metres. Quaternions are x, y, z,
+// w.
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "plant_models/spatial.h"
+
+namespace takt {
+
+/// What to use as convex shapes for the collision check.
+struct ConvexSource {
+  enum class Kind { hull, objects, file } kind = Kind::hull;
+  std::filesystem::path file;  ///< kind `file`: a hand-made decomposition, each object one convex part
+};
+
+struct ScenarioPart {
+  std::string name;
+  std::filesystem::path mesh;
+  double mesh_scale = 1.0;
+  ConvexSource convex;
+  double mass_kg = 0.0;
+  int hierarchy = 1;
+  Pose X_WB;
+  std::array<float, 4> color{0.7F, 0.7F, 0.7F, 1.0F};
+  /// Both or neither; without them they follow from the closed mesh at uniform density.
+  std::optional<Vec3> center_of_mass_m;
+  std::optional<Mat3> inertia_kg_m2;
+  // Substitute force of this Part; unset values come from `interaction`.
+  std::optional<double> allowed_position_error_m, damping_ratio;
+  std::optional<double> rotational_stiffness_N_m_per_rad, rotational_damping_N_m_s_per_rad;
+};
+
+struct ScenarioGround {
+  std::string name;
+  std::filesystem::path mesh;
+  double mesh_scale = 1.0;
+  ConvexSource convex;
+  Pose X_WB;
+  std::array<float, 4> color{0.6F, 0.6F, 0.55F, 1.0F};
+};
+
+struct ScenarioRobot {
+  std::string name;
+  std::filesystem::path urdf;
+  std::string base_link = "base_link";
+  std::string flange_link = "tool0";
+  Pose X_WR;
+  std::vector<double> initial_joints_rad;  ///< m for prismatic joints
+  double command_period_s = 0.008;
+};
+
+struct ScenarioGripper {
+  std::string name;
+  std::string robot;
+  Pose X_FG;  ///< mount
+  Pose X_GT;  ///< tool centre point
+  std::filesystem::path body_mesh, jaw_mesh;
+  double max_width_m = 0.0;
+  double initial_width_m = 0.0;
+  double jaw_speed_m_per_s = 0.0;
+  double max_force_N = 0.0;
+  double mass_kg = 0.0;
+  bool grasp_on_contact = false;
+  std::array<float, 4> color{0.25F, 0.25F, 0.28F, 1.0F};
+};
+
+struct ScenarioProcess {
+  std::string name;
+  int level_of_detail = 1;
+  bool all_members = true;
+  std::vector<std::string> members;  ///< components, robots, grippers
+};
+
+struct ExpectedPose {
+  std::string part;
+  Pose X_WB;
+};
+
+struct ScenarioMark {
+  std::string name;
+  double time_s = 0.0;
+};
+
+struct Scenario {
+  std::filesystem::path file;
+  std::string name;
+  std::string description;
+  double duration_s = 0.0;  ///< 0: open end
+  Vec3 gravity_m_per_s2{0.0, 0.0, -9.80665};
+  std::string solver = "rk2";
+  double step_s = 0.001;
+  std::vector<ScenarioProcess> processes;
+  // interaction
+  std::string algorithm = "partner_search";
+  bool weight_feed_forward = true;
+  double allowed_position_error_m = 0.0001;
+  double damping_ratio = 1.0;
+  double contact_margin_m = 0.0002;
+  std::vector<ScenarioPart> parts;
+  std::vector<ScenarioGround> grounds;
+  std::vector<ScenarioRobot> robots;
+  std::vector<ScenarioGripper> grippers;
+  std::filesystem::path controller_program;  ///< empty: none
+  std::vector<ScenarioMark> marks;           ///< instants whose poses and wrenches go into the report
+  std::vector<ExpectedPose> expected;        ///< analytic poses at the end
+  double expected_tolerance_m = 0.0001;
+};
+
+/// Bounds of the hierarchy of a Part.
+inline constexpr int kMinHierarchy = 1;
+inline constexpr int kMaxHierarchy = 1000;
+
+}  // namespace takt

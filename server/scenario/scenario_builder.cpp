@@ -1,0 +1,201 @@
+#include "server/scenario/scenario_builder.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "server/geometry/mesh_import.h"
+#include "server/scenario/urdf_reader.h"
+
+namespace takt {
+
+namespace {
+
+[[noreturn]] void fail(const Scenario& scenario, const std::string& key, const std::string& found,
+                       const std::string& allowed) {
+  throw ScenarioError(scenario.file.string() + ": " + key + ": found " + found + "; allowed: " + allowed);
+}
+
+ConvexShape hull_of(const TriangleMesh& mesh) {
+  return ConvexShape::from_points(convex_hull_vertices(mesh.vertices));
+}
+
+std::vector<ConvexShape> convex_shapes(const std::filesystem::path& mesh_file, double scale,
+                                       const TriangleMesh& mesh, const ConvexSource& source) {
+  if (source.kind == ConvexSource::Kind::hull) return {hull_of(mesh)};
+  const auto& file = source.kind == ConvexSource::Kind::file ? source.file : mesh_file;
+  std::vector<ConvexShape> shapes;
+  for (const NamedMesh& object : import_mesh_objects(file, scale)) shapes.push_back(hull_of(object.mesh));
+  return shapes;
+}
+
+void describe_mesh(const TriangleMesh& mesh, const std::filesystem::path& file,
+                   const std::array<float, 4>& color, ComponentDescription& description) {
+  description.mesh_uri = file.filename().string();
+  description.color = color;
+  for (const Vec3& v : mesh.vertices) {
+    for (int i = 0; i < 3; ++i) description.vertices.push_back(static_cast<float>(v[i]));
+  }
+  for (const auto& t : mesh.triangles)
+    description.triangles.insert(description.triangles.end(), t.begin(), t.end());
+}
+
+int add_component(CellModel& cell, Component component, const TriangleMesh& mesh,
+                  const std::filesystem::path& file, const std::array<float, 4>& color) {
+  component.box = bounding_box(component.convex);
+  ComponentDescription description;
+  description.name = component.name;
+  description.type = component.type;
+  description.hierarchy = component.hierarchy;
+  description.mass_kg = component.mass_kg;
+  description.p_BBcm = component.p_BBcm;
+  describe_mesh(mesh, file, color, description);
+  cell.description.components.push_back(std::move(description));
+  cell.components.push_back(std::move(component));
+  return static_cast<int>(cell.components.size()) - 1;
+}
+
+void add_part(const Scenario& scenario, const ScenarioPart& part, CellModel& cell) {
+  const TriangleMesh mesh = import_solid(part.mesh, part.mesh_scale);
+  Component component;
+  component.name = part.name;
+  component.type = ComponentType::part;
+  component.hierarchy = part.hierarchy;
+  component.convex = convex_shapes(part.mesh, part.mesh_scale, mesh, part.convex);
+  component.mass_kg = part.mass_kg;
+  const VolumeProperties volume = volume_properties(mesh);
+  component.p_BBcm = part.center_of_mass_m.value_or(volume.p_BBcm);
+  component.I_BBcm_B = part.inertia_kg_m2.value_or(part.mass_kg * volume.G_BBcm_B);
+  const double gravity = scenario.gravity_m_per_s2.norm();
+  // Without gravity the allowed error has no weight to bound it; standard gravity keeps the spring as stiff
+  // as usual.
+  component.substitute =
+      substitute_parameters(part.mass_kg, component.I_BBcm_B, gravity > 0.0 ? gravity : 9.80665,
+                            part.allowed_position_error_m.value_or(scenario.allowed_position_error_m),
+                            part.damping_ratio.value_or(scenario.damping_ratio));
+  if (part.rotational_stiffness_N_m_per_rad) {
+    component.substitute.K_rot_B = Mat3::Identity() * *part.rotational_stiffness_N_m_per_rad;
+  }
+  if (part.rotational_damping_N_m_s_per_rad) {
+    component.substitute.D_rot_B = Mat3::Identity() * *part.rotational_damping_N_m_s_per_rad;
+  }
+  const Component copy = component;
+  const int id = add_component(cell, std::move(component), mesh, part.mesh, part.color);
+  cell.parts.push_back({id, copy.mass_kg, copy.p_BBcm, copy.I_BBcm_B, scenario.gravity_m_per_s2, part.X_WB});
+}
+
+void add_ground(const ScenarioGround& ground, CellModel& cell) {
+  const TriangleMesh mesh = import_solid(ground.mesh, ground.mesh_scale);
+  Component component;
+  component.name = ground.name;
+  component.type = ComponentType::ground;
+  component.convex = convex_shapes(ground.mesh, ground.mesh_scale, mesh, ground.convex);
+  cell.grounds.push_back(
+      {add_component(cell, std::move(component), mesh, ground.mesh, ground.color), ground.X_WB});
+}
+
+void add_robot(const Scenario& scenario, const ScenarioRobot& robot, CellModel& cell) {
+  const UrdfArm urdf = read_urdf_arm(robot.urdf, robot.base_link, robot.flange_link);
+  const std::string key = "robots." + robot.name + ".initial_joints_rad";
+  const auto count = static_cast<std::size_t>(urdf.arm.joint_count());
+  if (robot.initial_joints_rad.size() != count) {
+    fail(scenario, key, std::to_string(robot.initial_joints_rad.size()) + " values",
+         std::to_string(count) + ", one for each joint of " + robot.urdf.string());
+  }
+  KinematicRobotParameters parameters;
+  parameters.robot = static_cast<int>(cell.robots.size());
+  parameters.arm = urdf.arm;
+  parameters.X_WR = robot.X_WR;
+  for (std::size_t i = 0; i < count; ++i) {
+    const JointModel& joint = urdf.arm.joints[i];
+    const double q = robot.initial_joints_rad[i];
+    if (q < joint.lower || q > joint.upper) {
+      fail(scenario, key, std::to_string(q) + " for joint '" + joint.name + "'",
+           "a value in [" + std::to_string(joint.lower) + ", " + std::to_string(joint.upper) + "]");
+    }
+    parameters.q_initial[i] = q;
+  }
+  cell.robots.push_back(parameters);
+  cell.description.robots.push_back({robot.name, urdf.text, urdf.arm, robot.X_WR, robot.command_period_s});
+}
+
+void add_gripper(const ScenarioGripper& gripper, CellModel& cell) {
+  const int index = static_cast<int>(cell.grippers.size());
+  const int robot = cell.description.find_robot(gripper.robot);
+  const TriangleMesh body = import_solid(gripper.body_mesh);
+  const TriangleMesh jaw = import_solid(gripper.jaw_mesh);
+
+  GripperModel model;
+  model.parameters.robot = robot;
+  model.parameters.X_FG = gripper.X_FG;
+  model.parameters.max_width_m = gripper.max_width_m;
+  model.parameters.initial_width_m = gripper.initial_width_m;
+  model.parameters.jaw_speed_m_per_s = gripper.jaw_speed_m_per_s;
+  model.rule = gripper.grasp_on_contact ? GraspRule::on_contact : GraspRule::on_command;
+  model.max_force_N = gripper.max_force_N;
+
+  Component palm;
+  palm.name = gripper.name;
+  palm.type = ComponentType::gripper;
+  palm.gripper = index;
+  palm.role = GripperRole::palm;
+  model.parameters.palm = add_component(cell, std::move(palm), body, gripper.body_mesh, gripper.color);
+  const ConvexShape jaw_hull = hull_of(jaw);
+  for (const auto& [side, suffix, role] : {std::tuple{0, "/left_jaw", GripperRole::left_jaw},
+                                           std::tuple{1, "/right_jaw", GripperRole::right_jaw}}) {
+    Component component;
+    component.name = gripper.name + suffix;
+    component.type = ComponentType::gripper;
+    component.gripper = index;
+    component.role = role;
+    component.convex = {jaw_hull};
+    model.parameters.jaws[static_cast<std::size_t>(side)] =
+        add_component(cell, std::move(component), jaw, gripper.jaw_mesh, gripper.color);
+  }
+  const Vec3 lower = jaw_hull.box.center_B - jaw_hull.box.half_B;
+  const Vec3 upper = jaw_hull.box.center_B + jaw_hull.box.half_B;
+  model.face_x_lower_m = lower.x(), model.face_x_upper_m = upper.x();
+  model.face_z_lower_m = lower.z(), model.face_z_upper_m = upper.z();
+  cell.grippers.push_back(model);
+
+  GripperDescription description;
+  description.name = gripper.name;
+  description.robot = robot;
+  description.component = model.parameters.palm;
+  description.left_jaw = model.parameters.jaws[0];
+  description.right_jaw = model.parameters.jaws[1];
+  description.X_FG = gripper.X_FG;
+  description.X_GT = gripper.X_GT;
+  description.max_width_m = gripper.max_width_m;
+  description.max_force_N = gripper.max_force_N;
+  description.jaw_speed_m_per_s = gripper.jaw_speed_m_per_s;
+  cell.description.grippers.push_back(description);
+}
+
+}  // namespace
+
+std::shared_ptr<const CellModel> build_cell(const Scenario& scenario) {
+  auto cell = std::make_shared<CellModel>();
+  cell->description.scenario = scenario.name;
+  cell->description.step_s = cell->step_s = scenario.step_s;
+  cell->description.gravity_m_per_s2 = scenario.gravity_m_per_s2;
+  cell->description.level_of_detail = 1;
+  for (const ScenarioProcess& process : scenario.processes) {
+    cell->description.level_of_detail = std::max(cell->description.level_of_detail, process.level_of_detail);
+  }
+  cell->solver = scenario.solver;
+  cell->interaction = {scenario.gravity_m_per_s2, scenario.contact_margin_m, scenario.weight_feed_forward};
+  for (const ScenarioPart& part : scenario.parts) add_part(scenario, part, *cell);
+  for (const ScenarioGround& ground : scenario.grounds) add_ground(ground, *cell);
+  for (const ScenarioRobot& robot : scenario.robots) add_robot(scenario, robot, *cell);
+  for (const ScenarioGripper& gripper : scenario.grippers) add_gripper(gripper, *cell);
+  cell->pairs = generate_pairs(cell->components);
+  return cell;
+}
+
+std::shared_ptr<const CellModel> load_cell(const std::filesystem::path& file,
+                                           const ScenarioOptions& options) {
+  return build_cell(read_scenario(file, options));
+}
+
+}  // namespace takt

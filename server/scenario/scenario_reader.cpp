@@ -1,0 +1,314 @@
+#include "server/scenario/scenario_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "server/scenario/yaml_fields.h"
+#include "server/simulation/integrator.h"
+
+namespace takt {
+
+namespace {
+
+const NumberRange kPositive{.lower = 0.0, .lower_open = true};
+NumberRange positive(const char* unit) {
+  return {.lower = 0.0, .lower_open = true, .unit = unit};
+}
+NumberRange not_negative(const char* unit) {
+  return {.lower = 0.0, .unit = unit};
+}
+
+// --set: replaces one value of the tree. Missing keys are created; whether they are known is checked when
+// they are read.
+void apply_override(YAML::Node& root, const std::string& text, YamlSource& source) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0) {
+    throw ScenarioError("--set " + text +
+                        ": found no '='; allowed: key=value with a dotted key of the scenario file");
+  }
+  const std::string key = text.substr(0, equals);
+  YAML::Node value;
+  try {
+    value = YAML::Load(text.substr(equals + 1));
+  } catch (const YAML::Exception& error) {
+    throw ScenarioError("--set " + text + ": the value is not valid YAML: " + error.msg);
+  }
+  std::vector<std::string> keys;
+  std::stringstream stream(key);
+  for (std::string part; std::getline(stream, part, '.');) keys.push_back(part);
+  YAML::Node node = root;
+  for (std::size_t i = 0; i + 1 < keys.size(); ++i) {
+    YAML::Node next = node[keys[i]];
+    if (next.IsDefined() && !next.IsNull() && !next.IsMap()) {
+      throw ScenarioError("--set " + text + ": '" + keys[i] +
+                          "' is not a mapping; allowed: the keys of the scenario file");
+    }
+    node.reset(next);
+  }
+  node[keys.back()] = value;
+  source.overridden.insert(key);
+}
+
+std::array<float, 4> read_color(YamlFields& fields, const std::array<float, 4>& fallback) {
+  if (!fields.has("color")) return fallback;
+  const YAML::Node node = fields.optional("color");
+  const NumberRange unit_interval{.lower = 0.0, .upper = 1.0};
+  if (!node.IsSequence() || (node.size() != 3 && node.size() != 4)) {
+    fields.fail("color", describe(node), "three or four numbers in [0, 1]: red, green, blue, alpha");
+  }
+  std::array<float, 4> color{0.0F, 0.0F, 0.0F, 1.0F};
+  const std::vector<double> values = fields.numbers("color", node.size(), unit_interval);
+  for (std::size_t i = 0; i < values.size(); ++i) color[i] = static_cast<float>(values[i]);
+  return color;
+}
+
+ConvexSource read_convex(YamlFields& fields) {
+  const YAML::Node node = fields.optional("convex");
+  ConvexSource source;
+  if (!node.IsDefined()) return source;
+  if (!node.IsScalar()) {
+    fields.fail("convex", describe(node),
+                "hull, objects, or the path of a file with one object per convex part");
+  }
+  if (node.Scalar() == "hull") return source;
+  if (node.Scalar() == "objects") {
+    source.kind = ConvexSource::Kind::objects;
+    return source;
+  }
+  source.kind = ConvexSource::Kind::file;
+  source.file = fields.existing_file(node, "convex");
+  return source;
+}
+
+void read_inertia(YamlFields& fields, ScenarioPart& part) {
+  const bool has_center = fields.has("center_of_mass_m");
+  const bool has_inertia = fields.has("inertia_kg_m2");
+  if (has_center != has_inertia) {
+    fields.fail(has_center ? "center_of_mass_m" : "inertia_kg_m2", "one of the two",
+                "center_of_mass_m and inertia_kg_m2 together, or neither");
+  }
+  if (!has_center) return;
+  part.center_of_mass_m = fields.vector_or("center_of_mass_m", Vec3::Zero(), "m");
+  const std::vector<double> i = fields.numbers("inertia_kg_m2", 6);
+  Mat3 inertia;
+  inertia << i[0], i[3], i[4], i[3], i[1], i[5], i[4], i[5], i[2];
+  if (!(inertia.diagonal().minCoeff() > 0.0) || !(inertia.determinant() > 0.0)) {
+    fields.fail("inertia_kg_m2", describe(fields.optional("inertia_kg_m2")),
+                "xx, yy, zz, xy, xz, yz of a positive definite tensor about the centre of mass");
+  }
+  part.inertia_kg_m2 = inertia;
+}
+
+void read_part(YamlFields fields, const std::string& name, Scenario& scenario) {
+  ScenarioPart part;
+  part.name = name;
+  part.mesh = fields.existing_file("mesh");
+  part.mesh_scale = fields.number_or("mesh_scale", kPositive, 1.0);
+  part.convex = read_convex(fields);
+  part.mass_kg = fields.number("mass_kg", positive("kg"));
+  part.hierarchy = fields.integer("hierarchy", kMinHierarchy, kMaxHierarchy);
+  part.X_WB = fields.pose_or_identity("pose");
+  part.color = read_color(fields, part.color);
+  read_inertia(fields, part);
+  YamlFields substitute = fields.mapping("substitute");
+  part.allowed_position_error_m = substitute.number_if("allowed_position_error_m", positive("m"));
+  part.damping_ratio = substitute.number_if("damping_ratio", kPositive);
+  part.rotational_stiffness_N_m_per_rad =
+      substitute.number_if("rotational_stiffness_N_m_per_rad", positive("N m/rad"));
+  part.rotational_damping_N_m_s_per_rad =
+      substitute.number_if("rotational_damping_N_m_s_per_rad", positive("N m s/rad"));
+  substitute.finish();
+  fields.finish();
+  scenario.parts.push_back(part);
+}
+
+void read_ground(YamlFields fields, const std::string& name, Scenario& scenario) {
+  ScenarioGround ground;
+  ground.name = name;
+  ground.mesh = fields.existing_file("mesh");
+  ground.mesh_scale = fields.number_or("mesh_scale", kPositive, 1.0);
+  ground.convex = read_convex(fields);
+  ground.X_WB = fields.pose_or_identity("pose");
+  ground.color = read_color(fields, ground.color);
+  fields.finish();
+  scenario.grounds.push_back(ground);
+}
+
+void read_robot(YamlFields fields, const std::string& name, Scenario& scenario) {
+  ScenarioRobot robot;
+  robot.name = name;
+  robot.urdf = fields.existing_file("urdf");
+  robot.base_link = fields.text_or("base_link", robot.base_link);
+  robot.flange_link = fields.text_or("flange_link", robot.flange_link);
+  robot.X_WR = fields.pose_or_identity("pose");
+  robot.initial_joints_rad = fields.numbers("initial_joints_rad", 0);
+  robot.command_period_s = fields.number_or("command_period_s", positive("s"), robot.command_period_s);
+  fields.finish();
+  scenario.robots.push_back(robot);
+}
+
+void read_gripper(YamlFields fields, const std::string& name, Scenario& scenario) {
+  ScenarioGripper gripper;
+  gripper.name = name;
+  gripper.robot = fields.text("robot");
+  const bool known = std::any_of(scenario.robots.begin(), scenario.robots.end(),
+                                 [&](const ScenarioRobot& r) { return r.name == gripper.robot; });
+  if (!known) {
+    std::string list;
+    for (const ScenarioRobot& robot : scenario.robots) list += (list.empty() ? "" : ", ") + robot.name;
+    fields.fail("robot", "'" + gripper.robot + "'",
+                "a robot of this scenario: " + (list.empty() ? "none" : list));
+  }
+  gripper.X_FG = fields.pose_or_identity("mount");
+  gripper.X_GT = fields.pose_or_identity("tool_center_point");
+  gripper.body_mesh = fields.existing_file("body_mesh");
+  gripper.jaw_mesh = fields.existing_file("jaw_mesh");
+  gripper.max_width_m = fields.number("max_width_m", positive("m"));
+  gripper.initial_width_m = fields.number_or(
+      "initial_width_m", {.lower = 0.0, .upper = gripper.max_width_m, .unit = "m"}, gripper.max_width_m);
+  gripper.jaw_speed_m_per_s = fields.number("jaw_speed_m_per_s", positive("m/s"));
+  gripper.max_force_N = fields.number("max_force_N", positive("N"));
+  gripper.mass_kg = fields.number_or("mass_kg", not_negative("kg"), 0.0);
+  gripper.grasp_on_contact =
+      fields.choice("grasp", {"on_command", "on_contact"}, "on_command") == "on_contact";
+  gripper.color = read_color(fields, gripper.color);
+  fields.finish();
+  scenario.grippers.push_back(gripper);
+}
+
+void read_process(YamlFields fields, const std::string& name, Scenario& scenario) {
+  ScenarioProcess process;
+  process.name = name;
+  // Levels 2 and 3 need dynamic robots and surface contact, which this version does not have.
+  process.level_of_detail = fields.integer("level_of_detail", 1, 1);
+  const YAML::Node members = fields.optional("members");
+  if (members.IsDefined() && !(members.IsScalar() && members.Scalar() == "all")) {
+    if (!members.IsSequence()) fields.fail("members", describe(members), "all, or a list of names");
+    process.all_members = false;
+    for (const YAML::Node& member : members) {
+      if (!member.IsScalar()) fields.fail_at(member, "members", describe(member), "a name");
+      process.members.push_back(member.Scalar());
+    }
+  }
+  fields.finish();
+  scenario.processes.push_back(process);
+}
+
+void read_expected(YamlFields& root, Scenario& scenario) {
+  YamlFields expected = root.mapping("expected");
+  scenario.expected_tolerance_m =
+      expected.number_or("tolerance_m", positive("m"), scenario.expected_tolerance_m);
+  YamlFields parts = expected.mapping("parts");
+  for (const ScenarioPart& part : scenario.parts) {
+    if (parts.has(part.name)) scenario.expected.push_back({part.name, parts.pose_or_identity(part.name)});
+  }
+  parts.finish();
+  expected.finish();
+}
+
+void read_marks(YamlFields& root, const YamlSource& source, Scenario& scenario) {
+  const YAML::Node marks = root.optional("marks");
+  if (!marks.IsDefined()) return;
+  if (!marks.IsSequence()) root.fail("marks", describe(marks), "a list of {name, time_s}");
+  for (const YAML::Node& node : marks) {
+    YamlFields fields(source, node, "marks");
+    scenario.marks.push_back({fields.text("name"), fields.number("time_s", not_negative("s"))});
+    fields.finish();
+  }
+}
+
+// Names become levels of DDS topics and keys of reports.
+void check_names(YamlFields& root, const Scenario& scenario) {
+  static const std::regex allowed("[A-Za-z][A-Za-z0-9_]*");
+  std::set<std::string> names;
+  const auto check = [&](const char* group, const auto& items) {
+    for (const auto& item : items) {
+      if (!std::regex_match(item.name, allowed) || item.name.size() > 64) {
+        root.fail(group, "the name '" + item.name + "'",
+                  "a letter, then letters, digits and underscores, at most 64");
+      }
+      if (!names.insert(item.name).second) {
+        root.fail(group, "the name '" + item.name + "' again",
+                  "names that are unique among parts, grounds, robots and grippers");
+      }
+    }
+  };
+  check("parts", scenario.parts);
+  check("grounds", scenario.grounds);
+  check("robots", scenario.robots);
+  check("grippers", scenario.grippers);
+  for (const ScenarioProcess& process : scenario.processes) {
+    for (const std::string& member : process.members) {
+      if (names.count(member) == 0) {
+        root.fail("processes", "the member '" + member + "' of " + process.name,
+                  "names of parts, grounds, robots and grippers of this scenario");
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions& options) {
+  YamlSource source{file, {}};
+  YAML::Node root;
+  try {
+    root = YAML::LoadFile(file.string());
+  } catch (const YAML::BadFile&) {
+    throw ScenarioError(file.string() + ": the scenario file cannot be opened");
+  } catch (const YAML::ParserException& error) {
+    throw ScenarioError(file.string() + ":" + std::to_string(error.mark.line + 1) + ":" +
+                        std::to_string(error.mark.column + 1) + ": not valid YAML: " + error.msg);
+  }
+  for (const std::string& text : options.overrides) apply_override(root, text, source);
+
+  Scenario scenario;
+  scenario.file = file;
+  YamlFields top(source, root, "");
+  top.integer("takt_scenario", 1, 1);
+  scenario.name = top.text("name");
+  scenario.description = top.text_or("description", "");
+  scenario.duration_s = top.number_or("duration_s", not_negative("s"), 0.0);
+
+  YamlFields world = top.mapping("world");
+  scenario.gravity_m_per_s2 = world.vector_or("gravity_m_per_s2", scenario.gravity_m_per_s2, "m/s^2");
+  world.finish();
+
+  YamlFields solver = top.mapping("solver");
+  const auto names = solver_names();
+  scenario.solver = solver.choice("method", {names.begin(), names.end()}, scenario.solver);
+  scenario.step_s =
+      solver.number_or("step_s", {.lower = 0.0, .upper = 1.0, .lower_open = true, .unit = "s"}, 0.001);
+  solver.finish();
+
+  YamlFields interaction = top.mapping("interaction");
+  scenario.algorithm = interaction.choice("algorithm", {"partner_search"}, scenario.algorithm);
+  scenario.weight_feed_forward = interaction.boolean_or("weight_feed_forward", scenario.weight_feed_forward);
+  scenario.allowed_position_error_m =
+      interaction.number_or("allowed_position_error_m", positive("m"), scenario.allowed_position_error_m);
+  scenario.damping_ratio = interaction.number_or("damping_ratio", kPositive, scenario.damping_ratio);
+  scenario.contact_margin_m =
+      interaction.number_or("contact_margin_m", not_negative("m"), scenario.contact_margin_m);
+  interaction.finish();
+
+  for (auto& [name, fields] : top.entries("parts")) read_part(fields, name, scenario);
+  for (auto& [name, fields] : top.entries("grounds")) read_ground(fields, name, scenario);
+  for (auto& [name, fields] : top.entries("robots")) read_robot(fields, name, scenario);
+  for (auto& [name, fields] : top.entries("grippers")) read_gripper(fields, name, scenario);
+  for (auto& [name, fields] : top.entries("processes")) read_process(fields, name, scenario);
+  if (scenario.processes.empty()) scenario.processes.push_back({"cell", 1, true, {}});
+
+  YamlFields controller = top.mapping("controller");
+  if (controller.has("program")) scenario.controller_program = controller.existing_file("program");
+  controller.finish();
+  read_marks(top, source, scenario);
+  read_expected(top, scenario);
+  top.finish();
+  check_names(top, scenario);
+  return scenario;
+}
+
+}  // namespace takt

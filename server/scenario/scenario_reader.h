@@ -1,0 +1,27 @@
+#pragma once
+// Scenario files: YAML into Scenario structs. Every error is a ScenarioError that names file, line, column,
+// key, what was found and what is allowed.
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "server/scenario/scenario.h"
+
+namespace takt {
+
+class ScenarioError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct ScenarioOptions {
+  /// "key=value" with a dotted key as in the file, e.g. "parts.P.mass_kg=0.4"; the value is YAML.
+  std::vector<std::string> overrides;
+};
+
+/// Throws ScenarioError. Relative paths in the file are relative to it.
+Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions& options = {});
+
+}  // namespace takt

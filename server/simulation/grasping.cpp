@@ -1,0 +1,117 @@
+#include "server/simulation/grasping.h"
+
+#include <algorithm>
+
+namespace takt {
+
+namespace {
+// Width of the interval in which the touching position of a jaw is bracketed (m): far below any tolerance of
+// a cell.
+constexpr double kTouchResolution_m = 1e-8;
+}  // namespace
+
+Grasping::Grasping(const CellModel& model) : model_(model) {
+  for (std::size_t i = 0; i < model.components.size(); ++i) {
+    if (model.components[i].type == ComponentType::part) parts_.push_back(static_cast<int>(i));
+  }
+  closed_.resize(model.grippers.size(), 0);
+  states_.resize(model.grippers.size());
+  reset();
+}
+
+void Grasping::reset() {
+  std::fill(closed_.begin(), closed_.end(), 0);
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    states_[i] = {};
+    states_[i].palm = model_.grippers[i].parameters.palm;
+  }
+}
+
+void Grasping::apply(const GripperCommand& command, double t, ParallelGripper& gripper) {
+  double width = 0.0;
+  switch (command.action) {
+    case GripperAction::open:
+      width = gripper.parameters().max_width_m;
+      break;
+    case GripperAction::close:
+      width = 0.0;
+      break;
+    case GripperAction::width:
+      width = command.width_m;
+      break;
+  }
+  // A width below the present one closes on what is there; any other lets go.
+  const bool closes =
+      command.action == GripperAction::close ||
+      (command.action == GripperAction::width &&
+       (width < gripper.width(t) ||
+        (closed_[static_cast<std::size_t>(command.gripper)] != 0 && width <= gripper.width(t))));
+  closed_[static_cast<std::size_t>(command.gripper)] = closes ? 1 : 0;
+  gripper.move_to(t, width);
+}
+
+void Grasping::stop_jaws(std::size_t gripper, double t, double h, const CellMotion& motion,
+                         ParallelGripper& jaws, ComponentInteraction& interaction) {
+  const ParallelGripperParameters& parameters = model_.grippers[gripper].parameters;
+  const Pose& X_WG = motion.bodies[static_cast<std::size_t>(parameters.palm)].X_WB;
+  for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right}) {
+    if (!jaws.closing(t, side)) continue;
+    const int jaw = parameters.jaws[static_cast<std::size_t>(side)];
+    for (const int part : parts_) {
+      CollisionWorld& world = interaction.world();
+      std::uint64_t& calls = interaction.counts().mpr_calls;
+      const auto touches = [&](double coordinate) {
+        return world.overlaps_at(jaw, X_WG * ParallelGripper::jaw_pose(side, coordinate), part, calls);
+      };
+      double free = jaws.coordinate(t, side);
+      double blocked = jaws.coordinate(t + h, side);
+      if (!touches(blocked)) continue;
+      if (touches(free)) {  // already there (a Part moved into the jaw): stay
+        blocked = free;
+      }
+      while (free - blocked > kTouchResolution_m) {
+        const double middle = 0.5 * (free + blocked);
+        (touches(middle) ? blocked : free) = middle;
+      }
+      jaws.stop_jaw(t, side, free);
+      break;
+    }
+  }
+}
+
+void Grasping::update(double t, double h, const CellMotion& motion, std::vector<ParallelGripper>& grippers,
+                      ComponentInteraction& interaction) {
+  for (std::size_t i = 0; i < grippers.size(); ++i) {
+    ParallelGripper& jaws = grippers[i];
+    const GripperModel& model = model_.grippers[i];
+    GraspState& state = states_[i];
+    if (closed_[i] != 0) stop_jaws(i, t, h, motion, jaws, interaction);
+    const bool touched = jaws.blocked(ParallelGripper::left) && jaws.blocked(ParallelGripper::right);
+    state.active = closed_[i] != 0 && (model.rule == GraspRule::on_command || touched);
+    if (state.active) {
+      state.lower_G =
+          Vec3(model.face_x_lower_m, -jaws.coordinate(t, ParallelGripper::right), model.face_z_lower_m);
+      state.upper_G =
+          Vec3(model.face_x_upper_m, jaws.coordinate(t, ParallelGripper::left), model.face_z_upper_m);
+    }
+  }
+}
+
+PartState part_state(const std::vector<Component>& components, const ContactGraph& graph, int component,
+                     int partner) {
+  const Component& self = components[static_cast<std::size_t>(component)];
+  if (self.type != ComponentType::part) return PartState::fixed;
+  if (partner >= 0 && components[static_cast<std::size_t>(partner)].type == ComponentType::gripper) {
+    return PartState::grasped;
+  }
+  for (const int neighbour : graph.neighbours[static_cast<std::size_t>(component)]) {
+    const Component& other = components[static_cast<std::size_t>(neighbour)];
+    if (other.type == ComponentType::part && other.hierarchy != self.hierarchy) return PartState::assembled;
+  }
+  if (partner >= 0 && components[static_cast<std::size_t>(partner)].type == ComponentType::ground) {
+    return PartState::placed;
+  }
+  return PartState::free;
+}
+
+}  // namespace takt

@@ -1,0 +1,46 @@
+#pragma once
+// Grippers at LoD 1, the discrete side: commands, the grasp volume between the jaws, and jaws that stop where
+// they touch.
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "plant_models/gripper/parallel_gripper.h"
+#include "server/simulation/cell_model.h"
+#include "server/simulation/command.h"
+#include "server/simulation/snapshot.h"
+
+namespace takt {
+
+class Grasping {
+ public:
+  explicit Grasping(const CellModel& model);
+
+  void apply(const GripperCommand& command, double t, ParallelGripper& gripper);
+
+  /// Before the connections of the step [t, t + h] are decided: stops jaws that would touch a Part within the
+  /// step, and brings the grasp volumes up to date.
+  void update(double t, double h, const CellMotion& motion, std::vector<ParallelGripper>& grippers,
+              ComponentInteraction& interaction);
+
+  std::span<const GraspState> states() const { return states_; }
+  bool closed(std::size_t gripper) const { return closed_[gripper] != 0; }
+  void reset();
+
+ private:
+  void stop_jaws(std::size_t gripper, double t, double h, const CellMotion& motion, ParallelGripper& jaws,
+                 ComponentInteraction& interaction);
+
+  const CellModel& model_;
+  std::vector<int> parts_;
+  std::vector<char> closed_;  ///< by gripper: the last command closes
+  std::vector<GraspState> states_;
+};
+
+/// State of a component for people (thesis 3.2.3): a Part is grasped if a Gripper holds it, assembled if it
+/// touches a Part of its assembly (a neighbour with another hierarchy), else placed if a Ground holds it,
+/// else free.
+PartState part_state(const std::vector<Component>& components, const ContactGraph& graph, int component,
+                     int partner);
+
+}  // namespace takt

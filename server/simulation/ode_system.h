@@ -1,0 +1,55 @@
+#pragma once
+// All plant models of a cell as one system x' = f(t, x). The state vector is the concatenation of the models'
+// segments; its length is fixed from load to reset.
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "plant_models/plant_model.h"
+#include "server/contact/component_interaction.h"
+
+namespace takt {
+
+class OdeSystem {
+ public:
+  /// Models in the order robots, grippers, Grounds, Parts. The interaction is read only.
+  OdeSystem(std::vector<const PlantModel*> models, const ComponentInteraction& interaction,
+            std::size_t body_count, std::size_t arm_count);
+
+  int state_count() const { return state_count_; }
+  void initial_state(std::span<double> x) const;
+
+  /// Motion of everything at (t, x).
+  void update_motion(double t, std::span<const double> x);
+  const CellMotion& motion() const { return motion_; }
+  /// Wrenches of all pairs at the present motion, summed per component.
+  std::span<const Wrench> update_wrenches();
+
+  /// x' = f(t, x): motion, wrenches, derivatives. Pure in (t, x) for the connections of this step.
+  void derivatives(double t, std::span<const double> x, std::span<double> xdot);
+  /// The same where update_motion(t, x) has just been called.
+  void derivatives_at_motion(double t, std::span<const double> x, std::span<double> xdot);
+
+  std::uint64_t evaluations() const { return evaluations_; }
+  /// Time spent on wrenches, where a clock (seconds) is set.
+  double forces_s() const { return forces_s_; }
+  void set_clock(double (*now_s)()) { clock_ = now_s; }
+  void reset_counts() { evaluations_ = 0, forces_s_ = 0.0; }
+
+ private:
+  struct Segment {
+    const PlantModel* model;
+    std::size_t begin;
+    std::size_t count;
+  };
+  std::vector<Segment> segments_;
+  const ComponentInteraction& interaction_;
+  CellMotion motion_;
+  std::vector<Wrench> wrenches_;
+  int state_count_ = 0;
+  std::uint64_t evaluations_ = 0;
+  double (*clock_)() = nullptr;
+  double forces_s_ = 0.0;
+};
+
+}  // namespace takt
