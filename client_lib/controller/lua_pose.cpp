@@ -1,0 +1,102 @@
+#include "client_lib/controller/lua_pose.h"
+
+#include <cmath>
+#include <new>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+#include "client_lib/controller/lua_arguments.h"
+#include "client_lib/controller/motions.h"
+
+namespace takt::controller {
+
+namespace {
+
+constexpr char kPoseType[] = "pose";
+static_assert(std::is_trivially_destructible_v<Pose>, "poses are collected without a destructor");
+
+int make_pose(lua_State* L) {
+  double x = 0.0, y = 0.0, z = 0.0, roll = 0.0, pitch = 0.0, yaw = 0.0;
+  read_options(L, 1, {{"x", &x}, {"y", &y}, {"z", &z}, {"roll", &roll}, {"pitch", &pitch}, {"yaw", &yaw}});
+  push_pose(L, {rotation_from_rpy({roll, pitch, yaw}), {x, y, z}});
+  return 1;
+}
+
+int multiply(lua_State* L) {
+  push_pose(L, to_pose(L, 1) * to_pose(L, 2));
+  return 1;
+}
+
+/// pose:offset(dx, dy, dz): moved along the axes of the frame the pose is given in.
+int offset(lua_State* L) {
+  Pose X = to_pose(L, 1);
+  X.p += Vec3(to_number(L, 2, "dx"), to_number(L, 3, "dy"), to_number(L, 4, "dz"));
+  push_pose(L, X);
+  return 1;
+}
+
+int inverse(lua_State* L) {
+  push_pose(L, to_pose(L, 1).inverse());
+  return 1;
+}
+
+int text(lua_State* L) {
+  lua_pushstring(L, ("pose" + to_text(to_pose(L, 1))).c_str());
+  return 1;
+}
+
+int index_pose(lua_State* L) {
+  const Pose X = to_pose(L, 1);
+  const std::string_view key = to_name(L, 2);
+  if (key == "offset") {
+    lua_pushcfunction(L, lua_entry<offset>);
+  } else if (key == "inverse") {
+    lua_pushcfunction(L, lua_entry<inverse>);
+  } else if (key == "x") {
+    lua_pushnumber(L, X.p.x());
+  } else if (key == "y") {
+    lua_pushnumber(L, X.p.y());
+  } else if (key == "z") {
+    lua_pushnumber(L, X.p.z());
+  } else if (key == "roll") {
+    lua_pushnumber(L, std::atan2(X.R(2, 1), X.R(2, 2)));
+  } else if (key == "pitch") {
+    lua_pushnumber(L, std::atan2(-X.R(2, 0), std::hypot(X.R(0, 0), X.R(1, 0))));
+  } else if (key == "yaw") {
+    lua_pushnumber(L, std::atan2(X.R(1, 0), X.R(0, 0)));
+  } else {
+    throw std::runtime_error("a pose has no '" + std::string(key) +
+                             "'; it has x, y, z, roll, pitch, yaw, offset, inverse");
+  }
+  return 1;
+}
+
+}  // namespace
+
+void open_pose_library(lua_State* L) {
+  luaL_newmetatable(L, kPoseType);
+  const luaL_Reg methods[] = {{"__index", lua_entry<index_pose>},
+                              {"__mul", lua_entry<multiply>},
+                              {"__tostring", lua_entry<text>},
+                              {nullptr, nullptr}};
+  luaL_setfuncs(L, methods, 0);
+  lua_pop(L, 1);
+  lua_register(L, "pose", lua_entry<make_pose>);
+}
+
+void push_pose(lua_State* L, const Pose& X) {
+  new (lua_newuserdatauv(L, sizeof(Pose), 0)) Pose(X);
+  luaL_setmetatable(L, kPoseType);
+}
+
+Pose to_pose(lua_State* L, int index) {
+  const void* data = luaL_testudata(L, index, kPoseType);
+  if (data == nullptr) {
+    throw std::runtime_error("a pose is needed, as of pose{x=, y=, z=, roll=, pitch=, yaw=}, not a " +
+                             std::string(luaL_typename(L, index)));
+  }
+  return *static_cast<const Pose*>(data);
+}
+
+}  // namespace takt::controller

@@ -1,0 +1,77 @@
+#pragma once
+// A controller program as it runs: its routines (one coroutine per robot), what each waits for, its signals.
+// The names that programs use are documented in docs/controller_programs.md.
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "client_lib/controller/controller.h"
+#include "client_lib/controller/lua_sandbox.h"
+#include "client_lib/controller/robot_driver.h"
+
+namespace takt::controller {
+
+/// What a program acts upon. All of it outlives the program.
+struct ProgramContext {
+  const CellInfo* cell = nullptr;
+  std::vector<RobotDriver>* robots = nullptr;        ///< in the order of CellInfo::robots
+  std::vector<GripperSetPoint>* grippers = nullptr;  ///< standing commands, in the order of CellInfo::grippers
+};
+
+class Program {
+ public:
+  /// Runs the text of the program up to its end, which registers routines. Throws std::runtime_error with file and line.
+  Program(const std::string& text, const std::string& file, const ProgramContext& context);
+
+  double period_s() const { return period_s_; }
+  /// Robots that have a routine, in rising order.
+  std::vector<int> driven_robots() const;
+
+  /// Runs every routine up to its next wait. Routines run in the order of the robots, again and again until none can go
+  /// on, so that a signal takes effect in the same period whoever gives it.
+  void run(const Input& input);
+  bool finished() const;
+
+  /// Text of an error in the motion that the robot's routine waits for, with file and line of the call.
+  std::string located(int robot, const std::string& reason) const;
+
+ private:
+  friend struct ProgramFunctions;  // what programs call, program_functions.cpp
+
+  enum class Wait { nothing, arrival, time, signal, condition, finished };
+
+  struct Routine {
+    int robot = -1;
+    lua_State* thread = nullptr;
+    bool begun = false;
+    Wait wait = Wait::nothing;
+    double until_s = 0.0;         ///< Wait::time; Wait::condition: when to give up
+    int signal = -1;              ///< Wait::signal
+    int condition = LUA_NOREF;    ///< Wait::condition: the function, by reference
+  };
+
+  bool may_go_on(Routine& routine);
+  bool condition_holds(Routine& routine);
+  void resume(Routine& routine);
+  int signal_id(std::string_view name);
+  std::string in_routine(const Routine& routine, const std::string& reason) const;
+  void read_period(const std::string& file);
+
+  ProgramContext context_;
+  const Input* input_ = nullptr;  ///< of the update under way
+  std::vector<Routine> routines_;  ///< in the order of the robots
+  Routine* current_ = nullptr;    ///< the routine that is running
+  std::map<std::string, int, std::less<>> signal_ids_;
+  std::vector<bool> signals_;     ///< given so far
+  double period_s_ = 0.008;
+  LuaSandbox lua_;                ///< last: its functions may use all of the above
+};
+
+/// Adds what programs call to the names of the state. lua_owner() is the Program.
+void open_program_library(lua_State* L);
+/// Pushes the value that stands for the robot in its routine, and that which stands for the cell.
+void push_routine_robot(lua_State* L, int robot);
+void push_cell(lua_State* L);
+
+}  // namespace takt::controller

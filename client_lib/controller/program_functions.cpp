@@ -1,0 +1,464 @@
+// What controller programs call: routines, motions, grippers, waits, and the view of the cell.
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+#include <limits>
+#include <string>
+
+#include "client_lib/controller/lua_arguments.h"
+#include "client_lib/controller/lua_pose.h"
+#include "client_lib/controller/program.h"
+
+namespace takt::controller {
+
+namespace {
+
+// Values of the program that stand for something of the cell: an index, with the type as metatable.
+constexpr char kRobotType[] = "robot";
+constexpr char kGripperType[] = "gripper";
+constexpr char kCellType[] = "cell";
+constexpr char kComponentStateType[] = "component state";
+constexpr char kRobotStateType[] = "robot state";
+constexpr char kGripperStateType[] = "gripper state";
+
+void push_handle(lua_State* L, const char* type, int index) {
+  *static_cast<int*>(lua_newuserdatauv(L, sizeof(int), 0)) = index;
+  luaL_setmetatable(L, type);
+}
+
+int to_handle(lua_State* L, const char* type, const char* hint) {
+  const void* data = luaL_testudata(L, 1, type);
+  if (data == nullptr) {
+    throw std::runtime_error("a " + std::string(type) + " is needed in front of the colon, not a " +
+                             luaL_typename(L, 1) + hint);
+  }
+  return *static_cast<const int*>(data);
+}
+
+[[noreturn]] void refuse_key(const char* what, std::string_view key, const char* known) {
+  throw std::runtime_error(std::string(what) + " has no '" + std::string(key) + "'; it has " + known);
+}
+
+template <typename Infos, typename NameOf>
+int index_by_name(const Infos& infos, std::string_view name, const char* what, NameOf name_of) {
+  std::string names;
+  for (size_t i = 0; i < infos.size(); ++i) {
+    if (name_of(infos[i]) == name) return static_cast<int>(i);
+    names += (names.empty() ? "" : ", ") + name_of(infos[i]);
+  }
+  throw std::runtime_error("the cell has no " + std::string(what) + " '" + std::string(name) + "'; it has " +
+                           (names.empty() ? "none" : names));
+}
+
+void push_joints(lua_State* L, const ArmModel& arm, const JointArray& q) {
+  lua_createtable(L, arm.joint_count(), 0);
+  for (int i = 0; i < arm.joint_count(); ++i) {
+    lua_pushnumber(L, q[static_cast<size_t>(i)]);
+    lua_rawseti(L, -2, i + 1);
+  }
+}
+
+JointArray to_joints(lua_State* L, int index, const ArmModel& arm) {
+  const int count = arm.joint_count();
+  if (!lua_istable(L, index) || static_cast<int>(lua_rawlen(L, index)) != count) {
+    const std::string found =
+        lua_istable(L, index) ? std::to_string(lua_rawlen(L, index)) + " values" : luaL_typename(L, index);
+    throw std::runtime_error("a table of " + std::to_string(count) + " joint positions is needed, not " + found);
+  }
+  JointArray q{};
+  for (int i = 0; i < count; ++i) {
+    lua_rawgeti(L, index, i + 1);
+    q[static_cast<size_t>(i)] = to_number(L, -1, arm.joints[static_cast<size_t>(i)].name);
+    lua_pop(L, 1);
+  }
+  return q;
+}
+
+JointMotionOptions to_joint_motion_options(lua_State* L, int index) {
+  JointMotionOptions options;
+  read_options(L, index, {{"speed", &options.speed},
+                          {"acceleration_rad_per_s2", &options.acceleration_rad_per_s2},
+                          {"duration_s", &options.duration_s}});
+  return options;
+}
+
+LineOptions to_line_options(lua_State* L, int index) {
+  LineOptions options;
+  read_options(L, index, {{"speed_m_per_s", &options.speed_m_per_s},
+                          {"acceleration_m_per_s2", &options.acceleration_m_per_s2},
+                          {"rotation_speed_rad_per_s", &options.rotation_speed_rad_per_s},
+                          {"rotation_acceleration_rad_per_s2", &options.rotation_acceleration_rad_per_s2},
+                          {"duration_s", &options.duration_s}});
+  return options;
+}
+
+}  // namespace
+
+struct ProgramFunctions {
+  using Wait = Program::Wait;
+
+  static Program& program(lua_State* L) { return *static_cast<Program*>(lua_owner(L)); }
+  static const CellInfo& cell_info(lua_State* L) { return *program(L).context_.cell; }
+
+  static const Input& input(lua_State* L) {
+    const Input* input = program(L).input_;
+    if (input == nullptr) throw std::runtime_error("the state of the cell is known only while routines run");
+    return *input;
+  }
+
+  static int index_of_robot(lua_State* L, std::string_view name) {
+    return index_by_name(cell_info(L).robots, name, "robot", [](const RobotInfo& info) { return info.name; });
+  }
+  static int index_of_gripper(lua_State* L, std::string_view name) {
+    return index_by_name(cell_info(L).grippers, name, "gripper", [](const GripperInfo& info) { return info.name; });
+  }
+  static int index_of_component(lua_State* L, std::string_view name) {
+    return index_by_name(cell_info(L).components, name, "component", [](const std::string& info) { return info; });
+  }
+
+  /// The running routine, which must be that of the robot: one robot, one hand on it.
+  static Program::Routine& routine_of(lua_State* L, int robot) {
+    Program::Routine* routine = program(L).current_;
+    if (routine == nullptr || routine->thread != L) {
+      throw std::runtime_error("a robot can be moved, and waited with, only in its routine");
+    }
+    if (routine->robot != robot) {
+      throw std::runtime_error(
+          cell_info(L).robots[static_cast<size_t>(robot)].name + " cannot be driven from the routine of " +
+          cell_info(L).robots[static_cast<size_t>(routine->robot)].name + "; use a signal");
+    }
+    return *routine;
+  }
+  static Program::Routine& own_routine(lua_State* L) {
+    return routine_of(L, to_handle(L, kRobotType, " (write r:move_to(...), not r.move_to(...))"));
+  }
+  static RobotDriver& driver(lua_State* L, const Program::Routine& routine) {
+    return (*program(L).context_.robots)[static_cast<size_t>(routine.robot)];
+  }
+
+  static int wait_until_time(lua_State* L, Program::Routine& routine, double time_s) {
+    routine.wait = Wait::time;
+    routine.until_s = time_s;
+    return lua_yield(L, 0);
+  }
+
+  static int routine(lua_State* L) {
+    Program& self = program(L);
+    if (self.input_ != nullptr) throw std::runtime_error("routines are registered while the program is loaded");
+    const int robot = index_of_robot(L, to_name(L, 1));
+    if (!lua_isfunction(L, 2)) throw std::runtime_error("routine(\"ROBOT\", function(r) ... end): the function is missing");
+    for (const Program::Routine& other : self.routines_) {
+      if (other.robot == robot) throw std::runtime_error("robot " + std::string(to_name(L, 1)) + " has a routine already");
+    }
+    Program::Routine added;
+    added.robot = robot;
+    added.thread = lua_newthread(L);
+    lua_pushvalue(L, 2);
+    lua_xmove(L, added.thread, 1);
+    luaL_ref(L, LUA_REGISTRYINDEX);  // the thread lives as long as the state
+    self.routines_.push_back(added);
+    return 0;
+  }
+
+  static int signal(lua_State* L) {
+    Program& self = program(L);
+    self.signals_[static_cast<size_t>(self.signal_id(to_name(L, 1)))] = true;
+    return 0;
+  }
+
+  static int print(lua_State* L) {
+    std::string text;
+    const int count = lua_gettop(L);
+    for (int i = 1; i <= count; ++i) {
+      lua_getglobal(L, "tostring");
+      lua_pushvalue(L, i);
+      lua_call(L, 1, 1);
+      const char* part = lua_tostring(L, -1);
+      text += (i > 1 ? "\t" : "") + std::string(part != nullptr ? part : "?");
+      lua_pop(L, 1);
+    }
+    char time[32] = "loading";
+    if (const Input* now = program(L).input_) std::snprintf(time, sizeof time, "%.3f s", now->time_s);
+    std::clog << "[" << time << "] " << text << "\n";
+    return 0;
+  }
+
+  static int move_joints(lua_State* L) {
+    Program::Routine& routine = own_routine(L);
+    RobotDriver& robot = driver(L, routine);
+    robot.move_joints(to_joints(L, 2, robot.arm()), to_joint_motion_options(L, 3), input(L).time_s);
+    routine.wait = Wait::arrival;
+    return lua_yield(L, 0);
+  }
+
+  static int move_to(lua_State* L) {
+    Program::Routine& routine = own_routine(L);
+    driver(L, routine).move_to(to_pose(L, 2), to_joint_motion_options(L, 3), input(L).time_s);
+    routine.wait = Wait::arrival;
+    return lua_yield(L, 0);
+  }
+
+  static int move_line(lua_State* L) {
+    Program::Routine& routine = own_routine(L);
+    driver(L, routine).move_line(to_pose(L, 2), to_line_options(L, 3), input(L).time_s);
+    routine.wait = Wait::arrival;
+    return lua_yield(L, 0);
+  }
+
+  static int wait(lua_State* L) {
+    Program::Routine& routine = own_routine(L);
+    const double duration = to_number(L, 2, "seconds");
+    if (duration < 0.0) throw std::runtime_error("wait: the number of seconds is negative");
+    return wait_until_time(L, routine, input(L).time_s + duration);
+  }
+
+  static int wait_until(lua_State* L) {
+    Program::Routine& routine = own_routine(L);
+    return wait_until_time(L, routine, to_number(L, 2, "time in s"));
+  }
+
+  static int wait_signal(lua_State* L) {
+    Program::Routine& routine = own_routine(L);
+    routine.signal = program(L).signal_id(to_name(L, 2));
+    routine.wait = Wait::signal;
+    return lua_yield(L, 0);
+  }
+
+  static int wait_for(lua_State* L) {
+    Program::Routine& routine = own_routine(L);
+    if (!lua_isfunction(L, 2)) throw std::runtime_error("wait_for(function(cell) ... end): the function is missing");
+    routine.until_s = lua_isnoneornil(L, 3) ? std::numeric_limits<double>::infinity()
+                                            : input(L).time_s + to_number(L, 3, "seconds to wait at most");
+    lua_pushvalue(L, 2);
+    routine.condition = luaL_ref(L, LUA_REGISTRYINDEX);
+    routine.wait = Wait::condition;
+    return lua_yield(L, 0);
+  }
+
+  static int index_robot(lua_State* L) {
+    const int robot = to_handle(L, kRobotType, "");
+    const std::string_view key = to_name(L, 2);
+    const RobotDriver& driven = (*program(L).context_.robots)[static_cast<size_t>(robot)];
+    if (key == "name") {
+      lua_pushstring(L, driven.name().c_str());
+    } else if (key == "gripper") {
+      push_only_gripper(L, robot);
+    } else if (key == "grippers") {
+      push_grippers(L, robot);
+    } else if (key == "tcp") {
+      push_pose(L, driven.X_WT());
+    } else if (key == "joints") {
+      push_joints(L, driven.arm(), driven.joints());
+    } else {
+      luaL_getmetafield(L, 1, "methods");
+      lua_pushvalue(L, 2);
+      if (lua_rawget(L, -2) == LUA_TNIL) {
+        refuse_key("a robot", key,
+                   "name, gripper, grippers, tcp, joints, move_joints, move_to, move_line, wait, wait_until, "
+                   "wait_signal, wait_for");
+      }
+    }
+    return 1;
+  }
+
+  static void push_only_gripper(lua_State* L, int robot) {
+    const std::vector<GripperInfo>& grippers = cell_info(L).grippers;
+    int found = -1;
+    for (size_t i = 0; i < grippers.size(); ++i) {
+      if (grippers[i].robot != robot) continue;
+      if (found >= 0) throw std::runtime_error("the robot has several grippers; use r.grippers.NAME");
+      found = static_cast<int>(i);
+    }
+    if (found < 0) throw std::runtime_error("the robot has no gripper");
+    push_handle(L, kGripperType, found);
+  }
+
+  static void push_grippers(lua_State* L, int robot) {
+    const std::vector<GripperInfo>& grippers = cell_info(L).grippers;
+    lua_newtable(L);
+    for (size_t i = 0; i < grippers.size(); ++i) {
+      if (grippers[i].robot != robot) continue;
+      push_handle(L, kGripperType, static_cast<int>(i));
+      lua_setfield(L, -2, grippers[i].name.c_str());
+    }
+  }
+
+  static GripperSetPoint& own_gripper(lua_State* L, const GripperInfo*& info) {
+    const int gripper = to_handle(L, kGripperType, " (write r.gripper:close(), not r.gripper.close())");
+    info = &cell_info(L).grippers[static_cast<size_t>(gripper)];
+    routine_of(L, info->robot);
+    return (*program(L).context_.grippers)[static_cast<size_t>(gripper)];
+  }
+
+  static double to_part_of(lua_State* L, int index, const char* what, double largest, const char* unit) {
+    const double value = to_number(L, index, what);
+    if (value >= 0.0 && value <= largest) return value;
+    char text[160];
+    std::snprintf(text, sizeof text, "%s = %.6g %s is outside [0, %.6g] %s", what, value, unit, largest, unit);
+    throw std::runtime_error(text);
+  }
+
+  static int open(lua_State* L) {
+    if (lua_gettop(L) >= 2) return width(L);
+    const GripperInfo* info = nullptr;
+    GripperSetPoint& command = own_gripper(L, info);
+    command = {command.gripper, GripperVerb::open, info->max_width_m, info->max_force_N};
+    return 0;
+  }
+
+  static int close(lua_State* L) {
+    const GripperInfo* info = nullptr;
+    GripperSetPoint& command = own_gripper(L, info);
+    const double force =
+        lua_isnoneornil(L, 2) ? info->max_force_N : to_part_of(L, 2, "force", info->max_force_N, "N");
+    command = {command.gripper, GripperVerb::close, 0.0, force};
+    return 0;
+  }
+
+  static int width(lua_State* L) {
+    const GripperInfo* info = nullptr;
+    GripperSetPoint& command = own_gripper(L, info);
+    const double width = to_part_of(L, 2, "width", info->max_width_m, "m");
+    command = {command.gripper, GripperVerb::width, width, info->max_force_N};
+    return 0;
+  }
+
+  static int index_cell(lua_State* L) {
+    const std::string_view key = to_name(L, 2);
+    if (key == "time_s") {
+      lua_pushnumber(L, input(L).time_s);
+    } else if (key == "components" || key == "robots" || key == "grippers") {
+      luaL_getmetafield(L, 1, std::string(key).c_str());
+    } else {
+      refuse_key("the cell", key, "time_s, components, robots, grippers");
+    }
+    return 1;
+  }
+
+  static int index_components(lua_State* L) {
+    push_handle(L, kComponentStateType, index_of_component(L, to_name(L, 2)));
+    return 1;
+  }
+  static int index_robots(lua_State* L) {
+    push_handle(L, kRobotStateType, index_of_robot(L, to_name(L, 2)));
+    return 1;
+  }
+  static int index_grippers(lua_State* L) {
+    push_handle(L, kGripperStateType, index_of_gripper(L, to_name(L, 2)));
+    return 1;
+  }
+
+  static int index_component_state(lua_State* L) {
+    const Input::Component& state =
+        input(L).components[static_cast<size_t>(to_handle(L, kComponentStateType, ""))];
+    const std::string_view key = to_name(L, 2);
+    if (key == "pose") {
+      push_pose(L, Pose::from_quaternion(state.p_WB, state.q_WB));
+    } else if (key == "partner") {
+      const std::vector<std::string>& names = cell_info(L).components;
+      if (state.partner < 0 || static_cast<size_t>(state.partner) >= names.size()) {
+        lua_pushnil(L);
+      } else {
+        lua_pushstring(L, names[static_cast<size_t>(state.partner)].c_str());
+      }
+    } else {
+      refuse_key("a component", key, "pose, partner");
+    }
+    return 1;
+  }
+
+  static int index_robot_state(lua_State* L) {
+    const auto robot = static_cast<size_t>(to_handle(L, kRobotStateType, ""));
+    const RobotDriver& driven = (*program(L).context_.robots)[robot];
+    const std::string_view key = to_name(L, 2);
+    if (key == "joints") {
+      push_joints(L, driven.arm(), input(L).robots[robot].position);
+    } else if (key == "tcp") {
+      push_pose(L, driven.tcp_at(input(L).robots[robot].position));
+    } else {
+      refuse_key("the state of a robot", key, "joints, tcp");
+    }
+    return 1;
+  }
+
+  static int index_gripper_state(lua_State* L) {
+    const Input::Gripper& state = input(L).grippers[static_cast<size_t>(to_handle(L, kGripperStateType, ""))];
+    const std::string_view key = to_name(L, 2);
+    if (key == "width_m") {
+      lua_pushnumber(L, state.width_m);
+    } else if (key == "closed") {
+      lua_pushboolean(L, state.closed ? 1 : 0);
+    } else {
+      refuse_key("the state of a gripper", key, "width_m, closed");
+    }
+    return 1;
+  }
+};
+
+namespace {
+
+void define_type(lua_State* L, const char* type, lua_CFunction index, const luaL_Reg* methods) {
+  luaL_newmetatable(L, type);
+  lua_newtable(L);
+  luaL_setfuncs(L, methods, 0);
+  lua_setfield(L, -2, "methods");
+  if (index != nullptr) {
+    lua_pushcfunction(L, index);
+  } else {
+    lua_getfield(L, -1, "methods");
+  }
+  lua_setfield(L, -2, "__index");
+  lua_pop(L, 1);
+}
+
+/// A table without content whose names are looked up by `index`, as a field of the cell's metatable.
+void define_view(lua_State* L, const char* name, lua_CFunction index) {
+  luaL_getmetatable(L, kCellType);
+  lua_newtable(L);
+  lua_createtable(L, 0, 1);
+  lua_pushcfunction(L, index);
+  lua_setfield(L, -2, "__index");
+  lua_setmetatable(L, -2);
+  lua_setfield(L, -2, name);
+  lua_pop(L, 1);
+}
+
+}  // namespace
+
+void open_program_library(lua_State* L) {
+  using F = ProgramFunctions;
+  const luaL_Reg none[] = {{nullptr, nullptr}};
+  const luaL_Reg robot_methods[] = {{"move_joints", lua_entry<F::move_joints>},
+                                    {"move_to", lua_entry<F::move_to>},
+                                    {"move_line", lua_entry<F::move_line>},
+                                    {"wait", lua_entry<F::wait>},
+                                    {"wait_until", lua_entry<F::wait_until>},
+                                    {"wait_signal", lua_entry<F::wait_signal>},
+                                    {"wait_for", lua_entry<F::wait_for>},
+                                    {nullptr, nullptr}};
+  const luaL_Reg gripper_methods[] = {{"open", lua_entry<F::open>},
+                                      {"close", lua_entry<F::close>},
+                                      {"width", lua_entry<F::width>},
+                                      {nullptr, nullptr}};
+  open_pose_library(L);
+  define_type(L, kRobotType, lua_entry<F::index_robot>, robot_methods);
+  define_type(L, kGripperType, nullptr, gripper_methods);
+  define_type(L, kCellType, lua_entry<F::index_cell>, none);
+  define_type(L, kComponentStateType, lua_entry<F::index_component_state>, none);
+  define_type(L, kRobotStateType, lua_entry<F::index_robot_state>, none);
+  define_type(L, kGripperStateType, lua_entry<F::index_gripper_state>, none);
+  define_view(L, "components", lua_entry<F::index_components>);
+  define_view(L, "robots", lua_entry<F::index_robots>);
+  define_view(L, "grippers", lua_entry<F::index_grippers>);
+  lua_register(L, "routine", lua_entry<F::routine>);
+  lua_register(L, "signal", lua_entry<F::signal>);
+  lua_register(L, "print", lua_entry<F::print>);
+  push_cell(L);
+  lua_setglobal(L, "cell");
+}
+
+void push_routine_robot(lua_State* L, int robot) { push_handle(L, kRobotType, robot); }
+
+void push_cell(lua_State* L) { push_handle(L, kCellType, 0); }
+
+}  // namespace takt::controller

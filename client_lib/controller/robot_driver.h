@@ -1,0 +1,53 @@
+#pragma once
+// One robot as the controller drives it: the standing joint set-point and the motion under way.
+//
+// A motion begun at time t sends its set-point number k (k = 1, 2, ...) at t + (k - 1) periods, to be reached one period
+// later, and is over at t + periods(): then the robot has arrived and the next motion may begin without a gap. Periods
+// are counted by rounding elapsed time, so the last bits of a transmitted time do not matter.
+#include "client_lib/controller/controller.h"
+#include "client_lib/controller/motions.h"
+
+namespace takt::controller {
+
+class RobotDriver {
+ public:
+  /// X_FT: tool centre point in the flange frame.
+  RobotDriver(const RobotInfo& robot, const Pose& X_FT) : robot_(&robot), X_FT_(X_FT) {}
+
+  void set_period(double period_s) { period_s_ = period_s; }
+
+  /// Stands at the given joint positions; ends any motion.
+  void stand_at(const JointArray& q);
+
+  /// The errors of the motions, and of an unreachable target (with pose and best residual), are std::runtime_error.
+  void move_joints(const JointArray& q, const JointMotionOptions& options, double now_s);
+  void move_to(const Pose& X_WT, const JointMotionOptions& options, double now_s);
+  void move_line(const Pose& X_WT, const LineOptions& options, double now_s);
+
+  /// Ends the motion if it is over at this time. True while the robot stands.
+  bool arrived(double now_s);
+  /// Set-point to be reached one period from now.
+  const ArmSetPoint& advance(double now_s);
+
+  const ArmModel& arm() const { return robot_->arm; }
+  const std::string& name() const { return robot_->name; }
+  /// Joint positions and TCP in the world at the newest set-point.
+  const JointArray& joints() const { return set_point_.position; }
+  Pose X_WT() const { return tcp_at(set_point_.position); }
+  Pose tcp_at(const JointArray& q) const;
+
+ private:
+  long elapsed_periods(double now_s) const;
+  void evaluate(long k);
+
+  const RobotInfo* robot_;
+  Pose X_FT_;
+  double period_s_ = 0.0;
+  double motion_start_s_ = 0.0;
+  long motion_periods_ = 0;
+  long sent_ = 0;  ///< number of the newest set-point of the motion
+  Motion motion_;
+  ArmSetPoint set_point_;
+};
+
+}  // namespace takt::controller
