@@ -137,11 +137,11 @@ void add_mesh(const std::filesystem::path& file, const std::string& object, cons
   for (unsigned i = 0; i < source.mNumVertices; ++i) {
     const aiVector3D& v = source.mVertices[i];
     const Vec3 p_N(decimal_value(v.x), decimal_value(v.y), decimal_value(v.z));
-    const Vec3 p_F = (X_FN.A * p_N + X_FN.p) * scale + Vec3::Zero();
-    if (!p_F.allFinite()) {
+    const Vec3 p_F = (X_FN.A * p_N + X_FN.p) * scale + Vec3::Zero();  // + 0: -0 becomes 0
+    if (!p_N.allFinite() || !p_F.allFinite()) {
       std::ostringstream text;
-      text << "object '" << object << "', vertex " << i << ": the position (" << p_F.transpose()
-           << ") is not finite.";
+      text << "object '" << object << "', vertex " << i << ": the position (" << v.x << ", " << v.y << ", "
+           << v.z << ") or its place in the scene is not finite.";
       fail(file, text.str());
     }
     numbers[i] = builder.vertex(p_F);

@@ -159,8 +159,14 @@ std::variant<ControlAction, ControlReply> parse(const ControlRequest& request, c
   if (name == "get_state") return Arguments(request, {}).result(GetState{});
   if (name == "set_state") {
     Arguments arguments(request, {"state"});
-    const std::uint64_t state = arguments.natural("state", std::nullopt, 0, 3);
-    return arguments.result(SetState{static_cast<SimulationState>(state)});
+    // By number as in simulation_interfaces, or by name.
+    const std::string state = arguments.text("state", "0 stopped, 1 playing, 2 paused or 3 quitting.");
+    for (std::uint8_t i = 0; i <= static_cast<std::uint8_t>(SimulationState::quitting); ++i) {
+      const auto known = static_cast<SimulationState>(i);
+      if (state == std::to_string(i) || state == to_string(known)) return arguments.result(SetState{known});
+    }
+    arguments.fail_value("state", &state, "0 (stopped), 1 (playing), 2 (paused) or 3 (quitting)");
+    return arguments.result(SetState{});
   }
   if (name == "step") {
     Arguments arguments(request, {"steps"});

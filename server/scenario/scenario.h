@@ -112,6 +112,10 @@ struct Scenario {
   double expected_tolerance_m = 0.0001;
 };
 
+/// Levels of detail this version has: dynamic robots (2) and surface contact (3) are not among them.
+inline constexpr int kMinLevelOfDetail = 1;
+inline constexpr int kMaxLevelOfDetail = 1;
+
 /// Bounds of the hierarchy of a Part.
 inline constexpr int kMinHierarchy = 1;
 inline constexpr int kMaxHierarchy = 1000;

@@ -182,8 +182,7 @@ void read_gripper(YamlFields fields, const std::string& name, Scenario& scenario
 void read_process(YamlFields fields, const std::string& name, Scenario& scenario) {
   ScenarioProcess process;
   process.name = name;
-  // Levels 2 and 3 need dynamic robots and surface contact, which this version does not have.
-  process.level_of_detail = fields.integer("level_of_detail", 1, 1);
+  process.level_of_detail = fields.integer("level_of_detail", kMinLevelOfDetail, kMaxLevelOfDetail);
   const YAML::Node members = fields.optional("members");
   if (members.IsDefined() && !(members.IsScalar() && members.Scalar() == "all")) {
     if (!members.IsSequence()) fields.fail("members", describe(members), "all, or a list of names");
@@ -299,7 +298,15 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
   for (auto& [name, fields] : top.entries("robots")) read_robot(fields, name, scenario);
   for (auto& [name, fields] : top.entries("grippers")) read_gripper(fields, name, scenario);
   for (auto& [name, fields] : top.entries("processes")) read_process(fields, name, scenario);
-  if (scenario.processes.empty()) scenario.processes.push_back({"cell", 1, true, {}});
+  if (scenario.processes.empty()) scenario.processes.push_back({"cell", kMinLevelOfDetail, true, {}});
+  if (options.level_of_detail) {
+    const int level = *options.level_of_detail;
+    if (level < kMinLevelOfDetail || level > kMaxLevelOfDetail) {
+      throw ScenarioError("--lod: found " + std::to_string(level) + "; allowed: a whole number in [" +
+                          std::to_string(kMinLevelOfDetail) + ", " + std::to_string(kMaxLevelOfDetail) + "]");
+    }
+    for (ScenarioProcess& process : scenario.processes) process.level_of_detail = level;
+  }
 
   YamlFields controller = top.mapping("controller");
   if (controller.has("program")) scenario.controller_program = controller.existing_file("program");

@@ -19,6 +19,8 @@ class ScenarioError : public std::runtime_error {
 struct ScenarioOptions {
   /// "key=value" with a dotted key as in the file, e.g. "parts.P.mass_kg=0.4"; the value is YAML.
   std::vector<std::string> overrides;
+  /// Level of detail of every process, instead of the file's.
+  std::optional<int> level_of_detail;
 };
 
 /// Throws ScenarioError. Relative paths in the file are relative to it.

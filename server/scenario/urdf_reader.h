@@ -19,9 +19,9 @@ struct UrdfArm {
   ArmModel arm;
 };
 
-/// Reads the chain from `base_link` to `flange_link`. Fixed joints are folded into their neighbours; at least one and
-/// at most kMaxJoints moving joints; revolute, continuous and prismatic joints with a non-zero axis; limits with
-/// lower < upper and positive velocity (continuous joints: +-2 pi).
+/// Reads the chain from `base_link` to `flange_link`. Fixed joints are folded into their neighbours; at least
+/// one and at most kMaxJoints moving joints; revolute, continuous and prismatic joints with a non-zero axis;
+/// limits with lower < upper and positive velocity (continuous joints: +-2 pi).
 UrdfArm read_urdf_arm(const std::filesystem::path& file, const std::string& base_link,
                       const std::string& flange_link);
 

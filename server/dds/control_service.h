@@ -1,0 +1,54 @@
+#pragma once
+// Control requests off the wire and replies onto it. A request is known by client id and sequence number:
+// sent twice (by a client that heard no reply in time), it is executed once and answered with the same reply
+// again.
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/dds/participant.h"
+#include "server/dds/topic_names.h"
+#include "server/runtime/run_loop.h"
+#include "takt_msgs.h"
+
+namespace takt {
+
+class ControlService final : public dds::DataReaderListener {
+ public:
+  /// So many of the newest requests are remembered.
+  static constexpr std::size_t kRemembered = 1000;
+
+  explicit ControlService(RunLoop& loop) : loop_(loop) {}
+
+  /// Makes the reader and the writer. Call once; the participant must be destroyed before this object.
+  void listen(Participant& participant, const TopicNames& topics);
+
+  void on_data_available(dds::DataReader* reader) override;
+
+  /// Publishing thread: writes the replies that the loop has put into its outbox, and those asked for again.
+  void write_replies();
+
+ private:
+  using Key = std::pair<std::string, std::uint64_t>;  // client id, sequence number
+  struct Request {
+    std::uint64_t id = 0;
+    std::optional<takt_msgs::msg::ControlReply> reply;
+  };
+
+  void received(const takt_msgs::msg::ControlRequest& message);
+
+  RunLoop& loop_;
+  dds::DataWriter* writer_ = nullptr;
+  std::mutex mutex_;
+  std::uint64_t newest_id_ = 0;  // guarded by mutex_, as all below
+  std::map<Key, Request> requests_;
+  std::map<std::uint64_t, Key> keys_;
+  std::deque<Key> order_;  // oldest first
+  std::vector<takt_msgs::msg::ControlReply> asked_again_;
+};
+
+}  // namespace takt

@@ -1,0 +1,280 @@
+#include "server/dds/convert.h"
+
+#include <cmath>
+
+#include "server/dds/participant.h"
+#include "server/runtime/command_buffer.h"
+
+namespace takt {
+namespace {
+
+takt_msgs::msg::Vector3 to_vector(const Vec3& v) {
+  takt_msgs::msg::Vector3 message;
+  message.x(v.x());
+  message.y(v.y());
+  message.z(v.z());
+  return message;
+}
+
+void fill(takt_msgs::msg::Vector3& message, const Vec3& v) {
+  message.x(v.x());
+  message.y(v.y());
+  message.z(v.z());
+}
+
+std::vector<double> row_major(const Mat3& R) {
+  return {R(0, 0), R(0, 1), R(0, 2), R(1, 0), R(1, 1), R(1, 2), R(2, 0), R(2, 1), R(2, 2)};
+}
+
+takt_msgs::msg::Transform to_transform(const Pose& X) {
+  takt_msgs::msg::Transform message;
+  message.position(to_vector(X.p));
+  message.rotation(row_major(X.R));
+  return message;
+}
+
+/// The text as it is, or an error: a name cut off would be another name.
+template <std::size_t Capacity>
+std::string fitting(const std::string& text, const char* what) {
+  if (text.size() <= Capacity) return text;
+  throw DdsError(std::string(what) + " '" + text.substr(0, 60) + "...' has " + std::to_string(text.size()) +
+                 " characters; over DDS at most " + std::to_string(Capacity) + " are allowed.");
+}
+
+takt_msgs::msg::ComponentDescription to_message(const ComponentDescription& component) {
+  if (component.triangles.size() / 3 > kMaxTriangles) {
+    throw DdsError("The mesh of '" + component.name + "' has " +
+                   std::to_string(component.triangles.size() / 3) + " triangles; over DDS at most " +
+                   std::to_string(kMaxTriangles) + " are allowed.");
+  }
+  takt_msgs::msg::ComponentDescription message;
+  message.name(fitting<128>(component.name, "The component's name"));
+  message.type(static_cast<std::uint8_t>(component.type));
+  message.hierarchy(component.hierarchy);
+  message.mass(component.mass_kg);
+  message.center_of_mass(to_vector(component.p_BBcm));
+  message.mesh_uri(fitting<1024>(component.mesh_uri, "The mesh file"));
+  message.vertices(component.vertices);
+  message.triangles(component.triangles);
+  message.color({component.color.begin(), component.color.end()});
+  return message;
+}
+
+takt_msgs::msg::RobotDescription to_message(const RobotDescription& robot) {
+  takt_msgs::msg::RobotDescription message;
+  message.name(fitting<128>(robot.name, "The robot's name"));
+  message.urdf(fitting<262144>(robot.urdf, "The URDF"));
+  for (const JointModel& joint : robot.arm.joints) {
+    takt_msgs::msg::JointDescription described;
+    described.name(fitting<128>(joint.name, "The joint's name"));
+    described.type(joint.type == JointType::prismatic ? 1 : 0);
+    described.position(to_vector(joint.X_PJ.p));
+    described.rotation(row_major(joint.X_PJ.R));
+    described.axis(to_vector(joint.axis));
+    described.lower(joint.lower);
+    described.upper(joint.upper);
+    described.max_velocity(joint.max_velocity);
+    described.max_effort(joint.max_effort);
+    message.joints().push_back(described);
+  }
+  message.flange(to_transform(robot.arm.X_JF));
+  message.base(to_transform(robot.X_WR));
+  message.command_period(robot.command_period_s);
+  return message;
+}
+
+takt_msgs::msg::GripperDescription to_message(const GripperDescription& gripper) {
+  takt_msgs::msg::GripperDescription message;
+  message.name(fitting<128>(gripper.name, "The gripper's name"));
+  message.robot(gripper.robot);
+  message.palm(gripper.component);
+  message.left_jaw(gripper.left_jaw);
+  message.right_jaw(gripper.right_jaw);
+  message.mount(to_transform(gripper.X_FG));
+  message.tool_center_point(to_transform(gripper.X_GT));
+  message.max_width(gripper.max_width_m);
+  message.max_force(gripper.max_force_N);
+  message.jaw_speed(gripper.jaw_speed_m_per_s);
+  return message;
+}
+
+}  // namespace
+
+builtin_interfaces::msg::Time to_time(double time_s) {
+  builtin_interfaces::msg::Time time;
+  const std::int64_t ns = stamp_ns(std::max(time_s, 0.0));
+  time.sec(static_cast<std::int32_t>(ns / 1'000'000'000));
+  time.nanosec(static_cast<std::uint32_t>(ns % 1'000'000'000));
+  return time;
+}
+
+Validated<double> from_stamp(const builtin_interfaces::msg::Time& stamp, const std::string& subject) {
+  if (stamp.sec() < 0 || stamp.nanosec() >= 1'000'000'000U) {
+    return Rejection{
+        RejectionCode::malformed, subject,
+        "the stamp of " + std::to_string(stamp.sec()) + " s and " + std::to_string(stamp.nanosec()) +
+            " ns is no simulated time; seconds must not be negative, nanoseconds be below 1000000000"};
+  }
+  if (stamp.sec() == 0 && stamp.nanosec() == 0) return -1.0;
+  return static_cast<double>(stamp.sec()) + static_cast<double>(stamp.nanosec()) * 1e-9;
+}
+
+Validated<RawJointCommand> from_message(const std::string& robot,
+                                        const sensor_msgs::msg::JointState& message) {
+  const auto stamp = from_stamp(message.header().stamp(), robot);
+  if (const auto* rejection = std::get_if<Rejection>(&stamp)) return *rejection;
+  return RawJointCommand{
+      robot,           std::get<double>(stamp), message.name(), message.position(), message.velocity(),
+      message.effort()};
+}
+
+Validated<RawGripperCommand> from_message(const std::string& gripper,
+                                          const takt_msgs::msg::GripperCommand& message) {
+  const auto stamp = from_stamp(message.stamp(), gripper);
+  if (const auto* rejection = std::get_if<Rejection>(&stamp)) return *rejection;
+  return RawGripperCommand{gripper, std::get<double>(stamp), message.action(), message.width(),
+                           message.max_force()};
+}
+
+takt_msgs::msg::CellDescription to_message(const CellDescription& cell, const std::string& server_version) {
+  takt_msgs::msg::CellDescription message;
+  message.cell(fitting<128>(cell.cell, "The cell's name"));
+  message.scenario(fitting<128>(cell.scenario, "The scenario's name"));
+  message.server_version(fitting<64>(server_version, "The version"));
+  message.step_size(cell.step_s);
+  message.level_of_detail(cell.level_of_detail);
+  message.gravity(to_vector(cell.gravity_m_per_s2));
+  for (const auto& component : cell.components) message.components().push_back(to_message(component));
+  for (const auto& robot : cell.robots) message.robots().push_back(to_message(robot));
+  for (const auto& gripper : cell.grippers) message.grippers().push_back(to_message(gripper));
+  return message;
+}
+
+takt_msgs::msg::CellState make_state_message(const CellDescription& cell) {
+  takt_msgs::msg::CellState message;
+  message.components().resize(cell.components.size());
+  message.robots().resize(cell.robots.size());
+  message.grippers().resize(cell.grippers.size());
+  message.applied().resize(cell.robots.size() + cell.grippers.size());
+  for (std::size_t i = 0; i < cell.robots.size(); ++i) {
+    const auto joints = static_cast<std::size_t>(cell.robots[i].arm.joint_count());
+    message.robots()[i].position().resize(joints);
+    message.robots()[i].velocity().resize(joints);
+    message.robots()[i].effort().resize(joints);
+  }
+  for (std::size_t i = 0; i < message.applied().size(); ++i) {
+    message.applied()[i].target(std::string(target_name(cell, static_cast<int>(i))));
+  }
+  return message;
+}
+
+void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const Snapshot& snapshot) {
+  message.stamp(to_time(snapshot.time_s));
+  message.time(snapshot.time_s);
+  message.step(snapshot.step);
+  message.epoch(snapshot.epoch);
+  message.state_hash(snapshot.state_hash);
+  for (std::size_t i = 0; i < snapshot.components.size(); ++i) {
+    const ComponentSample& sample = snapshot.components[i];
+    auto& component = message.components()[i];
+    fill(component.position(), sample.p_WB);
+    component.orientation().x(sample.q_WB.x());
+    component.orientation().y(sample.q_WB.y());
+    component.orientation().z(sample.q_WB.z());
+    component.orientation().w(sample.q_WB.w());
+    fill(component.linear_velocity(), sample.V_WB.v);
+    fill(component.angular_velocity(), sample.V_WB.w);
+    fill(component.force(), sample.F_Bo_W.f);
+    fill(component.torque(), sample.F_Bo_W.t);
+    component.state(static_cast<std::uint8_t>(sample.state));
+    component.partner(sample.partner);
+  }
+  for (std::size_t i = 0; i < snapshot.robots.size(); ++i) {
+    const RobotSample& sample = snapshot.robots[i];
+    auto& robot = message.robots()[i];
+    std::copy_n(sample.position.begin(), robot.position().size(), robot.position().begin());
+    std::copy_n(sample.velocity.begin(), robot.velocity().size(), robot.velocity().begin());
+    std::copy_n(sample.effort.begin(), robot.effort().size(), robot.effort().begin());
+    message.applied()[i].count(sample.commands_applied);
+    message.applied()[i].newest_stamp(to_time(sample.newest_stamp_s));
+  }
+  for (std::size_t i = 0; i < snapshot.grippers.size(); ++i) {
+    const GripperSample& sample = snapshot.grippers[i];
+    auto& gripper = message.grippers()[i];
+    gripper.width(sample.width_m);
+    gripper.force(sample.force_N);
+    gripper.closed(sample.closed);
+    auto& applied = message.applied()[cell.robots.size() + i];
+    applied.count(sample.commands_applied);
+    applied.newest_stamp(to_time(sample.newest_stamp_s));
+  }
+}
+
+sensor_msgs::msg::JointState make_joint_states_message(const RobotDescription& robot) {
+  sensor_msgs::msg::JointState message;
+  for (const auto& joint : robot.arm.joints) message.name().push_back(joint.name);
+  message.position().resize(robot.arm.joints.size());
+  message.velocity().resize(robot.arm.joints.size());
+  message.effort().resize(robot.arm.joints.size());
+  return message;
+}
+
+void fill(sensor_msgs::msg::JointState& message, const Snapshot& snapshot, std::size_t robot) {
+  const RobotSample& sample = snapshot.robots[robot];
+  message.header().stamp(to_time(snapshot.time_s));
+  std::copy_n(sample.position.begin(), message.position().size(), message.position().begin());
+  std::copy_n(sample.velocity.begin(), message.velocity().size(), message.velocity().begin());
+  std::copy_n(sample.effort.begin(), message.effort().size(), message.effort().begin());
+}
+
+takt_msgs::msg::Status to_message(const LoopStatus& status) {
+  takt_msgs::msg::Status message;
+  message.stamp(to_time(status.time_s));
+  message.time(status.time_s);
+  message.step(status.step);
+  message.epoch(status.epoch);
+  message.state(static_cast<std::uint8_t>(status.state));
+  message.pace(std::string(to_string(status.pace)));
+  message.pace_factor(status.pace_factor);
+  message.wall_time(status.wall_time_s);
+  message.sim_over_wall(status.sim_over_wall);
+  message.real_time_factor(status.real_time_factor);
+  message.lag(status.lag_s);
+  message.overruns(status.overruns);
+  message.longest_overrun_run(status.longest_overrun_run);
+  message.rebases(status.rebases);
+  message.step_time_p50(status.step_time.p50_s);
+  message.step_time_p99(status.step_time.p99_s);
+  message.step_time_max(status.step_time.max_s);
+  message.wake_up_p50(status.wake_up.p50_s);
+  message.wake_up_p99(status.wake_up.p99_s);
+  message.wake_up_max(status.wake_up.max_s);
+  message.command_latency_p50(status.command_latency.p50_s);
+  message.command_latency_p99(status.command_latency.p99_s);
+  message.command_latency_max(status.command_latency.max_s);
+  message.commands_applied(status.commands_applied);
+  message.commands_rejected(status.commands_rejected);
+  message.mpr_calls(status.mpr_calls);
+  message.mpr_skipped(status.mpr_skipped);
+  for (std::uint32_t i = 0; i < status.waiting_count; ++i) {
+    message.waiting_for().emplace_back(status.waiting_for[i].str());
+  }
+  message.scheduling(status.scheduling.str());
+  message.fault(status.fault.str());
+  return message;
+}
+
+takt_msgs::msg::Event to_message(const EventRecord& event, const CellDescription& cell) {
+  const EventText text = describe(event, cell);
+  takt_msgs::msg::Event message;
+  message.stamp(to_time(event.time_s));
+  message.step(event.step);
+  message.epoch(event.epoch);
+  message.severity(static_cast<std::uint8_t>(event.severity));
+  message.code(std::string(to_string(event.code)));
+  message.subject(text.subject);
+  message.message(text.message);
+  return message;
+}
+
+}  // namespace takt

@@ -1,0 +1,45 @@
+#pragma once
+// Wire types from and to the core's plain structs. Nothing is decided here: what is wrong with a command is
+// said by takt::validate.
+#include <string>
+#include <variant>
+
+#include "server/runtime/event.h"
+#include "server/runtime/outbox.h"
+#include "server/simulation/cell_description.h"
+#include "server/simulation/command.h"
+#include "server/simulation/snapshot.h"
+#include "takt_msgs.h"
+
+namespace takt {
+
+builtin_interfaces::msg::Time to_time(double time_s);
+
+/// A stamp of zero means "none given" (-1). Rejection: nanoseconds that are none, or a time before 0.
+Validated<double> from_stamp(const builtin_interfaces::msg::Time& stamp, const std::string& subject);
+
+Validated<RawJointCommand> from_message(const std::string& robot,
+                                        const sensor_msgs::msg::JointState& message);
+Validated<RawGripperCommand> from_message(const std::string& gripper,
+                                          const takt_msgs::msg::GripperCommand& message);
+
+/// More triangles than this in one mesh are refused when the cell is described.
+inline constexpr std::size_t kMaxTriangles = 4'000'000;
+
+/// Throws DdsError for what does not fit the wire type: a name or a text that is too long, a mesh that is too
+/// large.
+takt_msgs::msg::CellDescription to_message(const CellDescription& cell, const std::string& server_version);
+
+/// A state message with everything that does not change between instants filled in; fill() does the rest and
+/// does not allocate.
+takt_msgs::msg::CellState make_state_message(const CellDescription& cell);
+void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const Snapshot& snapshot);
+
+sensor_msgs::msg::JointState make_joint_states_message(const RobotDescription& robot);
+void fill(sensor_msgs::msg::JointState& message, const Snapshot& snapshot, std::size_t robot);
+
+takt_msgs::msg::Status to_message(const LoopStatus& status);
+/// Sequence number and sender are the caller's to fill in.
+takt_msgs::msg::Event to_message(const EventRecord& event, const CellDescription& cell);
+
+}  // namespace takt

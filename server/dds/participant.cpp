@@ -1,0 +1,109 @@
+#include "server/dds/participant.h"
+
+#include <memory>
+
+namespace takt {
+namespace {
+
+// A description with its meshes takes megabytes: the segment has to hold it beside what else is on the way.
+constexpr std::uint32_t kSharedMemorySegment_bytes = 8U << 20U;
+
+dds::DomainParticipantQos this_machine_only() {
+  dds::DomainParticipantQos qos;
+  qos.transport().use_builtin_transports = false;
+  const auto shared_memory = std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>();
+  shared_memory->segment_size(kSharedMemorySegment_bytes);
+  const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+  udp->interfaceWhiteList.emplace_back("127.0.0.1");
+  udp->sendBufferSize = 1U << 20U;
+  udp->receiveBufferSize = 1U << 20U;
+  qos.transport().user_transports = {shared_memory, udp};
+  // How long a participant that died without a word still counts as present for others.
+  qos.wire_protocol().builtin.discovery_config.leaseDuration = DdsDuration(5, 0);
+  qos.wire_protocol().builtin.discovery_config.leaseDuration_announcementperiod = DdsDuration(1, 0);
+  return qos;
+}
+
+dds::DomainParticipantQos participant_qos(const ParticipantOptions& options) {
+  dds::DomainParticipantQos qos;
+  if (options.profiles_file.empty()) {
+    qos = this_machine_only();
+  } else {
+    auto* factory = dds::DomainParticipantFactory::get_instance();
+    if (!is_ok(factory->load_XML_profiles_file(options.profiles_file))) {
+      throw DdsError("The DDS profiles in '" + options.profiles_file +
+                     "' cannot be read; the lines above say where they are not what Fast DDS expects.");
+    }
+    if (!is_ok(factory->get_participant_qos_from_profile(options.profile, qos))) {
+      throw DdsError("The DDS profiles in '" + options.profiles_file + "' have no participant profile '" +
+                     options.profile + "'.");
+    }
+  }
+  qos.name(options.name);
+  return qos;
+}
+
+}  // namespace
+
+Participant::Participant(const ParticipantOptions& options, dds::DomainParticipantListener* listener) {
+  if (options.domain > 232) {
+    throw DdsError("DDS domain " + std::to_string(options.domain) + " does not exist; allowed are 0 to 232.");
+  }
+  // The participant's listener hears of discovery only; the data goes to the listeners of the readers.
+  participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
+      options.domain, participant_qos(options), listener, dds::StatusMask::none());
+  if (participant_ == nullptr) {
+    throw DdsError("DDS refused a participant on domain " + std::to_string(options.domain) +
+                   ": another one may occupy its ports, or no network interface allows it.");
+  }
+  publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
+  subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
+  if (publisher_ == nullptr || subscriber_ == nullptr) {
+    participant_->delete_contained_entities();
+    dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+    throw DdsError("DDS refused a publisher or a subscriber.");
+  }
+}
+
+Participant::~Participant() {
+  silence();
+  participant_->delete_contained_entities();
+  dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+}
+
+void Participant::silence() {
+  participant_->set_listener(nullptr);
+  std::vector<dds::DataReader*> readers;
+  subscriber_->get_datareaders(readers);
+  for (auto* reader : readers) reader->set_listener(nullptr);
+}
+
+dds::Topic* Participant::topic(const std::string& name, dds::TypeSupport& type) {
+  if (auto* known = participant_->lookup_topicdescription(name)) return dynamic_cast<dds::Topic*>(known);
+  // A type object with a sequence of structs makes default participants of 2.9.1 crash (Fast-DDS #3296).
+  type->auto_fill_type_object(false);
+  type->auto_fill_type_information(false);
+  if (!is_ok(type.register_type(participant_))) {
+    throw DdsError("DDS refused the type '" + type.get_type_name() + "'.");
+  }
+  dds::Topic* created = participant_->create_topic(name, type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
+  if (created == nullptr) throw DdsError("DDS refused the topic '" + name + "'.");
+  return created;
+}
+
+dds::DataWriter* Participant::create_writer(const std::string& name, dds::TypeSupport type,
+                                            const dds::DataWriterQos& qos) {
+  auto* writer = publisher_->create_datawriter(topic(name, type), qos);
+  if (writer == nullptr) throw DdsError("DDS refused a writer of the topic '" + name + "'.");
+  return writer;
+}
+
+dds::DataReader* Participant::create_reader(const std::string& name, dds::TypeSupport type,
+                                            const dds::DataReaderQos& qos,
+                                            dds::DataReaderListener* listener) {
+  auto* reader = subscriber_->create_datareader(topic(name, type), qos, listener);
+  if (reader == nullptr) throw DdsError("DDS refused a reader of the topic '" + name + "'.");
+  return reader;
+}
+
+}  // namespace takt

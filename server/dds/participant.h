@@ -1,0 +1,65 @@
+#pragma once
+// One DDS participant: the place where topics, writers and readers are made and where every refusal of DDS
+// becomes an error with a sentence.
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+#include "server/dds/fastdds.h"
+
+namespace takt {
+
+/// DDS could not do what it was asked to; what() is a whole sentence.
+class DdsError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct ParticipantOptions {
+  std::string name;          ///< shown to other participants
+  std::uint32_t domain = 0;  ///< 0..232
+  /// Fast DDS profiles (XML) with a participant profile of the name `profile`. Empty: this machine only, by
+  /// shared memory and by UDP on the loopback interface.
+  std::string profiles_file;
+  std::string profile = "takt_server";
+};
+
+class Participant {
+ public:
+  /// `listener` may be null; it must outlive the participant. Throws DdsError.
+  Participant(const ParticipantOptions& options, dds::DomainParticipantListener* listener);
+  ~Participant();
+  Participant(const Participant&) = delete;
+  Participant& operator=(const Participant&) = delete;
+
+  /// Writers and readers live as long as the participant. `Type` is a generated ...PubSubType. Throws
+  /// DdsError.
+  template <typename Type>
+  dds::DataWriter* create_writer(const std::string& topic, const dds::DataWriterQos& qos) {
+    return create_writer(topic, dds::TypeSupport(new Type()), qos);
+  }
+  template <typename Type>
+  dds::DataReader* create_reader(const std::string& topic, const dds::DataReaderQos& qos,
+                                 dds::DataReaderListener* listener) {
+    return create_reader(topic, dds::TypeSupport(new Type()), qos, listener);
+  }
+
+  dds::DataWriterQos default_writer_qos() const { return publisher_->get_default_datawriter_qos(); }
+  dds::DataReaderQos default_reader_qos() const { return subscriber_->get_default_datareader_qos(); }
+
+  /// No listener is called any more after this.
+  void silence();
+
+ private:
+  dds::DataWriter* create_writer(const std::string& topic, dds::TypeSupport type,
+                                 const dds::DataWriterQos& qos);
+  dds::DataReader* create_reader(const std::string& topic, dds::TypeSupport type,
+                                 const dds::DataReaderQos& qos, dds::DataReaderListener* listener);
+  dds::Topic* topic(const std::string& name, dds::TypeSupport& type);
+
+  dds::DomainParticipant* participant_ = nullptr;
+  dds::Publisher* publisher_ = nullptr;
+  dds::Subscriber* subscriber_ = nullptr;
+};
+
+}  // namespace takt

@@ -1,0 +1,85 @@
+#pragma once
+// QoS of each topic (interfaces.md). Everywhere: keep last, never keep all (one frozen reader would block a
+// writer); memory that grows with the samples, since the largest possible sample is far larger than any real
+// one; no data sharing, which brings nothing at these sizes and does not go with security.
+#include <cstddef>
+
+#include "server/dds/participant.h"
+
+namespace takt {
+
+namespace qos_detail {
+inline dds::DataWriterQos writer(const Participant& participant, dds::ReliabilityQosPolicyKind reliability,
+                                 int depth) {
+  dds::DataWriterQos qos = participant.default_writer_qos();
+  qos.reliability().kind = reliability;
+  qos.durability().kind = dds::VOLATILE_DURABILITY_QOS;
+  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = depth;
+  qos.resource_limits().allocated_samples = depth < 16 ? depth : 16;
+  qos.endpoint().history_memory_policy = kGrowingMemory;
+  qos.data_sharing().off();
+  qos.publish_mode().kind = dds::SYNCHRONOUS_PUBLISH_MODE;
+  return qos;
+}
+inline dds::DataReaderQos reader(const Participant& participant, int depth) {
+  dds::DataReaderQos qos = participant.default_reader_qos();
+  qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
+  qos.durability().kind = dds::VOLATILE_DURABILITY_QOS;
+  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = depth;
+  qos.resource_limits().allocated_samples = depth < 16 ? depth : 16;
+  qos.endpoint().history_memory_policy = kGrowingMemory;
+  qos.data_sharing().off();
+  return qos;
+}
+}  // namespace qos_detail
+
+/// A sample beyond this does not fit one datagram and is sent in fragments by a thread of DDS.
+inline constexpr std::size_t kLargestUnfragmented_bytes = 60000;
+
+/// An instant of the cell: whoever misses one gets the next.
+inline dds::DataWriterQos state_writer_qos(const Participant& participant, std::size_t sample_bytes) {
+  auto qos = qos_detail::writer(participant, dds::BEST_EFFORT_RELIABILITY_QOS, 1);
+  if (sample_bytes > kLargestUnfragmented_bytes) qos.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;
+  return qos;
+}
+/// ROS 2 nodes read these reliably by default; keep last still never waits for them.
+inline dds::DataWriterQos ros_writer_qos(const Participant& participant, int depth) {
+  return qos_detail::writer(participant, dds::RELIABLE_RELIABILITY_QOS, depth);
+}
+inline dds::DataWriterQos event_writer_qos(const Participant& participant) {
+  return qos_detail::writer(participant, dds::RELIABLE_RELIABILITY_QOS, 1000);
+}
+/// Late joiners get the newest sample at once. `large`: samples of megabytes.
+inline dds::DataWriterQos latched_writer_qos(const Participant& participant, bool large) {
+  auto qos = qos_detail::writer(participant, dds::RELIABLE_RELIABILITY_QOS, 1);
+  qos.durability().kind = dds::TRANSIENT_LOCAL_DURABILITY_QOS;
+  if (large) qos.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;
+  return qos;
+}
+inline dds::DataWriterQos control_writer_qos(const Participant& participant) {
+  return qos_detail::writer(participant, dds::RELIABLE_RELIABILITY_QOS, 100);
+}
+inline dds::DataReaderQos control_reader_qos(const Participant& participant) {
+  return qos_detail::reader(participant, 100);
+}
+
+/// How long an exclusive sender may be silent as a process before it counts as dead and the next one takes
+/// over.
+inline const DdsDuration kCommandLease(3, 0);
+
+/// Every command topic has two readers, since DDS matches only ends of the same ownership kind: EXCLUSIVE for
+/// takt's own clients, which also declare a lease of at most kCommandLease, SHARED for stock ROS 2
+/// publishers.
+inline dds::DataReaderQos command_reader_qos(const Participant& participant, bool exclusive) {
+  auto qos = qos_detail::reader(participant, 1);
+  if (exclusive) {
+    qos.ownership().kind = dds::EXCLUSIVE_OWNERSHIP_QOS;
+    qos.liveliness().kind = dds::AUTOMATIC_LIVELINESS_QOS;
+    qos.liveliness().lease_duration = kCommandLease;
+  }
+  return qos;
+}
+
+}  // namespace takt

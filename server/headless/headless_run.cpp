@@ -1,0 +1,78 @@
+#include "server/headless/headless_run.h"
+
+#include <time.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "server/headless/in_process_controller.h"
+
+namespace takt {
+
+namespace {
+double wall_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+double cpu_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+}  // namespace
+
+HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, const HeadlessOptions& options,
+                            const StepObserver& observer, const Pacer& pacer) {
+  HeadlessResult result;
+  const double h = simulation.description().step_s;
+  const auto steps = static_cast<std::uint64_t>(std::llround(options.duration_s / h));
+  std::vector<std::uint64_t> mark_steps;
+  for (const ScenarioMark& mark : scenario.marks) {
+    mark_steps.push_back(static_cast<std::uint64_t>(std::llround(mark.time_s / h)));
+  }
+  const auto record_marks = [&] {
+    for (std::size_t i = 0; i < mark_steps.size(); ++i) {
+      if (mark_steps[i] == simulation.step_index()) {
+        result.marks.push_back({scenario.marks[i], simulation.make_snapshot()});
+      }
+    }
+  };
+  if (options.stage_times) simulation.set_stage_clock(&wall_seconds);
+
+  const double wall_begin = wall_seconds();
+  const double cpu_begin = cpu_seconds();
+  try {
+    std::optional<InProcessController> controller;
+    if (!options.program.empty()) controller.emplace(options.program.string(), simulation);
+    if (observer) observer(simulation);
+    record_marks();
+    for (std::uint64_t i = 0; i < steps; ++i) {
+      if (pacer) pacer(simulation.time_s());
+      std::span<const Command> commands;
+      if (controller) {
+        const double begin = wall_seconds();
+        commands = controller->commands(simulation);
+        result.controller_s += wall_seconds() - begin;
+      }
+      if (!simulation.step(commands)) {
+        result.fault = simulation.fault();
+        break;
+      }
+      for (const ConnectionChange& change : simulation.connection_changes()) result.changes.push_back(change);
+      if (observer) observer(simulation);
+      record_marks();
+    }
+  } catch (const std::exception& error) {
+    result.fault = error.what();
+  }
+  result.cpu_s = cpu_seconds() - cpu_begin;
+  result.wall_s = wall_seconds() - wall_begin;
+  result.final_state = simulation.make_snapshot();
+  result.statistics = simulation.statistics();
+  return result;
+}
+
+PoseError pose_error(const ComponentSample& sample, const Pose& expected) {
+  return {(sample.p_WB - expected.p).norm(), sample.q_WB.angularDistance(Quat(expected.R))};
+}
+
+}  // namespace takt

@@ -1,0 +1,53 @@
+#pragma once
+// One scenario from start to end in one process: simulation, controller program, records for report and CSV.
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/scenario/scenario.h"
+#include "server/simulation/simulation.h"
+
+namespace takt {
+
+struct HeadlessOptions {
+  double duration_s = 0.0;        ///< > 0
+  std::filesystem::path program;  ///< controller program; empty: none
+  bool stage_times = false;       ///< measure the stages of a step (costs some of them)
+};
+
+struct MarkRecord {
+  ScenarioMark mark;
+  Snapshot snapshot;
+};
+
+struct HeadlessResult {
+  Snapshot final_state;
+  SimulationStatistics statistics;
+  std::vector<ConnectionChange> changes;
+  std::vector<MarkRecord> marks;
+  double wall_s = 0.0, cpu_s = 0.0;
+  double controller_s = 0.0;  ///< wall time within the controller program
+  std::string fault;          ///< why the run ended early, or empty
+};
+
+/// Called after every step (before the first one with the initial state).
+using StepObserver = std::function<void(const Simulation&)>;
+/// Called before every step; may block to pace the run.
+using Pacer = std::function<void(double time_s)>;
+
+/// Never throws once running: a failing program or a diverging state ends the run with `fault` set.
+HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, const HeadlessOptions& options,
+                            const StepObserver& observer = {}, const Pacer& pacer = {});
+
+/// Distance between a component's place and the expected one (m), and the angle between the orientations
+/// (rad).
+struct PoseError {
+  double position_m = 0.0;
+  double angle_rad = 0.0;
+};
+PoseError pose_error(const ComponentSample& sample, const Pose& expected);
+
+}  // namespace takt

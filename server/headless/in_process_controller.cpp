@@ -1,0 +1,71 @@
+#include "server/headless/in_process_controller.h"
+
+namespace takt {
+
+controller::CellInfo controller_cell_info(const CellDescription& cell) {
+  controller::CellInfo info;
+  for (const RobotDescription& robot : cell.robots)
+    info.robots.push_back({robot.name, robot.arm, robot.X_WR});
+  for (const GripperDescription& gripper : cell.grippers) {
+    info.grippers.push_back(
+        {gripper.name, gripper.robot, gripper.X_FG * gripper.X_GT, gripper.max_width_m, gripper.max_force_N});
+  }
+  for (const ComponentDescription& component : cell.components) info.components.push_back(component.name);
+  return info;
+}
+
+void fill_controller_input(const Snapshot& snapshot, controller::Input& input) {
+  input.time_s = snapshot.time_s;
+  input.robots.resize(snapshot.robots.size());
+  input.grippers.resize(snapshot.grippers.size());
+  input.components.resize(snapshot.components.size());
+  for (std::size_t i = 0; i < snapshot.robots.size(); ++i) {
+    input.robots[i] = {snapshot.robots[i].position, snapshot.robots[i].velocity};
+  }
+  for (std::size_t i = 0; i < snapshot.grippers.size(); ++i) {
+    input.grippers[i] = {snapshot.grippers[i].width_m, snapshot.grippers[i].closed};
+  }
+  for (std::size_t i = 0; i < snapshot.components.size(); ++i) {
+    const ComponentSample& sample = snapshot.components[i];
+    input.components[i] = {sample.p_WB, sample.q_WB, sample.partner};
+  }
+}
+
+InProcessController::InProcessController(const std::string& program_file, const Simulation& simulation)
+    : controller_(program_file, controller_cell_info(simulation.description())),
+      step_s_(simulation.description().step_s),
+      snapshot_(simulation.make_snapshot()) {
+  commands_.reserve(controller_.driven_robots().size() + controller_.driven_grippers().size());
+}
+
+std::span<const Command> InProcessController::commands(const Simulation& simulation) {
+  commands_.clear();
+  if (simulation.step_index() != period_boundary_step(boundary_, controller_.period_s(), step_s_))
+    return commands_;
+  const double stamp_s = static_cast<double>(boundary_) * controller_.period_s();
+  // A period shorter than the step: several boundaries fall on one step, the program runs once.
+  while (period_boundary_step(boundary_, controller_.period_s(), step_s_) <= simulation.step_index())
+    ++boundary_;
+  simulation.read_snapshot(snapshot_);
+  fill_controller_input(snapshot_, input_);
+  const controller::Output& output = controller_.update(input_);
+  finished_ = output.finished;
+  for (const controller::JointSetPoint& set_point : output.joints) {
+    JointCommand command;
+    command.robot = set_point.robot;
+    command.stamp_s = stamp_s;
+    command.period_s = controller_.period_s();
+    command.has_velocity = true;
+    command.position = set_point.position;
+    command.velocity = set_point.velocity;
+    commands_.emplace_back(command);
+  }
+  for (const controller::GripperSetPoint& set_point : output.grippers) {
+    commands_.emplace_back(GripperCommand{set_point.gripper, stamp_s,
+                                          static_cast<GripperAction>(set_point.verb), set_point.width_m,
+                                          set_point.max_force_N});
+  }
+  return commands_;
+}
+
+}  // namespace takt

@@ -1,0 +1,38 @@
+#pragma once
+// Runs a controller program beside the simulation, in one process: the same program, the same instants and
+// the same numbers as takt-controller over DDS in lockstep, so the state hashes are equal.
+#include <string>
+#include <vector>
+
+#include "client_lib/controller/controller.h"
+#include "server/simulation/simulation.h"
+
+namespace takt {
+
+/// The cell as the controller sees it.
+controller::CellInfo controller_cell_info(const CellDescription& cell);
+/// The instant as the controller sees it; `input` keeps its storage.
+void fill_controller_input(const Snapshot& snapshot, controller::Input& input);
+
+class InProcessController {
+ public:
+  /// Throws std::runtime_error if the program cannot be loaded for this cell.
+  InProcessController(const std::string& program_file, const Simulation& simulation);
+
+  /// Commands for the next step: empty between the boundaries of the program's period. Throws
+  /// std::runtime_error when the program fails.
+  std::span<const Command> commands(const Simulation& simulation);
+  bool finished() const { return finished_; }
+  double period_s() const { return controller_.period_s(); }
+
+ private:
+  controller::Controller controller_;
+  double step_s_;
+  Snapshot snapshot_;
+  controller::Input input_;
+  std::vector<Command> commands_;
+  std::uint64_t boundary_ = 0;
+  bool finished_ = false;
+};
+
+}  // namespace takt

@@ -1,0 +1,206 @@
+#include "server/headless/report.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <iomanip>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace takt {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json json(const Vec3& v) {
+  return Json::array({v.x(), v.y(), v.z()});
+}
+Json json(const Quat& q) {
+  return Json::array({q.x(), q.y(), q.z(), q.w()});
+}
+
+std::string hex(std::uint64_t value) {
+  char text[19];
+  std::snprintf(text, sizeof text, "0x%016llx", static_cast<unsigned long long>(value));
+  return text;
+}
+
+Json name_or_null(const CellDescription& cell, int component) {
+  return component < 0 ? Json(nullptr) : Json(cell.components[static_cast<std::size_t>(component)].name);
+}
+
+const ExpectedPose* expected_pose(const Scenario& scenario, const std::string& part) {
+  for (const ExpectedPose& expected : scenario.expected) {
+    if (expected.part == part) return &expected;
+  }
+  return nullptr;
+}
+
+Json components_json(const CellDescription& cell, const Snapshot& state, const Scenario* scenario) {
+  Json all = Json::object();
+  for (std::size_t i = 0; i < state.components.size(); ++i) {
+    const ComponentSample& sample = state.components[i];
+    Json item;
+    item["type"] = to_string(cell.components[i].type);
+    item["position"] = json(sample.p_WB);
+    item["orientation"] = json(sample.q_WB);
+    item["force"] = json(sample.F_Bo_W.f);
+    item["torque"] = json(sample.F_Bo_W.t);
+    item["state"] = to_string(sample.state);
+    item["partner"] = name_or_null(cell, sample.partner);
+    const ExpectedPose* expected =
+        scenario != nullptr ? expected_pose(*scenario, cell.components[i].name) : nullptr;
+    if (expected != nullptr) {
+      const PoseError error = pose_error(sample, expected->X_WB);
+      item["expected_position"] = json(expected->X_WB.p);
+      item["expected_orientation"] = json(expected->X_WB.quaternion());
+      item["error_m"] = error.position_m;
+      item["orientation_error_rad"] = error.angle_rad;
+    }
+    all[cell.components[i].name] = item;
+  }
+  return all;
+}
+
+Json statistics_json(const SimulationStatistics& s) {
+  return {{"steps", s.steps},
+          {"derivative_evaluations", s.derivative_evaluations},
+          {"broad_phase_tests", s.broad_phase_tests},
+          {"mpr_calls", s.mpr_calls},
+          {"mpr_skipped", s.mpr_skipped},
+          {"partner_searches", s.partner_searches}};
+}
+
+}  // namespace
+
+double max_position_error_m(const Scenario& scenario, const CellDescription& cell, const Snapshot& state) {
+  double largest = 0.0;
+  for (const ExpectedPose& expected : scenario.expected) {
+    const auto id = static_cast<std::size_t>(cell.find_component(expected.part));
+    largest = std::max(largest, pose_error(state.components[id], expected.X_WB).position_m);
+  }
+  return largest;
+}
+
+std::string report_json(const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
+                        const HeadlessResult& result) {
+  const double simulated = result.final_state.time_s;
+  Json report;
+  report["scenario"] = scenario.name;
+  report["level_of_detail"] = info.level_of_detail;
+  report["pace"] = info.pace;
+  report["simulated_s"] = simulated;
+  report["cpu_s"] = result.cpu_s;
+  report["wall_s"] = result.wall_s;
+  report["controller_s"] = result.controller_s;
+  report["real_time_factor"] = simulated > 0.0 ? result.cpu_s / simulated : 0.0;
+  report["state_hash"] = hex(result.final_state.state_hash);
+  report["fault"] = result.fault.empty() ? Json(nullptr) : Json(result.fault);
+  if (!scenario.expected.empty()) {
+    report["max_error_m"] = max_position_error_m(scenario, cell, result.final_state);
+    report["tolerance_m"] = scenario.expected_tolerance_m;
+  }
+  report["components"] = components_json(cell, result.final_state, &scenario);
+  Json changes = Json::array();
+  for (const ConnectionChange& change : result.changes) {
+    changes.push_back({{"time_s", change.time_s},
+                       {"step", change.step},
+                       {"part", cell.components[static_cast<std::size_t>(change.part)].name},
+                       {"from", name_or_null(cell, change.from)},
+                       {"to", name_or_null(cell, change.to)}});
+  }
+  report["connection_changes"] = changes;
+  Json marks = Json::array();
+  for (const MarkRecord& mark : result.marks) {
+    marks.push_back({{"name", mark.mark.name},
+                     {"time_s", mark.snapshot.time_s},
+                     {"components", components_json(cell, mark.snapshot, nullptr)}});
+  }
+  report["marks"] = marks;
+  report["mpr_calls"] = result.statistics.mpr_calls;
+  report["mpr_skipped"] = result.statistics.mpr_skipped;
+  report["solver"] = statistics_json(result.statistics);
+  report["solver"]["method"] = info.solver;
+  report["solver"]["step_s"] = cell.step_s;
+  return report.dump(2);
+}
+
+void print_summary(std::ostream& out, const Scenario& scenario, const CellDescription& cell,
+                   const HeadlessResult& result) {
+  const auto old_flags = out.flags();
+  out << std::fixed << std::setprecision(3) << scenario.name << ": " << result.final_state.time_s
+      << " s simulated in " << result.cpu_s << " s of computation, real-time factor " << std::setprecision(5)
+      << (result.final_state.time_s > 0.0 ? result.cpu_s / result.final_state.time_s : 0.0) << ", state hash "
+      << hex(result.final_state.state_hash) << '\n';
+  if (!scenario.expected.empty()) {
+    out << "Part        position (m)                       expected (m)                       error (mm)  "
+           "held by\n";
+  }
+  for (const ExpectedPose& expected : scenario.expected) {
+    const auto id = static_cast<std::size_t>(cell.find_component(expected.part));
+    const ComponentSample& sample = result.final_state.components[id];
+    const double error_mm = 1e3 * pose_error(sample, expected.X_WB).position_m;
+    out << std::left << std::setw(10) << expected.part << std::right << std::setprecision(6);
+    for (int i = 0; i < 3; ++i) out << std::setw(11) << sample.p_WB[i];
+    out << "  ";
+    for (int i = 0; i < 3; ++i) out << std::setw(11) << expected.X_WB.p[i];
+    out << std::setw(14) << error_mm << "  "
+        << (sample.partner < 0 ? "nothing" : cell.components[static_cast<std::size_t>(sample.partner)].name)
+        << (error_mm <= 1e3 * scenario.expected_tolerance_m ? "" : "  <- outside the tolerance") << '\n';
+  }
+  if (!result.fault.empty()) out << "The run ended early: " << result.fault << '\n';
+  out.flags(old_flags);
+}
+
+CsvWriter::CsvWriter(const std::filesystem::path& file, const Simulation& simulation, double period_s)
+    : file_(file), out_(file), snapshot_(simulation.make_snapshot()), period_s_(period_s) {
+  if (!out_) throw std::runtime_error(file.string() + ": cannot be written");
+  const CellDescription& cell = simulation.description();
+  out_ << "time";
+  for (const ComponentDescription& component : cell.components) {
+    for (const char* field :
+         {"position.x", "position.y", "position.z", "orientation.x", "orientation.y", "orientation.z",
+          "orientation.w", "force.x", "force.y", "force.z", "torque.x", "torque.y", "torque.z", "partner"}) {
+      out_ << ',' << component.name << '.' << field;
+    }
+  }
+  for (const RobotDescription& robot : cell.robots) {
+    for (const JointModel& joint : robot.arm.joints) {
+      out_ << ',' << robot.name << '.' << joint.name << ".position," << robot.name << '.' << joint.name
+           << ".velocity";
+    }
+  }
+  for (const GripperDescription& gripper : cell.grippers) out_ << ',' << gripper.name << ".width";
+  out_ << '\n' << std::setprecision(17);
+}
+
+void CsvWriter::record(const Simulation& simulation) {
+  const CellDescription& cell = simulation.description();
+  if (simulation.step_index() != period_boundary_step(next_, period_s_, cell.step_s)) return;
+  while (period_boundary_step(next_, period_s_, cell.step_s) <= simulation.step_index()) ++next_;
+  simulation.read_snapshot(snapshot_);
+  const auto write = [this](const Vec3& v) { out_ << ',' << v.x() << ',' << v.y() << ',' << v.z(); };
+  out_ << snapshot_.time_s;
+  for (const ComponentSample& sample : snapshot_.components) {
+    write(sample.p_WB);
+    out_ << ',' << sample.q_WB.x() << ',' << sample.q_WB.y() << ',' << sample.q_WB.z() << ','
+         << sample.q_WB.w();
+    write(sample.F_Bo_W.f);
+    write(sample.F_Bo_W.t);
+    out_ << ',' << (sample.partner < 0 ? "" : cell.components[static_cast<std::size_t>(sample.partner)].name);
+  }
+  for (std::size_t r = 0; r < cell.robots.size(); ++r) {
+    for (std::size_t j = 0; j < cell.robots[r].arm.joints.size(); ++j) {
+      out_ << ',' << snapshot_.robots[r].position[j] << ',' << snapshot_.robots[r].velocity[j];
+    }
+  }
+  for (const GripperSample& gripper : snapshot_.grippers) out_ << ',' << gripper.width_m;
+  out_ << '\n';
+}
+
+void CsvWriter::close() {
+  out_.close();
+  if (!out_) throw std::runtime_error(file_.string() + ": writing failed (disk full?)");
+}
+
+}  // namespace takt

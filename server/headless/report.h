@@ -1,0 +1,45 @@
+#pragma once
+// What a headless run leaves behind: a JSON report, a table for people, a CSV file.
+#include <fstream>
+#include <ostream>
+#include <string>
+
+#include "server/headless/headless_run.h"
+
+namespace takt {
+
+struct RunInfo {
+  std::string solver;
+  int level_of_detail = 1;
+  std::string pace;
+};
+
+/// JSON text of the report.
+std::string report_json(const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
+                        const HeadlessResult& result);
+
+/// Largest distance of a Part from its expected place (m); 0 if none is expected.
+double max_position_error_m(const Scenario& scenario, const CellDescription& cell, const Snapshot& state);
+
+/// A table of final positions against the expected ones.
+void print_summary(std::ostream& out, const Scenario& scenario, const CellDescription& cell,
+                   const HeadlessResult& result);
+
+/// One row per recorded instant: time; per component position, orientation (x, y, z, w), force, torque and
+/// partner; per robot joint position and velocity; per gripper width.
+class CsvWriter {
+ public:
+  /// Throws std::runtime_error if the file cannot be written.
+  CsvWriter(const std::filesystem::path& file, const Simulation& simulation, double period_s);
+  void record(const Simulation& simulation);
+  void close();
+
+ private:
+  std::filesystem::path file_;
+  std::ofstream out_;
+  Snapshot snapshot_;
+  double period_s_;
+  std::uint64_t next_ = 0;
+};
+
+}  // namespace takt

@@ -1,0 +1,135 @@
+// takt-run: a scenario headless in one process, without DDS.
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <fstream>
+#include <iostream>
+#include <thread>
+
+#include "server/headless/headless_run.h"
+#include "server/headless/report.h"
+#include "server/scenario/scenario_builder.h"
+#include "server/simulation/integrator.h"
+
+namespace {
+
+struct Arguments {
+  std::string scenario, solver, pace = "free", report, csv, program;
+  std::vector<std::string> set;
+  std::optional<int> lod;
+  std::optional<double> step, tolerance, duration;
+  double csv_period = 0.01, factor = 1.0;
+  bool stage_times = false, quiet = false;
+};
+
+void declare(CLI::App& app, Arguments& a) {
+  app.set_version_flag("--version", TAKT_VERSION);
+  app.add_option("scenario", a.scenario, "Scenario file (YAML)")->required();
+  app.add_option("--lod", a.lod, "Level of detail of every process");
+  app.add_option("--solver", a.solver, "Solver by name");
+  app.add_option("--step", a.step, "Step size (s)");
+  app.add_option("--tolerance", a.tolerance, "Relative tolerance of solvers with error control");
+  app.add_option("--duration", a.duration, "Simulated time (s); default: the scenario's");
+  app.add_option("--pace", a.pace, "free: as fast as possible; realtime")
+      ->check(CLI::IsMember({"free", "realtime"}));
+  app.add_option("--factor", a.factor, "Simulated seconds per second in realtime pace")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--program", a.program, "Controller program instead of the scenario's");
+  app.add_option("--report", a.report, "Write the report (JSON) to this file");
+  app.add_option("--csv", a.csv, "Write positions, forces and joints to this file");
+  app.add_option("--csv-period", a.csv_period, "Period of the rows (s)")->check(CLI::PositiveNumber);
+  app.add_option("--set", a.set, "key=value: replace a value of the scenario, e.g. parts.P.mass_kg=0.4")
+      ->type_size(1)
+      ->allow_extra_args(false);
+  app.add_flag("--stage-times", a.stage_times, "Measure the stages of a step");
+  app.add_flag("--quiet", a.quiet, "Print nothing but errors");
+  app.footer(
+      "Examples:\n"
+      "  takt-run config/scenarios/block_assembly.yaml\n"
+      "  takt-run config/scenarios/block_assembly.yaml --step 0.005 --report run.json\n"
+      "  takt-run config/scenarios/block_assembly.yaml --set interaction.weight_feed_forward=false\n"
+      "Exit code: 0 the run reached its end, 1 it ended early, 2 wrong arguments or scenario.");
+}
+
+// Command-line values become overrides of the file, so that one check and one error text serve both.
+takt::ScenarioOptions scenario_options(const Arguments& a) {
+  takt::ScenarioOptions options;
+  const auto number = [](double value) {
+    std::ostringstream text;
+    text.precision(17);
+    text << value;
+    return text.str();
+  };
+  options.overrides = a.set;
+  if (!a.solver.empty()) options.overrides.push_back("solver.method=" + a.solver);
+  if (a.step) options.overrides.push_back("solver.step_s=" + number(*a.step));
+  options.level_of_detail = a.lod;
+  return options;
+}
+
+takt::Pacer make_pacer(const Arguments& a) {
+  if (a.pace == "free") return {};
+  const auto begin = std::chrono::steady_clock::now();
+  return [begin, factor = a.factor](double time_s) {
+    std::this_thread::sleep_until(begin + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                                              std::chrono::duration<double>(time_s / factor)));
+  };
+}
+
+int run(const Arguments& a) {
+  const takt::Scenario scenario = takt::read_scenario(a.scenario, scenario_options(a));
+  takt::HeadlessOptions options;
+  options.duration_s = a.duration.value_or(scenario.duration_s);
+  options.program = a.program.empty() ? scenario.controller_program : std::filesystem::path(a.program);
+  options.stage_times = a.stage_times;
+  if (!(options.duration_s > 0.0)) {
+    throw takt::ScenarioError("--duration: found " + std::to_string(options.duration_s) +
+                              "; allowed: a number > 0 s, here or as duration_s in " + a.scenario);
+  }
+  if (a.tolerance && scenario.solver == "rk2") {
+    std::cerr << "takt-run: note: --tolerance has no effect on rk2, which has a fixed step\n";
+  }
+
+  const auto cell = takt::build_cell(scenario);
+  takt::Simulation simulation(cell);
+  std::optional<takt::CsvWriter> csv;
+  if (!a.csv.empty()) csv.emplace(a.csv, simulation, a.csv_period);
+  takt::StepObserver observer;
+  if (csv) observer = [&csv](const takt::Simulation& s) { csv->record(s); };
+  const takt::HeadlessResult result =
+      takt::run_headless(simulation, scenario, options, observer, make_pacer(a));
+  if (csv) csv->close();
+
+  if (!a.report.empty()) {
+    std::ofstream out(a.report);
+    const takt::RunInfo info{scenario.solver, cell->description.level_of_detail, a.pace};
+    out << takt::report_json(scenario, cell->description, info, result) << '\n';
+    out.close();
+    if (!out) throw std::runtime_error(a.report + ": cannot be written");
+  }
+  if (!a.quiet) takt::print_summary(std::cout, scenario, cell->description, result);
+  if (!result.fault.empty()) {
+    std::cerr << "takt-run: " << result.fault << '\n';
+    return 1;
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"takt-run: simulate a scenario headless in one process"};
+  Arguments arguments;
+  declare(app, arguments);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const int code = app.exit(error);
+    return code == 0 ? 0 : 2;
+  }
+  try {
+    return run(arguments);
+  } catch (const std::exception& error) {
+    std::cerr << "takt-run: " << error.what() << '\n';
+    return 2;
+  }
+}

@@ -1,0 +1,294 @@
+// Mesh files: what comes in, and that every kind of broken file is refused with its name and the place of the
+// fault.
+#include "server/geometry/mesh_import.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace takt {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+const std::string kVertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+const std::string kFaces = "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+using Triangle = std::array<std::uint16_t, 3>;
+const std::vector<std::array<float, 3>> kCorners{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+const std::vector<Triangle> kTriangles{{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+
+template <class T>
+void put(std::string& bytes, const T& value) {
+  std::array<char, sizeof(T)> raw{};
+  std::memcpy(raw.data(), &value, sizeof(T));
+  bytes.append(raw.data(), raw.size());
+}
+
+std::string binary_stl(const std::vector<std::array<float, 3>>& corners,
+                       const std::vector<Triangle>& triangles) {
+  std::string bytes(80, '-');
+  put(bytes, static_cast<std::uint32_t>(triangles.size()));
+  for (const Triangle& t : triangles) {
+    put(bytes, std::array<float, 3>{});
+    for (const std::uint16_t i : t) put(bytes, corners[i]);
+    put(bytes, std::uint16_t{0});
+  }
+  return bytes;
+}
+
+std::string text_stl() {
+  std::string text = "solid tetrahedron\n";
+  for (const Triangle& t : kTriangles) {
+    text += "facet normal 0 0 0\n outer loop\n";
+    for (const std::uint16_t i : t)
+      text += "  vertex " + std::to_string(kCorners[i][0]) + " " + std::to_string(kCorners[i][1]) + " " +
+              std::to_string(kCorners[i][2]) + "\n";
+    text += " endloop\nendfacet\n";
+  }
+  return text + "endsolid tetrahedron\n";
+}
+
+std::string glb(const std::vector<std::array<float, 3>>& corners, const std::vector<Triangle>& triangles,
+                const std::string& node = "") {
+  std::string data;
+  for (const auto& c : corners) put(data, c);
+  const std::size_t split = data.size();
+  for (const Triangle& t : triangles) put(data, t);
+  const std::size_t end = data.size();
+  data.resize((end + 3) / 4 * 4, '\0');
+  std::string json =
+      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0,"name":"body")" +
+      node +
+      R"(}],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],"buffers":[{"byteLength":)" +
+      std::to_string(data.size()) + R"(}],"bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":)" +
+      std::to_string(split) + R"(},{"buffer":0,"byteOffset":)" + std::to_string(split) + R"(,"byteLength":)" +
+      std::to_string(end - split) + R"(}],"accessors":[{"bufferView":0,"componentType":5126,"count":)" +
+      std::to_string(corners.size()) +
+      R"(,"type":"VEC3","min":[0,0,0],"max":[1,1,1]},{"bufferView":1,"componentType":5123,"count":)" +
+      std::to_string(3 * triangles.size()) + R"(,"type":"SCALAR"}]})";
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  std::string bytes = "glTF";
+  put(bytes, std::uint32_t{2});
+  put(bytes, static_cast<std::uint32_t>(28 + json.size() + data.size()));
+  put(bytes, static_cast<std::uint32_t>(json.size()));
+  bytes += "JSON" + json;
+  put(bytes, static_cast<std::uint32_t>(data.size()));
+  bytes += std::string("BIN\0", 4) + data;
+  return bytes;
+}
+
+class MeshImport : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    directory_ = fs::temp_directory_path() / (std::string("takt_mesh_import_") + info->name());
+    fs::create_directories(directory_);
+  }
+  void TearDown() override { fs::remove_all(directory_); }
+
+  fs::path write(const std::string& name, const std::string& content) {
+    std::ofstream(directory_ / name, std::ios::binary) << content;
+    return directory_ / name;
+  }
+
+  /// The message of the refusal; it must name the file.
+  std::string refusal(const fs::path& file, bool as_solid = true) {
+    try {
+      if (as_solid)
+        import_solid(file);
+      else
+        import_mesh_objects(file);
+    } catch (const MeshError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(file.string()));
+      return error.what();
+    }
+    ADD_FAILURE() << file << " was accepted";
+    return {};
+  }
+  std::string refusal_of(const std::string& name, const std::string& content, bool as_solid = true) {
+    return refusal(write(name, content), as_solid);
+  }
+
+  fs::path directory_;
+};
+
+TEST_F(MeshImport, ReadsEachFormatWithSharedVertices) {
+  for (const fs::path& file :
+       {write("a.obj", kVertices + kFaces), write("b.stl", binary_stl(kCorners, kTriangles)),
+        write("c.STL", text_stl()), write("d.glb", glb(kCorners, kTriangles))}) {
+    const TriangleMesh mesh = import_solid(file);
+    EXPECT_EQ(mesh.vertices.size(), 4U) << file;
+    EXPECT_EQ(mesh.triangles.size(), 4U) << file;
+    EXPECT_NEAR(volume_properties(mesh).volume, 1.0 / 6.0, 1e-15) << file;
+    EXPECT_NEAR(volume_properties(import_solid(file, 0.001)).volume, 1e-9 / 6.0, 1e-22) << file;
+  }
+}
+
+TEST_F(MeshImport, DecimalNumbersStayWhatTheFileSays) {
+  const auto file = write("a.obj", "v -0.0295 0.0395 0.002\nv 1 -0 +0.25\nv 0 1e-3 0\nv 0 0 1\n" + kFaces);
+  const auto objects = import_mesh_objects(file);
+  ASSERT_EQ(objects.size(), 1U);
+  const std::vector<Vec3> expected{{-0.0295, 0.0395, 0.002}, {1, 0, 0.25}, {0, 1e-3, 0}, {0, 0, 1}};
+  EXPECT_THAT(objects[0].mesh.vertices, ::testing::UnorderedElementsAreArray(expected));
+}
+
+TEST_F(MeshImport, KeepsObjectsApart) {
+  // Two tetrahedra that share a vertex position stay two solids.
+  const auto file = write(
+      "a.obj", "o first\n" + kVertices + kFaces +
+                   "o second\nv 1 0 0\nv 2 0 0\nv 1 1 0\nv 1 0 1\nf 5 7 6\nf 5 6 8\nf 5 8 7\nf 6 7 8\n");
+  const auto objects = import_mesh_objects(file);
+  ASSERT_EQ(objects.size(), 2U);
+  EXPECT_EQ(objects[0].name, "first");
+  EXPECT_EQ(objects[1].name, "second");
+  EXPECT_EQ(import_solid(file).vertices.size(), 8U);
+  EXPECT_NEAR(volume_properties(import_solid(file)).volume, 2.0 / 6.0, 1e-15);
+}
+
+TEST_F(MeshImport, JoinsOneSurfaceCutIntoGroupsOrMaterials) {
+  const auto groups = write("g.obj", kVertices + "g low\nf 1 3 2\nf 1 2 4\ng high\nf 1 4 3\nf 2 3 4\n");
+  EXPECT_EQ(import_mesh_objects(groups).size(), 2U);
+  EXPECT_EQ(import_solid(groups).vertices.size(), 4U);
+  const auto materials =
+      write("m.obj", kVertices + "usemtl a\nf 1 3 2\nf 1 2 4\nusemtl b\nf 1 4 3\nf 2 3 4\n");
+  EXPECT_EQ(import_solid(materials).vertices.size(), 4U);
+}
+
+TEST_F(MeshImport, ReadsPolygonsNegativeIndicesAndContinuedLines) {
+  const auto file =
+      write("a.obj",
+            "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 \\\n0\nv 0.5 0.5 1\nf 4 3 2 1\nf -5 -4 -1\nf 2//1 3//1 5//1\n"
+            "f 3 4 5\nf 4 1 5\n");
+  EXPECT_NEAR(volume_properties(import_solid(file)).volume, 1.0 / 3.0, 1e-15);
+}
+
+TEST_F(MeshImport, AppliesNodeTransformsAndTurnsMirroredFaces) {
+  const auto moved = write("a.glb", glb(kCorners, kTriangles, R"(,"translation":[1,2,3],"scale":[2,2,2])"));
+  const VolumeProperties p = volume_properties(import_solid(moved));
+  EXPECT_NEAR(p.volume, 8.0 / 6.0, 1e-14);
+  EXPECT_LT((p.p_BBcm - Vec3(1.5, 2.5, 3.5)).norm(), 1e-14);
+  const auto mirrored = write("b.glb", glb(kCorners, kTriangles, R"(,"scale":[-1,1,1])"));
+  EXPECT_NEAR(volume_properties(import_solid(mirrored)).volume, 1.0 / 6.0, 1e-14);
+}
+
+TEST_F(MeshImport, RefusesWhatIsNoMeshFile) {
+  EXPECT_THAT(refusal(directory_ / "missing.obj"), HasSubstr("no such file"));
+  EXPECT_THAT(refusal(directory_), HasSubstr("not supported"));
+  fs::create_directories(directory_ / "folder.obj");
+  EXPECT_THAT(refusal(directory_ / "folder.obj"), HasSubstr("not a regular file"));
+  EXPECT_THAT(refusal_of("a.step", "ISO-10303-21;"),
+              HasSubstr("'.step' is not supported; allowed are .obj, .stl and .glb"));
+  for (const char* name : {"a.obj", "a.stl", "a.glb"}) {
+    EXPECT_THAT(refusal_of(name, ""), HasSubstr("empty"));
+    EXPECT_THAT(refusal_of(name, " \n\n"), HasSubstr("empty"));
+  }
+  EXPECT_THAT(refusal_of("b.obj", "# only a comment\n"), HasSubstr("no vertices"));
+  EXPECT_THAT(refusal_of("c.obj", kVertices), HasSubstr("no faces"));
+  EXPECT_THAT(refusal_of("b.stl", binary_stl({}, {})), HasSubstr("no triangles"));
+  EXPECT_THAT(refusal_of("c.stl", "solid a\nendsolid a\n"), HasSubstr("no facets"));
+  EXPECT_THAT(refusal_of("d.glb", glb(kCorners, {})), HasSubstr("mesh file"));
+}
+
+TEST_F(MeshImport, RefusesAScaleThatIsNone) {
+  const auto file = write("a.obj", kVertices + kFaces);
+  for (const double scale :
+       {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
+    EXPECT_THROW(import_mesh_objects(file, scale), MeshError);
+}
+
+TEST_F(MeshImport, RefusesNumbersThatAreNoneInObj) {
+  for (const char* bad : {"nan", "inf", "-inf", "NaN", "1e400", "1e39"})
+    EXPECT_THAT(
+        refusal_of("a.obj", "o part\nv 0 0 0\nv 1 " + std::string(bad) + " 0\nv 0 1 0\nv 0 0 1\n" + kFaces),
+        HasSubstr("line 3: coordinate 2 of vertex 2: '" + std::string(bad) + "' is not a finite number"));
+  for (const char* bad : {"abc", "1.0x", "1,5", "0x10", "--1"})
+    EXPECT_THAT(refusal_of("a.obj", "v 0 0 0\nv 1 0 " + std::string(bad) + "\nv 0 1 0\nv 0 0 1\n" + kFaces),
+                HasSubstr("line 2: coordinate 3 of vertex 2: '" + std::string(bad) + "' is not a number"));
+  EXPECT_THAT(refusal_of("a.obj", "v 0 0 0\nv 1 0\nv 0 1 0\nv 0 0 1\n" + kFaces),
+              HasSubstr("line 2: vertex 2 needs three coordinates, found 2"));
+}
+
+TEST_F(MeshImport, RefusesWrongFacesInObj) {
+  EXPECT_THAT(refusal_of("a.obj", kVertices + "f 1 3 2\nf 1 2 9\n", false),
+              HasSubstr("line 6: vertex 3 of the face: index 9 is out of range, the file has 4 vertices"));
+  EXPECT_THAT(refusal_of("a.obj", kVertices + "f 1 0 2\n", false),
+              HasSubstr("line 5: vertex 2 of the face: index 0"));
+  EXPECT_THAT(refusal_of("a.obj", kVertices + "f 1 -5 2\n", false), HasSubstr("index -5 is out of range"));
+  EXPECT_THAT(refusal_of("a.obj", kVertices + "f 1 x 2\n", false), HasSubstr("'x' is not an index"));
+  EXPECT_THAT(refusal_of("a.obj", kVertices + "f 1 2\n", false),
+              HasSubstr("line 5: a face needs three vertices"));
+  EXPECT_THAT(refusal_of("a.obj", kVertices + kFaces + "l 1 2\n", false),
+              HasSubstr("line 9: lines and points"));
+}
+
+TEST_F(MeshImport, RefusesBrokenTextStl) {
+  std::string bad = text_stl();
+  bad.replace(bad.find("vertex 0.000000"), 15, "vertex nan");
+  EXPECT_THAT(refusal_of("a.stl", bad), HasSubstr("line 4: coordinate 1 of a vertex: 'nan'"));
+  const std::string whole = text_stl();
+  EXPECT_THAT(refusal_of("a.stl", whole.substr(0, whole.find("endloop"))),
+              HasSubstr("inside facet 1: it is truncated"));
+  EXPECT_THAT(refusal_of("a.stl", whole.substr(0, whole.find("endsolid"))), HasSubstr("endsolid is missing"));
+  std::string two = whole;
+  two.erase(two.find("  vertex"), two.find('\n', two.find("  vertex")) - two.find("  vertex") + 1);
+  EXPECT_THAT(refusal_of("a.stl", two), HasSubstr("line 7: a facet needs exactly three vertices, found 2"));
+  EXPECT_THAT(refusal_of("a.stl", "solid a\nhello\nendsolid\n"), HasSubstr("line 2: unknown word 'hello'"));
+}
+
+TEST_F(MeshImport, RefusesBrokenBinaryStl) {
+  const std::string whole = binary_stl(kCorners, kTriangles);
+  EXPECT_THAT(refusal_of("a.stl", whole.substr(0, whole.size() - 30)),
+              HasSubstr("announces 4 triangles, that is 284 bytes, but the file has 254 bytes"));
+  EXPECT_THAT(refusal_of("a.stl", whole + "extra"), HasSubstr("but the file has 289 bytes"));
+  EXPECT_THAT(refusal_of("a.stl", whole.substr(0, 50)), HasSubstr("a header of 84 bytes, this file has 50"));
+  auto corners = kCorners;
+  corners[3][1] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THAT(refusal_of("a.stl", binary_stl(corners, kTriangles)),
+              HasSubstr("triangle 1, corner 2: coordinate 2 is not finite"));
+}
+
+TEST_F(MeshImport, RefusesBrokenGlb) {
+  const std::string whole = glb(kCorners, kTriangles);
+  EXPECT_THAT(refusal_of("a.glb", whole.substr(0, whole.size() - 20)), HasSubstr("it is truncated"));
+  EXPECT_THAT(refusal_of("a.glb", whole.substr(0, 10)), HasSubstr("header of 20 bytes"));
+  EXPECT_THAT(refusal_of("a.glb", "not a glb file at all, just text"),
+              HasSubstr("starts with the word glTF"));
+  std::string garbled = whole;
+  garbled[21] = '!';
+  EXPECT_THAT(refusal_of("a.glb", garbled), HasSubstr("cannot be understood"));
+  auto corners = kCorners;
+  corners[3][1] = std::numeric_limits<float>::infinity();
+  EXPECT_THAT(refusal_of("a.glb", glb(corners, kTriangles)),
+              HasSubstr("object 'body', vertex 3: the position (0, inf, 1)"));
+  auto triangles = kTriangles;
+  triangles[3][2] = 9;
+  EXPECT_THAT(refusal_of("a.glb", glb(kCorners, triangles), false), HasSubstr("out of range"));
+}
+
+TEST_F(MeshImport, RefusesWhatBoundsNoSolid) {
+  EXPECT_THAT(refusal_of("a.obj", "o part\n" + kVertices + "f 1 3 2\nf 1 2 4\nf 1 4 3\n"),
+              HasSubstr("object 'part': the edge from vertex"));
+  EXPECT_THAT(refusal_of("a.obj", "o part\n" + kVertices + "f 1 3 2\nf 1 2 4\nf 1 4 3\n"),
+              HasSubstr("has a hole"));
+  EXPECT_THAT(refusal_of("a.obj", kVertices + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 4 3\n"),
+              HasSubstr("same direction"));
+  EXPECT_THAT(refusal_of("a.obj", kVertices + "f 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n"),
+              HasSubstr("point inwards"));
+  EXPECT_THAT(refusal_of("a.obj", kVertices + kFaces + "f 1 2 2\n"), HasSubstr("has no area"));
+  EXPECT_THAT(refusal_of("a.obj", kVertices + kFaces + "f 1 3 2\n"), HasSubstr("belongs to 3 triangles"));
+  EXPECT_THAT(refusal_of("a.stl", binary_stl(kCorners, {kTriangles[0], kTriangles[1], kTriangles[2]})),
+              HasSubstr("has a hole"));
+}
+
+}  // namespace
+}  // namespace takt
