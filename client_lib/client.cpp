@@ -91,6 +91,13 @@ bool Client::connected() const {
   return !impl_->gone && !impl_->silent(Clock::now());
 }
 
+bool Client::wait_for_connection(Seconds timeout) const {
+  std::unique_lock lock(impl_->mutex);
+  return impl_->changed.wait_until(lock, Impl::deadline_after(timeout), [&] {
+    return !impl_->gone && impl_->status && !impl_->silent(Clock::now());
+  });
+}
+
 std::optional<State> Client::wait_for_state(const std::function<bool(const State&)>& predicate,
                                             Seconds timeout) const {
   const auto deadline = Impl::deadline_after(timeout);

@@ -104,6 +104,9 @@ class Client {
   Status status() const;
   /// Not gone: heard of within options.silence_limit, and still announced.
   bool connected() const;
+  /// Waits until the cell answers, e.g. because its server was started again; false on timeout. Never throws
+  /// for a cell that is gone.
+  [[nodiscard]] bool wait_for_connection(Seconds timeout) const;
 
   /// The first state, from the newest on, that fulfils the predicate; nothing when the timeout passed before.
   /// The predicate runs in the calling thread and may take its time: then it sees the newest state, not every

@@ -98,6 +98,8 @@ void Client::Impl::on_description(const takt_msgs::msg::CellDescription& sample,
     state.reset();
     status.reset();
     newest_event = 0;
+    if (early_status && early_status->first == from) status = std::move(early_status->second);
+    early_status.reset();
   }
   server = from;
   gone = false;
@@ -109,9 +111,11 @@ void Client::Impl::on_description(const takt_msgs::msg::CellDescription& sample,
 void Client::Impl::on_status(const takt_msgs::msg::Status& sample, const GuidPrefix& from) {
   Status received = from_wire(sample);
   const std::lock_guard lock(mutex);
-  if (!from_this_server(from)) return;
   received.sample_number = ++statuses;
-  status = std::move(received);
+  if (from_this_server(from))
+    status = std::move(received);
+  else
+    early_status.emplace(from, std::move(received));
   changed.notify_all();
 }
 

@@ -78,6 +78,8 @@ struct Client::Impl {
   std::uint64_t samples = 0;
   std::optional<Status> status;
   std::uint64_t statuses = 0;
+  std::optional<std::pair<GuidPrefix, Status>>
+      early_status;  ///< of a server whose description is still to come
   std::deque<Event> events;
   std::uint64_t newest_event = 0;  ///< sequence number
   std::uint64_t next_sequence = 1;
