@@ -48,7 +48,8 @@ class Session {
       if (options_.pace) cell_.set_pace(*options_.pace);
       begin_at(cell_.state());
       if (options_.start) cell_.play();
-      while (!done()) one_boundary();
+      while (one_boundary()) {
+      }
     } catch (...) {
       leave();
       throw;
@@ -64,31 +65,31 @@ class Session {
     return info_->grippers.at(static_cast<std::size_t>(i)).name;
   }
 
-  bool done() const {
-    return finished_ && (!options_.until_s || time_s_ >= *options_.until_s - kTimeTolerance_s);
-  }
-
   /// The next boundary is the first at or after this state.
   void begin_at(const client::State& state) {
     epoch_ = state.epoch;
     next_boundary_ = std::ceil((state.time_s - kTimeTolerance_s) / period_s_);
     sent_at_step_.reset();
+    output_ = nullptr;
   }
 
-  void one_boundary() {
+  /// Waits for the next boundary and answers it, or answers the last one again. False when there is nothing
+  /// more to do: then the boundary is left unanswered, and in lockstep the cell stands exactly there.
+  bool one_boundary() {
     const double due_s = next_boundary_ * period_s_ - kTimeTolerance_s;
     std::uint64_t seen = newest_sample_;
+    const bool last = finished_ && !options_.until_s;
     const auto state = cell_.wait_for_state(
         [&](const client::State& s) {
+          if (s.time_s >= due_s || s.epoch != epoch_ || s.cell != info_) return true;
           const bool is_new = s.sample_number > seen;
-          if (!is_new) return s.time_s >= due_s || s.epoch != epoch_ || s.cell != info_;
           seen = s.sample_number;
           // The instant that was answered, once more: the cell has not got on, so the commands may not have
           // arrived.
-          return s.time_s >= due_s || s.epoch != epoch_ || s.cell != info_ || sent_at_step_ == s.step;
+          return is_new && sent_at_step_ == s.step;
         },
-        kPatience);
-    if (!state) throw std::runtime_error("The cell has not sent a state for years.");
+        last ? options_.client.timeout : kPatience);
+    if (!state) return false;  // the program has finished and somebody has paused the cell
     newest_sample_ = state->sample_number;
     if (state->cell != info_)
       throw std::runtime_error("The server was started again; the program does not go on in the middle.");
@@ -97,14 +98,14 @@ class Session {
       controller_.restart();
       finished_ = false;
       begin_at(*state);
-      return;
+      return true;
     }
-    if (state->time_s < due_s) {
-      send();
-      return;
+    if (state->time_s >= due_s) {
+      if (finished_ && state->time_s >= options_.until_s.value_or(0.0) - kTimeTolerance_s) return false;
+      compute(*state);
     }
-    compute(*state);
     send();
+    return true;
   }
 
   /// Calls the program once for each boundary up to this state. In lockstep there is exactly one; at other
