@@ -63,16 +63,17 @@ struct Controller::Impl {
   void check(const Input& input) const {
     if (input.robots.size() != cell.robots.size() || input.grippers.size() != cell.grippers.size() ||
         input.components.size() != cell.components.size()) {
-      throw std::runtime_error("the input does not fit the cell: it has " + std::to_string(input.robots.size()) +
-                               " robots, " + std::to_string(input.grippers.size()) + " grippers, " +
-                               std::to_string(input.components.size()) + " components; the cell has " +
-                               std::to_string(cell.robots.size()) + ", " + std::to_string(cell.grippers.size()) +
-                               ", " + std::to_string(cell.components.size()));
+      throw std::runtime_error(
+          "the input does not fit the cell: it has " + std::to_string(input.robots.size()) + " robots, " +
+          std::to_string(input.grippers.size()) + " grippers, " + std::to_string(input.components.size()) +
+          " components; the cell has " + std::to_string(cell.robots.size()) + ", " +
+          std::to_string(cell.grippers.size()) + ", " + std::to_string(cell.components.size()));
     }
     if (!std::isfinite(input.time_s)) throw std::runtime_error("the input's time is not finite");
     if (started && input.time_s < last_time_s) {
       throw std::runtime_error("time went back from " + std::to_string(last_time_s) + " s to " +
-                               std::to_string(input.time_s) + " s; after a reset the program has to be restarted");
+                               std::to_string(input.time_s) +
+                               " s; after a reset the program has to be restarted");
     }
   }
 
@@ -120,9 +121,15 @@ Controller::Controller(const std::string& program_file, const CellInfo& cell)
     : impl_(std::make_unique<Impl>(program_file, cell)) {}
 Controller::~Controller() = default;
 
-double Controller::period_s() const { return impl_->program->period_s(); }
-const std::vector<int>& Controller::driven_robots() const { return impl_->driven_robots; }
-const std::vector<int>& Controller::driven_grippers() const { return impl_->driven_grippers; }
+double Controller::period_s() const {
+  return impl_->program->period_s();
+}
+const std::vector<int>& Controller::driven_robots() const {
+  return impl_->driven_robots;
+}
+const std::vector<int>& Controller::driven_grippers() const {
+  return impl_->driven_grippers;
+}
 
 const Output& Controller::update(const Input& input) {
   if (!impl_->fault.empty()) throw std::runtime_error(impl_->fault);
@@ -135,6 +142,8 @@ const Output& Controller::update(const Input& input) {
   return impl_->output;
 }
 
-void Controller::restart() { impl_->restart(); }
+void Controller::restart() {
+  impl_->restart();
+}
 
 }  // namespace takt::controller

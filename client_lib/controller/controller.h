@@ -1,7 +1,8 @@
 #pragma once
-// The emulated robot controller: runs a Lua program that moves robots and grippers. State in, commands out, once per
-// period of simulated time; it knows neither DDS nor the simulation, so takt-controller (over DDS) and takt-run
-// (in-process) run the same program with the same results, bit for bit.
+// The emulated robot controller: runs a Lua program that moves robots and grippers. State in, commands out,
+// once per period of simulated time; it knows neither DDS nor the simulation, so takt-controller (over DDS)
+// and takt-run (in-process) run the same program with the same results, bit for bit.
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -54,7 +55,8 @@ struct JointSetPoint {
   JointArray position{}, velocity{};  ///< to be reached one period after Input::time_s
 };
 
-enum class GripperVerb : std::uint8_t { open = 0, close = 1, width = 2 };  // numbers of takt_msgs/GripperCommand
+// Numbers of takt_msgs/GripperCommand.
+enum class GripperVerb : std::uint8_t { open = 0, close = 1, width = 2 };
 
 struct GripperSetPoint {
   int gripper = -1;
@@ -64,13 +66,15 @@ struct GripperSetPoint {
 };
 
 struct Output {
-  std::vector<JointSetPoint> joints;      ///< one for every robot the program drives, every period
-  std::vector<GripperSetPoint> grippers;  ///< the standing command of every gripper the program drives, every period
-  bool finished = false;                  ///< all routines of the program have returned
+  /// One for every robot the program drives (one with a routine), every period.
+  std::vector<JointSetPoint> joints;
+  /// The standing command of every gripper the program drives (one on a driven robot), every period.
+  std::vector<GripperSetPoint> grippers;
+  bool finished = false;  ///< all routines of the program have returned
 };
 
-/// Throws std::runtime_error with file, line and reason when the program cannot be loaded or names something the cell
-/// does not have.
+/// Throws std::runtime_error with file, line and reason when the program cannot be loaded or names something
+/// the cell does not have.
 class Controller {
  public:
   Controller(const std::string& program_file, const CellInfo& cell);
@@ -83,8 +87,8 @@ class Controller {
   const std::vector<int>& driven_robots() const;
   const std::vector<int>& driven_grippers() const;
 
-  /// One period: runs every routine up to its next wait. Throws std::runtime_error on an error in the program (with
-  /// file and line), on an unreachable target, on a joint or speed limit.
+  /// One period: runs every routine up to its next wait. Throws std::runtime_error on an error in the program
+  /// (with file and line), on an unreachable target, on a joint or speed limit.
   const Output& update(const Input& input);
 
   /// Back to the start of the program (after a reset of the cell).

@@ -15,10 +15,10 @@ using Vec6 = Eigen::Matrix<double, 6, 1>;
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 
 constexpr int kMaxIterations = 100;
-constexpr double kMaxStep = 0.5;            // rad or m, of any joint in one iteration
-constexpr double kUndampedBelow = 1e-2;     // error (m and rad together) from which Newton converges by itself
-constexpr double kDamping = 0.1;            // times the squared error, on the diagonal of J J^T
-constexpr double kSmallestPivot = 1e-7;     // of the Jacobian's LU factors, relative to the largest
+constexpr double kMaxStep = 0.5;         // rad or m, of any joint in one iteration
+constexpr double kUndampedBelow = 1e-2;  // error (m and rad together) from which Newton converges by itself
+constexpr double kDamping = 0.1;         // times the squared error, on the diagonal of J J^T
+constexpr double kSmallestPivot = 1e-7;  // of the Jacobian's LU factors, relative to the largest
 
 struct FlangeError {
   Vec6 e;  ///< rows 0-2 metres, rows 3-5 rotation vector
@@ -111,7 +111,8 @@ double travel(const ArmModel& arm, const JointArray& from, const JointArray& to)
   return largest;
 }
 
-/// Number `index` (from 1) of a sequence in [0, 1) that fills it evenly, another one for each base (van der Corput).
+/// Number `index` (from 1) of a sequence in [0, 1) that fills it evenly, another one for each base (van der
+/// Corput).
 double radical_inverse(int index, int base) {
   double result = 0.0;
   double digit = 1.0 / base;
@@ -149,7 +150,9 @@ IkSolution solve_ik_from(const ArmModel& arm, const Pose& X_RF, const JointArray
       break;  // one more step has not made it better: this is what the numbers give
     }
     // A tenth of the tolerance, so that the tolerance holds whatever the rounding of a later check.
-    if (error.position_m <= 0.1 * kIkPositionTolerance_m && error.rotation_rad <= 0.1 * kIkRotationTolerance_rad) break;
+    if (error.position_m <= 0.1 * kIkPositionTolerance_m &&
+        error.rotation_rad <= 0.1 * kIkRotationTolerance_rad)
+      break;
     const ArmJacobian J = flange_jacobian(arm, poses);
     if (!(error.squared() < kUndampedBelow * kUndampedBelow) || !solve_undamped(J, error.e, step.data())) {
       solve_damped(J, error.e, kDamping * error.squared() + 1e-12, step.data());
@@ -180,9 +183,11 @@ IkSolution solve_ik(const ArmModel& arm, const Pose& X_RF, const JointArray& see
     }
     IkSolution solution = solve_ik_from(arm, X_RF, q);
     if (solution.found) turn_towards(arm, seed, solution.q);
-    const bool nearer = solution.found && (!best.found || travel(arm, seed, solution.q) < travel(arm, seed, best.q));
-    const bool less_wrong = !solution.found && !best.found && solution.position_error_m + solution.rotation_error_rad <
-                                                                  best.position_error_m + best.rotation_error_rad;
+    const bool nearer =
+        solution.found && (!best.found || travel(arm, seed, solution.q) < travel(arm, seed, best.q));
+    const bool less_wrong = !solution.found && !best.found &&
+                            solution.position_error_m + solution.rotation_error_rad <
+                                best.position_error_m + best.rotation_error_rad;
     if (nearer || less_wrong) best = solution;
   }
   return best;

@@ -23,7 +23,8 @@ const NamedNumber& find_option(std::string_view name, std::initializer_list<Name
 void read_options(lua_State* L, int index, std::initializer_list<NamedNumber> known) {
   if (lua_isnoneornil(L, index)) return;
   if (!lua_istable(L, index)) {
-    throw std::runtime_error("a table {" + known_names(known) + "} is needed, not a " + luaL_typename(L, index));
+    throw std::runtime_error("a table {" + known_names(known) + "} is needed, not a " +
+                             luaL_typename(L, index));
   }
   lua_pushnil(L);
   while (lua_next(L, index) != 0) {

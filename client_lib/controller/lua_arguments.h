@@ -12,8 +12,8 @@ struct NamedNumber {
   double* value;  ///< keeps what it has where the option is not given
 };
 
-/// Reads a table of named numbers; nothing given counts as an empty table. Refuses unknown names, values that are not
-/// finite numbers, and anything but a table.
+/// Reads a table of named numbers; nothing given counts as an empty table. Refuses unknown names, values that
+/// are not finite numbers, and anything but a table.
 void read_options(lua_State* L, int index, std::initializer_list<NamedNumber> known);
 
 /// A finite number; `what` names the argument in the error.

@@ -1,6 +1,6 @@
 #pragma once
-// Poses as values of the program: pose{x=, y=, z=, roll=, pitch=, yaw=} (m, rad, fixed axes), products, inverse,
-// offset. A pose never changes.
+// Poses as values of the program: pose{x=, y=, z=, roll=, pitch=, yaw=} (m, rad, fixed axes), products,
+// inverse, offset. A pose never changes.
 #include "client_lib/controller/lua_sandbox.h"
 #include "plant_models/spatial.h"
 

@@ -10,8 +10,9 @@ namespace {
 
 constexpr int kInstructionsPerCount = 1000;
 
-// What is left of the standard libraries, written in Lua. It takes away what is not deterministic (chance, addresses in
-// texts, the order of a hash table, which Lua seeds by clock and address) and what reaches outside.
+// What is left of the standard libraries, written in Lua. It takes away what is not deterministic (chance,
+// addresses in texts, the order of a hash table, which Lua seeds by clock and address) and what reaches
+// outside.
 constexpr char kPrelude[] = R"lua(
 local raw_next, raw_setmetatable, raw_tostring, raw_format = next, setmetatable, tostring, string.format
 local raw_type, raw_error, raw_rawget, sort, find = type, error, rawget, table.sort, string.find
@@ -103,7 +104,9 @@ LuaSandbox::LuaSandbox(void* owner) : header_{this, owner}, L_(lua_newstate(&Lua
   lua_sethook(L_, &LuaSandbox::count, LUA_MASKCOUNT, kInstructionsPerCount);
 }
 
-LuaSandbox::~LuaSandbox() { lua_close(L_); }
+LuaSandbox::~LuaSandbox() {
+  lua_close(L_);
+}
 
 void LuaSandbox::run(const std::string& text, const std::string& file) {
   // Lua shortens long names of chunks from the left; the bare file name says more then.
@@ -122,15 +125,17 @@ std::string LuaSandbox::error_text(lua_State* thread) const {
   const char* said = lua_tostring(thread, -1);
   std::string text = said != nullptr ? said : "error value of type " + std::string(luaL_typename(thread, -1));
   if (thread == L_) return text;
-  // A thread that failed keeps its stack: the lines further up say how the program got there. The innermost is part of
-  // the message already.
+  // A thread that failed keeps its stack: the lines further up say how the program got there. The innermost
+  // is part of the message already.
   lua_Debug activation;
   std::string lines;
   bool innermost = true;
   for (int level = 0; lua_getstack(thread, level, &activation) != 0; ++level) {
     lua_getinfo(thread, "Sl", &activation);
     if (activation.currentline <= 0) continue;
-    if (!innermost) lines += (lines.empty() ? " (called from line " : ", ") + std::to_string(activation.currentline);
+    if (!innermost) {
+      lines += (lines.empty() ? " (called from line " : ", ") + std::to_string(activation.currentline);
+    }
     innermost = false;
   }
   return lines.empty() ? text : text + lines + ")";
@@ -138,7 +143,8 @@ std::string LuaSandbox::error_text(lua_State* thread) const {
 
 void* LuaSandbox::allocate(void* sandbox, void* block, std::size_t old_size, std::size_t new_size) {
   auto* self = static_cast<LuaSandbox*>(sandbox);
-  const std::size_t released = block != nullptr ? old_size : 0;  // without a block, old_size is a kind of object
+  const std::size_t released =
+      block != nullptr ? old_size : 0;  // without a block, old_size is a kind of object
   if (new_size == 0) {
     self->bytes_ -= released;
     std::free(block);
@@ -158,7 +164,11 @@ void LuaSandbox::count(lua_State* L, lua_Debug*) {
   if (self.instructions_left_ >= 0) return;
   // From now on every instruction fails, so that no pcall of the program can hold the error back.
   lua_sethook(L, &LuaSandbox::count, LUA_MASKCOUNT, 1);
-  luaL_error(L, "endless loop: more than %d instructions without a wait", static_cast<int>(kLuaInstructionsPerUpdate));
+  luaL_where(L, 0);  // in a hook, level 0 is what runs
+  lua_pushfstring(L, "endless loop: more than %d instructions without a wait",
+                  static_cast<int>(kLuaInstructionsPerUpdate));
+  lua_concat(L, 2);
+  lua_error(L);
 }
 
 void* lua_owner(lua_State* L) {

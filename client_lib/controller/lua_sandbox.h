@@ -1,7 +1,7 @@
 #pragma once
-// A Lua 5.4 state for controller programs: nothing that reaches files, clocks, chance, other code or addresses; bounded
-// memory and bounded work per update; tables iterated in a fixed order. With it a program's outcome depends on the
-// program and its inputs alone.
+// A Lua 5.4 state for controller programs: nothing that reaches files, clocks, chance, other code or
+// addresses; bounded memory and bounded work per update; tables iterated in a fixed order. With it a
+// program's outcome depends on the program and its inputs alone.
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -10,9 +10,10 @@
 
 namespace takt::controller {
 
-/// Memory a program may use, and virtual-machine instructions it may execute between two waits of all its routines.
+/// Memory a program may use, and virtual-machine instructions it may execute between two waits of all its
+/// routines.
 inline constexpr std::size_t kLuaMemory_bytes = 64U << 20U;
-inline constexpr long kLuaInstructionsPerUpdate = 2'000'000;
+inline constexpr long kLuaInstructionsPerUpdate = 1'000'000;
 
 class LuaSandbox {
  public:
@@ -30,7 +31,8 @@ class LuaSandbox {
   /// Restores the full allowance of instructions.
   void refill() { instructions_left_ = kLuaInstructionsPerUpdate; }
 
-  /// Whole text of the error on top of the stack of `thread`: what Lua says, with the lines it was called from.
+  /// Whole text of the error on top of the stack of `thread`: what Lua says, with the lines it was called
+  /// from.
   std::string error_text(lua_State* thread) const;
 
  private:
@@ -44,15 +46,15 @@ class LuaSandbox {
   friend void* lua_owner(lua_State* L);
 
   Header header_;
-  lua_State* L_ = nullptr;
   std::size_t bytes_ = 0;
   long instructions_left_ = kLuaInstructionsPerUpdate;
+  lua_State* L_ = nullptr;  ///< last: making it allocates, which counts bytes
 };
 
 void* lua_owner(lua_State* L);
 
-/// A C function for Lua from one that may throw: a std::exception becomes a Lua error with file and line of the caller.
-/// (Lua's own errors and yields are not std::exceptions and pass through.)
+/// A C function for Lua from one that may throw: a std::exception becomes a Lua error with file and line of
+/// the caller. (Lua's own errors and yields are not std::exceptions and pass through.)
 template <int (*function)(lua_State*)>
 int lua_entry(lua_State* L) {
   try {

@@ -15,7 +15,8 @@ struct Shape {
 };
 
 Shape fastest_shape(const ProfileLimits& limits) {
-  // A ramp to speed v takes kRampPeak v / a and covers half of v times that, so both together cover v^2 kRampPeak / a.
+  // A ramp to speed v takes kRampPeak v / a and covers half of v times that, so both together cover v^2
+  // kRampPeak / a.
   const double speed_without_cruise = std::sqrt(limits.acceleration / kRampPeak);
   const double speed = std::min(limits.speed, speed_without_cruise);
   if (std::isinf(speed)) return {};
@@ -42,7 +43,8 @@ MotionProfile MotionProfile::fastest(const ProfileLimits& limits, double period_
   return {shape.duration_s, shape.ramp_fraction, shape.duration_s, period_s};
 }
 
-std::optional<MotionProfile> MotionProfile::lasting(double duration_s, const ProfileLimits& limits, double period_s) {
+std::optional<MotionProfile> MotionProfile::lasting(double duration_s, const ProfileLimits& limits,
+                                                    double period_s) {
   const Shape shape = fastest_shape(limits);
   if (duration_s < shape.duration_s - 1e-9) return std::nullopt;
   return MotionProfile(shape.duration_s, shape.ramp_fraction, duration_s, period_s);

@@ -1,10 +1,10 @@
 #pragma once
 // The time law of a motion: how far along its path a robot is, from rest to rest.
 //
-// The path coordinate s runs from 0 to 1 in a whole number of controller periods. Speed rises over a ramp as the cubic
-// 3 u^2 - 2 u^3, stays constant, and falls the same way; short motions have no constant part. Position is twice
-// continuously differentiable everywhere (acceleration is zero at the start, at the end and on the constant part) and
-// the jerk is bounded.
+// The path coordinate s runs from 0 to 1 in a whole number of controller periods. Speed rises over a ramp as
+// the cubic 3 u^2 - 2 u^3, stays constant, and falls the same way; short motions have no constant part.
+// Position is twice continuously differentiable everywhere (acceleration is zero at the start, at the end and
+// on the constant part) and the jerk is bounded.
 #include <optional>
 
 namespace takt::controller {
@@ -18,17 +18,18 @@ struct ProfileLimits {
 class MotionProfile {
  public:
   struct Sample {
-    double s = 0.0;               ///< path coordinate, exactly 1 at the end
-    double speed = 0.0;           ///< ds/dt, 1/s
-    double acceleration = 0.0;    ///< d2s/dt2, 1/s^2
+    double s = 0.0;             ///< path coordinate, exactly 1 at the end
+    double speed = 0.0;         ///< ds/dt, 1/s
+    double acceleration = 0.0;  ///< d2s/dt2, 1/s^2
   };
 
   /// The fastest profile within the limits, slowed down to a whole number of periods (at least one).
   static MotionProfile fastest(const ProfileLimits& limits, double period_s);
 
-  /// The fastest profile, slowed down evenly to `duration_s` (rounded up to whole periods). Nothing where the limits do
-  /// not allow so short a time.
-  static std::optional<MotionProfile> lasting(double duration_s, const ProfileLimits& limits, double period_s);
+  /// The fastest profile, slowed down evenly to `duration_s` (rounded up to whole periods). Nothing where the
+  /// limits do not allow so short a time.
+  static std::optional<MotionProfile> lasting(double duration_s, const ProfileLimits& limits,
+                                              double period_s);
 
   double duration_s() const { return duration_s_; }
   /// Number of the last period; the motion begins at period 0.

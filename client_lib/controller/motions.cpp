@@ -18,13 +18,14 @@ constexpr double kRounding = 1.0 + 1e-9;
 
 std::string number(double value) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
+  std::snprintf(text, sizeof text, "%.6g", value + 0.0);  // adding zero makes -0 plain 0
   return text;
 }
 
 void require_positive(const char* name, double value) {
   if (!(value > 0.0) || !std::isfinite(value)) {
-    throw std::runtime_error(std::string(name) + " = " + number(value) + " is not allowed; it must be greater than 0");
+    throw std::runtime_error(std::string(name) + " = " + number(value) +
+                             " is not allowed; it must be greater than 0");
   }
 }
 
@@ -34,8 +35,9 @@ MotionProfile make_profile(const ProfileLimits& limits, double duration_s, doubl
   require_positive("duration_s", duration_s);
   const std::optional<MotionProfile> profile = MotionProfile::lasting(duration_s, limits, period_s);
   if (!profile) {
-    throw std::runtime_error("duration_s = " + number(duration_s) + " is too short; the speed and acceleration limits " +
-                             "allow no less than " + number(fastest.duration_s()) + " s");
+    throw std::runtime_error("duration_s = " + number(duration_s) +
+                             " is too short; the speed and acceleration limits " + "allow no less than " +
+                             number(fastest.duration_s()) + " s");
   }
   return *profile;
 }
@@ -97,8 +99,8 @@ std::string to_text(const Pose& X) {
   const double roll = std::atan2(X.R(2, 1), X.R(2, 2));
   const double pitch = std::atan2(-X.R(2, 0), std::hypot(X.R(0, 0), X.R(1, 0)));
   const double yaw = std::atan2(X.R(1, 0), X.R(0, 0));
-  return "{x=" + number(X.p.x()) + ", y=" + number(X.p.y()) + ", z=" + number(X.p.z()) + ", roll=" + number(roll) +
-         ", pitch=" + number(pitch) + ", yaw=" + number(yaw) + "}";
+  return "{x=" + number(X.p.x()) + ", y=" + number(X.p.y()) + ", z=" + number(X.p.z()) +
+         ", roll=" + number(roll) + ", pitch=" + number(pitch) + ", yaw=" + number(yaw) + "}";
 }
 
 JointMotion::JointMotion(const ArmModel& arm, const JointArray& from, const JointArray& to,
@@ -138,7 +140,8 @@ LineMotion::LineMotion(const ArmModel& arm, const Pose& X_FT, const JointArray& 
   ArmSetPoint set_point{from, {}};
   for (long look = 1; look <= kLooks; ++look) {
     const double part = static_cast<double>(look) / static_cast<double>(kLooks);
-    follow(look == kLooks ? profile_.at_period(profile_.periods()) : profile_.at_time(part * profile_.duration_s()),
+    follow(look == kLooks ? profile_.at_period(profile_.periods())
+                          : profile_.at_time(part * profile_.duration_s()),
            set_point);
   }
 }
@@ -148,8 +151,8 @@ void LineMotion::evaluate(long k, ArmSetPoint& set_point) const {
   // Where the arm would be at constant joint velocity: Newton's method then needs one or two steps.
   for (int i = 0; i < arm_->joint_count(); ++i) {
     const auto j = static_cast<size_t>(i);
-    set_point.position[j] = std::clamp(set_point.position[j] + period_s_ * set_point.velocity[j], arm_->joints[j].lower,
-                                       arm_->joints[j].upper);
+    set_point.position[j] = std::clamp(set_point.position[j] + period_s_ * set_point.velocity[j],
+                                       arm_->joints[j].lower, arm_->joints[j].upper);
   }
   follow(sample, set_point);
 }
@@ -159,17 +162,19 @@ void LineMotion::follow(const MotionProfile::Sample& sample, ArmSetPoint& set_po
   const double angle = turn_R_.norm();
   if (sample.s < 1.0) {
     X_RT.p = X_RT_start_.p + sample.s * (X_RT_end_.p - X_RT_start_.p);
-    X_RT.R = angle > 0.0 ? Mat3(Eigen::AngleAxisd(sample.s * angle, turn_R_ / angle).toRotationMatrix() * X_RT_start_.R)
-                         : X_RT_start_.R;
+    X_RT.R =
+        angle > 0.0
+            ? Mat3(Eigen::AngleAxisd(sample.s * angle, turn_R_ / angle).toRotationMatrix() * X_RT_start_.R)
+            : X_RT_start_.R;
   }
   const Pose X_RF = X_RT * X_TF_;
   const IkSolution solution = solve_ik_from(*arm_, X_RF, set_point.position);
   if (!solution.found) {
-    throw std::runtime_error("the straight line cannot be followed at " + number(100.0 * sample.s) +
-                             " % of its way, TCP in the robot's base frame " + to_text(X_RT) +
-                             ": no joint positions near the present ones within the joints' ranges (short by " +
-                             number(solution.position_error_m) + " m and " + number(solution.rotation_error_rad) +
-                             " rad)");
+    throw std::runtime_error(
+        "the straight line cannot be followed at " + number(100.0 * sample.s) +
+        " % of its way, TCP in the robot's base frame " + to_text(X_RT) +
+        ": no joint positions near the present ones within the joints' ranges (short by " +
+        number(solution.position_error_m) + " m and " + number(solution.rotation_error_rad) + " rad)");
   }
   set_point.position = solution.q;
   if (sample.speed == 0.0) {
@@ -182,19 +187,19 @@ void LineMotion::follow(const MotionProfile::Sample& sample, ArmSetPoint& set_po
   ArmPoses poses;
   forward_kinematics(*arm_, set_point.position.data(), poses);
   if (!joint_velocities(*arm_, poses, V_RF, set_point.velocity)) {
-    throw std::runtime_error("the straight line meets a singularity of the arm at " + number(100.0 * sample.s) +
-                             " % of its way, TCP in the robot's base frame " + to_text(X_RT) +
-                             "; choose another way or use move_to");
+    throw std::runtime_error("the straight line meets a singularity of the arm at " +
+                             number(100.0 * sample.s) + " % of its way, TCP in the robot's base frame " +
+                             to_text(X_RT) + "; choose another way or use move_to");
   }
   for (int i = 0; i < arm_->joint_count(); ++i) {
     const auto j = static_cast<size_t>(i);
     const JointModel& joint = arm_->joints[j];
     if (std::abs(set_point.velocity[j]) <= joint.max_velocity * kRounding) continue;
     const char* unit = joint.type == JointType::revolute ? " rad/s" : " m/s";
-    throw std::runtime_error("joint " + joint.name + ": the straight line needs " +
-                             number(std::abs(set_point.velocity[j])) + unit + " at " + number(100.0 * sample.s) +
-                             " % of its way, allowed are " + number(joint.max_velocity) + unit +
-                             "; go slower or further away from the singularity");
+    throw std::runtime_error(
+        "joint " + joint.name + ": the straight line needs " + number(std::abs(set_point.velocity[j])) +
+        unit + " at " + number(100.0 * sample.s) + " % of its way, allowed are " +
+        number(joint.max_velocity) + unit + "; go slower or further away from the singularity");
   }
 }
 

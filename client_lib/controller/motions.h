@@ -1,9 +1,10 @@
 #pragma once
-// Motions of one arm from rest to rest: synchronised joint motion, and a straight line of the tool centre point.
+// Motions of one arm from rest to rest: synchronised joint motion, and a straight line of the tool centre
+// point.
 //
-// Frames: R robot base, F flange, T tool centre point (TCP). Both motions yield, for period k, the joint set-point at
-// the end of that period: position and its exact time derivative. All errors are std::runtime_error without a place;
-// the caller knows the line of the program.
+// Frames: R robot base, F flange, T tool centre point (TCP). Both motions yield, for period k, the joint
+// set-point at the end of that period: position and its exact time derivative. All errors are
+// std::runtime_error without a place; the caller knows the line of the program.
 #include <string>
 #include <variant>
 
@@ -39,8 +40,8 @@ std::string to_text(const Pose& X);
 /// All joints start and stop together.
 class JointMotion {
  public:
-  JointMotion(const ArmModel& arm, const JointArray& from, const JointArray& to, const JointMotionOptions& options,
-              double period_s);
+  JointMotion(const ArmModel& arm, const JointArray& from, const JointArray& to,
+              const JointMotionOptions& options, double period_s);
   long periods() const { return profile_.periods(); }
   void evaluate(long k, ArmSetPoint& set_point) const;
 
@@ -50,16 +51,17 @@ class JointMotion {
   MotionProfile profile_;
 };
 
-/// The TCP moves on a straight line while its orientation turns about one fixed axis. Refused before it starts where
-/// the line leaves the reach, a joint's range or speed limit, or meets a singularity, as far as a coarse look along the
-/// line shows it; checked again in every period.
+/// The TCP moves on a straight line while its orientation turns about one fixed axis. Refused before it
+/// starts where the line leaves the reach, a joint's range or speed limit, or meets a singularity, as far as
+/// a coarse look along the line shows it; checked again in every period.
 class LineMotion {
  public:
   /// X_RT_end: target of the TCP. `from` are the joint positions at the start.
   LineMotion(const ArmModel& arm, const Pose& X_FT, const JointArray& from, const Pose& X_RT_end,
              const LineOptions& options, double period_s);
   long periods() const { return profile_.periods(); }
-  /// Set-point at the end of period k, by Newton's method from the set-point given (that of an earlier period).
+  /// Set-point at the end of period k, by Newton's method from the set-point given (that of an earlier
+  /// period).
   void evaluate(long k, ArmSetPoint& set_point) const;
 
  private:

@@ -4,10 +4,13 @@
 #include <cmath>
 #include <cstdio>
 
+#include "client_lib/controller/cell_view.h"
+
 namespace takt::controller {
 
 namespace {
-/// Times of the program meet times of the simulation, which may have been rounded to nanoseconds on their way.
+/// Times of the program meet times of the simulation, which may have been rounded to nanoseconds on their
+/// way.
 constexpr double kTimeTolerance_s = 1e-9;
 constexpr double kLongestPeriod_s = 1.0;
 
@@ -24,7 +27,8 @@ Program::Program(const std::string& text, const std::string& file, const Program
   lua_.run(text, file);
   read_period(file);
   if (routines_.empty()) {
-    throw std::runtime_error(file + ": the program has no routine; add routine(\"ROBOT\", function(r) ... end)");
+    throw std::runtime_error(file +
+                             ": the program has no routine; add routine(\"ROBOT\", function(r) ... end)");
   }
   std::sort(routines_.begin(), routines_.end(),
             [](const Routine& a, const Routine& b) { return a.robot < b.robot; });
@@ -39,7 +43,8 @@ void Program::read_period(const std::string& file) {
     const double period = lua_type(L, -1) == LUA_TNUMBER ? lua_tonumber(L, -1) : std::nan("");
     if (!(period > 0.0 && period <= kLongestPeriod_s)) {
       const char* found = luaL_tolstring(L, -1, nullptr);
-      throw std::runtime_error(file + ": period_s = " + found + " is not allowed; a number of seconds in (0, 1] is");
+      throw std::runtime_error(file + ": period_s = " + found +
+                               " is not allowed; a number of seconds in (0, 1] is");
     }
     period_s_ = period;
   }
@@ -57,6 +62,11 @@ bool Program::finished() const {
                      [](const Routine& routine) { return routine.wait == Wait::finished; });
 }
 
+const Input& Program::input() const {
+  if (input_ == nullptr) throw std::runtime_error("the state of the cell is known only while routines run");
+  return *input_;
+}
+
 void Program::run(const Input& input) {
   input_ = &input;
   lua_.refill();
@@ -72,12 +82,18 @@ void Program::run(const Input& input) {
 
 bool Program::may_go_on(Routine& routine) {
   switch (routine.wait) {
-    case Wait::nothing: return true;
-    case Wait::arrival: return (*context_.robots)[static_cast<size_t>(routine.robot)].arrived(input_->time_s);
-    case Wait::time: return input_->time_s >= routine.until_s - kTimeTolerance_s;
-    case Wait::signal: return signals_[static_cast<size_t>(routine.signal)];
-    case Wait::condition: return condition_holds(routine);
-    case Wait::finished: return false;
+    case Wait::nothing:
+      return true;
+    case Wait::arrival:
+      return (*context_.robots)[static_cast<size_t>(routine.robot)].arrived(input_->time_s);
+    case Wait::time:
+      return input_->time_s >= routine.until_s - kTimeTolerance_s;
+    case Wait::signal:
+      return signals_[static_cast<size_t>(routine.signal)];
+    case Wait::condition:
+      return condition_holds(routine);
+    case Wait::finished:
+      return false;
   }
   return false;
 }
@@ -128,8 +144,8 @@ int Program::signal_id(std::string_view name) {
 }
 
 std::string Program::in_routine(const Routine& routine, const std::string& reason) const {
-  return reason + " (in the routine of " + (*context_.robots)[static_cast<size_t>(routine.robot)].name() + ", at " +
-         seconds(input_->time_s) + ")";
+  return reason + " (in the routine of " + (*context_.robots)[static_cast<size_t>(routine.robot)].name() +
+         ", at " + seconds(input_->time_s) + ")";
 }
 
 std::string Program::located(int robot, const std::string& reason) const {

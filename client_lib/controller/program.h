@@ -15,23 +15,30 @@ namespace takt::controller {
 /// What a program acts upon. All of it outlives the program.
 struct ProgramContext {
   const CellInfo* cell = nullptr;
-  std::vector<RobotDriver>* robots = nullptr;        ///< in the order of CellInfo::robots
-  std::vector<GripperSetPoint>* grippers = nullptr;  ///< standing commands, in the order of CellInfo::grippers
+  std::vector<RobotDriver>* robots = nullptr;  ///< in the order of CellInfo::robots
+  std::vector<GripperSetPoint>* grippers =
+      nullptr;  ///< standing commands, in the order of CellInfo::grippers
 };
 
 class Program {
  public:
-  /// Runs the text of the program up to its end, which registers routines. Throws std::runtime_error with file and line.
+  /// Runs the text of the program up to its end, which registers routines. Throws std::runtime_error with
+  /// file and line.
   Program(const std::string& text, const std::string& file, const ProgramContext& context);
 
   double period_s() const { return period_s_; }
   /// Robots that have a routine, in rising order.
   std::vector<int> driven_robots() const;
 
-  /// Runs every routine up to its next wait. Routines run in the order of the robots, again and again until none can go
-  /// on, so that a signal takes effect in the same period whoever gives it.
+  /// Runs every routine up to its next wait. Routines run in the order of the robots, again and again until
+  /// none can go on, so that a signal takes effect in the same period whoever gives it.
   void run(const Input& input);
   bool finished() const;
+
+  const ProgramContext& context() const { return context_; }
+  /// That of the update under way, or of the latest one. Throws while the program is loaded: there is none
+  /// yet.
+  const Input& input() const;
 
   /// Text of an error in the motion that the robot's routine waits for, with file and line of the call.
   std::string located(int robot, const std::string& reason) const;
@@ -46,9 +53,9 @@ class Program {
     lua_State* thread = nullptr;
     bool begun = false;
     Wait wait = Wait::nothing;
-    double until_s = 0.0;         ///< Wait::time; Wait::condition: when to give up
-    int signal = -1;              ///< Wait::signal
-    int condition = LUA_NOREF;    ///< Wait::condition: the function, by reference
+    double until_s = 0.0;       ///< Wait::time; Wait::condition: when to give up
+    int signal = -1;            ///< Wait::signal
+    int condition = LUA_NOREF;  ///< Wait::condition: the function, by reference
   };
 
   bool may_go_on(Routine& routine);
@@ -59,19 +66,18 @@ class Program {
   void read_period(const std::string& file);
 
   ProgramContext context_;
-  const Input* input_ = nullptr;  ///< of the update under way
+  const Input* input_ = nullptr;   ///< of the update under way
   std::vector<Routine> routines_;  ///< in the order of the robots
-  Routine* current_ = nullptr;    ///< the routine that is running
+  Routine* current_ = nullptr;     ///< the routine that is running
   std::map<std::string, int, std::less<>> signal_ids_;
-  std::vector<bool> signals_;     ///< given so far
+  std::vector<bool> signals_;  ///< given so far
   double period_s_ = 0.008;
-  LuaSandbox lua_;                ///< last: its functions may use all of the above
+  LuaSandbox lua_;  ///< last: its functions may use all of the above
 };
 
 /// Adds what programs call to the names of the state. lua_owner() is the Program.
 void open_program_library(lua_State* L);
-/// Pushes the value that stands for the robot in its routine, and that which stands for the cell.
+/// Pushes the value that stands for the robot in its routine.
 void push_routine_robot(lua_State* L, int robot);
-void push_cell(lua_State* L);
 
 }  // namespace takt::controller

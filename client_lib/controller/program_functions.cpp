@@ -1,11 +1,13 @@
-// What controller programs call: routines, motions, grippers, waits, and the view of the cell.
+// What controller programs call: routines, motions, grippers, waits, signals.
 #include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <limits>
 #include <string>
 
+#include "client_lib/controller/cell_view.h"
 #include "client_lib/controller/lua_arguments.h"
+#include "client_lib/controller/lua_handles.h"
 #include "client_lib/controller/lua_pose.h"
 #include "client_lib/controller/program.h"
 
@@ -13,57 +15,16 @@ namespace takt::controller {
 
 namespace {
 
-// Values of the program that stand for something of the cell: an index, with the type as metatable.
 constexpr char kRobotType[] = "robot";
 constexpr char kGripperType[] = "gripper";
-constexpr char kCellType[] = "cell";
-constexpr char kComponentStateType[] = "component state";
-constexpr char kRobotStateType[] = "robot state";
-constexpr char kGripperStateType[] = "gripper state";
-
-void push_handle(lua_State* L, const char* type, int index) {
-  *static_cast<int*>(lua_newuserdatauv(L, sizeof(int), 0)) = index;
-  luaL_setmetatable(L, type);
-}
-
-int to_handle(lua_State* L, const char* type, const char* hint) {
-  const void* data = luaL_testudata(L, 1, type);
-  if (data == nullptr) {
-    throw std::runtime_error("a " + std::string(type) + " is needed in front of the colon, not a " +
-                             luaL_typename(L, 1) + hint);
-  }
-  return *static_cast<const int*>(data);
-}
-
-[[noreturn]] void refuse_key(const char* what, std::string_view key, const char* known) {
-  throw std::runtime_error(std::string(what) + " has no '" + std::string(key) + "'; it has " + known);
-}
-
-template <typename Infos, typename NameOf>
-int index_by_name(const Infos& infos, std::string_view name, const char* what, NameOf name_of) {
-  std::string names;
-  for (size_t i = 0; i < infos.size(); ++i) {
-    if (name_of(infos[i]) == name) return static_cast<int>(i);
-    names += (names.empty() ? "" : ", ") + name_of(infos[i]);
-  }
-  throw std::runtime_error("the cell has no " + std::string(what) + " '" + std::string(name) + "'; it has " +
-                           (names.empty() ? "none" : names));
-}
-
-void push_joints(lua_State* L, const ArmModel& arm, const JointArray& q) {
-  lua_createtable(L, arm.joint_count(), 0);
-  for (int i = 0; i < arm.joint_count(); ++i) {
-    lua_pushnumber(L, q[static_cast<size_t>(i)]);
-    lua_rawseti(L, -2, i + 1);
-  }
-}
 
 JointArray to_joints(lua_State* L, int index, const ArmModel& arm) {
   const int count = arm.joint_count();
   if (!lua_istable(L, index) || static_cast<int>(lua_rawlen(L, index)) != count) {
     const std::string found =
         lua_istable(L, index) ? std::to_string(lua_rawlen(L, index)) + " values" : luaL_typename(L, index);
-    throw std::runtime_error("a table of " + std::to_string(count) + " joint positions is needed, not " + found);
+    throw std::runtime_error("a table of " + std::to_string(count) + " joint positions is needed, not " +
+                             found);
   }
   JointArray q{};
   for (int i = 0; i < count; ++i) {
@@ -76,19 +37,21 @@ JointArray to_joints(lua_State* L, int index, const ArmModel& arm) {
 
 JointMotionOptions to_joint_motion_options(lua_State* L, int index) {
   JointMotionOptions options;
-  read_options(L, index, {{"speed", &options.speed},
-                          {"acceleration_rad_per_s2", &options.acceleration_rad_per_s2},
-                          {"duration_s", &options.duration_s}});
+  read_options(L, index,
+               {{"speed", &options.speed},
+                {"acceleration_rad_per_s2", &options.acceleration_rad_per_s2},
+                {"duration_s", &options.duration_s}});
   return options;
 }
 
 LineOptions to_line_options(lua_State* L, int index) {
   LineOptions options;
-  read_options(L, index, {{"speed_m_per_s", &options.speed_m_per_s},
-                          {"acceleration_m_per_s2", &options.acceleration_m_per_s2},
-                          {"rotation_speed_rad_per_s", &options.rotation_speed_rad_per_s},
-                          {"rotation_acceleration_rad_per_s2", &options.rotation_acceleration_rad_per_s2},
-                          {"duration_s", &options.duration_s}});
+  read_options(L, index,
+               {{"speed_m_per_s", &options.speed_m_per_s},
+                {"acceleration_m_per_s2", &options.acceleration_m_per_s2},
+                {"rotation_speed_rad_per_s", &options.rotation_speed_rad_per_s},
+                {"rotation_acceleration_rad_per_s2", &options.rotation_acceleration_rad_per_s2},
+                {"duration_s", &options.duration_s}});
   return options;
 }
 
@@ -100,21 +63,7 @@ struct ProgramFunctions {
   static Program& program(lua_State* L) { return *static_cast<Program*>(lua_owner(L)); }
   static const CellInfo& cell_info(lua_State* L) { return *program(L).context_.cell; }
 
-  static const Input& input(lua_State* L) {
-    const Input* input = program(L).input_;
-    if (input == nullptr) throw std::runtime_error("the state of the cell is known only while routines run");
-    return *input;
-  }
-
-  static int index_of_robot(lua_State* L, std::string_view name) {
-    return index_by_name(cell_info(L).robots, name, "robot", [](const RobotInfo& info) { return info.name; });
-  }
-  static int index_of_gripper(lua_State* L, std::string_view name) {
-    return index_by_name(cell_info(L).grippers, name, "gripper", [](const GripperInfo& info) { return info.name; });
-  }
-  static int index_of_component(lua_State* L, std::string_view name) {
-    return index_by_name(cell_info(L).components, name, "component", [](const std::string& info) { return info; });
-  }
+  static const Input& input(lua_State* L) { return program(L).input(); }
 
   /// The running routine, which must be that of the robot: one robot, one hand on it.
   static Program::Routine& routine_of(lua_State* L, int robot) {
@@ -144,11 +93,17 @@ struct ProgramFunctions {
 
   static int routine(lua_State* L) {
     Program& self = program(L);
-    if (self.input_ != nullptr) throw std::runtime_error("routines are registered while the program is loaded");
-    const int robot = index_of_robot(L, to_name(L, 1));
-    if (!lua_isfunction(L, 2)) throw std::runtime_error("routine(\"ROBOT\", function(r) ... end): the function is missing");
+    if (self.input_ != nullptr) {
+      throw std::runtime_error("routines are registered while the program is loaded");
+    }
+    const int robot = index_by_name(self.context_.cell->robots, to_name(L, 1), "robot",
+                                    [](const RobotInfo& info) { return info.name; });
+    if (!lua_isfunction(L, 2)) {
+      throw std::runtime_error("routine(\"ROBOT\", function(r) ... end): the function is missing");
+    }
     for (const Program::Routine& other : self.routines_) {
-      if (other.robot == robot) throw std::runtime_error("robot " + std::string(to_name(L, 1)) + " has a routine already");
+      if (other.robot != robot) continue;
+      throw std::runtime_error("robot " + std::string(to_name(L, 1)) + " has a routine already");
     }
     Program::Routine added;
     added.robot = robot;
@@ -226,7 +181,9 @@ struct ProgramFunctions {
 
   static int wait_for(lua_State* L) {
     Program::Routine& routine = own_routine(L);
-    if (!lua_isfunction(L, 2)) throw std::runtime_error("wait_for(function(cell) ... end): the function is missing");
+    if (!lua_isfunction(L, 2)) {
+      throw std::runtime_error("wait_for(function(cell) ... end): the function is missing");
+    }
     routine.until_s = lua_isnoneornil(L, 3) ? std::numeric_limits<double>::infinity()
                                             : input(L).time_s + to_number(L, 3, "seconds to wait at most");
     lua_pushvalue(L, 2);
@@ -236,7 +193,7 @@ struct ProgramFunctions {
   }
 
   static int index_robot(lua_State* L) {
-    const int robot = to_handle(L, kRobotType, "");
+    const int robot = to_handle(L, kRobotType);
     const std::string_view key = to_name(L, 2);
     const RobotDriver& driven = (*program(L).context_.robots)[static_cast<size_t>(robot)];
     if (key == "name") {
@@ -294,7 +251,8 @@ struct ProgramFunctions {
     const double value = to_number(L, index, what);
     if (value >= 0.0 && value <= largest) return value;
     char text[160];
-    std::snprintf(text, sizeof text, "%s = %.6g %s is outside [0, %.6g] %s", what, value, unit, largest, unit);
+    std::snprintf(text, sizeof text, "%s = %.6g %s is outside [0, %.6g] %s", what, value, unit, largest,
+                  unit);
     throw std::runtime_error(text);
   }
 
@@ -322,120 +280,15 @@ struct ProgramFunctions {
     command = {command.gripper, GripperVerb::width, width, info->max_force_N};
     return 0;
   }
-
-  static int index_cell(lua_State* L) {
-    const std::string_view key = to_name(L, 2);
-    if (key == "time_s") {
-      lua_pushnumber(L, input(L).time_s);
-    } else if (key == "components" || key == "robots" || key == "grippers") {
-      luaL_getmetafield(L, 1, std::string(key).c_str());
-    } else {
-      refuse_key("the cell", key, "time_s, components, robots, grippers");
-    }
-    return 1;
-  }
-
-  static int index_components(lua_State* L) {
-    push_handle(L, kComponentStateType, index_of_component(L, to_name(L, 2)));
-    return 1;
-  }
-  static int index_robots(lua_State* L) {
-    push_handle(L, kRobotStateType, index_of_robot(L, to_name(L, 2)));
-    return 1;
-  }
-  static int index_grippers(lua_State* L) {
-    push_handle(L, kGripperStateType, index_of_gripper(L, to_name(L, 2)));
-    return 1;
-  }
-
-  static int index_component_state(lua_State* L) {
-    const Input::Component& state =
-        input(L).components[static_cast<size_t>(to_handle(L, kComponentStateType, ""))];
-    const std::string_view key = to_name(L, 2);
-    if (key == "pose") {
-      push_pose(L, Pose::from_quaternion(state.p_WB, state.q_WB));
-    } else if (key == "partner") {
-      const std::vector<std::string>& names = cell_info(L).components;
-      if (state.partner < 0 || static_cast<size_t>(state.partner) >= names.size()) {
-        lua_pushnil(L);
-      } else {
-        lua_pushstring(L, names[static_cast<size_t>(state.partner)].c_str());
-      }
-    } else {
-      refuse_key("a component", key, "pose, partner");
-    }
-    return 1;
-  }
-
-  static int index_robot_state(lua_State* L) {
-    const auto robot = static_cast<size_t>(to_handle(L, kRobotStateType, ""));
-    const RobotDriver& driven = (*program(L).context_.robots)[robot];
-    const std::string_view key = to_name(L, 2);
-    if (key == "joints") {
-      push_joints(L, driven.arm(), input(L).robots[robot].position);
-    } else if (key == "tcp") {
-      push_pose(L, driven.tcp_at(input(L).robots[robot].position));
-    } else {
-      refuse_key("the state of a robot", key, "joints, tcp");
-    }
-    return 1;
-  }
-
-  static int index_gripper_state(lua_State* L) {
-    const Input::Gripper& state = input(L).grippers[static_cast<size_t>(to_handle(L, kGripperStateType, ""))];
-    const std::string_view key = to_name(L, 2);
-    if (key == "width_m") {
-      lua_pushnumber(L, state.width_m);
-    } else if (key == "closed") {
-      lua_pushboolean(L, state.closed ? 1 : 0);
-    } else {
-      refuse_key("the state of a gripper", key, "width_m, closed");
-    }
-    return 1;
-  }
 };
-
-namespace {
-
-void define_type(lua_State* L, const char* type, lua_CFunction index, const luaL_Reg* methods) {
-  luaL_newmetatable(L, type);
-  lua_newtable(L);
-  luaL_setfuncs(L, methods, 0);
-  lua_setfield(L, -2, "methods");
-  if (index != nullptr) {
-    lua_pushcfunction(L, index);
-  } else {
-    lua_getfield(L, -1, "methods");
-  }
-  lua_setfield(L, -2, "__index");
-  lua_pop(L, 1);
-}
-
-/// A table without content whose names are looked up by `index`, as a field of the cell's metatable.
-void define_view(lua_State* L, const char* name, lua_CFunction index) {
-  luaL_getmetatable(L, kCellType);
-  lua_newtable(L);
-  lua_createtable(L, 0, 1);
-  lua_pushcfunction(L, index);
-  lua_setfield(L, -2, "__index");
-  lua_setmetatable(L, -2);
-  lua_setfield(L, -2, name);
-  lua_pop(L, 1);
-}
-
-}  // namespace
 
 void open_program_library(lua_State* L) {
   using F = ProgramFunctions;
-  const luaL_Reg none[] = {{nullptr, nullptr}};
-  const luaL_Reg robot_methods[] = {{"move_joints", lua_entry<F::move_joints>},
-                                    {"move_to", lua_entry<F::move_to>},
-                                    {"move_line", lua_entry<F::move_line>},
-                                    {"wait", lua_entry<F::wait>},
-                                    {"wait_until", lua_entry<F::wait_until>},
-                                    {"wait_signal", lua_entry<F::wait_signal>},
-                                    {"wait_for", lua_entry<F::wait_for>},
-                                    {nullptr, nullptr}};
+  const luaL_Reg robot_methods[] = {
+      {"move_joints", lua_entry<F::move_joints>}, {"move_to", lua_entry<F::move_to>},
+      {"move_line", lua_entry<F::move_line>},     {"wait", lua_entry<F::wait>},
+      {"wait_until", lua_entry<F::wait_until>},   {"wait_signal", lua_entry<F::wait_signal>},
+      {"wait_for", lua_entry<F::wait_for>},       {nullptr, nullptr}};
   const luaL_Reg gripper_methods[] = {{"open", lua_entry<F::open>},
                                       {"close", lua_entry<F::close>},
                                       {"width", lua_entry<F::width>},
@@ -443,22 +296,14 @@ void open_program_library(lua_State* L) {
   open_pose_library(L);
   define_type(L, kRobotType, lua_entry<F::index_robot>, robot_methods);
   define_type(L, kGripperType, nullptr, gripper_methods);
-  define_type(L, kCellType, lua_entry<F::index_cell>, none);
-  define_type(L, kComponentStateType, lua_entry<F::index_component_state>, none);
-  define_type(L, kRobotStateType, lua_entry<F::index_robot_state>, none);
-  define_type(L, kGripperStateType, lua_entry<F::index_gripper_state>, none);
-  define_view(L, "components", lua_entry<F::index_components>);
-  define_view(L, "robots", lua_entry<F::index_robots>);
-  define_view(L, "grippers", lua_entry<F::index_grippers>);
+  open_cell_view(L);
   lua_register(L, "routine", lua_entry<F::routine>);
   lua_register(L, "signal", lua_entry<F::signal>);
   lua_register(L, "print", lua_entry<F::print>);
-  push_cell(L);
-  lua_setglobal(L, "cell");
 }
 
-void push_routine_robot(lua_State* L, int robot) { push_handle(L, kRobotType, robot); }
-
-void push_cell(lua_State* L) { push_handle(L, kCellType, 0); }
+void push_routine_robot(lua_State* L, int robot) {
+  push_handle(L, kRobotType, robot);
+}
 
 }  // namespace takt::controller

@@ -39,7 +39,8 @@ void RobotDriver::move_to(const Pose& X_WT, const JointMotionOptions& options, d
     std::snprintf(residual, sizeof residual, "%.3g m and %.3g rad", solution.position_error_m,
                   solution.rotation_error_rad);
     throw std::runtime_error("the pose " + to_text(X_WT) +
-                             " cannot be reached within the joints' ranges; the best attempt is short by " + residual);
+                             " cannot be reached within the joints' ranges; the best attempt is short by " +
+                             residual);
   }
   move_joints(solution.q, options, now_s);
 }
@@ -76,7 +77,9 @@ Pose RobotDriver::tcp_at(const JointArray& q) const {
   return robot_->X_WR * poses.X_RF * X_FT_;
 }
 
-long RobotDriver::elapsed_periods(double now_s) const { return std::lround((now_s - motion_start_s_) / period_s_); }
+long RobotDriver::elapsed_periods(double now_s) const {
+  return std::lround((now_s - motion_start_s_) / period_s_);
+}
 
 void RobotDriver::evaluate(long k) {
   if (const auto* joint_motion = std::get_if<JointMotion>(&motion_)) {

@@ -1,9 +1,10 @@
 #pragma once
 // One robot as the controller drives it: the standing joint set-point and the motion under way.
 //
-// A motion begun at time t sends its set-point number k (k = 1, 2, ...) at t + (k - 1) periods, to be reached one period
-// later, and is over at t + periods(): then the robot has arrived and the next motion may begin without a gap. Periods
-// are counted by rounding elapsed time, so the last bits of a transmitted time do not matter.
+// A motion begun at time t sends its set-point number k (k = 1, 2, ...) at t + (k - 1) periods, to be reached
+// one period later, and is over at t + periods(): then the robot has arrived and the next motion may begin
+// without a gap. Periods are counted by rounding elapsed time, so the last bits of a transmitted time do not
+// matter.
 #include "client_lib/controller/controller.h"
 #include "client_lib/controller/motions.h"
 
@@ -19,7 +20,8 @@ class RobotDriver {
   /// Stands at the given joint positions; ends any motion.
   void stand_at(const JointArray& q);
 
-  /// The errors of the motions, and of an unreachable target (with pose and best residual), are std::runtime_error.
+  /// The errors of the motions, and of an unreachable target (with pose and best residual), are
+  /// std::runtime_error.
   void move_joints(const JointArray& q, const JointMotionOptions& options, double now_s);
   void move_to(const Pose& X_WT, const JointMotionOptions& options, double now_s);
   void move_line(const Pose& X_WT, const LineOptions& options, double now_s);

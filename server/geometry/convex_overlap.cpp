@@ -26,9 +26,9 @@ static_assert(sizeof(ccd_real_t) == sizeof(double), "libccd must be built with d
 // difference with volume.
 constexpr double kPortalTolerance = 1e-10;
 constexpr double kTouch = 1e-9;
-// Extreme points of the Minkowski difference asked for per query. Common cases need 1 to 10. libccd's own
-// limit does not apply to ccdMPRIntersect, so the support function keeps the count.
-constexpr int kMaxSupports = 200;
+// Extreme points of the Minkowski difference asked for per query; the most ever seen in tests are 18.
+// libccd's own limit does not apply to ccdMPRIntersect, so the support functions keep the count.
+constexpr int kMaxSupports = 100;
 
 /// One query, in the frame of shape A, lengths divided by the size of the problem.
 struct Query {
@@ -73,9 +73,9 @@ void support_a(const void* object, const ccd_vec3_t* dir, ccd_vec3_t* out) {
   Query& q = *static_cast<Query*>(const_cast<void*>(object));
   const Vec3 d(dir->v[0], dir->v[1], dir->v[2]);
   if (++q.supports > kMaxSupports) {
-    // A point behind the direction asked for ends both loops of libccd at once, as "no contact".
+    // A difference behind the direction asked for ends both loops of libccd at once, as "no contact".
     q.gave_up = true;
-    set(out, -4.0 * d);
+    set(out, -d);
     return;
   }
   // d has unit length, or is NaN where a portal has no area; a NaN must not reach the point.
@@ -85,6 +85,10 @@ void support_a(const void* object, const ccd_vec3_t* dir, ccd_vec3_t* out) {
 
 void support_b(const void* object, const ccd_vec3_t* dir, ccd_vec3_t* out) {
   const Query& q = *static_cast<const Query*>(object);
+  if (q.gave_up) {
+    set(out, Vec3::Zero());
+    return;
+  }
   const Vec3 d = q.R_AB.transpose() * Vec3(dir->v[0], dir->v[1], dir->v[2]);
   set(out, (q.R_AB * extreme_point(*q.b, d) + q.p_AB) * q.inverse_size);
 }
@@ -150,6 +154,19 @@ ConvexShape ConvexShape::from_points(std::vector<Vec3> points) {
   shape.is_box = are_box_corners(points, lower, upper, shape.box);
   shape.vertices = std::move(points);
   return shape;
+}
+
+void ConvexShape::become_box(const Vec3& lower_B, const Vec3& upper_B) {
+  vertices.resize(8);
+  for (std::size_t corner = 0; corner < 8; ++corner) {
+    vertices[corner] =
+        Vec3((corner & 1U) != 0U ? upper_B.x() : lower_B.x(), (corner & 2U) != 0U ? upper_B.y() : lower_B.y(),
+             (corner & 4U) != 0U ? upper_B.z() : lower_B.z());
+  }
+  box.center_B = center_B = 0.5 * (lower_B + upper_B);
+  box.half_B = 0.5 * (upper_B - lower_B);
+  radius = box.half_B.norm();
+  is_box = (box.half_B.array() > 0.0).all();
 }
 
 bool convex_overlap(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b, const Pose& X_WB,

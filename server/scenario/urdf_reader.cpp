@@ -9,9 +9,11 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <locale>
 #include <map>
 #include <numbers>
 #include <sstream>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -19,8 +21,8 @@ namespace takt {
 
 namespace {
 
-/// urdfdom tells what is wrong only by logging. This collects its complaints instead of letting them reach the
-/// terminal, for as long as it lives.
+/// urdfdom tells what is wrong only by logging. This collects its complaints instead of letting them reach
+/// the terminal, for as long as it lives.
 class ComplaintCollector : public console_bridge::OutputHandler {
  public:
   ComplaintCollector() : level_(console_bridge::getLogLevel()) {
@@ -54,16 +56,65 @@ std::string text_of(double value) {
   return out.str();
 }
 
+std::string text_of(const TiXmlElement* element, const char* attribute) {
+  const char* value = element != nullptr ? element->Attribute(attribute) : nullptr;
+  return value != nullptr ? value : "";
+}
+
 std::string_view type_name(int type) {
   switch (type) {
-    case urdf::Joint::REVOLUTE: return "revolute";
-    case urdf::Joint::CONTINUOUS: return "continuous";
-    case urdf::Joint::PRISMATIC: return "prismatic";
-    case urdf::Joint::FLOATING: return "floating";
-    case urdf::Joint::PLANAR: return "planar";
-    case urdf::Joint::FIXED: return "fixed";
-    default: return "unknown";
+    case urdf::Joint::REVOLUTE:
+      return "revolute";
+    case urdf::Joint::CONTINUOUS:
+      return "continuous";
+    case urdf::Joint::PRISMATIC:
+      return "prismatic";
+    case urdf::Joint::FLOATING:
+      return "floating";
+    case urdf::Joint::PLANAR:
+      return "planar";
+    case urdf::Joint::FIXED:
+      return "fixed";
+    default:
+      return "unknown";
   }
+}
+
+/// Elements of a URDF are nested four deep; deeper than this is an error (or malice) on which the recursive
+/// XML reader would run out of stack.
+constexpr int kDeepestNesting = 100;
+
+/// Line of the first element nested deeper than allowed, or 0. Knows of XML only what moves the depth.
+long line_nested_too_deep(std::string_view text) {
+  const auto starts = [&](size_t at, std::string_view with) { return text.substr(at, with.size()) == with; };
+  const auto past = [&](size_t at, std::string_view end) {
+    const size_t found = text.find(end, at);
+    return found == std::string_view::npos ? text.size() : found + end.size();
+  };
+  int depth = 0;
+  size_t at = 0;
+  while ((at = text.find('<', at)) < text.size()) {
+    if (starts(at, "<!--")) {
+      at = past(at, "-->");
+    } else if (starts(at, "<![CDATA[")) {
+      at = past(at, "]]>");
+    } else if (starts(at, "<!") || starts(at, "<?")) {
+      at = past(at, ">");
+    } else if (starts(at, "</")) {
+      --depth;
+      at = past(at, ">");
+    } else {
+      if (++depth > kDeepestNesting)
+        return 1 + std::count(text.begin(), text.begin() + static_cast<long>(at), '\n');
+      char quote = 0;
+      for (++at; at < text.size() && (quote != 0 || text[at] != '>'); ++at) {
+        if (quote != 0 ? text[at] == quote : (text[at] == '"' || text[at] == '\''))
+          quote = quote != 0 ? 0 : text[at];
+      }
+      if (at < text.size() && text[at - 1] == '/') --depth;
+    }
+  }
+  return 0;
 }
 
 class ArmReader {
@@ -76,10 +127,9 @@ class ArmReader {
     const urdf::ModelInterfaceSharedPtr model = parse(result.text);
     require_link(*model, base_link);
     require_link(*model, flange_link);
-    require_tree(*model);
     const std::vector<const urdf::Joint*> chain = chain_of(*model, base_link, flange_link);
-    refuse_joints_off_chain(*model, chain, base_link, flange_link);
     result.arm = arm_of(chain, base_link, flange_link);
+    refuse_joints_off_chain(*model, chain, base_link, flange_link);
     return result;
   }
 
@@ -96,13 +146,18 @@ class ArmReader {
   }
 
   urdf::ModelInterfaceSharedPtr parse(const std::string& text) const {
+    if (const long line = line_nested_too_deep(text)) {
+      refuse("line " + std::to_string(line) + ": elements are nested deeper than " +
+             std::to_string(kDeepestNesting));
+    }
     // urdfdom keeps the place of a syntax error to itself, so the same XML reader is asked first.
     TiXmlDocument document;
     document.Parse(text.c_str(), nullptr, TIXML_ENCODING_UTF8);
     if (document.Error()) {
-      refuse("line " + std::to_string(document.ErrorRow()) + ", column " + std::to_string(document.ErrorCol()) +
-             ": not well-formed XML: " + document.ErrorDesc());
+      refuse("line " + std::to_string(document.ErrorRow()) + ", column " +
+             std::to_string(document.ErrorCol()) + ": not well-formed XML: " + document.ErrorDesc());
     }
+    require_tree(document);
     ComplaintCollector collector;
     urdf::ModelInterfaceSharedPtr model;
     try {
@@ -117,23 +172,42 @@ class ArmReader {
     return model;
   }
 
+  /// Looked at before urdfdom does: it keeps only the last parent of a link that has several, and never frees
+  /// links that form a ring.
+  void require_tree(const TiXmlDocument& document) const {
+    struct Above {
+      std::string joint, parent;
+    };
+    std::map<std::string, Above> above;  // by child link
+    const TiXmlElement* robot = document.FirstChildElement("robot");
+    const TiXmlElement* element = robot != nullptr ? robot->FirstChildElement("joint") : nullptr;
+    for (; element != nullptr; element = element->NextSiblingElement("joint")) {
+      const std::string joint = text_of(element, "name");
+      const std::string child = text_of(element->FirstChildElement("child"), "link");
+      if (child.empty()) continue;  // urdfdom tells
+      const Above entry{joint, text_of(element->FirstChildElement("parent"), "link")};
+      const auto [there, added] = above.emplace(child, entry);
+      if (added) continue;
+      refuse("link '" + child + "' is the child of two joints, '" + there->second.joint + "' and '" + joint +
+             "'; an arm is a chain without loops");
+    }
+    std::map<std::string, std::string> seen_from;  // link -> where the walk up that met it first began
+    for (const auto& [start, unused] : above) {
+      for (std::string link = start; above.count(link) != 0; link = above[link].parent) {
+        const auto [there, added] = seen_from.emplace(link, start);
+        if (added) continue;
+        if (there->second != start) break;  // an earlier walk went on from here and came to an end
+        refuse("the joints above link '" + link + "' lead back to it, by joint '" + above[link].joint +
+               "'; an arm is a chain without loops");
+      }
+    }
+  }
+
   void require_link(const urdf::ModelInterface& model, const std::string& link) const {
     if (model.getLink(link)) return;
     std::string names;
     for (const auto& [name, unused] : model.links_) names += (names.empty() ? "" : ", ") + name;
     refuse("there is no link '" + link + "'; the file has the links " + names);
-  }
-
-  /// urdfdom keeps only the last parent of a link that several joints name as their child: a closed loop.
-  void require_tree(const urdf::ModelInterface& model) const {
-    std::map<std::string, std::string> joint_above;
-    for (const auto& [name, joint] : model.joints_) {
-      const auto [entry, added] = joint_above.emplace(joint->child_link_name, name);
-      if (!added) {
-        refuse("link '" + joint->child_link_name + "' is the child of two joints, '" + entry->second + "' and '" +
-               name + "'; an arm is a chain without loops");
-      }
-    }
   }
 
   std::vector<const urdf::Joint*> chain_of(const urdf::ModelInterface& model, const std::string& base_link,
@@ -142,10 +216,9 @@ class ArmReader {
     std::string link = flange_link;
     while (link != base_link) {
       const urdf::LinkConstSharedPtr here = model.getLink(link);
-      // More joints than the file has: the way up runs in a circle.
-      if (!here->parent_joint || chain.size() > model.joints_.size()) {
-        refuse("link '" + flange_link + "' is not below link '" + base_link + "': the chain of parents ends at '" +
-               link + "'");
+      if (!here->parent_joint) {
+        refuse("link '" + flange_link + "' is not below link '" + base_link +
+               "': the chain of parents ends at '" + link + "'");
       }
       chain.push_back(here->parent_joint.get());
       link = here->parent_joint->parent_link_name;
@@ -154,20 +227,23 @@ class ArmReader {
     return chain;
   }
 
-  void refuse_joints_off_chain(const urdf::ModelInterface& model, const std::vector<const urdf::Joint*>& chain,
-                               const std::string& base_link, const std::string& flange_link) const {
+  void refuse_joints_off_chain(const urdf::ModelInterface& model,
+                               const std::vector<const urdf::Joint*>& chain, const std::string& base_link,
+                               const std::string& flange_link) const {
     for (const auto& [name, joint] : model.joints_) {
       if (joint->type == urdf::Joint::FIXED) continue;
       if (std::find(chain.begin(), chain.end(), joint.get()) != chain.end()) continue;
-      refuse("joint '" + name + "' (" + std::string(type_name(joint->type)) + ") moves but is not on the chain from '" +
-             base_link + "' to '" + flange_link + "'; an arm is one chain, so branches may only be fixed");
+      refuse("joint '" + name + "' (" + std::string(type_name(joint->type)) +
+             ") moves but is not on the chain from '" + base_link + "' to '" + flange_link +
+             "'; an arm is one chain, so branches may only be fixed");
     }
   }
 
   ArmModel arm_of(const std::vector<const urdf::Joint*>& chain, const std::string& base_link,
                   const std::string& flange_link) const {
     ArmModel arm;
-    Pose X_PJ;  // from the last moving link (or the base) to the joint at hand, over the fixed joints in between
+    Pose X_PJ;  // from the last moving link (or the base) to the joint at hand, over the fixed joints in
+                // between
     for (const urdf::Joint* joint : chain) {
       X_PJ = X_PJ * pose_of(*joint);
       if (joint->type == urdf::Joint::FIXED) continue;
@@ -202,9 +278,15 @@ class ArmReader {
     result.name = joint.name;
     switch (joint.type) {
       case urdf::Joint::REVOLUTE:
-      case urdf::Joint::CONTINUOUS: result.type = JointType::revolute; break;
-      case urdf::Joint::PRISMATIC: result.type = JointType::prismatic; break;
-      default: refuse(who + ": the type is not allowed in an arm; allowed are revolute, continuous, prismatic, fixed");
+      case urdf::Joint::CONTINUOUS:
+        result.type = JointType::revolute;
+        break;
+      case urdf::Joint::PRISMATIC:
+        result.type = JointType::prismatic;
+        break;
+      default:
+        refuse(who +
+               ": the type is not allowed in an arm; allowed are revolute, continuous, prismatic, fixed");
     }
     if (joint.mimic) {
       refuse(who + ": it mimics joint '" + joint.mimic->joint_name + "'; joints of an arm move on their own");
@@ -215,7 +297,8 @@ class ArmReader {
              ") has no direction; a finite, non-zero vector is needed");
     }
     result.axis = axis.normalized();
-    if (!joint.limits) refuse(who + ": it has no <limit> element; lower, upper, velocity and effort are needed");
+    if (!joint.limits)
+      refuse(who + ": it has no <limit> element; lower, upper, velocity and effort are needed");
     const bool continuous = joint.type == urdf::Joint::CONTINUOUS;
     result.lower = continuous ? -2.0 * std::numbers::pi : joint.limits->lower;
     result.upper = continuous ? 2.0 * std::numbers::pi : joint.limits->upper;

@@ -251,6 +251,21 @@ TEST(ConvexOverlap, ShapesWithoutVolumeEndWithAVerdict) {
   }
 }
 
+TEST(ConvexOverlap, ManyVerticesAreNoTrouble) {
+  // Two spheres of 2000 points each: apart beyond 0.2 m, and overlapping when closer than the points'
+  // polyhedron allows.
+  Random random(9);
+  std::vector<Vec3> points;
+  for (int i = 0; i < 2000; ++i) points.push_back(0.1 * random.direction());
+  const ConvexShape sphere = ConvexShape::from_points(points);
+  for (int i = 0; i < 1000; ++i) {
+    const Pose X_WA{random.rotation(), random.direction()};
+    const Vec3 d = random.direction();
+    EXPECT_FALSE(convex_overlap(sphere, X_WA, sphere, {random.rotation(), X_WA.p + 0.20001 * d}, 0.0));
+    EXPECT_TRUE(convex_overlap(sphere, X_WA, sphere, {random.rotation(), X_WA.p + 0.197 * d}, 0.0));
+  }
+}
+
 TEST(ConvexOverlap, ExactTouchingCounts) {
   const auto box = [](const Vec3& lower, const Vec3& upper) {
     std::vector<Vec3> corners;
@@ -268,11 +283,15 @@ TEST(ConvexOverlap, ExactTouchingCounts) {
   EXPECT_TRUE(convex_overlap(table, X_WT, block, {Mat3::Identity(), {0.1, -0.05, 0.7 + 1e-6}}, 2e-6));
 }
 
-TEST(ConvexOverlap, NotFinitePoseEndsWithoutContact) {
+TEST(ConvexOverlap, FarOrNotFinitePoseEndsWithoutContact) {
   const ConvexShape shape = ConvexShape::from_points({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
   Pose bad;
   bad.p.x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(convex_overlap(shape, Pose{}, shape, bad, 0.0));
+  for (const double far : {1e20, 1e155, 1e300, std::numeric_limits<double>::infinity()}) {
+    bad.p = Vec3(far, -far, far);
+    EXPECT_FALSE(convex_overlap(shape, Pose{}, shape, bad, 0.0)) << far;
+  }
 }
 
 TEST(ConvexHull, KeepsExactlyTheCornersOfAMeshedBox) {

@@ -1,6 +1,7 @@
 // The committed meshes of the block scenario: made by the generator as it is, closed, and with the volumes
 // and centres that the drawings say.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <cstdlib>
@@ -85,7 +86,7 @@ std::map<std::string, Moments> drawings() {
 }
 
 TEST(Meshes, GeneratorMakesTheCommittedFilesByteForByte) {
-  const fs::path directory = fs::temp_directory_path() / ("takt_meshes_" + std::to_string(std::rand()));
+  const fs::path directory = fs::temp_directory_path() / ("takt_meshes_" + std::to_string(::getpid()));
   const std::string command = std::string(TAKT_BIN_DIR) + "/takt-make-meshes " + directory.string();
   ASSERT_EQ(std::system(command.c_str()), 0) << command;
   int files = 0;

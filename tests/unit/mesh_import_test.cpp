@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <array>
 #include <bit>
@@ -91,7 +92,8 @@ class MeshImport : public ::testing::Test {
  protected:
   void SetUp() override {
     const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    directory_ = fs::temp_directory_path() / (std::string("takt_mesh_import_") + info->name());
+    directory_ =
+        fs::temp_directory_path() / ("takt_mesh_import_" + std::to_string(::getpid()) + info->name());
     fs::create_directories(directory_);
   }
   void TearDown() override { fs::remove_all(directory_); }

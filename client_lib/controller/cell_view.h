@@ -1,0 +1,13 @@
+#pragma once
+// What programs can see: the global `cell`, read-only, as of the update under way.
+#include "client_lib/controller/lua_sandbox.h"
+
+namespace takt::controller {
+
+/// Adds the global `cell`. lua_owner() is the Program.
+void open_cell_view(lua_State* L);
+
+/// Pushes the value that stands for the cell.
+void push_cell(lua_State* L);
+
+}  // namespace takt::controller

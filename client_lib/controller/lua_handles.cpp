@@ -1,0 +1,47 @@
+#include "client_lib/controller/lua_handles.h"
+
+#include <stdexcept>
+
+namespace takt::controller {
+
+void define_type(lua_State* L, const char* type, lua_CFunction index, const luaL_Reg* methods) {
+  luaL_newmetatable(L, type);
+  lua_newtable(L);
+  luaL_setfuncs(L, methods, 0);
+  lua_setfield(L, -2, "methods");
+  if (index != nullptr) {
+    lua_pushcfunction(L, index);
+  } else {
+    lua_getfield(L, -1, "methods");
+  }
+  lua_setfield(L, -2, "__index");
+  lua_pop(L, 1);
+}
+
+void push_handle(lua_State* L, const char* type, int index) {
+  *static_cast<int*>(lua_newuserdatauv(L, sizeof(int), 0)) = index;
+  luaL_setmetatable(L, type);
+}
+
+int to_handle(lua_State* L, const char* type, const char* hint) {
+  const void* data = luaL_testudata(L, 1, type);
+  if (data == nullptr) {
+    throw std::runtime_error("a " + std::string(type) + " is needed in front of the colon, not a " +
+                             luaL_typename(L, 1) + hint);
+  }
+  return *static_cast<const int*>(data);
+}
+
+void refuse_key(const char* what, std::string_view key, const char* known) {
+  throw std::runtime_error(std::string(what) + " has no '" + std::string(key) + "'; it has " + known);
+}
+
+void push_joints(lua_State* L, const ArmModel& arm, const JointArray& q) {
+  lua_createtable(L, arm.joint_count(), 0);
+  for (int i = 0; i < arm.joint_count(); ++i) {
+    lua_pushnumber(L, q[static_cast<size_t>(i)]);
+    lua_rawseti(L, -2, i + 1);
+  }
+}
+
+}  // namespace takt::controller

@@ -1,0 +1,37 @@
+#pragma once
+// Values of the program that stand for something of the cell: an index, with the kind of thing as metatable.
+#include <string>
+#include <string_view>
+
+#include "client_lib/controller/lua_sandbox.h"
+#include "plant_models/robot/arm_kinematics.h"
+
+namespace takt::controller {
+
+/// Makes a type of handle. `index` answers handle.NAME; without one the methods do.
+void define_type(lua_State* L, const char* type, lua_CFunction index, const luaL_Reg* methods);
+
+void push_handle(lua_State* L, const char* type, int index);
+
+/// The index that argument 1 stands for. Throws where it is of another type; `hint` says what may have been
+/// meant.
+int to_handle(lua_State* L, const char* type, const char* hint = "");
+
+[[noreturn]] void refuse_key(const char* what, std::string_view key, const char* known);
+
+/// Joint positions as a list.
+void push_joints(lua_State* L, const ArmModel& arm, const JointArray& q);
+
+/// Index of the element of that name; the error lists the names there are.
+template <typename Infos, typename NameOf>
+int index_by_name(const Infos& infos, std::string_view name, const char* what, NameOf name_of) {
+  std::string names;
+  for (size_t i = 0; i < infos.size(); ++i) {
+    if (name_of(infos[i]) == name) return static_cast<int>(i);
+    names += (names.empty() ? "" : ", ") + name_of(infos[i]);
+  }
+  throw std::runtime_error("the cell has no " + std::string(what) + " '" + std::string(name) + "'; it has " +
+                           (names.empty() ? "none" : names));
+}
+
+}  // namespace takt::controller

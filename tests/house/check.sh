@@ -1,0 +1,42 @@
+#!/usr/bin/env bash
+# The rules of the house that a compiler does not check. Usage: check.sh ROOT. Prints FILE:LINE: rule for each
+# violation; exit code 1 if there is any.
+set -euo pipefail
+rules=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")
+cd "$1"
+export LC_ALL=C
+
+existing() { for folder in "$@"; do [[ -e $folder ]] && printf '%s\n' "$folder"; done; true; }
+mapfile -t rooms < <(existing plant_models server client_lib idl config tests)
+mapfile -t sources < <(find "${rooms[@]}" -type f \( -name '*.h' -o -name '*.cpp' \) | sort)
+mapfile -t texts < <(find . \( -name .git -o -path ./build -o -name .cache \) -prune -o -type f -print | sed 's|^\./||' |
+  grep -Ev '\.(png|stl|STL|glb|obj|csv|json|svg)$' | sort)
+
+violations=$(
+  ((${#sources[@]} == 0)) || awk -f "$rules/include_rules.awk" "${sources[@]}"
+
+  # Long files hide more than one idea.
+  ((${#sources[@]} == 0)) || awk 'FNR == 601 { print FILENAME ":601: longer than 600 lines" }' "${sources[@]}"
+
+  # A path of one person's machine works nowhere else.
+  grep -nHEI '(^|[^A-Za-z0-9_.$}~-])/(work|home|root|Users)/[A-Za-z0-9_]' "${texts[@]}" /dev/null |
+    sed -E 's/^([^:]+:[0-9]+):.*/\1: absolute path of one machine/' || true
+
+  # Tests wait for conditions, never for time; what is unfinished is an issue, not a comment.
+  if [[ -d tests ]]; then
+    grep -rnHE --include='*.cpp' --include='*.h' '(sleep_for|sleep_until|[^a-z_]u?sleep) *\(' tests |
+      sed -E 's/^([^:]+:[0-9]+):.*/\1: a test must not sleep/' || true
+  fi
+  ((${#sources[@]} == 0)) || grep -nHE '(TO''DO|FIX''ME|XX''X)' "${sources[@]}" |
+    sed -E 's/^([^:]+:[0-9]+):.*/\1: unfinished work belongs in an issue/' || true
+
+  # Whoever opens the README sees at once what to type.
+  for command in './dev demo' './dev test'; do
+    head -n 40 README.md 2>/dev/null | grep -qF -- "$command" || echo "README.md:1: the first 40 lines do not show '$command'"
+  done
+)
+if [[ -n $violations ]]; then
+  printf '%s\n' "$violations"
+  exit 1
+fi
+printf 'house rules hold: %d source files, %d texts\n' "${#sources[@]}" "${#texts[@]}"

@@ -1,0 +1,113 @@
+# Who may include whom (README, "The house"). Input: source files, paths relative to the repository's root.
+# Output: one line FILE:LINE: rule, per violation.
+
+function complain(rule) { print FILENAME ":" FNR ": " rule }
+function starts(text, prefix) { return substr(text, 1, length(prefix)) == prefix }
+function starts_any(text, list,    parts, count, i) {
+  count = split(list, parts, " ")
+  for (i = 1; i <= count; ++i) if (starts(text, parts[i])) return 1
+  return 0
+}
+
+BEGIN {
+  # Rooms, most specific first; each with the prefixes of what it may include. Arrows never turn back.
+  rooms = split("plant_models/ server/geometry/ server/components/ server/contact/ server/simulation/ server/scenario/ " \
+                "server/runtime/ server/dds/ server/headless/ server/server_main.cpp server/run_main.cpp client_lib/controller/ " \
+                "client_lib/render/ client_lib/ idl/ config/", room, " ")
+  plant = "plant_models/"
+  geometry = plant " server/geometry/"
+  components = geometry " server/components/"
+  contact = components " server/contact/"
+  simulation = contact " server/simulation/"
+  scenario = simulation " server/scenario/"
+  may["plant_models/"] = plant
+  may["server/geometry/"] = geometry
+  may["server/components/"] = components
+  may["server/contact/"] = contact
+  may["server/simulation/"] = simulation
+  may["server/scenario/"] = scenario
+  may["server/runtime/"] = scenario " server/runtime/"
+  may["server/dds/"] = plant " server/simulation/command.h server/simulation/snapshot.h " \
+                       "server/simulation/cell_description.h server/runtime/ server/dds/ idl/ GENERATED"
+  may["server/headless/"] = scenario " server/headless/ client_lib/controller/ client_lib/render/"
+  may["server/server_main.cpp"] = "plant_models/ server/ idl/"
+  may["server/run_main.cpp"] = may["server/headless/"]
+  may["client_lib/controller/"] = plant " client_lib/controller/"
+  may["client_lib/render/"] = plant " client_lib/render/"
+  may["client_lib/"] = plant " client_lib/ idl/ GENERATED"
+  may["idl/"] = "idl/ GENERATED"
+  may["config/"] = plant " config/"
+
+  core = "plant_models/ server/geometry/ server/components/ server/contact/ server/simulation/ server/scenario/"
+  timeless = core " client_lib/controller/ client_lib/render/ config/"
+  clocks_and_threads = " chrono ctime time.h sys/time.h thread mutex shared_mutex condition_variable future semaphore " \
+                       "latch barrier stop_token pthread.h "
+
+  # Third-party libraries: include prefixes; where they may be used; in how many .cpp files at most (0: any number).
+  libraries = 0
+  library("Fast DDS", "fastdds/ fastrtps/ fastcdr/", "server/dds/ client_lib/ idl/ tests/", "", 0)
+  forbidden_in["Fast DDS"] = "client_lib/controller/ client_lib/render/"
+  library("assimp", "assimp/", "server/ tests/", "server/", 1)
+  library("libccd", "ccd/", "server/ tests/", "server/", 1)
+  library("qhull", "libqhull", "server/ config/ tests/", "server/", 1)
+  library("FCL", "fcl/", "server/geometry/ tests/", "server/", 1)
+  library("SUNDIALS", "cvode/ arkode/ sundials/ sunlinsol/ sunmatrix/ sunnonlinsol/ nvector/", "server/simulation/", "server/", 2)
+  library("liburdfdom", "urdf_parser/ urdf_model/", "server/scenario/ tests/", "server/", 1)
+  library("yaml-cpp", "yaml-cpp/", "server/scenario/ client_lib/tools/ tests/", "", 0)
+  library("Lua", "lua.h lua.hpp lauxlib.h lualib.h", "client_lib/controller/ tests/", "", 0)
+  library("libpng", "png.h", "client_lib/render/ tests/", "", 0)
+  library("CLI11", "CLI/", "server/server_main.cpp server/run_main.cpp client_lib/tools/ client_lib/examples/ config/ tests/", "", 0)
+  library("KDL", "kdl/", "tests/", "", 0)
+}
+
+function library(name, prefixes, where, counted_in, most) {
+  ++libraries
+  lib_name[libraries] = name; lib_prefixes[libraries] = prefixes; lib_where[libraries] = where
+  lib_counted[libraries] = counted_in; lib_most[libraries] = most
+}
+
+FNR == 1 {
+  here = ""
+  for (i = 1; i <= rooms && here == ""; ++i) if (starts(FILENAME, room[i])) here = room[i]
+}
+
+/^[ \t]*#[ \t]*include[ \t]*["<]/ {
+  target = $0
+  sub(/^[ \t]*#[ \t]*include[ \t]*/, "", target)
+  quoted = substr(target, 1, 1) == "\""
+  target = substr(target, 2)
+  sub(/[">].*/, "", target)
+
+  third_party = 0
+  for (i = 1; i <= libraries; ++i) third_party = third_party || starts_any(target, lib_prefixes[i])
+  if (!third_party && (quoted || starts_any(target, "plant_models/ server/ client_lib/"))) {
+    # Generated code (idl/*.idl) is included by its bare name, with or without its suffix.
+    generated = target ~ /^[a-z0-9_]*_msgs(PubSubTypes)?\.h(pp)?$/
+    if (target ~ /(^|\/)\.\.?\//) complain("includes are relative to the repository's root: " target)
+    else if (here != "" && generated && index(may[here] " ", "GENERATED ") == 0 && may[here] !~ /GENERATED$/)
+      complain(here " must not know the DDS types: " target)
+    else if (here != "" && !generated && !starts_any(target, may[here])) complain(here " must not include " target)
+  }
+
+  if (here == "plant_models/" && !quoted && target ~ /[\/.]/ && !starts(target, "Eigen/"))
+    complain("plant_models/ knows only Eigen and the standard library: " target)
+
+  if (index(clocks_and_threads, " " target " ") > 0 && starts_any(FILENAME, timeless))
+    complain(here " has no clock, thread or lock: <" target ">")
+
+  for (i = 1; i <= libraries; ++i) {
+    if (!starts_any(target, lib_prefixes[i])) continue
+    name = lib_name[i]
+    if (!starts_any(FILENAME, lib_where[i]) || (name in forbidden_in && starts_any(FILENAME, forbidden_in[name])))
+      complain(name " is not used here, only in " lib_where[i] ": " target)
+    if (lib_most[i] > 0 && starts(FILENAME, lib_counted[i])) {
+      if (FILENAME ~ /\.h$/) complain(name " stays out of headers: " target)
+      else if (!((i, FILENAME) in users)) {
+        users[i, FILENAME] = 1
+        if (++user_count[i] > lib_most[i])
+          complain(name " is wrapped in one place (" first_user[i] "), not here: " target)
+        if (first_user[i] == "") first_user[i] = FILENAME
+      }
+    }
+  }
+}

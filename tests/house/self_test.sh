@@ -1,0 +1,88 @@
+#!/usr/bin/env bash
+# Shows that check.sh can fail: a small tree that keeps the rules passes; each violation, put into it alone, is reported
+# with file and line. Usage: self_test.sh SCRATCH_DIRECTORY
+set -euo pipefail
+check=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/check.sh
+mkdir -p "$1"
+tree=$(mktemp -d "$1/house.XXXXXX")
+trap 'rm -rf "$tree"' EXIT
+failed=0 cases=0
+
+write() { mkdir -p "$tree/$(dirname "$1")"; printf '%b' "$2" >"$tree/$1"; }
+fresh() {
+  rm -rf "${tree:?}"/*
+  write README.md '# x\n\n    ./dev demo\n    ./dev test\n'
+  write plant_models/spatial.h '#pragma once\n#include <Eigen/Core>\n#include <vector>\n'
+  write server/geometry/mesh.h '#pragma once\n#include "plant_models/spatial.h"\n'
+  write server/geometry/import.cpp '#include <assimp/scene.h>\n#include <assimp/mesh.h>\n#include "server/geometry/mesh.h"\n'
+  write server/geometry/overlap.cpp '#include <ccd/ccd.h>\n'
+  write server/scenario/reader.cpp '#include <yaml-cpp/yaml.h>\n#include "server/simulation/simulation.h"\n'
+  write server/scenario/urdf.cpp '#include <urdf_model/model.h>\n#include <urdf_parser/urdf_parser.h>\n'
+  write server/simulation/simulation.h '#pragma once\n#include "server/contact/search.h"\n'
+  write server/runtime/loop.cpp '#include <mutex>\n#include "server/simulation/simulation.h"\n'
+  write server/dds/participant.cpp '#include <fastdds/dds/domain/DomainParticipant.hpp>\n#include "server/simulation/snapshot.h"\n#include "takt_msgs.h"\n'
+  write client_lib/client.cpp '#include <chrono>\n#include <fastdds/x.hpp>\n#include "takt_msgsPubSubTypes.h"\n#include "client_lib/client.h"\n'
+  write client_lib/controller/controller.cpp '#include <lua.hpp>\n#include "plant_models/spatial.h"\n'
+  write tests/unit/x_test.cpp '#include <chrono>\n#include <fcl/fcl.h>\n#include "server/dds/x.h"\n'
+}
+# expect PLACE FILE CONTENT: with that file, check.sh must fail and report PLACE, and nothing else.
+expect() {
+  fresh
+  write "$2" "$3"
+  cases=$((cases + 1))
+  local output
+  if output=$("$check" "$tree"); then
+    printf 'not found: %s\n' "$1"
+    failed=1
+  elif [[ $output != "$1: "* || $output == *$'\n'* ]]; then
+    printf 'expected only %s, got:\n%s\n' "$1" "$output"
+    failed=1
+  fi
+}
+
+fresh
+"$check" "$tree" || { echo 'the clean tree is refused'; failed=1; }
+
+# Direction
+expect plant_models/a.h:2 plant_models/a.h '#pragma once\n#include "server/geometry/mesh.h"\n'
+expect plant_models/a.cpp:1 plant_models/a.cpp '#include <yaml.h>\n'
+expect server/geometry/a.h:1 server/geometry/a.h '#include "server/components/component.h"\n'
+expect server/components/a.h:1 server/components/a.h '#include "server/contact/search.h"\n'
+expect server/contact/a.cpp:3 server/contact/a.cpp '\n\n#include "server/simulation/simulation.h"\n'
+expect server/simulation/a.cpp:1 server/simulation/a.cpp '#include "server/scenario/scenario.h"\n'
+expect server/scenario/a.cpp:1 server/scenario/a.cpp '#include "server/runtime/loop.h"\n'
+expect server/runtime/a.cpp:1 server/runtime/a.cpp '#include "server/dds/participant.h"\n'
+expect server/dds/a.cpp:1 server/dds/a.cpp '#include "server/contact/search.h"\n'
+expect client_lib/a.cpp:1 client_lib/a.cpp '#include "server/simulation/snapshot.h"\n'
+expect client_lib/tools/takt/a.cpp:1 client_lib/tools/takt/a.cpp '#include <server/simulation/snapshot.h>\n'
+expect client_lib/controller/a.cpp:1 client_lib/controller/a.cpp '#include "client_lib/client.h"\n'
+expect client_lib/controller/a.cpp:1 client_lib/controller/a.cpp '#include "takt_msgs.h"\n'
+expect client_lib/render/a.cpp:1 client_lib/render/a.cpp '#include "server/geometry/mesh.h"\n'
+expect server/contact/a.cpp:1 server/contact/a.cpp '#  include "../geometry/mesh.h"\n'
+expect server/headless/a.cpp:1 server/headless/a.cpp '#include "server/runtime/loop.h"\n'
+expect server/run_main.cpp:1 server/run_main.cpp '#include "server/dds/participant.h"\n'
+# Libraries in their place
+expect server/runtime/a.cpp:1 server/runtime/a.cpp '#include <fastdds/x.hpp>\n'
+expect client_lib/controller/a.cpp:1 client_lib/controller/a.cpp '#include <fastrtps/x.h>\n'
+expect server/geometry/x.cpp:1 server/geometry/x.cpp '#include <assimp/scene.h>\n'
+expect server/geometry/z.cpp:1 server/geometry/z.cpp '#include <ccd/ccd.h>\n'
+expect server/geometry/a.h:1 server/geometry/a.h '#include <ccd/ccd.h>\n'
+expect server/scenario/z.cpp:1 server/scenario/z.cpp '#include <urdf_model/model.h>\n'
+expect server/simulation/a.cpp:1 server/simulation/a.cpp '#include <yaml-cpp/yaml.h>\n'
+expect client_lib/a.cpp:1 client_lib/a.cpp '#include <lua.hpp>\n'
+expect client_lib/a.cpp:1 client_lib/a.cpp '#include <png.h>\n'
+# Clocks, threads, locks
+expect plant_models/a.cpp:1 plant_models/a.cpp '#include <thread>\n'
+expect server/simulation/a.cpp:1 server/simulation/a.cpp '#include <chrono>\n'
+expect server/scenario/a.cpp:1 server/scenario/a.cpp '#include <mutex>\n'
+expect client_lib/controller/a.cpp:1 client_lib/controller/a.cpp '#include <condition_variable>\n'
+# The rest
+expect server/contact/a.cpp:601 server/contact/a.cpp "$(printf '//\\n%.0s' {1..601})"
+expect docs/a.md:2 docs/a.md 'x\nsee /ho''me/someone/notes\n'
+expect tests/unit/a_test.cpp:1 tests/unit/a_test.cpp '  std::this_thread::sleep_for(1s);\n'
+expect server/contact/a.cpp:1 server/contact/a.cpp '// TO''DO later\n'
+expect README.md:1 README.md '# x\n./dev test\n'
+expect README.md:1 README.md "# x\\n./dev demo\\n$(printf '\\n%.0s' {1..40})./dev test\\n"
+
+printf '%d violations tried\n' "$cases"
+exit $failed
