@@ -16,8 +16,7 @@ namespace {
 std::string policy_name(dds::QosPolicyId_t policy) {
   switch (policy) {
     case dds::LIVELINESS_QOS_POLICY_ID:
-      return "liveliness (an exclusive sender must offer a lease of at most " +
-             std::to_string(kCommandLease.seconds) + " s)";
+      return "liveliness";
     case dds::RELIABILITY_QOS_POLICY_ID:
       return "reliability (commands must be sent reliably)";
     case dds::DURABILITY_QOS_POLICY_ID:

@@ -268,7 +268,7 @@ TEST_F(DdsCommands, ExclusiveSendersComeFirstAndTheStrongestOfThem) {
   EXPECT_NEAR(robot1_position(20), 0.01, 1e-12);
 }
 
-/// A sender that is killed cannot say goodbye: its lease decides.
+/// A sender that is killed cannot say goodbye: the lease of its participant decides.
 TEST_F(DdsCommands, AfterTheOwnerIsKilledTheNextTakesOver) {
   test::ChildProcess owner({std::string(TAKT_BIN_DIR) + "/takt-test-commander",
                             std::to_string(test::test_domain()), test::test_cell(), "Robot1", "0.02"});

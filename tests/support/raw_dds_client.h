@@ -120,6 +120,10 @@ class RawDdsClient {
     const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
     udp->interfaceWhiteList.emplace_back("127.0.0.1");
     qos.transport().user_transports = {shared_memory, udp};
+    // A short one, so that a client that was killed is missed soon.
+    qos.wire_protocol().builtin.discovery_config.leaseDuration = eprosima::fastrtps::Duration_t(2, 0);
+    qos.wire_protocol().builtin.discovery_config.leaseDuration_announcementperiod =
+        eprosima::fastrtps::Duration_t(0, 500'000'000);
     participant_ = fdds::DomainParticipantFactory::get_instance()->create_participant(domain, qos);
     if (participant_ == nullptr) throw std::runtime_error("no participant");
     publisher_ = participant_->create_publisher(fdds::PUBLISHER_QOS_DEFAULT);
@@ -149,7 +153,7 @@ class RawDdsClient {
     return inbox;
   }
 
-  /// Shared ownership, as a stock ROS 2 publisher, or exclusive with a lease of 1 s, as takt's own client.
+  /// Shared ownership, as a stock ROS 2 publisher, or exclusive, as takt's own client.
   template <typename Type>
   RawWriter write(const std::string& topic_name, bool exclusive = false, std::uint32_t strength = 0) {
     fdds::DataWriterQos qos = publisher_->get_default_datawriter_qos();
@@ -158,8 +162,6 @@ class RawDdsClient {
     if (exclusive) {
       qos.ownership().kind = fdds::EXCLUSIVE_OWNERSHIP_QOS;
       qos.ownership_strength().value = strength;
-      qos.liveliness().lease_duration = eprosima::fastrtps::Duration_t(1, 0);
-      qos.liveliness().announcement_period = eprosima::fastrtps::Duration_t(0, 300'000'000);
     }
     RawWriter writer;
     listeners_.push_back(writer.matches);
