@@ -145,8 +145,9 @@ TEST(TaktServer, BadInputIsSaidAndEndsWithTwo) {
       {{scenario, "--cell", "a/b"}, "--cell 'a/b' cannot be part of a topic name"},
       {{scenario, "--set", "solver.stepp=1"}, "stepp"},
       {{scenario, "--profiles", "/no/such/profiles.xml"}, "/no/such/profiles.xml"},
-      {{scenario, "--profiles", broken, "--domain", std::to_string(test::test_domain())},
-       "no participant profile 'takt_server'"},
+      {{scenario, "--profiles", broken}, "The DDS profiles in '" + broken + "' cannot be read"},
+      {{scenario, "--profiles", std::string(TAKT_CONFIG_DIR) + "/dds/profiles.xml", "--profile", "nobody"},
+       "have no participant profile 'nobody'"},
       {{scenario, "--no-such-option"}, "--no-such-option"},
   };
   for (const Case& bad : cases) {
