@@ -248,7 +248,7 @@ TEST(RunLoopFault, PausesAndIsToldAndAResetHeals) {
   // Parts that fall so fast that their velocity leaves the range of numbers after two thousand steps or less.
   const auto model = test::service_model();
   model->interaction.weight_feed_forward = false;
-  model->interaction.gravity_W.z() = -1e308;
+  for (RigidBodyParameters& part : model->parts) part.gravity_W.z() = -1e308;
   Simulation simulation(model);
   RunLoop loop(simulation, {.pace = Pace::free});
   LoopReader reader(loop);
