@@ -82,7 +82,7 @@ class CommandSubscriber::Reader final : public dds::DataReaderListener {
               if (const auto* rejection = std::get_if<Rejection>(&validated)) {
                 owner_.reject(*rejection, guid);
               } else {
-                owner_.deliver(target_, Command(std::get<0>(validated)), guid, received_ns);
+                owner_.deliver(target_, Command(std::get<0>(validated)), guid, exclusive_, received_ns);
               }
             }
           },
@@ -187,9 +187,17 @@ void CommandSubscriber::incompatible(int target, const std::string& policy) {
                     " cannot be heard, because its QoS does not fit: " + policy + "."});
 }
 
-void CommandSubscriber::deliver(int target, const Command& command, const DdsGuid& guid,
+void CommandSubscriber::deliver(int target, const Command& command, const DdsGuid& guid, bool exclusive,
                                 std::int64_t received_ns) {
   const std::uint64_t sender = senders_.id(guid);
+  bool known = false;
+  {
+    const std::lock_guard lock(mutex_);
+    known = arbiters_[static_cast<std::size_t>(target)].knows(sender);
+  }
+  // DDS tells of a match and of its first sample in different threads: the sample may be first, and must not
+  // be lost.
+  if (!known) matched(target, guid, exclusive);
   CommandArbiter::Verdict verdict;
   {
     const std::lock_guard lock(mutex_);

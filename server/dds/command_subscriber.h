@@ -43,7 +43,8 @@ class CommandSubscriber {
   void unmatched(int target, const DdsGuid& guid);
   void incompatible(int target, const std::string& policy);
   /// Ownership, then the loop.
-  void deliver(int target, const Command& command, const DdsGuid& guid, std::int64_t received_ns);
+  void deliver(int target, const Command& command, const DdsGuid& guid, bool exclusive,
+               std::int64_t received_ns);
   void reject(const Rejection& rejection, const DdsGuid& guid);
 
   RunLoop& loop_;
