@@ -5,7 +5,9 @@
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
 
+#include <mutex>
 #include <random>
+#include <set>
 
 #include "client_lib/client.h"
 
@@ -15,11 +17,38 @@ namespace {
 using eprosima::fastrtps::Duration_t;
 using eprosima::fastrtps::types::ReturnCode_t;
 
-/// Participant numbers of clients: above those of servers, and such that the ports of the highest domain
-/// exist.
-constexpr int kSmallestId = 10;
-constexpr unsigned kIds = 50;
-constexpr int kAttempts = 20;  // a number may be taken within this process
+/// Numbers of participants, from which their ports follow. A client that was killed leaves its ports in
+/// shared memory behind, and a server goes on writing into them for a while; who takes the same number next
+/// hears nothing meanwhile. So clients draw their numbers: above those of servers, and such that the ports of
+/// the highest domain exist.
+class ParticipantNumbers {
+ public:
+  /// Unique within this process, where DDS does not share them. -1 (DDS chooses) when there are no more.
+  int draw() {
+    constexpr int smallest = 10, count = 50;
+    const std::lock_guard lock(mutex_);
+    std::random_device chance;
+    const int first = static_cast<int>(chance() % count);
+    for (int i = 0; i < count; ++i) {
+      const int number = smallest + (first + i) % count;
+      if (taken_.insert(number).second) return number;
+    }
+    return -1;
+  }
+  void give_back(int number) {
+    const std::lock_guard lock(mutex_);
+    taken_.erase(number);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::set<int> taken_;
+};
+
+ParticipantNumbers& participant_numbers() {
+  static ParticipantNumbers numbers;
+  return numbers;
+}
 
 [[noreturn]] void fail(const std::string& sentence) {
   throw ClientError(ClientError::Kind::transport, sentence);
@@ -105,17 +134,10 @@ Link::Link(int domain, const std::string& name, const std::string& profiles_file
                       "DDS domain " + std::to_string(domain) + " does not exist; allowed are 0 to 232.");
   dds::DomainParticipantQos qos = participant_qos(name, profiles_file);
   auto* factory = dds::DomainParticipantFactory::get_instance();
-  std::random_device chance;
-  for (int attempt = 0; attempt < kAttempts && participant_ == nullptr; ++attempt) {
-    // Ports follow from this number. A client that was killed leaves its port in shared memory behind, and a
-    // server goes on writing into it for a while; who takes the same number next hears nothing meanwhile. So
-    // numbers are drawn.
-    if (profiles_file.empty())
-      qos.wire_protocol().participant_id = kSmallestId + static_cast<int>(chance() % kIds);
-    // Discovery only: data goes to the listeners of readers and writers.
-    participant_ = factory->create_participant(static_cast<dds::DomainId_t>(domain), qos, listener,
-                                               dds::StatusMask::none());
-  }
+  if (profiles_file.empty()) number_ = qos.wire_protocol().participant_id = participant_numbers().draw();
+  // Discovery only: data goes to the listeners of readers and writers.
+  participant_ = factory->create_participant(static_cast<dds::DomainId_t>(domain), qos, listener,
+                                             dds::StatusMask::none());
   if (participant_ == nullptr)
     fail("DDS cannot start on domain " + std::to_string(domain) +
          " (is /dev/shm writable, are the UDP ports of the domain free?).");
@@ -132,6 +154,7 @@ Link::~Link() {
   participant_->set_listener(nullptr);
   participant_->delete_contained_entities();
   dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+  participant_numbers().give_back(number_);
 }
 
 dds::Topic* Link::topic(const std::string& name, dds::TypeSupport type) {

@@ -54,6 +54,7 @@ class Link {
 
  private:
   dds::Topic* topic(const std::string& name, dds::TypeSupport type);
+  int number_ = -1;  ///< of the participant, see dds_link.cpp
   dds::DomainParticipant* participant_ = nullptr;
   dds::Publisher* publisher_ = nullptr;
   dds::Subscriber* subscriber_ = nullptr;

@@ -112,7 +112,10 @@ TEST(ClientAndService, CommandsMoveTheCellAndRefusedOnesAreToldInAnEvent) {
     if (std::abs(now.robot("Robot1").position[5] - target[5]) < 1e-12 && now.gripper("Gripper1").closed)
       moved = now;
   }
-  ASSERT_TRUE(moved.has_value());
+  const State newest = client.state();
+  ASSERT_TRUE(moved.has_value()) << "after " << newest.step << " steps joint 5 is at "
+                                 << newest.robot("Robot1").position[5] << " rad instead of " << target[5]
+                                 << ", the gripper is " << newest.gripper("Gripper1").width_m << " m wide";
   EXPECT_LT(moved->gripper("Gripper1").width_m, 0.1);
 
   target[2] = 100.0;
