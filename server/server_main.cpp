@@ -12,6 +12,7 @@
 
 #include "server/dds/dds_adapter.h"
 #include "server/dds/topic_names.h"
+#include "server/geometry/decomposition_cache.h"
 #include "server/runtime/run_loop.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/scenario/scenario_reader.h"
@@ -71,7 +72,9 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
 
 std::shared_ptr<const takt::CellModel> load(const Arguments& arguments) {
   const takt::Scenario scenario = takt::read_scenario(arguments.scenario, {arguments.overrides});
-  auto model = std::make_shared<takt::CellModel>(*takt::build_cell(scenario));
+  auto model = std::make_shared<takt::CellModel>(*takt::build_cell(scenario, {takt::user_cache_directory()}));
+  for (const takt::ImportNote& note : model->import_notes)
+    std::fprintf(stderr, "takt-server: note: %s\n", note.sentence.c_str());
   model->description.cell = arguments.cell;
   return model;
 }

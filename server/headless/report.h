@@ -12,6 +12,8 @@ struct RunInfo {
   std::string solver;
   int level_of_detail = 1;
   std::string pace;
+  std::vector<ConvexImport> convex_imports;
+  std::vector<ImportNote> import_notes;
 };
 
 /// JSON text of the report.
