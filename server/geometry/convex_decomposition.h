@@ -16,8 +16,8 @@ struct DecompositionParameters {
   static constexpr int kMinVertices = 4, kMaxVertices = 1024;
 
   int max_hulls = 32;
-  int resolution = 100'000;        ///< number of voxels that the solid is cut into
-  double max_volume_error = 0.01;  ///< in (0, 1): a piece whose hull gains less than this share is left whole
+  int resolution = 400'000;        ///< number of voxels that the solid is cut into
+  double max_volume_error = 0.02;  ///< in (0, 1): a piece whose hull gains less than this share is left whole
   int max_vertices_per_hull = 64;
   bool best_plane = true;  ///< cut where the outline steps; false: always in the middle of the longest side
 };

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "server/headless/headless_run.h"
+#include "server/simulation/cell_model.h"
 
 namespace takt {
 
