@@ -30,13 +30,7 @@ void CollisionWorld::set_box(int component, const Vec3& lower_B, const Vec3& upp
   Entry& entry = entries_[static_cast<std::size_t>(component)];
   ConvexShape& shape = entry.shapes.front();
   if (shape.vertices.front() == lower_B && shape.vertices.back() == upper_B) return;
-  for (std::size_t corner = 0; corner < 8; ++corner) {
-    shape.vertices[corner] =
-        Vec3((corner & 1U) != 0U ? upper_B.x() : lower_B.x(), (corner & 2U) != 0U ? upper_B.y() : lower_B.y(),
-             (corner & 4U) != 0U ? upper_B.z() : lower_B.z());
-  }
-  shape.center_B = 0.5 * (lower_B + upper_B);
-  shape.box = {shape.center_B, 0.5 * (upper_B - lower_B)};
+  shape.become_box(lower_B, upper_B);
   entry.box = shape.box;
   refresh(entry);
 }

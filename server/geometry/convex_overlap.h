@@ -20,6 +20,8 @@ struct ConvexShape {
 
   /// As they are. Throws std::invalid_argument when there are none or one is not finite.
   static ConvexShape from_points(std::vector<Vec3> points);
+  /// Becomes the box between two corners; does not allocate when it had eight vertices before.
+  void become_box(const Vec3& lower_B, const Vec3& upper_B);
 };
 
 /// Extreme points of the convex hull (qhull), in the order given. Throws std::invalid_argument when a point
