@@ -71,10 +71,10 @@ takt::ScenarioOptions scenario_options(const Arguments& a) {
   return options;
 }
 
-<<<<<<< HEAD
 double monotonic_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-=======
+}
+
 struct Picture {
   std::string file;
   std::uint64_t step = 0;
@@ -96,7 +96,6 @@ std::vector<Picture> requested_pictures(const Arguments& a, double step_s) {
     pictures.push_back({text.substr(0, at), takt::period_boundary_step(1, time_s, step_s)});
   }
   return pictures;
->>>>>>> main
 }
 
 takt::Pacer make_pacer(const Arguments& a) {

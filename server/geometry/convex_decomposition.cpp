@@ -102,9 +102,9 @@ std::string decomposition_version() {
 
 std::vector<ConvexShape> decompose(const TriangleMesh& solid, const DecompositionParameters& parameters) {
   check(parameters);
-  std::vector<double> points;
-  points.reserve(3 * solid.vertices.size());
-  for (const Vec3& v : solid.vertices) points.insert(points.end(), {v.x(), v.y(), v.z()});
+  std::vector<double> coordinates;
+  coordinates.reserve(3 * solid.vertices.size());
+  for (const Vec3& v : solid.vertices) coordinates.insert(coordinates.end(), {v.x(), v.y(), v.z()});
   std::vector<std::uint32_t> triangles;
   triangles.reserve(3 * solid.triangles.size());
   for (const auto& t : solid.triangles) triangles.insert(triangles.end(), t.begin(), t.end());
@@ -118,7 +118,7 @@ std::vector<ConvexShape> decompose(const TriangleMesh& solid, const Decompositio
   p.m_asyncACD = false;
   const auto release = [](VHACD::IVHACD* vhacd) { vhacd->Release(); };
   const std::unique_ptr<VHACD::IVHACD, decltype(release)> vhacd(VHACD::CreateVHACD(), release);
-  vhacd->Compute(points.data(), static_cast<std::uint32_t>(solid.vertices.size()), triangles.data(),
+  vhacd->Compute(coordinates.data(), static_cast<std::uint32_t>(solid.vertices.size()), triangles.data(),
                  static_cast<std::uint32_t>(solid.triangles.size()), p);
 
   std::vector<Part> parts;
