@@ -31,6 +31,15 @@ inline TriangleMesh prism(const std::vector<std::array<double, 2>>& outline,
   return mesh;
 }
 
+/// A solid box, its frame at the centre of the bottom face, moved by `offset`.
+inline TriangleMesh box_mesh(const Vec3& size, const Vec3& offset = Vec3::Zero()) {
+  const double x = 0.5 * size.x();
+  const double y = 0.5 * size.y();
+  TriangleMesh mesh = prism({{-x, -y}, {x, -y}, {x, y}, {-x, y}}, {{0, 1, 2}, {0, 2, 3}}, 0.0, size.z());
+  for (Vec3& v : mesh.vertices) v += offset;
+  return mesh;
+}
+
 /// A U: 100 mm wide (x), 80 mm high (y), 50 mm deep (z); legs and floor 20 mm thick, open towards +y. Volume
 /// 220 000 mm^3, its pocket 180 000 mm^3.
 inline TriangleMesh u_shape() {
@@ -72,6 +81,18 @@ inline TriangleMesh open_box(const Vec3& size, double wall) {
     quad(i + 8, k + 8, k + 12, i + 12);
   }
   return mesh;
+}
+
+/// The same as five boxes: floor, then the walls along x and along y.
+inline std::vector<TriangleMesh> open_box_by_hand(const Vec3& size, double wall) {
+  const double inner_y = size.y() - 2.0 * wall;
+  const double height = size.z() - wall;
+  std::vector<TriangleMesh> parts{box_mesh({size.x(), size.y(), wall})};
+  for (const double side : {-0.5, 0.5}) {
+    parts.push_back(box_mesh({size.x(), wall, height}, {0.0, side * (size.y() - wall), wall}));
+    parts.push_back(box_mesh({wall, inner_y, height}, {side * (size.x() - wall), 0.0, wall}));
+  }
+  return parts;
 }
 
 inline double open_box_volume(const Vec3& size, double wall) {
