@@ -26,9 +26,9 @@ void check(const DecompositionParameters& p) {
   check_range("max_hulls", p.max_hulls, p.kMinHulls, p.kMaxHulls);
   check_range("resolution", p.resolution, p.kMinResolution, p.kMaxResolution);
   check_range("max_vertices_per_hull", p.max_vertices_per_hull, p.kMinVertices, p.kMaxVertices);
-  if (!(p.max_volume_error > 0.0 && p.max_volume_error < 1.0))
+  if (!(p.max_volume_error > 0.0 && p.max_volume_error <= 1.0))
     throw std::invalid_argument("max_volume_error is " + std::to_string(p.max_volume_error) +
-                                ", allowed is more than 0 and less than 1");
+                                ", allowed is more than 0 and at most 1");
 }
 
 }  // namespace

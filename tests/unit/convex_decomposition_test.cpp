@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -98,13 +99,41 @@ class Decomposition : public testing::Test {
   }
 };
 
+/// Edge of a voxel (m): the box around the body is cut into as many as the resolution says.
+double voxel_size(const Vec3& size, const DecompositionParameters& p) {
+  return std::cbrt(size.prod() / p.resolution);
+}
+
+/// A pocket of a body, its frame at the centre of its floor, open towards +z: a probe must go into it, two
+/// voxels away from its walls and floor, and must be stopped by each of them.
+void expect_open_pocket(const std::vector<ConvexShape>& parts, const Vec3& pocket, const Vec3& floor,
+                        double voxel) {
+  const double gap = 2.0 * voxel;
+  const auto probe = [&](double dx, double dy, double dz) {
+    return overlaps(parts,
+                    box_mesh(pocket - Vec3(2.0 * gap, 2.0 * gap, 0.0), floor + Vec3(dx, dy, gap + dz)));
+  };
+  EXPECT_FALSE(probe(0.0, 0.0, 0.0)) << "the pocket is not empty";
+  const double through = gap + 1e-4;
+  EXPECT_TRUE(probe(through, 0.0, 0.0));
+  EXPECT_TRUE(probe(-through, 0.0, 0.0));
+  EXPECT_TRUE(probe(0.0, through, 0.0));
+  EXPECT_TRUE(probe(0.0, -through, 0.0));
+  EXPECT_TRUE(probe(0.0, 0.0, -through));
+}
+
 TEST_F(Decomposition, UShape) {
   const auto parts = decompose(u_shape(), coarse());
   EXPECT_GE(parts.size(), 3U);
-  expect_covers(u_shape(), parts, 0.02);
-  // The pocket is x 20..80, y 20..80 mm; a voxel is 1.6 mm.
-  EXPECT_FALSE(overlaps(parts, box_mesh({0.056, 0.060, 0.05}, {0.05, 0.052, 0.0})));
-  EXPECT_TRUE(overlaps(parts, box_mesh({0.062, 0.056, 0.05}, {0.05, 0.050, 0.0})));
+  expect_covers(u_shape(), parts, 0.03);
+  // The pocket is x 20..80, y 20..80 mm, open at three sides.
+  const double gap = 2.0 * voxel_size({0.1, 0.08, 0.05}, coarse());
+  const auto probe = [&](double width, double bottom) {
+    return overlaps(parts, box_mesh({width, 0.05, 0.05}, {0.05, bottom + 0.025, 0.0}));
+  };
+  EXPECT_FALSE(probe(0.06 - 2.0 * gap, 0.02 + gap));
+  EXPECT_TRUE(probe(0.0602, 0.02 + gap));
+  EXPECT_TRUE(probe(0.06 - 2.0 * gap, 0.0199));
 }
 
 TEST_F(Decomposition, OpenBox) {
@@ -113,10 +142,7 @@ TEST_F(Decomposition, OpenBox) {
   const auto parts = decompose(box, coarse());
   EXPECT_GE(parts.size(), 5U);
   expect_covers(box, parts, 0.08);
-  // Inside it is 176 x 216 mm above 12 mm; a voxel is 3.6 mm.
-  EXPECT_FALSE(overlaps(parts, box_mesh({0.166, 0.206, 0.10}, {0.0, 0.0, 0.017})));
-  EXPECT_TRUE(overlaps(parts, box_mesh({0.180, 0.206, 0.10}, {0.0, 0.0, 0.017})));
-  EXPECT_TRUE(overlaps(parts, box_mesh({0.166, 0.206, 0.10}, {0.0, 0.0, 0.011})));
+  expect_open_pocket(parts, {0.176, 0.216, 0.088}, {0.0, 0.0, 0.012}, voxel_size(size, coarse()));
 }
 
 TEST_F(Decomposition, BlockB) {
@@ -124,18 +150,28 @@ TEST_F(Decomposition, BlockB) {
   const auto parts = decompose(b, coarse());
   EXPECT_LE(parts.size(), 32U);
   expect_covers(b, parts, 0.03);
-  // Blocks C and O as they come to sit in the pockets, half a millimetre of play on each side.
-  EXPECT_FALSE(overlaps(parts, box_mesh({0.057, 0.077, 0.08}, {-0.060, 0.0, 0.022})));
-  EXPECT_FALSE(overlaps(parts, box_mesh({0.077, 0.077, 0.08}, {0.040, 0.0, 0.022})));
-  EXPECT_TRUE(overlaps(parts, box_mesh({0.057, 0.077, 0.08}, {-0.060, 0.0, 0.0199})));
+  const double voxel = voxel_size({0.22, 0.12, 0.06}, coarse());
+  expect_open_pocket(parts, {0.060, 0.080, 0.040}, {-0.060, 0.0, 0.020}, voxel);
+  expect_open_pocket(parts, {0.080, 0.080, 0.040}, {0.040, 0.0, 0.020}, voxel);
 }
 
 TEST_F(Decomposition, BlockO) {
   const TriangleMesh o = block("O");
   const auto parts = decompose(o, coarse());
   expect_covers(o, parts, 0.03);
-  EXPECT_FALSE(overlaps(parts, box_mesh({0.026, 0.026, 0.08}, {0.015, 0.0, 0.033})));
-  EXPECT_TRUE(overlaps(parts, box_mesh({0.026, 0.026, 0.08}, {0.015, 0.0, 0.0299})));
+  expect_open_pocket(parts, {0.030, 0.030, 0.050}, {0.015, 0.0, 0.030},
+                     voxel_size({0.079, 0.079, 0.08}, coarse()));
+}
+
+TEST_F(Decomposition, StandsWhereTheSolidStands) {
+  // C in the pocket of B, O on the table: plane faces are where they are in the mesh, to 1 um, not to a
+  // voxel.
+  const auto b = decompose(block("B"), coarse());
+  const TriangleMesh c = box_mesh({0.040, 0.060, 0.08}, {-0.060, 0.0, 0.020 - 1e-6});
+  EXPECT_TRUE(overlaps(b, c));
+  const auto o = decompose(block("O"), coarse());
+  EXPECT_TRUE(overlaps(o, box_mesh({0.5, 0.5, 0.04}, {0.0, 0.0, -0.04 + 1e-6})));
+  EXPECT_FALSE(overlaps(o, box_mesh({0.5, 0.5, 0.04}, {0.0, 0.0, -0.04 - 1e-6})));
 }
 
 TEST_F(Decomposition, ConvexBodyStaysWhole) {

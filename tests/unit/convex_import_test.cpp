@@ -135,7 +135,7 @@ TEST_F(ConvexImportTest, WrongParametersAreRefusedWithTheirPlace) {
               HasSubstr("parts.A.convex.max_vertices_per_hull"));
   EXPECT_THAT(error("{method: vhacd, best_plane: maybe}"),
               AllOf(HasSubstr("parts.A.convex.best_plane"), HasSubstr("true or false")));
-  for (const char* bad : {"0", "-0.1", "1.5", "1", ".nan", "much"})
+  for (const char* bad : {"0", "-0.1", "1.5", ".nan", "much"})
     EXPECT_THAT(error("{method: vhacd, max_volume_error: " + std::string(bad) + "}"),
                 AllOf(HasSubstr("s.yaml:4:"), HasSubstr("parts.A.convex.max_volume_error")))
         << bad;
