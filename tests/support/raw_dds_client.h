@@ -98,7 +98,7 @@ class MatchCounter final : public fdds::DataWriterListener {
 
 struct RawWriter {
   fdds::DataWriter* writer = nullptr;
-  std::unique_ptr<MatchCounter> matches = std::make_unique<MatchCounter>();
+  std::shared_ptr<MatchCounter> matches = std::make_shared<MatchCounter>();
   std::string guid() const {
     std::ostringstream text;
     text << writer->guid();
@@ -133,9 +133,10 @@ class RawDdsClient {
   RawDdsClient& operator=(const RawDdsClient&) = delete;
 
   template <typename Type>
-  std::unique_ptr<Inbox<typename Type::type>> read(const std::string& topic_name, bool reliable,
+  std::shared_ptr<Inbox<typename Type::type>> read(const std::string& topic_name, bool reliable,
                                                    bool late_joiner, int depth) {
-    auto inbox = std::make_unique<Inbox<typename Type::type>>();
+    auto inbox = std::make_shared<Inbox<typename Type::type>>();
+    listeners_.push_back(inbox);
     fdds::DataReaderQos qos = subscriber_->get_default_datareader_qos();
     qos.reliability().kind = reliable ? fdds::RELIABLE_RELIABILITY_QOS : fdds::BEST_EFFORT_RELIABILITY_QOS;
     qos.durability().kind =
@@ -161,6 +162,7 @@ class RawDdsClient {
       qos.liveliness().announcement_period = eprosima::fastrtps::Duration_t(0, 300'000'000);
     }
     RawWriter writer;
+    listeners_.push_back(writer.matches);
     writer.writer = publisher_->create_datawriter(topic<Type>(topic_name), qos, writer.matches.get());
     if (writer.writer == nullptr) throw std::runtime_error("no writer of " + topic_name);
     return writer;
@@ -178,6 +180,7 @@ class RawDdsClient {
     return participant_->create_topic(name, type.get_type_name(), fdds::TOPIC_QOS_DEFAULT);
   }
 
+  std::vector<std::shared_ptr<void>> listeners_;  // DDS may call them until the participant is gone
   fdds::DomainParticipant* participant_ = nullptr;
   fdds::Publisher* publisher_ = nullptr;
   fdds::Subscriber* subscriber_ = nullptr;
