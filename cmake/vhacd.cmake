@@ -22,7 +22,7 @@ function(takt_fetch_vhacd directory)
     endif()
     message(STATUS "Fetching V-HACD: npm pack vhacd-js@0.0.1")
     execute_process(
-      COMMAND ${NPM_PROGRAM} pack vhacd-js@0.0.1 --cache ${directory}/npm_cache --fetch-retries 1 --fetch-timeout 30000
+      COMMAND ${NPM_PROGRAM} pack vhacd-js@0.0.1 --cache ${directory}/npm_cache --fetch-retries 1 --fetch-timeout 30000 --loglevel error
       WORKING_DIRECTORY ${directory} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output TIMEOUT 120)
     file(REMOVE_RECURSE ${directory}/npm_cache)
     if(NOT result EQUAL 0 OR NOT EXISTS ${archive})
