@@ -180,7 +180,7 @@ bool DecompositionCache::store(const std::string& key, const std::vector<ConvexS
   std::filesystem::create_directories(directory_, error);
   // Written beside its place and renamed: a torn write is never seen under the entry's name, and two programs
   // that store the same entry do not disturb each other.
-  std::string temporary = (directory_ / (key + ".XXXXXX")).string();
+  std::string temporary = (directory_ / (key + "." + std::string(6, 'X'))).string();
   const int descriptor = ::mkstemp(temporary.data());
   if (descriptor < 0) return false;
   const std::string text = to_text(key, shapes);

@@ -14,9 +14,9 @@ namespace takt::test {
 class TemporaryDirectory {
  public:
   TemporaryDirectory() {
-    std::string name =
-        (std::filesystem::temp_directory_path() / ("takt_test_" + std::to_string(::getpid()) + "_XXXXXX"))
-            .string();
+    std::string name = (std::filesystem::temp_directory_path() /
+                        ("takt_test_" + std::to_string(::getpid()) + "_" + std::string(6, 'X')))
+                           .string();
     if (::mkdtemp(name.data()) == nullptr) ADD_FAILURE() << "cannot create " << name;
     path_ = name;
   }
