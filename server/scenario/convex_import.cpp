@@ -98,9 +98,9 @@ void ConvexImporter::note(const ConvexImport& import, const ConvexSource& source
   if (source.kind == ConvexSource::Kind::hull)
     sentence += "its convex hull stands for it, which gains " + percent(import.gained) + " of its volume";
   else
-    sentence += std::to_string(import.hulls) + " convex parts (" + import.method +
-                ") stand for it, which lose " + percent(import.lost) + " of its volume and gain " +
-                percent(import.gained);
+    sentence += "it is " + std::to_string(import.hulls) +
+                (import.hulls == 1 ? " convex part (" : " convex parts (") + import.method + "), by which " +
+                percent(import.lost) + " of its volume is lost and " + percent(import.gained) + " gained";
   sentence += "; more than " + percent(allowed) + " is told (max_volume_error). ";
   switch (source.kind) {
     case ConvexSource::Kind::hull:

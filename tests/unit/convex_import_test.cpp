@@ -83,7 +83,7 @@ TEST_F(ConvexImportTest, PartsMadeByHandAreMeasuredToo) {
               AllOf(HasSubstr("2 convex parts (file)"), HasSubstr("legs.obj")));
   const auto objects = load("objects");
   ASSERT_EQ(objects->import_notes.size(), 1U);
-  EXPECT_THAT(objects->import_notes[0].sentence, HasSubstr("1 convex parts (objects)"));
+  EXPECT_THAT(objects->import_notes[0].sentence, HasSubstr("1 convex part (objects)"));
 }
 
 TEST_F(ConvexImportTest, DecomposedPartsAreWithinTheBound) {
