@@ -5,6 +5,7 @@
 #include <iostream>
 #include <thread>
 
+#include "server/geometry/decomposition_cache.h"
 #include "server/headless/headless_run.h"
 #include "server/headless/picture.h"
 #include "server/headless/report.h"
@@ -70,6 +71,10 @@ takt::ScenarioOptions scenario_options(const Arguments& a) {
   return options;
 }
 
+double monotonic_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
 struct Picture {
   std::string file;
   std::uint64_t step = 0;
@@ -116,7 +121,10 @@ int run(const Arguments& a) {
     std::cerr << "takt-run: note: --tolerance has no effect on rk2, which has a fixed step\n";
   }
 
-  const auto cell = takt::build_cell(scenario);
+  const auto cell = takt::build_cell(scenario, {takt::user_cache_directory(), &monotonic_seconds});
+  for (const takt::ImportNote& note : cell->import_notes) {
+    std::cerr << "takt-run: note: " << note.sentence << '\n';
+  }
   takt::Simulation simulation(cell);
   std::optional<takt::CsvWriter> csv;
   if (!a.csv.empty()) csv.emplace(a.csv, simulation, a.csv_period);
@@ -137,7 +145,8 @@ int run(const Arguments& a) {
 
   if (!a.report.empty()) {
     std::ofstream out(a.report);
-    const takt::RunInfo info{scenario.solver, cell->description.level_of_detail, a.pace};
+    const takt::RunInfo info{scenario.solver, cell->description.level_of_detail, a.pace, cell->convex_imports,
+                             cell->import_notes};
     out << takt::report_json(scenario, cell->description, info, result) << '\n';
     out.close();
     if (!out) throw std::runtime_error(a.report + ": cannot be written");

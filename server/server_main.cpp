@@ -12,6 +12,7 @@
 
 #include "server/dds/dds_adapter.h"
 #include "server/dds/topic_names.h"
+#include "server/geometry/decomposition_cache.h"
 #include "server/runtime/run_loop.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/scenario/scenario_reader.h"
@@ -94,7 +95,11 @@ int serve(const Arguments& arguments, const sigset_t& signals) {
     scenario_options.overrides = arguments.overrides;
     const takt::Scenario scenario = takt::read_scenario(arguments.scenario, scenario_options);
     duration_s = scenario.duration_s;
-    auto named = std::make_shared<takt::CellModel>(*takt::build_cell(scenario));
+    auto named =
+        std::make_shared<takt::CellModel>(*takt::build_cell(scenario, {takt::user_cache_directory()}));
+    for (const takt::ImportNote& note : named->import_notes) {
+      std::fprintf(stderr, "takt-server: note: %s\n", note.sentence.c_str());
+    }
     named->description.cell = arguments.cell;
     model = named;
   } catch (const std::exception& error) {

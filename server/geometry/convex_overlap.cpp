@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -131,6 +132,43 @@ bool are_box_corners(const std::vector<Vec3>& points, const Vec3& lower, const V
   return (box.half_B.array() > 0.0).all();
 }
 
+/// Runs qhull on the points and hands its result to `read`. Throws std::invalid_argument as the functions
+/// below.
+void with_hull(const std::vector<Vec3>& points, std::string options, const std::function<void(qhT*)>& read) {
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (!points[i].allFinite())
+      throw std::invalid_argument("a convex hull needs finite points, number " + std::to_string(i) +
+                                  " is not");
+  if (points.size() < 4)
+    throw std::invalid_argument("a convex hull with volume needs at least 4 points, " +
+                                std::to_string(points.size()) + " given");
+  std::vector<double> coordinates;
+  coordinates.reserve(3 * points.size());
+  for (const Vec3& v : points) coordinates.insert(coordinates.end(), {v.x(), v.y(), v.z()});
+
+  // qhull prints its long explanations to a stream; they go to memory, and one sentence of ours to the
+  // caller.
+  char* text = nullptr;
+  std::size_t text_size = 0;
+  std::FILE* messages = open_memstream(&text, &text_size);
+  if (messages == nullptr) throw std::bad_alloc();
+  auto context = std::make_unique<qhT>();
+  qh_zero(context.get(), messages);
+  const int exit_code = qh_new_qhull(context.get(), 3, static_cast<int>(points.size()), coordinates.data(),
+                                     False, options.data(), nullptr, messages);
+  if (exit_code == 0) read(context.get());
+  qh_freeqhull(context.get(), !qh_ALL);
+  int long_memory = 0;
+  int total_memory = 0;
+  qh_memfreeshort(context.get(), &long_memory, &total_memory);
+  std::fclose(messages);
+  std::free(text);
+  if (exit_code != 0)
+    throw std::invalid_argument("the " + std::to_string(points.size()) +
+                                " points span no volume (qhull code " + std::to_string(exit_code) +
+                                "): a convex shape needs four points that are not in one plane");
+}
+
 }  // namespace
 
 ConvexShape ConvexShape::from_points(std::vector<Vec3> points) {
@@ -186,48 +224,35 @@ bool convex_overlap(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b
 }
 
 std::vector<Vec3> convex_hull_vertices(const std::vector<Vec3>& points) {
-  for (std::size_t i = 0; i < points.size(); ++i)
-    if (!points[i].allFinite())
-      throw std::invalid_argument("a convex hull needs finite points, number " + std::to_string(i) +
-                                  " is not");
-  if (points.size() < 4)
-    throw std::invalid_argument("a convex hull with volume needs at least 4 points, " +
-                                std::to_string(points.size()) + " given");
-  std::vector<double> coordinates;
-  coordinates.reserve(3 * points.size());
-  for (const Vec3& v : points) coordinates.insert(coordinates.end(), {v.x(), v.y(), v.z()});
-
-  // qhull prints its long explanations to a stream; they go to memory, and one sentence of ours to the
-  // caller.
-  char* text = nullptr;
-  std::size_t text_size = 0;
-  std::FILE* messages = open_memstream(&text, &text_size);
-  if (messages == nullptr) throw std::bad_alloc();
-  auto context = std::make_unique<qhT>();
-  qh_zero(context.get(), messages);
-  std::string options = "qhull";
-  const int exit_code = qh_new_qhull(context.get(), 3, static_cast<int>(points.size()), coordinates.data(),
-                                     False, options.data(), nullptr, messages);
   std::vector<std::size_t> extreme;
-  if (exit_code == 0) {
-    for (const vertexT* v = context->vertex_list; v != nullptr && v->next != nullptr; v = v->next)
-      extreme.push_back(static_cast<std::size_t>(qh_pointid(context.get(), v->point)));
-  }
-  qh_freeqhull(context.get(), !qh_ALL);
-  int long_memory = 0;
-  int total_memory = 0;
-  qh_memfreeshort(context.get(), &long_memory, &total_memory);
-  std::fclose(messages);
-  std::free(text);
-  if (exit_code != 0)
-    throw std::invalid_argument("the " + std::to_string(points.size()) +
-                                " points span no volume (qhull code " + std::to_string(exit_code) +
-                                "): a convex shape needs four points that are not in one plane");
+  with_hull(points, "qhull", [&extreme](qhT* qh) {
+    for (const vertexT* v = qh->vertex_list; v != nullptr && v->next != nullptr; v = v->next)
+      extreme.push_back(static_cast<std::size_t>(qh_pointid(qh, v->point)));
+  });
   std::sort(extreme.begin(), extreme.end());
   std::vector<Vec3> hull;
   hull.reserve(extreme.size());
   for (const std::size_t i : extreme) hull.push_back(points[i]);
   return hull;
+}
+
+TriangleMesh convex_hull_mesh(const std::vector<Vec3>& points) {
+  TriangleMesh mesh;
+  mesh.vertices = points;
+  with_hull(points, "qhull Qt", [&mesh](qhT* qh) {
+    for (facetT* facet = qh->facet_list; facet != nullptr && facet->next != nullptr; facet = facet->next) {
+      std::array<std::uint32_t, 3> t{};
+      for (std::size_t k = 0; k < t.size(); ++k) {
+        const auto* v = static_cast<const vertexT*>(facet->vertices->e[k].p);
+        t[k] = static_cast<std::uint32_t>(qh_pointid(qh, v->point));
+      }
+      const Vec3& a = mesh.vertices[t[0]];
+      const Vec3 normal = (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a);
+      if (normal.dot(Vec3(facet->normal[0], facet->normal[1], facet->normal[2])) < 0.0) std::swap(t[1], t[2]);
+      mesh.triangles.push_back(t);
+    }
+  });
+  return mesh;
 }
 
 }  // namespace takt

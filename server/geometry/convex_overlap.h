@@ -28,6 +28,10 @@ struct ConvexShape {
 /// is not finite or the points span no volume.
 std::vector<Vec3> convex_hull_vertices(const std::vector<Vec3>& points);
 
+/// The surface of the convex hull in triangles that face outwards; its vertices are all the points, in the
+/// order given. Throws as convex_hull_vertices.
+TriangleMesh convex_hull_mesh(const std::vector<Vec3>& points);
+
 /// True if the two shapes, each at its pose, come closer than `margin` (m, >= 0): one of them is grown by a
 /// ball of that radius, so the answer does not depend on the choice of axes. Touching counts; the verdict is
 /// exact up to 1e-8 of the sum of the shapes' radii. Poses must be finite (libccd answers "no contact" for a

@@ -62,6 +62,33 @@ Json components_json(const CellDescription& cell, const Snapshot& state, const S
   return all;
 }
 
+Json imports_json(const RunInfo& info) {
+  Json all = Json::array();
+  for (const ConvexImport& import : info.convex_imports) {
+    all.push_back({{"component", import.component},
+                   {"method", import.method},
+                   {"hulls", import.hulls},
+                   {"solid_volume_m3", import.solid_volume_m3},
+                   {"union_volume_m3", import.union_volume_m3},
+                   {"lost", import.lost},
+                   {"gained", import.gained},
+                   {"seconds", import.seconds},
+                   {"from_cache", import.from_cache}});
+  }
+  return all;
+}
+
+Json notes_json(const RunInfo& info) {
+  Json all = Json::array();
+  for (const ImportNote& note : info.import_notes) {
+    all.push_back({{"component", note.component},
+                   {"sentence", note.sentence},
+                   {"hulls", note.hulls},
+                   {"volume_error", note.volume_error}});
+  }
+  return all;
+}
+
 Json statistics_json(const SimulationStatistics& s) {
   return {{"steps", s.steps},
           {"derivative_evaluations", s.derivative_evaluations},
@@ -100,6 +127,8 @@ std::string report_json(const Scenario& scenario, const CellDescription& cell, c
     report["max_error_m"] = max_position_error_m(scenario, cell, result.final_state);
     report["tolerance_m"] = scenario.expected_tolerance_m;
   }
+  report["convex_imports"] = imports_json(info);
+  report["import_notes"] = notes_json(info);
   report["components"] = components_json(cell, result.final_state, &scenario);
   Json changes = Json::array();
   for (const ConnectionChange& change : result.changes) {

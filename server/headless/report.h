@@ -5,6 +5,7 @@
 #include <string>
 
 #include "server/headless/headless_run.h"
+#include "server/simulation/cell_model.h"
 
 namespace takt {
 
@@ -12,6 +13,8 @@ struct RunInfo {
   std::string solver;
   int level_of_detail = 1;
   std::string pace;
+  std::vector<ConvexImport> convex_imports;
+  std::vector<ImportNote> import_notes;
 };
 
 /// JSON text of the report.

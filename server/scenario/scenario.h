@@ -10,13 +10,17 @@
 #include <vector>
 
 #include "plant_models/spatial.h"
+#include "server/geometry/convex_decomposition.h"
 
 namespace takt {
 
 /// What to use as convex shapes for the collision check.
 struct ConvexSource {
-  enum class Kind { hull, objects, file } kind = Kind::hull;
+  enum class Kind { hull, objects, file, vhacd } kind = Kind::hull;
   std::filesystem::path file;  ///< kind `file`: a hand-made decomposition, each object one convex part
+  DecompositionParameters decomposition;  ///< kind `vhacd`
+  /// Share of the solid's volume that may be lost or gained without a note; unset: that of `interaction`.
+  std::optional<double> max_volume_error;
 };
 
 struct ScenarioPart {
@@ -102,6 +106,7 @@ struct Scenario {
   double allowed_position_error_m = 0.0001;
   double damping_ratio = 1.0;
   double contact_margin_m = 0.0002;
+  double max_volume_error = 0.05;  ///< of the convex shapes of a component, as a share; more is told
   std::vector<ScenarioPart> parts;
   std::vector<ScenarioGround> grounds;
   std::vector<ScenarioRobot> robots;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "server/geometry/mesh_import.h"
+#include "server/scenario/convex_import.h"
 #include "server/scenario/urdf_reader.h"
 
 namespace takt {
@@ -14,19 +15,6 @@ namespace {
 [[noreturn]] void fail(const Scenario& scenario, const std::string& key, const std::string& found,
                        const std::string& allowed) {
   throw ScenarioError(scenario.file.string() + ": " + key + ": found " + found + "; allowed: " + allowed);
-}
-
-ConvexShape hull_of(const TriangleMesh& mesh) {
-  return ConvexShape::from_points(convex_hull_vertices(mesh.vertices));
-}
-
-std::vector<ConvexShape> convex_shapes(const std::filesystem::path& mesh_file, double scale,
-                                       const TriangleMesh& mesh, const ConvexSource& source) {
-  if (source.kind == ConvexSource::Kind::hull) return {hull_of(mesh)};
-  const auto& file = source.kind == ConvexSource::Kind::file ? source.file : mesh_file;
-  std::vector<ConvexShape> shapes;
-  for (const NamedMesh& object : import_mesh_objects(file, scale)) shapes.push_back(hull_of(object.mesh));
-  return shapes;
 }
 
 void describe_mesh(const TriangleMesh& mesh, const std::filesystem::path& file,
@@ -55,13 +43,13 @@ int add_component(CellModel& cell, Component component, const TriangleMesh& mesh
   return static_cast<int>(cell.components.size()) - 1;
 }
 
-void add_part(const Scenario& scenario, const ScenarioPart& part, CellModel& cell) {
+void add_part(const Scenario& scenario, const ScenarioPart& part, ConvexImporter& importer, CellModel& cell) {
   const TriangleMesh mesh = import_solid(part.mesh, part.mesh_scale);
   Component component;
   component.name = part.name;
   component.type = ComponentType::part;
   component.hierarchy = part.hierarchy;
-  component.convex = convex_shapes(part.mesh, part.mesh_scale, mesh, part.convex);
+  component.convex = importer.shapes(part.name, part.mesh, part.mesh_scale, mesh, part.convex);
   component.mass_kg = part.mass_kg;
   const VolumeProperties volume = volume_properties(mesh);
   component.p_BBcm = part.center_of_mass_m.value_or(volume.p_BBcm);
@@ -84,12 +72,12 @@ void add_part(const Scenario& scenario, const ScenarioPart& part, CellModel& cel
   cell.parts.push_back({id, copy.mass_kg, copy.p_BBcm, copy.I_BBcm_B, scenario.gravity_m_per_s2, part.X_WB});
 }
 
-void add_ground(const ScenarioGround& ground, CellModel& cell) {
+void add_ground(const ScenarioGround& ground, ConvexImporter& importer, CellModel& cell) {
   const TriangleMesh mesh = import_solid(ground.mesh, ground.mesh_scale);
   Component component;
   component.name = ground.name;
   component.type = ComponentType::ground;
-  component.convex = convex_shapes(ground.mesh, ground.mesh_scale, mesh, ground.convex);
+  component.convex = importer.shapes(ground.name, ground.mesh, ground.mesh_scale, mesh, ground.convex);
   cell.grounds.push_back(
       {add_component(cell, std::move(component), mesh, ground.mesh, ground.color), ground.X_WB});
 }
@@ -119,7 +107,7 @@ void add_robot(const Scenario& scenario, const ScenarioRobot& robot, CellModel& 
   cell.description.robots.push_back({robot.name, urdf.text, urdf.arm, robot.X_WR, robot.command_period_s});
 }
 
-void add_gripper(const ScenarioGripper& gripper, CellModel& cell) {
+void add_gripper(const ScenarioGripper& gripper, ConvexImporter& importer, CellModel& cell) {
   const int index = static_cast<int>(cell.grippers.size());
   const int robot = cell.description.find_robot(gripper.robot);
   const TriangleMesh body = import_solid(gripper.body_mesh);
@@ -140,7 +128,7 @@ void add_gripper(const ScenarioGripper& gripper, CellModel& cell) {
   palm.gripper = index;
   palm.role = GripperRole::palm;
   model.parameters.palm = add_component(cell, std::move(palm), body, gripper.body_mesh, gripper.color);
-  const ConvexShape jaw_hull = hull_of(jaw);
+  const ConvexShape jaw_hull = importer.shapes(gripper.name, gripper.jaw_mesh, 1.0, jaw, {}).front();
   for (const auto& [side, suffix, role] : {std::tuple{0, "/left_jaw", GripperRole::left_jaw},
                                            std::tuple{1, "/right_jaw", GripperRole::right_jaw}}) {
     Component component;
@@ -174,7 +162,7 @@ void add_gripper(const ScenarioGripper& gripper, CellModel& cell) {
 
 }  // namespace
 
-std::shared_ptr<const CellModel> build_cell(const Scenario& scenario) {
+std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const ImportOptions& import) {
   auto cell = std::make_shared<CellModel>();
   cell->description.scenario = scenario.name;
   cell->description.step_s = cell->step_s = scenario.step_s;
@@ -185,17 +173,18 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& scenario) {
   }
   cell->solver = scenario.solver;
   cell->interaction = {scenario.gravity_m_per_s2, scenario.contact_margin_m, scenario.weight_feed_forward};
-  for (const ScenarioPart& part : scenario.parts) add_part(scenario, part, *cell);
-  for (const ScenarioGround& ground : scenario.grounds) add_ground(ground, *cell);
+  ConvexImporter importer(scenario, import, *cell);
+  for (const ScenarioPart& part : scenario.parts) add_part(scenario, part, importer, *cell);
+  for (const ScenarioGround& ground : scenario.grounds) add_ground(ground, importer, *cell);
   for (const ScenarioRobot& robot : scenario.robots) add_robot(scenario, robot, *cell);
-  for (const ScenarioGripper& gripper : scenario.grippers) add_gripper(gripper, *cell);
+  for (const ScenarioGripper& gripper : scenario.grippers) add_gripper(gripper, importer, *cell);
   cell->pairs = generate_pairs(cell->components);
   return cell;
 }
 
-std::shared_ptr<const CellModel> load_cell(const std::filesystem::path& file,
-                                           const ScenarioOptions& options) {
-  return build_cell(read_scenario(file, options));
+std::shared_ptr<const CellModel> load_cell(const std::filesystem::path& file, const ScenarioOptions& options,
+                                           const ImportOptions& import) {
+  return build_cell(read_scenario(file, options), import);
 }
 
 }  // namespace takt

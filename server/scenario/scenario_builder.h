@@ -10,11 +10,18 @@
 
 namespace takt {
 
+/// How meshes are brought in; what comes out does not depend on it.
+struct ImportOptions {
+  std::filesystem::path cache_directory;  ///< of convex decompositions; empty: none is kept
+  double (*clock)() = nullptr;            ///< seconds, for the times in CellModel::convex_imports
+};
+
 /// Throws ScenarioError (naming the scenario's key), MeshError or UrdfError (naming file and place).
-std::shared_ptr<const CellModel> build_cell(const Scenario& scenario);
+std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const ImportOptions& import = {});
 
 /// read_scenario and build_cell in one.
 std::shared_ptr<const CellModel> load_cell(const std::filesystem::path& file,
-                                           const ScenarioOptions& options = {});
+                                           const ScenarioOptions& options = {},
+                                           const ImportOptions& import = {});
 
 }  // namespace takt

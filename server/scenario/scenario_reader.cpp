@@ -65,17 +65,44 @@ std::array<float, 4> read_color(YamlFields& fields, const std::array<float, 4>& 
   return color;
 }
 
+const NumberRange kVolumeError{.lower = 0.0, .upper = 1.0, .lower_open = true};
+
+ConvexSource read_convex_mapping(YamlFields fields) {
+  using Kind = ConvexSource::Kind;
+  ConvexSource source;
+  const std::string method = fields.choice("method", {"hull", "objects", "file", "vhacd"}, "hull");
+  source.kind = method == "vhacd"     ? Kind::vhacd
+                : method == "objects" ? Kind::objects
+                : method == "file"    ? Kind::file
+                                      : Kind::hull;
+  if (source.kind == Kind::file) source.file = fields.existing_file("file");
+  source.max_volume_error = fields.number_if("max_volume_error", kVolumeError);
+  if (source.kind == Kind::vhacd) {
+    DecompositionParameters& d = source.decomposition;
+    d.max_hulls = fields.integer_or("max_hulls", d.kMinHulls, d.kMaxHulls, d.max_hulls);
+    d.resolution = fields.integer_or("resolution", d.kMinResolution, d.kMaxResolution, d.resolution);
+    d.max_vertices_per_hull =
+        fields.integer_or("max_vertices_per_hull", d.kMinVertices, d.kMaxVertices, d.max_vertices_per_hull);
+    d.best_plane = fields.boolean_or("best_plane", d.best_plane);
+    if (source.max_volume_error) d.max_volume_error = *source.max_volume_error;
+  }
+  fields.finish();
+  return source;
+}
+
 ConvexSource read_convex(YamlFields& fields) {
   const YAML::Node node = fields.optional("convex");
   ConvexSource source;
   if (!node.IsDefined()) return source;
+  if (node.IsMap()) return read_convex_mapping(fields.mapping("convex"));
   if (!node.IsScalar()) {
     fields.fail("convex", describe(node),
-                "hull, objects, or the path of a file with one object per convex part");
+                "hull, objects, vhacd, the path of a file with one object per convex part, or a mapping "
+                "{method: vhacd, max_hulls: 32, ...}");
   }
   if (node.Scalar() == "hull") return source;
-  if (node.Scalar() == "objects") {
-    source.kind = ConvexSource::Kind::objects;
+  if (node.Scalar() == "objects" || node.Scalar() == "vhacd") {
+    source.kind = node.Scalar() == "objects" ? ConvexSource::Kind::objects : ConvexSource::Kind::vhacd;
     return source;
   }
   source.kind = ConvexSource::Kind::file;
@@ -291,6 +318,8 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
   scenario.damping_ratio = interaction.number_or("damping_ratio", kPositive, scenario.damping_ratio);
   scenario.contact_margin_m =
       interaction.number_or("contact_margin_m", not_negative("m"), scenario.contact_margin_m);
+  scenario.max_volume_error =
+      interaction.number_or("max_volume_error", kVolumeError, scenario.max_volume_error);
   interaction.finish();
 
   for (auto& [name, fields] : top.entries("parts")) read_part(fields, name, scenario);

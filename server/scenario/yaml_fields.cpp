@@ -151,6 +151,10 @@ int YamlFields::integer(const std::string& key, int lower, int upper) {
   return value;
 }
 
+int YamlFields::integer_or(const std::string& key, int lower, int upper, int fallback) {
+  return has(key) ? integer(key, lower, upper) : fallback;
+}
+
 bool YamlFields::boolean_or(const std::string& key, bool fallback) {
   const YAML::Node node = optional(key);
   if (!node.IsDefined()) return fallback;

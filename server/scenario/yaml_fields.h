@@ -50,6 +50,7 @@ class YamlFields {
   double number_or(const std::string& key, const NumberRange& range, double fallback);
   std::optional<double> number_if(const std::string& key, const NumberRange& range);
   int integer(const std::string& key, int lower, int upper);
+  int integer_or(const std::string& key, int lower, int upper, int fallback);
   bool boolean_or(const std::string& key, bool fallback);
   std::vector<double> numbers(const std::string& key, std::size_t count, const NumberRange& range = {});
   Vec3 vector_or(const std::string& key, const Vec3& fallback, const char* unit);

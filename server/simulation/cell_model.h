@@ -31,6 +31,27 @@ struct GroundModel {
   Pose X_WB;
 };
 
+/// What the mesh of a component became for the collision check. Shares are of the solid's volume.
+struct ConvexImport {
+  std::string component;
+  std::string method;  ///< hull, objects, file, vhacd
+  int hulls = 0;
+  double lost = 0.0;    ///< what of the solid no part covers
+  double gained = 0.0;  ///< what of the parts is outside the solid
+  double solid_volume_m3 = 0.0, union_volume_m3 = 0.0;
+  double seconds = 0.0;  ///< spent on it, if the importer was given a clock
+  bool from_cache = false;
+};
+
+/// Something about an imported component that a person must be told: its convex shapes are further from the
+/// solid than was allowed.
+struct ImportNote {
+  std::string component;
+  std::string sentence;
+  int hulls = 0;
+  double volume_error = 0.0;  ///< lost and gained together
+};
+
 struct CellModel {
   CellDescription description;
   double step_s = 0.001;
@@ -42,6 +63,8 @@ struct CellModel {
   std::vector<GroundModel> grounds;
   std::vector<KinematicRobotParameters> robots;
   std::vector<GripperModel> grippers;
+  std::vector<ConvexImport> convex_imports;
+  std::vector<ImportNote> import_notes;
 };
 
 }  // namespace takt

@@ -50,6 +50,7 @@ BEGIN {
   library("assimp", "assimp/", "server/ tests/", "server/", 1)
   library("libccd", "ccd/", "server/ tests/", "server/", 1)
   library("qhull", "libqhull", "server/ config/ tests/", "server/", 1)
+  library("V-HACD", "VHACD.h", "server/geometry/", "server/", 1)
   library("FCL", "fcl/", "server/geometry/ tests/", "server/", 1)
   library("SUNDIALS", "cvode/ arkode/ sundials/ sunlinsol/ sunmatrix/ sunnonlinsol/ nvector/", "server/simulation/", "server/", 2)
   library("liburdfdom", "urdf_parser/ urdf_model/", "server/scenario/ tests/", "server/", 1)

@@ -178,6 +178,16 @@ TEST(BlockAssembly, PlainHullsWorkTooAsInTheThesis) {
   EXPECT_LE(max_position_error_m(r.scenario, r.cell->description, r.result.final_state), 1e-4);
 }
 
+TEST(BlockAssembly, RealDecompositionWorksToo) {
+  if (!decomposition_available()) GTEST_SKIP() << "built without V-HACD";
+  const std::string convex = "={method: vhacd, resolution: 100000}";
+  const Outcome r = run({"parts.O.convex" + convex, "parts.B.convex" + convex});
+  ASSERT_EQ(r.result.fault, "");
+  EXPECT_EQ(r.lost_part_steps, 0U);
+  EXPECT_LE(max_position_error_m(r.scenario, r.cell->description, r.result.final_state), 1e-4);
+  EXPECT_TRUE(r.cell->import_notes.empty());
+}
+
 TEST(BlockAssembly, SameBitsInEveryRun) {
   const Outcome second = run();
   EXPECT_EQ(second.result.final_state.state_hash, reference().result.final_state.state_hash);
