@@ -5,7 +5,8 @@
 namespace takt {
 
 namespace {
-/// Rotation by `angle` about a unit axis (Rodrigues), without the temporary quaternion of Eigen's AngleAxis product.
+/// Rotation by `angle` about a unit axis (Rodrigues), without the temporary quaternion of Eigen's AngleAxis
+/// product.
 Mat3 axis_rotation(const Vec3& axis, double angle) {
   const double c = std::cos(angle);
   const double s = std::sin(angle);

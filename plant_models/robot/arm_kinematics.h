@@ -1,9 +1,9 @@
 #pragma once
 // Kinematics of a serial arm: pose, twist and Jacobian of the flange from joint positions and velocities.
 //
-// Frames: R is the robot's base frame, J_i the frame of joint i (which coincides with child link i), F the flange.
-// The joint's own motion is a rotation (revolute) about, or a translation (prismatic) along, `axis` given in J_i;
-// X_PJ places J_i in its parent link at joint position zero. This is the URDF convention.
+// Frames: R is the robot's base frame, J_i the frame of joint i (which coincides with child link i), F the
+// flange. The joint's own motion is a rotation (revolute) about, or a translation (prismatic) along, `axis`
+// given in J_i; X_PJ places J_i in its parent link at joint position zero. This is the URDF convention.
 #include <array>
 #include <string>
 #include <vector>
@@ -12,7 +12,8 @@
 
 namespace takt {
 
-/// Upper bound for the moving joints of one robot: commands and samples are fixed-size, so that no step allocates.
+/// Upper bound for the moving joints of one robot: commands and samples are fixed-size, so that no step
+/// allocates.
 inline constexpr int kMaxJoints = 16;
 using JointArray = std::array<double, kMaxJoints>;
 
@@ -42,8 +43,8 @@ struct ArmPoses {
   Pose X_RF;
 };
 
-/// Columns j of the geometric Jacobian: rows 0-2 linear velocity of the flange origin, rows 3-5 angular velocity, both
-/// in R.
+/// Columns j of the geometric Jacobian: rows 0-2 linear velocity of the flange origin, rows 3-5 angular
+/// velocity, both in R.
 using ArmJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxJoints>;
 
 /// Position kinematics. `q` holds joint_count() values.
