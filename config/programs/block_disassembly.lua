@@ -9,11 +9,11 @@
 
 period_s = 0.008
 
--- When the grippers act.
+-- When the grippers act, and when a part held above its seat goes on.
 local CLOSE_ON_B_S, OPEN_B_S = 4.0, 11.0
 local CLOSE_ON_O_S, CARRY_O_S, OPEN_O_S = 17.5, 20.5, 24.5
 local CLOSE_ON_C_S, CARRY_C_S, OPEN_C_S = 26.0, 31.0, 34.5
-local CLOSE_ON_P_S, OPEN_P_S = 28.5, 34.0
+local CLOSE_ON_P_S, CARRY_P_S, OPEN_P_S = 28.5, 30.6, 34.0
 
 -- Where the assembly stands at the start, how its parts sit in one another, and where they belong.
 local B_START = pose{x = 1.15, y = 0.0, z = 0.7, yaw = math.pi / 2}
@@ -81,6 +81,7 @@ routine("Robot1", function(r)
   local p_seat = O_FINAL * P_IN_O * GRIP_P
   pick(r, p_seat, 0.12, JAWS_P, CLOSE_ON_P_S)
   r:move_line(above(p_seat, 0.12), SLIDE)
+  r:wait_until(CARRY_P_S)
   r:move_line(above(P_FINAL * GRIP_P, 0.15), CARRY)
   place(r, P_FINAL * GRIP_P, JAWS_P, OPEN_P_S)
   r:move_line(above(P_FINAL * GRIP_P, 0.15), LIFT)
