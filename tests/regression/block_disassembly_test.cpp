@@ -355,6 +355,25 @@ TEST(BlockDisassembly, PlainHullsWorkToo) {
   EXPECT_GT(hulls.watch.touches().at("O P").last_s, watched().watch.touches().at("O P").last_s + 0.1);
 }
 
+TEST(BlockDisassembly, ThesisLawSagsATenthOfAMillimetrePerRegrasp) {
+  const BlockRun r = test::run_block_scenario("block_disassembly", {"interaction.weight_feed_forward=false"});
+  ASSERT_EQ(r.result.fault, "");
+  EXPECT_EQ(r.lost_part_steps, 0U);
+  // Each connection sags by m g / k = 0.1 mm. All hang on Table2, Gripper2, Table1 in turn; C and O on a
+  // gripper and Table1 once more, P twice more.
+  const std::map<std::string, int> connections{{"B", 3}, {"C", 5}, {"O", 5}, {"P", 7}};
+  for (const ExpectedPose& expected : r.scenario.expected) {
+    const Vec3 error = r.sample(r.result.final_state, expected.part).p_WB - expected.X_WB.p;
+    EXPECT_NEAR(error.z(), -1e-4 * connections.at(expected.part), 2e-6) << expected.part;
+    EXPECT_LE(error.norm(), 1e-3) << expected.part << ": the thesis' criterion (5.19)";
+  }
+}
+
+TEST(BlockDisassembly, HoldsUpToTheThesisLargestStep) {
+  expect_ends_where_the_assembly_starts(
+      test::run_block_scenario("block_disassembly", {"solver.step_s=0.005"}));
+}
+
 TEST(BlockDisassembly, SameBitsInEveryRun) {
   const BlockRun second = test::run_block_scenario("block_disassembly");
   EXPECT_EQ(second.result.final_state.state_hash, reference().result.final_state.state_hash);
