@@ -5,6 +5,7 @@
 #include <array>
 #include <map>
 
+#include "tests/support/arm_capsules.h"
 #include "tests/unit/controller_test_cell.h"
 
 namespace takt::controller {
@@ -145,59 +146,30 @@ TEST(BlockProgram, KeepsSpeedLimitsAndIsContinuous) {
   }
 }
 
-// Capsules about the UR10e's tubes and the gripper: segments in the frames of the links, generous radii.
-struct Segment {
-  Vec3 a, b;
-  double radius;
-};
-
-std::vector<Segment> segments_of(const CellInfo& cell, int robot, const JointArray& q) {
-  ArmPoses poses;
-  const RobotInfo& info = cell.robots[static_cast<size_t>(robot)];
-  forward_kinematics(info.arm, q.data(), poses);
-  const auto link = [&](size_t i, const Vec3& p) -> Vec3 { return info.X_WR * (poses.link[i] * p); };
-  const auto flange = [&](const Vec3& p) -> Vec3 { return info.X_WR * (poses.X_RF * p); };
-  return {{link(0, Vec3::Zero()), link(1, {0.0, 0.0, 0.17}), 0.09},
-          {link(1, {0.0, 0.0, 0.17}), link(1, {-0.6127, 0.0, 0.17}), 0.09},
-          {link(2, {0.0, 0.0, 0.05}), link(2, {-0.57155, 0.0, 0.05}), 0.07},
-          {link(2, {-0.57155, 0.0, 0.05}), link(3, Vec3::Zero()), 0.06},
-          {link(3, Vec3::Zero()), link(4, Vec3::Zero()), 0.06},
-          {link(4, Vec3::Zero()), flange(Vec3::Zero()), 0.06},
-          {flange({0.0, -0.05, 0.04}), flange({0.0, 0.05, 0.04}), 0.06},
-          {flange({0.0, -0.08, 0.08}), flange({0.0, -0.08, 0.20}), 0.025},
-          {flange({0.0, 0.08, 0.08}), flange({0.0, 0.08, 0.20}), 0.025}};
-}
-
-/// Distance of two segments by golden sections would do; sampling one and projecting onto the other is
-/// plainer.
-double distance(const Segment& s, const Segment& t) {
-  double least = 1e9;
-  for (int i = 0; i <= 20; ++i) {
-    const Vec3 p = s.a + (s.b - s.a) * (i / 20.0);
-    const Vec3 d = t.b - t.a;
-    const double along = std::clamp((p - t.a).dot(d) / d.squaredNorm(), 0.0, 1.0);
-    least = std::min(least, (p - t.a - along * d).norm());
-  }
-  return least - s.radius - t.radius;
-}
-
 TEST(BlockProgram, RobotsKeepClearOfEachOtherAndOfTheTables) {
   const CellInfo cell = block_cell();
   double nearest = 1e9, lowest = 1e9;
   double nearest_time = 0.0;
+  const auto capsules = [&](size_t robot, size_t k) {
+    const RobotInfo& info = cell.robots[robot];
+    return test::arm_capsules(info.arm, info.X_WR, block_run()[k].q[robot]);
+  };
   for (size_t k = 0; k < block_run().size(); k += 5) {
-    const std::vector<Segment> first = segments_of(cell, 0, block_run()[k].q[0]);
-    const std::vector<Segment> second = segments_of(cell, 1, block_run()[k].q[1]);
-    for (const Segment& s : first) {
-      for (const Segment& t : second) {
-        if (distance(s, t) < nearest) nearest_time = block_run()[k].time_s;
-        nearest = std::min(nearest, distance(s, t));
-      }
+    const std::vector<test::Capsule> first = capsules(0, k), second = capsules(1, k);
+    if (const double d = test::distance(first, second); d < nearest) {
+      nearest = d;
+      nearest_time = block_run()[k].time_s;
     }
     // Everything but the pads, which reach down to the parts.
-    for (const std::vector<Segment>* arm : {&first, &second}) {
-      for (size_t i = 0; i < 7; ++i) lowest = std::min({lowest, (*arm)[i].a.z(), (*arm)[i].b.z()});
-      for (size_t i = 7; i < 9; ++i) EXPECT_GT((*arm)[i].b.z(), 0.7 + 0.015 - 1e-9);
+    for (const std::vector<test::Capsule>* arm : {&first, &second}) {
+      for (size_t i = 0; i < arm->size(); ++i) {
+        const double low = std::min((*arm)[i].a.z(), (*arm)[i].b.z());
+        if (i < test::kCapsulesBeforePads) {
+          lowest = std::min(lowest, low);
+        } else {
+          EXPECT_GT(low, 0.7 + 0.015 - 1e-9);
+        }
+      }
     }
   }
   RecordProperty("nearest_mm", static_cast<int>(1000.0 * nearest));
