@@ -92,6 +92,14 @@ struct Simulation::Impl {
 
   void apply(const JointCommand& command) {
     KinematicRobot& robot = robots[static_cast<std::size_t>(command.robot)];
+    // Commands are validated at the boundary; this is the second line of defence, for callers that make their own.
+    for (std::size_t j = 0; j < robot.parameters().arm.joints.size(); ++j) {
+      if (std::isfinite(command.position[j]) && std::isfinite(command.velocity[j])) continue;
+      fault = "the set-point of joint '" + robot.parameters().arm.joints[j].name + "' of " +
+              model->description.robots[static_cast<std::size_t>(command.robot)].name + " at t = " +
+              std::to_string(time()) + " s is not a finite number; the last accepted state is kept.";
+      return;
+    }
     const double period =
         command.period_s > 0.0
             ? command.period_s
@@ -190,6 +198,7 @@ bool Simulation::step(std::span<const Command> commands) {
   for (const Command& command : commands) {
     std::visit([&s](const auto& c) { s.apply(c); }, command);
   }
+  if (!s.fault.empty()) return false;
   // 2 update connections
   const auto now = [&s] { return s.clock != nullptr ? s.clock() : 0.0; };
   const double t0 = now();

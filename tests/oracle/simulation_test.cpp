@@ -163,6 +163,25 @@ TEST(Simulation, NonFiniteStateIsNeverAccepted) {
   }
 }
 
+TEST(Simulation, ASetPointThatIsNoNumberEndsInAFaultNotInAState) {
+  BoxCell cell;
+  cell.gantry_with_gripper("R", "G", at(0, 0, 0.5));
+  Simulation simulation(cell.build());
+  JointCommand bad;  // made by hand: validate() would refuse it
+  bad.robot = 0;
+  bad.position[1] = std::nan("");
+  const Command command = bad;
+  EXPECT_FALSE(simulation.step({&command, 1}));
+  EXPECT_NE(simulation.fault().find("joint 'R_2' of R"), std::string::npos) << simulation.fault();
+  EXPECT_EQ(simulation.step_index(), 0U);
+  for (const RobotSample& robot : simulation.make_snapshot().robots) EXPECT_EQ(robot.position[1], 0.0);
+  simulation.reset();
+  EXPECT_TRUE(simulation.step({}));
+  for (const ComponentSample& component : simulation.make_snapshot().components) {
+    EXPECT_TRUE(component.p_WB.allFinite());
+  }
+}
+
 TEST(Simulation, SameCommandsSameBitsAndResetRepeats) {
   BoxCell cell;
   cell.gantry_with_gripper("R", "G", at(0, 0, 0.5));

@@ -125,7 +125,7 @@ TEST(BlockAssembly, PlainHullsWorkTooAsInTheThesis) {
 TEST(BlockAssembly, RealDecompositionWorksToo) {
   if (!decomposition_available()) GTEST_SKIP() << "built without V-HACD";
   const std::string convex = "={method: vhacd, resolution: 100000}";
-  const Outcome r = run({"parts.O.convex" + convex, "parts.B.convex" + convex});
+  const BlockRun r = run({"parts.O.convex" + convex, "parts.B.convex" + convex});
   ASSERT_EQ(r.result.fault, "");
   EXPECT_EQ(r.lost_part_steps, 0U);
   EXPECT_LE(max_position_error_m(r.scenario, r.cell->description, r.result.final_state), 1e-4);
