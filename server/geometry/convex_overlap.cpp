@@ -1,17 +1,6 @@
 #include "server/geometry/convex_overlap.h"
 
 #include <ccd/ccd.h>
-#include <libqhull_r/libqhull_r.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdio>
-#include <cstdlib>
-#include <memory>
-#include <stdexcept>
-#include <string>
-#include <utility>
 
 namespace takt {
 namespace {
@@ -42,19 +31,17 @@ struct Query {
   bool gave_up;  // limit reached, the verdict is void
 };
 
+// All vertices, not the graph: this search is the reference, and its extreme points must not depend on where
+// a climb began.
 Vec3 extreme_point(const ConvexShape& shape, const Vec3& d) {
-  if (shape.is_box) {
-    const Vec3& c = shape.box.center_B;
-    const Vec3& h = shape.box.half_B;
-    return {c.x() + std::copysign(h.x(), d.x()), c.y() + std::copysign(h.y(), d.y()),
-            c.z() + std::copysign(h.z(), d.z())};
-  }
+  std::uint32_t unused = 0;
+  if (shape.is_box) return shape.extreme_point(d, unused);
   const Vec3* best = shape.vertices.data();
   double best_height = best->dot(d);
   for (const Vec3* v = best + 1; v != shape.vertices.data() + shape.vertices.size(); ++v) {
-    const double height = v->x() * d.x() + v->y() * d.y() + v->z() * d.z();
-    if (height > best_height) {
-      best_height = height;
+    const double h = height(*v, d);
+    if (h > best_height) {
+      best_height = h;
       best = v;
     }
   }
@@ -114,47 +101,7 @@ const ccd_t kSearch = [] {
   return ccd;
 }();
 
-bool are_box_corners(const std::vector<Vec3>& points, const Vec3& lower, const Vec3& upper,
-                     const BodyBox& box) {
-  if (points.size() != 8) return false;
-  std::array<bool, 8> seen{};
-  for (const Vec3& v : points) {
-    std::size_t corner = 0;
-    for (int i = 0; i < 3; ++i) {
-      if (v[i] != lower[i] && v[i] != upper[i]) return false;
-      if (v[i] == upper[i]) corner |= std::size_t{1} << i;
-    }
-    if (seen[corner]) return false;
-    seen[corner] = true;
-  }
-  // A box whose half extents vanish beside its coordinates is left to the general search.
-  return (box.half_B.array() > 0.0).all();
-}
-
 }  // namespace
-
-ConvexShape ConvexShape::from_points(std::vector<Vec3> points) {
-  if (points.empty()) throw std::invalid_argument("a convex shape needs at least one point, none given");
-  Vec3 lower = points.front();
-  Vec3 upper = points.front();
-  Vec3 sum = Vec3::Zero();
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (!points[i].allFinite())
-      throw std::invalid_argument("a convex shape needs finite points, number " + std::to_string(i) +
-                                  " is not");
-    lower = lower.cwiseMin(points[i]);
-    upper = upper.cwiseMax(points[i]);
-    sum += points[i];
-  }
-  ConvexShape shape;
-  shape.center_B = sum / static_cast<double>(points.size());
-  shape.box.center_B = 0.5 * (lower + upper);
-  shape.box.half_B = 0.5 * (upper - lower);
-  shape.radius = shape.box.half_B.norm();
-  shape.is_box = are_box_corners(points, lower, upper, shape.box);
-  shape.vertices = std::move(points);
-  return shape;
-}
 
 bool convex_overlap(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b, const Pose& X_WB,
                     double margin) {
@@ -170,51 +117,6 @@ bool convex_overlap(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b
               false};
   const bool overlap = ccdMPRIntersect(&query, &query, &kSearch) != 0;
   return overlap || query.gave_up;
-}
-
-std::vector<Vec3> convex_hull_vertices(const std::vector<Vec3>& points) {
-  for (std::size_t i = 0; i < points.size(); ++i)
-    if (!points[i].allFinite())
-      throw std::invalid_argument("a convex hull needs finite points, number " + std::to_string(i) +
-                                  " is not");
-  if (points.size() < 4)
-    throw std::invalid_argument("a convex hull with volume needs at least 4 points, " +
-                                std::to_string(points.size()) + " given");
-  std::vector<double> coordinates;
-  coordinates.reserve(3 * points.size());
-  for (const Vec3& v : points) coordinates.insert(coordinates.end(), {v.x(), v.y(), v.z()});
-
-  // qhull prints its long explanations to a stream; they go to memory, and one sentence of ours to the
-  // caller.
-  char* text = nullptr;
-  std::size_t text_size = 0;
-  std::FILE* messages = open_memstream(&text, &text_size);
-  if (messages == nullptr) throw std::bad_alloc();
-  auto context = std::make_unique<qhT>();
-  qh_zero(context.get(), messages);
-  std::string options = "qhull";
-  const int exit_code = qh_new_qhull(context.get(), 3, static_cast<int>(points.size()), coordinates.data(),
-                                     False, options.data(), nullptr, messages);
-  std::vector<std::size_t> extreme;
-  if (exit_code == 0) {
-    for (const vertexT* v = context->vertex_list; v != nullptr && v->next != nullptr; v = v->next)
-      extreme.push_back(static_cast<std::size_t>(qh_pointid(context.get(), v->point)));
-  }
-  qh_freeqhull(context.get(), !qh_ALL);
-  int long_memory = 0;
-  int total_memory = 0;
-  qh_memfreeshort(context.get(), &long_memory, &total_memory);
-  std::fclose(messages);
-  std::free(text);
-  if (exit_code != 0)
-    throw std::invalid_argument("the " + std::to_string(points.size()) +
-                                " points span no volume (qhull code " + std::to_string(exit_code) +
-                                "): a convex shape needs four points that are not in one plane");
-  std::sort(extreme.begin(), extreme.end());
-  std::vector<Vec3> hull;
-  hull.reserve(extreme.size());
-  for (const std::size_t i : extreme) hull.push_back(points[i]);
-  return hull;
 }
 
 }  // namespace takt
