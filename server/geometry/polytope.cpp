@@ -111,16 +111,30 @@ void Polytope::grow(Difference& difference, double tolerance, double share, doub
 }
 
 void Polytope::witness(Vec3& point_A, Vec3& point_B) const {
-  Simplex triangle;
-  for (std::size_t i = 0; i < 3; ++i)
-    triangle.corner[i] = corners_[static_cast<std::size_t>(nearest_.corner[i])];
-  triangle.count = 3;
-  triangle.reduce_to_nearest();
-  point_A.setZero();
-  point_B.setZero();
-  for (int i = 0; i < triangle.count; ++i) {
-    point_A += triangle.weight[i] * triangle.corner[i].a;
-    point_B += triangle.weight[i] * triangle.corner[i].b;
+  // Several faces may lie in the plane of the nearest; the origin's foot is in one of them.
+  double nearest2 = std::numeric_limits<double>::infinity();
+  const auto consider = [&](const Face& face) {
+    Simplex triangle;
+    for (std::size_t i = 0; i < 3; ++i)
+      triangle.corner[i] = corners_[static_cast<std::size_t>(face.corner[i])];
+    triangle.count = 3;
+    if (triangle.reduce_to_nearest() == Simplex::Place::failed) return;
+    const double distance2 = triangle.nearest().squaredNorm();
+    if (!(distance2 < nearest2)) return;
+    nearest2 = distance2;
+    point_A.setZero();
+    point_B.setZero();
+    for (int i = 0; i < triangle.count; ++i) {
+      point_A += triangle.weight[i] * triangle.corner[i].a;
+      point_B += triangle.weight[i] * triangle.corner[i].b;
+    }
+  };
+  point_A = corners_[static_cast<std::size_t>(nearest_.corner[0])].a;
+  point_B = corners_[static_cast<std::size_t>(nearest_.corner[0])].b;
+  consider(nearest_);
+  for (int f = 0; f < face_count_; ++f) {
+    const Face& face = faces_[static_cast<std::size_t>(f)];
+    if (face.offset <= lower_ + 1e-9 * size_) consider(face);
   }
 }
 

@@ -44,6 +44,7 @@ Weights on_triangle(const Vec3& a, const Vec3& b, const Vec3& c) {
   return {{va * scale, vb * scale, vc * scale}};
 }
 
+constexpr double kDoubt = 1e-11;  // of the size
 constexpr int kFaces[4][4] = {
     {0, 1, 2, 3}, {0, 1, 3, 2}, {0, 2, 3, 1}, {1, 2, 3, 0}};  // and the corner opposite
 
@@ -64,6 +65,8 @@ Simplex::Place Simplex::reduce_to_nearest() {
     // Faces that have the origin on their outer side; none: it is inside.
     double nearest2 = std::numeric_limits<double>::infinity();
     bool inside = true;
+    double scale2 = 0.0;
+    for (const SimplexCorner& c : corner) scale2 = std::max(scale2, c.y.squaredNorm());
     for (const auto& face : kFaces) {
       const Vec3& a = corner[face[0]].y;
       const Vec3& b = corner[face[1]].y;
@@ -71,7 +74,12 @@ Simplex::Place Simplex::reduce_to_nearest() {
       const Vec3 normal = (b - a).cross(c - a);
       const double side_opposite = normal.dot(corner[face[3]].y - a);
       const double side_origin = -normal.dot(a);
-      if (side_opposite * side_origin > 0.0) continue;
+      // Inside of this face for certain? Where rounding may decide (a thin tetrahedron, an origin in the
+      // plane), the distance shall.
+      const double doubt2 = kDoubt * kDoubt * normal.squaredNorm() * scale2;
+      if (side_opposite * side_origin > 0.0 && side_opposite * side_opposite > doubt2 &&
+          side_origin * side_origin > doubt2)
+        continue;
       inside = false;
       const Weights w = on_triangle(a, b, c);
       const double d2 = (w.w[0] * a + w.w[1] * b + w.w[2] * c).squaredNorm();
