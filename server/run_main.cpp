@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "server/headless/headless_run.h"
+#include "server/headless/picture.h"
 #include "server/headless/report.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/simulation/integrator.h"
@@ -14,7 +15,7 @@ namespace {
 
 struct Arguments {
   std::string scenario, solver, pace = "free", report, csv, program;
-  std::vector<std::string> set;
+  std::vector<std::string> set, pictures;
   std::optional<int> lod;
   std::optional<double> step, tolerance, duration;
   double csv_period = 0.01, factor = 1.0;
@@ -37,6 +38,9 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--report", a.report, "Write the report (JSON) to this file");
   app.add_option("--csv", a.csv, "Write positions, forces and joints to this file");
   app.add_option("--csv-period", a.csv_period, "Period of the rows (s)")->check(CLI::PositiveNumber);
+  app.add_option("--picture", a.pictures, "FILE.png@T: a picture of the cell at simulated time T (s)")
+      ->type_size(1)
+      ->allow_extra_args(false);
   app.add_option("--set", a.set, "key=value: replace a value of the scenario, e.g. parts.P.mass_kg=0.4")
       ->type_size(1)
       ->allow_extra_args(false);
@@ -66,6 +70,29 @@ takt::ScenarioOptions scenario_options(const Arguments& a) {
   return options;
 }
 
+struct Picture {
+  std::string file;
+  std::uint64_t step = 0;
+};
+
+std::vector<Picture> requested_pictures(const Arguments& a, double step_s) {
+  std::vector<Picture> pictures;
+  for (const std::string& text : a.pictures) {
+    const std::size_t at = text.rfind('@');
+    double time_s = -1.0;
+    if (at != std::string::npos && at > 0) {
+      std::istringstream stream(text.substr(at + 1));
+      if (!(stream >> time_s) || !stream.eof()) time_s = -1.0;
+    }
+    if (!(time_s >= 0.0)) {
+      throw takt::ScenarioError("--picture: found '" + text +
+                                "'; allowed: FILE.png@T with T in seconds, e.g. cell.png@9.8");
+    }
+    pictures.push_back({text.substr(0, at), takt::period_boundary_step(1, time_s, step_s)});
+  }
+  return pictures;
+}
+
 takt::Pacer make_pacer(const Arguments& a) {
   if (a.pace == "free") return {};
   const auto begin = std::chrono::steady_clock::now();
@@ -93,8 +120,17 @@ int run(const Arguments& a) {
   takt::Simulation simulation(cell);
   std::optional<takt::CsvWriter> csv;
   if (!a.csv.empty()) csv.emplace(a.csv, simulation, a.csv_period);
+  const std::vector<Picture> pictures = requested_pictures(a, cell->step_s);
   takt::StepObserver observer;
-  if (csv) observer = [&csv](const takt::Simulation& s) { csv->record(s); };
+  if (csv || !pictures.empty()) {
+    observer = [&](const takt::Simulation& s) {
+      if (csv) csv->record(s);
+      for (const Picture& picture : pictures) {
+        if (picture.step == s.step_index())
+          takt::write_picture(s.description(), s.make_snapshot(), picture.file);
+      }
+    };
+  }
   const takt::HeadlessResult result =
       takt::run_headless(simulation, scenario, options, observer, make_pacer(a));
   if (csv) csv->close();

@@ -25,7 +25,7 @@ constexpr int kFailed = 1;
 struct Arguments {
   std::filesystem::path scenario;
   std::string cell = "cell";
-  takt::Pace pace = takt::Pace::realtime;
+  std::string pace = "realtime";
   double factor = 1.0;
   bool paused = false, pause_at_end = false, exit_at_end = false;
   std::uint32_t domain = 0;
@@ -35,8 +35,6 @@ struct Arguments {
 };
 
 void describe_arguments(CLI::App& app, Arguments& arguments) {
-  const std::vector<std::pair<std::string, takt::Pace>> paces{
-      {"realtime", takt::Pace::realtime}, {"free", takt::Pace::free}, {"lockstep", takt::Pace::lockstep}};
   app.set_version_flag("--version", std::string("takt-server ") + TAKT_VERSION);
   app.add_option("SCENARIO", arguments.scenario, "scenario file (YAML)")->required();
   app.add_option("--cell", arguments.cell, "name of this server: first level of every topic")
@@ -44,7 +42,7 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
   app.add_option(
          "--pace", arguments.pace,
          "realtime; free: as fast as possible; lockstep: waits for registered controllers (default realtime)")
-      ->transform(CLI::CheckedTransformer(paces))
+      ->check(CLI::IsMember({"realtime", "free", "lockstep"}))
       ->option_text("realtime|free|lockstep");
   app.add_option("--factor", arguments.factor, "simulated seconds per second of wall time, for realtime")
       ->check(CLI::Range(0.001, 1000.0))
@@ -69,16 +67,16 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
       ->allow_extra_args(false);
 }
 
-std::shared_ptr<const takt::CellModel> load(const Arguments& arguments) {
-  const takt::Scenario scenario = takt::read_scenario(arguments.scenario, {arguments.overrides});
-  auto model = std::make_shared<takt::CellModel>(*takt::build_cell(scenario));
-  model->description.cell = arguments.cell;
-  return model;
+takt::Pace pace_of(const std::string& name) {
+  for (const takt::Pace pace : {takt::Pace::free, takt::Pace::lockstep}) {
+    if (name == takt::to_string(pace)) return pace;
+  }
+  return takt::Pace::realtime;
 }
 
 takt::RunLoopOptions loop_options(const Arguments& arguments, double duration_s) {
   takt::RunLoopOptions options;
-  options.pace = arguments.pace;
+  options.pace = pace_of(arguments.pace);
   options.factor = arguments.factor;
   options.start_paused = arguments.paused;
   options.realtime_priority = arguments.realtime_priority;
@@ -92,8 +90,13 @@ int serve(const Arguments& arguments, const sigset_t& signals) {
   std::shared_ptr<const takt::CellModel> model;
   double duration_s = 0.0;
   try {
-    duration_s = takt::read_scenario(arguments.scenario, {arguments.overrides}).duration_s;
-    model = load(arguments);
+    takt::ScenarioOptions scenario_options;
+    scenario_options.overrides = arguments.overrides;
+    const takt::Scenario scenario = takt::read_scenario(arguments.scenario, scenario_options);
+    duration_s = scenario.duration_s;
+    auto named = std::make_shared<takt::CellModel>(*takt::build_cell(scenario));
+    named->description.cell = arguments.cell;
+    model = named;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "takt-server: %s\n", error.what());
     return kBadInput;
@@ -106,8 +109,7 @@ int serve(const Arguments& arguments, const sigset_t& signals) {
   loop.set_on_quit([main_thread] { pthread_kill(main_thread, SIGTERM); });
   loop.start();
   std::printf("takt-server: cell '%s' ready: scenario %s, pace %s, domain %u\n", arguments.cell.c_str(),
-              simulation.description().scenario.c_str(), std::string(takt::to_string(arguments.pace)).c_str(),
-              arguments.domain);
+              simulation.description().scenario.c_str(), arguments.pace.c_str(), arguments.domain);
   std::fflush(stdout);
 
   int signal = 0;

@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "ros2_msgsPubSubTypes.h"
 #include "server/dds/convert.h"
 #include "server/dds/qos.h"
 #include "server/runtime/monotonic_clock.h"

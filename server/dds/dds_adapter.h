@@ -13,7 +13,7 @@
 
 namespace takt {
 
-class DdsAdapter final : private dds::DomainParticipantListener {
+class DdsAdapter final : public dds::DomainParticipantListener {
  public:
   /// Make it before the loop starts, so that the loop's first instant is sent. The loop must outlive it.
   /// Throws DdsError, also when a robot's or gripper's name cannot be part of a topic.

@@ -32,7 +32,7 @@ dds::DomainParticipantQos participant_qos(const ParticipantOptions& options) {
     auto* factory = dds::DomainParticipantFactory::get_instance();
     if (!is_ok(factory->load_XML_profiles_file(options.profiles_file))) {
       throw DdsError("The DDS profiles in '" + options.profiles_file +
-                     "' cannot be read; the lines above say where they are not what Fast DDS expects.");
+                     "' cannot be read; the messages of Fast DDS beside this one say why.");
     }
     if (!is_ok(factory->get_participant_qos_from_profile(options.profile, qos))) {
       throw DdsError("The DDS profiles in '" + options.profiles_file + "' have no participant profile '" +

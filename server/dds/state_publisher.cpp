@@ -1,5 +1,6 @@
 #include "server/dds/state_publisher.h"
 
+#include "ros2_msgsPubSubTypes.h"
 #include "server/dds/convert.h"
 #include "server/dds/qos.h"
 #include "server/runtime/monotonic_clock.h"

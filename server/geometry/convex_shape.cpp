@@ -126,6 +126,21 @@ ConvexShape ConvexShape::from_points(std::vector<Vec3> points) {
   return shape;
 }
 
+void ConvexShape::become_box(const Vec3& lower_B, const Vec3& upper_B) {
+  vertices.resize(8);
+  for (std::size_t corner = 0; corner < 8; ++corner) {
+    vertices[corner] =
+        Vec3((corner & 1U) != 0U ? upper_B.x() : lower_B.x(), (corner & 2U) != 0U ? upper_B.y() : lower_B.y(),
+             (corner & 4U) != 0U ? upper_B.z() : lower_B.z());
+  }
+  box.center_B = center_B = 0.5 * (lower_B + upper_B);
+  box.half_B = 0.5 * (upper_B - lower_B);
+  radius = box.half_B.norm();
+  reach = box.center_B.norm() + radius;
+  is_box = (box.half_B.array() > 0.0).all();
+  graph = {};
+}
+
 std::vector<Vec3> convex_hull_vertices(const std::vector<Vec3>& points) {
   std::vector<std::size_t> extreme;
   with_hull(points, "qhull", [&extreme](qhT* qh) {

@@ -36,11 +36,11 @@ struct RunLoopOptions {
   double factor = 1.0;  ///< simulated seconds per second of wall time, for realtime
   bool start_paused = false;
   int realtime_priority = 0;         ///< see obtain_scheduling()
-  std::optional<double> pause_at_s;  ///< simulated time at which to pause with the event end_of_scenario
+  std::optional<double> pause_at_s{};  ///< simulated time at which to pause with the event end_of_scenario
   bool quit_at_end = false;          ///< and then end the loop
   /// Called in the loop's thread with every instant, the first one and those after a reset included: for
   /// tests and for recording in-process. Empty: none.
-  std::function<void(const Simulation&)> on_instant;
+  std::function<void(const Simulation&)> on_instant{};
 };
 
 class RunLoop {

@@ -56,6 +56,11 @@ std::string text_of(double value) {
   return out.str();
 }
 
+std::string text_of(const TiXmlElement* element, const char* attribute) {
+  const char* value = element != nullptr ? element->Attribute(attribute) : nullptr;
+  return value != nullptr ? value : "";
+}
+
 std::string_view type_name(int type) {
   switch (type) {
     case urdf::Joint::REVOLUTE:
@@ -122,7 +127,6 @@ class ArmReader {
     const urdf::ModelInterfaceSharedPtr model = parse(result.text);
     require_link(*model, base_link);
     require_link(*model, flange_link);
-    require_tree(*model);
     const std::vector<const urdf::Joint*> chain = chain_of(*model, base_link, flange_link);
     result.arm = arm_of(chain, base_link, flange_link);
     refuse_joints_off_chain(*model, chain, base_link, flange_link);
@@ -153,6 +157,7 @@ class ArmReader {
       refuse("line " + std::to_string(document.ErrorRow()) + ", column " +
              std::to_string(document.ErrorCol()) + ": not well-formed XML: " + document.ErrorDesc());
     }
+    require_tree(document);
     ComplaintCollector collector;
     urdf::ModelInterfaceSharedPtr model;
     try {
@@ -167,23 +172,42 @@ class ArmReader {
     return model;
   }
 
+  /// Looked at before urdfdom does: it keeps only the last parent of a link that has several, and never frees
+  /// links that form a ring.
+  void require_tree(const TiXmlDocument& document) const {
+    struct Above {
+      std::string joint, parent;
+    };
+    std::map<std::string, Above> above;  // by child link
+    const TiXmlElement* robot = document.FirstChildElement("robot");
+    const TiXmlElement* element = robot != nullptr ? robot->FirstChildElement("joint") : nullptr;
+    for (; element != nullptr; element = element->NextSiblingElement("joint")) {
+      const std::string joint = text_of(element, "name");
+      const std::string child = text_of(element->FirstChildElement("child"), "link");
+      if (child.empty()) continue;  // urdfdom tells
+      const Above entry{joint, text_of(element->FirstChildElement("parent"), "link")};
+      const auto [there, added] = above.emplace(child, entry);
+      if (added) continue;
+      refuse("link '" + child + "' is the child of two joints, '" + there->second.joint + "' and '" + joint +
+             "'; an arm is a chain without loops");
+    }
+    std::map<std::string, std::string> seen_from;  // link -> where the walk up that met it first began
+    for (const auto& [start, unused] : above) {
+      for (std::string link = start; above.count(link) != 0; link = above[link].parent) {
+        const auto [there, added] = seen_from.emplace(link, start);
+        if (added) continue;
+        if (there->second != start) break;  // an earlier walk went on from here and came to an end
+        refuse("the joints above link '" + link + "' lead back to it, by joint '" + above[link].joint +
+               "'; an arm is a chain without loops");
+      }
+    }
+  }
+
   void require_link(const urdf::ModelInterface& model, const std::string& link) const {
     if (model.getLink(link)) return;
     std::string names;
     for (const auto& [name, unused] : model.links_) names += (names.empty() ? "" : ", ") + name;
     refuse("there is no link '" + link + "'; the file has the links " + names);
-  }
-
-  /// urdfdom keeps only the last parent of a link that several joints name as their child: a closed loop.
-  void require_tree(const urdf::ModelInterface& model) const {
-    std::map<std::string, std::string> joint_above;
-    for (const auto& [name, joint] : model.joints_) {
-      const auto [entry, added] = joint_above.emplace(joint->child_link_name, name);
-      if (!added) {
-        refuse("link '" + joint->child_link_name + "' is the child of two joints, '" + entry->second +
-               "' and '" + name + "'; an arm is a chain without loops");
-      }
-    }
   }
 
   std::vector<const urdf::Joint*> chain_of(const urdf::ModelInterface& model, const std::string& base_link,
@@ -192,8 +216,7 @@ class ArmReader {
     std::string link = flange_link;
     while (link != base_link) {
       const urdf::LinkConstSharedPtr here = model.getLink(link);
-      // More joints than the file has: the way up runs in a circle.
-      if (!here->parent_joint || chain.size() > model.joints_.size()) {
+      if (!here->parent_joint) {
         refuse("link '" + flange_link + "' is not below link '" + base_link +
                "': the chain of parents ends at '" + link + "'");
       }

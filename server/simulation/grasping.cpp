@@ -14,13 +14,13 @@ Grasping::Grasping(const CellModel& model) : model_(model) {
   for (std::size_t i = 0; i < model.components.size(); ++i) {
     if (model.components[i].type == ComponentType::part) parts_.push_back(static_cast<int>(i));
   }
-  closed_.resize(model.grippers.size(), 0);
+  modes_.resize(model.grippers.size(), Mode::open);
   states_.resize(model.grippers.size());
   reset();
 }
 
 void Grasping::reset() {
-  std::fill(closed_.begin(), closed_.end(), 0);
+  std::fill(modes_.begin(), modes_.end(), Mode::open);
   for (std::size_t i = 0; i < states_.size(); ++i) {
     states_[i] = {};
     states_[i].palm = model_.grippers[i].parameters.palm;
@@ -40,13 +40,16 @@ void Grasping::apply(const GripperCommand& command, double t, ParallelGripper& g
       width = command.width_m;
       break;
   }
-  // A width below the present one closes on what is there; any other lets go.
-  const bool closes =
-      command.action == GripperAction::close ||
-      (command.action == GripperAction::width &&
-       (width < gripper.width(t) ||
-        (closed_[static_cast<std::size_t>(command.gripper)] != 0 && width <= gripper.width(t))));
-  closed_[static_cast<std::size_t>(command.gripper)] = closes ? 1 : 0;
+  const auto index = static_cast<std::size_t>(command.gripper);
+  const double now = gripper.width(t);
+  if (command.action == GripperAction::close) {
+    modes_[index] = Mode::close;
+  } else if (command.action == GripperAction::width &&
+             (width < now || (width == now && modes_[index] != Mode::open))) {
+    if (modes_[index] == Mode::open) modes_[index] = Mode::position;  // a held Part stays held
+  } else {
+    modes_[index] = Mode::open;
+  }
   gripper.move_to(t, width);
 }
 
@@ -59,9 +62,9 @@ void Grasping::stop_jaws(std::size_t gripper, double t, double h, const CellMoti
     const int jaw = parameters.jaws[static_cast<std::size_t>(side)];
     for (const int part : parts_) {
       CollisionWorld& world = interaction.world();
-      std::uint64_t& calls = interaction.counts().mpr_calls;
       const auto touches = [&](double coordinate) {
-        return world.overlaps_at(jaw, X_WG * ParallelGripper::jaw_pose(side, coordinate), part, calls);
+        return world.overlaps_at(jaw, X_WG * ParallelGripper::jaw_pose(side, coordinate), part,
+                                 interaction.counts());
       };
       double free = jaws.coordinate(t, side);
       double blocked = jaws.coordinate(t + h, side);
@@ -85,9 +88,10 @@ void Grasping::update(double t, double h, const CellMotion& motion, std::vector<
     ParallelGripper& jaws = grippers[i];
     const GripperModel& model = model_.grippers[i];
     GraspState& state = states_[i];
-    if (closed_[i] != 0) stop_jaws(i, t, h, motion, jaws, interaction);
+    if (modes_[i] != Mode::open) stop_jaws(i, t, h, motion, jaws, interaction);
     const bool touched = jaws.blocked(ParallelGripper::left) && jaws.blocked(ParallelGripper::right);
-    state.active = closed_[i] != 0 && (model.rule == GraspRule::on_command || touched);
+    const bool on_command = modes_[i] == Mode::close && model.rule == GraspRule::on_command;
+    state.active = on_command || (modes_[i] != Mode::open && touched);
     if (state.active) {
       state.lower_G =
           Vec3(model.face_x_lower_m, -jaws.coordinate(t, ParallelGripper::right), model.face_z_lower_m);

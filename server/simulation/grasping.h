@@ -24,16 +24,20 @@ class Grasping {
               ComponentInteraction& interaction);
 
   std::span<const GraspState> states() const { return states_; }
-  bool closed(std::size_t gripper) const { return closed_[gripper] != 0; }
+  bool closed(std::size_t gripper) const { return modes_[gripper] == Mode::close || states_[gripper].active; }
   void reset();
 
  private:
+  /// What the last command means for holding. `position` (jaws sent to a smaller width) holds only what both
+  /// jaws touch.
+  enum class Mode : std::uint8_t { open, position, close };
+
   void stop_jaws(std::size_t gripper, double t, double h, const CellMotion& motion, ParallelGripper& jaws,
                  ComponentInteraction& interaction);
 
   const CellModel& model_;
   std::vector<int> parts_;
-  std::vector<char> closed_;  ///< by gripper: the last command closes
+  std::vector<Mode> modes_;  ///< by gripper
   std::vector<GraspState> states_;
 };
 

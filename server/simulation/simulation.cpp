@@ -51,7 +51,7 @@ struct Simulation::Impl {
         accepted(x.size()),
         robot_commands(robots.size()),
         gripper_commands(grippers.size()) {
-    changes.reserve(parts.size());
+    changes.reserve(2 * parts.size());
     start();
   }
 
@@ -81,6 +81,7 @@ struct Simulation::Impl {
     for (auto& counter : robot_commands) counter = {};
     for (auto& counter : gripper_commands) counter = {};
     motion_is_current = false;
+    update_connections();  // a cell that stands still already knows who holds whom
   }
 
   void refresh_motion() {
@@ -110,7 +111,8 @@ struct Simulation::Impl {
     interaction.update_poses(system.motion(), clock);
     grasping.update(time(), model->step_s, system.motion(), grippers, interaction);
     interaction.update_connections(system.motion(), grasping.states(), clock);
-    changes.clear();
+    // What the initial state decided belongs to the first step.
+    if (step_index > 0) changes.clear();
     for (const PartnerChange& change : interaction.changes()) {
       changes.push_back({time(), step_index, change.part, change.from, change.to});
     }

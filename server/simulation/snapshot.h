@@ -1,6 +1,6 @@
 #pragma once
-// One instant of the cell, copied out of the simulation between two steps. Plain data; sized once per cell, so that
-// filling it again does not allocate.
+// One instant of the cell, copied out of the simulation between two steps. Plain data; sized once per cell,
+// so that filling it again does not allocate.
 #include <cstdint>
 #include <string_view>
 #include <vector>
@@ -18,7 +18,8 @@ struct ComponentSample {
   Vec3 p_WB = Vec3::Zero();
   Quat q_WB = Quat::Identity();
   Twist V_WB;     ///< of the origin of B
-  Wrench F_Bo_W;  ///< resultant wrench of all pairs on this component, about the origin of B; gravity not included
+  Wrench F_Bo_W;  ///< resultant wrench of all pairs on this component, about the origin of B; gravity not
+                  ///< included
   PartState state = PartState::fixed;
   int partner = -1;  ///< component that holds this Part, or -1
 };

@@ -12,7 +12,7 @@ function starts_any(text, list,    parts, count, i) {
 BEGIN {
   # Rooms, most specific first; each with the prefixes of what it may include. Arrows never turn back.
   rooms = split("plant_models/ server/geometry/ server/components/ server/contact/ server/simulation/ server/scenario/ " \
-                "server/runtime/ server/dds/ server/server_main.cpp server/run_main.cpp client_lib/controller/ " \
+                "server/runtime/ server/dds/ server/headless/ server/server_main.cpp server/run_main.cpp client_lib/controller/ " \
                 "client_lib/render/ client_lib/ idl/ config/", room, " ")
   plant = "plant_models/"
   geometry = plant " server/geometry/"
@@ -29,8 +29,9 @@ BEGIN {
   may["server/runtime/"] = scenario " server/runtime/"
   may["server/dds/"] = plant " server/simulation/command.h server/simulation/snapshot.h " \
                        "server/simulation/cell_description.h server/runtime/ server/dds/ idl/ GENERATED"
+  may["server/headless/"] = scenario " server/headless/ client_lib/controller/ client_lib/render/"
   may["server/server_main.cpp"] = "plant_models/ server/ idl/"
-  may["server/run_main.cpp"] = scenario " client_lib/controller/ client_lib/render/ server/run/"
+  may["server/run_main.cpp"] = may["server/headless/"]
   may["client_lib/controller/"] = plant " client_lib/controller/"
   may["client_lib/render/"] = plant " client_lib/render/"
   may["client_lib/"] = plant " client_lib/ idl/ GENERATED"
@@ -55,7 +56,7 @@ BEGIN {
   library("yaml-cpp", "yaml-cpp/", "server/scenario/ client_lib/tools/ tests/", "", 0)
   library("Lua", "lua.h lua.hpp lauxlib.h lualib.h", "client_lib/controller/ tests/", "", 0)
   library("libpng", "png.h", "client_lib/render/ tests/", "", 0)
-  library("CLI11", "CLI/", "server/server_main.cpp server/run_main.cpp server/run/ client_lib/tools/ client_lib/examples/ config/ tests/", "", 0)
+  library("CLI11", "CLI/", "server/server_main.cpp server/run_main.cpp client_lib/tools/ client_lib/examples/ config/ tests/", "", 0)
   library("KDL", "kdl/", "tests/", "", 0)
 }
 

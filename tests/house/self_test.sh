@@ -59,6 +59,7 @@ expect client_lib/controller/a.cpp:1 client_lib/controller/a.cpp '#include "clie
 expect client_lib/controller/a.cpp:1 client_lib/controller/a.cpp '#include "takt_msgs.h"\n'
 expect client_lib/render/a.cpp:1 client_lib/render/a.cpp '#include "server/geometry/mesh.h"\n'
 expect server/contact/a.cpp:1 server/contact/a.cpp '#  include "../geometry/mesh.h"\n'
+expect server/headless/a.cpp:1 server/headless/a.cpp '#include "server/runtime/loop.h"\n'
 expect server/run_main.cpp:1 server/run_main.cpp '#include "server/dds/participant.h"\n'
 # Libraries in their place
 expect server/runtime/a.cpp:1 server/runtime/a.cpp '#include <fastdds/x.hpp>\n'

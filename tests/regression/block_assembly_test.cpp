@@ -18,7 +18,7 @@ const std::filesystem::path kScenario =
     std::filesystem::path(TAKT_CONFIG_DIR) / "scenarios" / "block_assembly.yaml";
 constexpr double kGravity = 9.80665;
 
-struct Run {
+struct Outcome {
   Scenario scenario;
   std::shared_ptr<const CellModel> cell;
   HeadlessResult result;
@@ -44,8 +44,8 @@ struct Run {
   }
 };
 
-Run run(const std::vector<std::string>& overrides = {}) {
-  Run r;
+Outcome run(const std::vector<std::string>& overrides = {}) {
+  Outcome r;
   ScenarioOptions options;
   options.overrides = overrides;
   r.scenario = read_scenario(kScenario, options);
@@ -65,13 +65,13 @@ Run run(const std::vector<std::string>& overrides = {}) {
   return r;
 }
 
-const Run& reference() {
-  static const Run r = run();
+const Outcome& reference() {
+  static const Outcome r = run();
   return r;
 }
 
 TEST(BlockAssembly, EndsAtTheAnalyticPlaces) {
-  const Run& r = reference();
+  const Outcome& r = reference();
   ASSERT_EQ(r.result.fault, "");
   EXPECT_NEAR(r.result.final_state.time_s, 42.0, 1e-9);
   ASSERT_EQ(r.scenario.expected.size(), 4U);
@@ -89,7 +89,7 @@ TEST(BlockAssembly, EveryPartHasExactlyOnePartnerAtEveryStep) {
 }
 
 TEST(BlockAssembly, PublishedTimes) {
-  const Run& r = reference();
+  const Outcome& r = reference();
   const double tolerance = 0.05;
   EXPECT_NEAR(r.change("P", "Table1", "Gripper1"), 3.8, tolerance);
   EXPECT_NEAR(r.change("P", "Gripper1", "Table1"), 9.9, tolerance);
@@ -108,7 +108,7 @@ TEST(BlockAssembly, PublishedTimes) {
 }
 
 TEST(BlockAssembly, PublishedMarks) {
-  const Run& r = reference();
+  const Outcome& r = reference();
   const auto relative = [&](const Snapshot& s, const std::string& part, const std::string& base) {
     const ComponentSample& b = r.sample(s, base);
     return Vec3(Pose::from_quaternion(b.p_WB, b.q_WB).inverse() * r.sample(s, part).p_WB);
@@ -129,7 +129,7 @@ TEST(BlockAssembly, PublishedMarks) {
 }
 
 TEST(BlockAssembly, SteadyLoads) {
-  const Run& r = reference();
+  const Outcome& r = reference();
   // Gripper2 carries C.
   const Wrench& F2 = r.sample(r.mark(9.8), "Gripper2").F_Bo_W;
   EXPECT_NEAR(F2.f.z(), -0.5 * kGravity, 1e-6);
@@ -150,7 +150,7 @@ TEST(BlockAssembly, SteadyLoads) {
 }
 
 TEST(BlockAssembly, ThesisLawSagsATenthOfAMillimetrePerRegrasp) {
-  const Run r = run({"interaction.weight_feed_forward=false"});
+  const Outcome r = run({"interaction.weight_feed_forward=false"});
   ASSERT_EQ(r.result.fault, "");
   EXPECT_EQ(r.lost_part_steps, 0U);
   // Each connection starts at zero force and sags by m g / k = 0.1 mm. B hangs on Table1, Gripper2, Table2; C
@@ -165,21 +165,21 @@ TEST(BlockAssembly, ThesisLawSagsATenthOfAMillimetrePerRegrasp) {
 }
 
 TEST(BlockAssembly, HoldsUpToTheThesisLargestStep) {
-  const Run r = run({"solver.step_s=0.005"});
+  const Outcome r = run({"solver.step_s=0.005"});
   ASSERT_EQ(r.result.fault, "");
   EXPECT_EQ(r.lost_part_steps, 0U);
   EXPECT_LE(max_position_error_m(r.scenario, r.cell->description, r.result.final_state), 1e-4);
 }
 
 TEST(BlockAssembly, PlainHullsWorkTooAsInTheThesis) {
-  const Run r = run({"parts.O.convex=hull", "parts.B.convex=hull"});
+  const Outcome r = run({"parts.O.convex=hull", "parts.B.convex=hull"});
   ASSERT_EQ(r.result.fault, "");
   EXPECT_EQ(r.lost_part_steps, 0U);
   EXPECT_LE(max_position_error_m(r.scenario, r.cell->description, r.result.final_state), 1e-4);
 }
 
 TEST(BlockAssembly, SameBitsInEveryRun) {
-  const Run second = run();
+  const Outcome second = run();
   EXPECT_EQ(second.result.final_state.state_hash, reference().result.final_state.state_hash);
 }
 

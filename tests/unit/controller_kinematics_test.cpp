@@ -51,30 +51,25 @@ ArmModel arm_on_rail() {
   return arm;
 }
 
-void expect_random_poses_solved(const ArmModel& arm, int count, unsigned seed, int allowed_misses) {
+void expect_random_poses_solved(const ArmModel& arm, int count, unsigned seed) {
   std::mt19937 random(seed);
-  int misses = 0;
   for (int i = 0; i < count; ++i) {
     const Pose target = flange(arm, random_joints(arm, random));
     const IkSolution solution = solve_ik(arm, target, random_joints(arm, random, 0.5));
-    if (!solution.found) {
-      ++misses;
-      continue;
-    }
+    ASSERT_TRUE(solution.found) << "pose " << i;
     const Pose reached = flange(arm, solution.q);
     ASSERT_LT((reached.p - target.p).norm(), 2e-12);
     ASSERT_LT((reached.R - target.R).norm(), 4e-12);
     ASSERT_TRUE(within_limits(arm, solution.q));
   }
-  EXPECT_LE(misses, allowed_misses);
 }
 
 TEST(InverseKinematics, ReachesRandomReachablePoses) {
-  expect_random_poses_solved(ur10e(), 3000, 1, 0);
+  expect_random_poses_solved(ur10e(), 1000, 1);
 }
 
 TEST(InverseKinematics, ReachesPosesWithMoreJointsThanSix) {
-  expect_random_poses_solved(arm_on_rail(), 500, 2, 0);
+  expect_random_poses_solved(arm_on_rail(), 100, 2);
 }
 
 TEST(InverseKinematics, StaysNearTheSeed) {

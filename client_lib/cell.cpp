@@ -1,0 +1,113 @@
+#include "client_lib/cell.h"
+
+#include "client_lib/client.h"
+
+namespace takt::client {
+namespace {
+
+template <typename T>
+int find_by_name(const std::vector<T>& items, std::string_view name) {
+  for (std::size_t i = 0; i < items.size(); ++i)
+    if (items[i].name == name) return static_cast<int>(i);
+  return -1;
+}
+
+/// Index by name; throws with the names there are.
+template <typename T>
+std::size_t require_by_name(const char* kind, const std::vector<T>& items, std::string_view name) {
+  if (const int i = find_by_name(items, name); i >= 0) return static_cast<std::size_t>(i);
+  std::string known;
+  for (const T& item : items) known += (known.empty() ? "" : ", ") + item.name;
+  throw ClientError(ClientError::Kind::not_found, std::string("The cell has no ") + kind + " '" +
+                                                      std::string(name) + "'; it has " +
+                                                      (known.empty() ? "none" : known) + ".");
+}
+
+}  // namespace
+
+std::string_view to_string(ComponentType type) {
+  switch (type) {
+    case ComponentType::part:
+      return "part";
+    case ComponentType::gripper:
+      return "gripper";
+    case ComponentType::ground:
+      return "ground";
+  }
+  return "unknown";
+}
+
+std::string_view to_string(PartState state) {
+  switch (state) {
+    case PartState::free:
+      return "free";
+    case PartState::grasped:
+      return "grasped";
+    case PartState::placed:
+      return "placed";
+    case PartState::assembled:
+      return "assembled";
+    case PartState::fixed:
+      return "fixed";
+  }
+  return "unknown";
+}
+
+std::string_view to_string(SimulationState state) {
+  switch (state) {
+    case SimulationState::stopped:
+      return "stopped";
+    case SimulationState::playing:
+      return "playing";
+    case SimulationState::paused:
+      return "paused";
+    case SimulationState::quitting:
+      return "quitting";
+    case SimulationState::no_world:
+      return "no_world";
+    case SimulationState::loading_world:
+      return "loading_world";
+  }
+  return "unknown";
+}
+
+std::string_view to_string(Severity severity) {
+  switch (severity) {
+    case Severity::information:
+      return "information";
+    case Severity::warning:
+      return "warning";
+    case Severity::error:
+      return "error";
+  }
+  return "unknown";
+}
+
+int CellInfo::find_component(std::string_view name) const {
+  return find_by_name(components, name);
+}
+int CellInfo::find_robot(std::string_view name) const {
+  return find_by_name(robots, name);
+}
+int CellInfo::find_gripper(std::string_view name) const {
+  return find_by_name(grippers, name);
+}
+int CellInfo::find_device(std::string_view name) const {
+  return find_by_name(devices, name);
+}
+
+const ComponentState& State::component(std::string_view name) const {
+  return components.at(require_by_name("component", cell->components, name));
+}
+const RobotState& State::robot(std::string_view name) const {
+  return robots.at(require_by_name("robot", cell->robots, name));
+}
+const GripperState& State::gripper(std::string_view name) const {
+  return grippers.at(require_by_name("gripper", cell->grippers, name));
+}
+std::string State::partner_of(std::string_view name) const {
+  const int partner = component(name).partner;
+  return partner < 0 ? "" : cell->components.at(static_cast<std::size_t>(partner)).name;
+}
+
+}  // namespace takt::client

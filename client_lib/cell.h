@@ -1,0 +1,207 @@
+#pragma once
+// What a client sees of a cell, as plain structs: the description (constant while a server runs), one instant
+// of it (State), numbered events and the status of the service. No DDS type appears here.
+//
+// Frames and units: W is the world frame, z up; B the frame of a component. Everything is SI (m, rad, s, N, N
+// m, W); times are simulated seconds since the last reset unless a name says wall. Components, robots,
+// grippers and devices have the same order, and so the same index, in the description and in every state.
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace takt::client {
+
+struct Vector3 {
+  double x = 0.0, y = 0.0, z = 0.0;
+};
+
+/// Unit quaternion of a rotation, scalar last.
+struct Quaternion {
+  double x = 0.0, y = 0.0, z = 0.0, w = 1.0;
+};
+
+/// A constant pose of the description: position, and the exact rotation matrix, row by row.
+struct Transform {
+  Vector3 position;
+  std::array<double, 9> rotation{1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+};
+
+enum class ComponentType : std::uint8_t { part = 0, gripper = 1, ground = 2 };
+/// State of a Part; `fixed` is for components that are not Parts.
+enum class PartState : std::uint8_t { free = 0, grasped = 1, placed = 2, assembled = 3, fixed = 4 };
+/// States of the simulation, numbered as in ROS 2 simulation_interfaces.
+enum class SimulationState : std::uint8_t {
+  stopped = 0,
+  playing = 1,
+  paused = 2,
+  quitting = 3,
+  no_world = 4,
+  loading_world = 5,
+};
+enum class Severity : std::uint8_t { information = 0, warning = 1, error = 2 };
+
+std::string_view to_string(ComponentType type);
+std::string_view to_string(PartState state);
+std::string_view to_string(SimulationState state);
+std::string_view to_string(Severity severity);
+
+struct ComponentInfo {
+  std::string name;
+  ComponentType type = ComponentType::part;
+  int hierarchy = 0;                                   ///< Parts: higher is further down the assembly
+  double mass_kg = 0.0;                                ///< Parts
+  Vector3 center_of_mass_m;                            ///< in B
+  std::string mesh_uri;                                ///< where the geometry came from
+  std::vector<float> vertices_m;                       ///< x, y, z of each vertex, in B
+  std::vector<std::uint32_t> triangles;                ///< three vertex indices each
+  std::array<float, 4> color{0.7F, 0.7F, 0.7F, 1.0F};  ///< r, g, b, a in 0..1
+};
+
+struct JointInfo {
+  std::string name;
+  bool prismatic = false;
+  Transform X_PJ;  ///< joint frame in the parent link at position zero
+  Vector3 axis;    ///< in the joint frame
+  double lower = 0.0, upper = 0.0, max_velocity = 0.0,
+         max_effort = 0.0;  ///< rad or m and their rates, N m or N
+};
+
+struct RobotInfo {
+  std::string name;
+  std::string urdf;  ///< text of the robot's URDF file
+  std::vector<JointInfo> joints;
+  Transform X_JF;                 ///< flange in the frame of the last joint
+  Transform X_WR;                 ///< base in the world
+  double command_period_s = 0.0;  ///< set-points are interpolated over this time
+};
+
+struct GripperInfo {
+  std::string name;
+  int robot = -1;                                ///< index of the robot that carries it
+  int palm = -1, left_jaw = -1, right_jaw = -1;  ///< indices of its components
+  Transform X_FG;                                ///< gripper frame in the flange frame
+  Transform X_GT;                                ///< tool centre point in the gripper frame
+  double max_width_m = 0.0;
+  double max_force_N = 0.0;
+  double jaw_speed_m_per_s = 0.0;
+};
+
+struct DeviceInfo {
+  std::string name;
+  std::vector<std::string> signals;
+};
+
+struct CellInfo {
+  std::string cell;
+  std::string scenario;
+  std::string server_version;
+  double step_s = 0.0;
+  int level_of_detail = 1;
+  Vector3 gravity_m_per_s2;
+  std::vector<ComponentInfo> components;
+  std::vector<RobotInfo> robots;
+  std::vector<GripperInfo> grippers;
+  std::vector<DeviceInfo> devices;
+
+  /// Index by name, or -1.
+  int find_component(std::string_view name) const;
+  int find_robot(std::string_view name) const;
+  int find_gripper(std::string_view name) const;
+  int find_device(std::string_view name) const;
+};
+
+struct ComponentState {
+  Vector3 position_m;                         ///< p_WB
+  Quaternion orientation;                     ///< q_WB
+  Vector3 linear_velocity, angular_velocity;  ///< of the origin of B, in W
+  Vector3 force_N, torque_Nm;                 ///< resultant of all pairs about the origin of B, in W
+  PartState state = PartState::fixed;
+  int partner = -1;  ///< index of the component that holds this Part, or -1
+};
+
+struct RobotState {
+  std::vector<double> position, velocity, effort;  ///< in the order of RobotInfo::joints
+  std::vector<double> motor_power_W;               ///< empty below level of detail 2
+};
+
+struct GripperState {
+  double width_m = 0.0;
+  double force_N = 0.0;
+  bool closed = false;
+};
+
+struct AppliedCommand {
+  std::string target;           ///< robot, gripper or device
+  std::uint64_t count = 0;      ///< commands applied since the last reset
+  double newest_stamp_s = 0.0;  ///< stamp of the newest of them
+};
+
+/// One instant of the cell. The functions that take a name throw ClientError (not_found) with the names there
+/// are.
+struct State {
+  double time_s = 0.0;
+  std::uint64_t step = 0;
+  std::uint32_t epoch = 0;  ///< counts resets
+  std::uint64_t state_hash =
+      0;  ///< chained over all steps since the last reset: equal runs have equal hashes
+  std::vector<ComponentState> components;
+  std::vector<RobotState> robots;
+  std::vector<GripperState> grippers;
+  std::vector<std::vector<double>> devices;  ///< signals in the order of DeviceInfo::signals
+  std::vector<AppliedCommand> applied;
+
+  std::shared_ptr<const CellInfo> cell;  ///< the description this state belongs to
+  std::uint64_t sample_number =
+      0;  ///< counts samples received; the server repeats an instant while it stands still
+
+  const ComponentState& component(std::string_view name) const;
+  const RobotState& robot(std::string_view name) const;
+  const GripperState& gripper(std::string_view name) const;
+  /// Name of the component that holds `name`, or "" when nothing does.
+  std::string partner_of(std::string_view name) const;
+};
+
+struct Event {
+  std::uint64_t sequence_number = 0;  ///< counted from 1 in each run of the server
+  std::uint64_t missed_before = 0;    ///< events lost directly before this one
+  double time_s = 0.0;
+  std::uint64_t step = 0;
+  std::uint32_t epoch = 0;
+  Severity severity = Severity::information;
+  std::string code;     ///< e.g. connection_changed, command_rejected
+  std::string subject;  ///< e.g. the Part, the robot
+  std::string sender;   ///< identity of the sender whose command caused it, or empty
+  std::string message;  ///< a whole sentence
+};
+
+/// Three figures of a distribution, in seconds.
+struct Percentiles {
+  double p50_s = 0.0, p99_s = 0.0, max_s = 0.0;
+};
+
+/// How the service is doing; published ten times a second also while paused.
+struct Status {
+  double time_s = 0.0;
+  std::uint64_t step = 0;
+  std::uint32_t epoch = 0;
+  SimulationState state = SimulationState::no_world;
+  std::string pace;  ///< realtime, free or lockstep
+  double pace_factor = 1.0;
+  double wall_time_s = 0.0;       ///< since the server started
+  double sim_over_wall = 0.0;     ///< simulated time / wall time, over the last second
+  double real_time_factor = 0.0;  ///< computation time / simulated time, over the last second
+  double lag_s = 0.0;             ///< behind schedule
+  std::uint64_t overruns = 0, longest_overrun_run = 0, rebases = 0;
+  Percentiles step_time, wake_up, command_latency;
+  std::uint64_t commands_applied = 0, commands_rejected = 0;
+  std::uint64_t mpr_calls = 0, mpr_skipped = 0;
+  std::vector<std::string> waiting_for;  ///< lockstep: controllers whose command is missing
+  std::string scheduling;                ///< what was obtained from the operating system
+  std::string fault;                     ///< why the simulation stopped, or empty
+  std::uint64_t sample_number = 0;       ///< counts samples received
+};
+
+}  // namespace takt::client

@@ -1,0 +1,241 @@
+#include "client_lib/client.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+#include "client_lib/client_impl.h"
+#include "client_lib/convert.h"
+
+namespace takt::client {
+namespace {
+
+/// The shortest text that reads back as the same number.
+std::string text(double value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof(buffer), "%.17g", value);
+  return buffer;
+}
+
+template <typename T>
+std::string names_of(const std::vector<T>& items) {
+  std::string names;
+  for (const T& item : items) names += (names.empty() ? "" : ", ") + item.name;
+  return names.empty() ? "none" : names;
+}
+
+void require_finite(double value, const std::string& what) {
+  if (!std::isfinite(value))
+    throw ClientError(ClientError::Kind::invalid,
+                      what + " is " + text(value) + "; it must be a finite number.");
+}
+
+builtin_interfaces::msg::Time stamp(std::optional<double> stamp_s) {
+  if (!stamp_s) return {};
+  if (!(*stamp_s >= 0.0 && *stamp_s <= 2147483647.0))
+    throw ClientError(ClientError::Kind::invalid,
+                      "The stamp " + text(*stamp_s) + " s is not a time between 0 and 2147483647 s.");
+  return to_wire_time(*stamp_s);
+}
+
+}  // namespace
+
+std::string ClientOptions::default_cell() {
+  const char* name = std::getenv("TAKT_CELL");
+  return name != nullptr && *name != '\0' ? name : "cell";
+}
+
+int ClientOptions::default_domain() {
+  const char* domain = std::getenv("TAKT_DOMAIN");
+  if (domain == nullptr || *domain == '\0') return 0;
+  char* end = nullptr;
+  const long value = std::strtol(domain, &end, 10);
+  if (*end != '\0' || value < 0 || value > 232)
+    throw ClientError(ClientError::Kind::invalid, std::string("The environment variable TAKT_DOMAIN is '") +
+                                                      domain + "'; allowed is a number from 0 to 232.");
+  return static_cast<int>(value);
+}
+
+Client::Client(ClientOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {
+  impl_->connect();
+}
+Client::~Client() = default;
+
+const std::string& Client::client_id() const {
+  return impl_->id;
+}
+
+std::shared_ptr<const CellInfo> Client::cell() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->cell;
+}
+
+State Client::state() const {
+  std::unique_lock lock(impl_->mutex);
+  if (!impl_->wait(lock, Impl::deadline_after(impl_->options.timeout),
+                   [&] { return impl_->state != nullptr; }))
+    throw ClientError(ClientError::Kind::timeout, impl_->where() + " has not sent a state.");
+  return *impl_->state;
+}
+
+Status Client::status() const {
+  std::unique_lock lock(impl_->mutex);
+  if (!impl_->wait(lock, Impl::deadline_after(impl_->options.timeout),
+                   [&] { return impl_->status.has_value(); }))
+    throw ClientError(ClientError::Kind::timeout, impl_->where() + " has not sent its status.");
+  return *impl_->status;
+}
+
+bool Client::connected() const {
+  const std::lock_guard lock(impl_->mutex);
+  return !impl_->gone && !impl_->silent(Clock::now());
+}
+
+bool Client::wait_for_connection(Seconds timeout) const {
+  std::unique_lock lock(impl_->mutex);
+  return impl_->changed.wait_until(lock, Impl::deadline_after(timeout), [&] {
+    return !impl_->gone && impl_->status && !impl_->silent(Clock::now());
+  });
+}
+
+std::optional<State> Client::wait_for_state(const std::function<bool(const State&)>& predicate,
+                                            Seconds timeout) const {
+  const auto deadline = Impl::deadline_after(timeout);
+  std::uint64_t seen = 0;
+  std::unique_lock lock(impl_->mutex);
+  const auto news = [&] { return impl_->state && impl_->state->sample_number != seen; };
+  while (impl_->wait(lock, deadline, news)) {
+    const std::shared_ptr<const State> newest = impl_->state;
+    seen = newest->sample_number;
+    lock.unlock();  // the predicate may use this client
+    if (predicate(*newest)) return *newest;
+    lock.lock();
+  }
+  return std::nullopt;
+}
+
+std::optional<Status> Client::wait_for_status(const std::function<bool(const Status&)>& predicate,
+                                              Seconds timeout) const {
+  const auto deadline = Impl::deadline_after(timeout);
+  std::uint64_t seen = 0;
+  std::unique_lock lock(impl_->mutex);
+  const auto news = [&] { return impl_->status && impl_->status->sample_number != seen; };
+  while (impl_->wait(lock, deadline, news)) {
+    const Status newest = *impl_->status;
+    seen = newest.sample_number;
+    lock.unlock();
+    if (predicate(newest)) return newest;
+    lock.lock();
+  }
+  return std::nullopt;
+}
+
+std::optional<Event> Client::next_event(Seconds timeout) {
+  std::unique_lock lock(impl_->mutex);
+  if (!impl_->wait(lock, Impl::deadline_after(timeout), [&] { return !impl_->events.empty(); }))
+    return std::nullopt;
+  Event event = std::move(impl_->events.front());
+  impl_->events.pop_front();
+  return event;
+}
+
+std::optional<Event> Client::wait_for_event(const std::function<bool(const Event&)>& predicate,
+                                            Seconds timeout) {
+  const auto deadline = Clock::now() + Impl::to_clock(timeout);
+  for (;;) {
+    auto event = next_event(std::max(Seconds{0.0}, Seconds{deadline - Clock::now()}));
+    if (!event || predicate(*event)) return event;
+  }
+}
+
+void Client::send_joint_command(const std::string& robot, const std::vector<double>& positions,
+                                const std::vector<double>& velocities, std::optional<double> stamp_s) {
+  const auto known = cell();
+  const int index = known->find_robot(robot);
+  if (index < 0)
+    throw ClientError(ClientError::Kind::not_found,
+                      "The cell has no robot '" + robot + "'; it has " + names_of(known->robots) + ".");
+  const auto& joints = known->robots[static_cast<std::size_t>(index)].joints;
+  if (positions.size() != joints.size() || (!velocities.empty() && velocities.size() != joints.size()))
+    throw ClientError(ClientError::Kind::invalid,
+                      "Robot '" + robot + "' has " + std::to_string(joints.size()) + " joints (" +
+                          names_of(joints) + "); the command has " + std::to_string(positions.size()) +
+                          " positions and " + std::to_string(velocities.size()) +
+                          " velocities (none, or one for each joint).");
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    require_finite(positions[i], "The position of joint '" + joints[i].name + "' of robot '" + robot + "'");
+    if (!velocities.empty())
+      require_finite(velocities[i],
+                     "The velocity of joint '" + joints[i].name + "' of robot '" + robot + "'");
+  }
+  sensor_msgs::msg::JointState sample;
+  sample.header().stamp(stamp(stamp_s));
+  for (const auto& joint : joints) sample.name().push_back(joint.name);
+  sample.position(positions);
+  sample.velocity(velocities);
+  impl_->send(robot, sample);
+}
+
+void Client::set_gripper(const std::string& gripper, GripperAction action, double width_m, double max_force_N,
+                         std::optional<double> stamp_s) {
+  const auto known = cell();
+  if (known->find_gripper(gripper) < 0)
+    throw ClientError(ClientError::Kind::not_found,
+                      "The cell has no gripper '" + gripper + "'; it has " + names_of(known->grippers) + ".");
+  require_finite(width_m, "The width for gripper '" + gripper + "'");
+  require_finite(max_force_N, "The force for gripper '" + gripper + "'");
+  takt_msgs::msg::GripperCommand sample;
+  sample.stamp(stamp(stamp_s));
+  sample.action(static_cast<std::uint8_t>(action));
+  sample.width(width_m);
+  sample.max_force(max_force_N);
+  impl_->send(gripper, sample);
+}
+
+SimulationState Client::get_state() {
+  const Reply reply = request("get_state");
+  const auto found = reply.values.find("state");
+  for (int i = 0; found != reply.values.end() && i <= static_cast<int>(SimulationState::loading_world); ++i)
+    if (found->second == std::to_string(i)) return static_cast<SimulationState>(i);
+  throw ClientError(ClientError::Kind::refused, "The reply to get_state names no state this client knows.");
+}
+
+void Client::set_state(SimulationState state) {
+  request("set_state", {{"state", std::to_string(static_cast<int>(state))}});
+}
+
+void Client::step(std::uint64_t steps, std::optional<Seconds> timeout) {
+  request("step", {{"steps", std::to_string(steps)}}, timeout);
+}
+
+void Client::reset() {
+  request("reset");
+}
+
+void Client::set_pace(Pace pace, double factor) {
+  require_finite(factor, "The factor of the pace");
+  const char* name = pace == Pace::realtime ? "realtime" : pace == Pace::free ? "free" : "lockstep";
+  Arguments arguments{{"pace", name}};
+  if (pace == Pace::realtime) arguments["factor"] = text(factor);
+  request("set_pace", arguments);
+}
+
+void Client::register_controller(const std::string& name, Seconds period, Seconds timeout,
+                                 const std::vector<std::string>& targets) {
+  std::string list;
+  for (const std::string& target : targets) list += (list.empty() ? "" : ",") + target;
+  request("register_controller", {{"name", name},
+                                  {"period_s", text(period.count())},
+                                  {"timeout_s", text(timeout.count())},
+                                  {"targets", list}});
+}
+
+void Client::unregister_controller(const std::string& name) {
+  request("unregister_controller", {{"name", name}});
+}
+
+Reply Client::request(const std::string& name, const Arguments& arguments, std::optional<Seconds> timeout) {
+  return impl_->call(name, arguments, timeout.value_or(impl_->options.timeout));
+}
+
+}  // namespace takt::client

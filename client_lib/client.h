@@ -1,0 +1,187 @@
+#pragma once
+// takt::Client: the C++ interface to a running cell. A complete program is examples/scripted_publisher.cpp;
+// in short:
+//
+//   takt::Client cell({.cell = "cell"});                        // waits until the cell has described itself
+//   cell.play();
+//   cell.send_joint_command("Robot1", {0, -1.57, 1.57, -1.57, -1.57, 0});
+//   cell.set_gripper("Gripper1", takt::client::GripperAction::close);
+//   auto state = cell.wait_for_state([](auto& s) { return s.partner_of("C") == "Gripper1"; }, 5s);
+//   if (!state) ...                                              // not within 5 s of wall time
+//
+// Every function may be called from any thread. Functions that wait do so without polling, for at most the
+// given wall time, and throw ClientError when the server has gone away meanwhile. Samples are received by
+// threads of DDS; the client keeps the newest state and drops what is older than it (by epoch and step).
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "client_lib/cell.h"
+
+namespace takt::client {
+
+using Seconds = std::chrono::duration<double>;
+
+/// What went wrong, as a whole sentence (what()), as a kind, and for a request the result code of the server.
+class ClientError : public std::runtime_error {
+ public:
+  enum class Kind {
+    timeout,    ///< no answer within the time allowed
+    not_found,  ///< no such cell, robot, gripper or component
+    invalid,    ///< refused here, before sending: wrong count, not a finite number
+    refused,    ///< refused by the server; result() says how
+    lost,       ///< the server went away
+    transport,  ///< DDS could not do what it was asked to
+  };
+  ClientError(Kind kind, const std::string& sentence, int result = 0)
+      : std::runtime_error(sentence), kind_(kind), result_(result) {}
+  Kind kind() const { return kind_; }
+  /// Result code of the server's reply: 0 unsupported, 2 not found, 3 incorrect state, 4 failed, above 100
+  /// specific to the request. 0 when the error did not come from the server.
+  int result() const { return result_; }
+
+ private:
+  Kind kind_;
+  int result_;
+};
+
+struct ClientOptions {
+  std::string cell = default_cell();  ///< name of the server
+  int domain = default_domain();      ///< DDS domain, 0..232
+  Seconds timeout{10.0};              ///< for connecting, and for calls that are given none
+  /// A server from which nothing was heard for this long counts as gone. It sends its status ten times a
+  /// second.
+  Seconds silence_limit{5.0};
+  std::string name = "client";  ///< shown to others, e.g. in events about commands; a unique suffix is added
+  std::uint32_t ownership_strength =
+      1;  ///< of several senders of commands for one robot the strongest is heard
+  /// Fast DDS profiles (XML) with a participant profile `takt_client`; without, discovery stays on this
+  /// machine.
+  std::string profiles_file;
+
+  static std::string default_cell();  ///< environment TAKT_CELL, else "cell"
+  static int default_domain();        ///< environment TAKT_DOMAIN, else 0
+};
+
+enum class GripperAction : std::uint8_t { open = 0, close = 1, width = 2 };
+
+enum class Pace { realtime, free, lockstep };
+
+/// Named arguments or values of a control request, as text.
+using Arguments = std::map<std::string, std::string>;
+
+struct Reply {
+  std::string message;
+  Arguments values;
+};
+
+class Client {
+ public:
+  /// Joins the domain and waits until the cell has sent its description and status. Throws ClientError:
+  /// not_found when the cell does not answer within options.timeout (the text names the cells that do),
+  /// transport when DDS cannot start.
+  explicit Client(ClientOptions options = {});
+  ~Client();
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  /// Identity used in requests, and in events about this client's commands.
+  const std::string& client_id() const;
+
+  // --- what is the case
+  // ---------------------------------------------------------------------------------------------
+  /// The description; a new one when the server was started again.
+  std::shared_ptr<const CellInfo> cell() const;
+  /// The newest state. Waits for the first one (options.timeout), never later.
+  State state() const;
+  /// The newest status.
+  Status status() const;
+  /// Not gone: heard of within options.silence_limit, and still announced.
+  bool connected() const;
+  /// Waits until the cell answers, e.g. because its server was started again; false on timeout. Never throws
+  /// for a cell that is gone.
+  [[nodiscard]] bool wait_for_connection(Seconds timeout) const;
+
+  /// The first state, from the newest on, that fulfils the predicate; nothing when the timeout passed before.
+  /// The predicate runs in the calling thread and may take its time: then it sees the newest state, not every
+  /// one.
+  [[nodiscard]] std::optional<State> wait_for_state(const std::function<bool(const State&)>& predicate,
+                                                    Seconds timeout) const;
+  [[nodiscard]] std::optional<Status> wait_for_status(const std::function<bool(const Status&)>& predicate,
+                                                      Seconds timeout) const;
+
+  /// Events are kept in order from the moment of connecting (the newest 10000). The two functions consume
+  /// them: each event is seen once. wait_for_event passes over events that do not fulfil the predicate.
+  /// Nothing on timeout.
+  [[nodiscard]] std::optional<Event> next_event(Seconds timeout);
+  [[nodiscard]] std::optional<Event> wait_for_event(const std::function<bool(const Event&)>& predicate,
+                                                    Seconds timeout);
+
+  // --- commands
+  // -----------------------------------------------------------------------------------------------------
+  /// Set-point of all joints of a robot, in the order of RobotInfo::joints: be there, with these velocities,
+  /// one command period from now. Without velocities they follow from successive positions. `stamp_s` is the
+  /// simulated time the sender means; without, the command takes effect when it arrives. The first command
+  /// for a robot waits until the server listens, so that it is not lost. Throws ClientError: not_found,
+  /// invalid; timeout when nobody listens. The server checks limits itself and tells of a refusal in an event
+  /// (command_rejected).
+  void send_joint_command(const std::string& robot, const std::vector<double>& positions,
+                          const std::vector<double>& velocities = {}, std::optional<double> stamp_s = {});
+  /// `width_m` counts for GripperAction::width only, `max_force_N` 0 is the gripper's own limit. Otherwise as
+  /// above.
+  void set_gripper(const std::string& gripper, GripperAction action, double width_m = 0.0,
+                   double max_force_N = 0.0, std::optional<double> stamp_s = {});
+
+  // --- control
+  // ------------------------------------------------------------------------------------------------------
+  // Each waits for the reply; throws ClientError: refused (with the server's sentence), timeout, lost.
+  SimulationState get_state();
+  void set_state(SimulationState state);
+  void play() { set_state(SimulationState::playing); }
+  void pause() { set_state(SimulationState::paused); }
+  void resume() { set_state(SimulationState::playing); }
+  /// Advances a paused simulation by this many steps and returns when they are done.
+  void step(std::uint64_t steps, std::optional<Seconds> timeout = {});
+  /// Back to the initial state; the epoch counts up.
+  void reset();
+  /// `factor` scales simulated against wall time (realtime only).
+  void set_pace(Pace pace, double factor = 1.0);
+  /// From now on, in lockstep, the simulation waits at each multiple of `period` for a command for every
+  /// target (robots, grippers) from this client; when none has come after `timeout` of wall time, it pauses
+  /// and says so in an event.
+  void register_controller(const std::string& name, Seconds period, Seconds timeout,
+                           const std::vector<std::string>& targets);
+  void unregister_controller(const std::string& name);
+  /// Any request of the control vocabulary.
+  Reply request(const std::string& name, const Arguments& arguments = {},
+                std::optional<Seconds> timeout = {});
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+struct FoundCell {
+  std::string name;
+  std::optional<Status> status;  ///< nothing: it is announced but did not say how it is
+};
+
+/// The cells on a domain, found within the given wall time (all of it is waited, for there is no telling who
+/// is late).
+std::vector<FoundCell> list_cells(int domain, Seconds duration = Seconds{2.0},
+                                  const std::string& profiles_file = {});
+
+}  // namespace takt::client
+
+namespace takt {
+using client::Client;
+using client::ClientError;
+using client::ClientOptions;
+using client::list_cells;
+}  // namespace takt

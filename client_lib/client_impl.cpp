@@ -1,0 +1,299 @@
+#include "client_lib/client_impl.h"
+
+#include <unistd.h>
+
+#include <random>
+
+#include "client_lib/convert.h"
+#include "ros2_msgsPubSubTypes.h"
+#include "takt_msgsPubSubTypes.h"
+
+namespace takt::client {
+namespace {
+
+constexpr std::size_t kMostEvents = 10000;
+
+/// Unique among all clients that ever talk to a server: the name, the process, and chance.
+std::string unique_id(const std::string& name) {
+  std::random_device chance;
+  char suffix[32];
+  std::snprintf(suffix, sizeof(suffix), "-%ld-%08x", static_cast<long>(getpid()),
+                static_cast<unsigned>(chance()));
+  return name.substr(0, 80) + suffix;
+}
+
+}  // namespace
+
+Client::Impl::Impl(ClientOptions given)
+    : options(std::move(given)),
+      id(unique_id(options.name)),
+      link(options.domain, id, options.profiles_file, &watch) {
+  if (options.cell.empty()) throw ClientError(ClientError::Kind::invalid, "The name of the cell is empty.");
+}
+
+void Client::Impl::connect() {
+  const std::string prefix = "rt/" + options.cell + "/";
+  const auto listen = [&](const std::string& topic, Channel channel, dds::TopicDataType* type,
+                          auto listener) {
+    listeners.push_back(std::move(listener));
+    link.create_reader(prefix + topic, dds::TypeSupport(type), reader_qos(link.subscriber(), channel),
+                       listeners.back().get());
+  };
+  using namespace takt_msgs::msg;
+  using Prefix = const GuidPrefix&;
+  listen("status", Channel::description, new StatusPubSubType(),
+         std::make_unique<ReaderListener<takt_msgs::msg::Status>>(
+             [this](const auto& sample, Prefix from) { on_status(sample, from); },
+             [this](Prefix from, bool matched) { on_status_match(from, matched); }));
+  listen("events", Channel::event, new EventPubSubType(),
+         std::make_unique<ReaderListener<takt_msgs::msg::Event>>(
+             [this](const auto& sample, Prefix from) { on_event(sample, from); }));
+  listen("state", Channel::state, new CellStatePubSubType(),
+         std::make_unique<ReaderListener<CellState>>(
+             [this](const auto& sample, Prefix from) { on_state(sample, from); }));
+  listen("control/reply", Channel::control, new ControlReplyPubSubType(),
+         std::make_unique<ReaderListener<ControlReply>>(
+             [this](const auto& sample, Prefix) { on_reply(sample); },
+             [this](Prefix, bool matched) {
+               const std::lock_guard lock(mutex);
+               reply_writers += matched ? 1 : -1;
+               control_is_open = false;  // another server: see open_control
+               changed.notify_all();
+             }));
+  listen("description", Channel::description, new CellDescriptionPubSubType(),
+         std::make_unique<ReaderListener<CellDescription>>(
+             [this](const auto& sample, Prefix from) { on_description(sample, from); }));
+
+  std::unique_lock lock(mutex);
+  const auto deadline = deadline_after(options.timeout);
+  if (changed.wait_until(lock, deadline, [&] { return cell && status; })) return;
+  lock.unlock();
+
+  std::string sentence = where();
+  const auto names = watch.names();
+  if (std::find(names.begin(), names.end(), options.cell) != names.end()) {
+    sentence += cell ? " has sent its description but not its status"
+                     : " is announced, but its description has not come";
+  } else {
+    sentence += " does not answer; ";
+    for (const auto& name : names)
+      sentence += (&name == &names.front() ? "found there: '" : ", '") + name + "'";
+    if (names.empty()) sentence += "no takt-server was found there (is it running, on this domain?)";
+  }
+  char waited[48];
+  std::snprintf(waited, sizeof(waited), " (waited %.1f s).", options.timeout.count());
+  throw ClientError(ClientError::Kind::not_found, sentence + waited);
+}
+
+bool Client::Impl::from_this_server(const GuidPrefix& from) {
+  if (server && *server != from) return false;
+  heard = Clock::now();
+  return true;
+}
+
+void Client::Impl::on_description(const takt_msgs::msg::CellDescription& sample, const GuidPrefix& from) {
+  auto description = std::make_shared<const CellInfo>(from_wire(sample));
+  const std::lock_guard lock(mutex);
+  if (server && *server != from) {  // started again: nothing known of the old one holds
+    state.reset();
+    status.reset();
+    newest_event = 0;
+    if (early_status && early_status->first == from) status = std::move(early_status->second);
+    early_status.reset();
+  }
+  server = from;
+  gone = false;
+  heard = Clock::now();
+  cell = std::move(description);
+  changed.notify_all();
+}
+
+void Client::Impl::on_status(const takt_msgs::msg::Status& sample, const GuidPrefix& from) {
+  Status received = from_wire(sample);
+  const std::lock_guard lock(mutex);
+  received.sample_number = ++statuses;
+  if (from_this_server(from))
+    status = std::move(received);
+  else
+    early_status.emplace(from, std::move(received));
+  changed.notify_all();
+}
+
+void Client::Impl::on_status_match(const GuidPrefix& from, bool matched) {
+  const std::lock_guard lock(mutex);
+  if (server && *server == from) gone = !matched;
+  changed.notify_all();
+}
+
+void Client::Impl::on_state(const takt_msgs::msg::CellState& sample, const GuidPrefix& from) {
+  std::shared_ptr<const CellInfo> description;
+  {
+    const std::lock_guard lock(mutex);
+    if (!from_this_server(from) || !cell || !server) return;
+    description = cell;
+  }
+  auto received = from_wire(sample, std::move(description));
+  if (!received) return;
+  const std::lock_guard lock(mutex);
+  if (!from_this_server(from) || received->cell != cell) return;
+  if (state &&
+      (received->epoch < state->epoch || (received->epoch == state->epoch && received->step < state->step)))
+    return;
+  received->sample_number = ++samples;
+  state = std::make_shared<const State>(*std::move(received));
+  changed.notify_all();
+}
+
+void Client::Impl::on_event(const takt_msgs::msg::Event& sample, const GuidPrefix& from) {
+  Event received = from_wire(sample);
+  const std::lock_guard lock(mutex);
+  if (!from_this_server(from) || received.sequence_number <= newest_event) return;
+  // Events before the first one received belong to the time before this client.
+  if (newest_event != 0) received.missed_before = received.sequence_number - newest_event - 1;
+  newest_event = received.sequence_number;
+  events.push_back(std::move(received));
+  if (events.size() > kMostEvents) {
+    const std::uint64_t dropped = events.front().missed_before + 1;
+    events.pop_front();
+    events.front().missed_before += dropped;
+  }
+  changed.notify_all();
+}
+
+void Client::Impl::on_reply(const takt_msgs::msg::ControlReply& sample) {
+  if (sample.client_id() != id.c_str()) return;
+  const std::lock_guard lock(mutex);
+  const auto waiting = replies.find(sample.sequence_number());
+  if (waiting == replies.end()) return;
+  waiting->second = sample;
+  changed.notify_all();
+}
+
+template <typename PubSubType>
+Client::Impl::Sender& Client::Impl::sender_for(const std::string& topic, const dds::DataWriterQos& qos) {
+  Sender* sender = nullptr;
+  {
+    const std::lock_guard making(senders_mutex);
+    auto& slot = senders[topic];
+    if (!slot) {
+      auto made = std::make_unique<Sender>();
+      made->listener = std::make_unique<WriterListener>(
+          [this, s = made.get()](int readers) {
+            const std::lock_guard lock(mutex);
+            s->readers = readers;
+            changed.notify_all();
+          },
+          [this, s = made.get()](int policy) {
+            const std::lock_guard lock(mutex);
+            s->incompatible_policy = policy;
+            changed.notify_all();
+          });
+      made->writer = link.create_writer("rt/" + options.cell + "/" + topic,
+                                        dds::TypeSupport(new PubSubType()), qos, made->listener.get());
+      slot = std::move(made);
+    }
+    sender = slot.get();
+  }
+  std::unique_lock lock(mutex);
+  if (!wait(lock, deadline_after(options.timeout), [&] { return sender->readers > 0; }))
+    throw ClientError(
+        ClientError::Kind::timeout,
+        where() + " does not listen to " + topic +
+            (sender->incompatible_policy == 0
+                 ? std::string(".")
+                 : " with this client's QoS (policy " + std::to_string(sender->incompatible_policy) +
+                       " does not fit: client and server are of different versions)."));
+  return *sender;
+}
+
+void Client::Impl::write(Sender& sender, void* sample, const std::string& what) {
+  if (!sender.writer->write(sample))
+    throw ClientError(ClientError::Kind::transport,
+                      "DDS could not send " + what + " to cell '" + options.cell + "'.");
+}
+
+void Client::Impl::send(const std::string& robot, sensor_msgs::msg::JointState& sample) {
+  auto& sender = sender_for<sensor_msgs::msg::JointStatePubSubType>(
+      robot + "/joint_commands", command_writer_qos(link.publisher(), options.ownership_strength));
+  write(sender, &sample, "a joint command for '" + robot + "'");
+}
+
+void Client::Impl::send(const std::string& gripper, takt_msgs::msg::GripperCommand& sample) {
+  auto& sender = sender_for<takt_msgs::msg::GripperCommandPubSubType>(
+      gripper + "/command", command_writer_qos(link.publisher(), options.ownership_strength));
+  write(sender, &sample, "a command for '" + gripper + "'");
+}
+
+std::uint64_t Client::Impl::write_request(const std::string& name, const Arguments& arguments) {
+  takt_msgs::msg::ControlRequest request;
+  request.client_id(id);
+  request.request(name);
+  for (const auto& [key, value] : arguments) {
+    takt_msgs::msg::Argument argument;
+    argument.name(key);
+    argument.value(value);
+    request.arguments().push_back(argument);
+  }
+  auto& sender = sender_for<takt_msgs::msg::ControlRequestPubSubType>("control/request",
+                                                                      control_writer_qos(link.publisher()));
+  {
+    const std::lock_guard lock(mutex);
+    request.sequence_number(next_sequence++);
+    replies.emplace(request.sequence_number(), std::nullopt);
+  }
+  write(sender, &request, "the request '" + name + "'");
+  return request.sequence_number();
+}
+
+/// That both ends of our side are matched does not say that the server's writer already knows our reader; a
+/// reply written before would be lost. So a harmless request is repeated until one is answered; from then on
+/// none is lost.
+void Client::Impl::open_control(Clock::time_point deadline) {
+  std::unique_lock lock(mutex);
+  if (control_is_open) return;
+  std::vector<std::uint64_t> tries;
+  while (!control_is_open) {
+    lock.unlock();
+    tries.push_back(write_request("get_state", {}));
+    lock.lock();
+    const auto answered = [&] {
+      return std::any_of(tries.begin(), tries.end(),
+                         [&](std::uint64_t n) { return replies.at(n).has_value(); });
+    };
+    control_is_open = wait(lock, std::min(deadline, Clock::now() + std::chrono::milliseconds{250}), answered);
+    if (!control_is_open && Clock::now() >= deadline) break;
+  }
+  for (const std::uint64_t n : tries) replies.erase(n);
+  if (!control_is_open)
+    throw ClientError(ClientError::Kind::timeout, where() + " does not answer on its control topics.");
+}
+
+Reply Client::Impl::call(const std::string& name, const Arguments& arguments, Seconds timeout) {
+  const auto deadline = deadline_after(timeout);
+  open_control(deadline);
+  const std::uint64_t sequence = write_request(name, arguments);
+  std::unique_lock lock(mutex);
+  struct Forget {
+    std::map<std::uint64_t, std::optional<takt_msgs::msg::ControlReply>>& replies;
+    std::uint64_t sequence;
+    ~Forget() { replies.erase(sequence); }
+  } forget{replies, sequence};
+  if (!wait(lock, deadline, [&] { return replies.at(sequence).has_value(); })) {
+    char sentence[160];
+    std::snprintf(sentence, sizeof(sentence), " has not answered '%s' within %.1f s.", name.c_str(),
+                  timeout.count());
+    throw ClientError(ClientError::Kind::timeout, where() + sentence);
+  }
+  const auto reply = *std::move(replies.at(sequence));
+  if (reply.result() != 1)
+    throw ClientError(ClientError::Kind::refused,
+                      "Request '" + name + "' was refused (result " + std::to_string(reply.result()) +
+                          "): " + reply.message().to_string(),
+                      reply.result());
+  Reply result{reply.message().to_string(), {}};
+  for (const auto& value : reply.values())
+    result.values[value.name().to_string()] = value.value().to_string();
+  return result;
+}
+
+}  // namespace takt::client

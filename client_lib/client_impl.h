@@ -1,0 +1,123 @@
+#pragma once
+// The inside of takt::Client: what was received, under one mutex, and one condition variable for every wait.
+//
+// The mutex is never held while an entity of DDS is called: within one process Fast DDS delivers a sample in
+// the thread that writes it, so a call into DDS may end in one of the functions below.
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <vector>
+
+#include "client_lib/client.h"
+#include "client_lib/discovery.h"
+#include "ros2_msgs.h"
+#include "takt_msgs.h"
+
+namespace takt::client {
+
+using Clock = std::chrono::steady_clock;
+
+struct Client::Impl {
+  explicit Impl(ClientOptions options);
+
+  /// A writer of commands or requests, and who listens to it.
+  struct Sender {
+    std::unique_ptr<WriterListener> listener;
+    dds::DataWriter* writer = nullptr;
+    int readers = 0;
+    int incompatible_policy = 0;
+  };
+
+  void connect();
+  void open_control(Clock::time_point deadline);
+  Reply call(const std::string& name, const Arguments& arguments, Seconds timeout);
+  std::uint64_t write_request(const std::string& name, const Arguments& arguments);
+  /// The sender for a topic, made on first use. Returns when somebody listens to it.
+  template <typename PubSubType>
+  Sender& sender_for(const std::string& topic, const dds::DataWriterQos& qos);
+  void write(Sender& sender, void* sample, const std::string& what);
+  void send(const std::string& robot, sensor_msgs::msg::JointState& sample);
+  void send(const std::string& gripper, takt_msgs::msg::GripperCommand& sample);
+
+  // From threads of DDS.
+  void on_description(const takt_msgs::msg::CellDescription& sample, const GuidPrefix& from);
+  void on_status(const takt_msgs::msg::Status& sample, const GuidPrefix& from);
+  void on_status_match(const GuidPrefix& from, bool matched);
+  void on_state(const takt_msgs::msg::CellState& sample, const GuidPrefix& from);
+  void on_event(const takt_msgs::msg::Event& sample, const GuidPrefix& from);
+  void on_reply(const takt_msgs::msg::ControlReply& sample);
+
+  // With the mutex held.
+  bool from_this_server(const GuidPrefix& from);
+  bool silent(Clock::time_point now) const { return now > heard + to_clock(options.silence_limit); }
+  template <typename Ready>
+  bool wait(std::unique_lock<std::mutex>& lock, Clock::time_point deadline, Ready ready) const;
+
+  static Clock::duration to_clock(Seconds duration) {
+    // Longer than a century means forever; it must not overflow the clock.
+    return std::chrono::duration_cast<Clock::duration>(std::min(duration, Seconds{3.0e9}));
+  }
+  static Clock::time_point deadline_after(Seconds timeout) { return Clock::now() + to_clock(timeout); }
+  std::string where() const {
+    return "Cell '" + options.cell + "' on domain " + std::to_string(options.domain);
+  }
+
+  const ClientOptions options;
+  const std::string id;
+
+  mutable std::mutex mutex;
+  mutable std::condition_variable changed;
+  std::optional<GuidPrefix> server;  ///< participant of the server whose description is the newest
+  bool gone = false;                 ///< that server's status is no longer announced
+  Clock::time_point heard = Clock::now();
+  std::shared_ptr<const CellInfo> cell;
+  std::shared_ptr<const State> state;
+  std::uint64_t samples = 0;
+  std::optional<Status> status;
+  std::uint64_t statuses = 0;
+  std::optional<std::pair<GuidPrefix, Status>>
+      early_status;  ///< of a server whose description is still to come
+  std::deque<Event> events;
+  std::uint64_t newest_event = 0;  ///< sequence number
+  std::uint64_t next_sequence = 1;
+  std::map<std::uint64_t, std::optional<takt_msgs::msg::ControlReply>> replies;
+  int reply_writers = 0;
+  bool control_is_open = false;
+
+  std::mutex senders_mutex;  ///< for making senders
+  std::map<std::string, std::unique_ptr<Sender>> senders;
+
+  // Listeners before the link: what is declared first is destroyed last.
+  std::vector<std::unique_ptr<dds::DataReaderListener>> listeners;
+  CellWatch watch;
+  Link link;
+};
+
+/// Waits until ready() or the deadline; false when the deadline passed. Throws when the server is gone or has
+/// been silent too long. A process that was stopped for a while finds everything silent when it is continued;
+/// what waits in its sockets is given a moment to come in.
+template <typename Ready>
+bool Client::Impl::wait(std::unique_lock<std::mutex>& lock, Clock::time_point deadline, Ready ready) const {
+  constexpr auto grace = std::chrono::milliseconds{300};
+  auto benefit_of_doubt = Clock::now() + grace;
+  for (;;) {
+    if (ready()) return true;
+    if (gone) throw ClientError(ClientError::Kind::lost, where() + " has gone away.");
+    const auto now = Clock::now();
+    if (silent(now) && now > benefit_of_doubt)
+      throw ClientError(
+          ClientError::Kind::lost,
+          where() + " has been silent for " +
+              std::to_string(std::chrono::duration_cast<std::chrono::seconds>(now - heard).count()) +
+              " s (killed, stopped, or the machine is overloaded).");
+    if (now >= deadline) return false;
+    const auto wake = std::min(deadline, std::max(heard + to_clock(options.silence_limit), benefit_of_doubt));
+    changed.wait_until(lock, wake + std::chrono::milliseconds{1});
+    if (const auto late = Clock::now(); late > wake + grace) benefit_of_doubt = late + grace;
+  }
+}
+
+}  // namespace takt::client

@@ -1,0 +1,188 @@
+#include "client_lib/convert.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace takt::client {
+namespace {
+
+Vector3 vector3(const takt_msgs::msg::Vector3& wire) {
+  return {wire.x(), wire.y(), wire.z()};
+}
+
+Transform transform(const takt_msgs::msg::Vector3& position, const std::vector<double>& rotation) {
+  Transform X{vector3(position), {}};
+  if (rotation.size() == X.rotation.size())
+    std::copy(rotation.begin(), rotation.end(), X.rotation.begin());
+  else
+    X.rotation = Transform{}.rotation;
+  return X;
+}
+Transform transform(const takt_msgs::msg::Transform& wire) {
+  return transform(wire.position(), wire.rotation());
+}
+
+template <typename E>
+E enumerator(std::uint8_t value, E largest, E otherwise) {
+  return value <= static_cast<std::uint8_t>(largest) ? static_cast<E>(value) : otherwise;
+}
+
+ComponentInfo component_info(const takt_msgs::msg::ComponentDescription& wire) {
+  ComponentInfo info;
+  info.name = wire.name();
+  info.type = enumerator(wire.type(), ComponentType::ground, ComponentType::ground);
+  info.hierarchy = wire.hierarchy();
+  info.mass_kg = wire.mass();
+  info.center_of_mass_m = vector3(wire.center_of_mass());
+  info.mesh_uri = wire.mesh_uri();
+  info.vertices_m = wire.vertices();
+  info.triangles = wire.triangles();
+  if (wire.color().size() == info.color.size())
+    std::copy(wire.color().begin(), wire.color().end(), info.color.begin());
+  return info;
+}
+
+RobotInfo robot_info(const takt_msgs::msg::RobotDescription& wire) {
+  RobotInfo info;
+  info.name = wire.name();
+  info.urdf = wire.urdf();
+  for (const auto& joint : wire.joints())
+    info.joints.push_back({joint.name().to_string(), joint.type() == 1,
+                           transform(joint.position(), joint.rotation()), vector3(joint.axis()),
+                           joint.lower(), joint.upper(), joint.max_velocity(), joint.max_effort()});
+  info.X_JF = transform(wire.flange());
+  info.X_WR = transform(wire.base());
+  info.command_period_s = wire.command_period();
+  return info;
+}
+
+GripperInfo gripper_info(const takt_msgs::msg::GripperDescription& wire) {
+  GripperInfo info;
+  info.name = wire.name();
+  info.robot = wire.robot();
+  info.palm = wire.palm();
+  info.left_jaw = wire.left_jaw();
+  info.right_jaw = wire.right_jaw();
+  info.X_FG = transform(wire.mount());
+  info.X_GT = transform(wire.tool_center_point());
+  info.max_width_m = wire.max_width();
+  info.max_force_N = wire.max_force();
+  info.jaw_speed_m_per_s = wire.jaw_speed();
+  return info;
+}
+
+}  // namespace
+
+builtin_interfaces::msg::Time to_wire_time(double time_s) {
+  const long long nanoseconds = std::llround(time_s * 1e9);
+  builtin_interfaces::msg::Time time;
+  time.sec(static_cast<std::int32_t>(nanoseconds / 1000000000));
+  time.nanosec(static_cast<std::uint32_t>(nanoseconds % 1000000000));
+  return time;
+}
+
+double from_wire_time(const builtin_interfaces::msg::Time& time) {
+  return static_cast<double>(time.sec()) + 1e-9 * static_cast<double>(time.nanosec());
+}
+
+CellInfo from_wire(const takt_msgs::msg::CellDescription& wire) {
+  CellInfo info;
+  info.cell = wire.cell();
+  info.scenario = wire.scenario();
+  info.server_version = wire.server_version();
+  info.step_s = wire.step_size();
+  info.level_of_detail = wire.level_of_detail();
+  info.gravity_m_per_s2 = vector3(wire.gravity());
+  for (const auto& component : wire.components()) info.components.push_back(component_info(component));
+  for (const auto& robot : wire.robots()) info.robots.push_back(robot_info(robot));
+  for (const auto& gripper : wire.grippers()) info.grippers.push_back(gripper_info(gripper));
+  for (const auto& device : wire.devices()) {
+    DeviceInfo& added = info.devices.emplace_back();
+    added.name = device.name();
+    for (const auto& signal : device.signals()) added.signals.emplace_back(signal);
+  }
+  return info;
+}
+
+Event from_wire(const takt_msgs::msg::Event& wire) {
+  Event event;
+  event.sequence_number = wire.sequence_number();
+  event.time_s = from_wire_time(wire.stamp());
+  event.step = wire.step();
+  event.epoch = wire.epoch();
+  event.severity = enumerator(wire.severity(), Severity::error, Severity::error);
+  event.code = wire.code();
+  event.subject = wire.subject();
+  event.sender = wire.sender();
+  event.message = wire.message();
+  return event;
+}
+
+Status from_wire(const takt_msgs::msg::Status& wire) {
+  Status status;
+  status.time_s = wire.time();
+  status.step = wire.step();
+  status.epoch = wire.epoch();
+  status.state = enumerator(wire.state(), SimulationState::loading_world, SimulationState::no_world);
+  status.pace = wire.pace();
+  status.pace_factor = wire.pace_factor();
+  status.wall_time_s = wire.wall_time();
+  status.sim_over_wall = wire.sim_over_wall();
+  status.real_time_factor = wire.real_time_factor();
+  status.lag_s = wire.lag();
+  status.overruns = wire.overruns();
+  status.longest_overrun_run = wire.longest_overrun_run();
+  status.rebases = wire.rebases();
+  status.step_time = {wire.step_time_p50(), wire.step_time_p99(), wire.step_time_max()};
+  status.wake_up = {wire.wake_up_p50(), wire.wake_up_p99(), wire.wake_up_max()};
+  status.command_latency = {wire.command_latency_p50(), wire.command_latency_p99(),
+                            wire.command_latency_max()};
+  status.commands_applied = wire.commands_applied();
+  status.commands_rejected = wire.commands_rejected();
+  status.mpr_calls = wire.mpr_calls();
+  status.mpr_skipped = wire.mpr_skipped();
+  for (const auto& name : wire.waiting_for()) status.waiting_for.emplace_back(name);
+  status.scheduling = wire.scheduling();
+  status.fault = wire.fault();
+  return status;
+}
+
+std::optional<State> from_wire(const takt_msgs::msg::CellState& wire, std::shared_ptr<const CellInfo> cell) {
+  if (wire.components().size() != cell->components.size() || wire.robots().size() != cell->robots.size() ||
+      wire.grippers().size() != cell->grippers.size())
+    return std::nullopt;
+  State state;
+  state.time_s = wire.time();
+  state.step = wire.step();
+  state.epoch = wire.epoch();
+  state.state_hash = wire.state_hash();
+  state.components.reserve(wire.components().size());
+  const int count = static_cast<int>(wire.components().size());
+  for (const auto& component : wire.components()) {
+    if (component.partner() >= count) return std::nullopt;
+    const auto& q = component.orientation();
+    state.components.push_back({vector3(component.position()),
+                                {q.x(), q.y(), q.z(), q.w()},
+                                vector3(component.linear_velocity()),
+                                vector3(component.angular_velocity()),
+                                vector3(component.force()),
+                                vector3(component.torque()),
+                                enumerator(component.state(), PartState::fixed, PartState::fixed),
+                                std::max(component.partner(), -1)});
+  }
+  for (std::size_t i = 0; i < wire.robots().size(); ++i) {
+    const auto& robot = wire.robots()[i];
+    if (robot.position().size() != cell->robots[i].joints.size()) return std::nullopt;
+    state.robots.push_back({robot.position(), robot.velocity(), robot.effort(), robot.motor_power()});
+  }
+  for (const auto& gripper : wire.grippers())
+    state.grippers.push_back({gripper.width(), gripper.force(), gripper.closed()});
+  for (const auto& device : wire.devices()) state.devices.push_back(device.signals());
+  for (const auto& applied : wire.applied())
+    state.applied.push_back(
+        {applied.target().to_string(), applied.count(), from_wire_time(applied.newest_stamp())});
+  state.cell = std::move(cell);
+  return state;
+}
+
+}  // namespace takt::client

@@ -1,0 +1,150 @@
+#include "client_lib/dds_link.h"
+
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/topic/Topic.hpp>
+
+#include "client_lib/client.h"
+
+namespace takt::client {
+namespace {
+
+using eprosima::fastrtps::Duration_t;
+using eprosima::fastrtps::types::ReturnCode_t;
+
+[[noreturn]] void fail(const std::string& sentence) {
+  throw ClientError(ClientError::Kind::transport, sentence);
+}
+
+dds::DomainParticipantQos participant_qos(const std::string& name, const std::string& profiles_file) {
+  auto* factory = dds::DomainParticipantFactory::get_instance();
+  dds::DomainParticipantQos qos;
+  if (!profiles_file.empty()) {
+    if (factory->load_XML_profiles_file(profiles_file) != ReturnCode_t::RETCODE_OK)
+      fail("The DDS profiles file '" + profiles_file + "' cannot be read as Fast DDS profiles.");
+    if (factory->get_participant_qos_from_profile("takt_client", qos) != ReturnCode_t::RETCODE_OK)
+      fail("The DDS profiles file '" + profiles_file + "' has no participant profile named 'takt_client'.");
+    qos.name(name);
+    return qos;
+  }
+  qos.name(name);
+  // This machine only: shared memory, and UDP bound to the loopback address.
+  qos.transport().use_builtin_transports = false;
+  auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+  udp->interfaceWhiteList.emplace_back("127.0.0.1");
+  // A description of megabytes comes as a burst of fragments when the server's shared memory is out of reach.
+  udp->receiveBufferSize = 4U << 20U;
+  qos.transport().user_transports.push_back(
+      std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>());
+  qos.transport().user_transports.push_back(udp);
+  // A client that dies unannounced is forgotten soon, so that another may take over its robots.
+  qos.wire_protocol().builtin.discovery_config.leaseDuration = Duration_t(5, 0);
+  qos.wire_protocol().builtin.discovery_config.leaseDuration_announcementperiod = Duration_t(1, 0);
+  return qos;
+}
+
+}  // namespace
+
+GuidPrefix participant_of(const dds::InstanceHandle_t& handle) {
+  eprosima::fastrtps::rtps::GUID_t guid;
+  eprosima::fastrtps::rtps::iHandle2GUID(guid, handle);
+  return guid.guidPrefix;
+}
+
+dds::DataReaderQos reader_qos(const dds::Subscriber& subscriber, Channel channel) {
+  dds::DataReaderQos qos = subscriber.get_default_datareader_qos();
+  qos.reliability().kind =
+      channel == Channel::state ? dds::BEST_EFFORT_RELIABILITY_QOS : dds::RELIABLE_RELIABILITY_QOS;
+  qos.durability().kind =
+      channel == Channel::description ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
+  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = channel == Channel::event ? 1000 : channel == Channel::control ? 100 : 1;
+  // The bounds in the IDL are those of the largest cell thinkable; memory is taken for what really comes.
+  qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+  qos.data_sharing().off();
+  return qos;
+}
+
+dds::DataWriterQos control_writer_qos(const dds::Publisher& publisher) {
+  dds::DataWriterQos qos = publisher.get_default_datawriter_qos();
+  qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
+  qos.durability().kind = dds::VOLATILE_DURABILITY_QOS;
+  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = 100;
+  qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+  qos.data_sharing().off();
+  return qos;
+}
+
+dds::DataWriterQos command_writer_qos(const dds::Publisher& publisher, std::uint32_t ownership_strength) {
+  dds::DataWriterQos qos = control_writer_qos(publisher);
+  qos.history().depth = 1;
+  qos.ownership().kind = dds::EXCLUSIVE_OWNERSHIP_QOS;
+  qos.ownership_strength().value = ownership_strength;
+  // The robot passes to the next sender when this one has shown no sign of life for so long. At most the
+  // server's lease.
+  qos.liveliness().kind = dds::AUTOMATIC_LIVELINESS_QOS;
+  qos.liveliness().lease_duration = Duration_t(2, 0);
+  qos.liveliness().announcement_period = Duration_t(0, 500000000);
+  return qos;
+}
+
+Link::Link(int domain, const std::string& name, const std::string& profiles_file,
+           dds::DomainParticipantListener* listener) {
+  if (domain < 0 || domain > 232)
+    throw ClientError(ClientError::Kind::invalid,
+                      "DDS domain " + std::to_string(domain) + " does not exist; allowed are 0 to 232.");
+  const dds::DomainParticipantQos qos = participant_qos(name, profiles_file);
+  auto* factory = dds::DomainParticipantFactory::get_instance();
+  // Discovery only: data goes to the listeners of readers and writers.
+  participant_ = factory->create_participant(static_cast<dds::DomainId_t>(domain), qos, listener,
+                                             dds::StatusMask::none());
+  if (participant_ == nullptr)
+    fail("DDS cannot start on domain " + std::to_string(domain) +
+         " (is /dev/shm writable, are the UDP ports of the domain free?).");
+  publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
+  subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
+  if (publisher_ == nullptr || subscriber_ == nullptr) {
+    participant_->delete_contained_entities();
+    factory->delete_participant(participant_);
+    fail("DDS refused a publisher or subscriber on domain " + std::to_string(domain) + ".");
+  }
+}
+
+Link::~Link() {
+  participant_->set_listener(nullptr);
+  participant_->delete_contained_entities();
+  dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+}
+
+dds::Topic* Link::topic(const std::string& name, dds::TypeSupport type) {
+  if (auto* known = participant_->lookup_topicdescription(name)) return static_cast<dds::Topic*>(known);
+  // Type objects are neither announced nor read: in Fast DDS 2.9 one with a sequence of structs, from any
+  // peer, ends every participant that looks at it (Fast-DDS issue 3296).
+  type->auto_fill_type_object(false);
+  type->auto_fill_type_information(false);
+  if (participant_->register_type(type) != ReturnCode_t::RETCODE_OK)
+    fail("DDS refused the type '" + type.get_type_name() + "'.");
+  dds::Topic* created = participant_->create_topic(name, type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
+  if (created == nullptr) fail("DDS refused the topic '" + name + "'.");
+  return created;
+}
+
+dds::DataReader* Link::create_reader(const std::string& name, dds::TypeSupport type,
+                                     const dds::DataReaderQos& qos, dds::DataReaderListener* listener) {
+  auto* reader = subscriber_->create_datareader(topic(name, type), qos, listener);
+  if (reader == nullptr) fail("DDS refused a reader of topic '" + name + "'.");
+  return reader;
+}
+
+dds::DataWriter* Link::create_writer(const std::string& name, dds::TypeSupport type,
+                                     const dds::DataWriterQos& qos, dds::DataWriterListener* listener) {
+  auto* writer = publisher_->create_datawriter(topic(name, type), qos, listener);
+  if (writer == nullptr)
+    fail("DDS refused a writer of topic '" + name +
+         "' (does the security profile of this client allow it?).");
+  return writer;
+}
+
+}  // namespace takt::client

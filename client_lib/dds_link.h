@@ -1,0 +1,104 @@
+#pragma once
+// The Fast DDS entities of a client: participant, readers, writers, with the QoS of the service. What differs
+// between the majors of Fast DDS belongs in this file and dds_link.cpp only.
+#include <cstdint>
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/publisher/DataWriterListener.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
+#include <fastdds/dds/subscriber/DataReaderListener.hpp>
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <fastdds/dds/topic/TypeSupport.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace takt::client {
+
+namespace dds = eprosima::fastdds::dds;
+using GuidPrefix = eprosima::fastrtps::rtps::GuidPrefix_t;
+
+/// Which participant an entity or a sample belongs to: the identity of one run of a server.
+GuidPrefix participant_of(const dds::InstanceHandle_t& handle);
+
+/// The service's QoS by kind of topic (the same table holds for the server).
+enum class Channel {
+  state,        ///< best effort, newest only
+  event,        ///< reliable, the last 1000
+  description,  ///< reliable, transient local, newest only; samples of megabytes
+  control,      ///< reliable, the last 100
+};
+dds::DataReaderQos reader_qos(const dds::Subscriber& subscriber, Channel channel);
+dds::DataWriterQos control_writer_qos(const dds::Publisher& publisher);
+/// Reliable, newest only, exclusive ownership.
+dds::DataWriterQos command_writer_qos(const dds::Publisher& publisher, std::uint32_t ownership_strength);
+
+/// One participant and everything below it. Throws ClientError (transport) when an entity cannot be made.
+class Link {
+ public:
+  Link(int domain, const std::string& name, const std::string& profiles_file,
+       dds::DomainParticipantListener* listener = nullptr);
+  ~Link();
+  Link(const Link&) = delete;
+  Link& operator=(const Link&) = delete;
+
+  const dds::Publisher& publisher() const { return *publisher_; }
+  const dds::Subscriber& subscriber() const { return *subscriber_; }
+  dds::DataReader* create_reader(const std::string& topic, dds::TypeSupport type,
+                                 const dds::DataReaderQos& qos, dds::DataReaderListener* listener);
+  dds::DataWriter* create_writer(const std::string& topic, dds::TypeSupport type,
+                                 const dds::DataWriterQos& qos, dds::DataWriterListener* listener);
+
+ private:
+  dds::Topic* topic(const std::string& name, dds::TypeSupport type);
+  dds::DomainParticipant* participant_ = nullptr;
+  dds::Publisher* publisher_ = nullptr;
+  dds::Subscriber* subscriber_ = nullptr;
+};
+
+/// Hands every sample, and every change of the matched writers, to functions; they run in threads of DDS.
+template <typename Sample>
+class ReaderListener : public dds::DataReaderListener {
+ public:
+  using OnSample = std::function<void(const Sample&, const GuidPrefix& sender)>;
+  using OnMatch = std::function<void(const GuidPrefix& writer, bool matched)>;
+  explicit ReaderListener(OnSample on_sample, OnMatch on_match = {})
+      : on_sample_(std::move(on_sample)), on_match_(std::move(on_match)) {}
+
+  void on_data_available(dds::DataReader* reader) override {
+    Sample sample;
+    dds::SampleInfo info;
+    while (reader->take_next_sample(&sample, &info) == eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK)
+      if (info.valid_data) on_sample_(sample, participant_of(info.publication_handle));
+  }
+  void on_subscription_matched(dds::DataReader*, const dds::SubscriptionMatchedStatus& status) override {
+    if (on_match_) on_match_(participant_of(status.last_publication_handle), status.current_count_change > 0);
+  }
+
+ private:
+  OnSample on_sample_;
+  OnMatch on_match_;
+};
+
+/// Tells how many readers listen to a writer, and over which QoS policy one was turned away.
+class WriterListener : public dds::DataWriterListener {
+ public:
+  WriterListener(std::function<void(int readers)> on_match,
+                 std::function<void(int policy_id)> on_incompatible)
+      : on_match_(std::move(on_match)), on_incompatible_(std::move(on_incompatible)) {}
+  void on_publication_matched(dds::DataWriter*, const dds::PublicationMatchedStatus& status) override {
+    on_match_(status.current_count);
+  }
+  void on_offered_incompatible_qos(dds::DataWriter*,
+                                   const dds::OfferedIncompatibleQosStatus& status) override {
+    on_incompatible_(static_cast<int>(status.last_policy_id));
+  }
+
+ private:
+  std::function<void(int)> on_match_, on_incompatible_;
+};
+
+}  // namespace takt::client

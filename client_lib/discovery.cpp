@@ -1,0 +1,84 @@
+#include "client_lib/discovery.h"
+
+#include <fastdds/rtps/writer/WriterDiscoveryInfo.h>
+
+#include <algorithm>
+#include <condition_variable>
+#include <set>
+#include <string_view>
+
+#include "client_lib/client.h"
+#include "client_lib/convert.h"
+#include "takt_msgsPubSubTypes.h"
+
+namespace takt::client {
+
+void CellWatch::on_publisher_discovery(dds::DomainParticipant*,
+                                       eprosima::fastrtps::rtps::WriterDiscoveryInfo&& info) {
+  constexpr std::string_view prefix = "rt/", suffix = "/status";
+  if (info.info.typeName() != "takt_msgs::msg::dds_::Status_") return;
+  const std::string topic = info.info.topicName().to_string();
+  if (!topic.starts_with(prefix) || !topic.ends_with(suffix) || topic.size() <= prefix.size() + suffix.size())
+    return;
+  {
+    const std::lock_guard lock(mutex_);
+    if (info.status == eprosima::fastrtps::rtps::WriterDiscoveryInfo::REMOVED_WRITER)
+      cells_.erase(info.info.guid());
+    else
+      cells_[info.info.guid()] = topic.substr(prefix.size(), topic.size() - prefix.size() - suffix.size());
+  }
+  if (on_new_) on_new_();
+}
+
+std::vector<std::string> CellWatch::names() const {
+  const std::lock_guard lock(mutex_);
+  std::set<std::string> names;
+  for (const auto& [guid, name] : cells_) names.insert(name);
+  return {names.begin(), names.end()};
+}
+
+std::vector<FoundCell> list_cells(int domain, Seconds duration, const std::string& profiles_file) {
+  using StatusListener = ReaderListener<takt_msgs::msg::Status>;
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::map<std::string, std::optional<Status>> found;
+  // Below, what is declared first is destroyed last: listeners outlive the entities that call them.
+  std::vector<std::unique_ptr<StatusListener>> listeners;
+  bool announced = false;
+  CellWatch watch([&] {
+    const std::lock_guard lock(mutex);
+    announced = true;
+    changed.notify_all();
+  });
+  Link link(domain, "takt-list", profiles_file, &watch);
+
+  const auto deadline = std::chrono::steady_clock::now() +
+                        std::chrono::duration_cast<std::chrono::steady_clock::duration>(duration);
+  std::unique_lock lock(mutex);
+  do {
+    announced = false;
+    lock.unlock();  // a reader may be handed its first sample before create_reader returns
+    for (const std::string& name : watch.names()) {
+      lock.lock();
+      const bool is_new = found.try_emplace(name).second;
+      lock.unlock();
+      if (!is_new) continue;
+      listeners.push_back(std::make_unique<StatusListener>(
+          [&mutex, &slot = found[name]](const takt_msgs::msg::Status& sample, const GuidPrefix&) {
+            const std::lock_guard guard(mutex);
+            slot = from_wire(sample);
+          }));
+      link.create_reader("rt/" + name + "/status", dds::TypeSupport(new takt_msgs::msg::StatusPubSubType()),
+                         reader_qos(link.subscriber(), Channel::description), listeners.back().get());
+    }
+    lock.lock();
+  } while (changed.wait_until(lock, deadline, [&] { return announced; }));
+
+  std::vector<FoundCell> cells;
+  const auto alive = watch.names();
+  for (const auto& [name, status] : found)
+    if (std::find(alive.begin(), alive.end(), name) != alive.end()) cells.push_back({name, status});
+  return cells;
+}
+
+}  // namespace takt::client

@@ -1,0 +1,28 @@
+#pragma once
+// Which cells are announced on a domain: every server writes rt/<cell>/status.
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "client_lib/dds_link.h"
+
+namespace takt::client {
+
+/// Listener of a participant that collects the names of announced cells.
+class CellWatch : public dds::DomainParticipantListener {
+ public:
+  /// `on_new` runs in a thread of DDS after each new announcement.
+  explicit CellWatch(std::function<void()> on_new = {}) : on_new_(std::move(on_new)) {}
+  void on_publisher_discovery(dds::DomainParticipant* participant,
+                              eprosima::fastrtps::rtps::WriterDiscoveryInfo&& info) override;
+  std::vector<std::string> names() const;
+
+ private:
+  std::function<void()> on_new_;
+  mutable std::mutex mutex_;
+  std::map<eprosima::fastrtps::rtps::GUID_t, std::string> cells_;
+};
+
+}  // namespace takt::client

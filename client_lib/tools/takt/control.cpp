@@ -1,0 +1,140 @@
+// takt list, status, step, play, pause, resume, reset, pace, quit.
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "client_lib/tools/takt/commands.h"
+
+namespace takt::tool {
+namespace {
+
+nlohmann::json json_of(const client::Percentiles& p) {
+  return {{"p50", p.p50_s}, {"p99", p.p99_s}, {"max", p.max_s}};
+}
+
+nlohmann::json json_of(const client::Status& s) {
+  return {{"time", s.time_s},
+          {"step", s.step},
+          {"epoch", s.epoch},
+          {"state", to_string(s.state)},
+          {"pace", s.pace},
+          {"pace_factor", s.pace_factor},
+          {"wall_time", s.wall_time_s},
+          {"sim_over_wall", s.sim_over_wall},
+          {"real_time_factor", s.real_time_factor},
+          {"lag", s.lag_s},
+          {"overruns", s.overruns},
+          {"longest_overrun_run", s.longest_overrun_run},
+          {"rebases", s.rebases},
+          {"step_time", json_of(s.step_time)},
+          {"wake_up", json_of(s.wake_up)},
+          {"command_latency", json_of(s.command_latency)},
+          {"commands_applied", s.commands_applied},
+          {"commands_rejected", s.commands_rejected},
+          {"mpr_calls", s.mpr_calls},
+          {"mpr_skipped", s.mpr_skipped},
+          {"waiting_for", s.waiting_for},
+          {"scheduling", s.scheduling},
+          {"fault", s.fault}};
+}
+
+void print_percentiles(const char* label, const client::Percentiles& p) {
+  std::printf("  %-17s %.0f / %.0f / %.0f µs (median / 99 %% / largest)\n", label, 1e6 * p.p50_s,
+              1e6 * p.p99_s, 1e6 * p.max_s);
+}
+
+/// One line for a person, or the reply as JSON.
+int report(const Common& common, const client::Reply& reply) {
+  if (common.json)
+    std::printf("%s\n", nlohmann::json{{"message", reply.message}, {"values", reply.values}}.dump().c_str());
+  else
+    std::printf("%s\n", reply.message.c_str());
+  return 0;
+}
+
+}  // namespace
+
+int list(const Common& common) {
+  const auto cells = client::list_cells(common.client.domain, client::Seconds{common.timeout_s},
+                                        common.client.profiles_file);
+  if (common.json) {
+    auto document = nlohmann::json::array();
+    for (const auto& cell : cells)
+      document.push_back(
+          {{"cell", cell.name}, {"status", cell.status ? json_of(*cell.status) : nlohmann::json()}});
+    std::printf("%s\n", document.dump().c_str());
+    return cells.empty() ? 1 : 0;
+  }
+  for (const auto& cell : cells) {
+    if (cell.status)
+      std::printf("%-20s %-8s at %.3f s, pace %s\n", cell.name.c_str(),
+                  std::string(to_string(cell.status->state)).c_str(), cell.status->time_s,
+                  cell.status->pace.c_str());
+    else
+      std::printf("%-20s announced, but gives no status\n", cell.name.c_str());
+  }
+  if (cells.empty()) std::fprintf(stderr, "takt: no cell was found on domain %d.\n", common.client.domain);
+  return cells.empty() ? 1 : 0;
+}
+
+int status(const Common& common) {
+  const Client cell(common.client);
+  const client::Status s = cell.status();
+  const auto info = cell.cell();
+  if (common.json) {
+    auto document = json_of(s);
+    document["cell"] = info->cell;
+    document["scenario"] = info->scenario;
+    document["server_version"] = info->server_version;
+    std::printf("%s\n", document.dump(2).c_str());
+    return 0;
+  }
+  std::printf("Cell '%s', scenario %s, level of detail %d, step %g ms, server %s\n", info->cell.c_str(),
+              info->scenario.c_str(), info->level_of_detail, 1e3 * info->step_s,
+              info->server_version.c_str());
+  std::printf("  %-17s %s at %.3f s (step %llu, epoch %u)\n", "state",
+              std::string(to_string(s.state)).c_str(), s.time_s, static_cast<unsigned long long>(s.step),
+              s.epoch);
+  if (s.pace == "realtime")
+    std::printf(
+        "  %-17s realtime x %g, %.2f ms behind, %llu overruns (longest run %llu), %llu schedules moved\n",
+        "pace", s.pace_factor, 1e3 * s.lag_s, static_cast<unsigned long long>(s.overruns),
+        static_cast<unsigned long long>(s.longest_overrun_run), static_cast<unsigned long long>(s.rebases));
+  else
+    std::printf("  %-17s %s\n", "pace", s.pace.c_str());
+  std::printf("  %-17s %.3f s simulated per s of wall time; %.5f s computed per s simulated\n", "speed",
+              s.sim_over_wall, s.real_time_factor);
+  print_percentiles("step", s.step_time);
+  print_percentiles("wake-up", s.wake_up);
+  print_percentiles("command to effect", s.command_latency);
+  std::printf("  %-17s %llu applied, %llu rejected\n", "commands",
+              static_cast<unsigned long long>(s.commands_applied),
+              static_cast<unsigned long long>(s.commands_rejected));
+  std::printf("  %-17s %llu calls made, %llu skipped\n", "collision",
+              static_cast<unsigned long long>(s.mpr_calls), static_cast<unsigned long long>(s.mpr_skipped));
+  std::printf("  %-17s %s\n", "scheduling", s.scheduling.c_str());
+  for (const auto& name : s.waiting_for) std::printf("  %-17s %s\n", "waiting for", name.c_str());
+  if (!s.fault.empty()) std::printf("  %-17s %s\n", "fault", s.fault.c_str());
+  return 0;
+}
+
+int step(const Common& common, std::uint64_t steps) {
+  return report(common, Client(common.client).request("step", {{"steps", std::to_string(steps)}}));
+}
+
+int set_state(const Common& common, client::SimulationState state) {
+  return report(
+      common,
+      Client(common.client).request("set_state", {{"state", std::to_string(static_cast<int>(state))}}));
+}
+
+int reset(const Common& common) {
+  return report(common, Client(common.client).request("reset"));
+}
+
+int pace(const Common& common, client::Pace pace, double factor) {
+  Client cell(common.client);
+  cell.set_pace(pace, factor);
+  return report(common, cell.request("get_state"));
+}
+
+}  // namespace takt::tool

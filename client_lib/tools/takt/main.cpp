@@ -1,0 +1,132 @@
+// takt: look at a running cell and control it from the command line.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <map>
+
+#include "client_lib/tools/takt/commands.h"
+
+namespace {
+
+constexpr const char* kExamples = R"(
+Examples:
+  takt list                              which cells there are
+  takt status                            how the cell is doing: time, pace, real-time factor, faults
+  takt watch                             a live line: time, real-time factor, who holds which Part
+  takt watch --until 42                  the same, up to a simulated time
+  takt state --json                      positions, orientations, states, partners
+  takt pause; takt step 100; takt resume
+  takt record run.csv --duration 10      10 s of simulated time
+  takt check scenario.yaml               compare with the positions the scenario expects at its end
+  takt --cell line2 --domain 3 status    another cell (or: TAKT_CELL=line2 TAKT_DOMAIN=3 takt status)
+
+Exit codes: 0 ok, 1 failed (no such cell, refused, not as expected), 2 wrong usage.)";
+
+int run(int argc, char** argv) {
+  using takt::client::Pace;
+  using takt::client::SimulationState;
+  CLI::App app{"Look at a running takt cell and control it."};
+  app.footer(kExamples);
+  app.require_subcommand(1);
+  app.fallthrough();  // the common options may follow the command
+
+  takt::tool::Common common;
+  common.client.name = "takt";
+  app.add_option("--cell", common.client.cell, "name of the cell (environment: TAKT_CELL)")
+      ->capture_default_str();
+  app.add_option("--domain", common.client.domain, "DDS domain (environment: TAKT_DOMAIN)")
+      ->check(CLI::Range(0, 232))
+      ->capture_default_str();
+  auto* timeout = app.add_option("--timeout", common.timeout_s, "longest wait for an answer, s of wall time")
+                      ->check(CLI::PositiveNumber)
+                      ->capture_default_str();
+  app.add_option("--profiles", common.client.profiles_file,
+                 "Fast DDS profiles (XML) with a profile 'takt_client'")
+      ->check(CLI::ExistingFile);
+  app.add_flag("--json", common.json,
+               "output for programs: JSON, one document per line where it follows something");
+
+  int result = 0;
+  const auto add = [&](const char* name, const char* description, auto action) {
+    return app.add_subcommand(name, description)->callback([&result, action] { result = action(); });
+  };
+  add("list", "which cells are on the domain", [&] {
+    if (timeout->count() == 0) common.timeout_s = 2.0;
+    return takt::tool::list(common);
+  });
+  add("status", "how the cell is doing", [&] { return takt::tool::status(common); });
+  add("state", "where every component is, and who holds it", [&] { return takt::tool::state(common); });
+
+  takt::tool::WatchOptions watch_options;
+  add("watch", "follow time, pace and partners (one line that renews itself on a terminal)", [&] {
+    return takt::tool::watch(common, watch_options);
+  })->add_option("--until", watch_options.until_s, "end at this simulated time, s");
+
+  takt::tool::EventsOptions events_options;
+  add("events", "follow the events from now on", [&] {
+    return takt::tool::events(common, events_options);
+  })->add_option("--count", events_options.count, "end after this many");
+
+  takt::tool::RecordOptions record_options;
+  auto* record = add("record", "write positions, joints and partners to a CSV file",
+                     [&] { return takt::tool::record(common, record_options); });
+  record->add_option("FILE", record_options.file, "CSV file to write; '-' is standard output")->required();
+  record->add_option("--duration", record_options.duration_s, "end after this much simulated time, s");
+  record->add_option("--until", record_options.until_s, "end at this simulated time, s");
+  record->add_option("--period", record_options.period_s, "simulated time between rows, s")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+
+  takt::tool::CheckOptions check_options;
+  auto* check = add("check", "compare the present positions with those a scenario expects at its end",
+                    [&] { return takt::tool::check(common, check_options); });
+  check->add_option("SCENARIO", check_options.scenario_file, "scenario file (YAML) with a section 'expected'")
+      ->required()
+      ->check(CLI::ExistingFile);
+
+  std::uint64_t steps = 1;
+  add("step", "advance a paused cell", [&] { return takt::tool::step(common, steps); })
+      ->add_option("N", steps, "number of steps")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  add("play", "let the cell run", [&] { return takt::tool::set_state(common, SimulationState::playing); });
+  add("pause", "stop the cell where it is",
+      [&] { return takt::tool::set_state(common, SimulationState::paused); });
+  add("resume", "let a paused cell go on",
+      [&] { return takt::tool::set_state(common, SimulationState::playing); });
+  add("reset", "back to the initial state", [&] { return takt::tool::reset(common); });
+  add("quit", "end the server", [&] { return takt::tool::set_state(common, SimulationState::quitting); });
+
+  Pace pace = Pace::realtime;
+  double factor = 1.0;
+  auto* set_pace =
+      add("pace", "how fast simulated time runs", [&] { return takt::tool::pace(common, pace, factor); });
+  const std::map<std::string, Pace> paces{
+      {"realtime", Pace::realtime}, {"free", Pace::free}, {"lockstep", Pace::lockstep}};
+  set_pace->add_option("PACE", pace, "realtime, free or lockstep")
+      ->required()
+      ->transform(CLI::CheckedTransformer(paces, CLI::ignore_case));
+  set_pace->add_option("--factor", factor, "simulated / wall time (realtime)")->check(CLI::PositiveNumber);
+
+  app.parse_complete_callback([&] { common.client.timeout = takt::client::Seconds{common.timeout_s}; });
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "takt: %s\n", error.what());
+    return 1;
+  }
+  return result;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const std::exception& error) {  // of the environment: see ClientOptions
+    std::fprintf(stderr, "takt: %s\n", error.what());
+    return 2;
+  }
+}

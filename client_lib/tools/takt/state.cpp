@@ -1,0 +1,89 @@
+// takt state: one instant of the cell.
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "client_lib/tools/takt/commands.h"
+
+namespace takt::tool {
+namespace {
+
+using client::Quaternion;
+using client::Vector3;
+
+/// Roll, pitch, yaw (fixed axes, as in URDF) of a unit quaternion, in degrees.
+Vector3 rpy_deg(const Quaternion& q) {
+  const double degree = 180.0 / M_PI;
+  const double sin_pitch = std::fmax(-1.0, std::fmin(1.0, 2.0 * (q.w * q.y - q.z * q.x)));
+  return {degree * std::atan2(2.0 * (q.w * q.x + q.y * q.z), 1.0 - 2.0 * (q.x * q.x + q.y * q.y)),
+          degree * std::asin(sin_pitch),
+          degree * std::atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))};
+}
+
+nlohmann::json json_of(const Vector3& v) {
+  return {v.x, v.y, v.z};
+}
+nlohmann::json json_of(const Quaternion& q) {
+  return {q.x, q.y, q.z, q.w};
+}
+
+}  // namespace
+
+int state(const Common& common) {
+  const Client cell(common.client);
+  const client::State s = cell.state();
+  const auto& info = *s.cell;
+  if (common.json) {
+    nlohmann::json document{{"time", s.time_s},
+                            {"step", s.step},
+                            {"epoch", s.epoch},
+                            {"state_hash", std::to_string(s.state_hash)}};
+    for (std::size_t i = 0; i < s.components.size(); ++i) {
+      const auto& c = s.components[i];
+      document["components"][info.components[i].name] = {{"position", json_of(c.position_m)},
+                                                         {"orientation", json_of(c.orientation)},
+                                                         {"linear_velocity", json_of(c.linear_velocity)},
+                                                         {"angular_velocity", json_of(c.angular_velocity)},
+                                                         {"force", json_of(c.force_N)},
+                                                         {"torque", json_of(c.torque_Nm)},
+                                                         {"type", to_string(info.components[i].type)},
+                                                         {"state", to_string(c.state)},
+                                                         {"partner", s.partner_of(info.components[i].name)}};
+    }
+    for (std::size_t i = 0; i < s.robots.size(); ++i)
+      document["robots"][info.robots[i].name] = {{"position", s.robots[i].position},
+                                                 {"velocity", s.robots[i].velocity},
+                                                 {"effort", s.robots[i].effort}};
+    for (std::size_t i = 0; i < s.grippers.size(); ++i)
+      document["grippers"][info.grippers[i].name] = {{"width", s.grippers[i].width_m},
+                                                     {"force", s.grippers[i].force_N},
+                                                     {"closed", s.grippers[i].closed}};
+    std::printf("%s\n", document.dump(2).c_str());
+    return 0;
+  }
+  std::printf("time %.3f s, step %llu, epoch %u, hash %016llx\n\n", s.time_s,
+              static_cast<unsigned long long>(s.step), s.epoch,
+              static_cast<unsigned long long>(s.state_hash));
+  std::printf("%-24s %10s %10s %10s   %8s %8s %8s   %-10s %s\n", "component", "x [m]", "y [m]", "z [m]",
+              "roll [°]", "pitch", "yaw", "state", "held by");
+  for (std::size_t i = 0; i < s.components.size(); ++i) {
+    const auto& c = s.components[i];
+    const Vector3 rpy = rpy_deg(c.orientation);
+    std::printf("%-24s %10.5f %10.5f %10.5f   %7.2f %8.2f %8.2f   %-10s %s\n",
+                info.components[i].name.c_str(), c.position_m.x, c.position_m.y, c.position_m.z, rpy.x, rpy.y,
+                rpy.z, std::string(to_string(c.state)).c_str(),
+                s.partner_of(info.components[i].name).c_str());
+  }
+  std::printf("\n");
+  for (std::size_t i = 0; i < s.robots.size(); ++i) {
+    std::printf("%-24s joints", info.robots[i].name.c_str());
+    for (const double q : s.robots[i].position) std::printf(" %9.5f", q);
+    std::printf("\n");
+  }
+  for (std::size_t i = 0; i < s.grippers.size(); ++i)
+    std::printf("%-24s width %.2f mm, %s\n", info.grippers[i].name.c_str(), 1e3 * s.grippers[i].width_m,
+                s.grippers[i].closed ? "closed" : "open");
+  return 0;
+}
+
+}  // namespace takt::tool

@@ -1,0 +1,190 @@
+// takt watch, events and record: following a cell.
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "client_lib/tools/takt/commands.h"
+
+namespace takt::tool {
+namespace {
+
+using client::Seconds;
+
+/// A person ends what follows a cell; it ends of itself only when the server goes away.
+constexpr double kForever_s = 1.0e9;
+
+/// "C:Gripper2 O:- P:O": who holds each Part.
+std::string partners(const client::State& state) {
+  std::string text;
+  for (const auto& component : state.cell->components) {
+    if (component.type != client::ComponentType::part) continue;
+    const std::string partner = state.partner_of(component.name);
+    text += (text.empty() ? "" : "  ") + component.name + ":" + (partner.empty() ? "-" : partner);
+  }
+  return text;
+}
+
+/// A line longer than the terminal is wide would not be overwritten by the next one.
+std::string cut_to_terminal(std::string line) {
+  winsize size{};
+  if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 && line.size() >= size.ws_col)
+    line.resize(size.ws_col - 1U);
+  return line;
+}
+
+std::string live_line(const client::State& state, const client::Status& status) {
+  char head[160];
+  std::snprintf(head, sizeof(head), "%9.3f s  %-7s %-8s rtf %.4f  x%-6.2f ", state.time_s,
+                std::string(to_string(status.state)).c_str(), status.pace.c_str(), status.real_time_factor,
+                status.sim_over_wall);
+  std::string line = head + partners(state);
+  for (const auto& name : status.waiting_for) line += "  waiting for " + name;
+  if (!status.fault.empty()) line += "  FAULT: " + status.fault;
+  return line;
+}
+
+nlohmann::json json_of(const client::State& state, const client::Status& status) {
+  nlohmann::json document{{"time", state.time_s},
+                          {"state", to_string(status.state)},
+                          {"pace", status.pace},
+                          {"real_time_factor", status.real_time_factor},
+                          {"sim_over_wall", status.sim_over_wall},
+                          {"waiting_for", status.waiting_for},
+                          {"fault", status.fault}};
+  for (const auto& component : state.cell->components)
+    if (component.type == client::ComponentType::part)
+      document["partners"][component.name] = state.partner_of(component.name);
+  return document;
+}
+
+void csv_header(std::FILE* file, const client::CellInfo& info) {
+  std::fprintf(file, "time");
+  for (const auto& component : info.components)
+    for (const char* column : {"x", "y", "z", "qx", "qy", "qz", "qw", "partner"})
+      std::fprintf(file, ",%s.%s", component.name.c_str(), column);
+  for (const auto& robot : info.robots)
+    for (const auto& joint : robot.joints)
+      std::fprintf(file, ",%s.%s", robot.name.c_str(), joint.name.c_str());
+  for (const auto& gripper : info.grippers) std::fprintf(file, ",%s.width", gripper.name.c_str());
+  std::fprintf(file, "\n");
+}
+
+void csv_row(std::FILE* file, const client::State& state) {
+  std::fprintf(file, "%.9g", state.time_s);
+  for (std::size_t i = 0; i < state.components.size(); ++i) {
+    const auto& c = state.components[i];
+    // 17 digits: what is read back is the number that was simulated.
+    std::fprintf(file, ",%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%s", c.position_m.x, c.position_m.y,
+                 c.position_m.z, c.orientation.x, c.orientation.y, c.orientation.z, c.orientation.w,
+                 state.partner_of(state.cell->components[i].name).c_str());
+  }
+  for (const auto& robot : state.robots)
+    for (const double q : robot.position) std::fprintf(file, ",%.17g", q);
+  for (const auto& gripper : state.grippers) std::fprintf(file, ",%.17g", gripper.width_m);
+  std::fprintf(file, "\n");
+}
+
+}  // namespace
+
+int watch(const Common& common, const WatchOptions& options) {
+  const Client cell(common.client);
+  const bool live = isatty(STDOUT_FILENO) != 0 && !common.json;
+  std::string shown;
+  for (std::uint64_t seen = 0;;) {
+    const auto status =
+        cell.wait_for_status([&](const auto& s) { return s.sample_number > seen; }, Seconds{kForever_s});
+    if (!status) return 1;
+    seen = status->sample_number;
+    const client::State state = cell.state();
+    const bool reached = options.until_s && state.time_s >= *options.until_s - 1e-9;
+    const bool over = reached || status->state == client::SimulationState::quitting || !status->fault.empty();
+    // On a terminal the line is renewed with every status; elsewhere there is one line for each change.
+    const std::string what = partners(state) + std::string(to_string(status->state)) + status->pace +
+                             std::to_string(state.epoch) + status->fault;
+    if (live)
+      std::printf("\r\033[K%s%s", cut_to_terminal(live_line(state, *status)).c_str(), over ? "\n" : "");
+    else if (over || what != shown)
+      std::printf("%s\n",
+                  common.json ? json_of(state, *status).dump().c_str() : live_line(state, *status).c_str());
+    std::fflush(stdout);
+    shown = what;
+    if (over) return reached || (!options.until_s && status->fault.empty()) ? 0 : 1;
+  }
+}
+
+int events(const Common& common, const EventsOptions& options) {
+  Client cell(common.client);
+  for (std::uint64_t n = 0; !options.count || n < *options.count; ++n) {
+    const auto event = cell.next_event(Seconds{kForever_s});
+    if (!event) return 1;
+    if (common.json) {
+      std::printf("%s\n", nlohmann::json{{"sequence_number", event->sequence_number},
+                                         {"missed_before", event->missed_before},
+                                         {"time", event->time_s},
+                                         {"step", event->step},
+                                         {"epoch", event->epoch},
+                                         {"severity", to_string(event->severity)},
+                                         {"code", event->code},
+                                         {"subject", event->subject},
+                                         {"sender", event->sender},
+                                         {"message", event->message}}
+                              .dump()
+                              .c_str());
+    } else {
+      if (event->missed_before > 0)
+        std::printf("(%llu events were lost here)\n", static_cast<unsigned long long>(event->missed_before));
+      std::printf("%9.3f s  %-11s %-22s %s\n", event->time_s, std::string(to_string(event->severity)).c_str(),
+                  event->code.c_str(), event->message.c_str());
+    }
+    std::fflush(stdout);
+  }
+  return 0;
+}
+
+int record(const Common& common, const RecordOptions& options) {
+  const Client cell(common.client);
+  const auto close = [](std::FILE* f) {
+    if (f != stdout) std::fclose(f);
+  };
+  const bool to_stdout = options.file == "-";
+  const std::unique_ptr<std::FILE, decltype(close)> file(
+      to_stdout ? stdout : std::fopen(options.file.c_str(), "w"), close);
+  if (!file) throw std::runtime_error("The file '" + options.file + "' cannot be written.");
+  client::State state = cell.state();
+  const double start_s = state.time_s;
+  const std::uint32_t epoch = state.epoch;
+  double end_s = options.duration_s ? start_s + *options.duration_s : 1.0e300;
+  if (options.until_s) end_s = std::min(end_s, *options.until_s);
+  csv_header(file.get(), *state.cell);
+  std::uint64_t rows = 0;
+  double latest_row_s = start_s;
+  for (double k = 0.0;;) {
+    csv_row(file.get(), state);
+    if (std::fflush(file.get()) != 0)
+      throw std::runtime_error("The file '" + options.file + "' cannot be written on.");
+    latest_row_s = state.time_s;
+    ++rows;
+    if (state.time_s >= end_s - 1e-9) break;
+    while (start_s + k * options.period_s <= state.time_s + 1e-9) k += 1.0;
+    const double due_s = std::min(start_s + k * options.period_s, end_s);
+    const auto next = cell.wait_for_state(
+        [&](const auto& s) { return s.time_s >= due_s - 1e-9 || s.epoch != epoch || s.cell != state.cell; },
+        Seconds{kForever_s});
+    if (!next) return 1;
+    if (next->epoch != epoch || next->cell != state.cell) {
+      std::fprintf(stderr, "takt: the cell was reset; the recording ends before that.\n");
+      break;
+    }
+    state = *next;
+  }
+  std::fprintf(stderr, "%llu rows, %.3f s to %.3f s.\n", static_cast<unsigned long long>(rows), start_s,
+               latest_row_s);
+  return 0;
+}
+
+}  // namespace takt::tool

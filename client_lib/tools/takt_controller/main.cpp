@@ -1,0 +1,72 @@
+// takt-controller: runs a robot program (Lua) against a cell, as a robot's own controller would: once per
+// period it reads the state and sends set-points for every robot and gripper the program drives.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <map>
+
+#include "client_lib/tools/takt_controller/session.h"
+
+namespace {
+
+constexpr const char* kExamples = R"(
+Examples:
+  takt-controller config/programs/block_assembly.lua --start
+  takt-controller config/programs/block_assembly.lua --pace lockstep --start --until 42
+
+Exit codes: 0 the program has finished, 1 it failed or the cell went away, 2 wrong usage.)";
+
+int run(int argc, char** argv) {
+  using takt::client::Pace;
+  CLI::App app{"Run a robot program against a takt cell."};
+  app.footer(kExamples);
+  takt::tool::SessionOptions options;
+  options.client.name = "takt-controller";
+  double timeout_s = 10.0;
+  const std::map<std::string, Pace> paces{
+      {"realtime", Pace::realtime}, {"free", Pace::free}, {"lockstep", Pace::lockstep}};
+  app.add_option("PROGRAM", options.program, "robot program (Lua)")->required()->check(CLI::ExistingFile);
+  app.add_option("--cell", options.client.cell, "name of the cell (environment: TAKT_CELL)")
+      ->capture_default_str();
+  app.add_option("--domain", options.client.domain, "DDS domain (environment: TAKT_DOMAIN)")
+      ->check(CLI::Range(0, 232))
+      ->capture_default_str();
+  app.add_option("--pace", options.pace,
+                 "set the pace of the cell: realtime, free or lockstep (default: leave it)")
+      ->transform(CLI::CheckedTransformer(paces, CLI::ignore_case));
+  app.add_flag("--start", options.start, "set the cell playing when all is ready");
+  app.add_option("--until", options.until_s,
+                 "go on to this simulated time, s, when the program has finished (its robots hold still)");
+  app.add_option("--name", options.name, "what the controller is called in events and status")
+      ->capture_default_str();
+  app.add_option("--timeout", timeout_s,
+                 "longest wait for an answer; in lockstep also the cell's patience, s of wall time")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--profiles", options.client.profiles_file,
+                 "Fast DDS profiles (XML) with a profile 'takt_client'")
+      ->check(CLI::ExistingFile);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  options.client.timeout = takt::client::Seconds{timeout_s};
+  try {
+    return takt::tool::run_session(options);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "takt-controller: %s\n", error.what());
+    return 1;
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const std::exception& error) {  // of the environment: see ClientOptions
+    std::fprintf(stderr, "takt-controller: %s\n", error.what());
+    return 2;
+  }
+}

@@ -1,0 +1,219 @@
+#include "client_lib/tools/takt_controller/session.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+
+namespace takt::tool {
+namespace {
+
+using client::Seconds;
+
+/// Times are multiples of the step in binary arithmetic; this is far below any step and far above their
+/// rounding.
+constexpr double kTimeTolerance_s = 1e-9;
+/// The server says itself when it is gone; a cell that is paused may stay so for as long as it likes.
+constexpr Seconds kPatience{1.0e9};
+
+Vec3 vec3(const client::Vector3& v) {
+  return {v.x, v.y, v.z};
+}
+
+Pose pose(const client::Transform& wire) {
+  Pose X;
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column)
+      X.R(row, column) = wire.rotation[static_cast<std::size_t>(3 * row + column)];
+  X.p = vec3(wire.position);
+  return X;
+}
+
+/// Commands one cell by one program.
+class Session {
+ public:
+  explicit Session(const SessionOptions& options)
+      : options_(options),
+        cell_(options.client),
+        info_(cell_.cell()),
+        controller_(options.program, controller_cell(*info_)),
+        period_s_(controller_.period_s()) {}
+
+  int run() {
+    std::vector<std::string> targets;
+    for (const int robot : controller_.driven_robots()) targets.push_back(robot_name(robot));
+    for (const int gripper : controller_.driven_grippers()) targets.push_back(gripper_name(gripper));
+    cell_.register_controller(options_.name, Seconds{period_s_}, options_.client.timeout, targets);
+    try {
+      if (options_.pace) cell_.set_pace(*options_.pace);
+      begin_at(cell_.state());
+      if (options_.start) cell_.play();
+      while (one_boundary()) {
+      }
+    } catch (...) {
+      leave();
+      throw;
+    }
+    std::printf("%s has finished at %.3f s.\n", options_.program.c_str(), time_s_);
+    leave();
+    return 0;
+  }
+
+ private:
+  const std::string& robot_name(int i) const { return info_->robots.at(static_cast<std::size_t>(i)).name; }
+  const std::string& gripper_name(int i) const {
+    return info_->grippers.at(static_cast<std::size_t>(i)).name;
+  }
+
+  /// The next boundary is the first at or after this state.
+  void begin_at(const client::State& state) {
+    epoch_ = state.epoch;
+    next_boundary_ = std::ceil((state.time_s - kTimeTolerance_s) / period_s_);
+    sent_at_step_.reset();
+    output_ = nullptr;
+  }
+
+  /// Waits for the next boundary and answers it, or answers the last one again. False when there is nothing
+  /// more to do: then the boundary is left unanswered, and in lockstep the cell stands exactly there.
+  bool one_boundary() {
+    const double due_s = next_boundary_ * period_s_ - kTimeTolerance_s;
+    std::uint64_t seen = newest_sample_;
+    const bool last = finished_ && !options_.until_s;
+    const auto state = cell_.wait_for_state(
+        [&](const client::State& s) {
+          if (s.time_s >= due_s || s.epoch != epoch_ || s.cell != info_) return true;
+          const bool is_new = s.sample_number > seen;
+          seen = s.sample_number;
+          // The instant that was answered, once more: the cell has not got on, so the commands may not have
+          // arrived.
+          return is_new && sent_at_step_ == s.step;
+        },
+        last ? options_.client.timeout : kPatience);
+    if (!state) return false;  // the program has finished and somebody has paused the cell
+    newest_sample_ = state->sample_number;
+    if (state->cell != info_)
+      throw std::runtime_error("The server was started again; the program does not go on in the middle.");
+    if (state->epoch != epoch_) {
+      std::printf("The cell was reset; %s starts again.\n", options_.program.c_str());
+      controller_.restart();
+      finished_ = false;
+      begin_at(*state);
+      return true;
+    }
+    if (state->time_s >= due_s) {
+      if (finished_ && state->time_s >= options_.until_s.value_or(0.0) - kTimeTolerance_s) return false;
+      compute(*state);
+    }
+    send();
+    return true;
+  }
+
+  /// Calls the program once for each boundary up to this state. In lockstep there is exactly one; at other
+  /// paces there may be several after a delay, and the commands of the last one count.
+  void compute(const client::State& state) {
+    const controller::Input input = controller_input(state);
+    while (next_boundary_ * period_s_ - kTimeTolerance_s <= state.time_s) {
+      output_ = &controller_.update(input);
+      finished_ = output_->finished;
+      next_boundary_ += 1.0;
+    }
+    time_s_ = state.time_s;
+    sent_at_step_ = state.step;
+  }
+
+  void send() {
+    if (output_ == nullptr) return;
+    const auto used = [](const JointArray& values, std::size_t count) {
+      return std::vector<double>(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(count));
+    };
+    for (const auto& joints : output_->joints) {
+      const std::size_t count = info_->robots.at(static_cast<std::size_t>(joints.robot)).joints.size();
+      cell_.send_joint_command(robot_name(joints.robot), used(joints.position, count),
+                               used(joints.velocity, count), time_s_);
+    }
+    for (const auto& gripper : output_->grippers)
+      cell_.set_gripper(gripper_name(gripper.gripper), static_cast<client::GripperAction>(gripper.verb),
+                        gripper.width_m, gripper.max_force_N, time_s_);
+  }
+
+  /// A controller that is registered and silent would hold up a cell in lockstep.
+  void leave() {
+    try {
+      if (cell_.connected()) cell_.unregister_controller(options_.name);
+    } catch (const ClientError& error) {
+      std::fprintf(stderr, "takt-controller: %s\n", error.what());
+    }
+  }
+
+  const SessionOptions& options_;
+  Client cell_;
+  std::shared_ptr<const client::CellInfo> info_;
+  controller::Controller controller_;
+  double period_s_;
+  std::uint32_t epoch_ = 0;
+  double next_boundary_ = 0.0;  ///< a whole number
+  std::optional<std::uint64_t> sent_at_step_;
+  std::uint64_t newest_sample_ = 0;
+  const controller::Output* output_ = nullptr;
+  double time_s_ = 0.0;  ///< of the state answered last
+  bool finished_ = false;
+};
+
+}  // namespace
+
+controller::CellInfo controller_cell(const client::CellInfo& info) {
+  controller::CellInfo cell;
+  for (const auto& robot : info.robots) {
+    if (robot.joints.size() > static_cast<std::size_t>(kMaxJoints))
+      throw std::runtime_error("Robot '" + robot.name + "' has " + std::to_string(robot.joints.size()) +
+                               " joints; this controller knows at most " + std::to_string(kMaxJoints) + ".");
+    controller::RobotInfo& added = cell.robots.emplace_back();
+    added.name = robot.name;
+    for (const auto& joint : robot.joints) {
+      JointModel& model = added.arm.joints.emplace_back();
+      model.name = joint.name;
+      model.type = joint.prismatic ? JointType::prismatic : JointType::revolute;
+      model.X_PJ = pose(joint.X_PJ);
+      model.axis = vec3(joint.axis);
+      model.lower = joint.lower;
+      model.upper = joint.upper;
+      model.max_velocity = joint.max_velocity;
+      model.max_effort = joint.max_effort;
+    }
+    added.arm.X_JF = pose(robot.X_JF);
+    added.X_WR = pose(robot.X_WR);
+  }
+  for (const auto& gripper : info.grippers) {
+    if (gripper.robot < 0 || gripper.robot >= static_cast<int>(cell.robots.size()))
+      throw std::runtime_error("Gripper '" + gripper.name + "' is on no robot of the cell.");
+    cell.grippers.push_back({gripper.name, gripper.robot, pose(gripper.X_FG) * pose(gripper.X_GT),
+                             gripper.max_width_m, gripper.max_force_N});
+  }
+  for (const auto& component : info.components) cell.components.push_back(component.name);
+  return cell;
+}
+
+controller::Input controller_input(const client::State& state) {
+  const auto copy = [](const std::vector<double>& from, JointArray& to) {
+    std::copy_n(from.begin(), std::min(from.size(), to.size()), to.begin());
+  };
+  controller::Input input;
+  input.time_s = state.time_s;
+  input.robots.resize(state.robots.size());
+  for (std::size_t i = 0; i < state.robots.size(); ++i) {
+    copy(state.robots[i].position, input.robots[i].position);
+    copy(state.robots[i].velocity, input.robots[i].velocity);
+  }
+  for (const auto& gripper : state.grippers) input.grippers.push_back({gripper.width_m, gripper.closed});
+  for (const auto& component : state.components) {
+    const auto& q = component.orientation;
+    input.components.push_back({vec3(component.position_m), Quat(q.w, q.x, q.y, q.z), component.partner});
+  }
+  return input;
+}
+
+int run_session(const SessionOptions& options) {
+  return Session(options).run();
+}
+
+}  // namespace takt::tool

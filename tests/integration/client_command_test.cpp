@@ -1,0 +1,159 @@
+// What takt::Client sends: commands and control requests, and what it refuses to send.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "client_lib/client.h"
+#include "tests/support/scripted_cell.h"
+
+namespace {
+
+using takt::Client;
+using takt::ClientError;
+using takt::client::GripperAction;
+using takt::client::Seconds;
+using takt::client::SimulationState;
+using takt::test::kTestDomain;
+using takt::test::ScriptedCell;
+using takt::test::small_description;
+using takt::test::unique_cell_name;
+
+constexpr Seconds kGenerous{60.0};
+
+class ClientCommand : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { ScriptedCell::use_real_transports(); }
+
+  void connect(ScriptedCell::Handler handler = {}, Seconds timeout = kGenerous) {
+    server_ = std::make_unique<ScriptedCell>(name_, small_description(name_), std::move(handler));
+    takt::ClientOptions options;
+    options.cell = name_;
+    options.domain = kTestDomain;
+    options.timeout = kGenerous;
+    options.silence_limit = kGenerous;
+    options.timeout = timeout;
+    client_ = std::make_unique<Client>(options);
+  }
+  template <typename Call>
+  ClientError error_of(Call call) {
+    try {
+      call();
+    } catch (const ClientError& error) {
+      return error;
+    }
+    ADD_FAILURE() << "no error was thrown";
+    return {ClientError::Kind::transport, ""};
+  }
+
+  std::string name_ = unique_cell_name("commanded");
+  std::unique_ptr<ScriptedCell> server_;
+  std::unique_ptr<Client> client_;
+};
+
+TEST_F(ClientCommand, TheFirstJointCommandArrivesExactly) {
+  connect();
+  server_->listen_to_joints("Robot2");
+  client_->send_joint_command("Robot2", {0.1, -1.0 / 3.0}, {1e-300, 2.0}, 12.000000008);
+  const auto received = server_->wait_for_joint_commands(1);
+  ASSERT_EQ(received.size(), 1U);
+  EXPECT_EQ(received[0].name(), (std::vector<std::string>{"shoulder", "elbow"}));
+  EXPECT_EQ(received[0].position(), (std::vector<double>{0.1, -1.0 / 3.0}));
+  EXPECT_EQ(received[0].velocity(), (std::vector<double>{1e-300, 2.0}));
+  EXPECT_EQ(received[0].header().stamp().sec(), 12);
+  EXPECT_EQ(received[0].header().stamp().nanosec(), 8U);
+}
+
+TEST_F(ClientCommand, GripperCommandArrives) {
+  connect();
+  server_->listen_to_gripper("Gripper1");
+  client_->set_gripper("Gripper1", GripperAction::width, 0.03, 40.0);
+  const auto received = server_->wait_for_gripper_commands(1);
+  ASSERT_EQ(received.size(), 1U);
+  EXPECT_EQ(received[0].action(), 2);
+  EXPECT_EQ(received[0].width(), 0.03);
+  EXPECT_EQ(received[0].max_force(), 40.0);
+  EXPECT_EQ(received[0].stamp().sec(), 0);
+  EXPECT_EQ(received[0].stamp().nanosec(), 0U);
+}
+
+TEST_F(ClientCommand, WrongCommandsAreRefusedHereAndNotSent) {
+  connect();
+  server_->listen_to_joints("Robot1");
+  const ClientError robot = error_of([&] { client_->send_joint_command("Robot7", {0.0, 0.0}); });
+  EXPECT_EQ(robot.kind(), ClientError::Kind::not_found);
+  EXPECT_STREQ(robot.what(), "The cell has no robot 'Robot7'; it has Robot1, Robot2.");
+
+  const ClientError count = error_of([&] { client_->send_joint_command("Robot1", {0.0, 0.0, 0.0}); });
+  EXPECT_EQ(count.kind(), ClientError::Kind::invalid);
+  EXPECT_NE(std::string(count.what()).find("2 joints (shoulder, elbow); the command has 3 positions"),
+            std::string::npos)
+      << count.what();
+  EXPECT_EQ(error_of([&] {
+              client_->send_joint_command("Robot1", {0.0, 0.0}, {0.0});
+            }).kind(),
+            ClientError::Kind::invalid);
+
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const ClientError finite = error_of([&] { client_->send_joint_command("Robot1", {0.0, nan}); });
+  EXPECT_EQ(finite.kind(), ClientError::Kind::invalid);
+  EXPECT_NE(std::string(finite.what()).find("'elbow'"), std::string::npos) << finite.what();
+  EXPECT_EQ(error_of([&] {
+              client_->send_joint_command("Robot1", {0.0, 0.0}, {}, -1.0);
+            }).kind(),
+            ClientError::Kind::invalid);
+  EXPECT_EQ(error_of([&] { client_->set_gripper("Gripper9", GripperAction::open); }).kind(),
+            ClientError::Kind::not_found);
+  EXPECT_EQ(error_of([&] { client_->set_gripper("Gripper1", GripperAction::width, INFINITY); }).kind(),
+            ClientError::Kind::invalid);
+
+  client_->send_joint_command("Robot1", {0.25, 0.5});
+  const auto received = server_->wait_for_joint_commands(1);
+  ASSERT_EQ(received.size(), 1U);
+  EXPECT_EQ(received[0].position(), (std::vector<double>{0.25, 0.5}));
+}
+
+TEST_F(ClientCommand, ACommandNobodyListensToIsAnError) {
+  connect({}, Seconds{0.5});
+  const ClientError error = error_of([&] { client_->send_joint_command("Robot1", {0.0, 0.0}); });
+  EXPECT_EQ(error.kind(), ClientError::Kind::timeout);
+  EXPECT_NE(std::string(error.what()).find("Robot1/joint_commands"), std::string::npos) << error.what();
+}
+
+TEST_F(ClientCommand, RequestsCarryTheirArgumentsAndBringTheReply) {
+  connect([](ScriptedCell& cell, const takt_msgs::msg::ControlRequest& request) {
+    if (request.request() == "get_state") return cell.reply(request, 1, "Paused.", {{"state", "2"}});
+    std::map<std::string, std::string> echo;
+    for (const auto& argument : request.arguments())
+      echo[argument.name().to_string()] = argument.value().to_string();
+    auto foreign = request;  // the reply to somebody else must not be taken for this one's
+    foreign.client_id("somebody else");
+    cell.reply(foreign, 4, "not for you");
+    cell.reply(request, 1, "Done: " + request.request().to_string(), echo);
+  });
+  EXPECT_EQ(client_->get_state(), SimulationState::paused);
+  const auto reply = client_->request("anything", {{"a", "1"}, {"b", "two words"}});
+  EXPECT_EQ(reply.message, "Done: anything");
+  EXPECT_EQ(reply.values, (takt::client::Arguments{{"a", "1"}, {"b", "two words"}}));
+}
+
+TEST_F(ClientCommand, ARefusalCarriesResultAndSentenceOfTheServer) {
+  connect([](ScriptedCell& cell, const takt_msgs::msg::ControlRequest& request) {
+    if (request.request() == "get_state") return cell.reply(request, 1, "Playing.", {{"state", "1"}});
+    cell.reply(request, 3, "Single steps are possible only while the simulation is paused.");
+  });
+  const ClientError error = error_of([&] { client_->step(5); });
+  EXPECT_EQ(error.kind(), ClientError::Kind::refused);
+  EXPECT_EQ(error.result(), 3);
+  EXPECT_NE(std::string(error.what()).find("only while the simulation is paused"), std::string::npos)
+      << error.what();
+}
+
+TEST_F(ClientCommand, ARequestWithoutReplyTimesOut) {
+  connect();  // answers get_state only
+  const ClientError error = error_of([&] { client_->request("step", {{"steps", "1"}}, Seconds{1.0}); });
+  EXPECT_EQ(error.kind(), ClientError::Kind::timeout);
+  EXPECT_NE(std::string(error.what()).find("'step'"), std::string::npos) << error.what();
+}
+
+}  // namespace

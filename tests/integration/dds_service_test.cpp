@@ -1,0 +1,306 @@
+// The service over DDS against raw endpoints: what it says, what it refuses, who may command.
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tests/support/dds_service.h"
+#include "tests/support/loop_reader.h"
+
+namespace takt {
+namespace {
+
+using test::DdsService;
+using test::RawCellClient;
+using test::RawWriter;
+using test::swing;
+namespace msg = takt_msgs::msg;
+using JointStateType = sensor_msgs::msg::JointStatePubSubType;
+
+RunLoopOptions paused(Pace pace = Pace::free) {
+  RunLoopOptions options;
+  options.pace = pace;
+  options.start_paused = true;
+  return options;
+}
+
+TEST(DdsService, DescribesItselfAndShowsItsInstants) {
+  DdsService service(paused());
+  RawCellClient client;
+  const auto descriptions =
+      client.dds.read<msg::CellDescriptionPubSubType>(client.topic("description"), true, true, 1);
+  ASSERT_TRUE(descriptions->wait_until([](const auto& messages) { return !messages.empty(); }));
+  const msg::CellDescription description = descriptions->messages().front();
+  EXPECT_EQ(description.cell(), test::test_cell().c_str());
+  EXPECT_EQ(description.scenario(), "service_test");
+  EXPECT_EQ(description.step_size(), 0.001);
+  ASSERT_EQ(description.robots().size(), 2U);
+  EXPECT_EQ(description.robots()[1].name(), "Robot2");
+  ASSERT_EQ(description.robots()[0].joints().size(), 6U);
+  EXPECT_EQ(description.robots()[0].joints()[0].name(), "shoulder_pan_joint");
+  ASSERT_EQ(description.grippers().size(), 2U);
+  EXPECT_EQ(description.grippers()[0].max_width(), 0.15);
+  const auto& cell = service.loop->cell();
+  ASSERT_EQ(description.components().size(), cell.components.size());
+  for (std::size_t i = 0; i < cell.components.size(); ++i) {
+    EXPECT_EQ(description.components()[i].name().to_string(), cell.components[i].name);
+    EXPECT_EQ(description.components()[i].vertices(), cell.components[i].vertices);
+    EXPECT_EQ(description.components()[i].triangles(), cell.components[i].triangles);
+  }
+
+  const auto joints = client.dds.read<JointStateType>(client.topic("Robot2/joint_states"), true, false, 10);
+  const auto clock = client.dds.read<rosgraph_msgs::msg::ClockPubSubType>("rt/clock", true, false, 1);
+  const auto urdf = client.dds.read<std_msgs::msg::StringPubSubType>(client.topic("Robot1/robot_description"),
+                                                                     true, true, 1);
+  ASSERT_TRUE(urdf->wait_until([](const auto& messages) { return !messages.empty(); }));
+  EXPECT_EQ(urdf->messages().front().data(), cell.robots[0].urdf);
+
+  // The two readers above are known to the service when their samples come; step until they do.
+  const auto any = [](const auto& messages) { return !messages.empty(); };
+  std::uint64_t steps = 0;
+  while (!joints->wait_briefly(any) || !clock->wait_briefly(any)) {
+    ASSERT_EQ(client.request("step", {{"steps", "10"}}).result(), 1);
+    steps += 10;
+  }
+  ASSERT_TRUE(client.state->wait_for([&](const auto& state) { return state.step() == steps; }));
+  const auto state = client.state->messages().back();
+  EXPECT_EQ(state.components().size(), cell.components.size());
+  EXPECT_EQ(state.robots()[0].position().size(), 6U);
+  EXPECT_NEAR(state.time(), static_cast<double>(steps) * 0.001, 1e-12);
+  EXPECT_EQ(state.applied()[2].target(), "Gripper1");
+  const auto joint_state = joints->messages().front();
+  EXPECT_EQ(joint_state.name()[0], "shoulder_pan_joint");
+  EXPECT_NEAR(joint_state.position()[1], -1.5707963267948966, 1e-9);
+  service.stop();
+  EXPECT_EQ(state.state_hash(), service.simulation.state_hash());
+}
+
+class DdsCommands : public testing::Test {
+ protected:
+  DdsCommands() {
+    robot1_ = client_.dds.write<JointStateType>(client_.topic("Robot1/joint_commands"));
+    gripper1_ = client_.dds.write<msg::GripperCommandPubSubType>(client_.topic("Gripper1/command"));
+    robot1_.matches->wait_for(1);
+    gripper1_.matches->wait_for(1);
+  }
+  sensor_msgs::msg::JointState good() const { return test::to_message(arm(), swing(0, 0.0), 0.0); }
+  const ArmModel& arm() const { return service_.loop->cell().robots[0].arm; }
+
+  void expect_rejected(sensor_msgs::msg::JointState message, const std::string& words) {
+    robot1_.writer->write(&message);
+    msg::Event event;
+    ASSERT_TRUE(client_.wait_for_event("command_rejected", "Robot1", words, &event)) << words;
+    EXPECT_EQ(event.sender().to_string(), robot1_.guid());
+  }
+  void expect_rejected(msg::GripperCommand message, const std::string& words) {
+    gripper1_.writer->write(&message);
+    msg::Event event;
+    ASSERT_TRUE(client_.wait_for_event("command_rejected", "Gripper1", words, &event)) << words;
+    EXPECT_EQ(event.sender().to_string(), gripper1_.guid());
+  }
+
+  DdsService service_{paused()};
+  RawCellClient client_;
+  RawWriter robot1_, gripper1_;
+};
+
+TEST_F(DdsCommands, WrongOnesAreRefusedWithTheReasonAndChangeNothing) {
+  auto bad = good();
+  bad.position()[2] = std::numeric_limits<double>::quiet_NaN();
+  expect_rejected(bad, "not_finite: position of joint 'elbow_joint'");
+  bad = good();
+  bad.velocity()[1] = std::numeric_limits<double>::infinity();
+  expect_rejected(bad, "not_finite: velocity of joint 'shoulder_lift_joint'");
+  bad = good();
+  bad.position().pop_back();
+  expect_rejected(bad, "wrong_count: field 'position' has 5");
+  bad = good();
+  bad.name().push_back("one_more");
+  expect_rejected(bad, "wrong_count: field 'name' has 7");
+  bad = good();
+  bad.name()[0] = "no_such_joint";
+  expect_rejected(bad, "unknown_joint: Robot1 has no joint 'no_such_joint'");
+  bad = good();
+  bad.name()[0] = bad.name()[1];
+  expect_rejected(bad, "duplicate_joint");
+  bad = good();
+  bad.position()[0] = 100.0;
+  expect_rejected(bad, "out_of_range: position 100 rad of joint 'shoulder_pan_joint'");
+  bad = good();
+  bad.velocity()[0] = 100.0;
+  expect_rejected(bad, "velocity_out_of_range");
+  bad = good();
+  bad.header().stamp().nanosec(2'000'000'000U);
+  expect_rejected(bad, "malformed: the stamp");
+  msg::GripperCommand gripper;
+  gripper.action(9);
+  expect_rejected(gripper, "malformed: action 9");
+  gripper.action(2);
+  gripper.width(0.2);
+  expect_rejected(gripper, "out_of_range: width 0.2");
+  gripper.width(std::numeric_limits<double>::quiet_NaN());
+  expect_rejected(gripper, "not_finite: width");
+
+  ASSERT_EQ(client_.request("step", {{"steps", "50"}}).result(), 1);
+  ASSERT_TRUE(client_.status->wait_for(
+      [](const msg::Status& status) { return status.step() == 50 && status.commands_rejected() == 12; }));
+  EXPECT_EQ(client_.status->messages().back().commands_applied(), 0U);
+  service_.stop();
+  Simulation untouched(service_.model);
+  for (int i = 0; i < 50; ++i) ASSERT_TRUE(untouched.step({}));
+  EXPECT_EQ(service_.simulation.state_hash(), untouched.state_hash());
+}
+
+TEST_F(DdsCommands, StaleOnesAreRefused) {
+  auto message = test::to_message(arm(), swing(0, 0.0), 2.0);
+  robot1_.writer->write(&message);
+  expect_rejected(test::to_message(arm(), swing(0, 0.0), 1.5), "stale: ");
+}
+
+TEST_F(DdsCommands, ForRobotsThatAreNotThereAreTold) {
+  const auto ghost = client_.dds.write<JointStateType>(client_.topic("Robot9/joint_commands"));
+  const auto hand = client_.dds.write<msg::GripperCommandPubSubType>(client_.topic("Hand/command"));
+  msg::Event event;
+  ASSERT_TRUE(client_.wait_for_event("unknown_robot", "Robot9", "robots: Robot1, Robot2", &event));
+  EXPECT_EQ(event.sender().to_string(), ghost.guid());
+  ASSERT_TRUE(client_.wait_for_event("unknown_gripper", "Hand", "grippers: Gripper1, Gripper2"));
+}
+
+TEST_F(DdsCommands, OfTwoSharedSendersTheFirstIsHeardUntilItGoes) {
+  auto mine = good();
+  robot1_.writer->write(&mine);
+  ASSERT_EQ(client_.request("step").result(), 1);
+  auto second = client_.dds.write<JointStateType>(client_.topic("Robot1/joint_commands"));
+  ASSERT_TRUE(second.matches->wait_for(1));
+  auto other = good();
+  other.position()[0] = 0.01;
+  second.writer->write(&other);
+  msg::Event event;
+  ASSERT_TRUE(client_.wait_for_event("not_owner", "Robot1", robot1_.guid(), &event));
+  EXPECT_EQ(event.sender().to_string(), second.guid());
+  ASSERT_EQ(client_.request("step", {{"steps", "20"}}).result(), 1);
+  EXPECT_TRUE(
+      client_.state->wait_for([](const auto& s) { return s.step() == 21 && s.applied()[0].count() == 1; }));
+
+  client_.dds.remove(robot1_);
+  // The server has heard of the departure when the second sender's command is applied.
+  for (int attempt = 0; attempt < 300; ++attempt) {
+    second.writer->write(&other);
+    client_.request("step", {{"steps", "1"}});
+    if (client_.state->wait_briefly([](const auto& m) { return m.back().applied()[0].count() > 1; })) break;
+  }
+  ASSERT_TRUE(client_.state->wait_for([](const auto& s) { return s.applied()[0].count() > 1; }));
+  ASSERT_EQ(client_.request("step", {{"steps", "20"}}).result(), 1);
+  EXPECT_TRUE(client_.state->wait_for(
+      [](const auto& s) { return std::abs(s.robots()[0].position()[0] - 0.01) < 1e-12; }));
+}
+
+TEST_F(DdsCommands, ExclusiveSendersComeFirstAndTheStrongestOfThem) {
+  auto weak = client_.dds.write<JointStateType>(client_.topic("Robot1/joint_commands"), true, 1);
+  ASSERT_TRUE(weak.matches->wait_for(1));
+  auto from_weak = good();
+  from_weak.position()[0] = 0.01;
+  weak.writer->write(&from_weak);
+  ASSERT_TRUE(client_.state->wait_until([&](const auto& messages) {
+    client_.write("step", {{"steps", "1"}}, 1'000'000 + messages.size());
+    return messages.back().applied()[0].count() == 1;
+  }));
+  auto shared = good();
+  robot1_.writer->write(&shared);
+  ASSERT_TRUE(client_.wait_for_event("not_owner", "Robot1", weak.guid()));
+
+  auto strong = client_.dds.write<JointStateType>(client_.topic("Robot1/joint_commands"), true, 5);
+  ASSERT_TRUE(strong.matches->wait_for(1));
+  msg::Event event;
+  ASSERT_TRUE(client_.wait_for_event("not_owner", "Robot1", "exclusively", &event));
+  EXPECT_EQ(event.sender().to_string(), weak.guid());
+}
+
+TEST(DdsControl, RequestsAreAnsweredOnce) {
+  DdsService service(paused());
+  RawCellClient client;
+  EXPECT_EQ(client.request("load_scenario").result(), 0);
+  const auto unknown = client.request("step", {{"count", "3"}});
+  EXPECT_EQ(unknown.result(), 4);
+  EXPECT_NE(unknown.message().to_string().find("'count'"), std::string::npos);
+  client.write("step", {{"steps", "5"}}, 5000);
+  ASSERT_TRUE(client.wait_for_replies(5000, 1));
+  client.write("step", {{"steps", "5"}}, 5000);  // as a client does that has not heard the reply
+  ASSERT_TRUE(client.wait_for_replies(5000, 2));
+  const auto state = client.request("get_state");
+  EXPECT_EQ(client.value(state, "step"), "5");
+  EXPECT_EQ(client.value(state, "state"), "2");
+  EXPECT_EQ(client.request("set_state", {{"state", "1"}}).result(), 1);
+  EXPECT_EQ(client.request("step").result(), 3);
+}
+
+TEST(DdsLockstep, GivesTheSameBitsAtEveryStepAsStepsTakenDirectly) {
+  constexpr std::uint64_t kSteps = 480;
+  constexpr double kPeriod = 0.008;
+  std::vector<std::uint64_t> served;
+  RunLoopOptions options = paused(Pace::lockstep);
+  options.pause_at_s = static_cast<double>(kSteps) * 0.001;
+  options.on_instant = [&](const Simulation& simulation) { served.push_back(simulation.state_hash()); };
+  DdsService service(options);
+  RawCellClient client;
+  auto robot1 = client.dds.write<JointStateType>(client.topic("Robot1/joint_commands"), true, 1);
+  auto robot2 = client.dds.write<JointStateType>(client.topic("Robot2/joint_commands"));
+  auto gripper = client.dds.write<msg::GripperCommandPubSubType>(client.topic("Gripper2/command"), true, 1);
+  for (auto* writer : {&robot1, &robot2, &gripper}) ASSERT_TRUE(writer->matches->wait_for(1));
+  ASSERT_EQ(client
+                .request("register_controller",
+                         {{"name", "plc"}, {"period_s", "0.008"}, {"targets", "Robot1,Robot2,Gripper2"}})
+                .result(),
+            1);
+  ASSERT_EQ(client.request("set_state", {{"state", "1"}}).result(), 1);
+  const auto& cell = service.loop->cell();
+  for (std::uint64_t step = 0; step < kSteps; step += 8) {
+    msg::CellState state;
+    ASSERT_TRUE(client.state->wait_for([&](const auto& s) { return s.step() == step; }, &state)) << step;
+    auto first = test::to_message(cell.robots[0].arm, swing(0, state.time()), state.time());
+    auto second = test::to_message(cell.robots[1].arm, swing(1, state.time()), state.time());
+    msg::GripperCommand close;
+    close.stamp(state.stamp());
+    close.action(1);
+    gripper.writer->write(&close);
+    robot2.writer->write(&second);
+    robot1.writer->write(&first);
+  }
+  ASSERT_TRUE(client.wait_for_event("end_of_scenario", "service_test", ""));
+  service.stop();
+
+  Simulation direct(service.model);
+  std::vector<std::uint64_t> expected{direct.state_hash()};
+  while (direct.step_index() < kSteps) {
+    std::vector<Command> commands;
+    if (direct.step_index() % 8 == 0) {
+      for (int robot = 0; robot < 2; ++robot) {
+        JointCommand command = swing(robot, direct.time_s());
+        command.period_s = kPeriod;
+        commands.emplace_back(command);
+      }
+      commands.emplace_back(GripperCommand{1, direct.time_s(), GripperAction::close, 0.0, 0.0});
+    }
+    ASSERT_TRUE(direct.step(commands));
+    expected.push_back(direct.state_hash());
+  }
+  EXPECT_EQ(served, expected);
+  EXPECT_EQ(client.count_events("command_rejected"), 0U);
+}
+
+TEST(DdsDescription, OfMegabytesReachesALateJoiner) {
+  auto model = test::service_model();
+  auto& mesh = model->description.components[0];
+  const std::size_t triangles = 60'000;  // 12 bytes of indices each, and 24 bytes of vertices: 2.2 MB
+  mesh.vertices.assign(triangles * 6, 0.0F);
+  mesh.triangles.assign(triangles * 3, 0U);
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) mesh.vertices[i] = static_cast<float>(i);
+  DdsService service(paused(), model);
+  RawCellClient client;
+  const auto inbox =
+      client.dds.read<msg::CellDescriptionPubSubType>(client.topic("description"), true, true, 1);
+  ASSERT_TRUE(inbox->wait_until([](const auto& messages) { return !messages.empty(); }));
+  EXPECT_EQ(inbox->messages().front().components()[0].vertices(), mesh.vertices);
+}
+
+}  // namespace
+}  // namespace takt

@@ -1,0 +1,77 @@
+// The block scenario over DDS in lockstep, with the programs a user starts: the same bits as takt-run of the
+// same program, ten times in a row, whatever the load of the machine.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "client_lib/client.h"
+#include "server/headless/headless_run.h"
+#include "server/scenario/scenario_builder.h"
+#include "tests/support/child_process.h"
+
+namespace takt::test {
+namespace {
+
+const std::filesystem::path kConfig = TAKT_CONFIG_DIR;
+const std::string kScenario = kConfig / "scenarios" / "block_assembly.yaml";
+const std::string kProgram = kConfig / "programs" / "block_assembly.lua";
+const std::string kBin = TAKT_BIN_DIR;
+
+/// State hash after every step of the run in one process.
+std::vector<std::uint64_t> hashes_in_process() {
+  const Scenario scenario = read_scenario(kScenario);
+  Simulation simulation(build_cell(scenario));
+  HeadlessOptions options;
+  options.duration_s = scenario.duration_s;
+  options.program = scenario.controller_program;
+  std::vector<std::uint64_t> hashes;
+  const HeadlessResult result = run_headless(simulation, scenario, options,
+                                             [&](const Simulation& s) { hashes.push_back(s.state_hash()); });
+  EXPECT_EQ(result.fault, "");
+  return hashes;
+}
+
+TEST(LockstepBlockScenario, HasTheBitsOfTheInProcessRunTenTimesInARow) {
+  const std::vector<std::uint64_t> expected = hashes_in_process();
+  ASSERT_EQ(expected.size(), 42001U);
+  const std::string domain = std::to_string(10 + getpid() % 80);
+  for (int round = 0; round < 10; ++round) {
+    const std::string cell_name = "lockstep_" + std::to_string(getpid()) + "_" + std::to_string(round);
+    ChildProcess server(
+        {kBin + "/takt-server", kScenario, "--paused", "--cell", cell_name, "--domain", domain});
+    ASSERT_TRUE(server.wait_for_output("ready")) << server.text;
+    client::ClientOptions options;
+    options.cell = cell_name;
+    options.domain = std::stoi(domain);
+    options.timeout = client::Seconds(60.0);
+    options.silence_limit = client::Seconds(60.0);
+    Client cell(options);
+    ChildProcess controller({kBin + "/takt-controller", kProgram, "--cell", cell_name, "--domain", domain,
+                             "--pace", "lockstep", "--start", "--until", "42", "--timeout", "60"});
+    // Every instant that reaches this client is compared. The hash is chained, so equality at a step means
+    // equality at every step before it.
+    std::size_t compared = 0;
+    std::uint64_t first_wrong = 0;
+    const auto end = cell.wait_for_state(
+        [&](const client::State& state) {
+          if (state.step < expected.size()) {
+            ++compared;
+            if (state.state_hash != expected[state.step] && first_wrong == 0) first_wrong = state.step;
+          }
+          return state.step >= 42000 || first_wrong != 0;
+        },
+        client::Seconds(300.0));
+    ASSERT_TRUE(end.has_value()) << "round " << round << ": the end was not reached\n" << controller.text;
+    ASSERT_EQ(first_wrong, 0U) << "round " << round << ": other bits at this step";
+    EXPECT_EQ(end->step, 42000U);
+    EXPECT_GT(compared, 1000U);
+    EXPECT_EQ(controller.wait(), 0) << controller.text;
+    server.signal(SIGTERM);
+    EXPECT_EQ(server.wait(), 0) << server.text;
+  }
+}
+
+}  // namespace
+}  // namespace takt::test

@@ -1,0 +1,167 @@
+#pragma once
+// The service in this process, on a domain and under a cell name of its own, with raw endpoints to talk to
+// it.
+#include <unistd.h>
+
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/dds/dds_adapter.h"
+#include "server/runtime/run_loop.h"
+#include "tests/support/raw_dds_client.h"
+#include "tests/support/service_cell.h"
+
+namespace takt::test {
+
+namespace msg = takt_msgs::msg;
+
+/// Tests may run side by side: each process has its own domain and its own names.
+inline std::uint32_t test_domain() {
+  return 100 + static_cast<std::uint32_t>(getpid()) % 100;
+}
+inline std::string test_cell() {
+  return "cell_" + std::to_string(getpid());
+}
+
+class DdsService {
+ public:
+  explicit DdsService(RunLoopOptions options, std::shared_ptr<CellModel> given = nullptr)
+      : model(given ? std::move(given) : service_model(test_cell())), simulation(model) {
+    model->description.cell = test_cell();
+    loop = std::make_unique<RunLoop>(simulation, std::move(options));
+    adapter = std::make_unique<DdsAdapter>(*loop, ParticipantOptions{"test server", test_domain(), "", ""});
+    loop->start();
+  }
+  ~DdsService() { stop(); }
+  void stop() {
+    loop->stop();
+    adapter->stop();
+  }
+
+  std::shared_ptr<CellModel> model;
+  Simulation simulation;
+  std::unique_ptr<RunLoop> loop;
+  std::unique_ptr<DdsAdapter> adapter;
+};
+
+/// Reads what a cell says and asks for control, by raw endpoints.
+class RawCellClient {
+ public:
+  using Arguments = std::vector<std::pair<std::string, std::string>>;
+
+  RawCellClient()
+      : dds(test_domain()),
+        status(dds.read<msg::StatusPubSubType>(topic("status"), true, true, 1)),
+        state(dds.read<msg::CellStatePubSubType>(topic("state"), false, false, 100)),
+        events(dds.read<msg::EventPubSubType>(topic("events"), true, false, 1000)),
+        replies_(dds.read<msg::ControlReplyPubSubType>(topic("control/reply"), true, false, 100)),
+        requests_(dds.write<msg::ControlRequestPubSubType>(topic("control/request"))) {
+    requests_.matches->wait_for(1);
+    // A reply needs the way back too: ask until one comes.
+    for (int attempt = 0; attempt < 600 && !send("get_state", {}, 1); ++attempt) {
+    }
+    sequence_ = 1;
+    status->wait_until([](const auto& messages) { return !messages.empty(); });
+    state->wait_until([](const auto& messages) { return !messages.empty(); });
+    events_at_start();
+  }
+
+  static std::string topic(const std::string& name) { return "rt/" + test_cell() + "/" + name; }
+
+  msg::ControlReply request(const std::string& name, const Arguments& arguments = {}) {
+    ++sequence_;
+    write(name, arguments, sequence_);
+    msg::ControlReply reply;
+    reply.result(-1);
+    replies_->wait_for([&](const auto& m) { return m.sequence_number() == sequence_; }, &reply);
+    return reply;
+  }
+  void write(const std::string& name, const Arguments& arguments, std::uint64_t sequence) {
+    msg::ControlRequest message;
+    message.client_id("raw");
+    message.sequence_number(sequence);
+    message.request(name);
+    for (const auto& [key, value] : arguments) {
+      msg::Argument argument;
+      argument.name(key);
+      argument.value(value);
+      message.arguments().push_back(argument);
+    }
+    requests_.writer->write(&message);
+  }
+  std::size_t replies_with(std::uint64_t sequence) {
+    std::size_t count = 0;
+    for (const auto& reply : replies_->messages()) count += reply.sequence_number() == sequence ? 1U : 0U;
+    return count;
+  }
+  bool wait_for_replies(std::uint64_t sequence, std::size_t wanted) {
+    return replies_->wait_until([&](const auto& messages) {
+      std::size_t count = 0;
+      for (const auto& reply : messages) count += reply.sequence_number() == sequence ? 1U : 0U;
+      return count >= wanted;
+    });
+  }
+  static std::string value(const msg::ControlReply& reply, const std::string& name) {
+    for (const auto& argument : reply.values()) {
+      if (argument.name() == name.c_str()) return argument.value().to_string();
+    }
+    return "(none)";
+  }
+  /// The first event with this code, subject and these words in its message.
+  bool wait_for_event(const std::string& code, const std::string& subject, const std::string& words,
+                      msg::Event* found = nullptr) {
+    return events->wait_for(
+        [&](const msg::Event& event) {
+          return event.code() == code.c_str() && event.subject() == subject.c_str() &&
+                 event.message().to_string().find(words) != std::string::npos;
+        },
+        found);
+  }
+  std::size_t count_events(const std::string& code) {
+    std::size_t count = 0;
+    for (const auto& event : events->messages()) count += event.code() == code.c_str() ? 1U : 0U;
+    return count;
+  }
+
+  RawDdsClient dds;
+  std::unique_ptr<Inbox<msg::Status>> status;
+  std::unique_ptr<Inbox<msg::CellState>> state;
+  std::unique_ptr<Inbox<msg::Event>> events;
+
+ private:
+  bool send(const std::string& name, const Arguments& arguments, std::uint64_t sequence) {
+    write(name, arguments, sequence);
+    return replies_->wait_briefly([&](const auto& messages) { return !messages.empty(); });
+  }
+  /// Events are not kept for late joiners: provoke one until it arrives, so that none of the test's own is
+  /// missed.
+  void events_at_start() {
+    for (int attempt = 0; attempt < 600; ++attempt) {
+      request("set_pace", {{"pace", value(request("get_state"), "pace")}});
+      if (events->wait_briefly([](const auto& messages) { return !messages.empty(); })) return;
+    }
+  }
+
+  std::unique_ptr<Inbox<msg::ControlReply>> replies_;
+  RawWriter requests_;
+  std::uint64_t sequence_ = 0;
+};
+
+inline sensor_msgs::msg::JointState to_message(const ArmModel& arm, const JointCommand& command,
+                                               double time_s) {
+  sensor_msgs::msg::JointState message;
+  const auto ns = static_cast<std::int64_t>(std::llround(time_s * 1e9));
+  message.header().stamp().sec(static_cast<std::int32_t>(ns / 1'000'000'000));
+  message.header().stamp().nanosec(static_cast<std::uint32_t>(ns % 1'000'000'000));
+  for (std::size_t i = 0; i < arm.joints.size(); ++i) {
+    message.name().push_back(arm.joints[i].name);
+    message.position().push_back(command.position[i]);
+    if (command.has_velocity) message.velocity().push_back(command.velocity[i]);
+  }
+  return message;
+}
+
+}  // namespace takt::test

@@ -1,0 +1,186 @@
+#pragma once
+// DDS endpoints as any third party would make them: plain Fast DDS, none of takt's own client or adapter
+// code.
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
+#include <fastrtps/xmlparser/XMLProfileManager.h>
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/publisher/DataWriterListener.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
+#include <fastdds/dds/subscriber/DataReaderListener.hpp>
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <fastdds/dds/topic/Topic.hpp>
+#include <fastdds/dds/topic/TypeSupport.hpp>
+
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "ros2_msgsPubSubTypes.h"
+#include "takt_msgsPubSubTypes.h"
+
+namespace takt::test {
+
+namespace fdds = eprosima::fastdds::dds;
+
+/// Samples, in the order of arrival, and a way to wait for them. The limit only keeps a broken server from
+/// hanging the test.
+template <typename Message>
+class Inbox final : public fdds::DataReaderListener {
+ public:
+  void on_data_available(fdds::DataReader* reader) override {
+    Message message;
+    fdds::SampleInfo info;
+    while (reader->take_next_sample(&message, &info) == eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
+      if (!info.valid_data) continue;
+      const std::lock_guard lock(mutex_);
+      messages_.push_back(message);
+      arrived_.notify_all();
+    }
+  }
+  bool wait_until(const std::function<bool(const std::vector<Message>&)>& condition) {
+    std::unique_lock lock(mutex_);
+    return arrived_.wait_for(lock, std::chrono::seconds(60), [&] { return condition(messages_); });
+  }
+  /// For discovery, where the other side cannot be asked whether it is ready: the caller tries again.
+  bool wait_briefly(const std::function<bool(const std::vector<Message>&)>& condition) {
+    std::unique_lock lock(mutex_);
+    return arrived_.wait_for(lock, std::chrono::milliseconds(100), [&] { return condition(messages_); });
+  }
+  bool wait_for(const std::function<bool(const Message&)>& wanted, Message* found = nullptr) {
+    return wait_until([&](const std::vector<Message>& messages) {
+      for (const Message& message : messages) {
+        if (!wanted(message)) continue;
+        if (found != nullptr) *found = message;
+        return true;
+      }
+      return false;
+    });
+  }
+  std::vector<Message> messages() {
+    const std::lock_guard lock(mutex_);
+    return messages_;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable arrived_;
+  std::vector<Message> messages_;
+};
+
+class MatchCounter final : public fdds::DataWriterListener {
+ public:
+  void on_publication_matched(fdds::DataWriter*, const fdds::PublicationMatchedStatus& status) override {
+    const std::lock_guard lock(mutex_);
+    matched_ = status.current_count;
+    changed_.notify_all();
+  }
+  bool wait_for(int count) {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_for(lock, std::chrono::seconds(60), [&] { return matched_ >= count; });
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  int matched_ = 0;
+};
+
+struct RawWriter {
+  fdds::DataWriter* writer = nullptr;
+  std::unique_ptr<MatchCounter> matches = std::make_unique<MatchCounter>();
+  std::string guid() const {
+    std::ostringstream text;
+    text << writer->guid();
+    return text.str();
+  }
+};
+
+class RawDdsClient {
+ public:
+  explicit RawDdsClient(std::uint32_t domain) {
+    // Samples inside one process shall take the same way as those between processes.
+    auto library = eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings();
+    library.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
+    eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(library);
+
+    fdds::DomainParticipantQos qos;
+    qos.transport().use_builtin_transports = false;
+    const auto shared_memory = std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>();
+    const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+    udp->interfaceWhiteList.emplace_back("127.0.0.1");
+    qos.transport().user_transports = {shared_memory, udp};
+    participant_ = fdds::DomainParticipantFactory::get_instance()->create_participant(domain, qos);
+    if (participant_ == nullptr) throw std::runtime_error("no participant");
+    publisher_ = participant_->create_publisher(fdds::PUBLISHER_QOS_DEFAULT);
+    subscriber_ = participant_->create_subscriber(fdds::SUBSCRIBER_QOS_DEFAULT);
+  }
+  ~RawDdsClient() {
+    participant_->delete_contained_entities();
+    fdds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+  }
+  RawDdsClient(const RawDdsClient&) = delete;
+  RawDdsClient& operator=(const RawDdsClient&) = delete;
+
+  template <typename Type>
+  std::unique_ptr<Inbox<typename Type::type>> read(const std::string& topic_name, bool reliable,
+                                                   bool late_joiner, int depth) {
+    auto inbox = std::make_unique<Inbox<typename Type::type>>();
+    fdds::DataReaderQos qos = subscriber_->get_default_datareader_qos();
+    qos.reliability().kind = reliable ? fdds::RELIABLE_RELIABILITY_QOS : fdds::BEST_EFFORT_RELIABILITY_QOS;
+    qos.durability().kind =
+        late_joiner ? fdds::TRANSIENT_LOCAL_DURABILITY_QOS : fdds::VOLATILE_DURABILITY_QOS;
+    qos.history().depth = depth;
+    qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+    if (subscriber_->create_datareader(topic<Type>(topic_name), qos, inbox.get()) == nullptr) {
+      throw std::runtime_error("no reader of " + topic_name);
+    }
+    return inbox;
+  }
+
+  /// Shared ownership, as a stock ROS 2 publisher, or exclusive with a lease of 1 s, as takt's own client.
+  template <typename Type>
+  RawWriter write(const std::string& topic_name, bool exclusive = false, std::uint32_t strength = 0) {
+    fdds::DataWriterQos qos = publisher_->get_default_datawriter_qos();
+    qos.reliability().kind = fdds::RELIABLE_RELIABILITY_QOS;
+    qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+    if (exclusive) {
+      qos.ownership().kind = fdds::EXCLUSIVE_OWNERSHIP_QOS;
+      qos.ownership_strength().value = strength;
+      qos.liveliness().lease_duration = eprosima::fastrtps::Duration_t(1, 0);
+      qos.liveliness().announcement_period = eprosima::fastrtps::Duration_t(0, 300'000'000);
+    }
+    RawWriter writer;
+    writer.writer = publisher_->create_datawriter(topic<Type>(topic_name), qos, writer.matches.get());
+    if (writer.writer == nullptr) throw std::runtime_error("no writer of " + topic_name);
+    return writer;
+  }
+  void remove(RawWriter& writer) { publisher_->delete_datawriter(writer.writer); }
+
+ private:
+  template <typename Type>
+  fdds::Topic* topic(const std::string& name) {
+    if (auto* known = participant_->lookup_topicdescription(name)) return dynamic_cast<fdds::Topic*>(known);
+    fdds::TypeSupport type(new Type());
+    type->auto_fill_type_object(false);
+    type->auto_fill_type_information(false);
+    type.register_type(participant_);
+    return participant_->create_topic(name, type.get_type_name(), fdds::TOPIC_QOS_DEFAULT);
+  }
+
+  fdds::DomainParticipant* participant_ = nullptr;
+  fdds::Publisher* publisher_ = nullptr;
+  fdds::Subscriber* subscriber_ = nullptr;
+};
+
+}  // namespace takt::test

@@ -1,0 +1,214 @@
+#pragma once
+// The counterpart of takt::Client for tests: stands on the topics of a cell and sends exactly what a test
+// says, also what a server never would on purpose (old samples, gaps, silence, no reply). Talks through
+// sockets and shared memory as a server in another process does.
+#include <fastrtps/xmlparser/XMLProfileManager.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "client_lib/dds_link.h"
+#include "ros2_msgsPubSubTypes.h"
+#include "takt_msgsPubSubTypes.h"
+
+namespace takt::test {
+
+inline constexpr int kTestDomain = 151;
+
+/// A name no other test process uses at the same time.
+inline std::string unique_cell_name(const std::string& stem) {
+  static int count = 0;
+  return stem + "_" + std::to_string(getpid()) + "_" + std::to_string(++count);
+}
+
+/// Two robots with two joints, one gripper, three components.
+inline takt_msgs::msg::CellDescription small_description(const std::string& cell) {
+  takt_msgs::msg::CellDescription description;
+  description.cell(cell);
+  description.scenario("scripted");
+  description.step_size(0.001);
+  for (const char* name : {"Table", "B", "Jaw"}) {
+    auto& component = description.components().emplace_back();
+    component.name(name);
+    component.type(name[0] == 'T' ? 2 : name[0] == 'B' ? 0 : 1);
+  }
+  for (const char* name : {"Robot1", "Robot2"}) {
+    auto& robot = description.robots().emplace_back();
+    robot.name(name);
+    for (const char* joint_name : {"shoulder", "elbow"}) {
+      auto& joint = robot.joints().emplace_back();
+      joint.name(joint_name);
+      joint.rotation({1, 0, 0, 0, 1, 0, 0, 0, 1});
+    }
+  }
+  auto& gripper = description.grippers().emplace_back();
+  gripper.name("Gripper1");
+  gripper.robot(0);
+  return description;
+}
+
+inline takt_msgs::msg::CellState small_state(std::uint32_t epoch, std::uint64_t step) {
+  takt_msgs::msg::CellState state;
+  state.epoch(epoch);
+  state.step(step);
+  state.time(0.001 * static_cast<double>(step));
+  state.components().resize(3);
+  for (auto& component : state.components()) component.partner(-1);
+  state.robots().resize(2);
+  for (auto& robot : state.robots()) robot.position({0.0, 0.0});
+  state.grippers().resize(1);
+  return state;
+}
+
+class ScriptedCell {
+ public:
+  using Handler = std::function<void(ScriptedCell&, const takt_msgs::msg::ControlRequest&)>;
+
+  /// Announces the cell, with a description and one status. `handler` answers requests; without, get_state is
+  /// answered and nothing else.
+  ScriptedCell(const std::string& name, const takt_msgs::msg::CellDescription& description,
+               Handler handler = {})
+      : prefix_("rt/" + name + "/"),
+        handler_(std::move(handler)),
+        requests_([this](const auto& request, const auto&) { on_request(request); }),
+        joints_([this](const auto& command, const auto&) { keep(joint_commands_, command); }),
+        grippers_([this](const auto& command, const auto&) { keep(gripper_commands_, command); }),
+        link_(kTestDomain, "scripted", "") {
+    make_writer<takt_msgs::msg::CellStatePubSubType>("state", false, false);
+    make_writer<takt_msgs::msg::EventPubSubType>("events", true, false);
+    make_writer<takt_msgs::msg::StatusPubSubType>("status", true, true);
+    make_writer<takt_msgs::msg::ControlReplyPubSubType>("control/reply", true, false);
+    make_writer<takt_msgs::msg::CellDescriptionPubSubType>("description", true, true);
+    link_.create_reader(prefix_ + "control/request",
+                        client::dds::TypeSupport(new takt_msgs::msg::ControlRequestPubSubType()),
+                        reader_qos(link_.subscriber(), client::Channel::control), &requests_);
+    publish("description", description);
+    publish("status", takt_msgs::msg::Status());
+  }
+
+  /// Sockets and shared memory also between participants of this process. Before the first participant is
+  /// made.
+  static bool use_real_transports() {
+    eprosima::fastrtps::LibrarySettingsAttributes settings;
+    settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
+    eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
+    return true;
+  }
+
+  template <typename Sample>
+  void publish(const std::string& topic, Sample sample) {
+    if (!writers_.at(topic)->write(&sample)) throw std::runtime_error("cannot write " + topic);
+  }
+  void publish_event(std::uint64_t number, const std::string& code) {
+    takt_msgs::msg::Event event;
+    event.sequence_number(number);
+    event.code(code);
+    publish("events", event);
+  }
+  void reply(const takt_msgs::msg::ControlRequest& request, int result, const std::string& message,
+             const std::map<std::string, std::string>& values = {}) {
+    takt_msgs::msg::ControlReply answer;
+    answer.client_id(request.client_id());
+    answer.sequence_number(request.sequence_number());
+    answer.result(result);
+    answer.message(message);
+    for (const auto& [key, value] : values) {
+      auto& argument = answer.values().emplace_back();
+      argument.name(key);
+      argument.value(value);
+    }
+    publish("control/reply", answer);
+  }
+
+  /// Returns when this many readers listen to the topic.
+  bool wait_for_readers(const std::string& topic, int count) {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_for(lock, kGenerous, [&] { return readers_[topic] >= count; });
+  }
+
+  void listen_to_joints(const std::string& robot) {
+    listen(robot + "/joint_commands", new sensor_msgs::msg::JointStatePubSubType(), &joints_);
+  }
+  void listen_to_gripper(const std::string& gripper) {
+    listen(gripper + "/command", new takt_msgs::msg::GripperCommandPubSubType(), &grippers_);
+  }
+  std::vector<sensor_msgs::msg::JointState> wait_for_joint_commands(std::size_t count) {
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, kGenerous, [&] { return joint_commands_.size() >= count; });
+    return joint_commands_;
+  }
+  std::vector<takt_msgs::msg::GripperCommand> wait_for_gripper_commands(std::size_t count) {
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, kGenerous, [&] { return gripper_commands_.size() >= count; });
+    return gripper_commands_;
+  }
+
+ private:
+  static constexpr std::chrono::seconds kGenerous{60};
+
+  template <typename PubSubType>
+  void make_writer(const std::string& topic, bool reliable, bool latched) {
+    auto qos = link_.publisher().get_default_datawriter_qos();
+    qos.reliability().kind =
+        reliable ? client::dds::RELIABLE_RELIABILITY_QOS : client::dds::BEST_EFFORT_RELIABILITY_QOS;
+    qos.durability().kind =
+        latched ? client::dds::TRANSIENT_LOCAL_DURABILITY_QOS : client::dds::VOLATILE_DURABILITY_QOS;
+    qos.history().depth = reliable && !latched ? 1000 : 1;
+    qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+    if (latched) qos.publish_mode().kind = client::dds::ASYNCHRONOUS_PUBLISH_MODE;
+    listeners_.push_back(std::make_unique<client::WriterListener>(
+        [this, topic](int readers) {
+          const std::lock_guard lock(mutex_);
+          readers_[topic] = readers;
+          changed_.notify_all();
+        },
+        [](int) {}));
+    writers_[topic] = link_.create_writer(prefix_ + topic, client::dds::TypeSupport(new PubSubType()), qos,
+                                          listeners_.back().get());
+  }
+
+  void listen(const std::string& topic, client::dds::TopicDataType* type,
+              client::dds::DataReaderListener* listener) {
+    auto qos = reader_qos(link_.subscriber(), client::Channel::event);
+    qos.ownership().kind = client::dds::EXCLUSIVE_OWNERSHIP_QOS;
+    qos.liveliness().lease_duration = eprosima::fastrtps::Duration_t(3, 0);
+    link_.create_reader(prefix_ + topic, client::dds::TypeSupport(type), qos, listener);
+  }
+
+  template <typename Sample>
+  void keep(std::vector<Sample>& list, const Sample& sample) {
+    const std::lock_guard lock(mutex_);
+    list.push_back(sample);
+    changed_.notify_all();
+  }
+
+  void on_request(const takt_msgs::msg::ControlRequest& request) {
+    if (handler_)
+      handler_(*this, request);
+    else if (request.request() == "get_state")
+      reply(request, 1, "The simulation is paused.", {{"state", "2"}});
+  }
+
+  const std::string prefix_;
+  Handler handler_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::map<std::string, int> readers_;
+  std::vector<sensor_msgs::msg::JointState> joint_commands_;
+  std::vector<takt_msgs::msg::GripperCommand> gripper_commands_;
+  client::ReaderListener<takt_msgs::msg::ControlRequest> requests_;
+  client::ReaderListener<sensor_msgs::msg::JointState> joints_;
+  client::ReaderListener<takt_msgs::msg::GripperCommand> grippers_;
+  std::vector<std::unique_ptr<client::WriterListener>> listeners_;
+  std::map<std::string, client::dds::DataWriter*> writers_;
+  client::Link link_;
+};
+
+}  // namespace takt::test

@@ -1,0 +1,152 @@
+#include "server/runtime/command_buffer.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+#include <vector>
+
+namespace takt {
+namespace {
+
+CellDescription two_robots_and_a_gripper() {
+  CellDescription cell;
+  cell.robots.resize(2);
+  cell.robots[0].name = "Robot1";
+  cell.robots[1].name = "Robot2";
+  cell.grippers.resize(1);
+  cell.grippers[0].name = "Gripper1";
+  return cell;
+}
+
+Command joints(int robot, double stamp_s) {
+  JointCommand command;
+  command.robot = robot;
+  command.stamp_s = stamp_s;
+  return command;
+}
+
+Command gripper(double stamp_s) {
+  GripperCommand command;
+  command.gripper = 0;
+  command.stamp_s = stamp_s;
+  return command;
+}
+
+class CommandBufferTest : public testing::Test {
+ protected:
+  CellDescription cell_ = two_robots_and_a_gripper();
+  CommandBuffer buffer_{cell_, 8};
+  std::vector<ReceivedCommand> out_;
+};
+
+TEST_F(CommandBufferTest, HandsOverEverythingOnceInTheOrderOfArrival) {
+  EXPECT_FALSE(buffer_.append(joints(1, -1.0), 7, 100));
+  EXPECT_FALSE(buffer_.append(gripper(-1.0), 8, 200));
+  buffer_.take_all(out_);
+  ASSERT_EQ(out_.size(), 2U);
+  EXPECT_EQ(std::get<JointCommand>(out_[0].command).robot, 1);
+  EXPECT_EQ(out_[0].sender, 7U);
+  EXPECT_EQ(out_[0].received_ns, 100);
+  EXPECT_TRUE(std::holds_alternative<GripperCommand>(out_[1].command));
+  buffer_.take_all(out_);
+  EXPECT_TRUE(out_.empty());
+}
+
+TEST_F(CommandBufferTest, RejectsWhatIsOlderThanTheNewestOfTheSameTarget) {
+  buffer_.set_present_ns(stamp_ns(5.0));
+  EXPECT_FALSE(buffer_.append(joints(0, 2.0), 1, 0));
+  EXPECT_FALSE(buffer_.append(joints(0, 2.0), 1, 0)) << "the same stamp again replaces";
+  const auto rejection = buffer_.append(joints(0, 1.999), 1, 0);
+  ASSERT_TRUE(rejection);
+  EXPECT_EQ(rejection->code, RejectionCode::stale);
+  EXPECT_EQ(rejection->subject, "Robot1");
+  EXPECT_NE(rejection->message.find("1.999000000 s"), std::string::npos) << rejection->message;
+  EXPECT_NE(rejection->message.find("2.000000000 s"), std::string::npos) << rejection->message;
+  EXPECT_FALSE(buffer_.append(joints(1, 1.0), 1, 0)) << "each robot for itself";
+  EXPECT_FALSE(buffer_.append(gripper(1.0), 1, 0));
+  EXPECT_FALSE(buffer_.append(joints(0, -1.0), 1, 0)) << "without a stamp there is nothing to compare";
+  buffer_.take_all(out_);
+  EXPECT_EQ(out_.size(), 5U);
+}
+
+TEST_F(CommandBufferTest, ComparesStampsToTheNanosecond) {
+  EXPECT_EQ(stamp_ns(0.008), 8'000'000);
+  EXPECT_EQ(stamp_ns(12345.000000001), 12'345'000'000'001);
+  EXPECT_EQ(stamp_ns(-1.0), -1);
+  buffer_.set_present_ns(stamp_ns(5.0));
+  EXPECT_FALSE(buffer_.append(joints(0, 1.000000001), 1, 0));
+  EXPECT_TRUE(buffer_.append(joints(0, 1.0), 1, 0));
+}
+
+TEST_F(CommandBufferTest, AForeignClockDoesNotLockTheTargetForever) {
+  buffer_.set_present_ns(stamp_ns(3.0));
+  EXPECT_FALSE(buffer_.append(joints(0, 1.7e9), 1, 0));
+  EXPECT_FALSE(buffer_.append(joints(0, 3.0), 1, 0)) << "stamped with the present";
+  EXPECT_TRUE(buffer_.append(joints(0, 2.0), 1, 0));
+}
+
+TEST_F(CommandBufferTest, FutureStampsAreOrderedAmongThemselves) {
+  EXPECT_FALSE(buffer_.append(joints(0, 1.0), 1, 0));
+  const auto rejection = buffer_.append(joints(0, 0.5), 1, 0);
+  ASSERT_TRUE(rejection);
+  EXPECT_EQ(rejection->code, RejectionCode::stale);
+}
+
+TEST_F(CommandBufferTest, AnotherSenderBeginsAnew) {
+  buffer_.set_present_ns(stamp_ns(9.0));
+  EXPECT_FALSE(buffer_.append(joints(0, 8.0), 1, 0));
+  EXPECT_FALSE(buffer_.append(joints(0, 7.0), 2, 0));
+  EXPECT_TRUE(buffer_.append(joints(0, 6.0), 2, 0));
+}
+
+TEST_F(CommandBufferTest, OverflowIsRejectedAndSaid) {
+  for (int i = 0; i < 8; ++i) EXPECT_FALSE(buffer_.append(joints(0, -1.0), 1, 0));
+  const auto rejection = buffer_.append(joints(0, -1.0), 1, 0);
+  ASSERT_TRUE(rejection);
+  EXPECT_NE(rejection->message.find("8 commands already wait"), std::string::npos) << rejection->message;
+  buffer_.take_all(out_);
+  EXPECT_EQ(out_.size(), 8U);
+  EXPECT_FALSE(buffer_.append(joints(0, -1.0), 1, 0));
+}
+
+TEST_F(CommandBufferTest, ForgetsAtAReset) {
+  buffer_.set_present_ns(stamp_ns(9.0));
+  EXPECT_FALSE(buffer_.append(joints(0, 8.0), 1, 0));
+  buffer_.forget();
+  buffer_.take_all(out_);
+  EXPECT_TRUE(out_.empty());
+  EXPECT_FALSE(buffer_.append(joints(0, 0.0), 1, 0));
+}
+
+TEST(CommandBuffer, LosesNothingBetweenThreads) {
+  const CellDescription cell = two_robots_and_a_gripper();
+  CommandBuffer buffer(cell);
+  constexpr int kEach = 20000;
+  const auto produce = [&](int robot) {
+    for (int i = 0; i < kEach;) {
+      JointCommand command;
+      command.robot = robot;
+      command.position[0] = i;
+      if (!buffer.append(command, 1, i)) ++i;  // full: the consumer is behind, try again
+    }
+  };
+  std::thread first(produce, 0), second(produce, 1);
+  std::vector<ReceivedCommand> out;
+  std::vector<int> next{0, 0};
+  while (next[0] < kEach || next[1] < kEach) {
+    buffer.take_all(out);
+    for (const auto& received : out) {
+      const auto& command = std::get<JointCommand>(received.command);
+      int& expected = next[static_cast<std::size_t>(command.robot)];
+      ASSERT_EQ(command.position[0], expected);
+      ++expected;
+    }
+  }
+  first.join();
+  second.join();
+  buffer.take_all(out);
+  EXPECT_TRUE(out.empty());
+}
+
+}  // namespace
+}  // namespace takt

@@ -1,0 +1,87 @@
+// In steady state the step loop allocates nothing: counted by replacing the global operator new, in the
+// loop's thread.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <memory>
+#include <new>
+
+#include "server/runtime/run_loop.h"
+#include "tests/support/loop_reader.h"
+#include "tests/support/service_cell.h"
+
+namespace {
+thread_local bool counting = false;
+thread_local std::uint64_t allocations = 0;
+
+void* counted(std::size_t size) {
+  if (counting) ++allocations;
+  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
+  throw std::bad_alloc();
+}
+}  // namespace
+
+void* operator new(std::size_t size) {
+  return counted(size);
+}
+void* operator new[](std::size_t size) {
+  return counted(size);
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+
+namespace takt {
+namespace {
+
+TEST(RunLoopAllocation, NoneInSteadyStateWithCommands) {
+  const auto model = test::service_model();
+  Simulation simulation(model);
+  constexpr std::uint64_t kWarm = 500, kEnd = 6000;
+  std::uint64_t counted_in_loop = 0, counted_with_one = 0;
+  RunLoopOptions options;
+  options.pace = Pace::free;
+  options.start_paused = true;
+  options.on_instant = [&](const Simulation& now) {
+    if (now.step_index() == kWarm) {
+      allocations = 0;
+      counting = true;
+    } else if (now.step_index() == kEnd) {
+      counted_in_loop = allocations;
+      const std::unique_ptr<int> one(new int(1));  // and that the counter does count
+      counted_with_one = allocations;
+      counting = false;
+    }
+  };
+  RunLoop loop(simulation, options);
+  test::LoopReader reader(loop);
+  loop.start();
+  // One request before the counting begins; commands come in all the while.
+  const auto steps = reader.submit("step", {{"steps", std::to_string(kEnd)}});
+  std::uint64_t sent = 0;
+  ASSERT_TRUE(reader.wait_until([&] {
+    if (reader.snapshot && !loop.append(test::swing(0, reader.snapshot->time_s), 1, monotonic_now_ns()))
+      ++sent;
+    return reader.snapshot && reader.snapshot->step >= kEnd;
+  }));
+  EXPECT_EQ(reader.reply_to(steps)->result, ControlResult::ok);
+  loop.stop();
+  EXPECT_EQ(counted_in_loop, 0U);
+  EXPECT_EQ(counted_with_one, 1U);
+  Snapshot snapshot = simulation.make_snapshot();
+  simulation.read_snapshot(snapshot);
+  EXPECT_GT(snapshot.robots[0].commands_applied, 1U) << "no command was applied while counting";
+  EXPECT_GT(sent, 1U);
+}
+
+}  // namespace
+}  // namespace takt

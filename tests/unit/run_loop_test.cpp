@@ -1,0 +1,290 @@
+#include "server/runtime/run_loop.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "tests/support/loop_reader.h"
+#include "tests/support/service_cell.h"
+
+namespace takt {
+namespace {
+
+using test::LoopReader;
+using test::swing;
+
+class RunLoopTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { model_ = test::service_model(); }
+  static void TearDownTestSuite() { model_.reset(); }
+
+  void start(RunLoopOptions options) {
+    options.on_instant = [this](const Simulation& simulation) {
+      hashes_[simulation.epoch()].push_back(simulation.state_hash());
+    };
+    loop_ = std::make_unique<RunLoop>(simulation_, options);
+    reader_ = std::make_unique<LoopReader>(*loop_);
+    loop_->start();
+  }
+  void expect_ok(const ControlReply& reply) { EXPECT_EQ(reply.result, ControlResult::ok) << reply.message; }
+
+  /// The hashes of all steps when the swing is commanded in-process, as takt-run does: at every boundary all
+  /// commands, stamped with its time, in the very next step.
+  static std::vector<std::uint64_t> direct_hashes(std::uint64_t steps, double period_s, int robots,
+                                                  bool gripper) {
+    Simulation simulation(model_);
+    std::vector<std::uint64_t> hashes{simulation.state_hash()};
+    std::uint64_t boundary = 0;
+    while (simulation.step_index() < steps) {
+      std::vector<Command> commands;
+      if (simulation.step_index() == period_boundary_step(boundary, period_s, model_->step_s)) {
+        ++boundary;
+        for (int robot = 0; robot < robots; ++robot) {
+          JointCommand command = swing(robot, simulation.time_s());
+          command.period_s = period_s;
+          commands.emplace_back(command);
+        }
+        if (gripper)
+          commands.emplace_back(GripperCommand{0, simulation.time_s(), GripperAction::close, 0.0, 0.0});
+      }
+      EXPECT_TRUE(simulation.step(commands));
+      hashes.push_back(simulation.state_hash());
+    }
+    return hashes;
+  }
+
+  static std::shared_ptr<CellModel> model_;
+  Simulation simulation_{model_};
+  std::map<std::uint32_t, std::vector<std::uint64_t>>
+      hashes_;  // by epoch; written by the loop until it is stopped
+  std::unique_ptr<RunLoop> loop_;
+  std::unique_ptr<LoopReader> reader_;
+};
+std::shared_ptr<CellModel> RunLoopTest::model_;
+
+TEST_F(RunLoopTest, StepsOnlyWhenAsked) {
+  start({.pace = Pace::free, .start_paused = true});
+  const ControlReply state = reader_->request("get_state");
+  EXPECT_EQ(state.values.front(), (std::pair<std::string, std::string>("state", "2")));
+  const ControlReply stepped = reader_->request("step", {{"steps", "25"}});
+  expect_ok(stepped);
+  EXPECT_EQ(stepped.values.front(), (std::pair<std::string, std::string>("step", "25")));
+  loop_->stop();
+  EXPECT_EQ(simulation_.step_index(), 25U);
+  EXPECT_EQ(hashes_[simulation_.epoch()].size(), 26U);  // the first instant and one per step
+}
+
+TEST_F(RunLoopTest, SingleStepsAreRefusedWhilePlaying) {
+  start({.pace = Pace::free});
+  EXPECT_EQ(reader_->request("step", {{"steps", "1"}}).result, ControlResult::incorrect_state);
+  expect_ok(reader_->request("set_state", {{"state", "2"}}));
+  expect_ok(reader_->request("step", {{"steps", "1"}}));
+}
+
+TEST_F(RunLoopTest, AResetGivesTheSameHashesAgainUnderANewEpoch) {
+  start({.pace = Pace::free, .start_paused = true});
+  expect_ok(reader_->request("step", {{"steps", "40"}}));
+  expect_ok(reader_->request("reset", {{"scope", "255"}}));
+  expect_ok(reader_->request("step", {{"steps", "40"}}));
+  loop_->stop();
+  ASSERT_EQ(hashes_.size(), 2U);
+  EXPECT_EQ(hashes_.begin()->second, hashes_.rbegin()->second);
+  EXPECT_EQ(hashes_.rbegin()->first, hashes_.begin()->first + 1);
+  EXPECT_EQ(reader_->count(EventCode::reset), 1U);
+}
+
+TEST_F(RunLoopTest, StoppedIsPausedAndReset) {
+  start({.pace = Pace::free});
+  ASSERT_TRUE(reader_->wait_until([&] { return reader_->snapshot && reader_->snapshot->step > 100; }));
+  expect_ok(reader_->request("set_state", {{"state", "stopped"}}));
+  const ControlReply state = reader_->request("get_state");
+  EXPECT_EQ(state.values[0].second, "0");
+  EXPECT_EQ(state.values[5], (std::pair<std::string, std::string>("step", "0")));
+}
+
+TEST_F(RunLoopTest, ARequestWhileStepsAreTakenIsHeard) {
+  start({.pace = Pace::free, .start_paused = true});
+  const auto many = reader_->submit("step", {{"steps", "1000000000"}});
+  EXPECT_EQ(reader_->request("step", {{"steps", "1"}}).result, ControlResult::incorrect_state);
+  expect_ok(reader_->request("set_state", {{"state", "2"}}));
+  const auto ended = reader_->reply_to(many);
+  ASSERT_TRUE(ended);
+  EXPECT_EQ(ended->result, ControlResult::failed);
+}
+
+TEST_F(RunLoopTest, TheNewestCommandOfATargetIsAppliedAtTheNextStep) {
+  start({.pace = Pace::free, .start_paused = true});
+  for (const double time_s : {0.1, 0.2, 0.3}) {
+    EXPECT_FALSE(loop_->append(swing(1, time_s), 1, monotonic_now_ns()));
+  }
+  expect_ok(reader_->request("step", {{"steps", "1"}}));
+  loop_->stop();
+  Snapshot snapshot = simulation_.make_snapshot();
+  simulation_.read_snapshot(snapshot);
+  EXPECT_EQ(snapshot.robots[1].commands_applied, 1U);
+  EXPECT_EQ(snapshot.robots[1].newest_stamp_s, 0.3);
+  EXPECT_EQ(snapshot.robots[0].commands_applied, 0U);
+}
+
+/// Answers every boundary of the controllers in lockstep, slowly or fast, until the step is reached.
+void answer_boundaries(RunLoop& loop, LoopReader& reader, std::uint64_t last_step, double period_s,
+                       int robots, bool gripper, bool reverse) {
+  std::uint64_t boundary = 0;
+  while (true) {
+    const std::uint64_t step = period_boundary_step(boundary, period_s, loop.cell().step_s);
+    if (step >= last_step) return;
+    ASSERT_TRUE(reader.wait_until([&] { return reader.snapshot && reader.snapshot->step == step; }));
+    const double time_s = reader.snapshot->time_s;
+    std::vector<Command> commands;
+    for (int robot = 0; robot < robots; ++robot) commands.emplace_back(swing(robot, time_s));
+    if (gripper) commands.emplace_back(GripperCommand{0, time_s, GripperAction::close, 0.0, 0.0});
+    if (reverse) std::reverse(commands.begin(), commands.end());
+    for (const Command& command : commands) EXPECT_FALSE(loop.append(command, 1, monotonic_now_ns()));
+    ++boundary;
+  }
+}
+
+TEST_F(RunLoopTest, LockstepGivesTheSameBitsAsStepsTakenDirectly) {
+  constexpr std::uint64_t kSteps = 400;
+  const auto expected = direct_hashes(kSteps, 0.008, 2, true);
+  for (const bool reverse : {false, true}) {
+    hashes_.clear();
+    simulation_.reset();
+    start({.pace = Pace::lockstep, .start_paused = true, .pause_at_s = 0.4});
+    expect_ok(
+        reader_->request("register_controller",
+                         {{"name", "plc"}, {"period_s", "0.008"}, {"targets", "Robot1,Robot2,Gripper1"}}));
+    expect_ok(reader_->request("set_state", {{"state", "1"}}));
+    answer_boundaries(*loop_, *reader_, kSteps, 0.008, 2, true, reverse);
+    ASSERT_TRUE(reader_->wait_for_event(EventCode::end_of_scenario));
+    loop_->stop();
+    EXPECT_EQ(hashes_.rbegin()->second, expected);
+    EXPECT_EQ(reader_->count(EventCode::command_rejected), 0U);
+  }
+}
+
+TEST_F(RunLoopTest, LockstepWithAPeriodThatIsNoMultipleOfTheStep) {
+  constexpr std::uint64_t kSteps = 100;
+  start({.pace = Pace::lockstep, .start_paused = true, .pause_at_s = 0.1});
+  expect_ok(reader_->request("register_controller",
+                             {{"name", "plc"}, {"period_s", "0.0025"}, {"targets", "Robot1"}}));
+  expect_ok(reader_->request("set_state", {{"state", "1"}}));
+  answer_boundaries(*loop_, *reader_, kSteps, 0.0025, 1, false, false);
+  ASSERT_TRUE(reader_->wait_for_event(EventCode::end_of_scenario));
+  loop_->stop();
+  EXPECT_EQ(hashes_.rbegin()->second, direct_hashes(kSteps, 0.0025, 1, false));
+}
+
+TEST_F(RunLoopTest, LockstepWaitsForEveryTargetAndThenPauses) {
+  start({.pace = Pace::lockstep, .start_paused = true});
+  expect_ok(reader_->request(
+      "register_controller",
+      {{"name", "plc"}, {"period_s", "0.008"}, {"timeout_s", "1.2"}, {"targets", "Robot1,Gripper1"}}));
+  expect_ok(reader_->request("set_state", {{"state", "1"}}));
+  EXPECT_FALSE(loop_->append(swing(0, 0.0), 1, monotonic_now_ns()));
+  ASSERT_TRUE(reader_->wait_until([&] {
+    return reader_->status && reader_->status->waiting_count == 1 &&
+           reader_->status->waiting_for[0].view() == "plc";
+  }));
+  const auto late = reader_->wait_for_event(EventCode::controller_late);
+  ASSERT_TRUE(late);
+  EXPECT_EQ(describe(*late, loop_->cell()).subject, "plc");
+  EXPECT_NE(describe(*late, loop_->cell()).message.find("for Gripper1 at the boundary 0 s"),
+            std::string::npos);
+  ASSERT_TRUE(reader_->wait_for_event(EventCode::controller_timeout));
+  EXPECT_EQ(reader_->request("get_state").values[0].second, "2");
+  EXPECT_EQ(reader_->count(EventCode::controller_late), 1U);
+  loop_->stop();
+  EXPECT_EQ(simulation_.step_index(), 0U);
+}
+
+TEST_F(RunLoopTest, LockstepWithoutAControllerWaitsAndSaysSo) {
+  start({.pace = Pace::lockstep});
+  ASSERT_TRUE(reader_->wait_until([&] { return reader_->status && reader_->status->waiting_count == 1; }));
+  EXPECT_EQ(reader_->status->waiting_for[0].view(), "(no controller is registered)");
+  EXPECT_EQ(reader_->status->step, 0U);
+}
+
+TEST_F(RunLoopTest, LockstepRefusesOtherStampsAndOtherTargets) {
+  start({.pace = Pace::lockstep, .start_paused = true});
+  expect_ok(reader_->request("register_controller",
+                             {{"name", "plc"}, {"period_s", "0.008"}, {"targets", "Robot1"}}));
+  expect_ok(reader_->request("set_state", {{"state", "1"}}));
+  EXPECT_FALSE(loop_->append(swing(0, 0.016), 1, monotonic_now_ns()));  // not awaited yet
+  EXPECT_FALSE(loop_->append(swing(1, 0.0), 1, monotonic_now_ns()));    // nobody declared Robot2
+  ASSERT_TRUE(reader_->wait_until([&] { return reader_->count(EventCode::command_rejected) == 2; }));
+  EXPECT_EQ(reader_->events[reader_->events.size() - 2].b, static_cast<int>(RejectionCode::out_of_range));
+  EXPECT_EQ(reader_->events.back().b, static_cast<int>(RejectionCode::invalid_request));
+  EXPECT_FALSE(loop_->append(swing(0, 0.0), 1, monotonic_now_ns()));
+  ASSERT_TRUE(reader_->wait_until([&] { return reader_->snapshot && reader_->snapshot->step == 8; }));
+  EXPECT_FALSE(
+      loop_->append(swing(0, 0.0), 2, monotonic_now_ns()));  // the crossed boundary again: no harm, no event
+  EXPECT_FALSE(loop_->append(swing(0, 0.004), 3, monotonic_now_ns()));
+  ASSERT_TRUE(reader_->wait_until([&] { return reader_->count(EventCode::command_rejected) == 3; }));
+  EXPECT_EQ(reader_->events.back().b, static_cast<int>(RejectionCode::stale));
+  EXPECT_NE(describe(reader_->events.back(), loop_->cell()).message.find("stamped 0.004 s"),
+            std::string::npos);
+  loop_->stop();
+  EXPECT_EQ(simulation_.step_index(), 8U);
+}
+
+TEST_F(RunLoopTest, OneTargetHasOneController) {
+  start({.pace = Pace::free, .start_paused = true});
+  const TextArguments first{{"name", "a"}, {"period_s", "0.008"}, {"targets", "Robot1"}};
+  expect_ok(reader_->request("register_controller", first));
+  expect_ok(reader_->request("register_controller", first));  // the same one again
+  const ControlReply second =
+      reader_->request("register_controller", {{"name", "b"}, {"period_s", "0.008"}, {"targets", "Robot1"}});
+  EXPECT_EQ(second.result, ControlResult::failed);
+  EXPECT_NE(second.message.find("already declared by the controller 'a'"), std::string::npos)
+      << second.message;
+  expect_ok(reader_->request("unregister_controller", {{"name", "a"}}));
+  EXPECT_EQ(reader_->request("unregister_controller", {{"name", "a"}}).result, ControlResult::not_found);
+}
+
+TEST(RunLoopFault, PausesAndIsToldAndAResetHeals) {
+  // Damping far beyond what the step size can follow: the Parts' velocities grow without bound.
+  const auto model = test::service_model();
+  model->interaction.weight_feed_forward = false;
+  for (Component& component : model->components) component.substitute.d_tr_N_s_per_m *= 1e6;
+  Simulation simulation(model);
+  RunLoop loop(simulation, {.pace = Pace::free});
+  LoopReader reader(loop);
+  loop.start();
+  const auto fault = reader.wait_for_event(EventCode::simulation_fault);
+  ASSERT_TRUE(fault);
+  EXPECT_NE(describe(*fault, loop.cell()).message.find("non-finite"), std::string::npos);
+  ASSERT_TRUE(reader.wait_until([&] { return reader.status && !reader.status->fault.empty(); }));
+  EXPECT_EQ(reader.status->state, SimulationState::paused);
+  EXPECT_EQ(reader.request("set_state", {{"state", "1"}}).result, ControlResult::incorrect_state);
+  EXPECT_EQ(reader.request("step").result, ControlResult::incorrect_state);
+  EXPECT_EQ(reader.request("reset").result, ControlResult::ok);
+  ASSERT_TRUE(reader.wait_until([&] { return reader.status->fault.empty() && reader.status->step == 0; }));
+  EXPECT_EQ(reader.request("step").result, ControlResult::ok);
+}
+
+TEST_F(RunLoopTest, RealtimeKeepsToTheClock) {
+  start({.pace = Pace::realtime, .factor = 2.0, .pause_at_s = 0.5});
+  ASSERT_TRUE(reader_->wait_for_event(EventCode::end_of_scenario));
+  // Never faster than the clock: half a second at factor 2.
+  EXPECT_GE(loop_->wall_time_s(), 0.249);
+  loop_->stop();
+  EXPECT_EQ(simulation_.step_index(), 500U);
+}
+
+TEST_F(RunLoopTest, QuitsWhenAsked) {
+  std::atomic<bool> told{false};
+  loop_ = std::make_unique<RunLoop>(simulation_, RunLoopOptions{.start_paused = true});
+  reader_ = std::make_unique<LoopReader>(*loop_);
+  loop_->set_on_quit([&] { told = true; });
+  loop_->start();
+  expect_ok(reader_->request("set_state", {{"state", "3"}}));
+  loop_->stop();
+  EXPECT_TRUE(told);
+  EXPECT_TRUE(loop_->quitting());
+}
+
+}  // namespace
+}  // namespace takt
