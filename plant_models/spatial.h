@@ -2,9 +2,9 @@
 // Spatial quantities shared by every room of takt.
 //
 // Monogram notation: X_WB is the pose of frame B in frame W (it maps coordinates in B to coordinates in W),
-// R_WB its rotation, p_WB its translation, V_WB the twist of B measured in W, F_B_W a wrench acting on body B at
-// the origin of B, expressed in W. Units are SI (m, rad, s, N, N m). The thesis writes T for the rotation from
-// world to body: T = R_WB transposed.
+// R_WB its rotation, p_WB its translation, V_WB the twist of B measured in W, F_B_W a wrench acting on body B
+// at the origin of B, expressed in W. Units are SI (m, rad, s, N, N m). The thesis writes T for the rotation
+// from world to body: T = R_WB transposed.
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
@@ -33,13 +33,14 @@ struct Pose {
   bool operator==(const Pose& other) const { return R == other.R && p == other.p; }
 };
 
-/// Velocity of a frame: v is the velocity of the frame's origin (m/s), w its angular velocity (rad/s), both expressed
-/// in the world frame unless a name says otherwise.
+/// Velocity of a frame: v is the velocity of the frame's origin (m/s), w its angular velocity (rad/s), both
+/// expressed in the world frame unless a name says otherwise.
 struct Twist {
   Vec3 v = Vec3::Zero();
   Vec3 w = Vec3::Zero();
 
-  /// Velocity of a body-fixed point whose position relative to the frame's origin is r (same axes as v and w).
+  /// Velocity of a body-fixed point whose position relative to the frame's origin is r (same axes as v and
+  /// w).
   Vec3 at(const Vec3& r) const { return v + w.cross(r); }
   bool operator==(const Twist& other) const { return v == other.v && w == other.w; }
 };

@@ -14,8 +14,8 @@ CollisionWorld::CollisionWorld(const std::vector<Component>& components, double 
   for (std::size_t i = 0; i < components.size(); ++i) {
     entries_[i].shapes = components[i].convex;
     entries_[i].tree = ShapeTree(components[i].convex);
-    entries_[i].box = components[i].box;
-    entries_[i].radius = components[i].box.half_B.norm();
+    entries_[i].box = bounding_box(components[i].convex);
+    entries_[i].radius = entries_[i].box.half_B.norm();
     refresh(static_cast<int>(i));
     shapes += components[i].convex.size();
   }
@@ -51,6 +51,7 @@ void CollisionWorld::set_box(int component, const Vec3& lower_B, const Vec3& upp
   ConvexShape& shape = e.shapes.front();
   if (shape.vertices.front() == lower_B && shape.vertices.back() == upper_B) return;
   shape.become_box(lower_B, upper_B);
+  e.tree.update_single(shape.box);
   e.box = shape.box;
   e.radius = shape.radius;
   ++e.shape_version;

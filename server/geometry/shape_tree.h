@@ -20,6 +20,9 @@ class ShapeTree {
   /// Halves the parts at the median of their centres along the longest side until one is left.
   explicit ShapeTree(const std::vector<ConvexShape>& shapes);
 
+  /// The one part of a component of one part has new bounds.
+  void update_single(const BodyBox& box) { nodes_.front().box = box; }
+
   bool empty() const { return nodes_.empty(); }
 
   /// Calls visit(i, j) for combinations of a part i of A and a part j of B that may be closer than `margin`,
