@@ -133,8 +133,7 @@ void BroadPhase::insert(std::int32_t component) {
   refit(above);
 }
 
-void BroadPhase::find_near(int component, std::vector<int>& found) {
-  const Aabb& box = large_box(component);
+void BroadPhase::find(const Aabb& box, std::vector<int>& found) {
   stack_.clear();
   if (root_ >= 0) stack_.push_back(root_);
   while (!stack_.empty()) {
@@ -144,7 +143,7 @@ void BroadPhase::find_near(int component, std::vector<int>& found) {
     if (!leaf(i)) {
       stack_.push_back(node(i).left);
       stack_.push_back(node(i).right);
-    } else if (i != component) {
+    } else {
       found.push_back(i);
     }
   }

@@ -24,8 +24,8 @@ class BroadPhase {
   const Aabb& large_box(int component) const { return nodes_[static_cast<std::size_t>(component)].box; }
   bool near(int a, int b) const { return large_box(a).overlaps(large_box(b)); }
 
-  /// Appends all components but itself whose large box overlaps that of the component.
-  void find_near(int component, std::vector<int>& found);
+  /// Appends all components whose large box overlaps `box`.
+  void find(const Aabb& box, std::vector<int>& found);
 
  private:
   // Nodes 0 .. count-1 are the components, the rest inner nodes.

@@ -64,6 +64,7 @@ bool ComponentInteraction::active(std::size_t pair) const {
 void ComponentInteraction::update_poses(const CellMotion& motion, std::span<const int> moved, Clock clock) {
   const double begin = clock != nullptr ? clock() : 0.0;
   for (const int i : moved) world_.set_pose(i, motion.bodies[static_cast<std::size_t>(i)].X_WB);
+  if (begun_) follow_moved();
   if (clock != nullptr) stage_times_.broad_phase_s += clock() - begin;
 }
 
@@ -112,9 +113,8 @@ void ComponentInteraction::detect_moved() {
     for (std::size_t c = 0; c < components_.size(); ++c)
       for (const Near& near : near_[c]) check(near.pair);
   } else {
+    follow_moved();
     work_.assign(world_.moved().begin(), world_.moved().end());
-    for (const int c : work_)
-      if (broad_phase_.update(c, world_.aabb(c))) refresh_near(c);
     work_.insert(work_.end(), toggled_.begin(), toggled_.end());
     for (const int c : work_)
       for (const Near& near : near_[static_cast<std::size_t>(c)]) check(near.pair);
@@ -132,6 +132,23 @@ void ComponentInteraction::begin_near() {
   broad_phase_.build(boxes);
   for (std::size_t c = 0; c < components_.size(); ++c) refresh_near(static_cast<int>(c));
   begun_ = true;
+}
+
+void ComponentInteraction::follow_moved() {
+  for (const int c : world_.moved())
+    if (broad_phase_.update(c, world_.aabb(c))) refresh_near(c);
+}
+
+std::span<const int> ComponentInteraction::parts_near_sweep(int component, const Pose& from, const Pose& to) {
+  if (!begun_) return parts_;  // nothing is known yet, or nothing shall be remembered
+  const Aabb first = world_.aabb_at(component, from);
+  const Aabb last = world_.aabb_at(component, to);
+  found_.clear();
+  broad_phase_.find({first.lower.cwiseMin(last.lower), first.upper.cwiseMax(last.upper)}, found_);
+  std::erase_if(
+      found_, [this](int c) { return components_[static_cast<std::size_t>(c)].type != ComponentType::part; });
+  std::sort(found_.begin(), found_.end());
+  return found_;
 }
 
 void ComponentInteraction::refresh_near(int component) {
@@ -152,7 +169,7 @@ void ComponentInteraction::refresh_near(int component) {
     set_contact(near.pair, false);
   }
   found_.clear();
-  broad_phase_.find_near(component, found_);
+  broad_phase_.find(broad_phase_.large_box(component), found_);
   for (const int other : found_) {
     const int pair = find_pair(component, other);
     if (pair < 0) continue;

@@ -51,6 +51,9 @@ class ComponentInteraction {
   /// Discrete stage, first half: poses for the collision checks, of the components that may have moved.
   void update_poses(const CellMotion& motion, std::span<const int> moved, Clock clock);
   void update_poses(const CellMotion& motion, Clock clock);  ///< of all components
+  /// Parts (ascending) that may touch a component pushed straight from one pose to another; others are
+  /// certainly apart. Valid until the next call.
+  std::span<const int> parts_near_sweep(int component, const Pose& from, const Pose& to);
   /// Discrete stage, second half: contacts at these poses, partners, offsets of changed partners.
   void update_connections(const CellMotion& motion, std::span<const GraspState> grasps, Clock clock);
   std::span<const PartnerChange> changes() const { return changes_; }
@@ -87,6 +90,7 @@ class ComponentInteraction {
   void detect_moved();
   void detect_all();
   void begin_near();
+  void follow_moved();
   void refresh_near(int component);
   void check(std::size_t pair);
   void set_contact(std::size_t pair, bool contact);

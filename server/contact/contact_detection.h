@@ -37,6 +37,8 @@ class CollisionWorld {
 
   std::uint64_t version(int component) const { return entry(component).version; }
   const Aabb& aabb(int component) const { return entry(component).aabb; }
+  /// Bounds of a component at another pose.
+  Aabb aabb_at(int component, const Pose& X_WB) const { return entry(component).box.at(X_WB, margin_); }
   bool boxes_overlap(int a, int b) const { return entry(a).aabb.overlaps(entry(b).aabb); }
   /// All combinations of convex parts until one overlaps; counts the calls made.
   bool shapes_overlap(int a, int b, DetectionCounts& counts);

@@ -140,6 +140,7 @@ struct Simulation::Impl {
         if (!std::isfinite(x[i])) return diverged(i);
     }
     ++step_index;
+    statistics.part_steps_skipped += parts.size() - resting.awake().size();
     hash_parts();
     if (model->interaction.skip_resting) rest();
     for (const KinematicRobot& robot : robots) {
