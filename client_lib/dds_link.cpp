@@ -5,6 +5,8 @@
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
 
+#include <random>
+
 #include "client_lib/client.h"
 
 namespace takt::client {
@@ -12,6 +14,12 @@ namespace {
 
 using eprosima::fastrtps::Duration_t;
 using eprosima::fastrtps::types::ReturnCode_t;
+
+/// Participant numbers of clients: above those of servers, and such that the ports of the highest domain
+/// exist.
+constexpr int kSmallestId = 10;
+constexpr unsigned kIds = 50;
+constexpr int kAttempts = 20;  // a number may be taken within this process
 
 [[noreturn]] void fail(const std::string& sentence) {
   throw ClientError(ClientError::Kind::transport, sentence);
@@ -95,11 +103,19 @@ Link::Link(int domain, const std::string& name, const std::string& profiles_file
   if (domain < 0 || domain > 232)
     throw ClientError(ClientError::Kind::invalid,
                       "DDS domain " + std::to_string(domain) + " does not exist; allowed are 0 to 232.");
-  const dds::DomainParticipantQos qos = participant_qos(name, profiles_file);
+  dds::DomainParticipantQos qos = participant_qos(name, profiles_file);
   auto* factory = dds::DomainParticipantFactory::get_instance();
-  // Discovery only: data goes to the listeners of readers and writers.
-  participant_ = factory->create_participant(static_cast<dds::DomainId_t>(domain), qos, listener,
-                                             dds::StatusMask::none());
+  std::random_device chance;
+  for (int attempt = 0; attempt < kAttempts && participant_ == nullptr; ++attempt) {
+    // Ports follow from this number. A client that was killed leaves its port in shared memory behind, and a
+    // server goes on writing into it for a while; who takes the same number next hears nothing meanwhile. So
+    // numbers are drawn.
+    if (profiles_file.empty())
+      qos.wire_protocol().participant_id = kSmallestId + static_cast<int>(chance() % kIds);
+    // Discovery only: data goes to the listeners of readers and writers.
+    participant_ = factory->create_participant(static_cast<dds::DomainId_t>(domain), qos, listener,
+                                               dds::StatusMask::none());
+  }
   if (participant_ == nullptr)
     fail("DDS cannot start on domain " + std::to_string(domain) +
          " (is /dev/shm writable, are the UDP ports of the domain free?).");

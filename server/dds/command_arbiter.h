@@ -45,6 +45,11 @@ class CommandArbiter {
     if (exclusive_heard_ == id) exclusive_heard_ = 0;
   }
 
+  bool knows(std::uint64_t id) const {
+    return std::any_of(senders_.begin(), senders_.end(),
+                       [&](const Sender& sender) { return sender.id == id; });
+  }
+
   /// A valid command came in from this sender.
   Verdict offered(std::uint64_t id, std::int64_t now_ns) {
     const auto place =

@@ -16,8 +16,7 @@ namespace {
 std::string policy_name(dds::QosPolicyId_t policy) {
   switch (policy) {
     case dds::LIVELINESS_QOS_POLICY_ID:
-      return "liveliness (an exclusive sender must offer a lease of at most " +
-             std::to_string(kCommandLease.seconds) + " s)";
+      return "liveliness";
     case dds::RELIABILITY_QOS_POLICY_ID:
       return "reliability (commands must be sent reliably)";
     case dds::DURABILITY_QOS_POLICY_ID:
@@ -82,7 +81,7 @@ class CommandSubscriber::Reader final : public dds::DataReaderListener {
               if (const auto* rejection = std::get_if<Rejection>(&validated)) {
                 owner_.reject(*rejection, guid);
               } else {
-                owner_.deliver(target_, Command(std::get<0>(validated)), guid, received_ns);
+                owner_.deliver(target_, exclusive_, Command(std::get<0>(validated)), guid, received_ns);
               }
             }
           },
@@ -153,20 +152,28 @@ void CommandSubscriber::writer_discovered(const DdsGuid& guid, const std::string
 void CommandSubscriber::writer_removed(const DdsGuid& guid) {
   const std::lock_guard lock(mutex_);
   strengths_.erase(guid);
+  gone_.erase(guid);
 }
 
-void CommandSubscriber::matched(int target, const DdsGuid& guid, bool exclusive) {
+std::optional<std::uint64_t> CommandSubscriber::appeared(int target, const DdsGuid& guid, bool exclusive) {
+  CommandArbiter& arbiter = arbiters_[static_cast<std::size_t>(target)];
   CommandArbiter::Sender sender;
   sender.id = senders_.id(guid);
+  if (arbiter.knows(sender.id)) return std::nullopt;
   sender.exclusive = exclusive;
   std::copy_n(guid.guidPrefix.value, 12, sender.identity.begin());
   std::copy_n(guid.entityId.value, 4, sender.identity.begin() + 12);
+  const auto strength = strengths_.find(guid);
+  sender.strength = strength == strengths_.end() ? 0 : strength->second;
+  return arbiter.appeared(sender);
+}
+
+void CommandSubscriber::matched(int target, const DdsGuid& guid, bool exclusive) {
   std::optional<std::uint64_t> loser;
   {
     const std::lock_guard lock(mutex_);
-    const auto strength = strengths_.find(guid);
-    sender.strength = strength == strengths_.end() ? 0 : strength->second;
-    loser = arbiters_[static_cast<std::size_t>(target)].appeared(sender);
+    gone_.erase(guid);
+    loser = appeared(target, guid, exclusive);
   }
   if (!loser) return;
   const std::string name(target_name(loop_.cell(), target));
@@ -178,6 +185,7 @@ void CommandSubscriber::matched(int target, const DdsGuid& guid, bool exclusive)
 void CommandSubscriber::unmatched(int target, const DdsGuid& guid) {
   const std::lock_guard lock(mutex_);
   arbiters_[static_cast<std::size_t>(target)].vanished(senders_.id(guid));
+  gone_.insert(guid);
 }
 
 void CommandSubscriber::incompatible(int target, const std::string& policy) {
@@ -187,12 +195,15 @@ void CommandSubscriber::incompatible(int target, const std::string& policy) {
                     " cannot be heard, because its QoS does not fit: " + policy + "."});
 }
 
-void CommandSubscriber::deliver(int target, const Command& command, const DdsGuid& guid,
+void CommandSubscriber::deliver(int target, bool exclusive, const Command& command, const DdsGuid& guid,
                                 std::int64_t received_ns) {
   const std::uint64_t sender = senders_.id(guid);
   CommandArbiter::Verdict verdict;
   {
     const std::lock_guard lock(mutex_);
+    if (gone_.contains(guid)) return;
+    // DDS hands over samples and matches by different threads: a first command may come before its sender.
+    (void)appeared(target, guid, exclusive);
     verdict = arbiters_[static_cast<std::size_t>(target)].offered(sender, received_ns);
   }
   if (!verdict.heard) {

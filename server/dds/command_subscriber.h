@@ -6,6 +6,8 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -39,11 +41,14 @@ class CommandSubscriber {
   class Reader;
   friend class Reader;
 
+  /// To be called with mutex_ held. See CommandArbiter::appeared.
+  std::optional<std::uint64_t> appeared(int target, const DdsGuid& guid, bool exclusive);
   void matched(int target, const DdsGuid& guid, bool exclusive);
   void unmatched(int target, const DdsGuid& guid);
   void incompatible(int target, const std::string& policy);
   /// Ownership, then the loop.
-  void deliver(int target, const Command& command, const DdsGuid& guid, std::int64_t received_ns);
+  void deliver(int target, bool exclusive, const Command& command, const DdsGuid& guid,
+               std::int64_t received_ns);
   void reject(const Rejection& rejection, const DdsGuid& guid);
 
   RunLoop& loop_;
@@ -55,6 +60,7 @@ class CommandSubscriber {
   std::mutex mutex_;
   std::vector<CommandArbiter> arbiters_;        // guarded by mutex_; per target
   std::map<DdsGuid, std::uint32_t> strengths_;  // guarded by mutex_; of the command writers discovered
+  std::set<DdsGuid> gone_;  ///< unmatched: what is still under way from them does not count
 };
 
 }  // namespace takt

@@ -38,7 +38,7 @@ void look_at_cell(const CellDescription& cell, const Snapshot& snapshot, render:
   if (lower.x() > upper.x()) return;
   camera.target_W = 0.5 * (lower + upper);
   const double size = std::max(0.5, (upper - lower).norm());
-  camera.eye_W = camera.target_W + size * Vec3(-0.55, -1.25, 0.85);
+  camera.eye_W = camera.target_W + size * Vec3(-0.42, -0.98, 0.66);
   camera.vertical_view_rad = 0.55;
 }
 

@@ -127,9 +127,9 @@ class RawCellClient {
   }
 
   RawDdsClient dds;
-  std::unique_ptr<Inbox<msg::Status>> status;
-  std::unique_ptr<Inbox<msg::CellState>> state;
-  std::unique_ptr<Inbox<msg::Event>> events;
+  std::shared_ptr<Inbox<msg::Status>> status;
+  std::shared_ptr<Inbox<msg::CellState>> state;
+  std::shared_ptr<Inbox<msg::Event>> events;
 
  private:
   bool send(const std::string& name, const Arguments& arguments, std::uint64_t sequence) {
@@ -145,7 +145,7 @@ class RawCellClient {
     }
   }
 
-  std::unique_ptr<Inbox<msg::ControlReply>> replies_;
+  std::shared_ptr<Inbox<msg::ControlReply>> replies_;
   RawWriter requests_;
   std::uint64_t sequence_ = 0;
 };

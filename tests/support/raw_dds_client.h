@@ -98,7 +98,7 @@ class MatchCounter final : public fdds::DataWriterListener {
 
 struct RawWriter {
   fdds::DataWriter* writer = nullptr;
-  std::unique_ptr<MatchCounter> matches = std::make_unique<MatchCounter>();
+  std::shared_ptr<MatchCounter> matches = std::make_shared<MatchCounter>();
   std::string guid() const {
     std::ostringstream text;
     text << writer->guid();
@@ -120,6 +120,10 @@ class RawDdsClient {
     const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
     udp->interfaceWhiteList.emplace_back("127.0.0.1");
     qos.transport().user_transports = {shared_memory, udp};
+    // A short one, so that a client that was killed is missed soon.
+    qos.wire_protocol().builtin.discovery_config.leaseDuration = eprosima::fastrtps::Duration_t(2, 0);
+    qos.wire_protocol().builtin.discovery_config.leaseDuration_announcementperiod =
+        eprosima::fastrtps::Duration_t(0, 500'000'000);
     participant_ = fdds::DomainParticipantFactory::get_instance()->create_participant(domain, qos);
     if (participant_ == nullptr) throw std::runtime_error("no participant");
     publisher_ = participant_->create_publisher(fdds::PUBLISHER_QOS_DEFAULT);
@@ -133,9 +137,10 @@ class RawDdsClient {
   RawDdsClient& operator=(const RawDdsClient&) = delete;
 
   template <typename Type>
-  std::unique_ptr<Inbox<typename Type::type>> read(const std::string& topic_name, bool reliable,
+  std::shared_ptr<Inbox<typename Type::type>> read(const std::string& topic_name, bool reliable,
                                                    bool late_joiner, int depth) {
-    auto inbox = std::make_unique<Inbox<typename Type::type>>();
+    auto inbox = std::make_shared<Inbox<typename Type::type>>();
+    listeners_.push_back(inbox);
     fdds::DataReaderQos qos = subscriber_->get_default_datareader_qos();
     qos.reliability().kind = reliable ? fdds::RELIABLE_RELIABILITY_QOS : fdds::BEST_EFFORT_RELIABILITY_QOS;
     qos.durability().kind =
@@ -148,7 +153,7 @@ class RawDdsClient {
     return inbox;
   }
 
-  /// Shared ownership, as a stock ROS 2 publisher, or exclusive with a lease of 1 s, as takt's own client.
+  /// Shared ownership, as a stock ROS 2 publisher, or exclusive, as takt's own client.
   template <typename Type>
   RawWriter write(const std::string& topic_name, bool exclusive = false, std::uint32_t strength = 0) {
     fdds::DataWriterQos qos = publisher_->get_default_datawriter_qos();
@@ -157,10 +162,9 @@ class RawDdsClient {
     if (exclusive) {
       qos.ownership().kind = fdds::EXCLUSIVE_OWNERSHIP_QOS;
       qos.ownership_strength().value = strength;
-      qos.liveliness().lease_duration = eprosima::fastrtps::Duration_t(1, 0);
-      qos.liveliness().announcement_period = eprosima::fastrtps::Duration_t(0, 300'000'000);
     }
     RawWriter writer;
+    listeners_.push_back(writer.matches);
     writer.writer = publisher_->create_datawriter(topic<Type>(topic_name), qos, writer.matches.get());
     if (writer.writer == nullptr) throw std::runtime_error("no writer of " + topic_name);
     return writer;
@@ -178,6 +182,7 @@ class RawDdsClient {
     return participant_->create_topic(name, type.get_type_name(), fdds::TOPIC_QOS_DEFAULT);
   }
 
+  std::vector<std::shared_ptr<void>> listeners_;  // DDS may call them until the participant is gone
   fdds::DomainParticipant* participant_ = nullptr;
   fdds::Publisher* publisher_ = nullptr;
   fdds::Subscriber* subscriber_ = nullptr;

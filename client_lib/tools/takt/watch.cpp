@@ -17,6 +17,8 @@ using client::Seconds;
 
 /// A person ends what follows a cell; it ends of itself only when the server goes away.
 constexpr double kForever_s = 1.0e9;
+/// How often a server sends its status.
+constexpr Seconds kStatusInterval{0.1};
 
 /// "C:Gripper2 O:- P:O": who holds each Part.
 std::string partners(const client::State& state) {
@@ -46,6 +48,12 @@ std::string live_line(const client::State& state, const client::Status& status) 
   for (const auto& name : status.waiting_for) line += "  waiting for " + name;
   if (!status.fault.empty()) line += "  FAULT: " + status.fault;
   return line;
+}
+
+/// What is worth a new line when it changes.
+std::string summary(const client::State& state, const client::Status& status) {
+  return partners(state) + std::string(to_string(status.state)) + status.pace + std::to_string(state.epoch) +
+         status.fault;
 }
 
 nlohmann::json json_of(const client::State& state, const client::Status& status) {
@@ -95,25 +103,35 @@ int watch(const Common& common, const WatchOptions& options) {
   const Client cell(common.client);
   const bool live = isatty(STDOUT_FILENO) != 0 && !common.json;
   std::string shown;
+  const auto reached = [&](const client::State& s) {
+    return options.until_s && s.time_s >= *options.until_s - 1e-9;
+  };
   for (std::uint64_t seen = 0;;) {
-    const auto status =
-        cell.wait_for_status([&](const auto& s) { return s.sample_number > seen; }, Seconds{kForever_s});
-    if (!status) return 1;
-    seen = status->sample_number;
-    const client::State state = cell.state();
-    const bool reached = options.until_s && state.time_s >= *options.until_s - 1e-9;
-    const bool over = reached || status->state == client::SimulationState::quitting || !status->fault.empty();
-    // On a terminal the line is renewed with every status; elsewhere there is one line for each change.
-    const std::string what = partners(state) + std::string(to_string(status->state)) + status->pace +
-                             std::to_string(state.epoch) + status->fault;
+    // On a terminal the line is renewed with every status; elsewhere there is one line for each change, which
+    // shows in a state first (those repeat while the cell stands still, so that a pause shows too).
+    std::optional<client::State> state;
+    if (live) {
+      const auto next =
+          cell.wait_for_status([&](const auto& s) { return s.sample_number > seen; }, Seconds{kForever_s});
+      if (next) seen = next->sample_number;
+    } else {
+      state =
+          cell.wait_for_state([&](const auto& s) { return reached(s) || summary(s, cell.status()) != shown; },
+                              kStatusInterval * 5);
+    }
+    const client::Status status = cell.status();
+    if (!state) state = cell.state();
+    const bool over =
+        reached(*state) || status.state == client::SimulationState::quitting || !status.fault.empty();
+    const std::string what = summary(*state, status);
     if (live)
-      std::printf("\r\033[K%s%s", cut_to_terminal(live_line(state, *status)).c_str(), over ? "\n" : "");
+      std::printf("\r\033[K%s%s", cut_to_terminal(live_line(*state, status)).c_str(), over ? "\n" : "");
     else if (over || what != shown)
       std::printf("%s\n",
-                  common.json ? json_of(state, *status).dump().c_str() : live_line(state, *status).c_str());
+                  common.json ? json_of(*state, status).dump().c_str() : live_line(*state, status).c_str());
     std::fflush(stdout);
     shown = what;
-    if (over) return reached || (!options.until_s && status->fault.empty()) ? 0 : 1;
+    if (over) return reached(*state) || (!options.until_s && status.fault.empty()) ? 0 : 1;
   }
 }
 

@@ -1,0 +1,226 @@
+// takt::Client, takt and takt-controller against the real service.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "client_lib/client.h"
+#include "client_lib/tools/takt_controller/session.h"
+#include "tests/support/child_process.h"
+#include "tests/support/dds_service.h"
+
+namespace {
+
+using takt::Client;
+using takt::ClientError;
+using takt::client::Event;
+using takt::client::GripperAction;
+using takt::client::Seconds;
+using takt::client::SimulationState;
+using takt::client::State;
+using takt::test::ChildProcess;
+using takt::test::DdsService;
+
+constexpr Seconds kGenerous{60.0};
+const std::string kBin = TAKT_BIN_DIR;
+const std::string kConfig = TAKT_CONFIG_DIR;
+
+takt::ClientOptions options_for(const std::string& cell) {
+  takt::ClientOptions options;
+  options.cell = cell;
+  options.domain = static_cast<int>(takt::test::test_domain());
+  options.timeout = kGenerous;
+  options.silence_limit = kGenerous;
+  return options;
+}
+
+takt::RunLoopOptions paused() {
+  takt::RunLoopOptions options;
+  options.start_paused = true;
+  return options;
+}
+
+std::string contents(const std::filesystem::path& file) {
+  std::stringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+TEST(ClientAndService, DescriptionIsThatOfTheCellBitByBit) {
+  const DdsService service(paused());
+  const Client client(options_for(takt::test::test_cell()));
+  const auto cell = client.cell();
+  const auto& truth = service.model->description;
+  ASSERT_EQ(cell->components.size(), truth.components.size());
+  for (std::size_t i = 0; i < truth.components.size(); ++i) {
+    EXPECT_EQ(cell->components[i].name, truth.components[i].name);
+    EXPECT_EQ(cell->components[i].vertices_m, truth.components[i].vertices);
+  }
+  const auto digested = takt::tool::controller_cell(*cell);
+  ASSERT_EQ(digested.robots.size(), truth.robots.size());
+  for (std::size_t i = 0; i < truth.robots.size(); ++i) {
+    EXPECT_EQ(digested.robots[i].X_WR, truth.robots[i].X_WR);
+    EXPECT_EQ(digested.robots[i].arm.X_JF, truth.robots[i].arm.X_JF);
+    ASSERT_EQ(digested.robots[i].arm.joint_count(), truth.robots[i].arm.joint_count());
+    for (std::size_t j = 0; j < truth.robots[i].arm.joints.size(); ++j) {
+      EXPECT_EQ(digested.robots[i].arm.joints[j].X_PJ, truth.robots[i].arm.joints[j].X_PJ);
+      EXPECT_EQ(digested.robots[i].arm.joints[j].axis, truth.robots[i].arm.joints[j].axis);
+      EXPECT_EQ(digested.robots[i].arm.joints[j].upper, truth.robots[i].arm.joints[j].upper);
+    }
+  }
+  for (std::size_t i = 0; i < truth.grippers.size(); ++i)
+    EXPECT_EQ(digested.grippers.at(i).X_FT, truth.grippers[i].X_FG * truth.grippers[i].X_GT);
+}
+
+TEST(ClientAndService, StepsResetsAndTellsItsState) {
+  const DdsService service(paused());
+  Client client(options_for(takt::test::test_cell()));
+  EXPECT_EQ(client.get_state(), SimulationState::paused);
+  client.step(25);
+  const auto stepped = client.wait_for_state([](const State& s) { return s.step == 25; }, kGenerous);
+  ASSERT_TRUE(stepped.has_value());
+  EXPECT_NEAR(stepped->time_s, 0.025, 1e-12);
+  client.reset();
+  const auto reset = client.wait_for_state([](const State& s) { return s.epoch == 1; }, kGenerous);
+  ASSERT_TRUE(reset.has_value());
+  EXPECT_EQ(reset->step, 0U);
+  client.play();
+  EXPECT_EQ(client.get_state(), SimulationState::playing);
+  try {
+    client.step(1);
+    FAIL() << "a playing cell was stepped";
+  } catch (const ClientError& error) {
+    EXPECT_EQ(error.kind(), ClientError::Kind::refused);
+    EXPECT_EQ(error.result(), 3);  // incorrect state
+  }
+}
+
+TEST(ClientAndService, CommandsMoveTheCellAndRefusedOnesAreToldInAnEvent) {
+  const DdsService service(paused());
+  Client client(options_for(takt::test::test_cell()));
+  const std::vector<double> start = client.state().robot("Robot1").position;
+  std::vector<double> target = start;
+  target[5] += 0.001;
+  client.send_joint_command("Robot1", target);
+  client.set_gripper("Gripper1", GripperAction::close);
+  // The commands come on other topics than the request: each step may be before or after their arrival.
+  std::optional<State> moved;
+  for (int i = 0; i < 1000 && !moved; ++i) {
+    client.step(10);
+    const State now = client.state();
+    if (std::abs(now.robot("Robot1").position[5] - target[5]) < 1e-12 && now.gripper("Gripper1").closed)
+      moved = now;
+  }
+  ASSERT_TRUE(moved.has_value());
+  EXPECT_LT(moved->gripper("Gripper1").width_m, 0.1);
+
+  target[2] = 100.0;
+  client.send_joint_command("Robot1", target);
+  const auto refused =
+      client.wait_for_event([](const Event& e) { return e.code == "command_rejected"; }, kGenerous);
+  ASSERT_TRUE(refused.has_value());
+  EXPECT_EQ(refused->subject, "Robot1");
+  EXPECT_NE(refused->message.find("elbow_joint"), std::string::npos) << refused->message;
+}
+
+TEST(ClientAndService, AKilledServerIsNoticed) {
+  const std::string cell = takt::test::test_cell() + "_killed";
+  ChildProcess server({kBin + "/takt-server", kConfig + "/scenarios/block_assembly.yaml", "--cell", cell,
+                       "--domain", std::to_string(takt::test::test_domain()), "--paused"});
+  ASSERT_TRUE(server.wait_for_output("ready")) << server.text;
+  takt::ClientOptions options = options_for(cell);
+  options.silence_limit = Seconds{2.0};
+  const Client client(options);
+  client.state();
+  server.signal(SIGKILL);
+  try {
+    (void)client.wait_for_state([](const State&) { return false; }, kGenerous);
+    FAIL() << "the wait did not end with an error";
+  } catch (const ClientError& error) {
+    EXPECT_EQ(error.kind(), ClientError::Kind::lost);
+  }
+}
+
+/// The block assembly over DDS in lockstep against the same program in one process without DDS.
+TEST(ClientAndService, BlockAssemblyInLockstepEqualsTheRunInOneProcess) {
+  const std::string scenario = kConfig + "/scenarios/block_assembly.yaml";
+  const auto report =
+      std::filesystem::temp_directory_path() / ("takt_report_" + std::to_string(getpid()) + ".json");
+  ChildProcess run({kBin + "/takt-run", scenario, "--report", report.string()});
+  ASSERT_EQ(run.wait(), 0) << run.text;
+  const std::string in_process = contents(report);
+  std::filesystem::remove(report);
+
+  const std::string cell = takt::test::test_cell() + "_lockstep";
+  const std::string domain = std::to_string(takt::test::test_domain());
+  ChildProcess server({kBin + "/takt-server", scenario, "--cell", cell, "--domain", domain, "--paused"});
+  ASSERT_TRUE(server.wait_for_output("ready")) << server.text;
+  takt::tool::SessionOptions session;
+  session.program = kConfig + "/programs/block_assembly.lua";
+  session.client = options_for(cell);
+  session.pace = takt::client::Pace::lockstep;
+  session.start = true;
+  session.until_s = 42.0;
+  ASSERT_EQ(takt::tool::run_session(session), 0);
+
+  Client client(options_for(cell));
+  const State end = client.state();
+  EXPECT_EQ(end.step, 42000U);
+  char hash[32];
+  std::snprintf(hash, sizeof(hash), "\"0x%016llx\"", static_cast<unsigned long long>(end.state_hash));
+  EXPECT_NE(in_process.find(hash), std::string::npos)
+      << hash << " is not the hash of " << in_process.substr(0, 500);
+
+  ChildProcess check({kBin + "/takt", "check", scenario, "--cell", cell, "--domain", domain});
+  EXPECT_EQ(check.wait(), 0) << check.text;
+  client.reset();
+  ChildProcess check_at_start({kBin + "/takt", "check", scenario, "--cell", cell, "--domain", domain});
+  EXPECT_EQ(check_at_start.wait(), 1) << check_at_start.text;
+  client.set_state(SimulationState::quitting);
+  EXPECT_EQ(server.wait(), 0) << server.text;
+}
+
+TEST(ClientAndService, AFaultyProgramEndsWithItsPlace) {
+  const DdsService service(paused());
+  const auto program =
+      std::filesystem::temp_directory_path() / ("takt_program_" + std::to_string(getpid()) + ".lua");
+  std::ofstream(program) << "local x = 1\nerror('this program is broken')\n";
+  ChildProcess controller({kBin + "/takt-controller", program.string(), "--cell", takt::test::test_cell(),
+                           "--domain", std::to_string(takt::test::test_domain())});
+  EXPECT_EQ(controller.wait(), 1);
+  std::filesystem::remove(program);
+  EXPECT_NE(controller.text.find(".lua:2"), std::string::npos) << controller.text;
+  EXPECT_NE(controller.text.find("this program is broken"), std::string::npos) << controller.text;
+}
+
+TEST(TaktCommand, ExitCodesTellUsageFromFailure) {
+  const std::string domain = std::to_string(takt::test::test_domain());
+  ChildProcess usage({kBin + "/takt", "no_such_command"});
+  EXPECT_EQ(usage.wait(), 2) << usage.text;
+  ChildProcess help({kBin + "/takt", "--help"});
+  EXPECT_EQ(help.wait(), 0);
+  EXPECT_NE(help.text.find("takt record"), std::string::npos) << help.text;
+  ChildProcess nowhere(
+      {kBin + "/takt", "status", "--cell", "nowhere", "--timeout", "0.5", "--domain", domain});
+  EXPECT_EQ(nowhere.wait(), 1);
+  EXPECT_NE(nowhere.text.find("'nowhere'"), std::string::npos) << nowhere.text;
+}
+
+TEST(TaktCommand, RecordWritesOneRowPerPeriod) {
+  const DdsService service(paused());
+  Client client(options_for(takt::test::test_cell()));
+  ChildProcess record({kBin + "/takt", "record", "-", "--until", "0.05", "--period", "0.01", "--cell",
+                       takt::test::test_cell(), "--domain", std::to_string(takt::test::test_domain())});
+  // Each row is waited for before the cell gets on, so that none can be missed.
+  for (const char* row : {"\n0,", "\n0.01,", "\n0.02,", "\n0.03,", "\n0.04,"}) {
+    ASSERT_TRUE(record.wait_for_output(row)) << record.text;
+    client.step(10);
+  }
+  EXPECT_EQ(record.wait(), 0) << record.text;
+  EXPECT_EQ(record.text.substr(0, record.text.find(',')), "time");
+  EXPECT_NE(record.text.find("\n0.05,"), std::string::npos) << record.text;
+  EXPECT_NE(record.text.find("6 rows"), std::string::npos) << record.text;
+}
+
+}  // namespace

@@ -1,0 +1,32 @@
+// A controller that is there to be killed: commands one robot, exclusively and strongly, to one pose.
+// Usage: takt-test-commander DOMAIN CELL ROBOT FIRST_JOINT. Sends, prints "ready", and stays until it is
+// killed.
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include "tests/support/raw_dds_client.h"
+
+int main(int argc, char** argv) {
+  if (argc != 5) return 2;
+  takt::test::RawDdsClient client(static_cast<std::uint32_t>(std::atoi(argv[1])));
+  const std::string topic = std::string("rt/") + argv[2] + "/" + argv[3] + "/joint_commands";
+  auto writer = client.write<sensor_msgs::msg::JointStatePubSubType>(topic, true, 9);
+  if (!writer.matches->wait_for(1)) return 1;
+  sensor_msgs::msg::JointState message;
+  message.name({"shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint",
+                "wrist_3_joint"});
+  constexpr double kQuarter = 1.5707963267948966;
+  message.position({std::atof(argv[4]), -kQuarter, kQuarter, -kQuarter, -kQuarter, 0.0});
+  if (!writer.writer->write(&message)) return 1;
+  // Reliable: acknowledged means that the cell has it.
+  if (writer.writer->wait_for_acknowledgments(eprosima::fastrtps::Duration_t(60, 0)) !=
+      eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
+    return 1;
+  }
+  std::printf("ready\n");
+  std::fflush(stdout);
+  for (;;) pause();
+}
