@@ -30,6 +30,9 @@ ComponentInteraction::ComponentInteraction(const std::vector<Component>& compone
   for (std::size_t i = 0; i < components.size(); ++i) {
     graph_.vertices[i] = {components[i].type, components[i].hierarchy};
     graph_.neighbours[i].reserve(components.size());
+    // A step does not allocate: room for all on a Ground, and for more than can lie around a Part.
+    near_[i].reserve(components[i].type == ComponentType::part ? std::min<std::size_t>(components.size(), 64)
+                                                               : components.size());
     if (components[i].type == ComponentType::part) parts_.push_back(static_cast<int>(i));
     if (components[i].role == GripperRole::palm) {
       // The grasp volume: a box whose bounds follow the jaws.
