@@ -40,6 +40,9 @@ class PlantModel {
   virtual ~PlantModel() = default;
   virtual int state_count() const { return 0; }
   virtual void initial_state(double* x) const { static_cast<void>(x); }
+  /// The one component this model moves, where its motion follows from the model's states alone; else -1.
+  /// With equal states such a body stands still, and without states always.
+  virtual int body() const { return -1; }
 
   /// Writes the motion of the bodies and arms this model moves. Models are called in the order robots,
   /// grippers, Parts, so a gripper finds its robot's flange already written.

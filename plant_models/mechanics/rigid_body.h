@@ -25,6 +25,7 @@ class RigidBody final : public PlantModel {
 
   explicit RigidBody(const RigidBodyParameters& parameters);
   int state_count() const override { return kStates; }
+  int body() const override { return parameters_.body; }
   void initial_state(double* x) const override;
   void write_motion(double t, const double* x, CellMotion& motion) const override;
   void derivatives(double t, const double* x, const CellMotion& motion, std::span<const Wrench> wrenches,

@@ -1,6 +1,8 @@
 #include "server/contact/component_interaction.h"
 
 #include <algorithm>
+#include <numeric>
+#include <utility>
 
 namespace takt {
 
@@ -9,11 +11,14 @@ ComponentInteraction::ComponentInteraction(const std::vector<Component>& compone
                                            const InteractionParameters& parameters)
     : components_(components),
       parameters_(parameters),
-      world_(components, parameters.contact_margin_m),
+      world_(components, parameters.contact_margin_m, parameters.skip_resting),
       grasp_active_(components.size(), 0),
       graph_(components.size()),
       partner_search_(components.size()),
-      connections_(components.size()) {
+      connections_(components.size()),
+      broad_phase_(components.size()),
+      near_(components.size()),
+      reached_(components.size(), 0) {
   for (const ComponentPair& pair : pairs) {
     const GripperRole role = components[static_cast<std::size_t>(pair.target)].role;
     if (pair.kind == PairKind::hold && role != GripperRole::left_jaw && role != GripperRole::right_jaw) {
@@ -25,6 +30,9 @@ ComponentInteraction::ComponentInteraction(const std::vector<Component>& compone
   for (std::size_t i = 0; i < components.size(); ++i) {
     graph_.vertices[i] = {components[i].type, components[i].hierarchy};
     graph_.neighbours[i].reserve(components.size());
+    // A step does not allocate: room for all on a Ground, and for more than can lie around a Part.
+    near_[i].reserve(components[i].type == ComponentType::part ? std::min<std::size_t>(components.size(), 64)
+                                                               : components.size());
     if (components[i].type == ComponentType::part) parts_.push_back(static_cast<int>(i));
     if (components[i].role == GripperRole::palm) {
       // The grasp volume: a box whose bounds follow the jaws.
@@ -32,6 +40,7 @@ ComponentInteraction::ComponentInteraction(const std::vector<Component>& compone
     }
   }
   changes_.reserve(parts_.size());
+  for (auto* list : {&work_, &found_, &toggled_, &changed_parts_}) list->reserve(2 * components.size());
 }
 
 void ComponentInteraction::reset() {
@@ -40,7 +49,10 @@ void ComponentInteraction::reset() {
   std::fill(grasp_active_.begin(), grasp_active_.end(), 0);
   std::fill(connections_.begin(), connections_.end(), Connection{});
   graph_.clear_contacts();
-  graph_valid_ = false;
+  begun_ = false;
+  toggled_.clear();
+  changed_parts_.clear();
+  known_calls_ = 0;
   changes_.clear();
   counts_ = {};
   partner_searches_ = 0;
@@ -52,11 +64,17 @@ bool ComponentInteraction::active(std::size_t pair) const {
   return components_[target].type != ComponentType::gripper || grasp_active_[target] != 0;
 }
 
-void ComponentInteraction::update_poses(const CellMotion& motion, Clock clock) {
+void ComponentInteraction::update_poses(const CellMotion& motion, std::span<const int> moved, Clock clock) {
   const double begin = clock != nullptr ? clock() : 0.0;
-  for (std::size_t i = 0; i < components_.size(); ++i)
-    world_.set_pose(static_cast<int>(i), motion.bodies[i].X_WB);
+  for (const int i : moved) world_.set_pose(i, motion.bodies[static_cast<std::size_t>(i)].X_WB);
+  if (begun_) follow_moved();
   if (clock != nullptr) stage_times_.broad_phase_s += clock() - begin;
+}
+
+void ComponentInteraction::update_poses(const CellMotion& motion, Clock clock) {
+  work_.resize(components_.size());
+  std::iota(work_.begin(), work_.end(), 0);
+  update_poses(motion, work_, clock);
 }
 
 void ComponentInteraction::update_connections(const CellMotion& motion, std::span<const GraspState> grasps,
@@ -64,6 +82,7 @@ void ComponentInteraction::update_connections(const CellMotion& motion, std::spa
   changes_.clear();
   for (const GraspState& grasp : grasps) {
     const auto palm = static_cast<std::size_t>(grasp.palm);
+    if ((grasp_active_[palm] != 0) != grasp.active) toggled_.push_back(grasp.palm);
     grasp_active_[palm] = grasp.active ? 1 : 0;
     if (grasp.active) world_.set_box(grasp.palm, grasp.lower_G, grasp.upper_G);
   }
@@ -73,32 +92,156 @@ void ComponentInteraction::update_connections(const CellMotion& motion, std::spa
 
 void ComponentInteraction::detect(Clock clock) {
   const double begin = clock != nullptr ? clock() : 0.0;
-  bool changed = !graph_valid_;
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    char contact = 0;
-    if (active(i)) {
-      update_verdict(world_, pairs_[i].base, pairs_[i].target, verdicts_[i], counts_);
-      contact = verdicts_[i].touching ? 1 : 0;
-    }
-    changed = changed || contact != in_contact_[i];
-    in_contact_[i] = contact;
-  }
-  if (changed) {
-    graph_.clear_contacts();
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-      if (in_contact_[i] != 0) graph_.add_contact(pairs_[i].base, pairs_[i].target);
-    }
-    graph_.sort_contacts();
-    graph_valid_ = false;
-  }
+  if (parameters_.skip_resting)
+    detect_moved();
+  else
+    detect_all();
+  world_.clear_moved();
+  toggled_.clear();
   if (clock != nullptr) stage_times_.mpr_s += clock() - begin;
 }
 
+void ComponentInteraction::detect_all() {
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    verdicts_[i] = {};
+    if (active(i)) update_verdict(world_, pairs_[i].base, pairs_[i].target, verdicts_[i], counts_);
+    set_contact(i, verdicts_[i].touching);
+  }
+}
+
+void ComponentInteraction::detect_moved() {
+  retested_calls_ = 0;
+  if (!begun_) {
+    begin_near();
+    for (std::size_t c = 0; c < components_.size(); ++c)
+      for (const Near& near : near_[c]) check(near.pair);
+  } else {
+    follow_moved();
+    work_.assign(world_.moved().begin(), world_.moved().end());
+    work_.insert(work_.end(), toggled_.begin(), toggled_.end());
+    for (const int c : work_)
+      for (const Near& near : near_[static_cast<std::size_t>(c)]) check(near.pair);
+  }
+  counts_.mpr_skipped += known_calls_ - retested_calls_;
+}
+
+void ComponentInteraction::begin_near() {
+  std::vector<Aabb> boxes;
+  boxes.reserve(components_.size());
+  for (std::size_t c = 0; c < components_.size(); ++c) {
+    boxes.push_back(world_.aabb(static_cast<int>(c)));
+    near_[c].clear();
+  }
+  broad_phase_.build(boxes);
+  for (std::size_t c = 0; c < components_.size(); ++c) refresh_near(static_cast<int>(c));
+  begun_ = true;
+}
+
+void ComponentInteraction::follow_moved() {
+  for (const int c : world_.moved())
+    if (broad_phase_.update(c, world_.aabb(c))) refresh_near(c);
+}
+
+std::span<const int> ComponentInteraction::parts_near_sweep(int component, const Pose& from, const Pose& to) {
+  if (!begun_) return parts_;  // nothing is known yet, or nothing shall be remembered
+  const Aabb first = world_.aabb_at(component, from);
+  const Aabb last = world_.aabb_at(component, to);
+  found_.clear();
+  broad_phase_.find({first.lower.cwiseMin(last.lower), first.upper.cwiseMax(last.upper)}, found_);
+  std::erase_if(
+      found_, [this](int c) { return components_[static_cast<std::size_t>(c)].type != ComponentType::part; });
+  std::sort(found_.begin(), found_.end());
+  return found_;
+}
+
+void ComponentInteraction::refresh_near(int component) {
+  std::vector<Near>& mine = near_[static_cast<std::size_t>(component)];
+  const auto forget = [this](int owner, std::size_t pair) {
+    std::vector<Near>& list = near_[static_cast<std::size_t>(owner)];
+    const auto it = std::find_if(list.begin(), list.end(), [pair](const Near& n) { return n.pair == pair; });
+    *it = list.back();
+    list.pop_back();
+  };
+  for (std::size_t i = mine.size(); i-- > 0;) {
+    const Near near = mine[i];
+    if (broad_phase_.near(component, near.other)) continue;
+    forget(near.other, near.pair);
+    forget(component, near.pair);
+    known_calls_ -= verdicts_[near.pair].calls;
+    verdicts_[near.pair] = {};
+    set_contact(near.pair, false);
+  }
+  found_.clear();
+  broad_phase_.find(broad_phase_.large_box(component), found_);
+  for (const int other : found_) {
+    const int pair = find_pair(component, other);
+    if (pair < 0) continue;
+    const auto index = static_cast<std::size_t>(pair);
+    const std::vector<Near>& theirs = near_[static_cast<std::size_t>(other)];
+    const std::vector<Near>& shorter = mine.size() <= theirs.size() ? mine : theirs;
+    if (std::any_of(shorter.begin(), shorter.end(), [index](const Near& n) { return n.pair == index; }))
+      continue;
+    mine.push_back({other, index});
+    near_[static_cast<std::size_t>(other)].push_back({component, index});
+  }
+}
+
+void ComponentInteraction::check(std::size_t pair) {
+  PairVerdict& verdict = verdicts_[pair];
+  const std::uint64_t before = verdict.calls;
+  if (!active(pair)) {
+    verdict = {};
+  } else if (update_verdict(world_, pairs_[pair].base, pairs_[pair].target, verdict, counts_)) {
+    retested_calls_ += verdict.calls;
+  }
+  known_calls_ += verdict.calls - before;
+  set_contact(pair, verdict.touching);
+}
+
+int ComponentInteraction::find_pair(int a, int b) const {
+  for (const auto& [base, target] : {std::pair{a, b}, std::pair{b, a}}) {
+    const auto it = std::lower_bound(pairs_.begin(), pairs_.end(), std::pair{base, target},
+                                     [](const ComponentPair& p, const std::pair<int, int>& key) {
+                                       return std::pair{p.base, p.target} < key;
+                                     });
+    if (it != pairs_.end() && it->base == base && it->target == target)
+      return static_cast<int>(it - pairs_.begin());
+  }
+  return -1;
+}
+
+void ComponentInteraction::set_contact(std::size_t pair, bool contact) {
+  if ((in_contact_[pair] != 0) == contact) return;
+  in_contact_[pair] = contact ? 1 : 0;
+  const ComponentPair& p = pairs_[pair];
+  if (contact)
+    graph_.add_contact(p.base, p.target);
+  else
+    graph_.remove_contact(p.base, p.target);
+  for (const int end : {p.base, p.target}) {
+    if (graph_.vertices[static_cast<std::size_t>(end)].type != ComponentType::part) continue;
+    if (reached_[static_cast<std::size_t>(end)] != 0) continue;
+    reached_[static_cast<std::size_t>(end)] = 1;
+    changed_parts_.push_back(end);
+  }
+}
+
 void ComponentInteraction::search(Clock clock, const CellMotion& motion) {
-  if (graph_valid_) return;  // same contacts, same partners
+  if (changed_parts_.empty()) return;  // same contacts, same partners
   const double begin = clock != nullptr ? clock() : 0.0;
-  graph_valid_ = true;
-  for (const int part : parts_) {
+  // A search follows contacts from Part to Part, so a contact matters to the Parts connected with its ends.
+  // Those that only the old contact connected are reached from the other end.
+  for (std::size_t i = 0; i < changed_parts_.size(); ++i) {
+    for (const int neighbour : graph_.neighbours[static_cast<std::size_t>(changed_parts_[i])]) {
+      const auto n = static_cast<std::size_t>(neighbour);
+      if (graph_.vertices[n].type != ComponentType::part || reached_[n] != 0) continue;
+      reached_[n] = 1;
+      changed_parts_.push_back(neighbour);
+    }
+  }
+  std::sort(changed_parts_.begin(), changed_parts_.end());
+  for (const int part : changed_parts_) {
+    reached_[static_cast<std::size_t>(part)] = 0;
     const int present = connections_[static_cast<std::size_t>(part)].partner;
     const int found = partner_search_.find(graph_, part, present);
     ++partner_searches_;
@@ -106,6 +249,7 @@ void ComponentInteraction::search(Clock clock, const CellMotion& motion) {
     changes_.push_back({part, present, found});
     connect(part, found, motion);
   }
+  changed_parts_.clear();
   if (clock != nullptr) stage_times_.partner_search_s += clock() - begin;
 }
 
@@ -130,7 +274,17 @@ void ComponentInteraction::connect(int part, int partner, const CellMotion& moti
 
 void ComponentInteraction::evaluate(const CellMotion& motion, std::span<Wrench> wrenches) const {
   std::fill(wrenches.begin(), wrenches.end(), Wrench{});
-  for (const int part : parts_) {
+  evaluate(motion, parts_, wrenches);
+}
+
+void ComponentInteraction::evaluate(const CellMotion& motion, std::span<const int> parts,
+                                    std::span<Wrench> wrenches) const {
+  for (const int part : parts) {
+    const int partner = connections_[static_cast<std::size_t>(part)].partner;
+    wrenches[static_cast<std::size_t>(part)] = {};
+    if (partner != -1) wrenches[static_cast<std::size_t>(partner)] = {};
+  }
+  for (const int part : parts) {
     const Connection& connection = connections_[static_cast<std::size_t>(part)];
     if (connection.partner == -1) continue;
     const BodyMotion& base = motion.bodies[static_cast<std::size_t>(part)];

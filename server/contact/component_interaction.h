@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "server/components/pair_generation.h"
+#include "server/contact/broad_phase.h"
 #include "server/contact/contact_detection.h"
 #include "server/contact/partner_search.h"
 #include "server/contact/substitute_force.h"
@@ -21,6 +22,7 @@ struct InteractionParameters {
   Vec3 gravity_W{0.0, 0.0, -9.80665};  ///< m/s^2
   double contact_margin_m = 0.0002;    ///< components closer than this touch
   bool weight_feed_forward = true;     ///< false: the thesis' law, where the spring carries the weight
+  bool skip_resting = true;  ///< false: every pair and every Part anew in every step; the bits are the same
 };
 
 /// What the interaction must know of a gripper at one time.
@@ -46,15 +48,22 @@ class ComponentInteraction {
     double broad_phase_s = 0.0, mpr_s = 0.0, partner_search_s = 0.0;
   };
 
-  /// Discrete stage, first half: poses of all components for the collision checks.
-  void update_poses(const CellMotion& motion, Clock clock);
+  /// Discrete stage, first half: poses for the collision checks, of the components that may have moved.
+  void update_poses(const CellMotion& motion, std::span<const int> moved, Clock clock);
+  void update_poses(const CellMotion& motion, Clock clock);  ///< of all components
+  /// Parts (ascending) that may touch a component pushed straight from one pose to another; others are
+  /// certainly apart. Valid until the next call.
+  std::span<const int> parts_near_sweep(int component, const Pose& from, const Pose& to);
   /// Discrete stage, second half: contacts at these poses, partners, offsets of changed partners.
   void update_connections(const CellMotion& motion, std::span<const GraspState> grasps, Clock clock);
   std::span<const PartnerChange> changes() const { return changes_; }
 
-  /// Pure stage: wrench of every connection into its own slot, then summed per component in slot order.
-  /// `wrenches` has one entry per component, about its p_WBcm.
+  /// Pure stage: wrench of every connection, summed per component in the order of the Parts. `wrenches` has
+  /// one entry per component, about its p_WBcm.
   void evaluate(const CellMotion& motion, std::span<Wrench> wrenches) const;
+  /// The same for some Parts (component ids, ascending), with every Part they hold or are held by. Entries of
+  /// other Parts are left alone, those of Grounds and Grippers are not the whole sum.
+  void evaluate(const CellMotion& motion, std::span<const int> parts, std::span<Wrench> wrenches) const;
 
   /// Open all connections and forget all verdicts.
   void reset();
@@ -72,14 +81,26 @@ class ComponentInteraction {
   DetectionCounts& counts() { return counts_; }
 
  private:
+  struct Near {
+    int other;
+    std::size_t pair;
+  };
   bool active(std::size_t pair) const;
   void detect(Clock clock);
+  void detect_moved();
+  void detect_all();
+  void begin_near();
+  void follow_moved();
+  void refresh_near(int component);
+  void check(std::size_t pair);
+  void set_contact(std::size_t pair, bool contact);
+  int find_pair(int a, int b) const;
   void search(Clock clock, const CellMotion& motion);
   void connect(int part, int partner, const CellMotion& motion);
 
   const std::vector<Component>& components_;
   InteractionParameters parameters_;
-  std::vector<ComponentPair> pairs_;  ///< hold pairs only, without jaws
+  std::vector<ComponentPair> pairs_;  ///< hold pairs only, without jaws; ordered by base, then target
   std::vector<int> parts_;            ///< component ids of Parts
   CollisionWorld world_;
   std::vector<PairVerdict> verdicts_;
@@ -89,7 +110,19 @@ class ComponentInteraction {
   PartnerSearch partner_search_;
   std::vector<Connection> connections_;  ///< by component; Parts only
   std::vector<PartnerChange> changes_;
-  bool graph_valid_ = false;
+
+  // What may touch: pairs whose large boxes overlap. All others are known to be apart.
+  BroadPhase broad_phase_;
+  bool begun_ = false;                   ///< the broad phase knows all components
+  std::vector<std::vector<Near>> near_;  ///< by component
+  std::vector<int> work_, found_;
+  std::vector<int> toggled_;          ///< palms that began or ceased to hold
+  std::uint64_t known_calls_ = 0;     ///< calls behind all present verdicts
+  std::uint64_t retested_calls_ = 0;  ///< of those, made in this step
+  std::vector<int>
+      changed_parts_;  ///< Parts whose contacts changed, and then all that a search may lead to them
+  std::vector<char> reached_;
+
   DetectionCounts counts_;
   std::uint64_t partner_searches_ = 0;
   StageTimes stage_times_;

@@ -1,91 +1,127 @@
 #include "server/contact/contact_detection.h"
 
+#include <algorithm>
+#include <bit>
 #include <utility>
 
 namespace takt {
 
-CollisionWorld::CollisionWorld(const std::vector<Component>& components, double margin_m)
-    : margin_(margin_m) {
+CollisionWorld::CollisionWorld(const std::vector<Component>& components, double margin_m, bool remember)
+    : margin_(margin_m), remember_(remember) {
   entries_.resize(components.size());
+  moved_.reserve(components.size());
+  std::size_t shapes = 0;
   for (std::size_t i = 0; i < components.size(); ++i) {
     entries_[i].shapes = components[i].convex;
-    entries_[i].box = components[i].box;
-    refresh(entries_[i]);
+    entries_[i].tree = ShapeTree(components[i].convex);
+    entries_[i].box = bounding_box(components[i].convex);
+    entries_[i].radius = entries_[i].box.half_B.norm();
+    refresh(static_cast<int>(i));
+    shapes += components[i].convex.size();
   }
+  hints_.resize(std::bit_ceil(std::clamp<std::size_t>(8 * shapes, 64, 16384)));
 }
 
-void CollisionWorld::refresh(Entry& entry) const {
-  entry.aabb = entry.box.at(entry.X_WB, 0.5 * margin_);
-  ++entry.version;
+void CollisionWorld::refresh(int component) {
+  Entry& e = entry(component);
+  e.aabb = e.box.at(e.X_WB, 0.5 * margin_);
+  ++e.version;
+  if (e.moved) return;
+  e.moved = true;
+  moved_.push_back(component);
+}
+
+void CollisionWorld::clear_moved() {
+  for (const int component : moved_) entry(component).moved = false;
+  moved_.clear();
 }
 
 void CollisionWorld::set_shape(int component, ConvexShape shape) {
-  Entry& entry = entries_[static_cast<std::size_t>(component)];
-  entry.box = shape.box;
-  entry.shapes.assign(1, std::move(shape));
-  refresh(entry);
+  Entry& e = entry(component);
+  e.box = shape.box;
+  e.radius = shape.radius;
+  e.shapes.assign(1, std::move(shape));
+  e.tree = ShapeTree(e.shapes);
+  ++e.shape_version;
+  refresh(component);
 }
 
 void CollisionWorld::set_box(int component, const Vec3& lower_B, const Vec3& upper_B) {
-  Entry& entry = entries_[static_cast<std::size_t>(component)];
-  ConvexShape& shape = entry.shapes.front();
+  Entry& e = entry(component);
+  ConvexShape& shape = e.shapes.front();
   if (shape.vertices.front() == lower_B && shape.vertices.back() == upper_B) return;
   shape.become_box(lower_B, upper_B);
-  entry.box = shape.box;
-  refresh(entry);
+  e.tree.update_single(shape.box);
+  e.box = shape.box;
+  e.radius = shape.radius;
+  ++e.shape_version;
+  refresh(component);
 }
 
 void CollisionWorld::set_pose(int component, const Pose& X_WB) {
-  Entry& entry = entries_[static_cast<std::size_t>(component)];
-  if (entry.X_WB == X_WB) return;
-  entry.X_WB = X_WB;
-  refresh(entry);
+  Entry& e = entry(component);
+  if (e.X_WB == X_WB) return;
+  e.X_WB = X_WB;
+  refresh(component);
 }
 
-bool CollisionWorld::shapes_overlap(int a, int b, std::uint64_t& calls) const {
-  const Entry& A = entries_[static_cast<std::size_t>(a)];
-  const Entry& B = entries_[static_cast<std::size_t>(b)];
-  const bool many = A.shapes.size() * B.shapes.size() > 1;
-  for (const ConvexShape& shape_a : A.shapes) {
-    const Aabb box_a = many ? shape_a.box.at(A.X_WB, margin_) : A.aabb;
-    if (many && !box_a.overlaps(B.aabb)) continue;
-    for (const ConvexShape& shape_b : B.shapes) {
-      if (many && !box_a.overlaps(shape_b.box.at(B.X_WB, 0.0))) continue;
-      ++calls;
-      if (convex_overlap(shape_a, A.X_WB, shape_b, B.X_WB, margin_)) return true;
+ConvexHint& CollisionWorld::hint(const HintKey& key) {
+  std::uint64_t z = static_cast<std::uint64_t>(static_cast<std::uint32_t>(key.a)) << 32U |
+                    static_cast<std::uint32_t>(key.b);
+  z ^= (static_cast<std::uint64_t>(static_cast<std::uint32_t>(key.shape_a)) << 32U |
+        static_cast<std::uint32_t>(key.shape_b)) *
+       0x9E3779B97F4A7C15ULL;
+  z = (z ^ z >> 30U) * 0xBF58476D1CE4E5B9ULL;
+  Hint& slot = hints_[static_cast<std::size_t>(z >> 32U) & (hints_.size() - 1)];
+  if (!(slot.key == key)) slot = {key, {}};
+  return slot.hint;
+}
+
+bool CollisionWorld::overlap(int a, const Pose& X_WA, int b, double margin, DetectionCounts& counts) {
+  const Entry& A = entry(a);
+  const Entry& B = entry(b);
+  const auto overlap_of = [&](std::int32_t i, std::int32_t j) {
+    const ConvexShape& shape_a = A.shapes[static_cast<std::size_t>(i)];
+    const ConvexShape& shape_b = B.shapes[static_cast<std::size_t>(j)];
+    ++counts.mpr_calls;
+    if (!remember_) {
+      ++counts.answered.by_mpr;
+      return convex_overlap(shape_a, X_WA, shape_b, B.X_WB, margin);
     }
-  }
-  return false;
+    ConvexHint& remembered = hint({a, b, i, j, A.shape_version, B.shape_version});
+    return convex_overlap(shape_a, X_WA, shape_b, B.X_WB, margin, remembered, counts.answered);
+  };
+  if (A.shapes.size() == 1 && B.shapes.size() == 1) return overlap_of(0, 0);
+  const Mat3 R_AW = X_WA.R.transpose();
+  const Pose X_AB{R_AW * B.X_WB.R, R_AW * (B.X_WB.p - X_WA.p)};
+  // convex_overlap() counts as touching what is a little further apart than the margin: no box may be in its
+  // way.
+  return A.tree.any_near(B.tree, X_AB, margin + 1e-7 * (A.radius + B.radius + margin), overlap_of);
 }
 
-bool CollisionWorld::overlaps_at(int a, const Pose& X_WA, int b, std::uint64_t& calls) const {
-  const Entry& A = entries_[static_cast<std::size_t>(a)];
-  const Entry& B = entries_[static_cast<std::size_t>(b)];
-  for (const ConvexShape& shape_a : A.shapes) {
-    const Aabb box_a = shape_a.box.at(X_WA, 0.0);
-    for (const ConvexShape& shape_b : B.shapes) {
-      if (!box_a.overlaps(shape_b.box.at(B.X_WB, 0.0))) continue;
-      ++calls;
-      if (convex_overlap(shape_a, X_WA, shape_b, B.X_WB, 0.0)) return true;
-    }
-  }
-  return false;
+bool CollisionWorld::shapes_overlap(int a, int b, DetectionCounts& counts) {
+  return overlap(a, entry(a).X_WB, b, margin_, counts);
 }
 
-void update_verdict(const CollisionWorld& world, int base, int target, PairVerdict& verdict,
+bool CollisionWorld::overlaps_at(int a, const Pose& X_WA, int b, DetectionCounts& counts) {
+  const Entry& A = entry(a);
+  const Entry& B = entry(b);
+  if (!A.box.at(X_WA, 0.0).overlaps(B.box.at(B.X_WB, 0.0))) return false;
+  return overlap(a, X_WA, b, 0.0, counts);
+}
+
+bool update_verdict(CollisionWorld& world, int base, int target, PairVerdict& verdict,
                     DetectionCounts& counts) {
   const std::uint64_t version_base = world.version(base);
   const std::uint64_t version_target = world.version(target);
-  if (verdict.version_base == version_base && verdict.version_target == version_target) {
-    counts.mpr_skipped += verdict.calls;
-    return;
-  }
+  if (verdict.version_base == version_base && verdict.version_target == version_target) return false;
   verdict.version_base = version_base;
   verdict.version_target = version_target;
-  verdict.calls = 0;
   ++counts.broad_phase_tests;
-  verdict.touching = world.boxes_overlap(base, target) && world.shapes_overlap(base, target, verdict.calls);
-  counts.mpr_calls += verdict.calls;
+  const std::uint64_t before = counts.mpr_calls;
+  verdict.touching = world.boxes_overlap(base, target) && world.shapes_overlap(base, target, counts);
+  verdict.calls = counts.mpr_calls - before;
+  return true;
 }
 
 }  // namespace takt

@@ -1,6 +1,7 @@
 #include "server/contact/partner_search.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace takt {
 
@@ -9,12 +10,18 @@ void ContactGraph::clear_contacts() {
 }
 
 void ContactGraph::add_contact(int a, int b) {
-  neighbours[static_cast<std::size_t>(a)].push_back(b);
-  neighbours[static_cast<std::size_t>(b)].push_back(a);
+  for (const auto& [at, other] : {std::pair{a, b}, std::pair{b, a}}) {
+    auto& list = neighbours[static_cast<std::size_t>(at)];
+    list.insert(std::lower_bound(list.begin(), list.end(), other), other);
+  }
 }
 
-void ContactGraph::sort_contacts() {
-  for (auto& list : neighbours) std::sort(list.begin(), list.end());
+void ContactGraph::remove_contact(int a, int b) {
+  for (const auto& [at, other] : {std::pair{a, b}, std::pair{b, a}}) {
+    auto& list = neighbours[static_cast<std::size_t>(at)];
+    const auto it = std::lower_bound(list.begin(), list.end(), other);
+    if (it != list.end() && *it == other) list.erase(it);
+  }
 }
 
 PartnerSearch::PartnerSearch(std::size_t component_count) : visited_(component_count, 0) {

@@ -30,8 +30,9 @@ struct ContactGraph {
 
   explicit ContactGraph(std::size_t count = 0) : vertices(count), neighbours(count) {}
   void clear_contacts();
+  /// Keep the neighbours in order.
   void add_contact(int a, int b);
-  void sort_contacts();
+  void remove_contact(int a, int b);
 
   /// True if a sequence may be extended from `from` (a Part) to `to`.
   bool may_follow(int from, int to) const {

@@ -11,9 +11,6 @@ constexpr double kTouchResolution_m = 1e-8;
 }  // namespace
 
 Grasping::Grasping(const CellModel& model) : model_(model) {
-  for (std::size_t i = 0; i < model.components.size(); ++i) {
-    if (model.components[i].type == ComponentType::part) parts_.push_back(static_cast<int>(i));
-  }
   modes_.resize(model.grippers.size(), Mode::open);
   states_.resize(model.grippers.size());
   reset();
@@ -60,11 +57,14 @@ void Grasping::stop_jaws(std::size_t gripper, double t, double h, const CellMoti
   for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right}) {
     if (!jaws.closing(t, side)) continue;
     const int jaw = parameters.jaws[static_cast<std::size_t>(side)];
-    for (const int part : parts_) {
+    const auto pose_at = [&](double coordinate) {
+      return X_WG * ParallelGripper::jaw_pose(side, coordinate);
+    };
+    for (const int part : interaction.parts_near_sweep(jaw, pose_at(jaws.coordinate(t, side)),
+                                                       pose_at(jaws.coordinate(t + h, side)))) {
       CollisionWorld& world = interaction.world();
-      std::uint64_t& calls = interaction.counts().mpr_calls;
       const auto touches = [&](double coordinate) {
-        return world.overlaps_at(jaw, X_WG * ParallelGripper::jaw_pose(side, coordinate), part, calls);
+        return world.overlaps_at(jaw, pose_at(coordinate), part, interaction.counts());
       };
       double free = jaws.coordinate(t, side);
       double blocked = jaws.coordinate(t + h, side);

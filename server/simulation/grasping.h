@@ -36,7 +36,6 @@ class Grasping {
                  ComponentInteraction& interaction);
 
   const CellModel& model_;
-  std::vector<int> parts_;
   std::vector<Mode> modes_;  ///< by gripper
   std::vector<GraspState> states_;
 };

@@ -7,13 +7,58 @@ OdeSystem::OdeSystem(std::vector<const PlantModel*> models, const ComponentInter
     : interaction_(interaction), wrenches_(body_count) {
   motion_.bodies.resize(body_count);
   motion_.arms.resize(arm_count);
+  segment_of_body_.resize(body_count, -1);
   std::size_t begin = 0;
   for (const PlantModel* model : models) {
     const auto count = static_cast<std::size_t>(model->state_count());
+    if (model->body() >= 0) {
+      segment_of_body_[static_cast<std::size_t>(model->body())] = static_cast<int>(segments_.size());
+      if (count > 0) part_bodies_.push_back(model->body());
+    }
     segments_.push_back({model, begin, count});
     begin += count;
   }
   state_count_ = static_cast<int>(begin);
+  active_.reserve(segments_.size());
+  active_states_.reserve(segments_.size());
+  active_bodies_.reserve(body_count);
+  awake_.reserve(part_bodies_.size());
+  wake_all();
+}
+
+void OdeSystem::set_awake(std::span<const int> parts) {
+  activate(parts, false);
+}
+
+void OdeSystem::wake_all() {
+  activate(part_bodies_, true);
+}
+
+void OdeSystem::activate(std::span<const int> parts, bool fixed_bodies) {
+  active_.clear();
+  active_states_.clear();
+  active_bodies_.clear();
+  awake_.assign(parts.begin(), parts.end());
+  for (std::size_t i = 0; i < segments_.size(); ++i) {
+    if (segments_[i].model->body() < 0 || (fixed_bodies && segments_[i].count == 0)) active_.push_back(i);
+    if (segments_[i].count > 0 && segments_[i].model->body() < 0)
+      active_states_.push_back({segments_[i].begin, segments_[i].begin + segments_[i].count});
+  }
+  for (const int part : parts) {
+    const auto i = static_cast<std::size_t>(segment_of_body_[static_cast<std::size_t>(part)]);
+    active_.push_back(i);
+    const Range states{segments_[i].begin, segments_[i].begin + segments_[i].count};
+    if (!active_states_.empty() && active_states_.back().end == states.begin)
+      active_states_.back().end = states.end;
+    else
+      active_states_.push_back(states);
+  }
+  for (std::size_t body = 0; body < segment_of_body_.size(); ++body) {
+    const int segment = segment_of_body_[body];
+    if (segment < 0 || (fixed_bodies && segments_[static_cast<std::size_t>(segment)].count == 0))
+      active_bodies_.push_back(static_cast<int>(body));
+  }
+  active_bodies_.insert(active_bodies_.end(), parts.begin(), parts.end());
 }
 
 void OdeSystem::initial_state(std::span<double> x) const {
@@ -21,7 +66,8 @@ void OdeSystem::initial_state(std::span<double> x) const {
 }
 
 void OdeSystem::update_motion(double t, std::span<const double> x) {
-  for (const Segment& segment : segments_) segment.model->write_motion(t, x.data() + segment.begin, motion_);
+  for (const std::size_t i : active_)
+    segments_[i].model->write_motion(t, x.data() + segments_[i].begin, motion_);
 }
 
 std::span<const Wrench> OdeSystem::update_wrenches() {
@@ -37,9 +83,10 @@ void OdeSystem::derivatives(double t, std::span<const double> x, std::span<doubl
 void OdeSystem::derivatives_at_motion(double t, std::span<const double> x, std::span<double> xdot) {
   ++evaluations_;
   const double begin = clock_ != nullptr ? clock_() : 0.0;
-  update_wrenches();
+  interaction_.evaluate(motion_, awake_, wrenches_);
   if (clock_ != nullptr) forces_s_ += clock_() - begin;
-  for (const Segment& segment : segments_) {
+  for (const std::size_t i : active_) {
+    const Segment& segment = segments_[i];
     if (segment.count == 0) continue;
     segment.model->derivatives(t, x.data() + segment.begin, motion_, wrenches_, xdot.data() + segment.begin);
   }

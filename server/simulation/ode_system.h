@@ -17,12 +17,28 @@ class OdeSystem {
             std::size_t body_count, std::size_t arm_count);
 
   int state_count() const { return state_count_; }
+
+  /// Only these Parts (component ids, ascending) may move from now on, besides what has no states of its own
+  /// (robots, grippers). The others keep states and motion as they are; whoever says so must know that the
+  /// next step would leave their states unchanged, bit for bit.
+  void set_awake(std::span<const int> parts);
+  /// All models again, Grounds included.
+  void wake_all();
+  /// A range of the state vector.
+  struct Range {
+    std::size_t begin = 0, end = 0;
+  };
+  /// The states that may change, ascending.
+  std::span<const Range> active_states() const { return active_states_; }
+  /// Components whose motion may change, the Parts among them last.
+  std::span<const int> active_bodies() const { return active_bodies_; }
+
   void initial_state(std::span<double> x) const;
 
-  /// Motion of everything at (t, x).
+  /// Motion of everything that may move at (t, x).
   void update_motion(double t, std::span<const double> x);
   const CellMotion& motion() const { return motion_; }
-  /// Wrenches of all pairs at the present motion, summed per component.
+  /// Wrenches of all pairs at the present motion, summed per component, resting Parts included.
   std::span<const Wrench> update_wrenches();
 
   /// x' = f(t, x): motion, wrenches, derivatives. Pure in (t, x) for the connections of this step.
@@ -42,7 +58,15 @@ class OdeSystem {
     std::size_t begin;
     std::size_t count;
   };
+  void activate(std::span<const int> parts, bool fixed_bodies);
+
   std::vector<Segment> segments_;
+  std::vector<int> segment_of_body_;  ///< of bodies that may rest; else -1
+  std::vector<int> part_bodies_;      ///< component ids of the models with states
+  std::vector<std::size_t> active_;   ///< segments, in order
+  std::vector<Range> active_states_;
+  std::vector<int> active_bodies_;
+  std::vector<int> awake_;  ///< component ids of the Parts among them
   const ComponentInteraction& interaction_;
   CellMotion motion_;
   std::vector<Wrench> wrenches_;

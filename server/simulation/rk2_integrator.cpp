@@ -12,9 +12,11 @@ Rk2Integrator::Rk2Integrator(int state_count) {
 
 void Rk2Integrator::advance(OdeSystem& system, double t, double h, std::span<double> x) {
   system.derivatives_at_motion(t, x, k1_);
-  for (std::size_t i = 0; i < x.size(); ++i) trial_[i] = x[i] + h * k1_[i];
+  for (const OdeSystem::Range& range : system.active_states())
+    for (std::size_t i = range.begin; i < range.end; ++i) trial_[i] = x[i] + h * k1_[i];
   system.derivatives(t + h, trial_, k2_);
-  for (std::size_t i = 0; i < x.size(); ++i) x[i] += 0.5 * h * (k1_[i] + k2_[i]);
+  for (const OdeSystem::Range& range : system.active_states())
+    for (std::size_t i = range.begin; i < range.end; ++i) x[i] += 0.5 * h * (k1_[i] + k2_[i]);
 }
 
 namespace {

@@ -1,5 +1,6 @@
 #include "server/simulation/simulation.h"
 
+#include <algorithm>
 #include <cmath>
 #include <type_traits>
 #include <variant>
@@ -9,6 +10,7 @@
 #include "server/simulation/cell_model.h"
 #include "server/simulation/grasping.h"
 #include "server/simulation/integrator.h"
+#include "server/simulation/resting_parts.h"
 #include "server/simulation/state_hash.h"
 
 namespace takt {
@@ -46,9 +48,11 @@ struct Simulation::Impl {
         grasping(*model),
         system(pointers_in_order(robots, grippers, grounds, parts), interaction, model->components.size(),
                robots.size()),
+        resting(model->components, part_bodies(*model)),
         integrator(make_integrator(model->solver, system.state_count())),
         x(static_cast<std::size_t>(system.state_count())),
         accepted(x.size()),
+        part_hashes(parts.size(), 0),
         robot_commands(robots.size()),
         gripper_commands(grippers.size()) {
     changes.reserve(2 * parts.size());
@@ -66,11 +70,22 @@ struct Simulation::Impl {
     return result;
   }
 
+  static std::vector<int> part_bodies(const CellModel& cell) {
+    std::vector<int> result;
+    for (const RigidBodyParameters& part : cell.parts) result.push_back(part.body);
+    return result;
+  }
+
   double time() const { return static_cast<double>(step_index) * model->step_s; }
 
   void start() {
     step_index = 0;
     system.initial_state(x);
+    accepted = x;
+    resting.wake_all();
+    system.wake_all();
+    std::fill(part_hashes.begin(), part_hashes.end(), 0);
+    parts_hash = 0;
     system.reset_counts();
     interaction.reset();
     grasping.reset();
@@ -116,9 +131,10 @@ struct Simulation::Impl {
 
   void update_connections() {
     refresh_motion();
-    interaction.update_poses(system.motion(), clock);
+    interaction.update_poses(system.motion(), system.active_bodies(), clock);
     grasping.update(time(), model->step_s, system.motion(), grippers, interaction);
     interaction.update_connections(system.motion(), grasping.states(), clock);
+    if (resting.wake_changed(interaction)) system.set_awake(resting.awake());
     // What the initial state decided belongs to the first step.
     if (step_index > 0) changes.clear();
     for (const PartnerChange& change : interaction.changes()) {
@@ -127,11 +143,14 @@ struct Simulation::Impl {
   }
 
   bool accept() {
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      if (!std::isfinite(x[i])) return diverged(i);
+    for (const OdeSystem::Range& range : system.active_states()) {
+      for (std::size_t i = range.begin; i < range.end; ++i)
+        if (!std::isfinite(x[i])) return diverged(i);
     }
     ++step_index;
-    hash.add(std::span<const double>(x));
+    statistics.part_steps_skipped += parts.size() - resting.awake().size();
+    hash_parts();
+    if (model->interaction.skip_resting) rest();
     for (const KinematicRobot& robot : robots) {
       JointArray q{}, qd{};
       robot.joint_state(time(), q.data(), qd.data());
@@ -143,10 +162,28 @@ struct Simulation::Impl {
       hash.add(gripper.coordinate(time(), ParallelGripper::left));
       hash.add(gripper.coordinate(time(), ParallelGripper::right));
     }
-    for (const RigidBodyParameters& part : model->parts) {
-      hash.add(static_cast<std::uint64_t>(interaction.partner(part.body) + 1));
-    }
     return true;
+  }
+
+  /// Each Part has a hash of its own, the state's is chained over their sum: what rests is not hashed again.
+  void hash_parts() {
+    for (const int i : resting.awake_indices()) {
+      const auto part = static_cast<std::size_t>(i);
+      StateHash own;
+      own.add(static_cast<std::uint64_t>(part));
+      own.add(std::span<const double>(x).subspan(part * RigidBody::kStates, RigidBody::kStates));
+      own.add(static_cast<std::uint64_t>(interaction.partner(model->parts[part].body) + 1));
+      parts_hash += own.value() - part_hashes[part];
+      part_hashes[part] = own.value();
+    }
+    hash.add(parts_hash);
+  }
+
+  void rest() {
+    if (!resting.rest_unchanged(interaction, accepted, x)) return;
+    // The motion still is that of the solver's last trial; what rests is left with its own.
+    system.update_motion(time(), x);
+    system.set_awake(resting.awake());
   }
 
   bool diverged(std::size_t state) {
@@ -173,8 +210,11 @@ struct Simulation::Impl {
   ComponentInteraction interaction;
   Grasping grasping;
   OdeSystem system;
+  RestingParts resting;
   std::unique_ptr<Integrator> integrator;
   std::vector<double> x, accepted;
+  std::vector<std::uint64_t> part_hashes;
+  std::uint64_t parts_hash = 0;
   std::vector<CommandCounter> robot_commands, gripper_commands;
   std::vector<ConnectionChange> changes;
   std::uint64_t step_index = 0;
@@ -205,7 +245,10 @@ bool Simulation::step(std::span<const Command> commands) {
   s.update_connections();
   const double t1 = now();
   // 3 integrate t -> t + h
-  s.accepted = s.x;
+  for (const OdeSystem::Range& range : s.system.active_states())
+    std::copy(s.x.begin() + static_cast<std::ptrdiff_t>(range.begin),
+              s.x.begin() + static_cast<std::ptrdiff_t>(range.end),
+              s.accepted.begin() + static_cast<std::ptrdiff_t>(range.begin));
   s.integrator->advance(s.system, s.time(), s.model->step_s, s.x);
   s.motion_is_current = false;
   // 4 check and count

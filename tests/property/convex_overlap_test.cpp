@@ -18,9 +18,12 @@
 #include <vector>
 
 #include "tests/support/convex_oracle.h"
+#include "tests/support/random_shapes.h"
 
 namespace takt {
 namespace {
+
+using test::Random;
 
 constexpr double kBand = 1e-6;  // m: verdicts may differ this close to touching, for shapes up to metres
 
@@ -28,39 +31,6 @@ int number_of_pairs() {
   const char* text = std::getenv("TAKT_TEST_PAIRS");
   return text == nullptr ? 100000 : std::max(1, std::atoi(text));
 }
-
-class Random {
- public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  double uniform(double a, double b) { return std::uniform_real_distribution<double>(a, b)(engine_); }
-  double log_uniform(double a, double b) { return std::exp(uniform(std::log(a), std::log(b))); }
-  int integer(int a, int b) { return std::uniform_int_distribution<int>(a, b)(engine_); }
-  Vec3 direction() {
-    std::normal_distribution<double> normal;
-    return Vec3(normal(engine_), normal(engine_), normal(engine_)).normalized();
-  }
-  Mat3 rotation() {
-    std::normal_distribution<double> normal;
-    return Quat(normal(engine_), normal(engine_), normal(engine_), normal(engine_))
-        .normalized()
-        .toRotationMatrix();
-  }
-  /// A box or a few random points, stretched by `stretch` along its own axes, moved off its frame's origin.
-  std::vector<Vec3> points(const Vec3& stretch, bool box) {
-    std::vector<Vec3> result;
-    const Vec3 shift(uniform(-0.5, 0.5), uniform(-0.5, 0.5), uniform(-0.5, 0.5));
-    const int count = box ? 8 : integer(4, 8);
-    for (int i = 0; i < count; ++i) {
-      const Vec3 corner((i & 1) != 0 ? 0.5 : -0.5, (i & 2) != 0 ? 0.5 : -0.5, (i & 4) != 0 ? 0.5 : -0.5);
-      const Vec3 p = box ? corner : Vec3(direction() * uniform(0.2, 0.5));
-      result.push_back(stretch.cwiseProduct(p + shift));
-    }
-    return result;
-  }
-
- private:
-  std::mt19937_64 engine_;
-};
 
 std::vector<Vec3> to_world(const std::vector<Vec3>& points, const Pose& X_WB) {
   std::vector<Vec3> result;

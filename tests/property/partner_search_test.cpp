@@ -46,7 +46,6 @@ TEST(PartnerSearchProperty, EqualsListingAllSequencesOnRandomGraphs) {
         if (part && below(100) < 40) graph.add_contact(a, b);
       }
     }
-    graph.sort_contacts();
     PartnerSearch search(static_cast<std::size_t>(count));
     for (int part = 0; part < count; ++part) {
       if (graph.vertices[static_cast<std::size_t>(part)].type != ComponentType::part) continue;

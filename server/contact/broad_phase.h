@@ -1,0 +1,51 @@
+#pragma once
+// Broad phase whose cost follows what moves: a tree of boxes, each a little larger than the component needs,
+// so that a component which moves within its box changes nothing (dynamic bounding volume tree; Ericson,
+// Real-Time Collision Detection, 2005, 6.3.3). Deterministic: the same calls give the same tree.
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/geometry/aabb.h"
+
+namespace takt {
+
+class BroadPhase {
+ public:
+  explicit BroadPhase(std::size_t component_count);
+
+  /// Begins anew with these boxes, one per component.
+  void build(std::span<const Aabb> boxes);
+  /// The component's box is now this. True if it left its large box and got a new one; then what it is near
+  /// to may have changed. Does not allocate.
+  bool update(int component, const Aabb& box);
+
+  /// The component's large box.
+  const Aabb& large_box(int component) const { return nodes_[static_cast<std::size_t>(component)].box; }
+  bool near(int a, int b) const { return large_box(a).overlaps(large_box(b)); }
+
+  /// Appends all components whose large box overlaps `box`.
+  void find(const Aabb& box, std::vector<int>& found);
+
+ private:
+  // Nodes 0 .. count-1 are the components, the rest inner nodes.
+  struct Node {
+    Aabb box;
+    std::int32_t parent = -1;
+    std::int32_t left = -1, right = -1;
+  };
+  Node& node(std::int32_t i) { return nodes_[static_cast<std::size_t>(i)]; }
+  bool leaf(std::int32_t i) const { return i < count_; }
+  std::int32_t build(std::vector<std::int32_t>::iterator begin, std::vector<std::int32_t>::iterator end);
+  void insert(std::int32_t component);
+  void remove(std::int32_t component);
+  void refit(std::int32_t i);
+
+  std::int32_t count_;
+  std::int32_t root_ = -1;
+  std::vector<Node> nodes_;
+  std::vector<std::int32_t> free_;  ///< inner nodes not in use
+  std::vector<std::int32_t> stack_;
+};
+
+}  // namespace takt

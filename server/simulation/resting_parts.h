@@ -1,0 +1,49 @@
+#pragma once
+// Parts that rest cost nothing: which Parts the next step may leave out without changing a bit.
+//
+// With a one-step solver, the next states of a Part are a function of its own states, its connection, and the
+// states of the Parts it is connected with (directly or through others: its group), as long as no Gripper is
+// among their partners; Grounds do not move. So if one step left all states of a group unchanged, bit for
+// bit, the next step would do the same, and so on until a connection of the group changes. Unlike the
+// sleeping of physics engines this has no threshold: nothing is stopped that moves.
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/contact/component_interaction.h"
+
+namespace takt {
+
+class RestingParts {
+ public:
+  /// `parts`: component ids of the Parts, in the order of their segments of the state vector.
+  RestingParts(const std::vector<Component>& components, std::vector<int> parts);
+
+  void wake_all();
+  /// After the connections of a step are decided: wakes the groups of Parts that changed partner, old and
+  /// new. True if the awake Parts changed.
+  bool wake_changed(const ComponentInteraction& interaction);
+  /// After a step: `before` and `after` are the whole state vector. True if the awake Parts changed.
+  bool rest_unchanged(const ComponentInteraction& interaction, std::span<const double> before,
+                      std::span<const double> after);
+
+  /// Component ids, ascending; and their places in the state vector.
+  std::span<const int> awake() const { return awake_; }
+  std::span<const int> awake_indices() const { return awake_indices_; }
+
+ private:
+  int find(int part);
+  void rebuild_groups(const ComponentInteraction& interaction);
+  void list_awake();
+
+  const std::vector<Component>& components_;
+  std::vector<int> parts_;
+  std::vector<int> index_of_;      ///< by component: place in parts_, or -1
+  std::vector<int> group_;         ///< by place: representative place of its group
+  std::vector<char> holds_awake_;  ///< by representative: a Gripper holds the group, or a state changed
+  std::vector<char> resting_;      ///< by place
+  std::vector<int> awake_, awake_indices_;
+  bool groups_valid_ = false;
+};
+
+}  // namespace takt

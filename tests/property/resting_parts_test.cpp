@@ -1,0 +1,104 @@
+// What rests is left out without a bit of difference: whole runs with the skipping and without.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <iostream>
+
+#include "tests/support/crowded_cell.h"
+#include "tests/support/random_shapes.h"
+
+namespace takt {
+namespace {
+
+using test::CrowdedCell;
+
+void expect_same_bits(const Snapshot& a, const Snapshot& b) {
+  ASSERT_EQ(a.state_hash, b.state_hash) << a.step;
+  for (std::size_t i = 0; i < a.components.size(); ++i) {
+    const ComponentSample& x = a.components[i];
+    const ComponentSample& y = b.components[i];
+    ASSERT_EQ(std::memcmp(x.p_WB.data(), y.p_WB.data(), 3 * sizeof(double)), 0) << a.step << " " << i;
+    ASSERT_EQ(std::memcmp(x.q_WB.coeffs().data(), y.q_WB.coeffs().data(), 4 * sizeof(double)), 0) << i;
+    ASSERT_TRUE(x.V_WB == y.V_WB) << i;
+    ASSERT_TRUE(x.F_Bo_W.f == y.F_Bo_W.f && x.F_Bo_W.t == y.F_Bo_W.t) << a.step << " " << i;
+    ASSERT_EQ(x.partner, y.partner) << i;
+    ASSERT_EQ(x.state, y.state) << i;
+  }
+}
+
+TEST(RestingParts, SkippingThemChangesNoBit) {
+  CrowdedCell with(60, true);
+  CrowdedCell without(60, false);
+  Simulation a(with.model());
+  Simulation b(without.model());
+  Snapshot sa = a.make_snapshot(), sb = b.make_snapshot();
+  bool carried = false;
+  for (int i = 0; i < 4500; ++i) {
+    ASSERT_TRUE(a.step(with.commands(a, 3.0)));
+    ASSERT_TRUE(b.step(without.commands(b, 3.0)));
+    ASSERT_EQ(a.state_hash(), b.state_hash()) << "step " << i;
+    ASSERT_EQ(a.connection_changes().size(), b.connection_changes().size()) << "step " << i;
+    if (i % 250 != 0) continue;
+    a.read_snapshot(sa);
+    b.read_snapshot(sb);
+    expect_same_bits(sa, sb);
+    carried = carried || sa.components[1].state == PartState::grasped;
+  }
+  EXPECT_TRUE(carried);
+  EXPECT_EQ(b.statistics().part_steps_skipped, 0U);
+  // Nearly all of the 58 that stand still do so from the first steps on.
+  std::cout << "Part-steps skipped: " << a.statistics().part_steps_skipped << " of " << 60 * 4500 << "\n";
+  EXPECT_GT(a.statistics().part_steps_skipped, 50U * 4400U);
+}
+
+TEST(RestingParts, RandomCellsHaveTheSameBits) {
+  // Parts dropped onto tables and onto each other, at random places, turned, with and without feed-forward.
+  for (unsigned seed = 0; seed < 12; ++seed) {
+    const auto build = [seed](bool skip) {
+      test::Random random(100 + seed);
+      test::BoxCell cell;
+      cell.feed_forward(seed % 2 == 0);
+      cell.model().interaction.skip_resting = skip;
+      cell.ground("T", {1.0, 1.0, 0.05}, test::at(0.0, 0.0, -0.05));
+      for (int i = 0; i < 25; ++i) {
+        Pose pose = test::at(random.uniform(-0.4, 0.4), random.uniform(-0.4, 0.4), random.uniform(0.0, 0.3));
+        if (i % 3 == 0) pose.R = random.rotation();
+        cell.part("P" + std::to_string(i), random.uniform(0.05, 1.0), random.integer(1, 4),
+                  {random.uniform(0.02, 0.2), random.uniform(0.02, 0.2), random.uniform(0.02, 0.1)}, pose);
+      }
+      return cell.build();
+    };
+    Simulation a(build(true));
+    Simulation b(build(false));
+    for (int i = 0; i < 1500; ++i) {
+      ASSERT_EQ(a.step({}), b.step({}));
+      ASSERT_EQ(a.state_hash(), b.state_hash()) << "seed " << seed << ", step " << i;
+    }
+    // Back to the start: the same again, whatever is remembered.
+    const std::uint64_t end = a.state_hash();
+    a.reset();
+    for (int i = 0; i < 1500; ++i) a.step({});
+    EXPECT_EQ(a.state_hash(), end) << "seed " << seed;
+    EXPECT_GT(a.statistics().mpr_skipped, 0U);
+  }
+}
+
+TEST(RestingParts, CountsOfCallsAreThoseOfTestingOnlyWhatMoved) {
+  // One Part falls past four that rest: only its pairs are looked at.
+  test::BoxCell cell;
+  cell.ground("T", {1.0, 1.0, 0.05}, test::at(0.0, 0.0, -0.05));
+  for (int i = 0; i < 4; ++i)
+    cell.part("P" + std::to_string(i), 0.2, 3, {0.04, 0.04, 0.04}, test::at(0.1 * i - 0.2, 0.0, 0.0));
+  cell.part("F", 0.2, 3, {0.04, 0.04, 0.04}, test::at(0.0, 0.8, 0.5));
+  Simulation simulation(cell.build());
+  for (int i = 0; i < 100; ++i) ASSERT_TRUE(simulation.step({}));
+  const SimulationStatistics before = simulation.statistics();
+  for (int i = 0; i < 100; ++i) ASSERT_TRUE(simulation.step({}));
+  const SimulationStatistics& after = simulation.statistics();
+  EXPECT_EQ(after.part_steps_skipped - before.part_steps_skipped, 400U);
+  EXPECT_EQ(after.mpr_calls, before.mpr_calls);             // nothing is near the falling one
+  EXPECT_EQ(after.mpr_skipped - before.mpr_skipped, 400U);  // four contacts with the table stand
+}
+
+}  // namespace
+}  // namespace takt
