@@ -76,6 +76,7 @@ class ComponentInteraction {
   void detect(Clock clock);
   void search(Clock clock, const CellMotion& motion);
   void connect(int part, int partner, const CellMotion& motion);
+  void soften_on_free_targets();
 
   const std::vector<Component>& components_;
   InteractionParameters parameters_;
@@ -89,6 +90,7 @@ class ComponentInteraction {
   PartnerSearch partner_search_;
   std::vector<Connection> connections_;  ///< by component; Parts only
   std::vector<PartnerChange> changes_;
+  std::vector<int> softened_;  ///< free Targets already seen in this step
   bool graph_valid_ = false;
   DetectionCounts counts_;
   std::uint64_t partner_searches_ = 0;
