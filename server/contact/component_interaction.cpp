@@ -41,6 +41,7 @@ ComponentInteraction::ComponentInteraction(const std::vector<Component>& compone
   }
   changes_.reserve(parts_.size());
   for (auto* list : {&work_, &found_, &toggled_, &changed_parts_}) list->reserve(2 * components.size());
+  softened_.reserve(parts_.size());
 }
 
 void ComponentInteraction::reset() {
@@ -250,6 +251,7 @@ void ComponentInteraction::search(Clock clock, const CellMotion& motion) {
     connect(part, found, motion);
   }
   changed_parts_.clear();
+  soften_on_free_targets();
   if (clock != nullptr) stage_times_.partner_search_s += clock() - begin;
 }
 
@@ -263,12 +265,36 @@ void ComponentInteraction::connect(int part, int partner, const CellMotion& moti
   const BodyMotion& base_motion = motion.bodies[static_cast<std::size_t>(part)];
   const BodyMotion& target_motion = motion.bodies[static_cast<std::size_t>(partner)];
   capture_offset(base_motion, target_motion, connection);
+  connection.gains = base.substitute;
   if (target.type == ComponentType::part) {
     // The sequence ends in a Part: nothing holds the assembly, it falls as one, and no weight is carried.
-    connection.gains = gains_on_free_target(base, target, (base_motion.p_WBcm - target_motion.p_WBcm).norm());
-  } else {
-    connection.gains = base.substitute;
-    if (parameters_.weight_feed_forward) connection.feed_forward_W = -(base.mass_kg * parameters_.gravity_W);
+    // What the gains are depends on all that this Part holds: soften_on_free_targets().
+    return;
+  }
+  if (parameters_.weight_feed_forward) connection.feed_forward_W = -(base.mass_kg * parameters_.gravity_W);
+}
+
+void ComponentInteraction::soften_on_free_targets() {
+  softened_.clear();
+  for (const PartnerChange& change : changes_) {
+    if (change.to == -1) continue;
+    const Component& target = components_[static_cast<std::size_t>(change.to)];
+    if (target.type != ComponentType::part) continue;
+    if (std::find(softened_.begin(), softened_.end(), change.to) != softened_.end()) continue;
+    softened_.push_back(change.to);
+    FreeTargetLoad load(target);
+    for (const int part : parts_) {
+      const Connection& connection = connections_[static_cast<std::size_t>(part)];
+      if (connection.partner == change.to) load.add(components_[static_cast<std::size_t>(part)], connection);
+    }
+    const double scale = load.scale();
+    for (const int part : parts_) {
+      Connection& connection = connections_[static_cast<std::size_t>(part)];
+      if (connection.partner != change.to) continue;
+      // Never stiffer than it was: a stretched spring that stiffens would create energy.
+      connection.softening = std::min(connection.softening, scale);
+      connection.gains = scaled(components_[static_cast<std::size_t>(part)].substitute, connection.softening);
+    }
   }
 }
 

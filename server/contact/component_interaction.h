@@ -97,6 +97,7 @@ class ComponentInteraction {
   int find_pair(int a, int b) const;
   void search(Clock clock, const CellMotion& motion);
   void connect(int part, int partner, const CellMotion& motion);
+  void soften_on_free_targets();
 
   const std::vector<Component>& components_;
   InteractionParameters parameters_;
@@ -123,6 +124,7 @@ class ComponentInteraction {
       changed_parts_;  ///< Parts whose contacts changed, and then all that a search may lead to them
   std::vector<char> reached_;
 
+  std::vector<int> softened_;  ///< free Targets already seen in this step
   DetectionCounts counts_;
   std::uint64_t partner_searches_ = 0;
   StageTimes stage_times_;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 namespace takt {
@@ -12,21 +13,45 @@ void capture_offset(const BodyMotion& base, const BodyMotion& target, Connection
   connection.R_TB = R_TW * base.X_WB.R;                        // (3.7)
 }
 
-SubstituteParameters gains_on_free_target(const Component& base, const Component& target,
-                                          double lever_arm_m) {
-  const Mat3 I_target_inverse = target.I_BBcm_B.inverse();
-  const double compliance = Eigen::SelfAdjointEigenSolver<Mat3>(I_target_inverse).eigenvalues().maxCoeff();
-  const double base_inertia = Eigen::SelfAdjointEigenSolver<Mat3>(base.I_BBcm_B).eigenvalues().maxCoeff();
-  const double inverse_base = 1.0 / base.mass_kg;
-  const double inverse_both = inverse_base + 1.0 / target.mass_kg + lever_arm_m * lever_arm_m * compliance;
-  const double scale_tr = inverse_base / inverse_both;
-  const double scale_rot = 1.0 / (1.0 + base_inertia * compliance);
-  SubstituteParameters gains = base.substitute;
-  gains.k_tr_N_per_m *= scale_tr;
-  gains.d_tr_N_s_per_m *= scale_tr;
-  gains.K_rot_B *= scale_rot;
-  gains.D_rot_B *= scale_rot;
-  return gains;
+namespace {
+/// Largest eigenvalue of M^-1 K.
+template <typename Matrix>
+double largest_ratio(const Matrix& K, const Matrix& M) {
+  return Eigen::GeneralizedSelfAdjointEigenSolver<Matrix>(K, M, Eigen::EigenvaluesOnly)
+      .eigenvalues()
+      .maxCoeff();
+}
+}  // namespace
+
+void FreeTargetLoad::add(const Component& base, const Connection& connection) {
+  const SubstituteParameters& own = base.substitute;
+  stiffest_ =
+      std::max({stiffest_, own.k_tr_N_per_m / base.mass_kg, largest_ratio(own.K_rot_B, base.I_BBcm_B)});
+  most_damped_ =
+      std::max({most_damped_, own.d_tr_N_s_per_m / base.mass_kg, largest_ratio(own.D_rot_B, base.I_BBcm_B)});
+  // Moved by u and turned by a, the Target moves the point at the Base's centre of mass by u + a x r.
+  const Vec3 r = connection.p_TBcm_T - target_.p_BBcm;
+  Eigen::Matrix<double, 3, 6> J = Eigen::Matrix<double, 3, 6>::Zero();
+  J.leftCols<3>().setIdentity();
+  J.rightCols<3>() << 0.0, r.z(), -r.y(), -r.z(), 0.0, r.x(), r.y(), -r.x(), 0.0;
+  const Mat3& R = connection.R_TB;
+  K_T_ += own.k_tr_N_per_m * (J.transpose() * J);
+  K_T_.bottomRightCorner<3, 3>() += R * own.K_rot_B * R.transpose();
+  D_T_ += own.d_tr_N_s_per_m * (J.transpose() * J);
+  D_T_.bottomRightCorner<3, 3>() += R * own.D_rot_B * R.transpose();
+}
+
+double FreeTargetLoad::scale() const {
+  Mat6 M_T = Mat6::Zero();
+  M_T.diagonal().head<3>().setConstant(target_.mass_kg);
+  M_T.bottomRightCorner<3, 3>() = target_.I_BBcm_B;
+  return std::min(stiffest_ / (stiffest_ + largest_ratio(K_T_, M_T)),
+                  most_damped_ / (most_damped_ + largest_ratio(D_T_, M_T)));
+}
+
+SubstituteParameters scaled(const SubstituteParameters& gains, double factor) {
+  return {factor * gains.k_tr_N_per_m, factor * gains.d_tr_N_s_per_m, factor * gains.K_rot_B,
+          factor * gains.D_rot_B};
 }
 
 Wrench substitute_wrench(const Connection& connection, const BodyMotion& base, const BodyMotion& target) {

@@ -29,16 +29,39 @@ struct Connection {
   Vec3 p_TBcm_T = Vec3::Zero();        ///< centre of mass of the Base in the Target's frame (3.2)
   Mat3 R_TB = Mat3::Identity();        ///< orientation of the Base in the Target's frame (3.7)
   SubstituteParameters gains;          ///< constants in force for this connection
+  double softening = 1.0;              ///< ratio of these to the Base's own; below 1 on a free Target
   Vec3 feed_forward_W = Vec3::Zero();  ///< constant force on the Base (N): minus its weight, or zero
 };
 
 /// Offsets of a connection that closes now.
 void capture_offset(const BodyMotion& base, const BodyMotion& target, Connection& connection);
 
-/// Constants for a Base held by a free Target (a Part that is not held itself): the pair swings with the
-/// reduced mass, so the constants are scaled down to keep the frequency that the Base alone would have.
-/// Without this, a light or slender Target would raise the frequency past the solver's limit.
-SubstituteParameters gains_on_free_target(const Component& base, const Component& target, double lever_arm_m);
+/// All Bases that one free Target (a Part that is not held itself) holds, and how much softer their
+/// connections must be.
+///
+/// The Target swings under all its connections at once. With M_T its inertia and K_T the sum of their
+/// stiffness as the Target feels it (both 6 x 6, about its centre of mass), no mode of the whole is faster
+/// than max(k/m) + max eig(M_T^-1 K_T); scaled by the ratio of the first term to both, none is faster than
+/// the fastest Base alone. The same holds for the damping. Without this, a light Target, or one with many
+/// Bases, would raise the frequency past the solver's limit. The thesis has no such case: its assemblies are
+/// held.
+class FreeTargetLoad {
+ public:
+  explicit FreeTargetLoad(const Component& target) : target_(target) {}
+  /// `connection` must hold the offset of the Base in the Target. Uses the Base's own constants.
+  void add(const Component& base, const Connection& connection);
+  /// Factor for the constants of every connection added, in (0, 1).
+  double scale() const;
+
+ private:
+  using Mat6 = Eigen::Matrix<double, 6, 6>;
+  const Component& target_;
+  Mat6 K_T_ = Mat6::Zero(), D_T_ = Mat6::Zero();  ///< axes of the Target
+  double stiffest_ = 0.0, most_damped_ = 0.0;     ///< of a Base alone: k/m (1/s^2), d/m (1/s)
+};
+
+/// Constants times a factor.
+SubstituteParameters scaled(const SubstituteParameters& gains, double factor);
 
 /// Wrench on the Base about its centre of mass, world frame: (3.5) and (3.12) with the corrections above.
 Wrench substitute_wrench(const Connection& connection, const BodyMotion& base, const BodyMotion& target);

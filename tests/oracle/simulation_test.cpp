@@ -50,6 +50,28 @@ TEST(Simulation, AnAssemblyThatIsLetGoFallsAsOneWithoutGainingEnergy) {
   EXPECT_NEAR(sample(s, c).p_WB.z(), 3.06 - fall, 1e-9);
 }
 
+TEST(Simulation, ManyPartsOnALightBaseFallAsOne) {
+  // A light plate with sixteen heavy cubes on it, let go in the air: every connection acts on the plate, and
+  // together they must not carry it past the largest stable step.
+  BoxCell cell;
+  const int plate = cell.part("plate", 0.02, 4, {0.12, 0.12, 0.005}, at(0, 0, 3.0));
+  std::vector<int> cubes;
+  for (int i = 0; i < 16; ++i) {
+    cubes.push_back(cell.part("P" + std::to_string(i), 0.1, 3, {0.02, 0.02, 0.02},
+                              at(-0.045 + 0.03 * (i % 4), -0.045 + 0.03 * (i / 4), 3.005)));
+  }
+  Simulation simulation(cell.build());
+  for (int i = 0; i < 500; ++i) ASSERT_TRUE(simulation.step({})) << simulation.fault();
+  const Snapshot s = simulation.make_snapshot();
+  const double fall = 0.5 * kGravity * 0.25;
+  EXPECT_NEAR(sample(s, plate).p_WB.z(), 3.0 - fall, 1e-9);
+  EXPECT_LE(sample(s, plate).V_WB.w.norm(), 1e-9);
+  for (const int cube : cubes) {
+    EXPECT_EQ(sample(s, cube).partner, plate);
+    EXPECT_NEAR(sample(s, cube).p_WB.z(), 3.005 - fall, 1e-9);
+  }
+}
+
 TEST(Simulation, ALooseAssemblySpinsWithConstantMomentum) {
   // No gravity, no partner outside: the pair forces must not create linear or angular momentum.
   BoxCell cell;

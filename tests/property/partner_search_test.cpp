@@ -4,26 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <random>
-#include <set>
+
+#include "tests/support/box_oracle.h"
 
 namespace takt {
 namespace {
-
-/// Partner from the full list of sequences, by the rules in words: type of the end, length, present partner,
-/// id.
-int partner_by_listing(const ContactGraph& graph, int part, int present) {
-  const std::vector<SearchStep> steps = list_sequences(graph, part);
-  int best = -1;
-  std::tuple<int, std::size_t, bool, int> best_key{};
-  for (const std::vector<int>& sequence : steps.back().resulting) {
-    const int end = sequence.back();
-    const ComponentType type = graph.vertices[static_cast<std::size_t>(end)].type;
-    const int preference = type == ComponentType::gripper ? 0 : type == ComponentType::ground ? 1 : 2;
-    const std::tuple<int, std::size_t, bool, int> key{preference, sequence.size(), end != present, end};
-    if (best == -1 || key < best_key) best = end, best_key = key;
-  }
-  return best;
-}
 
 TEST(PartnerSearchProperty, EqualsListingAllSequencesOnRandomGraphs) {
   std::mt19937 random(20261121);
@@ -51,7 +36,8 @@ TEST(PartnerSearchProperty, EqualsListingAllSequencesOnRandomGraphs) {
       if (graph.vertices[static_cast<std::size_t>(part)].type != ComponentType::part) continue;
       const int present = below(count + 1) - 1;
       const int found = search.find(graph, part, present);
-      ASSERT_EQ(found, partner_by_listing(graph, part, present)) << "trial " << trial << ", part " << part;
+      ASSERT_EQ(found, test::partner_by_listing(graph, part, present))
+          << "trial " << trial << ", part " << part;
       with_partner += found >= 0 ? 1 : 0;
     }
   }

@@ -4,7 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
 #include <random>
+#include <vector>
 
 namespace takt {
 namespace {
@@ -134,6 +138,79 @@ TEST_F(SubstituteForceProperty, TheSpringPullsBackInEveryAxis) {
     const Mat3 K_W = moved.X_WB.R * connection.gains.K_rot_B * moved.X_WB.R.transpose();
     ASSERT_LE((F.t + K_W * turn).norm(), 2e-3 * (K_W * turn).norm());
   }
+}
+
+TEST_F(SubstituteForceProperty, NoModeOfALooseAssemblyIsFasterThanOfOnePartAlone) {
+  // The whole system's stiffness, column by column from the wrenches themselves, against its inertia.
+  double softest = 1.0;
+  for (int trial = 0; trial < 200; ++trial) {
+    const auto component = [&] {
+      Component c;
+      c.mass_kg = std::exp(uniform(-3.0, 2.0));
+      c.p_BBcm = vector(0.05);
+      const Mat3 R = random_pose().R;
+      const Vec3 half(uniform(0.01, 0.05), uniform(0.01, 0.05), uniform(0.01, 0.05));
+      const Vec3 moments = Vec3::Constant(half.squaredNorm()) - half.cwiseAbs2();
+      c.I_BBcm_B = R * (c.mass_kg / 3.0 * moments).asDiagonal() * R.transpose();
+      c.substitute = substitute_parameters(c.mass_kg, c.I_BBcm_B, 9.80665, uniform(0.5e-4, 2e-4), 1.0);
+      return c;
+    };
+    const std::size_t count = 1 + random_() % 12;
+    std::vector<Component> components;
+    std::vector<BodyMotion> rest;  // the last one is the Target
+    for (std::size_t i = 0; i <= count; ++i) {
+      components.push_back(component());
+      rest.push_back(body({random_pose().R, vector(0.1)}, components.back().p_BBcm));
+      rest.back().V_WB = {};
+    }
+    FreeTargetLoad load(components.back());
+    std::vector<Connection> connections(count);
+    double fastest = 0.0;
+    for (std::size_t i = 0; i < count; ++i) {
+      capture_offset(rest[i], rest.back(), connections[i]);
+      load.add(components[i], connections[i]);
+      fastest = std::max(fastest, components[i].substitute.k_tr_N_per_m / components[i].mass_kg);
+    }
+    const double scale = load.scale();
+    ASSERT_GT(scale, 0.0);
+    ASSERT_LT(scale, 1.0);
+    softest = std::min(softest, scale);
+    for (std::size_t i = 0; i < count; ++i) connections[i].gains = scaled(components[i].substitute, scale);
+
+    const auto n = static_cast<Eigen::Index>(6 * (count + 1));
+    Eigen::MatrixXd K(n, n), M = Eigen::MatrixXd::Zero(n, n);
+    for (std::size_t b = 0; b <= count; ++b) {
+      const auto at = static_cast<Eigen::Index>(6 * b);
+      M.diagonal().segment<3>(at).setConstant(components[b].mass_kg);
+      M.block<3, 3>(at + 3, at + 3) = rest[b].X_WB.R * components[b].I_BBcm_B * rest[b].X_WB.R.transpose();
+      for (int axis = 0; axis < 6; ++axis) {
+        constexpr double kSmall = 1e-6;
+        std::vector<BodyMotion> moved = rest;
+        if (axis < 3) {
+          moved[b].X_WB.p[axis] += kSmall;
+          moved[b].p_WBcm[axis] += kSmall;
+        } else {  // about its centre of mass
+          const Mat3 turn = Eigen::AngleAxisd(kSmall, Vec3::Unit(axis - 3)).toRotationMatrix();
+          moved[b].X_WB = {turn * rest[b].X_WB.R,
+                           moved[b].p_WBcm - turn * (moved[b].p_WBcm - rest[b].X_WB.p)};
+        }
+        Eigen::VectorXd force = Eigen::VectorXd::Zero(n);
+        for (std::size_t i = 0; i < count; ++i) {
+          const Wrench F = substitute_wrench(connections[i], moved[i], moved.back());
+          const Wrench G = reaction_on_target(F, moved[i], moved.back());
+          const auto row = static_cast<Eigen::Index>(6 * i);
+          force.segment<3>(row) += F.f, force.segment<3>(row + 3) += F.t;
+          force.segment<3>(n - 6) += G.f, force.segment<3>(n - 3) += G.t;
+        }
+        K.col(at + axis) = -force / kSmall;
+      }
+    }
+    ASSERT_LE((K - K.transpose()).norm(), 1e-3 * K.norm());
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> modes(0.5 * (K + K.transpose()), M);
+    EXPECT_LE(modes.eigenvalues().maxCoeff(), fastest * 1.001);
+    EXPECT_GE(modes.eigenvalues().maxCoeff(), 0.45 * fastest) << "softer than it need be";
+  }
+  EXPECT_LT(softest, 0.05);
 }
 
 }  // namespace
