@@ -107,7 +107,7 @@ class PartnerOracle {
       g.vertices[i] = {model_.components[i].type, model_.components[i].hierarchy};
     }
     for (const auto& [a, b] : pairs) g.add_contact(a, b);
-    g.sort_contacts();
+    for (std::vector<int>& list : g.neighbours) std::sort(list.begin(), list.end());
     return g;
   }
 
