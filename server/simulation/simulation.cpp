@@ -107,12 +107,14 @@ struct Simulation::Impl {
 
   void apply(const JointCommand& command) {
     KinematicRobot& robot = robots[static_cast<std::size_t>(command.robot)];
-    // Commands are validated at the boundary; this is the second line of defence, for callers that make their own.
+    // Commands are validated at the boundary; this is the second line of defence, for callers that make their
+    // own.
     for (std::size_t j = 0; j < robot.parameters().arm.joints.size(); ++j) {
       if (std::isfinite(command.position[j]) && std::isfinite(command.velocity[j])) continue;
       fault = "the set-point of joint '" + robot.parameters().arm.joints[j].name + "' of " +
-              model->description.robots[static_cast<std::size_t>(command.robot)].name + " at t = " +
-              std::to_string(time()) + " s is not a finite number; the last accepted state is kept.";
+              model->description.robots[static_cast<std::size_t>(command.robot)].name +
+              " at t = " + std::to_string(time()) +
+              " s is not a finite number; the last accepted state is kept.";
       return;
     }
     const double period =

@@ -37,7 +37,7 @@ struct SimulationStatistics {
   std::uint64_t partner_searches = 0;
   std::uint64_t connection_changes = 0;
   std::uint64_t part_steps_skipped = 0;  ///< steps of single Parts left out because they rest
-  double connections_s = 0.0;                                       ///< all of stage 2
+  double connections_s = 0.0;            ///< all of stage 2
   double broad_phase_s = 0.0, mpr_s = 0.0, partner_search_s = 0.0;  ///< its parts
   double integration_s = 0.0;                                       ///< all of stage 3
   double forces_s = 0.0;                                            ///< its wrenches

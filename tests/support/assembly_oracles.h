@@ -107,6 +107,7 @@ class PartnerOracle {
       g.vertices[i] = {model_.components[i].type, model_.components[i].hierarchy};
     }
     for (const auto& [a, b] : pairs) g.add_contact(a, b);
+    for (std::vector<int>& list : g.neighbours) std::sort(list.begin(), list.end());
     return g;
   }
 
