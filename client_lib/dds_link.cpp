@@ -134,10 +134,15 @@ Link::Link(int domain, const std::string& name, const std::string& profiles_file
                       "DDS domain " + std::to_string(domain) + " does not exist; allowed are 0 to 232.");
   dds::DomainParticipantQos qos = participant_qos(name, profiles_file);
   auto* factory = dds::DomainParticipantFactory::get_instance();
-  if (profiles_file.empty()) number_ = qos.wire_protocol().participant_id = participant_numbers().draw();
-  // Discovery only: data goes to the listeners of readers and writers.
-  participant_ = factory->create_participant(static_cast<dds::DomainId_t>(domain), qos, listener,
-                                             dds::StatusMask::none());
+  // A number can be taken by another process. Fast DDS 2.9.1 never frees one whose participant it failed to
+  // create, so such a number is not given back, and another one is drawn.
+  constexpr int kAttempts = 5;
+  for (int attempt = 0; attempt < kAttempts && participant_ == nullptr; ++attempt) {
+    if (profiles_file.empty()) number_ = qos.wire_protocol().participant_id = participant_numbers().draw();
+    // Discovery only: data goes to the listeners of readers and writers.
+    participant_ = factory->create_participant(static_cast<dds::DomainId_t>(domain), qos, listener,
+                                               dds::StatusMask::none());
+  }
   if (participant_ == nullptr)
     fail("DDS cannot start on domain " + std::to_string(domain) +
          " (is /dev/shm writable, are the UDP ports of the domain free?).");

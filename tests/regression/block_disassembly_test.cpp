@@ -87,7 +87,7 @@ class Watch {
         const Component &A = components[a], &B = components[b];
         if (A.type == ComponentType::ground && B.type == ComponentType::ground) continue;
         if (A.gripper != -1 && A.gripper == B.gripper) continue;
-        std::uint64_t calls = 0;
+        DetectionCounts calls;
         const int first = static_cast<int>(a), second = static_cast<int>(b);
         if (!world_->boxes_overlap(first, second) || !world_->shapes_overlap(first, second, calls)) continue;
         const std::string pair = std::min(A.name, B.name) + " " + std::max(A.name, B.name);
