@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <regex>
 #include <set>
 #include <sstream>
 
@@ -248,11 +247,16 @@ void read_marks(YamlFields& root, const YamlSource& source, Scenario& scenario) 
 
 // Names become levels of DDS topics and keys of reports.
 void check_names(YamlFields& root, const Scenario& scenario) {
-  static const std::regex allowed("[A-Za-z][A-Za-z0-9_]*");
+  const auto letter = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); };
+  const auto fits = [&](const std::string& name) {
+    return !name.empty() && name.size() <= 64 && letter(name.front()) &&
+           std::all_of(name.begin(), name.end(),
+                       [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_'; });
+  };
   std::set<std::string> names;
   const auto check = [&](const char* group, const auto& items) {
     for (const auto& item : items) {
-      if (!std::regex_match(item.name, allowed) || item.name.size() > 64) {
+      if (!fits(item.name)) {
         root.fail(group, "the name '" + item.name + "'",
                   "a letter, then letters, digits and underscores, at most 64");
       }
