@@ -6,7 +6,9 @@
 // wrenches on them into derivatives. All three functions are pure: a solver may call them as often, and at
 // whatever times within the step, as it likes. Discrete state (set-points, jaw targets) changes only between
 // accepted steps.
+#include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "plant_models/robot/arm_kinematics.h"
@@ -54,6 +56,41 @@ class PlantModel {
                            std::span<const Wrench> wrenches, double* xdot) const {
     static_cast<void>(t), static_cast<void>(x), static_cast<void>(motion), static_cast<void>(wrenches),
         static_cast<void>(xdot);
+  }
+
+  // Discrete modes (true friction, end stops): functions whose sign change ends the present mode, and the
+  // switch itself, which a solver calls only at accepted points. A model without modes keeps the defaults.
+
+  virtual int indicator_count() const { return 0; }
+  /// Positive while the present modes hold.
+  virtual void indicators(double t, const double* x, const CellMotion& motion,
+                          std::span<const Wrench> wrenches, double* g) const {
+    static_cast<void>(t), static_cast<void>(x), static_cast<void>(motion), static_cast<void>(wrenches),
+        static_cast<void>(g);
+  }
+  /// Discrete: brings the modes in line with (t, x); may set states that a mode fixes (a stuck speed to
+  /// zero). True if anything changed; then a multi-step solver restarts.
+  virtual bool switch_modes(double t, double* x, const CellMotion& motion, std::span<const Wrench> wrenches) {
+    static_cast<void>(t), static_cast<void>(x), static_cast<void>(motion), static_cast<void>(wrenches);
+    return false;
+  }
+  /// The next time after t at which the right-hand side has a corner known beforehand (a reference motion
+  /// that starts to brake), or infinity: multi-step solvers restart there.
+  virtual double next_time_event(double t) const {
+    static_cast<void>(t);
+    return std::numeric_limits<double>::infinity();
+  }
+
+  // Stiffness inside the model, for linearly implicit solvers: an approximation of d xdot / d x of the
+  // model's own segment. What is left out is treated explicitly. No entries: the whole model is.
+
+  /// Places of the entries, constant while the cell is loaded; (row, column) within the segment.
+  virtual void jacobian_pattern(std::vector<std::pair<int, int>>& entries) const {
+    static_cast<void>(entries);
+  }
+  /// Values in the order of the pattern.
+  virtual void jacobian(double t, const double* x, const CellMotion& motion, double* values) const {
+    static_cast<void>(t), static_cast<void>(x), static_cast<void>(motion), static_cast<void>(values);
   }
 };
 

@@ -9,6 +9,7 @@
 #include "server/components/pair_generation.h"
 #include "server/contact/component_interaction.h"
 #include "server/simulation/cell_description.h"
+#include "server/simulation/solver.h"
 
 namespace takt {
 
@@ -55,7 +56,7 @@ struct ImportNote {
 struct CellModel {
   CellDescription description;
   double step_s = 0.001;
-  std::string solver = "rk2";
+  SolverParameters solver;
   std::vector<Component> components;
   std::vector<ComponentPair> pairs;
   InteractionParameters interaction;

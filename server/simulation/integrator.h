@@ -1,37 +1,40 @@
 #pragma once
 // Solvers by name. A solver advances the state over one communication step during which all discrete facts
-// (set-points, connections) stay as they are.
+// from outside (set-points, connections) stay as they are. Modes inside plant models (true friction) are
+// switched at accepted points only: at their zero crossings where the solver can locate them, else at the end
+// of each of its steps.
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "server/simulation/ode_system.h"
+#include "server/simulation/solver.h"
 
 namespace takt {
 
 class Integrator {
  public:
   virtual ~Integrator() = default;
-  /// x(t) -> x(t + h) in place. The caller has just called system.update_motion(t, x).
-  virtual void advance(OdeSystem& system, double t, double h, std::span<double> x) = 0;
+  /// x(t) -> x(t + h) in place. The caller has just called system.update_motion(t, x). False if the solver
+  /// could not get there although it tried to recover; failure() then says why, and x is not to be used.
+  virtual bool advance(OdeSystem& system, double t, double h, std::span<double> x) = 0;
+  /// The right-hand side or the state changed discontinuously since the last step: what multi-step methods
+  /// remember is void.
+  virtual void restart() {}
+  /// After a reset of the cell.
+  virtual void reset() { restart(), statistics_ = {}, failure_.clear(); }
+
+  const SolverStatistics& statistics() const { return statistics_; }
+  const std::string& failure() const { return failure_; }
+
+ protected:
+  SolverStatistics statistics_;
+  std::string failure_;
 };
 
-/// Explicit Runge-Kutta of order two (Heun), the thesis' Rkfix2. For the substitute springs (a double real
-/// pole at -sqrt(g / allowed error) = -313 1/s) it is stable up to 2/313 s = 6.39 ms.
-class Rk2Integrator final : public Integrator {
- public:
-  explicit Rk2Integrator(int state_count);
-  void advance(OdeSystem& system, double t, double h, std::span<double> x) override;
-
- private:
-  std::vector<double> k1_, k2_, trial_;
-};
-
-/// Names make_integrator() accepts, for error texts.
-std::span<const std::string_view> solver_names();
 /// Throws std::invalid_argument for an unknown name.
-std::unique_ptr<Integrator> make_integrator(std::string_view name, int state_count);
+std::unique_ptr<Integrator> make_integrator(const SolverParameters& parameters, const OdeSystem& system);
 
 }  // namespace takt

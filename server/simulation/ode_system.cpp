@@ -1,21 +1,30 @@
 #include "server/simulation/ode_system.h"
 
+#include <algorithm>
+#include <limits>
+
 namespace takt {
 
-OdeSystem::OdeSystem(std::vector<const PlantModel*> models, const ComponentInteraction& interaction,
+OdeSystem::OdeSystem(std::vector<PlantModel*> models, const ComponentInteraction& interaction,
                      std::size_t body_count, std::size_t arm_count)
     : interaction_(interaction), wrenches_(body_count) {
   motion_.bodies.resize(body_count);
   motion_.arms.resize(arm_count);
   segment_of_body_.resize(body_count, -1);
   std::size_t begin = 0;
-  for (const PlantModel* model : models) {
+  std::vector<std::pair<int, int>> entries;
+  for (PlantModel* model : models) {
     const auto count = static_cast<std::size_t>(model->state_count());
     if (model->body() >= 0) {
       segment_of_body_[static_cast<std::size_t>(model->body())] = static_cast<int>(segments_.size());
       if (count > 0) part_bodies_.push_back(model->body());
     }
-    segments_.push_back({model, begin, count});
+    segments_.push_back({model, begin, count, static_cast<std::size_t>(indicator_count_), pattern_.size()});
+    indicator_count_ += model->indicator_count();
+    entries.clear();
+    model->jacobian_pattern(entries);
+    for (const auto& [row, column] : entries)
+      pattern_.push_back({static_cast<int>(begin) + row, static_cast<int>(begin) + column});
     begin += count;
   }
   state_count_ = static_cast<int>(begin);
@@ -90,6 +99,39 @@ void OdeSystem::derivatives_at_motion(double t, std::span<const double> x, std::
     if (segment.count == 0) continue;
     segment.model->derivatives(t, x.data() + segment.begin, motion_, wrenches_, xdot.data() + segment.begin);
   }
+}
+
+void OdeSystem::indicators(double t, std::span<const double> x, std::span<double> g) {
+  update_motion(t, x);
+  interaction_.evaluate(motion_, awake_, wrenches_);
+  for (const Segment& segment : segments_) {
+    if (segment.model->indicator_count() == 0) continue;
+    segment.model->indicators(t, x.data() + segment.begin, motion_, wrenches_,
+                              g.data() + segment.first_indicator);
+  }
+}
+
+bool OdeSystem::switch_modes(double t, std::span<double> x) {
+  if (indicator_count_ == 0) return false;
+  update_motion(t, x);
+  interaction_.evaluate(motion_, awake_, wrenches_);
+  bool changed = false;
+  for (const Segment& segment : segments_) {
+    if (segment.model->indicator_count() == 0) continue;
+    if (segment.model->switch_modes(t, x.data() + segment.begin, motion_, wrenches_)) changed = true;
+  }
+  return changed;
+}
+
+double OdeSystem::next_time_event(double t) const {
+  double next = std::numeric_limits<double>::infinity();
+  for (const Segment& segment : segments_) next = std::min(next, segment.model->next_time_event(t));
+  return next;
+}
+
+void OdeSystem::jacobian(double t, std::span<const double> x, std::span<double> values) const {
+  for (const Segment& segment : segments_)
+    segment.model->jacobian(t, x.data() + segment.begin, motion_, values.data() + segment.first_entry);
 }
 
 }  // namespace takt

@@ -13,8 +13,8 @@ namespace takt {
 class OdeSystem {
  public:
   /// Models in the order robots, grippers, Grounds, Parts. The interaction is read only.
-  OdeSystem(std::vector<const PlantModel*> models, const ComponentInteraction& interaction,
-            std::size_t body_count, std::size_t arm_count);
+  OdeSystem(std::vector<PlantModel*> models, const ComponentInteraction& interaction, std::size_t body_count,
+            std::size_t arm_count);
 
   int state_count() const { return state_count_; }
 
@@ -46,6 +46,23 @@ class OdeSystem {
   /// The same where update_motion(t, x) has just been called.
   void derivatives_at_motion(double t, std::span<const double> x, std::span<double> xdot);
 
+  // Modes of the plant models (see plant_model.h). All of these bring the motion and the wrenches to (t, x).
+
+  int indicator_count() const { return indicator_count_; }
+  void indicators(double t, std::span<const double> x, std::span<double> g);
+  /// Discrete, at an accepted point. True if a mode or a state changed.
+  bool switch_modes(double t, std::span<double> x);
+  double next_time_event(double t) const;
+
+  /// One entry of the approximate Jacobian d xdot / d x; the others are zero (treated explicitly).
+  struct Entry {
+    int row = 0, column = 0;
+  };
+  /// Sorted by segment, as the models list them; constant from load to reset.
+  std::span<const Entry> jacobian_pattern() const { return pattern_; }
+  /// Values in the order of the pattern, at the motion of the last update_motion(t, x).
+  void jacobian(double t, std::span<const double> x, std::span<double> values) const;
+
   std::uint64_t evaluations() const { return evaluations_; }
   /// Time spent on wrenches, where a clock (seconds) is set.
   double forces_s() const { return forces_s_; }
@@ -54,9 +71,10 @@ class OdeSystem {
 
  private:
   struct Segment {
-    const PlantModel* model;
+    PlantModel* model;
     std::size_t begin;
     std::size_t count;
+    std::size_t first_indicator = 0, first_entry = 0;
   };
   void activate(std::span<const int> parts, bool fixed_bodies);
 
@@ -71,6 +89,8 @@ class OdeSystem {
   CellMotion motion_;
   std::vector<Wrench> wrenches_;
   int state_count_ = 0;
+  int indicator_count_ = 0;
+  std::vector<Entry> pattern_;
   std::uint64_t evaluations_ = 0;
   double (*clock_)() = nullptr;
   double forces_s_ = 0.0;

@@ -17,13 +17,12 @@ namespace takt {
 
 namespace {
 template <typename T>
-std::vector<const PlantModel*> pointers_in_order(const T& robots, const auto& grippers, const auto& grounds,
-                                                 const auto& parts) {
-  std::vector<const PlantModel*> models;
-  for (const auto& m : robots) models.push_back(&m);
-  for (const auto& m : grippers) models.push_back(&m);
-  for (const auto& m : grounds) models.push_back(&m);
-  for (const auto& m : parts) models.push_back(&m);
+std::vector<PlantModel*> pointers_in_order(T& robots, auto& grippers, auto& grounds, auto& parts) {
+  std::vector<PlantModel*> models;
+  for (auto& m : robots) models.push_back(&m);
+  for (auto& m : grippers) models.push_back(&m);
+  for (auto& m : grounds) models.push_back(&m);
+  for (auto& m : parts) models.push_back(&m);
   return models;
 }
 
@@ -49,7 +48,7 @@ struct Simulation::Impl {
         system(pointers_in_order(robots, grippers, grounds, parts), interaction, model->components.size(),
                robots.size()),
         resting(model->components, part_bodies(*model)),
-        integrator(make_integrator(model->solver, system.state_count())),
+        integrator(make_integrator(model->solver, system)),
         x(static_cast<std::size_t>(system.state_count())),
         accepted(x.size()),
         part_hashes(parts.size(), 0),
@@ -89,6 +88,7 @@ struct Simulation::Impl {
     system.reset_counts();
     interaction.reset();
     grasping.reset();
+    integrator->reset();
     hash.reset();
     fault.clear();
     changes.clear();
@@ -204,6 +204,13 @@ struct Simulation::Impl {
     return false;
   }
 
+  bool solver_failed() {
+    fault = "the solver " + model->solver.name + " failed in the step from t = " + std::to_string(time()) +
+            " s: " + integrator->failure() + "; the last accepted state is kept.";
+    x = accepted;
+    return false;
+  }
+
   std::shared_ptr<const CellModel> model;
   std::vector<KinematicRobot> robots;
   std::vector<ParallelGripper> grippers;
@@ -251,12 +258,13 @@ bool Simulation::step(std::span<const Command> commands) {
     std::copy(s.x.begin() + static_cast<std::ptrdiff_t>(range.begin),
               s.x.begin() + static_cast<std::ptrdiff_t>(range.end),
               s.accepted.begin() + static_cast<std::ptrdiff_t>(range.begin));
-  s.integrator->advance(s.system, s.time(), s.model->step_s, s.x);
+  const bool arrived = s.integrator->advance(s.system, s.time(), s.model->step_s, s.x);
   s.motion_is_current = false;
   // 4 check and count
   const double t2 = now();
   s.statistics.connections_s += t1 - t0;
   s.statistics.integration_s += t2 - t1;
+  if (!arrived) return s.solver_failed();
   return s.accept();
 }
 

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "plant_models/mechanics/rigid_body.h"
-#include "server/simulation/integrator.h"
+#include "server/simulation/rk2_integrator.h"
 #include "tests/support/box_cell.h"
 
 namespace takt::test {
@@ -80,7 +80,7 @@ TEST(Simulation, ALooseAssemblySpinsWithConstantMomentum) {
   cell.part("P", 0.3, 2, {0.03, 0.03, 0.08}, at(0.05, 0.01, 0.06));
   const auto model = cell.build();
   ComponentInteraction interaction(model->components, model->pairs, model->interaction);
-  const RigidBody b(model->parts[0]), p(model->parts[1]);
+  RigidBody b(model->parts[0]), p(model->parts[1]);
   OdeSystem system({&b, &p}, interaction, 2, 0);
   std::vector<double> x(26);
   system.initial_state(x);

@@ -1,0 +1,31 @@
+#pragma once
+// Which solver, how exact, and what it cost: plain data.
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace takt {
+
+struct SolverParameters {
+  std::string name = "rk2";
+  double tolerance = 1e-6;  ///< relative; absolute tolerances follow from the states' scales
+  double step_s = 0.001;    ///< communication step
+};
+
+struct SolverStatistics {
+  std::uint64_t steps = 0;           ///< accepted by the solver
+  std::uint64_t rejected_steps = 0;  ///< error test failures
+  std::uint64_t evaluations = 0;     ///< of the right-hand side, those for Jacobians included
+  std::uint64_t jacobians = 0;
+  std::uint64_t factorisations = 0;
+  std::uint64_t newton_iterations = 0, newton_failures = 0;
+  std::uint64_t restarts = 0;
+  std::uint64_t mode_switches = 0;  ///< changes of plant models' modes
+  double smallest_step_s = 0.0, largest_step_s = 0.0;
+};
+
+/// Names make_integrator() accepts, for error texts.
+std::span<const std::string_view> solver_names();
+
+}  // namespace takt
