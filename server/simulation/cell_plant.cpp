@@ -1,0 +1,148 @@
+#include "server/simulation/cell_plant.h"
+
+#include <algorithm>
+
+namespace takt {
+
+CellPlant::CellPlant(const CellModel& model, const ComponentInteraction& interaction)
+    : model_(model),
+      interaction_(interaction),
+      robots_(model.robots.begin(), model.robots.end()),
+      parts_(model.parts.begin(), model.parts.end()),
+      segment_begin_(model.robots.size(), 0) {
+  for (const GripperModel& gripper : model.grippers) grippers_.emplace_back(gripper.parameters);
+  for (const GroundModel& ground : model.grounds) grounds_.emplace_back(ground.component, ground.X_WB);
+  for (std::size_t r = 0; r < robots_.size(); ++r) {
+    std::vector<const ParallelGripper*> mounted;
+    for (const ParallelGripper& gripper : grippers_)
+      if (gripper.parameters().robot == static_cast<int>(r)) mounted.push_back(&gripper);
+    const auto& dynamics = model.dynamics[r];
+    dynamic_.push_back(dynamics ? std::make_unique<DynamicRobot>(dynamics->parameters,
+                                                                 make_drives(dynamics->drives), robots_[r],
+                                                                 std::move(mounted))
+                                : nullptr);
+  }
+  std::vector<std::size_t> mounted(robots_.size(), 0);
+  for (const ParallelGripper& gripper : grippers_) {
+    const auto robot = static_cast<std::size_t>(gripper.parameters().robot);
+    gripper_place_.emplace_back(robot, mounted[robot]++);
+  }
+  reset();
+}
+
+void CellPlant::reset() {
+  for (KinematicRobot& robot : robots_) robot.reset();
+  for (ParallelGripper& gripper : grippers_) gripper.reset();
+  const bool same = levels_ == model_.robot_levels;
+  levels_ = model_.robot_levels;
+  if (!same) build();
+  system_->initial_state(x_);
+  accepted_ = x_;
+  system_->wake_all();
+  system_->reset_counts();
+  integrator_->reset();
+}
+
+void CellPlant::build() {
+  std::vector<PlantModel*> models;
+  std::size_t begin = 0;
+  for (std::size_t r = 0; r < robots_.size(); ++r) {
+    segment_begin_[r] = begin;
+    if (levels_[r] == 1) {
+      models.push_back(&robots_[r]);
+    } else {
+      models.push_back(dynamic_[r].get());
+      begin += static_cast<std::size_t>(dynamic_[r]->state_count());
+    }
+  }
+  for (ParallelGripper& gripper : grippers_)
+    if (levels_[static_cast<std::size_t>(gripper.parameters().robot)] == 1) models.push_back(&gripper);
+  for (FixedBody& ground : grounds_) models.push_back(&ground);
+  for (RigidBody& part : parts_) models.push_back(&part);
+  parts_begin_ = begin;
+  system_ =
+      std::make_unique<OdeSystem>(std::move(models), interaction_, model_.components.size(), robots_.size());
+  x_.resize(static_cast<std::size_t>(system_->state_count()));
+  accepted_.resize(x_.size());
+  integrator_ = make_integrator(model_.solver, *system_);
+}
+
+std::span<const double> CellPlant::segment(std::size_t robot) const {
+  const auto count = static_cast<std::size_t>(dynamic_[robot]->state_count());
+  return std::span<const double>(x_).subspan(segment_begin_[robot], count);
+}
+
+double CellPlant::jaw_coordinate(std::size_t gripper, ParallelGripper::Side side, double t) const {
+  const auto [robot, place] = gripper_place_[gripper];
+  if (levels_[robot] == 1) return grippers_[gripper].coordinate(t, side);
+  return dynamic_[robot]->jaw_coordinate(place, side, segment(robot).data());
+}
+
+void CellPlant::change_levels(std::span<const int> levels, double t) {
+  // What is known of the motion under the old models.
+  const std::vector<double> parts(x_.begin() + static_cast<std::ptrdiff_t>(parts_begin_), x_.end());
+  struct RobotMotion {
+    JointArray q{}, qd{};
+  };
+  std::vector<RobotMotion> motions(robots_.size());
+  for (std::size_t r = 0; r < robots_.size(); ++r) {
+    RobotMotion& motion = motions[r];
+    if (levels_[r] > 1) {
+      dynamic_[r]->motion_from_state(segment(r).data(), motion.q.data(), motion.qd.data());
+      continue;
+    }
+    robots_[r].joint_state(t, motion.q.data(), motion.qd.data());
+    auto jaw = static_cast<std::size_t>(robots_[r].parameters().arm.joint_count());
+    for (std::size_t g = 0; g < grippers_.size(); ++g) {
+      if (gripper_place_[g].first != r) continue;
+      for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right}) {
+        motion.q[jaw] = grippers_[g].coordinate(t, side);
+        motion.qd[jaw] = grippers_[g].velocity(t, side);
+        ++jaw;
+      }
+    }
+  }
+  const std::vector<double> old_state = x_;
+  const std::vector<std::size_t> old_begin = segment_begin_;
+  const std::vector<int> old_levels = levels_;
+  levels_.assign(levels.begin(), levels.end());
+  build();
+  std::copy(parts.begin(), parts.end(), x_.begin() + static_cast<std::ptrdiff_t>(parts_begin_));
+  for (std::size_t r = 0; r < robots_.size(); ++r) {
+    double* to = x_.data() + segment_begin_[r];
+    if (levels_[r] > 1 && old_levels[r] > 1) {
+      std::copy_n(old_state.data() + old_begin[r], dynamic_[r]->state_count(), to);
+    } else if (levels_[r] > 1) {
+      dynamic_[r]->state_from_motion(t, motions[r].q.data(), motions[r].qd.data(), to);
+    } else if (old_levels[r] > 1) {
+      // The joints were not quite where the reference was: it starts again from where they are.
+      robots_[r].continue_from(t, motions[r].q.data(), motions[r].qd.data());
+      auto jaw = static_cast<std::size_t>(robots_[r].parameters().arm.joint_count());
+      for (std::size_t g = 0; g < grippers_.size(); ++g) {
+        if (gripper_place_[g].first != r) continue;
+        for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right})
+          grippers_[g].continue_from(t, side, motions[r].q[jaw++]);
+      }
+    }
+  }
+  accepted_ = x_;
+}
+
+std::string CellPlant::describe_state(std::size_t state) const {
+  if (state < parts_begin_) {
+    std::size_t robot = 0;
+    for (std::size_t r = 0; r < robots_.size(); ++r)
+      if (levels_[r] > 1 && segment_begin_[r] <= state) robot = r;
+    return dynamic_[robot]->describe_state(static_cast<int>(state - segment_begin_[robot])) + " of " +
+           model_.description.robots[robot].name;
+  }
+  static constexpr const char* kQuantity[RigidBody::kStates] = {
+      "position x",         "position y",         "position z",        "orientation w", "orientation x",
+      "orientation y",      "orientation z",      "velocity x",        "velocity y",    "velocity z",
+      "angular velocity x", "angular velocity y", "angular velocity z"};
+  const std::size_t part = (state - parts_begin_) / RigidBody::kStates;
+  return std::string(kQuantity[(state - parts_begin_) % RigidBody::kStates]) + " of " +
+         model_.components[static_cast<std::size_t>(model_.parts[part].body)].name;
+}
+
+}  // namespace takt

@@ -1,0 +1,77 @@
+#pragma once
+// The plant models of a running cell, at the level of detail each robot has at present, as one state vector
+// with its solver.
+//
+// Every robot has its kinematic model at all times: it turns set-points into reference motion. At LoD 1 the
+// joints are where the reference is; above, a DynamicRobot has to follow it and moves palm and jaws of its
+// grippers too. The states are: dynamic robots in order, then 13 for each Part. Changing the level of a robot
+// rebuilds the state vector between two steps from physical quantities (poses, joint positions and
+// velocities): nothing jumps. It allocates, as loading does; steps do not.
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "plant_models/mechanics/fixed_body.h"
+#include "plant_models/robot/dynamic_robot.h"
+#include "server/simulation/cell_model.h"
+#include "server/simulation/integrator.h"
+#include "server/simulation/ode_system.h"
+
+namespace takt {
+
+class CellPlant {
+ public:
+  /// Both outlive the plant.
+  CellPlant(const CellModel& model, const ComponentInteraction& interaction);
+
+  /// Initial state at the levels the cell was loaded with.
+  void reset();
+  int level(std::size_t robot) const { return levels_[robot]; }
+  bool can_be_dynamic(std::size_t robot) const { return model_.dynamics[robot].has_value(); }
+  /// New level of each robot, between two steps at time t. The motion must be that of (t, state()).
+  void change_levels(std::span<const int> levels, double t);
+
+  OdeSystem& system() { return *system_; }
+  const OdeSystem& system() const { return *system_; }
+  Integrator& integrator() { return *integrator_; }
+  std::vector<double>& state() { return x_; }
+  const std::vector<double>& state() const { return x_; }
+  std::vector<double>& accepted() { return accepted_; }
+  /// Place of the first state of a Part (index among Parts), and what a state means, for error texts.
+  std::size_t part_begin(std::size_t part) const { return parts_begin_ + part * RigidBody::kStates; }
+  std::size_t parts_begin() const { return parts_begin_; }
+  std::string describe_state(std::size_t state) const;
+
+  std::vector<KinematicRobot>& robots() { return robots_; }
+  const std::vector<KinematicRobot>& robots() const { return robots_; }
+  std::vector<ParallelGripper>& grippers() { return grippers_; }
+  const std::vector<ParallelGripper>& grippers() const { return grippers_; }
+  /// The dynamic model of a robot, or null at LoD 1.
+  const DynamicRobot* dynamic(std::size_t robot) const {
+    return levels_[robot] > 1 ? dynamic_[robot].get() : nullptr;
+  }
+  /// Its segment of the state vector.
+  std::span<const double> segment(std::size_t robot) const;
+  /// Distance of a jaw's grip face from the centre (m), as it is, whatever was commanded.
+  double jaw_coordinate(std::size_t gripper, ParallelGripper::Side side, double t) const;
+
+ private:
+  void build();
+
+  const CellModel& model_;
+  const ComponentInteraction& interaction_;
+  std::vector<KinematicRobot> robots_;
+  std::vector<ParallelGripper> grippers_;
+  std::vector<FixedBody> grounds_;
+  std::vector<RigidBody> parts_;
+  std::vector<std::unique_ptr<DynamicRobot>> dynamic_;  ///< by robot; null where the scenario has no dynamics
+  std::vector<int> levels_;                             ///< by robot
+  std::vector<std::size_t> segment_begin_;              ///< by robot
+  std::vector<std::pair<std::size_t, std::size_t>> gripper_place_;  ///< robot, index among its grippers
+  std::unique_ptr<OdeSystem> system_;
+  std::unique_ptr<Integrator> integrator_;
+  std::vector<double> x_, accepted_;
+  std::size_t parts_begin_ = 0;
+};
+
+}  // namespace takt
