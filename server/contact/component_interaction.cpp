@@ -14,8 +14,7 @@ ComponentInteraction::ComponentInteraction(const std::vector<Component>& compone
       world_(components, parameters.contact_margin_m, parameters.skip_resting),
       grasp_active_(components.size(), 0),
       graph_(components.size()),
-      partner_search_(components.size()),
-      connections_(components.size()),
+      connections_(components, pairs.size(), parameters),
       broad_phase_(components.size()),
       near_(components.size()),
       reached_(components.size(), 0) {
@@ -39,24 +38,20 @@ ComponentInteraction::ComponentInteraction(const std::vector<Component>& compone
       world_.set_shape(static_cast<int>(i), ConvexShape::from_points(std::vector<Vec3>(8, Vec3::Zero())));
     }
   }
-  changes_.reserve(parts_.size());
   for (auto* list : {&work_, &found_, &toggled_, &changed_parts_}) list->reserve(2 * components.size());
-  softened_.reserve(parts_.size());
 }
 
 void ComponentInteraction::reset() {
   std::fill(verdicts_.begin(), verdicts_.end(), PairVerdict{});
   std::fill(in_contact_.begin(), in_contact_.end(), 0);
   std::fill(grasp_active_.begin(), grasp_active_.end(), 0);
-  std::fill(connections_.begin(), connections_.end(), Connection{});
+  connections_.reset();
   graph_.clear_contacts();
   begun_ = false;
   toggled_.clear();
   changed_parts_.clear();
   known_calls_ = 0;
-  changes_.clear();
   counts_ = {};
-  partner_searches_ = 0;
   stage_times_ = {};
 }
 
@@ -80,7 +75,7 @@ void ComponentInteraction::update_poses(const CellMotion& motion, Clock clock) {
 
 void ComponentInteraction::update_connections(const CellMotion& motion, std::span<const GraspState> grasps,
                                               Clock clock) {
-  changes_.clear();
+  connections_.begin_step();
   for (const GraspState& grasp : grasps) {
     const auto palm = static_cast<std::size_t>(grasp.palm);
     if ((grasp_active_[palm] != 0) != grasp.active) toggled_.push_back(grasp.palm);
@@ -88,7 +83,7 @@ void ComponentInteraction::update_connections(const CellMotion& motion, std::spa
     if (grasp.active) world_.set_box(grasp.palm, grasp.lower_G, grasp.upper_G);
   }
   detect(clock);
-  search(clock, motion);
+  connect(clock, motion);
 }
 
 void ComponentInteraction::detect(Clock clock) {
@@ -227,8 +222,8 @@ void ComponentInteraction::set_contact(std::size_t pair, bool contact) {
   }
 }
 
-void ComponentInteraction::search(Clock clock, const CellMotion& motion) {
-  if (changed_parts_.empty()) return;  // same contacts, same partners
+void ComponentInteraction::connect(Clock clock, const CellMotion& motion) {
+  if (changed_parts_.empty()) return;  // same contacts, same connections
   const double begin = clock != nullptr ? clock() : 0.0;
   // A search follows contacts from Part to Part, so a contact matters to the Parts connected with its ends.
   // Those that only the old contact connected are reached from the other end.
@@ -241,84 +236,15 @@ void ComponentInteraction::search(Clock clock, const CellMotion& motion) {
     }
   }
   std::sort(changed_parts_.begin(), changed_parts_.end());
-  for (const int part : changed_parts_) {
-    reached_[static_cast<std::size_t>(part)] = 0;
-    const int present = connections_[static_cast<std::size_t>(part)].partner;
-    const int found = partner_search_.find(graph_, part, present);
-    ++partner_searches_;
-    if (found == present) continue;
-    changes_.push_back({part, present, found});
-    connect(part, found, motion);
-  }
+  for (const int part : changed_parts_) reached_[static_cast<std::size_t>(part)] = 0;
+  connections_.update(graph_, changed_parts_, motion);
   changed_parts_.clear();
-  soften_on_free_targets();
   if (clock != nullptr) stage_times_.partner_search_s += clock() - begin;
-}
-
-void ComponentInteraction::connect(int part, int partner, const CellMotion& motion) {
-  Connection& connection = connections_[static_cast<std::size_t>(part)];
-  connection = {};
-  connection.partner = partner;
-  if (partner == -1) return;
-  const Component& base = components_[static_cast<std::size_t>(part)];
-  const Component& target = components_[static_cast<std::size_t>(partner)];
-  const BodyMotion& base_motion = motion.bodies[static_cast<std::size_t>(part)];
-  const BodyMotion& target_motion = motion.bodies[static_cast<std::size_t>(partner)];
-  capture_offset(base_motion, target_motion, connection);
-  connection.gains = base.substitute;
-  if (target.type == ComponentType::part) {
-    // The sequence ends in a Part: nothing holds the assembly, it falls as one, and no weight is carried.
-    // What the gains are depends on all that this Part holds: soften_on_free_targets().
-    return;
-  }
-  if (parameters_.weight_feed_forward) connection.feed_forward_W = -(base.mass_kg * parameters_.gravity_W);
-}
-
-void ComponentInteraction::soften_on_free_targets() {
-  softened_.clear();
-  for (const PartnerChange& change : changes_) {
-    if (change.to == -1) continue;
-    const Component& target = components_[static_cast<std::size_t>(change.to)];
-    if (target.type != ComponentType::part) continue;
-    if (std::find(softened_.begin(), softened_.end(), change.to) != softened_.end()) continue;
-    softened_.push_back(change.to);
-    FreeTargetLoad load(target);
-    for (const int part : parts_) {
-      const Connection& connection = connections_[static_cast<std::size_t>(part)];
-      if (connection.partner == change.to) load.add(components_[static_cast<std::size_t>(part)], connection);
-    }
-    const double scale = load.scale();
-    for (const int part : parts_) {
-      Connection& connection = connections_[static_cast<std::size_t>(part)];
-      if (connection.partner != change.to) continue;
-      // Never stiffer than it was: a stretched spring that stiffens would create energy.
-      connection.softening = std::min(connection.softening, scale);
-      connection.gains = scaled(components_[static_cast<std::size_t>(part)].substitute, connection.softening);
-    }
-  }
 }
 
 void ComponentInteraction::evaluate(const CellMotion& motion, std::span<Wrench> wrenches) const {
   std::fill(wrenches.begin(), wrenches.end(), Wrench{});
   evaluate(motion, parts_, wrenches);
-}
-
-void ComponentInteraction::evaluate(const CellMotion& motion, std::span<const int> parts,
-                                    std::span<Wrench> wrenches) const {
-  for (const int part : parts) {
-    const int partner = connections_[static_cast<std::size_t>(part)].partner;
-    wrenches[static_cast<std::size_t>(part)] = {};
-    if (partner != -1) wrenches[static_cast<std::size_t>(partner)] = {};
-  }
-  for (const int part : parts) {
-    const Connection& connection = connections_[static_cast<std::size_t>(part)];
-    if (connection.partner == -1) continue;
-    const BodyMotion& base = motion.bodies[static_cast<std::size_t>(part)];
-    const BodyMotion& target = motion.bodies[static_cast<std::size_t>(connection.partner)];
-    const Wrench on_base = substitute_wrench(connection, base, target);
-    wrenches[static_cast<std::size_t>(part)] += on_base;
-    wrenches[static_cast<std::size_t>(connection.partner)] += reaction_on_target(on_base, base, target);
-  }
 }
 
 }  // namespace takt

@@ -12,18 +12,11 @@
 
 #include "server/components/pair_generation.h"
 #include "server/contact/broad_phase.h"
+#include "server/contact/connections.h"
 #include "server/contact/contact_detection.h"
 #include "server/contact/partner_search.h"
-#include "server/contact/substitute_force.h"
 
 namespace takt {
-
-struct InteractionParameters {
-  Vec3 gravity_W{0.0, 0.0, -9.80665};  ///< m/s^2
-  double contact_margin_m = 0.0002;    ///< components closer than this touch
-  bool weight_feed_forward = true;     ///< false: the thesis' law, where the spring carries the weight
-  bool skip_resting = true;  ///< false: every pair and every Part anew in every step; the bits are the same
-};
 
 /// What the interaction must know of a gripper at one time.
 struct GraspState {
@@ -31,10 +24,6 @@ struct GraspState {
   bool active = false;          ///< Parts in the grasp volume are held
   Vec3 lower_G = Vec3::Zero();  ///< grasp volume: the space between the jaws, in G
   Vec3 upper_G = Vec3::Zero();
-};
-
-struct PartnerChange {
-  int part = -1, from = -1, to = -1;
 };
 
 class ComponentInteraction {
@@ -54,28 +43,39 @@ class ComponentInteraction {
   /// Parts (ascending) that may touch a component pushed straight from one pose to another; others are
   /// certainly apart. Valid until the next call.
   std::span<const int> parts_near_sweep(int component, const Pose& from, const Pose& to);
-  /// Discrete stage, second half: contacts at these poses, partners, offsets of changed partners.
+  /// Discrete stage, second half: contacts at these poses, connections, offsets of those that close.
   void update_connections(const CellMotion& motion, std::span<const GraspState> grasps, Clock clock);
-  std::span<const PartnerChange> changes() const { return changes_; }
+  /// Parts that hang on another component than before this step.
+  std::span<const PartnerChange> changes() const { return connections_.changes(); }
+  /// Components with a connection that opened, closed or changed its constants or load in this step.
+  std::span<const int> disturbed() const { return connections_.disturbed(); }
 
-  /// Pure stage: wrench of every connection, summed per component in the order of the Parts. `wrenches` has
-  /// one entry per component, about its p_WBcm.
+  /// Pure stage: wrench of every connection, summed per component in the order of the connections. `wrenches`
+  /// has one entry per component, about its p_WBcm.
   void evaluate(const CellMotion& motion, std::span<Wrench> wrenches) const;
-  /// The same for some Parts (component ids, ascending), with every Part they hold or are held by. Entries of
+  /// The same for some Parts (component ids, ascending), with every Part they are connected with. Entries of
   /// other Parts are left alone, those of Grounds and Grippers are not the whole sum.
-  void evaluate(const CellMotion& motion, std::span<const int> parts, std::span<Wrench> wrenches) const;
+  void evaluate(const CellMotion& motion, std::span<const int> parts, std::span<Wrench> wrenches) const {
+    connections_.evaluate(motion, parts, wrenches);
+  }
 
   /// Open all connections and forget all verdicts.
   void reset();
 
-  int partner(int component) const { return connections_[static_cast<std::size_t>(component)].partner; }
-  const Connection& connection(int component) const {
-    return connections_[static_cast<std::size_t>(component)];
+  /// What a Part hangs on: with partner search its partner; else its Gripper, its Ground, or the Part that
+  /// carries it; or -1.
+  int partner(int component) const { return connections_.partner(component); }
+  /// All closed connections, by base, then target; and those of which a component is the Base.
+  std::span<const PairConnection> connections() const { return connections_.all(); }
+  std::span<const PairConnection> connections_of(int component) const { return connections_.of(component); }
+  /// What one connection exerts on its Base about its centre of mass; see Connections.
+  Wrench pair_wrench(const PairConnection& pair, const CellMotion& motion) const {
+    return connections_.pair_wrench(pair, motion);
   }
   bool touching(std::size_t pair) const { return verdicts_[pair].touching && active(pair); }
   const ContactGraph& graph() const { return graph_; }
   const DetectionCounts& counts() const { return counts_; }
-  std::uint64_t partner_searches() const { return partner_searches_; }
+  std::uint64_t partner_searches() const { return connections_.partner_searches(); }
   const StageTimes& stage_times() const { return stage_times_; }
   CollisionWorld& world() { return world_; }
   DetectionCounts& counts() { return counts_; }
@@ -95,9 +95,7 @@ class ComponentInteraction {
   void check(std::size_t pair);
   void set_contact(std::size_t pair, bool contact);
   int find_pair(int a, int b) const;
-  void search(Clock clock, const CellMotion& motion);
-  void connect(int part, int partner, const CellMotion& motion);
-  void soften_on_free_targets();
+  void connect(Clock clock, const CellMotion& motion);
 
   const std::vector<Component>& components_;
   InteractionParameters parameters_;
@@ -108,9 +106,7 @@ class ComponentInteraction {
   std::vector<char> in_contact_;    ///< by pair: touching and the gripper, if any, holds
   std::vector<char> grasp_active_;  ///< by component
   ContactGraph graph_;
-  PartnerSearch partner_search_;
-  std::vector<Connection> connections_;  ///< by component; Parts only
-  std::vector<PartnerChange> changes_;
+  Connections connections_;
 
   // What may touch: pairs whose large boxes overlap. All others are known to be apart.
   BroadPhase broad_phase_;
@@ -124,9 +120,7 @@ class ComponentInteraction {
       changed_parts_;  ///< Parts whose contacts changed, and then all that a search may lead to them
   std::vector<char> reached_;
 
-  std::vector<int> softened_;  ///< free Targets already seen in this step
   DetectionCounts counts_;
-  std::uint64_t partner_searches_ = 0;
   StageTimes stage_times_;
 };
 

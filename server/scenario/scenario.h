@@ -101,7 +101,7 @@ struct Scenario {
   double step_s = 0.001;
   std::vector<ScenarioProcess> processes;
   // interaction
-  std::string algorithm = "partner_search";
+  std::string algorithm = "partner_search";  ///< or substitute_force, extended_substitute_force
   bool weight_feed_forward = true;
   double allowed_position_error_m = 0.0001;
   double damping_ratio = 1.0;

@@ -173,6 +173,7 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const Impo
   }
   cell->solver = scenario.solver;
   cell->interaction = {scenario.gravity_m_per_s2, scenario.contact_margin_m, scenario.weight_feed_forward};
+  cell->interaction.algorithm = interaction_algorithm(scenario.algorithm);
   ConvexImporter importer(scenario, import, *cell);
   for (const ScenarioPart& part : scenario.parts) add_part(scenario, part, importer, *cell);
   for (const ScenarioGround& ground : scenario.grounds) add_ground(ground, importer, *cell);

@@ -5,6 +5,7 @@
 #include <set>
 #include <sstream>
 
+#include "server/contact/connection_rules.h"
 #include "server/scenario/yaml_fields.h"
 #include "server/simulation/integrator.h"
 
@@ -315,7 +316,9 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
   solver.finish();
 
   YamlFields interaction = top.mapping("interaction");
-  scenario.algorithm = interaction.choice("algorithm", {"partner_search"}, scenario.algorithm);
+  scenario.algorithm =
+      interaction.choice("algorithm", {kInteractionAlgorithmNames.begin(), kInteractionAlgorithmNames.end()},
+                         scenario.algorithm);
   scenario.weight_feed_forward = interaction.boolean_or("weight_feed_forward", scenario.weight_feed_forward);
   scenario.allowed_position_error_m =
       interaction.number_or("allowed_position_error_m", positive("m"), scenario.allowed_position_error_m);

@@ -174,7 +174,12 @@ struct Simulation::Impl {
       StateHash own;
       own.add(static_cast<std::uint64_t>(part));
       own.add(std::span<const double>(x).subspan(part * RigidBody::kStates, RigidBody::kStates));
-      own.add(static_cast<std::uint64_t>(interaction.partner(model->parts[part].body) + 1));
+      const int body = model->parts[part].body;
+      const int partner = interaction.partner(body);
+      own.add(static_cast<std::uint64_t>(partner + 1));
+      for (const PairConnection& pair : interaction.connections_of(body))
+        if (pair.connection.partner != partner)
+          own.add(static_cast<std::uint64_t>(pair.connection.partner + 1));
       parts_hash += own.value() - part_hashes[part];
       part_hashes[part] = own.value();
     }
