@@ -297,6 +297,9 @@ std::uint64_t Simulation::state_hash() const {
 std::span<const ConnectionChange> Simulation::connection_changes() const {
   return impl_->changes;
 }
+std::span<const PairConnection> Simulation::connections() const {
+  return impl_->interaction.connections();
+}
 
 void Simulation::set_stage_clock(double (*now_s)()) {
   impl_->clock = now_s;

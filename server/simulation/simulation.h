@@ -24,7 +24,8 @@
 
 namespace takt {
 
-struct CellModel;  // simulation/cell_model.h: everything constant after loading
+struct CellModel;       // simulation/cell_model.h: everything constant after loading
+struct PairConnection;  // contact/connections.h
 
 /// Counts since the last reset, and computation time by stage where a clock was supplied (see
 /// set_stage_clock).
@@ -75,6 +76,8 @@ class Simulation {
 
   /// Changes of partner decided in the most recent step.
   std::span<const ConnectionChange> connection_changes() const;
+  /// All closed connections, by base, then target; valid until the next step or reset.
+  std::span<const PairConnection> connections() const;
   const SimulationStatistics& statistics() const;
 
   /// Optional: a monotonic clock in seconds, used only to fill the stage times of the statistics.
