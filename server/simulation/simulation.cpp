@@ -300,6 +300,10 @@ std::span<const ConnectionChange> Simulation::connection_changes() const {
 std::span<const PairConnection> Simulation::connections() const {
   return impl_->interaction.connections();
 }
+Wrench Simulation::pair_wrench(const PairConnection& pair) const {
+  impl_->refresh_motion();
+  return impl_->interaction.pair_wrench(pair, impl_->system.motion());
+}
 
 void Simulation::set_stage_clock(double (*now_s)()) {
   impl_->clock = now_s;

@@ -78,6 +78,9 @@ class Simulation {
   std::span<const ConnectionChange> connection_changes() const;
   /// All closed connections, by base, then target; valid until the next step or reset.
   std::span<const PairConnection> connections() const;
+  /// What one of them exerts on its Base now, about the Base's centre of mass, with the weight that passes
+  /// through it; the Target gets the balanced reaction.
+  Wrench pair_wrench(const PairConnection& pair) const;
   const SimulationStatistics& statistics() const;
 
   /// Optional: a monotonic clock in seconds, used only to fill the stage times of the statistics.
