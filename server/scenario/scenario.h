@@ -91,6 +91,23 @@ struct ScenarioMark {
   double time_s = 0.0;
 };
 
+/// Two name patterns, `*` standing for any characters: names of parts, grounds and grippers,
+/// gripper/left_jaw, robot/link. Which comes first does not matter.
+struct ScenarioCheckedPair {
+  std::array<std::string, 2> pair;
+  double closer_than_m = 0.0;  ///< of a limit
+  std::string place;           ///< file, line, column and key
+};
+
+/// Checking of robot programs for collisions. Without the section nothing is checked.
+struct ScenarioCollisionChecking {
+  bool enabled = false;
+  double default_limit_m = 0.0;  ///< of pairs without a limit of their own, but for gripper and Part
+  double hysteresis_m = 0.001;
+  std::vector<ScenarioCheckedPair> limits;  ///< of several that fit a pair the last one counts
+  std::vector<ScenarioCheckedPair> ignore;
+};
+
 struct Scenario {
   std::filesystem::path file;
   std::string name;
@@ -111,6 +128,7 @@ struct Scenario {
   std::vector<ScenarioGround> grounds;
   std::vector<ScenarioRobot> robots;
   std::vector<ScenarioGripper> grippers;
+  ScenarioCollisionChecking collision_checking;
   std::filesystem::path controller_program;  ///< empty: none
   std::vector<ScenarioMark> marks;           ///< instants whose poses and wrenches go into the report
   std::vector<ExpectedPose> expected;        ///< analytic poses at the end

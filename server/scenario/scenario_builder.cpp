@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "server/geometry/mesh_import.h"
+#include "server/scenario/collision_checking.h"
 #include "server/scenario/convex_import.h"
 #include "server/scenario/urdf_reader.h"
 
@@ -180,6 +181,7 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const Impo
   for (const ScenarioRobot& robot : scenario.robots) add_robot(scenario, robot, *cell);
   for (const ScenarioGripper& gripper : scenario.grippers) add_gripper(gripper, importer, *cell);
   cell->pairs = generate_pairs(cell->components);
+  if (scenario.collision_checking.enabled) add_collision_checking(scenario, *cell);
   return cell;
 }
 

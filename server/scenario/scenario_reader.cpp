@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "server/contact/connection_rules.h"
+#include "server/scenario/collision_checking.h"
 #include "server/scenario/yaml_fields.h"
 #include "server/simulation/integrator.h"
 
@@ -344,6 +345,7 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
     for (ScenarioProcess& process : scenario.processes) process.level_of_detail = level;
   }
 
+  read_collision_checking(top, source, scenario);
   YamlFields controller = top.mapping("controller");
   if (controller.has("program")) scenario.controller_program = controller.existing_file("program");
   controller.finish();

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "plant_models/mechanics/fixed_body.h"
+#include "server/contact/clearance_monitor.h"
 #include "server/simulation/cell_model.h"
 #include "server/simulation/grasping.h"
 #include "server/simulation/integrator.h"
@@ -56,6 +57,11 @@ struct Simulation::Impl {
         robot_commands(robots.size()),
         gripper_commands(grippers.size()) {
     changes.reserve(2 * parts.size());
+    if (model->clearance.enabled) {
+      monitor =
+          std::make_unique<ClearanceMonitor>(model->clearance, base_poses(*model), model->components.size());
+      collisions.reserve(4 * model->clearance.pairs.size());
+    }
     start();
   }
 
@@ -67,6 +73,12 @@ struct Simulation::Impl {
   static std::vector<FixedBody> make_grounds(const CellModel& cell) {
     std::vector<FixedBody> result;
     for (const GroundModel& ground : cell.grounds) result.emplace_back(ground.component, ground.X_WB);
+    return result;
+  }
+
+  static std::vector<Pose> base_poses(const CellModel& cell) {
+    std::vector<Pose> result;
+    for (const KinematicRobotParameters& robot : cell.robots) result.push_back(robot.X_WR);
     return result;
   }
 
@@ -92,6 +104,8 @@ struct Simulation::Impl {
     hash.reset();
     fault.clear();
     changes.clear();
+    collisions.clear();
+    if (monitor) monitor->reset();
     statistics = {};
     for (auto& counter : robot_commands) counter = {};
     for (auto& counter : gripper_commands) counter = {};
@@ -142,6 +156,16 @@ struct Simulation::Impl {
     for (const PartnerChange& change : interaction.changes()) {
       changes.push_back({time(), step_index, change.part, change.from, change.to});
     }
+    if (monitor) check_clearances();
+  }
+
+  /// Reads poses and partners, writes nothing that the simulation reads.
+  void check_clearances() {
+    const double begin = clock != nullptr ? clock() : 0.0;
+    monitor->update(time(), step_index, system.motion(), system.active_bodies(), interaction.changes());
+    if (step_index > 0) collisions.clear();
+    collisions.insert(collisions.end(), monitor->events().begin(), monitor->events().end());
+    if (clock != nullptr) statistics.clearance_s += clock() - begin;
   }
 
   bool accept() {
@@ -224,6 +248,8 @@ struct Simulation::Impl {
   std::uint64_t parts_hash = 0;
   std::vector<CommandCounter> robot_commands, gripper_commands;
   std::vector<ConnectionChange> changes;
+  std::unique_ptr<ClearanceMonitor> monitor;  ///< none where nothing is checked
+  std::vector<CollisionEvent> collisions;
   std::uint64_t step_index = 0;
   std::uint32_t epoch = 0;
   StateHash hash;
@@ -305,6 +331,10 @@ Wrench Simulation::pair_wrench(const PairConnection& pair) const {
   return impl_->interaction.pair_wrench(pair, impl_->system.motion());
 }
 
+std::span<const CollisionEvent> Simulation::collision_events() const {
+  return impl_->collisions;
+}
+
 void Simulation::set_stage_clock(double (*now_s)()) {
   impl_->clock = now_s;
   impl_->system.set_clock(now_s);
@@ -323,6 +353,10 @@ const SimulationStatistics& Simulation::statistics() const {
   s.mpr_s = times.mpr_s;
   s.partner_search_s = times.partner_search_s;
   s.forces_s = impl_->system.forces_s();
+  if (impl_->monitor) {
+    s.clearance_pairs = impl_->monitor->counts().pairs_asked;
+    s.clearance_distances = impl_->monitor->counts().distances;
+  }
   return s;
 }
 
