@@ -293,6 +293,10 @@ std::span<const ConnectionChange> Simulation::connection_changes() const {
   return impl_->changes;
 }
 
+void Simulation::set_executor(Executor* executor, std::uint64_t least_calls) {
+  impl_->interaction.set_executor(executor, least_calls);
+}
+
 void Simulation::set_stage_clock(double (*now_s)()) {
   impl_->clock = now_s;
   impl_->system.set_clock(now_s);

@@ -18,6 +18,7 @@
 #include <span>
 #include <string>
 
+#include "server/contact/pair_queries.h"
 #include "server/simulation/cell_description.h"
 #include "server/simulation/command.h"
 #include "server/simulation/snapshot.h"
@@ -76,6 +77,10 @@ class Simulation {
   /// Changes of partner decided in the most recent step.
   std::span<const ConnectionChange> connection_changes() const;
   const SimulationStatistics& statistics() const;
+
+  /// Optional: somebody who helps with the collision checks of steps that take at least so many calls, for as
+  /// long as it is set. Bits and counts do not depend on it.
+  void set_executor(Executor* executor, std::uint64_t least_calls = PairQueries::kLeastCalls);
 
   /// Optional: a monotonic clock in seconds, used only to fill the stage times of the statistics.
   void set_stage_clock(double (*now_s)());
