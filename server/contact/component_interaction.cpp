@@ -12,6 +12,7 @@ ComponentInteraction::ComponentInteraction(const std::vector<Component>& compone
     : components_(components),
       parameters_(parameters),
       world_(components, parameters.contact_margin_m, parameters.skip_resting),
+      queries_(pairs.size()),
       grasp_active_(components.size(), 0),
       graph_(components.size()),
       connections_(components, pairs.size(), parameters),
@@ -88,10 +89,19 @@ void ComponentInteraction::update_connections(const CellMotion& motion, std::spa
 
 void ComponentInteraction::detect(Clock clock) {
   const double begin = clock != nullptr ? clock() : 0.0;
+  // The pairs' last tests tell how many calls are to be expected.
+  sharing_ = queries_.worth_sharing(known_calls_);
+  if (sharing_) queries_.clear();
+  retested_calls_ = 0;
   if (parameters_.skip_resting)
     detect_moved();
   else
     detect_all();
+  if (sharing_) {
+    queries_.run(world_, pairs_, verdicts_, counts_);
+    for (const PairQueries::Item& item : queries_.items()) finish_check(item.pair);
+  }
+  if (parameters_.skip_resting) counts_.mpr_skipped += known_calls_ - retested_calls_;
   world_.clear_moved();
   toggled_.clear();
   if (clock != nullptr) stage_times_.mpr_s += clock() - begin;
@@ -99,14 +109,12 @@ void ComponentInteraction::detect(Clock clock) {
 
 void ComponentInteraction::detect_all() {
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    verdicts_[i] = {};
-    if (active(i)) update_verdict(world_, pairs_[i].base, pairs_[i].target, verdicts_[i], counts_);
-    set_contact(i, verdicts_[i].touching);
+    verdicts_[i].version_base = 0;  // as if it had moved
+    check(i);
   }
 }
 
 void ComponentInteraction::detect_moved() {
-  retested_calls_ = 0;
   if (!begun_) {
     begin_near();
     for (std::size_t c = 0; c < components_.size(); ++c)
@@ -118,7 +126,6 @@ void ComponentInteraction::detect_moved() {
     for (const int c : work_)
       for (const Near& near : near_[static_cast<std::size_t>(c)]) check(near.pair);
   }
-  counts_.mpr_skipped += known_calls_ - retested_calls_;
 }
 
 void ComponentInteraction::begin_near() {
@@ -184,14 +191,30 @@ void ComponentInteraction::refresh_near(int component) {
 
 void ComponentInteraction::check(std::size_t pair) {
   PairVerdict& verdict = verdicts_[pair];
+  const ComponentPair& ends = pairs_[pair];
   const std::uint64_t before = verdict.calls;
   if (!active(pair)) {
+    known_calls_ -= before;
     verdict = {};
-  } else if (update_verdict(world_, pairs_[pair].base, pairs_[pair].target, verdict, counts_)) {
-    retested_calls_ += verdict.calls;
+    set_contact(pair, false);
+    return;
   }
-  known_calls_ += verdict.calls - before;
-  set_contact(pair, verdict.touching);
+  if (!begin_verdict(world_, ends.base, ends.target, verdict, counts_)) return;
+  known_calls_ -= before;
+  if (world_.boxes_overlap(ends.base, ends.target)) {
+    if (sharing_) {
+      queries_.add(world_, pair, ends, before);
+      return;
+    }
+    query_verdict(world_, ends.base, ends.target, verdict, counts_);
+  }
+  finish_check(pair);
+}
+
+void ComponentInteraction::finish_check(std::size_t pair) {
+  known_calls_ += verdicts_[pair].calls;
+  retested_calls_ += verdicts_[pair].calls;
+  set_contact(pair, verdicts_[pair].touching);
 }
 
 int ComponentInteraction::find_pair(int a, int b) const {

@@ -14,6 +14,7 @@
 #include "server/contact/broad_phase.h"
 #include "server/contact/connections.h"
 #include "server/contact/contact_detection.h"
+#include "server/contact/pair_queries.h"
 #include "server/contact/partner_search.h"
 
 namespace takt {
@@ -59,6 +60,12 @@ class ComponentInteraction {
     connections_.evaluate(motion, parts, wrenches);
   }
 
+  /// Lets others help with the collision checks, from `least_calls` in a step on; nullptr: nobody. Same bits,
+  /// same counts.
+  void set_executor(Executor* executor, std::uint64_t least_calls = PairQueries::kLeastCalls) {
+    queries_.set_executor(executor, least_calls);
+  }
+
   /// Open all connections and forget all verdicts.
   void reset();
 
@@ -93,6 +100,7 @@ class ComponentInteraction {
   void follow_moved();
   void refresh_near(int component);
   void check(std::size_t pair);
+  void finish_check(std::size_t pair);
   void set_contact(std::size_t pair, bool contact);
   int find_pair(int a, int b) const;
   void connect(Clock clock, const CellMotion& motion);
@@ -103,6 +111,8 @@ class ComponentInteraction {
   std::vector<int> parts_;            ///< component ids of Parts
   CollisionWorld world_;
   std::vector<PairVerdict> verdicts_;
+  PairQueries queries_;             ///< of this step, where they are worth sharing among threads
+  bool sharing_ = false;            ///< they are, in this step
   std::vector<char> in_contact_;    ///< by pair: touching and the gripper, if any, holds
   std::vector<char> grasp_active_;  ///< by component
   ContactGraph graph_;

@@ -20,6 +20,8 @@ struct DetectionCounts {
   std::uint64_t mpr_calls = 0;    ///< pairs of convex parts asked for, however they were answered
   std::uint64_t mpr_skipped = 0;  ///< calls that repeating the last test of an unmoved pair would have made
   QueryCounts answered;           ///< how
+
+  DetectionCounts& operator+=(const DetectionCounts& other);
 };
 
 /// Shape and pose of every component as the collision check sees it at one time. A component's version
@@ -45,6 +47,11 @@ class CollisionWorld {
   /// The same for component `a` at another pose and without margin (jaws looking ahead).
   bool overlaps_at(int a, const Pose& X_WA, int b, DetectionCounts& counts);
   double margin() const { return margin_; }
+
+  /// What is remembered of a pair of components is kept in one of so many lanes. Pairs of different lanes may
+  /// be looked at by different threads at the same time, those of one lane may not.
+  static constexpr std::size_t kHintLanes = 16;
+  std::size_t hint_lane(int a, int b) const;
 
   /// Components whose version changed since the last clear_moved(), each once, in the order of their change.
   const std::vector<int>& moved() const { return moved_; }
@@ -82,7 +89,7 @@ class CollisionWorld {
   bool remember_;
   std::vector<Entry> entries_;
   std::vector<int> moved_;
-  /// One slot per hash: who needs a slot takes it. A lost hint costs time, never a verdict.
+  /// By lane, then one slot per hash: who needs a slot takes it. A lost hint costs time, never a verdict.
   std::vector<Hint> hints_;
 };
 
@@ -93,7 +100,13 @@ struct PairVerdict {
   bool touching = false;
 };
 
-/// Brings the verdict up to date; false when neither side had moved.
+/// False when neither side moved since the verdict; else it is one of the present poses, to be made:
+bool begin_verdict(const CollisionWorld& world, int base, int target, PairVerdict& verdict,
+                   DetectionCounts& counts);
+/// by looking at the convex parts, of components whose boxes overlap. Others are apart, without a call.
+void query_verdict(CollisionWorld& world, int base, int target, PairVerdict& verdict,
+                   DetectionCounts& counts);
+/// Both, where need be; false when neither side had moved.
 bool update_verdict(CollisionWorld& world, int base, int target, PairVerdict& verdict,
                     DetectionCounts& counts);
 

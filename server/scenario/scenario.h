@@ -123,6 +123,7 @@ struct Scenario {
   double allowed_position_error_m = 0.0001;
   double damping_ratio = 1.0;
   double contact_margin_m = 0.0002;
+  bool skip_resting = true;        ///< false: every pair and every Part anew in every step
   double max_volume_error = 0.05;  ///< of the convex shapes of a component, as a share; more is told
   std::vector<ScenarioPart> parts;
   std::vector<ScenarioGround> grounds;

@@ -173,7 +173,8 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const Impo
     cell->description.level_of_detail = std::max(cell->description.level_of_detail, process.level_of_detail);
   }
   cell->solver = scenario.solver;
-  cell->interaction = {scenario.gravity_m_per_s2, scenario.contact_margin_m, scenario.weight_feed_forward};
+  cell->interaction = {scenario.gravity_m_per_s2, scenario.contact_margin_m, scenario.weight_feed_forward,
+                       scenario.skip_resting};
   cell->interaction.algorithm = interaction_algorithm(scenario.algorithm);
   ConvexImporter importer(scenario, import, *cell);
   for (const ScenarioPart& part : scenario.parts) add_part(scenario, part, importer, *cell);

@@ -326,6 +326,7 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
   scenario.damping_ratio = interaction.number_or("damping_ratio", kPositive, scenario.damping_ratio);
   scenario.contact_margin_m =
       interaction.number_or("contact_margin_m", not_negative("m"), scenario.contact_margin_m);
+  scenario.skip_resting = interaction.boolean_or("skip_resting", scenario.skip_resting);
   scenario.max_volume_error =
       interaction.number_or("max_volume_error", kVolumeError, scenario.max_volume_error);
   interaction.finish();

@@ -335,6 +335,10 @@ std::span<const CollisionEvent> Simulation::collision_events() const {
   return impl_->collisions;
 }
 
+void Simulation::set_executor(Executor* executor, std::uint64_t least_calls) {
+  impl_->interaction.set_executor(executor, least_calls);
+}
+
 void Simulation::set_stage_clock(double (*now_s)()) {
   impl_->clock = now_s;
   impl_->system.set_clock(now_s);

@@ -20,6 +20,7 @@
 #include <string>
 
 #include "server/contact/clearance_model.h"
+#include "server/contact/pair_queries.h"
 #include "server/simulation/cell_description.h"
 #include "server/simulation/command.h"
 #include "server/simulation/snapshot.h"
@@ -90,6 +91,10 @@ class Simulation {
   /// the cell was loaded or reset). Empty where the scenario does not check.
   std::span<const CollisionEvent> collision_events() const;
   const SimulationStatistics& statistics() const;
+
+  /// Optional: somebody who helps with the collision checks of steps that take at least so many calls, for as
+  /// long as it is set. Bits and counts do not depend on it.
+  void set_executor(Executor* executor, std::uint64_t least_calls = PairQueries::kLeastCalls);
 
   /// Optional: a monotonic clock in seconds, used only to fill the stage times of the statistics.
   void set_stage_clock(double (*now_s)());
