@@ -45,6 +45,8 @@ class CollisionWorld {
   /// The same for component `a` at another pose and without margin (jaws looking ahead).
   bool overlaps_at(int a, const Pose& X_WA, int b, DetectionCounts& counts);
   double margin() const { return margin_; }
+  const std::vector<ConvexShape>& shapes(int component) const { return entry(component).shapes; }
+  const Pose& pose(int component) const { return entry(component).X_WB; }
 
   /// Components whose version changed since the last clear_moved(), each once, in the order of their change.
   const std::vector<int>& moved() const { return moved_; }

@@ -54,7 +54,8 @@ struct Simulation::Impl {
         accepted(x.size()),
         part_hashes(parts.size(), 0),
         robot_commands(robots.size()),
-        gripper_commands(grippers.size()) {
+        gripper_commands(grippers.size()),
+        history(model->components.size()) {
     changes.reserve(2 * parts.size());
     start();
   }
@@ -92,6 +93,7 @@ struct Simulation::Impl {
     hash.reset();
     fault.clear();
     changes.clear();
+    history.reset();
     statistics = {};
     for (auto& counter : robot_commands) counter = {};
     for (auto& counter : gripper_commands) counter = {};
@@ -136,6 +138,7 @@ struct Simulation::Impl {
     interaction.update_poses(system.motion(), system.active_bodies(), clock);
     grasping.update(time(), model->step_s, system.motion(), grippers, interaction);
     interaction.update_connections(system.motion(), grasping.states(), clock);
+    history.note(time(), step_index, interaction.changes());
     if (resting.wake_changed(interaction)) system.set_awake(resting.awake());
     // What the initial state decided belongs to the first step.
     if (step_index > 0) changes.clear();
@@ -219,6 +222,7 @@ struct Simulation::Impl {
   std::uint64_t parts_hash = 0;
   std::vector<CommandCounter> robot_commands, gripper_commands;
   std::vector<ConnectionChange> changes;
+  PartnerHistory history;
   std::uint64_t step_index = 0;
   std::uint32_t epoch = 0;
   StateHash hash;
@@ -358,6 +362,17 @@ void Simulation::read_snapshot(Snapshot& snapshot) const {
     sample.commands_applied = s.gripper_commands[i].count;
     sample.newest_stamp_s = s.gripper_commands[i].newest_stamp_s;
   }
+}
+
+Explanation Simulation::explain(int component) const {
+  Impl& s = *impl_;
+  s.refresh_motion();
+  Explanation e =
+      explain_component(s.model->components, s.interaction, s.system.motion(), s.history, component);
+  e.time_s = s.time();
+  e.step = s.step_index;
+  e.epoch = s.epoch;
+  return e;
 }
 
 std::uint64_t period_boundary_step(std::uint64_t k, double period_s, double step_s) {
