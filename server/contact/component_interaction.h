@@ -85,6 +85,7 @@ class ComponentInteraction {
   std::uint64_t partner_searches() const { return connections_.partner_searches(); }
   const StageTimes& stage_times() const { return stage_times_; }
   CollisionWorld& world() { return world_; }
+  const CollisionWorld& world() const { return world_; }
   DetectionCounts& counts() { return counts_; }
 
  private:

@@ -47,6 +47,8 @@ class CollisionWorld {
   /// The same for component `a` at another pose and without margin (jaws looking ahead).
   bool overlaps_at(int a, const Pose& X_WA, int b, DetectionCounts& counts);
   double margin() const { return margin_; }
+  const std::vector<ConvexShape>& shapes(int component) const { return entry(component).shapes; }
+  const Pose& pose(int component) const { return entry(component).X_WB; }
 
   /// What is remembered of a pair of components is kept in one of so many lanes. Pairs of different lanes may
   /// be looked at by different threads at the same time, those of one lane may not.

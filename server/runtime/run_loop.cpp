@@ -80,12 +80,13 @@ void RunLoop::run() {
   publish_instant();
   while (!stop_.load(std::memory_order_relaxed)) {
     if (requests_waiting_.load(std::memory_order_acquire)) execute_requests();
+    answer_question();
     collect_commands();
     if (!may_step()) {
       outbox_.standing_at_boundary.store(true, std::memory_order_relaxed);
       publish_status_if_due();
       const std::int64_t now = monotonic_now_ns();
-      wakeup_.wait_until_ns(std::min(next_status_ns_, now + kWaitInStatus_ns));
+      if (questions_.empty()) wakeup_.wait_until_ns(std::min(next_status_ns_, now + kWaitInStatus_ns));
       continue;
     }
     outbox_.standing_at_boundary.store(false, std::memory_order_relaxed);

@@ -55,7 +55,8 @@ struct Simulation::Impl {
         accepted(x.size()),
         part_hashes(parts.size(), 0),
         robot_commands(robots.size()),
-        gripper_commands(grippers.size()) {
+        gripper_commands(grippers.size()),
+        history(model->components.size()) {
     changes.reserve(2 * parts.size());
     if (model->clearance.enabled) {
       monitor =
@@ -106,6 +107,7 @@ struct Simulation::Impl {
     changes.clear();
     collisions.clear();
     if (monitor) monitor->reset();
+    history.reset();
     statistics = {};
     for (auto& counter : robot_commands) counter = {};
     for (auto& counter : gripper_commands) counter = {};
@@ -150,6 +152,7 @@ struct Simulation::Impl {
     interaction.update_poses(system.motion(), system.active_bodies(), clock);
     grasping.update(time(), model->step_s, system.motion(), grippers, interaction);
     interaction.update_connections(system.motion(), grasping.states(), clock);
+    history.note(time(), step_index, interaction.changes());
     if (resting.wake_changed(interaction)) system.set_awake(resting.awake());
     // What the initial state decided belongs to the first step.
     if (step_index > 0) changes.clear();
@@ -250,6 +253,7 @@ struct Simulation::Impl {
   std::vector<ConnectionChange> changes;
   std::unique_ptr<ClearanceMonitor> monitor;  ///< none where nothing is checked
   std::vector<CollisionEvent> collisions;
+  PartnerHistory history;
   std::uint64_t step_index = 0;
   std::uint32_t epoch = 0;
   StateHash hash;
@@ -408,6 +412,17 @@ void Simulation::read_snapshot(Snapshot& snapshot) const {
     sample.commands_applied = s.gripper_commands[i].count;
     sample.newest_stamp_s = s.gripper_commands[i].newest_stamp_s;
   }
+}
+
+Explanation Simulation::explain(int component) const {
+  Impl& s = *impl_;
+  s.refresh_motion();
+  Explanation e =
+      explain_component(s.model->components, s.interaction, s.system.motion(), s.history, component);
+  e.time_s = s.time();
+  e.step = s.step_index;
+  e.epoch = s.epoch;
+  return e;
 }
 
 std::uint64_t period_boundary_step(std::uint64_t k, double period_s, double step_s) {

@@ -23,6 +23,7 @@
 #include "server/contact/pair_queries.h"
 #include "server/simulation/cell_description.h"
 #include "server/simulation/command.h"
+#include "server/simulation/explanation.h"
 #include "server/simulation/snapshot.h"
 
 namespace takt {
@@ -79,6 +80,11 @@ class Simulation {
   /// allocate).
   Snapshot make_snapshot() const;
   void read_snapshot(Snapshot& snapshot) const;
+
+  /// Why this component is as it is: who holds a Part, by which rule, since when. `component` must be an id
+  /// of this cell. Changes nothing, so that the states that follow and their hash are the same whether asked
+  /// or not; bounded cost (explanation.h), but not for every step: it allocates.
+  Explanation explain(int component) const;
 
   /// Changes of partner decided in the most recent step.
   std::span<const ConnectionChange> connection_changes() const;
