@@ -79,6 +79,7 @@ class ComponentInteraction {
   Wrench pair_wrench(const PairConnection& pair, const CellMotion& motion) const {
     return connections_.pair_wrench(pair, motion);
   }
+  InteractionAlgorithm algorithm() const { return parameters_.algorithm; }
   bool touching(std::size_t pair) const { return verdicts_[pair].touching && active(pair); }
   const ContactGraph& graph() const { return graph_; }
   const DetectionCounts& counts() const { return counts_; }

@@ -171,8 +171,9 @@ class Lister {
 }  // namespace
 
 std::string_view to_string(PartnerRule rule) {
-  constexpr std::array<std::string_view, 6> names{"nothing_reachable", "only_end",        "end_type",
-                                                  "shorter_sequence",  "present_partner", "lower_id"};
+  constexpr std::array<std::string_view, 8> names{"nothing_reachable", "only_end",        "end_type",
+                                                  "shorter_sequence",  "present_partner", "lower_id",
+                                                  "every_contact",     "one_support"};
   return names[static_cast<std::size_t>(rule)];
 }
 

@@ -55,6 +55,20 @@ void list_contacts(const ComponentInteraction& interaction, Explanation& e) {
   }
 }
 
+PartnerDecision decide(const ComponentInteraction& interaction, int component, int partner,
+                       const PartnerHistory& history) {
+  if (interaction.algorithm() == InteractionAlgorithm::partner_search)
+    return decide_partner(interaction.graph(), component, history.before_newest(component, partner));
+  PartnerDecision decision;
+  decision.partner = partner;
+  if (partner < 0) return decision;
+  decision.rule = interaction.algorithm() == InteractionAlgorithm::substitute_force
+                      ? PartnerRule::every_contact
+                      : PartnerRule::one_support;
+  decision.contacts = 1;
+  return decision;
+}
+
 }  // namespace
 
 Explanation explain_component(const std::vector<Component>& components,
@@ -70,15 +84,12 @@ Explanation explain_component(const std::vector<Component>& components,
   e.state = part_state(components, interaction.graph(), component, partner);
   e.state_because = reason_of_state(components, interaction.graph(), component, partner, e.state);
   if (e.type == ComponentType::part) {
-    e.decision = decide_partner(interaction.graph(), component, history.before_newest(component, partner));
+    e.decision = decide(interaction, component, partner, history);
     e.sequences = list_sequences(interaction.graph(), component, partner, {});
   }
-  if (partner >= 0) {
-    const Connection& connection = interaction.connection(component);
-    e.connections.push_back({partner,
-                             substitute_wrench(connection, motion.bodies[index],
-                                               motion.bodies[static_cast<std::size_t>(partner)]),
-                             connection.feed_forward_W, connection.softening});
+  for (const PairConnection& pair : interaction.connections_of(component)) {
+    e.connections.push_back({pair.connection.partner, interaction.pair_wrench(pair, motion),
+                             pair.connection.feed_forward_W, pair.connection.softening});
   }
   for (std::size_t i = 0; i < components.size(); ++i) {
     if (interaction.partner(static_cast<int>(i)) != component) continue;
@@ -177,6 +188,14 @@ class Sentences {
       case PartnerRule::present_partner:
         return all + "one to " + name(d.rival) + " is as good (" + away(d.contacts) +
                "), and then the present partner stays";
+      case PartnerRule::every_contact:
+        return "the algorithm substitute_force connects all that touches (" +
+               counted(e_.connections.size(), "connection", "connections") +
+               " with it as Base), and this one carries it";
+      case PartnerRule::one_support:
+        return "the algorithm extended_substitute_force holds a Part by its Gripper, else by its Ground, "
+               "else by the Parts it touches (" +
+               counted(e_.connections.size(), "connection", "connections") + " with it as Base)";
       case PartnerRule::lower_id:
         break;
     }
