@@ -15,6 +15,14 @@ constexpr double kFar_m = 0.03;
 constexpr double kWorthSharing_m = 0.0005;
 // Far more than what the rounding of added paths and of distances can amount to.
 constexpr double kGuard_m = 1e-7;
+
+// No point p of a body goes further than this from one pose to another: it goes by (R1 - R0) p + (p1 - p0).
+// The first is at most the largest singular value of R1 - R0 times the length of p; for the difference of two
+// rotations two of the three singular values are equal and the third is zero, so it is the Frobenius norm
+// over the square root of two.
+double displacement(const Pose& from, const Pose& to, double reach_m) {
+  return std::sqrt((to.p - from.p).squaredNorm()) + reach_m * std::sqrt(0.5 * (to.R - from.R).squaredNorm());
+}
 }  // namespace
 
 ClearanceMonitor::ClearanceMonitor(const ClearanceModel& model, std::vector<Pose> base_poses,
@@ -102,15 +110,11 @@ void ClearanceMonitor::update(double time_s, std::uint64_t step, const CellMotio
   std::sort(events_.begin(), events_.end(), by_pair);
 }
 
-// A point p of the body goes by (R1 - R0) p + (p1 - p0). The first is at most the largest singular value of
-// R1 - R0 times the length of p; for the difference of two rotations two of the three singular values are
-// equal and the third is zero, so it is the Frobenius norm over the square root of two.
 void ClearanceMonitor::advance(int index, const Pose& X) {
   Body& body = bodies_[static_cast<std::size_t>(index)];
-  const double along = (X.p - body.X.p).squaredNorm();
-  const double turned = (X.R - body.X.R).squaredNorm();
-  if (along == 0.0 && turned == 0.0) return;
-  body.path_m += std::sqrt(along) + body.bounds.reach_m * std::sqrt(0.5 * turned);
+  const double distance = displacement(body.X, X, body.bounds.reach_m);
+  if (distance == 0.0) return;
+  body.path_m += distance;
   body.X = X;
   if (body.path_m >= body.wake_m) woken_.push_back(index);
 }
@@ -161,15 +165,29 @@ void ClearanceMonitor::look(int index, const Instant& now, bool ask) {
     pair.spare_m = pair.wake_a_m = pair.wake_b_m = kNever;
     return;
   }
+  const Pose X_WA = pose_in_world(checked.a), X_WB = pose_in_world(checked.b);
+  // The shorter one as seen from the longer one: the bound grows with the reach.
+  const bool a_is_shorter = a.bounds.reach_m < b.bounds.reach_m;
+  const Pose X_LS = a_is_shorter ? X_WB.inverse() * X_WA : X_WA.inverse() * X_WB;
+  if (!ask) {
+    pair.spare_m =
+        pair.asked_spare_m - displacement(pair.X_LS, X_LS, std::min(a.bounds.reach_m, b.bounds.reach_m));
+    if (pair.spare_m > kWorthSharing_m) {
+      wait(index);
+      return;
+    }
+  }
   ++counts_.pairs_asked;
-  const BodyDistance found = body_distance(
-      model_.bodies[static_cast<std::size_t>(checked.a)].shapes, a.bounds, pose_in_world(checked.a),
-      model_.bodies[static_cast<std::size_t>(checked.b)].shapes, b.bounds, pose_in_world(checked.b),
-      checked.limit_m + std::max(kFar_m, 2.0 * model_.hysteresis_m));
+  const BodyDistance found =
+      body_distance(model_.bodies[static_cast<std::size_t>(checked.a)].shapes, a.bounds, X_WA,
+                    model_.bodies[static_cast<std::size_t>(checked.b)].shapes, b.bounds, X_WB,
+                    checked.limit_m + std::max(kFar_m, 2.0 * model_.hysteresis_m));
   counts_.distances += found.queries;
   judge(index, found, now);
   // While a pair is close, each of its motions counts: the least distance is wanted.
   pair.spare_m = pair.open ? 0.0 : std::max(0.0, found.at_least_m - checked.limit_m - kGuard_m);
+  pair.asked_spare_m = pair.spare_m;
+  pair.X_LS = X_LS;
   wait(index);
 }
 

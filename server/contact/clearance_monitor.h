@@ -4,8 +4,9 @@
 // Looked at are the instants between steps. A pair whose distance was found to be d cannot be closer than its
 // limit before its bodies have moved by d - limit together, so it is left alone until then: each body adds up
 // a bound of the path of its points (translation, and rotation times reach), each pair waits for a length of
-// both paths. Most steps ask for no distance at all. What is told is the same, bit for bit, as if all pairs
-// were asked in every step (`ask_always`).
+// both paths. When that is used up, the motion of one body as seen from the other is looked at, which is much
+// less for links of one arm that sweeps. Only then a distance is asked for: in most steps none. What is told
+// is the same, bit for bit, as if all pairs were asked in every step (`ask_always`).
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -54,7 +55,9 @@ class ClearanceMonitor {
     std::vector<int> pairs;
   };
   struct Pair {
-    double path_a_m = 0.0, path_b_m = 0.0;  ///< paths when the distance was last asked
+    double asked_spare_m = 0.0;  ///< what the two could move when the distance was last asked
+    Pose X_LS;                   ///< at that time: of the body of shorter reach as seen from the other
+    double path_a_m = 0.0, path_b_m = 0.0;  ///< paths at the last look
     double spare_m = 0.0;                   ///< what both may move together from there
     double wake_a_m = 0.0, wake_b_m = 0.0;  ///< to be looked at when a path reaches this
     std::uint64_t looked_at = 0;            ///< number of the update
