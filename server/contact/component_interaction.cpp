@@ -95,8 +95,7 @@ void ComponentInteraction::update_connections(const CellMotion& motion, std::spa
 void ComponentInteraction::detect(Clock clock) {
   const double begin = clock != nullptr ? clock() : 0.0;
   // The pairs' last tests tell how many calls are to be expected.
-  sharing_ = queries_.worth_sharing(known_calls_);
-  if (sharing_) queries_.clear();
+  sharing_ = queries_.begin(known_calls_);
   retested_calls_ = 0;
   if (parameters_.skip_resting)
     detect_moved();
@@ -106,6 +105,7 @@ void ComponentInteraction::detect(Clock clock) {
     queries_.run(world_, pairs_, verdicts_, counts_);
     for (const PairQueries::Item& item : queries_.items()) finish_check(item.pair);
   }
+  queries_.end();
   if (parameters_.skip_resting) counts_.mpr_skipped += known_calls_ - retested_calls_;
   world_.clear_moved();
   toggled_.clear();
@@ -208,7 +208,7 @@ void ComponentInteraction::check(std::size_t pair) {
   known_calls_ -= before;
   if (world_.boxes_overlap(ends.base, ends.target)) {
     if (sharing_) {
-      queries_.add(world_, pair, ends, before);
+      queries_.add(pair, ends, before);
       return;
     }
     query_verdict(world_, ends.base, ends.target, verdict, counts_);

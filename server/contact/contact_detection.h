@@ -48,10 +48,10 @@ class CollisionWorld {
   bool overlaps_at(int a, const Pose& X_WA, int b, DetectionCounts& counts);
   double margin() const { return margin_; }
 
-  /// What is remembered of a pair of components is kept in one of so many lanes. Pairs of different lanes may
-  /// be looked at by different threads at the same time, those of one lane may not.
+  /// What is remembered of the pairs with a component `a` first is kept in one of so many lanes. Pairs of
+  /// different lanes may be looked at by different threads at the same time, those of one lane may not.
   static constexpr std::size_t kHintLanes = 16;
-  std::size_t hint_lane(int a, int b) const;
+  static std::size_t hint_lane(int a);
 
   /// Components whose version changed since the last clear_moved(), each once, in the order of their change.
   const std::vector<int>& moved() const { return moved_; }
