@@ -52,6 +52,7 @@ void ComponentInteraction::reset() {
   std::fill(connections_.begin(), connections_.end(), Connection{});
   graph_.clear_contacts();
   begun_ = false;
+  refused_pose_ = -1;
   toggled_.clear();
   changed_parts_.clear();
   known_calls_ = 0;
@@ -68,7 +69,8 @@ bool ComponentInteraction::active(std::size_t pair) const {
 
 void ComponentInteraction::update_poses(const CellMotion& motion, std::span<const int> moved, Clock clock) {
   const double begin = clock != nullptr ? clock() : 0.0;
-  for (const int i : moved) world_.set_pose(i, motion.bodies[static_cast<std::size_t>(i)].X_WB);
+  for (const int i : moved)
+    if (!world_.set_pose(i, motion.bodies[static_cast<std::size_t>(i)].X_WB)) refused_pose_ = i;
   if (begun_) follow_moved();
   if (clock != nullptr) stage_times_.broad_phase_s += clock() - begin;
 }

@@ -81,11 +81,13 @@ void CollisionWorld::set_box(int component, const Vec3& lower_B, const Vec3& upp
   refresh(component);
 }
 
-void CollisionWorld::set_pose(int component, const Pose& X_WB) {
+bool CollisionWorld::set_pose(int component, const Pose& X_WB) {
   Entry& e = entry(component);
-  if (e.X_WB == X_WB) return;
+  if (e.X_WB == X_WB) return true;
+  if (!is_finite(X_WB)) return false;
   e.X_WB = X_WB;
   refresh(component);
+  return true;
 }
 
 std::size_t CollisionWorld::hint_lane(int a) {

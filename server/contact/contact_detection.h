@@ -35,7 +35,8 @@ class CollisionWorld {
   void set_shape(int component, ConvexShape shape);
   /// Changes only the bounds of a box-shaped component, without allocation.
   void set_box(int component, const Vec3& lower_B, const Vec3& upper_B);
-  void set_pose(int component, const Pose& X_WB);
+  /// False for a pose that is not finite: then the component stays where it was.
+  bool set_pose(int component, const Pose& X_WB);
 
   std::uint64_t version(int component) const { return entry(component).version; }
   const Aabb& aabb(int component) const { return entry(component).aabb; }
