@@ -49,6 +49,7 @@ void ComponentInteraction::reset() {
   connections_.reset();
   graph_.clear_contacts();
   begun_ = false;
+  refused_pose_ = -1;
   toggled_.clear();
   changed_parts_.clear();
   known_calls_ = 0;
@@ -63,7 +64,8 @@ bool ComponentInteraction::active(std::size_t pair) const {
 
 void ComponentInteraction::update_poses(const CellMotion& motion, std::span<const int> moved, Clock clock) {
   const double begin = clock != nullptr ? clock() : 0.0;
-  for (const int i : moved) world_.set_pose(i, motion.bodies[static_cast<std::size_t>(i)].X_WB);
+  for (const int i : moved)
+    if (!world_.set_pose(i, motion.bodies[static_cast<std::size_t>(i)].X_WB)) refused_pose_ = i;
   if (begun_) follow_moved();
   if (clock != nullptr) stage_times_.broad_phase_s += clock() - begin;
 }
@@ -90,8 +92,7 @@ void ComponentInteraction::update_connections(const CellMotion& motion, std::spa
 void ComponentInteraction::detect(Clock clock) {
   const double begin = clock != nullptr ? clock() : 0.0;
   // The pairs' last tests tell how many calls are to be expected.
-  sharing_ = queries_.worth_sharing(known_calls_);
-  if (sharing_) queries_.clear();
+  sharing_ = queries_.begin(known_calls_);
   retested_calls_ = 0;
   if (parameters_.skip_resting)
     detect_moved();
@@ -101,6 +102,7 @@ void ComponentInteraction::detect(Clock clock) {
     queries_.run(world_, pairs_, verdicts_, counts_);
     for (const PairQueries::Item& item : queries_.items()) finish_check(item.pair);
   }
+  queries_.end();
   if (parameters_.skip_resting) counts_.mpr_skipped += known_calls_ - retested_calls_;
   world_.clear_moved();
   toggled_.clear();
@@ -203,7 +205,7 @@ void ComponentInteraction::check(std::size_t pair) {
   known_calls_ -= before;
   if (world_.boxes_overlap(ends.base, ends.target)) {
     if (sharing_) {
-      queries_.add(world_, pair, ends, before);
+      queries_.add(pair, ends, before);
       return;
     }
     query_verdict(world_, ends.base, ends.target, verdict, counts_);

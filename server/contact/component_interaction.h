@@ -38,9 +38,12 @@ class ComponentInteraction {
     double broad_phase_s = 0.0, mpr_s = 0.0, partner_search_s = 0.0;
   };
 
-  /// Discrete stage, first half: poses for the collision checks, of the components that may have moved.
+  /// Discrete stage, first half: poses for the collision checks, of the components that may have moved. A
+  /// pose that is not finite is left out, see refused_pose().
   void update_poses(const CellMotion& motion, std::span<const int> moved, Clock clock);
   void update_poses(const CellMotion& motion, Clock clock);  ///< of all components
+  /// A component whose pose was not finite since the last reset, or -1: then the cell cannot go on.
+  int refused_pose() const { return refused_pose_; }
   /// Parts (ascending) that may touch a component pushed straight from one pose to another; others are
   /// certainly apart. Valid until the next call.
   std::span<const int> parts_near_sweep(int component, const Pose& from, const Pose& to);
@@ -125,6 +128,7 @@ class ComponentInteraction {
   bool begun_ = false;                   ///< the broad phase knows all components
   std::vector<std::vector<Near>> near_;  ///< by component
   std::vector<int> work_, found_;
+  int refused_pose_ = -1;
   std::vector<int> toggled_;          ///< palms that began or ceased to hold
   std::uint64_t known_calls_ = 0;     ///< calls behind all present verdicts
   std::uint64_t retested_calls_ = 0;  ///< of those, made in this step

@@ -42,7 +42,7 @@ CollisionWorld::CollisionWorld(const std::vector<Component>& components, double 
     refresh(static_cast<int>(i));
     shapes += components[i].convex.size();
   }
-  hints_.resize(std::bit_ceil(std::clamp<std::size_t>(8 * shapes, 64 * kHintLanes, 16384)));
+  hints_.resize(std::bit_ceil(std::clamp<std::size_t>(16 * shapes, 64 * kHintLanes, 32768)));
 }
 
 void CollisionWorld::refresh(int component) {
@@ -81,21 +81,24 @@ void CollisionWorld::set_box(int component, const Vec3& lower_B, const Vec3& upp
   refresh(component);
 }
 
-void CollisionWorld::set_pose(int component, const Pose& X_WB) {
+bool CollisionWorld::set_pose(int component, const Pose& X_WB) {
   Entry& e = entry(component);
-  if (e.X_WB == X_WB) return;
+  if (e.X_WB == X_WB) return true;
+  if (!is_finite(X_WB)) return false;
   e.X_WB = X_WB;
   refresh(component);
+  return true;
 }
 
-std::size_t CollisionWorld::hint_lane(int a, int b) const {
-  return static_cast<std::size_t>(mixed(both(a, b))) % kHintLanes;
+std::size_t CollisionWorld::hint_lane(int a) {
+  // Neighbours in number are often neighbours in place: what they share stays in the same core's cache.
+  return (static_cast<std::size_t>(a) / 4) % kHintLanes;
 }
 
 ConvexHint& CollisionWorld::hint(const HintKey& key) {
   const std::uint64_t z = mixed(both(key.a, key.b) ^ both(key.shape_a, key.shape_b) * 0x9E3779B97F4A7C15ULL);
   const std::size_t lane_size = hints_.size() / kHintLanes;
-  Hint& slot = hints_[hint_lane(key.a, key.b) * lane_size + (static_cast<std::size_t>(z) & (lane_size - 1))];
+  Hint& slot = hints_[hint_lane(key.a) * lane_size + (static_cast<std::size_t>(z) & (lane_size - 1))];
   if (!(slot.key == key)) slot = {key, {}};
   return slot.hint;
 }

@@ -35,7 +35,8 @@ class CollisionWorld {
   void set_shape(int component, ConvexShape shape);
   /// Changes only the bounds of a box-shaped component, without allocation.
   void set_box(int component, const Vec3& lower_B, const Vec3& upper_B);
-  void set_pose(int component, const Pose& X_WB);
+  /// False for a pose that is not finite: then the component stays where it was.
+  bool set_pose(int component, const Pose& X_WB);
 
   std::uint64_t version(int component) const { return entry(component).version; }
   const Aabb& aabb(int component) const { return entry(component).aabb; }
@@ -50,10 +51,10 @@ class CollisionWorld {
   const std::vector<ConvexShape>& shapes(int component) const { return entry(component).shapes; }
   const Pose& pose(int component) const { return entry(component).X_WB; }
 
-  /// What is remembered of a pair of components is kept in one of so many lanes. Pairs of different lanes may
-  /// be looked at by different threads at the same time, those of one lane may not.
+  /// What is remembered of the pairs with a component `a` first is kept in one of so many lanes. Pairs of
+  /// different lanes may be looked at by different threads at the same time, those of one lane may not.
   static constexpr std::size_t kHintLanes = 16;
-  std::size_t hint_lane(int a, int b) const;
+  static std::size_t hint_lane(int a);
 
   /// Components whose version changed since the last clear_moved(), each once, in the order of their change.
   const std::vector<int>& moved() const { return moved_; }

@@ -7,17 +7,28 @@ void PairQueries::set_executor(Executor* executor, std::uint64_t least_calls) {
   least_calls_ = least_calls;
 }
 
+bool PairQueries::begin(std::uint64_t expected_calls) {
+  begun_ = enough(expected_calls);
+  if (!begun_ || !executor_->begin(expected_calls)) return false;
+  clear();
+  return true;
+}
+
+void PairQueries::end() {
+  if (begun_) executor_->end();
+  begun_ = false;
+}
+
 void PairQueries::clear() {
   items_.clear();
   lanes_.fill({});
   expected_calls_ = 0;
 }
 
-void PairQueries::add(const CollisionWorld& world, std::size_t pair, const ComponentPair& ends,
-                      std::uint64_t expected_calls) {
+void PairQueries::add(std::size_t pair, const ComponentPair& ends, std::uint64_t expected_calls) {
   const auto index = static_cast<std::int32_t>(items_.size());
   items_.push_back({static_cast<std::uint32_t>(pair), -1});
-  Lane& lane = lanes_[world.hint_lane(ends.base, ends.target)];
+  Lane& lane = lanes_[CollisionWorld::hint_lane(ends.base)];
   if (lane.first < 0)
     lane.first = index;
   else
@@ -28,7 +39,7 @@ void PairQueries::add(const CollisionWorld& world, std::size_t pair, const Compo
 
 void PairQueries::run(CollisionWorld& world, const std::vector<ComponentPair>& pairs,
                       std::vector<PairVerdict>& verdicts, DetectionCounts& counts) {
-  if (!worth_sharing(expected_calls_)) {
+  if (!enough(expected_calls_)) {
     for (const Item& item : items_)
       query_verdict(world, pairs[item.pair].base, pairs[item.pair].target, verdicts[item.pair], counts);
     return;

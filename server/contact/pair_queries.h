@@ -23,14 +23,13 @@ class PairQueries {
   explicit PairQueries(std::size_t most_pairs) { items_.reserve(most_pairs); }
   /// nullptr: the calling thread does everything.
   void set_executor(Executor* executor, std::uint64_t least_calls);
-  /// Whether so many calls are worth being collected here at all.
-  bool worth_sharing(std::uint64_t calls) const { return executor_ != nullptr && calls >= least_calls_; }
 
-  void clear();
+  /// Begins a step in which about so many calls are to be expected. True: its pairs are to be added here, and
+  /// run() brings their verdicts up to date. False: they are not worth it. Either way end() follows.
+  bool begin(std::uint64_t expected_calls);
+  void end();
   /// Each pair at most once. `expected_calls`: those of its last test. Does not allocate.
-  void add(const CollisionWorld& world, std::size_t pair, const ComponentPair& ends,
-           std::uint64_t expected_calls);
-  /// Brings the verdicts of all pairs added up to date.
+  void add(std::size_t pair, const ComponentPair& ends, std::uint64_t expected_calls);
   void run(CollisionWorld& world, const std::vector<ComponentPair>& pairs, std::vector<PairVerdict>& verdicts,
            DetectionCounts& counts);
 
@@ -54,7 +53,11 @@ class PairQueries {
   };
   static void run_lane(std::size_t lane, void* job);
 
+  void clear();
+  bool enough(std::uint64_t calls) const { return executor_ != nullptr && calls >= least_calls_; }
+
   Executor* executor_ = nullptr;
+  bool begun_ = false;  ///< the executor knows of this step
   std::uint64_t least_calls_ = kLeastCalls;
   std::vector<Item> items_;
   std::array<Lane, kLanes> lanes_;

@@ -1,5 +1,8 @@
 #include "server/runtime/worker_pool.h"
 
+#include <algorithm>
+
+#include "server/runtime/monotonic_clock.h"
 #include "server/runtime/scheduling.h"
 
 namespace takt {
@@ -17,7 +20,7 @@ void relax() {
 
 }  // namespace
 
-WorkerPool::WorkerPool(int threads, int realtime_priority) {
+WorkerPool::WorkerPool(int threads, int realtime_priority, Sharing sharing) : sharing_(sharing) {
   helpers_.reserve(static_cast<std::size_t>(threads > 1 ? threads - 1 : 0));
   try {
     for (int i = 1; i < threads; ++i)
@@ -38,6 +41,20 @@ void WorkerPool::stop() {
   signal_.notify_all();
   for (std::thread& helper : helpers_) helper.join();
   helpers_.clear();
+}
+
+bool WorkerPool::begin(std::uint64_t work) {
+  if (sharing_ == Sharing::always) return true;
+  if (helpers_.empty()) return false;
+  const bool share = way_.choose() == 1;
+  work_ = static_cast<double>(std::max<std::uint64_t>(work, 1));
+  began_ns_ = monotonic_now_ns();
+  return share;
+}
+
+void WorkerPool::end() {
+  if (sharing_ == Sharing::always || helpers_.empty()) return;
+  way_.note(static_cast<double>(monotonic_now_ns() - began_ns_) / work_);
 }
 
 bool WorkerPool::work_once() {

@@ -150,6 +150,13 @@ struct Simulation::Impl {
   void update_connections() {
     refresh_motion();
     interaction.update_poses(system.motion(), system.active_bodies(), clock);
+    if (interaction.refused_pose() >= 0) {
+      // States are finite (accept()), but what follows from them may overflow.
+      fault = "the pose of " + model->components[static_cast<std::size_t>(interaction.refused_pose())].name +
+              " became non-finite at t = " + std::to_string(time()) +
+              " s; the last accepted state is kept. A smaller step may help.";
+      return;
+    }
     grasping.update(time(), model->step_s, system.motion(), grippers, interaction);
     interaction.update_connections(system.motion(), grasping.states(), clock);
     history.note(time(), step_index, interaction.changes());
@@ -280,6 +287,7 @@ bool Simulation::step(std::span<const Command> commands) {
   const auto now = [&s] { return s.clock != nullptr ? s.clock() : 0.0; };
   const double t0 = now();
   s.update_connections();
+  if (!s.fault.empty()) return false;
   const double t1 = now();
   // 3 integrate t -> t + h
   for (const OdeSystem::Range& range : s.system.active_states())

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "server/runtime/faster_way.h"
 #include "server/runtime/worker_pool.h"
 #include "server/simulation/simulation.h"
 #include "tests/support/moving_crowd.h"
@@ -22,6 +23,8 @@ constexpr std::uint64_t kShareAlways = 1;
 /// One thread, every run in another order.
 class Shuffler final : public Executor {
  public:
+  bool begin(std::uint64_t) override { return (++stages & 7U) != 0; }  // now and then alone
+  void end() override {}
   void run(std::size_t count, Task task, void* context) override {
     std::vector<std::size_t> order(count);
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -29,7 +32,7 @@ class Shuffler final : public Executor {
     for (const std::size_t i : order) task(i, context);
     ++runs;
   }
-  std::uint64_t runs = 0;
+  std::uint64_t runs = 0, stages = 0;
 
  private:
   std::mt19937 engine_{7};
@@ -51,9 +54,11 @@ void expect_same_counts(const SimulationStatistics& a, const SimulationStatistic
 struct SideBySide {
   explicit SideBySide(const std::shared_ptr<const CellModel>& model) : alone(model) {
     for (const int threads : {1, 2, 3, 5}) {
-      pools.push_back(std::make_unique<WorkerPool>(threads));
+      pools.push_back(std::make_unique<WorkerPool>(threads, 0, WorkerPool::Sharing::always));
       add(model, pools.back().get(), std::to_string(threads) + " threads");
     }
+    pools.push_back(std::make_unique<WorkerPool>(2));
+    add(model, pools.back().get(), "2 threads when faster");
     add(model, &shuffler, "shuffled");
   }
   void add(const std::shared_ptr<const CellModel>& model, Executor* executor, const std::string& name) {
@@ -122,6 +127,26 @@ TEST(ThreadCount, DecomposedPartsThatAllMoveHaveTheSameBitsAndCounts) {
       EXPECT_EQ(run->statistics().steps, 0U + run->step_index());
     }
   }
+}
+
+TEST(FasterWay, TakesTheFasterOneAndNoticesWhenThatChanges) {
+  std::mt19937 engine(3);
+  const auto noise = [&engine] { return 0.9 + 0.2 * static_cast<double>(engine() % 1000) / 1000.0; };
+  FasterWay way;
+  const auto share_of_1 = [&](double cost_0, double cost_1, int stages) {
+    int chosen = 0;
+    for (int i = 0; i < stages; ++i) {
+      const int now = way.choose();
+      chosen += now;
+      way.note((now == 1 ? cost_1 : cost_0) * noise());
+    }
+    return static_cast<double>(chosen) / stages;
+  };
+  EXPECT_GT(share_of_1(1.0, 0.7, 5000), 0.9);
+  share_of_1(1.0, 1.3, 5000);  // some stages until it is noticed
+  EXPECT_LT(share_of_1(1.0, 1.3, 20000), 0.03);
+  share_of_1(1.0, 0.6, 40000);
+  EXPECT_GT(share_of_1(1.0, 0.6, 20000), 0.9);
 }
 
 TEST(WorkerPool, DoesEveryTaskOnceAndShowsWhatItWrote) {

@@ -52,6 +52,7 @@ class MovingCrowd {
     const double s = simulation.time_s() + kPeriod_s;
     const double ramp = std::min(1.0, s) * std::min(1.0, s);
     JointCommand move;
+    move.robot = 0;
     move.period_s = kPeriod_s;
     move.position = {
         0.1 * ramp * std::sin(3.0 * s), 0.1 * ramp * std::sin(2.0 * s), 0.2 * ramp,
