@@ -275,7 +275,7 @@ TEST(TaktCommand, ExplainTellsAPersonAndAProgram) {
   EXPECT_EQ(person.wait(), 0) << person.text;
   for (const char* words :
        {"At 0.030 s (step 30): P is placed", "Table1 holds it since the start",
-        "P (Part 2) > Table1 (Ground)   <- chosen", "P - Table1: ", "Force of Table1 on it: 2.9420 N"}) {
+        "P (part 2) > Table1 (ground)   <- chosen", "P - Table1: ", "Force of Table1 on it: 2.9420 N"}) {
     EXPECT_NE(person.text.find(words), std::string::npos) << words << " in\n" << person.text;
   }
   ChildProcess program(takt({"explain", "P", "--json"}));

@@ -111,14 +111,21 @@ TEST(BlockExplanation, PIsInOAndStillHeldWhileOStands) {
   EXPECT_NEAR(c.connections[0].on_base_W.f.z(), 0.5 * test::kGravity, 1e-6);
 }
 
-TEST(BlockExplanation, CarriedSubassembly) {
+TEST(BlockExplanation, ThePartnerNeedNotTouchThePart) {
   const ExplainedRun& r = with_decomposition();
-  const Explanation& p = r.explain(20.5, "P");
+  // P stands between the jaws that grip O.
+  const Explanation& carried = r.explain(20.5, "P");
+  EXPECT_EQ(carried.state, PartState::grasped);
+  expect(r, carried, "Gripper1", PartnerRule::only_end, "-");
+  EXPECT_THAT(r.sequences(carried), ElementsAre("P,Gripper1", "P,O,Gripper1"));
+  // The jaws grip B and reach up to O; B stands on Table2 already.
+  const Explanation& p = r.explain(38.0, "P");
   EXPECT_EQ(p.state, PartState::grasped);
-  expect(r, p, "Gripper1", PartnerRule::only_end, "-");
-  EXPECT_THAT(r.sequences(p), ElementsAre("P,O,Gripper1")) << "the partner need not touch the Part";
-  ASSERT_EQ(p.contacts.size(), 2U);  // along the sequence; its own contact is its first
-  EXPECT_EQ(r.name(p.contacts[1].a) + r.name(p.contacts[1].b), "OGripper1");
+  expect(r, p, "Gripper2", PartnerRule::end_type, "Table2");
+  EXPECT_THAT(r.sequences(p), ElementsAre("P,O,Gripper2", "P,O,B,Gripper2", "P,O,B,Table2"));
+  std::vector<std::string> pairs;
+  for (const ExplainedContact& c : p.contacts) pairs.push_back(r.name(c.a) + "-" + r.name(c.b));
+  EXPECT_THAT(pairs, ElementsAre("P-O", "O-Gripper2")) << "the contacts along the sequence";
 }
 
 TEST(BlockExplanation, AssembledOnTable1) {
