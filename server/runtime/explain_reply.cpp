@@ -10,6 +10,11 @@ using nlohmann::json;
 constexpr std::size_t kPiece = 4000;      // of the 4096 characters of a value
 constexpr std::size_t kMostPieces = 240;  // of the 256 values of a reply
 
+/// As clients name the types.
+std::string_view type_name(ComponentType type) {
+  return type == ComponentType::part ? "part" : type == ComponentType::gripper ? "gripper" : "ground";
+}
+
 json json_of(const Vec3& v) {
   return {v.x(), v.y(), v.z()};
 }
@@ -38,7 +43,7 @@ class Names {
     for (std::size_t i = 0; i < used_.size(); ++i) {
       if (used_[i] == 0) continue;
       const ComponentDescription& c = cell_.components[i];
-      all[c.name] = {{"type", to_string(c.type)}, {"hierarchy", hierarchy(static_cast<int>(i))}};
+      all[c.name] = {{"type", type_name(c.type)}, {"hierarchy", hierarchy(static_cast<int>(i))}};
     }
     return all;
   }
@@ -77,7 +82,7 @@ json document(const Explanation& e, const CellDescription& cell) {
                            {"softening", c.softening}});
   }
   json all{{"part", name(e.component)},
-           {"type", to_string(e.type)},
+           {"type", type_name(e.type)},
            {"hierarchy", name.hierarchy(e.component)},
            {"state", to_string(e.state)},
            {"state_because", name(e.state_because)},

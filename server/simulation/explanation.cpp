@@ -133,7 +133,7 @@ class Sentences {
   std::string part() const {
     std::string text = name(e_.component) + " is " + std::string(to_string(e_.state)) + ": " + state() + ". ";
     const std::string time =
-        e_.since.stage == 0
+        e_.since.step == 0 && e_.since.before < 0
             ? "since the start"
             : "since " + seconds(e_.since.time_s) + " (step " + std::to_string(e_.since.step) +
                   ", before: " + (e_.since.before < 0 ? "nothing" : name(e_.since.before)) + ")";

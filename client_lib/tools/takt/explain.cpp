@@ -12,9 +12,10 @@ using client::ComponentType;
 using client::PartExplanation;
 using client::Vector3;
 
+constexpr double kTouching_m = 5e-8;             // what four decimals of a millimetre do not show
 constexpr std::size_t kSequencesForPeople = 20;  // --json has all that came
 
-/// "O (Part, 3)": name, type, and for a Part its hierarchy.
+/// "O (part 3)": name, type, and for a Part its hierarchy.
 std::string labelled(const PartExplanation& e, const std::string& name) {
   const auto found = e.components.find(name);
   if (found == e.components.end()) return name;
@@ -53,8 +54,11 @@ void print_contacts(const PartExplanation& e) {
     if (!c.measured) {
       std::printf("not measured\n");
     } else {
-      std::printf("%.4f mm %s at (%.4f, %.4f, %.4f) m\n", 1e3 * std::abs(c.distance_m),
-                  c.distance_m < 0.0 ? "deep" : "apart", c.position_m.x, c.position_m.y, c.position_m.z);
+      if (std::abs(c.distance_m) < kTouching_m)
+        std::printf("just touching");
+      else
+        std::printf("%.4f mm %s", 1e3 * std::abs(c.distance_m), c.distance_m < 0.0 ? "deep" : "apart");
+      std::printf(" at (%.4f, %.4f, %.4f) m\n", c.position_m.x, c.position_m.y, c.position_m.z);
     }
   }
   print_rest(e.contact_count, e.contacts.size());
