@@ -234,6 +234,10 @@ void Client::unregister_controller(const std::string& name) {
   request("unregister_controller", {{"name", name}});
 }
 
+PartExplanation Client::explain_part(const std::string& part, std::optional<Seconds> timeout) {
+  return part_explanation(request("explain_part", {{"part", part}}, timeout).values);
+}
+
 Reply Client::request(const std::string& name, const Arguments& arguments, std::optional<Seconds> timeout) {
   return impl_->call(name, arguments, timeout.value_or(impl_->options.timeout));
 }

@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "client_lib/cell.h"
+#include "client_lib/part_explanation.h"
 
 namespace takt::client {
 
@@ -158,6 +159,10 @@ class Client {
   void register_controller(const std::string& name, Seconds period, Seconds timeout,
                            const std::vector<std::string>& targets);
   void unregister_controller(const std::string& name);
+  /// Why a Part is free, grasped, placed or assembled: who holds it, by which rule, since when, and what it
+  /// touches. For a Gripper or Ground: whom it holds. The server answers between two steps; the simulation
+  /// goes on unchanged. Throws ClientError: refused (result 2, with the names there are) for an unknown name.
+  PartExplanation explain_part(const std::string& part, std::optional<Seconds> timeout = {});
   /// Any request of the control vocabulary.
   Reply request(const std::string& name, const Arguments& arguments = {},
                 std::optional<Seconds> timeout = {});

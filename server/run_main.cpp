@@ -9,6 +9,7 @@
 #include "server/headless/headless_run.h"
 #include "server/headless/picture.h"
 #include "server/headless/report.h"
+#include "server/runtime/worker_pool.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/simulation/integrator.h"
 
@@ -20,6 +21,7 @@ struct Arguments {
   std::optional<int> lod;
   std::optional<double> step, tolerance, duration;
   double csv_period = 0.01, factor = 1.0;
+  int threads = 1;
   bool stage_times = false, quiet = false;
 };
 
@@ -45,6 +47,10 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--set", a.set, "key=value: replace a value of the scenario, e.g. parts.P.mass_kg=0.4")
       ->type_size(1)
       ->allow_extra_args(false);
+  app.add_option("--threads", a.threads,
+                 "Threads for the collision checks; the bits are the same with any number")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
   app.add_flag("--stage-times", a.stage_times, "Measure the stages of a step");
   app.add_flag("--quiet", a.quiet, "Print nothing but errors");
   app.footer(
@@ -125,7 +131,9 @@ int run(const Arguments& a) {
   for (const takt::ImportNote& note : cell->import_notes) {
     std::cerr << "takt-run: note: " << note.sentence << '\n';
   }
+  std::optional<takt::WorkerPool> pool;  // outlives the simulation
   takt::Simulation simulation(cell);
+  if (a.threads > 1) simulation.set_executor(&pool.emplace(a.threads));
   std::optional<takt::CsvWriter> csv;
   if (!a.csv.empty()) csv.emplace(a.csv, simulation, a.csv_period);
   const std::vector<Picture> pictures = requested_pictures(a, cell->step_s);

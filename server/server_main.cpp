@@ -7,6 +7,7 @@
 #include <exception>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "server/dds/topic_names.h"
 #include "server/geometry/decomposition_cache.h"
 #include "server/runtime/run_loop.h"
+#include "server/runtime/worker_pool.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/scenario/scenario_reader.h"
 #include "server/simulation/simulation.h"
@@ -32,6 +34,7 @@ struct Arguments {
   std::uint32_t domain = 0;
   std::string profiles, profile = "takt_server";
   int realtime_priority = 0;
+  int threads = 1;
   std::vector<std::string> overrides;
 };
 
@@ -63,6 +66,10 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
   app.add_option("--realtime-priority", arguments.realtime_priority,
                  "1 to 99: ask for SCHED_FIFO with this priority and for locked memory")
       ->check(CLI::Range(0, 99));
+  app.add_option("--threads", arguments.threads,
+                 "threads for the collision checks; the bits are the same with any number")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
   app.add_option("--set", arguments.overrides, "override a key of the scenario, e.g. solver.step_s=0.0005")
       ->option_text("KEY=VALUE ...")
       ->allow_extra_args(false);
@@ -106,7 +113,10 @@ int serve(const Arguments& arguments, const sigset_t& signals) {
     std::fprintf(stderr, "takt-server: %s\n", error.what());
     return kBadInput;
   }
+  std::optional<takt::WorkerPool> pool;  // outlives the simulation
   takt::Simulation simulation(model);
+  if (arguments.threads > 1)
+    simulation.set_executor(&pool.emplace(arguments.threads, arguments.realtime_priority));
   takt::RunLoop loop(simulation, loop_options(arguments, duration_s));
   takt::DdsAdapter adapter(
       loop, {"takt-server " + arguments.cell, arguments.domain, arguments.profiles, arguments.profile});

@@ -12,10 +12,10 @@ ComponentInteraction::ComponentInteraction(const std::vector<Component>& compone
     : components_(components),
       parameters_(parameters),
       world_(components, parameters.contact_margin_m, parameters.skip_resting),
+      queries_(pairs.size()),
       grasp_active_(components.size(), 0),
       graph_(components.size()),
-      partner_search_(components.size()),
-      connections_(components.size()),
+      connections_(components, pairs.size(), parameters),
       broad_phase_(components.size()),
       near_(components.size()),
       reached_(components.size(), 0) {
@@ -39,24 +39,21 @@ ComponentInteraction::ComponentInteraction(const std::vector<Component>& compone
       world_.set_shape(static_cast<int>(i), ConvexShape::from_points(std::vector<Vec3>(8, Vec3::Zero())));
     }
   }
-  changes_.reserve(parts_.size());
   for (auto* list : {&work_, &found_, &toggled_, &changed_parts_}) list->reserve(2 * components.size());
-  softened_.reserve(parts_.size());
 }
 
 void ComponentInteraction::reset() {
   std::fill(verdicts_.begin(), verdicts_.end(), PairVerdict{});
   std::fill(in_contact_.begin(), in_contact_.end(), 0);
   std::fill(grasp_active_.begin(), grasp_active_.end(), 0);
-  std::fill(connections_.begin(), connections_.end(), Connection{});
+  connections_.reset();
   graph_.clear_contacts();
   begun_ = false;
+  refused_pose_ = -1;
   toggled_.clear();
   changed_parts_.clear();
   known_calls_ = 0;
-  changes_.clear();
   counts_ = {};
-  partner_searches_ = 0;
   stage_times_ = {};
 }
 
@@ -67,7 +64,8 @@ bool ComponentInteraction::active(std::size_t pair) const {
 
 void ComponentInteraction::update_poses(const CellMotion& motion, std::span<const int> moved, Clock clock) {
   const double begin = clock != nullptr ? clock() : 0.0;
-  for (const int i : moved) world_.set_pose(i, motion.bodies[static_cast<std::size_t>(i)].X_WB);
+  for (const int i : moved)
+    if (!world_.set_pose(i, motion.bodies[static_cast<std::size_t>(i)].X_WB)) refused_pose_ = i;
   if (begun_) follow_moved();
   if (clock != nullptr) stage_times_.broad_phase_s += clock() - begin;
 }
@@ -80,7 +78,7 @@ void ComponentInteraction::update_poses(const CellMotion& motion, Clock clock) {
 
 void ComponentInteraction::update_connections(const CellMotion& motion, std::span<const GraspState> grasps,
                                               Clock clock) {
-  changes_.clear();
+  connections_.begin_step();
   for (const GraspState& grasp : grasps) {
     const auto palm = static_cast<std::size_t>(grasp.palm);
     if ((grasp_active_[palm] != 0) != grasp.active) toggled_.push_back(grasp.palm);
@@ -88,15 +86,24 @@ void ComponentInteraction::update_connections(const CellMotion& motion, std::spa
     if (grasp.active) world_.set_box(grasp.palm, grasp.lower_G, grasp.upper_G);
   }
   detect(clock);
-  search(clock, motion);
+  connect(clock, motion);
 }
 
 void ComponentInteraction::detect(Clock clock) {
   const double begin = clock != nullptr ? clock() : 0.0;
+  // The pairs' last tests tell how many calls are to be expected.
+  sharing_ = queries_.begin(known_calls_);
+  retested_calls_ = 0;
   if (parameters_.skip_resting)
     detect_moved();
   else
     detect_all();
+  if (sharing_) {
+    queries_.run(world_, pairs_, verdicts_, counts_);
+    for (const PairQueries::Item& item : queries_.items()) finish_check(item.pair);
+  }
+  queries_.end();
+  if (parameters_.skip_resting) counts_.mpr_skipped += known_calls_ - retested_calls_;
   world_.clear_moved();
   toggled_.clear();
   if (clock != nullptr) stage_times_.mpr_s += clock() - begin;
@@ -104,14 +111,12 @@ void ComponentInteraction::detect(Clock clock) {
 
 void ComponentInteraction::detect_all() {
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    verdicts_[i] = {};
-    if (active(i)) update_verdict(world_, pairs_[i].base, pairs_[i].target, verdicts_[i], counts_);
-    set_contact(i, verdicts_[i].touching);
+    verdicts_[i].version_base = 0;  // as if it had moved
+    check(i);
   }
 }
 
 void ComponentInteraction::detect_moved() {
-  retested_calls_ = 0;
   if (!begun_) {
     begin_near();
     for (std::size_t c = 0; c < components_.size(); ++c)
@@ -123,7 +128,6 @@ void ComponentInteraction::detect_moved() {
     for (const int c : work_)
       for (const Near& near : near_[static_cast<std::size_t>(c)]) check(near.pair);
   }
-  counts_.mpr_skipped += known_calls_ - retested_calls_;
 }
 
 void ComponentInteraction::begin_near() {
@@ -189,14 +193,30 @@ void ComponentInteraction::refresh_near(int component) {
 
 void ComponentInteraction::check(std::size_t pair) {
   PairVerdict& verdict = verdicts_[pair];
+  const ComponentPair& ends = pairs_[pair];
   const std::uint64_t before = verdict.calls;
   if (!active(pair)) {
+    known_calls_ -= before;
     verdict = {};
-  } else if (update_verdict(world_, pairs_[pair].base, pairs_[pair].target, verdict, counts_)) {
-    retested_calls_ += verdict.calls;
+    set_contact(pair, false);
+    return;
   }
-  known_calls_ += verdict.calls - before;
-  set_contact(pair, verdict.touching);
+  if (!begin_verdict(world_, ends.base, ends.target, verdict, counts_)) return;
+  known_calls_ -= before;
+  if (world_.boxes_overlap(ends.base, ends.target)) {
+    if (sharing_) {
+      queries_.add(pair, ends, before);
+      return;
+    }
+    query_verdict(world_, ends.base, ends.target, verdict, counts_);
+  }
+  finish_check(pair);
+}
+
+void ComponentInteraction::finish_check(std::size_t pair) {
+  known_calls_ += verdicts_[pair].calls;
+  retested_calls_ += verdicts_[pair].calls;
+  set_contact(pair, verdicts_[pair].touching);
 }
 
 int ComponentInteraction::find_pair(int a, int b) const {
@@ -227,8 +247,8 @@ void ComponentInteraction::set_contact(std::size_t pair, bool contact) {
   }
 }
 
-void ComponentInteraction::search(Clock clock, const CellMotion& motion) {
-  if (changed_parts_.empty()) return;  // same contacts, same partners
+void ComponentInteraction::connect(Clock clock, const CellMotion& motion) {
+  if (changed_parts_.empty()) return;  // same contacts, same connections
   const double begin = clock != nullptr ? clock() : 0.0;
   // A search follows contacts from Part to Part, so a contact matters to the Parts connected with its ends.
   // Those that only the old contact connected are reached from the other end.
@@ -241,84 +261,15 @@ void ComponentInteraction::search(Clock clock, const CellMotion& motion) {
     }
   }
   std::sort(changed_parts_.begin(), changed_parts_.end());
-  for (const int part : changed_parts_) {
-    reached_[static_cast<std::size_t>(part)] = 0;
-    const int present = connections_[static_cast<std::size_t>(part)].partner;
-    const int found = partner_search_.find(graph_, part, present);
-    ++partner_searches_;
-    if (found == present) continue;
-    changes_.push_back({part, present, found});
-    connect(part, found, motion);
-  }
+  for (const int part : changed_parts_) reached_[static_cast<std::size_t>(part)] = 0;
+  connections_.update(graph_, changed_parts_, motion);
   changed_parts_.clear();
-  soften_on_free_targets();
   if (clock != nullptr) stage_times_.partner_search_s += clock() - begin;
-}
-
-void ComponentInteraction::connect(int part, int partner, const CellMotion& motion) {
-  Connection& connection = connections_[static_cast<std::size_t>(part)];
-  connection = {};
-  connection.partner = partner;
-  if (partner == -1) return;
-  const Component& base = components_[static_cast<std::size_t>(part)];
-  const Component& target = components_[static_cast<std::size_t>(partner)];
-  const BodyMotion& base_motion = motion.bodies[static_cast<std::size_t>(part)];
-  const BodyMotion& target_motion = motion.bodies[static_cast<std::size_t>(partner)];
-  capture_offset(base_motion, target_motion, connection);
-  connection.gains = base.substitute;
-  if (target.type == ComponentType::part) {
-    // The sequence ends in a Part: nothing holds the assembly, it falls as one, and no weight is carried.
-    // What the gains are depends on all that this Part holds: soften_on_free_targets().
-    return;
-  }
-  if (parameters_.weight_feed_forward) connection.feed_forward_W = -(base.mass_kg * parameters_.gravity_W);
-}
-
-void ComponentInteraction::soften_on_free_targets() {
-  softened_.clear();
-  for (const PartnerChange& change : changes_) {
-    if (change.to == -1) continue;
-    const Component& target = components_[static_cast<std::size_t>(change.to)];
-    if (target.type != ComponentType::part) continue;
-    if (std::find(softened_.begin(), softened_.end(), change.to) != softened_.end()) continue;
-    softened_.push_back(change.to);
-    FreeTargetLoad load(target);
-    for (const int part : parts_) {
-      const Connection& connection = connections_[static_cast<std::size_t>(part)];
-      if (connection.partner == change.to) load.add(components_[static_cast<std::size_t>(part)], connection);
-    }
-    const double scale = load.scale();
-    for (const int part : parts_) {
-      Connection& connection = connections_[static_cast<std::size_t>(part)];
-      if (connection.partner != change.to) continue;
-      // Never stiffer than it was: a stretched spring that stiffens would create energy.
-      connection.softening = std::min(connection.softening, scale);
-      connection.gains = scaled(components_[static_cast<std::size_t>(part)].substitute, connection.softening);
-    }
-  }
 }
 
 void ComponentInteraction::evaluate(const CellMotion& motion, std::span<Wrench> wrenches) const {
   std::fill(wrenches.begin(), wrenches.end(), Wrench{});
   evaluate(motion, parts_, wrenches);
-}
-
-void ComponentInteraction::evaluate(const CellMotion& motion, std::span<const int> parts,
-                                    std::span<Wrench> wrenches) const {
-  for (const int part : parts) {
-    const int partner = connections_[static_cast<std::size_t>(part)].partner;
-    wrenches[static_cast<std::size_t>(part)] = {};
-    if (partner != -1) wrenches[static_cast<std::size_t>(partner)] = {};
-  }
-  for (const int part : parts) {
-    const Connection& connection = connections_[static_cast<std::size_t>(part)];
-    if (connection.partner == -1) continue;
-    const BodyMotion& base = motion.bodies[static_cast<std::size_t>(part)];
-    const BodyMotion& target = motion.bodies[static_cast<std::size_t>(connection.partner)];
-    const Wrench on_base = substitute_wrench(connection, base, target);
-    wrenches[static_cast<std::size_t>(part)] += on_base;
-    wrenches[static_cast<std::size_t>(connection.partner)] += reaction_on_target(on_base, base, target);
-  }
 }
 
 }  // namespace takt

@@ -12,18 +12,12 @@
 
 #include "server/components/pair_generation.h"
 #include "server/contact/broad_phase.h"
+#include "server/contact/connections.h"
 #include "server/contact/contact_detection.h"
+#include "server/contact/pair_queries.h"
 #include "server/contact/partner_search.h"
-#include "server/contact/substitute_force.h"
 
 namespace takt {
-
-struct InteractionParameters {
-  Vec3 gravity_W{0.0, 0.0, -9.80665};  ///< m/s^2
-  double contact_margin_m = 0.0002;    ///< components closer than this touch
-  bool weight_feed_forward = true;     ///< false: the thesis' law, where the spring carries the weight
-  bool skip_resting = true;  ///< false: every pair and every Part anew in every step; the bits are the same
-};
 
 /// What the interaction must know of a gripper at one time.
 struct GraspState {
@@ -31,10 +25,6 @@ struct GraspState {
   bool active = false;          ///< Parts in the grasp volume are held
   Vec3 lower_G = Vec3::Zero();  ///< grasp volume: the space between the jaws, in G
   Vec3 upper_G = Vec3::Zero();
-};
-
-struct PartnerChange {
-  int part = -1, from = -1, to = -1;
 };
 
 class ComponentInteraction {
@@ -48,36 +38,58 @@ class ComponentInteraction {
     double broad_phase_s = 0.0, mpr_s = 0.0, partner_search_s = 0.0;
   };
 
-  /// Discrete stage, first half: poses for the collision checks, of the components that may have moved.
+  /// Discrete stage, first half: poses for the collision checks, of the components that may have moved. A
+  /// pose that is not finite is left out, see refused_pose().
   void update_poses(const CellMotion& motion, std::span<const int> moved, Clock clock);
   void update_poses(const CellMotion& motion, Clock clock);  ///< of all components
+  /// A component whose pose was not finite since the last reset, or -1: then the cell cannot go on.
+  int refused_pose() const { return refused_pose_; }
   /// Parts (ascending) that may touch a component pushed straight from one pose to another; others are
   /// certainly apart. Valid until the next call.
   std::span<const int> parts_near_sweep(int component, const Pose& from, const Pose& to);
-  /// Discrete stage, second half: contacts at these poses, partners, offsets of changed partners.
+  /// Discrete stage, second half: contacts at these poses, connections, offsets of those that close.
   void update_connections(const CellMotion& motion, std::span<const GraspState> grasps, Clock clock);
-  std::span<const PartnerChange> changes() const { return changes_; }
+  /// Parts that hang on another component than before this step.
+  std::span<const PartnerChange> changes() const { return connections_.changes(); }
+  /// Components with a connection that opened, closed or changed its constants or load in this step.
+  std::span<const int> disturbed() const { return connections_.disturbed(); }
 
-  /// Pure stage: wrench of every connection, summed per component in the order of the Parts. `wrenches` has
-  /// one entry per component, about its p_WBcm.
+  /// Pure stage: wrench of every connection, summed per component in the order of the connections. `wrenches`
+  /// has one entry per component, about its p_WBcm.
   void evaluate(const CellMotion& motion, std::span<Wrench> wrenches) const;
-  /// The same for some Parts (component ids, ascending), with every Part they hold or are held by. Entries of
+  /// The same for some Parts (component ids, ascending), with every Part they are connected with. Entries of
   /// other Parts are left alone, those of Grounds and Grippers are not the whole sum.
-  void evaluate(const CellMotion& motion, std::span<const int> parts, std::span<Wrench> wrenches) const;
+  void evaluate(const CellMotion& motion, std::span<const int> parts, std::span<Wrench> wrenches) const {
+    connections_.evaluate(motion, parts, wrenches);
+  }
+
+  /// Lets others help with the collision checks, from `least_calls` in a step on; nullptr: nobody. Same bits,
+  /// same counts.
+  void set_executor(Executor* executor, std::uint64_t least_calls = PairQueries::kLeastCalls) {
+    queries_.set_executor(executor, least_calls);
+  }
 
   /// Open all connections and forget all verdicts.
   void reset();
 
-  int partner(int component) const { return connections_[static_cast<std::size_t>(component)].partner; }
-  const Connection& connection(int component) const {
-    return connections_[static_cast<std::size_t>(component)];
+  /// What a Part hangs on: with partner search its partner; else its Gripper, its Ground, or the Part that
+  /// carries it; or -1.
+  int partner(int component) const { return connections_.partner(component); }
+  /// All closed connections, by base, then target; and those of which a component is the Base.
+  std::span<const PairConnection> connections() const { return connections_.all(); }
+  std::span<const PairConnection> connections_of(int component) const { return connections_.of(component); }
+  /// What one connection exerts on its Base about its centre of mass; see Connections.
+  Wrench pair_wrench(const PairConnection& pair, const CellMotion& motion) const {
+    return connections_.pair_wrench(pair, motion);
   }
+  InteractionAlgorithm algorithm() const { return parameters_.algorithm; }
   bool touching(std::size_t pair) const { return verdicts_[pair].touching && active(pair); }
   const ContactGraph& graph() const { return graph_; }
   const DetectionCounts& counts() const { return counts_; }
-  std::uint64_t partner_searches() const { return partner_searches_; }
+  std::uint64_t partner_searches() const { return connections_.partner_searches(); }
   const StageTimes& stage_times() const { return stage_times_; }
   CollisionWorld& world() { return world_; }
+  const CollisionWorld& world() const { return world_; }
   DetectionCounts& counts() { return counts_; }
 
  private:
@@ -93,11 +105,10 @@ class ComponentInteraction {
   void follow_moved();
   void refresh_near(int component);
   void check(std::size_t pair);
+  void finish_check(std::size_t pair);
   void set_contact(std::size_t pair, bool contact);
   int find_pair(int a, int b) const;
-  void search(Clock clock, const CellMotion& motion);
-  void connect(int part, int partner, const CellMotion& motion);
-  void soften_on_free_targets();
+  void connect(Clock clock, const CellMotion& motion);
 
   const std::vector<Component>& components_;
   InteractionParameters parameters_;
@@ -105,18 +116,19 @@ class ComponentInteraction {
   std::vector<int> parts_;            ///< component ids of Parts
   CollisionWorld world_;
   std::vector<PairVerdict> verdicts_;
+  PairQueries queries_;             ///< of this step, where they are worth sharing among threads
+  bool sharing_ = false;            ///< they are, in this step
   std::vector<char> in_contact_;    ///< by pair: touching and the gripper, if any, holds
   std::vector<char> grasp_active_;  ///< by component
   ContactGraph graph_;
-  PartnerSearch partner_search_;
-  std::vector<Connection> connections_;  ///< by component; Parts only
-  std::vector<PartnerChange> changes_;
+  Connections connections_;
 
   // What may touch: pairs whose large boxes overlap. All others are known to be apart.
   BroadPhase broad_phase_;
   bool begun_ = false;                   ///< the broad phase knows all components
   std::vector<std::vector<Near>> near_;  ///< by component
   std::vector<int> work_, found_;
+  int refused_pose_ = -1;
   std::vector<int> toggled_;          ///< palms that began or ceased to hold
   std::uint64_t known_calls_ = 0;     ///< calls behind all present verdicts
   std::uint64_t retested_calls_ = 0;  ///< of those, made in this step
@@ -124,9 +136,7 @@ class ComponentInteraction {
       changed_parts_;  ///< Parts whose contacts changed, and then all that a search may lead to them
   std::vector<char> reached_;
 
-  std::vector<int> softened_;  ///< free Targets already seen in this step
   DetectionCounts counts_;
-  std::uint64_t partner_searches_ = 0;
   StageTimes stage_times_;
 };
 

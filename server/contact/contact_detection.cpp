@@ -5,6 +5,29 @@
 #include <utility>
 
 namespace takt {
+namespace {
+
+std::uint64_t mixed(std::uint64_t z) {
+  z = (z ^ z >> 30U) * 0xBF58476D1CE4E5B9ULL;
+  return z ^ z >> 32U;
+}
+
+std::uint64_t both(std::int32_t first, std::int32_t second) {
+  return static_cast<std::uint64_t>(static_cast<std::uint32_t>(first)) << 32U |
+         static_cast<std::uint32_t>(second);
+}
+
+}  // namespace
+
+DetectionCounts& DetectionCounts::operator+=(const DetectionCounts& other) {
+  broad_phase_tests += other.broad_phase_tests;
+  mpr_calls += other.mpr_calls;
+  mpr_skipped += other.mpr_skipped;
+  answered.by_hint += other.answered.by_hint;
+  answered.by_search += other.answered.by_search;
+  answered.by_mpr += other.answered.by_mpr;
+  return *this;
+}
 
 CollisionWorld::CollisionWorld(const std::vector<Component>& components, double margin_m, bool remember)
     : margin_(margin_m), remember_(remember) {
@@ -19,7 +42,7 @@ CollisionWorld::CollisionWorld(const std::vector<Component>& components, double 
     refresh(static_cast<int>(i));
     shapes += components[i].convex.size();
   }
-  hints_.resize(std::bit_ceil(std::clamp<std::size_t>(8 * shapes, 64, 16384)));
+  hints_.resize(std::bit_ceil(std::clamp<std::size_t>(16 * shapes, 64 * kHintLanes, 32768)));
 }
 
 void CollisionWorld::refresh(int component) {
@@ -58,21 +81,24 @@ void CollisionWorld::set_box(int component, const Vec3& lower_B, const Vec3& upp
   refresh(component);
 }
 
-void CollisionWorld::set_pose(int component, const Pose& X_WB) {
+bool CollisionWorld::set_pose(int component, const Pose& X_WB) {
   Entry& e = entry(component);
-  if (e.X_WB == X_WB) return;
+  if (e.X_WB == X_WB) return true;
+  if (!is_finite(X_WB)) return false;
   e.X_WB = X_WB;
   refresh(component);
+  return true;
+}
+
+std::size_t CollisionWorld::hint_lane(int a) {
+  // Neighbours in number are often neighbours in place: what they share stays in the same core's cache.
+  return (static_cast<std::size_t>(a) / 4) % kHintLanes;
 }
 
 ConvexHint& CollisionWorld::hint(const HintKey& key) {
-  std::uint64_t z = static_cast<std::uint64_t>(static_cast<std::uint32_t>(key.a)) << 32U |
-                    static_cast<std::uint32_t>(key.b);
-  z ^= (static_cast<std::uint64_t>(static_cast<std::uint32_t>(key.shape_a)) << 32U |
-        static_cast<std::uint32_t>(key.shape_b)) *
-       0x9E3779B97F4A7C15ULL;
-  z = (z ^ z >> 30U) * 0xBF58476D1CE4E5B9ULL;
-  Hint& slot = hints_[static_cast<std::size_t>(z >> 32U) & (hints_.size() - 1)];
+  const std::uint64_t z = mixed(both(key.a, key.b) ^ both(key.shape_a, key.shape_b) * 0x9E3779B97F4A7C15ULL);
+  const std::size_t lane_size = hints_.size() / kHintLanes;
+  Hint& slot = hints_[hint_lane(key.a) * lane_size + (static_cast<std::size_t>(z) & (lane_size - 1))];
   if (!(slot.key == key)) slot = {key, {}};
   return slot.hint;
 }
@@ -110,17 +136,30 @@ bool CollisionWorld::overlaps_at(int a, const Pose& X_WA, int b, DetectionCounts
   return overlap(a, X_WA, b, 0.0, counts);
 }
 
-bool update_verdict(CollisionWorld& world, int base, int target, PairVerdict& verdict,
-                    DetectionCounts& counts) {
+bool begin_verdict(const CollisionWorld& world, int base, int target, PairVerdict& verdict,
+                   DetectionCounts& counts) {
   const std::uint64_t version_base = world.version(base);
   const std::uint64_t version_target = world.version(target);
   if (verdict.version_base == version_base && verdict.version_target == version_target) return false;
   verdict.version_base = version_base;
   verdict.version_target = version_target;
+  verdict.touching = false;
+  verdict.calls = 0;
   ++counts.broad_phase_tests;
+  return true;
+}
+
+void query_verdict(CollisionWorld& world, int base, int target, PairVerdict& verdict,
+                   DetectionCounts& counts) {
   const std::uint64_t before = counts.mpr_calls;
-  verdict.touching = world.boxes_overlap(base, target) && world.shapes_overlap(base, target, counts);
+  verdict.touching = world.shapes_overlap(base, target, counts);
   verdict.calls = counts.mpr_calls - before;
+}
+
+bool update_verdict(CollisionWorld& world, int base, int target, PairVerdict& verdict,
+                    DetectionCounts& counts) {
+  if (!begin_verdict(world, base, target, verdict, counts)) return false;
+  if (world.boxes_overlap(base, target)) query_verdict(world, base, target, verdict, counts);
   return true;
 }
 

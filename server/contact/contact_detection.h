@@ -20,6 +20,8 @@ struct DetectionCounts {
   std::uint64_t mpr_calls = 0;    ///< pairs of convex parts asked for, however they were answered
   std::uint64_t mpr_skipped = 0;  ///< calls that repeating the last test of an unmoved pair would have made
   QueryCounts answered;           ///< how
+
+  DetectionCounts& operator+=(const DetectionCounts& other);
 };
 
 /// Shape and pose of every component as the collision check sees it at one time. A component's version
@@ -33,7 +35,8 @@ class CollisionWorld {
   void set_shape(int component, ConvexShape shape);
   /// Changes only the bounds of a box-shaped component, without allocation.
   void set_box(int component, const Vec3& lower_B, const Vec3& upper_B);
-  void set_pose(int component, const Pose& X_WB);
+  /// False for a pose that is not finite: then the component stays where it was.
+  bool set_pose(int component, const Pose& X_WB);
 
   std::uint64_t version(int component) const { return entry(component).version; }
   const Aabb& aabb(int component) const { return entry(component).aabb; }
@@ -45,6 +48,13 @@ class CollisionWorld {
   /// The same for component `a` at another pose and without margin (jaws looking ahead).
   bool overlaps_at(int a, const Pose& X_WA, int b, DetectionCounts& counts);
   double margin() const { return margin_; }
+  const std::vector<ConvexShape>& shapes(int component) const { return entry(component).shapes; }
+  const Pose& pose(int component) const { return entry(component).X_WB; }
+
+  /// What is remembered of the pairs with a component `a` first is kept in one of so many lanes. Pairs of
+  /// different lanes may be looked at by different threads at the same time, those of one lane may not.
+  static constexpr std::size_t kHintLanes = 16;
+  static std::size_t hint_lane(int a);
 
   /// Components whose version changed since the last clear_moved(), each once, in the order of their change.
   const std::vector<int>& moved() const { return moved_; }
@@ -82,7 +92,7 @@ class CollisionWorld {
   bool remember_;
   std::vector<Entry> entries_;
   std::vector<int> moved_;
-  /// One slot per hash: who needs a slot takes it. A lost hint costs time, never a verdict.
+  /// By lane, then one slot per hash: who needs a slot takes it. A lost hint costs time, never a verdict.
   std::vector<Hint> hints_;
 };
 
@@ -93,7 +103,13 @@ struct PairVerdict {
   bool touching = false;
 };
 
-/// Brings the verdict up to date; false when neither side had moved.
+/// False when neither side moved since the verdict; else it is one of the present poses, to be made:
+bool begin_verdict(const CollisionWorld& world, int base, int target, PairVerdict& verdict,
+                   DetectionCounts& counts);
+/// by looking at the convex parts, of components whose boxes overlap. Others are apart, without a call.
+void query_verdict(CollisionWorld& world, int base, int target, PairVerdict& verdict,
+                   DetectionCounts& counts);
+/// Both, where need be; false when neither side had moved.
 bool update_verdict(CollisionWorld& world, int base, int target, PairVerdict& verdict,
                     DetectionCounts& counts);
 

@@ -23,12 +23,26 @@ double largest_ratio(const Matrix& K, const Matrix& M) {
 }
 }  // namespace
 
-void FreeTargetLoad::add(const Component& base, const Connection& connection) {
+void FreeTargetLoad::note_rates(const Component& base) {
   const SubstituteParameters& own = base.substitute;
   stiffest_ =
       std::max({stiffest_, own.k_tr_N_per_m / base.mass_kg, largest_ratio(own.K_rot_B, base.I_BBcm_B)});
   most_damped_ =
       std::max({most_damped_, own.d_tr_N_s_per_m / base.mass_kg, largest_ratio(own.D_rot_B, base.I_BBcm_B)});
+}
+
+void FreeTargetLoad::add_own() {
+  const SubstituteParameters& own = target_.substitute;
+  note_rates(target_);
+  K_T_.diagonal().head<3>().array() += own.k_tr_N_per_m;
+  D_T_.diagonal().head<3>().array() += own.d_tr_N_s_per_m;
+  K_T_.bottomRightCorner<3, 3>() += own.K_rot_B;
+  D_T_.bottomRightCorner<3, 3>() += own.D_rot_B;
+}
+
+void FreeTargetLoad::add(const Component& base, const Connection& connection) {
+  const SubstituteParameters& own = base.substitute;
+  note_rates(base);
   // Moved by u and turned by a, the Target moves the point at the Base's centre of mass by u + a x r.
   const Vec3 r = connection.p_TBcm_T - target_.p_BBcm;
   Eigen::Matrix<double, 3, 6> J = Eigen::Matrix<double, 3, 6>::Zero();
@@ -41,10 +55,22 @@ void FreeTargetLoad::add(const Component& base, const Connection& connection) {
   D_T_.bottomRightCorner<3, 3>() += R * own.D_rot_B * R.transpose();
 }
 
-double FreeTargetLoad::scale() const {
+FreeTargetLoad::Mat6 FreeTargetLoad::inertia() const {
   Mat6 M_T = Mat6::Zero();
   M_T.diagonal().head<3>().setConstant(target_.mass_kg);
   M_T.bottomRightCorner<3, 3>() = target_.I_BBcm_B;
+  return M_T;
+}
+
+double FreeTargetLoad::shared_scale() const {
+  if (stiffest_ == 0.0) return 1.0;
+  const Mat6 M_T = inertia();
+  return std::min(
+      {1.0, 0.5 * stiffest_ / largest_ratio(K_T_, M_T), 0.5 * most_damped_ / largest_ratio(D_T_, M_T)});
+}
+
+double FreeTargetLoad::scale() const {
+  const Mat6 M_T = inertia();
   return std::min(stiffest_ / (stiffest_ + largest_ratio(K_T_, M_T)),
                   most_damped_ / (most_damped_ + largest_ratio(D_T_, M_T)));
 }

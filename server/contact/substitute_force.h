@@ -45,16 +45,27 @@ void capture_offset(const BodyMotion& base, const BodyMotion& target, Connection
 /// the fastest Base alone. The same holds for the damping. Without this, a light Target, or one with many
 /// Bases, would raise the frequency past the solver's limit. The thesis has no such case: its assemblies are
 /// held.
+///
+/// Where Parts of a free cluster are connected every which way (SFA and extended SFA), each is given all its
+/// connections, as Target and as Base. A pair's energy k |u_a - u_b|^2 is at most 2 k (|u_a|^2 + |u_b|^2), so
+/// half the ratio is enough for each end, and a connection takes the smaller factor of its two ends.
 class FreeTargetLoad {
  public:
   explicit FreeTargetLoad(const Component& target) : target_(target) {}
   /// `connection` must hold the offset of the Base in the Target. Uses the Base's own constants.
   void add(const Component& base, const Connection& connection);
+  /// A connection of which the Part itself is the Base.
+  void add_own();
   /// Factor for the constants of every connection added, in (0, 1).
   double scale() const;
+  /// The same where the other ends of the connections move as well; 1 if there are none.
+  double shared_scale() const;
 
  private:
   using Mat6 = Eigen::Matrix<double, 6, 6>;
+  void note_rates(const Component& base);
+  Mat6 inertia() const;
+
   const Component& target_;
   Mat6 K_T_ = Mat6::Zero(), D_T_ = Mat6::Zero();  ///< axes of the Target
   double stiffest_ = 0.0, most_damped_ = 0.0;     ///< of a Base alone: k/m (1/s^2), d/m (1/s)

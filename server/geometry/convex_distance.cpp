@@ -23,6 +23,7 @@ void set_points(const Vec3& point_A, const Pose& X_WA, const Vec3& point_B, cons
 
 ConvexDistance convex_distance(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b,
                                const Pose& X_WB) {
+  check_query(X_WA, X_WB, 0.0);
   ConvexDistance result;
   Difference difference(a, X_WA, b, X_WB);
   const double size = std::max(a.radius + b.radius, 1e-300);

@@ -105,6 +105,7 @@ const ccd_t kSearch = [] {
 
 bool convex_overlap(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b, const Pose& X_WB,
                     double margin) {
+  check_query(X_WA, X_WB, margin);
   const double size = a.radius + b.radius + margin;
   const double inverse_size = size > 0.0 ? 1.0 / size : 1.0;
   Query query{&a,

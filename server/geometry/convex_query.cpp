@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "server/geometry/polytope.h"
 
@@ -11,6 +12,9 @@ namespace {
 
 constexpr int kMaxRounds = 40;
 constexpr double kDepthShare = 0.5;
+// A gap proves something only if it is finite: poses that are not end in convex_overlap(), which refuses
+// them.
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// What rounding and convex_overlap()'s own tolerance may amount to. The second term matters only for shapes
 /// far from the origin of their frames.
@@ -96,7 +100,7 @@ Found search(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b, const
     hint.vertex_a = difference.vertex_a;
     hint.vertex_b = difference.vertex_b;
     const double gap = -n.dot(corner.y);
-    if (gap > margin + guard) {
+    if (gap > margin + guard && gap < kInfinity) {
       hint.evidence = ConvexHint::Evidence::apart;
       hint.axis_A = n;
       return Found::apart;
@@ -126,16 +130,18 @@ bool convex_overlap(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b
                     double margin, ConvexHint& hint, QueryCounts& counts) {
   const double guard = guard_of(a, b, margin);
   if (hint.evidence == ConvexHint::Evidence::apart) {
-    if (gap_on_axis(a, X_WA, b, X_WB, hint) > margin + guard) {
+    const double gap = gap_on_axis(a, X_WA, b, X_WB, hint);
+    if (gap > margin + guard && gap < kInfinity && margin >= 0.0) {
       ++counts.by_hint;
       return false;
     }
   } else if (hint.evidence == ConvexHint::Evidence::overlapping) {
-    if (still_overlapping(X_WA, X_WB, margin, guard, hint)) {
+    if (margin >= 0.0 && still_overlapping(X_WA, X_WB, margin, guard, hint)) {
       ++counts.by_hint;
       return true;
     }
   }
+  if (!(margin >= 0.0)) check_query(X_WA, X_WB, margin);
   const Found found = search(a, X_WA, b, X_WB, margin, guard, hint);
   if (found != Found::nothing) {
     ++counts.by_search;

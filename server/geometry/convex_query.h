@@ -47,7 +47,7 @@ struct QueryCounts {
 };
 
 /// The verdict of convex_overlap() with the same arguments. The hint may come from any earlier query of the
-/// same two shapes, or be a new one. Does not allocate.
+/// same two shapes, or be a new one. Throws as check_query. Does not allocate.
 bool convex_overlap(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b, const Pose& X_WB,
                     double margin, ConvexHint& hint, QueryCounts& counts);
 

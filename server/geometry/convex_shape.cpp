@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -139,6 +140,16 @@ void ConvexShape::become_box(const Vec3& lower_B, const Vec3& upper_B) {
   reach = box.center_B.norm() + radius;
   is_box = (box.half_B.array() > 0.0).all();
   graph = {};
+}
+
+void check_query(const Pose& X_WA, const Pose& X_WB, double margin) {
+  for (const auto& [name, pose] : {std::pair{"first", &X_WA}, std::pair{"second", &X_WB}})
+    if (!is_finite(*pose))
+      throw std::invalid_argument(std::string("the pose of the ") + name +
+                                  " of two convex shapes is not finite");
+  if (!(margin >= 0.0 && margin <= std::numeric_limits<double>::max()))
+    throw std::invalid_argument("the margin between two convex shapes is " + std::to_string(margin) +
+                                " m; allowed: a finite number >= 0");
 }
 
 std::vector<Vec3> convex_hull_vertices(const std::vector<Vec3>& points) {

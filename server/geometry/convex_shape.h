@@ -54,6 +54,14 @@ struct ConvexShape {
   double extreme_height(const Vec3& d, std::uint32_t& vertex) const;
 };
 
+/// Whether all twelve numbers are finite.
+inline bool is_finite(const Pose& X) {
+  return X.p.allFinite() && X.R.allFinite();
+}
+/// Throws std::invalid_argument when a pose is not finite, or the margin is not finite or is negative: search
+/// algorithms answer such questions, but not with the truth.
+void check_query(const Pose& X_WA, const Pose& X_WB, double margin);
+
 /// Extreme points of the convex hull (qhull), in the order given. Throws std::invalid_argument when a point
 /// is not finite or the points span no volume.
 std::vector<Vec3> convex_hull_vertices(const std::vector<Vec3>& points);

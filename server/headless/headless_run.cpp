@@ -58,6 +58,7 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
         break;
       }
       for (const ConnectionChange& change : simulation.connection_changes()) result.changes.push_back(change);
+      for (const CollisionEvent& event : simulation.collision_events()) result.collisions.push_back(event);
       if (observer) observer(simulation);
       record_marks();
     }

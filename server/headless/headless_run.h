@@ -27,6 +27,7 @@ struct HeadlessResult {
   Snapshot final_state;
   SimulationStatistics statistics;
   std::vector<ConnectionChange> changes;
+  std::vector<CollisionEvent> collisions;  ///< empty where nothing is checked
   std::vector<MarkRecord> marks;
   double wall_s = 0.0, cpu_s = 0.0;
   double controller_s = 0.0;  ///< wall time within the controller program

@@ -89,13 +89,55 @@ Json notes_json(const RunInfo& info) {
   return all;
 }
 
+Json collisions_json(const CellDescription& cell, const HeadlessResult& result) {
+  Json all = Json::array();
+  for (const CollisionEvent& event : result.collisions) {
+    all.push_back({{"kind", to_string(event.kind)},
+                   {"time_s", event.time_s},
+                   {"step", event.step},
+                   {"pair",
+                    {cell.checked_bodies[static_cast<std::size_t>(event.a)],
+                     cell.checked_bodies[static_cast<std::size_t>(event.b)]}},
+                   {"limit_m", event.limit_m},
+                   {"distance_m", event.distance_m},
+                   {"depth_m", std::max(0.0, -event.distance_m)},
+                   {"position_m", json(event.p_W)},
+                   {"duration_s", event.duration_s}});
+  }
+  return all;
+}
+
+void print_collisions(std::ostream& out, const CellDescription& cell, const HeadlessResult& result) {
+  constexpr std::size_t kMost = 20;
+  std::size_t told = 0, left_out = 0;
+  for (const CollisionEvent& event : result.collisions) {
+    if (event.kind == CollisionEvent::Kind::cleared) continue;
+    if (++told > kMost) {
+      ++left_out;
+      continue;
+    }
+    const bool overlap = event.kind == CollisionEvent::Kind::collision;
+    out << std::setprecision(3) << event.time_s << " s: " << to_string(event.kind) << ": "
+        << cell.checked_bodies[static_cast<std::size_t>(event.a)] << " and "
+        << cell.checked_bodies[static_cast<std::size_t>(event.b)]
+        << (overlap ? " overlap by " : " are closer than ")
+        << 1e3 * (overlap ? -event.distance_m : event.limit_m) << " mm at";
+    for (int i = 0; i < 3; ++i) out << ' ' << event.p_W[i];
+    out << " m\n";
+  }
+  if (left_out > 0) out << "and " << left_out << " more (--report lists all)\n";
+  if (told == 0) out << "Collision checking: nothing came too close\n";
+}
+
 Json statistics_json(const SimulationStatistics& s) {
   return {{"steps", s.steps},
           {"derivative_evaluations", s.derivative_evaluations},
           {"broad_phase_tests", s.broad_phase_tests},
           {"mpr_calls", s.mpr_calls},
           {"mpr_skipped", s.mpr_skipped},
-          {"partner_searches", s.partner_searches}};
+          {"partner_searches", s.partner_searches},
+          {"clearance_pairs", s.clearance_pairs},
+          {"clearance_distances", s.clearance_distances}};
 }
 
 }  // namespace
@@ -139,6 +181,7 @@ std::string report_json(const Scenario& scenario, const CellDescription& cell, c
                        {"to", name_or_null(cell, change.to)}});
   }
   report["connection_changes"] = changes;
+  report["collisions"] = collisions_json(cell, result);
   Json marks = Json::array();
   for (const MarkRecord& mark : result.marks) {
     marks.push_back({{"name", mark.mark.name},
@@ -177,6 +220,7 @@ void print_summary(std::ostream& out, const Scenario& scenario, const CellDescri
         << (sample.partner < 0 ? "nothing" : cell.components[static_cast<std::size_t>(sample.partner)].name)
         << (error_mm <= 1e3 * scenario.expected_tolerance_m ? "" : "  <- outside the tolerance") << '\n';
   }
+  if (!cell.checked_bodies.empty()) print_collisions(out, cell, result);
   if (!result.fault.empty()) out << "The run ended early: " << result.fault << '\n';
   out.flags(old_flags);
 }

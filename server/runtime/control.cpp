@@ -125,9 +125,32 @@ std::variant<ControlAction, ControlReply> parse_register(const ControlRequest& r
   return arguments.result(action);
 }
 
-constexpr std::array<std::string_view, 8> kRequests{
-    "get_features", "get_state", "set_state",           "step",
-    "reset",        "set_pace",  "register_controller", "unregister_controller"};
+std::variant<ControlAction, ControlReply> parse_explain(const ControlRequest& request,
+                                                        const CellDescription& cell) {
+  Arguments arguments(request, {"part"});
+  const std::string name = arguments.text("part", "the Part (or Gripper, or Ground) to explain.");
+  const int component = cell.find_component(name);
+  const auto result = arguments.result(ExplainPart{component});
+  if (component >= 0 || std::holds_alternative<ControlReply>(result)) return result;
+  constexpr std::size_t kLongestList = 600;  // of the 1024 characters of a message
+  std::string known;
+  for (const ComponentDescription& c : cell.components) {
+    if (known.size() + c.name.size() > kLongestList) {
+      known += ", ...";
+      break;
+    }
+    known += (known.empty() ? "" : ", ") + c.name;
+  }
+  return ControlReply{
+      request.id,
+      ControlResult::not_found,
+      "There is no component '" + name.substr(0, 128) + "' in this cell; it has " + known + ".",
+      {}};
+}
+
+constexpr std::array<std::string_view, 9> kRequests{
+    "get_features",          "get_state",   "set_state", "step", "reset", "set_pace", "register_controller",
+    "unregister_controller", "explain_part"};
 
 std::string known_requests() {
   std::string list;
@@ -199,6 +222,7 @@ std::variant<ControlAction, ControlReply> parse(const ControlRequest& request, c
     return arguments.result(action);
   }
   if (name == "register_controller") return parse_register(request, cell);
+  if (name == "explain_part") return parse_explain(request, cell);
   if (name == "unregister_controller") {
     Arguments arguments(request, {"name"});
     return arguments.result(UnregisterController{arguments.text("name", "the controller to remove.")});

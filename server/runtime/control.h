@@ -61,8 +61,11 @@ struct RegisterController {
 struct UnregisterController {
   std::string name;
 };
+struct ExplainPart {
+  int component = -1;
+};
 using ControlAction = std::variant<GetFeatures, GetState, SetState, Step, Reset, SetPace, RegisterController,
-                                   UnregisterController>;
+                                   UnregisterController, ExplainPart>;
 
 /// Checks a request against the vocabulary and the cell.
 std::variant<ControlAction, ControlReply> parse(const ControlRequest& request, const CellDescription& cell);

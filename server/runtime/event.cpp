@@ -37,10 +37,42 @@ EventText describe_rejection(const EventRecord& event, const CellDescription& ce
   return {target, message};
 }
 
+std::string millimetres(double value_m) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.3f mm", 1e3 * value_m);
+  return text;
+}
+
+EventText describe_clearance(const EventRecord& event, const CellDescription& cell) {
+  const std::string& a = cell.checked_bodies[static_cast<std::size_t>(event.a)];
+  const std::string& b = cell.checked_bodies[static_cast<std::size_t>(event.b)];
+  char place[80];
+  std::snprintf(place, sizeof place, " at (%.4f, %.4f, %.4f) m", event.position_W.x(), event.position_W.y(),
+                event.position_W.z());
+  const std::string limit = event.x > 0.0 ? " (limit " + millimetres(event.x) + ")" : "";
+  switch (event.code) {
+    case EventCode::clearance:
+      return {a, a + " and " + b + " are " + millimetres(event.y) + " apart" + place + limit + "."};
+    case EventCode::collision:
+      return {a, a + " and " + b + " overlap by " + millimetres(event.y) + place + "."};
+    default:
+      return {a, a + " and " + b + " are clear again after " + number(event.z) + " s; " +
+                     (event.y < 0.0 ? "deepest overlap " + millimetres(-event.y)
+                                    : "least distance " + millimetres(event.y)) +
+                     place + limit + "."};
+  }
+}
+
 }  // namespace
 
 std::string_view to_string(EventCode code) {
   switch (code) {
+    case EventCode::clearance:
+      return "clearance";
+    case EventCode::collision:
+      return "collision";
+    case EventCode::clearance_restored:
+      return "clearance_restored";
     case EventCode::connection_changed:
       return "connection_changed";
     case EventCode::simulation_fault:
@@ -109,6 +141,10 @@ EventText describe(const EventRecord& event, const CellDescription& cell) {
            " at the boundary " + number(event.x) + " s";
   };
   switch (event.code) {
+    case EventCode::clearance:
+    case EventCode::collision:
+    case EventCode::clearance_restored:
+      return describe_clearance(event, cell);
     case EventCode::connection_changed: {
       const std::string part = component_name(cell, event.a);
       return {part, part + ": " + component_name(cell, event.b) + " -> " + component_name(cell, event.c)};

@@ -11,12 +11,15 @@
 namespace takt {
 
 enum class EventCode : std::uint8_t {
-  connection_changed,       ///< a: Part, b: from, c: to (components or -1)
-  simulation_fault,         ///< text: the simulation's own words
-  state_changed,            ///< a: new SimulationState
-  reset,                    ///< the cell is back in its initial state
-  pace_changed,             ///< a: Pace, x: factor
-  schedule_rebased,         ///< x: lag in s
+  clearance,  ///< checked bodies a and b came closer than x (limit, m), now y (m); position: between them
+  collision,  ///< checked bodies a and b overlap by y (depth, m); position
+  clearance_restored,  ///< a and b are apart again: x limit, y least distance (m) since z (s) ago; position
+  connection_changed,  ///< a: Part, b: from, c: to (components or -1)
+  simulation_fault,    ///< text: the simulation's own words
+  state_changed,       ///< a: new SimulationState
+  reset,               ///< the cell is back in its initial state
+  pace_changed,        ///< a: Pace, x: factor
+  schedule_rebased,    ///< x: lag in s
   controller_registered,    ///< text: name, x: period in s
   controller_unregistered,  ///< text: name
   controller_late,          ///< text: name, a: target awaited, x: boundary in s
@@ -46,7 +49,8 @@ struct EventRecord {
   std::uint64_t step = 0;
   std::uint32_t epoch = 0;
   int a = -1, b = -1, c = -1;
-  double x = 0.0, y = 0.0;
+  double x = 0.0, y = 0.0, z = 0.0;
+  Vec3 position_W = Vec3::Zero();
   std::uint64_t sender = 0;  ///< of the command that caused it, 0: none
   FixedText<256> text;
 };

@@ -80,12 +80,13 @@ void RunLoop::run() {
   publish_instant();
   while (!stop_.load(std::memory_order_relaxed)) {
     if (requests_waiting_.load(std::memory_order_acquire)) execute_requests();
+    answer_question();
     collect_commands();
     if (!may_step()) {
       outbox_.standing_at_boundary.store(true, std::memory_order_relaxed);
       publish_status_if_due();
       const std::int64_t now = monotonic_now_ns();
-      wakeup_.wait_until_ns(std::min(next_status_ns_, now + kWaitInStatus_ns));
+      if (questions_.empty()) wakeup_.wait_until_ns(std::min(next_status_ns_, now + kWaitInStatus_ns));
       continue;
     }
     outbox_.standing_at_boundary.store(false, std::memory_order_relaxed);
@@ -268,6 +269,7 @@ void RunLoop::take_step() {
     changed.c = change.to;
     emit(changed);
   }
+  tell_collisions();
   publish_instant();
   if (single_steps_left_ > 0 && --single_steps_left_ == 0) {
     end_single_steps(ControlResult::ok, "The steps are done.");
@@ -281,6 +283,29 @@ void RunLoop::take_step() {
     }
   }
   publish_status_if_due();
+}
+
+void RunLoop::tell_collisions() {
+  for (const CollisionEvent& found : simulation_.collision_events()) {
+    EventRecord told = event(EventCode::clearance, Severity::warning);
+    told.y = found.distance_m;
+    if (found.kind == CollisionEvent::Kind::collision) {
+      told.code = EventCode::collision;
+      told.severity = Severity::error;
+      told.y = -found.distance_m;
+    } else if (found.kind == CollisionEvent::Kind::cleared) {
+      told.code = EventCode::clearance_restored;
+      told.severity = Severity::information;
+    }
+    told.time_s = found.time_s;
+    told.step = found.step;
+    told.a = found.a;
+    told.b = found.b;
+    told.x = found.limit_m;
+    told.z = found.duration_s;
+    told.position_W = found.p_W;
+    emit(told);
+  }
 }
 
 void RunLoop::pause_with(EventRecord event) {

@@ -7,6 +7,9 @@
 // that goes out lies in outbox(). The loop knows no transport, and in steady state neither allocates nor
 // waits for a reader.
 //
+// Requests are executed between two steps. What takes longer than a look (explain_part) waits in a queue of
+// which at most one is answered before a step, so that no client can hold up the simulation with questions.
+//
 // Lockstep: at a step that is a boundary of a registered controller (controller_registry.h) the loop waits
 // until every target of that controller has a command stamped with that step's time, to the nanosecond, and
 // applies them together in the very next step, robots before grippers, in index order. So the results depend
@@ -82,6 +85,10 @@ class RunLoop {
     std::uint64_t id = 0;
     ControlAction action;
   };
+  struct Question {
+    std::uint64_t id = 0;
+    int component = -1;
+  };
   struct RateSample {
     std::int64_t wall_ns = 0;
     double time_s = 0.0;
@@ -97,6 +104,8 @@ class RunLoop {
   void execute(std::uint64_t id, const RegisterController& action);
   void execute(std::uint64_t id, const UnregisterController& action);
   void execute_get_state(std::uint64_t id);
+  void take_question(std::uint64_t id, const ExplainPart& question);
+  void answer_question();
   void do_reset();
   void set_state(SimulationState state);
   void end_single_steps(ControlResult result, const std::string& message);
@@ -107,6 +116,7 @@ class RunLoop {
   bool boundary_commands_present();
   void wait_for_controller(const ControllerRegistry::Controller& controller, int missing_target);
   void take_step();
+  void tell_collisions();
   void gather_batch();
   void finish_boundaries(std::uint64_t step);
   void pause_with(EventRecord event);
@@ -137,6 +147,7 @@ class RunLoop {
   Pace pace_;
   double factor_;
   bool faulted_ = false, ended_ = false;
+  std::vector<Question> questions_;  ///< to be answered one between two steps, oldest first
   std::uint64_t single_steps_left_ = 0;
   std::uint64_t single_steps_request_ = 0;  ///< id of the request being worked on
   std::vector<ReceivedCommand> incoming_;

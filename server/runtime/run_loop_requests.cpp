@@ -1,9 +1,14 @@
 // Control requests of the step loop: handed over by submit(), executed between two steps.
 #include <algorithm>
 
+#include "server/runtime/explain_reply.h"
 #include "server/runtime/run_loop.h"
 
 namespace takt {
+
+namespace {
+constexpr std::size_t kMostQuestions = 64;
+}
 
 void RunLoop::submit(const ControlRequest& request) {
   auto parsed = parse(request, cell());
@@ -46,6 +51,8 @@ void RunLoop::execute_requests() {
       execute(id, *add);
     } else if (const auto* remove = std::get_if<UnregisterController>(&request.action)) {
       execute(id, *remove);
+    } else if (const auto* question = std::get_if<ExplainPart>(&request.action)) {
+      take_question(id, *question);
     }
   }
 }
@@ -65,6 +72,23 @@ void RunLoop::execute_get_state(std::uint64_t id) {
          {"epoch", std::to_string(simulation_.epoch())},
          {"state_hash", std::to_string(simulation_.state_hash())},
          {"fault", faulted_ ? simulation_.fault() : std::string()}});
+}
+
+void RunLoop::take_question(std::uint64_t id, const ExplainPart& question) {
+  if (questions_.size() >= kMostQuestions) {
+    reply(id, ControlResult::failed,
+          std::to_string(kMostQuestions) +
+              " questions are waiting already; at most one is answered before each step.");
+    return;
+  }
+  questions_.push_back({id, question.component});
+}
+
+void RunLoop::answer_question() {
+  if (questions_.empty()) return;
+  const Question question = questions_.front();
+  questions_.erase(questions_.begin());
+  outbox_.add_reply(explanation_reply(question.id, simulation_.explain(question.component), cell()));
 }
 
 void RunLoop::execute(std::uint64_t id, const SetState& action) {

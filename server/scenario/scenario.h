@@ -91,6 +91,23 @@ struct ScenarioMark {
   double time_s = 0.0;
 };
 
+/// Two name patterns, `*` standing for any characters: names of parts, grounds and grippers,
+/// gripper/left_jaw, robot/link. Which comes first does not matter.
+struct ScenarioCheckedPair {
+  std::array<std::string, 2> pair;
+  double closer_than_m = 0.0;  ///< of a limit
+  std::string place;           ///< file, line, column and key
+};
+
+/// Checking of robot programs for collisions. Without the section nothing is checked.
+struct ScenarioCollisionChecking {
+  bool enabled = false;
+  double default_limit_m = 0.0;  ///< of pairs without a limit of their own, but for gripper and Part
+  double hysteresis_m = 0.001;
+  std::vector<ScenarioCheckedPair> limits;  ///< of several that fit a pair the last one counts
+  std::vector<ScenarioCheckedPair> ignore;
+};
+
 struct Scenario {
   std::filesystem::path file;
   std::string name;
@@ -101,16 +118,18 @@ struct Scenario {
   double step_s = 0.001;
   std::vector<ScenarioProcess> processes;
   // interaction
-  std::string algorithm = "partner_search";
+  std::string algorithm = "partner_search";  ///< or substitute_force, extended_substitute_force
   bool weight_feed_forward = true;
   double allowed_position_error_m = 0.0001;
   double damping_ratio = 1.0;
   double contact_margin_m = 0.0002;
+  bool skip_resting = true;        ///< false: every pair and every Part anew in every step
   double max_volume_error = 0.05;  ///< of the convex shapes of a component, as a share; more is told
   std::vector<ScenarioPart> parts;
   std::vector<ScenarioGround> grounds;
   std::vector<ScenarioRobot> robots;
   std::vector<ScenarioGripper> grippers;
+  ScenarioCollisionChecking collision_checking;
   std::filesystem::path controller_program;  ///< empty: none
   std::vector<ScenarioMark> marks;           ///< instants whose poses and wrenches go into the report
   std::vector<ExpectedPose> expected;        ///< analytic poses at the end

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "server/geometry/mesh_import.h"
+#include "server/scenario/collision_checking.h"
 #include "server/scenario/convex_import.h"
 #include "server/scenario/urdf_reader.h"
 
@@ -172,13 +173,16 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const Impo
     cell->description.level_of_detail = std::max(cell->description.level_of_detail, process.level_of_detail);
   }
   cell->solver.name = scenario.solver;
-  cell->interaction = {scenario.gravity_m_per_s2, scenario.contact_margin_m, scenario.weight_feed_forward};
+  cell->interaction = {scenario.gravity_m_per_s2, scenario.contact_margin_m, scenario.weight_feed_forward,
+                       scenario.skip_resting};
+  cell->interaction.algorithm = interaction_algorithm(scenario.algorithm);
   ConvexImporter importer(scenario, import, *cell);
   for (const ScenarioPart& part : scenario.parts) add_part(scenario, part, importer, *cell);
   for (const ScenarioGround& ground : scenario.grounds) add_ground(ground, importer, *cell);
   for (const ScenarioRobot& robot : scenario.robots) add_robot(scenario, robot, *cell);
   for (const ScenarioGripper& gripper : scenario.grippers) add_gripper(gripper, importer, *cell);
   cell->pairs = generate_pairs(cell->components);
+  if (scenario.collision_checking.enabled) add_collision_checking(scenario, *cell);
   return cell;
 }
 

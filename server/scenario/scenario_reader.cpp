@@ -5,6 +5,8 @@
 #include <set>
 #include <sstream>
 
+#include "server/contact/connection_rules.h"
+#include "server/scenario/collision_checking.h"
 #include "server/scenario/yaml_fields.h"
 #include "server/simulation/integrator.h"
 
@@ -315,13 +317,16 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
   solver.finish();
 
   YamlFields interaction = top.mapping("interaction");
-  scenario.algorithm = interaction.choice("algorithm", {"partner_search"}, scenario.algorithm);
+  scenario.algorithm =
+      interaction.choice("algorithm", {kInteractionAlgorithmNames.begin(), kInteractionAlgorithmNames.end()},
+                         scenario.algorithm);
   scenario.weight_feed_forward = interaction.boolean_or("weight_feed_forward", scenario.weight_feed_forward);
   scenario.allowed_position_error_m =
       interaction.number_or("allowed_position_error_m", positive("m"), scenario.allowed_position_error_m);
   scenario.damping_ratio = interaction.number_or("damping_ratio", kPositive, scenario.damping_ratio);
   scenario.contact_margin_m =
       interaction.number_or("contact_margin_m", not_negative("m"), scenario.contact_margin_m);
+  scenario.skip_resting = interaction.boolean_or("skip_resting", scenario.skip_resting);
   scenario.max_volume_error =
       interaction.number_or("max_volume_error", kVolumeError, scenario.max_volume_error);
   interaction.finish();
@@ -341,6 +346,7 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
     for (ScenarioProcess& process : scenario.processes) process.level_of_detail = level;
   }
 
+  read_collision_checking(top, source, scenario);
   YamlFields controller = top.mapping("controller");
   if (controller.has("program")) scenario.controller_program = controller.existing_file("program");
   controller.finish();

@@ -51,8 +51,7 @@ void YamlFields::fail(const std::string& key, const std::string& found, const st
   fail_at(node.IsDefined() ? node : node_, key, found, allowed);
 }
 
-void YamlFields::fail_at(const YAML::Node& node, const std::string& key, const std::string& found,
-                         const std::string& allowed) const {
+std::string YamlFields::place_of(const YAML::Node& node, const std::string& key) const {
   const std::string full = key.empty() ? path_ : dotted(key);
   std::string place = source_->file.string();
   bool from_command_line = false;
@@ -64,8 +63,12 @@ void YamlFields::fail_at(const YAML::Node& node, const std::string& key, const s
   } else if (node.IsDefined() && !node.Mark().is_null()) {
     place += ":" + std::to_string(node.Mark().line + 1) + ":" + std::to_string(node.Mark().column + 1);
   }
-  throw ScenarioError(place + ": " + (full.empty() ? "the file" : full) + ": found " + found +
-                      "; allowed: " + allowed);
+  return place + ": " + (full.empty() ? "the file" : full);
+}
+
+void YamlFields::fail_at(const YAML::Node& node, const std::string& key, const std::string& found,
+                         const std::string& allowed) const {
+  throw ScenarioError(place_of(node, key) + ": found " + found + "; allowed: " + allowed);
 }
 
 bool YamlFields::has(const std::string& key) {

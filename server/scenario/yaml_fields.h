@@ -66,6 +66,8 @@ class YamlFields {
   void finish() const;
 
   [[noreturn]] void fail(const std::string& key, const std::string& found, const std::string& allowed) const;
+  /// "file:line:column: dotted.key", for an error that is found only later.
+  std::string place_of(const YAML::Node& node, const std::string& key) const;
   [[noreturn]] void fail_at(const YAML::Node& node, const std::string& key, const std::string& found,
                             const std::string& allowed) const;
 

@@ -57,6 +57,7 @@ struct CellDescription {
   std::vector<ComponentDescription> components;
   std::vector<RobotDescription> robots;
   std::vector<GripperDescription> grippers;
+  std::vector<std::string> checked_bodies;  ///< names for the indices in a CollisionEvent
 
   /// Index by name, or -1.
   int find_component(std::string_view name) const;

@@ -7,6 +7,7 @@
 #include "plant_models/mechanics/rigid_body.h"
 #include "plant_models/robot/kinematic_robot.h"
 #include "server/components/pair_generation.h"
+#include "server/contact/clearance_model.h"
 #include "server/contact/component_interaction.h"
 #include "server/simulation/cell_description.h"
 #include "server/simulation/solver.h"
@@ -64,6 +65,7 @@ struct CellModel {
   std::vector<GroundModel> grounds;
   std::vector<KinematicRobotParameters> robots;
   std::vector<GripperModel> grippers;
+  ClearanceModel clearance;
   std::vector<ConvexImport> convex_imports;
   std::vector<ImportNote> import_notes;
 };

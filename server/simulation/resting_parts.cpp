@@ -51,28 +51,28 @@ int RestingParts::find(int part) {
 void RestingParts::rebuild_groups(const ComponentInteraction& interaction) {
   std::iota(group_.begin(), group_.end(), 0);
   for (std::size_t i = 0; i < parts_.size(); ++i) {
-    const int partner = interaction.partner(parts_[i]);
-    if (partner < 0 || index_of_[static_cast<std::size_t>(partner)] < 0) continue;
-    const int a = find(static_cast<int>(i));
-    const int b = find(index_of_[static_cast<std::size_t>(partner)]);
-    group_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+    for (const PairConnection& pair : interaction.connections_of(parts_[i])) {
+      const int other = index_of_[static_cast<std::size_t>(pair.connection.partner)];
+      if (other < 0) continue;
+      const int a = find(static_cast<int>(i));
+      const int b = find(other);
+      group_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+    }
   }
   for (std::size_t i = 0; i < parts_.size(); ++i) group_[i] = find(static_cast<int>(i));
   groups_valid_ = true;
 }
 
 bool RestingParts::wake_changed(const ComponentInteraction& interaction) {
-  if (interaction.changes().empty()) return false;
+  if (interaction.disturbed().empty()) return false;
   bool woken = false;
   const auto wake_groups = [&] {
     // A whole group wakes: its Parts push on each other.
     std::fill(holds_awake_.begin(), holds_awake_.end(), 0);
-    for (const PartnerChange& change : interaction.changes()) {
-      for (const int component : {change.part, change.from, change.to}) {
-        if (component < 0 || index_of_[static_cast<std::size_t>(component)] < 0) continue;
-        const int place = index_of_[static_cast<std::size_t>(component)];
-        holds_awake_[static_cast<std::size_t>(group_[static_cast<std::size_t>(place)])] = 1;
-      }
+    for (const int component : interaction.disturbed()) {
+      const int place = index_of_[static_cast<std::size_t>(component)];
+      if (place < 0) continue;
+      holds_awake_[static_cast<std::size_t>(group_[static_cast<std::size_t>(place)])] = 1;
     }
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (resting_[i] == 0 || holds_awake_[static_cast<std::size_t>(group_[i])] == 0) continue;
@@ -94,9 +94,12 @@ bool RestingParts::rest_unchanged(const ComponentInteraction& interaction, std::
     holds_awake_[static_cast<std::size_t>(group_[static_cast<std::size_t>(i)])] = 0;
   for (const int i : awake_indices_) {
     const auto place = static_cast<std::size_t>(i);
-    const int partner = interaction.partner(parts_[place]);
+    const std::span<const PairConnection> connections = interaction.connections_of(parts_[place]);
     const bool gripped =
-        partner >= 0 && components_[static_cast<std::size_t>(partner)].type == ComponentType::gripper;
+        std::any_of(connections.begin(), connections.end(), [this](const PairConnection& pair) {
+          return components_[static_cast<std::size_t>(pair.connection.partner)].type ==
+                 ComponentType::gripper;
+        });
     const std::size_t first = place * RigidBody::kStates;
     if (gripped || std::memcmp(&before[first], &after[first], RigidBody::kStates * sizeof(double)) != 0)
       holds_awake_[static_cast<std::size_t>(group_[place])] = 1;

@@ -1,10 +1,10 @@
 #pragma once
 // Parts that rest cost nothing: which Parts the next step may leave out without changing a bit.
 //
-// With a one-step solver, the next states of a Part are a function of its own states, its connection, and the
-// states of the Parts it is connected with (directly or through others: its group), as long as no Gripper is
-// among their partners; Grounds do not move. So if one step left all states of a group unchanged, bit for
-// bit, the next step would do the same, and so on until a connection of the group changes. Unlike the
+// With a one-step solver, the next states of a Part are a function of its own states, its connections, and
+// the states of the Parts it is connected with (directly or through others: its group), as long as no Gripper
+// is connected with any of them; Grounds do not move. So if one step left all states of a group unchanged,
+// bit for bit, the next step would do the same, and so on until a connection of the group changes. Unlike the
 // sleeping of physics engines this has no threshold: nothing is stopped that moves.
 #include <cstdint>
 #include <span>
@@ -20,8 +20,8 @@ class RestingParts {
   RestingParts(const std::vector<Component>& components, std::vector<int> parts);
 
   void wake_all();
-  /// After the connections of a step are decided: wakes the groups of Parts that changed partner, old and
-  /// new. True if the awake Parts changed.
+  /// After the connections of a step are decided: wakes the groups, old and new, of Parts with a
+  /// connection that changed. True if the awake Parts changed.
   bool wake_changed(const ComponentInteraction& interaction);
   /// After a step: `before` and `after` are the whole state vector. True if the awake Parts changed.
   bool rest_unchanged(const ComponentInteraction& interaction, std::span<const double> before,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "plant_models/mechanics/fixed_body.h"
+#include "server/contact/clearance_monitor.h"
 #include "server/simulation/cell_model.h"
 #include "server/simulation/grasping.h"
 #include "server/simulation/integrator.h"
@@ -53,8 +54,14 @@ struct Simulation::Impl {
         accepted(x.size()),
         part_hashes(parts.size(), 0),
         robot_commands(robots.size()),
-        gripper_commands(grippers.size()) {
+        gripper_commands(grippers.size()),
+        history(model->components.size()) {
     changes.reserve(2 * parts.size());
+    if (model->clearance.enabled) {
+      monitor =
+          std::make_unique<ClearanceMonitor>(model->clearance, base_poses(*model), model->components.size());
+      collisions.reserve(4 * model->clearance.pairs.size());
+    }
     start();
   }
 
@@ -66,6 +73,12 @@ struct Simulation::Impl {
   static std::vector<FixedBody> make_grounds(const CellModel& cell) {
     std::vector<FixedBody> result;
     for (const GroundModel& ground : cell.grounds) result.emplace_back(ground.component, ground.X_WB);
+    return result;
+  }
+
+  static std::vector<Pose> base_poses(const CellModel& cell) {
+    std::vector<Pose> result;
+    for (const KinematicRobotParameters& robot : cell.robots) result.push_back(robot.X_WR);
     return result;
   }
 
@@ -92,6 +105,9 @@ struct Simulation::Impl {
     hash.reset();
     fault.clear();
     changes.clear();
+    collisions.clear();
+    if (monitor) monitor->reset();
+    history.reset();
     statistics = {};
     for (auto& counter : robot_commands) counter = {};
     for (auto& counter : gripper_commands) counter = {};
@@ -134,14 +150,32 @@ struct Simulation::Impl {
   void update_connections() {
     refresh_motion();
     interaction.update_poses(system.motion(), system.active_bodies(), clock);
+    if (interaction.refused_pose() >= 0) {
+      // States are finite (accept()), but what follows from them may overflow.
+      fault = "the pose of " + model->components[static_cast<std::size_t>(interaction.refused_pose())].name +
+              " became non-finite at t = " + std::to_string(time()) +
+              " s; the last accepted state is kept. A smaller step may help.";
+      return;
+    }
     grasping.update(time(), model->step_s, system.motion(), grippers, interaction);
     interaction.update_connections(system.motion(), grasping.states(), clock);
+    history.note(time(), step_index, interaction.changes());
     if (resting.wake_changed(interaction)) system.set_awake(resting.awake());
     // What the initial state decided belongs to the first step.
     if (step_index > 0) changes.clear();
     for (const PartnerChange& change : interaction.changes()) {
       changes.push_back({time(), step_index, change.part, change.from, change.to});
     }
+    if (monitor) check_clearances();
+  }
+
+  /// Reads poses and partners, writes nothing that the simulation reads.
+  void check_clearances() {
+    const double begin = clock != nullptr ? clock() : 0.0;
+    monitor->update(time(), step_index, system.motion(), system.active_bodies(), interaction.changes());
+    if (step_index > 0) collisions.clear();
+    collisions.insert(collisions.end(), monitor->events().begin(), monitor->events().end());
+    if (clock != nullptr) statistics.clearance_s += clock() - begin;
   }
 
   bool accept() {
@@ -174,7 +208,12 @@ struct Simulation::Impl {
       StateHash own;
       own.add(static_cast<std::uint64_t>(part));
       own.add(std::span<const double>(x).subspan(part * RigidBody::kStates, RigidBody::kStates));
-      own.add(static_cast<std::uint64_t>(interaction.partner(model->parts[part].body) + 1));
+      const int body = model->parts[part].body;
+      const int partner = interaction.partner(body);
+      own.add(static_cast<std::uint64_t>(partner + 1));
+      for (const PairConnection& pair : interaction.connections_of(body))
+        if (pair.connection.partner != partner)
+          own.add(static_cast<std::uint64_t>(pair.connection.partner + 1));
       parts_hash += own.value() - part_hashes[part];
       part_hashes[part] = own.value();
     }
@@ -226,6 +265,9 @@ struct Simulation::Impl {
   std::uint64_t parts_hash = 0;
   std::vector<CommandCounter> robot_commands, gripper_commands;
   std::vector<ConnectionChange> changes;
+  std::unique_ptr<ClearanceMonitor> monitor;  ///< none where nothing is checked
+  std::vector<CollisionEvent> collisions;
+  PartnerHistory history;
   std::uint64_t step_index = 0;
   std::uint32_t epoch = 0;
   StateHash hash;
@@ -252,6 +294,7 @@ bool Simulation::step(std::span<const Command> commands) {
   const auto now = [&s] { return s.clock != nullptr ? s.clock() : 0.0; };
   const double t0 = now();
   s.update_connections();
+  if (!s.fault.empty()) return false;
   const double t1 = now();
   // 3 integrate t -> t + h
   for (const OdeSystem::Range& range : s.system.active_states())
@@ -300,6 +343,21 @@ std::uint64_t Simulation::state_hash() const {
 std::span<const ConnectionChange> Simulation::connection_changes() const {
   return impl_->changes;
 }
+std::span<const PairConnection> Simulation::connections() const {
+  return impl_->interaction.connections();
+}
+Wrench Simulation::pair_wrench(const PairConnection& pair) const {
+  impl_->refresh_motion();
+  return impl_->interaction.pair_wrench(pair, impl_->system.motion());
+}
+
+std::span<const CollisionEvent> Simulation::collision_events() const {
+  return impl_->collisions;
+}
+
+void Simulation::set_executor(Executor* executor, std::uint64_t least_calls) {
+  impl_->interaction.set_executor(executor, least_calls);
+}
 
 void Simulation::set_stage_clock(double (*now_s)()) {
   impl_->clock = now_s;
@@ -319,6 +377,10 @@ const SimulationStatistics& Simulation::statistics() const {
   s.mpr_s = times.mpr_s;
   s.partner_search_s = times.partner_search_s;
   s.forces_s = impl_->system.forces_s();
+  if (impl_->monitor) {
+    s.clearance_pairs = impl_->monitor->counts().pairs_asked;
+    s.clearance_distances = impl_->monitor->counts().distances;
+  }
   return s;
 }
 
@@ -366,6 +428,17 @@ void Simulation::read_snapshot(Snapshot& snapshot) const {
     sample.commands_applied = s.gripper_commands[i].count;
     sample.newest_stamp_s = s.gripper_commands[i].newest_stamp_s;
   }
+}
+
+Explanation Simulation::explain(int component) const {
+  Impl& s = *impl_;
+  s.refresh_motion();
+  Explanation e =
+      explain_component(s.model->components, s.interaction, s.system.motion(), s.history, component);
+  e.time_s = s.time();
+  e.step = s.step_index;
+  e.epoch = s.epoch;
+  return e;
 }
 
 std::uint64_t period_boundary_step(std::uint64_t k, double period_s, double step_s) {

@@ -8,6 +8,7 @@
 //   2 update connections    poses at t -> AABB broad phase -> MPR -> contact graph -> partner search ->
 //   offsets of
 //                           changed partners. Every discrete decision is taken here, between accepted steps.
+//                           Then collision checking of robot programs, which only watches.
 //   3 integrate t -> t+h    a pure right-hand side: motion of all bodies -> wrench of every pair into its own
 //   slot ->
 //                           wrenches summed per component in pair order -> derivatives
@@ -18,13 +19,17 @@
 #include <span>
 #include <string>
 
+#include "server/contact/clearance_model.h"
+#include "server/contact/pair_queries.h"
 #include "server/simulation/cell_description.h"
 #include "server/simulation/command.h"
+#include "server/simulation/explanation.h"
 #include "server/simulation/snapshot.h"
 
 namespace takt {
 
-struct CellModel;  // simulation/cell_model.h: everything constant after loading
+struct CellModel;       // simulation/cell_model.h: everything constant after loading
+struct PairConnection;  // contact/connections.h
 
 /// Counts since the last reset, and computation time by stage where a clock was supplied (see
 /// set_stage_clock).
@@ -36,9 +41,12 @@ struct SimulationStatistics {
   std::uint64_t mpr_skipped = 0;  ///< convex pairs not tested: the boxes are apart, or neither side moved
   std::uint64_t partner_searches = 0;
   std::uint64_t connection_changes = 0;
-  std::uint64_t part_steps_skipped = 0;  ///< steps of single Parts left out because they rest
-  double connections_s = 0.0;            ///< all of stage 2
+  std::uint64_t part_steps_skipped = 0;   ///< steps of single Parts left out because they rest
+  std::uint64_t clearance_pairs = 0;      ///< collision checking: pairs whose poses were looked at
+  std::uint64_t clearance_distances = 0;  ///< distances of convex shapes computed for them
+  double connections_s = 0.0;             ///< all of stage 2
   double broad_phase_s = 0.0, mpr_s = 0.0, partner_search_s = 0.0;  ///< its parts
+  double clearance_s = 0.0;                                         ///< collision checking, in stage 2 too
   double integration_s = 0.0;                                       ///< all of stage 3
   double forces_s = 0.0;                                            ///< its wrenches
 };
@@ -73,9 +81,26 @@ class Simulation {
   Snapshot make_snapshot() const;
   void read_snapshot(Snapshot& snapshot) const;
 
+  /// Why this component is as it is: who holds a Part, by which rule, since when. `component` must be an id
+  /// of this cell. Changes nothing, so that the states that follow and their hash are the same whether asked
+  /// or not; bounded cost (explanation.h), but not for every step: it allocates.
+  Explanation explain(int component) const;
+
   /// Changes of partner decided in the most recent step.
   std::span<const ConnectionChange> connection_changes() const;
+  /// All closed connections, by base, then target; valid until the next step or reset.
+  std::span<const PairConnection> connections() const;
+  /// What one of them exerts on its Base now, about the Base's centre of mass, with the weight that passes
+  /// through it; the Target gets the balanced reaction.
+  Wrench pair_wrench(const PairConnection& pair) const;
+  /// What collision checking found at the beginning of the most recent step (with the first step: and when
+  /// the cell was loaded or reset). Empty where the scenario does not check.
+  std::span<const CollisionEvent> collision_events() const;
   const SimulationStatistics& statistics() const;
+
+  /// Optional: somebody who helps with the collision checks of steps that take at least so many calls, for as
+  /// long as it is set. Bits and counts do not depend on it.
+  void set_executor(Executor* executor, std::uint64_t least_calls = PairQueries::kLeastCalls);
 
   /// Optional: a monotonic clock in seconds, used only to fill the stage times of the statistics.
   void set_stage_clock(double (*now_s)());

@@ -31,7 +31,7 @@ BEGIN {
                        "server/simulation/cell_description.h server/runtime/ server/dds/ idl/ GENERATED"
   may["server/headless/"] = scenario " server/headless/ client_lib/controller/ client_lib/render/"
   may["server/server_main.cpp"] = "plant_models/ server/ idl/"
-  may["server/run_main.cpp"] = may["server/headless/"]
+  may["server/run_main.cpp"] = may["server/headless/"] " server/runtime/"
   may["client_lib/controller/"] = plant " client_lib/controller/"
   may["client_lib/render/"] = plant " client_lib/render/"
   may["client_lib/"] = plant " client_lib/ idl/ GENERATED"

@@ -210,6 +210,84 @@ TEST(TaktCommand, ExitCodesTellUsageFromFailure) {
   EXPECT_NE(nowhere.text.find("'nowhere'"), std::string::npos) << nowhere.text;
 }
 
+TEST(ClientAndService, ExplainsAPartWithoutChangingTheRun) {
+  const DdsService service(paused());
+  Client client(options_for(takt::test::test_cell()));
+  client.step(30);
+  const auto part = client.explain_part("P");
+  EXPECT_EQ(part.part, "P");
+  EXPECT_EQ(part.step, 30U);
+  EXPECT_EQ(part.partner, "Table1");
+  EXPECT_EQ(part.rule, "only_end");
+  EXPECT_EQ(part.state, takt::client::PartState::placed);
+  EXPECT_EQ(part.state_because, "Table1");
+  EXPECT_EQ(part.sequence_count, 1U);
+  ASSERT_EQ(part.sequences.size(), 1U);
+  EXPECT_EQ(part.sequences[0], (std::vector<std::string>{"P", "Table1"}));
+  EXPECT_EQ(part.components.at("P").hierarchy, 2);
+  EXPECT_EQ(part.components.at("Table1").type, takt::client::ComponentType::ground);
+  ASSERT_EQ(part.connections.size(), 1U);
+  EXPECT_NEAR(part.connections[0].force_N.z, 0.3 * 9.80665, 1e-6);
+  ASSERT_EQ(part.contacts.size(), 1U);
+  EXPECT_TRUE(part.contacts[0].measured);
+  EXPECT_NEAR(part.contacts[0].distance_m, 0.0, 2e-4);
+  EXPECT_NEAR(part.contacts[0].position_m.z, 0.7, 1e-3);
+
+  const auto table = client.explain_part("Table1");
+  EXPECT_EQ(table.type, takt::client::ComponentType::ground);
+  EXPECT_EQ(table.held, (std::vector<std::string>{"P", "C"}));
+  EXPECT_EQ(table.rule, "");
+
+  try {
+    (void)client.explain_part("Q");
+    FAIL() << "a Part that does not exist was explained";
+  } catch (const ClientError& error) {
+    EXPECT_EQ(error.result(), 2);  // not found
+    EXPECT_NE(std::string(error.what()).find("no component 'Q' in this cell; it has P, C, Table1"),
+              std::string::npos)
+        << error.what();
+  }
+
+  // The cell goes on as one that nobody asked.
+  client.play();
+  for (int i = 0; i < 20; ++i) (void)client.explain_part("P");
+  client.pause();
+  const State paused_at = client.state();
+  client.step(10);
+  const auto end =
+      client.wait_for_state([&](const State& s) { return s.step >= paused_at.step + 10; }, kGenerous);
+  ASSERT_TRUE(end.has_value());
+  takt::Simulation silent(service.model);
+  while (silent.step_index() < end->step) ASSERT_TRUE(silent.step({}));
+  EXPECT_EQ(silent.state_hash(), end->state_hash);
+}
+
+TEST(TaktCommand, ExplainTellsAPersonAndAProgram) {
+  const DdsService service(paused());
+  Client(options_for(takt::test::test_cell())).step(30);
+  const std::string domain = std::to_string(takt::test::test_domain());
+  const auto takt = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), kBin + "/takt");
+    arguments.insert(arguments.end(), {"--cell", takt::test::test_cell(), "--domain", domain});
+    return arguments;
+  };
+  ChildProcess person(takt({"explain", "P"}));
+  EXPECT_EQ(person.wait(), 0) << person.text;
+  for (const char* words :
+       {"At 0.030 s (step 30): P is placed", "Table1 holds it since the start",
+        "P (part 2) > Table1 (ground)   <- chosen", "P - Table1: ", "Force of Table1 on it: 2.9420 N"}) {
+    EXPECT_NE(person.text.find(words), std::string::npos) << words << " in\n" << person.text;
+  }
+  ChildProcess program(takt({"explain", "P", "--json"}));
+  EXPECT_EQ(program.wait(), 0) << program.text;
+  EXPECT_NE(program.text.find("\"partner\": \"Table1\""), std::string::npos) << program.text;
+  ChildProcess unknown(takt({"explain", "Q"}));
+  EXPECT_EQ(unknown.wait(), 1);
+  EXPECT_NE(unknown.text.find("no component 'Q'"), std::string::npos) << unknown.text;
+  ChildProcess nothing(takt({"explain"}));
+  EXPECT_EQ(nothing.wait(), 2) << nothing.text;
+}
+
 TEST(TaktCommand, RecordWritesOneRowPerPeriod) {
   const DdsService service(paused());
   Client client(options_for(takt::test::test_cell()));

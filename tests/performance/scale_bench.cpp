@@ -1,11 +1,16 @@
 // Time per step of a cell with N Parts on tables of which two are carried about by grippers, with the
-// skipping of what rests and without. Exit code 1 when the two differ in a bit.
+// skipping of what rests and without; then of cells in which everything moves, with one thread and with two.
+// Exit code 1 when runs that must agree differ in a bit. Argument: resting or threads for one of the two
+// alone.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <string>
 #include <vector>
 
+#include "server/runtime/worker_pool.h"
 #include "tests/support/crowded_cell.h"
+#include "tests/support/moving_crowd.h"
 
 namespace {
 
@@ -37,9 +42,53 @@ Outcome run(int count, bool skip_resting, int steps) {
   return outcome;
 }
 
-}  // namespace
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
 
-int main() {
+double wall_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// The same cell twice, with one thread and with two, in turns of a few steps, so that both meet the same
+/// machine. Returns whether the bits and the counts are the same.
+template <typename Cell>
+bool compare_threads(const char* name, Cell& cell, int part_count, int blocks) {
+  constexpr int kBlock = 100;
+  takt::WorkerPool pool(2);
+  takt::Simulation one(cell.model()), two(cell.model());
+  two.set_executor(&pool);
+  std::vector<double> step_us[2], detection_us[2], ratios;
+  for (int block = -4; block < blocks; ++block) {
+    double spent[2] = {0.0, 0.0};
+    takt::Simulation* const runs[2] = {&one, &two};
+    for (int turn = 0; turn < 2; ++turn) {
+      const int k = (turn + block) & 1;  // who comes first alternates
+      takt::Simulation& simulation = *runs[k];
+      simulation.set_stage_clock(&wall_s);
+      const double detection = simulation.statistics().mpr_s;
+      const double begin = wall_s();
+      for (int i = 0; i < kBlock; ++i) simulation.step(cell.commands(simulation));
+      spent[k] = 1e6 * (wall_s() - begin) / kBlock;
+      if (block < 0) continue;
+      step_us[k].push_back(spent[k]);
+      detection_us[k].push_back(1e6 * (simulation.statistics().mpr_s - detection) / kBlock);
+    }
+    if (block >= 0) ratios.push_back(spent[1] / spent[0]);
+  }
+  const bool same = one.state_hash() == two.state_hash() &&
+                    one.statistics().mpr_calls == two.statistics().mpr_calls &&
+                    one.statistics().mpr_skipped == two.statistics().mpr_skipped;
+  const double calls =
+      static_cast<double>(one.statistics().mpr_calls) / static_cast<double>(one.statistics().steps);
+  std::printf("%-28s %5d  %8.0f   %9.2f %9.2f   %9.2f %9.2f   %5.2f     %s\n", name, part_count, calls,
+              median(step_us[0]), median(step_us[1]), median(detection_us[0]), median(detection_us[1]),
+              median(ratios), same ? "yes" : "NO");
+  return same;
+}
+
+bool compare_skipping() {
   std::printf("Microseconds per whole step (median, 99 %% of steps), two of N Parts move, goal %.0f us\n",
               kGoal_us);
   std::printf("    N   resting skipped     everything anew     same bits\n");
@@ -53,5 +102,31 @@ int main() {
                 fast.median_us <= kGoal_us ? "met" : "MISSED", full.median_us, full.worst_us,
                 fast.hash == full.hash ? "yes" : "NO");
   }
+  return same;
+}
+
+bool compare_threads() {
+  bool same = true;
+  std::printf(
+      "\nOne thread and two, in turns, everything moves (boxes and pegs: five and two convex parts each)\n"
+      "                                    calls        us per step          of which detection  two/one\n"
+      "cell                         parts  per step     1 thread 2 threads    1 thread 2 threads            "
+      "same\n");
+  for (const int edge : {2, 4, 8, 11, 16}) {
+    takt::test::MovingCrowd crowd(edge);
+    same = compare_threads("tray of boxes with pegs", crowd, crowd.part_count(), edge > 8 ? 30 : 60) && same;
+  }
+  takt::test::CrowdedCell resting(200, true);
+  same = compare_threads("tables, two Parts move", resting, 200, 40) && same;
+  return same;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string only = argc > 1 ? argv[1] : "";
+  bool same = true;
+  if (only != "threads") same = compare_skipping() && same;
+  if (only != "resting") same = compare_threads() && same;
   return same ? 0 : 1;
 }

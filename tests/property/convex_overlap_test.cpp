@@ -253,14 +253,16 @@ TEST(ConvexOverlap, ExactTouchingCounts) {
   EXPECT_TRUE(convex_overlap(table, X_WT, block, {Mat3::Identity(), {0.1, -0.05, 0.7 + 1e-6}}, 2e-6));
 }
 
-TEST(ConvexOverlap, FarOrNotFinitePoseEndsWithoutContact) {
+TEST(ConvexOverlap, AFarPoseEndsWithoutContactAndOneThatIsNotFiniteIsRefused) {
   const ConvexShape shape = ConvexShape::from_points({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
-  Pose bad;
-  bad.p.x() = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(convex_overlap(shape, Pose{}, shape, bad, 0.0));
-  for (const double far : {1e20, 1e155, 1e300, std::numeric_limits<double>::infinity()}) {
-    bad.p = Vec3(far, -far, far);
-    EXPECT_FALSE(convex_overlap(shape, Pose{}, shape, bad, 0.0)) << far;
+  Pose pose;
+  for (const double far : {1e20, 1e155, 1e300}) {
+    pose.p = Vec3(far, -far, far);
+    EXPECT_FALSE(convex_overlap(shape, Pose{}, shape, pose, 0.0)) << far;
+  }
+  for (const double bad : {std::numeric_limits<double>::infinity(), std::nan("")}) {
+    pose.p.x() = bad;
+    EXPECT_THROW(convex_overlap(shape, Pose{}, shape, pose, 0.0), std::invalid_argument) << bad;
   }
 }
 

@@ -10,6 +10,9 @@ class ControlTest : public testing::Test {
   ControlTest() {
     cell_.robots.resize(1);
     cell_.robots[0].name = "Robot1";
+    cell_.components.resize(2);
+    cell_.components[0].name = "P";
+    cell_.components[1].name = "Table";
     cell_.grippers.resize(1);
     cell_.grippers[0].name = "Gripper1";
   }
@@ -53,6 +56,7 @@ TEST_F(ControlTest, ReadsRequests) {
   EXPECT_EQ(controller.period_s, 0.008);
   EXPECT_EQ(controller.timeout_s, 3.0);
   EXPECT_EQ(controller.targets, (std::vector<int>{1, 0}));
+  EXPECT_EQ(action<ExplainPart>("explain_part", {{"part", "Table"}}).component, 1);
   for (const char* scope : {"1", "2", "255"}) action<Reset>("reset", {{"scope", scope}});
 }
 
@@ -86,6 +90,22 @@ TEST_F(ControlTest, BadArgumentsAreNamedTogetherWithWhatIsAllowed) {
   expect_failure("register_controller", {{"name", "a"}, {"period_s", "0.0005"}, {"targets", "Robot1"}},
                  "'period_s'");
   expect_failure("register_controller", {{"period_s", "0.008"}, {"targets", "Robot1"}}, "'name'");
+}
+
+TEST_F(ControlTest, AnUnknownPartIsNotFound) {
+  const ControlReply reply = refusal("explain_part", {{"part", "Q"}});
+  EXPECT_EQ(reply.result, ControlResult::not_found);
+  EXPECT_EQ(reply.message, "There is no component 'Q' in this cell; it has P, Table.");
+  expect_failure("explain_part", {}, "needs the argument 'part'");
+  expect_failure("explain_part", {{"name", "P"}}, "no argument 'name'; it takes part");
+}
+
+TEST_F(ControlTest, AListOfManyNamesEnds) {
+  cell_.components.resize(4096);
+  for (auto& component : cell_.components) component.name = std::string(100, 'x');
+  const ControlReply reply = refusal("explain_part", {{"part", std::string(5000, 'q')}});
+  EXPECT_EQ(reply.result, ControlResult::not_found);
+  EXPECT_LT(reply.message.size(), 1024U);
 }
 
 TEST(Control, NumbersKeepTheirBits) {

@@ -44,7 +44,11 @@ namespace takt {
 namespace {
 
 TEST(RunLoopAllocation, NoneInSteadyStateWithCommands) {
-  const auto model = test::service_model();
+  const auto file = test::write_service_scenario();
+  std::ofstream(file, std::ios::app) << "collision_checking: {default_limit_m: 0.05}\n";
+  const auto model = std::make_shared<CellModel>(*load_cell(file));
+  std::filesystem::remove(file);
+  model->description.cell = "cell";
   Simulation simulation(model);
   constexpr std::uint64_t kWarm = 500, kEnd = 6000;
   std::uint64_t counted_in_loop = 0, counted_with_one = 0;
@@ -81,6 +85,7 @@ TEST(RunLoopAllocation, NoneInSteadyStateWithCommands) {
   simulation.read_snapshot(snapshot);
   EXPECT_GT(snapshot.robots[0].commands_applied, 1U) << "no command was applied while counting";
   EXPECT_GT(sent, 1U);
+  EXPECT_GT(simulation.statistics().clearance_distances, 100U) << "collision checking took part";
 }
 
 }  // namespace

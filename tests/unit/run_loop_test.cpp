@@ -95,6 +95,32 @@ TEST_F(RunLoopTest, AResetGivesTheSameHashesAgainUnderANewEpoch) {
   EXPECT_EQ(reader_->count(EventCode::reset), 1U);
 }
 
+TEST_F(RunLoopTest, QuestionsAreAnsweredOneByOneAndChangeNothing) {
+  start({.pace = Pace::free, .start_paused = true});
+  // Taken in one go by the loop, or in several: each is answered or refused, and the rest goes on.
+  std::vector<std::uint64_t> asked;
+  for (int i = 0; i < 200; ++i) asked.push_back(reader_->submit("explain_part", {{"part", "P"}}));
+  expect_ok(reader_->request("step", {{"steps", "40"}}));
+  int answered = 0;
+  for (const std::uint64_t id : asked) {
+    const auto reply = reader_->reply_to(id);
+    ASSERT_TRUE(reply.has_value());
+    if (reply->result == ControlResult::ok) {
+      ++answered;
+      EXPECT_EQ(reply->values.front(), (std::pair<std::string, std::string>("pieces", "1")));
+      EXPECT_NE(reply->values.back().second.find("\"partner\":\"Table1\""), std::string::npos);
+    } else {
+      EXPECT_EQ(reply->result, ControlResult::failed);
+      EXPECT_NE(reply->message.find("64 questions are waiting"), std::string::npos) << reply->message;
+    }
+  }
+  EXPECT_GE(answered, 64);
+  loop_->stop();
+  Simulation silent(model_);
+  while (silent.step_index() < 40) ASSERT_TRUE(silent.step({}));
+  EXPECT_EQ(simulation_.state_hash(), silent.state_hash());
+}
+
 TEST_F(RunLoopTest, StoppedIsPausedAndReset) {
   start({.pace = Pace::free});
   ASSERT_TRUE(reader_->wait_until([&] { return reader_->snapshot && reader_->snapshot->step > 100; }));

@@ -37,6 +37,7 @@ struct EventsOptions {
 int list(const Common& common);
 int status(const Common& common);
 int state(const Common& common);
+int explain(const Common& common, const std::string& part);
 int watch(const Common& common, const WatchOptions& options);
 int events(const Common& common, const EventsOptions& options);
 int record(const Common& common, const RecordOptions& options);

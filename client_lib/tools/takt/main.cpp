@@ -15,6 +15,7 @@ Examples:
   takt watch                             a live line: time, real-time factor, who holds which Part
   takt watch --until 42                  the same, up to a simulated time
   takt state --json                      positions, orientations, states, partners
+  takt explain P                         who holds the Part P, by which rule, since when, what it touches
   takt pause; takt step 100; takt resume
   takt record run.csv --duration 10      10 s of simulated time
   takt check scenario.yaml               compare with the positions the scenario expects at its end
@@ -56,6 +57,12 @@ int run(int argc, char** argv) {
   });
   add("status", "how the cell is doing", [&] { return takt::tool::status(common); });
   add("state", "where every component is, and who holds it", [&] { return takt::tool::state(common); });
+
+  std::string part;
+  add("explain", "why a Part is held as it is (or what a Gripper or Ground holds)",
+      [&] { return takt::tool::explain(common, part); })
+      ->add_option("PART", part, "name of a component")
+      ->required();
 
   takt::tool::WatchOptions watch_options;
   add("watch", "follow time, pace and partners (one line that renews itself on a terminal)", [&] {

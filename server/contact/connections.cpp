@@ -1,0 +1,308 @@
+#include "server/contact/connections.h"
+
+#include <algorithm>
+
+namespace takt {
+
+namespace {
+// Connections per Part that storage is kept for: a cube in a dense lattice touches 26 others, and each of
+// those connections has two ends.
+constexpr std::size_t kRoomPerPart = 32;
+}  // namespace
+
+Connections::Connections(const std::vector<Component>& components, std::size_t pair_count,
+                         const InteractionParameters& parameters)
+    : components_(components),
+      parameters_(parameters),
+      first_(components.size() + 1, 0),
+      partner_(components.size(), -1),
+      passes_to_(components.size(), -1),
+      decided_(components.size(), 0),
+      scale_(components.size(), 1.0),
+      partner_search_(components.size()),
+      tree_(components) {
+  for (std::size_t i = 0; i < components.size(); ++i)
+    if (components[i].type == ComponentType::part) parts_.push_back(static_cast<int>(i));
+  const bool single = parameters.algorithm == InteractionAlgorithm::partner_search;
+  const std::size_t room = single ? parts_.size() : std::min(pair_count, kRoomPerPart * parts_.size());
+  list_.reserve(room);
+  next_.reserve(room);
+  wanted_.reserve(room);
+  // Each connection that opens or closes disturbs two; each that stays may be disturbed by its load and
+  // gains.
+  disturbed_.reserve(6 * room + parts_.size());
+  changes_.reserve(parts_.size());
+  softened_.reserve(parts_.size());
+}
+
+void Connections::reset() {
+  list_.clear();
+  std::fill(first_.begin(), first_.end(), 0);
+  std::fill(partner_.begin(), partner_.end(), -1);
+  std::fill(passes_to_.begin(), passes_to_.end(), -1);
+  tree_.reset();
+  begin_step();
+  partner_searches_ = 0;
+}
+
+void Connections::begin_step() {
+  changes_.clear();
+  disturbed_.clear();
+}
+
+void Connections::update(const ContactGraph& graph, std::span<const int> parts, const CellMotion& motion) {
+  wanted_.clear();
+  const bool single = parameters_.algorithm == InteractionAlgorithm::partner_search;
+  if (single)
+    search(graph, parts);
+  else
+    follow_rules(graph, parts);
+  if (!as_wanted(parts)) open_and_close(parts, motion);
+  if (single) {
+    soften_on_free_targets();
+  } else {
+    hang(graph, parts);
+    soften_free_clusters(graph, parts, motion);
+  }
+}
+
+void Connections::search(const ContactGraph& graph, std::span<const int> parts) {
+  for (const int part : parts) {
+    int& partner = partner_[static_cast<std::size_t>(part)];
+    const int found = partner_search_.find(graph, part, partner);
+    ++partner_searches_;
+    if (found != -1) wanted_.emplace_back(part, found);
+    if (found == partner) continue;
+    changes_.push_back({part, partner, found});
+    partner = found;
+  }
+}
+
+void Connections::follow_rules(const ContactGraph& graph, std::span<const int> parts) {
+  for (const int part : parts) {
+    if (parameters_.algorithm == InteractionAlgorithm::substitute_force)
+      substitute_force_connections(graph, part, wanted_);
+    else
+      extended_substitute_force_connections(graph, part, partner(part), wanted_);
+  }
+}
+
+bool Connections::as_wanted(std::span<const int> parts) const {
+  auto wanted = wanted_.begin();
+  for (const int part : parts) {
+    for (const PairConnection& pair : of(part)) {
+      if (wanted == wanted_.end() || *wanted != pair.key()) return false;
+      ++wanted;
+    }
+  }
+  return wanted == wanted_.end();
+}
+
+PairConnection Connections::close(const ConnectionKey& key, const CellMotion& motion) const {
+  PairConnection pair;
+  pair.base = key.first;
+  pair.connection.partner = key.second;
+  const Component& base = component(key.first);
+  capture_offset(motion.bodies[static_cast<std::size_t>(key.first)],
+                 motion.bodies[static_cast<std::size_t>(key.second)], pair.connection);
+  pair.connection.gains = base.substitute;
+  // If the sequence of a partner search ends in a Part, nothing holds the assembly: it falls as one and no
+  // weight is carried. Which of several connections carries it is decided by hang().
+  if (parameters_.algorithm == InteractionAlgorithm::partner_search && parameters_.weight_feed_forward &&
+      !is_part(key.second))
+    pair.connection.feed_forward_W = -(base.mass_kg * parameters_.gravity_W);
+  return pair;
+}
+
+void Connections::disturb(const PairConnection& pair) {
+  disturbed_.push_back(pair.base);
+  disturbed_.push_back(pair.connection.partner);
+}
+
+void Connections::open_and_close(std::span<const int> parts, const CellMotion& motion) {
+  for (const int part : parts) decided_[static_cast<std::size_t>(part)] = 1;
+  next_.clear();
+  auto old = list_.begin();
+  auto wanted = wanted_.begin();
+  while (old != list_.end() || wanted != wanted_.end()) {
+    if (wanted == wanted_.end() || (old != list_.end() && old->key() < *wanted)) {
+      if (decided_[static_cast<std::size_t>(old->base)] != 0)
+        disturb(*old);
+      else
+        next_.push_back(*old);
+      ++old;
+    } else if (old == list_.end() || *wanted < old->key()) {
+      next_.push_back(close(*wanted, motion));
+      disturb(next_.back());
+      ++wanted;
+    } else {
+      next_.push_back(*old);
+      ++old, ++wanted;
+    }
+  }
+  list_.swap(next_);
+  for (const int part : parts) decided_[static_cast<std::size_t>(part)] = 0;
+  std::size_t place = 0;
+  for (std::size_t c = 0; c + 1 < first_.size(); ++c) {
+    while (place < list_.size() && list_[place].base < static_cast<int>(c)) ++place;
+    first_[c] = place;
+  }
+  first_.back() = list_.size();
+}
+
+std::span<PairConnection> Connections::mutable_of(int id) {
+  const auto c = static_cast<std::size_t>(id);
+  return std::span<PairConnection>(list_).subspan(first_[c], first_[c + 1] - first_[c]);
+}
+
+const PairConnection* Connections::find(int base, int target) const {
+  const std::span<const PairConnection> mine = of(base);
+  const auto it = std::lower_bound(mine.begin(), mine.end(), target, [](const PairConnection& p, int key) {
+    return p.connection.partner < key;
+  });
+  return it != mine.end() && it->connection.partner == target ? &*it : nullptr;
+}
+
+bool Connections::closed(const ContactGraph& graph, int a, int b) const {
+  return (!is_part(b) || is_base(graph, a, b) ? find(a, b) : find(b, a)) != nullptr;
+}
+
+void Connections::soften_on_free_targets() {
+  softened_.clear();
+  for (const PartnerChange& change : changes_) {
+    if (change.to == -1 || !is_part(change.to)) continue;
+    if (std::find(softened_.begin(), softened_.end(), change.to) != softened_.end()) continue;
+    softened_.push_back(change.to);
+    FreeTargetLoad load(component(change.to));
+    for (const PairConnection& pair : list_)
+      if (pair.connection.partner == change.to) load.add(component(pair.base), pair.connection);
+    const double scale = load.scale();
+    for (PairConnection& pair : list_) {
+      Connection& connection = pair.connection;
+      if (connection.partner != change.to) continue;
+      // Never stiffer than it was: a stretched spring that stiffens would create energy.
+      connection.softening = std::min(connection.softening, scale);
+      connection.gains = scaled(component(pair.base).substitute, connection.softening);
+    }
+  }
+}
+
+void Connections::hang(const ContactGraph& graph, std::span<const int> parts) {
+  tree_.grow(graph, parts, [&](int a, int b) { return closed(graph, a, b); });
+  for (const int part : parts) {
+    int& partner = partner_[static_cast<std::size_t>(part)];
+    const int carrier = tree_.carrier(part);
+    if (carrier != partner) {
+      changes_.push_back({part, partner, carrier});
+      disturbed_.push_back(part);
+      partner = carrier;
+    }
+    if (!parameters_.weight_feed_forward) continue;
+    const Vec3 lift_W = -(component(part).mass_kg * parameters_.gravity_W);
+    const int support = tree_.support(part);
+    for (PairConnection& pair : mutable_of(part)) {
+      const bool carries = support != -1 && pair.connection.partner == support && support == carrier;
+      const Vec3 feed_forward_W = carries ? lift_W : Vec3::Zero();
+      if (pair.connection.feed_forward_W == feed_forward_W) continue;
+      pair.connection.feed_forward_W = feed_forward_W;
+      disturb(pair);
+    }
+    const int passes_to = support != carrier ? support : -1;
+    if (passes_to_[static_cast<std::size_t>(part)] == passes_to) continue;
+    passes_to_[static_cast<std::size_t>(part)] = passes_to;
+    disturbed_.push_back(part);
+  }
+}
+
+double Connections::free_scale(const ContactGraph& graph, int part) const {
+  FreeTargetLoad load(component(part));
+  for (const int other : graph.neighbours[static_cast<std::size_t>(part)]) {
+    if (!is_part(other)) continue;
+    const bool base = is_base(graph, part, other);
+    const PairConnection* pair = base ? find(part, other) : find(other, part);
+    if (pair == nullptr) continue;
+    if (base)
+      load.add_own();
+    else
+      load.add(component(other), pair->connection);
+  }
+  return load.shared_scale();
+}
+
+void Connections::soften_free_clusters(const ContactGraph& graph, std::span<const int> parts,
+                                       const CellMotion& motion) {
+  for (const int part : parts) {
+    const bool free = tree_.support(part) == -1;
+    scale_[static_cast<std::size_t>(part)] = free ? free_scale(graph, part) : 1.0;
+  }
+  for (const int part : parts) {
+    const bool free = tree_.support(part) == -1;
+    for (PairConnection& pair : mutable_of(part)) {
+      Connection& connection = pair.connection;
+      if (!free && connection.softening < 1.0) {  // caught: anew, with full constants
+        const Vec3 feed_forward_W = connection.feed_forward_W;
+        pair = close(pair.key(), motion);
+        pair.connection.feed_forward_W = feed_forward_W;
+        disturb(pair);
+      } else if (free) {
+        const double scale = std::min(scale_[static_cast<std::size_t>(part)],
+                                      scale_[static_cast<std::size_t>(connection.partner)]);
+        if (scale >= connection.softening) continue;
+        connection.softening = scale;
+        connection.gains = scaled(component(part).substitute, scale);
+        disturb(pair);
+      }
+    }
+  }
+}
+
+void Connections::evaluate(const CellMotion& motion, std::span<const int> parts,
+                           std::span<Wrench> wrenches) const {
+  for (const int part : parts) {
+    wrenches[static_cast<std::size_t>(part)] = {};
+    for (const PairConnection& pair : of(part))
+      wrenches[static_cast<std::size_t>(pair.connection.partner)] = {};
+  }
+  for (const int part : parts) {
+    const BodyMotion& base = motion.bodies[static_cast<std::size_t>(part)];
+    for (const PairConnection& pair : of(part)) {
+      const auto partner = static_cast<std::size_t>(pair.connection.partner);
+      const BodyMotion& target = motion.bodies[partner];
+      const Wrench on_base = substitute_wrench(pair.connection, base, target);
+      wrenches[static_cast<std::size_t>(part)] += on_base;
+      wrenches[partner] += reaction_on_target(on_base, base, target);
+    }
+  }
+  if (parameters_.algorithm == InteractionAlgorithm::partner_search) return;
+  for (const int part : parts) {  // weights that pass through other Parts
+    const int support = passes_to_[static_cast<std::size_t>(part)];
+    if (support == -1) continue;
+    const Wrench lift{-(component(part).mass_kg * parameters_.gravity_W), Vec3::Zero()};
+    wrenches[static_cast<std::size_t>(part)] += lift;
+    wrenches[static_cast<std::size_t>(support)] +=
+        reaction_on_target(lift, motion.bodies[static_cast<std::size_t>(part)],
+                           motion.bodies[static_cast<std::size_t>(support)]);
+  }
+}
+
+Wrench Connections::pair_wrench(const PairConnection& pair, const CellMotion& motion) const {
+  const BodyMotion& base = motion.bodies[static_cast<std::size_t>(pair.base)];
+  const int target = pair.connection.partner;
+  Wrench result = substitute_wrench(pair.connection, base, motion.bodies[static_cast<std::size_t>(target)]);
+  // Loads of Parts whose sequence of carriers runs through this connection, either way.
+  for (const int part : parts_) {
+    if (passes_to_[static_cast<std::size_t>(part)] == -1) continue;
+    double sign = 0.0;
+    for (int at = part; is_part(at); at = partner(at)) {
+      if (at == pair.base && partner(at) == target) sign = 1.0;
+      if (at == target && partner(at) == pair.base) sign = -1.0;
+    }
+    if (sign == 0.0) continue;
+    const Vec3 lift_W = -sign * (component(part).mass_kg * parameters_.gravity_W);
+    const Vec3 arm = motion.bodies[static_cast<std::size_t>(part)].p_WBcm - base.p_WBcm;
+    result += Wrench{lift_W, arm.cross(lift_W)};
+  }
+  return result;
+}
+
+}  // namespace takt

@@ -1,0 +1,217 @@
+#include "server/scenario/collision_checking.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <optional>
+
+#include "server/geometry/mesh_import.h"
+#include "server/scenario/scenario_reader.h"
+#include "server/scenario/urdf_collision.h"
+
+namespace takt {
+
+namespace {
+
+/// An upper end for lengths that nobody mistakes in good faith: beyond it is a wrong unit.
+constexpr double kLargestLimit_m = 10.0;
+constexpr std::size_t kNamesInError = 40;
+
+std::array<std::string, 2> read_names(YamlFields& fields, const YAML::Node& node, const std::string& key) {
+  const char* allowed = "two names, e.g. [Robot1/forearm_link, Table1]; * stands for any characters";
+  if (!node.IsSequence() || node.size() != 2) fields.fail_at(node, key, describe(node), allowed);
+  std::array<std::string, 2> names;
+  for (std::size_t i = 0; i < 2; ++i) {
+    if (!node[i].IsScalar() || node[i].Scalar().empty())
+      fields.fail_at(node[i], key, describe(node[i]), allowed);
+    names[i] = node[i].Scalar();
+  }
+  return names;
+}
+
+const YAML::Node list_of(YamlFields& section, const std::string& key, const char* allowed) {
+  const YAML::Node node = section.optional(key);
+  if (!node.IsDefined() || node.IsNull()) return YAML::Node(YAML::NodeType::Sequence);
+  if (!node.IsSequence()) section.fail(key, describe(node), allowed);
+  return node;
+}
+
+RoundedShape plain(ConvexShape shape) {
+  return {std::move(shape), 0.0};
+}
+
+void add_links(const Scenario& scenario, CellModel& cell) {
+  for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
+    const ScenarioRobot& robot = scenario.robots[r];
+    const UrdfArm urdf{cell.description.robots[r].urdf, cell.robots[r].arm};
+    for (UrdfLinkShapes& link : read_urdf_collision(robot.urdf, urdf, robot.base_link)) {
+      CheckedBody body;
+      body.name = robot.name + "/" + link.link;
+      body.robot = static_cast<int>(r);
+      body.joint = link.joint;
+      body.moves = link.joint >= 0;
+      body.shapes = std::move(link.shapes);
+      cell.clearance.bodies.push_back(std::move(body));
+    }
+  }
+}
+
+void add_components(const Scenario& scenario, CellModel& cell) {
+  for (std::size_t c = 0; c < cell.components.size(); ++c) {
+    const Component& component = cell.components[c];
+    CheckedBody body;
+    body.name = component.name;
+    body.component = static_cast<int>(c);
+    body.moves = component.type != ComponentType::ground;
+    body.is_part = component.type == ComponentType::part;
+    for (const ConvexShape& shape : component.convex) body.shapes.push_back(plain(shape));
+    if (component.type == ComponentType::gripper) {
+      const auto gripper = static_cast<std::size_t>(component.gripper);
+      body.robot = cell.grippers[gripper].parameters.robot;
+      if (component.role == GripperRole::palm) {
+        // The palm has no shape of its own in the simulation, where it stands for the space between the jaws.
+        for (const NamedMesh& object : import_mesh_objects(scenario.grippers[gripper].body_mesh))
+          body.shapes.push_back(plain(ConvexShape::from_points(convex_hull_vertices(object.mesh.vertices))));
+      }
+    }
+    cell.clearance.bodies.push_back(std::move(body));
+  }
+}
+
+/// Number of the joint that moves a body of a robot, counted from 1; 0: the base.
+int moving_joint(const CellModel& cell, const CheckedBody& body) {
+  if (body.component < 0) return body.joint + 1;
+  return cell.robots[static_cast<std::size_t>(body.robot)].arm.joint_count();
+}
+
+bool is_checked(const CellModel& cell, const CheckedBody& a, const CheckedBody& b) {
+  if (a.shapes.empty() || b.shapes.empty()) return false;
+  if (!a.moves && !b.moves) return false;
+  if (a.robot < 0 && b.robot < 0) return false;
+  if (a.robot >= 0 && b.robot >= 0) {
+    if (a.robot != b.robot) return true;
+    if (a.component >= 0 && b.component >= 0) return false;
+    return std::abs(moving_joint(cell, a) - moving_joint(cell, b)) > 1;
+  }
+  if (a.component >= 0 && b.component >= 0 && !a.is_part && !b.is_part) {
+    return std::any_of(cell.pairs.begin(), cell.pairs.end(), [&](const ComponentPair& pair) {
+      return pair.kind == PairKind::report &&
+             std::minmax(pair.base, pair.target) == std::minmax(a.component, b.component);
+    });
+  }
+  return true;
+}
+
+bool fits(const ScenarioCheckedPair& rule, const CheckedBody& a, const CheckedBody& b) {
+  return (fits_pattern(a.name, rule.pair[0]) && fits_pattern(b.name, rule.pair[1])) ||
+         (fits_pattern(a.name, rule.pair[1]) && fits_pattern(b.name, rule.pair[0]));
+}
+
+[[noreturn]] void refuse(const ScenarioCheckedPair& rule, const std::string& found,
+                         const std::string& allowed) {
+  throw ScenarioError(rule.place + ": found " + found + "; allowed: " + allowed);
+}
+
+void require_known_names(const std::vector<ScenarioCheckedPair>& rules,
+                         const std::vector<CheckedBody>& bodies) {
+  for (const ScenarioCheckedPair& rule : rules) {
+    for (const std::string& name : rule.pair) {
+      if (std::any_of(bodies.begin(), bodies.end(),
+                      [&](const CheckedBody& body) { return fits_pattern(body.name, name); }))
+        continue;
+      std::string list;
+      for (std::size_t i = 0; i < std::min(bodies.size(), kNamesInError); ++i)
+        list += (list.empty() ? "" : ", ") + bodies[i].name;
+      if (bodies.size() > kNamesInError) list += ", ...";
+      refuse(rule, "'" + name + "', which fits no body", "names or patterns (*) of " + list);
+    }
+  }
+}
+
+}  // namespace
+
+bool fits_pattern(std::string_view name, std::string_view pattern) {
+  std::size_t n = 0, p = 0, after_star = std::string_view::npos, taken = 0;
+  while (n < name.size()) {
+    if (p < pattern.size() && pattern[p] == '*') {
+      after_star = ++p, taken = n;
+    } else if (p < pattern.size() && pattern[p] == name[n]) {
+      ++p, ++n;
+    } else if (after_star != std::string_view::npos) {
+      p = after_star, n = ++taken;  // the last star takes one character more
+    } else {
+      return false;
+    }
+  }
+  while (p < pattern.size() && pattern[p] == '*') ++p;
+  return p == pattern.size();
+}
+
+void read_collision_checking(YamlFields& root, const YamlSource& source, Scenario& scenario) {
+  if (!root.has("collision_checking")) return;
+  ScenarioCollisionChecking& checking = scenario.collision_checking;
+  const NumberRange length{.lower = 0.0, .upper = kLargestLimit_m, .unit = "m"};
+  YamlFields section = root.mapping("collision_checking");
+  checking.enabled = section.boolean_or("enabled", true);
+  checking.default_limit_m = section.number_or("default_limit_m", length, checking.default_limit_m);
+  checking.hysteresis_m = section.number_or("hysteresis_m", length, checking.hysteresis_m);
+  for (const YAML::Node& node : list_of(section, "limits", "a list of {pair: [NAME, NAME], closer_than_m}")) {
+    YamlFields fields(source, node, "collision_checking.limits");
+    ScenarioCheckedPair limit;
+    const YAML::Node pair = fields.required("pair", "two names");
+    limit.pair = read_names(fields, pair, "pair");
+    limit.place = fields.place_of(pair, "pair");
+    limit.closer_than_m = fields.number("closer_than_m", length);
+    fields.finish();
+    checking.limits.push_back(std::move(limit));
+  }
+  for (const YAML::Node& node : list_of(section, "ignore", "a list of [NAME, NAME]")) {
+    ScenarioCheckedPair ignored;
+    ignored.pair = read_names(section, node, "ignore");
+    ignored.place = section.place_of(node, "ignore");
+    checking.ignore.push_back(std::move(ignored));
+  }
+  section.finish();
+}
+
+void add_collision_checking(const Scenario& scenario, CellModel& cell) {
+  const ScenarioCollisionChecking& checking = scenario.collision_checking;
+  cell.clearance = {};
+  cell.clearance.enabled = true;
+  cell.clearance.hysteresis_m = checking.hysteresis_m;
+  add_links(scenario, cell);
+  add_components(scenario, cell);
+  const std::vector<CheckedBody>& bodies = cell.clearance.bodies;
+  require_known_names(checking.limits, bodies);
+  require_known_names(checking.ignore, bodies);
+  std::vector<bool> used(checking.limits.size(), false);
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    for (std::size_t j = i + 1; j < bodies.size(); ++j) {
+      if (!is_checked(cell, bodies[i], bodies[j])) continue;
+      // To come close to Parts is what grippers are for: a limit between them is only what is said of them.
+      const bool gripper_and_part =
+          (bodies[i].is_part && bodies[j].component >= 0) || (bodies[j].is_part && bodies[i].component >= 0);
+      CheckedPair pair{static_cast<int>(i), static_cast<int>(j),
+                       gripper_and_part ? 0.0 : checking.default_limit_m};
+      for (std::size_t k = 0; k < checking.limits.size(); ++k) {
+        if (!fits(checking.limits[k], bodies[i], bodies[j])) continue;
+        used[k] = true;
+        pair.limit_m = checking.limits[k].closer_than_m;
+      }
+      const bool ignored =
+          std::any_of(checking.ignore.begin(), checking.ignore.end(),
+                      [&](const ScenarioCheckedPair& rule) { return fits(rule, bodies[i], bodies[j]); });
+      if (!ignored) cell.clearance.pairs.push_back(pair);
+    }
+  }
+  for (std::size_t k = 0; k < used.size(); ++k) {
+    if (used[k]) continue;
+    const ScenarioCheckedPair& rule = checking.limits[k];
+    refuse(
+        rule, "[" + rule.pair[0] + ", " + rule.pair[1] + "], which fits no checked pair",
+        "a pair of a robot link or gripper with a ground, a part, another robot's link or gripper, or a link "
+        "of the same robot that is not its neighbour");
+  }
+  for (const CheckedBody& body : bodies) cell.description.checked_bodies.push_back(body.name);
+}
+
+}  // namespace takt

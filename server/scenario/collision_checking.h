@@ -1,0 +1,27 @@
+#pragma once
+// The section `collision_checking` of a scenario: read from YAML, and turned into the bodies and pairs that a
+// cell checks.
+#include "server/scenario/scenario.h"
+#include "server/scenario/yaml_fields.h"
+#include "server/simulation/cell_model.h"
+
+namespace takt {
+
+/// Throws ScenarioError.
+void read_collision_checking(YamlFields& root, const YamlSource& source, Scenario& scenario);
+
+/// Fills cell.clearance and the names in its description. Components, pairs, robots and grippers must be
+/// there. Checked are
+/// - Gripper with Ground: the report pairs of pair generation (thesis 3.2.2);
+/// - links of robots with Grounds, and links and grippers of one robot with those of another;
+/// - links and grippers with Parts (while a gripper of the same robot holds the Part the monitor passes over
+///   them);
+/// - links and gripper of one robot with each other, unless the same or successive joints move them.
+/// Left out is what cannot move relative to each other, and what the scenario ignores. Throws ScenarioError
+/// for a name that fits nothing, UrdfError, MeshError.
+void add_collision_checking(const Scenario& scenario, CellModel& cell);
+
+/// Whether a name fits a pattern in which `*` stands for any characters, none included.
+bool fits_pattern(std::string_view name, std::string_view pattern);
+
+}  // namespace takt
