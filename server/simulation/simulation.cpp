@@ -137,6 +137,7 @@ struct Simulation::Impl {
     grasping.update(time(), model->step_s, system.motion(), grippers, interaction);
     interaction.update_connections(system.motion(), grasping.states(), clock);
     if (resting.wake_changed(interaction)) system.set_awake(resting.awake());
+    if (!interaction.changes().empty()) integrator->restart();
     // What the initial state decided belongs to the first step.
     if (step_index > 0) changes.clear();
     for (const PartnerChange& change : interaction.changes()) {
@@ -152,7 +153,7 @@ struct Simulation::Impl {
     ++step_index;
     statistics.part_steps_skipped += parts.size() - resting.awake().size();
     hash_parts();
-    if (model->interaction.skip_resting) rest();
+    if (model->interaction.skip_resting && integrator->fixed_step()) rest();
     for (const KinematicRobot& robot : robots) {
       JointArray q{}, qd{};
       robot.joint_state(time(), q.data(), qd.data());
@@ -319,6 +320,7 @@ const SimulationStatistics& Simulation::statistics() const {
   s.mpr_s = times.mpr_s;
   s.partner_search_s = times.partner_search_s;
   s.forces_s = impl_->system.forces_s();
+  s.solver = impl_->integrator->statistics();
   return s;
 }
 

@@ -21,6 +21,7 @@
 #include "server/simulation/cell_description.h"
 #include "server/simulation/command.h"
 #include "server/simulation/snapshot.h"
+#include "server/simulation/solver.h"
 
 namespace takt {
 
@@ -41,6 +42,7 @@ struct SimulationStatistics {
   double broad_phase_s = 0.0, mpr_s = 0.0, partner_search_s = 0.0;  ///< its parts
   double integration_s = 0.0;                                       ///< all of stage 3
   double forces_s = 0.0;                                            ///< its wrenches
+  SolverStatistics solver;
 };
 
 class Simulation {
