@@ -92,6 +92,18 @@ class PlantModel {
   virtual void jacobian(double t, const double* x, const CellMotion& motion, double* values) const {
     static_cast<void>(t), static_cast<void>(x), static_cast<void>(motion), static_cast<void>(values);
   }
+  /// Adds to `rate`, of state_count() values, an approximation of the partial derivative of xdot by t at
+  /// equal states: how moving references enter stiff equations. Without it a linearly implicit step of length
+  /// h follows a moving reference with a lag of up to its speed times h.
+  virtual void time_derivative(double t, const double* x, const CellMotion& motion, double* rate) const {
+    static_cast<void>(t), static_cast<void>(x), static_cast<void>(motion), static_cast<void>(rate);
+  }
+
+  /// Typical sizes of the states, > 0: solvers with error control allow a state x of scale s an error of
+  /// tolerance * (|x| + s) per step, and finite differences are taken over a fraction of it.
+  virtual void state_scales(double* scales) const {
+    for (int i = 0; i < state_count(); ++i) scales[i] = 1.0;
+  }
 };
 
 }  // namespace takt

@@ -29,7 +29,7 @@ void declare(CLI::App& app, Arguments& a) {
   app.set_version_flag("--version", TAKT_VERSION);
   app.add_option("scenario", a.scenario, "Scenario file (YAML)")->required();
   app.add_option("--lod", a.lod, "Level of detail of every process");
-  app.add_option("--solver", a.solver, "Solver by name");
+  app.add_option("--solver", a.solver, "Solver: rk2, rk4, implicit, cvode, esdirk, esdirk4, ida");
   app.add_option("--step", a.step, "Step size (s)");
   app.add_option("--tolerance", a.tolerance, "Relative tolerance of solvers with error control");
   app.add_option("--duration", a.duration, "Simulated time (s); default: the scenario's");
@@ -73,6 +73,7 @@ takt::ScenarioOptions scenario_options(const Arguments& a) {
   options.overrides = a.set;
   if (!a.solver.empty()) options.overrides.push_back("solver.method=" + a.solver);
   if (a.step) options.overrides.push_back("solver.step_s=" + number(*a.step));
+  if (a.tolerance) options.overrides.push_back("solver.tolerance=" + number(*a.tolerance));
   options.level_of_detail = a.lod;
   return options;
 }
@@ -123,8 +124,9 @@ int run(const Arguments& a) {
     throw takt::ScenarioError("--duration: found " + std::to_string(options.duration_s) +
                               "; allowed: a number > 0 s, here or as duration_s in " + a.scenario);
   }
-  if (a.tolerance && scenario.solver == "rk2") {
-    std::cerr << "takt-run: note: --tolerance has no effect on rk2, which has a fixed step\n";
+  if (a.tolerance && !takt::solver_has_error_control(scenario.solver)) {
+    std::cerr << "takt-run: note: --tolerance has no effect on " << scenario.solver
+              << ", which has a fixed step\n";
   }
 
   const auto cell = takt::build_cell(scenario, {takt::user_cache_directory(), &monotonic_seconds});

@@ -76,6 +76,12 @@ void RigidBody::derivatives(double, const double* x, const CellMotion& motion,
   MutVec3(xdot + 10, 3) = R_WB * (I_inverse_B_ * (t_B - w_B.cross(parameters_.I_BBcm_B * w_B)));
 }
 
+void RigidBody::state_scales(double* scales) const {
+  // Handled things are tens of centimetres large and move at about a metre per second.
+  for (int i = 0; i < 7; ++i) scales[i] = 0.1;
+  for (int i = 7; i < kStates; ++i) scales[i] = 1.0;
+}
+
 double mechanical_energy(const RigidBodyParameters& parameters, const double* x) {
   const Mat3 R_WB = rotation_of(x);
   const Vec3 v = ConstVec3(x + 7);

@@ -30,6 +30,7 @@ class RigidBody final : public PlantModel {
   void write_motion(double t, const double* x, CellMotion& motion) const override;
   void derivatives(double t, const double* x, const CellMotion& motion, std::span<const Wrench> wrenches,
                    double* xdot) const override;
+  void state_scales(double* scales) const override;
   const RigidBodyParameters& parameters() const { return parameters_; }
 
  private:

@@ -140,6 +140,21 @@ Json statistics_json(const SimulationStatistics& s) {
           {"clearance_distances", s.clearance_distances}};
 }
 
+// What the solver did within the steps of the simulation.
+Json solver_json(const SolverStatistics& s) {
+  return {{"steps", s.steps},
+          {"rejected_steps", s.rejected_steps},
+          {"evaluations", s.evaluations},
+          {"jacobians", s.jacobians},
+          {"factorisations", s.factorisations},
+          {"newton_iterations", s.newton_iterations},
+          {"newton_failures", s.newton_failures},
+          {"restarts", s.restarts},
+          {"mode_switches", s.mode_switches},
+          {"smallest_step_s", s.smallest_step_s},
+          {"largest_step_s", s.largest_step_s}};
+}
+
 }  // namespace
 
 double max_position_error_m(const Scenario& scenario, const CellDescription& cell, const Snapshot& state) {
@@ -194,6 +209,8 @@ std::string report_json(const Scenario& scenario, const CellDescription& cell, c
   report["solver"] = statistics_json(result.statistics);
   report["solver"]["method"] = info.solver;
   report["solver"]["step_s"] = cell.step_s;
+  if (solver_has_error_control(info.solver)) report["solver"]["tolerance"] = scenario.tolerance;
+  report["solver"]["work"] = solver_json(result.statistics.solver);
   return report.dump(2);
 }
 

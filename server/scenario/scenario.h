@@ -116,6 +116,7 @@ struct Scenario {
   Vec3 gravity_m_per_s2{0.0, 0.0, -9.80665};
   std::string solver = "rk2";
   double step_s = 0.001;
+  double tolerance = 1e-6;  ///< of solvers with error control
   std::vector<ScenarioProcess> processes;
   // interaction
   std::string algorithm = "partner_search";  ///< or substitute_force, extended_substitute_force

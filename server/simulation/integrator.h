@@ -26,10 +26,18 @@ class Integrator {
   /// After a reset of the cell.
   virtual void reset() { restart(), statistics_ = {}, failure_.clear(); }
 
+  /// The step is one evaluation of a fixed formula of (t, x, h) alone. Only then may what a step left
+  /// unchanged be left out of the next one.
+  virtual bool fixed_step() const { return true; }
+
   const SolverStatistics& statistics() const { return statistics_; }
   const std::string& failure() const { return failure_; }
 
  protected:
+  /// What every solver with a fixed step does when it has arrived at t + h.
+  void finish_fixed_step(OdeSystem& system, double t, double h, std::span<double> x,
+                         std::uint64_t evaluations);
+
   SolverStatistics statistics_;
   std::string failure_;
 };

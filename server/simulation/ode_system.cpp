@@ -19,6 +19,7 @@ OdeSystem::OdeSystem(std::vector<PlantModel*> models, const ComponentInteraction
       segment_of_body_[static_cast<std::size_t>(model->body())] = static_cast<int>(segments_.size());
       if (count > 0) part_bodies_.push_back(model->body());
     }
+    if (count > 0) blocks_.push_back({{begin, begin + count}, model->body()});
     segments_.push_back({model, begin, count, static_cast<std::size_t>(indicator_count_), pattern_.size()});
     indicator_count_ += model->indicator_count();
     entries.clear();
@@ -132,6 +133,16 @@ double OdeSystem::next_time_event(double t) const {
 void OdeSystem::jacobian(double t, std::span<const double> x, std::span<double> values) const {
   for (const Segment& segment : segments_)
     segment.model->jacobian(t, x.data() + segment.begin, motion_, values.data() + segment.first_entry);
+}
+
+void OdeSystem::time_derivative(double t, std::span<const double> x, std::span<double> rate) const {
+  std::fill(rate.begin(), rate.end(), 0.0);
+  for (const Segment& segment : segments_)
+    segment.model->time_derivative(t, x.data() + segment.begin, motion_, rate.data() + segment.begin);
+}
+
+void OdeSystem::state_scales(std::span<double> scales) const {
+  for (const Segment& segment : segments_) segment.model->state_scales(scales.data() + segment.begin);
 }
 
 }  // namespace takt

@@ -63,6 +63,20 @@ class OdeSystem {
   /// Values in the order of the pattern, at the motion of the last update_motion(t, x).
   void jacobian(double t, std::span<const double> x, std::span<double> values) const;
 
+  /// Approximate partial derivative of x' by t, at the motion of the last update_motion(t, x).
+  void time_derivative(double t, std::span<const double> x, std::span<double> rate) const;
+
+  /// The states of one model that has any.
+  struct Block {
+    Range states;
+    int body = -1;  ///< component whose states they are, or -1 if they move several
+  };
+  std::span<const Block> blocks() const { return blocks_; }
+  /// The component that holds this one at present, or -1.
+  int partner(int body) const { return interaction_.partner(body); }
+  /// Typical sizes of all states.
+  void state_scales(std::span<double> scales) const;
+
   std::uint64_t evaluations() const { return evaluations_; }
   /// Time spent on wrenches, where a clock (seconds) is set.
   double forces_s() const { return forces_s_; }
@@ -79,6 +93,7 @@ class OdeSystem {
   void activate(std::span<const int> parts, bool fixed_bodies);
 
   std::vector<Segment> segments_;
+  std::vector<Block> blocks_;
   std::vector<int> segment_of_body_;  ///< of bodies that may rest; else -1
   std::vector<int> part_bodies_;      ///< component ids of the models with states
   std::vector<std::size_t> active_;   ///< segments, in order

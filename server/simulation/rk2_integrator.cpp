@@ -14,9 +14,7 @@ bool Rk2Integrator::advance(OdeSystem& system, double t, double h, std::span<dou
   system.derivatives(t + h, trial_, k2_);
   for (const OdeSystem::Range& range : system.active_states())
     for (std::size_t i = range.begin; i < range.end; ++i) x[i] += 0.5 * h * (k1_[i] + k2_[i]);
-  statistics_.steps += 1;
-  statistics_.evaluations += 2;
-  if (system.switch_modes(t + h, x)) ++statistics_.mode_switches;
+  finish_fixed_step(system, t, h, x, 2);
   return true;
 }
 

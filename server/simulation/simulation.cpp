@@ -161,6 +161,7 @@ struct Simulation::Impl {
     interaction.update_connections(system.motion(), grasping.states(), clock);
     history.note(time(), step_index, interaction.changes());
     if (resting.wake_changed(interaction)) system.set_awake(resting.awake());
+    if (!interaction.changes().empty()) integrator->restart();
     // What the initial state decided belongs to the first step.
     if (step_index > 0) changes.clear();
     for (const PartnerChange& change : interaction.changes()) {
@@ -186,7 +187,7 @@ struct Simulation::Impl {
     ++step_index;
     statistics.part_steps_skipped += parts.size() - resting.awake().size();
     hash_parts();
-    if (model->interaction.skip_resting) rest();
+    if (model->interaction.skip_resting && integrator->fixed_step()) rest();
     for (const KinematicRobot& robot : robots) {
       JointArray q{}, qd{};
       robot.joint_state(time(), q.data(), qd.data());
@@ -381,6 +382,7 @@ const SimulationStatistics& Simulation::statistics() const {
     s.clearance_pairs = impl_->monitor->counts().pairs_asked;
     s.clearance_distances = impl_->monitor->counts().distances;
   }
+  s.solver = impl_->integrator->statistics();
   return s;
 }
 

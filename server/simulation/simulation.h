@@ -25,6 +25,7 @@
 #include "server/simulation/command.h"
 #include "server/simulation/explanation.h"
 #include "server/simulation/snapshot.h"
+#include "server/simulation/solver.h"
 
 namespace takt {
 
@@ -49,6 +50,7 @@ struct SimulationStatistics {
   double clearance_s = 0.0;                                         ///< collision checking, in stage 2 too
   double integration_s = 0.0;                                       ///< all of stage 3
   double forces_s = 0.0;                                            ///< its wrenches
+  SolverStatistics solver;
 };
 
 class Simulation {

@@ -9,7 +9,7 @@ namespace takt {
 
 struct SolverParameters {
   std::string name = "rk2";
-  double tolerance = 1e-6;  ///< relative; absolute tolerances follow from the states' scales
+  double tolerance = 1e-6;  ///< relative; absolute tolerances: times the states' scales
   double step_s = 0.001;    ///< communication step
 };
 
@@ -27,5 +27,7 @@ struct SolverStatistics {
 
 /// Names make_integrator() accepts, for error texts.
 std::span<const std::string_view> solver_names();
+/// True for the solvers that choose their steps by a tolerance.
+bool solver_has_error_control(std::string_view name);
 
 }  // namespace takt

@@ -52,7 +52,7 @@ BEGIN {
   library("qhull", "libqhull", "server/ config/ tests/", "server/", 1)
   library("V-HACD", "VHACD.h", "server/geometry/", "server/", 1)
   library("FCL", "fcl/", "server/geometry/ tests/", "server/", 1)
-  library("SUNDIALS", "cvode/ arkode/ sundials/ sunlinsol/ sunmatrix/ sunnonlinsol/ nvector/", "server/simulation/", "server/", 2)
+  library("SUNDIALS", "cvode/ arkode/ ida/ sundials/ sunlinsol/ sunmatrix/ sunnonlinsol/ nvector/", "server/simulation/", "server/", 1)
   library("liburdfdom", "urdf_parser/ urdf_model/", "server/scenario/ tests/", "server/", 1)
   library("yaml-cpp", "yaml-cpp/", "server/scenario/ client_lib/tools/ tests/", "", 0)
   library("Lua", "lua.h lua.hpp lauxlib.h lualib.h", "client_lib/controller/ tests/", "", 0)

@@ -1,0 +1,206 @@
+#include "server/simulation/adaptive_integrator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace takt {
+
+namespace {
+// Times closer than this are one time (s, relative above 1 s): a hundred times the rounding of t.
+double one_time(double t) {
+  return 2e-14 * std::max(1.0, std::abs(t));
+}
+
+constexpr int kMostSteps = 50'000;       // per communication step
+constexpr int kMostAttempts = 40;        // to begin anew after a failure, per communication step
+constexpr int kMostAttemptsHere = 5;     // without any step between
+constexpr int kMostEvents = 2'000;       // per communication step
+constexpr int kMostEventsHere = 30;      // at one time
+constexpr int kMostSwitchesAtOnce = 20;  // until the modes agree with the state
+
+std::string seconds(double t) {
+  return std::to_string(t) + " s";
+}
+}  // namespace
+
+AdaptiveProblem::AdaptiveProblem(const OdeSystem& system, double tolerance)
+    : tolerance_(tolerance),
+      indicator_count_(system.indicator_count()),
+      absolute_tolerances_(static_cast<std::size_t>(system.state_count())),
+      jacobian_(system),
+      f_([this](double t, const double* x, double* xdot) { return derivatives(t, x, xdot); }) {
+  system.state_scales(absolute_tolerances_);
+  for (double& value : absolute_tolerances_) value *= tolerance;
+}
+
+void AdaptiveProblem::find_groups(double t, const double* x) {
+  jacobian_.find_groups(*system_, t, x, f_);
+}
+
+bool AdaptiveProblem::derivatives(double t, const double* x, double* xdot) {
+  ++evaluations;
+  const std::size_t n = absolute_tolerances_.size();
+  system_->derivatives(t, {x, n}, {xdot, n});
+  for (std::size_t i = 0; i < n; ++i)
+    if (!std::isfinite(xdot[i])) return false;
+  return true;
+}
+
+void AdaptiveProblem::indicators(double t, const double* x, double* g) {
+  system_->indicators(t, {x, absolute_tolerances_.size()}, {g, static_cast<std::size_t>(indicator_count_)});
+}
+
+bool AdaptiveProblem::evaluate_jacobian(double t, const double* x, const double* f0) {
+  ++jacobians;
+  return jacobian_.evaluate(t, x, f0, f_);
+}
+
+bool AdaptiveProblem::factorise(double a, double b) {
+  ++factorisations;
+  return jacobian_.factorise(a, b);
+}
+
+AdaptiveIntegrator::AdaptiveIntegrator(const SolverParameters& parameters, const OdeSystem& system)
+    : problem_(system, parameters.tolerance),
+      method_(system.state_count() > 0 ? make_adaptive_method(parameters.name, problem_) : nullptr),
+      indicators_(static_cast<std::size_t>(system.indicator_count())) {}
+
+void AdaptiveIntegrator::count() {
+  const AdaptiveMethod::Counts now = method_->counts();
+  const auto add = [](std::uint64_t& total, long value, long counted) {
+    if (value > counted) total += static_cast<std::uint64_t>(value - counted);
+  };
+  add(statistics_.steps, now.steps, counted_.steps);
+  add(statistics_.rejected_steps, now.rejected, counted_.rejected);
+  add(statistics_.newton_iterations, now.newton_iterations, counted_.newton_iterations);
+  add(statistics_.newton_failures, now.newton_failures, counted_.newton_failures);
+  counted_ = now;
+  statistics_.evaluations += problem_.evaluations;
+  statistics_.jacobians += problem_.jacobians;
+  statistics_.factorisations += problem_.factorisations;
+  problem_.evaluations = problem_.jacobians = problem_.factorisations = 0;
+}
+
+bool AdaptiveIntegrator::start(double t, std::span<const double> x, double first_step_s) {
+  count();
+  counted_ = {};
+  ++statistics_.restarts;
+  t_ = t;
+  return method_->start(t, x, first_step_s);
+}
+
+bool AdaptiveIntegrator::fail(double t, const std::string& reason) {
+  count();
+  restart_pending_ = true;
+  failure_ = reason + " at t = " + seconds(t);
+  if (!problem_.message().empty()) failure_ += " (" + problem_.message() + ")";
+  return false;
+}
+
+// The state was accepted at t_: from there with smaller and smaller steps.
+bool AdaptiveIntegrator::recover(double t, double stop, std::span<double> x) {
+  while (true) {
+    if (++attempts_ > kMostAttempts || ++attempts_here_ > kMostAttemptsHere)
+      return fail(t, "no step succeeded, however small,");
+    const double first_step = (stop - t) * std::pow(10.0, -2.0 * attempts_here_);
+    if (start(t, x, std::max(first_step, 10.0 * one_time(t)))) return true;
+  }
+}
+
+bool AdaptiveIntegrator::take_state(double t_before, double t, std::span<double> x) {
+  const std::span<const double> state = method_->state();
+  for (const double value : state)
+    if (!std::isfinite(value)) return false;
+  std::copy(state.begin(), state.end(), x.begin());
+  t_ = t;
+  attempts_here_ = 0;
+  if (t > t_before) {
+    const double h = method_->last_step_s();
+    statistics_.largest_step_s = std::max(statistics_.largest_step_s, h);
+    if (statistics_.smallest_step_s == 0.0 || h < statistics_.smallest_step_s)
+      statistics_.smallest_step_s = h;
+  }
+  return true;
+}
+
+bool AdaptiveIntegrator::switch_modes(OdeSystem& system, double t, std::span<double> x) {
+  bool changed = false;
+  for (int i = 0; i < kMostSwitchesAtOnce && system.switch_modes(t, x); ++i) {
+    changed = true;
+    ++statistics_.mode_switches;
+  }
+  return changed;
+}
+
+bool AdaptiveIntegrator::note_event(double t) {
+  events_here_ = std::abs(t - last_event_) <= one_time(t) ? events_here_ + 1 : 1;
+  last_event_ = t;
+  if (++events_ <= kMostEvents && events_here_ <= kMostEventsHere) return true;
+  problem_.clear_message();
+  return fail(t, "the modes of the plant models switch without end");
+}
+
+bool AdaptiveIntegrator::arrive(OdeSystem& system, double t, std::span<double> x) {
+  if (problem_.indicator_count() > 0) {
+    // A mode that does not hold although nothing crossed zero since: it did not from the beginning.
+    problem_.indicators(t, x.data(), indicators_.data());
+    const bool wrong = std::any_of(indicators_.begin(), indicators_.end(), [](double g) { return g < 0.0; });
+    if (wrong && switch_modes(system, t, x)) restart_pending_ = true;
+  }
+  count();
+  return true;
+}
+
+bool AdaptiveIntegrator::advance(OdeSystem& system, double t, double h, std::span<double> x) {
+  if (method_ == nullptr) return true;
+  problem_.use(system);
+  problem_.clear_message();
+  steps_ = attempts_ = attempts_here_ = events_ = events_here_ = 0;
+  last_event_ = -std::numeric_limits<double>::infinity();
+  const double end = t + h;
+  const bool elsewhere = std::abs(t - t_) > one_time(t) ||
+                         std::memcmp(x.data(), method_->state().data(), x.size() * sizeof(double)) != 0;
+  if (restart_pending_ || elsewhere) {
+    problem_.find_groups(t, x.data());
+    switch_modes(system, t, x);
+    if (!start(t, x, 0.0) && !recover(t, end, x)) return false;
+    restart_pending_ = false;
+  }
+  while (true) {
+    const double event = system.next_time_event(t_ + one_time(t_));
+    const bool event_within = event < end - one_time(end);
+    const double stop = event_within ? event : end;
+    if (stop - t_ > one_time(stop)) {
+      if (++steps_ > kMostSteps) {
+        problem_.clear_message();
+        return fail(t_, "more than " + std::to_string(kMostSteps) + " steps within one communication step");
+      }
+      const double before = t_;
+      double reached = t_;
+      const AdaptiveMethod::Outcome outcome = method_->step(stop, reached);
+      if (outcome == AdaptiveMethod::Outcome::failed || !take_state(before, reached, x)) {
+        if (!recover(before, stop, x)) return false;
+        continue;
+      }
+      if (outcome == AdaptiveMethod::Outcome::crossing) {
+        if (!note_event(t_)) return false;
+        if (switch_modes(system, t_, x) && !start(t_, x, 0.0) && !recover(t_, stop, x)) return false;
+        continue;
+      }
+      if (stop - t_ > one_time(stop)) continue;
+    }
+    if (!event_within) {
+      t_ = end;
+      if (event <= end + one_time(end)) restart_pending_ = true;
+      return arrive(system, end, x);
+    }
+    t_ = event;
+    if (!note_event(t_)) return false;
+    switch_modes(system, t_, x);
+    if (!start(t_, x, 0.0) && !recover(t_, end, x)) return false;
+  }
+}
+
+}  // namespace takt
