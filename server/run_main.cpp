@@ -20,7 +20,8 @@ struct Arguments {
   std::vector<std::string> set, pictures;
   std::optional<int> lod;
   std::optional<double> step, tolerance, duration;
-  double csv_period = 0.01, factor = 1.0;
+  std::optional<double> csv_period;
+  double factor = 1.0;
   int threads = 1;
   bool stage_times = false, quiet = false;
 };
@@ -40,7 +41,8 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--program", a.program, "Controller program instead of the scenario's");
   app.add_option("--report", a.report, "Write the report (JSON) to this file");
   app.add_option("--csv", a.csv, "Write positions, forces and joints to this file");
-  app.add_option("--csv-period", a.csv_period, "Period of the rows (s)")->check(CLI::PositiveNumber);
+  app.add_option("--csv-period", a.csv_period, "Period of the rows (s); default: the scenario's")
+      ->check(CLI::PositiveNumber);
   app.add_option("--picture", a.pictures, "FILE.png@T: a picture of the cell at simulated time T (s)")
       ->type_size(1)
       ->allow_extra_args(false);
@@ -137,7 +139,7 @@ int run(const Arguments& a) {
   takt::Simulation simulation(cell);
   if (a.threads > 1) simulation.set_executor(&pool.emplace(a.threads));
   std::optional<takt::CsvWriter> csv;
-  if (!a.csv.empty()) csv.emplace(a.csv, simulation, a.csv_period);
+  if (!a.csv.empty()) csv.emplace(a.csv, simulation, a.csv_period.value_or(scenario.csv_period_s));
   const std::vector<Picture> pictures = requested_pictures(a, cell->step_s);
   takt::StepObserver observer;
   if (csv || !pictures.empty()) {

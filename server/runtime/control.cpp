@@ -148,9 +148,31 @@ std::variant<ControlAction, ControlReply> parse_explain(const ControlRequest& re
       {}};
 }
 
-constexpr std::array<std::string_view, 9> kRequests{
-    "get_features",          "get_state",   "set_state", "step", "reset", "set_pace", "register_controller",
-    "unregister_controller", "explain_part"};
+std::variant<ControlAction, ControlReply> parse_level_of_detail(const ControlRequest& request,
+                                                                const CellDescription& cell) {
+  Arguments arguments(request, {"process", "level"});
+  SetLevelOfDetail action;
+  action.level = static_cast<int>(arguments.natural("level", std::nullopt, 1, 2));
+  const std::string* process = arguments.find("process");
+  if (process != nullptr && *process != "all") {
+    action.process = cell.find_process(*process);
+    if (action.process < 0) {
+      std::string known = "all";
+      for (const ProcessDescription& p : cell.processes) known += ", " + p.name;
+      return ControlReply{
+          request.id,
+          ControlResult::not_found,
+          "There is no process '" + process->substr(0, 100) + "' in this cell; there are: " + known + ".",
+          {}};
+    }
+  }
+  return arguments.result(action);
+}
+
+constexpr std::array<std::string_view, 10> kRequests{
+    "get_features", "get_state",          "set_state",           "step",
+    "reset",        "set_pace",           "register_controller", "unregister_controller",
+    "explain_part", "set_level_of_detail"};
 
 std::string known_requests() {
   std::string list;
@@ -222,6 +244,7 @@ std::variant<ControlAction, ControlReply> parse(const ControlRequest& request, c
     return arguments.result(action);
   }
   if (name == "register_controller") return parse_register(request, cell);
+  if (name == "set_level_of_detail") return parse_level_of_detail(request, cell);
   if (name == "explain_part") return parse_explain(request, cell);
   if (name == "unregister_controller") {
     Arguments arguments(request, {"name"});

@@ -61,11 +61,15 @@ struct RegisterController {
 struct UnregisterController {
   std::string name;
 };
+struct SetLevelOfDetail {
+  int process = -1;  ///< index of the process, -1: all
+  int level = 1;
+};
 struct ExplainPart {
   int component = -1;
 };
 using ControlAction = std::variant<GetFeatures, GetState, SetState, Step, Reset, SetPace, RegisterController,
-                                   UnregisterController, ExplainPart>;
+                                   UnregisterController, ExplainPart, SetLevelOfDetail>;
 
 /// Checks a request against the vocabulary and the cell.
 std::variant<ControlAction, ControlReply> parse(const ControlRequest& request, const CellDescription& cell);

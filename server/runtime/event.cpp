@@ -97,6 +97,8 @@ std::string_view to_string(EventCode code) {
       return "command_rejected";
     case EventCode::end_of_scenario:
       return "end_of_scenario";
+    case EventCode::level_of_detail_changed:
+      return "level_of_detail_changed";
     case EventCode::events_lost:
       return "events_lost";
   }
@@ -179,6 +181,11 @@ EventText describe(const EventRecord& event, const CellDescription& cell) {
       return describe_rejection(event, cell);
     case EventCode::end_of_scenario:
       return {cell.scenario, "The scenario's duration has been simulated; the simulation is paused."};
+    case EventCode::level_of_detail_changed: {
+      const std::string process =
+          event.a < 0 ? std::string("all processes") : cell.processes[static_cast<std::size_t>(event.a)].name;
+      return {process, "The level of detail of " + process + " is now " + std::to_string(event.b) + "."};
+    }
     case EventCode::events_lost:
       return {cell.cell, std::to_string(event.a) + " events were lost: more came than could be sent."};
   }

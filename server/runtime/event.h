@@ -27,6 +27,7 @@ enum class EventCode : std::uint8_t {
   command_rejected,         ///< a: target, b: RejectionCode, x: stamp in s, y: boundary in s (negative: none
                             ///< awaited)
   end_of_scenario,          ///< the scenario's duration has been simulated
+  level_of_detail_changed,  ///< a: process (index, -1: all), b: level
   events_lost,              ///< a: how many, because nobody fetched them in time
 };
 std::string_view to_string(EventCode code);

@@ -103,6 +103,7 @@ class RunLoop {
   void execute(std::uint64_t id, const SetPace& action);
   void execute(std::uint64_t id, const RegisterController& action);
   void execute(std::uint64_t id, const UnregisterController& action);
+  void execute(std::uint64_t id, const SetLevelOfDetail& action);
   void execute_get_state(std::uint64_t id);
   void take_question(std::uint64_t id, const ExplainPart& question);
   void answer_question();

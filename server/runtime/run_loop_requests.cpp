@@ -51,6 +51,8 @@ void RunLoop::execute_requests() {
       execute(id, *add);
     } else if (const auto* remove = std::get_if<UnregisterController>(&request.action)) {
       execute(id, *remove);
+    } else if (const auto* level = std::get_if<SetLevelOfDetail>(&request.action)) {
+      execute(id, *level);
     } else if (const auto* question = std::get_if<ExplainPart>(&request.action)) {
       take_question(id, *question);
     }
@@ -72,6 +74,24 @@ void RunLoop::execute_get_state(std::uint64_t id) {
          {"epoch", std::to_string(simulation_.epoch())},
          {"state_hash", std::to_string(simulation_.state_hash())},
          {"fault", faulted_ ? simulation_.fault() : std::string()}});
+}
+
+void RunLoop::execute(std::uint64_t id, const SetLevelOfDetail& action) {
+  const std::string process =
+      action.process < 0 ? "all processes" : cell().processes[static_cast<std::size_t>(action.process)].name;
+  const std::string reason = simulation_.set_level_of_detail(action.process, action.level);
+  if (!reason.empty()) {
+    reply(id, ControlResult::failed, "The level of detail stays as it is: " + reason);
+    return;
+  }
+  EventRecord changed = event(EventCode::level_of_detail_changed, Severity::information);
+  changed.a = action.process;
+  changed.b = action.level;
+  emit(changed);
+  publish_instant();
+  reply(id, ControlResult::ok,
+        "The level of detail of " + process + " is now " + std::to_string(action.level) + ".",
+        {{"level", std::to_string(action.level)}});
 }
 
 void RunLoop::take_question(std::uint64_t id, const ExplainPart& question) {

@@ -11,6 +11,7 @@
 
 #include "plant_models/spatial.h"
 #include "server/geometry/convex_decomposition.h"
+#include "server/scenario/scenario_dynamics.h"
 
 namespace takt {
 
@@ -57,6 +58,10 @@ struct ScenarioRobot {
   Pose X_WR;
   std::vector<double> initial_joints_rad;  ///< m for prismatic joints
   double command_period_s = 0.008;
+  // From LoD 2 on.
+  ScenarioDrives drives;
+  ScenarioPower power;
+  ScenarioTrajectory trajectory;
 };
 
 struct ScenarioGripper {
@@ -69,7 +74,8 @@ struct ScenarioGripper {
   double initial_width_m = 0.0;
   double jaw_speed_m_per_s = 0.0;
   double max_force_N = 0.0;
-  double mass_kg = 0.0;
+  double mass_kg = 0.0;               ///< all of it, jaws included
+  std::optional<double> jaw_mass_kg;  ///< of each jaw; unset: a tenth of all
   bool grasp_on_contact = false;
   std::array<float, 4> color{0.25F, 0.25F, 0.28F, 1.0F};
 };
@@ -113,6 +119,7 @@ struct Scenario {
   std::string name;
   std::string description;
   double duration_s = 0.0;  ///< 0: open end
+  double csv_period_s = 0.01;
   Vec3 gravity_m_per_s2{0.0, 0.0, -9.80665};
   std::string solver = "rk2";
   double step_s = 0.001;
@@ -137,9 +144,9 @@ struct Scenario {
   double expected_tolerance_m = 0.0001;
 };
 
-/// Levels of detail this version has: dynamic robots (2) and surface contact (3) are not among them.
+/// Levels of detail this version has: surface contact (3) is not among them.
 inline constexpr int kMinLevelOfDetail = 1;
-inline constexpr int kMaxLevelOfDetail = 1;
+inline constexpr int kMaxLevelOfDetail = 2;
 
 /// Bounds of the hierarchy of a Part.
 inline constexpr int kMinHierarchy = 1;

@@ -7,6 +7,7 @@
 #include "server/geometry/mesh_import.h"
 #include "server/scenario/collision_checking.h"
 #include "server/scenario/convex_import.h"
+#include "server/scenario/dynamics_builder.h"
 #include "server/scenario/urdf_reader.h"
 
 namespace takt {
@@ -181,6 +182,7 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const Impo
   for (const ScenarioGround& ground : scenario.grounds) add_ground(ground, importer, *cell);
   for (const ScenarioRobot& robot : scenario.robots) add_robot(scenario, robot, *cell);
   for (const ScenarioGripper& gripper : scenario.grippers) add_gripper(gripper, importer, *cell);
+  add_dynamics(scenario, *cell);
   cell->pairs = generate_pairs(cell->components);
   if (scenario.collision_checking.enabled) add_collision_checking(scenario, *cell);
   return cell;

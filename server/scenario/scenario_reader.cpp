@@ -7,6 +7,7 @@
 
 #include "server/contact/connection_rules.h"
 #include "server/scenario/collision_checking.h"
+#include "server/scenario/dynamics_fields.h"
 #include "server/scenario/yaml_fields.h"
 #include "server/simulation/integrator.h"
 
@@ -174,6 +175,11 @@ void read_robot(YamlFields fields, const std::string& name, Scenario& scenario) 
   robot.X_WR = fields.pose_or_identity("pose");
   robot.initial_joints_rad = fields.numbers("initial_joints_rad", 0);
   robot.command_period_s = fields.number_or("command_period_s", positive("s"), robot.command_period_s);
+  if (fields.has("drives")) robot.drives = read_drives(fields.mapping("drives"));
+  if (fields.has("power")) robot.power = read_power(fields.mapping("power"));
+  if (fields.has("trajectory")) {
+    robot.trajectory = read_trajectory(fields.mapping("trajectory"), robot.initial_joints_rad.size());
+  }
   fields.finish();
   scenario.robots.push_back(robot);
 }
@@ -200,6 +206,7 @@ void read_gripper(YamlFields fields, const std::string& name, Scenario& scenario
   gripper.jaw_speed_m_per_s = fields.number("jaw_speed_m_per_s", positive("m/s"));
   gripper.max_force_N = fields.number("max_force_N", positive("N"));
   gripper.mass_kg = fields.number_or("mass_kg", not_negative("kg"), 0.0);
+  gripper.jaw_mass_kg = fields.number_if("jaw_mass_kg", positive("kg"));
   gripper.grasp_on_contact =
       fields.choice("grasp", {"on_command", "on_contact"}, "on_command") == "on_contact";
   gripper.color = read_color(fields, gripper.color);
@@ -304,6 +311,7 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
   scenario.name = top.text("name");
   scenario.description = top.text_or("description", "");
   scenario.duration_s = top.number_or("duration_s", not_negative("s"), 0.0);
+  scenario.csv_period_s = top.number_or("csv_period_s", positive("s"), scenario.csv_period_s);
 
   YamlFields world = top.mapping("world");
   scenario.gravity_m_per_s2 = world.vector_or("gravity_m_per_s2", scenario.gravity_m_per_s2, "m/s^2");

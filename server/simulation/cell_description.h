@@ -48,6 +48,13 @@ struct GripperDescription {
   double jaw_speed_m_per_s = 0.0;  ///< of each jaw
 };
 
+/// Components and robots that share a level of detail (thesis 3.6.3).
+struct ProcessDescription {
+  std::string name;
+  int level_of_detail = 1;  ///< at the start
+  std::vector<int> robots;
+};
+
 struct CellDescription {
   std::string cell;      ///< name of the server, first level of every topic
   std::string scenario;  ///< name of the scenario
@@ -57,12 +64,14 @@ struct CellDescription {
   std::vector<ComponentDescription> components;
   std::vector<RobotDescription> robots;
   std::vector<GripperDescription> grippers;
+  std::vector<ProcessDescription> processes;
   std::vector<std::string> checked_bodies;  ///< names for the indices in a CollisionEvent
 
   /// Index by name, or -1.
   int find_component(std::string_view name) const;
   int find_robot(std::string_view name) const;
   int find_gripper(std::string_view name) const;
+  int find_process(std::string_view name) const;
 };
 
 }  // namespace takt

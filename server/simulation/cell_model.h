@@ -1,11 +1,18 @@
 #pragma once
 // Everything about a loaded cell that is constant while it runs. Many simulations may share one model.
+#include <memory>
+#include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "plant_models/gripper/parallel_gripper.h"
 #include "plant_models/mechanics/rigid_body.h"
+#include "plant_models/robot/detailed_drive.h"
+#include "plant_models/robot/dynamic_robot.h"
+#include "plant_models/robot/ideal_servo.h"
 #include "plant_models/robot/kinematic_robot.h"
+#include "plant_models/robot/simplified_drive.h"
 #include "server/components/pair_generation.h"
 #include "server/contact/clearance_model.h"
 #include "server/contact/component_interaction.h"
@@ -53,6 +60,16 @@ struct ImportNote {
   int hulls = 0;
   double volume_error = 0.0;  ///< lost and gained together
 };
+
+using DriveParameters =
+    std::variant<IdealServoParameters, SimplifiedDriveParameters, DetailedDriveParameters>;
+
+/// What a robot needs to be more than kinematic.
+struct RobotDynamics {
+  DynamicRobotParameters parameters;
+  std::vector<DriveParameters> drives;  ///< by joint of the arm
+};
+std::vector<std::unique_ptr<Drive>> make_drives(const std::vector<DriveParameters>& drives);
 
 struct CellModel {
   CellDescription description;

@@ -16,7 +16,9 @@ CellPlant::CellPlant(const CellModel& model, const ComponentInteraction& interac
     std::vector<const ParallelGripper*> mounted;
     for (const ParallelGripper& gripper : grippers_)
       if (gripper.parameters().robot == static_cast<int>(r)) mounted.push_back(&gripper);
-    const auto& dynamics = model.dynamics[r];
+    if (r < model.trajectories.size()) robots_[r].set_trajectory(model.trajectories[r]);
+    const std::optional<RobotDynamics> none;
+    const std::optional<RobotDynamics>& dynamics = r < model.dynamics.size() ? model.dynamics[r] : none;
     dynamic_.push_back(dynamics ? std::make_unique<DynamicRobot>(dynamics->parameters,
                                                                  make_drives(dynamics->drives), robots_[r],
                                                                  std::move(mounted))
@@ -33,9 +35,12 @@ CellPlant::CellPlant(const CellModel& model, const ComponentInteraction& interac
 void CellPlant::reset() {
   for (KinematicRobot& robot : robots_) robot.reset();
   for (ParallelGripper& gripper : grippers_) gripper.reset();
-  const bool same = levels_ == model_.robot_levels;
-  levels_ = model_.robot_levels;
-  if (!same) build();
+  std::vector<int> levels = model_.robot_levels;
+  levels.resize(robots_.size(), 1);
+  if (levels != levels_ || !system_) {
+    levels_ = std::move(levels);
+    build();
+  }
   system_->initial_state(x_);
   accepted_ = x_;
   system_->wake_all();
@@ -64,7 +69,25 @@ void CellPlant::build() {
       std::make_unique<OdeSystem>(std::move(models), interaction_, model_.components.size(), robots_.size());
   x_.resize(static_cast<std::size_t>(system_->state_count()));
   accepted_.resize(x_.size());
+  system_->set_clock(clock_);
   integrator_ = make_integrator(model_.solver, *system_);
+}
+
+std::size_t CellPlant::jaw_joint(std::size_t robot, std::size_t place, ParallelGripper::Side side) const {
+  return static_cast<std::size_t>(robots_[robot].parameters().arm.joint_count()) + 2 * place +
+         static_cast<std::size_t>(side);
+}
+
+void CellPlant::keep_accepted() {
+  for (const OdeSystem::Range& range : system_->active_states())
+    std::copy(x_.begin() + static_cast<std::ptrdiff_t>(range.begin),
+              x_.begin() + static_cast<std::ptrdiff_t>(range.end),
+              accepted_.begin() + static_cast<std::ptrdiff_t>(range.begin));
+}
+
+void CellPlant::set_clock(double (*now_s)()) {
+  clock_ = now_s;
+  system_->set_clock(now_s);
 }
 
 std::span<const double> CellPlant::segment(std::size_t robot) const {
@@ -75,7 +98,7 @@ std::span<const double> CellPlant::segment(std::size_t robot) const {
 double CellPlant::jaw_coordinate(std::size_t gripper, ParallelGripper::Side side, double t) const {
   const auto [robot, place] = gripper_place_[gripper];
   if (levels_[robot] == 1) return grippers_[gripper].coordinate(t, side);
-  return dynamic_[robot]->jaw_coordinate(place, side, segment(robot).data());
+  return segment(robot)[jaw_joint(robot, place, side)];
 }
 
 void CellPlant::change_levels(std::span<const int> levels, double t) {
@@ -88,18 +111,19 @@ void CellPlant::change_levels(std::span<const int> levels, double t) {
   for (std::size_t r = 0; r < robots_.size(); ++r) {
     RobotMotion& motion = motions[r];
     if (levels_[r] > 1) {
-      dynamic_[r]->motion_from_state(segment(r).data(), motion.q.data(), motion.qd.data());
-      continue;
+      const auto n = static_cast<std::size_t>(dynamic_[r]->joint_count());
+      std::copy_n(segment(r).data(), n, motion.q.data());
+      std::copy_n(segment(r).data() + n, n, motion.qd.data());
+    } else {
+      robots_[r].joint_state(t, motion.q.data(), motion.qd.data());
     }
-    robots_[r].joint_state(t, motion.q.data(), motion.qd.data());
-    auto jaw = static_cast<std::size_t>(robots_[r].parameters().arm.joint_count());
-    for (std::size_t g = 0; g < grippers_.size(); ++g) {
-      if (gripper_place_[g].first != r) continue;
-      for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right}) {
-        motion.q[jaw] = grippers_[g].coordinate(t, side);
-        motion.qd[jaw] = grippers_[g].velocity(t, side);
-        ++jaw;
-      }
+  }
+  for (std::size_t g = 0; g < grippers_.size(); ++g) {
+    const auto [r, place] = gripper_place_[g];
+    if (levels_[r] > 1) continue;
+    for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right}) {
+      motions[r].q[jaw_joint(r, place, side)] = grippers_[g].coordinate(t, side);
+      motions[r].qd[jaw_joint(r, place, side)] = grippers_[g].speed(t, side);
     }
   }
   const std::vector<double> old_state = x_;
@@ -113,17 +137,17 @@ void CellPlant::change_levels(std::span<const int> levels, double t) {
     if (levels_[r] > 1 && old_levels[r] > 1) {
       std::copy_n(old_state.data() + old_begin[r], dynamic_[r]->state_count(), to);
     } else if (levels_[r] > 1) {
-      dynamic_[r]->state_from_motion(t, motions[r].q.data(), motions[r].qd.data(), to);
+      dynamic_[r]->state_from_motion(motions[r].q.data(), motions[r].qd.data(), to);
     } else if (old_levels[r] > 1) {
       // The joints were not quite where the reference was: it starts again from where they are.
       robots_[r].continue_from(t, motions[r].q.data(), motions[r].qd.data());
-      auto jaw = static_cast<std::size_t>(robots_[r].parameters().arm.joint_count());
-      for (std::size_t g = 0; g < grippers_.size(); ++g) {
-        if (gripper_place_[g].first != r) continue;
-        for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right})
-          grippers_[g].continue_from(t, side, motions[r].q[jaw++]);
-      }
     }
+  }
+  for (std::size_t g = 0; g < grippers_.size(); ++g) {
+    const auto [r, place] = gripper_place_[g];
+    if (levels_[r] > 1 || old_levels[r] == 1) continue;
+    for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right})
+      grippers_[g].continue_from(t, side, motions[r].q[jaw_joint(r, place, side)]);
   }
   accepted_ = x_;
 }
@@ -133,8 +157,20 @@ std::string CellPlant::describe_state(std::size_t state) const {
     std::size_t robot = 0;
     for (std::size_t r = 0; r < robots_.size(); ++r)
       if (levels_[r] > 1 && segment_begin_[r] <= state) robot = r;
-    return dynamic_[robot]->describe_state(static_cast<int>(state - segment_begin_[robot])) + " of " +
-           model_.description.robots[robot].name;
+    const DynamicRobot& model = *dynamic_[robot];
+    const auto n = static_cast<std::size_t>(model.joint_count());
+    const std::size_t place = state - segment_begin_[robot];
+    const auto joint = [&](std::size_t i) {
+      return " of joint '" + model.tree().model().joints[i].joint.name + "'";
+    };
+    std::string what = "drive state " + std::to_string(place - std::min(place, 2 * n));
+    if (place < n)
+      what = "position" + joint(place);
+    else if (place < 2 * n)
+      what = "velocity" + joint(place - n);
+    else if (static_cast<int>(place) >= model.energy_state())
+      what = "energy";
+    return what + " of " + model_.description.robots[robot].name;
   }
   static constexpr const char* kQuantity[RigidBody::kStates] = {
       "position x",         "position y",         "position z",        "orientation w", "orientation x",

@@ -27,7 +27,7 @@ class CellPlant {
   /// Initial state at the levels the cell was loaded with.
   void reset();
   int level(std::size_t robot) const { return levels_[robot]; }
-  bool can_be_dynamic(std::size_t robot) const { return model_.dynamics[robot].has_value(); }
+  bool can_be_dynamic(std::size_t robot) const { return dynamic_[robot] != nullptr; }
   /// New level of each robot, between two steps at time t. The motion must be that of (t, state()).
   void change_levels(std::span<const int> levels, double t);
 
@@ -36,7 +36,9 @@ class CellPlant {
   Integrator& integrator() { return *integrator_; }
   std::vector<double>& state() { return x_; }
   const std::vector<double>& state() const { return x_; }
-  std::vector<double>& accepted() { return accepted_; }
+  /// The last accepted state, where a step that fails goes back to.
+  const std::vector<double>& accepted() const { return accepted_; }
+  void keep_accepted();
   /// Place of the first state of a Part (index among Parts), and what a state means, for error texts.
   std::size_t part_begin(std::size_t part) const { return parts_begin_ + part * RigidBody::kStates; }
   std::size_t parts_begin() const { return parts_begin_; }
@@ -54,9 +56,16 @@ class CellPlant {
   std::span<const double> segment(std::size_t robot) const;
   /// Distance of a jaw's grip face from the centre (m), as it is, whatever was commanded.
   double jaw_coordinate(std::size_t gripper, ParallelGripper::Side side, double t) const;
+  double width(std::size_t gripper, double t) const {
+    return jaw_coordinate(gripper, ParallelGripper::left, t) +
+           jaw_coordinate(gripper, ParallelGripper::right, t);
+  }
+  /// Times the wrenches where set; kept when the system is rebuilt.
+  void set_clock(double (*now_s)());
 
  private:
   void build();
+  std::size_t jaw_joint(std::size_t robot, std::size_t place, ParallelGripper::Side side) const;
 
   const CellModel& model_;
   const ComponentInteraction& interaction_;
@@ -72,6 +81,7 @@ class CellPlant {
   std::unique_ptr<Integrator> integrator_;
   std::vector<double> x_, accepted_;
   std::size_t parts_begin_ = 0;
+  double (*clock_)() = nullptr;
 };
 
 }  // namespace takt

@@ -176,6 +176,9 @@ int CellDescription::find_component(std::string_view name) const {
 int CellDescription::find_robot(std::string_view name) const {
   return find_by_name(robots, name);
 }
+int CellDescription::find_process(std::string_view name) const {
+  return find_by_name(processes, name);
+}
 int CellDescription::find_gripper(std::string_view name) const {
   return find_by_name(grippers, name);
 }

@@ -6,27 +6,16 @@
 #include <variant>
 #include <vector>
 
-#include "plant_models/mechanics/fixed_body.h"
 #include "server/contact/clearance_monitor.h"
 #include "server/simulation/cell_model.h"
+#include "server/simulation/cell_plant.h"
 #include "server/simulation/grasping.h"
-#include "server/simulation/integrator.h"
 #include "server/simulation/resting_parts.h"
 #include "server/simulation/state_hash.h"
 
 namespace takt {
 
 namespace {
-template <typename T>
-std::vector<PlantModel*> pointers_in_order(T& robots, auto& grippers, auto& grounds, auto& parts) {
-  std::vector<PlantModel*> models;
-  for (auto& m : robots) models.push_back(&m);
-  for (auto& m : grippers) models.push_back(&m);
-  for (auto& m : grounds) models.push_back(&m);
-  for (auto& m : parts) models.push_back(&m);
-  return models;
-}
-
 struct CommandCounter {
   std::uint64_t count = 0;
   double newest_stamp_s = -1.0;
@@ -40,40 +29,21 @@ struct CommandCounter {
 struct Simulation::Impl {
   explicit Impl(std::shared_ptr<const CellModel> cell_model)
       : model(std::move(cell_model)),
-        robots(model->robots.begin(), model->robots.end()),
-        grippers(make_grippers(*model)),
-        grounds(make_grounds(*model)),
-        parts(model->parts.begin(), model->parts.end()),
         interaction(model->components, model->pairs, model->interaction),
         grasping(*model),
-        system(pointers_in_order(robots, grippers, grounds, parts), interaction, model->components.size(),
-               robots.size()),
+        plant(*model, interaction),
         resting(model->components, part_bodies(*model)),
-        integrator(make_integrator(model->solver, system)),
-        x(static_cast<std::size_t>(system.state_count())),
-        accepted(x.size()),
-        part_hashes(parts.size(), 0),
-        robot_commands(robots.size()),
-        gripper_commands(grippers.size()),
+        part_hashes(model->parts.size(), 0),
+        robot_commands(model->robots.size()),
+        gripper_commands(model->grippers.size()),
         history(model->components.size()) {
-    changes.reserve(2 * parts.size());
+    changes.reserve(2 * model->parts.size());
     if (model->clearance.enabled) {
       monitor =
           std::make_unique<ClearanceMonitor>(model->clearance, base_poses(*model), model->components.size());
       collisions.reserve(4 * model->clearance.pairs.size());
     }
     start();
-  }
-
-  static std::vector<ParallelGripper> make_grippers(const CellModel& cell) {
-    std::vector<ParallelGripper> result;
-    for (const GripperModel& gripper : cell.grippers) result.emplace_back(gripper.parameters);
-    return result;
-  }
-  static std::vector<FixedBody> make_grounds(const CellModel& cell) {
-    std::vector<FixedBody> result;
-    for (const GroundModel& ground : cell.grounds) result.emplace_back(ground.component, ground.X_WB);
-    return result;
   }
 
   static std::vector<Pose> base_poses(const CellModel& cell) {
@@ -92,16 +62,12 @@ struct Simulation::Impl {
 
   void start() {
     step_index = 0;
-    system.initial_state(x);
-    accepted = x;
+    plant.reset();
     resting.wake_all();
-    system.wake_all();
     std::fill(part_hashes.begin(), part_hashes.end(), 0);
     parts_hash = 0;
-    system.reset_counts();
     interaction.reset();
     grasping.reset();
-    integrator->reset();
     hash.reset();
     fault.clear();
     changes.clear();
@@ -117,12 +83,12 @@ struct Simulation::Impl {
 
   void refresh_motion() {
     if (motion_is_current) return;
-    system.update_motion(time(), x);
+    system().update_motion(time(), plant.state());
     motion_is_current = true;
   }
 
   void apply(const JointCommand& command) {
-    KinematicRobot& robot = robots[static_cast<std::size_t>(command.robot)];
+    KinematicRobot& robot = plant.robots()[static_cast<std::size_t>(command.robot)];
     // Commands are validated at the boundary; this is the second line of defence, for callers that make their
     // own.
     for (std::size_t j = 0; j < robot.parameters().arm.joints.size(); ++j) {
@@ -143,13 +109,13 @@ struct Simulation::Impl {
   }
 
   void apply(const GripperCommand& command) {
-    grasping.apply(command, time(), grippers[static_cast<std::size_t>(command.gripper)]);
+    grasping.apply(command, time(), plant.grippers()[static_cast<std::size_t>(command.gripper)]);
     gripper_commands[static_cast<std::size_t>(command.gripper)].note(command.stamp_s);
   }
 
   void update_connections() {
     refresh_motion();
-    interaction.update_poses(system.motion(), system.active_bodies(), clock);
+    interaction.update_poses(system().motion(), system().active_bodies(), clock);
     if (interaction.refused_pose() >= 0) {
       // States are finite (accept()), but what follows from them may overflow.
       fault = "the pose of " + model->components[static_cast<std::size_t>(interaction.refused_pose())].name +
@@ -157,11 +123,11 @@ struct Simulation::Impl {
               " s; the last accepted state is kept. A smaller step may help.";
       return;
     }
-    grasping.update(time(), model->step_s, system.motion(), grippers, interaction);
-    interaction.update_connections(system.motion(), grasping.states(), clock);
+    grasping.update(time(), model->step_s, system().motion(), plant.grippers(), interaction);
+    interaction.update_connections(system().motion(), grasping.states(), clock);
     history.note(time(), step_index, interaction.changes());
-    if (resting.wake_changed(interaction)) system.set_awake(resting.awake());
-    if (!interaction.changes().empty()) integrator->restart();
+    if (resting.wake_changed(interaction)) system().set_awake(resting.awake());
+    if (!interaction.disturbed().empty()) plant.integrator().restart();
     // What the initial state decided belongs to the first step.
     if (step_index > 0) changes.clear();
     for (const PartnerChange& change : interaction.changes()) {
@@ -173,33 +139,43 @@ struct Simulation::Impl {
   /// Reads poses and partners, writes nothing that the simulation reads.
   void check_clearances() {
     const double begin = clock != nullptr ? clock() : 0.0;
-    monitor->update(time(), step_index, system.motion(), system.active_bodies(), interaction.changes());
+    monitor->update(time(), step_index, system().motion(), system().active_bodies(), interaction.changes());
     if (step_index > 0) collisions.clear();
     collisions.insert(collisions.end(), monitor->events().begin(), monitor->events().end());
     if (clock != nullptr) statistics.clearance_s += clock() - begin;
   }
 
   bool accept() {
-    for (const OdeSystem::Range& range : system.active_states()) {
+    const std::vector<double>& x = plant.state();
+    for (const OdeSystem::Range& range : system().active_states()) {
       for (std::size_t i = range.begin; i < range.end; ++i)
         if (!std::isfinite(x[i])) return diverged(i);
     }
     ++step_index;
-    statistics.part_steps_skipped += parts.size() - resting.awake().size();
+    statistics.part_steps_skipped += model->parts.size() - resting.awake().size();
     hash_parts();
-    if (model->interaction.skip_resting && integrator->fixed_step()) rest();
-    for (const KinematicRobot& robot : robots) {
+    if (model->interaction.skip_resting && plant.integrator().fixed_step()) rest();
+    hash_robots();
+    return true;
+  }
+
+  void hash_robots() {
+    for (std::size_t r = 0; r < plant.robots().size(); ++r) {
+      if (plant.dynamic(r) != nullptr) {
+        hash.add(plant.segment(r));
+        continue;
+      }
+      const KinematicRobot& robot = plant.robots()[r];
       JointArray q{}, qd{};
       robot.joint_state(time(), q.data(), qd.data());
       const auto n = static_cast<std::size_t>(robot.parameters().arm.joint_count());
       hash.add(std::span<const double>(q.data(), n));
       hash.add(std::span<const double>(qd.data(), n));
     }
-    for (const ParallelGripper& gripper : grippers) {
+    for (const ParallelGripper& gripper : plant.grippers()) {
       hash.add(gripper.coordinate(time(), ParallelGripper::left));
       hash.add(gripper.coordinate(time(), ParallelGripper::right));
     }
-    return true;
   }
 
   /// Each Part has a hash of its own, the state's is chained over their sum: what rests is not hashed again.
@@ -208,7 +184,7 @@ struct Simulation::Impl {
       const auto part = static_cast<std::size_t>(i);
       StateHash own;
       own.add(static_cast<std::uint64_t>(part));
-      own.add(std::span<const double>(x).subspan(part * RigidBody::kStates, RigidBody::kStates));
+      own.add(std::span<const double>(plant.state()).subspan(plant.part_begin(part), RigidBody::kStates));
       const int body = model->parts[part].body;
       const int partner = interaction.partner(body);
       own.add(static_cast<std::uint64_t>(partner + 1));
@@ -222,46 +198,41 @@ struct Simulation::Impl {
   }
 
   void rest() {
-    if (!resting.rest_unchanged(interaction, accepted, x)) return;
+    const auto parts_of = [this](const std::vector<double>& x) {
+      return std::span<const double>(x).subspan(plant.parts_begin());
+    };
+    if (!resting.rest_unchanged(interaction, parts_of(plant.accepted()), parts_of(plant.state()))) return;
     // The motion still is that of the solver's last trial; what rests is left with its own.
-    system.update_motion(time(), x);
-    system.set_awake(resting.awake());
+    system().update_motion(time(), plant.state());
+    system().set_awake(resting.awake());
   }
 
   bool diverged(std::size_t state) {
-    static constexpr const char* kQuantity[RigidBody::kStates] = {
-        "position x",         "position y",         "position z",        "orientation w", "orientation x",
-        "orientation y",      "orientation z",      "velocity x",        "velocity y",    "velocity z",
-        "angular velocity x", "angular velocity y", "angular velocity z"};
-    const std::size_t part = state / RigidBody::kStates;
-    const int body = model->parts[part].body;
     fault = "the state became non-finite in the step from t = " + std::to_string(time()) +
-            " s: " + kQuantity[state % RigidBody::kStates] + " of " +
-            model->components[static_cast<std::size_t>(body)].name + " (state " + std::to_string(state) +
+            " s: " + plant.describe_state(state) + " (state " + std::to_string(state) +
             "); the last accepted state is kept. A smaller step may help.";
-    x = accepted;
-    motion_is_current = false;
-    return false;
+    return fall_back();
   }
 
   bool solver_failed() {
     fault = "the solver " + model->solver.name + " failed in the step from t = " + std::to_string(time()) +
-            " s: " + integrator->failure() + "; the last accepted state is kept.";
-    x = accepted;
+            " s: " + plant.integrator().failure() + "; the last accepted state is kept.";
+    return fall_back();
+  }
+
+  bool fall_back() {
+    plant.state() = plant.accepted();
+    motion_is_current = false;
     return false;
   }
 
+  OdeSystem& system() { return plant.system(); }
+
   std::shared_ptr<const CellModel> model;
-  std::vector<KinematicRobot> robots;
-  std::vector<ParallelGripper> grippers;
-  std::vector<FixedBody> grounds;
-  std::vector<RigidBody> parts;
   ComponentInteraction interaction;
   Grasping grasping;
-  OdeSystem system;
+  CellPlant plant;
   RestingParts resting;
-  std::unique_ptr<Integrator> integrator;
-  std::vector<double> x, accepted;
   std::vector<std::uint64_t> part_hashes;
   std::uint64_t parts_hash = 0;
   std::vector<CommandCounter> robot_commands, gripper_commands;
@@ -298,11 +269,8 @@ bool Simulation::step(std::span<const Command> commands) {
   if (!s.fault.empty()) return false;
   const double t1 = now();
   // 3 integrate t -> t + h
-  for (const OdeSystem::Range& range : s.system.active_states())
-    std::copy(s.x.begin() + static_cast<std::ptrdiff_t>(range.begin),
-              s.x.begin() + static_cast<std::ptrdiff_t>(range.end),
-              s.accepted.begin() + static_cast<std::ptrdiff_t>(range.begin));
-  const bool arrived = s.integrator->advance(s.system, s.time(), s.model->step_s, s.x);
+  s.plant.keep_accepted();
+  const bool arrived = s.plant.integrator().advance(s.system(), s.time(), s.model->step_s, s.plant.state());
   s.motion_is_current = false;
   // 4 check and count
   const double t2 = now();
@@ -317,8 +285,6 @@ const std::string& Simulation::fault() const {
 }
 
 void Simulation::reset() {
-  for (KinematicRobot& robot : impl_->robots) robot.reset();
-  for (ParallelGripper& gripper : impl_->grippers) gripper.reset();
   ++impl_->epoch;
   impl_->start();
 }
@@ -349,7 +315,7 @@ std::span<const PairConnection> Simulation::connections() const {
 }
 Wrench Simulation::pair_wrench(const PairConnection& pair) const {
   impl_->refresh_motion();
-  return impl_->interaction.pair_wrench(pair, impl_->system.motion());
+  return impl_->interaction.pair_wrench(pair, impl_->system().motion());
 }
 
 std::span<const CollisionEvent> Simulation::collision_events() const {
@@ -362,13 +328,13 @@ void Simulation::set_executor(Executor* executor, std::uint64_t least_calls) {
 
 void Simulation::set_stage_clock(double (*now_s)()) {
   impl_->clock = now_s;
-  impl_->system.set_clock(now_s);
+  impl_->plant.set_clock(now_s);
 }
 
 const SimulationStatistics& Simulation::statistics() const {
   SimulationStatistics& s = impl_->statistics;
   s.steps = impl_->step_index;
-  s.derivative_evaluations = impl_->system.evaluations();
+  s.derivative_evaluations = impl_->system().evaluations();
   s.broad_phase_tests = impl_->interaction.counts().broad_phase_tests;
   s.mpr_calls = impl_->interaction.counts().mpr_calls;
   s.mpr_skipped = impl_->interaction.counts().mpr_skipped;
@@ -377,20 +343,30 @@ const SimulationStatistics& Simulation::statistics() const {
   s.broad_phase_s = times.broad_phase_s;
   s.mpr_s = times.mpr_s;
   s.partner_search_s = times.partner_search_s;
-  s.forces_s = impl_->system.forces_s();
+  s.forces_s = impl_->system().forces_s();
   if (impl_->monitor) {
     s.clearance_pairs = impl_->monitor->counts().pairs_asked;
     s.clearance_distances = impl_->monitor->counts().distances;
   }
-  s.solver = impl_->integrator->statistics();
+  s.solver = impl_->plant.integrator().statistics();
   return s;
 }
+
+namespace {
+void read_dynamics(const DynamicRobot::Output& output, RobotSample& sample) {
+  sample.effort = output.torque;
+  sample.flange_load_W = output.flange_load_W;
+  sample.base_reaction_W = output.base_reaction_W;
+  sample.power = output.power;
+  sample.drives = output.drives;
+}
+}  // namespace
 
 Snapshot Simulation::make_snapshot() const {
   Snapshot snapshot;
   snapshot.components.resize(impl_->model->components.size());
-  snapshot.robots.resize(impl_->robots.size());
-  snapshot.grippers.resize(impl_->grippers.size());
+  snapshot.robots.resize(impl_->model->robots.size());
+  snapshot.grippers.resize(impl_->model->grippers.size());
   read_snapshot(snapshot);
   return snapshot;
 }
@@ -399,8 +375,8 @@ void Simulation::read_snapshot(Snapshot& snapshot) const {
   Impl& s = *impl_;
   const double t = s.time();
   s.refresh_motion();
-  const std::span<const Wrench> wrenches = s.system.update_wrenches();
-  const CellMotion& motion = s.system.motion();
+  const std::span<const Wrench> wrenches = s.system().update_wrenches();
+  const CellMotion& motion = s.system().motion();
   snapshot.step = s.step_index;
   snapshot.epoch = s.epoch;
   snapshot.time_s = t;
@@ -422,21 +398,48 @@ void Simulation::read_snapshot(Snapshot& snapshot) const {
     sample.velocity = motion.arms[i].qd;
     sample.commands_applied = s.robot_commands[i].count;
     sample.newest_stamp_s = s.robot_commands[i].newest_stamp_s;
+    sample.level_of_detail = s.plant.level(i);
+    if (const DynamicRobot* robot = s.plant.dynamic(i))
+      read_dynamics(robot->output(t, s.plant.segment(i).data(), motion, wrenches), sample);
   }
   for (std::size_t i = 0; i < snapshot.grippers.size(); ++i) {
     GripperSample& sample = snapshot.grippers[i];
-    sample.width_m = s.grippers[i].width(t);
+    sample.width_m = s.plant.width(i, t);
     sample.closed = s.grasping.closed(i);
     sample.commands_applied = s.gripper_commands[i].count;
     sample.newest_stamp_s = s.gripper_commands[i].newest_stamp_s;
   }
 }
 
+std::string Simulation::set_level_of_detail(int process, int level) {
+  Impl& s = *impl_;
+  std::vector<int> levels;
+  for (std::size_t r = 0; r < s.model->robots.size(); ++r) levels.push_back(s.plant.level(r));
+  for (std::size_t p = 0; p < s.model->description.processes.size(); ++p) {
+    if (process >= 0 && static_cast<std::size_t>(process) != p) continue;
+    for (const int robot : s.model->description.processes[p].robots)
+      levels[static_cast<std::size_t>(robot)] = level;
+  }
+  for (std::size_t r = 0; r < levels.size(); ++r) {
+    if (levels[r] > 1 && !s.plant.can_be_dynamic(r))
+      return s.model->description.robots[r].name + " can only be kinematic: " + s.model->no_dynamics[r];
+  }
+  s.refresh_motion();
+  s.plant.change_levels(levels, s.time());
+  s.resting.wake_all();
+  s.motion_is_current = false;
+  return {};
+}
+
+int Simulation::level_of_detail(std::size_t robot) const {
+  return impl_->plant.level(robot);
+}
+
 Explanation Simulation::explain(int component) const {
   Impl& s = *impl_;
   s.refresh_motion();
   Explanation e =
-      explain_component(s.model->components, s.interaction, s.system.motion(), s.history, component);
+      explain_component(s.model->components, s.interaction, s.system().motion(), s.history, component);
   e.time_s = s.time();
   e.step = s.step_index;
   e.epoch = s.epoch;

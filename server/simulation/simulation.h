@@ -88,6 +88,13 @@ class Simulation {
   /// or not; bounded cost (explanation.h), but not for every step: it allocates.
   Explanation explain(int component) const;
 
+  /// New level of detail (1 or 2) of a process (index; -1: of all), from the present instant on. Poses,
+  /// twists and joint motion carry over; drives start in equilibrium with them. Empty if done, else why a
+  /// robot of the process cannot have that level; then nothing changes. Allocates.
+  std::string set_level_of_detail(int process, int level);
+  /// Of a robot, at present.
+  int level_of_detail(std::size_t robot) const;
+
   /// Changes of partner decided in the most recent step.
   std::span<const ConnectionChange> connection_changes() const;
   /// All closed connections, by base, then target; valid until the next step or reset.

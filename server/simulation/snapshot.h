@@ -1,11 +1,14 @@
 #pragma once
 // One instant of the cell, copied out of the simulation between two steps. Plain data; sized once per cell,
 // so that filling it again does not allocate.
+#include <array>
 #include <cstdint>
 #include <string_view>
 #include <vector>
 
+#include "plant_models/electrical/robot_power.h"
 #include "plant_models/robot/arm_kinematics.h"
+#include "plant_models/robot/drive.h"
 #include "plant_models/spatial.h"
 
 namespace takt {
@@ -25,7 +28,13 @@ struct ComponentSample {
 };
 
 struct RobotSample {
-  JointArray position{}, velocity{}, effort{};
+  JointArray position{}, velocity{};
+  JointArray effort{};  ///< torque of each drive on its joint; from LoD 2 on (also those below), jaws last
+  int level_of_detail = 1;
+  std::array<DriveSample, kMaxJoints> drives{};
+  RobotPower power;
+  Wrench flange_load_W;    ///< of gripper and load on the flange, about the flange origin
+  Wrench base_reaction_W;  ///< on the foundation, about the base origin
   std::uint64_t commands_applied = 0;
   double newest_stamp_s = -1.0;  ///< stamp of the newest command applied, or -1
 };

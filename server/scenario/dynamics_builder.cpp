@@ -1,0 +1,224 @@
+#include "server/scenario/dynamics_builder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "plant_models/robot/trajectory.h"
+#include "server/geometry/mesh_import.h"
+#include "server/scenario/scenario_reader.h"
+#include "server/scenario/urdf_dynamics.h"
+
+namespace takt {
+
+namespace {
+
+[[noreturn]] void fail(const Scenario& scenario, const std::string& key, const std::string& found,
+                       const std::string& allowed) {
+  throw ScenarioError(scenario.file.string() + ": " + key + ": found " + found + "; allowed: " + allowed);
+}
+
+void check_count(const Scenario& scenario, const std::string& key, std::size_t found, std::size_t joints) {
+  if (found == joints || found == 1) return;
+  fail(scenario, key, std::to_string(found) + " values",
+       "one number, or one for each of the " + std::to_string(joints) + " joints");
+}
+
+/// Mass and inertia of a solid of uniform density.
+BodyInertia solid_inertia(const std::filesystem::path& mesh, double mass_kg) {
+  const VolumeProperties volume = volume_properties(import_solid(mesh));
+  return {mass_kg, volume.p_BBcm, mass_kg * volume.G_BBcm_B};
+}
+
+MountedGripper mounted_gripper(const Scenario& scenario, const ScenarioGripper& gripper) {
+  const double jaw_kg = gripper.jaw_mass_kg.value_or(0.1 * gripper.mass_kg);
+  if (!(gripper.mass_kg > 2.0 * jaw_kg)) {
+    fail(scenario, "grippers." + gripper.name + ".mass_kg", std::to_string(gripper.mass_kg),
+         "more than both jaws together (" + std::to_string(2.0 * jaw_kg) +
+             " kg), for a robot that is dynamic");
+  }
+  MountedGripper mounted;
+  mounted.palm = solid_inertia(gripper.body_mesh, gripper.mass_kg - 2.0 * jaw_kg);
+  mounted.jaw = solid_inertia(gripper.jaw_mesh, jaw_kg);
+  mounted.max_force_N = gripper.max_force_N;
+  return mounted;
+}
+
+DriveParameters drive_parameters(const ScenarioDrives& drives, const JointModel& joint, std::size_t i,
+                                 double link_inertia) {
+  const double limit = joint.max_effort > 0.0 ? joint.max_effort : std::numeric_limits<double>::infinity();
+  if (drives.model == ScenarioDrives::Model::ideal) {
+    return IdealServoParameters{drives.bandwidth_rad_per_s.at(i), limit};
+  }
+  if (drives.model == ScenarioDrives::Model::simplified) {
+    SimplifiedDriveParameters p;
+    p.gear_ratio = drives.gear_ratio.given() ? drives.gear_ratio.at(i) : 1.0;
+    p.rotor_inertia_kg_m2 = drives.motor_inertia_kg_m2.given() ? drives.motor_inertia_kg_m2.at(i) : 0.0;
+    p.load_inertia_kg_m2 = link_inertia;
+    p.max_torque = limit;
+    p.set_bandwidth(drives.bandwidth_rad_per_s.at(i));
+    return p;
+  }
+  DetailedDriveParameters p;
+  p.elastic_gear = drives.gear_stiffness_N_m_per_rad.at(i) > 0.0;
+  p.gear_ratio = drives.gear_ratio.at(i);
+  p.motor_inertia_kg_m2 = drives.motor_inertia_kg_m2.at(i);
+  p.motor_constant_Nm_per_A = drives.torque_constant_N_m_per_A.at(i);
+  p.current_loop_rad_per_s = drives.current_loop_rad_per_s.at(i);
+  p.current_loop_damping = drives.current_loop_damping.at(i);
+  p.resistance_ohm = drives.armature_resistance_ohm.at(i);
+  p.gear_stiffness_Nm_per_rad = drives.gear_stiffness_N_m_per_rad.at(i);
+  p.gear_damping_Nms_per_rad = drives.gear_damping_N_m_s_per_rad.at(i);
+  if (drives.friction != ScenarioDrives::Friction::none) {
+    p.friction.zero_speed_Nm = drives.friction_zero_speed_N_m.at(i);
+    p.friction.slope_Nms = drives.friction_slope_N_m_s_per_rad.at(i);
+    p.friction.break_away = drives.breakaway_factor.at(i);
+    p.friction.regularised = drives.friction == ScenarioDrives::Friction::regularised;
+    p.friction.regularisation_speed_rad_per_s = drives.friction_regularisation_rad_per_s.at(i);
+  }
+  p.position_gain_per_s = drives.position_gain_per_s.at(i);
+  p.speed_gain_As_per_rad = drives.speed_gain_A_s_per_rad.at(i);
+  p.speed_integral_time_s = drives.speed_integral_time_s.at(i);
+  return p;
+}
+
+void check_counts(const Scenario& scenario, const ScenarioRobot& robot, std::size_t joints) {
+  const ScenarioDrives& d = robot.drives;
+  const std::string prefix = "robots." + robot.name + ".drives.";
+  const std::pair<const char*, const JointValues*> lists[] = {
+      {"bandwidth_rad_per_s", &d.bandwidth_rad_per_s},
+      {"gear_ratio", &d.gear_ratio},
+      {"motor_inertia_kg_m2", &d.motor_inertia_kg_m2},
+      {"torque_constant_N_m_per_A", &d.torque_constant_N_m_per_A},
+      {"current_loop_rad_per_s", &d.current_loop_rad_per_s},
+      {"current_loop_damping", &d.current_loop_damping},
+      {"armature_resistance_ohm", &d.armature_resistance_ohm},
+      {"gear_stiffness_N_m_per_rad", &d.gear_stiffness_N_m_per_rad},
+      {"gear_damping_N_m_s_per_rad", &d.gear_damping_N_m_s_per_rad},
+      {"friction_zero_speed_N_m", &d.friction_zero_speed_N_m},
+      {"friction_slope_N_m_s_per_rad", &d.friction_slope_N_m_s_per_rad},
+      {"breakaway_factor", &d.breakaway_factor},
+      {"friction_regularisation_rad_per_s", &d.friction_regularisation_rad_per_s},
+      {"position_gain_per_s", &d.position_gain_per_s},
+      {"speed_gain_A_s_per_rad", &d.speed_gain_A_s_per_rad},
+      {"speed_integral_time_s", &d.speed_integral_time_s}};
+  for (const auto& [key, values] : lists)
+    if (values->given()) check_count(scenario, prefix + key, values->values.size(), joints);
+}
+
+/// Inertia that each drive of the arm sees at the start, with gripper, without its own rotor: the diagonal of
+/// the mass matrix.
+std::vector<double> seen_inertias(const DynamicRobotParameters& parameters,
+                                  const KinematicRobotParameters& arm,
+                                  const std::vector<ParallelGripper>& grippers) {
+  std::vector<std::unique_ptr<Drive>> none;
+  for (std::size_t i = 0; i < parameters.arm.joints.size(); ++i)
+    none.push_back(std::make_unique<IdealServo>(IdealServoParameters{}));
+  std::vector<const ParallelGripper*> mounted;
+  for (const ParallelGripper& gripper : grippers) mounted.push_back(&gripper);
+  const KinematicRobot reference(arm);
+  const DynamicRobot robot(parameters, std::move(none), reference, std::move(mounted));
+  JointArray q = arm.q_initial, qd{};
+  auto jaw = static_cast<std::size_t>(arm.arm.joint_count());
+  for (const ParallelGripper& gripper : grippers)
+    for (const auto side : {ParallelGripper::left, ParallelGripper::right})
+      q[jaw++] = gripper.coordinate(0.0, side);
+  MultibodyTree::Workspace w;
+  robot.tree().update(q.data(), qd.data(), w);
+  MultibodyTree::MassMatrix M(robot.joint_count(), robot.joint_count());
+  robot.tree().mass_matrix(M, w);
+  std::vector<double> result;
+  for (int i = 0; i < arm.arm.joint_count(); ++i) result.push_back(M(i, i));
+  return result;
+}
+
+RobotDynamics robot_dynamics(const Scenario& scenario, const ScenarioRobot& robot, std::size_t index,
+                             const CellModel& cell) {
+  const KinematicRobotParameters& arm = cell.robots[index];
+  RobotDynamics result;
+  DynamicRobotParameters& p = result.parameters;
+  p.robot = static_cast<int>(index);
+  p.arm = arm.arm;
+  p.links = read_urdf_inertias(robot.urdf, robot.base_link, robot.flange_link);
+  p.X_WR = robot.X_WR;
+  p.gravity_W = scenario.gravity_m_per_s2;
+  p.power = {robot.power.idle_W, robot.power.loss_factor, robot.power.recovers};
+  std::vector<ParallelGripper> grippers;
+  for (std::size_t g = 0; g < scenario.grippers.size(); ++g) {
+    if (scenario.grippers[g].robot != robot.name) continue;
+    p.grippers.push_back(mounted_gripper(scenario, scenario.grippers[g]));
+    grippers.emplace_back(cell.grippers[g].parameters);
+  }
+  check_counts(scenario, robot, p.arm.joints.size());
+  const std::vector<double> inertias = seen_inertias(p, arm, grippers);
+  for (std::size_t i = 0; i < p.arm.joints.size(); ++i)
+    result.drives.push_back(drive_parameters(robot.drives, p.arm.joints[i], i, inertias[i]));
+  return result;
+}
+
+std::vector<TrajectoryKnot> trajectory(const Scenario& scenario, const ScenarioRobot& robot,
+                                       const KinematicRobotParameters& arm) {
+  const ScenarioTrajectory& t = robot.trajectory;
+  if (!t.given()) return {};
+  std::vector<MotionLimits> limits;
+  for (std::size_t i = 0; i < t.end_rad.size(); ++i) {
+    if (t.start_rad[i] != arm.q_initial[i]) {
+      fail(scenario, "robots." + robot.name + ".trajectory.start_rad",
+           std::to_string(t.start_rad[i]) + " for joint '" + arm.arm.joints[i].name + "'",
+           "the value in initial_joints_rad, " + std::to_string(arm.q_initial[i]));
+    }
+    limits.push_back({t.max_velocity_rad_per_s[i], t.max_acceleration_rad_per_s2[i]});
+  }
+  return point_to_point(0.0, t.start_rad, t.end_rad, limits);
+}
+
+ProcessDescription process_description(const Scenario& scenario, const ScenarioProcess& process) {
+  ProcessDescription model;
+  model.name = process.name;
+  model.level_of_detail = process.level_of_detail;
+  const auto is_member = [&](const std::string& name) {
+    return process.all_members ||
+           std::find(process.members.begin(), process.members.end(), name) != process.members.end();
+  };
+  for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
+    const std::string& name = scenario.robots[r].name;
+    const bool by_gripper =
+        std::any_of(scenario.grippers.begin(), scenario.grippers.end(),
+                    [&](const ScenarioGripper& g) { return g.robot == name && is_member(g.name); });
+    if (is_member(name) || by_gripper) model.robots.push_back(static_cast<int>(r));
+  }
+  return model;
+}
+
+}  // namespace
+
+void add_dynamics(const Scenario& scenario, CellModel& cell) {
+  cell.robot_levels.assign(scenario.robots.size(), 1);
+  for (const ScenarioProcess& process : scenario.processes) {
+    cell.description.processes.push_back(process_description(scenario, process));
+    for (const int robot : cell.description.processes.back().robots)
+      cell.robot_levels[static_cast<std::size_t>(robot)] = process.level_of_detail;
+  }
+  for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
+    const ScenarioRobot& robot = scenario.robots[r];
+    cell.trajectories.push_back(trajectory(scenario, robot, cell.robots[r]));
+    std::optional<RobotDynamics> dynamics;
+    std::string reason;
+    try {
+      dynamics = robot_dynamics(scenario, robot, r, cell);
+      make_drives(dynamics->drives);  // refuses parameters that no drive can have
+    } catch (const std::exception& error) {
+      dynamics.reset();
+      reason = error.what();
+      if (cell.robot_levels[r] > 1) {
+        throw ScenarioError(scenario.file.string() + ": robots." + robot.name +
+                            " cannot be simulated at level of detail " +
+                            std::to_string(cell.robot_levels[r]) + ": " + reason);
+      }
+    }
+    cell.dynamics.push_back(std::move(dynamics));
+    cell.no_dynamics.push_back(std::move(reason));
+  }
+}
+
+}  // namespace takt
