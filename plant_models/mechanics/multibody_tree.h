@@ -8,6 +8,10 @@
 // position zero, `axis` is a unit vector in L_i). Fixed joints are folded into their parent while loading, so
 // link i and moving joint i share an index, and a parent's index is lower than its children's.
 //
+// All quantities of the algorithms have the axes of R and refer to the origin of their own link: nothing has
+// to be rotated on the way along the tree, and the poses and wrenches that the rest of the cell speaks are
+// there without conversion.
+//
 // Nothing here allocates once the tree exists. A MultibodyTree holds the constants; a Workspace, which
 // belongs to one caller, all intermediate results.
 #include <array>
@@ -15,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "plant_models/mechanics/vector3.h"
 #include "plant_models/robot/arm_kinematics.h"
 #include "plant_models/spatial.h"
 
@@ -30,6 +35,13 @@ struct BodyInertia {
 
 /// Both bodies as one, in the frame of the first; X_AB places the second in it.
 BodyInertia combined(const BodyInertia& a, const BodyInertia& b, const Pose& X_AB);
+
+/// What is wrong with an inertia, with the figures found; empty where the equations of motion can be solved
+/// with it: finite, mass not negative, tensor symmetric and positive semidefinite; without mass no inertia.
+std::string inertia_problem(const BodyInertia& inertia);
+/// What no body of positive density has, but published models do have, where a tensor only stands for what
+/// turns about one axis: a principal moment larger than the sum of the others. Empty where there is none.
+std::string inertia_remark(const BodyInertia& inertia);
 
 struct TreeJoint {
   JointModel joint;       ///< name, type, X_PJ, axis, limits
@@ -50,11 +62,11 @@ class MultibodyTree {
   using MassMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMax, kMax>;
   using Mask = std::array<bool, kMax>;
 
-  struct Workspace;  ///< intermediate results of one caller (defined below the algorithms' needs)
+  struct Workspace;  ///< intermediate results of one caller (below)
 
-  /// Throws std::invalid_argument naming the joint: a parent not before its child, more than kMax joints, a
-  /// mass or inertia that is not physical (mass < 0, not finite, inertia not positive semidefinite or beyond
-  /// the triangle inequality), a leaf that could move without any inertia.
+  /// Throws std::invalid_argument naming the joint: a parent not before its child, more than kMax joints, an
+  /// axis that is not a unit vector, a negative armature, an inertia that is not physical
+  /// (inertia_problem()), a joint that would move nothing that has inertia.
   explicit MultibodyTree(TreeModel model);
 
   const TreeModel& model() const { return model_; }
@@ -63,10 +75,14 @@ class MultibodyTree {
   /// Poses X_RL and velocities of all links at (q, qd). Everything below works on this.
   void update(const double* q, const double* qd, Workspace& w) const;
 
-  const Pose& link_pose(int link, const Workspace& w) const;  ///< X_RL
-  Twist link_twist(int link, const Workspace& w) const;       ///< of the origin of L, axes of R
+  Pose link_pose(int link, const Workspace& w) const;    ///< X_RL
+  Twist link_twist(int link, const Workspace& w) const;  ///< of the origin of L, axes of R
+  /// Acceleration of the origin of L and angular acceleration, axes of R, after inverse_dynamics() or
+  /// forward_dynamics(); gravity is not in it (a link at rest has none).
+  Twist link_acceleration(int link, const Workspace& w) const;
 
-  /// Wrench on link `link` about the origin of L, axes of R; adds up until clear_wrenches().
+  /// Wrench on link `link` about the origin of L, axes of R; adds up until clear_wrenches(). A fresh
+  /// workspace has none.
   void clear_wrenches(Workspace& w) const;
   void add_wrench(int link, const Wrench& F_Lo_R, Workspace& w) const;
 
@@ -83,17 +99,63 @@ class MultibodyTree {
   void mass_matrix(MassMatrix& M, Workspace& w) const;
 
   /// Wrench of the tree on its foundation about the origin of R, axes of R, after inverse_dynamics() or
-  /// forward_dynamics().
+  /// forward_dynamics(). The base link itself is not part of the tree.
   Wrench base_reaction(const Workspace& w) const;
-  /// Force and torque the parent side exerts on link i through joint i, about the origin of L_i, axes of R,
-  /// after inverse_dynamics() or forward_dynamics().
+  /// Force and torque the parent side exerts on link i through joint i (drive included), about the origin of
+  /// L_i, axes of R, after inverse_dynamics() or forward_dynamics().
   Wrench joint_wrench(int link, const Workspace& w) const;
 
   double kinetic_energy(const Workspace& w) const;    ///< J, armature included
   double potential_energy(const Workspace& w) const;  ///< J, zero at the origin of R
 
  private:
+  /// A link as the algorithms use it, in a frame A of its own: origin of L, z along the joint's axis, so that
+  /// a revolute joint turns about z.
+  struct Link {
+    mechanics::M3 R_PA;  ///< at position zero; P is the frame A of the parent
+    mechanics::V3 p_PA;
+    mechanics::V3 moment_A;   ///< mass times centre of mass
+    mechanics::S3 inertia_A;  ///< about the origin
+    double mass = 0.0;
+    double armature = 0.0;
+    int parent = -1;
+    bool revolute = true;
+    Mat3 R_AL;
+  };
+
   TreeModel model_;
+  std::vector<Link> links_;
+  mechanics::V3 minus_gravity_;
+};
+
+struct MultibodyTree::Workspace {
+  struct LinkState {
+    // From update(). Velocity-dependent accelerations are those of a link whose parent and joint do not
+    // accelerate.
+    mechanics::M3 R;         ///< axes A of the link in R
+    mechanics::V3 p;         ///< origin, from the origin of R
+    mechanics::V3 r;         ///< origin, from the origin of the parent
+    mechanics::V3 w, v;      ///< angular velocity, velocity of the origin
+    mechanics::V3 c_w, c_v;  ///< velocity-dependent accelerations
+    mechanics::V3 moment;    ///< mass times centre of mass, from the origin
+
+    mechanics::V3 ext_t, ext_f;  ///< applied wrench
+
+    mechanics::V3 a_w, a_v;  ///< accelerations; gravity counts as an acceleration of the base
+    mechanics::V3 t, f;      ///< wrench through the joint; after a forward pass for d_w = d_v = 0
+
+    // Forward pass: the joint's wrench is [t; f] + [J H; H^T M] [d_w; d_v], where d is what the joint forces
+    // add to the acceleration that the link has without any joint acceleration.
+    mechanics::S3 J, M;
+    mechanics::M3 H;
+    mechanics::V3 U_t, U_f;  ///< joint wrench per joint acceleration
+    double inverse_D = 0.0;  ///< of the joint force per joint acceleration
+    double u = 0.0;          ///< joint force that is left for accelerating
+    mechanics::V3 d_w, d_v;
+  };
+  std::array<LinkState, kMax> links;
+  std::array<double, kMax> qd{};
+  bool forward = false;  ///< the last pass was forward_dynamics()
 };
 
 }  // namespace takt
