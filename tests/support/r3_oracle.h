@@ -37,9 +37,8 @@ class Oracle {
     double q = 0, qd = 0, x = 0, vC = 0, i = 0, psi = 0, om_s = 0;
   };
   using State = std::array<AxisState, 6>;
-  static constexpr int kNumbers = 7;
 
-  Oracle() : dynamics_(chain(), KDL::Vector(0.0, -kGravity, 0.0)) {
+  Oracle() : chain_(make_chain()), dynamics_(chain_, KDL::Vector(0.0, -kGravity, 0.0)) {
     KDL::JntArray start(6), g(6);
     for (unsigned j = 0; j < 6; ++j) start(j) = kAxes[j].start_deg * M_PI / 180.0;
     dynamics_.JntToGravity(start, g);
@@ -61,18 +60,13 @@ class Oracle {
   }
 
   void step(double h) {
-    using Numbers = Eigen::Map<Eigen::Matrix<double, 6 * kNumbers, 1>>;
-    State k1, k2, k3, k4, trial = state;
-    Numbers y(&state[0].q), y1(&trial[0].q);
-    Numbers d1(&k1[0].q), d2(&k2[0].q), d3(&k3[0].q), d4(&k4[0].q);
+    State k1, k2, k3, k4;
     derivatives(t, state, k1);
-    y1 = y + 0.5 * h * d1;
-    derivatives(t + 0.5 * h, trial, k2);
-    y1 = y + 0.5 * h * d2;
-    derivatives(t + 0.5 * h, trial, k3);
-    y1 = y + h * d3;
-    derivatives(t + h, trial, k4);
-    y += h / 6.0 * (d1 + 2.0 * d2 + 2.0 * d3 + d4);
+    derivatives(t + 0.5 * h, plus(state, 0.5 * h, k1), k2);
+    derivatives(t + 0.5 * h, plus(state, 0.5 * h, k2), k3);
+    derivatives(t + h, plus(state, h, k3), k4);
+    state = plus(plus(state, h / 6.0, k1), h / 3.0, k2);
+    state = plus(plus(state, h / 3.0, k3), h / 6.0, k4);
     t += h;
     switch_modes();
   }
@@ -105,11 +99,24 @@ class Oracle {
   std::array<double, 6> friction{};  ///< of the last derivatives()
 
  private:
+  static State plus(const State& y, double h, const State& d) {
+    State sum = y;
+    for (size_t j = 0; j < 6; ++j) {
+      sum[j].q += h * d[j].q;
+      sum[j].qd += h * d[j].qd;
+      sum[j].x += h * d[j].x;
+      sum[j].vC += h * d[j].vC;
+      sum[j].i += h * d[j].i;
+      sum[j].psi += h * d[j].psi;
+      sum[j].om_s += h * d[j].om_s;
+    }
+    return sum;
+  }
   static KDL::RigidBodyInertia kdl_inertia(const Body& b) {
     return KDL::RigidBodyInertia(b.mass, KDL::Vector(b.cm.x(), b.cm.y(), b.cm.z()),
                                  KDL::RotationalInertia(b.I11, b.I22, b.I33, b.I21, 0.0, 0.0));
   }
-  static KDL::Chain chain() {
+  static KDL::Chain make_chain() {
     KDL::Chain chain;
     for (int j = 0; j < 6; ++j) {
       const Axis& a = kAxes[j];
@@ -181,6 +188,7 @@ class Oracle {
     }
   }
 
+  KDL::Chain chain_;  ///< the solver keeps a reference
   KDL::ChainDynParam dynamics_;
 };
 
