@@ -1,5 +1,10 @@
 #pragma once
-// Electrical power of a robot from its mechanical power (thesis 5.5.2): a loss factor and idle power.
+// Electrical power of a robot (thesis 5.5.2): from the mechanical power of each axis by a loss factor (5.24),
+// (5.25), or from the motor's own voltage and current where its drive models them; plus idle power.
+//
+// A braking axis returns nothing to the others nor to the mains, as in the thesis, unless `recovers` is set:
+// then it feeds back its mechanical power less the losses (divided by the loss factor), a motor model its
+// u i.
 #include <array>
 
 #include "plant_models/robot/arm_kinematics.h"
@@ -7,9 +12,9 @@
 namespace takt {
 
 struct RobotPowerParameters {
-  double idle_W = 0.0;       ///< P_idle of (5.25): control cabinet and brakes
-  double loss_factor = 1.0;  ///< electrical per mechanical power while motoring, see (5.24)
-  bool recovers = false;  ///< negative mechanical power is fed back; else it is burnt in the brake resistor
+  double idle_W = 0.0;       ///< control cabinet and brakes; drawn always (thesis: 200 W)
+  double loss_factor = 1.0;  ///< k_loss of (5.24), at least 1 (thesis: 1.3)
+  bool recovers = false;     ///< negative power is fed back; else it is burnt in the brake resistor
 };
 
 struct RobotPower {
@@ -18,5 +23,10 @@ struct RobotPower {
   double electrical_W = 0.0;
   double mechanical_energy_J = 0.0, electrical_energy_J = 0.0;  ///< integrated as states
 };
+
+/// Electrical power of one axis without a motor model (W), idle power not included.
+double electrical_power_of_axis(const RobotPowerParameters& parameters, double mechanical_W);
+/// The same from u i of a motor model: what the supply delivers.
+double electrical_power_of_motor(const RobotPowerParameters& parameters, double voltage_times_current_W);
 
 }  // namespace takt

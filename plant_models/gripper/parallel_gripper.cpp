@@ -35,6 +35,22 @@ double ParallelGripper::coordinate(double t, Side side) const {
                                      : std::max(track.target, track.start - travel);
 }
 
+double ParallelGripper::speed(double t, Side side) const {
+  const Track& track = tracks_[static_cast<size_t>(side)];
+  const double y = coordinate(t, side);
+  if (y == track.target) return 0.0;
+  return track.target > y ? parameters_.jaw_speed_m_per_s : -parameters_.jaw_speed_m_per_s;
+}
+
+double ParallelGripper::next_time_event(double t) const {
+  double next = PlantModel::next_time_event(t);
+  for (const Track& track : tracks_) {
+    const double arrival = track.t0 + std::abs(track.target - track.start) / parameters_.jaw_speed_m_per_s;
+    if (track.target != track.start && arrival > t) next = std::min(next, arrival);
+  }
+  return next;
+}
+
 bool ParallelGripper::closing(double t, Side side) const {
   return coordinate(t, side) > tracks_[static_cast<size_t>(side)].target;
 }
@@ -62,14 +78,10 @@ void ParallelGripper::write_motion(double t, const double*, CellMotion& motion) 
   palm.p_WBcm = palm.X_WB.p;
   for (const Side side : {left, right}) {
     const double y = coordinate(t, side);
-    const Track& track = tracks_[static_cast<size_t>(side)];
-    double speed = 0.0;
-    if (y != track.target)
-      speed = track.target > y ? parameters_.jaw_speed_m_per_s : -parameters_.jaw_speed_m_per_s;
     BodyMotion& jaw = motion.bodies[static_cast<size_t>(parameters_.jaws[static_cast<size_t>(side)])];
     jaw.X_WB = palm.X_WB * jaw_pose(side, y);
     const Vec3 outwards_W = palm.X_WB.R.col(1) * (side == left ? 1.0 : -1.0);
-    jaw.V_WB = {palm.V_WB.at(jaw.X_WB.p - palm.X_WB.p) + speed * outwards_W, palm.V_WB.w};
+    jaw.V_WB = {palm.V_WB.at(jaw.X_WB.p - palm.X_WB.p) + speed(t, side) * outwards_W, palm.V_WB.w};
     jaw.p_WBcm = jaw.X_WB.p;
   }
 }

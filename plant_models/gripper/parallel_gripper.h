@@ -38,6 +38,10 @@ class ParallelGripper final : public PlantModel {
 
   /// Distance of a jaw's grip face from the centre (m), never negative.
   double coordinate(double t, Side side) const;
+  /// Its derivative (m/s).
+  double speed(double t, Side side) const;
+  /// When a jaw that travels at t reaches its target: its speed jumps there. Infinity where none travels.
+  double next_time_event(double t) const override;
   double width(double t) const { return coordinate(t, left) + coordinate(t, right); }
   bool closing(double t, Side side) const;
   bool moving(double t) const;

@@ -118,7 +118,7 @@ void MultibodyTree::forward_dynamics(const double* tau, const Mask& locked, doub
                                      Workspace& w) const {
   const int n = joint_count();
   w.forward = true;
-  for (int i = 0; i < n; ++i) {  // the tree with no joint accelerating
+  for (int i = 0; i < n; ++i) {  // the tree with no joint accelerating but the locked ones, as they are told to
     const Link& link = links_[static_cast<size_t>(i)];
     auto& s = w.links[static_cast<size_t>(i)];
     if (link.parent >= 0) {
@@ -129,6 +129,7 @@ void MultibodyTree::forward_dynamics(const double* tau, const Mask& locked, doub
       s.a_w = V3{};
       s.a_v = minus_gravity_;
     }
+    if (locked[static_cast<size_t>(i)]) (link.revolute ? s.a_w : s.a_v) += s.R.z * qdd[i];
     s.J = rotated(s.R, link.inertia_A);
     s.H = cross_matrix(s.moment);
     s.M = S3{link.mass, 0.0, 0.0, link.mass, 0.0, link.mass};
@@ -190,8 +191,7 @@ void MultibodyTree::forward_dynamics(const double* tau, const Mask& locked, doub
     }
     const double left = s.u - dot(s.U_t, s.d_w) - dot(s.U_f, s.d_v);
     if (locked[static_cast<size_t>(i)]) {
-      qdd[i] = 0.0;
-      tau_lock[i] = -left;
+      tau_lock[i] = link.armature * qdd[i] - left;
     } else {
       qdd[i] = left * s.inverse_D;
       tau_lock[i] = 0.0;

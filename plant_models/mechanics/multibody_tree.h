@@ -89,9 +89,10 @@ class MultibodyTree {
   /// Joint forces that cause qdd (recursive Newton-Euler), gravity, applied wrenches and armature included.
   void inverse_dynamics(const double* qdd, double* tau, Workspace& w) const;
 
-  /// Accelerations caused by joint forces (articulated-body algorithm). A locked joint is held at its present
-  /// velocity (qdd = 0) and `tau_lock[i]` is the force its brake supplies on top of tau[i]; it is zero for
-  /// joints that are not locked.
+  /// Accelerations caused by joint forces (articulated-body algorithm). A locked joint does not follow its
+  /// force: it moves with the acceleration that qdd[i] holds on entry (zero: it keeps its velocity), and
+  /// `tau_lock[i]` is the force that takes on top of tau[i]; it is zero for joints that are not locked, whose
+  /// qdd[i] is only written.
   void forward_dynamics(const double* tau, const Mask& locked, double* qdd, double* tau_lock,
                         Workspace& w) const;
 

@@ -4,11 +4,16 @@
 // the r3 robot). A drive owns a few states z of the robot's state segment.
 //
 // A drive's torque on its joint is
-//   tau = output.torque - output.armature * qdd + (friction that sticks on the joint side)
-// The armature enters the joint's inertia; friction that sticks on the joint side locks the joint, and its
-// torque comes back from the dynamics of the whole arm (stuck joints are coupled through it).
-#include <memory>
-#include <string>
+//   tau = output.torque - armature() * qdd + (torque of what holds the joint)
+// The armature enters the joint's inertia. Two things hold a joint: friction that sticks on the joint side
+// (its acceleration is zero) and a servo that prescribes the acceleration. Their torque comes back from the
+// dynamics of the whole arm, as joints held in this way are coupled through it.
+//
+// The mode of true friction is kept in z, as a number with derivative zero: so the state vector is the whole
+// state, and every function is pure. Only set_mode() changes it, at accepted points.
+#include <limits>
+
+#include "plant_models/robot/friction.h"
 
 namespace takt {
 
@@ -17,30 +22,34 @@ struct JointReference {
   double q = 0.0, qd = 0.0, qdd = 0.0;  ///< rad, rad/s, rad/s^2 (m for prismatic)
 };
 
-/// Modes of true Coulomb friction: switched between accepted steps only.
-enum class FrictionMode : signed char { backward = -1, stuck = 0, forward = 1 };
-
 struct DriveOutput {
-  double torque = 0.0;       ///< on the joint, without armature and sticking friction (N m or N)
-  double armature = 0.0;     ///< inertia rigidly geared to the joint (kg m^2 or kg); constant
+  double torque = 0.0;       ///< on the joint, without armature and what holds the joint (N m or N)
   bool locks_joint = false;  ///< friction sticks on the joint side
+  /// The joint moves with `acceleration` as long as that takes no more than `max_holding_torque`; else it
+  /// is driven by that much.
+  bool prescribes_acceleration = false;
+  double acceleration = 0.0;  ///< rad/s^2
+  double max_holding_torque = std::numeric_limits<double>::infinity();
+  bool has_motor = false;           ///< the drive models the electrical side
+  double electrical_power_W = 0.0;  ///< u i of the motor
 };
 
-/// What may be observed of a drive, for outputs and power.
+/// What may be observed of a drive.
 struct DriveSample {
   double motor_current_A = 0.0;
   double motor_voltage_V = 0.0;
   double motor_speed_rad_per_s = 0.0;
-  double motor_torque_Nm = 0.0;
+  double motor_torque_Nm = 0.0;      ///< of the motor on its shaft
   double gear_deflection_rad = 0.0;  ///< n q - phi_m, on the motor side
-  double friction_torque_Nm = 0.0;
+  double friction_torque_Nm = 0.0;   ///< against motion, on the side where the friction is
   FrictionMode friction_mode = FrictionMode::forward;
   double electrical_power_W = 0.0;  ///< u i of the motor model, 0 where there is none
   bool has_motor = false;
 };
 
-/// Partial derivatives for linearly implicit solvers: of the drive's derivatives and torque with respect to
-/// its own states z and to q, qd. Row-major, kMaxStates wide.
+/// Partial derivatives for linearly implicit solvers, of the drive's derivatives and torque with respect to
+/// its own states z and to q, qd. Of a drive that prescribes the acceleration, `torque_*` are the
+/// derivatives of the acceleration instead.
 struct DriveJacobian {
   static constexpr int kMaxStates = 6;
   double dz_dz[kMaxStates][kMaxStates] = {};
@@ -49,31 +58,58 @@ struct DriveJacobian {
   double torque_dq = 0.0, torque_dqd = 0.0;
 };
 
+/// Which of them can ever be other than zero. The derivatives by q and qd of torque always may be.
+struct DrivePattern {
+  bool dz_dz[DriveJacobian::kMaxStates][DriveJacobian::kMaxStates] = {};
+  bool dz_dq[DriveJacobian::kMaxStates] = {}, dz_dqd[DriveJacobian::kMaxStates] = {};
+  bool torque_dz[DriveJacobian::kMaxStates] = {};
+};
+
 class Drive {
  public:
   virtual ~Drive() = default;
   virtual int state_count() const = 0;  ///< at most DriveJacobian::kMaxStates
-  /// States at rest at `reference`, carrying the joint torque `tau` (what the arm needs to hold still).
+  /// Inertia rigidly geared to the joint (kg m^2 or kg); constant.
+  virtual double armature() const { return 0.0; }
+  /// States in equilibrium with the motion `reference`, giving the joint torque `tau` besides friction. At
+  /// rest true friction sticks with zero torque, so `tau` is what the arm needs to hold still.
   virtual void initial_state(const JointReference& reference, double tau, double* z) const = 0;
 
   virtual DriveOutput output(const JointReference& reference, double q, double qd, const double* z) const = 0;
-  virtual void derivatives(const JointReference& reference, double q, double qd, double qdd, const double* z,
+  virtual void derivatives(const JointReference& reference, double q, double qd, const double* z,
                            double* zdot) const = 0;
+  virtual DrivePattern pattern() const = 0;
+  /// Adds to a J that the caller has cleared.
   virtual void jacobian(const JointReference& reference, double q, double qd, const double* z,
                         DriveJacobian& J) const = 0;
-  /// `tau_lock`: torque of friction that sticks on the joint side, from the arm's dynamics.
-  virtual DriveSample sample(const JointReference& reference, double q, double qd, double tau_lock,
+  /// `holding_torque`: of what holds the joint, from the arm's dynamics.
+  virtual DriveSample sample(const JointReference& reference, double q, double qd, double holding_torque,
                              const double* z) const = 0;
 
-  // True friction: one function whose sign change ends the present mode, and the decision between accepted
-  // steps. Drives without modes keep the defaults.
+  // True friction. Drives without modes keep the defaults.
+
   virtual bool has_modes() const { return false; }
-  /// Positive while the present mode holds.
-  virtual double indicator(const JointReference& reference, double q, double qd, double tau_lock,
-                           const double* z) const {
-    static_cast<void>(reference), static_cast<void>(q), static_cast<void>(qd), static_cast<void>(tau_lock),
-        static_cast<void>(z);
-    return 1.0;
+  virtual FrictionMode mode(const double*) const { return FrictionMode::forward; }
+  /// Sets the mode; sticking sets the speed that sticks (the joint's or the motor's) to exactly zero.
+  virtual void set_mode(FrictionMode, double& /*qd*/, double* /*z*/) const {}
+  virtual double friction_speed(double /*qd*/, const double* /*z*/) const { return 0.0; }
+  /// Its derivative in the present mode, for a joint that accelerates with qdd.
+  virtual double friction_acceleration(double /*q*/, double /*qd*/, double /*qdd*/, const double*) const {
+    return 0.0;
+  }
+  /// Torque that keeps the friction stuck, given the holding torque from the arm's dynamics.
+  virtual double stuck_torque(double /*q*/, double /*qd*/, double /*holding_torque*/, const double*) const {
+    return 0.0;
+  }
+  virtual double break_away_torque() const { return std::numeric_limits<double>::infinity(); }
+
+  /// Positive while the present mode holds: what is left until break-away, or the speed in the direction of
+  /// sliding.
+  double indicator(double q, double qd, double holding_torque, const double* z) const {
+    const FrictionMode present = mode(z);
+    if (present == FrictionMode::stuck)
+      return break_away_torque() - std::abs(stuck_torque(q, qd, holding_torque, z));
+    return static_cast<double>(present) * friction_speed(qd, z);
   }
 };
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 namespace takt {
 
@@ -14,14 +16,70 @@ void KinematicRobot::reset() {
   segment_.q0 = segment_.q1 = parameters_.q_initial;
   has_previous_ = false;
   rest_time_ = 0.0;
+  on_trajectory_ = !trajectory_.empty();
+  if (on_trajectory_) {
+    rest_time_ = trajectory_.back().t;
+    segment_.q0 = segment_.q1 = trajectory_.back().q;
+  }
   ++revision_;
+}
+
+void KinematicRobot::set_trajectory(std::vector<TrajectoryKnot> knots) {
+  for (size_t i = 1; i < knots.size(); ++i) {
+    if (!(knots[i].t > knots[i - 1].t))
+      throw std::invalid_argument("trajectory: time " + std::to_string(knots[i].t) + " s of knot " +
+                                  std::to_string(i + 1) + " is not after " + std::to_string(knots[i - 1].t) +
+                                  " s, the time of the knot before");
+  }
+  for (int i = 0; !knots.empty() && i < parameters_.arm.joint_count(); ++i) {
+    if (const double v = knots.back().qd[static_cast<size_t>(i)]; v != 0.0)
+      throw std::invalid_argument("trajectory: joint " + std::to_string(i + 1) + " still moves with " +
+                                  std::to_string(v) + " at the last knot");
+  }
+  trajectory_ = std::move(knots);
+  reset();
+}
+
+double KinematicRobot::next_time_event(double t) const {
+  if (on_trajectory_) {
+    for (const TrajectoryKnot& knot : trajectory_) {
+      if (knot.t > t) return knot.t;
+    }
+  }
+  return PlantModel::next_time_event(t);
+}
+
+void KinematicRobot::joint_acceleration(double t, double* qdd) const {
+  const int n = parameters_.arm.joint_count();
+  const double T = segment_.duration;
+  const double s = t - segment_.t0;
+  if (on_trajectory_) {
+    evaluate(trajectory_, n, t, nullptr, nullptr, qdd);
+    return;
+  }
+  for (int i = 0; i < n; ++i) {
+    const auto k = static_cast<size_t>(i);
+    if (t >= rest_time_) {
+      qdd[i] = 0.0;
+    } else if (s <= T) {
+      const double u = s / T;
+      qdd[i] = ((12.0 * u - 6.0) * (segment_.q0[k] - segment_.q1[k]) / T + (6.0 * u - 4.0) * segment_.v0[k] +
+                (6.0 * u - 2.0) * segment_.v1[k]) /
+               T;
+    } else {
+      qdd[i] = -segment_.v1[k] / T;
+    }
+  }
 }
 
 void KinematicRobot::joint_state(double t, double* q, double* qd) const {
   const int n = parameters_.arm.joint_count();
   const double T = segment_.duration;
   const double s = t - segment_.t0;
-  if (t >= rest_time_) {  // faded out: exactly constant, so that a robot at rest is bit-for-bit at rest
+  if (on_trajectory_) {
+    evaluate(trajectory_, n, t, q, qd, nullptr);
+  } else if (t >=
+             rest_time_) {  // faded out: exactly constant, so that a robot at rest is bit-for-bit at rest
     for (int i = 0; i < n; ++i) {
       const auto k = static_cast<size_t>(i);
       q[i] = segment_.q1[k] + 0.5 * T * segment_.v1[k];
@@ -77,8 +135,10 @@ void KinematicRobot::set_point(double t, double period_s, const double* position
   previous_set_point_ = next.q1;
   previous_set_point_time_ = t;
   has_previous_ = true;
-  if (!moves && at_rest(t)) return;  // the standing set-point repeated: nothing changes, not even a rounding
+  if (!moves && at_rest(t) && !on_trajectory_)
+    return;  // the standing set-point repeated: nothing changes, not even a rounding
   segment_ = next;
+  on_trajectory_ = false;
   bool coasts = false;
   for (const double v : next.v1) coasts = coasts || v != 0.0;
   rest_time_ = t + next.duration * (coasts ? 2.0 : 1.0);

@@ -6,9 +6,13 @@
 // twist is the derivative of the pose, nothing jumps, and the delay is one period. When no further command
 // comes, the velocity fades to zero within one more period. A set-point that would need more than a joint's
 // rated velocity takes as long as that velocity allows.
+//
+// Instead of set-points a robot may follow a motion known beforehand (set_trajectory), until the first
+// set-point comes.
 #include <cstdint>
 
 #include "plant_models/plant_model.h"
+#include "plant_models/robot/trajectory.h"
 
 namespace takt {
 
@@ -29,7 +33,15 @@ class KinematicRobot final : public PlantModel {
   void set_point(double t, double period_s, const double* position, const double* velocity);
   void reset();
 
+  /// Discrete: follow these knots (times ascending; moving joints must stop at the last one), now and after
+  /// every reset, until a set-point comes. Empty: none. Throws std::invalid_argument.
+  void set_trajectory(std::vector<TrajectoryKnot> knots);
+  /// The next corner of the trajectory. Set-points are no time events.
+  double next_time_event(double t) const override;
+
   void joint_state(double t, double* q, double* qd) const;
+  /// Second derivative of the positions; at a corner that of the piece to come.
+  void joint_acceleration(double t, double* qdd) const;
   /// Changes when the motion may have changed: two equal values with the robot at rest mean the same pose.
   std::uint64_t revision() const { return revision_; }
   /// True when the joints do not move any more at or after t.
@@ -43,6 +55,8 @@ class KinematicRobot final : public PlantModel {
   };
   KinematicRobotParameters parameters_;
   Segment segment_;
+  std::vector<TrajectoryKnot> trajectory_;
+  bool on_trajectory_ = false;
   JointArray previous_set_point_{};
   double previous_set_point_time_ = -1.0;
   bool has_previous_ = false;

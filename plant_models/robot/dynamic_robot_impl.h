@@ -1,0 +1,62 @@
+#pragma once
+// Inside of DynamicRobot, shared by its source files.
+#include "plant_models/robot/dynamic_robot.h"
+
+namespace takt {
+
+struct DynamicRobot::Impl {
+  /// What one evaluation finds. `holding` is the torque of what holds a joint (stuck friction, servo).
+  struct Solution {
+    std::array<JointReference, kMaxJoints> reference;
+    std::array<DriveOutput, kMaxJoints> output;
+    JointArray qdd{}, holding{};
+
+    /// Of the drive on its joint.
+    double torque(int joint, double armature) const {
+      const auto i = static_cast<size_t>(joint);
+      return output[i].torque - armature * qdd[i] + holding[i];
+    }
+  };
+
+  Impl(const DynamicRobotParameters& parameters, std::vector<std::unique_ptr<Drive>> arm_drives,
+       const KinematicRobot& arm_reference, std::vector<const ParallelGripper*> mounted);
+
+  const double* drive_states(const double* x, int joint) const {
+    return x + z_begin[static_cast<size_t>(joint)];
+  }
+  const Drive& drive(int joint) const { return *drives[static_cast<size_t>(joint)]; }
+
+  /// Poses and velocities of the tree at x, unless they are there already.
+  void update(const double* x);
+  void references(double t, std::array<JointReference, kMaxJoints>& references) const;
+  void apply_wrenches(const CellMotion& motion, std::span<const Wrench> wrenches);
+  /// Force of the end stop on a jaw, along its joint.
+  double stop_force(int joint, const double* x) const;
+  /// Accelerations and holding torques at (t, x), for the friction modes in x.
+  void solve(double t, const double* x, const CellMotion& motion, std::span<const Wrench> wrenches,
+             Solution& solution);
+  double electrical_power(const RobotPowerParameters& power, const DriveOutput& output,
+                          double mechanical) const;
+
+  const KinematicRobot& reference;
+  std::vector<const ParallelGripper*> grippers;
+  std::vector<std::unique_ptr<Drive>> drives;  ///< arm, then jaws
+  MultibodyTree tree;
+  Pose X_WR;
+  int arm = 0, joints = 0, states = 0;  ///< moving joints of the arm, with jaws, length of the segment
+  std::array<int, kMaxJoints> z_begin{};
+  std::array<DrivePattern, kMaxJoints> patterns;
+  int indicators = 0;
+  struct EndStop {
+    double upper_m = 0.0;
+    double stiffness_N_per_m = 0.0;
+  };
+  std::array<EndStop, kMaxJoints> stops{};
+
+  MultibodyTree::Workspace w;
+  JointArray q{}, qd{};  ///< of which `w` holds the poses
+  bool updated = false;
+  Solution solution;
+};
+
+}  // namespace takt

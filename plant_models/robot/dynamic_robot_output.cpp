@@ -1,0 +1,63 @@
+// What may be observed of a robot at one instant.
+#include "plant_models/robot/dynamic_robot_impl.h"
+
+namespace takt {
+
+DynamicRobot::Output DynamicRobot::output(double t, const double* x, const CellMotion& motion,
+                                          std::span<const Wrench> wrenches) const {
+  Impl& m = *impl_;
+  Impl::Solution& s = m.solution;
+  m.solve(t, x, motion, wrenches, s);
+  const int n = m.joints;
+  Output output;
+  output.power.electrical_W = parameters_.power.idle_W;
+  for (int i = 0; i < n; ++i) {
+    const auto k = static_cast<size_t>(i);
+    output.acceleration[k] = s.qdd[k];
+    output.torque[k] = s.torque(i, m.tree.model().joints[k].armature);
+    output.drives[k] = m.drive(i).sample(s.reference[k], x[i], x[n + i], s.holding[k], m.drive_states(x, i));
+    const double power = output.torque[k] * x[n + i];
+    output.power.mechanical_W[k] = power;
+    output.power.mechanical_total_W += power;
+    output.power.electrical_W += m.electrical_power(parameters_.power, s.output[k], power);
+  }
+  output.power.mechanical_energy_J = x[m.states - 2];
+  output.power.electrical_energy_J = x[m.states - 1];
+
+  const Mat3& R_WR = m.X_WR.R;
+  const Wrench base = m.tree.base_reaction(m.w);
+  output.base_reaction_W = {R_WR * base.f, R_WR * base.t};
+
+  // The flange has to carry the palm's and jaws' inertia and weight less what pushes on them from outside.
+  const int last = m.arm - 1;
+  const Pose X_RL = m.tree.link_pose(last, m.w);
+  const Twist A_RL = m.tree.link_acceleration(last, m.w);
+  const Vec3 w_R = m.tree.link_twist(last, m.w).w;
+  const Vec3 p_RF = X_RL * parameters_.arm.X_JF.p;
+  Wrench on_gripper_R;  // by the flange, about its origin
+  const auto add = [&](const Vec3& f, const Vec3& moment, const Vec3& p_R) {
+    on_gripper_R += {f, moment + (p_R - p_RF).cross(f)};
+  };
+  int jaw = m.arm;
+  for (size_t g = 0; g < m.grippers.size(); ++g) {
+    const ParallelGripperParameters& p = m.grippers[g]->parameters();
+    const BodyInertia& palm = parameters_.grippers[g].palm;
+    const Pose X_RG = X_RL * (parameters_.arm.X_JF * p.X_FG);
+    const Vec3 p_RGcm = X_RG * palm.p_BBcm_B;
+    const Vec3 r = p_RGcm - X_RL.p;
+    const Vec3 a = A_RL.v + A_RL.w.cross(r) + w_R.cross(w_R.cross(r));
+    const Mat3 I = X_RG.R * palm.I_BBcm_B * X_RG.R.transpose();
+    add(palm.mass_kg * (a - m.tree.model().gravity_R), I * A_RL.w + w_R.cross(I * w_R), p_RGcm);
+    const auto body = static_cast<size_t>(p.palm);
+    const Vec3 p_R = R_WR.transpose() * (motion.bodies[body].p_WBcm - m.X_WR.p);
+    add(-(R_WR.transpose() * wrenches[body].f), -(R_WR.transpose() * wrenches[body].t), p_R);
+    for (int side = 0; side < 2; ++side, ++jaw) {
+      const Wrench F = m.tree.joint_wrench(jaw, m.w);
+      add(F.f, F.t, m.tree.link_pose(jaw, m.w).p);
+    }
+  }
+  output.flange_load_W = {-(R_WR * on_gripper_R.f), -(R_WR * on_gripper_R.t)};
+  return output;
+}
+
+}  // namespace takt

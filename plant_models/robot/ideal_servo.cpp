@@ -1,0 +1,40 @@
+#include "plant_models/robot/ideal_servo.h"
+
+#include <stdexcept>
+#include <string>
+
+namespace takt {
+
+IdealServo::IdealServo(const IdealServoParameters& parameters) : parameters_(parameters) {
+  if (!(parameters.frequency_rad_per_s > 0.0) || !std::isfinite(parameters.frequency_rad_per_s))
+    throw std::invalid_argument("ideal servo: the frequency must be positive, found " +
+                                std::to_string(parameters.frequency_rad_per_s) + " rad/s");
+  if (!(parameters.max_torque > 0.0))
+    throw std::invalid_argument("ideal servo: the largest torque or force must be positive, found " +
+                                std::to_string(parameters.max_torque));
+}
+
+DriveOutput IdealServo::output(const JointReference& reference, double q, double qd, const double*) const {
+  const double w = parameters_.frequency_rad_per_s;
+  DriveOutput output;
+  output.prescribes_acceleration = true;
+  output.acceleration = reference.qdd + 2.0 * w * (reference.qd - qd) + w * w * (reference.q - q);
+  output.max_holding_torque = parameters_.max_torque;
+  return output;
+}
+
+void IdealServo::jacobian(const JointReference&, double, double, const double*, DriveJacobian& J) const {
+  const double w = parameters_.frequency_rad_per_s;
+  J.torque_dq = -w * w;
+  J.torque_dqd = -2.0 * w;
+}
+
+DriveSample IdealServo::sample(const JointReference&, double, double qd, double holding_torque,
+                               const double*) const {
+  DriveSample sample;
+  sample.motor_speed_rad_per_s = qd;
+  sample.motor_torque_Nm = holding_torque;
+  return sample;
+}
+
+}  // namespace takt
