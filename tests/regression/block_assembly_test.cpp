@@ -187,5 +187,14 @@ TEST(BlockAssembly, SameBitsInEveryRun) {
   EXPECT_EQ(second.result.final_state.state_hash, reference().result.final_state.state_hash);
 }
 
+TEST(BlockAssembly, TheKeySkipRestingChangesNoBit) {
+  const BlockRun with = run({"solver.step_s=0.004"});
+  const BlockRun without = run({"solver.step_s=0.004", "interaction.skip_resting=false"});
+  EXPECT_EQ(with.result.final_state.state_hash, without.result.final_state.state_hash);
+  EXPECT_GT(with.result.statistics.part_steps_skipped, 1000U);
+  EXPECT_EQ(without.result.statistics.part_steps_skipped, 0U);
+  EXPECT_GT(without.result.statistics.mpr_calls, with.result.statistics.mpr_calls);
+}
+
 }  // namespace
 }  // namespace takt
