@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <stdexcept>
 
 #include "server/geometry/polytope.h"
 
@@ -29,6 +31,8 @@ ConvexDistance convex_distance(const ConvexShape& a, const Pose& X_WA, const Con
   const double size = std::max(a.radius + b.radius, 1e-300);
   Simplex simplex;
   Vec3 v = a.center_B - (difference.R_AB * b.center_B + difference.p_AB);
+  if (!(v.squaredNorm() < 1e300))
+    throw std::invalid_argument("two convex shapes are too far apart to tell their distance");
   if (!(v.squaredNorm() > 0.0)) v = Vec3::UnitX();
   double lower = -std::numeric_limits<double>::infinity();
   bool inside = false;

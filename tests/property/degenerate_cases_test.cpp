@@ -10,6 +10,8 @@
 #include "server/contact/contact_detection.h"
 #include "server/geometry/convex_distance.h"
 #include "server/geometry/convex_query.h"
+#include "server/simulation/simulation.h"
+#include "tests/support/box_cell.h"
 
 namespace takt {
 namespace {
@@ -75,7 +77,8 @@ TEST(DegenerateCases, TheDistanceAgreesWithTheVerdictOrIsRefused) {
     const ConvexShape a = ConvexShape::from_points(c.a), b = ConvexShape::from_points(c.b);
     const bool bad_pose =
         !(c.X_WA.p.allFinite() && c.X_WA.R.allFinite() && c.X_WB.p.allFinite() && c.X_WB.R.allFinite());
-    if (bad_pose) {
+    const bool too_far = !bad_pose && c.X_WB.p.norm() > 1e149;  // also an infinite norm
+    if (bad_pose || too_far) {
       EXPECT_THROW(convex_distance(a, c.X_WA, b, c.X_WB), std::invalid_argument);
       continue;
     }
@@ -146,6 +149,20 @@ TEST(DegenerateCases, PointsWithoutAHullAreRefusedWithAReason) {
   // Thin, but not degenerate: all corners are kept.
   for (const double thin : {1e-3, 1e-6, 1e-9, 1e-12})
     EXPECT_EQ(convex_hull_vertices(DegenerateCases::box(1.0, 1.0, thin)).size(), 8U) << thin;
+}
+
+TEST(DegenerateCases, ASimulationStopsAtAPoseThatIsNotFiniteAndNamesIt) {
+  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+    test::BoxCell cell;
+    cell.ground("T", {1.0, 1.0, 0.05}, test::at(0.0, 0.0, -0.05));
+    cell.part("good", 0.2, 3, {0.04, 0.04, 0.04}, test::at(0.1, 0.0, 0.0));
+    cell.part("lost", 0.2, 3, {0.04, 0.04, 0.04}, test::at(0.0, bad, 0.0));
+    Simulation simulation(cell.build());
+    EXPECT_FALSE(simulation.step({}));
+    EXPECT_NE(simulation.fault().find("the pose of lost became non-finite"), std::string::npos)
+        << simulation.fault();
+    EXPECT_FALSE(simulation.step({}));
+  }
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <iostream>
 
+#include "server/simulation/cell_model.h"
 #include "tests/support/crowded_cell.h"
 #include "tests/support/random_shapes.h"
 
@@ -53,11 +54,15 @@ TEST(RestingParts, SkippingThemChangesNoBit) {
 
 TEST(RestingParts, RandomCellsHaveTheSameBits) {
   // Parts dropped onto tables and onto each other, at random places, turned, with and without feed-forward.
-  for (unsigned seed = 0; seed < 12; ++seed) {
-    const auto build = [seed](bool skip) {
+  constexpr InteractionAlgorithm kAlgorithms[] = {InteractionAlgorithm::partner_search,
+                                                  InteractionAlgorithm::substitute_force,
+                                                  InteractionAlgorithm::extended_substitute_force};
+  for (unsigned seed = 0; seed < 36; ++seed) {
+    const auto build = [&](bool skip) {
       test::Random random(100 + seed);
       test::BoxCell cell;
       cell.feed_forward(seed % 2 == 0);
+      cell.model().interaction.algorithm = kAlgorithms[seed / 12];
       cell.model().interaction.skip_resting = skip;
       cell.ground("T", {1.0, 1.0, 0.05}, test::at(0.0, 0.0, -0.05));
       for (int i = 0; i < 25; ++i) {
@@ -80,6 +85,36 @@ TEST(RestingParts, RandomCellsHaveTheSameBits) {
     for (int i = 0; i < 1500; ++i) a.step({});
     EXPECT_EQ(a.state_hash(), end) << "seed " << seed;
     EXPECT_GT(a.statistics().mpr_skipped, 0U);
+  }
+}
+
+TEST(RestingParts, SkippingThemChangesNoBitUnderAnyAlgorithm) {
+  for (const InteractionAlgorithm algorithm :
+       {InteractionAlgorithm::substitute_force, InteractionAlgorithm::extended_substitute_force}) {
+    for (const bool feed_forward : {true, false}) {
+      CrowdedCell with(30, true), without(30, false);
+      const auto build = [&](const CrowdedCell& cell) {
+        auto model = std::make_shared<CellModel>(*cell.model());
+        model->interaction.algorithm = algorithm;
+        model->interaction.weight_feed_forward = feed_forward;
+        model->step_s = 5e-4;
+        return model;
+      };
+      Simulation a(build(with));
+      Simulation b(build(without));
+      Snapshot sa = a.make_snapshot(), sb = b.make_snapshot();
+      for (int i = 0; i < 5000; ++i) {
+        ASSERT_TRUE(a.step(with.commands(a, 1.6)));
+        ASSERT_TRUE(b.step(without.commands(b, 1.6)));
+        ASSERT_EQ(a.state_hash(), b.state_hash()) << to_string(algorithm) << ", step " << i;
+        ASSERT_EQ(a.connection_changes().size(), b.connection_changes().size()) << "step " << i;
+        if (i % 250 != 0) continue;
+        a.read_snapshot(sa);
+        b.read_snapshot(sb);
+        expect_same_bits(sa, sb);
+      }
+      EXPECT_GT(a.statistics().part_steps_skipped, 25U * 2500U) << to_string(algorithm);
+    }
   }
 }
 

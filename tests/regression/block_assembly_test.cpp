@@ -132,9 +132,68 @@ TEST(BlockAssembly, RealDecompositionWorksToo) {
   EXPECT_TRUE(r.cell->import_notes.empty());
 }
 
+BlockRun run_with(const std::string& algorithm, bool feed_forward, const std::string& step_s) {
+  return run({"interaction.algorithm=" + algorithm, "solver.step_s=" + step_s,
+              std::string("interaction.weight_feed_forward=") + (feed_forward ? "true" : "false")});
+}
+
+TEST(BlockAssembly, ExtendedSubstituteForceSagsInChainsAsInTheThesis) {
+  const BlockRun r = run_with("extended_substitute_force", false, "0.0007");
+  ASSERT_EQ(r.result.fault, "");
+  EXPECT_EQ(r.lost_part_steps, 0U);
+  const auto sag_mm = [&](const std::string& part) {
+    for (const ExpectedPose& e : r.scenario.expected)
+      if (e.part == part) return 1e3 * (e.X_WB.p.z() - r.sample(r.result.final_state, part).p_WB.z());
+    return std::nan("");
+  };
+  // B carries all four on each table (2.6 kg on its own 1 kg spring of 0.1 mm), and C in the gripper, where P
+  // and O are held directly.
+  EXPECT_NEAR(sag_mm("B"), 0.26 + 0.15 + 0.26, 0.002);
+  // C: table, gripper, its spring to B, and from then on whatever B sinks.
+  EXPECT_NEAR(sag_mm("C"), 0.1 + 0.1 + 0.1 + (0.67 - 0.1), 0.002);
+  // What O and P tilt B comes on top of their sums; the thesis has 1.30 mm.
+  EXPECT_NEAR(1e3 * max_position_error_m(r.scenario, r.cell->description, r.result.final_state), 1.43, 0.02);
+  EXPECT_EQ(r.sample(r.result.final_state, "B").partner, r.id("Table2"));
+  EXPECT_EQ(r.sample(r.result.final_state, "C").partner, r.id("B"));
+  EXPECT_EQ(r.sample(r.result.final_state, "O").partner, r.id("B"));
+  EXPECT_EQ(r.sample(r.result.final_state, "P").partner, r.id("O"));
+}
+
+TEST(BlockAssembly, ExtendedSubstituteForceWithFeedForwardEndsAtTheAnalyticPlaces) {
+  const BlockRun r = run_with("extended_substitute_force", true, "0.0007");
+  ASSERT_EQ(r.result.fault, "");
+  EXPECT_EQ(r.lost_part_steps, 0U);
+  EXPECT_LE(max_position_error_m(r.scenario, r.cell->description, r.result.final_state), 1e-6);
+  // Statics of the load on the gripper do not depend on the algorithm: all four in Gripper2.
+  const Wrench& load = r.sample(r.mark(38.0), "Gripper2").F_Bo_W;
+  EXPECT_NEAR(load.f.z(), -2.6 * kGravity, 1e-6);
+  EXPECT_LE((load.t - r.moment_of_weights(r.mark(38.0), {"P", "C", "O", "B"}, "Gripper2")).norm(), 1e-6);
+}
+
+TEST(BlockAssembly, ExtendedSubstituteForceBreaksAtAMillisecond) {  // thesis: at 0.8 ms
+  const BlockRun r = run_with("extended_substitute_force", false, "0.001");
+  EXPECT_GT(max_position_error_m(r.scenario, r.cell->description, r.result.final_state), 5e-3);
+}
+
+TEST(BlockAssembly, PlainSubstituteForceHoldsWithTheThesisLaw) {
+  const BlockRun r = run_with("substitute_force", false, "0.0005");
+  ASSERT_EQ(r.result.fault, "");
+  EXPECT_EQ(r.lost_part_steps, 0U);
+  EXPECT_LE(max_position_error_m(r.scenario, r.cell->description, r.result.final_state), 2e-4);
+}
+
 TEST(BlockAssembly, SameBitsInEveryRun) {
   const BlockRun second = run();
   EXPECT_EQ(second.result.final_state.state_hash, reference().result.final_state.state_hash);
+}
+
+TEST(BlockAssembly, TheKeySkipRestingChangesNoBit) {
+  const BlockRun with = run({"solver.step_s=0.004"});
+  const BlockRun without = run({"solver.step_s=0.004", "interaction.skip_resting=false"});
+  EXPECT_EQ(with.result.final_state.state_hash, without.result.final_state.state_hash);
+  EXPECT_GT(with.result.statistics.part_steps_skipped, 1000U);
+  EXPECT_EQ(without.result.statistics.part_steps_skipped, 0U);
+  EXPECT_GT(without.result.statistics.mpr_calls, with.result.statistics.mpr_calls);
 }
 
 }  // namespace

@@ -1,7 +1,9 @@
 #pragma once
 // Pairs of shapes that collision libraries stumble over, each with the verdict that geometry gives, in closed
 // form. Lengths in m.
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <string>
 #include <utility>
@@ -63,13 +65,18 @@ class DegenerateCases {
            double margin, Expected expected) {
     cases_.push_back({name, a, b, X_WA, X_WB, margin, expected});
   }
-  /// B is moved along z so that the gap between the highest point of A and the lowest of B is -gap, 0, gap.
+  /// B is moved along z so that the gap between the highest point of A and the lowest of B is -gap, 0, gap;
+  /// thin shapes overlap by half their thickness.
   void add_gaps(const std::string& name, const Points& a, const Points& b, const Pose& X_AB, double gap,
                 const Pose& X_WA) {
-    double top = -1e300, bottom = 1e300;
-    for (const Vec3& p : a) top = std::max(top, p.z());
-    for (const Vec3& p : b) bottom = std::min(bottom, (X_AB.R * p).z());
-    for (const auto& [what, g] : {std::pair{"overlapping", -gap}, {"touching", 0.0}, {"apart", gap}}) {
+    double top = -1e300, bottom = 1e300, a_low = 1e300, b_high = -1e300;
+    for (const Vec3& p : a) top = std::max(top, p.z()), a_low = std::min(a_low, p.z());
+    for (const Vec3& p : b) {
+      const double z = (X_AB.R * p).z();
+      bottom = std::min(bottom, z), b_high = std::max(b_high, z);
+    }
+    const double depth = std::min(gap, 0.5 * (top - a_low) + 0.5 * (b_high - bottom));
+    for (const auto& [what, g] : {std::pair{"overlapping", -depth}, {"touching", 0.0}, {"apart", gap}}) {
       Pose moved = X_AB;
       moved.p.z() = top - bottom + g;
       add(name + ", " + what, a, X_WA, b, X_WA * moved, 0.0, g > 0.0 ? Expected::apart : Expected::touching);

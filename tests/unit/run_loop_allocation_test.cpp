@@ -7,6 +7,7 @@
 #include <new>
 
 #include "server/runtime/run_loop.h"
+#include "tests/support/algorithm_cells.h"
 #include "tests/support/loop_reader.h"
 #include "tests/support/service_cell.h"
 
@@ -86,6 +87,34 @@ TEST(RunLoopAllocation, NoneInSteadyStateWithCommands) {
   EXPECT_GT(snapshot.robots[0].commands_applied, 1U) << "no command was applied while counting";
   EXPECT_GT(sent, 1U);
   EXPECT_GT(simulation.statistics().clearance_distances, 100U) << "collision checking took part";
+}
+
+TEST(StepAllocation, NoneUnderAnyAlgorithm) {
+  test::RandomCellOptions options;
+  options.seed = 5;
+  options.parts = 40;
+  const test::RandomCell cell(options);
+  for (const InteractionAlgorithm algorithm :
+       {InteractionAlgorithm::substitute_force, InteractionAlgorithm::extended_substitute_force,
+        InteractionAlgorithm::partner_search}) {
+    Simulation simulation(test::under_algorithm(cell, algorithm));
+    std::size_t changes = 0;
+    allocations = 0;
+    for (int i = 0; i < 4000; ++i) {
+      // All hands close, and open again.
+      std::vector<Command> commands;
+      const auto action = i % 1000 < 500 ? GripperAction::close : GripperAction::open;
+      for (int g = 0; g < options.grippers && i % 500 == 0; ++g)
+        commands.push_back(GripperCommand{g, -1.0, action, 0.0, 0.0});
+      counting = i > 0;
+      const bool stepped = simulation.step(commands);
+      counting = false;
+      ASSERT_TRUE(stepped) << simulation.fault();
+      changes += simulation.connection_changes().size();
+    }
+    EXPECT_EQ(allocations, 0U) << to_string(algorithm);
+    EXPECT_GT(changes, 0U);
+  }
 }
 
 }  // namespace

@@ -135,6 +135,9 @@ TEST_F(ScenarioFile, RobotsAndGrippersAreChecked) {
               AllOf(HasSubstr("robot.urdf"), HasSubstr("tool0")));
   EXPECT_THAT(error(kHead + "grippers:\n  G: {robot: R2}\n"),
               AllOf(HasSubstr("grippers.G.robot"), HasSubstr("'R2'")));
+  EXPECT_THAT(error(kHead + "interaction: {algorithm: magic}\n"),
+              AllOf(HasSubstr("interaction.algorithm"), HasSubstr("'magic'"), HasSubstr("substitute_force"),
+                    HasSubstr("extended_substitute_force"), HasSubstr("partner_search")));
   EXPECT_THAT(error(kHead + "solver: {method: magic}\n"), AllOf(HasSubstr("'magic'"), HasSubstr("rk2")));
 }
 
