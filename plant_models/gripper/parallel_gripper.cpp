@@ -28,6 +28,12 @@ void ParallelGripper::stop_jaw(double t, Side side, double coordinate_m) {
   tracks_[static_cast<size_t>(side)] = {t, coordinate(t, side), coordinate_m, true};
 }
 
+void ParallelGripper::continue_from(double t, Side side, double coordinate_m) {
+  Track& track = tracks_[static_cast<size_t>(side)];
+  track.t0 = t;
+  track.start = coordinate_m;
+}
+
 double ParallelGripper::coordinate(double t, Side side) const {
   const Track& track = tracks_[static_cast<size_t>(side)];
   const double travel = parameters_.jaw_speed_m_per_s * std::max(0.0, t - track.t0);

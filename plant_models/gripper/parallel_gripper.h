@@ -35,6 +35,8 @@ class ParallelGripper final : public PlantModel {
   /// afterwards.
   void stop_jaw(double t, Side side, double coordinate_m);
   void reset();
+  /// Discrete: a jaw travels on from this coordinate to where it was going.
+  void continue_from(double t, Side side, double coordinate_m);
 
   /// Distance of a jaw's grip face from the centre (m), never negative.
   double coordinate(double t, Side side) const;

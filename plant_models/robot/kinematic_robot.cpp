@@ -24,6 +24,31 @@ void KinematicRobot::reset() {
   ++revision_;
 }
 
+void KinematicRobot::continue_from(double t, const double* q, const double* qd) {
+  // Long enough to close the gap that a drive leaves behind its reference without a jerk.
+  constexpr double kShortest = 0.02;
+  const bool within = !on_trajectory_ && t < segment_.t0 + segment_.duration;
+  const double end = within ? segment_.t0 + segment_.duration : rest_time_;
+  Segment next;
+  next.t0 = t;
+  next.duration = std::max(end - t, kShortest);
+  for (size_t k = 0; k < static_cast<size_t>(parameters_.arm.joint_count()); ++k) {
+    next.q0[k] = q[k];
+    next.v0[k] = qd[k];
+    next.q1[k] = segment_.q1[k];
+    if (within)
+      next.v1[k] = segment_.v1[k];
+    else if (!on_trajectory_)
+      next.q1[k] += 0.5 * segment_.duration * segment_.v1[k];
+  }
+  on_trajectory_ = false;
+  segment_ = next;
+  bool coasts = false;
+  for (const double v : next.v1) coasts = coasts || v != 0.0;
+  rest_time_ = t + next.duration * (coasts ? 2.0 : 1.0);
+  ++revision_;
+}
+
 void KinematicRobot::set_trajectory(std::vector<TrajectoryKnot> knots) {
   for (size_t i = 1; i < knots.size(); ++i) {
     if (!(knots[i].t > knots[i - 1].t))

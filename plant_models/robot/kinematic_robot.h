@@ -32,6 +32,9 @@ class KinematicRobot final : public PlantModel {
   /// set-points.
   void set_point(double t, double period_s, const double* position, const double* velocity);
   void reset();
+  /// Discrete: the motion goes on from here, smoothly to where it was going (a trajectory: straight to its
+  /// end). For a robot that was moved by its drives and is kinematic from now on.
+  void continue_from(double t, const double* q, const double* qd);
 
   /// Discrete: follow these knots (times ascending; moving joints must stop at the last one), now and after
   /// every reset, until a set-point comes. Empty: none. Throws std::invalid_argument.

@@ -139,7 +139,8 @@ RobotDynamics robot_dynamics(const Scenario& scenario, const ScenarioRobot& robo
   DynamicRobotParameters& p = result.parameters;
   p.robot = static_cast<int>(index);
   p.arm = arm.arm;
-  p.links = read_urdf_inertias(robot.urdf, robot.base_link, robot.flange_link);
+  p.links = read_urdf_inertias(robot.urdf, read_urdf_arm(robot.urdf, robot.base_link, robot.flange_link),
+                               robot.base_link);
   p.X_WR = robot.X_WR;
   p.gravity_W = scenario.gravity_m_per_s2;
   p.power = {robot.power.idle_W, robot.power.loss_factor, robot.power.recovers};
