@@ -192,7 +192,7 @@ TEST(DynamicRobot, EnergyBalances) {
     largest = std::max(largest, std::abs(cell.bench->x[work]));
     ASSERT_NEAR(energy() - start, cell.bench->x[work], 0.01);
   }
-  EXPECT_GT(largest, 20.0);
+  EXPECT_GT(largest, 10.0);
   EXPECT_NEAR(cell.bench->x[work + 1], electrical, 1e-3 * electrical);
 }
 
@@ -276,7 +276,7 @@ TEST(DynamicRobot, RefusesWhatDoesNotFit) {
   };
   expect_refused("5 link inertias for 6 joints");
   p.links.resize(6);
-  expect_refused("wrist_3_joint");
+  expect_refused("nothing resists its motion");
 }
 
 }  // namespace
