@@ -1,6 +1,6 @@
 #include "plant_models/mechanics/multibody_tree.h"
 
-#include <cmath>
+#include "plant_models/mechanics/sine_cosine.h"
 
 // Written out per link, root to tip and tip to root. Two things keep it short of Featherstone's general form:
 // - Accelerations are those of the points themselves, not spatial ones: the velocity-dependent part of a
@@ -39,6 +39,8 @@ inline M3 cross_matrix(const V3& r) {
 
 void MultibodyTree::update(const double* q, const double* qd, Workspace& w) const {
   const int n = joint_count();
+  std::array<double, kMax> sines, cosines;
+  mechanics::sine_cosine(q, n, sines.data(), cosines.data());
   for (int i = 0; i < n; ++i) {
     const Link& link = links_[static_cast<size_t>(i)];
     auto& s = w.links[static_cast<size_t>(i)];
@@ -57,7 +59,7 @@ void MultibodyTree::update(const double* q, const double* qd, Workspace& w) cons
       s.r = link.p_PA;
     }
     if (link.revolute) {
-      const double sine = std::sin(q[i]), cosine = std::cos(q[i]);
+      const double sine = sines[static_cast<size_t>(i)], cosine = cosines[static_cast<size_t>(i)];
       s.R.x = R.x * cosine + R.y * sine;
       s.R.y = R.y * cosine - R.x * sine;
       s.R.z = R.z;

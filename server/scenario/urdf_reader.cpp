@@ -133,6 +133,12 @@ class ArmReader {
     return result;
   }
 
+  std::string read_valid_text() {
+    const std::string text = read_text();
+    parse(text);
+    return text;
+  }
+
  private:
   [[noreturn]] void refuse(const std::string& reason) const { throw UrdfError(file_ + ": " + reason); }
 
@@ -329,6 +335,10 @@ class ArmReader {
 UrdfArm read_urdf_arm(const std::filesystem::path& file, const std::string& base_link,
                       const std::string& flange_link) {
   return ArmReader(file).read(base_link, flange_link);
+}
+
+std::string read_urdf_text(const std::filesystem::path& file) {
+  return ArmReader(file).read_valid_text();
 }
 
 }  // namespace takt

@@ -25,4 +25,7 @@ struct UrdfArm {
 UrdfArm read_urdf_arm(const std::filesystem::path& file, const std::string& base_link,
                       const std::string& flange_link);
 
+/// The text of a URDF that is well-formed, accepted by urdfdom, and whose joints make no loop.
+std::string read_urdf_text(const std::filesystem::path& file);
+
 }  // namespace takt
