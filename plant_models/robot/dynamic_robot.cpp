@@ -13,8 +13,9 @@ namespace {
 
 // End stops of jaws: stiff against the servo, yet no stiffer than explicit steps of 1 ms allow.
 constexpr double kStopPerServoFrequency = 5.0;
-// Approach speed at which an end stop pushes twice as hard as at rest (m/s): the order of a jaw's speed.
-constexpr double kStopDampingSpeed = 0.1;
+// Depth over which an end stop's damping, critical for the jaw alone, comes in (m), so that the force has no
+// jump.
+constexpr double kStopDampingDepth = 1e-5;
 
 void require(bool good, const std::string& text) {
   if (!good) throw std::invalid_argument("dynamic robot: " + text);
@@ -84,7 +85,8 @@ DynamicRobot::Impl::Impl(const DynamicRobotParameters& parameters,
     const MountedGripper& gripper = parameters.grippers[g];
     for (int side = 0; side < 2; ++side) {
       const double stop = kStopPerServoFrequency * gripper.servo_frequency_rad_per_s;
-      stops[drives.size()] = {0.5 * grippers[g]->parameters().max_width_m, gripper.jaw.mass_kg * stop * stop};
+      stops[drives.size()] = {0.5 * grippers[g]->parameters().max_width_m, gripper.jaw.mass_kg * stop * stop,
+                              2.0 * gripper.jaw.mass_kg * stop};
       drives.push_back(std::make_unique<IdealServo>(
           IdealServoParameters{gripper.servo_frequency_rad_per_s, gripper.max_force_N}));
     }
@@ -144,7 +146,8 @@ double DynamicRobot::Impl::stop_force(int joint, const double* x) const {
   const EndStop& stop = stops[static_cast<size_t>(joint)];
   const double y = x[joint], v = x[joints + joint];
   const auto push = [&stop](double depth, double approach) {
-    return std::max(0.0, stop.stiffness_N_per_m * depth * (1.0 + approach / kStopDampingSpeed));
+    const double damping = stop.damping_Ns_per_m * std::min(1.0, depth / kStopDampingDepth);
+    return std::max(0.0, stop.stiffness_N_per_m * depth + damping * approach);
   };
   if (y < 0.0) return push(-y, -v);
   if (y > stop.upper_m) return -push(y - stop.upper_m, v);

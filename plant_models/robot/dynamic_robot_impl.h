@@ -49,7 +49,7 @@ struct DynamicRobot::Impl {
   int indicators = 0;
   struct EndStop {
     double upper_m = 0.0;
-    double stiffness_N_per_m = 0.0;
+    double stiffness_N_per_m = 0.0, damping_Ns_per_m = 0.0;
   };
   std::array<EndStop, kMaxJoints> stops{};
 

@@ -3,6 +3,10 @@
 
 namespace takt {
 
+namespace {
+constexpr int kMaxReleases = 4;  // of one drive in one switch
+}
+
 int DynamicRobot::indicator_count() const {
   return impl_->indicators;
 }
@@ -19,17 +23,17 @@ void DynamicRobot::indicators(double t, const double* x, const CellMotion& motio
   }
 }
 
-// Sliding that came to rest or reversed sticks first. Then: solve with the present stuck set, release those
-// beyond break-away, and repeat, as stuck joints are coupled through the arm. A released one that would move
-// against its direction, because others were released as well, sticks again and stays so: each drive changes
-// at most twice, so the loop ends.
+// Sliding that came to rest or reversed sticks first. Then, as stuck joints are coupled through the arm:
+// solve with the present stuck set, release the one furthest beyond break-away, and repeat. A released one
+// that would move against its direction, because others were released after it, sticks again. The number of
+// releases of each drive is bounded, so the loop ends.
 bool DynamicRobot::switch_modes(double t, double* x, const CellMotion& motion,
                                 std::span<const Wrench> wrenches) {
   Impl& m = *impl_;
   if (m.indicators == 0) return false;
   const int n = m.joints;
   std::array<FrictionMode, kMaxJoints> before{};
-  std::array<bool, kMaxJoints> keeps{};
+  std::array<int, kMaxJoints> releases{};
   bool changed = false;
   for (int i = 0; i < n; ++i) {
     const Drive& drive = m.drive(i);
@@ -46,26 +50,33 @@ bool DynamicRobot::switch_modes(double t, double* x, const CellMotion& motion,
   for (bool again = true; again;) {
     again = false;
     m.solve(t, x, motion, wrenches, m.solution);
+    int furthest = -1;
+    double largest = 1.0, direction = 0.0;
     for (int i = 0; i < n; ++i) {
       const auto k = static_cast<size_t>(i);
       const Drive& drive = m.drive(i);
-      if (!drive.has_modes() || keeps[k]) continue;
+      if (!drive.has_modes()) continue;
       double* z = x + m.z_begin[k];
       double& qd = x[n + i];
       const FrictionMode mode = drive.mode(z);
       if (mode == FrictionMode::stuck) {
         const double torque = drive.stuck_torque(x[i], qd, m.solution.holding[k], z);
-        if (std::abs(torque) <= drive.break_away_torque()) continue;
-        drive.set_mode(torque > 0.0 ? FrictionMode::forward : FrictionMode::backward, qd, z);
-        again = true;
+        const double share = std::abs(torque) / drive.break_away_torque();
+        if (share <= largest || releases[k] >= kMaxReleases) continue;
+        furthest = i, largest = share, direction = torque;
       } else if (drive.friction_speed(qd, z) == 0.0 &&
                  static_cast<double>(mode) * drive.friction_acceleration(x[i], qd, m.solution.qdd[k], z) <=
                      0.0) {
         drive.set_mode(FrictionMode::stuck, qd, z);
-        keeps[k] = true;
         again = true;
       }
     }
+    if (again || furthest < 0) continue;
+    const auto k = static_cast<size_t>(furthest);
+    m.drive(furthest).set_mode(direction > 0.0 ? FrictionMode::forward : FrictionMode::backward,
+                               x[n + furthest], x + m.z_begin[k]);
+    ++releases[k];
+    again = true;
   }
   for (int i = 0; i < n; ++i) {
     if (m.drive(i).has_modes() && m.drive(i).mode(m.drive_states(x, i)) != before[static_cast<size_t>(i)])

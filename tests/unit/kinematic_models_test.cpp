@@ -97,6 +97,57 @@ TEST(KinematicRobot, StandingSetPointChangesNothing) {
   EXPECT_TRUE(robot.at_rest(0.2));
 }
 
+TEST(KinematicRobot, AccelerationIsTheDerivativeOfTheVelocity) {
+  KinematicRobot robot = slide();
+  const double position = 0.003, velocity = 0.4;
+  robot.set_point(0.0, 0.008, &position, &velocity);
+  for (const double t : {0.001, 0.005, 0.0079, 0.0081, 0.012, 0.0159, 0.02}) {
+    JointArray acceleration{};
+    robot.joint_acceleration(t, acceleration.data());
+    const double h = 1e-6;
+    EXPECT_NEAR(acceleration[0], (state(robot, t + h).qd - state(robot, t - h).qd) / (2.0 * h), 1e-6) << t;
+  }
+}
+
+TEST(KinematicRobot, FollowsATrajectoryUntilTheFirstSetPoint) {
+  KinematicRobot robot = slide();
+  const double from[] = {0.1}, to[] = {0.6};
+  const MotionLimits limits[] = {{1.0, 4.0}};  // 0.25 s each to accelerate and brake, 0.25 s in between
+  robot.set_trajectory(point_to_point(1.0, from, to, limits));
+  for (int repetition = 0; repetition < 2; ++repetition) {
+    EXPECT_EQ(state(robot, 0.5).q, 0.1);
+    EXPECT_NEAR(state(robot, 1.25).q, 0.1 + 0.125, 1e-15);
+    EXPECT_NEAR(state(robot, 1.3).qd, 1.0, 1e-14);
+    EXPECT_NEAR(state(robot, 1.6).qd, 0.6, 1e-14);
+    EXPECT_FALSE(robot.at_rest(1.7));
+    EXPECT_TRUE(robot.at_rest(1.75));
+    EXPECT_EQ(state(robot, 2.0).q, 0.6);
+    double t = 0.0;
+    for (const double corner : {1.0, 1.25, 1.5, 1.75})
+      EXPECT_NEAR(t = robot.next_time_event(t), corner, 1e-15);
+    EXPECT_GT(robot.next_time_event(t), 1e300);
+
+    const double position = 0.35, velocity = 0.0;
+    const State before = state(robot, 1.4);
+    robot.set_point(1.4, 0.5, &position, &velocity);
+    EXPECT_EQ(state(robot, 1.4).q, before.q);
+    EXPECT_EQ(state(robot, 1.4).qd, before.qd);
+    EXPECT_NEAR(state(robot, 3.0).q, 0.35, 1e-15);
+    EXPECT_GT(robot.next_time_event(0.0), 1e300);
+    robot.reset();
+  }
+  // A way too short for full speed, and none at all.
+  const double near[] = {0.2}, square[] = {0.1};
+  EXPECT_EQ(point_to_point(0.0, from, near, limits).size(), 3u);
+  EXPECT_NEAR(point_to_point(0.0, from, near, limits)[1].qd[0], std::sqrt(0.1 * 4.0), 1e-15);
+  EXPECT_EQ(point_to_point(0.0, from, square, limits).size(), 1u);
+  EXPECT_THROW(point_to_point(0.0, from, to, std::vector<MotionLimits>{{1.0, 0.0}}), std::invalid_argument);
+  std::vector<TrajectoryKnot> knots(2);
+  EXPECT_THROW(robot.set_trajectory(knots), std::invalid_argument) << "equal times";
+  knots[1].t = 1.0, knots[1].qd[0] = 0.5;
+  EXPECT_THROW(robot.set_trajectory(knots), std::invalid_argument) << "moves at the end";
+}
+
 TEST(ParallelGripper, JawsMoveAtRatedSpeedEachOnItsOwn) {
   ParallelGripperParameters p;
   p.max_width_m = p.initial_width_m = 0.15;
@@ -106,6 +157,9 @@ TEST(ParallelGripper, JawsMoveAtRatedSpeedEachOnItsOwn) {
   gripper.move_to(1.0, 0.0);
   EXPECT_NEAR(gripper.width(1.0), 0.15, 1e-15);
   EXPECT_NEAR(gripper.width(1.5), 0.15 - 0.075, 1e-15);
+  EXPECT_EQ(gripper.speed(1.5, ParallelGripper::left), -0.075);
+  EXPECT_NEAR(gripper.next_time_event(1.5), 2.0, 1e-15);
+  EXPECT_EQ(gripper.speed(2.1, ParallelGripper::left), 0.0);
   gripper.stop_jaw(1.5, ParallelGripper::left, 0.03);
   EXPECT_TRUE(gripper.blocked(ParallelGripper::left));
   EXPECT_FALSE(gripper.blocked(ParallelGripper::right));
