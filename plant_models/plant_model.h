@@ -26,6 +26,7 @@ struct BodyMotion {
 /// Motion of one robot.
 struct ArmMotion {
   JointArray q{}, qd{};
+  bool complete = false;  ///< all that follows has been written, and belongs to q and qd
   ArmPoses poses;
   Pose X_WF;   ///< flange in the world
   Twist V_WF;  ///< of the flange origin

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <cstring>
 
 namespace takt {
 
@@ -172,7 +173,16 @@ void KinematicRobot::set_point(double t, double period_s, const double* position
 
 void KinematicRobot::write_motion(double t, const double*, CellMotion& motion) const {
   ArmMotion& arm = motion.arms[static_cast<size_t>(parameters_.robot)];
-  joint_state(t, arm.q.data(), arm.qd.data());
+  JointArray q{}, qd{};
+  joint_state(t, q.data(), qd.data());
+  // What stands still, or is asked again for the same time, has the same motion: bit for bit, so that a zero
+  // and a minus zero are not the same.
+  if (arm.complete && std::memcmp(q.data(), arm.q.data(), sizeof(q)) == 0 &&
+      std::memcmp(qd.data(), arm.qd.data(), sizeof(qd)) == 0)
+    return;
+  arm.q = q;
+  arm.qd = qd;
+  arm.complete = true;
   forward_kinematics(parameters_.arm, arm.q.data(), arm.poses);
   const Twist V_RF = flange_twist(parameters_.arm, arm.poses, arm.qd.data());
   arm.X_WF = parameters_.X_WR * arm.poses.X_RF;

@@ -52,6 +52,7 @@ void ComponentInteraction::reset() {
   refused_pose_ = -1;
   toggled_.clear();
   changed_parts_.clear();
+  std::fill(reached_.begin(), reached_.end(), 0);  // marks of a step that ended half-way, in a fault
   known_calls_ = 0;
   counts_ = {};
   stage_times_ = {};

@@ -18,8 +18,9 @@ struct ConvexDistance {
   Vec3 point_B_W = Vec3::Zero();  ///< the same of B: point_B = point_A + distance * normal
 };
 
-/// Throws as check_query, and for poses so far away (1e150 m) that squares overflow. Of several nearest points one is given. Does not allocate, bounded time; costs
-/// some microseconds: for reports and questions, not for every pair in every step.
+/// Throws as check_query, and for poses so far away (1e150 m) that squares overflow. Of several nearest
+/// points one is given. Does not allocate, bounded time; costs some microseconds: for reports and questions,
+/// not for every pair in every step.
 ConvexDistance convex_distance(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b,
                                const Pose& X_WB);
 

@@ -136,6 +136,30 @@ int find_target(const CellDescription& cell, std::string_view name) {
   return -1;
 }
 
+EventRecord collision_record(const CollisionEvent& found, std::uint32_t epoch) {
+  EventRecord told;
+  told.code = EventCode::clearance;
+  told.severity = Severity::warning;
+  told.y = found.distance_m;
+  if (found.kind == CollisionEvent::Kind::collision) {
+    told.code = EventCode::collision;
+    told.severity = Severity::error;
+    told.y = -found.distance_m;
+  } else if (found.kind == CollisionEvent::Kind::cleared) {
+    told.code = EventCode::clearance_restored;
+    told.severity = Severity::information;
+  }
+  told.time_s = found.time_s;
+  told.step = found.step;
+  told.epoch = epoch;
+  told.a = found.a;
+  told.b = found.b;
+  told.x = found.limit_m;
+  told.z = found.duration_s;
+  told.position_W = found.p_W;
+  return told;
+}
+
 EventText describe(const EventRecord& event, const CellDescription& cell) {
   const std::string text = event.text.str();
   const auto awaited = [&] {

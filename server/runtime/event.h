@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "server/contact/clearance_model.h"
 #include "server/runtime/fixed_text.h"
 #include "server/simulation/cell_description.h"
 
@@ -55,6 +56,9 @@ struct EventRecord {
   std::uint64_t sender = 0;  ///< of the command that caused it, 0: none
   FixedText<256> text;
 };
+
+/// What collision checking found.
+EventRecord collision_record(const CollisionEvent& found, std::uint32_t epoch);
 
 struct EventText {
   std::string subject;

@@ -269,7 +269,8 @@ void RunLoop::take_step() {
     changed.c = change.to;
     emit(changed);
   }
-  tell_collisions();
+  for (const CollisionEvent& found : simulation_.collision_events())
+    emit(collision_record(found, simulation_.epoch()));
   publish_instant();
   if (single_steps_left_ > 0 && --single_steps_left_ == 0) {
     end_single_steps(ControlResult::ok, "The steps are done.");
@@ -283,29 +284,6 @@ void RunLoop::take_step() {
     }
   }
   publish_status_if_due();
-}
-
-void RunLoop::tell_collisions() {
-  for (const CollisionEvent& found : simulation_.collision_events()) {
-    EventRecord told = event(EventCode::clearance, Severity::warning);
-    told.y = found.distance_m;
-    if (found.kind == CollisionEvent::Kind::collision) {
-      told.code = EventCode::collision;
-      told.severity = Severity::error;
-      told.y = -found.distance_m;
-    } else if (found.kind == CollisionEvent::Kind::cleared) {
-      told.code = EventCode::clearance_restored;
-      told.severity = Severity::information;
-    }
-    told.time_s = found.time_s;
-    told.step = found.step;
-    told.a = found.a;
-    told.b = found.b;
-    told.x = found.limit_m;
-    told.z = found.duration_s;
-    told.position_W = found.p_W;
-    emit(told);
-  }
 }
 
 void RunLoop::pause_with(EventRecord event) {

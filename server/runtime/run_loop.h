@@ -117,7 +117,6 @@ class RunLoop {
   bool boundary_commands_present();
   void wait_for_controller(const ControllerRegistry::Controller& controller, int missing_target);
   void take_step();
-  void tell_collisions();
   void gather_batch();
   void finish_boundaries(std::uint64_t step);
   void pause_with(EventRecord event);

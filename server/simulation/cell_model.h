@@ -91,4 +91,11 @@ struct CellModel {
   std::vector<ImportNote> import_notes;
 };
 
+/// X_WR of every robot.
+inline std::vector<Pose> base_poses(const CellModel& cell) {
+  std::vector<Pose> result;
+  for (const KinematicRobotParameters& robot : cell.robots) result.push_back(robot.X_WR);
+  return result;
+}
+
 }  // namespace takt

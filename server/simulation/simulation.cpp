@@ -46,12 +46,6 @@ struct Simulation::Impl {
     start();
   }
 
-  static std::vector<Pose> base_poses(const CellModel& cell) {
-    std::vector<Pose> result;
-    for (const KinematicRobotParameters& robot : cell.robots) result.push_back(robot.X_WR);
-    return result;
-  }
-
   static std::vector<int> part_bodies(const CellModel& cell) {
     std::vector<int> result;
     for (const RigidBodyParameters& part : cell.parts) result.push_back(part.body);

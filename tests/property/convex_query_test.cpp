@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <iostream>
 #include <limits>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -184,7 +185,7 @@ TEST(ConvexQuery, TheMemoryAnswersWhatRests) {
   EXPECT_EQ(counts.by_search, 1U);
 }
 
-TEST(ConvexQuery, NotFinitePosesEndWithoutContactAndLeaveNoTrace) {
+TEST(ConvexQuery, PosesThatAreNotFiniteAreRefusedAndLeaveNoTrace) {
   Random random(25);
   const ConvexShape a = ConvexShape::from_points(ellipsoid(random, 64, Vec3(0.1, 0.1, 0.1)));
   for (const double bad :
@@ -193,9 +194,9 @@ TEST(ConvexQuery, NotFinitePosesEndWithoutContactAndLeaveNoTrace) {
     QueryCounts counts;
     Pose X_WB;
     X_WB.p.x() = bad;
-    EXPECT_FALSE(convex_overlap(a, Pose{}, a, X_WB, 1e-4, hint, counts));
+    EXPECT_THROW(convex_overlap(a, Pose{}, a, X_WB, 1e-4, hint, counts), std::invalid_argument);
     EXPECT_TRUE(convex_overlap(a, Pose{}, a, Pose{}, 1e-4, hint, counts));
-    EXPECT_FALSE(convex_overlap(a, Pose{}, a, X_WB, 1e-4, hint, counts));
+    EXPECT_THROW(convex_overlap(a, Pose{}, a, X_WB, 1e-4, hint, counts), std::invalid_argument);
     X_WB.p.x() = 1.0;
     EXPECT_FALSE(convex_overlap(a, Pose{}, a, X_WB, 1e-4, hint, counts));
   }
