@@ -13,6 +13,7 @@ double one_time(double t) {
   return 2e-14 * std::max(1.0, std::abs(t));
 }
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMostSteps = 50'000;       // per communication step
 constexpr int kMostAttempts = 40;        // to begin anew after a failure, per communication step
 constexpr int kMostAttemptsHere = 5;     // without any step between
@@ -27,6 +28,8 @@ std::string seconds(double t) {
 
 AdaptiveProblem::AdaptiveProblem(const OdeSystem& system, double tolerance)
     : tolerance_(tolerance),
+      earliest_(-kInfinity),
+      latest_(kInfinity),
       indicator_count_(system.indicator_count()),
       absolute_tolerances_(static_cast<std::size_t>(system.state_count())),
       jacobian_(system),
@@ -42,14 +45,15 @@ void AdaptiveProblem::find_groups(double t, const double* x) {
 bool AdaptiveProblem::derivatives(double t, const double* x, double* xdot) {
   ++evaluations;
   const std::size_t n = absolute_tolerances_.size();
-  system_->derivatives(t, {x, n}, {xdot, n});
+  system_->derivatives(std::clamp(t, earliest_, latest_), {x, n}, {xdot, n});
   for (std::size_t i = 0; i < n; ++i)
     if (!std::isfinite(xdot[i])) return false;
   return true;
 }
 
 void AdaptiveProblem::indicators(double t, const double* x, double* g) {
-  system_->indicators(t, {x, absolute_tolerances_.size()}, {g, static_cast<std::size_t>(indicator_count_)});
+  system_->indicators(std::clamp(t, earliest_, latest_), {x, absolute_tolerances_.size()},
+                      {g, static_cast<std::size_t>(indicator_count_)});
 }
 
 bool AdaptiveProblem::evaluate_jacobian(double t, const double* x, const double* f0) {
@@ -65,7 +69,8 @@ bool AdaptiveProblem::factorise(double a, double b) {
 AdaptiveIntegrator::AdaptiveIntegrator(const SolverParameters& parameters, const OdeSystem& system)
     : problem_(system, parameters.tolerance),
       method_(system.state_count() > 0 ? make_adaptive_method(parameters.name, problem_) : nullptr),
-      indicators_(static_cast<std::size_t>(system.indicator_count())) {}
+      indicators_(static_cast<std::size_t>(system.indicator_count())),
+      after_(-kInfinity) {}
 
 void AdaptiveIntegrator::count() {
   const AdaptiveMethod::Counts now = method_->counts();
@@ -142,15 +147,11 @@ bool AdaptiveIntegrator::note_event(double t) {
   return fail(t, "the modes of the plant models switch without end");
 }
 
-bool AdaptiveIntegrator::arrive(OdeSystem& system, double t, std::span<double> x) {
-  if (problem_.indicator_count() > 0) {
-    // A mode that does not hold although nothing crossed zero since: it did not from the beginning.
-    problem_.indicators(t, x.data(), indicators_.data());
-    const bool wrong = std::any_of(indicators_.begin(), indicators_.end(), [](double g) { return g < 0.0; });
-    if (wrong && switch_modes(system, t, x)) restart_pending_ = true;
-  }
-  count();
-  return true;
+// A mode that does not hold although nothing crossed zero: it did not from the beginning.
+bool AdaptiveIntegrator::modes_are_wrong(double t, std::span<const double> x) {
+  if (indicators_.empty()) return false;
+  problem_.indicators(t, x.data(), indicators_.data());
+  return std::any_of(indicators_.begin(), indicators_.end(), [](double g) { return g < 0.0; });
 }
 
 bool AdaptiveIntegrator::advance(OdeSystem& system, double t, double h, std::span<double> x) {
@@ -158,10 +159,12 @@ bool AdaptiveIntegrator::advance(OdeSystem& system, double t, double h, std::spa
   problem_.use(system);
   problem_.clear_message();
   steps_ = attempts_ = attempts_here_ = events_ = events_here_ = 0;
-  last_event_ = -std::numeric_limits<double>::infinity();
+  last_event_ = -kInfinity;
   const double end = t + h;
   const bool elsewhere = std::abs(t - t_) > one_time(t) ||
                          std::memcmp(x.data(), method_->state().data(), x.size() * sizeof(double)) != 0;
+  if (elsewhere) after_ = -kInfinity;
+  problem_.limit_times(after_, kInfinity);
   if (restart_pending_ || elsewhere) {
     problem_.find_groups(t, x.data());
     switch_modes(system, t, x);
@@ -170,6 +173,7 @@ bool AdaptiveIntegrator::advance(OdeSystem& system, double t, double h, std::spa
   }
   while (true) {
     const double event = system.next_time_event(t_ + one_time(t_));
+    problem_.limit_times(after_, std::nextafter(event, -kInfinity));
     const bool event_within = event < end - one_time(end);
     const double stop = event_within ? event : end;
     if (stop - t_ > one_time(stop)) {
@@ -189,14 +193,25 @@ bool AdaptiveIntegrator::advance(OdeSystem& system, double t, double h, std::spa
         if (switch_modes(system, t_, x) && !start(t_, x, 0.0) && !recover(t_, stop, x)) return false;
         continue;
       }
+      if (modes_are_wrong(t_, x) && switch_modes(system, t_, x)) {
+        if (!note_event(t_)) return false;
+        if (!start(t_, x, 0.0) && !recover(t_, stop, x)) return false;
+        continue;
+      }
       if (stop - t_ > one_time(stop)) continue;
     }
     if (!event_within) {
       t_ = end;
-      if (event <= end + one_time(end)) restart_pending_ = true;
-      return arrive(system, end, x);
+      if (event <= end + one_time(end)) {
+        after_ = event;
+        restart_pending_ = true;
+      }
+      problem_.limit_times(after_, kInfinity);
+      count();
+      return true;
     }
-    t_ = event;
+    t_ = after_ = event;
+    problem_.limit_times(after_, kInfinity);
     if (!note_event(t_)) return false;
     switch_modes(system, t_, x);
     if (!start(t_, x, 0.0) && !recover(t_, end, x)) return false;

@@ -28,7 +28,7 @@ class AdaptiveIntegrator final : public Integrator {
   bool switch_modes(OdeSystem& system, double t, std::span<double> x);
   bool note_event(double t);
   bool fail(double t, const std::string& reason);
-  bool arrive(OdeSystem& system, double t, std::span<double> x);
+  bool modes_are_wrong(double t, std::span<const double> x);
   void count();
 
   AdaptiveProblem problem_;
@@ -37,6 +37,7 @@ class AdaptiveIntegrator final : public Integrator {
   std::vector<double> indicators_;
   bool restart_pending_ = true;
   double t_ = 0.0;  ///< where the method stands
+  double after_;    ///< the last known corner of f
   // Bounds, counted within one communication step.
   int steps_ = 0, attempts_ = 0, attempts_here_ = 0, events_ = 0, events_here_ = 0;
   double last_event_ = 0.0;

@@ -23,6 +23,9 @@ class AdaptiveProblem {
 
   /// The system to evaluate from now on.
   void use(OdeSystem& system) { system_ = &system; }
+  /// Times at which to evaluate: a method that stops at a corner of f, and begins anew there, must not look
+  /// beyond it by a rounding error.
+  void limit_times(double earliest, double latest) { earliest_ = earliest, latest_ = latest; }
   /// The connections changed: who feels whom is to be found anew.
   void find_groups(double t, const double* x);
   /// False if a derivative is not finite; then a smaller step may help.
@@ -43,6 +46,7 @@ class AdaptiveProblem {
  private:
   OdeSystem* system_ = nullptr;
   double tolerance_;
+  double earliest_, latest_;
   int indicator_count_;
   std::vector<double> absolute_tolerances_;
   SystemJacobian jacobian_;

@@ -9,6 +9,7 @@
 #include "server/runtime/run_loop.h"
 #include "tests/support/algorithm_cells.h"
 #include "tests/support/loop_reader.h"
+#include "tests/support/ode_models.h"
 #include "tests/support/service_cell.h"
 
 namespace {
@@ -43,6 +44,25 @@ void operator delete[](void* memory, std::size_t) noexcept {
 
 namespace takt {
 namespace {
+
+TEST(SolverAllocation, NoneInAStepAfterTheFirst) {
+  // Of our own; SUNDIALS takes its memory by malloc, when it is made and at its first step.
+  for (const std::string_view name : solver_names()) {
+    test::NonlinearModel model(test::NonlinearModel::Jacobian::exact);
+    test::BouncingModel ball;
+    ball.bounces.reserve(100);
+    test::LooseSystem loose({&model, &ball});
+    const auto solver = loose.solver(std::string(name));
+    ASSERT_TRUE(loose.run(*solver, 0.004, 2));
+    allocations = 0;
+    counting = true;
+    const bool good = loose.run(*solver, 0.004, 200, 2);
+    counting = false;
+    EXPECT_TRUE(good) << name;
+    EXPECT_GE(ball.bounces.size(), 1U) << name;
+    EXPECT_EQ(allocations, 0U) << name;
+  }
+}
 
 TEST(RunLoopAllocation, NoneInSteadyStateWithCommands) {
   const auto file = test::write_service_scenario();

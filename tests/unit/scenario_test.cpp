@@ -139,6 +139,17 @@ TEST_F(ScenarioFile, RobotsAndGrippersAreChecked) {
               AllOf(HasSubstr("interaction.algorithm"), HasSubstr("'magic'"), HasSubstr("substitute_force"),
                     HasSubstr("extended_substitute_force"), HasSubstr("partner_search")));
   EXPECT_THAT(error(kHead + "solver: {method: magic}\n"), AllOf(HasSubstr("'magic'"), HasSubstr("rk2")));
+  EXPECT_THAT(error(kHead + "solver: {method: cvode, tolerance: 0}\n"),
+              AllOf(HasSubstr("solver.tolerance"), HasSubstr("found 0"), HasSubstr("s.yaml:3")));
+}
+
+TEST_F(ScenarioFile, SolverNameAndToleranceReachTheCell) {
+  write("s.yaml", kHead + "solver: {method: ida, step_s: 0.002, tolerance: 1e-9}\n" + kPart);
+  const auto cell = load_cell(directory_ / "s.yaml");
+  EXPECT_EQ(cell->solver.name, "ida");
+  EXPECT_EQ(cell->solver.tolerance, 1e-9);
+  EXPECT_EQ(cell->solver.step_s, 0.002);
+  EXPECT_EQ(cell->step_s, 0.002);
 }
 
 TEST(BlockScenario, LoadsWithThePublishedFacts) {
