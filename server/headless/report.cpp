@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "server/headless/robot_report.h"
+
 namespace takt {
 
 namespace {
@@ -187,6 +189,7 @@ std::string report_json(const Scenario& scenario, const CellDescription& cell, c
   report["convex_imports"] = imports_json(info);
   report["import_notes"] = notes_json(info);
   report["components"] = components_json(cell, result.final_state, &scenario);
+  report["robots"] = robots_json(cell, result.final_state);
   Json changes = Json::array();
   for (const ConnectionChange& change : result.changes) {
     changes.push_back({{"time_s", change.time_s},
@@ -201,7 +204,8 @@ std::string report_json(const Scenario& scenario, const CellDescription& cell, c
   for (const MarkRecord& mark : result.marks) {
     marks.push_back({{"name", mark.mark.name},
                      {"time_s", mark.snapshot.time_s},
-                     {"components", components_json(cell, mark.snapshot, nullptr)}});
+                     {"components", components_json(cell, mark.snapshot, nullptr)},
+                     {"robots", robots_json(cell, mark.snapshot)}});
   }
   report["marks"] = marks;
   report["mpr_calls"] = result.statistics.mpr_calls;

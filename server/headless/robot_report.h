@@ -1,0 +1,14 @@
+#pragma once
+// What the report says of robots at one instant: motion, and of dynamic ones loads, torques, power and
+// energy.
+#include <nlohmann/json_fwd.hpp>
+
+#include "server/simulation/cell_description.h"
+#include "server/simulation/snapshot.h"
+
+namespace takt {
+
+/// By robot name; empty for a cell without robots. Torque, power and loads from LoD 2 on only.
+nlohmann::ordered_json robots_json(const CellDescription& cell, const Snapshot& state);
+
+}  // namespace takt
