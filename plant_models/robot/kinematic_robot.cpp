@@ -87,7 +87,9 @@ void KinematicRobot::joint_acceleration(double t, double* qdd) const {
     const auto k = static_cast<size_t>(i);
     if (t >= rest_time_) {
       qdd[i] = 0.0;
-    } else if (s <= T) {
+    } else if (s <= T * (1.0 + 1e-9)) {
+      // The end belongs to the segment, rounded or not: the fading that begins there is replaced by the next
+      // set-point, and solvers look at the end of their step.
       const double u = s / T;
       qdd[i] = ((12.0 * u - 6.0) * (segment_.q0[k] - segment_.q1[k]) / T + (6.0 * u - 4.0) * segment_.v0[k] +
                 (6.0 * u - 2.0) * segment_.v1[k]) /
