@@ -124,12 +124,12 @@ struct ComponentState {
 
 struct RobotState {
   std::vector<double> position, velocity, effort;  ///< in the order of RobotInfo::joints
-  std::vector<double> motor_power_W;               ///< empty below level of detail 2
+  std::vector<double> motor_power_W;  ///< mechanical, of each joint's drive; empty below level of detail 2
 };
 
 struct GripperState {
   double width_m = 0.0;
-  double force_N = 0.0;
+  double force_N = 0.0;  ///< of the jaws' drives, mean of both; 0 below level of detail 2
   bool closed = false;
 };
 
@@ -177,6 +177,31 @@ struct Event {
   std::string message;  ///< a whole sentence
 };
 
+/// What a robot draws, from level of detail 2 on.
+struct PowerConsumer {
+  std::string name;                  ///< the robot
+  std::vector<double> mechanical_W;  ///< of each drive on its joint; arm, then left and right jaw
+  double mechanical_total_W = 0.0;   ///< their sum
+  double electrical_W = 0.0;         ///< idle power included
+  double mechanical_energy_J = 0.0;  ///< since the robot has been at level of detail 2 without a break
+  double electrical_energy_J = 0.0;
+};
+
+/// Power of all robots that have dynamics at an instant.
+struct Power {
+  double time_s = 0.0;
+  std::uint64_t step = 0;
+  std::uint32_t epoch = 0;
+  std::vector<PowerConsumer> consumers;
+  std::uint64_t sample_number = 0;  ///< counts samples received
+};
+
+/// A process and its level of detail at present.
+struct ProcessStatus {
+  std::string name;
+  int level_of_detail = 1;
+};
+
 /// Three figures of a distribution, in seconds.
 struct Percentiles {
   double p50_s = 0.0, p99_s = 0.0, max_s = 0.0;
@@ -198,6 +223,10 @@ struct Status {
   Percentiles step_time, wake_up, command_latency;
   std::uint64_t commands_applied = 0, commands_rejected = 0;
   std::uint64_t mpr_calls = 0, mpr_skipped = 0;
+  std::string solver;
+  /// Of the solver, since the last reset or change of a level of detail.
+  std::uint64_t solver_steps = 0, solver_rejected_steps = 0;
+  std::vector<ProcessStatus> processes;
   std::vector<std::string> waiting_for;  ///< lockstep: controllers whose command is missing
   std::string scheduling;                ///< what was obtained from the operating system
   std::string fault;                     ///< why the simulation stopped, or empty

@@ -130,6 +130,23 @@ std::optional<Status> Client::wait_for_status(const std::function<bool(const Sta
   return std::nullopt;
 }
 
+std::optional<Power> Client::wait_for_power(const std::function<bool(const Power&)>& predicate,
+                                            Seconds timeout) {
+  impl_->listen_to_power();
+  const auto deadline = Impl::deadline_after(timeout);
+  std::uint64_t seen = 0;
+  std::unique_lock lock(impl_->mutex);
+  const auto news = [&] { return impl_->power && impl_->power->sample_number != seen; };
+  while (impl_->wait(lock, deadline, news)) {
+    const Power newest = *impl_->power;
+    seen = newest.sample_number;
+    lock.unlock();
+    if (predicate(newest)) return newest;
+    lock.lock();
+  }
+  return std::nullopt;
+}
+
 std::optional<Event> Client::next_event(Seconds timeout) {
   std::unique_lock lock(impl_->mutex);
   if (!impl_->wait(lock, Impl::deadline_after(timeout), [&] { return !impl_->events.empty(); }))
@@ -218,6 +235,10 @@ void Client::set_pace(Pace pace, double factor) {
   Arguments arguments{{"pace", name}};
   if (pace == Pace::realtime) arguments["factor"] = text(factor);
   request("set_pace", arguments);
+}
+
+void Client::set_level_of_detail(int level, const std::string& process) {
+  request("set_level_of_detail", {{"level", std::to_string(level)}, {"process", process}});
 }
 
 void Client::register_controller(const std::string& name, Seconds period, Seconds timeout,

@@ -117,6 +117,12 @@ class Client {
   [[nodiscard]] std::optional<Status> wait_for_status(const std::function<bool(const Status&)>& predicate,
                                                       Seconds timeout) const;
 
+  /// What the robots draw, from the newest sample on that fulfils the predicate; nothing when the timeout
+  /// passed before, e.g. because no robot has been at level of detail 2 since the server started. Received
+  /// from the first call on.
+  [[nodiscard]] std::optional<Power> wait_for_power(const std::function<bool(const Power&)>& predicate,
+                                                    Seconds timeout);
+
   /// Events are kept in order from the moment of connecting (the newest 10000). The two functions consume
   /// them: each event is seen once. wait_for_event passes over events that do not fulfil the predicate.
   /// Nothing on timeout.
@@ -153,6 +159,9 @@ class Client {
   void reset();
   /// `factor` scales simulated against wall time (realtime only).
   void set_pace(Pace pace, double factor = 1.0);
+  /// New level of detail, 1 or 2, of a process ("all": of every one) from the present instant on. Refused,
+  /// with the reason, when a robot cannot have it. A reset goes back to the levels of the scenario.
+  void set_level_of_detail(int level, const std::string& process = "all");
   /// From now on, in lockstep, the simulation waits at each multiple of `period` for a command for every
   /// target (robots, grippers) from this client; when none has come after `timeout` of wall time, it pauses
   /// and says so in an event.

@@ -97,6 +97,7 @@ void Client::Impl::on_description(const takt_msgs::msg::CellDescription& sample,
   if (server && *server != from) {  // started again: nothing known of the old one holds
     state.reset();
     status.reset();
+    power.reset();
     newest_event = 0;
     if (early_status && early_status->first == from) status = std::move(early_status->second);
     early_status.reset();
@@ -141,6 +142,28 @@ void Client::Impl::on_state(const takt_msgs::msg::CellState& sample, const GuidP
     return;
   received->sample_number = ++samples;
   state = std::make_shared<const State>(*std::move(received));
+  changed.notify_all();
+}
+
+void Client::Impl::listen_to_power() {
+  const std::lock_guard making(senders_mutex);
+  if (listens_to_power) return;
+  listeners.push_back(std::make_unique<ReaderListener<takt_msgs::msg::Power>>(
+      [this](const auto& sample, const GuidPrefix& from) { on_power(sample, from); }));
+  link.create_reader("rt/" + options.cell + "/power", dds::TypeSupport(new takt_msgs::msg::PowerPubSubType()),
+                     reader_qos(link.subscriber(), Channel::state), listeners.back().get());
+  listens_to_power = true;
+}
+
+void Client::Impl::on_power(const takt_msgs::msg::Power& sample, const GuidPrefix& from) {
+  Power received = from_wire(sample);
+  const std::lock_guard lock(mutex);
+  if (!from_this_server(from)) return;
+  if (power &&
+      (received.epoch < power->epoch || (received.epoch == power->epoch && received.step < power->step)))
+    return;
+  received.sample_number = ++powers;
+  power = std::move(received);
   changed.notify_all();
 }
 

@@ -141,10 +141,27 @@ Status from_wire(const takt_msgs::msg::Status& wire) {
   status.commands_rejected = wire.commands_rejected();
   status.mpr_calls = wire.mpr_calls();
   status.mpr_skipped = wire.mpr_skipped();
+  status.solver = wire.solver();
+  status.solver_steps = wire.solver_steps();
+  status.solver_rejected_steps = wire.solver_rejected_steps();
+  for (const auto& process : wire.processes())
+    status.processes.push_back({process.name().to_string(), process.level_of_detail()});
   for (const auto& name : wire.waiting_for()) status.waiting_for.emplace_back(name);
   status.scheduling = wire.scheduling();
   status.fault = wire.fault();
   return status;
+}
+
+Power from_wire(const takt_msgs::msg::Power& wire) {
+  Power power;
+  power.time_s = wire.time();
+  power.step = wire.step();
+  power.epoch = wire.epoch();
+  for (const auto& consumer : wire.consumers())
+    power.consumers.push_back({consumer.name().to_string(), consumer.mechanical_power(),
+                               consumer.mechanical_total(), consumer.electrical_power(),
+                               consumer.mechanical_energy(), consumer.electrical_energy()});
+  return power;
 }
 
 std::optional<State> from_wire(const takt_msgs::msg::CellState& wire, std::shared_ptr<const CellInfo> cell) {

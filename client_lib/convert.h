@@ -12,6 +12,7 @@ namespace takt::client {
 CellInfo from_wire(const takt_msgs::msg::CellDescription& wire);
 Event from_wire(const takt_msgs::msg::Event& wire);
 Status from_wire(const takt_msgs::msg::Status& wire);
+Power from_wire(const takt_msgs::msg::Power& wire);
 /// Nothing when the sample does not belong to this description.
 std::optional<State> from_wire(const takt_msgs::msg::CellState& wire, std::shared_ptr<const CellInfo> cell);
 

@@ -161,6 +161,7 @@ takt_msgs::msg::CellState make_state_message(const CellDescription& cell) {
     message.robots()[i].position().resize(joints);
     message.robots()[i].velocity().resize(joints);
     message.robots()[i].effort().resize(joints);
+    message.robots()[i].motor_power().reserve(joints);
   }
   for (std::size_t i = 0; i < message.applied().size(); ++i) {
     message.applied()[i].target(std::string(target_name(cell, static_cast<int>(i))));
@@ -195,6 +196,8 @@ void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const
     std::copy_n(sample.position.begin(), robot.position().size(), robot.position().begin());
     std::copy_n(sample.velocity.begin(), robot.velocity().size(), robot.velocity().begin());
     std::copy_n(sample.effort.begin(), robot.effort().size(), robot.effort().begin());
+    robot.motor_power().resize(sample.level_of_detail > 1 ? robot.position().size() : 0);
+    std::copy_n(sample.power.mechanical_W.begin(), robot.motor_power().size(), robot.motor_power().begin());
     message.applied()[i].count(sample.commands_applied);
     message.applied()[i].newest_stamp(to_time(sample.newest_stamp_s));
   }
@@ -227,7 +230,40 @@ void fill(sensor_msgs::msg::JointState& message, const Snapshot& snapshot, std::
   std::copy_n(sample.effort.begin(), message.effort().size(), message.effort().begin());
 }
 
-takt_msgs::msg::Status to_message(const LoopStatus& status) {
+takt_msgs::msg::Power make_power_message(const CellDescription& cell) {
+  takt_msgs::msg::Power message;
+  message.consumers().reserve(cell.robots.size());
+  return message;
+}
+
+bool fill(takt_msgs::msg::Power& message, const CellDescription& cell, const Snapshot& snapshot) {
+  message.stamp(to_time(snapshot.time_s));
+  message.time(snapshot.time_s);
+  message.step(snapshot.step);
+  message.epoch(snapshot.epoch);
+  std::size_t count = 0;
+  for (const RobotSample& sample : snapshot.robots) count += sample.level_of_detail > 1 ? 1U : 0U;
+  message.consumers().resize(count);
+  std::size_t place = 0;
+  for (std::size_t i = 0; i < snapshot.robots.size(); ++i) {
+    const RobotSample& sample = snapshot.robots[i];
+    if (sample.level_of_detail <= 1) continue;
+    takt_msgs::msg::PowerConsumer& consumer = message.consumers()[place++];
+    consumer.name(cell.robots[i].name);
+    std::size_t joints = cell.robots[i].arm.joints.size();
+    for (const GripperDescription& gripper : cell.grippers)
+      if (gripper.robot == static_cast<int>(i)) joints += 2;
+    consumer.mechanical_power().resize(joints);
+    std::copy_n(sample.power.mechanical_W.begin(), joints, consumer.mechanical_power().begin());
+    consumer.mechanical_total(sample.power.mechanical_total_W);
+    consumer.electrical_power(sample.power.electrical_W);
+    consumer.mechanical_energy(sample.power.mechanical_energy_J);
+    consumer.electrical_energy(sample.power.electrical_energy_J);
+  }
+  return count > 0;
+}
+
+takt_msgs::msg::Status to_message(const LoopStatus& status, const CellDescription& cell) {
   takt_msgs::msg::Status message;
   message.stamp(to_time(status.time_s));
   message.time(status.time_s);
@@ -256,6 +292,14 @@ takt_msgs::msg::Status to_message(const LoopStatus& status) {
   message.commands_rejected(status.commands_rejected);
   message.mpr_calls(status.mpr_calls);
   message.mpr_skipped(status.mpr_skipped);
+  message.solver(std::string(status.solver.str()));
+  message.solver_steps(status.solver_steps);
+  message.solver_rejected_steps(status.solver_rejected_steps);
+  for (std::uint32_t i = 0; i < status.process_count; ++i) {
+    auto& process = message.processes().emplace_back();
+    process.name(cell.processes[i].name.substr(0, 128));
+    process.level_of_detail(status.process_levels[i]);
+  }
   for (std::uint32_t i = 0; i < status.waiting_count; ++i) {
     message.waiting_for().emplace_back(status.waiting_for[i].str());
   }

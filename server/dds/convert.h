@@ -38,7 +38,12 @@ void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const
 sensor_msgs::msg::JointState make_joint_states_message(const RobotDescription& robot);
 void fill(sensor_msgs::msg::JointState& message, const Snapshot& snapshot, std::size_t robot);
 
-takt_msgs::msg::Status to_message(const LoopStatus& status);
+/// The message has room for every robot; fill() lists those that have dynamics at this instant and says
+/// whether there is one. It does not allocate from the second time on.
+takt_msgs::msg::Power make_power_message(const CellDescription& cell);
+bool fill(takt_msgs::msg::Power& message, const CellDescription& cell, const Snapshot& snapshot);
+
+takt_msgs::msg::Status to_message(const LoopStatus& status, const CellDescription& cell);
 /// Sequence number and sender are the caller's to fill in.
 takt_msgs::msg::Event to_message(const EventRecord& event, const CellDescription& cell);
 

@@ -30,7 +30,8 @@ StatePublisher::StatePublisher(RunLoop& loop, Participant& participant, const To
       senders_(senders),
       commands_(commands),
       control_(control),
-      state_message_(make_state_message(loop.cell())) {
+      state_message_(make_state_message(loop.cell())),
+      power_message_(make_power_message(loop.cell())) {
   const CellDescription& cell = loop.cell();
   namespace msg = takt_msgs::msg;
   event_writer_ = participant.create_writer<msg::EventPubSubType>(topics.of_cell("events"),
@@ -40,6 +41,8 @@ StatePublisher::StatePublisher(RunLoop& loop, Participant& participant, const To
   const std::size_t state_bytes = msg::CellState::getCdrSerializedSize(state_message_);
   state_writer_ = participant.create_writer<msg::CellStatePubSubType>(
       topics.of_cell("state"), state_writer_qos(participant, state_bytes));
+  power_writer_ = participant.create_writer<msg::PowerPubSubType>(topics.of_cell("power"),
+                                                                  state_writer_qos(participant, 0));
   clock_writer_ = participant.create_writer<rosgraph_msgs::msg::ClockPubSubType>(
       TopicNames::clock(), ros_writer_qos(participant, 1));
   for (const RobotDescription& robot : cell.robots) {
@@ -96,7 +99,7 @@ void StatePublisher::write_news() {
     loop_.snapshot_written(published->number);
   }
   if (const auto* status = outbox.status.take()) {
-    takt_msgs::msg::Status message = to_message(*status);
+    takt_msgs::msg::Status message = to_message(*status, loop_.cell());
     message.commands_rejected(message.commands_rejected() + commands_.rejected());
     check(status_writer_->write(&message, dds::HANDLE_NIL));
   }
@@ -108,6 +111,8 @@ void StatePublisher::write_instant(const PublishedSnapshot& published) {
   const Snapshot& snapshot = published.snapshot;
   fill(state_message_, loop_.cell(), snapshot);
   check(state_writer_->write(&state_message_, dds::HANDLE_NIL));
+  power_known_ = fill(power_message_, loop_.cell(), snapshot) || power_known_;
+  if (power_known_) check(power_writer_->write(&power_message_, dds::HANDLE_NIL));
   for (std::size_t robot = 0; robot < joint_writers_.size(); ++robot) {
     if (!somebody_reads(joint_writers_[robot])) continue;
     fill(joint_messages_[robot], snapshot, robot);
@@ -131,6 +136,7 @@ void StatePublisher::repeat_instant_if_due() {
   const std::int64_t interval = now - instant_new_ns_ < kLater_ns ? kRepeat_ns : kRepeatLater_ns;
   if (now - instant_written_ns_ < interval) return;
   check(state_writer_->write(&state_message_, dds::HANDLE_NIL));
+  if (power_known_) check(power_writer_->write(&power_message_, dds::HANDLE_NIL));
   instant_written_ns_ = now;
 }
 

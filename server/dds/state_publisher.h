@@ -53,6 +53,7 @@ class StatePublisher {
   ControlService& control_;
 
   dds::DataWriter* state_writer_ = nullptr;
+  dds::DataWriter* power_writer_ = nullptr;
   dds::DataWriter* event_writer_ = nullptr;
   dds::DataWriter* status_writer_ = nullptr;
   dds::DataWriter* clock_writer_ = nullptr;
@@ -63,6 +64,8 @@ class StatePublisher {
 
   // Publishing thread only.
   takt_msgs::msg::CellState state_message_;
+  takt_msgs::msg::Power power_message_;
+  bool power_known_ = false;  ///< some robot has or had dynamics: power is sent with every state
   std::vector<sensor_msgs::msg::JointState> joint_messages_;
   rosgraph_msgs::msg::Clock clock_message_;
   std::uint64_t event_number_ = 0;

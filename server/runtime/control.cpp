@@ -195,6 +195,7 @@ ControlReply features_reply(std::uint64_t id) {
           {{"requests", known_requests()},
            {"paces", "realtime,free,lockstep"},
            {"reset_scopes", "1,2,255"},
+           {"levels_of_detail", "1,2"},
            {"interface", "simulation_interfaces 2.1"}}};
 }
 

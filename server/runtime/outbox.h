@@ -40,6 +40,10 @@ struct LoopStatus {
   std::uint64_t commands_applied = 0;
   std::uint64_t commands_rejected = 0;  ///< by the loop; those an adapter rejects are counted there
   std::uint64_t mpr_calls = 0, mpr_skipped = 0;
+  FixedText<32> solver;
+  std::uint64_t solver_steps = 0, solver_rejected_steps = 0;
+  std::array<std::int32_t, 64> process_levels{};  ///< level of detail at present, as far as they fit
+  std::uint32_t process_count = 0;
   std::array<FixedText<128>, 16> waiting_for;
   std::uint32_t waiting_count = 0;
   FixedText<256> scheduling;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "server/runtime/scheduling.h"
+#include "server/simulation/cell_model.h"
 
 namespace takt {
 namespace {
@@ -354,6 +355,13 @@ void RunLoop::publish_status(std::int64_t now_ns) {
   status.commands_rejected = commands_rejected_;
   status.mpr_calls = simulation_.statistics().mpr_calls;
   status.mpr_skipped = simulation_.statistics().mpr_skipped;
+  status.solver.assign(simulation_.model().solver.name);
+  status.solver_steps = simulation_.statistics().solver.steps;
+  status.solver_rejected_steps = simulation_.statistics().solver.rejected_steps;
+  status.process_count =
+      static_cast<std::uint32_t>(std::min(cell().processes.size(), status.process_levels.size()));
+  for (std::size_t p = 0; p < status.process_count; ++p)
+    status.process_levels[p] = simulation_.process_level(p);
   status.waiting_for = waiting_for_;
   status.waiting_count = waiting_count_;
   status.scheduling = scheduling_;

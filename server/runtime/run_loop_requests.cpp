@@ -89,6 +89,7 @@ void RunLoop::execute(std::uint64_t id, const SetLevelOfDetail& action) {
   changed.b = action.level;
   emit(changed);
   publish_instant();
+  publish_status(monotonic_now_ns());
   reply(id, ControlResult::ok,
         "The level of detail of " + process + " is now " + std::to_string(action.level) + ".",
         {{"level", std::to_string(action.level)}});

@@ -60,6 +60,10 @@ class CellPlant {
     return jaw_coordinate(gripper, ParallelGripper::left, t) +
            jaw_coordinate(gripper, ParallelGripper::right, t);
   }
+  /// Place of a jaw among the joints of the dynamic model of its robot.
+  std::size_t jaw_joint(std::size_t gripper, ParallelGripper::Side side) const {
+    return jaw_joint(gripper_place_[gripper].first, gripper_place_[gripper].second, side);
+  }
   /// Times the wrenches where set; kept when the system is rebuilt.
   void set_clock(double (*now_s)());
 

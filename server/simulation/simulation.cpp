@@ -71,6 +71,9 @@ struct Simulation::Impl {
     statistics = {};
     for (auto& counter : robot_commands) counter = {};
     for (auto& counter : gripper_commands) counter = {};
+    process_levels.clear();
+    for (const ProcessDescription& process : model->description.processes)
+      process_levels.push_back(process.level_of_detail);
     motion_is_current = false;
     update_connections();  // a cell that stands still already knows who holds whom
   }
@@ -230,6 +233,7 @@ struct Simulation::Impl {
   std::vector<std::uint64_t> part_hashes;
   std::uint64_t parts_hash = 0;
   std::vector<CommandCounter> robot_commands, gripper_commands;
+  std::vector<int> process_levels;  ///< at present
   std::vector<ConnectionChange> changes;
   std::unique_ptr<ClearanceMonitor> monitor;  ///< none where nothing is checked
   std::vector<CollisionEvent> collisions;
@@ -393,12 +397,21 @@ void Simulation::read_snapshot(Snapshot& snapshot) const {
     sample.commands_applied = s.robot_commands[i].count;
     sample.newest_stamp_s = s.robot_commands[i].newest_stamp_s;
     sample.level_of_detail = s.plant.level(i);
-    if (const DynamicRobot* robot = s.plant.dynamic(i))
-      read_dynamics(robot->output(t, s.plant.segment(i).data(), motion, wrenches), sample);
+    // A snapshot is filled again and again: at LoD 1 nothing of an earlier LoD 2 may stay.
+    const DynamicRobot* robot = s.plant.dynamic(i);
+    read_dynamics(robot != nullptr ? robot->output(t, s.plant.segment(i).data(), motion, wrenches)
+                                   : DynamicRobot::Output{},
+                  sample);
   }
   for (std::size_t i = 0; i < snapshot.grippers.size(); ++i) {
     GripperSample& sample = snapshot.grippers[i];
     sample.width_m = s.plant.width(i, t);
+    sample.force_N = 0.0;
+    const auto robot = static_cast<std::size_t>(s.model->description.grippers[i].robot);
+    if (s.plant.dynamic(robot) != nullptr) {
+      for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right})
+        sample.force_N += 0.5 * std::abs(snapshot.robots[robot].effort[s.plant.jaw_joint(i, side)]);
+    }
     sample.closed = s.grasping.closed(i);
     sample.commands_applied = s.gripper_commands[i].count;
     sample.newest_stamp_s = s.gripper_commands[i].newest_stamp_s;
@@ -418,6 +431,8 @@ std::string Simulation::set_level_of_detail(int process, int level) {
     if (levels[r] > 1 && !s.plant.can_be_dynamic(r))
       return s.model->description.robots[r].name + " can only be kinematic: " + s.model->no_dynamics[r];
   }
+  for (std::size_t p = 0; p < s.process_levels.size(); ++p)
+    if (process < 0 || static_cast<std::size_t>(process) == p) s.process_levels[p] = level;
   s.refresh_motion();
   s.plant.change_levels(levels, s.time());
   s.resting.wake_all();
@@ -427,6 +442,10 @@ std::string Simulation::set_level_of_detail(int process, int level) {
 
 int Simulation::level_of_detail(std::size_t robot) const {
   return impl_->plant.level(robot);
+}
+
+int Simulation::process_level(std::size_t process) const {
+  return impl_->process_levels[process];
 }
 
 Explanation Simulation::explain(int component) const {

@@ -94,6 +94,8 @@ class Simulation {
   std::string set_level_of_detail(int process, int level);
   /// Of a robot, at present.
   int level_of_detail(std::size_t robot) const;
+  /// Of a process (index into CellDescription::processes), at present.
+  int process_level(std::size_t process) const;
 
   /// Changes of partner decided in the most recent step.
   std::span<const ConnectionChange> connection_changes() const;

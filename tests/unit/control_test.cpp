@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace takt {
 namespace {
 
@@ -13,6 +15,7 @@ class ControlTest : public testing::Test {
     cell_.components.resize(2);
     cell_.components[0].name = "P";
     cell_.components[1].name = "Table";
+    cell_.processes = {{"assembly", 1, {0}}, {"packing", 2, {}}};
     cell_.grippers.resize(1);
     cell_.grippers[0].name = "Gripper1";
   }
@@ -57,6 +60,13 @@ TEST_F(ControlTest, ReadsRequests) {
   EXPECT_EQ(controller.timeout_s, 3.0);
   EXPECT_EQ(controller.targets, (std::vector<int>{1, 0}));
   EXPECT_EQ(action<ExplainPart>("explain_part", {{"part", "Table"}}).component, 1);
+  const auto all = action<SetLevelOfDetail>("set_level_of_detail", {{"level", "2"}});
+  EXPECT_EQ(all.process, -1);
+  EXPECT_EQ(all.level, 2);
+  EXPECT_EQ(action<SetLevelOfDetail>("set_level_of_detail", {{"level", "1"}, {"process", "all"}}).process,
+            -1);
+  EXPECT_EQ(action<SetLevelOfDetail>("set_level_of_detail", {{"level", "1"}, {"process", "packing"}}).process,
+            1);
   for (const char* scope : {"1", "2", "255"}) action<Reset>("reset", {{"scope", scope}});
 }
 
@@ -98,6 +108,21 @@ TEST_F(ControlTest, AnUnknownPartIsNotFound) {
   EXPECT_EQ(reply.message, "There is no component 'Q' in this cell; it has P, Table.");
   expect_failure("explain_part", {}, "needs the argument 'part'");
   expect_failure("explain_part", {{"name", "P"}}, "no argument 'name'; it takes part");
+}
+
+TEST_F(ControlTest, LevelsOfDetailAreChecked) {
+  for (const char* level : {"0", "3", "-1", "1.5", "two", ""})
+    expect_failure("set_level_of_detail", {{"level", level}}, "'level'");
+  expect_failure("set_level_of_detail", {{"process", "assembly"}}, "needs the argument 'level'");
+  expect_failure("set_level_of_detail", {{"level", "2"}, {"robot", "Robot1"}},
+                 "no argument 'robot'; it takes process, level");
+  const ControlReply reply = refusal("set_level_of_detail", {{"level", "2"}, {"process", "welding"}});
+  EXPECT_EQ(reply.result, ControlResult::not_found);
+  EXPECT_EQ(reply.message, "There is no process 'welding' in this cell; there are: all, assembly, packing.");
+  const ControlReply features = features_reply(1);
+  EXPECT_NE(std::find(features.values.begin(), features.values.end(),
+                      std::pair<std::string, std::string>("levels_of_detail", "1,2")),
+            features.values.end());
 }
 
 TEST_F(ControlTest, AListOfManyNamesEnds) {

@@ -42,6 +42,17 @@ int watch(const Common& common, const WatchOptions& options);
 int events(const Common& common, const EventsOptions& options);
 int record(const Common& common, const RecordOptions& options);
 int check(const Common& common, const CheckOptions& options);
+struct PowerOptions {
+  bool watch = false;
+  std::optional<double> until_s;
+};
+struct LodOptions {
+  int level = 1;
+  std::string process = "all";
+};
+
+int power(const Common& common, const PowerOptions& options);
+int level_of_detail(const Common& common, const LodOptions& options);
 int step(const Common& common, std::uint64_t steps);
 int set_state(const Common& common, client::SimulationState state);
 int reset(const Common& common);

@@ -1,4 +1,4 @@
-// takt list, status, step, play, pause, resume, reset, pace, quit.
+// takt list, status, step, play, pause, resume, reset, pace, lod, quit.
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -9,6 +9,12 @@ namespace {
 
 nlohmann::json json_of(const client::Percentiles& p) {
   return {{"p50", p.p50_s}, {"p99", p.p99_s}, {"max", p.max_s}};
+}
+
+nlohmann::json levels_of(const client::Status& s) {
+  auto levels = nlohmann::json::object();
+  for (const auto& process : s.processes) levels[process.name] = process.level_of_detail;
+  return levels;
 }
 
 nlohmann::json json_of(const client::Status& s) {
@@ -32,6 +38,9 @@ nlohmann::json json_of(const client::Status& s) {
           {"commands_rejected", s.commands_rejected},
           {"mpr_calls", s.mpr_calls},
           {"mpr_skipped", s.mpr_skipped},
+          {"solver",
+           {{"name", s.solver}, {"steps", s.solver_steps}, {"rejected_steps", s.solver_rejected_steps}}},
+          {"level_of_detail", levels_of(s)},
           {"waiting_for", s.waiting_for},
           {"scheduling", s.scheduling},
           {"fault", s.fault}};
@@ -88,9 +97,15 @@ int status(const Common& common) {
     std::printf("%s\n", document.dump(2).c_str());
     return 0;
   }
-  std::printf("Cell '%s', scenario %s, level of detail %d, step %g ms, server %s\n", info->cell.c_str(),
-              info->scenario.c_str(), info->level_of_detail, 1e3 * info->step_s,
-              info->server_version.c_str());
+  std::printf("Cell '%s', scenario %s, step %g ms, server %s\n", info->cell.c_str(), info->scenario.c_str(),
+              1e3 * info->step_s, info->server_version.c_str());
+  std::string levels;
+  for (const auto& process : s.processes)
+    levels += (levels.empty() ? "" : ", ") + process.name + " " + std::to_string(process.level_of_detail);
+  std::printf("  %-17s %s\n", "level of detail", levels.c_str());
+  std::printf("  %-17s %s, %llu steps, %llu rejected\n", "solver", s.solver.c_str(),
+              static_cast<unsigned long long>(s.solver_steps),
+              static_cast<unsigned long long>(s.solver_rejected_steps));
   std::printf("  %-17s %s at %.3f s (step %llu, epoch %u)\n", "state",
               std::string(to_string(s.state)).c_str(), s.time_s, static_cast<unsigned long long>(s.step),
               s.epoch);
@@ -129,6 +144,12 @@ int set_state(const Common& common, client::SimulationState state) {
 
 int reset(const Common& common) {
   return report(common, Client(common.client).request("reset"));
+}
+
+int level_of_detail(const Common& common, const LodOptions& options) {
+  return report(common, Client(common.client)
+                            .request("set_level_of_detail", {{"level", std::to_string(options.level)},
+                                                             {"process", options.process}}));
 }
 
 int pace(const Common& common, client::Pace pace, double factor) {

@@ -16,6 +16,8 @@ Examples:
   takt watch --until 42                  the same, up to a simulated time
   takt state --json                      positions, orientations, states, partners
   takt explain P                         who holds the Part P, by which rule, since when, what it touches
+  takt lod 2                             robots with drives and masses, from the present instant on
+  takt power --watch                     what they draw
   takt pause; takt step 100; takt resume
   takt record run.csv --duration 10      10 s of simulated time
   takt check scenario.yaml               compare with the positions the scenario expects at its end
@@ -63,6 +65,20 @@ int run(int argc, char** argv) {
       [&] { return takt::tool::explain(common, part); })
       ->add_option("PART", part, "name of a component")
       ->required();
+
+  takt::tool::PowerOptions power_options;
+  auto* power = add("power", "what each robot draws (level of detail 2)",
+                    [&] { return takt::tool::power(common, power_options); });
+  power->add_flag("--watch", power_options.watch, "follow it");
+  power->add_option("--until", power_options.until_s, "follow it up to this simulated time, s");
+
+  takt::tool::LodOptions lod_options;
+  auto* lod = add("lod", "change the level of detail of a process, or of all",
+                  [&] { return takt::tool::level_of_detail(common, lod_options); });
+  lod->add_option("LEVEL", lod_options.level, "1: kinematic robots; 2: robots with drives and masses")
+      ->required()
+      ->check(CLI::Range(1, 2));
+  lod->add_option("PROCESS", lod_options.process, "name of the process")->capture_default_str();
 
   takt::tool::WatchOptions watch_options;
   add("watch", "follow time, pace and partners (one line that renews itself on a terminal)", [&] {

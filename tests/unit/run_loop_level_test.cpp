@@ -1,0 +1,130 @@
+// Levels of detail through the run loop: change, refusal, reset, and what becomes of a plant that fails.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tests/support/loop_reader.h"
+#include "tests/support/service_cell.h"
+
+namespace takt {
+namespace {
+
+using test::LoopReader;
+
+RunLoopOptions paused() {
+  RunLoopOptions options;
+  options.pace = Pace::free;
+  options.start_paused = true;
+  return options;
+}
+
+void expect_levels(LoopReader& reader, int level) {
+  ASSERT_TRUE(reader.wait_until([&] { return reader.snapshot && reader.status; }));
+  for (const RobotSample& robot : reader.snapshot->robots) EXPECT_EQ(robot.level_of_detail, level);
+  ASSERT_EQ(reader.status->process_count, 1U);
+  EXPECT_EQ(reader.status->process_levels[0], level);
+}
+
+bool finite(const Snapshot& snapshot) {
+  bool good = true;
+  for (const ComponentSample& c : snapshot.components)
+    good = good && c.p_WB.allFinite() && c.q_WB.coeffs().allFinite() && c.V_WB.v.allFinite() &&
+           c.V_WB.w.allFinite() && c.F_Bo_W.f.allFinite() && c.F_Bo_W.t.allFinite();
+  for (const RobotSample& r : snapshot.robots) {
+    for (int j = 0; j < kMaxJoints; ++j) {
+      const auto k = static_cast<std::size_t>(j);
+      good = good && std::isfinite(r.position[k]) && std::isfinite(r.velocity[k]) &&
+             std::isfinite(r.effort[k]) && std::isfinite(r.power.mechanical_W[k]);
+    }
+    good = good && std::isfinite(r.power.electrical_W) && std::isfinite(r.power.electrical_energy_J) &&
+           std::isfinite(r.power.mechanical_energy_J) && std::isfinite(r.power.mechanical_total_W);
+  }
+  for (const GripperSample& g : snapshot.grippers)
+    good = good && std::isfinite(g.width_m) && std::isfinite(g.force_N);
+  return good;
+}
+
+TEST(RunLoopLevel, ChangesAreToldAndAResetGoesBackToTheScenario) {
+  Simulation simulation(test::service_model());
+  RunLoop loop(simulation, paused());
+  LoopReader reader(loop);
+  loop.start();
+  const ControlReply changed = reader.request("set_level_of_detail", {{"level", "2"}});
+  ASSERT_EQ(changed.result, ControlResult::ok) << changed.message;
+  EXPECT_EQ(changed.message, "The level of detail of all processes is now 2.");
+  const auto event = reader.wait_for_event(EventCode::level_of_detail_changed);
+  ASSERT_TRUE(event);
+  EXPECT_EQ(describe(*event, loop.cell()).message, changed.message);
+  ASSERT_EQ(reader.request("step", {{"steps", "20"}}).result, ControlResult::ok);
+  ASSERT_TRUE(reader.wait_until([&] { return reader.snapshot && reader.snapshot->step == 20; }));
+  expect_levels(reader, 2);
+  // The arm stands against gravity, idle power and all: torque of the shoulder's lift joint.
+  EXPECT_GT(std::abs(reader.snapshot->robots[0].effort[1]), 10.0);
+
+  ASSERT_EQ(reader.request("reset").result, ControlResult::ok);
+  ASSERT_TRUE(reader.wait_until([&] { return reader.snapshot->epoch == 1 && reader.status->epoch == 1; }));
+  expect_levels(reader, 1);
+  EXPECT_EQ(reader.snapshot->robots[0].effort, JointArray{});
+  EXPECT_EQ(reader.snapshot->grippers[0].force_N, 0.0);
+  loop.stop();
+}
+
+TEST(RunLoopLevel, ARobotWithoutInertiaStaysAsItIsAndTheReasonIsTold) {
+  const auto model = test::service_model();
+  model->dynamics[1].reset();
+  model->no_dynamics[1] = "the link 'forearm_link' has no inertia";
+  Simulation simulation(model);
+  RunLoop loop(simulation, paused());
+  LoopReader reader(loop);
+  loop.start();
+  const ControlReply refused = reader.request("set_level_of_detail", {{"level", "2"}});
+  EXPECT_EQ(refused.result, ControlResult::failed);
+  EXPECT_EQ(refused.message,
+            "The level of detail stays as it is: Robot2 can only be kinematic: the link 'forearm_link' has "
+            "no inertia");
+  EXPECT_EQ(reader.count(EventCode::level_of_detail_changed), 0U);
+  expect_levels(reader, 1);
+  EXPECT_EQ(reader.request("step").result, ControlResult::ok);
+  loop.stop();
+}
+
+TEST(RunLoopLevel, APlantThatDivergesPausesTheLoopAndNothingThatIsNotANumberIsPublished) {
+  const auto model = test::service_model();
+  // Servos far too fast for a fixed step of 1 ms.
+  for (auto& robot : model->dynamics) {
+    for (DriveParameters& drive : robot->drives)
+      std::visit(
+          [](auto& d) {
+            if constexpr (requires { d.bandwidth_rad_per_s; }) d.bandwidth_rad_per_s = 1e6;
+          },
+          drive);
+  }
+  Simulation simulation(model);
+  bool all_finite = true;
+  RunLoopOptions options = paused();
+  options.on_instant = [&](const Simulation& s) { all_finite = all_finite && finite(s.make_snapshot()); };
+  RunLoop loop(simulation, options);
+  LoopReader reader(loop);
+  loop.start();
+  ASSERT_EQ(reader.request("set_level_of_detail", {{"level", "2"}}).result, ControlResult::ok);
+  JointCommand command = test::swing(0, 0.5);
+  command.stamp_s = -1.0;
+  command.velocity = {};
+  loop.append(command, 1, monotonic_now_ns());
+  ASSERT_EQ(reader.request("set_state", {{"state", "1"}}).result, ControlResult::ok);
+  const auto fault = reader.wait_for_event(EventCode::simulation_fault);
+  ASSERT_TRUE(fault);
+  const std::string told = describe(*fault, loop.cell()).message;
+  EXPECT_NE(told.find("Robot1"), std::string::npos) << told;
+  ASSERT_TRUE(reader.wait_until([&] { return reader.status && !reader.status->fault.empty(); }));
+  EXPECT_EQ(reader.status->state, SimulationState::paused);
+  EXPECT_TRUE(finite(*reader.snapshot));
+  EXPECT_EQ(reader.request("reset").result, ControlResult::ok);
+  EXPECT_EQ(reader.request("step").result, ControlResult::ok);
+  loop.stop();
+  EXPECT_TRUE(all_finite);
+}
+
+}  // namespace
+}  // namespace takt
