@@ -36,6 +36,7 @@ struct Arguments {
   int realtime_priority = 0;
   int threads = 1;
   std::vector<std::string> overrides;
+  std::optional<int> level_of_detail;
 };
 
 void describe_arguments(CLI::App& app, Arguments& arguments) {
@@ -70,6 +71,7 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
                  "threads for the collision checks; the bits are the same with any number")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
+  app.add_option("--lod", arguments.level_of_detail, "level of detail of every process");
   app.add_option("--set", arguments.overrides, "override a key of the scenario, e.g. solver.step_s=0.0005")
       ->option_text("KEY=VALUE ...")
       ->allow_extra_args(false);
@@ -100,6 +102,7 @@ int serve(const Arguments& arguments, const sigset_t& signals) {
   try {
     takt::ScenarioOptions scenario_options;
     scenario_options.overrides = arguments.overrides;
+    scenario_options.level_of_detail = arguments.level_of_detail;
     const takt::Scenario scenario = takt::read_scenario(arguments.scenario, scenario_options);
     duration_s = scenario.duration_s;
     auto named =
