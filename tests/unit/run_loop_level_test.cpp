@@ -96,7 +96,8 @@ TEST(RunLoopLevel, APlantThatDivergesPausesTheLoopAndNothingThatIsNotANumberIsPu
     for (DriveParameters& drive : robot->drives)
       std::visit(
           [](auto& d) {
-            if constexpr (requires { d.bandwidth_rad_per_s; }) d.bandwidth_rad_per_s = 1e6;
+            if constexpr (requires { d.frequency_rad_per_s; }) d.frequency_rad_per_s = 1e6;
+            if constexpr (requires { d.speed_gain_per_s; }) d.speed_gain_per_s = 1e6;
           },
           drive);
   }
