@@ -113,7 +113,8 @@ TEST_F(ControlTest, AnUnknownPartIsNotFound) {
 TEST_F(ControlTest, LevelsOfDetailAreChecked) {
   for (const char* level : {"0", "3", "-1", "1.5", "two", ""})
     expect_failure("set_level_of_detail", {{"level", level}}, "'level'");
-  expect_failure("set_level_of_detail", {{"process", "assembly"}}, "needs the argument 'level'");
+  expect_failure("set_level_of_detail", {{"process", "assembly"}},
+                 "'level' is missing; allowed is a whole number from 1 to 2");
   expect_failure("set_level_of_detail", {{"level", "2"}, {"robot", "Robot1"}},
                  "no argument 'robot'; it takes process, level");
   const ControlReply reply = refusal("set_level_of_detail", {{"level", "2"}, {"process", "welding"}});

@@ -1,0 +1,165 @@
+// Levels of detail and power over DDS, by the client, the command line and raw endpoints.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "client_lib/client.h"
+#include "tests/support/child_process.h"
+#include "tests/support/dds_service.h"
+
+namespace {
+
+using takt::Client;
+using takt::ClientError;
+using takt::client::Event;
+using takt::client::Power;
+using takt::client::Seconds;
+using takt::client::State;
+using takt::client::Status;
+using takt::test::ChildProcess;
+using takt::test::DdsService;
+
+constexpr Seconds kGenerous{60.0};
+
+takt::ClientOptions options() {
+  takt::ClientOptions options;
+  options.cell = takt::test::test_cell();
+  options.domain = static_cast<int>(takt::test::test_domain());
+  options.timeout = kGenerous;
+  options.silence_limit = kGenerous;
+  return options;
+}
+
+takt::RunLoopOptions loop_options(bool start_paused) {
+  takt::RunLoopOptions options;
+  options.start_paused = start_paused;
+  return options;
+}
+
+std::shared_ptr<takt::CellModel> model_with_idle_power() {
+  auto model = takt::test::service_model(takt::test::test_cell());
+  for (auto& dynamics : model->dynamics) dynamics->parameters.power.idle_W = 200.0;
+  return model;
+}
+
+TEST(LevelOfDetailOverDds, ChangesWhileRunningAndPowerAndEffortsAreSent) {
+  const DdsService service(loop_options(false), model_with_idle_power());
+  Client client(options());
+  takt::test::RawCellClient raw;
+  const auto joints =
+      raw.dds.read<sensor_msgs::msg::JointStatePubSubType>(raw.topic("Robot1/joint_states"), true, false, 10);
+  EXPECT_TRUE(client.state().robots[0].motor_power_W.empty());
+  ASSERT_EQ(client.status().processes.size(), 1U);
+  EXPECT_EQ(client.status().processes[0].level_of_detail, 1);
+  EXPECT_EQ(client.status().solver, "rk2");
+
+  const std::string process = client.status().processes[0].name;
+  client.set_level_of_detail(2, process);
+  const auto told =
+      client.wait_for_event([](const Event& e) { return e.code == "level_of_detail_changed"; }, kGenerous);
+  ASSERT_TRUE(told.has_value());
+  EXPECT_EQ(told->subject, process);
+  ASSERT_TRUE(client.wait_for_status(
+      [](const Status& s) { return s.processes.at(0).level_of_detail == 2 && s.solver_steps > 0; },
+      kGenerous));
+
+  // A motion of the first axis, so that its drive works.
+  const State now = client.state();
+  std::vector<double> target = now.robot("Robot1").position;
+  target[0] += 0.01;
+  client.send_joint_command("Robot1", target);
+  const auto working = client.wait_for_power(
+      [](const Power& p) {
+        return p.consumers.size() == 2 && p.consumers[0].mechanical_energy_J > 0.0 &&
+               p.consumers[0].electrical_energy_J > 0.0;
+      },
+      kGenerous);
+  ASSERT_TRUE(working.has_value());
+  EXPECT_EQ(working->consumers[0].name, "Robot1");
+  EXPECT_EQ(working->consumers[1].name, "Robot2");
+  EXPECT_EQ(working->consumers[0].mechanical_W.size(), 8U);  // six joints and two jaws
+  const auto later =
+      client.wait_for_power([&](const Power& p) { return p.time_s >= working->time_s + 0.5; }, kGenerous);
+  ASSERT_TRUE(later.has_value());
+  for (std::size_t r = 0; r < 2; ++r) {
+    EXPECT_GE(later->consumers[r].electrical_W, 200.0);
+    // Idle power alone makes this much.
+    EXPECT_GE(later->consumers[r].electrical_energy_J - working->consumers[r].electrical_energy_J,
+              200.0 * (later->time_s - working->time_s) - 1e-6);
+    double sum = 0.0;
+    for (const double power : later->consumers[r].mechanical_W) sum += power;
+    EXPECT_NEAR(sum, later->consumers[r].mechanical_total_W, 1e-9 + 1e-9 * std::abs(sum));
+  }
+  const auto dynamic =
+      client.wait_for_state([](const State& s) { return s.robots[0].motor_power_W.size() == 6; }, kGenerous);
+  ASSERT_TRUE(dynamic.has_value());
+  EXPECT_GT(std::abs(dynamic->robots[0].effort.at(1)), 10.0);  // the arm's weight on the lift joint
+  ASSERT_TRUE(joints->wait_for(
+      [](const auto& m) { return m.effort().size() == 6 && std::abs(m.effort()[1]) > 10.0; }));
+
+  client.set_level_of_detail(1);
+  ASSERT_TRUE(client.wait_for_power([](const Power& p) { return p.consumers.empty(); }, kGenerous));
+  const auto kinematic =
+      client.wait_for_state([](const State& s) { return s.robots[0].motor_power_W.empty(); }, kGenerous);
+  ASSERT_TRUE(kinematic.has_value());
+  EXPECT_EQ(kinematic->robots[0].effort.at(1), 0.0);
+  EXPECT_EQ(kinematic->grippers[0].force_N, 0.0);
+  try {
+    client.set_level_of_detail(2, "welding");
+    FAIL() << "a process that does not exist was changed";
+  } catch (const ClientError& error) {
+    EXPECT_EQ(error.result(), 2);  // not found
+    EXPECT_NE(std::string(error.what()).find(process), std::string::npos) << error.what();
+  }
+}
+
+TEST(LevelOfDetailOverDds, JawsTellTheForceOfTheirDrives) {
+  const DdsService service(loop_options(true));
+  Client client(options());
+  client.set_level_of_detail(2);
+  client.set_gripper("Gripper1", takt::client::GripperAction::close);
+  double width = 1.0;
+  for (int i = 0; i < 1000 && width > 0.06; ++i) {
+    client.step(20);
+    width = client.state().gripper("Gripper1").width_m;
+  }
+  // Half way the jaws move with their speed; their drives hold them against weight and inertia.
+  const State moving = client.state();
+  EXPECT_LT(moving.gripper("Gripper1").width_m, 0.07);
+  EXPECT_GT(moving.gripper("Gripper1").force_N, 0.0);
+  EXPECT_LE(moving.gripper("Gripper1").force_N, 150.0);
+}
+
+TEST(TaktCommand, LodAndPower) {
+  const DdsService service(loop_options(true), model_with_idle_power());
+  const std::string domain = std::to_string(takt::test::test_domain());
+  const auto takt = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), std::string(TAKT_BIN_DIR) + "/takt");
+    arguments.insert(arguments.end(), {"--cell", takt::test::test_cell(), "--domain", domain});
+    return arguments;
+  };
+  ChildProcess none(takt({"power"}));
+  EXPECT_EQ(none.wait(), 1);
+  EXPECT_NE(none.text.find("takt lod 2"), std::string::npos) << none.text;
+  ChildProcess three(takt({"lod", "3"}));
+  EXPECT_EQ(three.wait(), 2) << three.text;
+  ChildProcess nobody(takt({"lod", "2", "welding"}));
+  EXPECT_EQ(nobody.wait(), 1);
+  EXPECT_NE(nobody.text.find("no process 'welding'"), std::string::npos) << nobody.text;
+  ChildProcess two(takt({"lod", "2"}));
+  EXPECT_EQ(two.wait(), 0);
+  EXPECT_NE(two.text.find("is now 2"), std::string::npos) << two.text;
+  Client(options()).step(100);
+  ChildProcess person(takt({"power"}));
+  EXPECT_EQ(person.wait(), 0) << person.text;
+  EXPECT_NE(person.text.find("Robot2"), std::string::npos) << person.text;
+  ChildProcess program(takt({"power", "--json", "--until", "0.1"}));
+  EXPECT_EQ(program.wait(), 0) << program.text;
+  EXPECT_NE(program.text.find("\"electrical_energy\":20."), std::string::npos) << program.text;
+  ChildProcess status(takt({"status"}));
+  EXPECT_EQ(status.wait(), 0) << status.text;
+  EXPECT_NE(status.text.find("solver            rk2, 100 steps, 0 rejected"), std::string::npos)
+      << status.text;
+}
+
+}  // namespace
