@@ -175,7 +175,7 @@ TEST(RobotR3Tolerance, SmallerToleranceComesCloser) {
     EXPECT_LT(error, 0.5 * previous) << tolerance;
     previous = error;
   }
-  EXPECT_LT(previous, 3e-7);
+  EXPECT_LT(previous, 2e-8);  // a switch located, yet only made at the end of a step, costs more
 }
 
 TEST(RobotR3Scenario, StartsInThePublishedState) {
