@@ -195,6 +195,26 @@ void DetailedDrive::jacobian(const JointReference&, double, double qd, const dou
   }
 }
 
+void DetailedDrive::time_derivative(const JointReference& reference, double, double, const double*,
+                                    DriveRate& rate) const {
+  const DetailedDriveParameters& p = parameters_;
+  const double u_rate = p.gear_ratio * (reference.qdd + p.position_gain_per_s * reference.qd);
+  rate.zdot[integrator] = u_rate / p.speed_integral_time_s;
+  rate.zdot[current_controller] = -p.speed_gain_As_per_rad * u_rate * p.current_loop_rad_per_s *
+                                  p.resistance_ohm / (2.0 * p.power_stage_gain * p.current_loop_damping);
+}
+
+void DetailedDrive::state_scales(double* scales) const {
+  scales[integrator] = 10.0;           // rad/s
+  scales[current_controller] = 100.0;  // V
+  scales[current] = 10.0;              // A
+  if (parameters_.elastic_gear) {
+    scales[deflection] = 1.0;     // rad
+    scales[motor_speed] = 100.0;  // rad/s
+  }
+  if (has_modes()) scales[mode_index()] = 1.0;  // never changes within a step
+}
+
 double DetailedDrive::friction_speed(double qd, const double* z) const {
   return parameters_.elastic_gear ? z[motor_speed] : qd;
 }

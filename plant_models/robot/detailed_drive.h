@@ -61,6 +61,9 @@ class DetailedDrive final : public Drive {
   DrivePattern pattern() const override;
   void jacobian(const JointReference& reference, double q, double qd, const double* z,
                 DriveJacobian& J) const override;
+  void time_derivative(const JointReference& reference, double q, double qd, const double* z,
+                       DriveRate& rate) const override;
+  void state_scales(double* scales) const override;
   DriveSample sample(const JointReference& reference, double q, double qd, double holding_torque,
                      const double* z) const override;
 

@@ -58,6 +58,13 @@ struct DriveJacobian {
   double torque_dq = 0.0, torque_dqd = 0.0;
 };
 
+/// Rates of a drive's derivatives and torque (of one that prescribes the acceleration: of that) due to the
+/// moving reference alone, at equal states.
+struct DriveRate {
+  double zdot[DriveJacobian::kMaxStates] = {};
+  double torque = 0.0;
+};
+
 /// Which of them can ever be other than zero. The derivatives by q and qd of torque always may be.
 struct DrivePattern {
   bool dz_dz[DriveJacobian::kMaxStates][DriveJacobian::kMaxStates] = {};
@@ -82,6 +89,14 @@ class Drive {
   /// Adds to a J that the caller has cleared.
   virtual void jacobian(const JointReference& reference, double q, double qd, const double* z,
                         DriveJacobian& J) const = 0;
+  /// Adds to a rate that the caller has cleared. The reference's position moves with qd, its velocity with
+  /// qdd; its acceleration is taken as constant.
+  virtual void time_derivative(const JointReference& /*reference*/, double /*q*/, double /*qd*/,
+                               const double* /*z*/, DriveRate& /*rate*/) const {}
+  /// Typical sizes of the states z (PlantModel::state_scales).
+  virtual void state_scales(double* scales) const {
+    for (int i = 0; i < state_count(); ++i) scales[i] = 1.0;
+  }
   /// `holding_torque`: of what holds the joint, from the arm's dynamics.
   virtual DriveSample sample(const JointReference& reference, double q, double qd, double holding_torque,
                              const double* z) const = 0;

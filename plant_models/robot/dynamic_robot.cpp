@@ -99,6 +99,7 @@ DynamicRobot::Impl::Impl(const DynamicRobotParameters& parameters,
     if (drives[i]->has_modes()) ++indicators;
   }
   states += 2;
+  gain_x.resize(static_cast<size_t>(states));
 }
 
 void DynamicRobot::Impl::update(const double* x) {
@@ -296,6 +297,17 @@ void DynamicRobot::derivatives(double t, const double* x, const CellMotion& moti
   }
   xdot[m.states - 2] = mechanical;
   xdot[m.states - 1] = electrical;
+}
+
+void DynamicRobot::state_scales(double* scales) const {
+  constexpr double kNoErrorTest_J = 1e12;
+  const Impl& m = *impl_;
+  for (int i = 0; i < m.joints; ++i) {
+    const bool in_metres = m.tree.model().joints[static_cast<size_t>(i)].joint.type == JointType::prismatic;
+    scales[i] = scales[m.joints + i] = in_metres ? 0.1 : 1.0;
+    m.drive(i).state_scales(scales + m.z_begin[static_cast<size_t>(i)]);
+  }
+  scales[m.states - 2] = scales[m.states - 1] = kNoErrorTest_J;
 }
 
 double DynamicRobot::next_time_event(double t) const {

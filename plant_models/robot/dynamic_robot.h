@@ -76,6 +76,10 @@ class DynamicRobot final : public PlantModel {
   double next_time_event(double t) const override;
   void jacobian_pattern(std::vector<std::pair<int, int>>& entries) const override;
   void jacobian(double t, const double* x, const CellMotion& motion, double* values) const override;
+  void time_derivative(double t, const double* x, const CellMotion& motion, double* rate) const override;
+  /// The energies' is so large that no error test looks at them: their derivatives have kinks where an axis
+  /// begins to brake, and nothing depends on them.
+  void state_scales(double* scales) const override;
 
   /// Outputs of one instant (not for the right-hand side).
   struct Output {

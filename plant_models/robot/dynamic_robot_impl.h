@@ -35,6 +35,9 @@ struct DynamicRobot::Impl {
   /// Accelerations and holding torques at (t, x), for the friction modes in x.
   void solve(double t, const double* x, const CellMotion& motion, std::span<const Wrench> wrenches,
              Solution& solution);
+  /// Accelerations of the arm's joints per drive torque, or per acceleration that a drive prescribes, at x;
+  /// the last one found, where (t, x) is the same.
+  const MultibodyTree::MassMatrix& arm_gain(double t, const double* x);
   double electrical_power(const RobotPowerParameters& power, const DriveOutput& output,
                           double mechanical) const;
 
@@ -57,6 +60,9 @@ struct DynamicRobot::Impl {
   JointArray q{}, qd{};  ///< of which `w` holds the poses
   bool updated = false;
   Solution solution;
+  MultibodyTree::MassMatrix gain;  ///< at (gain_t, gain_x)
+  double gain_t = std::numeric_limits<double>::quiet_NaN();
+  std::vector<double> gain_x;
 };
 
 }  // namespace takt

@@ -1,6 +1,7 @@
 // Structured approximation of the Jacobian of a robot: what its drives make stiff. Gravity,
 // velocity-dependent forces and the coupling of jaws with the arm are left to the explicit part.
 #include <Eigen/Cholesky>
+#include <algorithm>
 
 #include "plant_models/robot/dynamic_robot_impl.h"
 
@@ -49,49 +50,73 @@ void DynamicRobot::jacobian_pattern(std::vector<std::pair<int, int>>& entries) c
       [&entries](int row, int column, const auto&) { entries.emplace_back(row, column); });
 }
 
-void DynamicRobot::jacobian(double t, const double* x, const CellMotion&, double* values) const {
-  Impl& m = *impl_;
-  m.update(x);
-  std::array<JointReference, kMaxJoints> references;
-  m.references(t, references);
-  std::array<DriveJacobian, kMaxJoints> J{};
-  const int n = m.joints, arm = m.arm;
-
-  // Accelerations of the arm per drive torque, or per prescribed acceleration: with f free, p prescribed,
-  // M_ff qdd_f + M_fp qdd_p = tau_f; locked joints have none.
-  MultibodyTree::MassMatrix M, A, G;
-  m.tree.mass_matrix(M, m.w);
+// With f free, p prescribed: M_ff qdd_f + M_fp qdd_p = tau_f; locked joints have no acceleration.
+const MultibodyTree::MassMatrix& DynamicRobot::Impl::arm_gain(double t, const double* x) {
+  if (t == gain_t && std::equal(gain_x.begin(), gain_x.end(), x)) return gain;
+  update(x);
+  std::array<JointReference, kMaxJoints> reference_now;
+  references(t, reference_now);
+  MultibodyTree::MassMatrix M, A;
+  tree.mass_matrix(M, w);
   A = M.topLeftCorner(arm, arm);
-  G.setIdentity(arm, arm);
-  for (int i = 0; i < n; ++i) {
+  gain.setIdentity(arm, arm);
+  std::array<DriveOutput, kMaxJoints> output;
+  for (int i = 0; i < arm; ++i) {
     const auto k = static_cast<size_t>(i);
-    const double* z = m.drive_states(x, i);
-    m.drive(i).jacobian(references[k], x[i], x[n + i], z, J[k]);
-    if (i >= arm) continue;
-    const DriveOutput output = m.drive(i).output(references[k], x[i], x[n + i], z);
-    if (!output.locks_joint && !output.prescribes_acceleration) continue;
+    output[k] = drive(i).output(reference_now[k], x[i], x[joints + i], drive_states(x, i));
+    if (!output[k].locks_joint && !output[k].prescribes_acceleration) continue;
     A.row(i).setZero();
     A.col(i).setZero();
     A(i, i) = 1.0;
-    G.col(i).setZero();
-    if (output.prescribes_acceleration) {
-      G.col(i) = -M.col(i).head(arm);
-      G(i, i) = 1.0;
-    }
+    gain.col(i).setZero();
+    if (output[k].prescribes_acceleration) gain.col(i) = -M.col(i).head(arm);
   }
-  // Rows of held joints: only their own prescription is left in G.
+  // Rows of held joints: only their own prescription is left.
   for (int i = 0; i < arm; ++i) {
-    const auto k = static_cast<size_t>(i);
-    const DriveOutput output = m.drive(i).output(references[k], x[i], x[n + i], m.drive_states(x, i));
-    if (!output.locks_joint && !output.prescribes_acceleration) continue;
-    const double own = output.prescribes_acceleration ? 1.0 : 0.0;
-    G.row(i).setZero();
-    G(i, i) = own;
+    const DriveOutput& held = output[static_cast<size_t>(i)];
+    if (!held.locks_joint && !held.prescribes_acceleration) continue;
+    gain.row(i).setZero();
+    gain(i, i) = held.prescribes_acceleration ? 1.0 : 0.0;
   }
-  A.llt().solveInPlace(G);
+  A.llt().solveInPlace(gain);
+  gain_t = t;
+  std::copy(x, x + states, gain_x.begin());
+  return gain;
+}
+
+void DynamicRobot::jacobian(double t, const double* x, const CellMotion&, double* values) const {
+  Impl& m = *impl_;
+  std::array<JointReference, kMaxJoints> references;
+  m.references(t, references);
+  std::array<DriveJacobian, kMaxJoints> J{};
+  for (int i = 0; i < m.joints; ++i) {
+    const auto k = static_cast<size_t>(i);
+    m.drive(i).jacobian(references[k], x[i], x[m.joints + i], m.drive_states(x, i), J[k]);
+  }
+  const MultibodyTree::MassMatrix& G = m.arm_gain(t, x);
+  const int arm = m.arm;
   for_each_entry(
       m, [&G, arm](int i, int j) { return i < arm ? G(i, j) : 1.0; }, J,
       [&values](int, int, const auto& value) { *values++ = value(); });
+}
+
+void DynamicRobot::time_derivative(double t, const double* x, const CellMotion&, double* rate) const {
+  Impl& m = *impl_;
+  std::array<JointReference, kMaxJoints> references;
+  m.references(t, references);
+  const MultibodyTree::MassMatrix& G = m.arm_gain(t, x);
+  const int n = m.joints;
+  for (int i = 0; i < n; ++i) {
+    const auto k = static_cast<size_t>(i);
+    DriveRate r;
+    m.drive(i).time_derivative(references[k], x[i], x[n + i], m.drive_states(x, i), r);
+    for (int c = 0; c < m.drive(i).state_count(); ++c) rate[m.z_begin[k] + c] += r.zdot[c];
+    if (i >= m.arm) {
+      rate[n + i] += r.torque;
+    } else if (r.torque != 0.0) {
+      for (int j = 0; j < m.arm; ++j) rate[n + j] += G(j, i) * r.torque;
+    }
+  }
 }
 
 }  // namespace takt

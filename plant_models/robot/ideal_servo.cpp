@@ -29,6 +29,12 @@ void IdealServo::jacobian(const JointReference&, double, double, const double*, 
   J.torque_dqd = -2.0 * w;
 }
 
+void IdealServo::time_derivative(const JointReference& reference, double, double, const double*,
+                                 DriveRate& rate) const {
+  const double w = parameters_.frequency_rad_per_s;
+  rate.torque = w * (2.0 * reference.qdd + w * reference.qd);
+}
+
 DriveSample IdealServo::sample(const JointReference&, double, double qd, double holding_torque,
                                const double*) const {
   DriveSample sample;

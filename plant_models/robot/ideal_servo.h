@@ -27,6 +27,8 @@ class IdealServo final : public Drive {
   DrivePattern pattern() const override { return {}; }
   void jacobian(const JointReference& reference, double q, double qd, const double* z,
                 DriveJacobian& J) const override;
+  void time_derivative(const JointReference& reference, double q, double qd, const double* z,
+                       DriveRate& rate) const override;
   DriveSample sample(const JointReference& reference, double q, double qd, double holding_torque,
                      const double* z) const override;
 

@@ -79,6 +79,16 @@ void SimplifiedDrive::jacobian(const JointReference& reference, double q, double
   }
 }
 
+void SimplifiedDrive::time_derivative(const JointReference& reference, double q, double qd, const double* z,
+                                      DriveRate& rate) const {
+  const SimplifiedDriveParameters& p = parameters_;
+  const Control c = control(reference, q, qd, z[0]);
+  if (c.limited_torque != c.torque) return;  // u cancels, the torque stays
+  const double u_rate = reference.qdd + p.position_gain_per_s * reference.qd;
+  rate.torque = p.inertia() * p.speed_gain_per_s * u_rate;
+  rate.zdot[0] = u_rate;
+}
+
 DriveSample SimplifiedDrive::sample(const JointReference& reference, double q, double qd, double,
                                     const double* z) const {
   DriveSample sample;

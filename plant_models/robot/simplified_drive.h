@@ -45,6 +45,8 @@ class SimplifiedDrive final : public Drive {
   DrivePattern pattern() const override;
   void jacobian(const JointReference& reference, double q, double qd, const double* z,
                 DriveJacobian& J) const override;
+  void time_derivative(const JointReference& reference, double q, double qd, const double* z,
+                       DriveRate& rate) const override;
   DriveSample sample(const JointReference& reference, double q, double qd, double holding_torque,
                      const double* z) const override;
   const SimplifiedDriveParameters& parameters() const { return parameters_; }

@@ -254,14 +254,50 @@ CsvWriter::CsvWriter(const std::filesystem::path& file, const Simulation& simula
       out_ << ',' << component.name << '.' << field;
     }
   }
-  for (const RobotDescription& robot : cell.robots) {
-    for (const JointModel& joint : robot.arm.joints) {
-      out_ << ',' << robot.name << '.' << joint.name << ".position," << robot.name << '.' << joint.name
-           << ".velocity";
-    }
-  }
+  for (std::size_t r = 0; r < cell.robots.size(); ++r) robot_header(cell.robots[r], snapshot_.robots[r]);
   for (const GripperDescription& gripper : cell.grippers) out_ << ',' << gripper.name << ".width";
   out_ << '\n' << std::setprecision(17);
+}
+
+void CsvWriter::robot_header(const RobotDescription& robot, const RobotSample& sample) {
+  const std::size_t joints = robot.arm.joints.size();
+  RobotColumns columns;
+  columns.dynamic = sample.level_of_detail > 1;
+  columns.motors =
+      columns.dynamic && std::any_of(sample.drives.begin(), sample.drives.begin() + static_cast<int>(joints),
+                                     [](const DriveSample& drive) { return drive.has_motor; });
+  robot_columns_.push_back(columns);
+  const auto of_joints = [&](const char* quantity) {
+    for (const JointModel& joint : robot.arm.joints)
+      out_ << ',' << robot.name << '.' << joint.name << '.' << quantity;
+  };
+  of_joints("position");
+  of_joints("velocity");
+  if (columns.motors) {
+    for (const char* quantity : {"motor_current", "gear_deflection", "friction_mode"}) of_joints(quantity);
+  }
+  if (!columns.dynamic) return;
+  of_joints("torque");
+  for (const char* quantity :
+       {"mechanical_power", "electrical_power", "mechanical_energy", "electrical_energy"})
+    out_ << ',' << robot.name << '.' << quantity;
+}
+
+void CsvWriter::write_robot(const RobotSample& sample, std::size_t joints, const RobotColumns& columns) {
+  const auto of_joints = [&](const auto& value) {
+    for (std::size_t j = 0; j < joints; ++j) out_ << ',' << value(j);
+  };
+  of_joints([&](std::size_t j) { return sample.position[j]; });
+  of_joints([&](std::size_t j) { return sample.velocity[j]; });
+  if (columns.motors) {
+    of_joints([&](std::size_t j) { return sample.drives[j].motor_current_A; });
+    of_joints([&](std::size_t j) { return sample.drives[j].gear_deflection_rad; });
+    of_joints([&](std::size_t j) { return static_cast<int>(sample.drives[j].friction_mode); });
+  }
+  if (!columns.dynamic) return;
+  of_joints([&](std::size_t j) { return sample.effort[j]; });
+  out_ << ',' << sample.power.mechanical_total_W << ',' << sample.power.electrical_W << ','
+       << sample.power.mechanical_energy_J << ',' << sample.power.electrical_energy_J;
 }
 
 void CsvWriter::record(const Simulation& simulation) {
@@ -279,11 +315,8 @@ void CsvWriter::record(const Simulation& simulation) {
     write(sample.F_Bo_W.t);
     out_ << ',' << (sample.partner < 0 ? "" : cell.components[static_cast<std::size_t>(sample.partner)].name);
   }
-  for (std::size_t r = 0; r < cell.robots.size(); ++r) {
-    for (std::size_t j = 0; j < cell.robots[r].arm.joints.size(); ++j) {
-      out_ << ',' << snapshot_.robots[r].position[j] << ',' << snapshot_.robots[r].velocity[j];
-    }
-  }
+  for (std::size_t r = 0; r < cell.robots.size(); ++r)
+    write_robot(snapshot_.robots[r], cell.robots[r].arm.joints.size(), robot_columns_[r]);
   for (const GripperSample& gripper : snapshot_.grippers) out_ << ',' << gripper.width_m;
   out_ << '\n';
 }

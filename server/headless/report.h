@@ -29,7 +29,10 @@ void print_summary(std::ostream& out, const Scenario& scenario, const CellDescri
                    const HeadlessResult& result);
 
 /// One row per recorded instant: time; per component position, orientation (x, y, z, w), force, torque and
-/// partner; per robot joint position and velocity; per gripper width.
+/// partner; per robot the positions of its joints, their velocities, and at level of detail 2, by joint too,
+/// motor current (A), gear deflection (rad, motor side) and friction mode (-1 and 1 sliding, 0 sticking;
+/// these three if a drive has a motor), torque (N m), then power (W) and energy (J) of the robot; per gripper
+/// width.
 class CsvWriter {
  public:
   /// Throws std::runtime_error if the file cannot be written.
@@ -38,9 +41,16 @@ class CsvWriter {
   void close();
 
  private:
+  struct RobotColumns {
+    bool dynamic = false, motors = false;
+  };
+  void robot_header(const RobotDescription& robot, const RobotSample& sample);
+  void write_robot(const RobotSample& sample, std::size_t joints, const RobotColumns& columns);
+
   std::filesystem::path file_;
   std::ofstream out_;
   Snapshot snapshot_;
+  std::vector<RobotColumns> robot_columns_;
   double period_s_;
   std::uint64_t next_ = 0;
 };

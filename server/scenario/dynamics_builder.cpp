@@ -67,6 +67,7 @@ DriveParameters drive_parameters(const ScenarioDrives& drives, const JointModel&
   p.current_loop_rad_per_s = drives.current_loop_rad_per_s.at(i);
   p.current_loop_damping = drives.current_loop_damping.at(i);
   p.resistance_ohm = drives.armature_resistance_ohm.at(i);
+  p.power_stage_gain = drives.power_stage_gain.at(i);
   p.gear_stiffness_Nm_per_rad = drives.gear_stiffness_N_m_per_rad.at(i);
   p.gear_damping_Nms_per_rad = drives.gear_damping_N_m_s_per_rad.at(i);
   if (drives.friction != ScenarioDrives::Friction::none) {
@@ -94,6 +95,7 @@ void check_counts(const Scenario& scenario, const ScenarioRobot& robot, std::siz
       {"current_loop_rad_per_s", &d.current_loop_rad_per_s},
       {"current_loop_damping", &d.current_loop_damping},
       {"armature_resistance_ohm", &d.armature_resistance_ohm},
+      {"power_stage_gain", &d.power_stage_gain},
       {"gear_stiffness_N_m_per_rad", &d.gear_stiffness_N_m_per_rad},
       {"gear_damping_N_m_s_per_rad", &d.gear_damping_N_m_s_per_rad},
       {"friction_zero_speed_N_m", &d.friction_zero_speed_N_m},
@@ -164,14 +166,15 @@ std::vector<TrajectoryKnot> trajectory(const Scenario& scenario, const ScenarioR
   if (!t.given()) return {};
   std::vector<MotionLimits> limits;
   for (std::size_t i = 0; i < t.end_rad.size(); ++i) {
-    if (t.start_rad[i] != arm.q_initial[i]) {
-      fail(scenario, "robots." + robot.name + ".trajectory.start_rad",
-           std::to_string(t.start_rad[i]) + " for joint '" + arm.arm.joints[i].name + "'",
-           "the value in initial_joints_rad, " + std::to_string(arm.q_initial[i]));
+    const JointModel& joint = arm.arm.joints[i];
+    if (t.end_rad[i] < joint.lower || t.end_rad[i] > joint.upper) {
+      fail(scenario, "robots." + robot.name + ".trajectory.end_rad",
+           std::to_string(t.end_rad[i]) + " for joint '" + joint.name + "'",
+           "a value in [" + std::to_string(joint.lower) + ", " + std::to_string(joint.upper) + "]");
     }
     limits.push_back({t.max_velocity_rad_per_s[i], t.max_acceleration_rad_per_s2[i]});
   }
-  return point_to_point(0.0, t.start_rad, t.end_rad, limits);
+  return point_to_point(0.0, robot.initial_joints_rad, t.end_rad, limits);
 }
 
 ProcessDescription process_description(const Scenario& scenario, const ScenarioProcess& process) {

@@ -48,6 +48,7 @@ ScenarioDrives read_drives(YamlFields fields) {
     read_values(fields, "current_loop_rad_per_s", positive("rad/s"), drives.current_loop_rad_per_s);
     read_values(fields, "current_loop_damping", positive(""), drives.current_loop_damping);
     read_values(fields, "armature_resistance_ohm", positive("ohm"), drives.armature_resistance_ohm);
+    read_values(fields, "power_stage_gain", positive(""), drives.power_stage_gain);
     read_values(fields, "gear_stiffness_N_m_per_rad", not_negative("N m/rad, motor side, 0: rigid"),
                 drives.gear_stiffness_N_m_per_rad);
     read_values(fields, "gear_damping_N_m_s_per_rad", not_negative("N m s/rad, motor side"),
@@ -92,8 +93,7 @@ ScenarioPower read_power(YamlFields fields) {
 ScenarioTrajectory read_trajectory(YamlFields fields, std::size_t joints) {
   ScenarioTrajectory trajectory;
   fields.choice("profile", {"trapezoid"}, "trapezoid");
-  trajectory.start_rad = fields.numbers("start_rad", joints);
-  trajectory.end_rad = fields.numbers("end_rad", joints);
+  trajectory.end_rad = fields.angles("end", joints);
   trajectory.max_velocity_rad_per_s = fields.numbers("max_velocity_rad_per_s", joints, positive("rad/s"));
   trajectory.max_acceleration_rad_per_s2 =
       fields.numbers("max_acceleration_rad_per_s2", joints, positive("rad/s^2"));

@@ -22,7 +22,7 @@ struct ScenarioDrives {
   JointValues motor_inertia_kg_m2;  ///< rotor
   // detailed: motor with current control
   JointValues torque_constant_N_m_per_A, current_loop_rad_per_s, current_loop_damping;
-  JointValues armature_resistance_ohm{{250.0}};
+  JointValues armature_resistance_ohm{{250.0}}, power_stage_gain{{5.0}};
   // gear; stiffness 0: rigid
   JointValues gear_stiffness_N_m_per_rad{{0.0}}, gear_damping_N_m_s_per_rad{{0.0}};
   // friction, on the motor side of an elastic gear, on the joint side of a rigid one
@@ -41,8 +41,9 @@ struct ScenarioPower {
 };
 
 /// A synchronous point-to-point motion with trapezoidal speed, followed from time 0 on without a controller.
+/// It starts at initial_joints_rad.
 struct ScenarioTrajectory {
-  std::vector<double> start_rad, end_rad, max_velocity_rad_per_s, max_acceleration_rad_per_s2;
+  std::vector<double> end_rad, max_velocity_rad_per_s, max_acceleration_rad_per_s2;
   bool given() const { return !end_rad.empty(); }
 };
 

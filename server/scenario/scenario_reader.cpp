@@ -173,7 +173,7 @@ void read_robot(YamlFields fields, const std::string& name, Scenario& scenario) 
   robot.base_link = fields.text_or("base_link", robot.base_link);
   robot.flange_link = fields.text_or("flange_link", robot.flange_link);
   robot.X_WR = fields.pose_or_identity("pose");
-  robot.initial_joints_rad = fields.numbers("initial_joints_rad", 0);
+  robot.initial_joints_rad = fields.angles("initial_joints", 0);
   robot.command_period_s = fields.number_or("command_period_s", positive("s"), robot.command_period_s);
   if (fields.has("drives")) robot.drives = read_drives(fields.mapping("drives"));
   if (fields.has("power")) robot.power = read_power(fields.mapping("power"));

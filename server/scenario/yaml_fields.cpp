@@ -187,6 +187,15 @@ Vec3 YamlFields::vector_or(const std::string& key, const Vec3& fallback, const c
   return {v[0], v[1], v[2]};
 }
 
+std::vector<double> YamlFields::angles(const std::string& name, std::size_t count) {
+  const std::string radians = name + "_rad", degrees = name + "_deg";
+  if (!has(degrees)) return numbers(radians, count);
+  if (has(radians)) fail(radians, degrees + " as well", "one of " + radians + " and " + degrees);
+  std::vector<double> values = numbers(degrees, count);
+  for (double& value : values) value *= std::numbers::pi / 180.0;
+  return values;
+}
+
 Pose YamlFields::pose_or_identity(const std::string& key) {
   if (!has(key)) return {};
   YamlFields fields = mapping(key);

@@ -53,6 +53,8 @@ class YamlFields {
   int integer_or(const std::string& key, int lower, int upper, int fallback);
   bool boolean_or(const std::string& key, bool fallback);
   std::vector<double> numbers(const std::string& key, std::size_t count, const NumberRange& range = {});
+  /// Angles (rad) under NAME_rad or NAME_deg, one of which must be there.
+  std::vector<double> angles(const std::string& name, std::size_t count);
   Vec3 vector_or(const std::string& key, const Vec3& fallback, const char* unit);
   /// {position_m, and at most one of rpy_rad, rpy_deg, quaternion_xyzw}; absent: identity.
   Pose pose_or_identity(const std::string& key);
