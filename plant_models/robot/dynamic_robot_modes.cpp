@@ -5,7 +5,10 @@ namespace takt {
 
 namespace {
 constexpr int kMaxReleases = 4;  // of one drive in one switch
-}
+// Acceleration that is none (rad/s^2): where break-away and sliding friction are equal, a drive that is
+// released at a crossing located to the last bit has only rounding left, of either sign.
+constexpr double kNoAcceleration = 1e-9;
+}  // namespace
 
 int DynamicRobot::indicator_count() const {
   return impl_->indicators;
@@ -24,7 +27,8 @@ void DynamicRobot::indicators(double t, const double* x, const CellMotion& motio
 }
 
 // Sliding that came to rest or reversed sticks first. Then, as stuck joints are coupled through the arm:
-// solve with the present stuck set, release the one furthest beyond break-away, and repeat. A released one
+// solve with the present stuck set, release the one furthest beyond break-away (exactly at it counts: there a
+// located crossing may end), and repeat. A released one
 // that would move against its direction, because others were released after it, sticks again. The number of
 // releases of each drive is bounded, so the loop ends.
 bool DynamicRobot::switch_modes(double t, double* x, const CellMotion& motion,
@@ -62,11 +66,11 @@ bool DynamicRobot::switch_modes(double t, double* x, const CellMotion& motion,
       if (mode == FrictionMode::stuck) {
         const double torque = drive.stuck_torque(x[i], qd, m.solution.holding[k], z);
         const double share = std::abs(torque) / drive.break_away_torque();
-        if (share <= largest || releases[k] >= kMaxReleases) continue;
+        if (share < largest || releases[k] >= kMaxReleases) continue;
         furthest = i, largest = share, direction = torque;
       } else if (drive.friction_speed(qd, z) == 0.0 &&
-                 static_cast<double>(mode) * drive.friction_acceleration(x[i], qd, m.solution.qdd[k], z) <=
-                     0.0) {
+                 static_cast<double>(mode) * drive.friction_acceleration(x[i], qd, m.solution.qdd[k], z) <
+                     -kNoAcceleration) {
         drive.set_mode(FrictionMode::stuck, qd, z);
         again = true;
       }

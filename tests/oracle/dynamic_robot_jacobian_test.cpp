@@ -9,6 +9,10 @@
 namespace takt {
 namespace {
 
+std::unique_ptr<Drive> r3_drive(int joint) {
+  return std::make_unique<DetailedDrive>(r3::drive_parameters(r3::kAxes[joint]));
+}
+
 class Comparison {
  public:
   Comparison(const DynamicRobot& robot, RobotBench& bench) : robot_(robot), bench_(bench) {
@@ -98,6 +102,45 @@ TEST(DynamicRobotJacobian, OfServosAndJawsIsExactAtRest) {
     // A jaw pushes back on the arm: left to the explicit part.
     comparison.expect_columns({6, 7, 14, 15}, {8, 9, 10, 11, 12, 13});
   }
+}
+
+// How the reference alone changes the derivatives: exact in positions and speeds, at any state.
+TEST(DynamicRobotJacobian, TimeDerivativeIsThatOfTheMovingReference) {
+  for (const auto make : {test::ideal_servo, test::simplified_drive, r3_drive}) {
+    KinematicRobotParameters k;
+    k.robot = 0;
+    k.arm = r3::arm();
+    KinematicRobot reference(k);
+    reference.set_trajectory(r3::motion());
+    std::vector<std::unique_ptr<Drive>> drives;
+    for (int i = 0; i < 6; ++i) drives.push_back(make(i));
+    DynamicRobot robot(r3::robot_parameters(), std::move(drives), reference, {});
+    RobotBench bench(robot, 0);
+    bench.switch_modes();
+    for (const double t : {0.05, 0.7, 1.3}) {
+      while (bench.t < t) bench.rk4(2e-5);
+      std::vector<double> rate(bench.x.size());
+      bench.output();
+      robot.time_derivative(bench.t, bench.x.data(), bench.motion, rate.data());
+      constexpr double h = 1e-4;
+      const auto before = bench.derivatives(bench.t - h, bench.x),
+                 after = bench.derivatives(bench.t + h, bench.x);
+      double largest = 0.0;
+      for (size_t i = 0; i < static_cast<size_t>(robot.energy_state()); ++i) {
+        const double expected = (after[i] - before[i]) / (2.0 * h);
+        EXPECT_NEAR(rate[i], expected, 1e-5 * (1.0 + std::abs(expected))) << "state " << i << " at " << t;
+        largest = std::max(largest, std::abs(expected));
+      }
+      EXPECT_GT(largest, 0.1);
+    }
+  }
+}
+
+TEST(DynamicRobotJacobian, ErrorWeightsArePositive) {
+  test::Ur10eCell cell(test::simplified_drive);
+  std::vector<double> scales(static_cast<size_t>(cell.robot->state_count()));
+  cell.robot->state_scales(scales.data());
+  for (const double scale : scales) EXPECT_GT(scale, 0.0);
 }
 
 TEST(DynamicRobotJacobian, PatternHasEveryPlaceOnceAndInsideTheSegment) {

@@ -109,6 +109,49 @@ TEST(RunLoopAllocation, NoneInSteadyStateWithCommands) {
   EXPECT_GT(simulation.statistics().clearance_distances, 100U) << "collision checking took part";
 }
 
+// Dynamic robots: two arms with grippers under commands, and detailed drives with stick-slip.
+TEST(StepAllocation, NoneAtLevelOfDetailTwo) {
+  struct Case {
+    const char* scenario;
+    const char* solver;
+    const char* step_s;
+  };
+  for (const Case& c : {Case{"block_assembly", "rk2", "0.001"}, Case{"block_assembly", "implicit", "0.001"},
+                        Case{"robot_r3", "rk2", "0.00002"}, Case{"robot_r3", "implicit", "0.0001"},
+                        Case{"robot_r3", "cvode", "0.001"}}) {
+    SCOPED_TRACE(std::string(c.scenario) + " " + c.solver);
+    ScenarioOptions options;
+    options.overrides = {std::string("solver.method=") + c.solver, std::string("solver.step_s=") + c.step_s};
+    options.level_of_detail = 2;
+    const auto model =
+        load_cell(std::string(TAKT_CONFIG_DIR) + "/scenarios/" + c.scenario + ".yaml", options);
+    Simulation simulation(model);
+    Snapshot snapshot = simulation.make_snapshot();
+    ASSERT_EQ(simulation.level_of_detail(0), 2);
+    const bool commanded = !model->grippers.empty();
+    allocations = 0;
+    for (int i = 0; i < 600; ++i) {
+      std::vector<Command> commands;
+      if (commanded && i % 8 == 0) commands.push_back(test::swing(0, simulation.time_s()));
+      if (commanded && i % 200 == 100)
+        commands.push_back(
+            GripperCommand{0, -1.0, i == 100 ? GripperAction::close : GripperAction::open, 0.0, 0.0});
+      counting = i > 0;
+      const bool stepped = simulation.step(commands);
+      simulation.read_snapshot(snapshot);
+      counting = false;
+      ASSERT_TRUE(stepped) << simulation.fault();
+    }
+    EXPECT_EQ(allocations, 0U);
+    if (!commanded) {
+      EXPECT_GT(simulation.statistics().solver.mode_switches, 4U);
+    }
+    double fastest = 0.0;
+    for (const double speed : snapshot.robots[0].velocity) fastest = std::max(fastest, std::abs(speed));
+    EXPECT_GT(fastest, 1e-4);
+  }
+}
+
 TEST(StepAllocation, NoneUnderAnyAlgorithm) {
   test::RandomCellOptions options;
   options.seed = 5;
