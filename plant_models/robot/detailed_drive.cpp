@@ -85,7 +85,8 @@ void DetailedDrive::initial_state(const JointReference& reference, double tau, d
   }
   z[current_controller] = -(p.resistance_ohm * z[current] + k * speed) / p.power_stage_gain;
   // i' = vC' = 0 needs i_ref = i. At the reference, u is what the wind-up of the gear leaves.
-  z[integrator] = z[current] / p.speed_gain_As_per_rad - p.position_gain_per_s * psi;
+  const double angle_error = p.position_at_joint ? 0.0 : psi;
+  z[integrator] = z[current] / p.speed_gain_As_per_rad - p.position_gain_per_s * angle_error;
   if (has_modes()) z[mode_index()] = static_cast<double>(mode);
 }
 
@@ -110,7 +111,8 @@ void DetailedDrive::derivatives(const JointReference& reference, double q, doubl
   const double n = p.gear_ratio, k = p.motor_constant_Nm_per_A, R = p.resistance_ohm;
   const double w = p.current_loop_rad_per_s, D = p.current_loop_damping, g = p.power_stage_gain;
   const double speed = motor_speed_of(qd, z);
-  const double angle_error = p.elastic_gear ? n * (reference.q - q) + z[deflection] : n * (reference.q - q);
+  const bool wind_up_counts = p.elastic_gear && !p.position_at_joint;
+  const double angle_error = n * (reference.q - q) + (wind_up_counts ? z[deflection] : 0.0);
   const double u = n * reference.qd + p.position_gain_per_s * angle_error - speed;
   const double wanted_current = p.speed_gain_As_per_rad * (z[integrator] + u);
   zdot[integrator] = u / p.speed_integral_time_s;
@@ -165,9 +167,11 @@ void DetailedDrive::jacobian(const JointReference&, double, double qd, const dou
   const FrictionMode present = mode(z);
   if (p.elastic_gear) {
     const double c = p.gear_stiffness_Nm_per_rad, d = p.gear_damping_Nms_per_rad;
-    J.dz_dz[integrator][deflection] = kp / Ts;
+    if (!p.position_at_joint) {
+      J.dz_dz[integrator][deflection] = kp / Ts;
+      J.dz_dz[current_controller][deflection] = -loop * ks * kp;
+    }
     J.dz_dz[integrator][motor_speed] = -1.0 / Ts;
-    J.dz_dz[current_controller][deflection] = -loop * ks * kp;
     J.dz_dz[current_controller][motor_speed] = loop * ks;
     J.dz_dz[current][motor_speed] = -k / L;
     J.dz_dz[deflection][motor_speed] = -1.0;

@@ -5,6 +5,7 @@
 //
 //   controller   u = n qd_ref + kp (n q_ref - phi_m) - om_m          [rad/s]
 //                x' = u / Ts,   i_ref = ks (x + u)                   [x: rad/s, A]
+//                n q takes the place of phi_m in u where the position is measured at the joint
 //   current      vC' = (i - i_ref) w R / (2 g D),  L = R / (2 D w)   [vC: V]
 //                L i' = -g vC - R i - k om_m
 //   elastic      psi = n q - phi_m,  tau_s = c psi + d (n qd - om_m)
@@ -37,6 +38,9 @@ struct DetailedDriveParameters {
   double position_gain_per_s = 0.0;    ///< kp
   double speed_gain_As_per_rad = 0.0;  ///< ks
   double speed_integral_time_s = 0.0;  ///< Ts
+  /// The position is that of a second encoder at the joint, not the motor's: an elastic gear's wind-up is
+  /// then controlled away. The speed is the motor's in either case.
+  bool position_at_joint = false;
 
   double inductance_H() const {
     return resistance_ohm / (2.0 * current_loop_damping * current_loop_rad_per_s);

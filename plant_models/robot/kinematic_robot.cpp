@@ -76,6 +76,9 @@ double KinematicRobot::next_time_event(double t) const {
 }
 
 void KinematicRobot::joint_acceleration(double t, double* qdd) const {
+  // The last stage of a step that ends with the segment must not see the fading that the next set-point will
+  // replace; t and the segment's end differ by rounding.
+  constexpr double kRounding = 1e-9;  // s
   const int n = parameters_.arm.joint_count();
   const double T = segment_.duration;
   const double s = t - segment_.t0;
@@ -87,9 +90,7 @@ void KinematicRobot::joint_acceleration(double t, double* qdd) const {
     const auto k = static_cast<size_t>(i);
     if (t >= rest_time_) {
       qdd[i] = 0.0;
-    } else if (s <= T * (1.0 + 1e-9)) {
-      // The end belongs to the segment, rounded or not: the fading that begins there is replaced by the next
-      // set-point, and solvers look at the end of their step.
+    } else if (s <= T + kRounding) {
       const double u = s / T;
       qdd[i] = ((12.0 * u - 6.0) * (segment_.q0[k] - segment_.q1[k]) / T + (6.0 * u - 4.0) * segment_.v0[k] +
                 (6.0 * u - 2.0) * segment_.v1[k]) /

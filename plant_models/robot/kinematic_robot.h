@@ -43,7 +43,8 @@ class KinematicRobot final : public PlantModel {
   double next_time_event(double t) const override;
 
   void joint_state(double t, double* q, double* qd) const;
-  /// Second derivative of the positions; at a corner that of the piece to come.
+  /// Second derivative of the positions; at a corner of the trajectory that of the piece to come, where a
+  /// set-point is reached that of the piece before.
   void joint_acceleration(double t, double* qdd) const;
   /// Changes when the motion may have changed: two equal values with the robot at rest mean the same pose.
   std::uint64_t revision() const { return revision_; }

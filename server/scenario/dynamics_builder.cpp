@@ -77,6 +77,7 @@ DriveParameters drive_parameters(const ScenarioDrives& drives, const JointModel&
     p.friction.regularised = drives.friction == ScenarioDrives::Friction::regularised;
     p.friction.regularisation_speed_rad_per_s = drives.friction_regularisation_rad_per_s.at(i);
   }
+  p.position_at_joint = drives.position_encoder == ScenarioDrives::PositionEncoder::joint;
   p.position_gain_per_s = drives.position_gain_per_s.at(i);
   p.speed_gain_As_per_rad = drives.speed_gain_A_s_per_rad.at(i);
   p.speed_integral_time_s = drives.speed_integral_time_s.at(i);

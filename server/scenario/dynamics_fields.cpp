@@ -63,6 +63,9 @@ ScenarioDrives read_drives(YamlFields fields) {
     read_values(fields, "breakaway_factor", {.lower = 1.0}, drives.breakaway_factor);
     read_values(fields, "friction_regularisation_rad_per_s", positive("rad/s"),
                 drives.friction_regularisation_rad_per_s);
+    const std::string encoder = fields.choice("position_encoder", {"motor", "joint"}, "motor");
+    drives.position_encoder =
+        encoder == "joint" ? ScenarioDrives::PositionEncoder::joint : ScenarioDrives::PositionEncoder::motor;
     read_values(fields, "position_gain_per_s", positive("1/s"), drives.position_gain_per_s);
     read_values(fields, "speed_gain_A_s_per_rad", positive("A s/rad"), drives.speed_gain_A_s_per_rad);
     read_values(fields, "speed_integral_time_s", positive("s"), drives.speed_integral_time_s);

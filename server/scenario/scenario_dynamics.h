@@ -29,7 +29,8 @@ struct ScenarioDrives {
   enum class Friction { stiction, regularised, none } friction = Friction::stiction;
   JointValues friction_zero_speed_N_m{{0.0}}, friction_slope_N_m_s_per_rad{{0.0}}, breakaway_factor{{1.0}};
   JointValues friction_regularisation_rad_per_s{{0.01}};
-  // controller
+  // controller; where its position is measured: at the motor, or by a second encoder at the joint
+  enum class PositionEncoder { motor, joint } position_encoder = PositionEncoder::motor;
   JointValues position_gain_per_s{{5.0}}, speed_gain_A_s_per_rad{{0.5}}, speed_integral_time_s{{0.05}};
 };
 
