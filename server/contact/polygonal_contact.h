@@ -1,0 +1,89 @@
+#pragma once
+// Polygonal Contact Model between two closed triangle meshes, convex or not (thesis 2.2.2 and 4.3; Hippmann
+// 2004, 2024): elements of the Base's surface, each with a penetration line made beforehand, press into the
+// Target's surface; each is a spring, damper and friction element by (2.17) to (2.21).
+//
+// B is the frame of the Base, T that of the Target. Results are functions of pose, twist and stick anchors
+// alone: what is kept between calls (candidate lists, valid while a motion bound holds) only saves time and
+// changes no bit. One object is used by one thread at a time. After warm-up nothing allocates.
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "server/contact/contact_law.h"
+#include "server/contact/pair_linearisation.h"
+#include "server/geometry/contact_surface.h"
+
+namespace takt {
+
+/// Motion of the Base as seen from the Target: pose, and twist of the origin of B in the axes of T.
+struct RelativeMotion {
+  Pose X_TB;
+  Twist V_TB_T;
+};
+/// Of base and target from their motion in the world.
+RelativeMotion relative_motion(const Pose& X_WB, const Twist& V_WB, const Pose& X_WT, const Twist& V_WT);
+
+struct ContactResult {
+  Wrench F_B_T;  ///< on the Base about the origin of T, axes of T; the Target gets the negative
+  int elements = 0;            ///< with force
+  double area_m2 = 0.0;        ///< of those
+  double normal_force_N = 0.0; ///< sum of all elements'
+  double friction_force_N = 0.0;
+  double largest_pressure_Pa = 0.0;
+  double largest_penetration_m = 0.0;
+  Vec3 p_TC = Vec3::Zero();    ///< centre of pressure; zero where nothing presses
+};
+
+/// About the origin of T, axes of T; see PairLinearisation.
+struct ContactJacobian {
+  Mat6 K = Mat6::Zero(), D = Mat6::Zero();
+};
+
+/// One element with force, for pictures.
+struct ElementPressure {
+  int element = -1;  ///< of the Base's surface
+  Vec3 p_B = Vec3::Zero();
+  double area_m2 = 0.0, penetration_m = 0.0, pressure_Pa = 0.0;
+};
+
+struct ContactCounts {
+  std::uint64_t evaluations = 0;
+  std::uint64_t rebuilds = 0;  ///< of the candidate lists
+  std::uint64_t elements = 0;  ///< with force, over all evaluations
+};
+
+class PolygonalContact {
+ public:
+  PolygonalContact(std::shared_ptr<const ContactSurface> base, std::shared_ptr<const ContactSurface> target,
+                   const ContactLaw& law);
+  ~PolygonalContact();
+  PolygonalContact(PolygonalContact&&) noexcept;
+  PolygonalContact& operator=(PolygonalContact&&) noexcept;
+
+  void evaluate(const RelativeMotion& motion, ContactResult& result);
+  void evaluate(const RelativeMotion& motion, Linearisation linearisation, ContactResult& result,
+                ContactJacobian& jacobian);
+
+  /// Discrete, at an accepted point, stick law only: springs stretched beyond the slip limit let go until
+  /// they are at it, elements that lost contact forget theirs, new ones begin without stretch. True if there
+  /// is anything kept now.
+  bool accept(const RelativeMotion& motion);
+  /// Forgets all springs (and candidate lists).
+  void reset();
+  /// What accept() keeps, as numbers, for snapshots: per stretched element its number and displacement.
+  std::vector<double> save() const;
+  /// Throws std::invalid_argument for what save() did not make.
+  void restore(std::span<const double> kept);
+
+  std::vector<ElementPressure> pressures(const RelativeMotion& motion);
+  const ContactCounts& counts() const;
+  const ContactLaw& law() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace takt
