@@ -118,7 +118,8 @@ void MultibodyTree::forward_dynamics(const double* tau, const Mask& locked, doub
                                      Workspace& w) const {
   const int n = joint_count();
   w.forward = true;
-  for (int i = 0; i < n; ++i) {  // the tree with no joint accelerating but the locked ones, as they are told to
+  for (int i = 0; i < n;
+       ++i) {  // the tree with no joint accelerating but the locked ones, as they are told to
     const Link& link = links_[static_cast<size_t>(i)];
     auto& s = w.links[static_cast<size_t>(i)];
     if (link.parent >= 0) {

@@ -81,9 +81,9 @@ struct CellModel {
   std::vector<RigidBodyParameters> parts;  ///< by Part, in order of component id
   std::vector<GroundModel> grounds;
   std::vector<KinematicRobotParameters> robots;
-  std::vector<std::optional<RobotDynamics>> dynamics;  ///< by robot; none: the robot can only be kinematic
-  std::vector<std::string> no_dynamics;                ///< by robot: why, for error texts
-  std::vector<int> robot_levels;                       ///< by robot: level of detail at the start
+  std::vector<std::optional<RobotDynamics>> dynamics;     ///< by robot; none: the robot can only be kinematic
+  std::vector<std::string> no_dynamics;                   ///< by robot: why, for error texts
+  std::vector<int> robot_levels;                          ///< by robot: level of detail at the start
   std::vector<std::vector<TrajectoryKnot>> trajectories;  ///< by robot; followed from time 0 on, or empty
   std::vector<GripperModel> grippers;
   ClearanceModel clearance;

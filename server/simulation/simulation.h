@@ -64,8 +64,9 @@ class Simulation {
   const CellModel& model() const;
 
   /// Advances by one step. `commands` take effect at the present time, in the order given. Returns false when
-  /// the cell cannot be advanced: a state became non-finite. Then the last accepted state is kept, fault()
-  /// says time, component and quantity, and every later call returns false until reset().
+  /// the cell cannot be advanced: a state diverged (1e30 and more, or not a number). Then the last accepted
+  /// state is kept, fault() says time, component and quantity, and every later call returns false until
+  /// reset().
   bool step(std::span<const Command> commands);
   const std::string& fault() const;
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "server/headless/report.h"
 #include "tests/support/block_scenario_run.h"
@@ -18,8 +19,11 @@ TEST(BlockKr16, AssemblesWithDetailedDrives) {
   bool detailed = true;
   const auto observe = [&](const CellModel& cell, const Snapshot& snapshot) {
     const std::size_t robots = cell.description.robots.size();
-    largest_effort.resize(robots);
-    least_effort.resize(robots);
+    if (largest_effort.empty()) {
+      constexpr double kNone = std::numeric_limits<double>::infinity();
+      largest_effort.assign(robots, {-kNone, -kNone, -kNone, -kNone, -kNone, -kNone});
+      least_effort.assign(robots, {kNone, kNone, kNone, kNone, kNone, kNone});
+    }
     for (std::size_t r = 0; r < robots; ++r) {
       for (std::size_t j = 0; j < 6; ++j) {
         const double effort = snapshot.robots[r].effort[j];
