@@ -34,6 +34,10 @@ void ParallelGripper::continue_from(double t, Side side, double coordinate_m) {
   track.start = coordinate_m;
 }
 
+void ParallelGripper::drive_jaw(double t, Side side, double from_m, double to_m) {
+  tracks_[static_cast<size_t>(side)] = {t, from_m, to_m, false};
+}
+
 double ParallelGripper::coordinate(double t, Side side) const {
   const Track& track = tracks_[static_cast<size_t>(side)];
   const double travel = parameters_.jaw_speed_m_per_s * std::max(0.0, t - track.t0);

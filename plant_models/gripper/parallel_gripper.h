@@ -38,6 +38,10 @@ class ParallelGripper final : public PlantModel {
   /// Discrete: a jaw travels on from this coordinate to where it was going.
   void continue_from(double t, Side side, double coordinate_m);
 
+  /// Discrete: a jaw travels from one coordinate to another, whatever it did before. Beyond zero is allowed:
+  /// the jaw of a dynamic robot then presses.
+  void drive_jaw(double t, Side side, double from_m, double to_m);
+
   /// Distance of a jaw's grip face from the centre (m), never negative.
   double coordinate(double t, Side side) const;
   /// Its derivative (m/s).

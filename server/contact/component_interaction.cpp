@@ -16,6 +16,8 @@ ComponentInteraction::ComponentInteraction(const std::vector<Component>& compone
       grasp_active_(components.size(), 0),
       graph_(components.size()),
       connections_(components, pairs.size(), parameters),
+      shown_search_(components.size()),
+      shown_partner_(components.size(), -1),
       broad_phase_(components.size()),
       near_(components.size()),
       reached_(components.size(), 0) {
@@ -27,6 +29,7 @@ ComponentInteraction::ComponentInteraction(const std::vector<Component>& compone
   }
   verdicts_.resize(pairs_.size());
   in_contact_.resize(pairs_.size(), 0);
+  by_contact_.resize(pairs_.size(), 0);
   for (std::size_t i = 0; i < components.size(); ++i) {
     graph_.vertices[i] = {components[i].type, components[i].hierarchy};
     graph_.neighbours[i].reserve(components.size());
@@ -39,6 +42,8 @@ ComponentInteraction::ComponentInteraction(const std::vector<Component>& compone
       world_.set_shape(static_cast<int>(i), ConvexShape::from_points(std::vector<Vec3>(8, Vec3::Zero())));
     }
   }
+  shown_graph_ = graph_;
+  shown_changes_.reserve(components.size());
   for (auto* list : {&work_, &found_, &toggled_, &changed_parts_}) list->reserve(2 * components.size());
 }
 
@@ -48,6 +53,9 @@ void ComponentInteraction::reset() {
   std::fill(grasp_active_.begin(), grasp_active_.end(), 0);
   connections_.reset();
   graph_.clear_contacts();
+  shown_graph_.clear_contacts();
+  std::fill(shown_partner_.begin(), shown_partner_.end(), -1);
+  shown_changes_.clear();
   begun_ = false;
   refused_pose_ = -1;
   toggled_.clear();
@@ -56,6 +64,30 @@ void ComponentInteraction::reset() {
   known_calls_ = 0;
   counts_ = {};
   stage_times_ = {};
+}
+
+void ComponentInteraction::set_by_contact(const std::vector<std::pair<int, int>>& pairs) {
+  std::fill(by_contact_.begin(), by_contact_.end(), 0);
+  any_by_contact_ = false;
+  for (const auto& [a, b] : pairs) {
+    const int pair = find_pair(a, b);
+    if (pair < 0) continue;  // a jaw: its gripper's palm stands for it
+    by_contact_[static_cast<std::size_t>(pair)] = 1;
+    any_by_contact_ = true;
+  }
+  graph_.clear_contacts();
+  shown_graph_.clear_contacts();
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    if (in_contact_[i] == 0) continue;
+    shown_graph_.add_contact(pairs_[i].base, pairs_[i].target);
+    if (by_contact_[i] == 0) graph_.add_contact(pairs_[i].base, pairs_[i].target);
+  }
+  for (const int part : parts_) {
+    shown_partner_[static_cast<std::size_t>(part)] = connections_.partner(part);
+    if (reached_[static_cast<std::size_t>(part)] != 0) continue;
+    reached_[static_cast<std::size_t>(part)] = 1;
+    changed_parts_.push_back(part);
+  }
 }
 
 bool ComponentInteraction::active(std::size_t pair) const {
@@ -80,6 +112,7 @@ void ComponentInteraction::update_poses(const CellMotion& motion, Clock clock) {
 void ComponentInteraction::update_connections(const CellMotion& motion, std::span<const GraspState> grasps,
                                               Clock clock) {
   connections_.begin_step();
+  shown_changes_.clear();
   for (const GraspState& grasp : grasps) {
     const auto palm = static_cast<std::size_t>(grasp.palm);
     if ((grasp_active_[palm] != 0) != grasp.active) toggled_.push_back(grasp.palm);
@@ -236,10 +269,14 @@ void ComponentInteraction::set_contact(std::size_t pair, bool contact) {
   if ((in_contact_[pair] != 0) == contact) return;
   in_contact_[pair] = contact ? 1 : 0;
   const ComponentPair& p = pairs_[pair];
-  if (contact)
-    graph_.add_contact(p.base, p.target);
-  else
-    graph_.remove_contact(p.base, p.target);
+  const auto note = [&](ContactGraph& graph) {
+    if (contact)
+      graph.add_contact(p.base, p.target);
+    else
+      graph.remove_contact(p.base, p.target);
+  };
+  if (by_contact_[pair] == 0) note(graph_);
+  if (any_by_contact_) note(shown_graph_);
   for (const int end : {p.base, p.target}) {
     if (graph_.vertices[static_cast<std::size_t>(end)].type != ComponentType::part) continue;
     if (reached_[static_cast<std::size_t>(end)] != 0) continue;
@@ -254,7 +291,7 @@ void ComponentInteraction::connect(Clock clock, const CellMotion& motion) {
   // A search follows contacts from Part to Part, so a contact matters to the Parts connected with its ends.
   // Those that only the old contact connected are reached from the other end.
   for (std::size_t i = 0; i < changed_parts_.size(); ++i) {
-    for (const int neighbour : graph_.neighbours[static_cast<std::size_t>(changed_parts_[i])]) {
+    for (const int neighbour : graph().neighbours[static_cast<std::size_t>(changed_parts_[i])]) {
       const auto n = static_cast<std::size_t>(neighbour);
       if (graph_.vertices[n].type != ComponentType::part || reached_[n] != 0) continue;
       reached_[n] = 1;
@@ -264,8 +301,20 @@ void ComponentInteraction::connect(Clock clock, const CellMotion& motion) {
   std::sort(changed_parts_.begin(), changed_parts_.end());
   for (const int part : changed_parts_) reached_[static_cast<std::size_t>(part)] = 0;
   connections_.update(graph_, changed_parts_, motion);
+  if (any_by_contact_) show_partners();
   changed_parts_.clear();
   if (clock != nullptr) stage_times_.partner_search_s += clock() - begin;
+}
+
+void ComponentInteraction::show_partners() {
+  for (const int part : changed_parts_) {
+    int& shown = shown_partner_[static_cast<std::size_t>(part)];
+    int found = connections_.partner(part);
+    if (found == -1) found = shown_search_.find(shown_graph_, part, shown);
+    if (found == shown) continue;
+    shown_changes_.push_back({part, shown, found});
+    shown = found;
+  }
 }
 
 void ComponentInteraction::evaluate(const CellMotion& motion, std::span<Wrench> wrenches) const {

@@ -50,7 +50,9 @@ class ComponentInteraction {
   /// Discrete stage, second half: contacts at these poses, connections, offsets of those that close.
   void update_connections(const CellMotion& motion, std::span<const GraspState> grasps, Clock clock);
   /// Parts that hang on another component than before this step.
-  std::span<const PartnerChange> changes() const { return connections_.changes(); }
+  std::span<const PartnerChange> changes() const {
+    return any_by_contact_ ? std::span<const PartnerChange>(shown_changes_) : connections_.changes();
+  }
   /// Components with a connection that opened, closed or changed its constants or load in this step.
   std::span<const int> disturbed() const { return connections_.disturbed(); }
 
@@ -69,12 +71,20 @@ class ComponentInteraction {
     queries_.set_executor(executor, least_calls);
   }
 
+  /// Discrete: pairs, by base and target in either order, between which surface contact acts from now on
+  /// instead of a substitute force. They are still looked at, and tell who holds whom, but close no
+  /// connection. Connections of other pairs stay as they are.
+  void set_by_contact(const std::vector<std::pair<int, int>>& pairs);
+
   /// Open all connections and forget all verdicts.
   void reset();
 
   /// What a Part hangs on: with partner search its partner; else its Gripper, its Ground, or the Part that
   /// carries it; or -1.
-  int partner(int component) const { return connections_.partner(component); }
+  int partner(int component) const {
+    return any_by_contact_ ? shown_partner_[static_cast<std::size_t>(component)]
+                           : connections_.partner(component);
+  }
   /// All closed connections, by base, then target; and those of which a component is the Base.
   std::span<const PairConnection> connections() const { return connections_.all(); }
   std::span<const PairConnection> connections_of(int component) const { return connections_.of(component); }
@@ -84,7 +94,8 @@ class ComponentInteraction {
   }
   InteractionAlgorithm algorithm() const { return parameters_.algorithm; }
   bool touching(std::size_t pair) const { return verdicts_[pair].touching && active(pair); }
-  const ContactGraph& graph() const { return graph_; }
+  /// Who touches whom, whatever acts between them.
+  const ContactGraph& graph() const { return any_by_contact_ ? shown_graph_ : graph_; }
   const DetectionCounts& counts() const { return counts_; }
   std::uint64_t partner_searches() const { return connections_.partner_searches(); }
   const StageTimes& stage_times() const { return stage_times_; }
@@ -109,6 +120,7 @@ class ComponentInteraction {
   void set_contact(std::size_t pair, bool contact);
   int find_pair(int a, int b) const;
   void connect(Clock clock, const CellMotion& motion);
+  void show_partners();
 
   const std::vector<Component>& components_;
   InteractionParameters parameters_;
@@ -122,6 +134,15 @@ class ComponentInteraction {
   std::vector<char> grasp_active_;  ///< by component
   ContactGraph graph_;
   Connections connections_;
+
+  // Where surface contact acts, substitute forces do not: graph_ and connections_ know the other pairs only,
+  // and what a Part hangs on is found by a second search, for people.
+  std::vector<char> by_contact_;  ///< by pair
+  bool any_by_contact_ = false;
+  ContactGraph shown_graph_;
+  PartnerSearch shown_search_;
+  std::vector<int> shown_partner_;  ///< by component
+  std::vector<PartnerChange> shown_changes_;
 
   // What may touch: pairs whose large boxes overlap. All others are known to be apart.
   BroadPhase broad_phase_;

@@ -9,20 +9,20 @@ namespace takt {
 
 enum class FrictionLaw : std::uint8_t {
   regularised,  ///< (2.21): no force without sliding, so whatever is held creeps
-  stick,        ///< tangential spring per element that slips at mu times the normal force; holds without creep
+  stick,  ///< tangential spring per element that slips at mu times the normal force; holds without creep
 };
 
 /// Which of the two sides of a pair carries the contact elements, as far as the user chose.
 enum class ContactRole : std::uint8_t { by_rule, base, target };
 
 struct ContactParameters {
-  double youngs_modulus_Pa = 1e6;             ///< E of (2.17)
-  double poisson_ratio = 0.3;                 ///< nu of (2.17), in [0, 0.5)
-  double layer_depth_m = 0.001;               ///< b of (2.16)
-  double areal_damping_Ns_per_m3 = 2.5e5;     ///< d of (2.19)
-  double damping_depth_m = 2e-6;              ///< u_d of (2.19): damping grows linearly up to this penetration
-  double friction = 0.3;                      ///< mu of (2.21)
-  double friction_velocity_m_per_s = 0.001;   ///< v_eps of (2.21)
+  double youngs_modulus_Pa = 1e6;            ///< E of (2.17)
+  double poisson_ratio = 0.3;                ///< nu of (2.17), in [0, 0.5)
+  double layer_depth_m = 0.001;              ///< b of (2.16)
+  double areal_damping_Ns_per_m3 = 2.5e5;    ///< d of (2.19)
+  double damping_depth_m = 2e-6;             ///< u_d of (2.19): damping grows linearly up to this penetration
+  double friction = 0.3;                     ///< mu of (2.21)
+  double friction_velocity_m_per_s = 0.001;  ///< v_eps of (2.21)
   FrictionLaw friction_law = FrictionLaw::regularised;
   /// Stick law: tangential stiffness over normal stiffness of an element (Mindlin: about 0.8 for nu = 0.3),
   /// and tangential damping over areal damping.

@@ -26,14 +26,14 @@ struct RelativeMotion {
 RelativeMotion relative_motion(const Pose& X_WB, const Twist& V_WB, const Pose& X_WT, const Twist& V_WT);
 
 struct ContactResult {
-  Wrench F_B_T;  ///< on the Base about the origin of T, axes of T; the Target gets the negative
-  int elements = 0;            ///< with force
-  double area_m2 = 0.0;        ///< of those
-  double normal_force_N = 0.0; ///< sum of all elements'
+  Wrench F_B_T;          ///< on the Base about the origin of T, axes of T; the Target gets the negative
+  int elements = 0;      ///< with force
+  double area_m2 = 0.0;  ///< of those
+  double normal_force_N = 0.0;  ///< sum of all elements'
   double friction_force_N = 0.0;
   double largest_pressure_Pa = 0.0;
   double largest_penetration_m = 0.0;
-  Vec3 p_TC = Vec3::Zero();    ///< centre of pressure; zero where nothing presses
+  Vec3 p_TC = Vec3::Zero();  ///< centre of pressure; zero where nothing presses
 };
 
 /// About the origin of T, axes of T; see PairLinearisation.

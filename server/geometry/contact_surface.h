@@ -15,6 +15,7 @@ struct ContactSurfaceOptions {
   double element_edge_m = 0.0;
   /// Longest penetration line. Each line also ends half-way to the opposite wall of its own body.
   double line_length_m = 0.02;
+  bool operator==(const ContactSurfaceOptions&) const = default;
 };
 
 class ContactSurface {

@@ -152,7 +152,7 @@ std::variant<ControlAction, ControlReply> parse_level_of_detail(const ControlReq
                                                                 const CellDescription& cell) {
   Arguments arguments(request, {"process", "level"});
   SetLevelOfDetail action;
-  action.level = static_cast<int>(arguments.natural("level", std::nullopt, 1, 2));
+  action.level = static_cast<int>(arguments.natural("level", std::nullopt, 1, 3));
   const std::string* process = arguments.find("process");
   if (process != nullptr && *process != "all") {
     action.process = cell.find_process(*process);
@@ -195,7 +195,7 @@ ControlReply features_reply(std::uint64_t id) {
           {{"requests", known_requests()},
            {"paces", "realtime,free,lockstep"},
            {"reset_scopes", "1,2,255"},
-           {"levels_of_detail", "1,2"},
+           {"levels_of_detail", "1,2,3"},
            {"interface", "simulation_interfaces 2.1"}}};
 }
 

@@ -44,6 +44,13 @@ MountedGripper mounted_gripper(const Scenario& scenario, const ScenarioGripper& 
   return mounted;
 }
 
+/// How far the reference of a jaw must be beyond the jaw for the servo to push with all its force; a bit
+/// more, so that it stays at the limit while the jaw is pushed about.
+double servo_travel_to_limit(const MountedGripper& gripper) {
+  const double w = gripper.servo_frequency_rad_per_s;
+  return 1.2 * gripper.max_force_N / (gripper.jaw.mass_kg * w * w);
+}
+
 DriveParameters drive_parameters(const ScenarioDrives& drives, const JointModel& joint, std::size_t i,
                                  double link_inertia) {
   const double limit = joint.max_effort > 0.0 ? joint.max_effort : std::numeric_limits<double>::infinity();
@@ -177,7 +184,8 @@ std::vector<TrajectoryKnot> trajectory(const Scenario& scenario, const ScenarioR
   return point_to_point(0.0, robot.initial_joints_rad, t.end_rad, limits);
 }
 
-ProcessDescription process_description(const Scenario& scenario, const ScenarioProcess& process) {
+ProcessDescription process_description(const Scenario& scenario, const ScenarioProcess& process,
+                                       const CellModel& cell) {
   ProcessDescription model;
   model.name = process.name;
   model.level_of_detail = process.level_of_detail;
@@ -192,6 +200,15 @@ ProcessDescription process_description(const Scenario& scenario, const ScenarioP
                     [&](const ScenarioGripper& g) { return g.robot == name && is_member(g.name); });
     if (is_member(name) || by_gripper) model.robots.push_back(static_cast<int>(r));
   }
+  for (std::size_t c = 0; c < cell.components.size(); ++c) {
+    const Component& component = cell.components[c];
+    bool member = is_member(component.name);
+    if (component.type == ComponentType::gripper) {
+      const int robot = cell.grippers[static_cast<std::size_t>(component.gripper)].parameters.robot;
+      member = std::find(model.robots.begin(), model.robots.end(), robot) != model.robots.end();
+    }
+    if (member) model.components.push_back(static_cast<int>(c));
+  }
   return model;
 }
 
@@ -200,7 +217,7 @@ ProcessDescription process_description(const Scenario& scenario, const ScenarioP
 void add_dynamics(const Scenario& scenario, CellModel& cell) {
   cell.robot_levels.assign(scenario.robots.size(), 1);
   for (const ScenarioProcess& process : scenario.processes) {
-    cell.description.processes.push_back(process_description(scenario, process));
+    cell.description.processes.push_back(process_description(scenario, process, cell));
     for (const int robot : cell.description.processes.back().robots)
       cell.robot_levels[static_cast<std::size_t>(robot)] = process.level_of_detail;
   }
@@ -220,6 +237,11 @@ void add_dynamics(const Scenario& scenario, CellModel& cell) {
                             " cannot be simulated at level of detail " +
                             std::to_string(cell.robot_levels[r]) + ": " + reason);
       }
+    }
+    std::size_t mounted = 0;
+    for (GripperModel& gripper : cell.grippers) {
+      if (!dynamics || gripper.parameters.robot != static_cast<int>(r)) continue;
+      gripper.press_m = servo_travel_to_limit(dynamics->parameters.grippers[mounted++]);
     }
     cell.dynamics.push_back(std::move(dynamics));
     cell.no_dynamics.push_back(std::move(reason));

@@ -11,6 +11,7 @@
 
 #include "plant_models/spatial.h"
 #include "server/geometry/convex_decomposition.h"
+#include "server/scenario/scenario_contact.h"
 #include "server/scenario/scenario_dynamics.h"
 
 namespace takt {
@@ -137,6 +138,7 @@ struct Scenario {
   std::vector<ScenarioGround> grounds;
   std::vector<ScenarioRobot> robots;
   std::vector<ScenarioGripper> grippers;
+  ScenarioContact contact;
   ScenarioCollisionChecking collision_checking;
   std::filesystem::path controller_program;  ///< empty: none
   std::vector<ScenarioMark> marks;           ///< instants whose poses and wrenches go into the report
@@ -144,9 +146,9 @@ struct Scenario {
   double expected_tolerance_m = 0.0001;
 };
 
-/// Levels of detail this version has: surface contact (3) is not among them.
+/// Levels of detail (thesis Table 3.4).
 inline constexpr int kMinLevelOfDetail = 1;
-inline constexpr int kMaxLevelOfDetail = 2;
+inline constexpr int kMaxLevelOfDetail = 3;
 
 /// Bounds of the hierarchy of a Part.
 inline constexpr int kMinHierarchy = 1;

@@ -6,6 +6,7 @@
 
 #include "server/geometry/mesh_import.h"
 #include "server/scenario/collision_checking.h"
+#include "server/scenario/contact_builder.h"
 #include "server/scenario/convex_import.h"
 #include "server/scenario/dynamics_builder.h"
 #include "server/scenario/urdf_reader.h"
@@ -13,6 +14,9 @@
 namespace takt {
 
 namespace {
+
+/// By component, for surface contact.
+using Meshes = std::vector<TriangleMesh>;
 
 [[noreturn]] void fail(const Scenario& scenario, const std::string& key, const std::string& found,
                        const std::string& allowed) {
@@ -31,7 +35,8 @@ void describe_mesh(const TriangleMesh& mesh, const std::filesystem::path& file,
 }
 
 int add_component(CellModel& cell, Component component, const TriangleMesh& mesh,
-                  const std::filesystem::path& file, const std::array<float, 4>& color) {
+                  const std::filesystem::path& file, const std::array<float, 4>& color, Meshes& meshes) {
+  meshes.push_back(mesh);
   component.box = bounding_box(component.convex);
   ComponentDescription description;
   description.name = component.name;
@@ -45,7 +50,8 @@ int add_component(CellModel& cell, Component component, const TriangleMesh& mesh
   return static_cast<int>(cell.components.size()) - 1;
 }
 
-void add_part(const Scenario& scenario, const ScenarioPart& part, ConvexImporter& importer, CellModel& cell) {
+void add_part(const Scenario& scenario, const ScenarioPart& part, ConvexImporter& importer, CellModel& cell,
+              Meshes& meshes) {
   const TriangleMesh mesh = import_solid(part.mesh, part.mesh_scale);
   Component component;
   component.name = part.name;
@@ -70,18 +76,18 @@ void add_part(const Scenario& scenario, const ScenarioPart& part, ConvexImporter
     component.substitute.D_rot_B = Mat3::Identity() * *part.rotational_damping_N_m_s_per_rad;
   }
   const Component copy = component;
-  const int id = add_component(cell, std::move(component), mesh, part.mesh, part.color);
+  const int id = add_component(cell, std::move(component), mesh, part.mesh, part.color, meshes);
   cell.parts.push_back({id, copy.mass_kg, copy.p_BBcm, copy.I_BBcm_B, scenario.gravity_m_per_s2, part.X_WB});
 }
 
-void add_ground(const ScenarioGround& ground, ConvexImporter& importer, CellModel& cell) {
+void add_ground(const ScenarioGround& ground, ConvexImporter& importer, CellModel& cell, Meshes& meshes) {
   const TriangleMesh mesh = import_solid(ground.mesh, ground.mesh_scale);
   Component component;
   component.name = ground.name;
   component.type = ComponentType::ground;
   component.convex = importer.shapes(ground.name, ground.mesh, ground.mesh_scale, mesh, ground.convex);
   cell.grounds.push_back(
-      {add_component(cell, std::move(component), mesh, ground.mesh, ground.color), ground.X_WB});
+      {add_component(cell, std::move(component), mesh, ground.mesh, ground.color, meshes), ground.X_WB});
 }
 
 void add_robot(const Scenario& scenario, const ScenarioRobot& robot, CellModel& cell) {
@@ -109,7 +115,7 @@ void add_robot(const Scenario& scenario, const ScenarioRobot& robot, CellModel& 
   cell.description.robots.push_back({robot.name, urdf.text, urdf.arm, robot.X_WR, robot.command_period_s});
 }
 
-void add_gripper(const ScenarioGripper& gripper, ConvexImporter& importer, CellModel& cell) {
+void add_gripper(const ScenarioGripper& gripper, ConvexImporter& importer, CellModel& cell, Meshes& meshes) {
   const int index = static_cast<int>(cell.grippers.size());
   const int robot = cell.description.find_robot(gripper.robot);
   const TriangleMesh body = import_solid(gripper.body_mesh);
@@ -129,7 +135,8 @@ void add_gripper(const ScenarioGripper& gripper, ConvexImporter& importer, CellM
   palm.type = ComponentType::gripper;
   palm.gripper = index;
   palm.role = GripperRole::palm;
-  model.parameters.palm = add_component(cell, std::move(palm), body, gripper.body_mesh, gripper.color);
+  model.parameters.palm =
+      add_component(cell, std::move(palm), body, gripper.body_mesh, gripper.color, meshes);
   const ConvexShape jaw_hull = importer.shapes(gripper.name, gripper.jaw_mesh, 1.0, jaw, {}).front();
   for (const auto& [side, suffix, role] : {std::tuple{0, "/left_jaw", GripperRole::left_jaw},
                                            std::tuple{1, "/right_jaw", GripperRole::right_jaw}}) {
@@ -140,7 +147,7 @@ void add_gripper(const ScenarioGripper& gripper, ConvexImporter& importer, CellM
     component.role = role;
     component.convex = {jaw_hull};
     model.parameters.jaws[static_cast<std::size_t>(side)] =
-        add_component(cell, std::move(component), jaw, gripper.jaw_mesh, gripper.color);
+        add_component(cell, std::move(component), jaw, gripper.jaw_mesh, gripper.color, meshes);
   }
   const Vec3 lower = jaw_hull.box.center_B - jaw_hull.box.half_B;
   const Vec3 upper = jaw_hull.box.center_B + jaw_hull.box.half_B;
@@ -178,12 +185,14 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const Impo
                        scenario.skip_resting};
   cell->interaction.algorithm = interaction_algorithm(scenario.algorithm);
   ConvexImporter importer(scenario, import, *cell);
-  for (const ScenarioPart& part : scenario.parts) add_part(scenario, part, importer, *cell);
-  for (const ScenarioGround& ground : scenario.grounds) add_ground(ground, importer, *cell);
+  Meshes meshes;
+  for (const ScenarioPart& part : scenario.parts) add_part(scenario, part, importer, *cell, meshes);
+  for (const ScenarioGround& ground : scenario.grounds) add_ground(ground, importer, *cell, meshes);
   for (const ScenarioRobot& robot : scenario.robots) add_robot(scenario, robot, *cell);
-  for (const ScenarioGripper& gripper : scenario.grippers) add_gripper(gripper, importer, *cell);
+  for (const ScenarioGripper& gripper : scenario.grippers) add_gripper(gripper, importer, *cell, meshes);
   add_dynamics(scenario, *cell);
   cell->pairs = generate_pairs(cell->components);
+  add_contact(scenario, meshes, *cell);
   if (scenario.collision_checking.enabled) add_collision_checking(scenario, *cell);
   return cell;
 }

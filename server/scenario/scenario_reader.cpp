@@ -7,6 +7,7 @@
 
 #include "server/contact/connection_rules.h"
 #include "server/scenario/collision_checking.h"
+#include "server/scenario/contact_fields.h"
 #include "server/scenario/dynamics_fields.h"
 #include "server/scenario/yaml_fields.h"
 #include "server/simulation/integrator.h"
@@ -355,6 +356,7 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
     for (ScenarioProcess& process : scenario.processes) process.level_of_detail = level;
   }
 
+  read_contact(top, source, scenario);
   read_collision_checking(top, source, scenario);
   YamlFields controller = top.mapping("controller");
   if (controller.has("program")) scenario.controller_program = controller.existing_file("program");

@@ -53,6 +53,7 @@ struct ProcessDescription {
   std::string name;
   int level_of_detail = 1;  ///< at the start
   std::vector<int> robots;
+  std::vector<int> components;  ///< Parts, Grounds, and the Grippers of its robots
 };
 
 struct CellDescription {

@@ -16,6 +16,7 @@
 #include "server/components/pair_generation.h"
 #include "server/contact/clearance_model.h"
 #include "server/contact/component_interaction.h"
+#include "server/contact/contact_model.h"
 #include "server/simulation/cell_description.h"
 #include "server/simulation/solver.h"
 
@@ -31,6 +32,8 @@ struct GripperModel {
   ParallelGripperParameters parameters;
   GraspRule rule = GraspRule::on_command;
   double max_force_N = 0.0;
+  double press_m =
+      0.0;  ///< how far beyond what it touches the reference of a jaw goes until the force is at its limit
   // Extent of the grip faces in the jaw frames: the grasp volume lies between them.
   double face_x_lower_m = 0.0, face_x_upper_m = 0.0, face_z_lower_m = 0.0, face_z_upper_m = 0.0;
 };
@@ -86,6 +89,7 @@ struct CellModel {
   std::vector<int> robot_levels;                          ///< by robot: level of detail at the start
   std::vector<std::vector<TrajectoryKnot>> trajectories;  ///< by robot; followed from time 0 on, or empty
   std::vector<GripperModel> grippers;
+  ContactModel contact;
   ClearanceModel clearance;
   std::vector<ConvexImport> convex_imports;
   std::vector<ImportNote> import_notes;

@@ -4,9 +4,11 @@
 
 namespace takt {
 
-CellPlant::CellPlant(const CellModel& model, const ComponentInteraction& interaction)
+CellPlant::CellPlant(const CellModel& model, const ComponentInteraction& interaction,
+                     ContactInteraction* contacts)
     : model_(model),
       interaction_(interaction),
+      contacts_(contacts),
       robots_(model.robots.begin(), model.robots.end()),
       parts_(model.parts.begin(), model.parts.end()),
       segment_begin_(model.robots.size(), 0) {
@@ -65,8 +67,8 @@ void CellPlant::build() {
   for (FixedBody& ground : grounds_) models.push_back(&ground);
   for (RigidBody& part : parts_) models.push_back(&part);
   parts_begin_ = begin;
-  system_ =
-      std::make_unique<OdeSystem>(std::move(models), interaction_, model_.components.size(), robots_.size());
+  system_ = std::make_unique<OdeSystem>(std::move(models), interaction_, model_.components.size(),
+                                        robots_.size(), contacts_);
   x_.resize(static_cast<std::size_t>(system_->state_count()));
   accepted_.resize(x_.size());
   system_->set_clock(clock_);
@@ -149,6 +151,7 @@ void CellPlant::change_levels(std::span<const int> levels, double t) {
     for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right})
       grippers_[g].continue_from(t, side, motions[r].q[jaw_joint(r, place, side)]);
   }
+  system_->wake_all();
   accepted_ = x_;
 }
 

@@ -21,8 +21,8 @@ namespace takt {
 
 class CellPlant {
  public:
-  /// Both outlive the plant.
-  CellPlant(const CellModel& model, const ComponentInteraction& interaction);
+  /// All outlive the plant.
+  CellPlant(const CellModel& model, const ComponentInteraction& interaction, ContactInteraction* contacts);
 
   /// Initial state at the levels the cell was loaded with.
   void reset();
@@ -73,6 +73,7 @@ class CellPlant {
 
   const CellModel& model_;
   const ComponentInteraction& interaction_;
+  ContactInteraction* contacts_;
   std::vector<KinematicRobot> robots_;
   std::vector<ParallelGripper> grippers_;
   std::vector<FixedBody> grounds_;

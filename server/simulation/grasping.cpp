@@ -8,11 +8,17 @@ namespace {
 // Width of the interval in which the touching position of a jaw is bracketed (m): far below any tolerance of
 // a cell.
 constexpr double kTouchResolution_m = 1e-8;
+void set_volume(GraspState& state, const GripperModel& model, double left_m, double right_m) {
+  state.lower_G = Vec3(model.face_x_lower_m, -right_m, model.face_z_lower_m);
+  state.upper_G = Vec3(model.face_x_upper_m, left_m, model.face_z_upper_m);
+}
 }  // namespace
 
 Grasping::Grasping(const CellModel& model) : model_(model) {
   modes_.resize(model.grippers.size(), Mode::open);
   states_.resize(model.grippers.size());
+  widths_.resize(model.grippers.size());
+  by_contact_.resize(model.grippers.size());
   reset();
 }
 
@@ -21,10 +27,13 @@ void Grasping::reset() {
   for (std::size_t i = 0; i < states_.size(); ++i) {
     states_[i] = {};
     states_[i].palm = model_.grippers[i].parameters.palm;
+    widths_[i] = model_.grippers[i].parameters.initial_width_m;
+    by_contact_[i] = 0;
   }
 }
 
-void Grasping::apply(const GripperCommand& command, double t, ParallelGripper& gripper) {
+void Grasping::apply(const GripperCommand& command, double t, CellPlant& plant) {
+  ParallelGripper& gripper = plant.grippers()[static_cast<std::size_t>(command.gripper)];
   double width = 0.0;
   switch (command.action) {
     case GripperAction::open:
@@ -38,7 +47,7 @@ void Grasping::apply(const GripperCommand& command, double t, ParallelGripper& g
       break;
   }
   const auto index = static_cast<std::size_t>(command.gripper);
-  const double now = gripper.width(t);
+  const double now = by_contact_[index] != 0 ? plant.width(index, t) : gripper.width(t);
   if (command.action == GripperAction::close) {
     modes_[index] = Mode::close;
   } else if (command.action == GripperAction::width &&
@@ -47,7 +56,30 @@ void Grasping::apply(const GripperCommand& command, double t, ParallelGripper& g
   } else {
     modes_[index] = Mode::open;
   }
-  gripper.move_to(t, width);
+  widths_[index] = width;
+  if (by_contact_[index] == 0)
+    gripper.move_to(t, width);
+  else
+    drive_jaws(index, t, 0.5 * width, plant);
+}
+
+void Grasping::drive_jaws(std::size_t gripper, double t, double to_m, CellPlant& plant) {
+  if (modes_[gripper] == Mode::close) to_m = -model_.grippers[gripper].press_m;
+  for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right})
+    plant.grippers()[gripper].drive_jaw(t, side, plant.jaw_coordinate(gripper, side, t), to_m);
+}
+
+void Grasping::set_by_contact(std::size_t gripper, bool by_contact, double t, CellPlant& plant) {
+  if ((by_contact_[gripper] != 0) == by_contact) return;
+  by_contact_[gripper] = by_contact ? 1 : 0;
+  if (by_contact) {
+    drive_jaws(gripper, t, 0.5 * widths_[gripper], plant);
+    return;
+  }
+  // They go on to where they were sent, and stop at once where they touch already.
+  for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right})
+    plant.grippers()[gripper].drive_jaw(t, side, plant.jaw_coordinate(gripper, side, t),
+                                        0.5 * widths_[gripper]);
 }
 
 void Grasping::stop_jaws(std::size_t gripper, double t, double h, const CellMotion& motion,
@@ -82,22 +114,28 @@ void Grasping::stop_jaws(std::size_t gripper, double t, double h, const CellMoti
   }
 }
 
-void Grasping::update(double t, double h, const CellMotion& motion, std::vector<ParallelGripper>& grippers,
-                      ComponentInteraction& interaction) {
-  for (std::size_t i = 0; i < grippers.size(); ++i) {
-    ParallelGripper& jaws = grippers[i];
+void Grasping::update(double t, double h, const CellMotion& motion, CellPlant& plant,
+                      ComponentInteraction& interaction, ContactInteraction& contacts) {
+  for (std::size_t i = 0; i < plant.grippers().size(); ++i) {
+    ParallelGripper& jaws = plant.grippers()[i];
     const GripperModel& model = model_.grippers[i];
     GraspState& state = states_[i];
+    if (by_contact_[i] != 0) {
+      const std::array<int, 2>& ids = model.parameters.jaws;
+      state.active =
+          modes_[i] != Mode::open && contacts.pressed(motion, ids[0]) && contacts.pressed(motion, ids[1]);
+      if (state.active)
+        set_volume(state, model, plant.jaw_coordinate(i, ParallelGripper::left, t),
+                   plant.jaw_coordinate(i, ParallelGripper::right, t));
+      continue;
+    }
     if (modes_[i] != Mode::open) stop_jaws(i, t, h, motion, jaws, interaction);
     const bool touched = jaws.blocked(ParallelGripper::left) && jaws.blocked(ParallelGripper::right);
     const bool on_command = modes_[i] == Mode::close && model.rule == GraspRule::on_command;
     state.active = on_command || (modes_[i] != Mode::open && touched);
-    if (state.active) {
-      state.lower_G =
-          Vec3(model.face_x_lower_m, -jaws.coordinate(t, ParallelGripper::right), model.face_z_lower_m);
-      state.upper_G =
-          Vec3(model.face_x_upper_m, jaws.coordinate(t, ParallelGripper::left), model.face_z_upper_m);
-    }
+    if (state.active)
+      set_volume(state, model, jaws.coordinate(t, ParallelGripper::left),
+                 jaws.coordinate(t, ParallelGripper::right));
   }
 }
 

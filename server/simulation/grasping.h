@@ -1,12 +1,14 @@
 #pragma once
-// Grippers at LoD 1, the discrete side: commands, the grasp volume between the jaws, and jaws that stop where
-// they touch.
+// Grippers, the discrete side: commands, the grasp volume between the jaws, and jaws that stop where they
+// touch. By surface contact (LoD 3) nothing stops a jaw but the force of what it touches: its reference goes
+// on until its drive pushes with all its force, and what is held is what both jaws press upon.
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "plant_models/gripper/parallel_gripper.h"
 #include "server/simulation/cell_model.h"
+#include "server/simulation/cell_plant.h"
 #include "server/simulation/command.h"
 #include "server/simulation/snapshot.h"
 
@@ -16,12 +18,14 @@ class Grasping {
  public:
   explicit Grasping(const CellModel& model);
 
-  void apply(const GripperCommand& command, double t, ParallelGripper& gripper);
+  void apply(const GripperCommand& command, double t, CellPlant& plant);
+  /// From now on this gripper works by surface contact, or ceases to.
+  void set_by_contact(std::size_t gripper, bool by_contact, double t, CellPlant& plant);
 
   /// Before the connections of the step [t, t + h] are decided: stops jaws that would touch a Part within the
   /// step, and brings the grasp volumes up to date.
-  void update(double t, double h, const CellMotion& motion, std::vector<ParallelGripper>& grippers,
-              ComponentInteraction& interaction);
+  void update(double t, double h, const CellMotion& motion, CellPlant& plant,
+              ComponentInteraction& interaction, ContactInteraction& contacts);
 
   std::span<const GraspState> states() const { return states_; }
   bool closed(std::size_t gripper) const { return modes_[gripper] == Mode::close || states_[gripper].active; }
@@ -35,8 +39,12 @@ class Grasping {
   void stop_jaws(std::size_t gripper, double t, double h, const CellMotion& motion, ParallelGripper& jaws,
                  ComponentInteraction& interaction);
 
+  void drive_jaws(std::size_t gripper, double t, double to_m, CellPlant& plant);
+
   const CellModel& model_;
-  std::vector<Mode> modes_;  ///< by gripper
+  std::vector<Mode> modes_;       ///< by gripper
+  std::vector<double> widths_;    ///< by gripper: last commanded
+  std::vector<char> by_contact_;  ///< by gripper
   std::vector<GraspState> states_;
 };
 

@@ -6,8 +6,8 @@
 namespace takt {
 
 OdeSystem::OdeSystem(std::vector<PlantModel*> models, const ComponentInteraction& interaction,
-                     std::size_t body_count, std::size_t arm_count)
-    : interaction_(interaction), wrenches_(body_count) {
+                     std::size_t body_count, std::size_t arm_count, ContactInteraction* contacts)
+    : interaction_(interaction), contacts_(contacts), wrenches_(body_count) {
   motion_.bodies.resize(body_count);
   motion_.arms.resize(arm_count);
   segment_of_body_.resize(body_count, -1);
@@ -80,8 +80,18 @@ void OdeSystem::update_motion(double t, std::span<const double> x) {
     segments_[i].model->write_motion(t, x.data() + segments_[i].begin, motion_);
 }
 
+void OdeSystem::evaluate_wrenches() {
+  if (!has_contacts()) {
+    interaction_.evaluate(motion_, awake_, wrenches_);
+    return;
+  }
+  interaction_.evaluate(motion_, wrenches_);
+  contacts_->evaluate(motion_, wrenches_);
+}
+
 std::span<const Wrench> OdeSystem::update_wrenches() {
   interaction_.evaluate(motion_, wrenches_);
+  if (has_contacts()) contacts_->evaluate(motion_, wrenches_);
   return wrenches_;
 }
 
@@ -93,7 +103,7 @@ void OdeSystem::derivatives(double t, std::span<const double> x, std::span<doubl
 void OdeSystem::derivatives_at_motion(double t, std::span<const double> x, std::span<double> xdot) {
   ++evaluations_;
   const double begin = clock_ != nullptr ? clock_() : 0.0;
-  interaction_.evaluate(motion_, awake_, wrenches_);
+  evaluate_wrenches();
   if (clock_ != nullptr) forces_s_ += clock_() - begin;
   for (const std::size_t i : active_) {
     const Segment& segment = segments_[i];
@@ -104,7 +114,7 @@ void OdeSystem::derivatives_at_motion(double t, std::span<const double> x, std::
 
 void OdeSystem::indicators(double t, std::span<const double> x, std::span<double> g) {
   update_motion(t, x);
-  interaction_.evaluate(motion_, awake_, wrenches_);
+  evaluate_wrenches();
   for (const Segment& segment : segments_) {
     if (segment.model->indicator_count() == 0) continue;
     segment.model->indicators(t, x.data() + segment.begin, motion_, wrenches_,
@@ -115,7 +125,7 @@ void OdeSystem::indicators(double t, std::span<const double> x, std::span<double
 bool OdeSystem::switch_modes(double t, std::span<double> x) {
   if (indicator_count_ == 0) return false;
   update_motion(t, x);
-  interaction_.evaluate(motion_, awake_, wrenches_);
+  evaluate_wrenches();
   bool changed = false;
   for (const Segment& segment : segments_) {
     if (segment.model->indicator_count() == 0) continue;

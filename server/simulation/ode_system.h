@@ -7,14 +7,16 @@
 
 #include "plant_models/plant_model.h"
 #include "server/contact/component_interaction.h"
+#include "server/contact/contact_interaction.h"
 
 namespace takt {
 
 class OdeSystem {
  public:
-  /// Models in the order robots, grippers, Grounds, Parts. The interaction is read only.
+  /// Models in the order robots, grippers, Grounds, Parts. The interaction is read only. `contacts`: surface
+  /// contact, where pairs act by it; else null.
   OdeSystem(std::vector<PlantModel*> models, const ComponentInteraction& interaction, std::size_t body_count,
-            std::size_t arm_count);
+            std::size_t arm_count, ContactInteraction* contacts = nullptr);
 
   int state_count() const { return state_count_; }
 
@@ -72,6 +74,8 @@ class OdeSystem {
     int body = -1;  ///< component whose states they are, or -1 if they move several
   };
   std::span<const Block> blocks() const { return blocks_; }
+  /// Pairs act by surface contact: stiff, and coupled beyond who holds whom.
+  bool has_contacts() const { return contacts_ != nullptr && contacts_->any_acting(); }
   /// The component that holds this one at present, or -1.
   int partner(int body) const { return interaction_.partner(body); }
   /// Typical sizes of all states.
@@ -91,6 +95,7 @@ class OdeSystem {
     std::size_t first_indicator = 0, first_entry = 0;
   };
   void activate(std::span<const int> parts, bool fixed_bodies);
+  void evaluate_wrenches();
 
   std::vector<Segment> segments_;
   std::vector<Block> blocks_;
@@ -101,6 +106,7 @@ class OdeSystem {
   std::vector<int> active_bodies_;
   std::vector<int> awake_;  ///< component ids of the Parts among them
   const ComponentInteraction& interaction_;
+  ContactInteraction* contacts_;
   CellMotion motion_;
   std::vector<Wrench> wrenches_;
   int state_count_ = 0;

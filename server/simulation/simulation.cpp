@@ -18,6 +18,8 @@ namespace takt {
 namespace {
 // Nothing in a cell comes near, and what follows from a state (powers, energies, loads) is finite below it.
 constexpr double kLargestState = 1e30;
+// Surface contact looks, within a step, at pairs that are as close as this speed lets them come.
+constexpr double kFastest_m_per_s = 10.0;
 
 struct CommandCounter {
   std::uint64_t count = 0;
@@ -33,8 +35,9 @@ struct Simulation::Impl {
   explicit Impl(std::shared_ptr<const CellModel> cell_model)
       : model(std::move(cell_model)),
         interaction(model->components, model->pairs, model->interaction),
+        contacts(model->components, model->contact),
         grasping(*model),
-        plant(*model, interaction),
+        plant(*model, interaction, &contacts),
         resting(model->components, part_bodies(*model)),
         part_hashes(model->parts.size(), 0),
         robot_commands(model->robots.size()),
@@ -64,6 +67,7 @@ struct Simulation::Impl {
     std::fill(part_hashes.begin(), part_hashes.end(), 0);
     parts_hash = 0;
     interaction.reset();
+    contacts.reset();
     grasping.reset();
     hash.reset();
     fault.clear();
@@ -78,7 +82,44 @@ struct Simulation::Impl {
     for (const ProcessDescription& process : model->description.processes)
       process_levels.push_back(process.level_of_detail);
     motion_is_current = false;
+    choose_forces();
     update_connections();  // a cell that stands still already knows who holds whom
+  }
+
+  /// Level of detail of a component: the highest of its processes.
+  int component_level(int component) const {
+    int level = 1;
+    for (std::size_t p = 0; p < process_levels.size(); ++p) {
+      const std::vector<int>& members = model->description.processes[p].components;
+      if (std::find(members.begin(), members.end(), component) != members.end())
+        level = std::max(level, process_levels[p]);
+    }
+    return level;
+  }
+
+  /// Which pairs act by surface contact at the present levels of detail: those whose sides both have level 3,
+  /// Grounds taking the level of what lies on them, unless the scenario wants the substitute force there.
+  void choose_forces() {
+    if (!model->contact.enabled) return;
+    std::vector<int> levels;
+    for (std::size_t c = 0; c < model->components.size(); ++c)
+      levels.push_back(
+          model->components[c].type == ComponentType::ground ? 3 : component_level(static_cast<int>(c)));
+    std::vector<char> acting;
+    std::vector<std::pair<int, int>> by_contact;
+    for (const ContactPairModel& pair : model->contact.pairs) {
+      const bool acts = pair.force != PairForce::substitute &&
+                        levels[static_cast<std::size_t>(pair.base)] == 3 &&
+                        levels[static_cast<std::size_t>(pair.target)] == 3;
+      acting.push_back(acts ? 1 : 0);
+      if (acts) by_contact.emplace_back(pair.base, pair.target);
+    }
+    contacts.set_acting(acting);
+    interaction.set_by_contact(by_contact);
+    for (std::size_t g = 0; g < model->grippers.size(); ++g) {
+      const int palm = model->grippers[g].parameters.palm;
+      grasping.set_by_contact(g, levels[static_cast<std::size_t>(palm)] == 3, time(), plant);
+    }
   }
 
   void refresh_motion() {
@@ -109,7 +150,7 @@ struct Simulation::Impl {
   }
 
   void apply(const GripperCommand& command) {
-    grasping.apply(command, time(), plant.grippers()[static_cast<std::size_t>(command.gripper)]);
+    grasping.apply(command, time(), plant);
     gripper_commands[static_cast<std::size_t>(command.gripper)].note(command.stamp_s);
   }
 
@@ -123,7 +164,11 @@ struct Simulation::Impl {
               " s; the last accepted state is kept. A smaller step may help.";
       return;
     }
-    grasping.update(time(), model->step_s, system().motion(), plant.grippers(), interaction);
+    if (contacts.any_acting()) {
+      contacts.accept(system().motion());
+      contacts.update(system().motion(), kFastest_m_per_s * model->step_s);
+    }
+    grasping.update(time(), model->step_s, system().motion(), plant, interaction, contacts);
     interaction.update_connections(system().motion(), grasping.states(), clock);
     history.note(time(), step_index, interaction.changes());
     if (resting.wake_changed(interaction)) system().set_awake(resting.awake());
@@ -154,7 +199,7 @@ struct Simulation::Impl {
     ++step_index;
     statistics.part_steps_skipped += model->parts.size() - resting.awake().size();
     hash_parts();
-    if (model->interaction.skip_resting && plant.integrator().fixed_step()) rest();
+    if (model->interaction.skip_resting && plant.integrator().fixed_step() && !contacts.any_acting()) rest();
     hash_robots();
     return true;
   }
@@ -230,6 +275,7 @@ struct Simulation::Impl {
 
   std::shared_ptr<const CellModel> model;
   ComponentInteraction interaction;
+  ContactInteraction contacts;
   Grasping grasping;
   CellPlant plant;
   RestingParts resting;
@@ -323,7 +369,17 @@ std::span<const CollisionEvent> Simulation::collision_events() const {
   return impl_->collisions;
 }
 
+void Simulation::read_contacts(std::vector<ContactSample>& samples) const {
+  impl_->refresh_motion();
+  impl_->contacts.read(impl_->system().motion(), samples);
+}
+
+ContactCallCounts Simulation::contact_counts() const {
+  return impl_->contacts.counts();
+}
+
 void Simulation::set_executor(Executor* executor, std::uint64_t least_calls) {
+  impl_->contacts.set_executor(executor);
   impl_->interaction.set_executor(executor, least_calls);
 }
 
@@ -430,6 +486,10 @@ std::string Simulation::set_level_of_detail(int process, int level) {
     for (const int robot : s.model->description.processes[p].robots)
       levels[static_cast<std::size_t>(robot)] = level;
   }
+  if (level == 3 && !s.model->contact.enabled)
+    return "surface contact was not prepared: the scenario has no section 'contact' and no process that "
+           "begins at "
+           "level 3";
   for (std::size_t r = 0; r < levels.size(); ++r) {
     if (levels[r] > 1 && !s.plant.can_be_dynamic(r))
       return s.model->description.robots[r].name + " can only be kinematic: " + s.model->no_dynamics[r];
@@ -440,6 +500,7 @@ std::string Simulation::set_level_of_detail(int process, int level) {
   s.plant.change_levels(levels, s.time());
   s.resting.wake_all();
   s.motion_is_current = false;
+  s.choose_forces();
   return {};
 }
 

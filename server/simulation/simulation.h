@@ -20,6 +20,7 @@
 #include <string>
 
 #include "server/contact/clearance_model.h"
+#include "server/contact/contact_interaction.h"
 #include "server/contact/pair_queries.h"
 #include "server/simulation/cell_description.h"
 #include "server/simulation/command.h"
@@ -89,7 +90,7 @@ class Simulation {
   /// or not; bounded cost (explanation.h), but not for every step: it allocates.
   Explanation explain(int component) const;
 
-  /// New level of detail (1 or 2) of a process (index; -1: of all), from the present instant on. Poses,
+  /// New level of detail (1 to 3) of a process (index; -1: of all), from the present instant on. Poses,
   /// twists and joint motion carry over; drives start in equilibrium with them. Empty if done, else why a
   /// robot of the process cannot have that level; then nothing changes. Allocates.
   std::string set_level_of_detail(int process, int level);
@@ -105,6 +106,9 @@ class Simulation {
   /// What one of them exerts on its Base now, about the Base's centre of mass, with the weight that passes
   /// through it; the Target gets the balanced reaction.
   Wrench pair_wrench(const PairConnection& pair) const;
+  /// Pairs that press upon each other by surface contact now (level of detail 3), in the order of the pairs.
+  void read_contacts(std::vector<ContactSample>& samples) const;
+  ContactCallCounts contact_counts() const;
   /// What collision checking found at the beginning of the most recent step (with the first step: and when
   /// the cell was loaded or reset). Empty where the scenario does not check.
   std::span<const CollisionEvent> collision_events() const;

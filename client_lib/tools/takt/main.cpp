@@ -75,7 +75,8 @@ int run(int argc, char** argv) {
   takt::tool::LodOptions lod_options;
   auto* lod = add("lod", "change the level of detail of a process, or of all",
                   [&] { return takt::tool::level_of_detail(common, lod_options); });
-  lod->add_option("LEVEL", lod_options.level, "1: kinematic robots; 2: robots with drives and masses")
+  lod->add_option("LEVEL", lod_options.level,
+                  "1: kinematic robots; 2: robots with drives and masses; 3: and surface contact")
       ->required()
       ->check(CLI::Range(1, 2));
   lod->add_option("PROCESS", lod_options.process, "name of the process")->capture_default_str();

@@ -1,0 +1,218 @@
+#include "server/contact/contact_interaction.h"
+
+#include <algorithm>
+
+namespace takt {
+
+struct ContactInteraction::Pair {
+  const ContactPairModel* model;
+  PolygonalContact contact;
+  // The last call, which is not repeated with the same input.
+  RelativeMotion at;
+  bool known = false;
+  ContactResult result;
+  std::uint64_t made = 0, skipped = 0, apart = 0;
+
+  Pair(const ContactPairModel& pair, const ContactModel& cell)
+      : model(&pair),
+        contact(cell.surfaces[static_cast<std::size_t>(pair.base)],
+                cell.surfaces[static_cast<std::size_t>(pair.target)], pair.law) {}
+};
+
+namespace {
+bool same(const RelativeMotion& a, const RelativeMotion& b) {
+  return a.X_TB == b.X_TB && a.V_TB_T == b.V_TB_T;
+}
+
+// Wrench about the target's origin in its axes, into the world, about the same point.
+Wrench to_world(const Wrench& F_T, const Mat3& R_WT) {
+  return {R_WT * F_T.f, R_WT * F_T.t};
+}
+
+const BodyMotion& body(const CellMotion& motion, int component) {
+  return motion.bodies[static_cast<std::size_t>(component)];
+}
+}  // namespace
+
+ContactInteraction::ContactInteraction(const std::vector<Component>& components, const ContactModel& model)
+    : components_(components), model_(model), acting_(model.pairs.size(), 0) {
+  pairs_.reserve(model.pairs.size());
+  for (const ContactPairModel& pair : model.pairs) pairs_.emplace_back(pair, model);
+  near_.reserve(pairs_.size());
+}
+
+ContactInteraction::~ContactInteraction() = default;
+
+void ContactInteraction::set_acting(const std::vector<char>& acting) {
+  acting_ = acting;
+  any_acting_ = std::any_of(acting.begin(), acting.end(), [](char a) { return a != 0; });
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    if (acting_[i] != 0) continue;
+    pairs_[i].contact.reset();
+    pairs_[i].known = false;
+  }
+  near_.clear();
+}
+
+void ContactInteraction::reset() {
+  for (Pair& pair : pairs_) {
+    pair.contact.reset();
+    pair.known = false;
+    pair.made = pair.skipped = pair.apart = 0;
+  }
+  near_.clear();
+}
+
+RelativeMotion ContactInteraction::motion_of(const ContactPairModel& pair, const CellMotion& motion) const {
+  const BodyMotion& base = body(motion, pair.base);
+  const BodyMotion& target = body(motion, pair.target);
+  return relative_motion(base.X_WB, base.V_WB, target.X_WB, target.V_WB);
+}
+
+bool ContactInteraction::boxes_apart(const ContactPairModel& pair, const CellMotion& motion,
+                                     double margin_m) const {
+  const auto world_box = [&motion](int component, const ContactSurface& surface) {
+    const Aabb& box = surface.bounds_B();
+    const Pose& X = body(motion, component).X_WB;
+    const Vec3 center = X * (0.5 * (box.lower + box.upper));
+    const Vec3 half = X.R.cwiseAbs() * (0.5 * (box.upper - box.lower));
+    return Aabb{center - half, center + half};
+  };
+  const Aabb a = world_box(pair.base, *model_.surfaces[static_cast<std::size_t>(pair.base)]);
+  const Aabb b = world_box(pair.target, *model_.surfaces[static_cast<std::size_t>(pair.target)]);
+  return ((a.lower - b.upper).array() > margin_m).any() || ((b.lower - a.upper).array() > margin_m).any();
+}
+
+void ContactInteraction::update(const CellMotion& motion, double reach_m) {
+  near_.clear();
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    if (acting_[i] == 0) continue;
+    if (boxes_apart(*pairs_[i].model, motion, reach_m))
+      ++pairs_[i].apart;
+    else
+      near_.push_back(i);
+  }
+}
+
+void ContactInteraction::accept(const CellMotion& motion) {
+  for (const std::size_t i : near_) {
+    Pair& pair = pairs_[i];
+    if (pair.model->law.friction_law != FrictionLaw::stick) continue;
+    if (pair.contact.accept(motion_of(*pair.model, motion))) pair.known = false;
+  }
+}
+
+void ContactInteraction::evaluate_pair(Pair& pair, const CellMotion& motion) const {
+  const RelativeMotion now = motion_of(*pair.model, motion);
+  if (model_.optimize_calls && pair.known && same(now, pair.at)) {
+    ++pair.skipped;
+    return;
+  }
+  ++pair.made;
+  pair.contact.evaluate(now, pair.result);
+  pair.at = now;
+  pair.known = true;
+}
+
+void ContactInteraction::run_task(std::size_t task, void* context) {
+  const Work& work = *static_cast<Work*>(context);
+  work.self->evaluate_pair(work.self->pairs_[work.self->near_[task]], *work.motion);
+}
+
+void ContactInteraction::evaluate(const CellMotion& motion, std::span<Wrench> wrenches) {
+  Work work{this, &motion};
+  const bool ask = model_.parallel && executor_ != nullptr && near_.size() > 1;
+  if (ask && executor_->begin(near_.size()))
+    executor_->run(near_.size(), run_task, &work);
+  else
+    for (std::size_t i = 0; i < near_.size(); ++i) run_task(i, &work);
+  if (ask) executor_->end();
+  for (const std::size_t i : near_) {
+    const Pair& pair = pairs_[i];
+    if (pair.result.elements == 0) continue;
+    const BodyMotion& base = body(motion, pair.model->base);
+    const BodyMotion& target = body(motion, pair.model->target);
+    const Wrench F = to_world(pair.result.F_B_T, target.X_WB.R);  // about the target's origin
+    const auto add = [&](int component, const BodyMotion& at, double sign) {
+      const Vec3 arm = target.X_WB.p - at.p_WBcm;
+      wrenches[static_cast<std::size_t>(component)] += {sign * F.f, sign * (F.t + arm.cross(F.f))};
+    };
+    add(pair.model->base, base, 1.0);
+    add(pair.model->target, target, -1.0);
+  }
+}
+
+void ContactInteraction::linearise(const CellMotion& motion, Linearisation linearisation,
+                                   std::vector<PairLinearisation>& list) {
+  for (const std::size_t i : near_) {
+    Pair& pair = pairs_[i];
+    const RelativeMotion now = motion_of(*pair.model, motion);
+    // What does not press now has no stiffness now.
+    if (pair.known && pair.result.elements == 0 && same(now, pair.at)) continue;
+    ContactJacobian J;
+    ++pair.made;
+    pair.contact.evaluate(now, linearisation, pair.result, J);
+    pair.at = now;
+    pair.known = true;
+    if (pair.result.elements == 0) continue;
+    const BodyMotion& target = body(motion, pair.model->target);
+    const Mat3& R = target.X_WB.R;
+    PairLinearisation entry;
+    entry.base = pair.model->base;
+    entry.target = pair.model->target;
+    entry.p_W = target.X_WB.p;
+    for (int r = 0; r < 2; ++r) {
+      for (int c = 0; c < 2; ++c) {
+        entry.K.block<3, 3>(3 * r, 3 * c) = R * J.K.block<3, 3>(3 * r, 3 * c) * R.transpose();
+        entry.D.block<3, 3>(3 * r, 3 * c) = R * J.D.block<3, 3>(3 * r, 3 * c) * R.transpose();
+      }
+    }
+    list.push_back(entry);
+  }
+}
+
+void ContactInteraction::read(const CellMotion& motion, std::vector<ContactSample>& samples) {
+  samples.clear();
+  for (const std::size_t i : near_) {
+    Pair& pair = pairs_[i];
+    evaluate_pair(pair, motion);
+    if (pair.result.elements == 0) continue;
+    const Pose& X_WT = body(motion, pair.model->target).X_WB;
+    ContactSample sample;
+    sample.base = pair.model->base;
+    sample.target = pair.model->target;
+    sample.result = pair.result;
+    sample.p_WC = X_WT * pair.result.p_TC;
+    sample.F_base_W = to_world(pair.result.F_B_T, X_WT.R);
+    sample.F_base_W.t -= (sample.p_WC - X_WT.p).cross(sample.F_base_W.f);
+    samples.push_back(sample);
+  }
+}
+
+std::vector<ElementPressure> ContactInteraction::pressures(std::size_t pair, const CellMotion& motion) {
+  return pairs_[pair].contact.pressures(motion_of(*pairs_[pair].model, motion));
+}
+
+bool ContactInteraction::pressed(const CellMotion& motion, int component) {
+  for (const std::size_t i : near_) {
+    Pair& pair = pairs_[i];
+    if (pair.model->base != component && pair.model->target != component) continue;
+    evaluate_pair(pair, motion);
+    if (pair.result.elements > 0) return true;
+  }
+  return false;
+}
+
+ContactCallCounts ContactInteraction::counts() const {
+  ContactCallCounts counts;
+  for (const Pair& pair : pairs_) {
+    counts.made += pair.made;
+    counts.skipped += pair.skipped;
+    counts.boxes_apart += pair.apart;
+    counts.rebuilds += pair.contact.counts().rebuilds;
+    counts.elements += pair.contact.counts().elements;
+  }
+  return counts;
+}
+
+}  // namespace takt

@@ -1,0 +1,94 @@
+#pragma once
+// Surface contact between the components of a cell (level of detail 3): all pairs that may touch, their
+// wrenches, and how they change with motion.
+//
+// update() and accept() are the discrete side, called between accepted steps: who may come near, what stick
+// springs keep. evaluate() and linearise() may be called by a solver as often as it likes; their results
+// depend on the motion and on what accept() kept alone, for any number of threads and whether calls are
+// skipped or not (thesis 4.5).
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "plant_models/plant_model.h"
+#include "server/components/component.h"
+#include "server/contact/contact_model.h"
+#include "server/contact/executor.h"
+#include "server/contact/pair_linearisation.h"
+#include "server/contact/polygonal_contact.h"
+
+namespace takt {
+
+/// Calls of the contact algorithm since the last reset, as in Table 5.4.
+struct ContactCallCounts {
+  std::uint64_t made = 0, skipped = 0;
+  std::uint64_t boxes_apart = 0;  ///< pairs not asked because their bounds are apart
+  std::uint64_t rebuilds = 0;     ///< of candidate lists
+  std::uint64_t elements = 0;     ///< elements with force, over all calls
+};
+
+/// What a pair exerts at one time.
+struct ContactSample {
+  int base = -1, target = -1;
+  Wrench F_base_W;  ///< on the base, about the centre of pressure, world axes
+  Vec3 p_WC = Vec3::Zero();
+  ContactResult result;
+};
+
+class ContactInteraction {
+ public:
+  /// Both outlive it.
+  ContactInteraction(const std::vector<Component>& components, const ContactModel& model);
+  ~ContactInteraction();
+
+  std::size_t pair_count() const { return pairs_.size(); }
+  const ContactPairModel& pair(std::size_t i) const { return model_.pairs[i]; }
+  /// Which pairs act at the present levels of detail, by pair. Those that cease forget their springs.
+  void set_acting(const std::vector<char>& acting);
+  bool acting(std::size_t i) const { return acting_[i] != 0; }
+  bool any_acting() const { return any_acting_; }
+
+  void reset();
+  /// Discrete: pairs whose bounds could meet before the next call, if nothing moves further than
+  /// `reach_m` until then. Evaluations look at those alone.
+  void update(const CellMotion& motion, double reach_m);
+  /// Discrete, at an accepted point: springs of the stick law.
+  void accept(const CellMotion& motion);
+
+  /// Adds the wrenches of all acting pairs, about p_WBcm of each component, in the order of the pairs.
+  void evaluate(const CellMotion& motion, std::span<Wrench> wrenches);
+  /// Appends the pairs that press.
+  void linearise(const CellMotion& motion, Linearisation linearisation,
+                 std::vector<PairLinearisation>& pairs);
+
+  /// Pairs that press at this motion. Not for the right-hand side: allocates where there are more than ever.
+  void read(const CellMotion& motion, std::vector<ContactSample>& samples);
+  std::vector<ElementPressure> pressures(std::size_t pair, const CellMotion& motion);
+  /// The component is pressed upon by any other at this motion.
+  bool pressed(const CellMotion& motion, int component);
+
+  ContactCallCounts counts() const;
+  void set_executor(Executor* executor) { executor_ = executor; }
+
+ private:
+  struct Pair;
+  struct Work {
+    ContactInteraction* self;
+    const CellMotion* motion;
+  };
+  static void run_task(std::size_t task, void* context);
+  void evaluate_pair(Pair& pair, const CellMotion& motion) const;
+  RelativeMotion motion_of(const ContactPairModel& pair, const CellMotion& motion) const;
+  bool boxes_apart(const ContactPairModel& pair, const CellMotion& motion, double margin_m) const;
+
+  const std::vector<Component>& components_;
+  const ContactModel& model_;
+  std::vector<Pair> pairs_;
+  std::vector<char> acting_;
+  bool any_acting_ = false;
+  std::vector<std::size_t> near_;  ///< acting pairs that may meet, ascending
+  Executor* executor_ = nullptr;
+};
+
+}  // namespace takt

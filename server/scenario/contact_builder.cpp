@@ -1,0 +1,173 @@
+#include "server/scenario/contact_builder.h"
+
+#include <algorithm>
+
+#include "server/contact/contact_roles.h"
+#include "server/scenario/collision_checking.h"
+#include "server/scenario/scenario_reader.h"
+
+namespace takt {
+
+namespace {
+
+/// Where both components state a value, the softer, weaker, more slippery side decides.
+void add_sides(const StatedContact& a, const StatedContact& b, StatedContact& to) {
+  const auto join = [](const auto& x, const auto& y, auto& result, bool larger = false) {
+    if (x && y)
+      result = larger ? std::max(*x, *y) : std::min(*x, *y);
+    else if (x || y)
+      result = x ? x : y;
+  };
+  join(a.youngs_modulus_Pa, b.youngs_modulus_Pa, to.youngs_modulus_Pa);
+  join(a.poisson_ratio, b.poisson_ratio, to.poisson_ratio);
+  join(a.layer_depth_m, b.layer_depth_m, to.layer_depth_m, true);
+  join(a.areal_damping_Ns_per_m3, b.areal_damping_Ns_per_m3, to.areal_damping_Ns_per_m3);
+  join(a.damping_depth_m, b.damping_depth_m, to.damping_depth_m);
+  join(a.friction, b.friction, to.friction);
+  join(a.friction_velocity_m_per_s, b.friction_velocity_m_per_s, to.friction_velocity_m_per_s);
+  join(a.tangential_stiffness_ratio, b.tangential_stiffness_ratio, to.tangential_stiffness_ratio);
+  join(a.tangential_damping_ratio, b.tangential_damping_ratio, to.tangential_damping_ratio);
+  join(a.friction_law, b.friction_law, to.friction_law, true);
+}
+
+void replace(const StatedContact& with, StatedContact& in) {
+  const auto take = [](const auto& from, auto& to) {
+    if (from) to = from;
+  };
+  take(with.youngs_modulus_Pa, in.youngs_modulus_Pa);
+  take(with.poisson_ratio, in.poisson_ratio);
+  take(with.layer_depth_m, in.layer_depth_m);
+  take(with.areal_damping_Ns_per_m3, in.areal_damping_Ns_per_m3);
+  take(with.damping_depth_m, in.damping_depth_m);
+  take(with.friction, in.friction);
+  take(with.friction_velocity_m_per_s, in.friction_velocity_m_per_s);
+  take(with.tangential_stiffness_ratio, in.tangential_stiffness_ratio);
+  take(with.tangential_damping_ratio, in.tangential_damping_ratio);
+  take(with.friction_law, in.friction_law);
+}
+
+ContactParameters parameters(const StatedContact& s) {
+  ContactParameters p;
+  const auto take = [](const auto& from, auto& to) {
+    if (from) to = *from;
+  };
+  take(s.youngs_modulus_Pa, p.youngs_modulus_Pa);
+  take(s.poisson_ratio, p.poisson_ratio);
+  take(s.layer_depth_m, p.layer_depth_m);
+  take(s.areal_damping_Ns_per_m3, p.areal_damping_Ns_per_m3);
+  take(s.damping_depth_m, p.damping_depth_m);
+  take(s.friction, p.friction);
+  take(s.friction_velocity_m_per_s, p.friction_velocity_m_per_s);
+  take(s.tangential_stiffness_ratio, p.tangential_stiffness_ratio);
+  take(s.tangential_damping_ratio, p.tangential_damping_ratio);
+  take(s.friction_law, p.friction_law);
+  return p;
+}
+
+bool fits(const ScenarioContactPair& rule, const std::string& a, const std::string& b) {
+  return (fits_pattern(a, rule.pair[0]) && fits_pattern(b, rule.pair[1])) ||
+         (fits_pattern(a, rule.pair[1]) && fits_pattern(b, rule.pair[0]));
+}
+
+void require_known(const Scenario& scenario, const CellModel& cell) {
+  const auto known = [&cell](const std::string& name) {
+    return std::any_of(cell.components.begin(), cell.components.end(),
+                       [&](const Component& c) { return fits_pattern(c.name, name); });
+  };
+  const auto refuse = [&cell](const std::string& place, const std::string& name) {
+    std::string list;
+    for (const Component& c : cell.components) list += (list.empty() ? "" : ", ") + c.name;
+    throw ScenarioError(place + ": found '" + name +
+                        "', which fits no component; allowed: names or patterns (*) of " + list);
+  };
+  for (const ScenarioContactComponent& component : scenario.contact.components)
+    if (!known(component.name)) refuse(scenario.file.string() + ": " + component.place, component.name);
+  for (const ScenarioContactPair& pair : scenario.contact.pairs)
+    for (const std::string& name : pair.pair)
+      if (!known(name)) refuse(pair.place, name);
+}
+
+/// What is said of one component by all entries that fit it.
+ScenarioContactComponent of_component(const Scenario& scenario, const std::string& name) {
+  ScenarioContactComponent result;
+  for (const ScenarioContactComponent& entry : scenario.contact.components) {
+    if (!fits_pattern(name, entry.name)) continue;
+    replace(entry.stated, result.stated);
+    if (entry.element_edge_m) result.element_edge_m = entry.element_edge_m;
+    if (entry.line_length_m) result.line_length_m = entry.line_length_m;
+    if (entry.role != ContactRole::by_rule) result.role = entry.role;
+  }
+  return result;
+}
+
+/// Base and Target of two components: as a pair entry says, else as the components say, else by rule.
+bool first_is_base(const Scenario& scenario, const CellModel& cell, std::size_t a, std::size_t b,
+                   const ScenarioContactComponent& of_a, const ScenarioContactComponent& of_b) {
+  const std::string& name_a = cell.components[a].name;
+  const std::string& name_b = cell.components[b].name;
+  int said = 0;
+  for (const ScenarioContactPair& rule : scenario.contact.pairs) {
+    if (rule.base.empty() || !fits(rule, name_a, name_b)) continue;
+    said = fits_pattern(name_a, rule.base) ? 1 : -1;
+  }
+  if (said != 0) return said > 0;
+  if (of_a.role != of_b.role) {
+    if (of_a.role == ContactRole::base || of_b.role == ContactRole::target) return true;
+    if (of_a.role == ContactRole::target || of_b.role == ContactRole::base) return false;
+  }
+  return first_carries_elements(*cell.contact.surfaces[a], *cell.contact.surfaces[b]);
+}
+
+}  // namespace
+
+void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& meshes, CellModel& cell) {
+  const bool wanted = std::any_of(scenario.processes.begin(), scenario.processes.end(),
+                                  [](const ScenarioProcess& p) { return p.level_of_detail == 3; });
+  if (!scenario.contact.given && !wanted) return;
+  ContactModel& contact = cell.contact;
+  contact.enabled = true;
+  contact.optimize_calls = scenario.contact.optimize_calls;
+  contact.parallel = scenario.contact.parallel;
+  require_known(scenario, cell);
+  std::vector<ScenarioContactComponent> said;
+  std::vector<ContactSurfaceOptions> surface_options;
+  for (std::size_t c = 0; c < cell.components.size(); ++c) {
+    said.push_back(of_component(scenario, cell.components[c].name));
+    const ContactSurfaceOptions options{said[c].element_edge_m.value_or(scenario.contact.element_edge_m),
+                                        said[c].line_length_m.value_or(scenario.contact.line_length_m)};
+    surface_options.push_back(options);
+    // The right jaw is the left one turned.
+    const bool shared =
+        cell.components[c].role == GripperRole::right_jaw && options == surface_options[c - 1];
+    contact.surfaces.push_back(shared ? contact.surfaces.back()
+                                      : std::make_shared<const ContactSurface>(meshes[c], options));
+  }
+  for (const ComponentPair& pair : cell.pairs) {
+    if (pair.kind != PairKind::hold) continue;
+    const auto a = static_cast<std::size_t>(pair.base), b = static_cast<std::size_t>(pair.target);
+    const std::string& name_a = cell.components[a].name;
+    const std::string& name_b = cell.components[b].name;
+    StatedContact stated = scenario.contact.defaults;
+    StatedContact sides;
+    add_sides(said[a].stated, said[b].stated, sides);
+    replace(sides, stated);
+    if (cell.components[b].type == ComponentType::gripper) replace(scenario.contact.grippers, stated);
+    ContactPairModel model;
+    for (const ScenarioContactPair& rule : scenario.contact.pairs) {
+      if (!fits(rule, name_a, name_b)) continue;
+      replace(rule.stated, stated);
+      if (rule.interaction) model.force = *rule.interaction;
+    }
+    const bool base_first = first_is_base(scenario, cell, a, b, said[a], said[b]);
+    model.base = base_first ? pair.base : pair.target;
+    model.target = base_first ? pair.target : pair.base;
+    model.law = contact_law(parameters(stated));
+    contact.pairs.push_back(model);
+  }
+  std::sort(contact.pairs.begin(), contact.pairs.end(),
+            [](const ContactPairModel& x, const ContactPairModel& y) {
+              return std::pair{x.base, x.target} < std::pair{y.base, y.target};
+            });
+}
+
+}  // namespace takt
