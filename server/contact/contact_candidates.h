@@ -55,19 +55,27 @@ class ContactCandidates {
  private:
   /// Bounds the turn of the Base between rebuilds, so that a line that leaves through a patch keeps doing so.
   static constexpr double kLargestTurn = 0.05;  // rad, roughly: bound over radius
+  static constexpr std::int32_t kNothing = -1, kSeveral = -2;
   struct Near {
-    std::int32_t face;
-    std::int32_t patch;
-    double start_distance2;  ///< of the beginning of the line
-    double line_distance2;
+    std::int32_t face, patch;
   };
   struct Simple {
     std::int32_t plane, slot;
   };
+  /// Penetration line at the pose of the lists, axes of T.
+  struct Line {
+    Vec3 p, d;
+    double length_m, fade_m;
+  };
   struct Build;
 
   void add_element(const Build& build, std::int32_t index);
-  bool simple(const Build& build, std::int32_t index, const Vec3& p, const Vec3& d, std::int32_t patch) const;
+  std::int32_t start_patch(const Build& build, const Line& line, bool& steep) const;
+  bool simple(const Build& build, const Line& line, std::int32_t patch) const;
+  bool local(const Build& build, const Line& line) const;
+  void gather(const Build& build, const Line& line, double length_m);
+  std::int32_t first_patch(const Build& build, const Line& line, bool& outside) const;
+  void add_ray(const Build& build, const Line& line, std::int32_t index, double length_m);
   std::int32_t local_patch(std::int32_t patch);
 
   bool valid_ = false;

@@ -15,7 +15,14 @@ namespace {
 
 constexpr double kFirstBound_m = 1e-3;
 constexpr double kLargestBound_m = 4e-3;
-constexpr double kSmallestBound_m = 1e-4;
+constexpr double kSmallestBound_m = 2e-5;
+
+/// Lists are short where the bound is a fraction of what is flat of the Target.
+double first_bound_m(const ContactSurface::Data& base, const ContactSurface::Data& target) {
+  const double flat_m = std::sqrt(target.surface_area_m2 / static_cast<double>(target.patches.size()));
+  const double wished_m = std::clamp(0.25 * flat_m, kSmallestBound_m, kFirstBound_m);
+  return std::min(wished_m, ContactCandidates::largest_bound_m(base));
+}
 
 Mat3 cross_matrix(const Vec3& a) {
   Mat3 m;
@@ -84,7 +91,7 @@ struct PolygonalContact::Impl {
   ElementRows rows;
   std::vector<ContactSpring> springs, next_springs;
   ContactCounts counts;
-  double bound_m = kFirstBound_m;
+  double bound_m;
   std::uint64_t uses = 0;  ///< of the present lists
 
   Impl(std::shared_ptr<const ContactSurface> b, std::shared_ptr<const ContactSurface> t, const ContactLaw& l)
@@ -92,7 +99,8 @@ struct PolygonalContact::Impl {
         target_surface(std::move(t)),
         base(base_surface->data()),
         target(target_surface->data()),
-        law(l) {}
+        law(l),
+        bound_m(first_bound_m(base, target)) {}
 
   bool boxes_apart(const Pose& X_TB) const;
   void renew_lists(const Pose& X_TB);

@@ -102,6 +102,9 @@ void find_rims(Data& data, const std::vector<Vec3>& normals) {
     }
     ++region;
   }
+  data.patch_region.resize(data.patches.size());
+  for (const ContactFace& face : data.faces)
+    data.patch_region[static_cast<std::size_t>(face.patch)] = face.region;
   for (ContactFace& face : data.faces) face.rim = {-1, -1, -1};
   for (std::size_t i = 0; i < data.faces.size(); ++i) {
     ContactFace& face = data.faces[i];

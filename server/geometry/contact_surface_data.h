@@ -50,6 +50,7 @@ struct ContactSurface::Data {
   std::vector<Vec3> vertices;
   std::vector<ContactFace> faces;
   std::vector<ContactPatch> patches;
+  std::vector<std::int32_t> patch_region;  ///< per patch
   std::vector<ContactRim> rims;
   BoxTree face_tree;
 
