@@ -1,0 +1,112 @@
+#include "server/contact/contact_depths.h"
+
+#include <cmath>
+
+#include "server/contact/contact_elements.h"
+#include "server/geometry/segment_distance.h"
+
+namespace takt {
+
+void ContactDepths::prepare(const ContactCandidates& lists) {
+  planes_.resize(lists.patches.size());
+  plane_depth_.resize(lists.plane_slot.size());
+  slots_.assign(lists.slot_count(), Slot{});
+  hits_.clear();
+  hits_.reserve(lists.slot_count());
+  for (const auto& group : lists.plane_groups)
+    for (std::size_t k = group.begin; k < group.end; ++k)
+      slots_[static_cast<std::size_t>(lists.plane_slot[k])].plane = group.plane;
+}
+
+void ContactDepths::find(const ContactSurface::Data& base, const ContactSurface::Data& target,
+                         const ContactCandidates& lists, const Pose& X_TB, const Pose& X_BT) {
+  for (std::size_t i = 0; i < planes_.size(); ++i) {
+    const ContactPatch& patch = target.patches[static_cast<std::size_t>(lists.patches[i])];
+    planes_[i].normal_B = X_BT.R * patch.normal;
+    planes_[i].offset_m = patch.offset_m - patch.normal.dot(X_TB.p);
+  }
+  for (const auto& group : lists.plane_groups) {
+    const Plane& plane = planes_[static_cast<std::size_t>(group.plane)];
+    const std::size_t at = group.begin;
+    plane_depths(plane.normal_B, plane.offset_m, group.end - at, lists.px.data() + at, lists.py.data() + at,
+                 lists.pz.data() + at, lists.nx.data() + at, lists.ny.data() + at, lists.nz.data() + at,
+                 lists.line_m.data() + at, plane_depth_.data() + at);
+  }
+  for (std::size_t k = 0; k < plane_depth_.size(); ++k)
+    slots_[static_cast<std::size_t>(lists.plane_slot[k])].depth_m = plane_depth_[k];
+  for (const auto& ray : lists.rays) follow(base, target, lists, ray, X_TB);
+
+  hits_.clear();
+  for (std::size_t i = 0; i < slots_.size(); ++i) {
+    const Slot& slot = slots_[i];
+    if (slot.depth_m > 0.0 && slot.weight > 0.0)
+      hits_.push_back({lists.element[i], slot.plane, slot.depth_m, slot.weight, slot.fade_T});
+  }
+}
+
+void ContactDepths::follow(const ContactSurface::Data& base, const ContactSurface::Data& target,
+                           const ContactCandidates& lists, const ContactCandidates::Ray& ray,
+                           const Pose& X_TB) {
+  Slot& slot = slots_[static_cast<std::size_t>(ray.slot)];
+  slot.depth_m = 0.0;
+  const auto e = static_cast<std::size_t>(lists.element[static_cast<std::size_t>(ray.slot)]);
+  const double px = base.px[e], py = base.py[e], pz = base.pz[e];
+  const double nx = base.nx[e], ny = base.ny[e], nz = base.nz[e];
+  double nearest = base.line_m[e];
+  bool met = false, leaves = false;
+  std::int32_t region = -1, at_plane = -1;
+  Vec3 p, d, met_T = Vec3::Zero();
+  bool placed = false;
+  for (std::size_t g = ray.group_begin; g < ray.group_end; ++g) {
+    const auto& group = lists.face_groups[g];
+    const Plane& plane = planes_[static_cast<std::size_t>(group.plane)];
+    const Vec3& n = plane.normal_B;
+    const double t = plane_depth(n.x(), n.y(), n.z(), plane.offset_m, px, py, pz, nx, ny, nz);
+    if (!(t > 0.0 && t <= nearest)) continue;
+    const bool out = n.x() * nx + n.y() * ny + n.z() * nz < 0.0;
+    // Where it leaves and enters at one point it touches from outside.
+    if (met && t == nearest && (out || !leaves)) continue;
+    if (!placed) {
+      p = X_TB * Vec3(px, py, pz);
+      d = -(X_TB.R * Vec3(nx, ny, nz));
+      placed = true;
+    }
+    const Vec3 x = p + t * d;
+    for (std::size_t k = group.begin; k < group.end; ++k) {
+      const ContactFace& face = target.faces[static_cast<std::size_t>(lists.faces[k])];
+      if (!target.pierces(face, p, d, x)) continue;
+      met = true;
+      leaves = out;
+      nearest = t;
+      region = face.region;
+      at_plane = group.plane;
+      met_T = x;
+      break;
+    }
+  }
+  if (!met || !leaves) return;
+  slot.depth_m = nearest;
+  slot.plane = at_plane;
+  slot.weight = 1.0;
+  slot.fade_T.setZero();
+  const double fade_m = base.fade_m[e];
+  double distance2 = fade_m * fade_m;
+  Vec3 closest = Vec3::Zero();
+  for (std::size_t k = ray.rim_begin; k < ray.rim_end; ++k) {
+    const ContactRim& rim = target.rims[static_cast<std::size_t>(lists.rims[k])];
+    if (rim.region[0] != region && rim.region[1] != region) continue;
+    const Vec3 foot = closest_on_segment(met_T, rim.a, rim.b);
+    const double squared = (met_T - foot).squaredNorm();
+    if (squared < distance2) distance2 = squared, closest = foot;
+  }
+  if (distance2 < fade_m * fade_m) {
+    const double distance_m = std::sqrt(distance2);
+    const double s = distance_m / fade_m;
+    slot.weight = rim_weight(s);
+    // d(ln w)/ds = (4 - 6 s) / w
+    if (slot.weight > 0.0 && distance_m > 0.0)
+      slot.fade_T = (4.0 - 6.0 * s) / (slot.weight * fade_m * distance_m) * (met_T - closest);
+  }
+}
+
+}  // namespace takt

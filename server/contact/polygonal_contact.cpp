@@ -1,0 +1,328 @@
+#include "server/contact/polygonal_contact.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "server/contact/contact_candidates.h"
+#include "server/contact/contact_depths.h"
+#include "server/contact/contact_elements.h"
+#include "server/contact/contact_springs.h"
+
+namespace takt {
+namespace {
+
+constexpr double kFirstBound_m = 1e-3;
+constexpr double kLargestBound_m = 4e-3;
+constexpr double kSmallestBound_m = 2e-5;
+
+/// Lists are short where the bound is a fraction of what is flat of the Target.
+double first_bound_m(const ContactSurface::Data& base, const ContactSurface::Data& target) {
+  const double flat_m = std::sqrt(target.surface_area_m2 / static_cast<double>(target.patches.size()));
+  const double wished_m = std::clamp(0.25 * flat_m, kSmallestBound_m, kFirstBound_m);
+  return std::min(wished_m, ContactCandidates::largest_bound_m(base));
+}
+
+Mat3 cross_matrix(const Vec3& a) {
+  Mat3 m;
+  m << 0.0, -a.z(), a.y(), a.z(), 0.0, -a.x(), -a.y(), a.x(), 0.0;
+  return m;
+}
+
+/// From the origin and axes of B to those of T.
+void move_to_target(const Pose& X_TB, Mat6& m) {
+  const Mat3& R = X_TB.R;
+  const Mat3 lever = cross_matrix(X_TB.p);
+  const Mat3 a = R * m.topLeftCorner<3, 3>() * R.transpose();
+  const Mat3 b = R * m.topRightCorner<3, 3>() * R.transpose() - a * lever;
+  const Mat3 c = R * m.bottomLeftCorner<3, 3>() * R.transpose();
+  const Mat3 d = R * m.bottomRightCorner<3, 3>() * R.transpose() - c * lever;
+  m.topLeftCorner<3, 3>() = a;
+  m.topRightCorner<3, 3>() = b;
+  m.bottomLeftCorner<3, 3>() = c + lever * a;
+  m.bottomRightCorner<3, 3>() = d + lever * b;
+}
+
+void check(bool good, const char* name, double value, const char* allowed) {
+  if (!good)
+    throw std::invalid_argument(std::string("contact law: ") + name + " is " + std::to_string(value) +
+                                "; it must be " + allowed);
+}
+
+void check_law(const ContactLaw& law) {
+  const auto positive = [](const char* name, double value) {
+    check(value > 0.0 && std::isfinite(value), name, value, "positive");
+  };
+  const auto not_negative = [](const char* name, double value) {
+    check(value >= 0.0 && std::isfinite(value), name, value, "zero or positive");
+  };
+  positive("stiffness_Pa_per_m", law.stiffness_Pa_per_m);
+  not_negative("areal_damping_Ns_per_m3", law.areal_damping_Ns_per_m3);
+  positive("damping_depth_m", law.damping_depth_m);
+  not_negative("friction", law.friction);
+  positive("friction_velocity_m_per_s", law.friction_velocity_m_per_s);
+  if (law.friction_law == FrictionLaw::stick) {
+    positive("tangential_stiffness_Pa_per_m", law.tangential_stiffness_Pa_per_m);
+    not_negative("tangential_damping_Ns_per_m3", law.tangential_damping_Ns_per_m3);
+  }
+}
+
+}  // namespace
+
+RelativeMotion relative_motion(const Pose& X_WB, const Twist& V_WB, const Pose& X_WT, const Twist& V_WT) {
+  const Mat3 R_TW = X_WT.R.transpose();
+  const Vec3 p_TB_W = X_WB.p - X_WT.p;
+  RelativeMotion motion;
+  motion.X_TB.R = R_TW * X_WB.R;
+  motion.X_TB.p = R_TW * p_TB_W;
+  motion.V_TB_T.v = R_TW * (V_WB.v - V_WT.at(p_TB_W));
+  motion.V_TB_T.w = R_TW * (V_WB.w - V_WT.w);
+  return motion;
+}
+
+struct PolygonalContact::Impl {
+  std::shared_ptr<const ContactSurface> base_surface, target_surface;
+  const ContactSurface::Data& base;
+  const ContactSurface::Data& target;
+  ContactLaw law;
+  ContactCandidates lists;
+  ContactDepths depths;
+  ElementRows rows;
+  std::vector<ContactSpring> springs, next_springs;
+  ContactCounts counts;
+  double bound_m;
+  std::uint64_t uses = 0;  ///< of the present lists
+
+  Impl(std::shared_ptr<const ContactSurface> b, std::shared_ptr<const ContactSurface> t, const ContactLaw& l)
+      : base_surface(std::move(b)),
+        target_surface(std::move(t)),
+        base(base_surface->data()),
+        target(target_surface->data()),
+        law(l),
+        bound_m(first_bound_m(base, target)) {}
+
+  bool boxes_apart(const Pose& X_TB) const;
+  void renew_lists(const Pose& X_TB);
+  std::size_t find_elements(const RelativeMotion& motion, ElementDetail detail, Twist& V_B);
+  void fill_rows(const Pose& X_TB, const Pose& X_BT, ElementDetail detail);
+  bool evaluate(const RelativeMotion& motion, ElementDetail detail, ContactResult& result, Twist& V_B);
+};
+
+bool PolygonalContact::Impl::boxes_apart(const Pose& X_TB) const {
+  const Vec3& c = base.box.center_B;
+  const Vec3& h = base.box.half_B;
+  for (int k = 0; k < 3; ++k) {
+    const double between = X_TB.R(k, 0) * c.x() + X_TB.R(k, 1) * c.y() + X_TB.R(k, 2) * c.z() + X_TB.p[k] -
+                           target.box.center_B[k];
+    const double reach = std::abs(X_TB.R(k, 0)) * h.x() + std::abs(X_TB.R(k, 1)) * h.y() +
+                         std::abs(X_TB.R(k, 2)) * h.z() + target.box.half_B[k];
+    // A pose that is not finite is apart.
+    if (!(std::abs(between) <= reach)) return true;
+  }
+  return false;
+}
+
+// The bound decides only how often lists are made and how long they are: longer lists where they would be
+// made at every other evaluation, shorter ones where most elements in them touch nothing.
+void PolygonalContact::Impl::renew_lists(const Pose& X_TB) {
+  const bool valid = lists.cover(X_TB);
+  const bool too_long = uses >= 256 && uses % 256 == 0 && bound_m > kSmallestBound_m &&
+                        lists.slot_count() > 4 * depths.hits().size() + 32;
+  if (valid && !too_long) {
+    ++uses;
+    return;
+  }
+  if (too_long)
+    bound_m = std::max(0.5 * bound_m, kSmallestBound_m);
+  else if (counts.rebuilds > 0 && uses < 8)
+    bound_m = std::min(2.0 * bound_m, kLargestBound_m);
+  lists.rebuild(base, target, X_TB, bound_m);
+  depths.prepare(lists);
+  ++counts.rebuilds;
+  uses = 1;
+}
+
+void PolygonalContact::Impl::fill_rows(const Pose& X_TB, const Pose& X_BT, ElementDetail detail) {
+  const auto& hits = depths.hits();
+  rows.resize(hits.size());
+  using R = ElementRows;
+  double *px = rows[R::kPx], *py = rows[R::kPy], *pz = rows[R::kPz];
+  double *nx = rows[R::kNx], *ny = rows[R::kNy], *nz = rows[R::kNz];
+  double *area = rows[R::kArea], *depth = rows[R::kDepth];
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    const auto e = static_cast<std::size_t>(hits[i].element);
+    px[i] = base.px[e], py[i] = base.py[e], pz[i] = base.pz[e];
+    nx[i] = base.nx[e], ny[i] = base.ny[e], nz[i] = base.nz[e];
+    area[i] = hits[i].weight * base.area_m2[e];
+    depth[i] = hits[i].depth_m;
+  }
+  if (law.friction_law == FrictionLaw::stick) {
+    double *x = rows[R::kXx], *y = rows[R::kXy], *z = rows[R::kXz];
+    auto spring = springs.begin();
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      while (spring != springs.end() && spring->element < hits[i].element) ++spring;
+      x[i] = y[i] = z[i] = 0.0;
+      if (spring == springs.end() || spring->element != hits[i].element) continue;
+      const Vec3 anchor_B = X_BT * spring->anchor_T;
+      x[i] = px[i] - anchor_B.x(), y[i] = py[i] - anchor_B.y(), z[i] = pz[i] - anchor_B.z();
+    }
+  }
+  if (detail != ElementDetail::tangent) return;
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    // Depth: t = (offset - m . p) / (m . d) with d = -n; its gradient with the displacement of the Base at
+    // the point met is -m / (m . d). The point met moves along with the Base and slides along the line.
+    const Vec3& m = depths.plane(hits[i].plane).normal_B;
+    const Vec3 n(nx[i], ny[i], nz[i]);
+    const Vec3 g = m / m.dot(n);
+    const Vec3 fade = X_TB.R.transpose() * hits[i].fade_T;
+    const Vec3 h = fade - fade.dot(n) * g;
+    rows[R::kGx][i] = g.x(), rows[R::kGy][i] = g.y(), rows[R::kGz][i] = g.z();
+    rows[R::kHx][i] = h.x(), rows[R::kHy][i] = h.y(), rows[R::kHz][i] = h.z();
+  }
+}
+
+/// Number of elements that penetrate; their rows are filled.
+std::size_t PolygonalContact::Impl::find_elements(const RelativeMotion& motion, ElementDetail detail,
+                                                  Twist& V_B) {
+  if (boxes_apart(motion.X_TB)) return 0;
+  renew_lists(motion.X_TB);
+  if (lists.slot_count() == 0) return 0;
+  const Pose X_BT = motion.X_TB.inverse();
+  depths.find(base, target, lists, motion.X_TB, X_BT);
+  if (depths.hits().empty()) return 0;
+  fill_rows(motion.X_TB, X_BT, detail);
+  V_B.v = X_BT.R * motion.V_TB_T.v;
+  V_B.w = X_BT.R * motion.V_TB_T.w;
+  return depths.hits().size();
+}
+
+bool PolygonalContact::Impl::evaluate(const RelativeMotion& motion, ElementDetail detail,
+                                      ContactResult& result, Twist& V_B) {
+  ++counts.evaluations;
+  result = ContactResult{};
+  if (find_elements(motion, detail, V_B) == 0) return false;
+  const ElementTotals totals = element_forces(law, V_B, detail, rows);
+  result.elements = static_cast<int>(totals.elements);
+  if (result.elements == 0) return false;
+  const Pose& X = motion.X_TB;
+  result.F_B_T.f = X.R * totals.f_B;
+  result.F_B_T.t = X.R * totals.t_B + X.p.cross(result.F_B_T.f);
+  result.area_m2 = totals.area_m2;
+  result.normal_force_N = totals.normal_force_N;
+  result.friction_force_N = totals.friction_force_N;
+  result.largest_pressure_Pa = totals.largest_pressure_Pa;
+  result.largest_penetration_m = totals.largest_penetration_m;
+  if (totals.normal_force_N > 0.0) result.p_TC = X * Vec3(totals.weighted_p_B / totals.normal_force_N);
+  counts.elements += static_cast<std::uint64_t>(result.elements);
+  return true;
+}
+
+PolygonalContact::PolygonalContact(std::shared_ptr<const ContactSurface> base,
+                                   std::shared_ptr<const ContactSurface> target, const ContactLaw& law) {
+  if (base == nullptr || target == nullptr)
+    throw std::invalid_argument("a contact needs the surfaces of both sides");
+  check_law(law);
+  impl_ = std::make_unique<Impl>(std::move(base), std::move(target), law);
+}
+PolygonalContact::~PolygonalContact() = default;
+PolygonalContact::PolygonalContact(PolygonalContact&&) noexcept = default;
+PolygonalContact& PolygonalContact::operator=(PolygonalContact&&) noexcept = default;
+
+void PolygonalContact::evaluate(const RelativeMotion& motion, ContactResult& result) {
+  Twist V_B;
+  impl_->evaluate(motion, ElementDetail::forces, result, V_B);
+}
+
+void PolygonalContact::evaluate(const RelativeMotion& motion, Linearisation linearisation,
+                                ContactResult& result, ContactJacobian& jacobian) {
+  const bool tangent = linearisation == Linearisation::tangent;
+  const ElementDetail detail = tangent ? ElementDetail::tangent : ElementDetail::secant;
+  Twist V_B;
+  if (!impl_->evaluate(motion, detail, result, V_B)) {
+    jacobian.K.setZero();
+    jacobian.D.setZero();
+    return;
+  }
+  element_jacobian(impl_->law, V_B, detail, impl_->rows, jacobian.K, jacobian.D);
+  move_to_target(motion.X_TB, jacobian.K);
+  move_to_target(motion.X_TB, jacobian.D);
+  if (tangent) {
+    // Forces turn with the Base and their points move with it.
+    const Mat3 f = cross_matrix(result.F_B_T.f);
+    jacobian.K.topRightCorner<3, 3>() -= f;
+    jacobian.K.bottomLeftCorner<3, 3>() -= f;
+    jacobian.K.bottomRightCorner<3, 3>() -= cross_matrix(result.F_B_T.t);
+  }
+}
+
+bool PolygonalContact::accept(const RelativeMotion& motion) {
+  Impl& m = *impl_;
+  if (m.law.friction_law != FrictionLaw::stick) return false;
+  m.next_springs.clear();
+  Twist V_B;
+  if (m.find_elements(motion, ElementDetail::forces, V_B) > 0) {
+    element_forces(m.law, V_B, ElementDetail::forces, m.rows);
+    using R = ElementRows;
+    const auto& hits = m.depths.hits();
+    auto spring = m.springs.begin();
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      const double normal_force = m.rows[R::kForce][i];
+      if (!(normal_force > 0.0)) continue;
+      const auto e = static_cast<std::size_t>(hits[i].element);
+      const Vec3 x_T = motion.X_TB * m.base.point(e);
+      while (spring != m.springs.end() && spring->element < hits[i].element) ++spring;
+      ContactSpring kept{hits[i].element, x_T};
+      if (spring != m.springs.end() && spring->element == hits[i].element) {
+        const Vec3 n_T = motion.X_TB.R * m.base.normal(e);
+        const Vec3 stretch = x_T - spring->anchor_T;
+        const double tangential = (stretch - stretch.dot(n_T) * n_T).norm();
+        const double force = m.law.tangential_stiffness_Pa_per_m * m.rows[R::kArea][i] * tangential;
+        const double limit = m.law.friction * normal_force;
+        // Unchanged bits where it holds.
+        kept.anchor_T =
+            force > limit ? Vec3(x_T - limit / force * (stretch - stretch.dot(n_T) * n_T)) : spring->anchor_T;
+      }
+      m.next_springs.push_back(kept);
+    }
+  }
+  m.springs.swap(m.next_springs);
+  return !m.springs.empty();
+}
+
+void PolygonalContact::reset() {
+  impl_->springs.clear();
+  impl_->lists.forget();
+}
+
+std::vector<double> PolygonalContact::save() const {
+  return save_springs(impl_->springs);
+}
+
+void PolygonalContact::restore(std::span<const double> kept) {
+  impl_->springs = restore_springs(kept, impl_->base.element_count());
+}
+
+std::vector<ElementPressure> PolygonalContact::pressures(const RelativeMotion& motion) {
+  std::vector<ElementPressure> result;
+  Twist V_B;
+  if (impl_->find_elements(motion, ElementDetail::forces, V_B) == 0) return result;
+  element_forces(impl_->law, V_B, ElementDetail::forces, impl_->rows);
+  const auto& hits = impl_->depths.hits();
+  using R = ElementRows;
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    if (!(impl_->rows[R::kForce][i] > 0.0)) continue;
+    result.push_back({hits[i].element, impl_->base.point(static_cast<std::size_t>(hits[i].element)),
+                      impl_->rows[R::kArea][i], hits[i].depth_m, impl_->rows[R::kPressure][i]});
+  }
+  return result;
+}
+
+const ContactCounts& PolygonalContact::counts() const {
+  return impl_->counts;
+}
+const ContactLaw& PolygonalContact::law() const {
+  return impl_->law;
+}
+
+}  // namespace takt
