@@ -80,6 +80,11 @@ void OdeSystem::update_motion(double t, std::span<const double> x) {
     segments_[i].model->write_motion(t, x.data() + segments_[i].begin, motion_);
 }
 
+void OdeSystem::update_stateless_motion(double t) {
+  for (const std::size_t i : active_)
+    if (segments_[i].count == 0) segments_[i].model->write_motion(t, nullptr, motion_);
+}
+
 std::span<const Wrench> OdeSystem::update_wrenches() {
   interaction_.evaluate(motion_, wrenches_);
   return wrenches_;
