@@ -7,12 +7,14 @@
 // whatever times within the step, as it likes. Discrete state (set-points, jaw targets) changes only between
 // accepted steps.
 #include <limits>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "plant_models/robot/arm_kinematics.h"
 #include "plant_models/spatial.h"
+#include "plant_models/velocity_form.h"
 
 namespace takt {
 
@@ -99,6 +101,10 @@ class PlantModel {
   virtual void time_derivative(double t, const double* x, const CellMotion& motion, double* rate) const {
     static_cast<void>(t), static_cast<void>(x), static_cast<void>(motion), static_cast<void>(rate);
   }
+
+  /// The model reduced to its velocities, for linear systems that couple models; the model outlives it. None:
+  /// the model is coupled with no other, and its own entries (jacobian_pattern) are all.
+  virtual std::unique_ptr<VelocityForm> make_velocity_form() const { return nullptr; }
 
   /// Typical sizes of the states, > 0: solvers with error control allow a state x of scale s an error of
   /// tolerance * (|x| + s) per step, and finite differences are taken over a fraction of it.

@@ -30,7 +30,7 @@ void declare(CLI::App& app, Arguments& a) {
   app.set_version_flag("--version", TAKT_VERSION);
   app.add_option("scenario", a.scenario, "Scenario file (YAML)")->required();
   app.add_option("--lod", a.lod, "Level of detail of every process");
-  app.add_option("--solver", a.solver, "Solver: rk2, rk4, implicit, cvode, esdirk, esdirk4, ida");
+  app.add_option("--solver", a.solver, "Solver: rk2, rk4, implicit, rosenbrock, cvode, esdirk, esdirk4, ida");
   app.add_option("--step", a.step, "Step size (s)");
   app.add_option("--tolerance", a.tolerance, "Relative tolerance of solvers with error control");
   app.add_option("--duration", a.duration, "Simulated time (s); default: the scenario's");

@@ -8,10 +8,6 @@ namespace {
 using ConstVec3 = Eigen::Map<const Vec3>;
 using MutVec3 = Eigen::Map<Vec3>;
 
-// Rate at which a quaternion's length error decays (1/s). Large enough to follow any drift, small against the
-// substitute springs (313 1/s), so that it never limits the step.
-constexpr double kQuaternionStabilisation = 50.0;
-
 Quat quaternion_of(const double* x) {
   return {x[3], x[4], x[5], x[6]};
 }

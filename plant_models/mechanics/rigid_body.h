@@ -31,6 +31,11 @@ class RigidBody final : public PlantModel {
   void derivatives(double t, const double* x, const CellMotion& motion, std::span<const Wrench> wrenches,
                    double* xdot) const override;
   void state_scales(double* scales) const override;
+  /// Velocities v, w; the gyroscopic torque is left out.
+  std::unique_ptr<VelocityForm> make_velocity_form() const override;
+  /// Rate at which a quaternion's length error decays (1/s). Large enough to follow any drift, small against
+  /// the substitute springs (313 1/s), so that it never limits the step.
+  static constexpr double kQuaternionStabilisation = 50.0;
   const RigidBodyParameters& parameters() const { return parameters_; }
 
  private:

@@ -100,6 +100,7 @@ DynamicRobot::Impl::Impl(const DynamicRobotParameters& parameters,
   }
   states += 2;
   gain_x.resize(static_cast<size_t>(states));
+  yielding_x.resize(static_cast<size_t>(states));
 }
 
 void DynamicRobot::Impl::update(const double* x) {
@@ -170,7 +171,8 @@ void DynamicRobot::Impl::solve(double t, const double* x, const CellMotion& moti
     s.qdd[k] = s.output[k].prescribes_acceleration ? s.output[k].acceleration : 0.0;
   }
   // Servos that would need more than they have yield; each may make another one yield.
-  JointArray yielding{};
+  JointArray yield_torque{};
+  s.yields.fill(false);
   for (bool again = true; again;) {
     again = false;
     tree.forward_dynamics(tau.data(), held, s.qdd.data(), s.holding.data(), w);
@@ -178,13 +180,14 @@ void DynamicRobot::Impl::solve(double t, const double* x, const CellMotion& moti
       if (!held[i] || !s.output[i].prescribes_acceleration) continue;
       const double limit = s.output[i].max_holding_torque;
       if (std::abs(s.holding[i]) <= limit) continue;
-      yielding[i] = std::copysign(limit, s.holding[i]);
-      tau[i] += yielding[i];
+      yield_torque[i] = std::copysign(limit, s.holding[i]);
+      tau[i] += yield_torque[i];
       held[i] = false;
+      s.yields[i] = true;
       again = true;
     }
   }
-  for (size_t i = 0; i < static_cast<size_t>(joints); ++i) s.holding[i] += yielding[i];
+  for (size_t i = 0; i < static_cast<size_t>(joints); ++i) s.holding[i] += yield_torque[i];
 }
 
 double DynamicRobot::Impl::electrical_power(const RobotPowerParameters& power, const DriveOutput& output,

@@ -77,6 +77,9 @@ class DynamicRobot final : public PlantModel {
   void jacobian_pattern(std::vector<std::pair<int, int>>& entries) const override;
   void jacobian(double t, const double* x, const CellMotion& motion, double* values) const override;
   void time_derivative(double t, const double* x, const CellMotion& motion, double* rate) const override;
+  /// Velocities of arm and jaws; servos prescribe theirs until they yield. The energies' dependence on the
+  /// rest is left out.
+  std::unique_ptr<VelocityForm> make_velocity_form() const override;
   /// The energies' is so large that no error test looks at them: their derivatives have kinks where an axis
   /// begins to brake, and nothing depends on them.
   void state_scales(double* scales) const override;
@@ -101,6 +104,7 @@ class DynamicRobot final : public PlantModel {
 
  private:
   struct Impl;
+  class Linear;
   DynamicRobotParameters parameters_;
   std::unique_ptr<Impl> impl_;
 };

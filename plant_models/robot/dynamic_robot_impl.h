@@ -10,6 +10,7 @@ struct DynamicRobot::Impl {
     std::array<JointReference, kMaxJoints> reference;
     std::array<DriveOutput, kMaxJoints> output;
     JointArray qdd{}, holding{};
+    std::array<bool, kMaxJoints> yields{};  ///< a servo at its limit
 
     /// Of the drive on its joint.
     double torque(int joint, double armature) const {
@@ -62,6 +63,9 @@ struct DynamicRobot::Impl {
   Solution solution;
   MultibodyTree::MassMatrix gain;  ///< at (gain_t, gain_x)
   double gain_t = std::numeric_limits<double>::quiet_NaN();
+  std::array<bool, kMaxJoints> yielding{};  ///< at (yielding_t, yielding_x), found while linearising there
+  double yielding_t = std::numeric_limits<double>::quiet_NaN();
+  std::vector<double> yielding_x;
   std::vector<double> gain_x;
 };
 

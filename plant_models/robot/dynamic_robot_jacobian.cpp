@@ -106,8 +106,10 @@ void DynamicRobot::time_derivative(double t, const double* x, const CellMotion&,
   m.references(t, references);
   const MultibodyTree::MassMatrix& G = m.arm_gain(t, x);
   const int n = m.joints;
+  const bool known = t == m.yielding_t && std::equal(m.yielding_x.begin(), m.yielding_x.end(), x);
   for (int i = 0; i < n; ++i) {
     const auto k = static_cast<size_t>(i);
+    if (known && m.yielding[k]) continue;  // its torque is at the limit and stays there
     DriveRate r;
     m.drive(i).time_derivative(references[k], x[i], x[n + i], m.drive_states(x, i), r);
     for (int c = 0; c < m.drive(i).state_count(); ++c) rate[m.z_begin[k] + c] += r.zdot[c];

@@ -65,6 +65,13 @@ class ComponentInteraction {
     connections_.evaluate(motion, parts, wrenches);
   }
 
+  /// How the wrenches of evaluate() change with the motion: appends every pair that acts on one of these
+  /// Parts (component ids, ascending) to `pairs`.
+  void linearise(const CellMotion& motion, std::span<const int> parts, Linearisation /*of_friction*/,
+                 std::vector<PairLinearisation>& pairs) const {
+    connections_.linearise(motion, parts, pairs);
+  }
+
   /// Lets others help with the collision checks, from `least_calls` in a step on; nullptr: nobody. Same bits,
   /// same counts.
   void set_executor(Executor* executor, std::uint64_t least_calls = PairQueries::kLeastCalls) {

@@ -285,6 +285,14 @@ void Connections::evaluate(const CellMotion& motion, std::span<const int> parts,
   }
 }
 
+void Connections::linearise(const CellMotion& motion, std::span<const int> parts,
+                            std::vector<PairLinearisation>& pairs) const {
+  for (const int part : parts)
+    for (const PairConnection& pair : of(part))
+      pairs.push_back(
+          substitute_linearisation(part, pair.connection, motion.bodies[static_cast<std::size_t>(part)]));
+}
+
 Wrench Connections::pair_wrench(const PairConnection& pair, const CellMotion& motion) const {
   const BodyMotion& base = motion.bodies[static_cast<std::size_t>(pair.base)];
   const int target = pair.connection.partner;

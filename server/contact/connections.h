@@ -77,6 +77,10 @@ class Connections {
 
   /// Pure stage; see ComponentInteraction::evaluate().
   void evaluate(const CellMotion& motion, std::span<const int> parts, std::span<Wrench> wrenches) const;
+  /// Appends how the wrenches of these Parts' connections change with the motion. Weights that pass through
+  /// are constant.
+  void linearise(const CellMotion& motion, std::span<const int> parts,
+                 std::vector<PairLinearisation>& pairs) const;
   /// What one connection exerts on its Base about its centre of mass, with the weight that passes through it.
   /// The Target gets reaction_on_target() of it. Over all connections these sum to evaluate(); for people and
   /// tests, as it looks at all Parts.

@@ -102,4 +102,18 @@ Wrench substitute_wrench(const Connection& connection, const BodyMotion& base, c
   return F;
 }
 
+PairLinearisation substitute_linearisation(int base_id, const Connection& connection,
+                                           const BodyMotion& base) {
+  const Mat3& R_WB = base.X_WB.R;
+  PairLinearisation pair;
+  pair.base = base_id;
+  pair.target = connection.partner;
+  pair.p_W = base.p_WBcm;
+  pair.K.diagonal().head<3>().setConstant(-connection.gains.k_tr_N_per_m);
+  pair.D.diagonal().head<3>().setConstant(-connection.gains.d_tr_N_s_per_m);
+  pair.K.bottomRightCorner<3, 3>() = -(R_WB * connection.gains.K_rot_B * R_WB.transpose());
+  pair.D.bottomRightCorner<3, 3>() = -(R_WB * connection.gains.D_rot_B * R_WB.transpose());
+  return pair;
+}
+
 }  // namespace takt

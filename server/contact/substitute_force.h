@@ -20,6 +20,7 @@
 //   connection that changes hands neither sags by m g / k nor jumps in force.
 #include "plant_models/plant_model.h"
 #include "server/components/component.h"
+#include "server/contact/pair_linearisation.h"
 
 namespace takt {
 
@@ -76,6 +77,10 @@ SubstituteParameters scaled(const SubstituteParameters& gains, double factor);
 
 /// Wrench on the Base about its centre of mass, world frame: (3.5) and (3.12) with the corrections above.
 Wrench substitute_wrench(const Connection& connection, const BodyMotion& base, const BodyMotion& target);
+
+/// How that changes with the motion, at small angles between the Base and where it should be: about the
+/// Base's centre of mass. Constant but for the axes of the rotational part.
+PairLinearisation substitute_linearisation(int base_id, const Connection& connection, const BodyMotion& base);
 
 /// The balanced reaction: wrench on the Target about its reference point p_WBcm.
 inline Wrench reaction_on_target(const Wrench& on_base, const BodyMotion& base, const BodyMotion& target) {

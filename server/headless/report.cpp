@@ -151,6 +151,7 @@ Json solver_json(const SolverStatistics& s) {
           {"factorisations", s.factorisations},
           {"newton_iterations", s.newton_iterations},
           {"newton_failures", s.newton_failures},
+          {"forced_steps", s.forced_steps},
           {"restarts", s.restarts},
           {"mode_switches", s.mode_switches},
           {"smallest_step_s", s.smallest_step_s},

@@ -13,6 +13,7 @@
 #include "server/geometry/convex_decomposition.h"
 #include "server/scenario/scenario_contact.h"
 #include "server/scenario/scenario_dynamics.h"
+#include "server/simulation/solver.h"
 
 namespace takt {
 
@@ -124,7 +125,8 @@ struct Scenario {
   Vec3 gravity_m_per_s2{0.0, 0.0, -9.80665};
   std::string solver = "rk2";
   double step_s = 0.001;
-  double tolerance = 1e-6;  ///< of solvers with error control
+  double tolerance = 1e-6;                        ///< of solvers with error control
+  SystemMatrix matrix = SystemMatrix::automatic;  ///< solver.matrix: automatic, separate or coupled
   std::vector<ScenarioProcess> processes;
   // interaction
   std::string algorithm = "partner_search";  ///< or substitute_force, extended_substitute_force

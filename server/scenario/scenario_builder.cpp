@@ -180,7 +180,7 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const Impo
   for (const ScenarioProcess& process : scenario.processes) {
     cell->description.level_of_detail = std::max(cell->description.level_of_detail, process.level_of_detail);
   }
-  cell->solver = {scenario.solver, scenario.tolerance, scenario.step_s};
+  cell->solver = {scenario.solver, scenario.tolerance, scenario.step_s, scenario.matrix};
   cell->interaction = {scenario.gravity_m_per_s2, scenario.contact_margin_m, scenario.weight_feed_forward,
                        scenario.skip_resting};
   cell->interaction.algorithm = interaction_algorithm(scenario.algorithm);

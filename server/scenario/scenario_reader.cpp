@@ -323,7 +323,12 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
   scenario.solver = solver.choice("method", {names.begin(), names.end()}, scenario.solver);
   scenario.step_s =
       solver.number_or("step_s", {.lower = 0.0, .upper = 1.0, .lower_open = true, .unit = "s"}, 0.001);
-  scenario.tolerance = solver.number_or("tolerance", {.lower = 1e-12, .upper = 0.1}, scenario.tolerance);
+  scenario.tolerance = solver.number_or("tolerance", {.lower = 1e-12, .upper = 0.1},
+                                        solver_default_tolerance(scenario.solver));
+  const std::string matrix = solver.choice("matrix", {"automatic", "separate", "coupled"}, "automatic");
+  scenario.matrix = matrix == "coupled"    ? SystemMatrix::coupled
+                    : matrix == "separate" ? SystemMatrix::separate
+                                           : SystemMatrix::automatic;
   solver.finish();
 
   YamlFields interaction = top.mapping("interaction");

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <memory>
 
 namespace takt {
 
@@ -26,20 +27,25 @@ std::string seconds(double t) {
 }
 }  // namespace
 
-AdaptiveProblem::AdaptiveProblem(const OdeSystem& system, double tolerance)
+AdaptiveProblem::AdaptiveProblem(const OdeSystem& system, double tolerance, SystemMatrix matrix)
     : tolerance_(tolerance),
       earliest_(-kInfinity),
       latest_(kInfinity),
       indicator_count_(system.indicator_count()),
       absolute_tolerances_(static_cast<std::size_t>(system.state_count())),
-      jacobian_(system),
       f_([this](double t, const double* x, double* xdot) { return derivatives(t, x, xdot); }) {
   system.state_scales(absolute_tolerances_);
   for (double& value : absolute_tolerances_) value *= tolerance;
+  if (is_coupled(matrix, system)) {
+    coupled_ = std::make_unique<VelocitySystem>(system);
+    work_.resize(absolute_tolerances_.size());
+  } else {
+    jacobian_ = std::make_unique<SystemJacobian>(system);
+  }
 }
 
 void AdaptiveProblem::find_groups(double t, const double* x) {
-  jacobian_.find_groups(*system_, t, x, f_);
+  if (jacobian_) jacobian_->find_groups(*system_, t, x, f_);
 }
 
 bool AdaptiveProblem::derivatives(double t, const double* x, double* xdot) {
@@ -58,16 +64,28 @@ void AdaptiveProblem::indicators(double t, const double* x, double* g) {
 
 bool AdaptiveProblem::evaluate_jacobian(double t, const double* x, const double* f0) {
   ++jacobians;
-  return jacobian_.evaluate(t, x, f0, f_);
+  if (jacobian_) return jacobian_->evaluate(t, x, f0, f_);
+  // Motion and wrenches may be those of another trial.
+  if (!derivatives(t, x, work_.data())) return false;
+  coupled_->linearise(*system_, std::clamp(t, earliest_, latest_), {x, absolute_tolerances_.size()},
+                      Linearisation::tangent);
+  return true;
 }
 
 bool AdaptiveProblem::factorise(double a, double b) {
   ++factorisations;
-  return jacobian_.factorise(a, b);
+  return jacobian_ ? jacobian_->factorise(a, b) : coupled_->factorise(a, b);
+}
+
+void AdaptiveProblem::solve(double* b) {
+  if (jacobian_)
+    jacobian_->solve(b);
+  else
+    coupled_->solve({b, absolute_tolerances_.size()});
 }
 
 AdaptiveIntegrator::AdaptiveIntegrator(const SolverParameters& parameters, const OdeSystem& system)
-    : problem_(system, parameters.tolerance),
+    : problem_(system, parameters.tolerance, parameters.matrix),
       method_(system.state_count() > 0 ? make_adaptive_method(parameters.name, problem_) : nullptr),
       indicators_(static_cast<std::size_t>(system.indicator_count())),
       after_(-kInfinity) {}

@@ -7,14 +7,18 @@
 #include <string>
 #include <string_view>
 
+#include "server/simulation/solver.h"
 #include "server/simulation/system_jacobian.h"
+#include "server/simulation/velocity_system.h"
 
 namespace takt {
 
 /// x' = f(t, x) of an OdeSystem with error weights, indicators and Jacobian. Counts what is asked of it.
 class AdaptiveProblem {
  public:
-  AdaptiveProblem(const OdeSystem& system, double tolerance);
+  /// `matrix`: coupled is the linear system at velocity level, with the tangent of friction; else finite
+  /// differences.
+  AdaptiveProblem(const OdeSystem& system, double tolerance, SystemMatrix matrix);
 
   int state_count() const { return static_cast<int>(absolute_tolerances_.size()); }
   int indicator_count() const { return indicator_count_; }
@@ -34,7 +38,7 @@ class AdaptiveProblem {
   bool evaluate_jacobian(double t, const double* x, const double* f0);
   /// Factorises a I - b J.
   bool factorise(double a, double b);
-  void solve(double* b) { jacobian_.solve(b); }
+  void solve(double* b);
 
   /// The library's own words about its last error.
   void tell(std::string_view text) { message_ = text; }
@@ -49,7 +53,10 @@ class AdaptiveProblem {
   double earliest_, latest_;
   int indicator_count_;
   std::vector<double> absolute_tolerances_;
-  SystemJacobian jacobian_;
+  // One of both.
+  std::unique_ptr<SystemJacobian> jacobian_;
+  std::unique_ptr<VelocitySystem> coupled_;
+  std::vector<double> work_;
   SystemJacobian::Derivatives f_;
   std::string message_;
 };

@@ -8,6 +8,8 @@ namespace takt {
 namespace {
 // Both make the method L-stable. The second one is used only where I - g h A is singular with the first.
 const double kGammas[] = {1.0 - std::sqrt(0.5), 1.0 + std::sqrt(0.5)};
+constexpr const char* kNoInverse =
+    "the matrix of the linearly implicit step has no inverse, or its entries are not finite";
 
 std::vector<int> states_with_entries(const OdeSystem& system) {
   std::vector<int> states;
@@ -31,13 +33,14 @@ StaticLu make_lu(const OdeSystem& system, const std::vector<int>& states) {
 }
 }  // namespace
 
-ImplicitIntegrator::ImplicitIntegrator(const OdeSystem& system)
+ImplicitIntegrator::ImplicitIntegrator(const SolverParameters& parameters, const OdeSystem& system)
     : implicit_states_(states_with_entries(system)),
       lu_(make_lu(system, implicit_states_)),
       values_(system.jacobian_pattern().size()),
       right_side_(implicit_states_.size()) {
   const auto n = static_cast<std::size_t>(system.state_count());
   rate_.resize(n), k1_.resize(n), k2_.resize(n), trial_.resize(n);
+  if (is_coupled(parameters.matrix, system)) coupled_ = std::make_unique<VelocitySystem>(system);
 }
 
 bool ImplicitIntegrator::factorise(double gamma_h) {
@@ -53,7 +56,62 @@ void ImplicitIntegrator::solve(std::vector<double>& k) {
     k[static_cast<std::size_t>(implicit_states_[i])] = right_side_[i];
 }
 
+void ImplicitIntegrator::linearise_coupled(OdeSystem& system, double t, std::span<const double> x) {
+  system.derivatives_at_motion(t, x, k1_);
+  coupled_->linearise(system, t, x, Linearisation::secant);
+  system.time_derivative(t, x, rate_);
+  ++statistics_.jacobians;
+}
+
+bool ImplicitIntegrator::advance_stiff_pairs(OdeSystem& system, double t, double h, std::span<double> x) {
+  linearise_coupled(system, t, x);
+  ++statistics_.factorisations;
+  if (!coupled_->factorise(1.0, h)) {
+    ++statistics_.newton_failures;
+    failure_ = kNoInverse;
+    return false;
+  }
+  for (const OdeSystem::Range& range : system.active_states())
+    for (std::size_t i = range.begin; i < range.end; ++i) k1_[i] += h * rate_[i];
+  coupled_->solve(k1_, h);
+  for (const OdeSystem::Range& range : system.active_states())
+    for (std::size_t i = range.begin; i < range.end; ++i) x[i] += h * k1_[i];
+  finish_fixed_step(system, t, h, x, 1);
+  return true;
+}
+
+bool ImplicitIntegrator::advance_coupled(OdeSystem& system, double t, double h, std::span<double> x) {
+  linearise_coupled(system, t, x);
+  double gamma = kGammas[0];
+  ++statistics_.factorisations;
+  if (!coupled_->factorise(1.0, gamma * h)) {
+    gamma = kGammas[1];
+    ++statistics_.newton_failures;
+    ++statistics_.factorisations;
+    if (!coupled_->factorise(1.0, gamma * h)) {
+      failure_ = kNoInverse;
+      return false;
+    }
+  }
+  const std::span<const OdeSystem::Range> ranges = system.active_states();
+  for (const OdeSystem::Range& range : ranges)
+    for (std::size_t i = range.begin; i < range.end; ++i) k1_[i] += gamma * h * rate_[i];
+  coupled_->solve(k1_, gamma * h);
+  for (const OdeSystem::Range& range : ranges)
+    for (std::size_t i = range.begin; i < range.end; ++i) trial_[i] = x[i] + h * k1_[i];
+  system.derivatives(t + h, trial_, k2_);
+  for (const OdeSystem::Range& range : ranges)
+    for (std::size_t i = range.begin; i < range.end; ++i) k2_[i] -= 2.0 * k1_[i] + gamma * h * rate_[i];
+  coupled_->solve(k2_, -gamma * h);
+  for (const OdeSystem::Range& range : ranges)
+    for (std::size_t i = range.begin; i < range.end; ++i) x[i] += h * (1.5 * k1_[i] + 0.5 * k2_[i]);
+  finish_fixed_step(system, t, h, x, 2);
+  return true;
+}
+
 bool ImplicitIntegrator::advance(OdeSystem& system, double t, double h, std::span<double> x) {
+  if (coupled_)
+    return system.has_stiff_pairs() ? advance_stiff_pairs(system, t, h, x) : advance_coupled(system, t, h, x);
   double gamma = kGammas[0];
   const bool linearised = !values_.empty();
   if (linearised) {
@@ -64,7 +122,7 @@ bool ImplicitIntegrator::advance(OdeSystem& system, double t, double h, std::spa
       gamma = kGammas[1];
       ++statistics_.newton_failures;
       if (!factorise(gamma * h)) {
-        failure_ = "the matrix of the linearly implicit step has no inverse, or its entries are not finite";
+        failure_ = kNoInverse;
         return false;
       }
     }

@@ -8,13 +8,14 @@
 #include "server/simulation/implicit_integrator.h"
 #include "server/simulation/rk2_integrator.h"
 #include "server/simulation/rk4_integrator.h"
+#include "server/simulation/rosenbrock_integrator.h"
 
 namespace takt {
 
 namespace {
-constexpr std::array<std::string_view, 7> kSolverNames{"rk2",    "rk4",     "implicit", "cvode",
-                                                       "esdirk", "esdirk4", "ida"};
-constexpr std::array<std::string_view, 4> kErrorControlled{"cvode", "esdirk", "esdirk4", "ida"};
+constexpr std::array<std::string_view, 8> kSolverNames{"rk2",   "rk4",    "implicit", "rosenbrock",
+                                                       "cvode", "esdirk", "esdirk4",  "ida"};
+constexpr std::array<std::string_view, 5> kErrorControlled{"rosenbrock", "cvode", "esdirk", "esdirk4", "ida"};
 }  // namespace
 
 void Integrator::finish_fixed_step(OdeSystem& system, double t, double h, std::span<double> x,
@@ -33,10 +34,15 @@ bool solver_has_error_control(std::string_view name) {
   return std::find(kErrorControlled.begin(), kErrorControlled.end(), name) != kErrorControlled.end();
 }
 
+double solver_default_tolerance(std::string_view name) {
+  return name == "rosenbrock" ? 1e-4 : SolverParameters{}.tolerance;
+}
+
 std::unique_ptr<Integrator> make_integrator(const SolverParameters& parameters, const OdeSystem& system) {
   if (parameters.name == "rk2") return std::make_unique<Rk2Integrator>(system.state_count());
   if (parameters.name == "rk4") return std::make_unique<Rk4Integrator>(system.state_count());
-  if (parameters.name == "implicit") return std::make_unique<ImplicitIntegrator>(system);
+  if (parameters.name == "implicit") return std::make_unique<ImplicitIntegrator>(parameters, system);
+  if (parameters.name == "rosenbrock") return std::make_unique<RosenbrockIntegrator>(parameters, system);
   if (solver_has_error_control(parameters.name))
     return std::make_unique<AdaptiveIntegrator>(parameters, system);
   std::string allowed;

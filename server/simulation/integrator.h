@@ -42,6 +42,11 @@ class Integrator {
   std::string failure_;
 };
 
+/// What SystemMatrix::automatic means for this system.
+inline bool is_coupled(SystemMatrix matrix, const OdeSystem& system) {
+  return matrix == SystemMatrix::coupled || (matrix == SystemMatrix::automatic && system.has_stiff_pairs());
+}
+
 /// Throws std::invalid_argument for an unknown name.
 std::unique_ptr<Integrator> make_integrator(const SolverParameters& parameters, const OdeSystem& system);
 

@@ -89,6 +89,11 @@ void OdeSystem::evaluate_wrenches() {
   contacts_->evaluate(motion_, wrenches_);
 }
 
+void OdeSystem::update_stateless_motion(double t) {
+  for (const std::size_t i : active_)
+    if (segments_[i].count == 0) segments_[i].model->write_motion(t, nullptr, motion_);
+}
+
 std::span<const Wrench> OdeSystem::update_wrenches() {
   interaction_.evaluate(motion_, wrenches_);
   if (has_contacts()) contacts_->evaluate(motion_, wrenches_);

@@ -68,6 +68,33 @@ class OdeSystem {
   /// Approximate partial derivative of x' by t, at the motion of the last update_motion(t, x).
   void time_derivative(double t, std::span<const double> x, std::span<double> rate) const;
 
+  /// How the wrenches at the present motion change with it, pair by pair, for the models that may move.
+  void linearise(Linearisation of_friction, std::vector<PairLinearisation>& pairs) const {
+    pairs.clear();
+    interaction_.linearise(motion_, awake_, of_friction, pairs);
+  }
+  /// Wrenches of the last derivatives() or update_wrenches().
+  std::span<const Wrench> wrenches() const { return wrenches_; }
+  /// Motion at time t of what has no states (kinematic robots and grippers).
+  void update_stateless_motion(double t);
+
+  /// The pairs' stiffness is beyond what solvers can leave to an explicit treatment (surface contact). Then
+  /// their matrices are coupled (SolverParameters::matrix).
+  bool has_stiff_pairs() const { return stiff_pairs_; }
+  void set_stiff_pairs(bool stiff) { stiff_pairs_ = stiff; }
+
+  /// A model with its place in the state vector.
+  struct Segment {
+    PlantModel* model;
+    std::size_t begin;
+    std::size_t count;
+    std::size_t first_indicator = 0, first_entry = 0;
+  };
+  std::span<const Segment> segments() const { return segments_; }
+  /// Of those, which may change their states at present, ascending.
+  std::span<const std::size_t> active_segments() const { return active_; }
+  std::size_t body_count() const { return wrenches_.size(); }
+
   /// The states of one model that has any.
   struct Block {
     Range states;
@@ -88,12 +115,6 @@ class OdeSystem {
   void reset_counts() { evaluations_ = 0, forces_s_ = 0.0; }
 
  private:
-  struct Segment {
-    PlantModel* model;
-    std::size_t begin;
-    std::size_t count;
-    std::size_t first_indicator = 0, first_entry = 0;
-  };
   void activate(std::span<const int> parts, bool fixed_bodies);
   void evaluate_wrenches();
 
@@ -111,6 +132,7 @@ class OdeSystem {
   std::vector<Wrench> wrenches_;
   int state_count_ = 0;
   int indicator_count_ = 0;
+  bool stiff_pairs_ = false;
   std::vector<Entry> pattern_;
   std::uint64_t evaluations_ = 0;
   double (*clock_)() = nullptr;

@@ -7,10 +7,18 @@
 
 namespace takt {
 
+/// How the linear systems of implicit solvers are made up. `rosenbrock` always has the coupled one.
+enum class SystemMatrix : std::uint8_t {
+  automatic,  ///< coupled where pairs are stiff (surface contact), else separate
+  separate,   ///< implicit: what is stiff inside each model; others: finite differences, group by group
+  coupled,    ///< models with the forces between them, at velocity level (velocity_system.h)
+};
+
 struct SolverParameters {
   std::string name = "rk2";
   double tolerance = 1e-6;  ///< relative; absolute tolerances: times the states' scales
   double step_s = 0.001;    ///< communication step
+  SystemMatrix matrix = SystemMatrix::automatic;
 };
 
 struct SolverStatistics {
@@ -20,6 +28,7 @@ struct SolverStatistics {
   std::uint64_t jacobians = 0;
   std::uint64_t factorisations = 0;
   std::uint64_t newton_iterations = 0, newton_failures = 0;
+  std::uint64_t forced_steps = 0;  ///< accepted at the smallest step whatever their error
   std::uint64_t restarts = 0;
   std::uint64_t mode_switches = 0;  ///< changes of plant models' modes
   double smallest_step_s = 0.0, largest_step_s = 0.0;
@@ -29,5 +38,7 @@ struct SolverStatistics {
 std::span<const std::string_view> solver_names();
 /// True for the solvers that choose their steps by a tolerance.
 bool solver_has_error_control(std::string_view name);
+/// The tolerance they have where none is given.
+double solver_default_tolerance(std::string_view name);
 
 }  // namespace takt

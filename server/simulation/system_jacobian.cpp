@@ -5,6 +5,8 @@
 #include <cstring>
 #include <numeric>
 
+#include "server/simulation/dense_lu.h"
+
 namespace takt {
 
 namespace {
@@ -12,39 +14,6 @@ namespace {
 constexpr double kRelativeIncrement = 1.5e-8;
 // For the trial of who feels whom: large enough to be seen in every term.
 constexpr double kTrial = 1e-6;
-
-// In place, column-major, partial pivoting.
-bool factorise_block(double* a, std::size_t n, int* pivots) {
-  for (std::size_t k = 0; k < n; ++k) {
-    double* column = a + k * n;
-    std::size_t pivot = k;
-    for (std::size_t i = k + 1; i < n; ++i)
-      if (std::abs(column[i]) > std::abs(column[pivot])) pivot = i;
-    if (!(std::abs(column[pivot]) > 0.0) || !std::isfinite(column[pivot])) return false;
-    pivots[k] = static_cast<int>(pivot);
-    if (pivot != k)
-      for (std::size_t j = 0; j < n; ++j) std::swap(a[j * n + k], a[j * n + pivot]);
-    const double inverse = 1.0 / column[k];
-    for (std::size_t i = k + 1; i < n; ++i) column[i] *= inverse;
-    for (std::size_t j = k + 1; j < n; ++j) {
-      double* other = a + j * n;
-      const double factor = other[k];
-      if (factor == 0.0) continue;
-      for (std::size_t i = k + 1; i < n; ++i) other[i] -= factor * column[i];
-    }
-  }
-  return true;
-}
-
-void solve_block(const double* a, std::size_t n, const int* pivots, double* b) {
-  for (std::size_t k = 0; k < n; ++k) std::swap(b[k], b[static_cast<std::size_t>(pivots[k])]);
-  for (std::size_t k = 0; k < n; ++k)
-    for (std::size_t i = k + 1; i < n; ++i) b[i] -= a[k * n + i] * b[k];
-  for (std::size_t k = n; k-- > 0;) {
-    b[k] /= a[k * n + k];
-    for (std::size_t i = 0; i < k; ++i) b[i] -= a[k * n + i] * b[k];
-  }
-}
 }  // namespace
 
 SystemJacobian::SystemJacobian(const OdeSystem& system) : parents_(system.blocks().size()) {
@@ -153,7 +122,7 @@ bool SystemJacobian::factorise(double a, double b) {
     double* block = &factors_[group.values];
     for (std::size_t i = 0; i < n * n; ++i) block[i] = -b * jacobian_[group.values + i];
     for (std::size_t i = 0; i < n; ++i) block[i * n + i] += a;
-    if (!factorise_block(block, n, &pivots_[group.first])) return false;
+    if (!factorise_dense(block, n, &pivots_[group.first])) return false;
   }
   return true;
 }
@@ -161,7 +130,7 @@ bool SystemJacobian::factorise(double a, double b) {
 void SystemJacobian::solve(double* b) {
   for (std::size_t i = 0; i < states_.size(); ++i) work_[i] = b[states_[i]];
   for (const Group& group : groups_)
-    solve_block(&factors_[group.values], group.size, &pivots_[group.first], &work_[group.first]);
+    solve_dense(&factors_[group.values], group.size, &pivots_[group.first], &work_[group.first]);
   for (std::size_t i = 0; i < states_.size(); ++i) b[states_[i]] = work_[i];
 }
 

@@ -115,13 +115,18 @@ TEST(StepAllocation, NoneAtLevelOfDetailTwo) {
     const char* scenario;
     const char* solver;
     const char* step_s;
+    const char* matrix = "automatic";
   };
-  for (const Case& c : {Case{"block_assembly", "rk2", "0.001"}, Case{"block_assembly", "implicit", "0.001"},
-                        Case{"robot_r3", "rk2", "0.00002"}, Case{"robot_r3", "implicit", "0.0001"},
-                        Case{"robot_r3", "cvode", "0.001"}}) {
+  for (const Case& c :
+       {Case{"block_assembly", "rk2", "0.001"}, Case{"block_assembly", "implicit", "0.001"},
+        Case{"robot_r3", "rk2", "0.00002"}, Case{"robot_r3", "implicit", "0.0001"},
+        Case{"robot_r3", "cvode", "0.001"}, Case{"block_assembly", "rosenbrock", "0.001"},
+        Case{"block_assembly", "rosenbrock", "0.008"}, Case{"block_assembly", "implicit", "0.001", "coupled"},
+        Case{"block_assembly", "cvode", "0.001", "coupled"}, Case{"robot_r3", "rosenbrock", "0.001"}}) {
     SCOPED_TRACE(std::string(c.scenario) + " " + c.solver);
     ScenarioOptions options;
-    options.overrides = {std::string("solver.method=") + c.solver, std::string("solver.step_s=") + c.step_s};
+    options.overrides = {std::string("solver.method=") + c.solver, std::string("solver.step_s=") + c.step_s,
+                         std::string("solver.matrix=") + c.matrix};
     options.level_of_detail = 2;
     const auto model =
         load_cell(std::string(TAKT_CONFIG_DIR) + "/scenarios/" + c.scenario + ".yaml", options);
