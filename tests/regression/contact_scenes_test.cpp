@@ -1,5 +1,5 @@
 // Every scene of the contact library is documented, loads, and says where its parts end.
-
+#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <filesystem>
