@@ -35,7 +35,9 @@ void RigidBody::initial_state(double* x) const {
   MutVec3(x, 3) = X_WB * parameters_.p_BBcm;
   const Quat q = X_WB.quaternion();
   x[3] = q.w(), x[4] = q.x(), x[5] = q.y(), x[6] = q.z();
-  for (int i = 7; i < kStates; ++i) x[i] = 0.0;
+  const Twist& V_WB = parameters_.V_WB_initial;
+  MutVec3(x + 7, 3) = V_WB.at(X_WB.R * parameters_.p_BBcm);
+  MutVec3(x + 10, 3) = V_WB.w;
 }
 
 void RigidBody::write_motion(double, const double* x, CellMotion& motion) const {

@@ -17,6 +17,7 @@ struct RigidBodyParameters {
       Mat3::Identity();           ///< inertia about the centre of mass, axes of B (kg m^2), positive definite
   Vec3 gravity_W = Vec3::Zero();  ///< m/s^2
   Pose X_WB_initial;
+  Twist V_WB_initial{};  ///< of the origin of B
 };
 
 class RigidBody final : public PlantModel {

@@ -34,6 +34,7 @@ struct ScenarioPart {
   double mass_kg = 0.0;
   int hierarchy = 1;
   Pose X_WB;
+  Twist V_WB;  ///< at the start; of the origin of B, axes of the world
   std::array<float, 4> color{0.7F, 0.7F, 0.7F, 1.0F};
   /// Both or neither; without them they follow from the closed mesh at uniform density.
   std::optional<Vec3> center_of_mass_m;

@@ -77,7 +77,8 @@ void add_part(const Scenario& scenario, const ScenarioPart& part, ConvexImporter
   }
   const Component copy = component;
   const int id = add_component(cell, std::move(component), mesh, part.mesh, part.color, meshes);
-  cell.parts.push_back({id, copy.mass_kg, copy.p_BBcm, copy.I_BBcm_B, scenario.gravity_m_per_s2, part.X_WB});
+  cell.parts.push_back(
+      {id, copy.mass_kg, copy.p_BBcm, copy.I_BBcm_B, scenario.gravity_m_per_s2, part.X_WB, part.V_WB});
 }
 
 void add_ground(const ScenarioGround& ground, ConvexImporter& importer, CellModel& cell, Meshes& meshes) {

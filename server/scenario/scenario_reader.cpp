@@ -141,6 +141,10 @@ void read_part(YamlFields fields, const std::string& name, Scenario& scenario) {
   part.mass_kg = fields.number("mass_kg", positive("kg"));
   part.hierarchy = fields.integer("hierarchy", kMinHierarchy, kMaxHierarchy);
   part.X_WB = fields.pose_or_identity("pose");
+  YamlFields twist = fields.mapping("twist");
+  part.V_WB.v = twist.vector_or("velocity_m_per_s", Vec3::Zero(), "m/s");
+  part.V_WB.w = twist.vector_or("angular_velocity_rad_per_s", Vec3::Zero(), "rad/s");
+  twist.finish();
   part.color = read_color(fields, part.color);
   read_inertia(fields, part);
   YamlFields substitute = fields.mapping("substitute");

@@ -9,6 +9,7 @@
 #include "server/geometry/mesh_import.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/scenario/urdf_reader.h"
+#include "server/simulation/simulation.h"
 
 namespace takt {
 namespace {
@@ -150,6 +151,34 @@ TEST_F(ScenarioFile, SolverNameAndToleranceReachTheCell) {
   EXPECT_EQ(cell->solver.tolerance, 1e-9);
   EXPECT_EQ(cell->solver.step_s, 0.002);
   EXPECT_EQ(cell->step_s, 0.002);
+}
+
+TEST_F(ScenarioFile, TwistOfAPartAtTheStart) {
+  const auto twist = [](const std::string& text) {
+    return kHead + "parts:\n  A: {mesh: cube.obj, mass_kg: 2, hierarchy: 2, twist: {" + text + "}}\n";
+  };
+  write("s.yaml", twist("velocity_m_per_s: [1, 2, 3], angular_velocity_rad_per_s: [0, 0, 0.5]"));
+  Simulation simulation(load_cell(directory_ / "s.yaml"));
+  const ComponentSample start = simulation.make_snapshot().components[0];
+  EXPECT_LT((start.V_WB.v - Vec3(1, 2, 3)).norm(), 1e-15);
+  EXPECT_LT((start.V_WB.w - Vec3(0, 0, 0.5)).norm(), 1e-15);
+  for (int i = 0; i < 400; ++i) ASSERT_TRUE(simulation.step({}));
+  // The centre of mass flies a parabola, the cube turns evenly about it.
+  const Vec3 r(0.5, 0.5, 0.5), v_cm = Vec3(1, 2, 3) + Vec3(0, 0, 0.5).cross(r);
+  const Vec3 p_cm = r + 0.4 * v_cm + Vec3(0, 0, -0.5 * 9.80665 * 0.4 * 0.4);
+  const Mat3 R = Eigen::AngleAxisd(0.2, Vec3::UnitZ()).toRotationMatrix();
+  const ComponentSample end = simulation.make_snapshot().components[0];
+  EXPECT_LT((end.q_WB.toRotationMatrix() - R).norm(), 1e-8);
+  EXPECT_LT((end.p_WB - (p_cm - R * r)).norm(), 1e-8);
+
+  EXPECT_THAT(error(twist("velocity: [1, 2, 3]")),
+              AllOf(HasSubstr("s.yaml:4:"), HasSubstr("parts.A.twist.velocity"), HasSubstr("unknown key"),
+                    HasSubstr("velocity_m_per_s")));
+  EXPECT_THAT(error(twist("velocity_m_per_s: [1, 2]")),
+              AllOf(HasSubstr("parts.A.twist.velocity_m_per_s"), HasSubstr("a list of 2 values"),
+                    HasSubstr("a list of 3 numbers m/s")));
+  EXPECT_THAT(error(twist("angular_velocity_rad_per_s: [1, 2, .inf]")),
+              AllOf(HasSubstr("parts.A.twist.angular_velocity_rad_per_s"), HasSubstr("rad/s")));
 }
 
 TEST(BlockScenario, LoadsWithThePublishedFacts) {

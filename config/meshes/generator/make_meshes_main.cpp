@@ -1,5 +1,5 @@
-// takt-make-meshes OUTDIR: writes the meshes of the block assembly scenario as OBJ files (README.md in
-// config/meshes).
+// takt-make-meshes OUTDIR: writes the meshes of the scenarios as OBJ files (README.md in config/meshes).
+// takt-make-meshes --large OUTDIR: those that are too large to be committed.
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "config/meshes/generator/block.h"
+#include "config/meshes/generator/contact_meshes.h"
 #include "config/meshes/generator/lattice_mesh.h"
 
 namespace takt::meshes {
@@ -98,12 +99,18 @@ void make_all(const std::filesystem::path& directory) {
 }  // namespace takt::meshes
 
 int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::cerr << "usage: takt-make-meshes OUTDIR\n";
+  const bool large = argc == 3 && std::string(argv[1]) == "--large";
+  if ((argc != 2 && !large) || std::string(argv[argc - 1]).starts_with('-')) {
+    std::cerr << "usage: takt-make-meshes [--large] OUTDIR\n";
     return 2;
   }
   try {
-    takt::meshes::make_all(argv[1]);
+    if (large) {
+      takt::meshes::make_large_contact_meshes(argv[2]);
+    } else {
+      takt::meshes::make_all(argv[1]);
+      takt::meshes::make_contact_meshes(std::filesystem::path(argv[1]) / "contact");
+    }
   } catch (const std::exception& error) {
     std::cerr << "takt-make-meshes: " << error.what() << '\n';
     return 1;

@@ -1,0 +1,96 @@
+#include "config/meshes/generator/solid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdlib>
+#include <numbers>
+#include <ostream>
+
+namespace takt::meshes {
+namespace {
+
+/// Metres to whole nanometres, with as many decimals as needed.
+std::string nanometre_text(double length_m) {
+  const std::int64_t nm = std::llround(length_m * 1e9);
+  const std::int64_t size = std::abs(nm);
+  std::string decimals = std::to_string(size % 1000000000);
+  decimals.insert(0, 9 - decimals.size(), '0');
+  decimals.erase(decimals.find_last_not_of('0') + 1);
+  std::string text = nm < 0 ? "-" : "";
+  text += std::to_string(size / 1000000000);
+  if (!decimals.empty()) text += "." + decimals;
+  return text;
+}
+
+}  // namespace
+
+Solid make_tube(const std::string& name, const TubeGrid& grid, const GridPoint& point) {
+  Solid solid{name, {}, {}};
+  for (int row = 0; row < grid.rows; ++row)
+    for (int column = 0; column < grid.columns; ++column) solid.vertices.push_back(point(row, column));
+  const auto at = [&](int row, int column) {
+    return static_cast<std::uint32_t>((row % grid.rows) * grid.columns + column % grid.columns);
+  };
+  const int strips = grid.closed ? grid.rows : grid.rows - 1;
+  for (int row = 0; row < strips; ++row)
+    for (int column = 0; column < grid.columns; ++column) {
+      const std::uint32_t a = at(row, column), b = at(row, column + 1), c = at(row + 1, column + 1),
+                          d = at(row + 1, column);
+      solid.triangles.push_back({a, b, c});
+      solid.triangles.push_back({a, c, d});
+    }
+  if (grid.closed) return solid;
+  const auto first = static_cast<std::uint32_t>(solid.vertices.size());
+  solid.vertices.push_back(grid.first_pole);
+  solid.vertices.push_back(grid.last_pole);
+  for (int column = 0; column < grid.columns; ++column) {
+    solid.triangles.push_back({first, at(0, column + 1), at(0, column)});
+    solid.triangles.push_back({first + 1, at(grid.rows - 1, column), at(grid.rows - 1, column + 1)});
+  }
+  return solid;
+}
+
+Profile subdivided(const Profile& profile, double edge, bool closed) {
+  Profile result{profile.front()};
+  const std::size_t lines = closed ? profile.size() : profile.size() - 1;
+  for (std::size_t i = 0; i < lines; ++i) {
+    const ProfilePoint &a = profile[i], &b = profile[(i + 1) % profile.size()];
+    const double length = std::hypot(b[0] - a[0], b[1] - a[1]);
+    const auto pieces = std::max(1L, std::lround(length / edge));
+    for (long k = 1; k <= pieces; ++k) {
+      const double u = static_cast<double>(k) / static_cast<double>(pieces);
+      result.push_back(k == pieces ? b : ProfilePoint{a[0] + u * (b[0] - a[0]), a[1] + u * (b[1] - a[1])});
+    }
+  }
+  if (closed) result.pop_back();
+  return result;
+}
+
+Solid make_revolved(const std::string& name, const Profile& profile, bool closed, int facets) {
+  // The poles of an open profile are no rows.
+  const std::size_t skip = closed ? 0 : 1;
+  TubeGrid grid;
+  grid.rows = static_cast<int>(profile.size() - 2 * skip);
+  grid.columns = facets;
+  grid.closed = closed;
+  grid.first_pole = {0.0, 0.0, profile.front()[1]};
+  grid.last_pole = {0.0, 0.0, profile.back()[1]};
+  const double to_corner = 1.0 / std::cos(std::numbers::pi / facets);
+  return make_tube(name, grid, [&](int row, int column) {
+    const ProfilePoint& p = profile[static_cast<std::size_t>(row) + skip];
+    const double angle = 2.0 * std::numbers::pi * (column + 0.5) / facets;
+    return Vec3(p[0] * to_corner * std::cos(angle), p[0] * to_corner * std::sin(angle), p[1]);
+  });
+}
+
+void write_obj(std::ostream& out, const std::vector<std::string>& header, const Solid& solid) {
+  for (const std::string& line : header) out << "# " << line << '\n';
+  out << "o " << solid.name << '\n';
+  for (const Vec3& v : solid.vertices)
+    out << "v " << nanometre_text(v.x()) << ' ' << nanometre_text(v.y()) << ' ' << nanometre_text(v.z())
+        << '\n';
+  for (const auto& t : solid.triangles) out << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
+}
+
+}  // namespace takt::meshes
