@@ -42,7 +42,7 @@ class ContactInteraction {
   ContactInteraction(const std::vector<Component>& components, const ContactModel& model);
   ~ContactInteraction();
 
-  std::size_t pair_count() const { return pairs_.size(); }
+  std::size_t pair_count() const { return model_.pairs.size(); }
   const ContactPairModel& pair(std::size_t i) const { return model_.pairs[i]; }
   /// Which pairs act at the present levels of detail, by pair. Those that cease forget their springs.
   void set_acting(const std::vector<char>& acting);

@@ -101,7 +101,7 @@ ScenarioContactComponent of_component(const Scenario& scenario, const std::strin
 }
 
 /// Base and Target of two components: as a pair entry says, else as the components say, else by rule.
-bool first_is_base(const Scenario& scenario, const CellModel& cell, std::size_t a, std::size_t b,
+bool base_is_first(const Scenario& scenario, const CellModel& cell, std::size_t a, std::size_t b,
                    const ScenarioContactComponent& of_a, const ScenarioContactComponent& of_b) {
   const std::string& name_a = cell.components[a].name;
   const std::string& name_b = cell.components[b].name;
@@ -115,7 +115,8 @@ bool first_is_base(const Scenario& scenario, const CellModel& cell, std::size_t 
     if (of_a.role == ContactRole::base || of_b.role == ContactRole::target) return true;
     if (of_a.role == ContactRole::target || of_b.role == ContactRole::base) return false;
   }
-  return first_carries_elements(*cell.contact.surfaces[a], *cell.contact.surfaces[b]);
+  return first_is_base(*cell.contact.surfaces[a], static_cast<int>(a), *cell.contact.surfaces[b],
+                       static_cast<int>(b));
 }
 
 }  // namespace
@@ -158,7 +159,7 @@ void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& mesh
       replace(rule.stated, stated);
       if (rule.interaction) model.force = *rule.interaction;
     }
-    const bool base_first = first_is_base(scenario, cell, a, b, said[a], said[b]);
+    const bool base_first = base_is_first(scenario, cell, a, b, said[a], said[b]);
     model.base = base_first ? pair.base : pair.target;
     model.target = base_first ? pair.target : pair.base;
     model.law = contact_law(parameters(stated));

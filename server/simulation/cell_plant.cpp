@@ -39,7 +39,7 @@ void CellPlant::reset() {
   for (ParallelGripper& gripper : grippers_) gripper.reset();
   std::vector<int> levels = model_.robot_levels;
   levels.resize(robots_.size(), 1);
-  if (levels != levels_ || !system_) {
+  if (levels != levels_ || !system_ || system_->has_stiff_pairs() != system_->has_contacts()) {
     levels_ = std::move(levels);
     build();
   }
@@ -72,6 +72,7 @@ void CellPlant::build() {
   x_.resize(static_cast<std::size_t>(system_->state_count()));
   accepted_.resize(x_.size());
   system_->set_clock(clock_);
+  system_->set_stiff_pairs(system_->has_contacts());
   integrator_ = make_integrator(model_.solver, *system_);
 }
 

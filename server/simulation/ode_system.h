@@ -72,6 +72,7 @@ class OdeSystem {
   void linearise(Linearisation of_friction, std::vector<PairLinearisation>& pairs) const {
     pairs.clear();
     interaction_.linearise(motion_, awake_, of_friction, pairs);
+    if (has_contacts()) contacts_->linearise(motion_, of_friction, pairs);
   }
   /// Wrenches of the last derivatives() or update_wrenches().
   std::span<const Wrench> wrenches() const { return wrenches_; }

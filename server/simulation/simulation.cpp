@@ -62,12 +62,16 @@ struct Simulation::Impl {
 
   void start() {
     step_index = 0;
+    interaction.reset();
+    contacts.reset();
+    process_levels.clear();
+    for (const ProcessDescription& process : model->description.processes)
+      process_levels.push_back(process.level_of_detail);
+    choose_forces();
     plant.reset();
     resting.wake_all();
     std::fill(part_hashes.begin(), part_hashes.end(), 0);
     parts_hash = 0;
-    interaction.reset();
-    contacts.reset();
     grasping.reset();
     hash.reset();
     fault.clear();
@@ -78,11 +82,8 @@ struct Simulation::Impl {
     statistics = {};
     for (auto& counter : robot_commands) counter = {};
     for (auto& counter : gripper_commands) counter = {};
-    process_levels.clear();
-    for (const ProcessDescription& process : model->description.processes)
-      process_levels.push_back(process.level_of_detail);
     motion_is_current = false;
-    choose_forces();
+    choose_grippers();
     update_connections();  // a cell that stands still already knows who holds whom
   }
 
@@ -116,10 +117,12 @@ struct Simulation::Impl {
     }
     contacts.set_acting(acting);
     interaction.set_by_contact(by_contact);
-    for (std::size_t g = 0; g < model->grippers.size(); ++g) {
-      const int palm = model->grippers[g].parameters.palm;
-      grasping.set_by_contact(g, levels[static_cast<std::size_t>(palm)] == 3, time(), plant);
-    }
+  }
+
+  void choose_grippers() {
+    if (!model->contact.enabled) return;
+    for (std::size_t g = 0; g < model->grippers.size(); ++g)
+      grasping.set_by_contact(g, component_level(model->grippers[g].parameters.palm) == 3, time(), plant);
   }
 
   void refresh_motion() {
@@ -497,10 +500,11 @@ std::string Simulation::set_level_of_detail(int process, int level) {
   for (std::size_t p = 0; p < s.process_levels.size(); ++p)
     if (process < 0 || static_cast<std::size_t>(process) == p) s.process_levels[p] = level;
   s.refresh_motion();
+  s.choose_forces();
   s.plant.change_levels(levels, s.time());
   s.resting.wake_all();
   s.motion_is_current = false;
-  s.choose_forces();
+  s.choose_grippers();
   return {};
 }
 
