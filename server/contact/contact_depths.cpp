@@ -8,14 +8,18 @@
 namespace takt {
 
 void ContactDepths::prepare(const ContactCandidates& lists) {
+  const std::size_t slots = lists.slot_count();
   planes_.resize(lists.patches.size());
-  plane_depth_.resize(lists.plane_slot.size());
-  slots_.assign(lists.slot_count(), Slot{});
-  hits_.clear();
-  hits_.reserve(lists.slot_count());
+  group_depth_.resize(lists.plane_slot.size());
+  depth_.assign(slots, 0.0);
+  weight_.assign(slots, 1.0);
+  plane_.assign(slots, -1);
+  fade_T_.assign(slots, Vec3::Zero());
+  hits_.resize(slots);
+  hit_count_ = 0;
   for (const auto& group : lists.plane_groups)
     for (std::size_t k = group.begin; k < group.end; ++k)
-      slots_[static_cast<std::size_t>(lists.plane_slot[k])].plane = group.plane;
+      plane_[static_cast<std::size_t>(lists.plane_slot[k])] = group.plane;
 }
 
 void ContactDepths::find(const ContactSurface::Data& base, const ContactSurface::Data& target,
@@ -25,31 +29,35 @@ void ContactDepths::find(const ContactSurface::Data& base, const ContactSurface:
     planes_[i].normal_B = X_BT.R * patch.normal;
     planes_[i].offset_m = patch.offset_m - patch.normal.dot(X_TB.p);
   }
+  // One group alone is in the order of slots.
+  const bool one = lists.plane_groups.size() == 1 && lists.rays.empty();
+  double* const out = one ? depth_.data() : group_depth_.data();
   for (const auto& group : lists.plane_groups) {
     const Plane& plane = planes_[static_cast<std::size_t>(group.plane)];
     const std::size_t at = group.begin;
     plane_depths(plane.normal_B, plane.offset_m, group.end - at, lists.px.data() + at, lists.py.data() + at,
                  lists.pz.data() + at, lists.nx.data() + at, lists.ny.data() + at, lists.nz.data() + at,
-                 lists.line_m.data() + at, plane_depth_.data() + at);
+                 lists.line_m.data() + at, out + at);
   }
-  for (std::size_t k = 0; k < plane_depth_.size(); ++k)
-    slots_[static_cast<std::size_t>(lists.plane_slot[k])].depth_m = plane_depth_[k];
+  if (!one)
+    for (std::size_t k = 0; k < group_depth_.size(); ++k)
+      depth_[static_cast<std::size_t>(lists.plane_slot[k])] = group_depth_[k];
   for (const auto& ray : lists.rays) follow(base, target, lists, ray, X_TB);
 
-  hits_.clear();
-  for (std::size_t i = 0; i < slots_.size(); ++i) {
-    const Slot& slot = slots_[i];
-    if (slot.depth_m > 0.0 && slot.weight > 0.0)
-      hits_.push_back({lists.element[i], slot.plane, slot.depth_m, slot.weight, slot.fade_T});
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < depth_.size(); ++i) {
+    hits_[count] = static_cast<std::int32_t>(i);
+    count += depth_[i] > 0.0 ? 1 : 0;
   }
+  hit_count_ = count;
 }
 
 void ContactDepths::follow(const ContactSurface::Data& base, const ContactSurface::Data& target,
                            const ContactCandidates& lists, const ContactCandidates::Ray& ray,
                            const Pose& X_TB) {
-  Slot& slot = slots_[static_cast<std::size_t>(ray.slot)];
-  slot.depth_m = 0.0;
-  const auto e = static_cast<std::size_t>(lists.element[static_cast<std::size_t>(ray.slot)]);
+  const auto slot = static_cast<std::size_t>(ray.slot);
+  depth_[slot] = 0.0;
+  const auto e = static_cast<std::size_t>(lists.element[slot]);
   const double px = base.px[e], py = base.py[e], pz = base.pz[e];
   const double nx = base.nx[e], ny = base.ny[e], nz = base.nz[e];
   double nearest = base.line_m[e];
@@ -85,10 +93,10 @@ void ContactDepths::follow(const ContactSurface::Data& base, const ContactSurfac
     }
   }
   if (!met || !leaves) return;
-  slot.depth_m = nearest;
-  slot.plane = at_plane;
-  slot.weight = 1.0;
-  slot.fade_T.setZero();
+  depth_[slot] = nearest;
+  plane_[slot] = at_plane;
+  weight_[slot] = 1.0;
+  fade_T_[slot].setZero();
   const double fade_m = base.fade_m[e];
   double distance2 = fade_m * fade_m;
   Vec3 closest = Vec3::Zero();
@@ -99,14 +107,17 @@ void ContactDepths::follow(const ContactSurface::Data& base, const ContactSurfac
     const double squared = (met_T - foot).squaredNorm();
     if (squared < distance2) distance2 = squared, closest = foot;
   }
-  if (distance2 < fade_m * fade_m) {
-    const double distance_m = std::sqrt(distance2);
-    const double s = distance_m / fade_m;
-    slot.weight = rim_weight(s);
-    // d(ln w)/ds = (4 - 6 s) / w
-    if (slot.weight > 0.0 && distance_m > 0.0)
-      slot.fade_T = (4.0 - 6.0 * s) / (slot.weight * fade_m * distance_m) * (met_T - closest);
+  if (distance2 >= fade_m * fade_m) return;
+  const double distance_m = std::sqrt(distance2);
+  const double s = distance_m / fade_m;
+  const double weight = rim_weight(s);
+  if (!(weight > 0.0)) {
+    depth_[slot] = 0.0;
+    return;
   }
+  weight_[slot] = weight;
+  // d(ln w)/ds = (4 - 6 s) / w
+  fade_T_[slot] = (4.0 - 6.0 * s) / (weight * fade_m * distance_m) * (met_T - closest);
 }
 
 }  // namespace takt

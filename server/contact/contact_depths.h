@@ -1,6 +1,7 @@
 #pragma once
 // Penetrations of the Base's elements at one pose, from the candidate lists.
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "server/contact/contact_candidates.h"
@@ -9,14 +10,6 @@ namespace takt {
 
 class ContactDepths {
  public:
-  /// An element whose line begins in the Target and leaves it again within its length.
-  struct Hit {
-    std::int32_t element;
-    std::int32_t plane;  ///< place in the planes below
-    double depth_m;
-    double weight;  ///< of the element's area, see rim_weight
-    Vec3 fade_T;    ///< gradient of the logarithm of the weight with the point met, axes of T (1/m)
-  };
   struct Plane {
     Vec3 normal_B;
     double offset_m;
@@ -24,26 +17,31 @@ class ContactDepths {
 
   /// New lists came.
   void prepare(const ContactCandidates& lists);
-  /// Hits, ascending by element. `X_BT`: pose of the Target in the Base, the inverse of X_TB.
+  /// `X_BT`: pose of the Target in the Base, the inverse of X_TB.
   void find(const ContactSurface::Data& base, const ContactSurface::Data& target,
             const ContactCandidates& lists, const Pose& X_TB, const Pose& X_BT);
 
-  const std::vector<Hit>& hits() const { return hits_; }
-  const Plane& plane(std::int32_t place) const { return planes_[static_cast<std::size_t>(place)]; }
+  /// Slots of the lists, ascending, whose line begins in the Target and leaves it again within its length.
+  std::span<const std::int32_t> hits() const { return {hits_.data(), hit_count_}; }
+  // Of a slot that is hit:
+  double depth_m(std::size_t slot) const { return depth_[slot]; }
+  double weight(std::size_t slot) const { return weight_[slot]; }  ///< of the area, see rim_weight
+  /// Gradient of the logarithm of the weight with the point met, axes of T (1/m).
+  const Vec3& fade_T(std::size_t slot) const { return fade_T_[slot]; }
+  const Plane& plane(std::size_t slot) const { return planes_[static_cast<std::size_t>(plane_[slot])]; }
 
  private:
-  struct Slot {
-    double depth_m = 0.0, weight = 1.0;
-    std::int32_t plane = -1;
-    Vec3 fade_T = Vec3::Zero();
-  };
   void follow(const ContactSurface::Data& base, const ContactSurface::Data& target,
               const ContactCandidates& lists, const ContactCandidates::Ray& ray, const Pose& X_TB);
 
   std::vector<Plane> planes_;
-  std::vector<double> plane_depth_;  ///< of the plane groups' elements
-  std::vector<Slot> slots_;
-  std::vector<Hit> hits_;
+  std::vector<double> group_depth_;  ///< of the plane groups' elements
+  // Per slot; zero depth: not hit.
+  std::vector<double> depth_, weight_;
+  std::vector<std::int32_t> plane_;
+  std::vector<Vec3> fade_T_;
+  std::vector<std::int32_t> hits_;
+  std::size_t hit_count_ = 0;
 };
 
 /// Weight of an element's area at s = distance of the point met from the nearest sharp convex edge of the

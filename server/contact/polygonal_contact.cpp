@@ -128,7 +128,7 @@ bool PolygonalContact::Impl::boxes_apart(const Pose& X_TB) const {
 void PolygonalContact::Impl::renew_lists(const Pose& X_TB) {
   const bool valid = lists.cover(X_TB);
   const bool too_long = uses >= 256 && uses % 256 == 0 && bound_m > kSmallestBound_m &&
-                        lists.slot_count() > 4 * depths.hits().size() + 32;
+                        lists.slot_count() > 2 * depths.hits().size() + 32;
   if (valid && !too_long) {
     ++uses;
     return;
@@ -144,26 +144,28 @@ void PolygonalContact::Impl::renew_lists(const Pose& X_TB) {
 }
 
 void PolygonalContact::Impl::fill_rows(const Pose& X_TB, const Pose& X_BT, ElementDetail detail) {
-  const auto& hits = depths.hits();
+  const auto hits = depths.hits();
   rows.resize(hits.size());
   using R = ElementRows;
   double *px = rows[R::kPx], *py = rows[R::kPy], *pz = rows[R::kPz];
   double *nx = rows[R::kNx], *ny = rows[R::kNy], *nz = rows[R::kNz];
   double *area = rows[R::kArea], *depth = rows[R::kDepth];
   for (std::size_t i = 0; i < hits.size(); ++i) {
-    const auto e = static_cast<std::size_t>(hits[i].element);
+    const auto slot = static_cast<std::size_t>(hits[i]);
+    const auto e = static_cast<std::size_t>(lists.element[slot]);
     px[i] = base.px[e], py[i] = base.py[e], pz[i] = base.pz[e];
     nx[i] = base.nx[e], ny[i] = base.ny[e], nz[i] = base.nz[e];
-    area[i] = hits[i].weight * base.area_m2[e];
-    depth[i] = hits[i].depth_m;
+    area[i] = depths.weight(slot) * base.area_m2[e];
+    depth[i] = depths.depth_m(slot);
   }
   if (law.friction_law == FrictionLaw::stick) {
     double *x = rows[R::kXx], *y = rows[R::kXy], *z = rows[R::kXz];
     auto spring = springs.begin();
     for (std::size_t i = 0; i < hits.size(); ++i) {
-      while (spring != springs.end() && spring->element < hits[i].element) ++spring;
+      const std::int32_t element = lists.element[static_cast<std::size_t>(hits[i])];
+      while (spring != springs.end() && spring->element < element) ++spring;
       x[i] = y[i] = z[i] = 0.0;
-      if (spring == springs.end() || spring->element != hits[i].element) continue;
+      if (spring == springs.end() || spring->element != element) continue;
       const Vec3 anchor_B = X_BT * spring->anchor_T;
       x[i] = px[i] - anchor_B.x(), y[i] = py[i] - anchor_B.y(), z[i] = pz[i] - anchor_B.z();
     }
@@ -172,10 +174,10 @@ void PolygonalContact::Impl::fill_rows(const Pose& X_TB, const Pose& X_BT, Eleme
   for (std::size_t i = 0; i < hits.size(); ++i) {
     // Depth: t = (offset - m . p) / (m . d) with d = -n; its gradient with the displacement of the Base at
     // the point met is -m / (m . d). The point met moves along with the Base and slides along the line.
-    const Vec3& m = depths.plane(hits[i].plane).normal_B;
+    const Vec3& m = depths.plane(static_cast<std::size_t>(hits[i])).normal_B;
     const Vec3 n(nx[i], ny[i], nz[i]);
     const Vec3 g = m / m.dot(n);
-    const Vec3 fade = X_TB.R.transpose() * hits[i].fade_T;
+    const Vec3 fade = X_TB.R.transpose() * depths.fade_T(static_cast<std::size_t>(hits[i]));
     const Vec3 h = fade - fade.dot(n) * g;
     rows[R::kGx][i] = g.x(), rows[R::kGy][i] = g.y(), rows[R::kGz][i] = g.z();
     rows[R::kHx][i] = h.x(), rows[R::kHy][i] = h.y(), rows[R::kHz][i] = h.z();
@@ -264,16 +266,17 @@ bool PolygonalContact::accept(const RelativeMotion& motion) {
   if (m.find_elements(motion, ElementDetail::forces, V_B) > 0) {
     element_forces(m.law, V_B, ElementDetail::forces, m.rows);
     using R = ElementRows;
-    const auto& hits = m.depths.hits();
+    const auto hits = m.depths.hits();
     auto spring = m.springs.begin();
     for (std::size_t i = 0; i < hits.size(); ++i) {
       const double normal_force = m.rows[R::kForce][i];
       if (!(normal_force > 0.0)) continue;
-      const auto e = static_cast<std::size_t>(hits[i].element);
+      const std::int32_t element = m.lists.element[static_cast<std::size_t>(hits[i])];
+      const auto e = static_cast<std::size_t>(element);
       const Vec3 x_T = motion.X_TB * m.base.point(e);
-      while (spring != m.springs.end() && spring->element < hits[i].element) ++spring;
-      ContactSpring kept{hits[i].element, x_T};
-      if (spring != m.springs.end() && spring->element == hits[i].element) {
+      while (spring != m.springs.end() && spring->element < element) ++spring;
+      ContactSpring kept{element, x_T};
+      if (spring != m.springs.end() && spring->element == element) {
         const Vec3 n_T = motion.X_TB.R * m.base.normal(e);
         const Vec3 stretch = x_T - spring->anchor_T;
         const double tangential = (stretch - stretch.dot(n_T) * n_T).norm();
@@ -308,12 +311,13 @@ std::vector<ElementPressure> PolygonalContact::pressures(const RelativeMotion& m
   Twist V_B;
   if (impl_->find_elements(motion, ElementDetail::forces, V_B) == 0) return result;
   element_forces(impl_->law, V_B, ElementDetail::forces, impl_->rows);
-  const auto& hits = impl_->depths.hits();
+  const auto hits = impl_->depths.hits();
   using R = ElementRows;
   for (std::size_t i = 0; i < hits.size(); ++i) {
     if (!(impl_->rows[R::kForce][i] > 0.0)) continue;
-    result.push_back({hits[i].element, impl_->base.point(static_cast<std::size_t>(hits[i].element)),
-                      impl_->rows[R::kArea][i], hits[i].depth_m, impl_->rows[R::kPressure][i]});
+    const std::int32_t element = impl_->lists.element[static_cast<std::size_t>(hits[i])];
+    result.push_back({element, impl_->base.point(static_cast<std::size_t>(element)), impl_->rows[R::kArea][i],
+                      impl_->rows[R::kDepth][i], impl_->rows[R::kPressure][i]});
   }
   return result;
 }

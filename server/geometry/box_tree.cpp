@@ -58,7 +58,10 @@ bool BoxTree::any_near(const BodyBox& box, const Pose& X_OU, const Mat3& abs_R, 
   while (size > 0) {
     const std::int32_t index = stack[--size];
     const Node& node = nodes_[static_cast<std::size_t>(index)];
-    if (((center - node.box.center_B).cwiseAbs() - half - node.box.half_B).maxCoeff() > 0.0) continue;
+    if (std::abs(center[0] - node.box.center_B[0]) > half[0] + node.box.half_B[0] ||
+        std::abs(center[1] - node.box.center_B[1]) > half[1] + node.box.half_B[1] ||
+        std::abs(center[2] - node.box.center_B[2]) > half[2] + node.box.half_B[2])
+      continue;
     if (node.thing >= 0) return true;
     stack[size++] = node.second;
     stack[size++] = index + 1;

@@ -2,6 +2,7 @@
 // A hierarchy of boxes over many small things fixed in one body (faces, penetration lines): flat, one thing
 // per leaf, built once.
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -24,20 +25,32 @@ class BoxTree {
   template <typename Visit>
   void visit_segment(const Vec3& p, const Vec3& q, double margin, const Visit& visit) const {
     if (empty()) return;
-    const Segment segment{0.5 * (p + q), 0.5 * (q - p)};
+    const Segment segment(p, q, margin);
+    if (!segment.touches(nodes_.front().box)) return;
+    // Nodes on the stack are known to be touched.
     std::array<std::int32_t, kDepth> stack;
-    int size = 0;
-    stack[0] = 0;
-    size = 1;
-    while (size > 0) {
-      const std::int32_t index = stack[static_cast<std::size_t>(--size)];
+    std::size_t size = 0;
+    std::int32_t index = 0;
+    while (true) {
       const Node& node = nodes_[static_cast<std::size_t>(index)];
-      if (!segment.touches(node.box, margin)) continue;
+      bool first = false;
       if (node.thing >= 0) {
         visit(node.thing);
       } else {
-        stack[static_cast<std::size_t>(size++)] = node.second;
-        stack[static_cast<std::size_t>(size++)] = index + 1;
+        first = segment.touches(nodes_[static_cast<std::size_t>(index) + 1].box);
+        if (segment.touches(nodes_[static_cast<std::size_t>(node.second)].box)) {
+          if (first)
+            stack[size++] = node.second;
+          else
+            index = node.second;
+          if (!first) continue;
+        }
+      }
+      if (first) {
+        ++index;
+      } else {
+        if (size == 0) return;
+        index = stack[--size];
       }
     }
   }
@@ -59,20 +72,29 @@ class BoxTree {
     std::int32_t second = -1;
   };
 
+  /// A segment and the width around it.
   struct Segment {
-    Vec3 middle, half;
-    bool touches(const BodyBox& box, double margin) const {
-      const Vec3 between = (middle - box.center_B).cwiseAbs();
-      const Vec3 extent = box.half_B + Vec3::Constant(margin);
-      const Vec3 reach = half.cwiseAbs();
-      if ((between - extent - reach).maxCoeff() > 0.0) return false;
+    Segment(const Vec3& p, const Vec3& q, double margin)
+        : middle(0.5 * (p + q)), half((0.5 * (q - p)).cwiseAbs()), direction(0.5 * (q - p)), width(margin) {
+      // Along an axis, or hardly longer than wide: its box tells enough.
+      const double longest = half.maxCoeff();
+      slanted = longest > margin && half.sum() > 1.1 * longest;
+    }
+    bool touches(const BodyBox& box) const {
+      const double x = middle[0] - box.center_B[0], y = middle[1] - box.center_B[1],
+                   z = middle[2] - box.center_B[2];
+      const double a = box.half_B[0] + width, b = box.half_B[1] + width, c = box.half_B[2] + width;
+      if (std::abs(x) > a + half[0] || std::abs(y) > b + half[1] || std::abs(z) > c + half[2]) return false;
+      if (!slanted) return true;
       // The other separating axes: the segment's direction times the axes.
-      const Vec3 turned = half.cross(middle - box.center_B).cwiseAbs();
-      return turned.x() <= extent.y() * reach.z() + extent.z() * reach.y() + kTiny &&
-             turned.y() <= extent.x() * reach.z() + extent.z() * reach.x() + kTiny &&
-             turned.z() <= extent.x() * reach.y() + extent.y() * reach.x() + kTiny;
+      return std::abs(direction[1] * z - direction[2] * y) <= b * half[2] + c * half[1] + kTiny &&
+             std::abs(direction[2] * x - direction[0] * z) <= a * half[2] + c * half[0] + kTiny &&
+             std::abs(direction[0] * y - direction[1] * x) <= a * half[1] + b * half[0] + kTiny;
     }
     static constexpr double kTiny = 1e-18;  // m^2: rounding of the products
+    Vec3 middle, half, direction;
+    double width;
+    bool slanted;
   };
 
   std::int32_t build(const std::vector<Aabb>& boxes, std::vector<std::int32_t>::iterator begin,

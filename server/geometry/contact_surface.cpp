@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -14,7 +15,7 @@ namespace {
 using Data = ContactSurface::Data;
 
 /// Far more than any computation would survive; a slip of the edge length should not fill the memory.
-constexpr std::size_t kMaxElements = 20'000'000;
+constexpr std::size_t kMaxElements = 5'000'000;
 
 struct Side {
   std::uint32_t low, high;
@@ -189,9 +190,6 @@ void divide(const std::array<Vec3, 3>& corner, double edge_m, std::vector<std::a
     }
     if (edge_m <= 0.0 || length_m <= edge_m) {
       pieces.push_back(piece);
-      if (pieces.size() > kMaxElements)
-        throw std::invalid_argument("an element edge of " + std::to_string(edge_m) +
-                                    " m makes more than 20 million contact elements; choose a longer one");
       continue;
     }
     const Vec3 &a = piece[longest], &b = piece[(longest + 1) % 3], &c = piece[(longest + 2) % 3];
@@ -201,17 +199,27 @@ void divide(const std::array<Vec3, 3>& corner, double edge_m, std::vector<std::a
   }
 }
 
+[[noreturn]] void refuse_edge(double edge_m) {
+  std::ostringstream text;
+  text << "an element edge of " << edge_m << " m makes more than " << kMaxElements
+       << " contact elements; choose a longer one";
+  throw std::invalid_argument(text.str());
+}
+
 void make_elements(Data& data, const ContactSurfaceOptions& options) {
   std::vector<Aabb> boxes;
   std::vector<std::array<Vec3, 3>> pieces;
+  // No piece is larger than the equilateral triangle.
+  const double largest_piece_m2 = 0.4330127 * options.element_edge_m * options.element_edge_m;
+  if (options.element_edge_m > 0.0 &&
+      data.surface_area_m2 > largest_piece_m2 * static_cast<double>(kMaxElements))
+    refuse_edge(options.element_edge_m);
   for (std::size_t i = 0; i < data.faces.size(); ++i) {
     const auto corner = data.corners(data.faces[i]);
     const Vec3 normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized();
     pieces.clear();
     divide(corner, options.element_edge_m, pieces);
-    if (data.element_count() + pieces.size() > kMaxElements)
-      throw std::invalid_argument("an element edge of " + std::to_string(options.element_edge_m) +
-                                  " m makes more than 20 million contact elements; choose a longer one");
+    if (data.element_count() + pieces.size() > kMaxElements) refuse_edge(options.element_edge_m);
     for (const auto& piece : pieces) {
       const Vec3 p = (piece[0] + piece[1] + piece[2]) / 3.0;
       const double area = 0.5 * (piece[1] - piece[0]).cross(piece[2] - piece[0]).norm();

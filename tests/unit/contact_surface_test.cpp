@@ -1,0 +1,175 @@
+#include "server/geometry/contact_surface.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <set>
+
+#include "server/contact/contact_roles.h"
+#include "server/contact/contact_springs.h"
+#include "server/geometry/contact_surface_data.h"
+#include "server/geometry/segment_distance.h"
+#include "tests/support/contact_pairs.h"
+#include "tests/support/hollow_bodies.h"
+#include "tests/support/random_shapes.h"
+
+namespace takt {
+namespace {
+
+using test::surface;
+
+TEST(ContactSurface, DividesLongEdgesAndKeepsTheArea) {
+  const TriangleMesh box = test::lattice_box({0.04, 0.03, 0.02}, std::array<int, 3>{1, 1, 1});
+  const double area = 2.0 * (0.04 * 0.03 + 0.03 * 0.02 + 0.02 * 0.04);
+  EXPECT_EQ(surface(box)->element_count(), 12u);
+  for (const double edge : {0.02, 0.005, 0.0013}) {
+    const auto s = surface(box, edge);
+    const auto& data = s->data();
+    EXPECT_EQ(s->face_count(), 12u);
+    EXPECT_NEAR(std::accumulate(data.area_m2.begin(), data.area_m2.end(), 0.0), area, 1e-12);
+    EXPECT_NEAR(s->area_m2(), area, 1e-12);
+    // No triangle with edges up to `edge` is larger than the equilateral one.
+    for (const double a : data.area_m2) EXPECT_LE(a, std::sqrt(3.0) / 4.0 * edge * edge);
+    EXPECT_GT(static_cast<double>(s->element_count()), area / (std::sqrt(3.0) / 4.0 * edge * edge));
+  }
+}
+
+TEST(ContactSurface, LinesEndHalfWayToTheOppositeWall) {
+  const auto s = surface(test::open_box({0.2, 0.16, 0.1}, 0.012), 0.01);
+  const auto& data = s->data();
+  int walls = 0;
+  for (std::size_t e = 0; e < data.element_count(); ++e) {
+    const Vec3 p = data.point(e), n = data.normal(e);
+    EXPECT_LE(data.line_m[e], 0.02);
+    // Floor from below, away from the walls above it.
+    if (n.z() < -0.5 && std::abs(p.x()) < 0.08 && std::abs(p.y()) < 0.06) {
+      EXPECT_NEAR(data.line_m[e], 0.006, 1e-9);
+      ++walls;
+    }
+    // The rim looks down a wall of 100 mm.
+    if (n.z() > 0.5 && p.z() > 0.09) {
+      EXPECT_DOUBLE_EQ(data.line_m[e], 0.02);
+    }
+  }
+  EXPECT_GT(walls, 10);
+}
+
+TEST(ContactSurface, FlatTrianglesAreOnePatchAndSharpConvexEdgesAreRims) {
+  const auto box = surface(test::lattice_box({0.04, 0.03, 0.02}, 0.005));
+  EXPECT_EQ(box->data().patches.size(), 6u);
+  // 8 + 6 + 4 pieces on 4 edges each.
+  EXPECT_EQ(box->data().rims.size(), 4u * (8u + 6u + 4u));
+  const auto u = surface(test::u_shape());
+  // Ten sides; the two edges along z at (0.02, 0.02) and (0.08, 0.02) are concave.
+  EXPECT_EQ(u->data().patches.size(), 10u);
+  EXPECT_EQ(u->data().rims.size(), 8u + 8u + 6u);
+  EXPECT_TRUE(surface(test::ball(0.02, 3))->data().rims.empty());
+}
+
+TEST(ContactSurface, RefusesWhatItCannotUse) {
+  TriangleMesh open = test::lattice_box({0.04, 0.03, 0.02}, 0.01);
+  open.triangles.pop_back();
+  EXPECT_THROW(surface(open), std::invalid_argument);
+  const TriangleMesh good = test::lattice_box({0.04, 0.03, 0.02}, 0.01);
+  EXPECT_THROW(surface(good, -1.0), std::invalid_argument);
+  EXPECT_THROW(surface(good, 0.0, 0.0), std::invalid_argument);
+  EXPECT_THROW(surface(good, 1e-7), std::invalid_argument);
+  EXPECT_THROW(surface(good, std::nan("")), std::invalid_argument);
+}
+
+TEST(BoxTree, FindsAllThatASegmentTouches) {
+  test::Random random(4);
+  std::vector<Aabb> boxes;
+  for (int i = 0; i < 500; ++i) {
+    const Vec3 c = random.uniform(0.0, 1.0) * random.direction();
+    const Vec3 h = random.uniform(0.0, 0.05) * random.direction().cwiseAbs();
+    boxes.push_back({c - h, c + h});
+  }
+  const BoxTree tree(boxes);
+  for (int i = 0; i < 200; ++i) {
+    const Vec3 p = random.uniform(0.0, 1.0) * random.direction(),
+               q = p + random.uniform(0.0, 0.4) * random.direction();
+    const double margin = random.uniform(0.0, 0.02);
+    std::set<std::int32_t> found;
+    tree.visit_segment(p, q, margin, [&](std::int32_t k) { EXPECT_TRUE(found.insert(k).second); });
+    for (std::size_t k = 0; k < boxes.size(); ++k)
+      for (int step = 0; step <= 50; ++step) {
+        const Vec3 x = p + step / 50.0 * (q - p);
+        if (((boxes[k].lower - x).maxCoeff() <= margin) && ((x - boxes[k].upper).maxCoeff() <= margin)) {
+          EXPECT_TRUE(found.count(static_cast<std::int32_t>(k)) == 1);
+          break;
+        }
+      }
+  }
+}
+
+TEST(SegmentDistance, IsTheLeastOfManyPoints) {
+  test::Random random(9);
+  for (int i = 0; i < 300; ++i) {
+    std::array<Vec3, 3> t;
+    for (Vec3& v : t) v = random.uniform(0.0, 1.0) * random.direction();
+    const Vec3 p = random.uniform(0.0, 1.5) * random.direction(),
+               q = random.uniform(0.0, 1.5) * random.direction();
+    const double distance = std::sqrt(segment_triangle_squared_distance(p, q, t));
+    double sampled = 1e9;
+    const int n = 40;
+    for (int a = 0; a <= n; ++a)
+      for (int b = 0; a + b <= n; ++b) {
+        const Vec3 x =
+            t[0] + static_cast<double>(a) / n * (t[1] - t[0]) + static_cast<double>(b) / n * (t[2] - t[0]);
+        sampled = std::min(sampled, std::sqrt(point_segment_squared_distance(x, p, q)));
+      }
+    EXPECT_LE(distance, sampled + 1e-12);
+    EXPECT_GE(distance, sampled - 0.06);
+  }
+}
+
+TEST(ContactRoles, DependOnTheSurfacesAndIdsOnly) {
+  const auto small = surface(test::lattice_box({0.02, 0.02, 0.02}, 0.005));
+  const auto large = surface(test::lattice_box({0.2, 0.2, 0.2}, 0.005));
+  const auto coarse = surface(test::lattice_box({0.02, 0.02, 0.02}, 0.02));
+  const auto finer = surface(test::lattice_box({0.02, 0.02, 0.02}, 0.004));
+  EXPECT_TRUE(first_is_base(*small, 7, *large, 1));
+  EXPECT_FALSE(first_is_base(*large, 1, *small, 7));
+  // Four times as coarse: the large one carries the elements.
+  EXPECT_FALSE(first_is_base(*coarse, 1, *large, 2));
+  EXPECT_TRUE(first_is_base(*large, 2, *coarse, 1));
+  EXPECT_TRUE(first_is_base(*finer, 2, *small, 1));
+  EXPECT_TRUE(first_is_base(*small, 1, *small, 2));
+  EXPECT_FALSE(first_is_base(*small, 2, *small, 1));
+}
+
+TEST(ContactSprings, AreRestoredOrRefused) {
+  const std::vector<ContactSpring> springs{{3, Vec3(0.1, 0.2, 0.3)}, {5, Vec3(-1.0, 0.0, 2.0)}};
+  const std::vector<double> kept = save_springs(springs);
+  const auto back = restore_springs(kept, 6);
+  ASSERT_EQ(back.size(), 2u);
+  EXPECT_EQ(back[1].element, 5);
+  EXPECT_EQ(back[1].anchor_T, springs[1].anchor_T);
+  EXPECT_THROW(restore_springs(kept, 5), std::invalid_argument);
+  EXPECT_THROW(restore_springs(std::span(kept).first(7), 6), std::invalid_argument);
+  for (const double bad : {-1.0, 2.5, 3.0, std::numeric_limits<double>::quiet_NaN()}) {
+    std::vector<double> changed = kept;
+    changed[4] = bad;
+    EXPECT_THROW(restore_springs(changed, 6), std::invalid_argument) << bad;
+  }
+  std::vector<double> infinite = kept;
+  infinite[2] = INFINITY;
+  EXPECT_THROW(restore_springs(infinite, 6), std::invalid_argument);
+}
+
+TEST(PolygonalContactArguments, AreChecked) {
+  const auto s = surface(test::lattice_box({0.02, 0.02, 0.02}, 0.01));
+  EXPECT_THROW(PolygonalContact(nullptr, s, contact_law({})), std::invalid_argument);
+  ContactLaw law = contact_law({});
+  law.friction_velocity_m_per_s = 0.0;
+  EXPECT_THROW(PolygonalContact(s, s, law), std::invalid_argument);
+  law = contact_law({});
+  law.stiffness_Pa_per_m = std::nan("");
+  EXPECT_THROW(PolygonalContact(s, s, law), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace takt
