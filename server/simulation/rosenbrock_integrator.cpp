@@ -133,7 +133,7 @@ void RosenbrockIntegrator::next_size(double h, bool cut_short) {
       kSafety * std::pow(std::max(new_error_, 1e-9), -kIntegral) * std::pow(last_error_, kProportional);
   const double proposed = h * std::clamp(factor, kLeastFactor, rejected_ ? 1.0 : kMostFactor);
   // A step that something else ended tells nothing against the size that was meant.
-  step_ = cut_short ? std::max(step_, proposed) : proposed;
+  step_ = std::max(cut_short ? std::max(step_, proposed) : proposed, kSmallestStep_s);
   last_error_ = std::max(new_error_, kLeastError);
 }
 
@@ -232,7 +232,7 @@ bool RosenbrockIntegrator::advance(OdeSystem& system, double t, double h, std::s
         switch_modes(system, now, x);
       else
         std::swap(indicators_, new_indicators_);
-      continue;
+      if (stop - now > one_time(stop)) continue;
     }
     if (event_within) {
       after_ = event;

