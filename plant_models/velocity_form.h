@@ -47,6 +47,11 @@ class VelocityForm {
 
   /// For these a and b: writes velocity_count() rows. False if what is eliminated here has no inverse.
   virtual bool factorise(double a, double b, Row* rows) = 0;
+  /// Adds what one velocity of the model changes at the rows of others, besides M: into a column-major matrix
+  /// of the model's velocities with this distance between columns. After factorise().
+  virtual void add_couplings(double* matrix, std::size_t stride) const {
+    static_cast<void>(matrix), static_cast<void>(stride);
+  }
   /// Of a right side r (all states of the model): the displacements d_r, the velocities' part r_u and what
   /// the eliminated states add to the right side.
   virtual void reduce(const double* r, double* d_r, double* r_u, double* right) = 0;

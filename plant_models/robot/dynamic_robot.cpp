@@ -12,6 +12,7 @@ namespace takt {
 namespace {
 
 // End stops of jaws: stiff against the servo, yet no stiffer than explicit steps of 1 ms allow.
+constexpr double kSyncPerServoFrequency = 3.0;
 constexpr double kStopPerServoFrequency = 5.0;
 // Depth over which an end stop's damping, critical for the jaw alone, comes in (m), so that the force has no
 // jump.
@@ -87,6 +88,9 @@ DynamicRobot::Impl::Impl(const DynamicRobotParameters& parameters,
       const double stop = kStopPerServoFrequency * gripper.servo_frequency_rad_per_s;
       stops[drives.size()] = {0.5 * grippers[g]->parameters().max_width_m, gripper.jaw.mass_kg * stop * stop,
                               2.0 * gripper.jaw.mass_kg * stop};
+      // Two jaws of mass m against each other: w^2 = 2 k / m, critically damped.
+      const double sync_w = kSyncPerServoFrequency * gripper.servo_frequency_rad_per_s;
+      syncs[drives.size()] = {0.5 * gripper.jaw.mass_kg * sync_w * sync_w, gripper.jaw.mass_kg * sync_w};
       drives.push_back(std::make_unique<IdealServo>(
           IdealServoParameters{gripper.servo_frequency_rad_per_s, gripper.max_force_N}));
     }
@@ -156,6 +160,17 @@ double DynamicRobot::Impl::stop_force(int joint, const double* x) const {
   return 0.0;
 }
 
+double DynamicRobot::Impl::sync_force(int joint, const double* x,
+                                      const std::array<JointReference, kMaxJoints>& wanted) const {
+  if (joint < arm) return 0.0;
+  const int other = other_jaw(joint);
+  const JointReference& mine = wanted[static_cast<size_t>(joint)];
+  const JointReference& theirs = wanted[static_cast<size_t>(other)];
+  const double ahead = x[joint] - x[other] - (mine.q - theirs.q);
+  const double faster = x[joints + joint] - x[joints + other] - (mine.qd - theirs.qd);
+  return -(sync(joint).stiffness_N_per_m * ahead + sync(joint).damping_Ns_per_m * faster);
+}
+
 void DynamicRobot::Impl::solve(double t, const double* x, const CellMotion& motion,
                                std::span<const Wrench> wrenches, Solution& s) {
   update(x);
@@ -166,7 +181,7 @@ void DynamicRobot::Impl::solve(double t, const double* x, const CellMotion& moti
   for (int i = 0; i < joints; ++i) {
     const auto k = static_cast<size_t>(i);
     s.output[k] = drive(i).output(s.reference[k], x[i], x[joints + i], drive_states(x, i));
-    tau[k] = s.output[k].torque + stop_force(i, x);
+    tau[k] = s.output[k].torque + stop_force(i, x) + sync_force(i, x, s.reference);
     held[k] = s.output[k].locks_joint || s.output[k].prescribes_acceleration;
     s.qdd[k] = s.output[k].prescribes_acceleration ? s.output[k].acceleration : 0.0;
   }

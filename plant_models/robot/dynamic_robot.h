@@ -37,7 +37,7 @@ namespace takt {
 struct MountedGripper {
   BodyInertia palm;                          ///< in G
   BodyInertia jaw;                           ///< each jaw, in its own frame; needs a mass
-  double servo_frequency_rad_per_s = 100.0;  ///< of the jaws' position servo, critically damped
+  double servo_frequency_rad_per_s = 200.0;  ///< of the jaws' position servo, critically damped
   double max_force_N = std::numeric_limits<double>::infinity();  ///< of each jaw
 };
 

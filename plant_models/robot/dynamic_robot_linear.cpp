@@ -137,6 +137,19 @@ class DynamicRobot::Linear final : public VelocityForm {
     return true;
   }
 
+  // The gears between the jaws of a gripper.
+  void add_couplings(double* matrix, std::size_t stride) const override {
+    for (int left = m_.arm; left < m_.joints; left += 2) {
+      const auto i = static_cast<size_t>(left);
+      const double value = b_ * (m_.syncs[i].damping_Ns_per_m + b_ / a_ * m_.syncs[i].stiffness_N_per_m);
+      for (const size_t row : {i, i + 1}) {
+        if (joints_[row].locked || joints_[row].prescribed) continue;
+        for (const size_t column : {i, i + 1})
+          matrix[column * stride + row] += row == column ? value : -value;
+      }
+    }
+  }
+
   void reduce(const double* r, double* d_r, double* r_u, double* right) override {
     const int n = m_.joints;
     for (int i = 0; i < n; ++i) {
@@ -157,6 +170,10 @@ class DynamicRobot::Linear final : public VelocityForm {
         right[i] = r[n + i] + b_ * torque;
       } else {
         right[i] = b_ * (torque + joint.stop_dq * y_q);
+        if (i >= m_.arm) {
+          const double y_other = r[m_.other_jaw(i)] / a_;
+          right[i] -= b_ * m_.sync(i).stiffness_N_per_m * (y_q - y_other);
+        }
       }
     }
   }

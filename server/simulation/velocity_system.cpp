@@ -197,6 +197,7 @@ void VelocitySystem::assemble(double a, double b) {
       for (std::size_t i = 0; i < unit.velocities; ++i) column[i] += a * unit.mass[k * unit.velocities + i];
       column[k] += unit.rows[k].value;
     }
+    unit.form->add_couplings(matrix + unit.place * n + unit.place, n);
     for (std::size_t i = 0; i < unit.velocities; ++i) {
       if (!unit.rows[i].prescribed) continue;
       for (std::size_t k = 0; k < n; ++k) matrix[k * n + unit.place + i] = 0.0;
