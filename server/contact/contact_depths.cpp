@@ -7,12 +7,14 @@
 
 namespace takt {
 
-void ContactDepths::prepare(const ContactCandidates& lists) {
+void ContactDepths::prepare(const ContactSurface::Data& base, const ContactCandidates& lists) {
   const std::size_t slots = lists.slot_count();
   planes_.resize(lists.patches.size());
   group_depth_.resize(lists.plane_slot.size());
   depth_.assign(slots, 0.0);
-  weight_.assign(slots, 1.0);
+  fades_.assign(slots, 0);
+  area_.resize(slots);
+  for (std::size_t i = 0; i < slots; ++i) area_[i] = base.area_m2[static_cast<std::size_t>(lists.element[i])];
   plane_.assign(slots, -1);
   fade_T_.assign(slots, Vec3::Zero());
   hits_.resize(slots);
@@ -95,8 +97,8 @@ void ContactDepths::follow(const ContactSurface::Data& base, const ContactSurfac
   if (!met || !leaves) return;
   depth_[slot] = nearest;
   plane_[slot] = at_plane;
-  weight_[slot] = 1.0;
-  fade_T_[slot].setZero();
+  area_[slot] = base.area_m2[e];
+  fades_[slot] = 0;
   const double fade_m = base.fade_m[e];
   double distance2 = fade_m * fade_m;
   Vec3 closest = Vec3::Zero();
@@ -115,7 +117,8 @@ void ContactDepths::follow(const ContactSurface::Data& base, const ContactSurfac
     depth_[slot] = 0.0;
     return;
   }
-  weight_[slot] = weight;
+  area_[slot] = weight * base.area_m2[e];
+  fades_[slot] = 1;
   // d(ln w)/ds = (4 - 6 s) / w
   fade_T_[slot] = (4.0 - 6.0 * s) / (weight * fade_m * distance_m) * (met_T - closest);
 }

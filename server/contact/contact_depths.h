@@ -16,7 +16,7 @@ class ContactDepths {
   };
 
   /// New lists came.
-  void prepare(const ContactCandidates& lists);
+  void prepare(const ContactSurface::Data& base, const ContactCandidates& lists);
   /// `X_BT`: pose of the Target in the Base, the inverse of X_TB.
   void find(const ContactSurface::Data& base, const ContactSurface::Data& target,
             const ContactCandidates& lists, const Pose& X_TB, const Pose& X_BT);
@@ -25,8 +25,9 @@ class ContactDepths {
   std::span<const std::int32_t> hits() const { return {hits_.data(), hit_count_}; }
   // Of a slot that is hit:
   double depth_m(std::size_t slot) const { return depth_[slot]; }
-  double weight(std::size_t slot) const { return weight_[slot]; }  ///< of the area, see rim_weight
-  /// Gradient of the logarithm of the weight with the point met, axes of T (1/m).
+  double area_m2(std::size_t slot) const { return area_[slot]; }  ///< of the element times rim_weight
+  bool fades(std::size_t slot) const { return fades_[slot] != 0; }
+  /// Where it fades: gradient of the logarithm of the weight with the point met, axes of T (1/m).
   const Vec3& fade_T(std::size_t slot) const { return fade_T_[slot]; }
   const Plane& plane(std::size_t slot) const { return planes_[static_cast<std::size_t>(plane_[slot])]; }
 
@@ -37,7 +38,8 @@ class ContactDepths {
   std::vector<Plane> planes_;
   std::vector<double> group_depth_;  ///< of the plane groups' elements
   // Per slot; zero depth: not hit.
-  std::vector<double> depth_, weight_;
+  std::vector<double> depth_, area_;
+  std::vector<std::uint8_t> fades_;
   std::vector<std::int32_t> plane_;
   std::vector<Vec3> fade_T_;
   std::vector<std::int32_t> hits_;

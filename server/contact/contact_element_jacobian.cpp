@@ -50,6 +50,7 @@ struct SymmetricSums {
   V4 k[21]{}, d[21]{};
 };
 
+template <bool kBoth>
 TAKT_LANE_INLINE void add_symmetric(const V4 (&s)[6], const V4& k, const V4& d, SymmetricSums& sums) {
   int at = 0;
 #pragma GCC unroll 6
@@ -57,7 +58,7 @@ TAKT_LANE_INLINE void add_symmetric(const V4 (&s)[6], const V4& k, const V4& d, 
 #pragma GCC unroll 6
     for (int j = i; j < 6; ++j, ++at) {
       const V4 product = s[i] * s[j];
-      sums.k[at] += k * product;
+      if constexpr (kBoth) sums.k[at] += k * product;
       sums.d[at] += d * product;
     }
   }
@@ -93,7 +94,7 @@ TAKT_LANE_INLINE void secant(const ElementRows& rows, Mat6& K, Mat6& D) {
       kn -= kt;
     }
     add_point(ct, p, d_point);
-    add_symmetric(s, kn, cn - ct, normal);
+    add_symmetric<true>(s, kn, cn - ct, normal);
   }
   K.setZero(), D.setZero();
   fold(normal.k, K), fold(normal.d, D);
@@ -163,9 +164,9 @@ TAKT_LANE_INLINE void tangent(const Twist& V_B, const ElementRows& rows, Mat6& K
     for (int j = 0; j < 6; ++j) scaled[j] = cn * s[j];
     add_outer(force, row, force, scaled, full);
     // Friction with displacement and velocity: in the tangential plane, less along t.
-    add_symmetric(s, kt, ct, normal);
+    add_symmetric<kStick>(s, kt, ct, normal);
     screw(t, p, sliding);
-    add_symmetric(sliding, ktt, ctt, along);
+    add_symmetric<kStick>(sliding, ktt, ctt, along);
     if constexpr (kStick) add_point(kt, p, k_point);
     add_point(ct, p, d_point);
   }

@@ -30,7 +30,8 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
   V4 rate;
   lanes::dot(n, v, rate);
   // (2.18) to (2.20)
-  const V4 ramp = u >= law.damping_depth_m ? zero + 1.0 : u / law.damping_depth_m;
+  const double over_depth = 1.0 / law.damping_depth_m, over_v = 1.0 / law.friction_velocity_m_per_s;
+  const V4 ramp = u >= law.damping_depth_m ? zero + 1.0 : u * over_depth;
   const V4 raw = law.stiffness_Pa_per_m * u + law.areal_damping_Ns_per_m3 * ramp * rate;
   const auto on = raw > 0.0 && area > 0.0;
   const V4 pressure = on ? raw : zero;
@@ -76,14 +77,14 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
     // (2.21) over the speed, so that it can be multiplied with the velocity.
     const double v_eps = law.friction_velocity_m_per_s;
     const auto fast = speed >= v_eps;
-    const V4 over = fast ? 1.0 / speed : (2.0 - speed / v_eps) / v_eps;
+    const V4 over = fast ? 1.0 / speed : (2.0 - speed * over_v) * over_v;
     ct = limit * over;
     ft = {-ct * vt.x, -ct * vt.y, -ct * vt.z};
     friction = ct * speed;
     if constexpr (kDetail == ElementDetail::tangent) {
       const auto moves = speed > 0.0;
       t = {moves ? vt.x / speed : zero, moves ? vt.y / speed : zero, moves ? vt.z / speed : zero};
-      ctt = fast ? ct : limit * speed / (v_eps * v_eps);
+      ctt = fast ? ct : limit * speed * (over_v * over_v);
       const V4 per_force = -law.friction * over;
       change = {per_force * vt.x, per_force * vt.y, per_force * vt.z};
     }
@@ -106,8 +107,7 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
     V4 k = law.stiffness_Pa_per_m * area;
     const V4 c = law.areal_damping_Ns_per_m3 * ramp * area;
     if constexpr (kDetail == ElementDetail::tangent)
-      k +=
-          u >= law.damping_depth_m ? zero : area * (law.areal_damping_Ns_per_m3 * rate / law.damping_depth_m);
+      k += u >= law.damping_depth_m ? zero : area * (law.areal_damping_Ns_per_m3 * rate * over_depth);
     lanes::store(on ? k : zero, rows[Rows::kKn] + i);
     lanes::store(on ? c : zero, rows[Rows::kCn] + i);
     lanes::store(kt, rows[Rows::kKt] + i);

@@ -30,18 +30,25 @@ Mat3 cross_matrix(const Vec3& a) {
   return m;
 }
 
+Mat3 product(const Mat3& a, const Mat3& b) {
+  Mat3 c;
+  c.noalias() = a.lazyProduct(b);
+  return c;
+}
+
 /// From the origin and axes of B to those of T.
 void move_to_target(const Pose& X_TB, Mat6& m) {
-  const Mat3& R = X_TB.R;
+  const Mat3 R = X_TB.R, R_transposed = R.transpose();
   const Mat3 lever = cross_matrix(X_TB.p);
-  const Mat3 a = R * m.topLeftCorner<3, 3>() * R.transpose();
-  const Mat3 b = R * m.topRightCorner<3, 3>() * R.transpose() - a * lever;
-  const Mat3 c = R * m.bottomLeftCorner<3, 3>() * R.transpose();
-  const Mat3 d = R * m.bottomRightCorner<3, 3>() * R.transpose() - c * lever;
+  const auto turned = [&](const Mat3& block) { return product(product(R, block), R_transposed); };
+  const Mat3 a = turned(m.topLeftCorner<3, 3>());
+  const Mat3 b = turned(m.topRightCorner<3, 3>()) - product(a, lever);
+  const Mat3 c = turned(m.bottomLeftCorner<3, 3>());
+  const Mat3 d = turned(m.bottomRightCorner<3, 3>()) - product(c, lever);
   m.topLeftCorner<3, 3>() = a;
   m.topRightCorner<3, 3>() = b;
-  m.bottomLeftCorner<3, 3>() = c + lever * a;
-  m.bottomRightCorner<3, 3>() = d + lever * b;
+  m.bottomLeftCorner<3, 3>() = c + product(lever, a);
+  m.bottomRightCorner<3, 3>() = d + product(lever, b);
 }
 
 void check(bool good, const char* name, double value, const char* allowed) {
@@ -89,6 +96,7 @@ struct PolygonalContact::Impl {
   ContactCandidates lists;
   ContactDepths depths;
   ElementRows rows;
+  std::vector<std::int32_t> filled;  ///< slots of the present lists whose elements are in the rows
   std::vector<ContactSpring> springs, next_springs;
   ContactCounts counts;
   double bound_m;
@@ -105,7 +113,7 @@ struct PolygonalContact::Impl {
   bool boxes_apart(const Pose& X_TB) const;
   void renew_lists(const Pose& X_TB);
   std::size_t find_elements(const RelativeMotion& motion, ElementDetail detail, Twist& V_B);
-  void fill_rows(const Pose& X_TB, const Pose& X_BT, ElementDetail detail);
+  void fill_rows(const Pose& X_BT, ElementDetail detail);
   bool evaluate(const RelativeMotion& motion, ElementDetail detail, ContactResult& result, Twist& V_B);
 };
 
@@ -138,24 +146,33 @@ void PolygonalContact::Impl::renew_lists(const Pose& X_TB) {
   else if (counts.rebuilds > 0 && uses < 8)
     bound_m = std::min(2.0 * bound_m, kLargestBound_m);
   lists.rebuild(base, target, X_TB, bound_m);
-  depths.prepare(lists);
+  depths.prepare(base, lists);
+  filled.clear();
   ++counts.rebuilds;
   uses = 1;
 }
 
-void PolygonalContact::Impl::fill_rows(const Pose& X_TB, const Pose& X_BT, ElementDetail detail) {
+void PolygonalContact::Impl::fill_rows(const Pose& X_BT, ElementDetail detail) {
   const auto hits = depths.hits();
-  rows.resize(hits.size());
   using R = ElementRows;
-  double *px = rows[R::kPx], *py = rows[R::kPy], *pz = rows[R::kPz];
-  double *nx = rows[R::kNx], *ny = rows[R::kNy], *nz = rows[R::kNz];
+  // Positions and normals are fixed in the Base: they stay in the rows as long as the same elements are hit.
+  if (!std::equal(hits.begin(), hits.end(), filled.begin(), filled.end())) {
+    filled.assign(hits.begin(), hits.end());
+    rows.resize(hits.size());
+    double *px = rows[R::kPx], *py = rows[R::kPy], *pz = rows[R::kPz];
+    double *nx = rows[R::kNx], *ny = rows[R::kNy], *nz = rows[R::kNz];
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      const auto e = static_cast<std::size_t>(lists.element[static_cast<std::size_t>(hits[i])]);
+      px[i] = base.px[e], py[i] = base.py[e], pz[i] = base.pz[e];
+      nx[i] = base.nx[e], ny[i] = base.ny[e], nz[i] = base.nz[e];
+    }
+  }
+  const double *px = rows[R::kPx], *py = rows[R::kPy], *pz = rows[R::kPz];
+  const double *nx = rows[R::kNx], *ny = rows[R::kNy], *nz = rows[R::kNz];
   double *area = rows[R::kArea], *depth = rows[R::kDepth];
   for (std::size_t i = 0; i < hits.size(); ++i) {
     const auto slot = static_cast<std::size_t>(hits[i]);
-    const auto e = static_cast<std::size_t>(lists.element[slot]);
-    px[i] = base.px[e], py[i] = base.py[e], pz[i] = base.pz[e];
-    nx[i] = base.nx[e], ny[i] = base.ny[e], nz[i] = base.nz[e];
-    area[i] = depths.weight(slot) * base.area_m2[e];
+    area[i] = depths.area_m2(slot);
     depth[i] = depths.depth_m(slot);
   }
   if (law.friction_law == FrictionLaw::stick) {
@@ -171,16 +188,21 @@ void PolygonalContact::Impl::fill_rows(const Pose& X_TB, const Pose& X_BT, Eleme
     }
   }
   if (detail != ElementDetail::tangent) return;
+  double *gx = rows[R::kGx], *gy = rows[R::kGy], *gz = rows[R::kGz];
+  double *hx = rows[R::kHx], *hy = rows[R::kHy], *hz = rows[R::kHz];
   for (std::size_t i = 0; i < hits.size(); ++i) {
     // Depth: t = (offset - m . p) / (m . d) with d = -n; its gradient with the displacement of the Base at
     // the point met is -m / (m . d). The point met moves along with the Base and slides along the line.
-    const Vec3& m = depths.plane(static_cast<std::size_t>(hits[i])).normal_B;
-    const Vec3 n(nx[i], ny[i], nz[i]);
-    const Vec3 g = m / m.dot(n);
-    const Vec3 fade = X_TB.R.transpose() * depths.fade_T(static_cast<std::size_t>(hits[i]));
-    const Vec3 h = fade - fade.dot(n) * g;
-    rows[R::kGx][i] = g.x(), rows[R::kGy][i] = g.y(), rows[R::kGz][i] = g.z();
-    rows[R::kHx][i] = h.x(), rows[R::kHy][i] = h.y(), rows[R::kHz][i] = h.z();
+    const auto slot = static_cast<std::size_t>(hits[i]);
+    const Vec3& m = depths.plane(slot).normal_B;
+    const double over = 1.0 / (m.x() * nx[i] + m.y() * ny[i] + m.z() * nz[i]);
+    gx[i] = over * m.x(), gy[i] = over * m.y(), gz[i] = over * m.z();
+    hx[i] = hy[i] = hz[i] = 0.0;
+    if (depths.fades(slot)) {
+      const Vec3 fade = X_BT.R * depths.fade_T(slot);
+      const double along = fade.x() * nx[i] + fade.y() * ny[i] + fade.z() * nz[i];
+      hx[i] = fade.x() - along * gx[i], hy[i] = fade.y() - along * gy[i], hz[i] = fade.z() - along * gz[i];
+    }
   }
 }
 
@@ -193,7 +215,7 @@ std::size_t PolygonalContact::Impl::find_elements(const RelativeMotion& motion, 
   const Pose X_BT = motion.X_TB.inverse();
   depths.find(base, target, lists, motion.X_TB, X_BT);
   if (depths.hits().empty()) return 0;
-  fill_rows(motion.X_TB, X_BT, detail);
+  fill_rows(X_BT, detail);
   V_B.v = X_BT.R * motion.V_TB_T.v;
   V_B.w = X_BT.R * motion.V_TB_T.w;
   return depths.hits().size();
