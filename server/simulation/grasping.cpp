@@ -47,6 +47,7 @@ void Grasping::apply(const GripperCommand& command, double t, CellPlant& plant) 
       break;
   }
   const auto index = static_cast<std::size_t>(command.gripper);
+  const Mode before = modes_[index];
   const double now = by_contact_[index] != 0 ? plant.width(index, t) : gripper.width(t);
   if (command.action == GripperAction::close) {
     modes_[index] = Mode::close;
@@ -56,10 +57,12 @@ void Grasping::apply(const GripperCommand& command, double t, CellPlant& plant) 
   } else {
     modes_[index] = Mode::open;
   }
+  // Controllers repeat their commands: jaws that are under way or press already go on as they do.
+  const bool repeated = modes_[index] == before && widths_[index] == width;
   widths_[index] = width;
   if (by_contact_[index] == 0)
     gripper.move_to(t, width);
-  else
+  else if (!repeated)
     drive_jaws(index, t, 0.5 * width, plant);
 }
 
