@@ -58,7 +58,7 @@ TEST(PolygonalContact, AreaOfAPunchAsLargeAsTheTargetIsKeptOnAverage) {
   PolygonalContact contact(surface(punch()), surface(top), law);
   const double u = 1e-5, full = law.stiffness_Pa_per_m * kSide * kSide * u;
   const ContactResult flush = evaluate(contact, at_rest({0.0, 0.0, kHeight - u}));
-  EXPECT_NEAR(flush.F_B_T.f.z(), full, 0.05 * full);
+  EXPECT_NEAR(flush.F_B_T.f.z(), full, 0.03 * full);
   // Over all offsets within one element: the covered part of the punch.
   double sum = 0.0, covered = 0.0;
   const int steps = 200;
@@ -67,7 +67,7 @@ TEST(PolygonalContact, AreaOfAPunchAsLargeAsTheTargetIsKeptOnAverage) {
     sum += evaluate(contact, at_rest({shift, 0.0, kHeight - u})).F_B_T.f.z();
     covered += full * (kSide - shift) / kSide;
   }
-  EXPECT_NEAR(sum, covered, 0.05 * covered);
+  EXPECT_NEAR(sum, covered, 0.02 * covered);
 }
 
 TEST(PolygonalContact, BallOnALayerConvergesToTheClosedForm) {
