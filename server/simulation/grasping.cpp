@@ -8,6 +8,8 @@ namespace {
 // Width of the interval in which the touching position of a jaw is bracketed (m): far below any tolerance of
 // a cell.
 constexpr double kTouchResolution_m = 1e-8;
+// Contact that takes over from substitute forces has this long to build up (s).
+constexpr double kTakeOver_s = 0.1;
 void set_volume(GraspState& state, const GripperModel& model, double left_m, double right_m) {
   state.lower_G = Vec3(model.face_x_lower_m, -right_m, model.face_z_lower_m);
   state.upper_G = Vec3(model.face_x_upper_m, left_m, model.face_z_upper_m);
@@ -19,6 +21,7 @@ Grasping::Grasping(const CellModel& model) : model_(model) {
   states_.resize(model.grippers.size());
   widths_.resize(model.grippers.size());
   by_contact_.resize(model.grippers.size());
+  held_until_s_.resize(model.grippers.size());
   reset();
 }
 
@@ -29,6 +32,7 @@ void Grasping::reset() {
     states_[i].palm = model_.grippers[i].parameters.palm;
     widths_[i] = model_.grippers[i].parameters.initial_width_m;
     by_contact_[i] = 0;
+    held_until_s_[i] = -1.0;
   }
 }
 
@@ -66,17 +70,23 @@ void Grasping::apply(const GripperCommand& command, double t, CellPlant& plant) 
     drive_jaws(index, t, 0.5 * width, plant);
 }
 
-void Grasping::drive_jaws(std::size_t gripper, double t, double to_m, CellPlant& plant) {
+void Grasping::drive_jaws(std::size_t gripper, double t, double to_m, CellPlant& plant, double pressing_m) {
   if (modes_[gripper] == Mode::close) to_m = -model_.grippers[gripper].press_m;
   for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right})
-    plant.grippers()[gripper].drive_jaw(t, side, plant.jaw_coordinate(gripper, side, t), to_m);
+    plant.grippers()[gripper].drive_jaw(t, side, plant.jaw_coordinate(gripper, side, t) - pressing_m, to_m);
 }
 
 void Grasping::set_by_contact(std::size_t gripper, bool by_contact, double t, CellPlant& plant) {
   if ((by_contact_[gripper] != 0) == by_contact) return;
   by_contact_[gripper] = by_contact ? 1 : 0;
+  held_until_s_[gripper] = -1.0;
   if (by_contact) {
-    drive_jaws(gripper, t, 0.5 * widths_[gripper], plant);
+    // Jaws that hold a Part only touch it: they press at once, lest it slips through.
+    const ParallelGripper& jaws = plant.grippers()[gripper];
+    const bool touching = jaws.blocked(ParallelGripper::left) && jaws.blocked(ParallelGripper::right);
+    const bool holds = states_[gripper].active && touching;
+    if (holds) held_until_s_[gripper] = t + kTakeOver_s;
+    drive_jaws(gripper, t, 0.5 * widths_[gripper], plant, holds ? model_.grippers[gripper].press_m : 0.0);
     return;
   }
   // They go on to where they were sent, and stop at once where they touch already.
@@ -125,8 +135,9 @@ void Grasping::update(double t, double h, const CellMotion& motion, CellPlant& p
     GraspState& state = states_[i];
     if (by_contact_[i] != 0) {
       const std::array<int, 2>& ids = model.parameters.jaws;
-      state.active =
-          modes_[i] != Mode::open && contacts.pressed(motion, ids[0]) && contacts.pressed(motion, ids[1]);
+      const bool pressed = contacts.pressed(motion, ids[0]) && contacts.pressed(motion, ids[1]);
+      if (pressed) held_until_s_[i] = -1.0;
+      state.active = modes_[i] != Mode::open && (pressed || t < held_until_s_[i]);
       if (state.active)
         set_volume(state, model, plant.jaw_coordinate(i, ParallelGripper::left, t),
                    plant.jaw_coordinate(i, ParallelGripper::right, t));

@@ -39,12 +39,14 @@ class Grasping {
   void stop_jaws(std::size_t gripper, double t, double h, const CellMotion& motion, ParallelGripper& jaws,
                  ComponentInteraction& interaction);
 
-  void drive_jaws(std::size_t gripper, double t, double to_m, CellPlant& plant);
+  /// Jaws that touch begin `pressing_m` beyond where they are.
+  void drive_jaws(std::size_t gripper, double t, double to_m, CellPlant& plant, double pressing_m = 0.0);
 
   const CellModel& model_;
-  std::vector<Mode> modes_;       ///< by gripper
-  std::vector<double> widths_;    ///< by gripper: last commanded
-  std::vector<char> by_contact_;  ///< by gripper
+  std::vector<Mode> modes_;           ///< by gripper
+  std::vector<double> widths_;        ///< by gripper: last commanded
+  std::vector<char> by_contact_;      ///< by gripper
+  std::vector<double> held_until_s_;  ///< by gripper: what it held when contact took over, unless it presses
   std::vector<GraspState> states_;
 };
 

@@ -107,7 +107,7 @@ void expect_assembled(const std::vector<Switch>& switches, const Overrides& more
           << cell->components[static_cast<std::size_t>(part.body)].name << " at " << after.time_s;
   }
   EXPECT_EQ(next, switches.size());
-  EXPECT_LE(largest_error_m(scenario, *cell, after), 5e-4);
+  EXPECT_LE(largest_error_m(scenario, *cell, after), 3e-4);
 }
 
 TEST(BlockContact, LevelsSwitchedBetween1And3WhileRunning) {

@@ -64,6 +64,28 @@ TEST(SolverAllocation, NoneInAStepAfterTheFirst) {
   }
 }
 
+TEST(ContactAllocation, NoneInAStepAfterTheFirstContacts) {
+  if constexpr (kMaxLevelOfDetail < 3) GTEST_SKIP() << "needs level of detail 3";
+  for (const char* name : {"drop", "sliding_block", "stack_of_ten", "peg_in_hole_100um", "incline"}) {
+    for (const char* solver : {"rosenbrock", "cvode", "implicit"}) {
+      ScenarioOptions options;
+      options.overrides = {"solver.method=" + std::string(solver)};
+      Simulation simulation(load_cell(
+          std::filesystem::path(TAKT_CONFIG_DIR) / "scenarios" / "contact" / (std::string(name) + ".yaml"),
+          options));
+      bool good = true;
+      while (good && simulation.time_s() < 0.2) good = simulation.step({});
+      allocations = 0;
+      counting = true;
+      while (good && simulation.time_s() < 0.5) good = simulation.step({});
+      counting = false;
+      EXPECT_TRUE(good) << name << ' ' << solver << ' ' << simulation.fault();
+      EXPECT_GT(simulation.contact_counts().elements, 0U);
+      EXPECT_EQ(allocations, 0U) << name << ' ' << solver;
+    }
+  }
+}
+
 TEST(RunLoopAllocation, NoneInSteadyStateWithCommands) {
   const auto file = test::write_service_scenario();
   std::ofstream(file, std::ios::app) << "collision_checking: {default_limit_m: 0.05}\n";
