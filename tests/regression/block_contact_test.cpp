@@ -146,6 +146,17 @@ TEST(BlockContact, APartHeldBySubstituteForceIsPressedByContact) {
   expect_assembled({}, {"contact.pairs=[{pair: [B, \"Table*\"], interaction: substitute}]"});
 }
 
+TEST(BlockContact, OneProcessAtLevel3BesideOneAtLevel1) {
+  // P and O are handled by contact, C and B by substitute forces; what O and B do to each other is of both,
+  // so of the lower one.
+  Overrides overrides = at_level_3("cvode", "1e-6");
+  overrides.push_back(
+      "processes={left: {level_of_detail: 3, members: [P, O, Robot1, Gripper1]}, "
+      "right: {level_of_detail: 1, members: [C, B, Robot2, Gripper2]}}");
+  const BlockRun r = test::run_block_scenario("block_assembly", overrides);
+  expect_held_and_near(r, 5e-4);
+}
+
 std::uint64_t hash_of_12_s(const Overrides& more, int threads, ContactCallCounts& counts) {
   ScenarioOptions options;
   options.overrides = at_level_3("rosenbrock", "1e-4");
