@@ -34,7 +34,7 @@ class BlockPlant {
     }
     model = edited;
     interaction.emplace(model->components, model->pairs, model->interaction);
-    plant.emplace(*model, *interaction);
+    plant.emplace(*model, *interaction, nullptr);
     system().update_motion(0.0, x());
     interaction->update_poses(system().motion(), nullptr);
     std::vector<GraspState> grasps;
