@@ -48,28 +48,23 @@ class Care {
                                          : longest_[triangle];
   }
 
+  /// Division by halves does not help: its pieces are as slender.
   void find_needles() {
     std::size_t count = 0, worst = 0;
     double ratio = 0.0;
     for (std::size_t i = 0; i < areas_.size(); ++i) {
-      const double height = 2.0 * areas_[i] / longest_[i];
-      // Halving the long side of a right-angled needle halves the height once.
-      const double r = std::min(longest_[i], 2.0 * element_edge(i)) / height;
+      const double r = 0.5 * longest_[i] * longest_[i] / areas_[i];
       if (r > options_.needle_ratio) ++count;
       if (r > ratio) ratio = r, worst = i;
     }
     if (count == 0) return;
-    const double height = 2.0 * areas_[worst] / longest_[worst];
-    // Divided to this edge, the worst has the ratio that is still allowed.
-    const double edge = 0.5 * options_.needle_ratio * height;
-    const bool divisible = edge * edge > 2.0 * area() / 1e6;  // else more than a million elements
     findings_.push_back({MeshFindingKind::needles, MeshSeverity::warning, count, ratio, centres_[worst],
                          counted(count, "triangle is a needle", "triangles are needles") + " (longer than " +
                              number_text(options_.needle_ratio) + " heights), the worst " +
                              number_text(ratio, 3) + " heights at " + place_text(centres_[worst]) +
                              ": one line in its middle stands for all of it",
-                         divisible ? "mesh it anew, or set " + key() + " to " + rounded_down(edge)
-                                   : "mesh it anew with triangles of even size"});
+                         "mesh it anew with triangles of even size; element_edge_m makes needles shorter, "
+                         "but no less slender"});
   }
 
   double area() const { return std::accumulate(areas_.begin(), areas_.end(), 0.0); }

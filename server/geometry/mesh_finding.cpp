@@ -1,5 +1,6 @@
 #include "server/geometry/mesh_finding.h"
 
+#include <cmath>
 #include <sstream>
 
 namespace takt {
@@ -57,7 +58,9 @@ std::string_view to_string(MeshSeverity severity) {
 std::string place_text(const Vec3& p) {
   std::ostringstream text;
   text.precision(6);
-  text << "(" << p.x() << ", " << p.y() << ", " << p.z() << ") m";
+  // To the nanometre; + 0: no -0.
+  const auto rounded = [](double x) { return std::round(x * 1e9) / 1e9 + 0.0; };
+  text << "(" << rounded(p.x()) << ", " << rounded(p.y()) << ", " << rounded(p.z()) << ") m";
   return text.str();
 }
 
