@@ -56,12 +56,12 @@ struct ConvexImport {
 };
 
 /// Something about an imported component that a person must be told: its convex shapes are further from the
-/// solid than was allowed.
+/// solid than was allowed, its mesh was repaired, or would falsify forces of surface contact.
 struct ImportNote {
   std::string component;
   std::string sentence;
-  int hulls = 0;
-  double volume_error = 0.0;  ///< lost and gained together
+  int hulls = 0;              ///< of convex shapes; else 0
+  double volume_error = 0.0;  ///< of convex shapes, lost and gained together; else 0
 };
 
 using DriveParameters =
