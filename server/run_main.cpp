@@ -139,8 +139,8 @@ int run(const Arguments& a) {
     throw takt::ScenarioError("--duration: found " + std::to_string(options.duration_s) +
                               "; allowed: a number > 0 s, here or as duration_s in " + a.scenario);
   }
-  if (a.tolerance && !takt::solver_has_error_control(scenario.solver)) {
-    std::cerr << "takt-run: note: --tolerance has no effect on " << scenario.solver
+  if (a.tolerance && !takt::solver_has_error_control(scenario.initial_solver())) {
+    std::cerr << "takt-run: note: --tolerance has no effect on " << scenario.initial_solver()
               << ", which has a fixed step\n";
   }
 
@@ -170,8 +170,8 @@ int run(const Arguments& a) {
 
   if (!a.report.empty()) {
     std::ofstream out(a.report);
-    const takt::RunInfo info{scenario.solver, cell->description.level_of_detail, a.pace, cell->convex_imports,
-                             cell->import_notes};
+    const takt::RunInfo info{scenario.initial_solver(), cell->description.level_of_detail, a.pace,
+                             cell->convex_imports, cell->import_notes};
     out << takt::report_json(scenario, cell->description, info, result) << '\n';
     out.close();
     if (!out) throw std::runtime_error(a.report + ": cannot be written");

@@ -56,8 +56,8 @@ struct DynamicRobot::Impl {
     double stiffness_N_per_m = 0.0, damping_Ns_per_m = 0.0;
   };
   std::array<EndStop, kMaxJoints> stops{};
-  /// The gears that keep the two jaws of a gripper together, as far as their references are: what is held does
-  /// not float where both drives are at their limit. At the place of the left jaw.
+  /// The gears that keep the two jaws of a gripper together, as far as their references are: what is held
+  /// does not float where both drives are at their limit. At the place of the left jaw.
   struct Sync {
     double stiffness_N_per_m = 0.0, damping_Ns_per_m = 0.0;
   };
@@ -67,8 +67,7 @@ struct DynamicRobot::Impl {
     return syncs[static_cast<size_t>((joint - arm) % 2 == 0 ? joint : joint - 1)];
   }
   /// Force of those gears on a jaw, along its joint.
-  double sync_force(int joint, const double* x,
-                    const std::array<JointReference, kMaxJoints>& wanted) const;
+  double sync_force(int joint, const double* x, const std::array<JointReference, kMaxJoints>& wanted) const;
 
   MultibodyTree::Workspace w;
   JointArray q{}, qd{};  ///< of which `w` holds the poses

@@ -214,7 +214,7 @@ std::string report_json(const Scenario& scenario, const CellDescription& cell, c
   report["solver"] = statistics_json(result.statistics);
   report["solver"]["method"] = info.solver;
   report["solver"]["step_s"] = cell.step_s;
-  if (solver_has_error_control(info.solver)) report["solver"]["tolerance"] = scenario.tolerance;
+  if (solver_has_error_control(info.solver)) report["solver"]["tolerance"] = scenario.initial_tolerance();
   report["solver"]["work"] = solver_json(result.statistics.solver);
   return report.dump(2);
 }

@@ -37,9 +37,7 @@ void describe_mesh(const TriangleMesh& mesh, const std::filesystem::path& file,
 /// What the mesh would do to forces of surface contact, where there are any.
 void look_after_contact(const Scenario& scenario, const std::string& component, const TriangleMesh& mesh,
                         bool carries_elements, CellModel& cell) {
-  const bool contact = std::any_of(scenario.processes.begin(), scenario.processes.end(),
-                                   [](const ScenarioProcess& p) { return p.level_of_detail >= 3; });
-  if (!contact) return;
+  if (!scenario.begins_with_contact()) return;
   ContactMeshOptions options;
   options.component = component;
   options.carries_elements = carries_elements;
@@ -200,14 +198,15 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const Impo
     cell->description.level_of_detail = std::max(cell->description.level_of_detail, process.level_of_detail);
   }
   cell->solver = {scenario.solver, scenario.tolerance, scenario.step_s, scenario.matrix};
+  cell->contact_solver = {scenario.contact_solver.method, scenario.contact_solver.tolerance, scenario.step_s,
+                          scenario.matrix};
   cell->interaction = {scenario.gravity_m_per_s2, scenario.contact_margin_m, scenario.weight_feed_forward,
                        scenario.skip_resting};
   cell->interaction.algorithm = interaction_algorithm(scenario.algorithm);
   ConvexImporter importer(scenario, import, *cell);
   Meshes meshes;
   for (const ScenarioPart& part : scenario.parts) add_part(scenario, part, importer, *cell, meshes);
-  for (const ScenarioGround& ground : scenario.grounds)
-    add_ground(scenario, ground, importer, *cell, meshes);
+  for (const ScenarioGround& ground : scenario.grounds) add_ground(scenario, ground, importer, *cell, meshes);
   for (const ScenarioRobot& robot : scenario.robots) add_robot(scenario, robot, *cell);
   for (const ScenarioGripper& gripper : scenario.grippers)
     add_gripper(scenario, gripper, importer, *cell, meshes);

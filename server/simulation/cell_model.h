@@ -78,6 +78,7 @@ struct CellModel {
   CellDescription description;
   double step_s = 0.001;
   SolverParameters solver;
+  SolverParameters contact_solver;  ///< while pairs act by surface contact
   std::vector<Component> components;
   std::vector<ComponentPair> pairs;
   InteractionParameters interaction;

@@ -73,7 +73,7 @@ void CellPlant::build() {
   accepted_.resize(x_.size());
   system_->set_clock(clock_);
   system_->set_stiff_pairs(system_->has_contacts());
-  integrator_ = make_integrator(model_.solver, *system_);
+  integrator_ = make_integrator(solver(), *system_);
 }
 
 std::size_t CellPlant::jaw_joint(std::size_t robot, std::size_t place, ParallelGripper::Side side) const {

@@ -21,8 +21,9 @@ namespace takt {
 
 class CellPlant {
  public:
-  /// All outlive the plant.
-  CellPlant(const CellModel& model, const ComponentInteraction& interaction, ContactInteraction* contacts);
+  /// All outlive the plant. `contacts`: surface contact, where the cell has it.
+  CellPlant(const CellModel& model, const ComponentInteraction& interaction,
+            ContactInteraction* contacts = nullptr);
 
   /// Initial state at the levels the cell was loaded with.
   void reset();
@@ -31,6 +32,10 @@ class CellPlant {
   /// New level of each robot, between two steps at time t. The motion must be that of (t, state()).
   void change_levels(std::span<const int> levels, double t);
 
+  /// What integrates at present.
+  const SolverParameters& solver() const {
+    return system_->has_contacts() ? model_.contact_solver : model_.solver;
+  }
   OdeSystem& system() { return *system_; }
   const OdeSystem& system() const { return *system_; }
   Integrator& integrator() { return *integrator_; }

@@ -263,7 +263,7 @@ struct Simulation::Impl {
   }
 
   bool solver_failed() {
-    fault = "the solver " + model->solver.name + " failed in the step from t = " + std::to_string(time()) +
+    fault = "the solver " + plant.solver().name + " failed in the step from t = " + std::to_string(time()) +
             " s: " + plant.integrator().failure() + "; the last accepted state is kept.";
     return fall_back();
   }
@@ -506,6 +506,10 @@ std::string Simulation::set_level_of_detail(int process, int level) {
   s.motion_is_current = false;
   s.choose_grippers();
   return {};
+}
+
+const SolverParameters& Simulation::solver() const {
+  return impl_->plant.solver();
 }
 
 int Simulation::level_of_detail(std::size_t robot) const {

@@ -94,6 +94,8 @@ class Simulation {
   /// twists and joint motion carry over; drives start in equilibrium with them. Empty if done, else why a
   /// robot of the process cannot have that level; then nothing changes. Allocates.
   std::string set_level_of_detail(int process, int level);
+  /// What integrates at present; another one while pairs act by surface contact.
+  const SolverParameters& solver() const;
   /// Of a robot, at present.
   int level_of_detail(std::size_t robot) const;
   /// Of a process (index into CellDescription::processes), at present.
