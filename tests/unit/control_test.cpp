@@ -15,7 +15,7 @@ class ControlTest : public testing::Test {
     cell_.components.resize(2);
     cell_.components[0].name = "P";
     cell_.components[1].name = "Table";
-    cell_.processes = {{"assembly", 1, {0}}, {"packing", 2, {}}};
+    cell_.processes = {{"assembly", 1, {0}, {}}, {"packing", 2, {}, {}}};
     cell_.grippers.resize(1);
     cell_.grippers[0].name = "Gripper1";
   }
