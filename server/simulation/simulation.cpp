@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <type_traits>
 #include <variant>
 #include <vector>
@@ -117,6 +118,7 @@ struct Simulation::Impl {
     }
     contacts.set_acting(acting);
     interaction.set_by_contact(by_contact);
+    if (monitor) monitor->set_by_contact(by_contact);
   }
 
   void choose_grippers() {
@@ -422,11 +424,16 @@ void read_dynamics(const DynamicRobot::Output& output, RobotSample& sample) {
 }
 }  // namespace
 
+std::size_t Simulation::contact_room() const {
+  return impl_->model->contact.enabled ? std::min(impl_->contacts.pair_count(), kMostContactSamples) : 0;
+}
+
 Snapshot Simulation::make_snapshot() const {
   Snapshot snapshot;
   snapshot.components.resize(impl_->model->components.size());
   snapshot.robots.resize(impl_->model->robots.size());
   snapshot.grippers.resize(impl_->model->grippers.size());
+  snapshot.contacts.room.resize(contact_room());
   read_snapshot(snapshot);
   return snapshot;
 }
@@ -478,6 +485,11 @@ void Simulation::read_snapshot(Snapshot& snapshot) const {
     sample.commands_applied = s.gripper_commands[i].count;
     sample.newest_stamp_s = s.gripper_commands[i].newest_stamp_s;
   }
+  ContactsSample& contacts = snapshot.contacts;
+  contacts.acting = std::find(s.process_levels.begin(), s.process_levels.end(), 3) != s.process_levels.end();
+  const std::size_t pressing = s.contacts.read(motion, std::span<ContactSample>(contacts.room));
+  contacts.count = std::min(pressing, contacts.room.size());
+  contacts.omitted = pressing - contacts.count;
 }
 
 std::string Simulation::set_level_of_detail(int process, int level) {
@@ -491,8 +503,7 @@ std::string Simulation::set_level_of_detail(int process, int level) {
   }
   if (level == 3 && !s.model->contact.enabled)
     return "surface contact was not prepared: the scenario has no section 'contact' and no process that "
-           "begins at "
-           "level 3";
+           "begins at level 3";
   for (std::size_t r = 0; r < levels.size(); ++r) {
     if (levels[r] > 1 && !s.plant.can_be_dynamic(r))
       return s.model->description.robots[r].name + " can only be kinematic: " + s.model->no_dynamics[r];
@@ -505,6 +516,10 @@ std::string Simulation::set_level_of_detail(int process, int level) {
   s.resting.wake_all();
   s.motion_is_current = false;
   s.choose_grippers();
+  if (s.contacts.any_acting()) {  // whoever looks before the next step finds who presses
+    s.refresh_motion();
+    s.contacts.update(s.system().motion(), kFastest_m_per_s * s.model->step_s);
+  }
   return {};
 }
 
@@ -528,6 +543,14 @@ Explanation Simulation::explain(int component) const {
   e.time_s = s.time();
   e.step = s.step_index;
   e.epoch = s.epoch;
+  const auto of_component = [component](const auto& pair) {
+    return pair.base == component || pair.target == component;
+  };
+  for (std::size_t i = 0; i < s.contacts.pair_count() && !e.surface_contact; ++i)
+    e.surface_contact = s.contacts.acting(i) && of_component(s.contacts.pair(i));
+  std::vector<ContactSample> samples;
+  s.contacts.read(s.system().motion(), samples);
+  std::copy_if(samples.begin(), samples.end(), std::back_inserter(e.pressing), of_component);
   return e;
 }
 

@@ -89,6 +89,42 @@ TEST(RunLoopLevel, ARobotWithoutInertiaStaysAsItIsAndTheReasonIsTold) {
   loop.stop();
 }
 
+TEST(RunLoopLevel, SurfaceContactNeedsItsSection) {
+  Simulation simulation(test::service_model());
+  RunLoop loop(simulation, paused());
+  LoopReader reader(loop);
+  loop.start();
+  const ControlReply refused = reader.request("set_level_of_detail", {{"level", "3"}});
+  EXPECT_EQ(refused.result, ControlResult::failed);
+  EXPECT_EQ(refused.message,
+            "The level of detail stays as it is: surface contact was not prepared: the scenario has no "
+            "section 'contact' and no process that begins at level 3");
+  expect_levels(reader, 1);
+  EXPECT_FALSE(reader.snapshot->contacts.acting);
+  loop.stop();
+}
+
+TEST(RunLoopLevel, ContactsArePublishedAtLevelThree) {
+  Simulation simulation(test::service_contact_model());
+  RunLoop loop(simulation, paused());
+  LoopReader reader(loop);
+  loop.start();
+  const ControlReply changed = reader.request("set_level_of_detail", {{"level", "3"}});
+  ASSERT_EQ(changed.result, ControlResult::ok) << changed.message;
+  ASSERT_EQ(reader.request("step", {{"steps", "300"}}).result, ControlResult::ok);
+  ASSERT_TRUE(reader.wait_until([&] { return reader.snapshot && reader.snapshot->step == 300; }));
+  ASSERT_TRUE(reader.snapshot->contacts.acting);
+  ASSERT_EQ(reader.snapshot->contacts.count, 2U);  // P and C on the table
+  double sum = 0.0;
+  for (const ContactSample& pair : reader.snapshot->contacts.pressing()) sum += pair.result.normal_force_N;
+  EXPECT_NEAR(sum, 0.8 * 9.80665, 0.01 * 0.8 * 9.80665);
+  ASSERT_EQ(reader.request("reset").result, ControlResult::ok);
+  ASSERT_TRUE(reader.wait_until([&] { return reader.snapshot->epoch == 1; }));
+  EXPECT_FALSE(reader.snapshot->contacts.acting);
+  EXPECT_EQ(reader.snapshot->contacts.count, 0U);
+  loop.stop();
+}
+
 TEST(RunLoopLevel, APlantThatDivergesPausesTheLoopAndNothingThatIsNotANumberIsPublished) {
   const auto model = test::service_model();
   // Servos far too fast for a fixed step of 1 ms, with motors that know no limit.
