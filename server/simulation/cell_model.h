@@ -1,5 +1,6 @@
 #pragma once
 // Everything about a loaded cell that is constant while it runs. Many simulations may share one model.
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -71,6 +72,12 @@ struct RobotDynamics {
 };
 std::vector<std::unique_ptr<Drive>> make_drives(const std::vector<DriveParameters>& drives);
 
+/// A plant model besides robots, grippers and Parts: a furnace, a press, a test's own. It moves no component.
+struct FurtherModel {
+  std::string name;
+  std::function<std::unique_ptr<PlantModel>()> make;  ///< called once by every simulation
+};
+
 struct CellModel {
   CellDescription description;
   double step_s = 0.001;
@@ -86,6 +93,7 @@ struct CellModel {
   std::vector<int> robot_levels;                          ///< by robot: level of detail at the start
   std::vector<std::vector<TrajectoryKnot>> trajectories;  ///< by robot; followed from time 0 on, or empty
   std::vector<GripperModel> grippers;
+  std::vector<FurtherModel> further_models;
   ClearanceModel clearance;
   std::vector<ConvexImport> convex_imports;
   std::vector<ImportNote> import_notes;

@@ -11,6 +11,7 @@ CellPlant::CellPlant(const CellModel& model, const ComponentInteraction& interac
       parts_(model.parts.begin(), model.parts.end()),
       segment_begin_(model.robots.size(), 0) {
   for (const GripperModel& gripper : model.grippers) grippers_.emplace_back(gripper.parameters);
+  for (const FurtherModel& further : model.further_models) further_.push_back(further.make());
   for (const GroundModel& ground : model.grounds) grounds_.emplace_back(ground.component, ground.X_WB);
   for (std::size_t r = 0; r < robots_.size(); ++r) {
     std::vector<const ParallelGripper*> mounted;
@@ -62,6 +63,11 @@ void CellPlant::build() {
   }
   for (ParallelGripper& gripper : grippers_)
     if (levels_[static_cast<std::size_t>(gripper.parameters().robot)] == 1) models.push_back(&gripper);
+  further_begin_ = begin;
+  for (const auto& further : further_) {
+    models.push_back(further.get());
+    begin += static_cast<std::size_t>(further->state_count());
+  }
   for (FixedBody& ground : grounds_) models.push_back(&ground);
   for (RigidBody& part : parts_) models.push_back(&part);
   parts_begin_ = begin;
@@ -103,7 +109,7 @@ double CellPlant::jaw_coordinate(std::size_t gripper, ParallelGripper::Side side
 
 void CellPlant::change_levels(std::span<const int> levels, double t) {
   // What is known of the motion under the old models.
-  const std::vector<double> parts(x_.begin() + static_cast<std::ptrdiff_t>(parts_begin_), x_.end());
+  const std::vector<double> others(x_.begin() + static_cast<std::ptrdiff_t>(further_begin_), x_.end());
   struct RobotMotion {
     JointArray q{}, qd{};
   };
@@ -131,7 +137,7 @@ void CellPlant::change_levels(std::span<const int> levels, double t) {
   const std::vector<int> old_levels = levels_;
   levels_.assign(levels.begin(), levels.end());
   build();
-  std::copy(parts.begin(), parts.end(), x_.begin() + static_cast<std::ptrdiff_t>(parts_begin_));
+  std::copy(others.begin(), others.end(), x_.begin() + static_cast<std::ptrdiff_t>(further_begin_));
   for (std::size_t r = 0; r < robots_.size(); ++r) {
     double* to = x_.data() + segment_begin_[r];
     if (levels_[r] > 1 && old_levels[r] > 1) {
@@ -153,6 +159,12 @@ void CellPlant::change_levels(std::span<const int> levels, double t) {
 }
 
 std::string CellPlant::describe_state(std::size_t state) const {
+  if (state >= further_begin_ && state < parts_begin_) {
+    std::size_t place = state - further_begin_, i = 0;
+    while (place >= static_cast<std::size_t>(further_[i]->state_count()))
+      place -= static_cast<std::size_t>(further_[i++]->state_count());
+    return "state " + std::to_string(place) + " of " + model_.further_models[i].name;
+  }
   if (state < parts_begin_) {
     std::size_t robot = 0;
     for (std::size_t r = 0; r < robots_.size(); ++r)

@@ -4,9 +4,9 @@
 //
 // Every robot has its kinematic model at all times: it turns set-points into reference motion. At LoD 1 the
 // joints are where the reference is; above, a DynamicRobot has to follow it and moves palm and jaws of its
-// grippers too. The states are: dynamic robots in order, then 13 for each Part. Changing the level of a robot
-// rebuilds the state vector between two steps from physical quantities (poses, joint positions and
-// velocities): nothing jumps. It allocates, as loading does; steps do not.
+// grippers too. The states are: dynamic robots in order, further models, then 13 for each Part. Changing the
+// level of a robot rebuilds the state vector between two steps from physical quantities (poses, joint
+// positions and velocities): nothing jumps. It allocates, as loading does; steps do not.
 #include <memory>
 #include <span>
 #include <vector>
@@ -42,6 +42,9 @@ class CellPlant {
   /// Place of the first state of a Part (index among Parts), and what a state means, for error texts.
   std::size_t part_begin(std::size_t part) const { return parts_begin_ + part * RigidBody::kStates; }
   std::size_t parts_begin() const { return parts_begin_; }
+  std::span<const double> further_states() const {
+    return std::span<const double>(x_).subspan(further_begin_, parts_begin_ - further_begin_);
+  }
   std::string describe_state(std::size_t state) const;
 
   std::vector<KinematicRobot>& robots() { return robots_; }
@@ -75,6 +78,7 @@ class CellPlant {
   const ComponentInteraction& interaction_;
   std::vector<KinematicRobot> robots_;
   std::vector<ParallelGripper> grippers_;
+  std::vector<std::unique_ptr<PlantModel>> further_;
   std::vector<FixedBody> grounds_;
   std::vector<RigidBody> parts_;
   std::vector<std::unique_ptr<DynamicRobot>> dynamic_;  ///< by robot; null where the scenario has no dynamics
@@ -84,7 +88,7 @@ class CellPlant {
   std::unique_ptr<OdeSystem> system_;
   std::unique_ptr<Integrator> integrator_;
   std::vector<double> x_, accepted_;
-  std::size_t parts_begin_ = 0;
+  std::size_t further_begin_ = 0, parts_begin_ = 0;
   double (*clock_)() = nullptr;
 };
 

@@ -53,7 +53,7 @@ void ImplicitIntegrator::solve(std::vector<double>& k) {
     k[static_cast<std::size_t>(implicit_states_[i])] = right_side_[i];
 }
 
-bool ImplicitIntegrator::advance(OdeSystem& system, double t, double h, std::span<double> x) {
+bool ImplicitIntegrator::take_step(OdeSystem& system, double t, double h, std::span<double> x) {
   double gamma = kGammas[0];
   const bool linearised = !values_.empty();
   if (linearised) {
@@ -92,8 +92,7 @@ bool ImplicitIntegrator::advance(OdeSystem& system, double t, double h, std::spa
   }
   for (const OdeSystem::Range& range : system.active_states())
     for (std::size_t i = range.begin; i < range.end; ++i) x[i] += 0.5 * h * (k1_[i] + k2_[i]);
-  finish_fixed_step(system, t, h, x, 2);
-  return true;
+  return finish_fixed_step(system, t, h, x, 2);
 }
 
 }  // namespace takt
