@@ -53,13 +53,16 @@ struct ConvexImport {
   bool from_cache = false;
 };
 
-/// Something about an imported component that a person must be told: its convex shapes are further from the
-/// solid than was allowed.
+/// Something about what was imported that a person must be told: the convex shapes of a component are further
+/// from the solid than was allowed, or the inertias of a robot are such as no body has.
 struct ImportNote {
-  std::string component;
+  std::string component;  ///< or the robot
   std::string sentence;
-  int hulls = 0;
-  double volume_error = 0.0;  ///< lost and gained together
+  struct Shapes {
+    int hulls = 0;
+    double volume_error = 0.0;  ///< lost and gained together
+  };
+  std::optional<Shapes> shapes{};  ///< of a component
 };
 
 using DriveParameters =
