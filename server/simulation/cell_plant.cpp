@@ -47,6 +47,7 @@ void CellPlant::reset() {
   system_->wake_all();
   system_->reset_counts();
   integrator_->reset();
+  energies_.assign(robots_.size(), {0.0, 0.0});
 }
 
 void CellPlant::build() {
@@ -132,6 +133,11 @@ void CellPlant::change_levels(std::span<const int> levels, double t) {
       motions[r].qd[jaw_joint(r, place, side)] = grippers_[g].speed(t, side);
     }
   }
+  for (std::size_t r = 0; r < robots_.size(); ++r)
+    if (levels_[r] > 1) std::copy_n(segment(r).end() - 2, 2, energies_[r].begin());
+  const CellMotion motion = system_->motion();
+  const std::span<const Wrench> now = system_->update_wrenches();
+  const std::vector<Wrench> wrenches(now.begin(), now.end());
   const std::vector<double> old_state = x_;
   const std::vector<std::size_t> old_begin = segment_begin_;
   const std::vector<int> old_levels = levels_;
@@ -143,7 +149,8 @@ void CellPlant::change_levels(std::span<const int> levels, double t) {
     if (levels_[r] > 1 && old_levels[r] > 1) {
       std::copy_n(old_state.data() + old_begin[r], dynamic_[r]->state_count(), to);
     } else if (levels_[r] > 1) {
-      dynamic_[r]->state_from_motion(motions[r].q.data(), motions[r].qd.data(), to);
+      dynamic_[r]->state_from_motion(t, motions[r].q.data(), motions[r].qd.data(), motion, wrenches, to);
+      std::copy(energies_[r].begin(), energies_[r].end(), to + dynamic_[r]->energy_state());
     } else if (old_levels[r] > 1) {
       // The joints were not quite where the reference was: it starts again from where they are.
       robots_[r].continue_from(t, motions[r].q.data(), motions[r].qd.data());

@@ -7,6 +7,7 @@
 // grippers too. The states are: dynamic robots in order, further models, then 13 for each Part. Changing the
 // level of a robot rebuilds the state vector between two steps from physical quantities (poses, joint
 // positions and velocities): nothing jumps. It allocates, as loading does; steps do not.
+#include <array>
 #include <memory>
 #include <span>
 #include <vector>
@@ -28,7 +29,8 @@ class CellPlant {
   void reset();
   int level(std::size_t robot) const { return levels_[robot]; }
   bool can_be_dynamic(std::size_t robot) const { return dynamic_[robot] != nullptr; }
-  /// New level of each robot, between two steps at time t. The motion must be that of (t, state()).
+  /// New level of each robot, between two steps at time t. The motion must be that of (t, state()). Drives
+  /// start in equilibrium with what the robot does and carries; energies go on from where they ended.
   void change_levels(std::span<const int> levels, double t);
 
   OdeSystem& system() { return *system_; }
@@ -84,6 +86,7 @@ class CellPlant {
   std::vector<std::unique_ptr<DynamicRobot>> dynamic_;  ///< by robot; null where the scenario has no dynamics
   std::vector<int> levels_;                             ///< by robot
   std::vector<std::size_t> segment_begin_;              ///< by robot
+  std::vector<std::array<double, 2>> energies_;         ///< by robot: J, at the end of its last time at LoD 2
   std::vector<std::pair<std::size_t, std::size_t>> gripper_place_;  ///< robot, index among its grippers
   std::unique_ptr<OdeSystem> system_;
   std::unique_ptr<Integrator> integrator_;
