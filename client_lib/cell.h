@@ -183,7 +183,7 @@ struct PowerConsumer {
   std::vector<double> mechanical_W;  ///< of each drive on its joint; arm, then left and right jaw
   double mechanical_total_W = 0.0;   ///< their sum
   double electrical_W = 0.0;         ///< idle power included
-  double mechanical_energy_J = 0.0;  ///< since the robot has been at level of detail 2 without a break
+  double mechanical_energy_J = 0.0;  ///< of all the time at level of detail 2 since the last reset
   double electrical_energy_J = 0.0;
 };
 

@@ -31,6 +31,8 @@ struct DynamicRobot::Impl {
   void update(const double* x);
   void references(double t, std::array<JointReference, kMaxJoints>& references) const;
   void apply_wrenches(const CellMotion& motion, std::span<const Wrench> wrenches);
+  /// Drive states that give the acceleration `qdd` at x (q and qd are there) under the wrenches applied.
+  void balance_drives(const JointArray& qdd, double* x);
   /// Force of the end stop on a jaw, along its joint.
   double stop_force(int joint, const double* x) const;
   /// Accelerations and holding torques at (t, x), for the friction modes in x.

@@ -84,10 +84,10 @@ Json imports_json(const RunInfo& info) {
 Json notes_json(const RunInfo& info) {
   Json all = Json::array();
   for (const ImportNote& note : info.import_notes) {
-    all.push_back({{"component", note.component},
-                   {"sentence", note.sentence},
-                   {"hulls", note.hulls},
-                   {"volume_error", note.volume_error}});
+    all.push_back({{note.shapes ? "component" : "robot", note.component}, {"sentence", note.sentence}});
+    if (!note.shapes) continue;
+    all.back()["hulls"] = note.shapes->hulls;
+    all.back()["volume_error"] = note.shapes->volume_error;
   }
   return all;
 }

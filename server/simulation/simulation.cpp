@@ -222,6 +222,7 @@ struct Simulation::Impl {
       hash.add(std::span<const double>(q.data(), n));
       hash.add(std::span<const double>(qd.data(), n));
     }
+    if (!model->further_models.empty()) hash.add(plant.further_states());
     for (const ParallelGripper& gripper : plant.grippers()) {
       hash.add(gripper.coordinate(time(), ParallelGripper::left));
       hash.add(gripper.coordinate(time(), ParallelGripper::right));
@@ -257,6 +258,29 @@ struct Simulation::Impl {
     system().set_awake(resting.awake());
   }
 
+  bool step(std::span<const Command> commands) {
+    // 1 apply commands
+    for (const Command& command : commands) {
+      std::visit([this](const auto& c) { apply(c); }, command);
+    }
+    if (!fault.empty()) return false;
+    // 2 update connections
+    const auto now = [this] { return clock != nullptr ? clock() : 0.0; };
+    const double t0 = now();
+    update_connections();
+    if (!fault.empty()) return false;
+    const double t1 = now();
+    // 3 integrate t -> t + h
+    plant.keep_accepted();
+    const bool arrived = plant.integrator().advance(system(), time(), model->step_s, plant.state());
+    motion_is_current = false;
+    // 4 check and count
+    const double t2 = now();
+    statistics.connections_s += t1 - t0;
+    statistics.integration_s += t2 - t1;
+    return arrived ? accept() : solver_failed();
+  }
+
   bool diverged(std::size_t state) {
     fault = "the state diverged in the step from t = " + std::to_string(time()) +
             " s: " + plant.describe_state(state) + " (state " + std::to_string(state) +
@@ -265,9 +289,29 @@ struct Simulation::Impl {
   }
 
   bool solver_failed() {
+    if (plant.integrator().fixed_step()) {
+      // Which state it was says more than that there was one.
+      for (const OdeSystem::Range& range : system().active_states())
+        for (std::size_t i = range.begin; i < range.end; ++i)
+          if (!std::isfinite(plant.state()[i])) return diverged(i);
+    }
     fault = "the solver " + plant.solver().name + " failed in the step from t = " + std::to_string(time()) +
             " s: " + plant.integrator().failure() + "; the last accepted state is kept.";
     return fall_back();
+  }
+
+  /// Nothing that a plant model throws goes beyond the simulation. The state stays the one last accepted:
+  /// what solvers meet ends in advance(), which returns false.
+  template <class Work>
+  void guard(const Work& work) {
+    try {
+      work();
+    } catch (const std::exception& error) {
+      motion_is_current = false;
+      if (fault.empty())
+        fault = "the cell cannot be advanced from t = " + std::to_string(time()) + " s: " + error.what() +
+                "; the last accepted state is kept.";
+    }
   }
 
   bool fall_back() {
@@ -275,6 +319,8 @@ struct Simulation::Impl {
     motion_is_current = false;
     return false;
   }
+
+  void fill(Snapshot& snapshot);
 
   OdeSystem& system() { return plant.system(); }
 
@@ -309,27 +355,9 @@ bool Simulation::step(std::span<const Command> commands) {
   Impl& s = *impl_;
   if (!s.fault.empty()) return false;
 
-  // 1 apply commands
-  for (const Command& command : commands) {
-    std::visit([&s](const auto& c) { s.apply(c); }, command);
-  }
-  if (!s.fault.empty()) return false;
-  // 2 update connections
-  const auto now = [&s] { return s.clock != nullptr ? s.clock() : 0.0; };
-  const double t0 = now();
-  s.update_connections();
-  if (!s.fault.empty()) return false;
-  const double t1 = now();
-  // 3 integrate t -> t + h
-  s.plant.keep_accepted();
-  const bool arrived = s.plant.integrator().advance(s.system(), s.time(), s.model->step_s, s.plant.state());
-  s.motion_is_current = false;
-  // 4 check and count
-  const double t2 = now();
-  s.statistics.connections_s += t1 - t0;
-  s.statistics.integration_s += t2 - t1;
-  if (!arrived) return s.solver_failed();
-  return s.accept();
+  bool advanced = false;
+  s.guard([&] { advanced = s.step(commands); });
+  return advanced && s.fault.empty();
 }
 
 const std::string& Simulation::fault() const {
@@ -338,7 +366,7 @@ const std::string& Simulation::fault() const {
 
 void Simulation::reset() {
   ++impl_->epoch;
-  impl_->start();
+  impl_->guard([this] { impl_->start(); });
 }
 
 const CellDescription& Simulation::description() const {
@@ -439,7 +467,11 @@ Snapshot Simulation::make_snapshot() const {
 }
 
 void Simulation::read_snapshot(Snapshot& snapshot) const {
-  Impl& s = *impl_;
+  impl_->guard([&] { impl_->fill(snapshot); });
+}
+
+void Simulation::Impl::fill(Snapshot& snapshot) {
+  Impl& s = *this;
   const double t = s.time();
   s.refresh_motion();
   const std::span<const Wrench> wrenches = s.system().update_wrenches();
@@ -510,17 +542,21 @@ std::string Simulation::set_level_of_detail(int process, int level) {
   }
   for (std::size_t p = 0; p < s.process_levels.size(); ++p)
     if (process < 0 || static_cast<std::size_t>(process) == p) s.process_levels[p] = level;
-  s.refresh_motion();
-  s.choose_forces();
-  s.plant.change_levels(levels, s.time());
-  s.resting.wake_all();
-  s.motion_is_current = false;
-  s.choose_grippers();
-  if (s.contacts.any_acting()) {  // whoever looks before the next step finds who presses
+  const bool was_good = s.fault.empty();
+  s.guard([&] {
     s.refresh_motion();
-    s.contacts.update(s.system().motion(), kFastest_m_per_s * s.model->step_s);
-  }
-  return {};
+    s.choose_forces();
+    s.plant.change_levels(levels, s.time());
+    s.resting.wake_all();
+    s.motion_is_current = false;
+    s.choose_grippers();
+    if (s.contacts.any_acting()) {  // whoever looks before the next step finds who presses
+      s.refresh_motion();
+      s.contacts.update(s.system().motion(), kFastest_m_per_s * s.model->step_s);
+    }
+  });
+  s.motion_is_current = false;
+  return was_good ? s.fault : std::string();
 }
 
 const SolverParameters& Simulation::solver() const {
@@ -537,7 +573,7 @@ int Simulation::process_level(std::size_t process) const {
 
 Explanation Simulation::explain(int component) const {
   Impl& s = *impl_;
-  s.refresh_motion();
+  s.guard([&s] { s.refresh_motion(); });
   Explanation e =
       explain_component(s.model->components, s.interaction, s.system().motion(), s.history, component);
   e.time_s = s.time();
