@@ -26,6 +26,17 @@ bool beyond(const ContactPatch& plane, const Vec3& a, const Vec3& b, double reac
   return (at_a > reach_m && at_b > reach_m) || (at_a < -reach_m && at_b < -reach_m);
 }
 
+/// The segment a-b stays farther than `reach_m` from the plane or beyond one edge of the face: most of what a
+/// hierarchy of boxes lets through, at a fraction of the cost of a distance.
+bool apart(const ContactPatch& plane, const ContactFace& face, const Vec3& a, const Vec3& b, double reach_m) {
+  if (beyond(plane, a, b, reach_m)) return true;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (face.inward[k].dot(a) + face.shift_m[k] < -reach_m &&
+        face.inward[k].dot(b) + face.shift_m[k] < -reach_m)
+      return true;
+  return false;
+}
+
 }  // namespace
 
 struct ContactCandidates::Build {
@@ -135,7 +146,7 @@ std::int32_t ContactCandidates::start_patch(const Build& build, const Line& line
     const ContactFace& f = target.faces[static_cast<std::size_t>(face)];
     if (sure == f.patch) return;
     const ContactPatch& plane = target.patches[static_cast<std::size_t>(f.patch)];
-    if (std::abs(plane.normal.dot(line.p) - plane.offset_m) > build.bound_m) return;
+    if (apart(plane, f, line.p, line.p, build.bound_m)) return;
     if (point_triangle_squared_distance(line.p, target.corners(f)) > square(build.bound_m)) return;
     steep = steep && plane.normal.dot(line.d) >= kSteep;
     sure = sure == kNothing ? f.patch : kSeveral;
@@ -155,7 +166,8 @@ bool ContactCandidates::local(const Build& build, const Line& line) const {
     if (!steep) return;
     const ContactFace& f = target.faces[static_cast<std::size_t>(face)];
     const ContactPatch& plane = target.patches[static_cast<std::size_t>(f.patch)];
-    if (plane.normal.dot(line.d) >= kSteep || beyond(plane, line.p - reach, line.p + reach, width_m)) return;
+    if (plane.normal.dot(line.d) >= kSteep || apart(plane, f, line.p - reach, line.p + reach, width_m))
+      return;
     steep = segment_triangle_squared_distance(line.p - reach, line.p + reach, target.corners(f)) >
             square(width_m);
   });
@@ -169,7 +181,7 @@ void ContactCandidates::gather(const Build& build, const Line& line, double leng
   near_.clear();
   target.face_tree.visit_segment(line.p, end, build.bound_m, [&](std::int32_t face) {
     const ContactFace& f = target.faces[static_cast<std::size_t>(face)];
-    if (beyond(target.patches[static_cast<std::size_t>(f.patch)], line.p, end, build.bound_m)) return;
+    if (apart(target.patches[static_cast<std::size_t>(f.patch)], f, line.p, end, build.bound_m)) return;
     if (segment_triangle_squared_distance(line.p, end, target.corners(f)) > square(build.bound_m)) return;
     near_.push_back({face, f.patch});
   });
@@ -262,7 +274,7 @@ bool ContactCandidates::simple(const Build& build, const Line& line, std::int32_
           for (std::size_t k = 0; here && k < 3; ++k)
             here = f.inward[k].dot(x) + f.shift_m[k] >= -kEdgeWidth_m;
           inside = inside || here;
-        } else if (!beyond(target.patches[static_cast<std::size_t>(f.patch)], from, to, build.bound_m) &&
+        } else if (!apart(target.patches[static_cast<std::size_t>(f.patch)], f, from, to, build.bound_m) &&
                    segment_triangle_squared_distance(from, to, target.corners(f)) <= square(build.bound_m)) {
           alone = false;
         }
