@@ -47,36 +47,55 @@ struct ContactCandidates::Build {
 };
 
 bool ContactCandidates::cover(const Pose& X_TB) const {
-  if (!valid_) return false;
+  // A pose that is not finite is not covered.
+  return valid_ && used(X_TB) <= 1.0;
+}
+
+double ContactCandidates::used(const Pose& X_TB) const {
   // A point at r from the centre moves by at most |dp| + |dR|_2 |r|; the 2-norm of the difference of two
   // rotations is its Frobenius norm over sqrt(2).
-  const double turn2 = 0.5 * (X_TB.R - R_TB_).squaredNorm() * square(reach_m_);
+  const double turn2 = 0.5 * (X_TB.R - X_TB_.R).squaredNorm() * square(reach_m_);
   const double shift2 = (X_TB * center_B_ - center_T_).squaredNorm();
-  // Written so that a pose that is not finite is not covered.
-  return turn2 <= square(bound_m_) && shift2 <= square(bound_m_) &&
-         std::sqrt(turn2) + std::sqrt(shift2) <= bound_m_;
+  return (std::sqrt(turn2) + std::sqrt(shift2)) / bound_m_;
 }
 
 void ContactCandidates::rebuild(const ContactSurface::Data& base, const ContactSurface::Data& target,
                                 const Pose& X_TB, double bound_m) {
+  begin(base, target, X_TB, bound_m);
+  advance(base, target, 1.0);
+}
+
+void ContactCandidates::begin(const ContactSurface::Data& base, const ContactSurface::Data& target,
+                              const Pose& X_TB, double bound_m) {
   bound_m_ = std::min(bound_m, largest_bound_m(base));
   reach_m_ = base.radius_m + 4.0 * bound_m_ + kSlack_m;
   center_B_ = base.box.center_B;
   center_T_ = X_TB * center_B_;
-  R_TB_ = X_TB.R;
-  valid_ = true;
+  X_TB_ = X_TB;
+  valid_ = false;
+  begun_ = true;
+  next_ = 0;
   element.clear(), patches.clear(), plane_groups.clear(), plane_slot.clear();
   px.clear(), py.clear(), pz.clear(), nx.clear(), ny.clear(), nz.clear(), line_m.clear();
   rays.clear(), face_groups.clear(), faces.clear(), rims.clear();
   maybe_.clear(), simple_.clear();
-  local_.resize(target.patches.size(), -1);
-
-  const Build build{base, target, X_TB, bound_m_ + kSlack_m};
-  base.element_tree.visit_near(target.face_tree, X_TB, build.bound_m,
+  local_.assign(target.patches.size(), -1);
+  base.element_tree.visit_near(target.face_tree, X_TB_, bound_m_ + kSlack_m,
                                [&](std::int32_t index) { maybe_.push_back(index); });
   std::sort(maybe_.begin(), maybe_.end());
-  for (const std::int32_t index : maybe_) add_element(build, index);
+}
 
+void ContactCandidates::advance(const ContactSurface::Data& base, const ContactSurface::Data& target,
+                                double share) {
+  if (!begun_) return;
+  const Build build{base, target, X_TB_, bound_m_ + kSlack_m};
+  const auto count = static_cast<double>(maybe_.size());
+  while (next_ < maybe_.size() && static_cast<double>(next_) < share * count)
+    add_element(build, maybe_[next_++]);
+  if (next_ == maybe_.size()) finish(base);
+}
+
+void ContactCandidates::finish(const ContactSurface::Data& base) {
   std::sort(simple_.begin(), simple_.end(), [](const Simple& a, const Simple& b) {
     return a.plane != b.plane ? a.plane < b.plane : a.slot < b.slot;
   });
@@ -90,7 +109,8 @@ void ContactCandidates::rebuild(const ContactSurface::Data& base, const ContactS
     nx.push_back(base.nx[e]), ny.push_back(base.ny[e]), nz.push_back(base.nz[e]);
     line_m.push_back(base.line_m[e]);
   }
-  for (const std::int32_t patch : patches) local_[static_cast<std::size_t>(patch)] = -1;
+  begun_ = false;
+  valid_ = true;
 }
 
 std::int32_t ContactCandidates::local_patch(std::int32_t patch) {
