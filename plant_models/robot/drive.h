@@ -119,12 +119,16 @@ class Drive {
   }
   virtual double break_away_torque() const { return std::numeric_limits<double>::infinity(); }
 
+  /// A stuck drive is released at this multiple of its break-away torque. Where the torque settles at
+  /// break-away itself, rounding and the solver's tolerance would else release and stop it without end.
+  static constexpr double kReleaseShare = 1.0 + 1e-6;
+
   /// Positive while the present mode holds: what is left until break-away, or the speed in the direction of
   /// sliding.
   double indicator(double q, double qd, double holding_torque, const double* z) const {
     const FrictionMode present = mode(z);
     if (present == FrictionMode::stuck)
-      return break_away_torque() - std::abs(stuck_torque(q, qd, holding_torque, z));
+      return kReleaseShare * break_away_torque() - std::abs(stuck_torque(q, qd, holding_torque, z));
     return static_cast<double>(present) * friction_speed(qd, z);
   }
 };

@@ -55,7 +55,7 @@ bool DynamicRobot::switch_modes(double t, double* x, const CellMotion& motion,
     again = false;
     m.solve(t, x, motion, wrenches, m.solution);
     int furthest = -1;
-    double largest = 1.0, direction = 0.0;
+    double largest = Drive::kReleaseShare, direction = 0.0;
     for (int i = 0; i < n; ++i) {
       const auto k = static_cast<size_t>(i);
       const Drive& drive = m.drive(i);

@@ -297,7 +297,7 @@ TEST(VelocitySystem, KnowsHowKinematicGrippersPull) {
   cell.part("P", 0.3, 2, {0.03, 0.03, 0.08}, at(0.0, 0.0, 0.95), 1e-3);
   const auto model = cell.build();
   ComponentInteraction interaction(model->components, model->pairs, model->interaction);
-  CellPlant plant(*model, interaction);
+  CellPlant plant(*model, interaction, nullptr);
   OdeSystem& system = plant.system();
   std::vector<double>& x = plant.state();
   system.update_motion(0.0, x);

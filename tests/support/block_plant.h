@@ -26,7 +26,7 @@ class BlockPlant {
     const auto loaded = load_cell(std::string(TAKT_CONFIG_DIR) + "/scenarios/block_assembly.yaml", options);
     auto edited = std::make_shared<CellModel>(*loaded);
     const ComponentInteraction nobody(loaded->components, loaded->pairs, loaded->interaction);
-    CellPlant empty(*loaded, nobody);
+    CellPlant empty(*loaded, nobody, nullptr);
     empty.system().update_motion(0.0, empty.state());
     for (const HeldPart& each : held) {
       const auto palm = static_cast<std::size_t>(loaded->grippers[each.gripper].parameters.palm);
