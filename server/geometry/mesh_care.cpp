@@ -67,8 +67,6 @@ class Care {
                          "but no less slender"});
   }
 
-  double area() const { return std::accumulate(areas_.begin(), areas_.end(), 0.0); }
-
   /// Two digits, downwards.
   static std::string rounded_down(double value) {
     const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1.0);
@@ -126,10 +124,11 @@ class Care {
       elements[r] += e < longest_[i] ? std::max(1.0, areas_[i] / (0.25 * e * e)) : 1.0;
       edge[r] = std::max(edge[r], e);
     }
+    const double least = options_.contact_face_share * std::accumulate(areas_.begin(), areas_.end(), 0.0);
     std::size_t count = 0, worst = 0;
     double fewest = std::numeric_limits<double>::infinity(), wanted = fewest;
     for (std::size_t r = 0; r < areas_.size(); ++r) {
-      if (size[r] < options_.contact_face_share * area()) continue;
+      if (size[r] < least) continue;
       const double across = std::sqrt(0.5 * elements[r]);
       if (!(across < options_.elements_across)) continue;
       ++count;

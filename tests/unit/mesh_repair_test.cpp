@@ -304,7 +304,7 @@ TEST(MeshRepair, RandomDamageIsUndone) {
   }
 }
 
-TEST(MeshImport, RepairsEachObjectOrAllAsOneSurface) {
+TEST(ImportAndRepair, RepairsEachObjectOrAllAsOneSurface) {
   const TemporaryDirectory directory;
   TriangleMesh inside_out = box();
   turn_all(inside_out);
