@@ -15,7 +15,7 @@ void note(const std::string& component, const std::string& what, const std::vect
     if (finding.severity < MeshSeverity::warning) continue;
     const char* remedy = finding.severity == MeshSeverity::repaired ? "; " : ". Remedy: ";
     cell.import_notes.push_back(
-        {component, component + ": in " + what + " " + finding.sentence + remedy + finding.remedy + "."});
+        {component, component + ": in " + what + " " + finding.sentence + remedy + finding.remedy + ".", {}});
   }
 }
 

@@ -517,11 +517,11 @@ void Simulation::Impl::fill(Snapshot& snapshot) {
     sample.commands_applied = s.gripper_commands[i].count;
     sample.newest_stamp_s = s.gripper_commands[i].newest_stamp_s;
   }
-  ContactsSample& contacts = snapshot.contacts;
-  contacts.acting = std::find(s.process_levels.begin(), s.process_levels.end(), 3) != s.process_levels.end();
-  const std::size_t pressing = s.contacts.read(motion, std::span<ContactSample>(contacts.room));
-  contacts.count = std::min(pressing, contacts.room.size());
-  contacts.omitted = pressing - contacts.count;
+  ContactsSample& sample = snapshot.contacts;
+  sample.acting = std::find(s.process_levels.begin(), s.process_levels.end(), 3) != s.process_levels.end();
+  const std::size_t pressing = s.contacts.read(motion, std::span<ContactSample>(sample.room));
+  sample.count = std::min(pressing, sample.room.size());
+  sample.omitted = pressing - sample.count;
 }
 
 std::string Simulation::set_level_of_detail(int process, int level) {
