@@ -183,7 +183,7 @@ struct PowerConsumer {
   std::vector<double> mechanical_W;  ///< of each drive on its joint; arm, then left and right jaw
   double mechanical_total_W = 0.0;   ///< their sum
   double electrical_W = 0.0;         ///< idle power included
-  double mechanical_energy_J = 0.0;  ///< since the robot has been at level of detail 2 without a break
+  double mechanical_energy_J = 0.0;  ///< of all the time at level of detail 2 since the last reset
   double electrical_energy_J = 0.0;
 };
 
@@ -193,6 +193,28 @@ struct Power {
   std::uint64_t step = 0;
   std::uint32_t epoch = 0;
   std::vector<PowerConsumer> consumers;
+  std::uint64_t sample_number = 0;  ///< counts samples received
+};
+
+/// Two components that press upon each other by surface contact, from level of detail 3 on. Elements of the
+/// base's surface press into the target's.
+struct Contact {
+  std::string base, target;
+  Vector3 force_N, torque_Nm;  ///< on the base; the target gets the opposite; torque about the next
+  Vector3 center_of_pressure_m;
+  std::uint32_t elements = 0;                           ///< of the base, with force
+  double area_m2 = 0.0;                                 ///< of those
+  double normal_force_N = 0.0, friction_force_N = 0.0;  ///< sums over the elements
+  double largest_pressure_Pa = 0.0, largest_penetration_m = 0.0;
+};
+
+/// All that presses at an instant.
+struct Contacts {
+  double time_s = 0.0;
+  std::uint64_t step = 0;
+  std::uint32_t epoch = 0;
+  std::vector<Contact> contacts;    ///< in the order of the cell's components: by base, then target
+  std::uint64_t omitted = 0;        ///< pairs that press too: there were too many
   std::uint64_t sample_number = 0;  ///< counts samples received
 };
 

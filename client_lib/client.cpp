@@ -147,6 +147,23 @@ std::optional<Power> Client::wait_for_power(const std::function<bool(const Power
   return std::nullopt;
 }
 
+std::optional<Contacts> Client::wait_for_contacts(const std::function<bool(const Contacts&)>& predicate,
+                                                  Seconds timeout) {
+  impl_->listen_to_contacts();
+  const auto deadline = Impl::deadline_after(timeout);
+  std::uint64_t seen = 0;
+  std::unique_lock lock(impl_->mutex);
+  const auto news = [&] { return impl_->contacts && impl_->contacts->sample_number != seen; };
+  while (impl_->wait(lock, deadline, news)) {
+    const Contacts newest = *impl_->contacts;
+    seen = newest.sample_number;
+    lock.unlock();
+    if (predicate(newest)) return newest;
+    lock.lock();
+  }
+  return std::nullopt;
+}
+
 std::optional<Event> Client::next_event(Seconds timeout) {
   std::unique_lock lock(impl_->mutex);
   if (!impl_->wait(lock, Impl::deadline_after(timeout), [&] { return !impl_->events.empty(); }))

@@ -123,6 +123,12 @@ class Client {
   [[nodiscard]] std::optional<Power> wait_for_power(const std::function<bool(const Power&)>& predicate,
                                                     Seconds timeout);
 
+  /// What presses upon what, from the newest sample on that fulfils the predicate; nothing when the timeout
+  /// passed before, e.g. because no process has been at level of detail 3 since the server started. Received
+  /// from the first call on.
+  [[nodiscard]] std::optional<Contacts> wait_for_contacts(
+      const std::function<bool(const Contacts&)>& predicate, Seconds timeout);
+
   /// Events are kept in order from the moment of connecting (the newest 10000). The two functions consume
   /// them: each event is seen once. wait_for_event passes over events that do not fulfil the predicate.
   /// Nothing on timeout.
@@ -159,8 +165,9 @@ class Client {
   void reset();
   /// `factor` scales simulated against wall time (realtime only).
   void set_pace(Pace pace, double factor = 1.0);
-  /// New level of detail, 1 or 2, of a process ("all": of every one) from the present instant on. Refused,
-  /// with the reason, when a robot cannot have it. A reset goes back to the levels of the scenario.
+  /// New level of detail, 1 to 3, of a process ("all": of every one) from the present instant on. Refused,
+  /// with the reason, when a robot cannot have it or, 3, when the scenario has no section 'contact'. A reset
+  /// goes back to the levels of the scenario.
   void set_level_of_detail(int level, const std::string& process = "all");
   /// From now on, in lockstep, the simulation waits at each multiple of `period` for a command for every
   /// target (robots, grippers) from this client; when none has come after `timeout` of wall time, it pauses

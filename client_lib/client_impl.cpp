@@ -98,6 +98,7 @@ void Client::Impl::on_description(const takt_msgs::msg::CellDescription& sample,
     state.reset();
     status.reset();
     power.reset();
+    contacts.reset();
     newest_event = 0;
     if (early_status && early_status->first == from) status = std::move(early_status->second);
     early_status.reset();
@@ -164,6 +165,36 @@ void Client::Impl::on_power(const takt_msgs::msg::Power& sample, const GuidPrefi
     return;
   received.sample_number = ++powers;
   power = std::move(received);
+  changed.notify_all();
+}
+
+void Client::Impl::listen_to_contacts() {
+  const std::lock_guard making(senders_mutex);
+  if (listens_to_contacts) return;
+  listeners.push_back(std::make_unique<ReaderListener<takt_msgs::msg::Contacts>>(
+      [this](const auto& sample, const GuidPrefix& from) { on_contacts(sample, from); }));
+  link.create_reader("rt/" + options.cell + "/contacts",
+                     dds::TypeSupport(new takt_msgs::msg::ContactsPubSubType()),
+                     reader_qos(link.subscriber(), Channel::state), listeners.back().get());
+  listens_to_contacts = true;
+}
+
+void Client::Impl::on_contacts(const takt_msgs::msg::Contacts& sample, const GuidPrefix& from) {
+  std::shared_ptr<const CellInfo> description;
+  {
+    const std::lock_guard lock(mutex);
+    if (!from_this_server(from) || !cell || !server) return;
+    description = cell;
+  }
+  auto received = from_wire(sample, *description);
+  if (!received) return;
+  const std::lock_guard lock(mutex);
+  if (!from_this_server(from) || description != cell) return;
+  if (contacts && (received->epoch < contacts->epoch ||
+                   (received->epoch == contacts->epoch && received->step < contacts->step)))
+    return;
+  received->sample_number = ++contacts_samples;
+  contacts = std::move(received);
   changed.notify_all();
 }
 

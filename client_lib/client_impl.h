@@ -34,6 +34,8 @@ struct Client::Impl {
   void connect();
   /// Makes the reader of the power on first use: who does not ask is spared a sample with every state.
   void listen_to_power();
+  /// And that of the contacts.
+  void listen_to_contacts();
   void open_control(Clock::time_point deadline);
   Reply call(const std::string& name, const Arguments& arguments, Seconds timeout);
   std::uint64_t write_request(const std::string& name, const Arguments& arguments);
@@ -50,6 +52,7 @@ struct Client::Impl {
   void on_status_match(const GuidPrefix& from, bool matched);
   void on_state(const takt_msgs::msg::CellState& sample, const GuidPrefix& from);
   void on_power(const takt_msgs::msg::Power& sample, const GuidPrefix& from);
+  void on_contacts(const takt_msgs::msg::Contacts& sample, const GuidPrefix& from);
   void on_event(const takt_msgs::msg::Event& sample, const GuidPrefix& from);
   void on_reply(const takt_msgs::msg::ControlReply& sample);
 
@@ -83,6 +86,8 @@ struct Client::Impl {
   std::uint64_t statuses = 0;
   std::optional<Power> power;
   std::uint64_t powers = 0;
+  std::optional<Contacts> contacts;
+  std::uint64_t contacts_samples = 0;
   std::optional<std::pair<GuidPrefix, Status>>
       early_status;  ///< of a server whose description is still to come
   std::deque<Event> events;
@@ -92,8 +97,8 @@ struct Client::Impl {
   int reply_writers = 0;
   bool control_is_open = false;
 
-  std::mutex senders_mutex;  ///< for making senders, and the reader of the power
-  bool listens_to_power = false;
+  std::mutex senders_mutex;  ///< for making senders, and the readers of power and contacts
+  bool listens_to_power = false, listens_to_contacts = false;
   std::map<std::string, std::unique_ptr<Sender>> senders;
 
   // Listeners before the link: what is declared first is destroyed last.

@@ -164,6 +164,27 @@ Power from_wire(const takt_msgs::msg::Power& wire) {
   return power;
 }
 
+std::optional<Contacts> from_wire(const takt_msgs::msg::Contacts& wire, const CellInfo& cell) {
+  Contacts contacts;
+  contacts.time_s = wire.time();
+  contacts.step = wire.step();
+  contacts.epoch = wire.epoch();
+  contacts.omitted = wire.omitted();
+  const auto known = [&](int component) {
+    return component >= 0 && static_cast<std::size_t>(component) < cell.components.size();
+  };
+  const auto name = [&](int component) { return cell.components[static_cast<std::size_t>(component)].name; };
+  contacts.contacts.reserve(wire.contacts().size());
+  for (const auto& pair : wire.contacts()) {
+    if (!known(pair.base()) || !known(pair.target())) return std::nullopt;
+    contacts.contacts.push_back({name(pair.base()), name(pair.target()), vector3(pair.force()),
+                                 vector3(pair.torque()), vector3(pair.center_of_pressure()), pair.elements(),
+                                 pair.area(), pair.normal_force(), pair.friction_force(),
+                                 pair.largest_pressure(), pair.largest_penetration()});
+  }
+  return contacts;
+}
+
 std::optional<State> from_wire(const takt_msgs::msg::CellState& wire, std::shared_ptr<const CellInfo> cell) {
   if (wire.components().size() != cell->components.size() || wire.robots().size() != cell->robots.size() ||
       wire.grippers().size() != cell->grippers.size())

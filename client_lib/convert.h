@@ -14,6 +14,8 @@ Event from_wire(const takt_msgs::msg::Event& wire);
 Status from_wire(const takt_msgs::msg::Status& wire);
 Power from_wire(const takt_msgs::msg::Power& wire);
 /// Nothing when the sample does not belong to this description.
+std::optional<Contacts> from_wire(const takt_msgs::msg::Contacts& wire, const CellInfo& cell);
+/// Nothing when the sample does not belong to this description.
 std::optional<State> from_wire(const takt_msgs::msg::CellState& wire, std::shared_ptr<const CellInfo> cell);
 
 /// Seconds to a stamp, to the nearest nanosecond.

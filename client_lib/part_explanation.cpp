@@ -75,6 +75,14 @@ PartExplanation read(const std::string& text) {
     e.connections.push_back({name(value.at("target")), vector(value.at("force")), vector(value.at("moment")),
                              vector(value.at("feed_forward")), value.at("softening").get<double>()});
   }
+  e.surface_contact = all.at("surface_contact").get<bool>();
+  for (const json& value : all.at("pressing")) {
+    const auto number = [&value](const char* key) { return value.at(key).get<double>(); };
+    e.pressing.push_back({name(value.at("by")), vector(value.at("force")), vector(value.at("torque")),
+                          vector(value.at("center_of_pressure")), number("normal_force"),
+                          number("friction_force"), number("area"), number("largest_pressure"),
+                          number("largest_penetration")});
+  }
   e.held = all.at("held").get<std::vector<std::string>>();
   e.held_count = all.at("held_count").get<std::uint64_t>();
   for (const auto& [component, value] : all.at("components").items()) {

@@ -33,6 +33,14 @@ struct PartExplanation {
     Vector3 feed_forward_N;      ///< the share of the force that carries weight
     double softening = 1.0;      ///< below 1: nothing holds the target, constants are reduced by this factor
   };
+  /// Who presses upon the Part by surface contact.
+  struct Pressing {
+    std::string by;
+    Vector3 force_N, torque_Nm;  ///< on the Part; torque about the centre of pressure
+    Vector3 center_of_pressure_m;
+    double normal_force_N = 0.0, friction_force_N = 0.0;
+    double area_m2 = 0.0, largest_pressure_Pa = 0.0, largest_penetration_m = 0.0;
+  };
 
   std::string part;
   ComponentType type = ComponentType::part;
@@ -61,6 +69,8 @@ struct PartExplanation {
   std::vector<Contact> contacts;                    ///< along the shortest sequence, then all others
   std::uint64_t contact_count = 0;
   std::vector<Connection> connections;
+  bool surface_contact = false;  ///< it acts between the Part and others (level of detail 3)
+  std::vector<Pressing> pressing;
   std::vector<std::string> held;  ///< Parts that this component holds
   std::uint64_t held_count = 0;
   std::map<std::string, Named> components;  ///< all that are named above

@@ -7,6 +7,7 @@
 
 #include "server/geometry/decomposition_cache.h"
 #include "server/headless/headless_run.h"
+#include "server/headless/mesh_check.h"
 #include "server/headless/picture.h"
 #include "server/headless/report.h"
 #include "server/runtime/worker_pool.h"
@@ -16,7 +17,8 @@
 namespace {
 
 struct Arguments {
-  std::string scenario, solver, pace = "free", report, csv, program;
+  std::string scenario, solver, pace = "free", report, csv, program, check_mesh;
+  takt::MeshCheckOptions mesh;
   std::vector<std::string> set, pictures;
   std::optional<int> lod;
   std::optional<double> step, tolerance, duration;
@@ -28,7 +30,16 @@ struct Arguments {
 
 void declare(CLI::App& app, Arguments& a) {
   app.set_version_flag("--version", TAKT_VERSION);
-  app.add_option("scenario", a.scenario, "Scenario file (YAML)")->required();
+  CLI::Option* scenario = app.add_option("scenario", a.scenario, "Scenario file (YAML)");
+  CLI::Option* check_mesh = app.add_option("--check-mesh", a.check_mesh,
+                                           "Look at this mesh file (OBJ, STL, GLB) instead of running");
+  scenario->excludes(check_mesh);
+  app.add_option("--mesh-scale", a.mesh.scale, "With --check-mesh: lengths are multiplied by this")
+      ->needs(check_mesh);
+  app.add_option("--element-edge", a.mesh.element_edge_m,
+                 "With --check-mesh: as if divided to this edge for contact (m)")
+      ->needs(check_mesh)
+      ->check(CLI::NonNegativeNumber);
   app.add_option("--lod", a.lod, "Level of detail of every process");
   app.add_option("--solver", a.solver, "Solver: rk2, rk4, implicit, rosenbrock, cvode, esdirk, esdirk4, ida");
   app.add_option("--step", a.step, "Step size (s)");
@@ -60,7 +71,9 @@ void declare(CLI::App& app, Arguments& a) {
       "  takt-run config/scenarios/block_assembly.yaml\n"
       "  takt-run config/scenarios/block_assembly.yaml --step 0.005 --report run.json\n"
       "  takt-run config/scenarios/block_assembly.yaml --set interaction.weight_feed_forward=false\n"
-      "Exit code: 0 the run reached its end, 1 it ended early, 2 wrong arguments or scenario.");
+      "  takt-run --check-mesh part.stl --mesh-scale 0.001\n"
+      "Exit code: 0 the run reached its end, 1 it ended early, 2 wrong arguments or scenario, or unusable "
+      "mesh.");
 }
 
 // Command-line values become overrides of the file, so that one check and one error text serve both.
@@ -122,12 +135,13 @@ int run(const Arguments& a) {
   options.duration_s = a.duration.value_or(scenario.duration_s);
   options.program = a.program.empty() ? scenario.controller_program : std::filesystem::path(a.program);
   options.stage_times = a.stage_times;
+  options.contact_extremes = !a.report.empty();
   if (!(options.duration_s > 0.0)) {
     throw takt::ScenarioError("--duration: found " + std::to_string(options.duration_s) +
                               "; allowed: a number > 0 s, here or as duration_s in " + a.scenario);
   }
-  if (a.tolerance && !takt::solver_has_error_control(scenario.solver)) {
-    std::cerr << "takt-run: note: --tolerance has no effect on " << scenario.solver
+  if (a.tolerance && !takt::solver_has_error_control(scenario.initial_solver())) {
+    std::cerr << "takt-run: note: --tolerance has no effect on " << scenario.initial_solver()
               << ", which has a fixed step\n";
   }
 
@@ -157,8 +171,8 @@ int run(const Arguments& a) {
 
   if (!a.report.empty()) {
     std::ofstream out(a.report);
-    const takt::RunInfo info{scenario.solver, cell->description.level_of_detail, a.pace, cell->convex_imports,
-                             cell->import_notes};
+    const takt::RunInfo info{scenario.initial_solver(), cell->description.level_of_detail, a.pace,
+                             cell->convex_imports, cell->import_notes};
     out << takt::report_json(scenario, cell->description, info, result) << '\n';
     out.close();
     if (!out) throw std::runtime_error(a.report + ": cannot be written");
@@ -183,7 +197,14 @@ int main(int argc, char** argv) {
     const int code = app.exit(error);
     return code == 0 ? 0 : 2;
   }
+  if (arguments.scenario.empty() && arguments.check_mesh.empty()) {
+    std::cerr << "takt-run: a scenario file is required; or --check-mesh FILE. Run with --help for more.\n";
+    return 2;
+  }
   try {
+    if (!arguments.check_mesh.empty()) {
+      return takt::print_mesh_check(std::cout, arguments.check_mesh, arguments.mesh) ? 0 : 2;
+    }
     return run(arguments);
   } catch (const std::exception& error) {
     std::cerr << "takt-run: " << error.what() << '\n';

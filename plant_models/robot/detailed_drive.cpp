@@ -79,9 +79,9 @@ void DetailedDrive::initial_state(const JointReference& reference, double tau, d
     psi = -tau / (n * p.gear_stiffness_Nm_per_rad);
     z[deflection] = psi;
     z[motor_speed] = speed;
-    z[current] = (tau / n + friction) / k;
+    z[current] = (tau / n + p.motor_inertia_kg_m2 * n * reference.qdd + friction) / k;
   } else {
-    z[current] = (tau + friction) / (n * k);
+    z[current] = (tau + armature() * reference.qdd + friction) / (n * k);
   }
   z[current_controller] = -(p.resistance_ohm * z[current] + k * speed) / p.power_stage_gain;
   // i' = vC' = 0 needs i_ref = i. At the reference, u is what the wind-up of the gear leaves.

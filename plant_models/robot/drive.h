@@ -78,7 +78,8 @@ class Drive {
   virtual int state_count() const = 0;  ///< at most DriveJacobian::kMaxStates
   /// Inertia rigidly geared to the joint (kg m^2 or kg); constant.
   virtual double armature() const { return 0.0; }
-  /// States in equilibrium with the motion `reference`, giving the joint torque `tau` besides friction. At
+  /// States in equilibrium with the motion `reference`, giving the joint torque `tau` besides friction and on
+  /// top of what the armature takes at the acceleration reference.qdd. At
   /// rest true friction sticks with zero torque, so `tau` is what the arm needs to hold still.
   virtual void initial_state(const JointReference& reference, double tau, double* z) const = 0;
 

@@ -250,18 +250,37 @@ void DynamicRobot::initial_state(double* x) const {
 
 void DynamicRobot::state_from_motion(const double* q, const double* qd, double* x) const {
   Impl& m = *impl_;
-  const int n = m.joints;
-  std::copy(q, q + n, x);
-  std::copy(qd, qd + n, x + n);
+  std::copy(q, q + m.joints, x);
+  std::copy(qd, qd + m.joints, x + m.joints);
   m.update(x);
   m.tree.clear_wrenches(m.w);
-  const JointArray qdd{};
+  m.balance_drives({}, x);
+}
+
+void DynamicRobot::state_from_motion(double t, const double* q, const double* qd, const CellMotion& motion,
+                                     std::span<const Wrench> wrenches, double* x) const {
+  Impl& m = *impl_;
+  std::copy(q, q + m.joints, x);
+  std::copy(qd, qd + m.joints, x + m.joints);
+  m.update(x);
+  m.apply_wrenches(motion, wrenches);
+  std::array<JointReference, kMaxJoints> references;
+  m.references(t, references);
+  JointArray qdd{};
+  for (size_t i = 0; i < static_cast<size_t>(m.joints); ++i) qdd[i] = references[i].qdd;
+  m.balance_drives(qdd, x);
+}
+
+void DynamicRobot::Impl::balance_drives(const JointArray& qdd, double* x) {
   JointArray tau{};
-  m.tree.inverse_dynamics(qdd.data(), tau.data(), m.w);
-  for (int i = 0; i < n; ++i)
-    m.drive(i).initial_state({q[i], qd[i], 0.0}, tau[static_cast<size_t>(i)],
-                             x + m.z_begin[static_cast<size_t>(i)]);
-  x[m.states - 2] = x[m.states - 1] = 0.0;
+  tree.inverse_dynamics(qdd.data(), tau.data(), w);
+  for (int i = 0; i < joints; ++i) {
+    const auto k = static_cast<size_t>(i);
+    // Drives bring their own armature.
+    drive(i).initial_state({x[i], x[joints + i], qdd[k]}, tau[k] - tree.model().joints[k].armature * qdd[k],
+                           x + z_begin[k]);
+  }
+  x[states - 2] = x[states - 1] = 0.0;
 }
 
 void DynamicRobot::write_motion(double, const double* x, CellMotion& motion) const {

@@ -63,8 +63,12 @@ class DynamicRobot final : public PlantModel {
   int state_count() const override;
   void initial_state(double* x) const override;  ///< at rest at the reference, drives carry the static load
   /// Segment from physical quantities (switching the level of detail): positions and velocities of arm and
-  /// jaws, the drives in equilibrium with them, without load; energies zero.
+  /// jaws, the drives in equilibrium with them; energies zero. Here without load, and not accelerating.
   void state_from_motion(const double* q, const double* qd, double* x) const;
+  /// The same in the midst of a motion: the drives accelerate the arm as the reference does at t, and carry
+  /// what the wrenches on palms and jaws put on them. `motion` is that of q, written by any model.
+  void state_from_motion(double t, const double* q, const double* qd, const CellMotion& motion,
+                         std::span<const Wrench> wrenches, double* x) const;
 
   void write_motion(double t, const double* x, CellMotion& motion) const override;
   void derivatives(double t, const double* x, const CellMotion& motion, std::span<const Wrench> wrenches,

@@ -31,6 +31,8 @@ struct DynamicRobot::Impl {
   void update(const double* x);
   void references(double t, std::array<JointReference, kMaxJoints>& references) const;
   void apply_wrenches(const CellMotion& motion, std::span<const Wrench> wrenches);
+  /// Drive states that give the acceleration `qdd` at x (q and qd are there) under the wrenches applied.
+  void balance_drives(const JointArray& qdd, double* x);
   /// Force of the end stop on a jaw, along its joint.
   double stop_force(int joint, const double* x) const;
   /// Accelerations and holding torques at (t, x), for the friction modes in x.
@@ -56,8 +58,8 @@ struct DynamicRobot::Impl {
     double stiffness_N_per_m = 0.0, damping_Ns_per_m = 0.0;
   };
   std::array<EndStop, kMaxJoints> stops{};
-  /// The gears that keep the two jaws of a gripper together, as far as their references are: what is held does
-  /// not float where both drives are at their limit. At the place of the left jaw.
+  /// The gears that keep the two jaws of a gripper together, as far as their references are: what is held
+  /// does not float where both drives are at their limit. At the place of the left jaw.
   struct Sync {
     double stiffness_N_per_m = 0.0, damping_Ns_per_m = 0.0;
   };
@@ -67,8 +69,7 @@ struct DynamicRobot::Impl {
     return syncs[static_cast<size_t>((joint - arm) % 2 == 0 ? joint : joint - 1)];
   }
   /// Force of those gears on a jaw, along its joint.
-  double sync_force(int joint, const double* x,
-                    const std::array<JointReference, kMaxJoints>& wanted) const;
+  double sync_force(int joint, const double* x, const std::array<JointReference, kMaxJoints>& wanted) const;
 
   MultibodyTree::Workspace w;
   JointArray q{}, qd{};  ///< of which `w` holds the poses

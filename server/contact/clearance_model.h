@@ -39,7 +39,8 @@ struct CollisionEvent {
   enum class Kind : std::uint8_t {
     clearance,  ///< the pair has come closer than its limit
     collision,  ///< the pair overlaps
-    cleared,    ///< the pair is beyond its limit again, or a gripper took hold of the Part
+    cleared,    ///< the pair is beyond its limit again, a gripper took hold of the Part, or the pair acts by
+                ///< surface contact
   };
   Kind kind{};
   double time_s = 0.0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 namespace takt {
 
@@ -32,6 +33,7 @@ ClearanceMonitor::ClearanceMonitor(const ClearanceModel& model, std::vector<Pose
       ask_always_(ask_always),
       bodies_(model.bodies.size()),
       pairs_(model.pairs.size()),
+      by_contact_(model.pairs.size(), 0),
       body_of_component_(component_count, -1),
       robot_of_component_(component_count, -1),
       holder_(component_count, -1) {
@@ -67,6 +69,18 @@ void ClearanceMonitor::reset() {
   open_pairs_ = 0;
 }
 
+void ClearanceMonitor::set_by_contact(std::span<const std::pair<int, int>> components) {
+  std::set<std::pair<int, int>> acting;
+  for (const auto& [a, b] : components) acting.insert(std::minmax(a, b));
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    const CheckedBody& a = model_.bodies[static_cast<std::size_t>(model_.pairs[i].a)];
+    const CheckedBody& b = model_.bodies[static_cast<std::size_t>(model_.pairs[i].b)];
+    by_contact_[i] =
+        (a.is_part || b.is_part) && acting.count(std::minmax(a.component, b.component)) != 0 ? 1 : 0;
+  }
+  changed_ = true;
+}
+
 void ClearanceMonitor::update(double time_s, std::uint64_t step, const CellMotion& motion,
                               std::span<const int> moved, std::span<const PartnerChange> changes) {
   const Instant now{time_s, step};
@@ -93,7 +107,8 @@ void ClearanceMonitor::update(double time_s, std::uint64_t step, const CellMotio
       if (component >= 0) bodies_[i].X = motion.bodies[static_cast<std::size_t>(component)].X_WB;
     }
   }
-  if (first || ask_always_) {
+  if (first || changed_ || ask_always_) {
+    changed_ = false;
     for (std::size_t i = 0; i < pairs_.size(); ++i) look(static_cast<int>(i), now, true);
     for (Body& body : bodies_) body.wake_m = body.path_m;  // each finds its own when it moves
   } else {
@@ -160,7 +175,7 @@ void ClearanceMonitor::look(int index, const Instant& now, bool ask) {
   }
   pair.looked_at = updates_;
   pair.path_a_m = a.path_m, pair.path_b_m = b.path_m;
-  if (held_by_own_gripper(checked)) {
+  if (by_contact_[static_cast<std::size_t>(index)] != 0 || held_by_own_gripper(checked)) {
     if (pair.open) close(index, now);
     pair.spare_m = pair.wake_a_m = pair.wake_b_m = kNever;
     return;

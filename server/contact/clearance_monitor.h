@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "plant_models/plant_model.h"
@@ -34,6 +35,10 @@ class ClearanceMonitor {
 
   /// As if nothing had been looked at, and no Part were held.
   void reset();
+
+  /// Pairs of components that act by surface contact from the next update on. Where one of the two is a Part,
+  /// they are meant to touch and press: nothing is told of them.
+  void set_by_contact(std::span<const std::pair<int, int>> components);
 
   /// Brings events() up to date for an instant. `moved`: components that may have moved since the last call;
   /// `changes`: Parts whose partner has changed since. Does not allocate.
@@ -85,6 +90,8 @@ class ClearanceMonitor {
   bool ask_always_;
   std::vector<Body> bodies_;
   std::vector<Pair> pairs_;
+  std::vector<char> by_contact_;         ///< by pair; kept by a reset
+  bool changed_ = false;                 ///< since the last update
   std::vector<int> body_of_component_;   ///< or -1
   std::vector<int> links_;               ///< bodies that are moving links, by robot
   std::vector<int> robot_of_component_;  ///< grippers: the robot that carries them; else -1

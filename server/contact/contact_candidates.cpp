@@ -26,6 +26,17 @@ bool beyond(const ContactPatch& plane, const Vec3& a, const Vec3& b, double reac
   return (at_a > reach_m && at_b > reach_m) || (at_a < -reach_m && at_b < -reach_m);
 }
 
+/// The segment a-b stays farther than `reach_m` from the plane or beyond one edge of the face: most of what a
+/// hierarchy of boxes lets through, at a fraction of the cost of a distance.
+bool apart(const ContactPatch& plane, const ContactFace& face, const Vec3& a, const Vec3& b, double reach_m) {
+  if (beyond(plane, a, b, reach_m)) return true;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (face.inward[k].dot(a) + face.shift_m[k] < -reach_m &&
+        face.inward[k].dot(b) + face.shift_m[k] < -reach_m)
+      return true;
+  return false;
+}
+
 }  // namespace
 
 struct ContactCandidates::Build {
@@ -36,36 +47,55 @@ struct ContactCandidates::Build {
 };
 
 bool ContactCandidates::cover(const Pose& X_TB) const {
-  if (!valid_) return false;
+  // A pose that is not finite is not covered.
+  return valid_ && used(X_TB) <= 1.0;
+}
+
+double ContactCandidates::used(const Pose& X_TB) const {
   // A point at r from the centre moves by at most |dp| + |dR|_2 |r|; the 2-norm of the difference of two
   // rotations is its Frobenius norm over sqrt(2).
-  const double turn2 = 0.5 * (X_TB.R - R_TB_).squaredNorm() * square(reach_m_);
+  const double turn2 = 0.5 * (X_TB.R - X_TB_.R).squaredNorm() * square(reach_m_);
   const double shift2 = (X_TB * center_B_ - center_T_).squaredNorm();
-  // Written so that a pose that is not finite is not covered.
-  return turn2 <= square(bound_m_) && shift2 <= square(bound_m_) &&
-         std::sqrt(turn2) + std::sqrt(shift2) <= bound_m_;
+  return (std::sqrt(turn2) + std::sqrt(shift2)) / bound_m_;
 }
 
 void ContactCandidates::rebuild(const ContactSurface::Data& base, const ContactSurface::Data& target,
                                 const Pose& X_TB, double bound_m) {
+  begin(base, target, X_TB, bound_m);
+  advance(base, target, 1.0);
+}
+
+void ContactCandidates::begin(const ContactSurface::Data& base, const ContactSurface::Data& target,
+                              const Pose& X_TB, double bound_m) {
   bound_m_ = std::min(bound_m, largest_bound_m(base));
   reach_m_ = base.radius_m + 4.0 * bound_m_ + kSlack_m;
   center_B_ = base.box.center_B;
   center_T_ = X_TB * center_B_;
-  R_TB_ = X_TB.R;
-  valid_ = true;
+  X_TB_ = X_TB;
+  valid_ = false;
+  begun_ = true;
+  next_ = 0;
   element.clear(), patches.clear(), plane_groups.clear(), plane_slot.clear();
   px.clear(), py.clear(), pz.clear(), nx.clear(), ny.clear(), nz.clear(), line_m.clear();
   rays.clear(), face_groups.clear(), faces.clear(), rims.clear();
   maybe_.clear(), simple_.clear();
-  local_.resize(target.patches.size(), -1);
-
-  const Build build{base, target, X_TB, bound_m_ + kSlack_m};
-  base.element_tree.visit_near(target.face_tree, X_TB, build.bound_m,
+  local_.assign(target.patches.size(), -1);
+  base.element_tree.visit_near(target.face_tree, X_TB_, bound_m_ + kSlack_m,
                                [&](std::int32_t index) { maybe_.push_back(index); });
   std::sort(maybe_.begin(), maybe_.end());
-  for (const std::int32_t index : maybe_) add_element(build, index);
+}
 
+void ContactCandidates::advance(const ContactSurface::Data& base, const ContactSurface::Data& target,
+                                double share) {
+  if (!begun_) return;
+  const Build build{base, target, X_TB_, bound_m_ + kSlack_m};
+  const auto count = static_cast<double>(maybe_.size());
+  while (next_ < maybe_.size() && static_cast<double>(next_) < share * count)
+    add_element(build, maybe_[next_++]);
+  if (next_ == maybe_.size()) finish(base);
+}
+
+void ContactCandidates::finish(const ContactSurface::Data& base) {
   std::sort(simple_.begin(), simple_.end(), [](const Simple& a, const Simple& b) {
     return a.plane != b.plane ? a.plane < b.plane : a.slot < b.slot;
   });
@@ -79,7 +109,8 @@ void ContactCandidates::rebuild(const ContactSurface::Data& base, const ContactS
     nx.push_back(base.nx[e]), ny.push_back(base.ny[e]), nz.push_back(base.nz[e]);
     line_m.push_back(base.line_m[e]);
   }
-  for (const std::int32_t patch : patches) local_[static_cast<std::size_t>(patch)] = -1;
+  begun_ = false;
+  valid_ = true;
 }
 
 std::int32_t ContactCandidates::local_patch(std::int32_t patch) {
@@ -135,7 +166,7 @@ std::int32_t ContactCandidates::start_patch(const Build& build, const Line& line
     const ContactFace& f = target.faces[static_cast<std::size_t>(face)];
     if (sure == f.patch) return;
     const ContactPatch& plane = target.patches[static_cast<std::size_t>(f.patch)];
-    if (std::abs(plane.normal.dot(line.p) - plane.offset_m) > build.bound_m) return;
+    if (apart(plane, f, line.p, line.p, build.bound_m)) return;
     if (point_triangle_squared_distance(line.p, target.corners(f)) > square(build.bound_m)) return;
     steep = steep && plane.normal.dot(line.d) >= kSteep;
     sure = sure == kNothing ? f.patch : kSeveral;
@@ -155,7 +186,8 @@ bool ContactCandidates::local(const Build& build, const Line& line) const {
     if (!steep) return;
     const ContactFace& f = target.faces[static_cast<std::size_t>(face)];
     const ContactPatch& plane = target.patches[static_cast<std::size_t>(f.patch)];
-    if (plane.normal.dot(line.d) >= kSteep || beyond(plane, line.p - reach, line.p + reach, width_m)) return;
+    if (plane.normal.dot(line.d) >= kSteep || apart(plane, f, line.p - reach, line.p + reach, width_m))
+      return;
     steep = segment_triangle_squared_distance(line.p - reach, line.p + reach, target.corners(f)) >
             square(width_m);
   });
@@ -169,7 +201,7 @@ void ContactCandidates::gather(const Build& build, const Line& line, double leng
   near_.clear();
   target.face_tree.visit_segment(line.p, end, build.bound_m, [&](std::int32_t face) {
     const ContactFace& f = target.faces[static_cast<std::size_t>(face)];
-    if (beyond(target.patches[static_cast<std::size_t>(f.patch)], line.p, end, build.bound_m)) return;
+    if (apart(target.patches[static_cast<std::size_t>(f.patch)], f, line.p, end, build.bound_m)) return;
     if (segment_triangle_squared_distance(line.p, end, target.corners(f)) > square(build.bound_m)) return;
     near_.push_back({face, f.patch});
   });
@@ -262,7 +294,7 @@ bool ContactCandidates::simple(const Build& build, const Line& line, std::int32_
           for (std::size_t k = 0; here && k < 3; ++k)
             here = f.inward[k].dot(x) + f.shift_m[k] >= -kEdgeWidth_m;
           inside = inside || here;
-        } else if (!beyond(target.patches[static_cast<std::size_t>(f.patch)], from, to, build.bound_m) &&
+        } else if (!apart(target.patches[static_cast<std::size_t>(f.patch)], f, from, to, build.bound_m) &&
                    segment_triangle_squared_distance(from, to, target.corners(f)) <= square(build.bound_m)) {
           alone = false;
         }

@@ -35,7 +35,19 @@ class ContactCandidates {
   bool cover(const Pose& X_TB) const;
   void rebuild(const ContactSurface::Data& base, const ContactSurface::Data& target, const Pose& X_TB,
                double bound_m);
-  void forget() { valid_ = false; }
+  void forget() { valid_ = begun_ = false; }
+
+  // The same in pieces, so that no single evaluation has to wait for all of it.
+  void begin(const ContactSurface::Data& base, const ContactSurface::Data& target, const Pose& X_TB,
+             double bound_m);
+  /// Goes on until at least this share of the work is done; with 1 the lists are complete. Same surfaces as
+  /// for begin().
+  void advance(const ContactSurface::Data& base, const ContactSurface::Data& target, double share);
+  bool begun() const { return begun_; }  ///< and not complete
+  bool complete() const { return valid_; }
+  /// Share of the bound that the motion from the pose of the lists to this one takes: above 1 not covered.
+  double used(const Pose& X_TB) const;
+  const Pose& X_TB() const { return X_TB_; }  ///< pose of the lists
 
   std::size_t slot_count() const { return element.size(); }
   double bound_m() const { return bound_m_; }
@@ -69,6 +81,7 @@ class ContactCandidates {
   };
   struct Build;
 
+  void finish(const ContactSurface::Data& base);
   void add_element(const Build& build, std::int32_t index);
   std::int32_t start_patch(const Build& build, const Line& line, bool& steep) const;
   bool simple(const Build& build, const Line& line, std::int32_t patch) const;
@@ -78,11 +91,12 @@ class ContactCandidates {
   void add_ray(const Build& build, const Line& line, std::int32_t index, double length_m);
   std::int32_t local_patch(std::int32_t patch);
 
-  bool valid_ = false;
+  bool valid_ = false, begun_ = false;
   double bound_m_ = 0.0;
   double reach_m_ = 0.0;  ///< radius about the centre within which points move by no more than the bound
   Vec3 center_B_ = Vec3::Zero(), center_T_ = Vec3::Zero();
-  Mat3 R_TB_ = Mat3::Identity();
+  Pose X_TB_;
+  std::size_t next_ = 0;  ///< of `maybe_`, while the lists are made
   // Only to save allocations between rebuilds.
   std::vector<std::int32_t> maybe_;
   std::vector<Near> near_;

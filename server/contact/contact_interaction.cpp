@@ -10,6 +10,7 @@ struct ContactInteraction::Pair {
   // The last call, which is not repeated with the same input.
   RelativeMotion at;
   bool known = false;
+  bool uncounted = false;  ///< made for somebody who looks on
   ContactResult result;
   std::uint64_t made = 0, skipped = 0, apart = 0;
 
@@ -104,14 +105,31 @@ void ContactInteraction::accept(const CellMotion& motion) {
 
 void ContactInteraction::evaluate_pair(Pair& pair, const CellMotion& motion) const {
   const RelativeMotion now = motion_of(*pair.model, motion);
-  if (model_.optimize_calls && pair.known && same(now, pair.at)) {
-    ++pair.skipped;
-    return;
+  if (pair.known && same(now, pair.at)) {
+    if (pair.uncounted) {
+      pair.uncounted = false;
+      ++pair.made;
+      return;
+    }
+    if (model_.optimize_calls) {
+      ++pair.skipped;
+      return;
+    }
   }
   ++pair.made;
   pair.contact.evaluate(now, pair.result);
   pair.at = now;
   pair.known = true;
+  pair.uncounted = false;
+}
+
+// The same result, whether calls are skipped or not, and no call.
+void ContactInteraction::look_at_pair(Pair& pair, const CellMotion& motion) const {
+  const RelativeMotion now = motion_of(*pair.model, motion);
+  if (pair.known && same(now, pair.at)) return;
+  pair.contact.evaluate(now, pair.result);
+  pair.at = now;
+  pair.known = pair.uncounted = true;
 }
 
 void ContactInteraction::run_task(std::size_t task, void* context) {
@@ -154,6 +172,7 @@ void ContactInteraction::linearise(const CellMotion& motion, Linearisation linea
     pair.contact.evaluate(now, linearisation, pair.result, J);
     pair.at = now;
     pair.known = true;
+    pair.uncounted = false;
     if (pair.result.elements == 0) continue;
     const BodyMotion& target = body(motion, pair.model->target);
     const Mat3& R = target.X_WB.R;
@@ -171,22 +190,28 @@ void ContactInteraction::linearise(const CellMotion& motion, Linearisation linea
   }
 }
 
-void ContactInteraction::read(const CellMotion& motion, std::vector<ContactSample>& samples) {
-  samples.clear();
+std::size_t ContactInteraction::read(const CellMotion& motion, std::span<ContactSample> samples) {
+  std::size_t count = 0;
   for (const std::size_t i : near_) {
     Pair& pair = pairs_[i];
-    evaluate_pair(pair, motion);
+    look_at_pair(pair, motion);
     if (pair.result.elements == 0) continue;
+    if (count++ >= samples.size()) continue;
     const Pose& X_WT = body(motion, pair.model->target).X_WB;
-    ContactSample sample;
+    ContactSample& sample = samples[count - 1];
     sample.base = pair.model->base;
     sample.target = pair.model->target;
     sample.result = pair.result;
     sample.p_WC = X_WT * pair.result.p_TC;
     sample.F_base_W = to_world(pair.result.F_B_T, X_WT.R);
     sample.F_base_W.t -= (sample.p_WC - X_WT.p).cross(sample.F_base_W.f);
-    samples.push_back(sample);
   }
+  return count;
+}
+
+void ContactInteraction::read(const CellMotion& motion, std::vector<ContactSample>& samples) {
+  samples.resize(near_.size());
+  samples.resize(read(motion, std::span<ContactSample>(samples)));
 }
 
 std::vector<ElementPressure> ContactInteraction::pressures(std::size_t pair, const CellMotion& motion) {

@@ -14,6 +14,7 @@
 #include "plant_models/plant_model.h"
 #include "server/components/component.h"
 #include "server/contact/contact_model.h"
+#include "server/contact/contact_sample.h"
 #include "server/contact/executor.h"
 #include "server/contact/pair_linearisation.h"
 #include "server/contact/polygonal_contact.h"
@@ -26,14 +27,6 @@ struct ContactCallCounts {
   std::uint64_t boxes_apart = 0;  ///< pairs not asked because their bounds are apart
   std::uint64_t rebuilds = 0;     ///< of candidate lists
   std::uint64_t elements = 0;     ///< elements with force, over all calls
-};
-
-/// What a pair exerts at one time.
-struct ContactSample {
-  int base = -1, target = -1;
-  Wrench F_base_W;  ///< on the base, about the centre of pressure, world axes
-  Vec3 p_WC = Vec3::Zero();
-  ContactResult result;
 };
 
 class ContactInteraction {
@@ -62,7 +55,10 @@ class ContactInteraction {
   void linearise(const CellMotion& motion, Linearisation linearisation,
                  std::vector<PairLinearisation>& pairs);
 
-  /// Pairs that press at this motion. Not for the right-hand side: allocates where there are more than ever.
+  /// Pairs that press at this motion, in the order of the pairs, as far as `samples` has room; returns how
+  /// many press. No call is counted: what a solver asks afterwards counts as if nobody had looked.
+  std::size_t read(const CellMotion& motion, std::span<ContactSample> samples);
+  /// All of them; allocates where there are more than ever.
   void read(const CellMotion& motion, std::vector<ContactSample>& samples);
   std::vector<ElementPressure> pressures(std::size_t pair, const CellMotion& motion);
   /// The component is pressed upon by any other at this motion.
@@ -79,6 +75,7 @@ class ContactInteraction {
   };
   static void run_task(std::size_t task, void* context);
   void evaluate_pair(Pair& pair, const CellMotion& motion) const;
+  void look_at_pair(Pair& pair, const CellMotion& motion) const;
   RelativeMotion motion_of(const ContactPairModel& pair, const CellMotion& motion) const;
   bool boxes_apart(const ContactPairModel& pair, const CellMotion& motion, double margin_m) const;
 

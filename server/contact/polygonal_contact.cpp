@@ -17,11 +17,26 @@ constexpr double kFirstBound_m = 1e-3;
 constexpr double kLargestBound_m = 4e-3;
 constexpr double kSmallestBound_m = 2e-5;
 
+// Shares of the bound between which the next lists are made, and where, seen along the motion, their middle
+// is: they hold already at 1, and as long as lists can from there on.
+constexpr double kBeginNext = 0.3, kEndNext = 0.9, kAhead = 1.8;
+/// Evaluations at rest over which lists for a smaller bound are made.
+constexpr double kPieces = 16.0;
+
 /// Lists are short where the bound is a fraction of what is flat of the Target.
 double first_bound_m(const ContactSurface::Data& base, const ContactSurface::Data& target) {
   const double flat_m = std::sqrt(target.surface_area_m2 / static_cast<double>(target.patches.size()));
   const double wished_m = std::clamp(0.25 * flat_m, kSmallestBound_m, kFirstBound_m);
   return std::min(wished_m, ContactCandidates::largest_bound_m(base));
+}
+
+/// The pose after a time of the same velocity.
+Pose ahead(const RelativeMotion& motion, double time_s) {
+  Pose X = motion.X_TB;
+  const double rate = motion.V_TB_T.w.norm();
+  if (rate > 0.0) X.R = Eigen::AngleAxisd(rate * time_s, motion.V_TB_T.w / rate) * X.R;
+  X.p += time_s * motion.V_TB_T.v;
+  return X;
 }
 
 Mat3 cross_matrix(const Vec3& a) {
@@ -93,7 +108,7 @@ struct PolygonalContact::Impl {
   const ContactSurface::Data& base;
   const ContactSurface::Data& target;
   ContactLaw law;
-  ContactCandidates lists;
+  ContactCandidates lists, next;  ///< in use; being made
   ContactDepths depths;
   ElementRows rows;
   std::vector<std::int32_t> filled;  ///< slots of the present lists whose elements are in the rows
@@ -101,6 +116,8 @@ struct PolygonalContact::Impl {
   ContactCounts counts;
   double bound_m;
   std::uint64_t uses = 0;  ///< of the present lists
+  double begun_at = 0.0;   ///< share of the bound used when the next lists were begun
+  bool shrinking = false;  ///< the next lists are for a smaller bound at the same place
 
   Impl(std::shared_ptr<const ContactSurface> b, std::shared_ptr<const ContactSurface> t, const ContactLaw& l)
       : base_surface(std::move(b)),
@@ -111,7 +128,8 @@ struct PolygonalContact::Impl {
         bound_m(first_bound_m(base, target)) {}
 
   bool boxes_apart(const Pose& X_TB) const;
-  void renew_lists(const Pose& X_TB);
+  void renew_lists(const RelativeMotion& motion);
+  void prepare_next(const RelativeMotion& motion);
   std::size_t find_elements(const RelativeMotion& motion, ElementDetail detail, Twist& V_B);
   void fill_rows(const Pose& X_BT, ElementDetail detail);
   bool evaluate(const RelativeMotion& motion, ElementDetail detail, ContactResult& result, Twist& V_B);
@@ -132,24 +150,52 @@ bool PolygonalContact::Impl::boxes_apart(const Pose& X_TB) const {
 }
 
 // The bound decides only how often lists are made and how long they are: longer lists where they would be
-// made at every other evaluation, shorter ones where most elements in them touch nothing.
-void PolygonalContact::Impl::renew_lists(const Pose& X_TB) {
-  const bool valid = lists.cover(X_TB);
-  const bool too_long = uses >= 256 && uses % 256 == 0 && bound_m > kSmallestBound_m &&
-                        lists.slot_count() > 2 * depths.hits().size() + 32;
-  if (valid && !too_long) {
+// made at every other evaluation, shorter ones where most elements in them touch nothing. The next lists are
+// made bit by bit while the present ones hold, ahead of the motion, so that no evaluation has to wait for
+// them unless the motion turns; at rest, for a smaller bound, a piece per evaluation.
+void PolygonalContact::Impl::renew_lists(const RelativeMotion& motion) {
+  const Pose& X_TB = motion.X_TB;
+  if (lists.cover(X_TB)) {
     ++uses;
-    return;
+    prepare_next(motion);
+    if (!shrinking || !next.cover(X_TB)) return;
+  } else {
+    if (counts.rebuilds > 0 && uses < 8) bound_m = std::min(2.0 * bound_m, kLargestBound_m);
+    if (next.begun() && next.used(X_TB) <= 1.0) next.advance(base, target, 1.0);
+    if (!next.cover(X_TB)) next.rebuild(base, target, X_TB, bound_m);
   }
-  if (too_long)
-    bound_m = std::max(0.5 * bound_m, kSmallestBound_m);
-  else if (counts.rebuilds > 0 && uses < 8)
-    bound_m = std::min(2.0 * bound_m, kLargestBound_m);
-  lists.rebuild(base, target, X_TB, bound_m);
+  std::swap(lists, next);
+  next.forget();
   depths.prepare(base, lists);
   filled.clear();
+  shrinking = false;
   ++counts.rebuilds;
   uses = 1;
+}
+
+void PolygonalContact::Impl::prepare_next(const RelativeMotion& motion) {
+  const double used = lists.used(motion.X_TB);
+  if (used > kBeginNext) {
+    const Vec3 arm = motion.X_TB.R * base.box.center_B;
+    const double speed =
+        (motion.V_TB_T.v + motion.V_TB_T.w.cross(arm)).norm() + motion.V_TB_T.w.norm() * base.radius_m;
+    const double bound_s = lists.bound_m() / speed;  // how long the motion takes for the bound
+    const bool leaves = speed > 0.0 && lists.used(ahead(motion, (kAhead - used) * bound_s)) > 1.0;
+    const bool made = next.begun() || next.complete();
+    if (leaves && (!made || next.used(ahead(motion, (1.0 - used) * bound_s)) > 1.0)) {
+      next.begin(base, target, ahead(motion, (kAhead - used) * bound_s), bound_m);
+      begun_at = used;
+      shrinking = false;
+    }
+    next.advance(base, target, (used - begun_at) / std::max(kEndNext - begun_at, 0.1));
+  } else if (shrinking) {
+    next.advance(base, target, static_cast<double>(uses % 256 + 1) / kPieces);
+  } else if (uses % 256 == 0 && bound_m > kSmallestBound_m &&
+             lists.slot_count() > 2 * depths.hits().size() + 32) {
+    bound_m = std::max(0.5 * bound_m, kSmallestBound_m);
+    next.begin(base, target, motion.X_TB, bound_m);
+    shrinking = true;
+  }
 }
 
 void PolygonalContact::Impl::fill_rows(const Pose& X_BT, ElementDetail detail) {
@@ -210,7 +256,7 @@ void PolygonalContact::Impl::fill_rows(const Pose& X_BT, ElementDetail detail) {
 std::size_t PolygonalContact::Impl::find_elements(const RelativeMotion& motion, ElementDetail detail,
                                                   Twist& V_B) {
   if (boxes_apart(motion.X_TB)) return 0;
-  renew_lists(motion.X_TB);
+  renew_lists(motion);
   if (lists.slot_count() == 0) return 0;
   const Pose X_BT = motion.X_TB.inverse();
   depths.find(base, target, lists, motion.X_TB, X_BT);
@@ -318,6 +364,8 @@ bool PolygonalContact::accept(const RelativeMotion& motion) {
 void PolygonalContact::reset() {
   impl_->springs.clear();
   impl_->lists.forget();
+  impl_->next.forget();
+  impl_->shrinking = false;
 }
 
 std::vector<double> PolygonalContact::save() const {

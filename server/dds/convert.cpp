@@ -263,6 +263,38 @@ bool fill(takt_msgs::msg::Power& message, const CellDescription& cell, const Sna
   return count > 0;
 }
 
+takt_msgs::msg::Contacts make_contacts_message(std::size_t room) {
+  takt_msgs::msg::Contacts message;
+  message.contacts().resize(room);
+  return message;
+}
+
+bool fill(takt_msgs::msg::Contacts& message, const Snapshot& snapshot) {
+  message.stamp(to_time(snapshot.time_s));
+  message.time(snapshot.time_s);
+  message.step(snapshot.step);
+  message.epoch(snapshot.epoch);
+  const std::span<const ContactSample> pressing = snapshot.contacts.pressing();
+  message.contacts().resize(pressing.size());
+  for (std::size_t i = 0; i < pressing.size(); ++i) {
+    const ContactSample& sample = pressing[i];
+    takt_msgs::msg::Contact& contact = message.contacts()[i];
+    contact.base(sample.base);
+    contact.target(sample.target);
+    fill(contact.force(), sample.F_base_W.f);
+    fill(contact.torque(), sample.F_base_W.t);
+    fill(contact.center_of_pressure(), sample.p_WC);
+    contact.elements(static_cast<std::uint32_t>(sample.result.elements));
+    contact.area(sample.result.area_m2);
+    contact.normal_force(sample.result.normal_force_N);
+    contact.friction_force(sample.result.friction_force_N);
+    contact.largest_pressure(sample.result.largest_pressure_Pa);
+    contact.largest_penetration(sample.result.largest_penetration_m);
+  }
+  message.omitted(snapshot.contacts.omitted);
+  return snapshot.contacts.acting;
+}
+
 takt_msgs::msg::Status to_message(const LoopStatus& status, const CellDescription& cell) {
   takt_msgs::msg::Status message;
   message.stamp(to_time(status.time_s));

@@ -43,6 +43,11 @@ void fill(sensor_msgs::msg::JointState& message, const Snapshot& snapshot, std::
 takt_msgs::msg::Power make_power_message(const CellDescription& cell);
 bool fill(takt_msgs::msg::Power& message, const CellDescription& cell, const Snapshot& snapshot);
 
+/// The message with room for so many contacts; fill() lists those that press and says whether a process is at
+/// level of detail 3. It does not allocate.
+takt_msgs::msg::Contacts make_contacts_message(std::size_t room);
+bool fill(takt_msgs::msg::Contacts& message, const Snapshot& snapshot);
+
 takt_msgs::msg::Status to_message(const LoopStatus& status, const CellDescription& cell);
 /// Sequence number and sender are the caller's to fill in.
 takt_msgs::msg::Event to_message(const EventRecord& event, const CellDescription& cell);

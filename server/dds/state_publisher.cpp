@@ -31,7 +31,8 @@ StatePublisher::StatePublisher(RunLoop& loop, Participant& participant, const To
       commands_(commands),
       control_(control),
       state_message_(make_state_message(loop.cell())),
-      power_message_(make_power_message(loop.cell())) {
+      power_message_(make_power_message(loop.cell())),
+      contacts_message_(make_contacts_message(loop.contact_room())) {
   const CellDescription& cell = loop.cell();
   namespace msg = takt_msgs::msg;
   event_writer_ = participant.create_writer<msg::EventPubSubType>(topics.of_cell("events"),
@@ -43,6 +44,9 @@ StatePublisher::StatePublisher(RunLoop& loop, Participant& participant, const To
       topics.of_cell("state"), state_writer_qos(participant, state_bytes));
   power_writer_ = participant.create_writer<msg::PowerPubSubType>(topics.of_cell("power"),
                                                                   state_writer_qos(participant, 0));
+  const std::size_t contacts_bytes = msg::Contacts::getCdrSerializedSize(contacts_message_);
+  contacts_writer_ = participant.create_writer<msg::ContactsPubSubType>(
+      topics.of_cell("contacts"), state_writer_qos(participant, contacts_bytes));
   clock_writer_ = participant.create_writer<rosgraph_msgs::msg::ClockPubSubType>(
       TopicNames::clock(), ros_writer_qos(participant, 1));
   for (const RobotDescription& robot : cell.robots) {
@@ -113,6 +117,8 @@ void StatePublisher::write_instant(const PublishedSnapshot& published) {
   check(state_writer_->write(&state_message_, dds::HANDLE_NIL));
   power_known_ = fill(power_message_, loop_.cell(), snapshot) || power_known_;
   if (power_known_) check(power_writer_->write(&power_message_, dds::HANDLE_NIL));
+  contacts_known_ = fill(contacts_message_, snapshot) || contacts_known_;
+  if (contacts_known_) check(contacts_writer_->write(&contacts_message_, dds::HANDLE_NIL));
   for (std::size_t robot = 0; robot < joint_writers_.size(); ++robot) {
     if (!somebody_reads(joint_writers_[robot])) continue;
     fill(joint_messages_[robot], snapshot, robot);
@@ -137,6 +143,7 @@ void StatePublisher::repeat_instant_if_due() {
   if (now - instant_written_ns_ < interval) return;
   check(state_writer_->write(&state_message_, dds::HANDLE_NIL));
   if (power_known_) check(power_writer_->write(&power_message_, dds::HANDLE_NIL));
+  if (contacts_known_) check(contacts_writer_->write(&contacts_message_, dds::HANDLE_NIL));
   instant_written_ns_ = now;
 }
 

@@ -54,6 +54,7 @@ class StatePublisher {
 
   dds::DataWriter* state_writer_ = nullptr;
   dds::DataWriter* power_writer_ = nullptr;
+  dds::DataWriter* contacts_writer_ = nullptr;
   dds::DataWriter* event_writer_ = nullptr;
   dds::DataWriter* status_writer_ = nullptr;
   dds::DataWriter* clock_writer_ = nullptr;
@@ -66,6 +67,8 @@ class StatePublisher {
   takt_msgs::msg::CellState state_message_;
   takt_msgs::msg::Power power_message_;
   bool power_known_ = false;  ///< some robot has or had dynamics: power is sent with every state
+  takt_msgs::msg::Contacts contacts_message_;
+  bool contacts_known_ = false;  ///< some process is or was at level 3: contacts are sent with every state
   std::vector<sensor_msgs::msg::JointState> joint_messages_;
   rosgraph_msgs::msg::Clock clock_message_;
   std::uint64_t event_number_ = 0;

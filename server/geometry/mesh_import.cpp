@@ -209,6 +209,24 @@ std::vector<NamedMesh> import_mesh_objects(const std::filesystem::path& file, do
   return objects;
 }
 
+namespace {
+
+/// Equal positions merged across objects.
+TriangleMesh joined(const TriangleMesh& pieces) {
+  MeshBuilder builder;
+  for (const auto& t : pieces.triangles)
+    builder.mesh.triangles.push_back({builder.vertex(pieces.vertices[t[0]]),
+                                      builder.vertex(pieces.vertices[t[1]]),
+                                      builder.vertex(pieces.vertices[t[2]])});
+  return std::move(builder.mesh);
+}
+
+[[noreturn]] void fail_no_solid(const std::filesystem::path& file, const std::string& problem) {
+  fail(file, problem + " A solid is needed: closed, every edge shared by two triangles, faces outwards.");
+}
+
+}  // namespace
+
 TriangleMesh import_solid(const std::filesystem::path& file, double scale) {
   const std::vector<NamedMesh> objects = import_mesh_objects(file, scale);
   TriangleMesh whole;
@@ -221,14 +239,33 @@ TriangleMesh import_solid(const std::filesystem::path& file, double scale) {
   if (problem.empty()) return whole;
   if (objects.size() > 1) {
     // Perhaps one surface cut into groups.
-    MeshBuilder joined;
-    for (const auto& t : whole.triangles)
-      joined.mesh.triangles.push_back({joined.vertex(whole.vertices[t[0]]),
-                                       joined.vertex(whole.vertices[t[1]]),
-                                       joined.vertex(whole.vertices[t[2]])});
-    if (check_closed(joined.mesh).ok()) return joined.mesh;
+    TriangleMesh surface = joined(whole);
+    if (check_closed(surface).ok()) return surface;
   }
-  fail(file, problem + " A solid is needed: closed, every edge shared by two triangles, faces outwards.");
+  fail_no_solid(file, problem);
+}
+
+RepairedMesh import_and_repair(const std::filesystem::path& file, double scale) {
+  const std::vector<NamedMesh> objects = import_mesh_objects(file, scale);
+  RepairedMesh whole;
+  TriangleMesh as_it_is;
+  for (const NamedMesh& object : objects) {
+    const RepairedMesh repaired = repair_mesh(object.mesh);
+    if (!repaired.problem.empty() && whole.problem.empty())
+      whole.problem = "object '" + object.name + "': " + repaired.problem;
+    whole.findings.insert(whole.findings.end(), repaired.findings.begin(), repaired.findings.end());
+    append(whole.mesh, repaired.mesh);
+    append(as_it_is, object.mesh);
+  }
+  if (whole.problem.empty() || objects.size() == 1) return whole;
+  RepairedMesh surface = repair_mesh(joined(as_it_is));
+  return surface.problem.empty() ? surface : whole;
+}
+
+RepairedMesh import_repaired_solid(const std::filesystem::path& file, double scale) {
+  RepairedMesh result = import_and_repair(file, scale);
+  if (!result.problem.empty()) fail_no_solid(file, result.problem);
+  return result;
 }
 
 }  // namespace takt

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "server/geometry/mesh_repair.h"
 #include "server/geometry/triangle_mesh.h"
 
 namespace takt {
@@ -39,5 +40,12 @@ std::vector<NamedMesh> import_mesh_objects(const std::filesystem::path& file, do
 /// why not. Either every object is closed by itself (a table top and its legs), or all of them together are
 /// (a surface cut into groups), in which case equal positions are merged across objects too.
 TriangleMesh import_solid(const std::filesystem::path& file, double scale = 1.0);
+
+/// As import_solid, but each object, or all as one surface, is repaired first (repair_mesh). Throws MeshError
+/// only for what import_mesh_objects does not read: of a mesh that bounds no solid findings and problem tell.
+RepairedMesh import_and_repair(const std::filesystem::path& file, double scale = 1.0);
+
+/// import_and_repair, which must bound a solid, else MeshError as from import_solid.
+RepairedMesh import_repaired_solid(const std::filesystem::path& file, double scale = 1.0);
 
 }  // namespace takt

@@ -1,81 +1,33 @@
 #include "server/geometry/triangle_mesh.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <sstream>
+#include <vector>
+
+#include "server/geometry/mesh_edges.h"
 
 namespace takt {
 namespace {
 
-std::string at(const TriangleMesh& mesh, std::uint32_t vertex) {
-  std::ostringstream text;
-  const Vec3& v = mesh.vertices[vertex];
-  text.precision(9);
-  text << "vertex " << vertex << " (" << v.x() << ", " << v.y() << ", " << v.z() << ")";
-  return text.str();
-}
-
-/// One side of one triangle, the lower vertex first.
-struct HalfEdge {
-  std::uint32_t low;
-  std::uint32_t high;
-  std::uint32_t triangle;
-  bool upward;  // the triangle runs through it from low to high
-};
-
-std::string find_bad_vertex(const TriangleMesh& mesh) {
-  for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
-    if (!mesh.vertices[i].allFinite()) return at(mesh, static_cast<std::uint32_t>(i)) + " is not finite.";
-  return {};
-}
-
 std::string find_bad_triangle(const TriangleMesh& mesh) {
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const auto& t = mesh.triangles[i];
-    const std::string name = "triangle " + std::to_string(i);
-    for (const std::uint32_t v : t)
-      if (v >= mesh.vertices.size())
-        return name + " refers to vertex " + std::to_string(v) + ", but there are only " +
-               std::to_string(mesh.vertices.size()) + " vertices.";
-    const Vec3 ab = mesh.vertices[t[1]] - mesh.vertices[t[0]];
-    const Vec3 ac = mesh.vertices[t[2]] - mesh.vertices[t[0]];
-    const double longest = std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
-    // 1e-12 of the longest edge: the height that rounding of the coordinates can fake.
-    if (!(ab.cross(ac).norm() > 1e-12 * longest))
-      return name + " has no area; its corners are " + at(mesh, t[0]) + ", " + at(mesh, t[1]) + " and " +
-             at(mesh, t[2]) + ".";
+    if (!has_area(mesh, t))
+      return "triangle " + std::to_string(i) + " has no area; its corners are " + vertex_text(mesh, t[0]) +
+             ", " + vertex_text(mesh, t[1]) + " and " + vertex_text(mesh, t[2]) + ".";
   }
   return {};
 }
 
-std::vector<HalfEdge> sorted_edges(const TriangleMesh& mesh) {
-  std::vector<HalfEdge> edges;
-  edges.reserve(3 * mesh.triangles.size());
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    const auto& t = mesh.triangles[i];
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t from = t[k];
-      const std::uint32_t to = t[(k + 1) % 3];
-      edges.push_back({std::min(from, to), std::max(from, to), static_cast<std::uint32_t>(i), from < to});
-    }
-  }
-  std::sort(edges.begin(), edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
-    if (a.low != b.low) return a.low < b.low;
-    return a.high != b.high ? a.high < b.high : a.triangle < b.triangle;
-  });
-  return edges;
-}
-
 std::string find_bad_edge(const TriangleMesh& mesh) {
-  const std::vector<HalfEdge> edges = sorted_edges(mesh);
+  const std::vector<HalfEdge> edges = sorted_half_edges(mesh);
   for (std::size_t i = 0; i < edges.size();) {
-    std::size_t end = i + 1;
-    while (end < edges.size() && edges[end].low == edges[i].low && edges[end].high == edges[i].high) ++end;
+    const std::size_t end = end_of_edge(edges, i);
     const std::string name =
         end - i == 2 && edges[i].upward != edges[i + 1].upward
             ? std::string()
-            : "the edge from " + at(mesh, edges[i].low) + " to " + at(mesh, edges[i].high);
+            : "the edge from " + vertex_text(mesh, edges[i].low) + " to " + vertex_text(mesh, edges[i].high);
     if (end - i == 1)
       return name + " belongs to triangle " + std::to_string(edges[i].triangle) +
              " only: the surface has a hole there.";
@@ -97,7 +49,7 @@ std::string find_bad_edge(const TriangleMesh& mesh) {
 
 MeshCheck check_closed(const TriangleMesh& mesh) {
   if (mesh.triangles.empty()) return {"there are no triangles."};
-  std::string problem = find_bad_vertex(mesh);
+  std::string problem = find_bad_vertex_or_index(mesh);
   if (problem.empty()) problem = find_bad_triangle(mesh);
   if (problem.empty()) problem = find_bad_edge(mesh);
   if (!problem.empty()) return {problem};

@@ -4,6 +4,8 @@
 
 #include <chrono>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "server/headless/in_process_controller.h"
 
@@ -18,6 +20,30 @@ double cpu_seconds() {
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
+}  // namespace
+
+namespace {
+/// Largest normal force of each pair so far.
+class ContactExtremes {
+ public:
+  void note(const Simulation& simulation) {
+    simulation.read_contacts(samples_);
+    for (const ContactSample& sample : samples_) {
+      ContactExtreme& most = extremes_[{sample.base, sample.target}];
+      if (most.sample.result.normal_force_N < sample.result.normal_force_N)
+        most = {simulation.time_s(), sample};
+    }
+  }
+  std::vector<ContactExtreme> take() const {
+    std::vector<ContactExtreme> all;
+    for (const auto& [pair, most] : extremes_) all.push_back(most);
+    return all;
+  }
+
+ private:
+  std::vector<ContactSample> samples_;
+  std::map<std::pair<int, int>, ContactExtreme> extremes_;
+};
 }  // namespace
 
 HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, const HeadlessOptions& options,
@@ -36,6 +62,7 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
       }
     }
   };
+  ContactExtremes extremes;
   if (options.stage_times) simulation.set_stage_clock(&wall_seconds);
 
   const double wall_begin = wall_seconds();
@@ -59,6 +86,7 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
       }
       for (const ConnectionChange& change : simulation.connection_changes()) result.changes.push_back(change);
       for (const CollisionEvent& event : simulation.collision_events()) result.collisions.push_back(event);
+      if (options.contact_extremes) extremes.note(simulation);
       if (observer) observer(simulation);
       record_marks();
     }
@@ -69,6 +97,9 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
   result.wall_s = wall_seconds() - wall_begin;
   result.final_state = simulation.make_snapshot();
   result.statistics = simulation.statistics();
+  result.surface_contact = result.final_state.contacts.acting;
+  result.contact_counts = simulation.contact_counts();
+  result.contact_extremes = extremes.take();
   return result;
 }
 

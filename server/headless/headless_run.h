@@ -16,11 +16,18 @@ struct HeadlessOptions {
   double duration_s = 0.0;        ///< > 0
   std::filesystem::path program;  ///< controller program; empty: none
   bool stage_times = false;       ///< measure the stages of a step (costs some of them)
+  bool contact_extremes = false;  ///< look at all contacts after every step (costs an evaluation)
 };
 
 struct MarkRecord {
   ScenarioMark mark;
   Snapshot snapshot;
+};
+
+/// When two components pressed most upon each other by surface contact.
+struct ContactExtreme {
+  double time_s = 0.0;
+  ContactSample sample;
 };
 
 struct HeadlessResult {
@@ -29,6 +36,9 @@ struct HeadlessResult {
   std::vector<ConnectionChange> changes;
   std::vector<CollisionEvent> collisions;  ///< empty where nothing is checked
   std::vector<MarkRecord> marks;
+  bool surface_contact = false;  ///< some process was at level of detail 3 at the end
+  ContactCallCounts contact_counts;
+  std::vector<ContactExtreme> contact_extremes;  ///< of each pair that ever pressed, in the order of pairs
   double wall_s = 0.0, cpu_s = 0.0;
   double controller_s = 0.0;  ///< wall time within the controller program
   std::string fault;          ///< why the run ended early, or empty

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "server/headless/contact_report.h"
 #include "server/headless/robot_report.h"
 
 namespace takt {
@@ -83,10 +84,10 @@ Json imports_json(const RunInfo& info) {
 Json notes_json(const RunInfo& info) {
   Json all = Json::array();
   for (const ImportNote& note : info.import_notes) {
-    all.push_back({{"component", note.component},
-                   {"sentence", note.sentence},
-                   {"hulls", note.hulls},
-                   {"volume_error", note.volume_error}});
+    all.push_back({{note.shapes ? "component" : "robot", note.component}, {"sentence", note.sentence}});
+    if (!note.shapes) continue;
+    all.back()["hulls"] = note.shapes->hulls;
+    all.back()["volume_error"] = note.shapes->volume_error;
   }
   return all;
 }
@@ -201,12 +202,15 @@ std::string report_json(const Scenario& scenario, const CellDescription& cell, c
   }
   report["connection_changes"] = changes;
   report["collisions"] = collisions_json(cell, result);
+  if (result.surface_contact) report["contacts"] = contacts_json(cell, result);
   Json marks = Json::array();
   for (const MarkRecord& mark : result.marks) {
-    marks.push_back({{"name", mark.mark.name},
-                     {"time_s", mark.snapshot.time_s},
-                     {"components", components_json(cell, mark.snapshot, nullptr)},
-                     {"robots", robots_json(cell, mark.snapshot)}});
+    Json item{{"name", mark.mark.name},
+              {"time_s", mark.snapshot.time_s},
+              {"components", components_json(cell, mark.snapshot, nullptr)},
+              {"robots", robots_json(cell, mark.snapshot)}};
+    if (mark.snapshot.contacts.acting) item["contacts"] = contacts_json(cell, mark.snapshot);
+    marks.push_back(std::move(item));
   }
   report["marks"] = marks;
   report["mpr_calls"] = result.statistics.mpr_calls;
@@ -214,7 +218,7 @@ std::string report_json(const Scenario& scenario, const CellDescription& cell, c
   report["solver"] = statistics_json(result.statistics);
   report["solver"]["method"] = info.solver;
   report["solver"]["step_s"] = cell.step_s;
-  if (solver_has_error_control(info.solver)) report["solver"]["tolerance"] = scenario.tolerance;
+  if (solver_has_error_control(info.solver)) report["solver"]["tolerance"] = scenario.initial_tolerance();
   report["solver"]["work"] = solver_json(result.statistics.solver);
   return report.dump(2);
 }
@@ -261,6 +265,8 @@ CsvWriter::CsvWriter(const std::filesystem::path& file, const Simulation& simula
   }
   for (std::size_t r = 0; r < cell.robots.size(); ++r) robot_header(cell.robots[r], snapshot_.robots[r]);
   for (const GripperDescription& gripper : cell.grippers) out_ << ',' << gripper.name << ".width";
+  contact_columns_ = snapshot_.contacts.acting;
+  if (contact_columns_) write_contact_header(out_, simulation.model());
   out_ << '\n' << std::setprecision(17);
 }
 
@@ -323,6 +329,7 @@ void CsvWriter::record(const Simulation& simulation) {
   for (std::size_t r = 0; r < cell.robots.size(); ++r)
     write_robot(snapshot_.robots[r], cell.robots[r].arm.joints.size(), robot_columns_[r]);
   for (const GripperSample& gripper : snapshot_.grippers) out_ << ',' << gripper.width_m;
+  if (contact_columns_) write_contacts(out_, simulation.model(), snapshot_.contacts);
   out_ << '\n';
 }
 

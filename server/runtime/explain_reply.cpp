@@ -69,6 +69,25 @@ json contacts(const Explanation& e, Names& name) {
   return list;
 }
 
+json pressing(const Explanation& e, Names& name) {
+  json list = json::array();
+  for (const ContactSample& pair : e.pressing) {
+    const bool is_base = pair.base == e.component;
+    const double sign = is_base ? 1.0 : -1.0;
+    list.push_back({{"by", name(is_base ? pair.target : pair.base)},
+                    {"force", json_of(sign * pair.F_base_W.f)},
+                    {"torque", json_of(sign * pair.F_base_W.t)},
+                    {"center_of_pressure", json_of(pair.p_WC)},
+                    {"elements", pair.result.elements},
+                    {"area", pair.result.area_m2},
+                    {"normal_force", pair.result.normal_force_N},
+                    {"friction_force", pair.result.friction_force_N},
+                    {"largest_pressure", pair.result.largest_pressure_Pa},
+                    {"largest_penetration", pair.result.largest_penetration_m}});
+  }
+  return list;
+}
+
 json document(const Explanation& e, const CellDescription& cell) {
   Names name(cell);
   json sequences = json::array();
@@ -102,6 +121,8 @@ json document(const Explanation& e, const CellDescription& cell) {
            {"contact_count", e.contact_count},
            {"contacts", contacts(e, name)},
            {"connections", std::move(connections)},
+           {"surface_contact", e.surface_contact},
+           {"pressing", pressing(e, name)},
            {"held_count", e.held_count},
            {"held", name(e.held)}};
   all["components"] = name.used();

@@ -13,6 +13,10 @@
 //   distance: penetration;
 //                              null: not measured, there were too many
 //   connections: [{target, force, moment, feed_forward, softening}]   on the Part at its centre of mass
+//   surface_contact            it acts between the component and others (level of detail 3)
+//   pressing: [{by, force, torque, center_of_pressure, elements, area, normal_force, friction_force,
+//              largest_pressure, largest_penetration}]   on the component, torque about the centre of
+//              pressure
 //   held_count, held: [name, ...]
 //   components: {name: {type, hierarchy}}      of all names above; hierarchy is null for what is not a Part
 // A list is shorter than its count when not all is listed (ListingLimits, Explanation). Counts that are not

@@ -355,7 +355,7 @@ void RunLoop::publish_status(std::int64_t now_ns) {
   status.commands_rejected = commands_rejected_;
   status.mpr_calls = simulation_.statistics().mpr_calls;
   status.mpr_skipped = simulation_.statistics().mpr_skipped;
-  status.solver.assign(simulation_.model().solver.name);
+  status.solver.assign(simulation_.solver().name);
   status.solver_steps = simulation_.statistics().solver.steps;
   status.solver_rejected_steps = simulation_.statistics().solver.rejected_steps;
   status.process_count =

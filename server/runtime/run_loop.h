@@ -75,6 +75,8 @@ class RunLoop {
   /// Seconds since the loop was made, for reports.
   double wall_time_s() const;
   const CellDescription& cell() const { return simulation_.description(); }
+  /// Most contacts that a published snapshot holds.
+  std::size_t contact_room() const { return simulation_.contact_room(); }
 
  private:
   struct Pending {

@@ -122,9 +122,7 @@ bool base_is_first(const Scenario& scenario, const CellModel& cell, std::size_t 
 }  // namespace
 
 void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& meshes, CellModel& cell) {
-  const bool wanted = std::any_of(scenario.processes.begin(), scenario.processes.end(),
-                                  [](const ScenarioProcess& p) { return p.level_of_detail == 3; });
-  if (!scenario.contact.given && !wanted) return;
+  if (!scenario.contact.given && !scenario.begins_with_contact()) return;
   ContactModel& contact = cell.contact;
   contact.enabled = true;
   contact.optimize_calls = scenario.contact.optimize_calls;

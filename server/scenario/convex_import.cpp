@@ -118,7 +118,7 @@ void ConvexImporter::note(const ConvexImport& import, const ConvexSource& source
                   ") come closer.";
       break;
   }
-  cell_.import_notes.push_back({import.component, sentence, import.hulls, error});
+  cell_.import_notes.push_back({import.component, sentence, ImportNote::Shapes{import.hulls, error}});
 }
 
 }  // namespace takt

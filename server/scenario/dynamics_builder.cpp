@@ -143,14 +143,16 @@ std::vector<double> seen_inertias(const DynamicRobotParameters& parameters,
 }
 
 RobotDynamics robot_dynamics(const Scenario& scenario, const ScenarioRobot& robot, std::size_t index,
-                             const CellModel& cell) {
+                             const CellModel& cell, std::vector<std::string>& remarks) {
   const KinematicRobotParameters& arm = cell.robots[index];
   RobotDynamics result;
   DynamicRobotParameters& p = result.parameters;
   p.robot = static_cast<int>(index);
   p.arm = arm.arm;
-  p.links = read_urdf_inertias(robot.urdf, read_urdf_arm(robot.urdf, robot.base_link, robot.flange_link),
-                               robot.base_link);
+  UrdfInertias inertias_of_file = read_urdf_inertias(
+      robot.urdf, read_urdf_arm(robot.urdf, robot.base_link, robot.flange_link), robot.base_link);
+  p.links = std::move(inertias_of_file.links);
+  remarks = std::move(inertias_of_file.remarks);
   p.X_WR = robot.X_WR;
   p.gravity_W = scenario.gravity_m_per_s2;
   p.power = {robot.power.idle_W, robot.power.loss_factor, robot.power.recovers};
@@ -226,9 +228,12 @@ void add_dynamics(const Scenario& scenario, CellModel& cell) {
     cell.trajectories.push_back(trajectory(scenario, robot, cell.robots[r]));
     std::optional<RobotDynamics> dynamics;
     std::string reason;
+    std::vector<std::string> remarks;
     try {
-      dynamics = robot_dynamics(scenario, robot, r, cell);
+      dynamics = robot_dynamics(scenario, robot, r, cell, remarks);
       make_drives(dynamics->drives);  // refuses parameters that no drive can have
+      for (const std::string& remark : remarks)
+        cell.import_notes.push_back({robot.name, robot.name + ": " + remark + "; it is used as it is", {}});
     } catch (const std::exception& error) {
       dynamics.reset();
       reason = error.what();

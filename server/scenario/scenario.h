@@ -128,7 +128,21 @@ struct Scenario {
   double step_s = 0.001;
   double tolerance = 1e-6;                        ///< of solvers with error control
   SystemMatrix matrix = SystemMatrix::automatic;  ///< solver.matrix: automatic, separate or coupled
+  /// What integrates while any process has level of detail 3 (`solver.contact`).
+  struct ContactSolver {
+    std::string method = "rosenbrock";
+    double tolerance = 1e-4;
+    std::optional<double> step_s;  ///< communication step of a cell that begins at level 3
+  } contact_solver;
   std::vector<ScenarioProcess> processes;
+  bool begins_with_contact() const {
+    for (const ScenarioProcess& process : processes)
+      if (process.level_of_detail == 3) return true;
+    return false;
+  }
+  /// The solver at the start.
+  const std::string& initial_solver() const { return begins_with_contact() ? contact_solver.method : solver; }
+  double initial_tolerance() const { return begins_with_contact() ? contact_solver.tolerance : tolerance; }
   // interaction
   std::string algorithm = "partner_search";  ///< or substitute_force, extended_substitute_force
   bool weight_feed_forward = true;

@@ -4,11 +4,11 @@
 #include <limits>
 #include <utility>
 
-#include "server/geometry/mesh_import.h"
 #include "server/scenario/collision_checking.h"
 #include "server/scenario/contact_builder.h"
 #include "server/scenario/convex_import.h"
 #include "server/scenario/dynamics_builder.h"
+#include "server/scenario/mesh_notes.h"
 #include "server/scenario/urdf_reader.h"
 
 namespace takt {
@@ -34,6 +34,16 @@ void describe_mesh(const TriangleMesh& mesh, const std::filesystem::path& file,
     description.triangles.insert(description.triangles.end(), t.begin(), t.end());
 }
 
+/// What the mesh would do to forces of surface contact, where there are any.
+void look_after_contact(const Scenario& scenario, const std::string& component, const TriangleMesh& mesh,
+                        bool carries_elements, CellModel& cell) {
+  if (!scenario.begins_with_contact()) return;
+  ContactMeshOptions options;
+  options.component = component;
+  options.carries_elements = carries_elements;
+  note_contact_risks(mesh, options, cell);
+}
+
 int add_component(CellModel& cell, Component component, const TriangleMesh& mesh,
                   const std::filesystem::path& file, const std::array<float, 4>& color, Meshes& meshes) {
   meshes.push_back(mesh);
@@ -52,7 +62,8 @@ int add_component(CellModel& cell, Component component, const TriangleMesh& mesh
 
 void add_part(const Scenario& scenario, const ScenarioPart& part, ConvexImporter& importer, CellModel& cell,
               Meshes& meshes) {
-  const TriangleMesh mesh = import_solid(part.mesh, part.mesh_scale);
+  const TriangleMesh mesh = import_component_mesh(part.name, part.mesh, part.mesh_scale, cell);
+  look_after_contact(scenario, part.name, mesh, true, cell);
   Component component;
   component.name = part.name;
   component.type = ComponentType::part;
@@ -81,8 +92,10 @@ void add_part(const Scenario& scenario, const ScenarioPart& part, ConvexImporter
       {id, copy.mass_kg, copy.p_BBcm, copy.I_BBcm_B, scenario.gravity_m_per_s2, part.X_WB, part.V_WB});
 }
 
-void add_ground(const ScenarioGround& ground, ConvexImporter& importer, CellModel& cell, Meshes& meshes) {
-  const TriangleMesh mesh = import_solid(ground.mesh, ground.mesh_scale);
+void add_ground(const Scenario& scenario, const ScenarioGround& ground, ConvexImporter& importer,
+                CellModel& cell, Meshes& meshes) {
+  const TriangleMesh mesh = import_component_mesh(ground.name, ground.mesh, ground.mesh_scale, cell);
+  look_after_contact(scenario, ground.name, mesh, false, cell);
   Component component;
   component.name = ground.name;
   component.type = ComponentType::ground;
@@ -116,11 +129,14 @@ void add_robot(const Scenario& scenario, const ScenarioRobot& robot, CellModel& 
   cell.description.robots.push_back({robot.name, urdf.text, urdf.arm, robot.X_WR, robot.command_period_s});
 }
 
-void add_gripper(const ScenarioGripper& gripper, ConvexImporter& importer, CellModel& cell, Meshes& meshes) {
+void add_gripper(const Scenario& scenario, const ScenarioGripper& gripper, ConvexImporter& importer,
+                 CellModel& cell, Meshes& meshes) {
   const int index = static_cast<int>(cell.grippers.size());
   const int robot = cell.description.find_robot(gripper.robot);
-  const TriangleMesh body = import_solid(gripper.body_mesh);
-  const TriangleMesh jaw = import_solid(gripper.jaw_mesh);
+  const TriangleMesh body = import_component_mesh(gripper.name, gripper.body_mesh, 1.0, cell);
+  const TriangleMesh jaw = import_component_mesh(gripper.name, gripper.jaw_mesh, 1.0, cell);
+  look_after_contact(scenario, gripper.name, body, false, cell);
+  look_after_contact(scenario, gripper.name + "/left_jaw", jaw, true, cell);
 
   GripperModel model;
   model.parameters.robot = robot;
@@ -182,15 +198,18 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const Impo
     cell->description.level_of_detail = std::max(cell->description.level_of_detail, process.level_of_detail);
   }
   cell->solver = {scenario.solver, scenario.tolerance, scenario.step_s, scenario.matrix};
+  cell->contact_solver = {scenario.contact_solver.method, scenario.contact_solver.tolerance, scenario.step_s,
+                          scenario.matrix};
   cell->interaction = {scenario.gravity_m_per_s2, scenario.contact_margin_m, scenario.weight_feed_forward,
                        scenario.skip_resting};
   cell->interaction.algorithm = interaction_algorithm(scenario.algorithm);
   ConvexImporter importer(scenario, import, *cell);
   Meshes meshes;
   for (const ScenarioPart& part : scenario.parts) add_part(scenario, part, importer, *cell, meshes);
-  for (const ScenarioGround& ground : scenario.grounds) add_ground(ground, importer, *cell, meshes);
+  for (const ScenarioGround& ground : scenario.grounds) add_ground(scenario, ground, importer, *cell, meshes);
   for (const ScenarioRobot& robot : scenario.robots) add_robot(scenario, robot, *cell);
-  for (const ScenarioGripper& gripper : scenario.grippers) add_gripper(gripper, importer, *cell, meshes);
+  for (const ScenarioGripper& gripper : scenario.grippers)
+    add_gripper(scenario, gripper, importer, *cell, meshes);
   add_dynamics(scenario, *cell);
   cell->pairs = generate_pairs(cell->components);
   add_contact(scenario, meshes, *cell);

@@ -294,6 +294,25 @@ void check_names(YamlFields& root, const Scenario& scenario) {
   }
 }
 
+struct SolverKeys {
+  bool method, tolerance, contact;
+};
+
+/// What was said for the cell as a whole holds for surface contact too where it came from the command line,
+/// or where nothing was said of contact and the cell begins with it.
+void choose_solver(const SolverKeys& given, const YamlSource& source, Scenario& scenario) {
+  const bool contact = scenario.begins_with_contact();
+  const auto overridden = [&source](const char* key) { return source.overridden.count(key) != 0; };
+  Scenario::ContactSolver& own = scenario.contact_solver;
+  const bool only = contact && !given.contact;
+  if (overridden("solver.method") || (only && given.method)) {
+    own.method = scenario.solver;
+    own.tolerance = scenario.tolerance;
+  }
+  if (overridden("solver.tolerance") || (only && given.tolerance)) own.tolerance = scenario.tolerance;
+  if (contact && own.step_s && !overridden("solver.step_s")) scenario.step_s = *own.step_s;
+}
+
 }  // namespace
 
 Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions& options) {
@@ -323,6 +342,7 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
   world.finish();
 
   YamlFields solver = top.mapping("solver");
+  const SolverKeys solver_is_given{solver.has("method"), solver.has("tolerance"), solver.has("contact")};
   const auto names = solver_names();
   scenario.solver = solver.choice("method", {names.begin(), names.end()}, scenario.solver);
   scenario.step_s =
@@ -333,6 +353,14 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
   scenario.matrix = matrix == "coupled"    ? SystemMatrix::coupled
                     : matrix == "separate" ? SystemMatrix::separate
                                            : SystemMatrix::automatic;
+  YamlFields contact_solver = solver.mapping("contact");
+  scenario.contact_solver.method =
+      contact_solver.choice("method", {names.begin(), names.end()}, scenario.contact_solver.method);
+  scenario.contact_solver.tolerance = contact_solver.number_or("tolerance", {.lower = 1e-12, .upper = 0.1},
+                                                               scenario.contact_solver.tolerance);
+  scenario.contact_solver.step_s =
+      contact_solver.number_if("step_s", {.lower = 0.0, .upper = 1.0, .lower_open = true, .unit = "s"});
+  contact_solver.finish();
   solver.finish();
 
   YamlFields interaction = top.mapping("interaction");
@@ -365,6 +393,7 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
     for (ScenarioProcess& process : scenario.processes) process.level_of_detail = level;
   }
 
+  choose_solver(solver_is_given, source, scenario);
   read_contact(top, source, scenario);
   read_collision_checking(top, source, scenario);
   YamlFields controller = top.mapping("controller");

@@ -280,13 +280,13 @@ class TreeReader {
 
 }  // namespace
 
-std::vector<BodyInertia> read_urdf_inertias(const std::filesystem::path& file, const UrdfArm& urdf,
-                                            const std::string& base_link) {
+UrdfInertias read_urdf_inertias(const std::filesystem::path& file, const UrdfArm& urdf,
+                                const std::string& base_link) {
   const UrdfTree whole = TreeReader(file, {}).read(urdf.text, base_link);
-  std::vector<BodyInertia> result;
+  UrdfInertias result{{}, whole.remarks};
   for (const JointModel& joint : urdf.arm.joints) {
     for (const TreeJoint& candidate : whole.tree.joints)
-      if (candidate.joint.name == joint.name) result.push_back(candidate.inertia);
+      if (candidate.joint.name == joint.name) result.links.push_back(candidate.inertia);
   }
   return result;
 }

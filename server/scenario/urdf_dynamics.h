@@ -12,12 +12,19 @@
 
 namespace takt {
 
-/// Inertia of the link after each joint of an arm, in the joint's frame, with all links that are fixed to it
-/// (the flange and what the file mounts there, too). `urdf` is what read_urdf_arm() made of the file. Throws
+struct UrdfInertias {
+  /// Of the link after each joint of an arm, in the joint's frame, with all links that are fixed to it (the
+  /// flange and what the file mounts there, too).
+  std::vector<BodyInertia> links;
+  /// Of doubtful figures that can be computed with, one sentence each with file, line and element.
+  std::vector<std::string> remarks;
+};
+
+/// `urdf` is what read_urdf_arm() made of the file. Throws
 /// UrdfError naming file, line and element: a link that moves without <inertial> anywhere on it, a mass that
 /// is not finite or negative, a tensor that is not positive semidefinite, a mesh file that is not there.
-std::vector<BodyInertia> read_urdf_inertias(const std::filesystem::path& file, const UrdfArm& urdf,
-                                            const std::string& base_link);
+UrdfInertias read_urdf_inertias(const std::filesystem::path& file, const UrdfArm& urdf,
+                                const std::string& base_link);
 
 struct UrdfTreeOptions {
   bool inertias_needed = true;  ///< refuse moving links without any <inertial>
@@ -32,11 +39,10 @@ struct UrdfFrame {
 };
 
 struct UrdfTree {
-  TreeModel tree;                  ///< depth first in the order of the file; standard gravity along -z
-  std::vector<MimicJoint> mimics;  ///< joints that follow others
-  std::vector<UrdfFrame> frames;   ///< all links at and below the base link
-  /// Of doubtful figures that can be computed with, one sentence each with file, line and element.
-  std::vector<std::string> remarks;
+  TreeModel tree;                    ///< depth first in the order of the file; standard gravity along -z
+  std::vector<MimicJoint> mimics;    ///< joints that follow others
+  std::vector<UrdfFrame> frames;     ///< all links at and below the base link
+  std::vector<std::string> remarks;  ///< as in UrdfInertias
 };
 
 /// All that is at and below `base_link`: fixed (folded into the link above), revolute, continuous and

@@ -22,6 +22,10 @@ constexpr int kMostEvents = 2'000;       // per communication step
 constexpr int kMostEventsHere = 30;      // at one time
 constexpr int kMostSwitchesAtOnce = 20;  // until the modes agree with the state
 
+bool all_finite(std::span<const double> values) {
+  return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+}
+
 std::string seconds(double t) {
   return std::to_string(t) + " s";
 }
@@ -51,15 +55,24 @@ void AdaptiveProblem::find_groups(double t, const double* x) {
 bool AdaptiveProblem::derivatives(double t, const double* x, double* xdot) {
   ++evaluations;
   const std::size_t n = absolute_tolerances_.size();
-  system_->derivatives(std::clamp(t, earliest_, latest_), {x, n}, {xdot, n});
-  for (std::size_t i = 0; i < n; ++i)
-    if (!std::isfinite(xdot[i])) return false;
-  return true;
+  try {
+    system_->derivatives(std::clamp(t, earliest_, latest_), {x, n}, {xdot, n});
+  } catch (const std::exception& error) {
+    thrown_ = error.what();
+    return false;
+  }
+  return all_finite({xdot, n});
 }
 
-void AdaptiveProblem::indicators(double t, const double* x, double* g) {
-  system_->indicators(std::clamp(t, earliest_, latest_), {x, absolute_tolerances_.size()},
-                      {g, static_cast<std::size_t>(indicator_count_)});
+bool AdaptiveProblem::indicators(double t, const double* x, double* g) {
+  const std::span<double> values(g, static_cast<std::size_t>(indicator_count_));
+  try {
+    system_->indicators(std::clamp(t, earliest_, latest_), {x, absolute_tolerances_.size()}, values);
+  } catch (const std::exception& error) {
+    thrown_ = error.what();
+    return false;
+  }
+  return all_finite(values);
 }
 
 bool AdaptiveProblem::evaluate_jacobian(double t, const double* x, const double* f0) {
@@ -125,6 +138,10 @@ bool AdaptiveIntegrator::fail(double t, const std::string& reason) {
 // The state was accepted at t_: from there with smaller and smaller steps.
 bool AdaptiveIntegrator::recover(double t, double stop, std::span<double> x) {
   while (true) {
+    if (!problem_.thrown().empty()) {
+      problem_.clear_message();
+      return fail(t, "a plant model could not be evaluated: " + problem_.thrown());
+    }
     if (++attempts_ > kMostAttempts || ++attempts_here_ > kMostAttemptsHere)
       return fail(t, "no step succeeded, however small,");
     const double first_step = (stop - t) * std::pow(10.0, -2.0 * attempts_here_);
@@ -134,8 +151,7 @@ bool AdaptiveIntegrator::recover(double t, double stop, std::span<double> x) {
 
 bool AdaptiveIntegrator::take_state(double t_before, double t, std::span<double> x) {
   const std::span<const double> state = method_->state();
-  for (const double value : state)
-    if (!std::isfinite(value)) return false;
+  if (!all_finite(state)) return false;
   std::copy(state.begin(), state.end(), x.begin());
   t_ = t;
   attempts_here_ = 0;
@@ -148,13 +164,15 @@ bool AdaptiveIntegrator::take_state(double t_before, double t, std::span<double>
   return true;
 }
 
-bool AdaptiveIntegrator::switch_modes(OdeSystem& system, double t, std::span<double> x) {
-  bool changed = false;
+bool AdaptiveIntegrator::switch_modes(OdeSystem& system, double t, std::span<double> x, bool& changed) {
+  changed = false;
   for (int i = 0; i < kMostSwitchesAtOnce && system.switch_modes(t, x); ++i) {
     changed = true;
     ++statistics_.mode_switches;
   }
-  return changed;
+  if (all_finite(x)) return true;
+  problem_.clear_message();
+  return fail(t, "a plant model switched its mode to a state that is not finite,");
 }
 
 bool AdaptiveIntegrator::note_event(double t) {
@@ -166,16 +184,22 @@ bool AdaptiveIntegrator::note_event(double t) {
 }
 
 // A mode that does not hold although nothing crossed zero: it did not from the beginning.
-bool AdaptiveIntegrator::modes_are_wrong(double t, std::span<const double> x) {
-  if (indicators_.empty()) return false;
-  problem_.indicators(t, x.data(), indicators_.data());
-  return std::any_of(indicators_.begin(), indicators_.end(), [](double g) { return g < 0.0; });
+bool AdaptiveIntegrator::check_modes(double t, std::span<const double> x, bool& wrong) {
+  wrong = false;
+  if (indicators_.empty()) return true;
+  if (!problem_.indicators(t, x.data(), indicators_.data())) {
+    problem_.clear_message();
+    return fail(t, problem_.thrown().empty() ? "an indicator of a plant model's mode is not finite"
+                                             : "a plant model could not be evaluated: " + problem_.thrown());
+  }
+  wrong = std::any_of(indicators_.begin(), indicators_.end(), [](double g) { return g < 0.0; });
+  return true;
 }
 
-bool AdaptiveIntegrator::advance(OdeSystem& system, double t, double h, std::span<double> x) {
+bool AdaptiveIntegrator::take_step(OdeSystem& system, double t, double h, std::span<double> x) {
   if (method_ == nullptr) return true;
   problem_.use(system);
-  problem_.clear_message();
+  problem_.forget_errors();
   steps_ = attempts_ = attempts_here_ = events_ = events_here_ = 0;
   last_event_ = -kInfinity;
   const double end = t + h;
@@ -183,14 +207,19 @@ bool AdaptiveIntegrator::advance(OdeSystem& system, double t, double h, std::spa
                          std::memcmp(x.data(), method_->state().data(), x.size() * sizeof(double)) != 0;
   if (elsewhere) after_ = -kInfinity;
   problem_.limit_times(after_, kInfinity);
+  bool changed = false;
   if (restart_pending_ || elsewhere) {
     problem_.find_groups(t, x.data());
-    switch_modes(system, t, x);
+    if (!switch_modes(system, t, x, changed)) return false;
     if (!start(t, x, 0.0) && !recover(t, end, x)) return false;
     restart_pending_ = false;
   }
   while (true) {
     const double event = system.next_time_event(t_ + one_time(t_));
+    if (!(event > t_)) {
+      problem_.clear_message();
+      return fail(t_, "a plant model told a next known corner that is not after the present,");
+    }
     problem_.limit_times(after_, std::nextafter(event, -kInfinity));
     const bool event_within = event < end - one_time(end);
     const double stop = event_within ? event : end;
@@ -208,10 +237,13 @@ bool AdaptiveIntegrator::advance(OdeSystem& system, double t, double h, std::spa
       }
       if (outcome == AdaptiveMethod::Outcome::crossing) {
         if (!note_event(t_)) return false;
-        if (switch_modes(system, t_, x) && !start(t_, x, 0.0) && !recover(t_, stop, x)) return false;
+        if (!switch_modes(system, t_, x, changed)) return false;
+        if (changed && !start(t_, x, 0.0) && !recover(t_, stop, x)) return false;
         continue;
       }
-      if (modes_are_wrong(t_, x) && switch_modes(system, t_, x)) {
+      if (!check_modes(t_, x, changed)) return false;
+      if (changed && !switch_modes(system, t_, x, changed)) return false;
+      if (changed) {
         if (!note_event(t_)) return false;
         if (!start(t_, x, 0.0) && !recover(t_, stop, x)) return false;
         continue;
@@ -231,7 +263,7 @@ bool AdaptiveIntegrator::advance(OdeSystem& system, double t, double h, std::spa
     t_ = after_ = event;
     problem_.limit_times(after_, kInfinity);
     if (!note_event(t_)) return false;
-    switch_modes(system, t_, x);
+    if (!switch_modes(system, t_, x, changed)) return false;
     if (!start(t_, x, 0.0) && !recover(t_, end, x)) return false;
   }
 }

@@ -17,18 +17,20 @@ namespace takt {
 class AdaptiveIntegrator final : public Integrator {
  public:
   AdaptiveIntegrator(const SolverParameters& parameters, const OdeSystem& system);
-  bool advance(OdeSystem& system, double t, double h, std::span<double> x) override;
   void restart() override { restart_pending_ = true; }
   bool fixed_step() const override { return false; }
+
+ protected:
+  bool take_step(OdeSystem& system, double t, double h, std::span<double> x) override;
 
  private:
   bool start(double t, std::span<const double> x, double first_step_s);
   bool recover(double t, double stop, std::span<double> x);
   bool take_state(double t_before, double t, std::span<double> x);
-  bool switch_modes(OdeSystem& system, double t, std::span<double> x);
+  bool switch_modes(OdeSystem& system, double t, std::span<double> x, bool& changed);
   bool note_event(double t);
   bool fail(double t, const std::string& reason);
-  bool modes_are_wrong(double t, std::span<const double> x);
+  bool check_modes(double t, std::span<const double> x, bool& wrong);
   void count();
 
   AdaptiveProblem problem_;

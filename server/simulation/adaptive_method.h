@@ -32,18 +32,25 @@ class AdaptiveProblem {
   void limit_times(double earliest, double latest) { earliest_ = earliest, latest_ = latest; }
   /// The connections changed: who feels whom is to be found anew.
   void find_groups(double t, const double* x);
-  /// False if a derivative is not finite; then a smaller step may help.
+  /// False if a derivative is not finite; then a smaller step may help. Or a plant model threw, which is kept
+  /// from the library, whose C functions no exception may pass through.
   bool derivatives(double t, const double* x, double* xdot);
-  void indicators(double t, const double* x, double* g);
+  /// Likewise.
+  bool indicators(double t, const double* x, double* g);
   bool evaluate_jacobian(double t, const double* x, const double* f0);
   /// Factorises a I - b J.
   bool factorise(double a, double b);
   void solve(double* b);
 
+  /// What a plant model threw; nothing helps against that. Empty: nothing.
+  const std::string& thrown() const { return thrown_; }
+
   /// The library's own words about its last error.
   void tell(std::string_view text) { message_ = text; }
   const std::string& message() const { return message_; }
   void clear_message() { message_.clear(); }
+  /// Before a communication step.
+  void forget_errors() { message_.clear(), thrown_.clear(); }
 
   std::uint64_t evaluations = 0, jacobians = 0, factorisations = 0;
 
@@ -58,7 +65,7 @@ class AdaptiveProblem {
   std::unique_ptr<VelocitySystem> coupled_;
   std::vector<double> work_;
   SystemJacobian::Derivatives f_;
-  std::string message_;
+  std::string message_, thrown_;
 };
 
 /// A method of the library.

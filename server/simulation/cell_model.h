@@ -1,5 +1,6 @@
 #pragma once
 // Everything about a loaded cell that is constant while it runs. Many simulations may share one model.
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -55,13 +56,17 @@ struct ConvexImport {
   bool from_cache = false;
 };
 
-/// Something about an imported component that a person must be told: its convex shapes are further from the
-/// solid than was allowed.
+/// Something about what was imported that a person must be told: the convex shapes of a component are further
+/// from the solid than was allowed, its mesh was repaired, or would falsify forces of surface contact; or the
+/// inertias of a robot are such as no body has.
 struct ImportNote {
-  std::string component;
+  std::string component;  ///< or the robot
   std::string sentence;
-  int hulls = 0;
-  double volume_error = 0.0;  ///< lost and gained together
+  struct Shapes {
+    int hulls = 0;
+    double volume_error = 0.0;  ///< lost and gained together
+  };
+  std::optional<Shapes> shapes{};  ///< of a component
 };
 
 using DriveParameters =
@@ -74,10 +79,17 @@ struct RobotDynamics {
 };
 std::vector<std::unique_ptr<Drive>> make_drives(const std::vector<DriveParameters>& drives);
 
+/// A plant model besides robots, grippers and Parts: a furnace, a press, a test's own. It moves no component.
+struct FurtherModel {
+  std::string name;
+  std::function<std::unique_ptr<PlantModel>()> make;  ///< called once by every simulation
+};
+
 struct CellModel {
   CellDescription description;
   double step_s = 0.001;
   SolverParameters solver;
+  SolverParameters contact_solver;  ///< while pairs act by surface contact
   std::vector<Component> components;
   std::vector<ComponentPair> pairs;
   InteractionParameters interaction;
@@ -90,6 +102,7 @@ struct CellModel {
   std::vector<std::vector<TrajectoryKnot>> trajectories;  ///< by robot; followed from time 0 on, or empty
   std::vector<GripperModel> grippers;
   ContactModel contact;
+  std::vector<FurtherModel> further_models;
   ClearanceModel clearance;
   std::vector<ConvexImport> convex_imports;
   std::vector<ImportNote> import_notes;

@@ -13,6 +13,7 @@ CellPlant::CellPlant(const CellModel& model, const ComponentInteraction& interac
       parts_(model.parts.begin(), model.parts.end()),
       segment_begin_(model.robots.size(), 0) {
   for (const GripperModel& gripper : model.grippers) grippers_.emplace_back(gripper.parameters);
+  for (const FurtherModel& further : model.further_models) further_.push_back(further.make());
   for (const GroundModel& ground : model.grounds) grounds_.emplace_back(ground.component, ground.X_WB);
   for (std::size_t r = 0; r < robots_.size(); ++r) {
     std::vector<const ParallelGripper*> mounted;
@@ -48,6 +49,7 @@ void CellPlant::reset() {
   system_->wake_all();
   system_->reset_counts();
   integrator_->reset();
+  energies_.assign(robots_.size(), {0.0, 0.0});
 }
 
 void CellPlant::build() {
@@ -64,6 +66,11 @@ void CellPlant::build() {
   }
   for (ParallelGripper& gripper : grippers_)
     if (levels_[static_cast<std::size_t>(gripper.parameters().robot)] == 1) models.push_back(&gripper);
+  further_begin_ = begin;
+  for (const auto& further : further_) {
+    models.push_back(further.get());
+    begin += static_cast<std::size_t>(further->state_count());
+  }
   for (FixedBody& ground : grounds_) models.push_back(&ground);
   for (RigidBody& part : parts_) models.push_back(&part);
   parts_begin_ = begin;
@@ -73,7 +80,7 @@ void CellPlant::build() {
   accepted_.resize(x_.size());
   system_->set_clock(clock_);
   system_->set_stiff_pairs(system_->has_contacts());
-  integrator_ = make_integrator(model_.solver, *system_);
+  integrator_ = make_integrator(solver(), *system_);
 }
 
 std::size_t CellPlant::jaw_joint(std::size_t robot, std::size_t place, ParallelGripper::Side side) const {
@@ -106,7 +113,7 @@ double CellPlant::jaw_coordinate(std::size_t gripper, ParallelGripper::Side side
 
 void CellPlant::change_levels(std::span<const int> levels, double t) {
   // What is known of the motion under the old models.
-  const std::vector<double> parts(x_.begin() + static_cast<std::ptrdiff_t>(parts_begin_), x_.end());
+  const std::vector<double> others(x_.begin() + static_cast<std::ptrdiff_t>(further_begin_), x_.end());
   struct RobotMotion {
     JointArray q{}, qd{};
   };
@@ -129,18 +136,24 @@ void CellPlant::change_levels(std::span<const int> levels, double t) {
       motions[r].qd[jaw_joint(r, place, side)] = grippers_[g].speed(t, side);
     }
   }
+  for (std::size_t r = 0; r < robots_.size(); ++r)
+    if (levels_[r] > 1) std::copy_n(segment(r).end() - 2, 2, energies_[r].begin());
+  const CellMotion motion = system_->motion();
+  const std::span<const Wrench> now = system_->update_wrenches();
+  const std::vector<Wrench> wrenches(now.begin(), now.end());
   const std::vector<double> old_state = x_;
   const std::vector<std::size_t> old_begin = segment_begin_;
   const std::vector<int> old_levels = levels_;
   levels_.assign(levels.begin(), levels.end());
   build();
-  std::copy(parts.begin(), parts.end(), x_.begin() + static_cast<std::ptrdiff_t>(parts_begin_));
+  std::copy(others.begin(), others.end(), x_.begin() + static_cast<std::ptrdiff_t>(further_begin_));
   for (std::size_t r = 0; r < robots_.size(); ++r) {
     double* to = x_.data() + segment_begin_[r];
     if (levels_[r] > 1 && old_levels[r] > 1) {
       std::copy_n(old_state.data() + old_begin[r], dynamic_[r]->state_count(), to);
     } else if (levels_[r] > 1) {
-      dynamic_[r]->state_from_motion(motions[r].q.data(), motions[r].qd.data(), to);
+      dynamic_[r]->state_from_motion(t, motions[r].q.data(), motions[r].qd.data(), motion, wrenches, to);
+      std::copy(energies_[r].begin(), energies_[r].end(), to + dynamic_[r]->energy_state());
     } else if (old_levels[r] > 1) {
       // The joints were not quite where the reference was: it starts again from where they are.
       robots_[r].continue_from(t, motions[r].q.data(), motions[r].qd.data());
@@ -157,6 +170,12 @@ void CellPlant::change_levels(std::span<const int> levels, double t) {
 }
 
 std::string CellPlant::describe_state(std::size_t state) const {
+  if (state >= further_begin_ && state < parts_begin_) {
+    std::size_t place = state - further_begin_, i = 0;
+    while (place >= static_cast<std::size_t>(further_[i]->state_count()))
+      place -= static_cast<std::size_t>(further_[i++]->state_count());
+    return "state " + std::to_string(place) + " of " + model_.further_models[i].name;
+  }
   if (state < parts_begin_) {
     std::size_t robot = 0;
     for (std::size_t r = 0; r < robots_.size(); ++r)

@@ -4,9 +4,10 @@
 //
 // Every robot has its kinematic model at all times: it turns set-points into reference motion. At LoD 1 the
 // joints are where the reference is; above, a DynamicRobot has to follow it and moves palm and jaws of its
-// grippers too. The states are: dynamic robots in order, then 13 for each Part. Changing the level of a robot
-// rebuilds the state vector between two steps from physical quantities (poses, joint positions and
-// velocities): nothing jumps. It allocates, as loading does; steps do not.
+// grippers too. The states are: dynamic robots in order, further models, then 13 for each Part. Changing the
+// level of a robot rebuilds the state vector between two steps from physical quantities (poses, joint
+// positions and velocities): nothing jumps. It allocates, as loading does; steps do not.
+#include <array>
 #include <memory>
 #include <span>
 #include <vector>
@@ -21,16 +22,22 @@ namespace takt {
 
 class CellPlant {
  public:
-  /// All outlive the plant.
-  CellPlant(const CellModel& model, const ComponentInteraction& interaction, ContactInteraction* contacts);
+  /// All outlive the plant. `contacts`: surface contact, where the cell has it.
+  CellPlant(const CellModel& model, const ComponentInteraction& interaction,
+            ContactInteraction* contacts = nullptr);
 
   /// Initial state at the levels the cell was loaded with.
   void reset();
   int level(std::size_t robot) const { return levels_[robot]; }
   bool can_be_dynamic(std::size_t robot) const { return dynamic_[robot] != nullptr; }
-  /// New level of each robot, between two steps at time t. The motion must be that of (t, state()).
+  /// New level of each robot, between two steps at time t. The motion must be that of (t, state()). Drives
+  /// start in equilibrium with what the robot does and carries; energies go on from where they ended.
   void change_levels(std::span<const int> levels, double t);
 
+  /// What integrates at present.
+  const SolverParameters& solver() const {
+    return system_->has_contacts() ? model_.contact_solver : model_.solver;
+  }
   OdeSystem& system() { return *system_; }
   const OdeSystem& system() const { return *system_; }
   Integrator& integrator() { return *integrator_; }
@@ -42,6 +49,9 @@ class CellPlant {
   /// Place of the first state of a Part (index among Parts), and what a state means, for error texts.
   std::size_t part_begin(std::size_t part) const { return parts_begin_ + part * RigidBody::kStates; }
   std::size_t parts_begin() const { return parts_begin_; }
+  std::span<const double> further_states() const {
+    return std::span<const double>(x_).subspan(further_begin_, parts_begin_ - further_begin_);
+  }
   std::string describe_state(std::size_t state) const;
 
   std::vector<KinematicRobot>& robots() { return robots_; }
@@ -76,16 +86,18 @@ class CellPlant {
   ContactInteraction* contacts_;
   std::vector<KinematicRobot> robots_;
   std::vector<ParallelGripper> grippers_;
+  std::vector<std::unique_ptr<PlantModel>> further_;
   std::vector<FixedBody> grounds_;
   std::vector<RigidBody> parts_;
   std::vector<std::unique_ptr<DynamicRobot>> dynamic_;  ///< by robot; null where the scenario has no dynamics
   std::vector<int> levels_;                             ///< by robot
   std::vector<std::size_t> segment_begin_;              ///< by robot
+  std::vector<std::array<double, 2>> energies_;         ///< by robot: J, at the end of its last time at LoD 2
   std::vector<std::pair<std::size_t, std::size_t>> gripper_place_;  ///< robot, index among its grippers
   std::unique_ptr<OdeSystem> system_;
   std::unique_ptr<Integrator> integrator_;
   std::vector<double> x_, accepted_;
-  std::size_t parts_begin_ = 0;
+  std::size_t further_begin_ = 0, parts_begin_ = 0;
   double (*clock_)() = nullptr;
 };
 

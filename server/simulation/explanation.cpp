@@ -130,6 +130,30 @@ class Sentences {
     return text + ".";
   }
 
+  /// Empty where surface contact does not act.
+  std::string pressing() const {
+    if (!e_.surface_contact) return {};
+    std::string text = " At level of detail 3 ";
+    if (e_.pressing.empty()) return text + "nothing presses upon it now.";
+    const std::size_t listed = std::min<std::size_t>(e_.pressing.size(), 5);
+    for (std::size_t i = 0; i < listed; ++i) {
+      const ContactSample& pair = e_.pressing[i];
+      char force[32];
+      std::snprintf(force, sizeof(force), " (%.4g N)", pair.result.normal_force_N);
+      text += (i == 0 ? "" : ", ") + name(pair.base == e_.component ? pair.target : pair.base) + force;
+    }
+    if (e_.pressing.size() > listed) text += " and " + std::to_string(e_.pressing.size() - listed) + " more";
+    text += e_.pressing.size() == 1 ? " presses upon it." : " press upon it.";
+    if (e_.type != ComponentType::part || e_.decision.partner < 0) return text;
+    if (type(e_.decision.partner) == ComponentType::gripper)
+      text +=
+          " A Gripper counts as holding what touches it while it is told to hold and both its jaws are"
+          " pressed upon; these forces alone carry the Part.";
+    else
+      text += " These forces alone carry it; the partner is whom the contacts lead to.";
+    return text;
+  }
+
   std::string part() const {
     std::string text = name(e_.component) + " is " + std::string(to_string(e_.state)) + ": " + state() + ". ";
     const std::string time =
@@ -211,7 +235,8 @@ class Sentences {
 
 std::string describe(const Explanation& explanation, const CellDescription& cell) {
   const Sentences sentences(explanation, cell);
-  return explanation.type == ComponentType::part ? sentences.part() : sentences.fixed();
+  return (explanation.type == ComponentType::part ? sentences.part() : sentences.fixed()) +
+         sentences.pressing();
 }
 
 }  // namespace takt

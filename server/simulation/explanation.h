@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "server/contact/component_interaction.h"
+#include "server/contact/contact_sample.h"
 #include "server/contact/partner_explanation.h"
 #include "server/simulation/cell_description.h"
 #include "server/simulation/snapshot.h"
@@ -79,12 +80,16 @@ struct Explanation {
   std::vector<ExplainedContact> contacts;
   std::size_t contact_count = 0;
   std::vector<ExplainedConnection> connections;
+  /// Surface contact acts between this component and others (level of detail 3); filled in by
+  /// Simulation::explain(), with those that press upon it now.
+  bool surface_contact = false;
+  std::vector<ContactSample> pressing;
   std::vector<int> held;  ///< Parts whose partner this component is
   std::size_t held_count = 0;
 };
 
-/// Everything but time, step and epoch. Cost: linear in the components and in the contacts that the search
-/// from this Part can reach, plus the limits of ListingLimits and of Explanation.
+/// Everything but time, step, epoch and surface contact. Cost: linear in the components and in the contacts
+/// that the search from this Part can reach, plus the limits of ListingLimits and of Explanation.
 Explanation explain_component(const std::vector<Component>& components,
                               const ComponentInteraction& interaction, const CellMotion& motion,
                               const PartnerHistory& history, int component);

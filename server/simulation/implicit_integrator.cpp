@@ -109,7 +109,7 @@ bool ImplicitIntegrator::advance_coupled(OdeSystem& system, double t, double h, 
   return true;
 }
 
-bool ImplicitIntegrator::advance(OdeSystem& system, double t, double h, std::span<double> x) {
+bool ImplicitIntegrator::take_step(OdeSystem& system, double t, double h, std::span<double> x) {
   if (coupled_)
     return system.has_stiff_pairs() ? advance_stiff_pairs(system, t, h, x) : advance_coupled(system, t, h, x);
   double gamma = kGammas[0];
@@ -150,8 +150,7 @@ bool ImplicitIntegrator::advance(OdeSystem& system, double t, double h, std::spa
   }
   for (const OdeSystem::Range& range : system.active_states())
     for (std::size_t i = range.begin; i < range.end; ++i) x[i] += 0.5 * h * (k1_[i] + k2_[i]);
-  finish_fixed_step(system, t, h, x, 2);
-  return true;
+  return finish_fixed_step(system, t, h, x, 2);
 }
 
 }  // namespace takt

@@ -30,7 +30,9 @@ namespace takt {
 class ImplicitIntegrator final : public Integrator {
  public:
   ImplicitIntegrator(const SolverParameters& parameters, const OdeSystem& system);
-  bool advance(OdeSystem& system, double t, double h, std::span<double> x) override;
+
+ protected:
+  bool take_step(OdeSystem& system, double t, double h, std::span<double> x) override;
 
  private:
   bool factorise(double gamma_h);

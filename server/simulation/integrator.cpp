@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <stdexcept>
 
 #include "server/simulation/adaptive_integrator.h"
@@ -18,12 +19,34 @@ constexpr std::array<std::string_view, 8> kSolverNames{"rk2",   "rk4",    "impli
 constexpr std::array<std::string_view, 5> kErrorControlled{"rosenbrock", "cvode", "esdirk", "esdirk4", "ida"};
 }  // namespace
 
-void Integrator::finish_fixed_step(OdeSystem& system, double t, double h, std::span<double> x,
+bool Integrator::advance(OdeSystem& system, double t, double h, std::span<double> x) {
+  failure_.clear();
+  try {
+    return take_step(system, t, h, x);
+  } catch (const std::exception& error) {
+    restart();
+    failure_ = std::string("a plant model could not be evaluated: ") + error.what();
+    return false;
+  }
+}
+
+bool Integrator::finish_fixed_step(OdeSystem& system, double t, double h, std::span<double> x,
                                    std::uint64_t evaluations) {
   ++statistics_.steps;
   statistics_.evaluations += evaluations;
   statistics_.smallest_step_s = statistics_.largest_step_s = h;
+  // Modes are asked about finite states only, and may set states themselves.
+  const auto finite = [&] {
+    bool good = true;
+    for (const OdeSystem::Range& range : system.active_states())
+      for (std::size_t i = range.begin; i < range.end; ++i) good = good && std::isfinite(x[i]);
+    if (!good) failure_ = "the state is not finite any more";
+    return good;
+  };
+  if (!finite()) return false;
+  if (system.indicator_count() == 0) return true;
   if (system.switch_modes(t + h, x)) ++statistics_.mode_switches;
+  return finite();
 }
 
 std::span<const std::string_view> solver_names() {

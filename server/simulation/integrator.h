@@ -18,8 +18,9 @@ class Integrator {
  public:
   virtual ~Integrator() = default;
   /// x(t) -> x(t + h) in place. The caller has just called system.update_motion(t, x). False if the solver
-  /// could not get there although it tried to recover; failure() then says why, and x is not to be used.
-  virtual bool advance(OdeSystem& system, double t, double h, std::span<double> x) = 0;
+  /// could not get there although it tried to recover, or a plant model threw; failure() then says why, and x
+  /// is not to be used. True: x is finite. Throws nothing that derives from std::exception.
+  bool advance(OdeSystem& system, double t, double h, std::span<double> x);
   /// The right-hand side or the state changed discontinuously since the last step: what multi-step methods
   /// remember is void.
   virtual void restart() {}
@@ -34,8 +35,10 @@ class Integrator {
   const std::string& failure() const { return failure_; }
 
  protected:
-  /// What every solver with a fixed step does when it has arrived at t + h.
-  void finish_fixed_step(OdeSystem& system, double t, double h, std::span<double> x,
+  /// advance() without its guard against what plant models throw. False: failure_ says why.
+  virtual bool take_step(OdeSystem& system, double t, double h, std::span<double> x) = 0;
+  /// What every solver with a fixed step does when it has arrived at t + h. False: x is not finite.
+  bool finish_fixed_step(OdeSystem& system, double t, double h, std::span<double> x,
                          std::uint64_t evaluations);
 
   SolverStatistics statistics_;

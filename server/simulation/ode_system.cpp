@@ -1,6 +1,7 @@
 #include "server/simulation/ode_system.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace takt {
@@ -141,7 +142,11 @@ bool OdeSystem::switch_modes(double t, std::span<double> x) {
 
 double OdeSystem::next_time_event(double t) const {
   double next = std::numeric_limits<double>::infinity();
-  for (const Segment& segment : segments_) next = std::min(next, segment.model->next_time_event(t));
+  for (const Segment& segment : segments_) {
+    const double event = segment.model->next_time_event(t);
+    if (!(event >= next)) next = event;  // what is no number stays, to be refused
+    if (std::isnan(next)) break;
+  }
   return next;
 }
 

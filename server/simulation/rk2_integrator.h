@@ -10,7 +10,9 @@ namespace takt {
 class Rk2Integrator final : public Integrator {
  public:
   explicit Rk2Integrator(int state_count);
-  bool advance(OdeSystem& system, double t, double h, std::span<double> x) override;
+
+ protected:
+  bool take_step(OdeSystem& system, double t, double h, std::span<double> x) override;
 
  private:
   std::vector<double> k1_, k2_, trial_;

@@ -8,7 +8,7 @@ Rk4Integrator::Rk4Integrator(int state_count) {
   trial_.resize(n);
 }
 
-bool Rk4Integrator::advance(OdeSystem& system, double t, double h, std::span<double> x) {
+bool Rk4Integrator::take_step(OdeSystem& system, double t, double h, std::span<double> x) {
   const auto go_along = [&](const std::vector<double>& k, double step) {
     for (const OdeSystem::Range& range : system.active_states())
       for (std::size_t i = range.begin; i < range.end; ++i) trial_[i] = x[i] + step * k[i];
@@ -23,8 +23,7 @@ bool Rk4Integrator::advance(OdeSystem& system, double t, double h, std::span<dou
   for (const OdeSystem::Range& range : system.active_states())
     for (std::size_t i = range.begin; i < range.end; ++i)
       x[i] += h / 6.0 * (k_[0][i] + 2.0 * (k_[1][i] + k_[2][i]) + k_[3][i]);
-  finish_fixed_step(system, t, h, x, 4);
-  return true;
+  return finish_fixed_step(system, t, h, x, 4);
 }
 
 }  // namespace takt

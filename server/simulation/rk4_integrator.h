@@ -11,7 +11,9 @@ namespace takt {
 class Rk4Integrator final : public Integrator {
  public:
   explicit Rk4Integrator(int state_count);
-  bool advance(OdeSystem& system, double t, double h, std::span<double> x) override;
+
+ protected:
+  bool take_step(OdeSystem& system, double t, double h, std::span<double> x) override;
 
  private:
   std::array<std::vector<double>, 4> k_;

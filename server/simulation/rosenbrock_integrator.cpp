@@ -163,7 +163,7 @@ double RosenbrockIntegrator::mode_ends_at(OdeSystem& system, double t_end) {
   return first;
 }
 
-bool RosenbrockIntegrator::take_step(OdeSystem& system, double t, double& h, bool& mode_ends,
+bool RosenbrockIntegrator::find_step(OdeSystem& system, double t, double& h, bool& mode_ends,
                                      std::span<double> x) {
   if (!linearise(system, t, x)) {
     failure_ = "the derivatives are not finite at t = " + std::to_string(t) + " s";
@@ -201,7 +201,7 @@ bool RosenbrockIntegrator::take_step(OdeSystem& system, double t, double& h, boo
   }
 }
 
-bool RosenbrockIntegrator::advance(OdeSystem& system, double t, double h, std::span<double> x) {
+bool RosenbrockIntegrator::take_step(OdeSystem& system, double t, double h, std::span<double> x) {
   if (x.empty()) return true;
   const double end = t + h;
   if (step_ <= 0.0) step_ = std::min(kFirstStep_s, h);
@@ -223,7 +223,7 @@ bool RosenbrockIntegrator::advance(OdeSystem& system, double t, double h, std::s
       // Two equal steps rather than a large and a tiny one.
       double size = step_ >= left ? left : (2.0 * step_ > left ? 0.5 * left : step_);
       bool mode_ends = false;
-      if (!take_step(system, now, size, mode_ends, x)) return false;
+      if (!find_step(system, now, size, mode_ends, x)) return false;
       std::copy(new_x_.begin(), new_x_.end(), x.begin());
       note_step(size);
       next_size(size, size < step_);

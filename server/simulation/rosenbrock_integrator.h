@@ -24,10 +24,12 @@ class RosenbrockIntegrator final : public Integrator {
   static constexpr double kSmallestStep_s = 1e-6;
 
   RosenbrockIntegrator(const SolverParameters& parameters, const OdeSystem& system);
-  bool advance(OdeSystem& system, double t, double h, std::span<double> x) override;
   void restart() override { restarted_ = true; }
   void reset() override;
   bool fixed_step() const override { return false; }
+
+ protected:
+  bool take_step(OdeSystem& system, double t, double h, std::span<double> x) override;
 
  private:
   enum class Outcome { good, too_large, not_finite };
@@ -39,7 +41,7 @@ class RosenbrockIntegrator final : public Integrator {
   void switch_modes(OdeSystem& system, double t, std::span<double> x);
   /// Share of the trial step after which the first mode ends that held at its beginning; above 1: none does.
   double mode_ends_at(OdeSystem& system, double t_end);
-  bool take_step(OdeSystem& system, double t, double& h, bool& mode_ends, std::span<double> x);
+  bool find_step(OdeSystem& system, double t, double& h, bool& mode_ends, std::span<double> x);
   double clamped(double t) const;
 
   VelocitySystem linear_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <type_traits>
 #include <variant>
 #include <vector>
@@ -117,6 +118,7 @@ struct Simulation::Impl {
     }
     contacts.set_acting(acting);
     interaction.set_by_contact(by_contact);
+    if (monitor) monitor->set_by_contact(by_contact);
   }
 
   void choose_grippers() {
@@ -220,6 +222,7 @@ struct Simulation::Impl {
       hash.add(std::span<const double>(q.data(), n));
       hash.add(std::span<const double>(qd.data(), n));
     }
+    if (!model->further_models.empty()) hash.add(plant.further_states());
     for (const ParallelGripper& gripper : plant.grippers()) {
       hash.add(gripper.coordinate(time(), ParallelGripper::left));
       hash.add(gripper.coordinate(time(), ParallelGripper::right));
@@ -255,6 +258,29 @@ struct Simulation::Impl {
     system().set_awake(resting.awake());
   }
 
+  bool step(std::span<const Command> commands) {
+    // 1 apply commands
+    for (const Command& command : commands) {
+      std::visit([this](const auto& c) { apply(c); }, command);
+    }
+    if (!fault.empty()) return false;
+    // 2 update connections
+    const auto now = [this] { return clock != nullptr ? clock() : 0.0; };
+    const double t0 = now();
+    update_connections();
+    if (!fault.empty()) return false;
+    const double t1 = now();
+    // 3 integrate t -> t + h
+    plant.keep_accepted();
+    const bool arrived = plant.integrator().advance(system(), time(), model->step_s, plant.state());
+    motion_is_current = false;
+    // 4 check and count
+    const double t2 = now();
+    statistics.connections_s += t1 - t0;
+    statistics.integration_s += t2 - t1;
+    return arrived ? accept() : solver_failed();
+  }
+
   bool diverged(std::size_t state) {
     fault = "the state diverged in the step from t = " + std::to_string(time()) +
             " s: " + plant.describe_state(state) + " (state " + std::to_string(state) +
@@ -263,9 +289,29 @@ struct Simulation::Impl {
   }
 
   bool solver_failed() {
-    fault = "the solver " + model->solver.name + " failed in the step from t = " + std::to_string(time()) +
+    if (plant.integrator().fixed_step()) {
+      // Which state it was says more than that there was one.
+      for (const OdeSystem::Range& range : system().active_states())
+        for (std::size_t i = range.begin; i < range.end; ++i)
+          if (!std::isfinite(plant.state()[i])) return diverged(i);
+    }
+    fault = "the solver " + plant.solver().name + " failed in the step from t = " + std::to_string(time()) +
             " s: " + plant.integrator().failure() + "; the last accepted state is kept.";
     return fall_back();
+  }
+
+  /// Nothing that a plant model throws goes beyond the simulation. The state stays the one last accepted:
+  /// what solvers meet ends in advance(), which returns false.
+  template <class Work>
+  void guard(const Work& work) {
+    try {
+      work();
+    } catch (const std::exception& error) {
+      motion_is_current = false;
+      if (fault.empty())
+        fault = "the cell cannot be advanced from t = " + std::to_string(time()) + " s: " + error.what() +
+                "; the last accepted state is kept.";
+    }
   }
 
   bool fall_back() {
@@ -273,6 +319,8 @@ struct Simulation::Impl {
     motion_is_current = false;
     return false;
   }
+
+  void fill(Snapshot& snapshot);
 
   OdeSystem& system() { return plant.system(); }
 
@@ -307,27 +355,9 @@ bool Simulation::step(std::span<const Command> commands) {
   Impl& s = *impl_;
   if (!s.fault.empty()) return false;
 
-  // 1 apply commands
-  for (const Command& command : commands) {
-    std::visit([&s](const auto& c) { s.apply(c); }, command);
-  }
-  if (!s.fault.empty()) return false;
-  // 2 update connections
-  const auto now = [&s] { return s.clock != nullptr ? s.clock() : 0.0; };
-  const double t0 = now();
-  s.update_connections();
-  if (!s.fault.empty()) return false;
-  const double t1 = now();
-  // 3 integrate t -> t + h
-  s.plant.keep_accepted();
-  const bool arrived = s.plant.integrator().advance(s.system(), s.time(), s.model->step_s, s.plant.state());
-  s.motion_is_current = false;
-  // 4 check and count
-  const double t2 = now();
-  s.statistics.connections_s += t1 - t0;
-  s.statistics.integration_s += t2 - t1;
-  if (!arrived) return s.solver_failed();
-  return s.accept();
+  bool advanced = false;
+  s.guard([&] { advanced = s.step(commands); });
+  return advanced && s.fault.empty();
 }
 
 const std::string& Simulation::fault() const {
@@ -336,7 +366,7 @@ const std::string& Simulation::fault() const {
 
 void Simulation::reset() {
   ++impl_->epoch;
-  impl_->start();
+  impl_->guard([this] { impl_->start(); });
 }
 
 const CellDescription& Simulation::description() const {
@@ -422,17 +452,26 @@ void read_dynamics(const DynamicRobot::Output& output, RobotSample& sample) {
 }
 }  // namespace
 
+std::size_t Simulation::contact_room() const {
+  return impl_->model->contact.enabled ? std::min(impl_->contacts.pair_count(), kMostContactSamples) : 0;
+}
+
 Snapshot Simulation::make_snapshot() const {
   Snapshot snapshot;
   snapshot.components.resize(impl_->model->components.size());
   snapshot.robots.resize(impl_->model->robots.size());
   snapshot.grippers.resize(impl_->model->grippers.size());
+  snapshot.contacts.room.resize(contact_room());
   read_snapshot(snapshot);
   return snapshot;
 }
 
 void Simulation::read_snapshot(Snapshot& snapshot) const {
-  Impl& s = *impl_;
+  impl_->guard([&] { impl_->fill(snapshot); });
+}
+
+void Simulation::Impl::fill(Snapshot& snapshot) {
+  Impl& s = *this;
   const double t = s.time();
   s.refresh_motion();
   const std::span<const Wrench> wrenches = s.system().update_wrenches();
@@ -478,6 +517,11 @@ void Simulation::read_snapshot(Snapshot& snapshot) const {
     sample.commands_applied = s.gripper_commands[i].count;
     sample.newest_stamp_s = s.gripper_commands[i].newest_stamp_s;
   }
+  ContactsSample& sample = snapshot.contacts;
+  sample.acting = std::find(s.process_levels.begin(), s.process_levels.end(), 3) != s.process_levels.end();
+  const std::size_t pressing = s.contacts.read(motion, std::span<ContactSample>(sample.room));
+  sample.count = std::min(pressing, sample.room.size());
+  sample.omitted = pressing - sample.count;
 }
 
 std::string Simulation::set_level_of_detail(int process, int level) {
@@ -491,21 +535,32 @@ std::string Simulation::set_level_of_detail(int process, int level) {
   }
   if (level == 3 && !s.model->contact.enabled)
     return "surface contact was not prepared: the scenario has no section 'contact' and no process that "
-           "begins at "
-           "level 3";
+           "begins at level 3";
   for (std::size_t r = 0; r < levels.size(); ++r) {
     if (levels[r] > 1 && !s.plant.can_be_dynamic(r))
       return s.model->description.robots[r].name + " can only be kinematic: " + s.model->no_dynamics[r];
   }
   for (std::size_t p = 0; p < s.process_levels.size(); ++p)
     if (process < 0 || static_cast<std::size_t>(process) == p) s.process_levels[p] = level;
-  s.refresh_motion();
-  s.choose_forces();
-  s.plant.change_levels(levels, s.time());
-  s.resting.wake_all();
+  const bool was_good = s.fault.empty();
+  s.guard([&] {
+    s.refresh_motion();
+    s.choose_forces();
+    s.plant.change_levels(levels, s.time());
+    s.resting.wake_all();
+    s.motion_is_current = false;
+    s.choose_grippers();
+    if (s.contacts.any_acting()) {  // whoever looks before the next step finds who presses
+      s.refresh_motion();
+      s.contacts.update(s.system().motion(), kFastest_m_per_s * s.model->step_s);
+    }
+  });
   s.motion_is_current = false;
-  s.choose_grippers();
-  return {};
+  return was_good ? s.fault : std::string();
+}
+
+const SolverParameters& Simulation::solver() const {
+  return impl_->plant.solver();
 }
 
 int Simulation::level_of_detail(std::size_t robot) const {
@@ -518,12 +573,20 @@ int Simulation::process_level(std::size_t process) const {
 
 Explanation Simulation::explain(int component) const {
   Impl& s = *impl_;
-  s.refresh_motion();
+  s.guard([&s] { s.refresh_motion(); });
   Explanation e =
       explain_component(s.model->components, s.interaction, s.system().motion(), s.history, component);
   e.time_s = s.time();
   e.step = s.step_index;
   e.epoch = s.epoch;
+  const auto of_component = [component](const auto& pair) {
+    return pair.base == component || pair.target == component;
+  };
+  for (std::size_t i = 0; i < s.contacts.pair_count() && !e.surface_contact; ++i)
+    e.surface_contact = s.contacts.acting(i) && of_component(s.contacts.pair(i));
+  std::vector<ContactSample> samples;
+  s.contacts.read(s.system().motion(), samples);
+  std::copy_if(samples.begin(), samples.end(), std::back_inserter(e.pressing), of_component);
   return e;
 }
 

@@ -65,9 +65,10 @@ class Simulation {
   const CellModel& model() const;
 
   /// Advances by one step. `commands` take effect at the present time, in the order given. Returns false when
-  /// the cell cannot be advanced: a state diverged (1e30 and more, or not a number). Then the last accepted
-  /// state is kept, fault() says time, component and quantity, and every later call returns false until
-  /// reset().
+  /// the cell cannot be advanced: a state diverged (1e30 and more, or not a number), the solver gave up, or a
+  /// plant model threw. Then the last accepted state is kept, fault() says time, component and quantity, and
+  /// every later call returns false until reset(). No exception of a plant model leaves the simulation, from
+  /// the other functions neither: they set the fault too.
   bool step(std::span<const Command> commands);
   const std::string& fault() const;
 
@@ -81,9 +82,11 @@ class Simulation {
   std::uint64_t state_hash() const;
 
   /// A snapshot of the right size for this cell; fill it again and again with read_snapshot (which does not
-  /// allocate).
+  /// allocate). What cannot be computed because a plant model throws stays as it was in it.
   Snapshot make_snapshot() const;
   void read_snapshot(Snapshot& snapshot) const;
+  /// Most contacts that a snapshot of this cell holds.
+  std::size_t contact_room() const;
 
   /// Why this component is as it is: who holds a Part, by which rule, since when. `component` must be an id
   /// of this cell. Changes nothing, so that the states that follow and their hash are the same whether asked
@@ -92,8 +95,11 @@ class Simulation {
 
   /// New level of detail (1 to 3) of a process (index; -1: of all), from the present instant on. Poses,
   /// twists and joint motion carry over; drives start in equilibrium with them. Empty if done, else why a
-  /// robot of the process cannot have that level; then nothing changes. Allocates.
+  /// robot of the process cannot have that level, and nothing changes; or the fault, if the cell has one.
+  /// Allocates.
   std::string set_level_of_detail(int process, int level);
+  /// What integrates at present; another one while pairs act by surface contact.
+  const SolverParameters& solver() const;
   /// Of a robot, at present.
   int level_of_detail(std::size_t robot) const;
   /// Of a process (index into CellDescription::processes), at present.

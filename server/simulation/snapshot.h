@@ -3,6 +3,7 @@
 // so that filling it again does not allocate.
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "plant_models/robot/arm_kinematics.h"
 #include "plant_models/robot/drive.h"
 #include "plant_models/spatial.h"
+#include "server/contact/contact_sample.h"
 
 namespace takt {
 
@@ -47,6 +49,18 @@ struct GripperSample {
   double newest_stamp_s = -1.0;
 };
 
+/// Most contacts that a snapshot holds.
+inline constexpr std::size_t kMostContactSamples = 1024;
+
+/// Pairs that press upon each other by surface contact.
+struct ContactsSample {
+  bool acting = false;              ///< some process is at level of detail 3
+  std::vector<ContactSample> room;  ///< one for each pair of the cell, at most kMostContactSamples
+  std::size_t count = 0;            ///< of those in `room`, in the order of the cell's pairs
+  std::size_t omitted = 0;          ///< that press too, but found no room
+  std::span<const ContactSample> pressing() const { return {room.data(), count}; }
+};
+
 struct Snapshot {
   std::uint64_t step = 0;
   std::uint32_t epoch = 0;  ///< counts resets
@@ -55,6 +69,7 @@ struct Snapshot {
   std::vector<ComponentSample> components;
   std::vector<RobotSample> robots;
   std::vector<GripperSample> grippers;
+  ContactsSample contacts;
 };
 
 /// A Part changed the component that holds it.

@@ -19,8 +19,8 @@ namespace takt {
 
 namespace {
 
-// Return values of callbacks: 0 good, > 0 try a smaller step.
-constexpr int kGood = 0, kRecoverable = 1;
+// Return values of callbacks: 0 good, > 0 try a smaller step, < 0 give up.
+constexpr int kGood = 0, kRecoverable = 1, kBroken = -1;
 
 // ARKODE carries its estimate of Newton's rate of convergence from step to step. Where the matrix was exact,
 // the estimate becomes so small that one iteration passes for convergence; with a step changed by up to 20 %
@@ -37,23 +37,29 @@ System& of(void* user_data) {
   return *static_cast<System*>(user_data);
 }
 
+// What a callback returns whose evaluation was good or not.
+int code(const AdaptiveProblem& problem, bool good) {
+  if (good) return kGood;
+  return problem.thrown().empty() ? kRecoverable : kBroken;
+}
+
 int right_side(realtype t, N_Vector x, N_Vector xdot, void* user_data) {
-  return of(user_data).problem->derivatives(t, N_VGetArrayPointer(x), N_VGetArrayPointer(xdot))
-             ? kGood
-             : kRecoverable;
+  AdaptiveProblem& problem = *of(user_data).problem;
+  return code(problem, problem.derivatives(t, N_VGetArrayPointer(x), N_VGetArrayPointer(xdot)));
 }
 
 int residual(realtype t, N_Vector x, N_Vector xdot, N_Vector r, void* user_data) {
+  AdaptiveProblem& problem = *of(user_data).problem;
   double* values = N_VGetArrayPointer(r);
-  if (!of(user_data).problem->derivatives(t, N_VGetArrayPointer(x), values)) return kRecoverable;
+  if (!problem.derivatives(t, N_VGetArrayPointer(x), values)) return code(problem, false);
   const double* rates = N_VGetArrayPointer(xdot);
   for (sunindextype i = 0; i < N_VGetLength(r); ++i) values[i] = rates[i] - values[i];
   return kGood;
 }
 
 int crossings(realtype t, N_Vector x, realtype* g, void* user_data) {
-  of(user_data).problem->indicators(t, N_VGetArrayPointer(x), g);
-  return kGood;
+  // Any other value ends the step as failed.
+  return of(user_data).problem->indicators(t, N_VGetArrayPointer(x), g) ? kGood : kBroken;
 }
 
 int crossings_ida(realtype t, N_Vector x, N_Vector, realtype* g, void* user_data) {
@@ -69,9 +75,9 @@ int linear_system(realtype t, N_Vector x, N_Vector f, SUNMatrix, booleantype kee
   System& system = of(user_data);
   *fresh = keep ? SUNFALSE : SUNTRUE;
   system.a = 1.0, system.b = gamma;
-  if (keep || system.problem->evaluate_jacobian(t, N_VGetArrayPointer(x), N_VGetArrayPointer(f)))
-    return kGood;
-  return kRecoverable;
+  if (keep) return kGood;
+  return code(*system.problem,
+              system.problem->evaluate_jacobian(t, N_VGetArrayPointer(x), N_VGetArrayPointer(f)));
 }
 
 int linear_system_arkode(realtype t, N_Vector x, N_Vector f, SUNMatrix A, SUNMatrix, booleantype keep,
@@ -85,8 +91,8 @@ int jacobian_ida(realtype t, realtype cj, N_Vector x, N_Vector xdot, N_Vector r,
   System& system = of(user_data);
   system.a = cj, system.b = 1.0;
   N_VLinearSum(1.0, xdot, -1.0, r, f);
-  return system.problem->evaluate_jacobian(t, N_VGetArrayPointer(x), N_VGetArrayPointer(f)) ? kGood
-                                                                                            : kRecoverable;
+  return code(*system.problem,
+              system.problem->evaluate_jacobian(t, N_VGetArrayPointer(x), N_VGetArrayPointer(f)));
 }
 
 // The matrix lives in the problem; SUNDIALS holds an empty shell of it.

@@ -1,9 +1,10 @@
-// Levels of detail and power over DDS, by the client, the command line and raw endpoints.
+// Levels of detail, power and contacts over DDS, by the client, the command line and raw endpoints.
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "client_lib/client.h"
+#include "server/scenario/scenario_builder.h"
 #include "tests/support/child_process.h"
 #include "tests/support/dds_service.h"
 
@@ -11,6 +12,8 @@ namespace {
 
 using takt::Client;
 using takt::ClientError;
+using takt::client::Contact;
+using takt::client::Contacts;
 using takt::client::Event;
 using takt::client::Power;
 using takt::client::Seconds;
@@ -141,8 +144,14 @@ TEST(TaktCommand, LodAndPower) {
   ChildProcess none(takt({"power"}));
   EXPECT_EQ(none.wait(), 1);
   EXPECT_NE(none.text.find("takt lod 2"), std::string::npos) << none.text;
+  ChildProcess four(takt({"lod", "4"}));
+  EXPECT_EQ(four.wait(), 2) << four.text;
   ChildProcess three(takt({"lod", "3"}));
-  EXPECT_EQ(three.wait(), 2) << three.text;
+  EXPECT_EQ(three.wait(), 1) << three.text;
+  EXPECT_NE(three.text.find("no section 'contact'"), std::string::npos) << three.text;
+  ChildProcess no_contacts(takt({"contacts"}));
+  EXPECT_EQ(no_contacts.wait(), 1);
+  EXPECT_NE(no_contacts.text.find("takt lod 3"), std::string::npos) << no_contacts.text;
   ChildProcess nobody(takt({"lod", "2", "welding"}));
   EXPECT_EQ(nobody.wait(), 1);
   EXPECT_NE(nobody.text.find("no process 'welding'"), std::string::npos) << nobody.text;
@@ -163,6 +172,102 @@ TEST(TaktCommand, LodAndPower) {
   EXPECT_EQ(status.wait(), 0) << status.text;
   EXPECT_NE(status.text.find("solver            rk2, 100 steps, 0 rejected"), std::string::npos)
       << status.text;
+}
+
+constexpr double kGravity = 9.80665;
+
+/// Upward force of a Ground on a component, or 0 where the two do not press.
+double carried(const Contacts& contacts, const std::string& part, const std::string& ground) {
+  for (const Contact& c : contacts.contacts) {
+    if (c.base == part && c.target == ground) return c.force_N.z;
+    if (c.base == ground && c.target == part) return -c.force_N.z;
+  }
+  return 0.0;
+}
+
+TEST(ContactsOverDds, LevelThreeWhileRunningAndBack) {
+  const DdsService service(loop_options(true), takt::test::service_contact_model(takt::test::test_cell()));
+  Client client(options());
+  const auto takt = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), std::string(TAKT_BIN_DIR) + "/takt");
+    arguments.insert(arguments.end(), {"--cell", takt::test::test_cell(), "--domain",
+                                       std::to_string(takt::test::test_domain())});
+    return arguments;
+  };
+  EXPECT_FALSE(client.explain_part("P").surface_contact);
+  ChildProcess three(takt({"lod", "3"}));
+  EXPECT_EQ(three.wait(), 0) << three.text;
+  EXPECT_NE(three.text.find("is now 3"), std::string::npos) << three.text;
+  EXPECT_EQ(client.status().processes.at(0).level_of_detail, 3);
+  client.step(300);
+  const auto standing = client.wait_for_contacts([](const Contacts& c) { return c.step == 300; }, kGenerous);
+  ASSERT_TRUE(standing.has_value());
+  ASSERT_EQ(standing->contacts.size(), 2U);
+  EXPECT_EQ(standing->omitted, 0U);
+  EXPECT_NEAR(carried(*standing, "P", "Table1"), 0.3 * kGravity, 0.01 * 0.3 * kGravity);
+  EXPECT_NEAR(carried(*standing, "C", "Table1"), 0.5 * kGravity, 0.01 * 0.5 * kGravity);
+  for (const Contact& c : standing->contacts) {
+    EXPECT_GT(c.elements, 0U);
+    EXPECT_GT(c.area_m2, 1e-5);
+    EXPECT_NEAR(c.normal_force_N, std::abs(c.force_N.z), 1e-9);
+    // Even pressure of a flat face.
+    EXPECT_NEAR(c.largest_pressure_Pa * c.area_m2, c.normal_force_N, 0.05 * c.normal_force_N);
+    EXPECT_GT(c.largest_penetration_m, 0.0);
+    EXPECT_NEAR(c.center_of_pressure_m.z, 0.7, 1e-4);
+  }
+  const takt::client::PartExplanation why = client.explain_part("P");
+  EXPECT_TRUE(why.surface_contact);
+  ASSERT_EQ(why.pressing.size(), 1U);
+  EXPECT_EQ(why.pressing[0].by, "Table1");
+  EXPECT_NEAR(why.pressing[0].force_N.z, 0.3 * kGravity, 0.01 * 0.3 * kGravity);
+  EXPECT_NE(why.explanation.find("Table1 (2.9"), std::string::npos) << why.explanation;
+
+  ChildProcess person(takt({"contacts"}));
+  EXPECT_EQ(person.wait(), 0) << person.text;
+  EXPECT_NE(person.text.find("P - Table1"), std::string::npos) << person.text;
+  EXPECT_NE(person.text.find("depth um"), std::string::npos) << person.text;
+  ChildProcess program(takt({"contacts", "--json", "--until", "0.3"}));
+  EXPECT_EQ(program.wait(), 0) << program.text;
+  EXPECT_NE(program.text.find("\"largest_penetration\":"), std::string::npos) << program.text;
+  ChildProcess explained(takt({"explain", "P"}));
+  EXPECT_EQ(explained.wait(), 0) << explained.text;
+  EXPECT_NE(explained.text.find("Table1 presses: 2.9"), std::string::npos) << explained.text;
+
+  client.set_level_of_detail(1);
+  ASSERT_TRUE(client.wait_for_contacts([](const Contacts& c) { return c.contacts.empty(); }, kGenerous));
+}
+
+TEST(ContactsOverDds, RestingPartsOfTheBlockScenarioPacedAreCarriedByTheirTable) {
+  takt::ScenarioOptions scenario;
+  scenario.overrides = {"solver.method=implicit", "solver.step_s=0.001"};
+  scenario.level_of_detail = 3;
+  auto model = std::make_shared<takt::CellModel>(
+      *takt::load_cell(std::string(TAKT_CONFIG_DIR) + "/scenarios/block_assembly.yaml", scenario));
+  takt::RunLoopOptions paced = loop_options(false);
+  paced.pace = takt::Pace::realtime;
+  const DdsService service(paced, model);
+  Client client(options());
+  const std::vector<std::pair<std::string, double>> weights{
+      {"P", 0.3 * kGravity}, {"C", 0.5 * kGravity}, {"O", 0.8 * kGravity}, {"B", 1.0 * kGravity}};
+  std::size_t samples = 0, bad = 0;
+  const auto end = client.wait_for_contacts(
+      [&](const Contacts& contacts) {
+        if (contacts.time_s < 0.5) return false;  // they come to rest
+        ++samples;
+        double all = 0.0;
+        for (const auto& [part, weight] : weights) {
+          const double force = carried(contacts, part, "Table1");
+          if (std::abs(force - weight) > 0.01 * weight) ++bad;
+          all += force;
+        }
+        if (std::abs(all - 2.6 * kGravity) > 0.01 * 2.6 * kGravity || contacts.contacts.size() != 4) ++bad;
+        return contacts.time_s >= 3.0;
+      },
+      kGenerous);
+  ASSERT_TRUE(end.has_value());
+  EXPECT_GT(samples, 10U);
+  EXPECT_EQ(bad, 0U);
+  EXPECT_EQ(client.status().fault, "");
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "plant_models/robot/detailed_drive.h"
+#include "tests/support/r3_robot.h"
 #include "tests/support/ur10e_cell.h"
 
 namespace takt {
@@ -256,6 +258,57 @@ TEST(Jaws, PressWithNoMoreThanTheirForce) {
     const double weight = -0.1 * kGravity * cell.bench->motion.bodies[jaw].X_WB.R.col(1).z();
     EXPECT_NEAR(cell.bench->x[5 + jaw], 0.02 - (60.0 - weight) / kStiffness, 1e-7);
     EXPECT_NEAR(cell.bench->x[13 + jaw], 0.0, 1e-6);
+  }
+}
+
+std::unique_ptr<Drive> detailed_drive(int joint) {
+  DetailedDriveParameters p = r3::drive_parameters(r3::kAxes[joint]);
+  p.position_at_joint = true;
+  p.friction = {};
+  return std::make_unique<DetailedDrive>(p);
+}
+
+/// How far the joints leave their reference (rad) within `window_s` after a start in the motion at `from_s`,
+/// with 5 kg on the palm: the drives know of load and acceleration, or they do not.
+double largest_lag(test::DriveMaker make, bool moving, double from_s, double window_s, bool knows) {
+  Ur10eCell cell(make);
+  if (moving) cell.reference.set_trajectory(swing(test::ready_position()));
+  RobotBench& bench = *cell.bench;
+  JointArray q{}, qd{};
+  cell.reference.joint_state(from_s, q.data(), qd.data());
+  for (const size_t side : {size_t{0}, size_t{1}}) q[6 + side] = bench.x[6 + side];
+  // Of a robot at LoD 1, as the cell has it at a switch.
+  cell.reference.write_motion(from_s, nullptr, bench.motion);
+  cell.gripper.write_motion(from_s, nullptr, bench.motion);
+  bench.wrenches[0] = {{0.0, 0.0, -5.0 * kGravity}, {0.4, -0.3, 0.0}};
+  bench.t = from_s;
+  if (knows)
+    cell.robot->state_from_motion(from_s, q.data(), qd.data(), bench.motion, bench.wrenches, bench.x.data());
+  else
+    cell.robot->state_from_motion(q.data(), qd.data(), bench.x.data());
+  double lag = 0.0;
+  while (bench.t < from_s + window_s) {
+    bench.rk4(2e-5);
+    cell.reference.joint_state(bench.t, q.data(), qd.data());
+    for (size_t i = 0; i < 6; ++i) lag = std::max(lag, std::abs(bench.x[i] - q[i]));
+  }
+  return lag;
+}
+
+// Switching the level of detail with something in the gripper.
+TEST(DynamicRobot, DrivesStartInEquilibriumWithTheLoad) {
+  for (const auto make : {test::simplified_drive, &detailed_drive}) {
+    EXPECT_LT(largest_lag(make, false, 0.0, 0.5, true), 1e-9);
+    EXPECT_GT(largest_lag(make, false, 0.0, 0.5, false), 1e-5);
+  }
+}
+
+TEST(DynamicRobot, DrivesStartInEquilibriumWithLoadAndAcceleration) {
+  for (const auto make : {test::simplified_drive, &detailed_drive}) {
+    for (const double from_s : {0.2, 0.5}) {  // accelerating, at constant speed
+      EXPECT_LT(largest_lag(make, true, from_s, 0.05, true),
+                0.2 * largest_lag(make, true, from_s, 0.05, false));
+    }
   }
 }
 

@@ -86,7 +86,9 @@ TEST(RobotFiles, R3IsThatOfTheFactSheet) {
 
 TEST(RobotFiles, InertiasOfAnArmAreThoseOfTheTree) {
   const UrdfArm arm = read_urdf_arm(robot_file("r3.urdf"), "base_link", "flange");
-  const auto inertias = read_urdf_inertias(robot_file("r3.urdf"), arm, "base_link");
+  const UrdfInertias read = read_urdf_inertias(robot_file("r3.urdf"), arm, "base_link");
+  const auto& inertias = read.links;
+  EXPECT_EQ(read.remarks.size(), 1u);
   ASSERT_EQ(inertias.size(), 6u);
   const TreeModel expected = test::r3_tree();
   for (size_t i = 0; i < 6; ++i) {

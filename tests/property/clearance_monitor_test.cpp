@@ -1,5 +1,6 @@
 // The monitor, which asks as seldom as it can, tells the same as a naive one that asks every pair in every
-// step: random bodies in random motion, with pauses, grips and releases.
+// step: random bodies in random motion, with pauses, grips and releases, and with pairs that come to act by
+// surface contact and cease to.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -85,7 +86,7 @@ class NaiveMonitor {
         tell(CollisionEvent::Kind::cleared, s.least, t - s.since);
         s = {};
       };
-      if (held(pair.a, pair.b) || held(pair.b, pair.a)) {
+      if (presses(pair) || held(pair.a, pair.b) || held(pair.b, pair.a)) {
         if (s.open) clear();
         continue;
       }
@@ -105,7 +106,17 @@ class NaiveMonitor {
     return events;
   }
 
+  std::vector<std::pair<int, int>> by_contact;  ///< components
+
  private:
+  /// One of the two is a Part, and they act by surface contact.
+  bool presses(const CheckedPair& pair) const {
+    const CheckedBody &a = body(pair.a), &b = body(pair.b);
+    if (!a.is_part && !b.is_part) return false;
+    for (const auto& [x, y] : by_contact)
+      if ((a.component == x && b.component == y) || (a.component == y && b.component == x)) return true;
+    return false;
+  }
   struct State {
     bool open = false, overlapping = false;
     double least = 0.0, since = 0.0;
@@ -169,6 +180,14 @@ TEST(ClearanceMonitorProperty, TellsTheSameAsAskingInEveryStep) {
         changes.push_back({random.integer(0, kParts - 1), -1, random.integer(-1, 1)});
       for (PartnerChange& change : changes)
         if (change.to >= 0) change.to += kParts + kGrounds;
+      if (random.integer(0, 100) == 0) {
+        naive.by_contact.clear();
+        for (int c = 0; c < kComponents; ++c)
+          for (int d = 0; d < kComponents; ++d)
+            if (c != d && random.integer(0, 3) == 0) naive.by_contact.emplace_back(c, d);
+        monitor.set_by_contact(naive.by_contact);
+        eager.set_by_contact(naive.by_contact);
+      }
       const double t = 0.001 * static_cast<double>(step);
       monitor.update(t, step, motion, all, changes);
       eager.update(t, step, motion, all, changes);

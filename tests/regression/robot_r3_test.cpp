@@ -5,12 +5,14 @@
 
 #include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "server/headless/headless_run.h"
 #include "server/headless/report.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/simulation/simulation.h"
+#include "tests/support/child_process.h"
 #include "tests/support/r3_oracle.h"
 #include "tests/support/temporary_directory.h"
 
@@ -198,6 +200,32 @@ TEST(RobotR3Scenario, StartsInThePublishedState) {
     EXPECT_EQ(robot.velocity[j], 0.0);
     EXPECT_NEAR(robot.position[j], r3::kAxes[j].start_deg * M_PI / 180.0, 1e-15);
   }
+}
+
+// Link 1 has a tensor as no body has it (only what turns about its axis counts): told to who uses the robot.
+TEST(RobotR3Scenario, DoubtfulInertiasAreToldByTheProgramAndInTheReport) {
+  const auto cell = load_cell(scenario_file("robot_r3"));
+  ASSERT_EQ(cell->import_notes.size(), 1U);
+  const ImportNote& note = cell->import_notes[0];
+  EXPECT_EQ(note.component, "r3");
+  EXPECT_FALSE(note.shapes);
+  for (const char* words : {"r3.urdf: line ", "link 'link_1'", "principal moments", "used as it is"})
+    EXPECT_NE(note.sentence.find(words), std::string::npos) << note.sentence;
+
+  const test::TemporaryDirectory directory;
+  const std::filesystem::path file = directory / "report.json";
+  test::ChildProcess run({std::string(TAKT_BIN_DIR) + "/takt-run", scenario_file("robot_r3"), "--duration",
+                          "0.004", "--report", file.string()});
+  EXPECT_EQ(run.wait(), 0) << run.text;
+  EXPECT_NE(run.text.find("takt-run: note: " + note.sentence), std::string::npos) << run.text;
+  const auto report = nlohmann::json::parse(std::ifstream(file));
+  ASSERT_EQ(report["import_notes"].size(), 1U);
+  EXPECT_EQ(report["import_notes"][0], (nlohmann::json{{"robot", "r3"}, {"sentence", note.sentence}}));
+}
+
+TEST(RobotR3Scenario, RobotsWithPossibleInertiasGetNoNote) {
+  for (const char* name : {"block_assembly", "block_assembly_kr16"})
+    EXPECT_TRUE(load_cell(scenario_file(name))->import_notes.empty()) << name;
 }
 
 // The equations of one axis as scalars, in the relative form of the published facts.

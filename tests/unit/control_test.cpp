@@ -15,7 +15,7 @@ class ControlTest : public testing::Test {
     cell_.components.resize(2);
     cell_.components[0].name = "P";
     cell_.components[1].name = "Table";
-    cell_.processes = {{"assembly", 1, {0}}, {"packing", 2, {}}};
+    cell_.processes = {{"assembly", 1, {0}, {}}, {"packing", 2, {}, {}}};
     cell_.grippers.resize(1);
     cell_.grippers[0].name = "Gripper1";
   }
@@ -63,6 +63,7 @@ TEST_F(ControlTest, ReadsRequests) {
   const auto all = action<SetLevelOfDetail>("set_level_of_detail", {{"level", "2"}});
   EXPECT_EQ(all.process, -1);
   EXPECT_EQ(all.level, 2);
+  EXPECT_EQ(action<SetLevelOfDetail>("set_level_of_detail", {{"level", "3"}}).level, 3);
   EXPECT_EQ(action<SetLevelOfDetail>("set_level_of_detail", {{"level", "1"}, {"process", "all"}}).process,
             -1);
   EXPECT_EQ(action<SetLevelOfDetail>("set_level_of_detail", {{"level", "1"}, {"process", "packing"}}).process,
@@ -111,10 +112,10 @@ TEST_F(ControlTest, AnUnknownPartIsNotFound) {
 }
 
 TEST_F(ControlTest, LevelsOfDetailAreChecked) {
-  for (const char* level : {"0", "3", "-1", "1.5", "two", ""})
+  for (const char* level : {"0", "4", "-1", "1.5", "two", ""})
     expect_failure("set_level_of_detail", {{"level", level}}, "'level'");
   expect_failure("set_level_of_detail", {{"process", "assembly"}},
-                 "'level' is missing; allowed is a whole number from 1 to 2");
+                 "'level' is missing; allowed is a whole number from 1 to 3");
   expect_failure("set_level_of_detail", {{"level", "2"}, {"robot", "Robot1"}},
                  "no argument 'robot'; it takes process, level");
   const ControlReply reply = refusal("set_level_of_detail", {{"level", "2"}, {"process", "welding"}});
@@ -122,7 +123,7 @@ TEST_F(ControlTest, LevelsOfDetailAreChecked) {
   EXPECT_EQ(reply.message, "There is no process 'welding' in this cell; there are: all, assembly, packing.");
   const ControlReply features = features_reply(1);
   EXPECT_NE(std::find(features.values.begin(), features.values.end(),
-                      std::pair<std::string, std::string>("levels_of_detail", "1,2")),
+                      std::pair<std::string, std::string>("levels_of_detail", "1,2,3")),
             features.values.end());
 }
 

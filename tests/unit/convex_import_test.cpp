@@ -51,8 +51,8 @@ TEST_F(ConvexImportTest, AHullThatFillsAPocketIsTold) {
     const auto cell = load(convex);
     ASSERT_EQ(cell->import_notes.size(), 1U) << convex;
     EXPECT_EQ(cell->import_notes[0].component, "A");
-    EXPECT_EQ(cell->import_notes[0].hulls, 1);
-    EXPECT_NEAR(cell->import_notes[0].volume_error, 180.0 / 220.0, 2e-3);
+    EXPECT_EQ(cell->import_notes[0].shapes.value().hulls, 1);
+    EXPECT_NEAR(cell->import_notes[0].shapes.value().volume_error, 180.0 / 220.0, 2e-3);
     EXPECT_THAT(cell->import_notes[0].sentence,
                 AllOf(HasSubstr("A: "), HasSubstr("convex hull"), HasSubstr("81.")));
     ASSERT_EQ(cell->convex_imports.size(), 1U);

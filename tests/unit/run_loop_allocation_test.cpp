@@ -191,6 +191,25 @@ TEST(StepAllocation, NoneAtLevelOfDetailTwo) {
   }
 }
 
+// Parts that rest by surface contact: none for what a snapshot says of contacts.
+TEST(StepAllocation, NoneForReadingContacts) {
+  Simulation simulation(test::service_contact_model());
+  ASSERT_EQ(simulation.set_level_of_detail(-1, 3), "");
+  Snapshot snapshot = simulation.make_snapshot();
+  for (int i = 0; i < 200; ++i) ASSERT_TRUE(simulation.step({})) << simulation.fault();
+  simulation.read_snapshot(snapshot);
+  allocations = 0;
+  for (int i = 0; i < 100; ++i) {
+    const bool stepped = simulation.step({});
+    counting = true;
+    simulation.read_snapshot(snapshot);
+    counting = false;
+    ASSERT_TRUE(stepped) << simulation.fault();
+  }
+  EXPECT_EQ(snapshot.contacts.count, 2U);
+  EXPECT_EQ(allocations, 0U);
+}
+
 TEST(StepAllocation, NoneUnderAnyAlgorithm) {
   test::RandomCellOptions options;
   options.seed = 5;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tests/support/injected_failures.h"
 #include "tests/support/loop_reader.h"
 #include "tests/support/service_cell.h"
 
@@ -89,6 +90,42 @@ TEST(RunLoopLevel, ARobotWithoutInertiaStaysAsItIsAndTheReasonIsTold) {
   loop.stop();
 }
 
+TEST(RunLoopLevel, SurfaceContactNeedsItsSection) {
+  Simulation simulation(test::service_model());
+  RunLoop loop(simulation, paused());
+  LoopReader reader(loop);
+  loop.start();
+  const ControlReply refused = reader.request("set_level_of_detail", {{"level", "3"}});
+  EXPECT_EQ(refused.result, ControlResult::failed);
+  EXPECT_EQ(refused.message,
+            "The level of detail stays as it is: surface contact was not prepared: the scenario has no "
+            "section 'contact' and no process that begins at level 3");
+  expect_levels(reader, 1);
+  EXPECT_FALSE(reader.snapshot->contacts.acting);
+  loop.stop();
+}
+
+TEST(RunLoopLevel, ContactsArePublishedAtLevelThree) {
+  Simulation simulation(test::service_contact_model());
+  RunLoop loop(simulation, paused());
+  LoopReader reader(loop);
+  loop.start();
+  const ControlReply changed = reader.request("set_level_of_detail", {{"level", "3"}});
+  ASSERT_EQ(changed.result, ControlResult::ok) << changed.message;
+  ASSERT_EQ(reader.request("step", {{"steps", "300"}}).result, ControlResult::ok);
+  ASSERT_TRUE(reader.wait_until([&] { return reader.snapshot && reader.snapshot->step == 300; }));
+  ASSERT_TRUE(reader.snapshot->contacts.acting);
+  ASSERT_EQ(reader.snapshot->contacts.count, 2U);  // P and C on the table
+  double sum = 0.0;
+  for (const ContactSample& pair : reader.snapshot->contacts.pressing()) sum += pair.result.normal_force_N;
+  EXPECT_NEAR(sum, 0.8 * 9.80665, 0.01 * 0.8 * 9.80665);
+  ASSERT_EQ(reader.request("reset").result, ControlResult::ok);
+  ASSERT_TRUE(reader.wait_until([&] { return reader.snapshot->epoch == 1; }));
+  EXPECT_FALSE(reader.snapshot->contacts.acting);
+  EXPECT_EQ(reader.snapshot->contacts.count, 0U);
+  loop.stop();
+}
+
 TEST(RunLoopLevel, APlantThatDivergesPausesTheLoopAndNothingThatIsNotANumberIsPublished) {
   const auto model = test::service_model();
   // Servos far too fast for a fixed step of 1 ms, with motors that know no limit.
@@ -126,6 +163,68 @@ TEST(RunLoopLevel, APlantThatDivergesPausesTheLoopAndNothingThatIsNotANumberIsPu
   EXPECT_EQ(reader.request("step").result, ControlResult::ok);
   loop.stop();
   EXPECT_TRUE(all_finite);
+}
+
+/// One failure of a plant model, at a call in the middle of the run, at level of detail 2.
+void expect_pause_and_event(std::string_view solver, test::FailureKind kind, const std::string& reason) {
+  SCOPED_TRACE(std::string(solver) + ", kind " + std::to_string(static_cast<int>(kind)));
+  const auto model = test::service_model();
+  model->solver.name = solver;
+  model->robot_levels.assign(model->robots.size(), 2);
+  test::FailurePlan plan;
+  plan.kind = kind, plan.first = 40;
+  plan.last = kind == test::FailureKind::thrown ? 40 : 10'000;  // numbers: longer than solvers try again
+  model->further_models.push_back({"the mass", [&plan] {
+                                     return std::make_unique<test::FailingModel>(
+                                         std::make_unique<test::SlidingModel>(), plan);
+                                   }});
+  Simulation simulation(model);
+  bool all_finite = true;
+  RunLoopOptions options;
+  options.pace = Pace::free;
+  options.on_instant = [&](const Simulation& s) { all_finite = all_finite && finite(s.make_snapshot()); };
+  RunLoop loop(simulation, options);
+  LoopReader reader(loop);
+  loop.start();
+  const auto fault = reader.wait_for_event(EventCode::simulation_fault);
+  ASSERT_TRUE(fault);
+  EXPECT_NE(describe(*fault, loop.cell()).message.find(reason), std::string::npos)
+      << describe(*fault, loop.cell()).message;
+  ASSERT_TRUE(reader.wait_until([&] { return reader.status && !reader.status->fault.empty(); }));
+  EXPECT_EQ(reader.status->state, SimulationState::paused);
+  const std::uint64_t step = reader.status->step;
+  EXPECT_EQ(reader.request("step").result, ControlResult::incorrect_state);
+  EXPECT_EQ(reader.status->step, step);
+  // The loop still answers, and what it answers about is finite.
+  EXPECT_EQ(reader.request("explain_part", {{"part", "P"}}).result, ControlResult::ok);
+  loop.stop();
+  EXPECT_TRUE(all_finite);
+  EXPECT_TRUE(finite(simulation.make_snapshot()));
+
+  plan.last = -1;
+  RunLoopOptions again = options;
+  again.start_paused = true;
+  RunLoop second(simulation, again);
+  LoopReader second_reader(second);
+  second.start();
+  ASSERT_EQ(second_reader.request("reset").result, ControlResult::ok);
+  EXPECT_EQ(second_reader.request("step", {{"steps", "10"}}).result, ControlResult::ok);
+  second.stop();
+  EXPECT_EQ(simulation.step_index(), 10U);
+  EXPECT_EQ(simulation.fault(), "");
+  EXPECT_TRUE(all_finite);
+}
+
+TEST(RunLoopFault, ASolverThatGivesUpPausesTheCellWithAnEvent) {
+  expect_pause_and_event("rk2", test::FailureKind::not_a_number, "of the mass");
+  for (const std::string_view solver : {"implicit", "cvode", "esdirk", "ida"})
+    for (const auto kind : {test::FailureKind::not_a_number, test::FailureKind::infinite})
+      expect_pause_and_event(solver, kind, "the last accepted state is kept");
+}
+
+TEST(RunLoopFault, APlantModelThatThrowsPausesTheCellWithAnEvent) {
+  for (const std::string_view solver : solver_names())
+    expect_pause_and_event(solver, test::FailureKind::thrown, "the injected failure");
 }
 
 }  // namespace

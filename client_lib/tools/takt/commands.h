@@ -46,12 +46,17 @@ struct PowerOptions {
   bool watch = false;
   std::optional<double> until_s;
 };
+struct ContactsOptions {
+  bool watch = false;
+  std::optional<double> until_s;
+};
 struct LodOptions {
   int level = 1;
   std::string process = "all";
 };
 
 int power(const Common& common, const PowerOptions& options);
+int contacts(const Common& common, const ContactsOptions& options);
 int level_of_detail(const Common& common, const LodOptions& options);
 int step(const Common& common, std::uint64_t steps);
 int set_state(const Common& common, client::SimulationState state);

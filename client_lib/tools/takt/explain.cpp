@@ -76,6 +76,17 @@ void print_connections(const PartExplanation& e) {
   }
 }
 
+void print_pressing(const PartExplanation& e) {
+  for (const PartExplanation::Pressing& p : e.pressing) {
+    std::printf(
+        "%s presses: %.4f N normal, %.4f N friction, in all (%.4f, %.4f, %.4f) N; %.2f mm2, %.3f um deep at "
+        "(%.4f, %.4f, %.4f) m\n",
+        p.by.c_str(), p.normal_force_N, p.friction_force_N, p.force_N.x, p.force_N.y, p.force_N.z,
+        1e6 * p.area_m2, 1e6 * p.largest_penetration_m, p.center_of_pressure_m.x, p.center_of_pressure_m.y,
+        p.center_of_pressure_m.z);
+  }
+}
+
 }  // namespace
 
 int explain(const Common& common, const std::string& part) {
@@ -89,6 +100,7 @@ int explain(const Common& common, const std::string& part) {
   print_sequences(e);
   print_contacts(e);
   print_connections(e);
+  print_pressing(e);
   if (e.type == ComponentType::part && !e.held.empty()) {
     std::printf("It holds");
     for (const std::string& name : e.held) std::printf(" %s", name.c_str());

@@ -18,6 +18,7 @@ Examples:
   takt explain P                         who holds the Part P, by which rule, since when, what it touches
   takt lod 2                             robots with drives and masses, from the present instant on
   takt power --watch                     what they draw
+  takt lod 3; takt contacts              surface contact, and what presses upon what
   takt pause; takt step 100; takt resume
   takt record run.csv --duration 10      10 s of simulated time
   takt check scenario.yaml               compare with the positions the scenario expects at its end
@@ -72,13 +73,19 @@ int run(int argc, char** argv) {
   power->add_flag("--watch", power_options.watch, "follow it");
   power->add_option("--until", power_options.until_s, "follow it up to this simulated time, s");
 
+  takt::tool::ContactsOptions contacts_options;
+  auto* contacts = add("contacts", "what presses upon what, and how (level of detail 3)",
+                       [&] { return takt::tool::contacts(common, contacts_options); });
+  contacts->add_flag("--watch", contacts_options.watch, "follow it");
+  contacts->add_option("--until", contacts_options.until_s, "follow it up to this simulated time, s");
+
   takt::tool::LodOptions lod_options;
   auto* lod = add("lod", "change the level of detail of a process, or of all",
                   [&] { return takt::tool::level_of_detail(common, lod_options); });
   lod->add_option("LEVEL", lod_options.level,
                   "1: kinematic robots; 2: robots with drives and masses; 3: and surface contact")
       ->required()
-      ->check(CLI::Range(1, 2));
+      ->check(CLI::Range(1, 3));
   lod->add_option("PROCESS", lod_options.process, "name of the process")->capture_default_str();
 
   takt::tool::WatchOptions watch_options;

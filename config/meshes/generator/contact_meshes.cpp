@@ -20,7 +20,7 @@ constexpr int kFacets = 24;       // of pegs and holes
 constexpr int kManyFacets = 240;  // of the large ones
 constexpr double kHoleRadius = 10 * kMm;
 
-constexpr Thread kThread{8.5 * kMm, 0.5 * kMm, 4 * kMm, 8, 48, 16};
+constexpr Thread kThread{8.5 * kMm, 0.5 * kMm, 4 * kMm, 8, 48, 16, 0.5 * kMm};
 constexpr int kSocketTurns = 7;
 constexpr double kThreadClearance = 0.1 * kMm;
 
@@ -94,13 +94,14 @@ void make_contact_meshes(const std::filesystem::path& directory) {
   write_solid(directory, "Radius 10.01 mm, 60 mm long, ends chamfered by 2 mm." + facets + on_bottom,
               make_peg("press_peg", {kHoleRadius + 10 * kUm, 60 * kMm, 2 * kMm, kFacets, 2 * kMm}));
 
-  write_solid(
-      directory,
-      "Wave of 0.5 mm around radius 8.4 mm, pitch 4 mm, 8 turns, right-handed; head of radius 13 mm, 6 "
-      "mm high. Origin: lower end.",
-      make_bolt("bolt", bolt_thread(kThread), 13 * kMm, 6 * kMm));
   write_solid(directory,
-              "Wave of 0.5 mm around radius 8.5 mm, pitch 4 mm, 7 turns, right-handed, through a block of "
+              "Wave of 0.5 mm around radius 8.4 mm, pitch 4 mm, 8 turns, right-handed, end chamfered; head "
+              "of radius 13 mm, 6 "
+              "mm high. Origin: lower end.",
+              make_bolt("bolt", bolt_thread(kThread), 13 * kMm, 6 * kMm));
+  write_solid(directory,
+              "Wave of 0.5 mm around radius 8.5 mm, pitch 4 mm, 7 turns, right-handed, ends chamfered, "
+              "through a block of "
               "radius 16 mm. Origin: lower end.",
               make_socket("socket", socket_thread(kThread), 16 * kMm, 4 * kMm));
   write_solid(directory,
@@ -115,7 +116,7 @@ void make_large_contact_meshes(const std::filesystem::path& directory) {
   std::filesystem::create_directories(directory);
   Thread thread = kThread;
   thread.around = 200;
-  thread.per_turn = 32;
+  thread.per_turn = 31;
   write_large(directory, "The bolt of config/meshes/contact with 100 000 triangles.",
               make_bolt("bolt_100k", bolt_thread(thread), 13 * kMm, 6 * kMm));
   thread.per_turn = 35;

@@ -123,10 +123,9 @@ Solid make_hook(const std::string& name, const Hook& hook) {
 Solid make_bolt(const std::string& name, const Thread& thread, double head_radius, double head_height) {
   const int thread_rows = thread.turns * thread.per_turn + 1;
   const double length = thread.turns * thread.pitch;
-  // One ring half-way in on the lower face, and three for the head: its rim below and above, half-way in on
-  // top.
+  // One ring half-way in on the lower face, and five for the head: three up its side, two on top.
   TubeGrid grid;
-  grid.rows = thread_rows + 4;
+  grid.rows = thread_rows + 6;
   grid.columns = thread.around;
   grid.last_pole = {0.0, 0.0, length + head_height};
   return make_tube(name, grid, [&](int row, int column) {
@@ -135,11 +134,12 @@ Solid make_bolt(const std::string& name, const Thread& thread, double head_radiu
     if (k < 0) return on_circle(0.5 * thread.radius, angle, 0.0);
     if (k < thread_rows) {
       const double z = thread.pitch * k / thread.per_turn;
-      return on_circle(thread_radius(thread, z, angle), angle, z);
+      const double cone = thread.radius - thread.amplitude - thread.chamfer + z;
+      return on_circle(std::min(cone, thread_radius(thread, z, angle)), angle, z);
     }
     const int head = k - thread_rows;
-    return on_circle(head == 2 ? 0.5 * head_radius : head_radius, angle,
-                     head == 0 ? length : length + head_height);
+    return on_circle(head_radius * (head < 3 ? 1.0 : (5.0 - head) / 3.0), angle,
+                     length + 0.5 * head_height * std::min(head, 2));
   });
 }
 
@@ -156,7 +156,8 @@ Solid make_socket(const std::string& name, const Thread& thread, double outer_ra
     if (row <= outer_pieces) return on_circle(outer_radius, angle, length * row / outer_pieces);
     // Down again inside.
     const double z = thread.pitch * (thread_rows - 1 - (row - outer_pieces - 1)) / thread.per_turn;
-    return on_circle(thread_radius(thread, z, angle), angle, z);
+    const double cone = thread.radius + thread.amplitude + thread.chamfer - std::min(z, length - z);
+    return on_circle(std::max(cone, thread_radius(thread, z, angle)), angle, z);
   });
 }
 

@@ -55,8 +55,9 @@ struct Thread {
   double amplitude = 0.0;
   double pitch = 0.0;
   int turns = 0;
-  int around = 0;    ///< columns
-  int per_turn = 0;  ///< rows
+  int around = 0;        ///< columns
+  int per_turn = 0;      ///< rows
+  double chamfer = 0.0;  ///< 45 degrees: a bolt begins by this smaller, a hole wider than all of its thread
 };
 /// Thread from the origin up, then a round head.
 Solid make_bolt(const std::string& name, const Thread& thread, double head_radius, double head_height);

@@ -1,0 +1,89 @@
+// takt contacts: what presses upon what.
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "client_lib/tools/takt/commands.h"
+
+namespace takt::tool {
+namespace {
+
+/// Following prints at most one block per so much simulated time.
+constexpr double kInterval_s = 0.1;
+
+nlohmann::json json_of(const client::Vector3& v) {
+  return {v.x, v.y, v.z};
+}
+
+nlohmann::json json_of(const client::Contacts& contacts) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const auto& c : contacts.contacts)
+    list.push_back({{"base", c.base},
+                    {"target", c.target},
+                    {"force", json_of(c.force_N)},
+                    {"torque", json_of(c.torque_Nm)},
+                    {"center_of_pressure", json_of(c.center_of_pressure_m)},
+                    {"elements", c.elements},
+                    {"area", c.area_m2},
+                    {"normal_force", c.normal_force_N},
+                    {"friction_force", c.friction_force_N},
+                    {"largest_pressure", c.largest_pressure_Pa},
+                    {"largest_penetration", c.largest_penetration_m}});
+  return {{"time", contacts.time_s},
+          {"step", contacts.step},
+          {"epoch", contacts.epoch},
+          {"contacts", std::move(list)},
+          {"omitted", contacts.omitted}};
+}
+
+void print(const Common& common, const client::Contacts& contacts) {
+  if (common.json) {
+    std::printf("%s\n", json_of(contacts).dump().c_str());
+  } else if (contacts.contacts.empty()) {
+    std::printf("%9.3f s  nothing presses\n", contacts.time_s);
+  } else {
+    int width = 4;
+    for (const auto& c : contacts.contacts)
+      width = std::max(width, static_cast<int>(c.base.size() + c.target.size() + 3));
+    std::printf("%9.3f s  %-*s %12s %12s %11s %13s %10s\n", contacts.time_s, width, "pair", "normal N",
+                "friction N", "area mm2", "pressure kPa", "depth um");
+    for (const auto& c : contacts.contacts)
+      std::printf("%11s  %-*s %12.4f %12.4f %11.2f %13.3f %10.3f\n", "", width,
+                  (c.base + " - " + c.target).c_str(), c.normal_force_N, c.friction_force_N, 1e6 * c.area_m2,
+                  1e-3 * c.largest_pressure_Pa, 1e6 * c.largest_penetration_m);
+    if (contacts.omitted > 0)
+      std::printf("%11s  and %llu more\n", "", static_cast<unsigned long long>(contacts.omitted));
+  }
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int contacts(const Common& common, const ContactsOptions& options) {
+  Client cell(common.client);
+  const bool follow = options.watch || options.until_s.has_value();
+  const auto processes = cell.status().processes;
+  if (std::all_of(processes.begin(), processes.end(), [](const auto& p) { return p.level_of_detail < 3; }))
+    throw std::runtime_error(
+        "There is no surface contact: every process is below level of detail 3. 'takt lod 3' changes that.");
+  // At the end of a motion the state stands and is repeated; only what is new is printed.
+  double due_s = -1.0;
+  std::uint32_t epoch = 0;
+  for (bool first = true;;) {
+    const auto sample = cell.wait_for_contacts(
+        [&](const client::Contacts& c) {
+          return first || c.epoch != epoch || c.time_s >= due_s - 1e-9 ||
+                 (options.until_s && c.time_s >= *options.until_s - 1e-9);
+        },
+        client::Seconds{first ? common.timeout_s : 1.0e9});
+    if (!sample) throw std::runtime_error("The cell has sent no contacts within the time allowed.");
+    print(common, *sample);
+    if (!follow || (options.until_s && sample->time_s >= *options.until_s - 1e-9)) return 0;
+    first = false;
+    epoch = sample->epoch;
+    due_s = sample->time_s + kInterval_s;
+  }
+}
+
+}  // namespace takt::tool

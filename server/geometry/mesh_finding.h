@@ -1,0 +1,55 @@
+#pragma once
+// What was found about a mesh: with a number, a place and a remedy, for a person.
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "plant_models/spatial.h"
+
+namespace takt {
+
+enum class MeshFindingKind : std::uint8_t {
+  bad_vertex,         ///< not finite, or missing
+  zero_area_faces,    ///< figure: 0
+  duplicate_faces,    ///< figure: 0
+  open_edges,         ///< figure: their length (m)
+  crowded_edges,      ///< of more than two faces; figure: most faces of one
+  not_orientable,     ///< a surface with one side only
+  mixed_orientation,  ///< figure: 0
+  inside_out,         ///< closed shells; figure: largest volume (m^3)
+  encloses_nothing,   ///< closed shells; figure: largest volume (m^3)
+  cavities,           ///< shells inside another, facing inwards; figure: their volume (m^3)
+  nested_solids,      ///< shells inside another, facing outwards; figure: their volume (m^3)
+  needles,            ///< figure: worst ratio of longest edge and height on it
+  sharp_edges,        ///< figure: largest angle between the normals (degrees)
+  coarse,             ///< for surface contact; figure: fewest elements across a contact face
+  far_from_origin,    ///< figure: resolution of single precision there (m)
+};
+/// "duplicate faces"
+std::string_view to_string(MeshFindingKind kind);
+
+enum class MeshSeverity : std::uint8_t {
+  info,      ///< good to know
+  warning,   ///< the mesh can be used, but forces of surface contact may be wrong
+  repaired,  ///< the mesh was changed
+  refused,   ///< the mesh cannot be used
+};
+std::string_view to_string(MeshSeverity severity);
+
+struct MeshFinding {
+  MeshFindingKind kind = MeshFindingKind::bad_vertex;
+  MeshSeverity severity = MeshSeverity::info;
+  std::size_t count = 0;        ///< of vertices, faces, edges or shells
+  double figure = 0.0;          ///< see the kind
+  Vec3 place_B = Vec3::Zero();  ///< of the worst, or of the first where all are alike
+  std::string sentence;         ///< what, how much and where
+  std::string remedy;           ///< what to do, or what was done
+};
+
+/// Words for sentences: "(0.1, 0, 0.2) m"; a number with so many digits; "1 face is" or "3 faces are".
+std::string place_text(const Vec3& p_B);
+std::string number_text(double value, int digits = 4);
+std::string counted(std::size_t count, const char* one, const char* many);
+
+}  // namespace takt

@@ -1,0 +1,67 @@
+#include "server/headless/mesh_check.h"
+
+#include <algorithm>
+#include <iomanip>
+#include <ostream>
+#include <string>
+
+#include "server/geometry/mesh_care.h"
+#include "server/geometry/mesh_import.h"
+#include "server/geometry/mesh_refinement.h"
+#include "server/geometry/mesh_shells.h"
+
+namespace takt {
+
+namespace {
+
+void print_facts(std::ostream& out, const TriangleMesh& mesh) {
+  Vec3 lower = mesh.vertices.front(), upper = lower;
+  for (const Vec3& v : mesh.vertices) lower = lower.cwiseMin(v), upper = upper.cwiseMax(v);
+  const Vec3 size = 1e3 * (upper - lower);
+  out << mesh.vertices.size() << " vertices, " << mesh.triangles.size() << " triangles, "
+      << number_text(size.x()) << " x " << number_text(size.y()) << " x " << number_text(size.z())
+      << " mm, longest edge " << number_text(1e3 * longest_edge(mesh)) << " mm";
+}
+
+void print_table(std::ostream& out, const std::vector<MeshFinding>& findings) {
+  std::size_t widest = 0;
+  for (const MeshFinding& f : findings) widest = std::max(widest, to_string(f.kind).size());
+  for (const MeshFinding& f : findings) {
+    const auto column = static_cast<int>(widest);
+    out << std::left << std::setw(10) << to_string(f.severity) << std::setw(column + 2) << to_string(f.kind)
+        << f.sentence << ".\n"
+        << std::string(widest + 12, ' ')
+        << (f.severity == MeshSeverity::repaired || f.severity == MeshSeverity::info ? "" : "Remedy: ")
+        << f.remedy << ".\n";
+  }
+}
+
+}  // namespace
+
+bool print_mesh_check(std::ostream& out, const std::filesystem::path& file, const MeshCheckOptions& options) {
+  RepairedMesh repaired = import_and_repair(file, options.scale);
+  const bool usable = repaired.problem.empty();
+  out << file.string() << ": ";
+  print_facts(out, repaired.mesh);
+  if (usable) {
+    out << ", volume " << number_text(1e6 * volume_properties(repaired.mesh).volume, 6) << " cm^3, "
+        << counted(find_shells(repaired.mesh).size(), "shell", "shells") << '\n';
+    ContactMeshOptions contact;
+    contact.element_edge_m = options.element_edge_m;
+    const std::vector<MeshFinding> risks = find_contact_risks(repaired.mesh, contact);
+    repaired.findings.insert(repaired.findings.end(), risks.begin(), risks.end());
+  } else {
+    out << '\n';
+  }
+  std::stable_sort(repaired.findings.begin(), repaired.findings.end(),
+                   [](const MeshFinding& a, const MeshFinding& b) { return a.severity > b.severity; });
+  print_table(out, repaired.findings);
+  if (!usable)
+    out << "Unusable: " << repaired.problem
+        << " A solid is needed: closed, every edge shared by two triangles, faces outwards.\n";
+  else
+    out << (repaired.findings.empty() ? "Nothing to tell.\n" : "Usable.\n");
+  return usable;
+}
+
+}  // namespace takt

@@ -1,0 +1,16 @@
+#pragma once
+// `takt-run --check-mesh FILE`: what import would say of a mesh, as a table.
+#include <filesystem>
+#include <iosfwd>
+
+namespace takt {
+
+struct MeshCheckOptions {
+  double scale = 1.0;
+  double element_edge_m = 0.0;  ///< as it would be divided for contact; 0: not
+};
+
+/// False if the mesh cannot be used. Throws MeshError for a file that cannot be read.
+bool print_mesh_check(std::ostream& out, const std::filesystem::path& file, const MeshCheckOptions& options);
+
+}  // namespace takt

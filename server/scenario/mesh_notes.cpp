@@ -1,0 +1,35 @@
+#include "server/scenario/mesh_notes.h"
+
+#include <utility>
+#include <vector>
+
+#include "server/geometry/mesh_import.h"
+
+namespace takt {
+
+namespace {
+
+void note(const std::string& component, const std::string& what, const std::vector<MeshFinding>& findings,
+          CellModel& cell) {
+  for (const MeshFinding& finding : findings) {
+    if (finding.severity < MeshSeverity::warning) continue;
+    const char* remedy = finding.severity == MeshSeverity::repaired ? "; " : ". Remedy: ";
+    cell.import_notes.push_back(
+        {component, component + ": in " + what + " " + finding.sentence + remedy + finding.remedy + ".", {}});
+  }
+}
+
+}  // namespace
+
+TriangleMesh import_component_mesh(const std::string& component, const std::filesystem::path& file,
+                                   double scale, CellModel& cell) {
+  RepairedMesh repaired = import_repaired_solid(file, scale);
+  note(component, file.filename().string(), repaired.findings, cell);
+  return std::move(repaired.mesh);
+}
+
+void note_contact_risks(const TriangleMesh& mesh, const ContactMeshOptions& options, CellModel& cell) {
+  note(options.component, "its mesh", find_contact_risks(mesh, options), cell);
+}
+
+}  // namespace takt

@@ -1,0 +1,20 @@
+#pragma once
+// Meshes of components with care: what was repaired, and what would falsify forces of surface contact,
+// becomes notes of the cell.
+#include <filesystem>
+#include <string>
+
+#include "server/geometry/mesh_care.h"
+#include "server/simulation/cell_model.h"
+
+namespace takt {
+
+/// The file's solid, repaired; a note for each repair and warning. Throws MeshError for a mesh that bounds no
+/// solid.
+TriangleMesh import_component_mesh(const std::string& component, const std::filesystem::path& file,
+                                   double scale, CellModel& cell);
+
+/// A note for each warning of find_contact_risks.
+void note_contact_risks(const TriangleMesh& mesh, const ContactMeshOptions& options, CellModel& cell);
+
+}  // namespace takt

@@ -1,0 +1,99 @@
+// What a person is told about meshes: by `takt-run --check-mesh`, and by notes when a scenario is loaded.
+#include "server/headless/mesh_check.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+#include <string>
+#include <utility>
+
+#include "server/geometry/mesh_import.h"
+#include "server/scenario/scenario_builder.h"
+#include "tests/support/hollow_bodies.h"
+#include "tests/support/temporary_directory.h"
+
+namespace takt::test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+class MeshCheckTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    TriangleMesh box = box_mesh({0.1, 0.08, 0.06});
+    directory_.write("box.obj", obj_text("box", box));
+    TriangleMesh open = box;
+    open.triangles.pop_back();
+    directory_.write("open.obj", obj_text("open", open));
+    for (auto& t : box.triangles) std::swap(t[1], t[2]);
+    directory_.write("inside_out.obj", obj_text("box", box));
+  }
+
+  std::string table(const std::string& file, bool usable, const MeshCheckOptions& options = {}) {
+    std::ostringstream out;
+    EXPECT_EQ(print_mesh_check(out, directory_ / file, options), usable) << file;
+    return out.str();
+  }
+
+  Scenario scenario(const std::string& part_mesh) {
+    directory_.write("s.yaml", "takt_scenario: 1\nname: test\nparts:\n  A: {mesh: " + part_mesh +
+                                   ", mass_kg: 1, hierarchy: 2}\ngrounds:\n  G: {mesh: box.obj}\n");
+    return read_scenario(directory_ / "s.yaml");
+  }
+
+  TemporaryDirectory directory_;
+};
+
+TEST_F(MeshCheckTest, TableOfAUsableMesh) {
+  const std::string text = table("box.obj", true);
+  EXPECT_THAT(text, AllOf(HasSubstr("8 vertices, 12 triangles, 100 x 80 x 60 mm, longest edge 128.1 mm"),
+                          HasSubstr("volume 480 cm^3, 1 shell\n"), HasSubstr("warning   coarse for contact"),
+                          HasSubstr("Remedy: set contact.components.NAME.element_edge_m to 0.012"),
+                          HasSubstr("info      sharp edges"), HasSubstr("\nUsable.\n")));
+  EXPECT_LT(text.find("coarse for contact"), text.find("sharp edges"));
+  // With the remedy, and in millimetres.
+  EXPECT_THAT(table("box.obj", true, {.element_edge_m = 0.012}), Not(HasSubstr("coarse")));
+  EXPECT_THAT(table("box.obj", true, {.scale = 0.001}), HasSubstr("0.1 x 0.08 x 0.06 mm"));
+}
+
+TEST_F(MeshCheckTest, TableOfMeshesWithFaults) {
+  EXPECT_THAT(table("inside_out.obj", true),
+              AllOf(HasSubstr("repaired  inside out"), HasSubstr("1 closed shell is inside out"),
+                    HasSubstr("turned; export the mesh with normals outwards"), HasSubstr("\nUsable.\n")));
+  EXPECT_THAT(table("open.obj", false),
+              AllOf(HasSubstr("refused   open edges"), HasSubstr("3 edges belong to one face only"),
+                    HasSubstr("Remedy: close the hole"), HasSubstr("\nUnusable: object 'open': the edge"),
+                    Not(HasSubstr("coarse"))));
+  EXPECT_THROW(table("missing.obj", false), MeshError);
+}
+
+TEST_F(MeshCheckTest, ScenariosTellWhatWasRepaired) {
+  EXPECT_THAT(build_cell(scenario("box.obj"))->import_notes, IsEmpty());
+  const auto cell = build_cell(scenario("inside_out.obj"));
+  ASSERT_EQ(cell->import_notes.size(), 1U);
+  EXPECT_EQ(cell->import_notes[0].component, "A");
+  EXPECT_THAT(cell->import_notes[0].sentence,
+              AllOf(HasSubstr("A: in inside_out.obj 1 closed shell is inside out"), HasSubstr("turned")));
+  EXPECT_NEAR(cell->parts[0].p_BBcm.z(), 0.03, 1e-12);
+  EXPECT_GT(cell->parts[0].I_BBcm_B(0, 0), 0.0);
+  EXPECT_THROW(build_cell(scenario("open.obj")), MeshError);
+}
+
+TEST_F(MeshCheckTest, ScenariosWithSurfaceContactTellWhatWouldFalsifyForces) {
+  Scenario with_contact = scenario("box.obj");
+  with_contact.processes.front().level_of_detail = 3;
+  const auto cell = build_cell(with_contact);
+  // Of the Part; a ground is only pressed into.
+  ASSERT_EQ(cell->import_notes.size(), 1U);
+  EXPECT_EQ(cell->import_notes[0].component, "A");
+  EXPECT_THAT(cell->import_notes[0].sentence,
+              AllOf(HasSubstr("A: in its mesh 6 faces have fewer than 8 contact elements across"),
+                    HasSubstr("Remedy: set contact.components.A.element_edge_m to 0.012")));
+}
+
+}  // namespace
+}  // namespace takt::test

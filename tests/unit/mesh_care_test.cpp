@@ -1,0 +1,146 @@
+// What would falsify contact forces is told with figure, place and remedy where it is, and not where it is
+// not; the remedies help.
+#include "server/geometry/mesh_care.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "server/geometry/mesh_import.h"
+#include "server/geometry/mesh_refinement.h"
+#include "tests/support/hollow_bodies.h"
+
+namespace takt::test {
+namespace {
+
+using ::testing::HasSubstr;
+using Kind = MeshFindingKind;
+
+/// 100 x 80 x 60 mm in 12 triangles.
+TriangleMesh box() {
+  return box_mesh({0.1, 0.08, 0.06});
+}
+
+TriangleMesh committed(const std::string& name) {
+  return import_solid(std::string(TAKT_CONFIG_DIR) + "/meshes/" + name + ".obj");
+}
+
+ContactMeshOptions options_of(const std::string& component) {
+  ContactMeshOptions options;
+  options.component = component;
+  return options;
+}
+
+const MeshFinding* find(const std::vector<MeshFinding>& findings, Kind kind) {
+  const auto at =
+      std::find_if(findings.begin(), findings.end(), [&](const MeshFinding& f) { return f.kind == kind; });
+  return at == findings.end() ? nullptr : &*at;
+}
+
+/// The element edge that a remedy names.
+double edge_of(const MeshFinding& finding) {
+  const std::size_t at = finding.remedy.find("element_edge_m to ");
+  EXPECT_NE(at, std::string::npos) << finding.remedy;
+  return std::stod(finding.remedy.substr(at + 18));
+}
+
+TEST(MeshCare, ABallHasNothingToTell) {
+  EXPECT_TRUE(find_contact_risks(committed("contact/sphere"), {}).empty());
+}
+
+TEST(MeshCare, SharpEdgesAreCountedAndMeasured) {
+  const auto findings = find_contact_risks(box(), {});
+  const MeshFinding* sharp = find(findings, Kind::sharp_edges);
+  ASSERT_NE(sharp, nullptr);
+  EXPECT_EQ(sharp->count, 12U);
+  EXPECT_NEAR(sharp->figure, 90.0, 1e-9);
+  EXPECT_EQ(sharp->severity, MeshSeverity::info);
+  EXPECT_THAT(sharp->sentence, HasSubstr("12 edges are sharp, 960 mm in all"));
+  EXPECT_THAT(sharp->remedy, HasSubstr("chamfer"));
+  // Chamfered below: the four edges there are gone, 8 of 40 mm (less 1 mm each) remain.
+  const auto block = find_contact_risks(committed("contact/block"), {});
+  ASSERT_NE(find(block, Kind::sharp_edges), nullptr);
+  EXPECT_THAT(find(block, Kind::sharp_edges)->sentence, HasSubstr("316 mm in all"));
+  // Those of a pocket are concave: a U has 18 convex edges (400 mm around each end, 6 across) and two
+  // concave.
+  const auto u = find_contact_risks(u_shape(), {});
+  ASSERT_NE(find(u, Kind::sharp_edges), nullptr);
+  EXPECT_THAT(find(u, Kind::sharp_edges)->sentence, HasSubstr("1260 mm in all"));
+}
+
+TEST(MeshCare, AKnifeIsAWarning) {
+  const TriangleMesh knife = prism({{0.0, 0.0}, {0.02, -0.002}, {0.02, 0.002}}, {{0, 1, 2}}, 0.0, 0.05);
+  const auto findings = find_contact_risks(knife, {});
+  ASSERT_NE(find(findings, Kind::sharp_edges), nullptr);
+  EXPECT_EQ(find(findings, Kind::sharp_edges)->severity, MeshSeverity::warning);
+  EXPECT_NEAR(find(findings, Kind::sharp_edges)->figure, 180.0 - 2.0 * std::atan(0.1) * 180.0 / M_PI, 1e-9);
+  EXPECT_LT((find(findings, Kind::sharp_edges)->place_B - Vec3(0.0, 0.0, 0.025)).norm(), 1e-12);
+}
+
+TEST(MeshCare, CoarseFacesAreToldAndTheRemedyHelps) {
+  const auto findings = find_contact_risks(box(), options_of("Box"));
+  const MeshFinding* coarse = find(findings, Kind::coarse);
+  ASSERT_NE(coarse, nullptr);
+  EXPECT_EQ(coarse->severity, MeshSeverity::warning);
+  EXPECT_EQ(coarse->count, 6U);
+  EXPECT_NEAR(coarse->figure, 1.0, 1e-12);  // two triangles
+  EXPECT_THAT(coarse->remedy, HasSubstr("set contact.components.Box.element_edge_m to "));
+  const double edge = edge_of(*coarse);
+  EXPECT_EQ(find(find_contact_risks(refine_to_edge(box(), edge), {}), Kind::coarse), nullptr);
+  // The same without doing it, as it will be done for contact.
+  ContactMeshOptions divided;
+  divided.element_edge_m = edge;
+  EXPECT_EQ(find(find_contact_risks(box(), divided), Kind::coarse), nullptr);
+  divided.element_edge_m = 3.0 * edge;
+  EXPECT_NE(find(find_contact_risks(box(), divided), Kind::coarse), nullptr);
+  EXPECT_NE(find(find_contact_risks(refine_to_edge(box(), 3.0 * edge), {}), Kind::coarse), nullptr);
+  // What only is pressed into may be coarse.
+  ContactMeshOptions target;
+  target.carries_elements = false;
+  EXPECT_EQ(find(find_contact_risks(box(), target), Kind::coarse), nullptr);
+}
+
+TEST(MeshCare, MeshesMadeForContactAreFineEnough) {
+  for (const char* name :
+       {"B", "C", "O", "P", "gripper_jaw", "contact/block", "contact/slab", "contact/sphere",
+        "contact/peg_10um", "contact/press_peg", "contact/bolt", "contact/ring"}) {
+    for (const MeshFinding& finding : find_contact_risks(committed(name), {}))
+      EXPECT_LE(finding.severity, MeshSeverity::info) << name << ": " << finding.sentence;
+  }
+}
+
+TEST(MeshCare, NeedlesAreTold) {
+  const TriangleMesh rod = box_mesh({0.3, 0.004, 0.004});
+  const auto findings = find_contact_risks(rod, options_of("Rod"));
+  const MeshFinding* needles = find(findings, Kind::needles);
+  ASSERT_NE(needles, nullptr);
+  EXPECT_EQ(needles->count, 8U);
+  EXPECT_NEAR(needles->figure, (0.3 * 0.3 + 0.004 * 0.004) / (0.3 * 0.004), 1e-9);
+  EXPECT_THAT(needles->sentence, HasSubstr("8 triangles are needles"));
+  EXPECT_THAT(needles->remedy, HasSubstr("mesh it anew"));
+  // Cut into like pieces they stay needles, as the remedy says; made anew they are gone.
+  EXPECT_NE(find(find_contact_risks(refine_to_edge(rod, 0.05), {}), Kind::needles), nullptr);
+  EXPECT_EQ(find(find_contact_risks(box_mesh({0.1, 0.004, 0.004}), {}), Kind::needles), nullptr);
+  EXPECT_EQ(find(find_contact_risks(box(), {}), Kind::needles), nullptr);
+}
+
+TEST(MeshCare, ABodyFarFromItsOriginIsTold) {
+  for (const auto& [away, told] : {std::pair{1.0, false}, {20.0, true}}) {
+    const auto findings = find_contact_risks(box_mesh({0.1, 0.08, 0.06}, {0.0, away, 0.0}), {});
+    EXPECT_EQ(find(findings, Kind::far_from_origin) != nullptr, told);
+  }
+  const auto findings = find_contact_risks(box_mesh({0.1, 0.08, 0.06}, {0.0, 20.0, -0.03}), {});
+  const MeshFinding* far = find(findings, Kind::far_from_origin);
+  ASSERT_NE(far, nullptr);
+  EXPECT_NEAR(far->figure, 20.04 / 16777216.0, 1e-12);
+  EXPECT_THAT(far->sentence, HasSubstr("20 m from the origin"));
+  // A large body may reach far.
+  EXPECT_EQ(find(find_contact_risks(box_mesh({20.0, 4.0, 0.1}), {}), Kind::far_from_origin), nullptr);
+}
+
+}  // namespace
+}  // namespace takt::test
