@@ -149,10 +149,8 @@ bool PolygonalContact::Impl::boxes_apart(const Pose& X_TB) const {
   return false;
 }
 
-// The bound decides only how often lists are made and how long they are: longer lists where they would be
-// made at every other evaluation, shorter ones where most elements in them touch nothing. The next lists are
-// made bit by bit while the present ones hold, ahead of the motion, so that no evaluation has to wait for
-// them unless the motion turns; at rest, for a smaller bound, a piece per evaluation.
+// The bound decides only how often lists are made and how long they are. The next ones are made bit by bit
+// while the present ones hold, ahead of the motion; at rest, shorter ones, a piece per evaluation.
 void PolygonalContact::Impl::renew_lists(const RelativeMotion& motion) {
   const Pose& X_TB = motion.X_TB;
   if (lists.cover(X_TB)) {
