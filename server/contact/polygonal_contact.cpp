@@ -17,8 +17,7 @@ constexpr double kFirstBound_m = 1e-3;
 constexpr double kLargestBound_m = 4e-3;
 constexpr double kSmallestBound_m = 2e-5;
 
-// Shares of the bound between which the next lists are made, and where, seen along the motion, their middle
-// is: they hold already at 1, and as long as lists can from there on.
+// Shares of the bound between which the next lists are made, and where their middle is along the motion.
 constexpr double kBeginNext = 0.3, kEndNext = 0.9, kAhead = 1.8;
 /// Evaluations at rest over which lists for a smaller bound are made.
 constexpr double kPieces = 16.0;
