@@ -17,8 +17,7 @@ constexpr double kFirstBound_m = 1e-3;
 constexpr double kLargestBound_m = 4e-3;
 constexpr double kSmallestBound_m = 2e-5;
 
-// Shares of the bound between which the next lists are made, and where, seen along the motion, their middle
-// is: they hold already at 1, and as long as lists can from there on.
+// Shares of the bound between which the next lists are made, and where their middle is along the motion.
 constexpr double kBeginNext = 0.3, kEndNext = 0.9, kAhead = 1.8;
 /// Evaluations at rest over which lists for a smaller bound are made.
 constexpr double kPieces = 16.0;
@@ -149,10 +148,8 @@ bool PolygonalContact::Impl::boxes_apart(const Pose& X_TB) const {
   return false;
 }
 
-// The bound decides only how often lists are made and how long they are: longer lists where they would be
-// made at every other evaluation, shorter ones where most elements in them touch nothing. The next lists are
-// made bit by bit while the present ones hold, ahead of the motion, so that no evaluation has to wait for
-// them unless the motion turns; at rest, for a smaller bound, a piece per evaluation.
+// The bound decides only how often lists are made and how long they are. The next ones are made bit by bit
+// while the present ones hold, ahead of the motion; at rest, shorter ones, a piece per evaluation.
 void PolygonalContact::Impl::renew_lists(const RelativeMotion& motion) {
   const Pose& X_TB = motion.X_TB;
   if (lists.cover(X_TB)) {
