@@ -12,7 +12,6 @@ namespace takt {
 namespace {
 
 // End stops of jaws: stiff against the servo, yet no stiffer than explicit steps of 1 ms allow.
-constexpr double kSyncPerServoFrequency = 3.0;
 constexpr double kStopPerServoFrequency = 5.0;
 // Depth over which an end stop's damping, critical for the jaw alone, comes in (m), so that the force has no
 // jump.
@@ -89,7 +88,7 @@ DynamicRobot::Impl::Impl(const DynamicRobotParameters& parameters,
       stops[drives.size()] = {0.5 * grippers[g]->parameters().max_width_m, gripper.jaw.mass_kg * stop * stop,
                               2.0 * gripper.jaw.mass_kg * stop};
       // Two jaws of mass m against each other: w^2 = 2 k / m, critically damped.
-      const double sync_w = kSyncPerServoFrequency * gripper.servo_frequency_rad_per_s;
+      const double sync_w = gripper.gear_frequency_rad_per_s;
       syncs[drives.size()] = {0.5 * gripper.jaw.mass_kg * sync_w * sync_w, gripper.jaw.mass_kg * sync_w};
       drives.push_back(std::make_unique<IdealServo>(
           IdealServoParameters{gripper.servo_frequency_rad_per_s, gripper.max_force_N}));

@@ -39,6 +39,8 @@ struct MountedGripper {
   BodyInertia jaw;                           ///< each jaw, in its own frame; needs a mass
   double servo_frequency_rad_per_s = 200.0;  ///< of the jaws' position servo, critically damped
   double max_force_N = std::numeric_limits<double>::infinity();  ///< of each jaw
+  /// Of the two jaws against each other on the gears that keep them together, critically damped; 0: none.
+  double gear_frequency_rad_per_s = 600.0;
 };
 
 struct DynamicRobotParameters {

@@ -24,7 +24,7 @@ class RosenbrockIntegrator final : public Integrator {
   static constexpr double kSmallestStep_s = 1e-6;
 
   RosenbrockIntegrator(const SolverParameters& parameters, const OdeSystem& system);
-  void restart() override { restarted_ = true; }
+  void restart() override { restarted_ = true, step_ = 0.0; }
   void reset() override;
   bool fixed_step() const override { return false; }
 

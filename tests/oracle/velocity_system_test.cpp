@@ -251,6 +251,11 @@ TEST(VelocitySystem, AServoThatYieldsIsAFreeJoint) {
   EXPECT_LT(error_at_rest(robot, 3, 1e-3, apart(-0.02, 0.0)), 1e-2);
   EXPECT_LT(error_at_rest(robot, 3, 1e-3, apart(-0.02, -0.02)), 1e-2);
   EXPECT_LT(error_at_rest(robot, 3, 1e-3, apart(0.02, 0.02)), 1e-2) << "in the end stops";
+  p.grippers[0].gear_frequency_rad_per_s = 300.0;
+  drives.clear();
+  for (int i = 0; i < 6; ++i) drives.push_back(simplified_drive(i));
+  DynamicRobot geared(p, std::move(drives), cell.reference, {&cell.gripper});
+  EXPECT_LT(error_at_rest(geared, 3, 1e-3, apart(-0.02, 0.0)), 3e-2) << "one jaw pulls at the other";
 }
 
 TEST(VelocitySystem, IsCloseInACellThatMoves) {

@@ -41,6 +41,8 @@ inline ParallelGripperParameters gripper_parameters() {
 
 inline MountedGripper gripper_masses() {
   MountedGripper g;
+  g.servo_frequency_rad_per_s = 100.0;
+  g.gear_frequency_rad_per_s = 0.0;  // each jaw by itself: closed forms
   g.palm = {2.8, {0.0, 0.01, -0.03}, Vec3(4e-3, 5e-3, 6e-3).asDiagonal()};
   g.jaw = {0.1, {0.0, 0.01, 0.02}, Vec3(2e-5, 3e-5, 4e-5).asDiagonal()};
   g.max_force_N = 60.0;
