@@ -169,4 +169,15 @@ void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& mesh
             });
 }
 
+ContactMeshOptions contact_mesh_options(const Scenario& scenario, const std::string& component,
+                                        bool usually_carries_elements) {
+  const ScenarioContactComponent said = of_component(scenario, component);
+  ContactMeshOptions options;
+  options.component = component;
+  options.element_edge_m = said.element_edge_m.value_or(scenario.contact.element_edge_m);
+  options.carries_elements =
+      said.role == ContactRole::by_rule ? usually_carries_elements : said.role == ContactRole::base;
+  return options;
+}
+
 }  // namespace takt

@@ -38,10 +38,7 @@ void describe_mesh(const TriangleMesh& mesh, const std::filesystem::path& file,
 void look_after_contact(const Scenario& scenario, const std::string& component, const TriangleMesh& mesh,
                         bool carries_elements, CellModel& cell) {
   if (!scenario.begins_with_contact()) return;
-  ContactMeshOptions options;
-  options.component = component;
-  options.carries_elements = carries_elements;
-  note_contact_risks(mesh, options, cell);
+  note_contact_risks(mesh, contact_mesh_options(scenario, component, carries_elements), cell);
 }
 
 int add_component(CellModel& cell, Component component, const TriangleMesh& mesh,

@@ -215,6 +215,11 @@ bool RosenbrockIntegrator::take_step(OdeSystem& system, double t, double h, std:
   }
   while (true) {
     const double event = system.next_time_event(now + one_time(now));
+    if (!(event > now)) {
+      failure_ = "a plant model told a next known corner that is not after the present, t = " +
+                 std::to_string(now) + " s";
+      return false;
+    }
     before_ = std::nextafter(event, -kInfinity);
     const bool event_within = event <= end + one_time(end);
     const double stop = event_within ? std::min(event, end) : end;

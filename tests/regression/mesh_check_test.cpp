@@ -93,6 +93,14 @@ TEST_F(MeshCheckTest, ScenariosWithSurfaceContactTellWhatWouldFalsifyForces) {
   EXPECT_THAT(cell->import_notes[0].sentence,
               AllOf(HasSubstr("A: in its mesh 6 faces have fewer than 8 contact elements across"),
                     HasSubstr("Remedy: set contact.components.A.element_edge_m to 0.012")));
+  // Whoever follows the remedy, or has the other side carry the elements, is told nothing any more.
+  ScenarioContactComponent& said = with_contact.contact.components.emplace_back();
+  said.name = "A";
+  said.element_edge_m = 0.012;
+  EXPECT_THAT(build_cell(with_contact)->import_notes, IsEmpty());
+  said.element_edge_m.reset();
+  said.role = ContactRole::target;
+  EXPECT_THAT(build_cell(with_contact)->import_notes, IsEmpty());
 }
 
 }  // namespace
