@@ -138,6 +138,7 @@ void PolygonalContact::Impl::renew_lists(const RelativeMotion& motion) {
   }
   std::swap(lists, next);
   next.forget();
+  next.make_room_as(lists);
   depths.prepare(base, lists);
   filled.clear();
   shrinking = false;

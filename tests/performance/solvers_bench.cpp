@@ -205,6 +205,7 @@ void run_all(const Arguments& arguments) {
     std::printf("LoD %d\n  %-10s %-8s %9s %12s  %-9s %-12s  %8s %9s %10s %9s %9s\n", level, "solver",
                 "step/tol", "time s", "error mm", "mark", "thesis", "ratio", "steps", "evaluations",
                 "Jacobians", "restarts");
+    std::fflush(stdout);
     const auto k = static_cast<std::size_t>(level - 1);
     for (std::size_t i = 0; i < std::size(kRows); ++i) {
       const Row& row = kRows[i];
