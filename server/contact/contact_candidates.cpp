@@ -65,6 +65,17 @@ void ContactCandidates::rebuild(const ContactSurface::Data& base, const ContactS
   advance(base, target, 1.0);
 }
 
+void ContactCandidates::make_room_as(const ContactCandidates& other) {
+  const auto make_room = [&](auto member) { (this->*member).reserve((other.*member).capacity()); };
+  using C = ContactCandidates;
+  for (const auto numbers : {&C::px, &C::py, &C::pz, &C::nx, &C::ny, &C::nz, &C::line_m}) make_room(numbers);
+  for (const auto places :
+       {&C::element, &C::patches, &C::plane_slot, &C::faces, &C::rims, &C::maybe_, &C::local_})
+    make_room(places);
+  make_room(&C::plane_groups), make_room(&C::rays), make_room(&C::face_groups);
+  make_room(&C::near_), make_room(&C::simple_);
+}
+
 void ContactCandidates::begin(const ContactSurface::Data& base, const ContactSurface::Data& target,
                               const Pose& X_TB, double bound_m) {
   bound_m_ = std::min(bound_m, largest_bound_m(base));

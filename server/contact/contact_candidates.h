@@ -36,6 +36,8 @@ class ContactCandidates {
   void rebuild(const ContactSurface::Data& base, const ContactSurface::Data& target, const Pose& X_TB,
                double bound_m);
   void forget() { valid_ = begun_ = false; }
+  /// Room for lists as long as the other's ever were: of two that take turns neither grows alone.
+  void make_room_as(const ContactCandidates& other);
 
   // The same in pieces, so that no single evaluation has to wait for all of it.
   void begin(const ContactSurface::Data& base, const ContactSurface::Data& target, const Pose& X_TB,

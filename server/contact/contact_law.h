@@ -61,4 +61,7 @@ constexpr ContactLaw contact_law(const ContactParameters& p) {
   return law;
 }
 
+/// Throws std::invalid_argument that names the value and what is allowed.
+void check_contact_law(const ContactLaw& law);
+
 }  // namespace takt

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-#include <string>
 
 #include "server/contact/contact_candidates.h"
 #include "server/contact/contact_depths.h"
@@ -63,30 +62,6 @@ void move_to_target(const Pose& X_TB, Mat6& m) {
   m.topRightCorner<3, 3>() = b;
   m.bottomLeftCorner<3, 3>() = c + product(lever, a);
   m.bottomRightCorner<3, 3>() = d + product(lever, b);
-}
-
-void check(bool good, const char* name, double value, const char* allowed) {
-  if (!good)
-    throw std::invalid_argument(std::string("contact law: ") + name + " is " + std::to_string(value) +
-                                "; it must be " + allowed);
-}
-
-void check_law(const ContactLaw& law) {
-  const auto positive = [](const char* name, double value) {
-    check(value > 0.0 && std::isfinite(value), name, value, "positive");
-  };
-  const auto not_negative = [](const char* name, double value) {
-    check(value >= 0.0 && std::isfinite(value), name, value, "zero or positive");
-  };
-  positive("stiffness_Pa_per_m", law.stiffness_Pa_per_m);
-  not_negative("areal_damping_Ns_per_m3", law.areal_damping_Ns_per_m3);
-  positive("damping_depth_m", law.damping_depth_m);
-  not_negative("friction", law.friction);
-  positive("friction_velocity_m_per_s", law.friction_velocity_m_per_s);
-  if (law.friction_law == FrictionLaw::stick) {
-    positive("tangential_stiffness_Pa_per_m", law.tangential_stiffness_Pa_per_m);
-    not_negative("tangential_damping_Ns_per_m3", law.tangential_damping_Ns_per_m3);
-  }
 }
 
 }  // namespace
@@ -163,6 +138,7 @@ void PolygonalContact::Impl::renew_lists(const RelativeMotion& motion) {
   }
   std::swap(lists, next);
   next.forget();
+  next.make_room_as(lists);
   depths.prepare(base, lists);
   filled.clear();
   shrinking = false;
@@ -289,7 +265,7 @@ PolygonalContact::PolygonalContact(std::shared_ptr<const ContactSurface> base,
                                    std::shared_ptr<const ContactSurface> target, const ContactLaw& law) {
   if (base == nullptr || target == nullptr)
     throw std::invalid_argument("a contact needs the surfaces of both sides");
-  check_law(law);
+  check_contact_law(law);
   impl_ = std::make_unique<Impl>(std::move(base), std::move(target), law);
 }
 PolygonalContact::~PolygonalContact() = default;

@@ -290,7 +290,8 @@ void CsvWriter::robot_header(const RobotDescription& robot, const RobotSample& s
   if (!columns.dynamic) return;
   of_joints("torque");
   for (const char* quantity :
-       {"mechanical_power", "electrical_power", "mechanical_energy", "electrical_energy"})
+       {"flange_force.x", "flange_force.y", "flange_force.z", "flange_torque.x", "flange_torque.y",
+        "flange_torque.z", "mechanical_power", "electrical_power", "mechanical_energy", "electrical_energy"})
     out_ << ',' << robot.name << '.' << quantity;
 }
 
@@ -307,6 +308,8 @@ void CsvWriter::write_robot(const RobotSample& sample, std::size_t joints, const
   }
   if (!columns.dynamic) return;
   of_joints([&](std::size_t j) { return sample.effort[j]; });
+  for (const Vec3& v : {sample.flange_load_W.f, sample.flange_load_W.t})
+    out_ << ',' << v.x() << ',' << v.y() << ',' << v.z();
   out_ << ',' << sample.power.mechanical_total_W << ',' << sample.power.electrical_W << ','
        << sample.power.mechanical_energy_J << ',' << sample.power.electrical_energy_J;
 }

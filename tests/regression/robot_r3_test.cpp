@@ -331,6 +331,9 @@ TEST(RobotR3Csv, HasItsColumnsByQuantity) {
        {"position", "velocity", "motor_current", "gear_deflection", "friction_mode", "torque"}) {
     for (int j = 1; j <= 6; ++j) expected += ",r3.j" + std::to_string(j) + "." + quantity;
   }
+  for (const char* quantity : {"flange_force", "flange_torque"}) {
+    for (const char* axis : {"x", "y", "z"}) expected += std::string(",r3.") + quantity + "." + axis;
+  }
   expected += ",r3.mechanical_power,r3.electrical_power,r3.mechanical_energy,r3.electrical_energy";
   EXPECT_EQ(header, expected);
   std::vector<double> last;
@@ -339,7 +342,7 @@ TEST(RobotR3Csv, HasItsColumnsByQuantity) {
     last.clear();
     std::stringstream stream(line);
     for (std::string value; std::getline(stream, value, ',');) last.push_back(std::stod(value));
-    ASSERT_EQ(last.size(), 41U);
+    ASSERT_EQ(last.size(), 47U);
   }
   EXPECT_EQ(rows, 11);
   const RobotSample robot = simulation.make_snapshot().robots[0];
@@ -352,7 +355,11 @@ TEST(RobotR3Csv, HasItsColumnsByQuantity) {
     EXPECT_EQ(last[25 + j], static_cast<double>(robot.drives[j].friction_mode));
     EXPECT_EQ(last[31 + j], robot.effort[j]);
   }
-  EXPECT_EQ(last[39], robot.power.mechanical_energy_J);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(last[37 + i], robot.flange_load_W.f[static_cast<int>(i)]);
+    EXPECT_EQ(last[40 + i], robot.flange_load_W.t[static_cast<int>(i)]);
+  }
+  EXPECT_EQ(last[45], robot.power.mechanical_energy_J);
 }
 
 }  // namespace

@@ -2,10 +2,12 @@
 // loop's thread.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstdlib>
 #include <memory>
 #include <new>
 
+#include "server/headless/in_process_controller.h"
 #include "server/runtime/run_loop.h"
 #include "tests/support/algorithm_cells.h"
 #include "tests/support/loop_reader.h"
@@ -96,6 +98,37 @@ TEST(ContactAllocation, ListsGrowAFewTimesAndNeverForWhatHasBeenSeen) {
       EXPECT_EQ(last, 0U) << name << ' ' << solver;
     }
   }
+}
+
+// Parts gripped, lifted, slid into one another and let go by surface contact: lists are made again and again,
+// and what they need is there once they have been made for the same motion.
+TEST(ContactAllocation, NoneWhenTheBlocksAreAssembledAgain) {
+  if constexpr (kMaxLevelOfDetail < 3) GTEST_SKIP() << "needs level of detail 3";
+  ScenarioOptions options;
+  options.level_of_detail = 3;
+  options.overrides = {"solver.method=implicit", "solver.step_s=0.001"};
+  const Scenario scenario =
+      read_scenario(std::filesystem::path(TAKT_CONFIG_DIR) / "scenarios" / "block_assembly.yaml", options);
+  Simulation simulation(build_cell(scenario));
+  std::array<std::uint64_t, 2> total{}, lists{};
+  for (std::size_t pass = 0; pass < 2; ++pass) {
+    simulation.reset();
+    InProcessController controller(scenario.controller_program.string(), simulation);
+    const std::uint64_t before = simulation.contact_counts().rebuilds;
+    allocations = 0;
+    while (simulation.time_s() < 12.0) {
+      const auto commands = controller.commands(simulation);
+      counting = true;
+      const bool good = simulation.step(commands);
+      counting = false;
+      ASSERT_TRUE(good) << simulation.fault();
+    }
+    total[pass] = allocations;
+    lists[pass] = simulation.contact_counts().rebuilds - before;
+  }
+  EXPECT_GT(total[0], 0U) << "nothing is counted";
+  EXPECT_GT(lists[1], 30U);
+  EXPECT_EQ(total[1], 0U);
 }
 
 TEST(RunLoopAllocation, NoneInSteadyStateWithCommands) {

@@ -1,0 +1,144 @@
+// bench_calls: Table 5.4 of the thesis. Block scenario at LoD 3 at a tolerance of 2e-6 with and without the
+// optimisation of function calls and the parallel evaluation of pairs (two threads): computation time and
+// calls of the contact algorithm, beside the thesis' (i7-11700K, Dymola). The final states must not differ.
+// Wall times say something of a machine with two idle cores only.
+// What needs more processor time than the limit is stopped, its figures are extrapolated and marked "~".
+//   bench_calls [SCENARIO.yaml] [--solver NAME] [--limit SECONDS (60; 0: none)] [--step SECONDS (0.008)]
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <exception>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "server/headless/headless_run.h"
+#include "server/headless/report.h"
+#include "server/runtime/worker_pool.h"
+#include "server/scenario/scenario_builder.h"
+
+namespace {
+
+struct Row {
+  const char* solver;
+  bool optimize, parallel;
+  const char* thesis;  ///< solver, time, calls in millions; empty: not in the thesis
+};
+
+constexpr Row kRows[] = {
+    {"ida", false, false, "DASSL 1560 s 49.7"},
+    {"ida", false, true, "DASSL 831 s 49.7"},
+    {"ida", true, false, "DASSL 597 s 16.9"},
+    {"ida", true, true, "DASSL 408 s 16.9"},
+    {"esdirk", false, false, "Esdirk 1273 s 41.7"},
+    {"esdirk", false, true, "Esdirk 688 s 41.7"},
+    {"esdirk", true, false, "Esdirk 573 s 17.0"},
+    {"esdirk", true, true, "Esdirk 384 s 17.0"},
+    {"cvode", false, false, ""},
+    {"cvode", false, true, ""},
+    {"cvode", true, false, ""},
+    {"cvode", true, true, ""},
+};
+
+struct Arguments {
+  std::string file = TAKT_CONFIG_DIR "/scenarios/block_assembly.yaml";
+  std::string step = "0.008";  ///< communication step (s)
+  std::string solver;          ///< this one only; empty: all
+  double limit_s = 60.0;
+};
+
+Arguments read_arguments(int argc, char** argv) {
+  Arguments arguments;
+  for (int i = 1; i < argc; ++i) {
+    const std::string key = argv[i];
+    if (key.rfind("--", 0) != 0) {
+      arguments.file = key;
+      continue;
+    }
+    const char* value = i + 1 < argc ? argv[++i] : "";
+    if (key == "--solver")
+      arguments.solver = value;
+    else if (key == "--limit")
+      arguments.limit_s = std::atof(value);
+    else if (key == "--step")
+      arguments.step = value;
+    else
+      throw std::invalid_argument("unknown option '" + key + "'; there are --solver, --limit, --step");
+  }
+  return arguments;
+}
+
+void run(const Arguments& arguments, const Row& row) {
+  takt::ScenarioOptions options;
+  options.level_of_detail = 3;
+  options.overrides = {std::string("solver.method=") + row.solver, "solver.tolerance=2e-6",
+                       "solver.step_s=" + arguments.step,
+                       std::string("contact.optimize_calls=") + (row.optimize ? "true" : "false"),
+                       std::string("contact.parallel=") + (row.parallel ? "true" : "false")};
+  const takt::Scenario scenario = takt::read_scenario(arguments.file, options);
+  const auto cell = takt::build_cell(scenario);
+  std::optional<takt::WorkerPool> pool;
+  takt::Simulation simulation(cell);
+  if (row.parallel) simulation.set_executor(&pool.emplace(2, 0, takt::WorkerPool::Sharing::always));
+  takt::HeadlessOptions headless;
+  headless.duration_s = scenario.duration_s;
+  headless.program = scenario.controller_program;
+  double stopped_s = 0.0;
+  const std::clock_t begin = std::clock();
+  const takt::HeadlessResult result =
+      takt::run_headless(simulation, scenario, headless, {}, [&](double time_s) {
+        const double used_s = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+        if (arguments.limit_s <= 0.0 || used_s < arguments.limit_s) return;
+        stopped_s = time_s;
+        throw std::runtime_error("limit of processor time");
+      });
+  const takt::ContactCallCounts calls = simulation.contact_counts();
+  const bool stopped = stopped_s > 0.0;
+  const double scale = stopped ? scenario.duration_s / stopped_s : 1.0;
+  const char* about = stopped ? "~" : "";
+  const auto number = [&](double value, int digits) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%s%.*f", about, digits, scale * value);
+    return std::string(text);
+  };
+  char end[64] = "";
+  if (stopped)
+    std::snprintf(end, sizeof end, "%9s  %-16s", "", "-");
+  else
+    std::snprintf(end, sizeof end, "%9.4f  %016llx",
+                  1e3 * takt::max_position_error_m(scenario, cell->description, result.final_state),
+                  static_cast<unsigned long long>(result.final_state.state_hash));
+  std::printf("%-7s %-4s %-4s %9s %9s %11s %11s %s  %s", row.solver, row.optimize ? "x" : "-",
+              row.parallel ? "x" : "-", number(result.wall_s, 3).c_str(), number(result.cpu_s, 3).c_str(),
+              number(1e-6 * static_cast<double>(calls.made), 4).c_str(),
+              number(1e-6 * static_cast<double>(calls.skipped), 4).c_str(), end, row.thesis);
+  if (stopped)
+    std::printf("  stopped at %.3f s", stopped_s);
+  else if (!result.fault.empty())
+    std::printf("  ended early: %s", result.fault.c_str());
+  std::printf("\n");
+  std::fflush(stdout);
+}
+
+void run_all(const Arguments& arguments) {
+  std::printf("%s at LoD 3, tolerance 2e-6, communication step %s s\n", arguments.file.c_str(),
+              arguments.step.c_str());
+  std::printf("%-7s %-4s %-4s %9s %9s %11s %11s %9s  %-16s  %s\n", "solver", "opt", "par", "wall s", "cpu s",
+              "calls 1e6", "skipped 1e6", "error mm", "state hash", "thesis: time, calls 1e6");
+  std::fflush(stdout);
+  for (const Row& row : kRows) {
+    if (arguments.solver.empty() || arguments.solver == row.solver) run(arguments, row);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    run_all(read_arguments(argc, argv));
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "bench_calls: %s\n", error.what());
+    return 1;
+  }
+  return 0;
+}
