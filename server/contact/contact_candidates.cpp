@@ -13,8 +13,8 @@ constexpr double kSlack_m = 1e-8;
 /// A plane is met for certain only by lines that are not too oblique to it.
 constexpr double kSteep = 0.5;
 
-/// Pieces of lines on which the surface near a beginning lies, in bounds.
-constexpr double kLocal = 4.0;
+/// Pieces of lines on which the surface near a beginning lies, in bounds: 2 (1 + tan 60 deg), see local().
+constexpr double kLocal = 6.0;
 
 double square(double x) {
   return x * x;
@@ -187,7 +187,7 @@ std::int32_t ContactCandidates::start_patch(const Build& build, const Line& line
 
 // Where all faces around the beginning are steep to the line, the surface is a height above a plane across
 // the line, and a beginning within the bound of it is outside, or below it by no more than (1 + tan 60 deg)
-// times the bound. What is further along is not met first.
+// times the bound, and twice that after both have moved. What is further along is not met first.
 bool ContactCandidates::local(const Build& build, const Line& line) const {
   const ContactSurface::Data& target = build.target;
   const Vec3 reach = kLocal * build.bound_m * line.d;

@@ -36,10 +36,22 @@ const BodyMotion& body(const CellMotion& motion, int component) {
 }  // namespace
 
 ContactInteraction::ContactInteraction(const std::vector<Component>& components, const ContactModel& model)
-    : components_(components), model_(model), acting_(model.pairs.size(), 0) {
+    : components_(components),
+      model_(model),
+      acting_(model.pairs.size(), 0),
+      asleep_(components.size(), 0),
+      radius_m_(components.size(), 0.0),
+      still_(model.pairs.size(), 0),
+      is_near_(model.pairs.size(), 0) {
   pairs_.reserve(model.pairs.size());
   for (const ContactPairModel& pair : model.pairs) pairs_.emplace_back(pair, model);
   near_.reserve(pairs_.size());
+  moving_.reserve(pairs_.size());
+  for (std::size_t c = 0; c < std::min(components.size(), model.surfaces.size()); ++c) {
+    if (model.surfaces[c] == nullptr) continue;
+    const Aabb& box = model.surfaces[c]->bounds_B();
+    radius_m_[c] = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).norm();
+  }
 }
 
 ContactInteraction::~ContactInteraction() = default;
@@ -52,7 +64,35 @@ void ContactInteraction::set_acting(const std::vector<char>& acting) {
     pairs_[i].contact.reset();
     pairs_[i].known = false;
   }
+  wake_all();
+}
+
+void ContactInteraction::wake_all() {
+  std::fill(asleep_.begin(), asleep_.end(), 0);
+  std::fill(still_.begin(), still_.end(), 0);
+  std::fill(is_near_.begin(), is_near_.end(), 0);
+  list_near();
+}
+
+void ContactInteraction::set_asleep(const std::vector<char>& asleep) {
+  asleep_ = asleep;
+  const auto cannot_move = [this](int component) {
+    const auto c = static_cast<std::size_t>(component);
+    return asleep_[c] != 0 || components_[c].type == ComponentType::ground;
+  };
+  for (std::size_t i = 0; i < pairs_.size(); ++i)
+    still_[i] = cannot_move(model_.pairs[i].base) && cannot_move(model_.pairs[i].target) ? 1 : 0;
+  list_near();
+}
+
+void ContactInteraction::list_near() {
   near_.clear();
+  moving_.clear();
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    if (is_near_[i] == 0) continue;
+    near_.push_back(i);
+    if (still_[i] == 0) moving_.push_back(i);
+  }
 }
 
 void ContactInteraction::reset() {
@@ -61,7 +101,7 @@ void ContactInteraction::reset() {
     pair.known = false;
     pair.made = pair.skipped = pair.apart = 0;
   }
-  near_.clear();
+  wake_all();
 }
 
 RelativeMotion ContactInteraction::motion_of(const ContactPairModel& pair, const CellMotion& motion) const {
@@ -85,18 +125,16 @@ bool ContactInteraction::boxes_apart(const ContactPairModel& pair, const CellMot
 }
 
 void ContactInteraction::update(const CellMotion& motion, double reach_m) {
-  near_.clear();
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    if (acting_[i] == 0) continue;
-    if (boxes_apart(*pairs_[i].model, motion, reach_m))
-      ++pairs_[i].apart;
-    else
-      near_.push_back(i);
+    if (acting_[i] == 0 || still_[i] != 0) continue;
+    is_near_[i] = boxes_apart(*pairs_[i].model, motion, reach_m) ? 0 : 1;
+    if (is_near_[i] == 0) ++pairs_[i].apart;
   }
+  list_near();
 }
 
 void ContactInteraction::accept(const CellMotion& motion) {
-  for (const std::size_t i : near_) {
+  for (const std::size_t i : moving_) {
     Pair& pair = pairs_[i];
     if (pair.model->law.friction_law != FrictionLaw::stick) continue;
     if (pair.contact.accept(motion_of(*pair.model, motion))) pair.known = false;
@@ -134,35 +172,49 @@ void ContactInteraction::look_at_pair(Pair& pair, const CellMotion& motion) cons
 
 void ContactInteraction::run_task(std::size_t task, void* context) {
   const Work& work = *static_cast<Work*>(context);
-  work.self->evaluate_pair(work.self->pairs_[work.self->near_[task]], *work.motion);
+  work.self->evaluate_pair(work.self->pairs_[work.self->moving_[task]], *work.motion);
+}
+
+void ContactInteraction::evaluate_all(const CellMotion& motion) {
+  Work work{this, &motion};
+  const bool ask = model_.parallel && executor_ != nullptr && moving_.size() > 1;
+  if (ask && executor_->begin(moving_.size()))
+    executor_->run(moving_.size(), run_task, &work);
+  else
+    for (std::size_t i = 0; i < moving_.size(); ++i) run_task(i, &work);
+  if (ask) executor_->end();
+}
+
+void ContactInteraction::add_wrenches(const Pair& pair, const CellMotion& motion,
+                                      std::span<Wrench> wrenches) const {
+  if (pair.result.elements == 0) return;
+  const BodyMotion& base = body(motion, pair.model->base);
+  const BodyMotion& target = body(motion, pair.model->target);
+  const Wrench F = to_world(pair.result.F_B_T, target.X_WB.R);  // about the target's origin
+  const auto add = [&](int component, const BodyMotion& at, double sign) {
+    const Vec3 arm = target.X_WB.p - at.p_WBcm;
+    wrenches[static_cast<std::size_t>(component)] += {sign * F.f, sign * (F.t + arm.cross(F.f))};
+  };
+  add(pair.model->base, base, 1.0);
+  add(pair.model->target, target, -1.0);
+}
+
+void ContactInteraction::evaluate_moving(const CellMotion& motion, std::span<Wrench> wrenches) {
+  evaluate_all(motion);
+  for (const std::size_t i : moving_) add_wrenches(pairs_[i], motion, wrenches);
 }
 
 void ContactInteraction::evaluate(const CellMotion& motion, std::span<Wrench> wrenches) {
-  Work work{this, &motion};
-  const bool ask = model_.parallel && executor_ != nullptr && near_.size() > 1;
-  if (ask && executor_->begin(near_.size()))
-    executor_->run(near_.size(), run_task, &work);
-  else
-    for (std::size_t i = 0; i < near_.size(); ++i) run_task(i, &work);
-  if (ask) executor_->end();
+  evaluate_all(motion);
   for (const std::size_t i : near_) {
-    const Pair& pair = pairs_[i];
-    if (pair.result.elements == 0) continue;
-    const BodyMotion& base = body(motion, pair.model->base);
-    const BodyMotion& target = body(motion, pair.model->target);
-    const Wrench F = to_world(pair.result.F_B_T, target.X_WB.R);  // about the target's origin
-    const auto add = [&](int component, const BodyMotion& at, double sign) {
-      const Vec3 arm = target.X_WB.p - at.p_WBcm;
-      wrenches[static_cast<std::size_t>(component)] += {sign * F.f, sign * (F.t + arm.cross(F.f))};
-    };
-    add(pair.model->base, base, 1.0);
-    add(pair.model->target, target, -1.0);
+    if (still_[i] != 0) look_at_pair(pairs_[i], motion);
+    add_wrenches(pairs_[i], motion, wrenches);
   }
 }
 
 void ContactInteraction::linearise(const CellMotion& motion, Linearisation linearisation,
                                    std::vector<PairLinearisation>& list) {
-  for (const std::size_t i : near_) {
+  for (const std::size_t i : moving_) {
     Pair& pair = pairs_[i];
     const RelativeMotion now = motion_of(*pair.model, motion);
     // What does not press now has no stiffness now.

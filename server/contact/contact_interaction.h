@@ -49,9 +49,23 @@ class ContactInteraction {
   /// Discrete, at an accepted point: springs of the stick law.
   void accept(const CellMotion& motion);
 
+  /// Discrete: by component, who is left out of the system. Pairs of two that cannot move keep what they
+  /// have.
+  void set_asleep(const std::vector<char>& asleep);
+  /// Acting pairs that may meet, ascending: since update(), those asleep since they fell asleep.
+  std::span<const std::size_t> near() const { return near_; }
+  /// Whether the bounds of a pair, each grown by half of `margin_m`, meet.
+  bool bounds_meet(std::size_t pair, const CellMotion& motion, double margin_m) const {
+    return !boxes_apart(model_.pairs[pair], motion, margin_m);
+  }
+  /// No point of the component's surface is further from its origin (m); 0 without surface.
+  double radius_m(int component) const { return radius_m_[static_cast<std::size_t>(component)]; }
+
   /// Adds the wrenches of all acting pairs, about p_WBcm of each component, in the order of the pairs.
   void evaluate(const CellMotion& motion, std::span<Wrench> wrenches);
-  /// Appends the pairs that press.
+  /// The same for pairs that may move: the others' components get no sum of any use.
+  void evaluate_moving(const CellMotion& motion, std::span<Wrench> wrenches);
+  /// Appends the pairs that press and may move.
   void linearise(const CellMotion& motion, Linearisation linearisation,
                  std::vector<PairLinearisation>& pairs);
 
@@ -74,6 +88,10 @@ class ContactInteraction {
     const CellMotion* motion;
   };
   static void run_task(std::size_t task, void* context);
+  void list_near();
+  void wake_all();
+  void evaluate_all(const CellMotion& motion);
+  void add_wrenches(const Pair& pair, const CellMotion& motion, std::span<Wrench> wrenches) const;
   void evaluate_pair(Pair& pair, const CellMotion& motion) const;
   void look_at_pair(Pair& pair, const CellMotion& motion) const;
   RelativeMotion motion_of(const ContactPairModel& pair, const CellMotion& motion) const;
@@ -84,7 +102,12 @@ class ContactInteraction {
   std::vector<Pair> pairs_;
   std::vector<char> acting_;
   bool any_acting_ = false;
-  std::vector<std::size_t> near_;  ///< acting pairs that may meet, ascending
+  std::vector<char> asleep_;         ///< by component
+  std::vector<double> radius_m_;     ///< by component
+  std::vector<char> still_;          ///< by pair: neither side can move
+  std::vector<char> is_near_;        ///< by pair
+  std::vector<std::size_t> near_;    ///< acting pairs that may meet, ascending
+  std::vector<std::size_t> moving_;  ///< of those, the ones that are not still
   Executor* executor_ = nullptr;
 };
 

@@ -132,12 +132,12 @@ void PolygonalContact::Impl::renew_lists(const RelativeMotion& motion) {
     prepare_next(motion);
     if (!shrinking || !next.cover(X_TB)) return;
   } else {
-    if (counts.rebuilds > 0 && uses < 8) bound_m = std::min(2.0 * bound_m, kLargestBound_m);
+    if (counts.rebuilds > 0 && uses < 32) bound_m = std::min(2.0 * bound_m, kLargestBound_m);
     if (next.begun() && next.used(X_TB) <= 1.0) next.advance(base, target, 1.0);
     if (!next.cover(X_TB)) next.rebuild(base, target, X_TB, bound_m);
   }
-  std::swap(lists, next);
-  next.forget();
+  std::swap(lists, next);  // the old ones may serve again: solvers try far poses and come back
+  if (shrinking) next.forget();
   next.make_room_as(lists);
   depths.prepare(base, lists);
   filled.clear();

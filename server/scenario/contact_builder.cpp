@@ -126,6 +126,7 @@ void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& mesh
   ContactModel& contact = cell.contact;
   contact.enabled = true;
   contact.optimize_calls = scenario.contact.optimize_calls;
+  contact.sleeping = scenario.contact.sleeping;
   contact.parallel = scenario.contact.parallel;
   require_known(scenario, cell);
   std::vector<ScenarioContactComponent> said;

@@ -85,6 +85,12 @@ void read_contact(YamlFields& root, const YamlSource& source, Scenario& scenario
   contact.line_length_m = section.number_or("line_length_m", positive("m"), contact.line_length_m);
   contact.optimize_calls = section.boolean_or("optimize_calls", contact.optimize_calls);
   contact.parallel = section.boolean_or("parallel", contact.parallel);
+  YamlFields sleeping = section.mapping("sleeping");
+  contact.sleeping.enabled = sleeping.boolean_or("enabled", contact.sleeping.enabled);
+  contact.sleeping.speed_m_per_s =
+      sleeping.number_or("speed_m_per_s", positive("m/s"), contact.sleeping.speed_m_per_s);
+  contact.sleeping.after_s = sleeping.number_or("after_s", not_negative("s"), contact.sleeping.after_s);
+  sleeping.finish();
   for (auto& [name, fields] : section.entries("components"))
     contact.components.push_back(read_component(fields, name));
   const YAML::Node pairs = section.optional("pairs");

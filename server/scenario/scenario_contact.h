@@ -49,6 +49,7 @@ struct ScenarioContact {
   double line_length_m = 0.02;  ///< of penetration lines
   bool optimize_calls = true;
   bool parallel = false;
+  SleepingParameters sleeping;
 };
 
 }  // namespace takt

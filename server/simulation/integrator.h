@@ -30,6 +30,9 @@ class Integrator {
   /// The step is one evaluation of a fixed formula of (t, x, h) alone. Only then may what a step left
   /// unchanged be left out of the next one.
   virtual bool fixed_step() const { return true; }
+  /// Nothing but x and a step size is remembered from one step to the next: Parts may be left out and come
+  /// back at any communication step (OdeSystem::set_awake).
+  virtual bool one_step() const { return fixed_step(); }
 
   const SolverStatistics& statistics() const { return statistics_; }
   const std::string& failure() const { return failure_; }

@@ -87,7 +87,7 @@ void OdeSystem::evaluate_wrenches() {
     return;
   }
   interaction_.evaluate(motion_, wrenches_);
-  contacts_->evaluate(motion_, wrenches_);
+  contacts_->evaluate_moving(motion_, wrenches_);
 }
 
 void OdeSystem::update_stateless_motion(double t) {

@@ -20,9 +20,9 @@ class OdeSystem {
 
   int state_count() const { return state_count_; }
 
-  /// Only these Parts (component ids, ascending) may move from now on, besides what has no states of its own
-  /// (robots, grippers). The others keep states and motion as they are; whoever says so must know that the
-  /// next step would leave their states unchanged, bit for bit.
+  /// Only these Parts (component ids, ascending) may move from now on, besides robots and grippers. The
+  /// others keep states and motion as they are; whoever says so must know that the next step would leave
+  /// their states unchanged, bit for bit (resting_parts.h) or within a bound (calm_parts.h).
   void set_awake(std::span<const int> parts);
   /// All models again, Grounds included.
   void wake_all();

@@ -27,6 +27,15 @@ class RestingParts {
   bool rest_unchanged(const ComponentInteraction& interaction, std::span<const double> before,
                       std::span<const double> after);
 
+  /// For who decides by something else (calm_parts.h): leaves a Part out, or not, by its place; then
+  /// list_awake() once.
+  void set_resting(std::size_t place, bool resting) { resting_[place] = resting ? 1 : 0; }
+  bool is_resting(std::size_t place) const { return resting_[place] != 0; }
+  void list_awake();
+  /// Place of a component, or -1 if it is no Part.
+  int place_of(int component) const { return index_of_[static_cast<std::size_t>(component)]; }
+  const std::vector<int>& parts() const { return parts_; }
+
   /// Component ids, ascending; and their places in the state vector.
   std::span<const int> awake() const { return awake_; }
   std::span<const int> awake_indices() const { return awake_indices_; }
@@ -34,7 +43,6 @@ class RestingParts {
  private:
   int find(int part);
   void rebuild_groups(const ComponentInteraction& interaction);
-  void list_awake();
 
   const std::vector<Component>& components_;
   std::vector<int> parts_;

@@ -29,8 +29,16 @@ double one_time(double t) {
   return 2e-14 * std::max(1.0, std::abs(t));
 }
 
-bool finite(std::span<const double> values) {
-  return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+template <class Visit>
+void for_each_active(const OdeSystem& system, const Visit& visit) {
+  for (const OdeSystem::Range& range : system.active_states())
+    for (std::size_t i = range.begin; i < range.end; ++i) visit(i);
+}
+
+bool finite(const OdeSystem& system, std::span<const double> values) {
+  bool good = true;
+  for_each_active(system, [&](std::size_t i) { good = good && std::isfinite(values[i]); });
+  return good;
 }
 }  // namespace
 
@@ -61,7 +69,7 @@ double RosenbrockIntegrator::clamped(double t) const {
 bool RosenbrockIntegrator::linearise(OdeSystem& system, double t, std::span<const double> x) {
   system.derivatives(clamped(t), x, f0_);
   ++statistics_.evaluations;
-  if (!finite(f0_)) return false;
+  if (!finite(system, f0_)) return false;
   linear_.linearise(system, clamped(t), x, Linearisation::secant);
   system.time_derivative(clamped(t), x, rate_);
   ++statistics_.jacobians;
@@ -70,7 +78,6 @@ bool RosenbrockIntegrator::linearise(OdeSystem& system, double t, std::span<cons
 
 RosenbrockIntegrator::Outcome RosenbrockIntegrator::try_step(OdeSystem& system, double t, double h,
                                                              std::span<const double> x) {
-  const std::size_t n = x.size();
   ++statistics_.factorisations;
   if (!linear_.factorise(1.0 / (kMethod.gamma * h), 1.0)) {
     ++statistics_.newton_failures;
@@ -79,26 +86,26 @@ RosenbrockIntegrator::Outcome RosenbrockIntegrator::try_step(OdeSystem& system, 
   for (std::size_t stage = 0; stage < RosenbrockForm::kStages; ++stage) {
     std::vector<double>& u = u_[stage];
     if (stage == 0) {
-      std::copy(f0_.begin(), f0_.end(), u.begin());
+      for_each_active(system, [&](std::size_t i) { u[i] = f0_[i]; });
     } else {
-      std::copy(x.begin(), x.end(), work_.begin());
+      for_each_active(system, [&](std::size_t i) { work_[i] = x[i]; });
       for (std::size_t j = 0; j < stage; ++j) {
         const double a = kMethod.a[stage][j];
-        for (std::size_t i = 0; i < n; ++i) work_[i] += a * u_[j][i];
+        for_each_active(system, [&](std::size_t i) { work_[i] += a * u_[j][i]; });
       }
       system.derivatives(clamped(t + kMethod.alpha[stage] * h), work_, u);
       ++statistics_.evaluations;
       for (std::size_t j = 0; j < stage; ++j) {
         const double c = kMethod.c[stage][j] / h;
-        for (std::size_t i = 0; i < n; ++i) u[i] += c * u_[j][i];
+        for_each_active(system, [&](std::size_t i) { u[i] += c * u_[j][i]; });
       }
     }
     const double share = h * kMethod.gammas[stage];
-    for (std::size_t i = 0; i < n; ++i) u[i] += share * rate_[i];
+    for_each_active(system, [&](std::size_t i) { u[i] += share * rate_[i]; });
     linear_.solve(u, share);
-    if (!finite(u)) return Outcome::not_finite;
+    if (!finite(system, u)) return Outcome::not_finite;
   }
-  for (std::size_t i = 0; i < n; ++i) {
+  for_each_active(system, [&](std::size_t i) {
     double change = 0.0, error = 0.0;
     for (std::size_t stage = 0; stage < RosenbrockForm::kStages; ++stage) {
       change += kMethod.m[stage] * u_[stage][i];
@@ -106,7 +113,7 @@ RosenbrockIntegrator::Outcome RosenbrockIntegrator::try_step(OdeSystem& system, 
     }
     new_x_[i] = x[i] + change;
     error_[i] = error;
-  }
+  });
   new_error_ = error_of(system, x);
   if (!std::isfinite(new_error_)) return Outcome::not_finite;
   return new_error_ <= 1.0 ? Outcome::good : Outcome::too_large;
@@ -115,14 +122,16 @@ RosenbrockIntegrator::Outcome RosenbrockIntegrator::try_step(OdeSystem& system, 
 // The worst model counts: how many others there are in the cell must not loosen the tolerance.
 double RosenbrockIntegrator::error_of(const OdeSystem& system, std::span<const double> x) const {
   double worst = 0.0;
-  for (const OdeSystem::Block& block : system.blocks()) {
+  for (const std::size_t s : system.active_segments()) {
+    const OdeSystem::Segment& segment = system.segments()[s];
+    if (segment.count == 0) continue;
     double sum = 0.0;
-    for (std::size_t i = block.states.begin; i < block.states.end; ++i) {
+    for (std::size_t i = segment.begin; i < segment.begin + segment.count; ++i) {
       const double size = std::max(std::abs(x[i]), std::abs(new_x_[i])) + scales_[i];
       const double e = error_[i] / (tolerance_ * size);
       sum += e * e;
     }
-    const double mean = sum / static_cast<double>(block.states.end - block.states.begin);
+    const double mean = sum / static_cast<double>(segment.count);
     if (!(mean <= worst)) worst = mean;
   }
   return std::sqrt(worst);
@@ -202,7 +211,7 @@ bool RosenbrockIntegrator::find_step(OdeSystem& system, double t, double& h, boo
 }
 
 bool RosenbrockIntegrator::take_step(OdeSystem& system, double t, double h, std::span<double> x) {
-  if (x.empty()) return true;
+  if (system.active_states().empty()) return true;
   const double end = t + h;
   if (step_ <= 0.0) step_ = std::min(kFirstStep_s, h);
   double now = t;
@@ -229,7 +238,7 @@ bool RosenbrockIntegrator::take_step(OdeSystem& system, double t, double h, std:
       double size = step_ >= left ? left : (2.0 * step_ > left ? 0.5 * left : step_);
       bool mode_ends = false;
       if (!find_step(system, now, size, mode_ends, x)) return false;
-      std::copy(new_x_.begin(), new_x_.end(), x.begin());
+      for_each_active(system, [&](std::size_t i) { x[i] = new_x_[i]; });
       note_step(size);
       next_size(size, size < step_);
       now = size == left ? stop : now + size;

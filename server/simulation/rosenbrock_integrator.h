@@ -27,6 +27,7 @@ class RosenbrockIntegrator final : public Integrator {
   void restart() override { restarted_ = true, step_ = 0.0; }
   void reset() override;
   bool fixed_step() const override { return false; }
+  bool one_step() const override { return true; }
 
  protected:
   bool take_step(OdeSystem& system, double t, double h, std::span<double> x) override;

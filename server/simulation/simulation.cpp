@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/contact/clearance_monitor.h"
+#include "server/simulation/calm_parts.h"
 #include "server/simulation/cell_model.h"
 #include "server/simulation/cell_plant.h"
 #include "server/simulation/grasping.h"
@@ -40,6 +41,7 @@ struct Simulation::Impl {
         grasping(*model),
         plant(*model, interaction, &contacts),
         resting(model->components, part_bodies(*model)),
+        calm(model->components, model->contact.sleeping, model->step_s, contacts, resting),
         part_hashes(model->parts.size(), 0),
         robot_commands(model->robots.size()),
         gripper_commands(model->grippers.size()),
@@ -71,6 +73,7 @@ struct Simulation::Impl {
     choose_forces();
     plant.reset();
     resting.wake_all();
+    calm.wake_all();
     std::fill(part_hashes.begin(), part_hashes.end(), 0);
     parts_hash = 0;
     grasping.reset();
@@ -176,8 +179,10 @@ struct Simulation::Impl {
     grasping.update(time(), model->step_s, system().motion(), plant, interaction, contacts);
     interaction.update_connections(system().motion(), grasping.states(), clock);
     history.note(time(), step_index, interaction.changes());
-    if (resting.wake_changed(interaction)) system().set_awake(resting.awake());
-    if (!interaction.disturbed().empty()) plant.integrator().restart();
+    const bool changed = resting.wake_changed(interaction);
+    const bool reached = contacts.any_acting() && calm.wake_reached(system().motion());
+    if (changed || reached) system().set_awake(resting.awake());
+    if (reached || !interaction.disturbed().empty()) plant.integrator().restart();
     // What the initial state decided belongs to the first step.
     if (step_index > 0) changes.clear();
     for (const PartnerChange& change : interaction.changes()) {
@@ -205,6 +210,10 @@ struct Simulation::Impl {
     statistics.part_steps_skipped += model->parts.size() - resting.awake().size();
     hash_parts();
     if (model->interaction.skip_resting && plant.integrator().fixed_step() && !contacts.any_acting()) rest();
+    if (model->contact.sleeping.enabled && plant.integrator().one_step() && contacts.any_acting()) {
+      refresh_motion();
+      if (calm.fall_asleep(interaction, system().motion())) system().set_awake(resting.awake());
+    }
     hash_robots();
     return true;
   }
@@ -330,6 +339,7 @@ struct Simulation::Impl {
   Grasping grasping;
   CellPlant plant;
   RestingParts resting;
+  CalmParts calm;
   std::vector<std::uint64_t> part_hashes;
   std::uint64_t parts_hash = 0;
   std::vector<CommandCounter> robot_commands, gripper_commands;
@@ -548,6 +558,7 @@ std::string Simulation::set_level_of_detail(int process, int level) {
     s.choose_forces();
     s.plant.change_levels(levels, s.time());
     s.resting.wake_all();
+    s.calm.wake_all();
     s.motion_is_current = false;
     s.choose_grippers();
     if (s.contacts.any_acting()) {  // whoever looks before the next step finds who presses

@@ -1,9 +1,13 @@
 // bench_contact: one contact pair at a time, poses of the block scenario: elements, microseconds per
 // evaluation with and without K and D while candidate lists hold, nanoseconds per element with force, making
-// of the lists, and a pair whose boxes are apart.
+// of the lists, and a pair whose boxes are apart. Then the scenes of config/scenarios/contact by several
+// solvers beside Bullet.
+// Arguments: pairs or scenes for one of the two; large: a peg and a hole with 100 000 triangles each, too;
+// poses [COUNT]: random poses of all pairs of the scenes, exit code 1 if any answer is not finite.
 #include <time.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -11,18 +15,19 @@
 
 #include "server/contact/polygonal_contact.h"
 #include "server/geometry/mesh_import.h"
+#include "tests/performance/contact_scenes_bench.h"
 #include "tests/support/contact_meshes.h"
 
-namespace {
-
-using namespace takt;
-
-/// Processor time of this program: others may share the machine.
-double seconds() {
+double takt::bench::seconds() {
   timespec now{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
+
+namespace {
+
+using namespace takt;
+using bench::seconds;
 
 std::shared_ptr<const ContactSurface> surface(const TriangleMesh& mesh, double edge_m = 0.0) {
   return std::make_shared<ContactSurface>(mesh, ContactSurfaceOptions{edge_m, 0.02});
@@ -95,9 +100,7 @@ void measure(const Pair& pair, FrictionLaw friction_law) {
               1e6 * tangent, tangent / forces, 1e6 * rebuild, sink == 1.0 ? " " : "");
 }
 
-}  // namespace
-
-int main() {
+void contact_pairs() {
   const std::filesystem::path meshes = std::filesystem::path(TAKT_CONFIG_DIR) / "meshes";
   const auto part = [&](const char* name) {
     return surface(import_solid(meshes / (std::string(name) + ".obj")));
@@ -133,5 +136,19 @@ int main() {
     sink += result.area_m2;
   });
   std::printf("boxes apart: %.1f ns%s\n", 1e9 * boxes, sink == 1.0 ? " " : "");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string what = argc > 1 ? argv[1] : "";
+  if (what == "poses") return bench::contact_poses(argc > 2 ? std::atoi(argv[2]) : 1'000'000);
+  if (!what.empty() && what != "pairs" && what != "scenes" && what != "large") {
+    std::fprintf(stderr, "bench_contact: found '%s'; allowed: pairs, scenes, large, poses [COUNT]\n",
+                 what.c_str());
+    return 2;
+  }
+  if (what != "scenes" && what != "large") contact_pairs();
+  if (what != "pairs") bench::contact_scenes(what == "large");
   return 0;
 }

@@ -1,0 +1,27 @@
+#pragma once
+// Parts of bench_contact.
+#include <string>
+
+#include "server/scenario/scenario.h"
+
+namespace takt::bench {
+
+/// Processor time of this program (s): others may share the machine.
+double seconds();
+
+/// The scenes of config/scenarios/contact, by several solvers and, where it is built in and can do the scene,
+/// by Bullet. `large`: the peg in its hole with 100 000 triangles in each body too (meshes in build/large).
+void contact_scenes(bool large);
+/// `count` random poses and twists of every pair of the scenes; exit code 1 if any answer is not finite.
+int contact_poses(int count);
+
+struct PeerRun {
+  bool done = false;  ///< false: it cannot do this scene; `why` says so
+  std::string why;
+  double cpu_s = 0.0, end_error_m = 0.0;
+};
+/// Bullet, rigid bodies: Parts as convex hulls (as GImpact meshes where they are not convex), Grounds as
+/// triangle meshes.
+PeerRun run_bullet(const Scenario& scenario, double step_s);
+
+}  // namespace takt::bench
