@@ -14,6 +14,9 @@
 
 namespace takt {
 
+class StateReader;
+class StateWriter;
+
 class RestingParts {
  public:
   /// `parts`: component ids of the Parts, in the order of their segments of the state vector.
@@ -26,6 +29,10 @@ class RestingParts {
   /// After a step: `before` and `after` are the whole state vector. True if the awake Parts changed.
   bool rest_unchanged(const ComponentInteraction& interaction, std::span<const double> before,
                       std::span<const double> after);
+
+  void save(StateWriter& out) const;
+  /// `interaction` must be loaded already.
+  void load(StateReader& in, const ComponentInteraction& interaction);
 
   /// Component ids, ascending; and their places in the state vector.
   std::span<const int> awake() const { return awake_; }
