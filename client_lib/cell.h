@@ -96,7 +96,8 @@ struct DeviceInfo {
 
 struct CellInfo {
   std::string cell;
-  std::string scenario;
+  std::string scenario;     ///< empty: none is loaded
+  std::uint32_t world = 0;  ///< counts what was loaded in this run of the server
   std::string server_version;
   double step_s = 0.0;
   int level_of_detail = 1;

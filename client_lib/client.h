@@ -97,7 +97,8 @@ class Client {
 
   // --- what is the case
   // ---------------------------------------------------------------------------------------------
-  /// The description; a new one when the server was started again.
+  /// The description; a new one when the server was started again or has loaded another scenario. Without a
+  /// scenario it lists nothing, and no state comes.
   std::shared_ptr<const CellInfo> cell() const;
   /// The newest state. Waits for the first one (options.timeout), never later.
   State state() const;

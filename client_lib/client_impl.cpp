@@ -102,6 +102,10 @@ void Client::Impl::on_description(const takt_msgs::msg::CellDescription& sample,
     newest_event = 0;
     if (early_status && early_status->first == from) status = std::move(early_status->second);
     early_status.reset();
+  } else if (cell && cell->world != description->world) {  // another scenario
+    state.reset();
+    power.reset();
+    contacts.reset();
   }
   server = from;
   gone = false;

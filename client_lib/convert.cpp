@@ -89,6 +89,7 @@ CellInfo from_wire(const takt_msgs::msg::CellDescription& wire) {
   CellInfo info;
   info.cell = wire.cell();
   info.scenario = wire.scenario();
+  info.world = wire.world();
   info.server_version = wire.server_version();
   info.step_s = wire.step_size();
   info.level_of_detail = wire.level_of_detail();
@@ -170,6 +171,7 @@ std::optional<Contacts> from_wire(const takt_msgs::msg::Contacts& wire, const Ce
   contacts.step = wire.step();
   contacts.epoch = wire.epoch();
   contacts.omitted = wire.omitted();
+  if (wire.world() != cell.world) return std::nullopt;
   const auto known = [&](int component) {
     return component >= 0 && static_cast<std::size_t>(component) < cell.components.size();
   };
@@ -186,8 +188,8 @@ std::optional<Contacts> from_wire(const takt_msgs::msg::Contacts& wire, const Ce
 }
 
 std::optional<State> from_wire(const takt_msgs::msg::CellState& wire, std::shared_ptr<const CellInfo> cell) {
-  if (wire.components().size() != cell->components.size() || wire.robots().size() != cell->robots.size() ||
-      wire.grippers().size() != cell->grippers.size())
+  if (wire.world() != cell->world || wire.components().size() != cell->components.size() ||
+      wire.robots().size() != cell->robots.size() || wire.grippers().size() != cell->grippers.size())
     return std::nullopt;
   State state;
   state.time_s = wire.time();

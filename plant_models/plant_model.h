@@ -18,6 +18,9 @@
 
 namespace takt {
 
+class StateReader;
+class StateWriter;
+
 /// Motion of one body B (a component), world frame W.
 struct BodyMotion {
   Pose X_WB;
@@ -111,6 +114,11 @@ class PlantModel {
   virtual void state_scales(double* scales) const {
     for (int i = 0; i < state_count(); ++i) scales[i] = 1.0;
   }
+
+  /// What the model keeps besides its segment of the state vector and influences its motion: discrete state
+  /// (plant_models/state_bytes.h). load() throws StateError for what save() cannot have written.
+  virtual void save(StateWriter& out) const { static_cast<void>(out); }
+  virtual void load(StateReader& in) { static_cast<void>(in); }
 };
 
 }  // namespace takt

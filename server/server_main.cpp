@@ -1,12 +1,11 @@
-// takt-server: a scenario as a service. Arguments -> scenario -> simulation -> step loop with DDS at both
-// ends.
+// takt-server: scenarios as a service. Arguments -> host of the cell (scenario, simulation, step loop) with
+// DDS at both ends.
 #include <signal.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,10 +13,7 @@
 #include "server/dds/dds_adapter.h"
 #include "server/dds/topic_names.h"
 #include "server/geometry/decomposition_cache.h"
-#include "server/runtime/run_loop.h"
-#include "server/runtime/worker_pool.h"
-#include "server/scenario/scenario_builder.h"
-#include "server/scenario/scenario_reader.h"
+#include "server/runtime/cell_host.h"
 #include "server/simulation/simulation.h"
 
 namespace {
@@ -41,7 +37,8 @@ struct Arguments {
 
 void describe_arguments(CLI::App& app, Arguments& arguments) {
   app.set_version_flag("--version", std::string("takt-server ") + TAKT_VERSION);
-  app.add_option("SCENARIO", arguments.scenario, "scenario file (YAML)")->required();
+  app.add_option("SCENARIO", arguments.scenario,
+                 "scenario file (YAML); without one the server waits for the request load_scenario");
   app.add_option("--cell", arguments.cell, "name of this server: first level of every topic")
       ->capture_default_str();
   app.add_option(
@@ -84,58 +81,60 @@ takt::Pace pace_of(const std::string& name) {
   return takt::Pace::realtime;
 }
 
-takt::RunLoopOptions loop_options(const Arguments& arguments, double duration_s) {
-  takt::RunLoopOptions options;
-  options.pace = pace_of(arguments.pace);
-  options.factor = arguments.factor;
-  options.start_paused = arguments.paused;
-  options.realtime_priority = arguments.realtime_priority;
-  options.quit_at_end = arguments.exit_at_end;
-  if (duration_s > 0.0 && (arguments.exit_at_end || arguments.pause_at_end)) options.pause_at_s = duration_s;
+takt::HostOptions host_options(const Arguments& arguments) {
+  takt::HostOptions options;
+  options.cell = arguments.cell;
+  options.loop.pace = pace_of(arguments.pace);
+  options.loop.factor = arguments.factor;
+  options.loop.start_paused = arguments.paused;
+  options.loop.realtime_priority = arguments.realtime_priority;
+  options.loop.quit_at_end = arguments.exit_at_end;
+  options.end_at_duration = arguments.exit_at_end || arguments.pause_at_end;
+  options.threads = arguments.threads;
+  options.cache_directory = takt::user_cache_directory();
+  options.on_note = [](const std::string& sentence) {
+    std::fprintf(stderr, "takt-server: note: %s\n", sentence.c_str());
+  };
   return options;
 }
 
 /// Runs until a signal or the loop itself ends it.
 int serve(const Arguments& arguments, const sigset_t& signals) {
-  std::shared_ptr<const takt::CellModel> model;
-  double duration_s = 0.0;
-  try {
-    takt::ScenarioOptions scenario_options;
-    scenario_options.overrides = arguments.overrides;
-    scenario_options.level_of_detail = arguments.level_of_detail;
-    const takt::Scenario scenario = takt::read_scenario(arguments.scenario, scenario_options);
-    duration_s = scenario.duration_s;
-    auto named =
-        std::make_shared<takt::CellModel>(*takt::build_cell(scenario, {takt::user_cache_directory()}));
-    for (const takt::ImportNote& note : named->import_notes) {
-      std::fprintf(stderr, "takt-server: note: %s\n", note.sentence.c_str());
-    }
-    named->description.cell = arguments.cell;
-    model = named;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "takt-server: %s\n", error.what());
-    return kBadInput;
-  }
-  std::optional<takt::WorkerPool> pool;  // outlives the simulation
-  takt::Simulation simulation(model);
-  if (arguments.threads > 1)
-    simulation.set_executor(&pool.emplace(arguments.threads, arguments.realtime_priority));
-  takt::RunLoop loop(simulation, loop_options(arguments, duration_s));
+  takt::CellHost host(host_options(arguments));
   takt::DdsAdapter adapter(
-      loop, {"takt-server " + arguments.cell, arguments.domain, arguments.profiles, arguments.profile});
+      host, {"takt-server " + arguments.cell, arguments.domain, arguments.profiles, arguments.profile});
   const pthread_t main_thread = pthread_self();
-  loop.set_on_quit([main_thread] { pthread_kill(main_thread, SIGTERM); });
-  loop.start();
-  std::printf("takt-server: cell '%s' ready: scenario %s, pace %s, domain %u\n", arguments.cell.c_str(),
-              simulation.description().scenario.c_str(), arguments.pace.c_str(), arguments.domain);
+  host.set_on_quit([main_thread] { pthread_kill(main_thread, SIGTERM); });
+  std::string what = "no scenario";
+  if (arguments.scenario.empty()) {
+    host.open_empty();
+  } else {
+    takt::WorldSource source{arguments.scenario};
+    source.options.overrides = arguments.overrides;
+    source.options.level_of_detail = arguments.level_of_detail;
+    try {
+      host.open(source);
+    } catch (const std::exception& error) {
+      std::fprintf(stderr, "takt-server: %s\n", error.what());
+      return kBadInput;
+    }
+    what = "scenario " + host.loop()->cell().scenario;
+  }
+  std::printf("takt-server: cell '%s' ready: %s, pace %s, domain %u\n", arguments.cell.c_str(), what.c_str(),
+              arguments.pace.c_str(), arguments.domain);
   std::fflush(stdout);
 
   int signal = 0;
   sigwait(&signals, &signal);
-  loop.stop();
+  host.stop();
   adapter.stop();
-  std::printf("takt-server: cell '%s' ended at %.3f s simulated time\n", arguments.cell.c_str(),
-              simulation.time_s());
+  const takt::Simulation* simulation = host.simulation();
+  if (simulation == nullptr) {
+    std::printf("takt-server: cell '%s' ended without a scenario\n", arguments.cell.c_str());
+  } else {
+    std::printf("takt-server: cell '%s' ended at %.3f s simulated time\n", arguments.cell.c_str(),
+                simulation->time_s());
+  }
   return 0;
 }
 
@@ -164,6 +163,15 @@ int main(int argc, char** argv) {
                  "no digit first\n",
                  arguments.cell.c_str());
     return kBadInput;
+  }
+  if (arguments.scenario.empty()) {
+    const char* of_scenario = !arguments.overrides.empty() ? "--set"
+                              : arguments.level_of_detail  ? "--lod"
+                                                           : nullptr;
+    if (of_scenario != nullptr) {
+      std::fprintf(stderr, "takt-server: %s concerns a scenario, but none was given\n", of_scenario);
+      return kBadInput;
+    }
   }
   try {
     return serve(arguments, signals);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "plant_models/state_bytes.h"
+
 namespace takt {
 
 ParallelGripper::ParallelGripper(const ParallelGripperParameters& parameters) : parameters_(parameters) {
@@ -78,6 +80,21 @@ Pose ParallelGripper::jaw_pose(Side side, double coordinate_m) {
     X_GJ.R.diagonal() = Vec3(-1.0, -1.0, 1.0);
   }
   return X_GJ;
+}
+
+void ParallelGripper::save(StateWriter& out) const {
+  for (const Track& track : tracks_)
+    out.put(track.t0), out.put(track.start), out.put(track.target), out.put(track.blocked);
+}
+
+void ParallelGripper::load(StateReader& in) {
+  constexpr double kLargest_m = 1e3;  // no jaw travels further, and bisections over it end
+  for (Track& track : tracks_) {
+    track.t0 = in.number("the time of a jaw's command");
+    track.start = in.number(-kLargest_m, kLargest_m, "where a jaw began");
+    track.target = in.number(-kLargest_m, kLargest_m, "where a jaw goes");
+    track.blocked = in.flag("'blocked'");
+  }
 }
 
 void ParallelGripper::write_motion(double t, const double*, CellMotion& motion) const {

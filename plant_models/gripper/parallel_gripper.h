@@ -48,6 +48,8 @@ class ParallelGripper final : public PlantModel {
   double speed(double t, Side side) const;
   /// When a jaw that travels at t reaches its target: its speed jumps there. Infinity where none travels.
   double next_time_event(double t) const override;
+  void save(StateWriter& out) const override;
+  void load(StateReader& in) override;
   double width(double t) const { return coordinate(t, left) + coordinate(t, right); }
   bool closing(double t, Side side) const;
   bool moving(double t) const;

@@ -31,11 +31,13 @@ RigidBody::RigidBody(const RigidBodyParameters& parameters)
       weight_W_(parameters.mass_kg * parameters.gravity_W) {}
 
 void RigidBody::initial_state(double* x) const {
-  const Pose& X_WB = parameters_.X_WB_initial;
+  set_state(parameters_.X_WB_initial, parameters_.V_WB_initial, x);
+}
+
+void RigidBody::set_state(const Pose& X_WB, const Twist& V_WB, double* x) const {
   MutVec3(x, 3) = X_WB * parameters_.p_BBcm;
   const Quat q = X_WB.quaternion();
   x[3] = q.w(), x[4] = q.x(), x[5] = q.y(), x[6] = q.z();
-  const Twist& V_WB = parameters_.V_WB_initial;
   MutVec3(x + 7, 3) = V_WB.at(X_WB.R * parameters_.p_BBcm);
   MutVec3(x + 10, 3) = V_WB.w;
 }

@@ -28,6 +28,8 @@ class RigidBody final : public PlantModel {
   int state_count() const override { return kStates; }
   int body() const override { return parameters_.body; }
   void initial_state(double* x) const override;
+  /// The states of this pose and twist (of the origin of B).
+  void set_state(const Pose& X_WB, const Twist& V_WB, double* x) const;
   void write_motion(double t, const double* x, CellMotion& motion) const override;
   void derivatives(double t, const double* x, const CellMotion& motion, std::span<const Wrench> wrenches,
                    double* xdot) const override;

@@ -69,6 +69,7 @@ class DetailedDrive final : public Drive {
 
   bool has_modes() const override { return parameters_.friction.has_modes(); }
   FrictionMode mode(const double* z) const override;
+  int mode_state() const override { return mode_index(); }
   void set_mode(FrictionMode mode, double& qd, double* z) const override;
   double friction_speed(double qd, const double* z) const override;
   double friction_acceleration(double q, double qd, double qdd, const double* z) const override;

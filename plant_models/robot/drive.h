@@ -106,6 +106,7 @@ class Drive {
 
   virtual bool has_modes() const { return false; }
   virtual FrictionMode mode(const double*) const { return FrictionMode::forward; }
+  virtual int mode_state() const { return -1; }  ///< its place in z
   /// Sets the mode; sticking sets the speed that sticks (the joint's or the motor's) to exactly zero.
   virtual void set_mode(FrictionMode, double& /*qd*/, double* /*z*/) const {}
   virtual double friction_speed(double /*qd*/, const double* /*z*/) const { return 0.0; }

@@ -1,6 +1,7 @@
 #include "plant_models/robot/dynamic_robot.h"
 
 #include <algorithm>
+#include <cstring>
 #include <stdexcept>
 #include <string>
 
@@ -108,7 +109,9 @@ DynamicRobot::Impl::Impl(const DynamicRobotParameters& parameters,
 
 void DynamicRobot::Impl::update(const double* x) {
   const auto n = static_cast<size_t>(joints);
-  if (updated && std::equal(x, x + n, q.begin()) && std::equal(x + n, x + 2 * n, qd.begin())) return;
+  // Bit for bit: what was before must not show, not even in the sign of a zero.
+  const std::size_t size = n * sizeof(double);
+  if (updated && std::memcmp(x, q.data(), size) == 0 && std::memcmp(x + n, qd.data(), size) == 0) return;
   std::copy(x, x + n, q.begin());
   std::copy(x + n, x + 2 * n, qd.begin());
   tree.update(q.data(), qd.data(), w);

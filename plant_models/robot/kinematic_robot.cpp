@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <span>
 #include <stdexcept>
 #include <string>
+
+#include "plant_models/state_bytes.h"
 
 namespace takt {
 
@@ -171,6 +174,28 @@ void KinematicRobot::set_point(double t, double period_s, const double* position
   bool coasts = false;
   for (const double v : next.v1) coasts = coasts || v != 0.0;
   rest_time_ = t + next.duration * (coasts ? 2.0 : 1.0);
+  ++revision_;
+}
+
+void KinematicRobot::save(StateWriter& out) const {
+  out.put(segment_.t0), out.put(segment_.duration);
+  for (const JointArray* values :
+       {&segment_.q0, &segment_.v0, &segment_.q1, &segment_.v1, &previous_set_point_})
+    out.put(std::span<const double>(*values));
+  out.put(on_trajectory_), out.put(has_previous_);
+  out.put(previous_set_point_time_), out.put(rest_time_);
+}
+
+void KinematicRobot::load(StateReader& in) {
+  segment_.t0 = in.number("the time of a set-point");
+  segment_.duration = in.number(1e-9, 1e9, "the period of a set-point");
+  for (JointArray* values : {&segment_.q0, &segment_.v0, &segment_.q1, &segment_.v1, &previous_set_point_})
+    in.numbers(*values, "a set-point");
+  on_trajectory_ = in.flag("'on a trajectory'");
+  if (on_trajectory_ && trajectory_.empty()) in.fail("it follows a trajectory, but the robot has none");
+  has_previous_ = in.flag("'has a set-point'");
+  previous_set_point_time_ = in.number("the time of the last set-point");
+  rest_time_ = in.number("the time of rest");
   ++revision_;
 }
 

@@ -41,6 +41,9 @@ class KinematicRobot final : public PlantModel {
   void set_trajectory(std::vector<TrajectoryKnot> knots);
   /// The next corner of the trajectory. Set-points are no time events.
   double next_time_event(double t) const override;
+  /// Set-points and interpolation. A trajectory is part of the model; whether it is followed is saved.
+  void save(StateWriter& out) const override;
+  void load(StateReader& in) override;
 
   void joint_state(double t, double* q, double* qd) const;
   /// Second derivative of the positions; at a corner of the trajectory that of the piece to come, where a

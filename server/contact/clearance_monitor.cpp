@@ -5,6 +5,8 @@
 #include <limits>
 #include <set>
 
+#include "plant_models/state_bytes.h"
+
 namespace takt {
 
 namespace {
@@ -67,6 +69,34 @@ void ClearanceMonitor::reset() {
   counts_ = {};
   updates_ = 0;
   open_pairs_ = 0;
+}
+
+void ClearanceMonitor::save(StateWriter& out) const {
+  for (const int robot : holder_) out.put(robot);
+  out.put_size(open_pairs_);
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    const Pair& pair = pairs_[i];
+    if (!pair.open) continue;
+    out.put_size(i);
+    out.put(pair.overlapping), out.put(pair.least_m), out.put(pair.since_s), out.put(pair.least_p_W);
+  }
+}
+
+void ClearanceMonitor::load(StateReader& in) {
+  reset();
+  for (int& robot : holder_) robot = in.index(base_poses_.size(), "a robot that holds");
+  open_pairs_ = in.size(pairs_.size(), "pairs that are too close");
+  for (std::size_t i = 0; i < open_pairs_; ++i) {
+    const auto index = in.get<std::uint64_t>();
+    if (index >= pairs_.size() || pairs_[static_cast<std::size_t>(index)].open)
+      in.fail("a pair that is too close is not checked, or is there twice");
+    Pair& pair = pairs_[static_cast<std::size_t>(index)];
+    pair.open = true;
+    pair.overlapping = in.flag("'overlapping'");
+    pair.least_m = in.number("a least distance");
+    pair.since_s = in.number("a time");
+    pair.least_p_W = in.vector("a place");
+  }
 }
 
 void ClearanceMonitor::set_by_contact(std::span<const std::pair<int, int>> components) {

@@ -19,6 +19,9 @@
 
 namespace takt {
 
+class StateReader;
+class StateWriter;
+
 struct ClearanceCounts {
   std::uint64_t pairs_asked = 0;  ///< pairs whose poses were looked at
   std::uint64_t distances = 0;    ///< distances of two convex shapes computed for them
@@ -35,6 +38,11 @@ class ClearanceMonitor {
 
   /// As if nothing had been looked at, and no Part were held.
   void reset();
+
+  /// Which pairs are open, since when, and who holds whom; not what is known of distances, which is asked
+  /// anew. load() throws StateError, and leaves a monitor that must be reset or thrown away.
+  void save(StateWriter& out) const;
+  void load(StateReader& in);
 
   /// Pairs of components that act by surface contact from the next update on. Where one of the two is a Part,
   /// they are meant to touch and press: nothing is told of them.

@@ -54,6 +54,8 @@ void ComponentInteraction::reset() {
   connections_.reset();
   graph_.clear_contacts();
   shown_graph_.clear_contacts();
+  std::fill(graph_.holds.begin(), graph_.holds.end(), -1);
+  std::fill(shown_graph_.holds.begin(), shown_graph_.holds.end(), -1);
   std::fill(shown_partner_.begin(), shown_partner_.end(), -1);
   shown_changes_.clear();
   begun_ = false;
@@ -75,18 +77,10 @@ void ComponentInteraction::set_by_contact(const std::vector<std::pair<int, int>>
     by_contact_[static_cast<std::size_t>(pair)] = 1;
     any_by_contact_ = true;
   }
-  graph_.clear_contacts();
-  shown_graph_.clear_contacts();
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    if (in_contact_[i] == 0) continue;
-    shown_graph_.add_contact(pairs_[i].base, pairs_[i].target);
-    if (by_contact_[i] == 0) graph_.add_contact(pairs_[i].base, pairs_[i].target);
-  }
+  rebuild_graphs();
   for (const int part : parts_) {
     shown_partner_[static_cast<std::size_t>(part)] = connections_.partner(part);
-    if (reached_[static_cast<std::size_t>(part)] != 0) continue;
-    reached_[static_cast<std::size_t>(part)] = 1;
-    changed_parts_.push_back(part);
+    mark_changed(part);
   }
 }
 
@@ -153,6 +147,8 @@ void ComponentInteraction::detect_all() {
 void ComponentInteraction::detect_moved() {
   if (!begun_) {
     begin_near();
+    for (std::size_t i = 0; i < pairs_.size(); ++i)  // of before load()
+      if (in_contact_[i] != 0 && !broad_phase_.near(pairs_[i].base, pairs_[i].target)) set_contact(i, false);
     for (std::size_t c = 0; c < components_.size(); ++c)
       for (const Near& near : near_[c]) check(near.pair);
   } else {
@@ -272,17 +268,13 @@ void ComponentInteraction::set_contact(std::size_t pair, bool contact) {
   const auto note = [&](ContactGraph& graph) {
     if (contact)
       graph.add_contact(p.base, p.target);
-    else
+    else if (!attached(p.base, p.target))
       graph.remove_contact(p.base, p.target);
   };
   if (by_contact_[pair] == 0) note(graph_);
   if (any_by_contact_) note(shown_graph_);
-  for (const int end : {p.base, p.target}) {
-    if (graph_.vertices[static_cast<std::size_t>(end)].type != ComponentType::part) continue;
-    if (reached_[static_cast<std::size_t>(end)] != 0) continue;
-    reached_[static_cast<std::size_t>(end)] = 1;
-    changed_parts_.push_back(end);
-  }
+  mark_changed(p.base);
+  mark_changed(p.target);
 }
 
 void ComponentInteraction::connect(Clock clock, const CellMotion& motion) {

@@ -8,6 +8,7 @@
 // solvers would see jumps.)
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "server/components/pair_generation.h"
@@ -18,6 +19,9 @@
 #include "server/contact/partner_search.h"
 
 namespace takt {
+
+class StateReader;
+class StateWriter;
 
 /// What the interaction must know of a gripper at one time.
 struct GraspState {
@@ -83,8 +87,29 @@ class ComponentInteraction {
   /// connection. Connections of other pairs stay as they are.
   void set_by_contact(const std::vector<std::pair<int, int>>& pairs);
 
-  /// Open all connections and forget all verdicts.
+  /// Open all connections and forget all verdicts and what is attached.
   void reset();
+
+  /// Discrete: from the next update_connections() on the Part hangs on this component, at the pose relative
+  /// to it that it has then, whatever the algorithm's rules say. Attached again, it takes the offset anew.
+  /// Empty if done, else why not.
+  std::string attach(int part, int component);
+  /// The rules decide again. The Part must be attached.
+  void detach(int part);
+  /// What a Part is attached to, or -1.
+  int attached_to(int part) const { return graph_.holds[static_cast<std::size_t>(part)]; }
+  bool attached(int a, int b) const;  ///< either to the other
+  /// Discrete: the Part was put to another place: its connections are decided anew and take their offsets
+  /// there.
+  void put_elsewhere(int part);
+
+  /// What Parts are attached to; it belongs to what decides which pairs act by contact.
+  void save_attached(StateWriter& out) const;
+  void load_attached(StateReader& in);
+  /// All else that influences what follows. load() wants load_attached() first, and set_by_contact() for the
+  /// pairs of then; both throw StateError, and leave an interaction that must be thrown away.
+  void save(StateWriter& out) const;
+  void load(StateReader& in);
 
   /// What a Part hangs on: with partner search its partner; else its Gripper, its Ground, or the Part that
   /// carries it; or -1.
@@ -128,6 +153,9 @@ class ComponentInteraction {
   int find_pair(int a, int b) const;
   void connect(Clock clock, const CellMotion& motion);
   void show_partners();
+  void mark_changed(int component);
+  void add_attached_edge(int part);
+  void rebuild_graphs();
 
   const std::vector<Component>& components_;
   InteractionParameters parameters_;

@@ -38,6 +38,7 @@ InteractionAlgorithm interaction_algorithm(std::string_view name) {
 void substitute_force_connections(const ContactGraph& graph, int part, std::vector<ConnectionKey>& out) {
   for (const int other : graph.neighbours[static_cast<std::size_t>(part)]) {
     if (vertex(graph, other).type == ComponentType::part && !is_base(graph, part, other)) continue;
+    if (graph.holds[static_cast<std::size_t>(other)] == part) continue;  // there this Part is the Target
     out.emplace_back(part, other);
   }
 }
@@ -53,6 +54,7 @@ void extended_substitute_force_connections(const ContactGraph& graph, int part, 
     }
     // The Base is the lower one of the two: if it is grasped, the higher one does not count it.
     if (!is_base(graph, part, other) || gripper != -1) continue;
+    if (graph.holds[static_cast<std::size_t>(other)] == part) continue;  // there this Part is the Target
     const bool higher = vertex(graph, other).hierarchy > vertex(graph, part).hierarchy;
     if (higher || !grasped(graph, other)) out.emplace_back(part, other);
   }

@@ -19,6 +19,7 @@ Connections::Connections(const std::vector<Component>& components, std::size_t p
       passes_to_(components.size(), -1),
       decided_(components.size(), 0),
       scale_(components.size(), 1.0),
+      renew_(components.size(), Renewal::none),
       partner_search_(components.size()),
       tree_(components) {
   for (std::size_t i = 0; i < components.size(); ++i)
@@ -33,6 +34,7 @@ Connections::Connections(const std::vector<Component>& components, std::size_t p
   disturbed_.reserve(6 * room + parts_.size());
   changes_.reserve(parts_.size());
   softened_.reserve(parts_.size());
+  closed_on_.reserve(room);
 }
 
 void Connections::reset() {
@@ -40,6 +42,8 @@ void Connections::reset() {
   std::fill(first_.begin(), first_.end(), 0);
   std::fill(partner_.begin(), partner_.end(), -1);
   std::fill(passes_to_.begin(), passes_to_.end(), -1);
+  std::fill(renew_.begin(), renew_.end(), Renewal::none);
+  passing_ = 0;
   tree_.reset();
   begin_step();
   partner_searches_ = 0;
@@ -52,6 +56,7 @@ void Connections::begin_step() {
 
 void Connections::update(const ContactGraph& graph, std::span<const int> parts, const CellMotion& motion) {
   wanted_.clear();
+  closed_on_.clear();
   const bool single = parameters_.algorithm == InteractionAlgorithm::partner_search;
   if (single)
     search(graph, parts);
@@ -60,6 +65,7 @@ void Connections::update(const ContactGraph& graph, std::span<const int> parts, 
   if (!as_wanted(parts)) open_and_close(parts, motion);
   if (single) {
     soften_on_free_targets();
+    pass_weights(graph, parts);
   } else {
     hang(graph, parts);
     soften_free_clusters(graph, parts, motion);
@@ -69,7 +75,8 @@ void Connections::update(const ContactGraph& graph, std::span<const int> parts, 
 void Connections::search(const ContactGraph& graph, std::span<const int> parts) {
   for (const int part : parts) {
     int& partner = partner_[static_cast<std::size_t>(part)];
-    const int found = partner_search_.find(graph, part, partner);
+    const int attached_to = graph.holds[static_cast<std::size_t>(part)];
+    const int found = attached_to != -1 ? attached_to : partner_search_.find(graph, part, partner);
     ++partner_searches_;
     if (found != -1) wanted_.emplace_back(part, found);
     if (found == partner) continue;
@@ -80,7 +87,9 @@ void Connections::search(const ContactGraph& graph, std::span<const int> parts) 
 
 void Connections::follow_rules(const ContactGraph& graph, std::span<const int> parts) {
   for (const int part : parts) {
-    if (parameters_.algorithm == InteractionAlgorithm::substitute_force)
+    if (const int attached_to = graph.holds[static_cast<std::size_t>(part)]; attached_to != -1)
+      wanted_.emplace_back(part, attached_to);
+    else if (parameters_.algorithm == InteractionAlgorithm::substitute_force)
       substitute_force_connections(graph, part, wanted_);
     else
       extended_substitute_force_connections(graph, part, partner(part), wanted_);
@@ -91,7 +100,7 @@ bool Connections::as_wanted(std::span<const int> parts) const {
   auto wanted = wanted_.begin();
   for (const int part : parts) {
     for (const PairConnection& pair : of(part)) {
-      if (wanted == wanted_.end() || *wanted != pair.key()) return false;
+      if (wanted == wanted_.end() || *wanted != pair.key() || renewed(pair)) return false;
       ++wanted;
     }
   }
@@ -134,7 +143,14 @@ void Connections::open_and_close(std::span<const int> parts, const CellMotion& m
     } else if (old == list_.end() || *wanted < old->key()) {
       next_.push_back(close(*wanted, motion));
       disturb(next_.back());
+      if (is_part(wanted->second)) closed_on_.push_back(wanted->second);
       ++wanted;
+    } else if (renewed(*old)) {
+      next_.push_back(close(*wanted, motion));
+      next_.back().connection.feed_forward_W = old->connection.feed_forward_W;
+      disturb(next_.back());
+      if (is_part(wanted->second)) closed_on_.push_back(wanted->second);
+      ++old, ++wanted;
     } else {
       next_.push_back(*old);
       ++old, ++wanted;
@@ -142,6 +158,11 @@ void Connections::open_and_close(std::span<const int> parts, const CellMotion& m
   }
   list_.swap(next_);
   for (const int part : parts) decided_[static_cast<std::size_t>(part)] = 0;
+  for (const int part : parts) renew_[static_cast<std::size_t>(part)] = Renewal::none;
+  index_list();
+}
+
+void Connections::index_list() {
   std::size_t place = 0;
   for (std::size_t c = 0; c + 1 < first_.size(); ++c) {
     while (place < list_.size() && list_[place].base < static_cast<int>(c)) ++place;
@@ -164,22 +185,23 @@ const PairConnection* Connections::find(int base, int target) const {
 }
 
 bool Connections::closed(const ContactGraph& graph, int a, int b) const {
+  if (graph.holds[static_cast<std::size_t>(a)] == b) return find(a, b) != nullptr;
+  if (graph.holds[static_cast<std::size_t>(b)] == a) return find(b, a) != nullptr;
   return (!is_part(b) || is_base(graph, a, b) ? find(a, b) : find(b, a)) != nullptr;
 }
 
 void Connections::soften_on_free_targets() {
   softened_.clear();
-  for (const PartnerChange& change : changes_) {
-    if (change.to == -1 || !is_part(change.to)) continue;
-    if (std::find(softened_.begin(), softened_.end(), change.to) != softened_.end()) continue;
-    softened_.push_back(change.to);
-    FreeTargetLoad load(component(change.to));
+  for (const int target : closed_on_) {
+    if (std::find(softened_.begin(), softened_.end(), target) != softened_.end()) continue;
+    softened_.push_back(target);
+    FreeTargetLoad load(component(target));
     for (const PairConnection& pair : list_)
-      if (pair.connection.partner == change.to) load.add(component(pair.base), pair.connection);
+      if (pair.connection.partner == target) load.add(component(pair.base), pair.connection);
     const double scale = load.scale();
     for (PairConnection& pair : list_) {
       Connection& connection = pair.connection;
-      if (connection.partner != change.to) continue;
+      if (connection.partner != target) continue;
       // Never stiffer than it was: a stretched spring that stiffens would create energy.
       connection.softening = std::min(connection.softening, scale);
       connection.gains = scaled(component(pair.base).substitute, connection.softening);
@@ -208,10 +230,38 @@ void Connections::hang(const ContactGraph& graph, std::span<const int> parts) {
       disturb(pair);
     }
     const int passes_to = support != carrier ? support : -1;
-    if (passes_to_[static_cast<std::size_t>(part)] == passes_to) continue;
-    passes_to_[static_cast<std::size_t>(part)] = passes_to;
-    disturbed_.push_back(part);
+    set_passes_to(part, passes_to);
   }
+}
+
+void Connections::set_passes_to(int part, int support) {
+  int& passes_to = passes_to_[static_cast<std::size_t>(part)];
+  if (passes_to == support) return;
+  if (passes_to == -1) ++passing_;
+  if (support == -1) --passing_;
+  passes_to = support;
+  disturbed_.push_back(part);
+}
+
+/// With partner search only what the user attached hangs on Parts that are held themselves.
+void Connections::pass_weights(const ContactGraph& graph, std::span<const int> parts) {
+  if (!parameters_.weight_feed_forward) return;
+  for (const int part : parts) {
+    int at = graph.holds[static_cast<std::size_t>(part)];
+    const bool on_part = at != -1 && is_part(at);
+    while (at != -1 && is_part(at)) at = partner(at);  // partners go in no circle
+    set_passes_to(part, on_part ? at : -1);
+  }
+}
+
+bool Connections::renewed(const PairConnection& pair) const {
+  return renew_[static_cast<std::size_t>(pair.base)] != Renewal::none ||
+         renew_[static_cast<std::size_t>(pair.connection.partner)] == Renewal::all;
+}
+
+void Connections::renew(int part, Renewal what) {
+  Renewal& renewal = renew_[static_cast<std::size_t>(part)];
+  renewal = std::max(renewal, what);
 }
 
 double Connections::free_scale(const ContactGraph& graph, int part) const {
@@ -273,7 +323,7 @@ void Connections::evaluate(const CellMotion& motion, std::span<const int> parts,
       wrenches[partner] += reaction_on_target(on_base, base, target);
     }
   }
-  if (parameters_.algorithm == InteractionAlgorithm::partner_search) return;
+  if (passing_ == 0) return;
   for (const int part : parts) {  // weights that pass through other Parts
     const int support = passes_to_[static_cast<std::size_t>(part)];
     if (support == -1) continue;
@@ -301,7 +351,7 @@ Wrench Connections::pair_wrench(const PairConnection& pair, const CellMotion& mo
   for (const int part : parts_) {
     if (passes_to_[static_cast<std::size_t>(part)] == -1) continue;
     double sign = 0.0;
-    for (int at = part; is_part(at); at = partner(at)) {
+    for (int at = part; at != -1 && is_part(at); at = partner(at)) {
       if (at == pair.base && partner(at) == target) sign = 1.0;
       if (at == target && partner(at) == pair.base) sign = -1.0;
     }

@@ -14,6 +14,10 @@
 // Parts that nothing holds fall without feed-forward. Their connections are softened so that no mode is
 // faster than that of the fastest Part alone (FreeTargetLoad); when something catches them, softened
 // connections close anew with full constants, for a stretched spring that stiffens would create energy.
+//
+// A Part that the user attached (ContactGraph::holds) is the Base of one connection, to that component,
+// whatever the algorithm. Attached to a Part, its weight passes to the Gripper or Ground where the partners
+// end.
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -25,6 +29,9 @@
 #include "server/contact/support_tree.h"
 
 namespace takt {
+
+class StateReader;
+class StateWriter;
 
 struct InteractionParameters {
   Vec3 gravity_W{0.0, 0.0, -9.80665};  ///< m/s^2
@@ -65,6 +72,15 @@ class Connections {
   /// order.
   std::span<const int> disturbed() const { return disturbed_; }
 
+  /// The next update() takes the offset of the Part's own connection anew (it was attached), or also of those
+  /// of which it is the Target (it was put elsewhere). These Parts must be among those of the update.
+  enum class Renewal : char { none, own, all };
+  void renew(int part, Renewal what);
+
+  /// Bytes of all of this; load() throws StateError for what save() cannot have written.
+  void save(StateWriter& out) const;
+  void load(StateReader& in);
+
   /// Ordered by base, then target.
   std::span<const PairConnection> all() const { return list_; }
   /// Those of which a component is the Base.
@@ -98,6 +114,10 @@ class Connections {
   void open_and_close(std::span<const int> parts, const CellMotion& motion);
   PairConnection close(const ConnectionKey& key, const CellMotion& motion) const;
   void soften_on_free_targets();
+  void pass_weights(const ContactGraph& graph, std::span<const int> parts);
+  void set_passes_to(int part, int support);
+  bool renewed(const PairConnection& pair) const;
+  void index_list();
   void hang(const ContactGraph& graph, std::span<const int> parts);
   void soften_free_clusters(const ContactGraph& graph, std::span<const int> parts, const CellMotion& motion);
   double free_scale(const ContactGraph& graph, int part) const;
@@ -118,7 +138,10 @@ class Connections {
   std::vector<double> scale_;  ///< by component, of this update
   std::vector<PartnerChange> changes_;
   std::vector<int> disturbed_;
-  std::vector<int> softened_;  ///< free Targets already seen in this step
+  std::vector<int> softened_;   ///< free Targets already seen in this step
+  std::vector<int> closed_on_;  ///< Parts that became Targets in this step
+  std::vector<Renewal> renew_;  ///< by component
+  std::size_t passing_ = 0;     ///< Parts whose weight passes through others
   PartnerSearch partner_search_;
   SupportTree tree_;
   std::uint64_t partner_searches_ = 0;

@@ -1,6 +1,10 @@
 #include "server/contact/contact_interaction.h"
 
 #include <algorithm>
+#include <cstring>
+#include <stdexcept>
+
+#include "plant_models/state_bytes.h"
 
 namespace takt {
 
@@ -21,8 +25,10 @@ struct ContactInteraction::Pair {
 };
 
 namespace {
+// Bit for bit: what was before must not show, not even in the sign of a zero.
 bool same(const RelativeMotion& a, const RelativeMotion& b) {
-  return a.X_TB == b.X_TB && a.V_TB_T == b.V_TB_T;
+  static_assert(sizeof(RelativeMotion) == 18 * sizeof(double));
+  return std::memcmp(static_cast<const void*>(&a), static_cast<const void*>(&b), sizeof(a)) == 0;
 }
 
 // Wrench about the target's origin in its axes, into the world, about the same point.
@@ -102,6 +108,54 @@ void ContactInteraction::reset() {
     pair.made = pair.skipped = pair.apart = 0;
   }
   wake_all();
+}
+
+void ContactInteraction::forget(int component) {
+  for (Pair& pair : pairs_) {
+    if (pair.model->base != component && pair.model->target != component) continue;
+    pair.contact.reset();
+    pair.known = false;
+  }
+}
+
+void ContactInteraction::save(StateWriter& out) const {
+  out.put_size(near_.size());
+  for (const std::size_t i : near_) out.put_size(i);
+  for (const Pair& pair : pairs_) {
+    const std::span<const ContactSpring> springs = pair.contact.springs();
+    out.put_size(springs.size());
+    for (const ContactSpring& spring : springs)
+      out.put(static_cast<double>(spring.element)), out.put(spring.anchor_T);
+  }
+}
+
+void ContactInteraction::load(StateReader& in) {
+  near_.clear();
+  const std::size_t near = in.size(pairs_.size(), "near pairs");
+  for (std::size_t i = 0; i < near; ++i) {
+    const auto pair = in.get<std::uint64_t>();
+    if (pair >= pairs_.size() || acting_[static_cast<std::size_t>(pair)] == 0 ||
+        (!near_.empty() && near_.back() >= pair))
+      in.fail("a near pair is none that acts, or the pairs are not in order");
+    near_.push_back(static_cast<std::size_t>(pair));
+  }
+  std::fill(is_near_.begin(), is_near_.end(), 0);
+  for (const std::size_t pair : near_) is_near_[pair] = 1;
+  list_near();
+  std::vector<double> kept;
+  for (Pair& pair : pairs_) {
+    pair.contact.reset();
+    pair.known = false;
+    constexpr std::size_t kMostSprings = 1U << 24U;
+    kept.clear();
+    const std::size_t springs = in.size(kMostSprings, "contact springs");
+    for (std::size_t i = 0; i < 4 * springs; ++i) kept.push_back(in.number("a contact spring"));
+    try {
+      pair.contact.restore(kept);
+    } catch (const std::invalid_argument& error) {
+      in.fail(error.what());
+    }
+  }
 }
 
 RelativeMotion ContactInteraction::motion_of(const ContactPairModel& pair, const CellMotion& motion) const {

@@ -21,6 +21,9 @@
 
 namespace takt {
 
+class StateReader;
+class StateWriter;
+
 /// Calls of the contact algorithm since the last reset, as in Table 5.4.
 struct ContactCallCounts {
   std::uint64_t made = 0, skipped = 0;
@@ -43,6 +46,13 @@ class ContactInteraction {
   bool any_acting() const { return any_acting_; }
 
   void reset();
+  /// What pairs of this component keep is void: it was put elsewhere.
+  void forget(int component);
+  /// Springs, and which pairs are near. Results of calls and candidate lists are not saved: they change no
+  /// bit. load() wants set_acting() to have been called as it was; it throws StateError, and leaves what must
+  /// be reset or thrown away.
+  void save(StateWriter& out) const;
+  void load(StateReader& in);
   /// Discrete: pairs whose bounds could meet before the next call, if nothing moves further than
   /// `reach_m` until then. Evaluations look at those alone.
   void update(const CellMotion& motion, double reach_m);

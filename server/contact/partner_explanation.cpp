@@ -171,9 +171,9 @@ class Lister {
 }  // namespace
 
 std::string_view to_string(PartnerRule rule) {
-  constexpr std::array<std::string_view, 8> names{"nothing_reachable", "only_end",        "end_type",
+  constexpr std::array<std::string_view, 9> names{"nothing_reachable", "only_end",        "end_type",
                                                   "shorter_sequence",  "present_partner", "lower_id",
-                                                  "every_contact",     "one_support"};
+                                                  "every_contact",     "one_support",     "attached"};
   return names[static_cast<std::size_t>(rule)];
 }
 

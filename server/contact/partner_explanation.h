@@ -13,7 +13,7 @@
 namespace takt {
 
 /// What decided between the partner and the strongest of all other ends (the rival), in the order in which
-/// the rules are asked. The last two are those of the algorithms without a search.
+/// the rules are asked. Two are those of the algorithms without a search; the last overrides all.
 enum class PartnerRule : std::uint8_t {
   nothing_reachable,  ///< no sequence at all: no partner
   only_end,           ///< all sequences end in the same component: no rival
@@ -23,6 +23,7 @@ enum class PartnerRule : std::uint8_t {
   lower_id,           ///< as near, and neither holds it: who is first in the description
   every_contact,      ///< substitute_force: all that touches is connected; this one carries the weight
   one_support,        ///< extended_substitute_force: its Gripper, else its Ground, else a Part it touches
+  attached,           ///< the user attached it to this component
 };
 std::string_view to_string(PartnerRule rule);
 

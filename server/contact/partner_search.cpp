@@ -12,7 +12,8 @@ void ContactGraph::clear_contacts() {
 void ContactGraph::add_contact(int a, int b) {
   for (const auto& [at, other] : {std::pair{a, b}, std::pair{b, a}}) {
     auto& list = neighbours[static_cast<std::size_t>(at)];
-    list.insert(std::lower_bound(list.begin(), list.end(), other), other);
+    const auto place = std::lower_bound(list.begin(), list.end(), other);
+    if (place == list.end() || *place != other) list.insert(place, other);
   }
 }
 

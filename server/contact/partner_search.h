@@ -11,6 +11,9 @@
 // (so that a handover passes when the first gripper opens), then the lower id. As the hierarchy rises along a
 // sequence, a breadth-first search with visited marks finds the same partner as listing all sequences, in
 // linear time.
+//
+// A Part that the user attached to a component (holds) leads there alone, whatever it touches and whatever
+// the hierarchies are.
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -27,15 +30,17 @@ struct ContactGraph {
   };
   std::vector<Vertex> vertices;
   std::vector<std::vector<int>> neighbours;  ///< by component id, ascending; capacity is kept between steps
+  std::vector<int> holds;  ///< by component: what the user attached it to, a neighbour too; or -1
 
-  explicit ContactGraph(std::size_t count = 0) : vertices(count), neighbours(count) {}
-  void clear_contacts();
-  /// Keep the neighbours in order.
+  explicit ContactGraph(std::size_t count = 0) : vertices(count), neighbours(count), holds(count, -1) {}
+  void clear_contacts();  ///< not what is attached: whoever clears adds those edges again
+  /// Keep the neighbours in order, each once.
   void add_contact(int a, int b);
   void remove_contact(int a, int b);
 
   /// True if a sequence may be extended from `from` (a Part) to `to`.
   bool may_follow(int from, int to) const {
+    if (const int held_by = holds[static_cast<std::size_t>(from)]; held_by != -1) return to == held_by;
     const Vertex& v = vertices[static_cast<std::size_t>(to)];
     return v.type != ComponentType::part || v.hierarchy > vertices[static_cast<std::size_t>(from)].hierarchy;
   }

@@ -7,7 +7,6 @@
 #include "server/contact/contact_candidates.h"
 #include "server/contact/contact_depths.h"
 #include "server/contact/contact_elements.h"
-#include "server/contact/contact_springs.h"
 
 namespace takt {
 namespace {
@@ -343,6 +342,10 @@ void PolygonalContact::reset() {
 
 std::vector<double> PolygonalContact::save() const {
   return save_springs(impl_->springs);
+}
+
+std::span<const ContactSpring> PolygonalContact::springs() const {
+  return impl_->springs;
 }
 
 void PolygonalContact::restore(std::span<const double> kept) {

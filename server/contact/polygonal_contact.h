@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "server/contact/contact_law.h"
+#include "server/contact/contact_springs.h"
 #include "server/contact/pair_linearisation.h"
 #include "server/geometry/contact_surface.h"
 
@@ -74,6 +75,8 @@ class PolygonalContact {
   void reset();
   /// What accept() keeps, as numbers, for snapshots: per stretched element its number and displacement.
   std::vector<double> save() const;
+  /// The same as it is kept: by element, ascending.
+  std::span<const ContactSpring> springs() const;
   /// Throws std::invalid_argument for what save() did not make.
   void restore(std::span<const double> kept);
 

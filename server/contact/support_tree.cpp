@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "plant_models/state_bytes.h"
+
 namespace takt {
 
 SupportTree::SupportTree(const std::vector<Component>& components)
@@ -11,6 +13,18 @@ SupportTree::SupportTree(const std::vector<Component>& components)
 
 void SupportTree::reset() {
   std::fill(entries_.begin(), entries_.end(), Entry{});
+}
+
+void SupportTree::save(StateWriter& out) const {
+  for (const Entry& entry : entries_) out.put(entry.carrier), out.put(entry.support);
+}
+
+void SupportTree::load(StateReader& in) {
+  for (Entry& entry : entries_) {
+    entry = {};
+    entry.carrier = in.index(entries_.size(), "a carrier");
+    entry.support = in.index(entries_.size(), "a support");
+  }
 }
 
 void SupportTree::begin(std::span<const int> parts) {

@@ -14,6 +14,9 @@
 
 namespace takt {
 
+class StateReader;
+class StateWriter;
+
 class SupportTree {
  public:
   explicit SupportTree(const std::vector<Component>& components);
@@ -23,6 +26,8 @@ class SupportTree {
   template <typename Closed>
   void grow(const ContactGraph& graph, std::span<const int> parts, const Closed& closed);
   void reset();
+  void save(StateWriter& out) const;
+  void load(StateReader& in);
 
   /// Component that a Part hangs on, or -1: nothing, or it is where the tree of a free cluster begins.
   int carrier(int part) const { return at(part).carrier; }

@@ -37,7 +37,7 @@ class CommandSubscriber::Reader final : public dds::DataReaderListener {
       : owner_(owner), target_(target), exclusive_(exclusive) {}
 
   void on_data_available(dds::DataReader* reader) override {
-    if (target_ < static_cast<int>(owner_.loop_.cell().robots.size())) {
+    if (target_ < static_cast<int>(owner_.loop_->cell().robots.size())) {
       take<sensor_msgs::msg::JointState>(reader);
     } else {
       take<takt_msgs::msg::GripperCommand>(reader);
@@ -68,7 +68,7 @@ class CommandSubscriber::Reader final : public dds::DataReaderListener {
       if (!info.valid_data) continue;
       const std::int64_t received_ns = monotonic_now_ns();
       const DdsGuid guid = guid_of(info.publication_handle);
-      const CellDescription& cell = owner_.loop_.cell();
+      const CellDescription& cell = owner_.loop_->cell();
       const auto raw = from_message(std::string(target_name(cell, target_)), message);
       if (const auto* malformed = std::get_if<Rejection>(&raw)) {
         owner_.reject(*malformed, guid);
@@ -96,62 +96,84 @@ class CommandSubscriber::Reader final : public dds::DataReaderListener {
       0;  ///< senders refused for their kind of ownership; told by one thread of DDS
 };
 
-CommandSubscriber::CommandSubscriber(RunLoop& loop, AdapterEvents& events, Senders& senders)
-    : loop_(loop),
-      events_(events),
-      senders_(senders),
-      topics_(loop.cell().cell),
-      arbiters_(loop.cell().robots.size() + loop.cell().grippers.size()) {}
+CommandSubscriber::CommandSubscriber(AdapterEvents& events, Senders& senders, TopicNames topics)
+    : events_(events), senders_(senders), topics_(std::move(topics)) {}
 
 CommandSubscriber::~CommandSubscriber() = default;
 
-void CommandSubscriber::listen(Participant& participant, const TopicNames& topics) {
-  const CellDescription& cell = loop_.cell();
-  const auto targets = static_cast<int>(arbiters_.size());
+void CommandSubscriber::open(Participant& participant, RunLoop& loop) {
+  const CellDescription& cell = loop.cell();
+  const auto targets = static_cast<int>(cell.robots.size() + cell.grippers.size());
+  std::vector<AdapterEvent> news;
+  {
+    const std::lock_guard lock(mutex_);
+    loop_ = &loop;
+    participant_ = &participant;
+    arbiters_.assign(static_cast<std::size_t>(targets), {});
+    gone_.clear();
+    for (const auto& [guid, writer] : writers_) {
+      if (auto event = unheard(guid, writer.topic, cell)) news.push_back(std::move(*event));
+    }
+  }
+  for (AdapterEvent& event : news) events_.post(std::move(event));
   for (int target = 0; target < targets; ++target) {
     const bool robot = target < static_cast<int>(cell.robots.size());
-    const std::string topic = topics.of(target_name(cell, target), robot ? kJointCommands : kGripperCommand);
+    const std::string topic = topics_.of(target_name(cell, target), robot ? kJointCommands : kGripperCommand);
     for (const bool exclusive : {true, false}) {
-      readers_.push_back(std::make_unique<Reader>(*this, target, exclusive));
+      Listening& made = readers_.emplace_back();
+      made.listener = std::make_unique<Reader>(*this, target, exclusive);
       const auto qos = command_reader_qos(participant, exclusive);
-      if (robot) {
-        participant.create_reader<sensor_msgs::msg::JointStatePubSubType>(topic, qos, readers_.back().get());
-      } else {
-        participant.create_reader<takt_msgs::msg::GripperCommandPubSubType>(topic, qos,
-                                                                            readers_.back().get());
-      }
+      made.reader = robot ? participant.create_reader<sensor_msgs::msg::JointStatePubSubType>(
+                                topic, qos, made.listener.get())
+                          : participant.create_reader<takt_msgs::msg::GripperCommandPubSubType>(
+                                topic, qos, made.listener.get());
     }
   }
 }
 
+void CommandSubscriber::close() {
+  for (const Listening& listening : readers_) participant_->remove(listening.reader);
+  readers_.clear();
+  const std::lock_guard lock(mutex_);
+  loop_ = nullptr;
+}
+
 void CommandSubscriber::writer_discovered(const DdsGuid& guid, const std::string& topic,
                                           std::uint32_t strength) {
-  const std::string robot = topics_.name_in(topic, kJointCommands);
-  const std::string gripper = topics_.name_in(topic, kGripperCommand);
-  if (robot.empty() && gripper.empty()) return;
+  if (topics_.name_in(topic, kJointCommands).empty() && topics_.name_in(topic, kGripperCommand).empty())
+    return;
+  std::optional<AdapterEvent> event;
   {
     const std::lock_guard lock(mutex_);
-    strengths_[guid] = strength;
+    writers_[guid] = {topic, strength};
+    if (loop_ != nullptr) event = unheard(guid, topic, loop_->cell());
   }
-  const CellDescription& cell = loop_.cell();
+  if (event) events_.post(std::move(*event));
+}
+
+std::optional<AdapterEvent> CommandSubscriber::unheard(const DdsGuid& guid, const std::string& topic,
+                                                       const CellDescription& cell) const {
+  const std::string robot = topics_.name_in(topic, kJointCommands);
+  const std::string gripper = topics_.name_in(topic, kGripperCommand);
+  const auto event = [&](const char* code, const std::string& name, const Rejection& rejection) {
+    return AdapterEvent{Severity::warning, code, name, text_of(guid),
+                        "Nobody listens to the topic " + topic + ": " + rejection.message + "."};
+  };
   // Validation knows best what is there and how to say what is not.
   if (!robot.empty() && cell.find_robot(robot) < 0) {
     const auto verdict = validate(cell, RawJointCommand{robot, -1.0, {}, {}, {}, {}});
-    events_.post(
-        {Severity::warning, "unknown_robot", robot, text_of(guid),
-         "Nobody listens to the topic " + topic + ": " + std::get<Rejection>(verdict).message + "."});
+    return event("unknown_robot", robot, std::get<Rejection>(verdict));
   }
   if (!gripper.empty() && cell.find_gripper(gripper) < 0) {
     const auto verdict = validate(cell, RawGripperCommand{gripper, -1.0, 0, 0.0, 0.0});
-    events_.post(
-        {Severity::warning, "unknown_gripper", gripper, text_of(guid),
-         "Nobody listens to the topic " + topic + ": " + std::get<Rejection>(verdict).message + "."});
+    return event("unknown_gripper", gripper, std::get<Rejection>(verdict));
   }
+  return std::nullopt;
 }
 
 void CommandSubscriber::writer_removed(const DdsGuid& guid) {
   const std::lock_guard lock(mutex_);
-  strengths_.erase(guid);
+  writers_.erase(guid);
   gone_.erase(guid);
 }
 
@@ -163,8 +185,8 @@ std::optional<std::uint64_t> CommandSubscriber::appeared(int target, const DdsGu
   sender.exclusive = exclusive;
   std::copy_n(guid.guidPrefix.value, 12, sender.identity.begin());
   std::copy_n(guid.entityId.value, 4, sender.identity.begin() + 12);
-  const auto strength = strengths_.find(guid);
-  sender.strength = strength == strengths_.end() ? 0 : strength->second;
+  const auto writer = writers_.find(guid);
+  sender.strength = writer == writers_.end() ? 0 : writer->second.strength;
   return arbiter.appeared(sender);
 }
 
@@ -176,7 +198,7 @@ void CommandSubscriber::matched(int target, const DdsGuid& guid, bool exclusive)
     loser = appeared(target, guid, exclusive);
   }
   if (!loser) return;
-  const std::string name(target_name(loop_.cell(), target));
+  const std::string name(target_name(loop_->cell(), target));
   events_.post({Severity::warning, "not_owner", name, senders_.text(*loser),
                 "Several senders offer commands for " + name +
                     " exclusively; only the strongest is heard, and this one is weaker than another."});
@@ -189,7 +211,7 @@ void CommandSubscriber::unmatched(int target, const DdsGuid& guid) {
 }
 
 void CommandSubscriber::incompatible(int target, const std::string& policy) {
-  const std::string name(target_name(loop_.cell(), target));
+  const std::string name(target_name(loop_->cell(), target));
   events_.post({Severity::warning, "incompatible_qos", name, "",
                 "A sender of commands for " + name +
                     " cannot be heard, because its QoS does not fit: " + policy + "."});
@@ -209,13 +231,13 @@ void CommandSubscriber::deliver(int target, bool exclusive, const Command& comma
   if (!verdict.heard) {
     rejected_.fetch_add(1, std::memory_order_relaxed);
     if (!verdict.tell) return;
-    const std::string name(target_name(loop_.cell(), target));
+    const std::string name(target_name(loop_->cell(), target));
     events_.post({Severity::warning, std::string(to_string(RejectionCode::not_owner)), name, text_of(guid),
                   "Commands of this sender for " + name + " are not applied: " +
                       senders_.text(verdict.owner) + " commands it as long as it is there."});
     return;
   }
-  if (const auto rejection = loop_.append(command, sender, received_ns)) reject(*rejection, guid);
+  if (const auto rejection = loop_->append(command, sender, received_ns)) reject(*rejection, guid);
 }
 
 void CommandSubscriber::reject(const Rejection& rejection, const DdsGuid& guid) {

@@ -30,7 +30,7 @@ void ControlService::received(const takt_msgs::msg::ControlRequest& message) {
     const auto [place, is_new] = requests_.try_emplace(key);
     if (!is_new) {
       if (place->second.reply) asked_again_.push_back(*place->second.reply);
-      loop_.outbox().news.post();
+      host_.mail().news.post();
       return;
     }
     request.id = ++newest_id_;
@@ -48,7 +48,7 @@ void ControlService::received(const takt_msgs::msg::ControlRequest& message) {
   for (const auto& argument : message.arguments()) {
     request.arguments.emplace_back(argument.name().to_string(), argument.value().to_string());
   }
-  loop_.submit(request);
+  host_.submit(request);
 }
 
 void ControlService::write_replies() {
@@ -56,7 +56,7 @@ void ControlService::write_replies() {
   {
     const std::lock_guard lock(mutex_);
     messages.swap(asked_again_);
-    for (const ControlReply& reply : loop_.outbox().take_replies()) {
+    for (const ControlReply& reply : host_.mail().take_replies()) {
       const auto key = keys_.find(reply.id);
       if (key == keys_.end()) continue;  // forgotten: a thousand requests ago
       takt_msgs::msg::ControlReply message;

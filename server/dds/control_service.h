@@ -12,7 +12,7 @@
 
 #include "server/dds/participant.h"
 #include "server/dds/topic_names.h"
-#include "server/runtime/run_loop.h"
+#include "server/runtime/cell_host.h"
 #include "takt_msgs.h"
 
 namespace takt {
@@ -22,14 +22,14 @@ class ControlService final : public dds::DataReaderListener {
   /// So many of the newest requests are remembered.
   static constexpr std::size_t kRemembered = 1000;
 
-  explicit ControlService(RunLoop& loop) : loop_(loop) {}
+  explicit ControlService(CellHost& host) : host_(host) {}
 
   /// Makes the reader and the writer. Call once; the participant must be destroyed before this object.
   void listen(Participant& participant, const TopicNames& topics);
 
   void on_data_available(dds::DataReader* reader) override;
 
-  /// Publishing thread: writes the replies that the loop has put into its outbox, and those asked for again.
+  /// Publishing thread: writes the replies that have come in, and those asked for again.
   void write_replies();
 
  private:
@@ -41,7 +41,7 @@ class ControlService final : public dds::DataReaderListener {
 
   void received(const takt_msgs::msg::ControlRequest& message);
 
-  RunLoop& loop_;
+  CellHost& host_;
   dds::DataWriter* writer_ = nullptr;
   std::mutex mutex_;
   std::uint64_t newest_id_ = 0;  // guarded by mutex_, as all below

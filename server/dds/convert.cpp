@@ -140,6 +140,7 @@ takt_msgs::msg::CellDescription to_message(const CellDescription& cell, const st
   takt_msgs::msg::CellDescription message;
   message.cell(fitting<128>(cell.cell, "The cell's name"));
   message.scenario(fitting<128>(cell.scenario, "The scenario's name"));
+  message.world(cell.world);
   message.server_version(fitting<64>(server_version, "The version"));
   message.step_size(cell.step_s);
   message.level_of_detail(cell.level_of_detail);
@@ -152,6 +153,7 @@ takt_msgs::msg::CellDescription to_message(const CellDescription& cell, const st
 
 takt_msgs::msg::CellState make_state_message(const CellDescription& cell) {
   takt_msgs::msg::CellState message;
+  message.world(cell.world);
   message.components().resize(cell.components.size());
   message.robots().resize(cell.robots.size());
   message.grippers().resize(cell.grippers.size());
@@ -263,8 +265,9 @@ bool fill(takt_msgs::msg::Power& message, const CellDescription& cell, const Sna
   return count > 0;
 }
 
-takt_msgs::msg::Contacts make_contacts_message(std::size_t room) {
+takt_msgs::msg::Contacts make_contacts_message(const CellDescription& cell, std::size_t room) {
   takt_msgs::msg::Contacts message;
+  message.world(cell.world);
   message.contacts().resize(room);
   return message;
 }
@@ -301,6 +304,7 @@ takt_msgs::msg::Status to_message(const LoopStatus& status, const CellDescriptio
   message.time(status.time_s);
   message.step(status.step);
   message.epoch(status.epoch);
+  message.world(cell.world);
   message.state(static_cast<std::uint8_t>(status.state));
   message.pace(std::string(to_string(status.pace)));
   message.pace_factor(status.pace_factor);

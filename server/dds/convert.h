@@ -45,7 +45,7 @@ bool fill(takt_msgs::msg::Power& message, const CellDescription& cell, const Sna
 
 /// The message with room for so many contacts; fill() lists those that press and says whether a process is at
 /// level of detail 3. It does not allocate.
-takt_msgs::msg::Contacts make_contacts_message(std::size_t room);
+takt_msgs::msg::Contacts make_contacts_message(const CellDescription& cell, std::size_t room);
 bool fill(takt_msgs::msg::Contacts& message, const Snapshot& snapshot);
 
 takt_msgs::msg::Status to_message(const LoopStatus& status, const CellDescription& cell);

@@ -1,12 +1,13 @@
 #include "server/dds/dds_adapter.h"
 
+#include "server/dds/convert.h"
 #include "server/dds/topic_names.h"
 
 namespace takt {
 namespace {
 
-void check_name(const std::string& name, const char* what) {
-  if (is_topic_level(name)) return;
+const std::string& checked(const std::string& name, const char* what) {
+  if (is_topic_level(name)) return name;
   throw DdsError(
       std::string(what) + " '" + name +
       "' cannot be part of a topic name; allowed are letters, digits and underscores, no digit first.");
@@ -14,18 +15,14 @@ void check_name(const std::string& name, const char* what) {
 
 }  // namespace
 
-DdsAdapter::DdsAdapter(RunLoop& loop, ParticipantOptions options)
-    : events_(loop.outbox().news), commands_(loop, events_, senders_), control_(loop) {
-  const CellDescription& cell = loop.cell();
-  check_name(cell.cell, "The cell's name");
-  for (const auto& robot : cell.robots) check_name(robot.name, "The robot's name");
-  for (const auto& gripper : cell.grippers) check_name(gripper.name, "The gripper's name");
-  const TopicNames topics(cell.cell);
+DdsAdapter::DdsAdapter(CellHost& host, ParticipantOptions options)
+    : commands_(host.mail().events, senders_, TopicNames(checked(host.cell(), "The cell's name"))),
+      control_(host) {
+  const TopicNames topics(host.cell());
   participant_ = std::make_unique<Participant>(options, this);
-  publisher_ =
-      std::make_unique<StatePublisher>(loop, *participant_, topics, events_, senders_, commands_, control_);
+  publisher_ = std::make_unique<StatePublisher>(host, *participant_, topics, senders_, commands_, control_);
   control_.listen(*participant_, topics);
-  commands_.listen(*participant_, topics);
+  host.set_observer(this);
   publisher_->start();
 }
 
@@ -35,7 +32,31 @@ DdsAdapter::~DdsAdapter() {
 
 void DdsAdapter::stop() {
   if (publisher_) publisher_->stop();
+  commands_.close();
+  if (publisher_) publisher_->close();
   participant_.reset();
+}
+
+void DdsAdapter::check(const CellDescription& cell) {
+  for (const auto& robot : cell.robots) (void)checked(robot.name, "The robot's name");
+  for (const auto& gripper : cell.grippers) (void)checked(gripper.name, "The gripper's name");
+  (void)to_message(cell, TAKT_VERSION);
+}
+
+void DdsAdapter::opened(RunLoop& loop) {
+  publisher_->open(loop);
+  commands_.open(*participant_, loop);
+}
+
+void DdsAdapter::closed(RunLoop&) {
+  commands_.close();
+  publisher_->close();
+}
+
+void DdsAdapter::idle(const CellDescription& cell) {
+  commands_.close();  // what was left half open by a failure
+  publisher_->close();
+  publisher_->describe(cell);
 }
 
 void DdsAdapter::on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryInfo&& info) {

@@ -1,35 +1,41 @@
 #pragma once
-// The service's DDS end: one participant, commands in, samples out. Joined to a RunLoop by server_main.
+// The service's DDS end: one participant, commands in, samples out. Shows whatever scenario a CellHost has
+// loaded.
 #include <memory>
 #include <string>
 
-#include "server/dds/adapter_events.h"
 #include "server/dds/command_subscriber.h"
 #include "server/dds/control_service.h"
 #include "server/dds/participant.h"
 #include "server/dds/senders.h"
 #include "server/dds/state_publisher.h"
-#include "server/runtime/run_loop.h"
+#include "server/runtime/cell_host.h"
 
 namespace takt {
 
-class DdsAdapter final : public dds::DomainParticipantListener {
+class DdsAdapter final : public dds::DomainParticipantListener, public WorldObserver {
  public:
-  /// Make it before the loop starts, so that the loop's first instant is sent. The loop must outlive it.
-  /// Throws DdsError, also when a robot's or gripper's name cannot be part of a topic.
-  DdsAdapter(RunLoop& loop, ParticipantOptions options);
+  /// Make it before the host opens anything, so that the first instant is sent. The host must outlive it.
+  /// Throws DdsError, also when the cell's name cannot be part of a topic.
+  DdsAdapter(CellHost& host, ParticipantOptions options);
   ~DdsAdapter() override;
 
-  /// Sends what is left, then leaves the domain. Stop the loop first.
+  /// Sends what is left, then leaves the domain. Stop the host first.
   void stop();
 
   const StatePublisher& publisher() const { return *publisher_; }
+
+  /// Throws DdsError when a robot's or gripper's name cannot be part of a topic, or the description does not
+  /// fit its type.
+  void check(const CellDescription& cell) override;
+  void opened(RunLoop& loop) override;
+  void closed(RunLoop& loop) override;
+  void idle(const CellDescription& cell) override;
 
  private:
   void on_publisher_discovery(dds::DomainParticipant* participant, rtps::WriterDiscoveryInfo&& info) override;
 
   Senders senders_;
-  AdapterEvents events_;
   CommandSubscriber commands_;
   ControlService control_;
   std::unique_ptr<Participant> participant_;

@@ -71,6 +71,22 @@ Participant::~Participant() {
   dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
 }
 
+void Participant::remove(dds::DataWriter* writer) {
+  if (writer == nullptr) return;
+  dds::Topic* topic = writer->get_topic();
+  (void)publisher_->delete_datawriter(writer);
+  (void)participant_->delete_topic(topic);  // refused while another end uses it
+}
+
+void Participant::remove(dds::DataReader* reader) {
+  if (reader == nullptr) return;
+  const dds::TopicDescription* topic = reader->get_topicdescription();
+  reader->set_listener(nullptr);
+  (void)subscriber_->delete_datareader(reader);
+  (void)participant_->delete_topic(
+      dynamic_cast<const dds::Topic*>(topic));  // refused while another end uses it
+}
+
 void Participant::silence() {
   participant_->set_listener(nullptr);
   std::vector<dds::DataReader*> readers;

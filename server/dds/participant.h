@@ -32,8 +32,8 @@ class Participant {
   Participant(const Participant&) = delete;
   Participant& operator=(const Participant&) = delete;
 
-  /// Writers and readers live as long as the participant. `Type` is a generated ...PubSubType. Throws
-  /// DdsError.
+  /// Writers and readers live until they are removed, or as long as the participant. `Type` is a generated
+  /// ...PubSubType. Throws DdsError.
   template <typename Type>
   dds::DataWriter* create_writer(const std::string& topic, const dds::DataWriterQos& qos) {
     return create_writer(topic, dds::TypeSupport(new Type()), qos);
@@ -43,6 +43,10 @@ class Participant {
                                  dds::DataReaderListener* listener) {
     return create_reader(topic, dds::TypeSupport(new Type()), qos, listener);
   }
+
+  /// Once these return, the listener of the reader is not called any more. nullptr: nothing is done.
+  void remove(dds::DataWriter* writer);
+  void remove(dds::DataReader* reader);
 
   dds::DataWriterQos default_writer_qos() const { return publisher_->get_default_datawriter_qos(); }
   dds::DataReaderQos default_reader_qos() const { return subscriber_->get_default_datareader_qos(); }

@@ -1,33 +1,44 @@
 #pragma once
-// The one thread that writes samples: instants, events, status and replies, from the outbox of the step loop
-// and from the adapter's own events. The step loop never waits for it, but in lockstep, where no instant may
-// be skipped.
+// The one thread that writes samples: instants of the loaded scenario, if there is one, events, status and
+// replies. The step loop never waits for it, but in lockstep, where no instant may be skipped.
+//
+// Its writers of description, status and events live as long as the server, and events are numbered through;
+// those of the scenario's own topics (world_publisher.h) come and go with it.
 #include <atomic>
 #include <cstdint>
+#include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
-#include <vector>
 
-#include "server/dds/adapter_events.h"
 #include "server/dds/command_subscriber.h"
 #include "server/dds/control_service.h"
 #include "server/dds/participant.h"
 #include "server/dds/senders.h"
 #include "server/dds/topic_names.h"
+#include "server/dds/world_publisher.h"
+#include "server/runtime/cell_host.h"
 #include "server/runtime/histogram.h"
-#include "server/runtime/run_loop.h"
 #include "takt_msgs.h"
 
 namespace takt {
 
 class StatePublisher {
  public:
-  /// Makes the writers and writes the description. Throws DdsError.
-  StatePublisher(RunLoop& loop, Participant& participant, const TopicNames& topics, AdapterEvents& events,
-                 const Senders& senders, const CommandSubscriber& commands, ControlService& control);
+  /// Makes the writers. All must outlive this. Throws DdsError.
+  StatePublisher(CellHost& host, Participant& participant, const TopicNames& topics, const Senders& senders,
+                 const CommandSubscriber& commands, ControlService& control);
   ~StatePublisher();
   StatePublisher(const StatePublisher&) = delete;
   StatePublisher& operator=(const StatePublisher&) = delete;
+
+  /// From now on shows this loop's cell: writes its description, then what it publishes. Throws DdsError;
+  /// then it shows nothing.
+  void open(RunLoop& loop);
+  /// Writes what the loop, which has ended, has left, and forgets it.
+  void close();
+  /// Writes the description of a cell without a scenario.
+  void describe(const CellDescription& cell);
 
   void start();
   /// Writes what is left, then ends the thread. Stop the loop first.
@@ -38,47 +49,38 @@ class StatePublisher {
 
  private:
   void run();
-  void write_news();
-  void write_instant(const PublishedSnapshot& published);
+  // With mutex_ held:
+  void write_news(bool with_status);
   void write_events();
   void write_event(takt_msgs::msg::Event& event);
-  void repeat_instant_if_due();
+  void write_status(const LoopStatus& status, const CellDescription& cell);
+  void write_idle_status();
   /// Counts a refusal of DDS; the next status says so.
   void check(const DdsReturnCode& result);
 
-  RunLoop& loop_;
-  AdapterEvents& events_;
+  CellHost& host_;
+  Participant& participant_;
+  const TopicNames topics_;
   const Senders& senders_;
   const CommandSubscriber& commands_;
   ControlService& control_;
 
-  dds::DataWriter* state_writer_ = nullptr;
-  dds::DataWriter* power_writer_ = nullptr;
-  dds::DataWriter* contacts_writer_ = nullptr;
+  dds::DataWriter* description_writer_ = nullptr;
   dds::DataWriter* event_writer_ = nullptr;
   dds::DataWriter* status_writer_ = nullptr;
-  dds::DataWriter* clock_writer_ = nullptr;
-  std::vector<dds::DataWriter*> joint_writers_;
 
   std::thread thread_;
   std::atomic<bool> stop_{false};
 
-  // Publishing thread only.
-  takt_msgs::msg::CellState state_message_;
-  takt_msgs::msg::Power power_message_;
-  bool power_known_ = false;  ///< some robot has or had dynamics: power is sent with every state
-  takt_msgs::msg::Contacts contacts_message_;
-  bool contacts_known_ = false;  ///< some process is or was at level 3: contacts are sent with every state
-  std::vector<sensor_msgs::msg::JointState> joint_messages_;
-  rosgraph_msgs::msg::Clock clock_message_;
+  /// The publishing thread holds it while it writes, the host's while it exchanges the scenario. DDS entities
+  /// are made and removed without it.
+  std::mutex mutex_;
+  std::unique_ptr<WorldPublisher> world_;  // guarded by mutex_, as all below
+  CellDescription nothing_;                ///< described while there is no scenario
+  std::int64_t idle_status_ns_ = 0;        ///< when the last one without a scenario was written
+  SimulationState idle_state_{};           ///< and what it said
   std::uint64_t event_number_ = 0;
   std::uint64_t refused_writes_ = 0;
-  double present_time_s_ = 0.0;  ///< of the newest instant written: stamp of the adapter's own events
-  std::uint64_t present_step_ = 0;
-  std::uint32_t present_epoch_ = 0;
-  bool instant_written_ = false;
-  std::int64_t instant_written_ns_ = 0;  ///< the newest instant, first or repeated
-  std::int64_t instant_new_ns_ = 0;      ///< the newest instant, when it was new
   DurationHistogram write_time_;
 };
 

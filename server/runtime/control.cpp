@@ -8,85 +8,14 @@
 #include <initializer_list>
 #include <string_view>
 
+#include "server/runtime/entity_requests.h"
+#include "server/runtime/host_requests.h"
+#include "server/runtime/request_arguments.h"
+
 namespace takt {
 namespace {
 
-/// Reads the arguments of one request; the first thing wrong is kept as a sentence.
-class Arguments {
- public:
-  Arguments(const ControlRequest& request, std::initializer_list<std::string_view> allowed)
-      : request_(request) {
-    std::string list;
-    for (const auto name : allowed) list += (list.empty() ? "" : ", ") + std::string(name);
-    for (std::size_t i = 0; i < request.arguments.size(); ++i) {
-      const std::string& name = request.arguments[i].first;
-      if (std::find(allowed.begin(), allowed.end(), name) == allowed.end()) {
-        fail("has no argument '" + name + "'; it takes " + (list.empty() ? "none" : list) + ".");
-      }
-      for (std::size_t j = 0; j < i; ++j) {
-        if (request.arguments[j].first == name) fail("has the argument '" + name + "' twice.");
-      }
-    }
-  }
-
-  const std::string* find(std::string_view name) const {
-    for (const auto& [key, value] : request_.arguments) {
-      if (key == name) return &value;
-    }
-    return nullptr;
-  }
-
-  std::string text(std::string_view name, std::string_view what) {
-    const std::string* value = find(name);
-    if (value == nullptr || value->empty())
-      fail("needs the argument '" + std::string(name) + "': " + std::string(what));
-    return value == nullptr ? std::string() : *value;
-  }
-
-  double real(std::string_view name, std::optional<double> fallback, double low, double high) {
-    const std::string* value = find(name);
-    if (value == nullptr && fallback) return *fallback;
-    double number = 0.0;
-    if (value != nullptr && read(*value, number) && number >= low && number <= high) return number;
-    fail_value(name, value, "a number from " + exact_text(low) + " to " + exact_text(high));
-    return low;
-  }
-
-  std::uint64_t natural(std::string_view name, std::optional<std::uint64_t> fallback, std::uint64_t low,
-                        std::uint64_t high) {
-    const std::string* value = find(name);
-    if (value == nullptr && fallback) return *fallback;
-    std::uint64_t number = 0;
-    if (value != nullptr && read(*value, number) && number >= low && number <= high) return number;
-    fail_value(name, value, "a whole number from " + std::to_string(low) + " to " + std::to_string(high));
-    return low;
-  }
-
-  void fail_value(std::string_view name, const std::string* value, const std::string& allowed) {
-    const std::string found = value == nullptr ? "missing" : "'" + value->substr(0, 100) + "'";
-    fail("argument '" + std::string(name) + "' is " + found + "; allowed is " + allowed + ".");
-  }
-  void fail(const std::string& what) {
-    if (!error_) error_ = "Request '" + request_.request + "' " + what;
-  }
-
-  /// The action, or the reply that says what was wrong with the arguments.
-  std::variant<ControlAction, ControlReply> result(ControlAction action) const {
-    if (error_) return ControlReply{request_.id, ControlResult::failed, *error_, {}};
-    return action;
-  }
-
- private:
-  template <typename Number>
-  static bool read(const std::string& text, Number& number) {
-    const char* end = text.data() + text.size();
-    const auto [last, error] = std::from_chars(text.data(), end, number);
-    return error == std::errc() && last == end;
-  }
-
-  const ControlRequest& request_;
-  std::optional<std::string> error_;
-};
+using Arguments = RequestArguments;
 
 std::vector<int> read_targets(Arguments& arguments, const CellDescription& cell) {
   const std::string list = arguments.text("targets", "robots and grippers, separated by commas.");
@@ -122,7 +51,7 @@ std::variant<ControlAction, ControlReply> parse_register(const ControlRequest& r
   action.period_s = arguments.real("period_s", std::nullopt, cell.step_s, 3600.0);
   action.timeout_s = arguments.real("timeout_s", 10.0, 0.001, 86400.0);
   action.targets = read_targets(arguments, cell);
-  return arguments.result(action);
+  return arguments.result<ControlAction>(action);
 }
 
 std::variant<ControlAction, ControlReply> parse_explain(const ControlRequest& request,
@@ -130,22 +59,9 @@ std::variant<ControlAction, ControlReply> parse_explain(const ControlRequest& re
   Arguments arguments(request, {"part"});
   const std::string name = arguments.text("part", "the Part (or Gripper, or Ground) to explain.");
   const int component = cell.find_component(name);
-  const auto result = arguments.result(ExplainPart{component});
+  const auto result = arguments.result<ControlAction>(ExplainPart{component});
   if (component >= 0 || std::holds_alternative<ControlReply>(result)) return result;
-  constexpr std::size_t kLongestList = 600;  // of the 1024 characters of a message
-  std::string known;
-  for (const ComponentDescription& c : cell.components) {
-    if (known.size() + c.name.size() > kLongestList) {
-      known += ", ...";
-      break;
-    }
-    known += (known.empty() ? "" : ", ") + c.name;
-  }
-  return ControlReply{
-      request.id,
-      ControlResult::not_found,
-      "There is no component '" + name.substr(0, 128) + "' in this cell; it has " + known + ".",
-      {}};
+  return no_component_reply(request.id, name, cell);
 }
 
 std::variant<ControlAction, ControlReply> parse_level_of_detail(const ControlRequest& request,
@@ -166,17 +82,26 @@ std::variant<ControlAction, ControlReply> parse_level_of_detail(const ControlReq
           {}};
     }
   }
-  return arguments.result(action);
+  return arguments.result<ControlAction>(action);
 }
 
-constexpr std::array<std::string_view, 10> kRequests{
-    "get_features", "get_state",          "set_state",           "step",
-    "reset",        "set_pace",           "register_controller", "unregister_controller",
-    "explain_part", "set_level_of_detail"};
+constexpr std::array<std::string_view, 12> kRequests{"get_features",
+                                                     "get_state",
+                                                     "set_state",
+                                                     "step",
+                                                     "reset",
+                                                     "set_pace",
+                                                     "register_controller",
+                                                     "unregister_controller",
+                                                     "explain_part",
+                                                     "set_level_of_detail",
+                                                     "get_entities",
+                                                     "get_entity_state"};
 
 std::string known_requests() {
   std::string list;
   for (const auto name : kRequests) list += (list.empty() ? "" : ",") + std::string(name);
+  for (const auto name : kHostRequests) list += "," + std::string(name);
   return list;
 }
 
@@ -188,45 +113,51 @@ std::string exact_text(double value) {
   return {text.data(), end};
 }
 
+bool is_known_request(std::string_view name) {
+  return std::find(kRequests.begin(), kRequests.end(), name) != kRequests.end();
+}
+
 ControlReply features_reply(std::uint64_t id) {
   return {id,
           ControlResult::ok,
-          "This server simulates one cell at a time.",
+          "This server simulates one scenario at a time.",
           {{"requests", known_requests()},
            {"paces", "realtime,free,lockstep"},
-           {"reset_scopes", "1,2,255"},
+           {"reset_scopes", "0,1,2,4,255"},
            {"levels_of_detail", "1,2,3"},
            {"interface", "simulation_interfaces 2.1"}}};
 }
 
 std::variant<ControlAction, ControlReply> parse(const ControlRequest& request, const CellDescription& cell) {
   const std::string& name = request.request;
-  if (name == "get_features") return Arguments(request, {}).result(GetFeatures{});
-  if (name == "get_state") return Arguments(request, {}).result(GetState{});
+  if (name == "get_features") return Arguments(request, {}).result<ControlAction>(GetFeatures{});
+  if (name == "get_state") return Arguments(request, {}).result<ControlAction>(GetState{});
   if (name == "set_state") {
     Arguments arguments(request, {"state"});
     // By number as in simulation_interfaces, or by name.
     const std::string state = arguments.text("state", "0 stopped, 1 playing, 2 paused or 3 quitting.");
     for (std::uint8_t i = 0; i <= static_cast<std::uint8_t>(SimulationState::quitting); ++i) {
       const auto known = static_cast<SimulationState>(i);
-      if (state == std::to_string(i) || state == to_string(known)) return arguments.result(SetState{known});
+      if (state == std::to_string(i) || state == to_string(known))
+        return arguments.result<ControlAction>(SetState{known});
     }
     arguments.fail_value("state", &state, "0 (stopped), 1 (playing), 2 (paused) or 3 (quitting)");
-    return arguments.result(SetState{});
+    return arguments.result<ControlAction>(SetState{});
   }
   if (name == "step") {
     Arguments arguments(request, {"steps"});
-    return arguments.result(Step{arguments.natural("steps", 1, 1, 1'000'000'000)});
+    return arguments.result<ControlAction>(Step{arguments.natural("steps", 1, 1, 1'000'000'000)});
   }
   if (name == "reset") {
     Arguments arguments(request, {"scope"});
     const std::uint64_t scope = arguments.natural("scope", 255, 0, 255);
     // Time and state belong together here: the state at time 0 is the initial one.
-    if (scope != 1 && scope != 2 && scope != 3 && scope != 255) {
+    if (scope > 7 && scope != 255) {
       arguments.fail_value("scope", arguments.find("scope"),
-                           "1 (time), 2 (state), 3 or 255 (all): each resets both");
+                           "0 or 255 (all), or a sum of 1 (time), 2 (state), each of which resets both, and "
+                           "4 (spawned)");
     }
-    return arguments.result(Reset{});
+    return arguments.result<ControlAction>(Reset{scope == 4});
   }
   if (name == "set_pace") {
     Arguments arguments(request, {"pace", "factor"});
@@ -242,19 +173,25 @@ std::variant<ControlAction, ControlReply> parse(const ControlRequest& request, c
       arguments.fail_value("pace", &pace, "realtime, free or lockstep");
     }
     action.factor = arguments.real("factor", 1.0, 0.001, 1000.0);
-    return arguments.result(action);
+    return arguments.result<ControlAction>(action);
   }
   if (name == "register_controller") return parse_register(request, cell);
   if (name == "set_level_of_detail") return parse_level_of_detail(request, cell);
   if (name == "explain_part") return parse_explain(request, cell);
   if (name == "unregister_controller") {
     Arguments arguments(request, {"name"});
-    return arguments.result(UnregisterController{arguments.text("name", "the controller to remove.")});
+    return arguments.result<ControlAction>(
+        UnregisterController{arguments.text("name", "the controller to remove.")});
   }
-  return ControlReply{
+  if (auto parsed = parse_entity_request(request, cell)) return *std::move(parsed);
+  return unknown_request_reply(request);
+}
+
+ControlReply unknown_request_reply(const ControlRequest& request) {
+  return {
       request.id,
       ControlResult::unsupported,
-      "This server has no request '" + name.substr(0, 64) + "'; it has " + known_requests() + ".",
+      "This server has no request '" + request.request.substr(0, 64) + "'; it has " + known_requests() + ".",
       {}};
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -30,6 +31,14 @@ enum class ControlResult : std::int32_t {
   not_found = 2,
   incorrect_state = 3,
   failed = 4,
+  // Those of single requests, numbered as there.
+  no_world_loaded = 101,       ///< unload_scenario, reload_scenario
+  name_not_unique = 101,       ///< spawn_entity
+  name_invalid = 102,          ///< spawn_entity
+  resource_parse_error = 103,  ///< load_scenario: the scenario file
+  no_resource = 104,           ///< spawn_entity: no such mesh file
+  unsupported_assets = 105,    ///< load_scenario: a mesh or a robot that it names
+  spawn_parse_error = 106,     ///< spawn_entity: the mesh, or what it is to be
 };
 
 struct ControlReply {
@@ -47,7 +56,9 @@ struct SetState {
 struct Step {
   std::uint64_t steps = 1;
 };
-struct Reset {};
+struct Reset {
+  bool spawned_only = false;  ///< scope 4: what was spawned goes, nothing else is reset
+};
 struct SetPace {
   Pace pace{};
   double factor = 1.0;
@@ -68,11 +79,30 @@ struct SetLevelOfDetail {
 struct ExplainPart {
   int component = -1;
 };
-using ControlAction = std::variant<GetFeatures, GetState, SetState, Step, Reset, SetPace, RegisterController,
-                                   UnregisterController, ExplainPart, SetLevelOfDetail>;
+struct GetEntities {
+  std::string filter;    ///< name with * for any characters; empty: all
+  std::string category;  ///< part, gripper, ground; empty: all
+};
+struct GetEntityState {
+  int component = -1;
+};
+/// Of a Part; what is not given stays as it is.
+struct SetEntityState {
+  int component = -1;
+  std::optional<Vec3> p_WB;
+  std::optional<Mat3> R_WB;
+  std::optional<Vec3> linear_velocity, angular_velocity;  ///< of the origin of B, in the world
+};
+using ControlAction =
+    std::variant<GetFeatures, GetState, SetState, Step, Reset, SetPace, RegisterController,
+                 UnregisterController, ExplainPart, SetLevelOfDetail, GetEntities, GetEntityState>;
 
 /// Checks a request against the vocabulary and the cell.
 std::variant<ControlAction, ControlReply> parse(const ControlRequest& request, const CellDescription& cell);
+
+/// Whether parse() knows it; see host_requests.h for those of the host.
+bool is_known_request(std::string_view name);
+ControlReply unknown_request_reply(const ControlRequest& request);
 
 /// The answer to get_features.
 ControlReply features_reply(std::uint64_t id);

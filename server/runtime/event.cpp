@@ -115,6 +115,10 @@ std::string_view to_string(SimulationState state) {
       return "paused";
     case SimulationState::quitting:
       return "quitting";
+    case SimulationState::no_world:
+      return "without a scenario";
+    case SimulationState::loading_world:
+      return "loading a scenario";
   }
   return "unknown";
 }

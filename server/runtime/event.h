@@ -36,7 +36,14 @@ std::string_view to_string(EventCode code);
 enum class Severity : std::uint8_t { information = 0, warning = 1, error = 2 };
 
 /// States of simulation_interfaces.
-enum class SimulationState : std::uint8_t { stopped = 0, playing = 1, paused = 2, quitting = 3 };
+enum class SimulationState : std::uint8_t {
+  stopped = 0,
+  playing = 1,
+  paused = 2,
+  quitting = 3,
+  no_world = 4,       ///< no scenario is loaded
+  loading_world = 5,  ///< no scenario is loaded, but one is being read
+};
 std::string_view to_string(SimulationState state);
 
 /// Robots and grippers together are "targets" of commands: robots first, then grippers.

@@ -2,13 +2,12 @@
 
 #include <nlohmann/json.hpp>
 
+#include "server/runtime/document_reply.h"
+
 namespace takt {
 namespace {
 
 using nlohmann::json;
-
-constexpr std::size_t kPiece = 4000;      // of the 4096 characters of a value
-constexpr std::size_t kMostPieces = 240;  // of the 256 values of a reply
 
 /// As clients name the types.
 std::string_view type_name(ComponentType type) {
@@ -135,18 +134,10 @@ ControlReply explanation_reply(std::uint64_t id, const Explanation& explanation,
                                const CellDescription& cell) {
   // A name that is not UTF-8 must not end the loop: what cannot be told is replaced.
   const std::string text = document(explanation, cell).dump(-1, ' ', false, json::error_handler_t::replace);
-  const std::size_t pieces = (text.size() + kPiece - 1) / kPiece;
-  if (pieces > kMostPieces) {
-    return {id,
-            ControlResult::failed,
-            describe(explanation, cell) +
-                " (The details do not fit into one reply: the names of the components are too long.)",
-            {}};
-  }
   ControlReply reply{id, ControlResult::ok, describe(explanation, cell), {}};
-  reply.values.emplace_back("pieces", std::to_string(pieces));
-  for (std::size_t i = 0; i < pieces; ++i) {
-    reply.values.emplace_back("document_" + std::to_string(i), text.substr(i * kPiece, kPiece));
+  if (!add_document(reply, text)) {
+    reply.result = ControlResult::failed;
+    reply.message += " (The details do not fit into one reply: the names of the components are too long.)";
   }
   return reply;
 }

@@ -5,7 +5,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
-#include <mutex>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -13,6 +13,7 @@
 #include "server/runtime/event.h"
 #include "server/runtime/fixed_text.h"
 #include "server/runtime/latest_value_slot.h"
+#include "server/runtime/mail.h"
 #include "server/runtime/spsc_ring.h"
 #include "server/runtime/wakeup.h"
 #include "server/simulation/snapshot.h"
@@ -56,13 +57,17 @@ struct PublishedSnapshot {
 };
 
 struct Outbox {
-  explicit Outbox(const Snapshot& shape) : snapshots(PublishedSnapshot{shape, 0}), events(4096) {}
+  Outbox(const Snapshot& shape, std::shared_ptr<Mail> shared)
+      : mail(std::move(shared)), news(mail->news), snapshots(PublishedSnapshot{shape, 0}), events(4096) {}
+
+  /// Replies, and what else outlives the loaded scenario.
+  const std::shared_ptr<Mail> mail;
+  /// Something new is in one of the three below, or a reply is there.
+  Wakeup& news;
 
   LatestValueSlot<PublishedSnapshot> snapshots;
   LatestValueSlot<LoopStatus> status;
   SpscRing<EventRecord> events;
-  /// Something new is in one of the three above, or a reply is there.
-  Wakeup news;
 
   /// Set by an adapter that writes every snapshot it takes to the outside and then calls written(): in
   /// lockstep the loop waits for that before the next step, so that no state is skipped.
@@ -72,21 +77,8 @@ struct Outbox {
   /// whoever has lost it gets no newer one.
   std::atomic<bool> standing_at_boundary{false};
 
-  void add_reply(ControlReply reply) {
-    {
-      const std::lock_guard lock(replies_mutex_);
-      replies_.push_back(std::move(reply));
-    }
-    news.post();
-  }
-  std::vector<ControlReply> take_replies() {
-    const std::lock_guard lock(replies_mutex_);
-    return std::exchange(replies_, {});
-  }
-
- private:
-  std::mutex replies_mutex_;
-  std::vector<ControlReply> replies_;
+  void add_reply(ControlReply reply) { mail->add_reply(std::move(reply)); }
+  std::vector<ControlReply> take_replies() { return mail->take_replies(); }
 };
 
 }  // namespace takt

@@ -9,7 +9,6 @@
 namespace takt {
 namespace {
 
-constexpr std::int64_t kStatusInterval_ns = 100'000'000;
 constexpr std::int64_t kLongestSleep_ns = 10'000'000;  // so that requests are heard at slow paces
 constexpr std::int64_t kWaitInStatus_ns = 20'000'000;  // a wait this long is told in the status at once
 constexpr std::int64_t kLateAfter_ns = 1'000'000'000;  // and this long in an event
@@ -23,24 +22,21 @@ int target_of(const CellDescription& cell, const Command& command) {
   return static_cast<int>(cell.robots.size()) + std::get<GripperCommand>(command).gripper;
 }
 
-Quantiles quantiles(const DurationHistogram& histogram) {
-  return {histogram.quantile_s(0.5), histogram.quantile_s(0.99), histogram.max_s()};
-}
-
 }  // namespace
 
 RunLoop::RunLoop(Simulation& simulation, RunLoopOptions options)
     : simulation_(simulation),
       options_(std::move(options)),
       buffer_(simulation.description()),
-      outbox_(simulation.make_snapshot()),
+      outbox_(simulation.make_snapshot(), options_.mail ? options_.mail : std::make_shared<Mail>()),
       pacer_(system_monotonic_clock()),
       registry_(static_cast<int>(target_count(simulation.description())), simulation.description().step_s),
-      state_(options_.start_paused ? SimulationState::paused : SimulationState::playing),
+      state_(options_.start_stopped  ? SimulationState::stopped
+             : options_.start_paused ? SimulationState::paused
+                                     : SimulationState::playing),
       pace_(options_.pace),
       factor_(options_.factor),
-      pending_(target_count(simulation.description())),
-      made_ns_(monotonic_now_ns()) {
+      pending_(target_count(simulation.description())) {
   incoming_.reserve(buffer_.capacity());
   batch_.reserve(pending_.size());
 }
@@ -50,6 +46,10 @@ RunLoop::~RunLoop() {
 }
 
 void RunLoop::start() {
+  {
+    const std::lock_guard lock(requests_mutex_);
+    running_ = true;
+  }
   thread_ = std::thread([this] { run(); });
 }
 
@@ -72,7 +72,7 @@ void RunLoop::snapshot_written(std::uint64_t number) {
 }
 
 double RunLoop::wall_time_s() const {
-  return static_cast<double>(monotonic_now_ns() - made_ns_) * 1e-9;
+  return static_cast<double>(monotonic_now_ns() - outbox_.mail->began_ns) * 1e-9;
 }
 
 void RunLoop::run() {
@@ -80,6 +80,11 @@ void RunLoop::run() {
   anchor();
   publish_instant();
   while (!stop_.load(std::memory_order_relaxed)) {
+    if (hold_.load(std::memory_order_relaxed)) {
+      outbox_.standing_at_boundary.store(true, std::memory_order_relaxed);
+      stand_held();
+      continue;
+    }
     if (requests_waiting_.load(std::memory_order_acquire)) execute_requests();
     answer_question();
     collect_commands();
@@ -106,6 +111,7 @@ void RunLoop::run() {
     }
     take_step();
   }
+  refuse_what_waits();
   state_ = SimulationState::quitting;
   publish_status(monotonic_now_ns());
   if (quitting_.load() && on_quit_) on_quit_();
@@ -310,64 +316,6 @@ void RunLoop::wait_until_written() {
          outbox_.newest_written.load(std::memory_order_acquire) < published_) {
     wakeup_.wait_until_ns(monotonic_now_ns() + kLongestSleep_ns);
   }
-}
-
-void RunLoop::publish_status_if_due() {
-  const std::int64_t now = monotonic_now_ns();
-  if (now >= next_status_ns_) publish_status(now);
-}
-
-void RunLoop::publish_status(std::int64_t now_ns) {
-  if (now_ns >= next_status_ns_) {
-    next_status_ns_ = now_ns + kStatusInterval_ns;
-    std::rotate(rate_.begin(), rate_.begin() + 1, rate_.end());
-    rate_.back() = {now_ns, simulation_.time_s(), computed_ns_};
-    rate_count_ = std::min(rate_count_ + 1, rate_.size());
-  }
-  if (outbox_.events.lost() > events_lost_told_) {
-    EventRecord lost = event(EventCode::events_lost, Severity::warning);
-    lost.a = static_cast<int>(outbox_.events.lost() - events_lost_told_);
-    events_lost_told_ = outbox_.events.lost();
-    emit(lost);
-  }
-  LoopStatus& status = outbox_.status.write_buffer();
-  status.time_s = simulation_.time_s();
-  status.step = simulation_.step_index();
-  status.epoch = simulation_.epoch();
-  status.state = state_;
-  status.pace = pace_;
-  status.pace_factor = factor_;
-  status.wall_time_s = static_cast<double>(now_ns - made_ns_) * 1e-9;
-  const RateSample& oldest = rate_[rate_.size() - std::max<std::size_t>(rate_count_, 1)];
-  const double wall = static_cast<double>(now_ns - oldest.wall_ns) * 1e-9;
-  const double simulated = simulation_.time_s() - oldest.time_s;
-  const double computed = static_cast<double>(computed_ns_ - oldest.computed_ns) * 1e-9;
-  status.sim_over_wall = wall > 0.0 ? std::max(simulated, 0.0) / wall : 0.0;
-  status.real_time_factor = simulated > 0.0 ? computed / simulated : 0.0;
-  status.lag_s = pace_ == Pace::realtime ? static_cast<double>(pacer_.figures().lag_ns) * 1e-9 : 0.0;
-  status.overruns = pacer_.figures().overruns;
-  status.longest_overrun_run = pacer_.figures().longest_overrun_run;
-  status.rebases = pacer_.figures().rebases;
-  status.step_time = quantiles(step_time_);
-  status.wake_up = quantiles(pacer_.wake_up());
-  status.command_latency = quantiles(command_latency_);
-  status.commands_applied = commands_applied_;
-  status.commands_rejected = commands_rejected_;
-  status.mpr_calls = simulation_.statistics().mpr_calls;
-  status.mpr_skipped = simulation_.statistics().mpr_skipped;
-  status.solver.assign(simulation_.solver().name);
-  status.solver_steps = simulation_.statistics().solver.steps;
-  status.solver_rejected_steps = simulation_.statistics().solver.rejected_steps;
-  status.process_count =
-      static_cast<std::uint32_t>(std::min(cell().processes.size(), status.process_levels.size()));
-  for (std::size_t p = 0; p < status.process_count; ++p)
-    status.process_levels[p] = simulation_.process_level(p);
-  status.waiting_for = waiting_for_;
-  status.waiting_count = waiting_count_;
-  status.scheduling = scheduling_;
-  status.fault.assign(faulted_ ? std::string_view(simulation_.fault()) : std::string_view());
-  outbox_.status.publish();
-  outbox_.news.post();
 }
 
 EventRecord RunLoop::event(EventCode code, Severity severity) const {

@@ -7,8 +7,9 @@
 // that goes out lies in outbox(). The loop knows no transport, and in steady state neither allocates nor
 // waits for a reader.
 //
-// Requests are executed between two steps. What takes longer than a look (explain_part) waits in a queue of
-// which at most one is answered before a step, so that no client can hold up the simulation with questions.
+// Requests are executed between two steps. What takes longer than a look (explain_part, get_entity_state)
+// waits in a queue of which at most one is answered before a step, so that no client can hold up the
+// simulation with questions.
 //
 // Lockstep: at a step that is a boundary of a registered controller (controller_registry.h) the loop waits
 // until every target of that controller has a command stamped with that step's time, to the nanosecond, and
@@ -16,8 +17,10 @@
 // on the commands alone.
 #include <array>
 #include <atomic>
+#include <condition_variable>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -38,12 +41,14 @@ struct RunLoopOptions {
   Pace pace = Pace::realtime;
   double factor = 1.0;  ///< simulated seconds per second of wall time, for realtime
   bool start_paused = false;
+  bool start_stopped = false;          ///< before start_paused
   int realtime_priority = 0;           ///< see obtain_scheduling()
   std::optional<double> pause_at_s{};  ///< simulated time at which to pause with the event end_of_scenario
   bool quit_at_end = false;            ///< and then end the loop
   /// Called in the loop's thread with every instant, the first one and those after a reset included: for
   /// tests and for recording in-process. Empty: none.
   std::function<void(const Simulation&)> on_instant{};
+  std::shared_ptr<Mail> mail{};  ///< to share with other loops; empty: one of its own
 };
 
 class RunLoop {
@@ -66,13 +71,30 @@ class RunLoop {
   std::optional<Rejection> append(const Command& command, std::uint64_t sender, std::int64_t received_ns);
   /// Any thread. The reply comes through outbox(): at once when the request is not well-formed, else when it
   /// was done.
+  /// A loop that has ended refuses, also what waited until then.
   void submit(const ControlRequest& request);
 
   Outbox& outbox() { return outbox_; }
   /// To be called by the reader of the outbox after writing a snapshot.
   void snapshot_written(std::uint64_t number);
 
-  /// Seconds since the loop was made, for reports.
+  /// Before start(): another pace than that of the options.
+  void begin_with(Pace pace, double factor) {
+    pace_ = pace;
+    factor_ = factor;
+  }
+  /// Before start(): pace and controllers of a loop that has ended and whose cell has the same robots and
+  /// grippers.
+  void begin_like(const RunLoop& other, SimulationState state);
+  /// Another thread: from here to release() the loop takes no step and executes no request; what comes in
+  /// waits. Returns its state, or nothing when it is not running. One thread may hold it.
+  std::optional<SimulationState> hold();
+  void release();
+  /// Once the loop has ended: what the next one goes on with.
+  Pace pace() const { return pace_; }
+  double pace_factor() const { return factor_; }
+
+  /// Seconds since the server began, for reports.
   double wall_time_s() const;
   const CellDescription& cell() const { return simulation_.description(); }
   /// Most contacts that a published snapshot holds.
@@ -90,6 +112,7 @@ class RunLoop {
   struct Question {
     std::uint64_t id = 0;
     int component = -1;
+    bool why = false;  ///< explain_part; else get_entity_state
   };
   struct RateSample {
     std::int64_t wall_ns = 0;
@@ -99,6 +122,8 @@ class RunLoop {
 
   void run();
   void execute_requests();
+  void refuse_what_waits();
+  void stand_held();
   void reply(std::uint64_t id, ControlResult result, std::string message, TextArguments values = {});
   void execute(std::uint64_t id, const SetState& action);
   void execute(std::uint64_t id, const Step& action);
@@ -107,7 +132,7 @@ class RunLoop {
   void execute(std::uint64_t id, const UnregisterController& action);
   void execute(std::uint64_t id, const SetLevelOfDetail& action);
   void execute_get_state(std::uint64_t id);
-  void take_question(std::uint64_t id, const ExplainPart& question);
+  void take_question(const Question& question);
   void answer_question();
   void do_reset();
   void set_state(SimulationState state);
@@ -142,6 +167,11 @@ class RunLoop {
   std::atomic<bool> stop_{false}, quitting_{false}, requests_waiting_{false};
   std::mutex requests_mutex_;
   std::vector<PendingAction> requests_;  // guarded by requests_mutex_
+  bool closed_ = false;                  // guarded by requests_mutex_: the loop has ended
+  bool running_ = false;                 // guarded by requests_mutex_: its thread may execute requests
+  bool held_ = false;                    // guarded by requests_mutex_: it stands since hold()
+  std::condition_variable held_news_;
+  std::atomic<bool> hold_{false};
   std::function<void()> on_quit_;
 
   // From here on: the loop's thread only.
@@ -163,7 +193,6 @@ class RunLoop {
   std::uint32_t waiting_count_ = 0;
 
   FixedText<256> scheduling_;
-  std::int64_t made_ns_;
   std::int64_t next_status_ns_ = 0;
   std::int64_t computed_ns_ = 0;  ///< sum of the steps' computation times
   DurationHistogram step_time_, command_latency_;

@@ -1,6 +1,7 @@
 // Control requests of the step loop: handed over by submit(), executed between two steps.
 #include <algorithm>
 
+#include "server/runtime/entity_requests.h"
 #include "server/runtime/explain_reply.h"
 #include "server/runtime/run_loop.h"
 
@@ -8,7 +9,9 @@ namespace takt {
 
 namespace {
 constexpr std::size_t kMostQuestions = 64;
-}
+constexpr std::int64_t kLongestHeldSleep_ns = 20'000'000;
+constexpr const char* kEnded = "The simulation of this scenario has ended; the request was not executed.";
+}  // namespace
 
 void RunLoop::submit(const ControlRequest& request) {
   auto parsed = parse(request, cell());
@@ -16,12 +19,70 @@ void RunLoop::submit(const ControlRequest& request) {
     outbox_.add_reply(std::move(*answer));
     return;
   }
+  // What depends on the description alone does not concern the loop.
+  if (const auto* list = std::get_if<GetEntities>(&std::get<ControlAction>(parsed))) {
+    outbox_.add_reply(entities_reply(request.id, *list, cell()));
+    return;
+  }
+  bool closed = false;
   {
     const std::lock_guard lock(requests_mutex_);
-    requests_.push_back({request.id, std::get<ControlAction>(std::move(parsed))});
-    requests_waiting_.store(true, std::memory_order_release);
+    closed = closed_;
+    if (!closed) requests_.push_back({request.id, std::get<ControlAction>(std::move(parsed))});
+    requests_waiting_.store(!closed, std::memory_order_release);
   }
+  if (closed) {
+    reply(request.id, ControlResult::incorrect_state, kEnded);
+  } else {
+    wakeup_.post();
+  }
+}
+
+std::optional<SimulationState> RunLoop::hold() {
+  std::unique_lock lock(requests_mutex_);
+  if (!running_) return std::nullopt;
+  held_ = false;
+  hold_.store(true);
   wakeup_.post();
+  held_news_.wait(lock, [&] { return held_ || !running_; });
+  return running_ ? std::optional(state_) : std::nullopt;
+}
+
+void RunLoop::release() {
+  hold_.store(false);
+  wakeup_.post();
+}
+
+void RunLoop::stand_held() {
+  {
+    const std::lock_guard lock(requests_mutex_);
+    held_ = true;
+  }
+  held_news_.notify_all();
+  publish_status_if_due();
+  wakeup_.wait_until_ns(std::min(next_status_ns_, monotonic_now_ns() + kLongestHeldSleep_ns));
+}
+
+void RunLoop::begin_like(const RunLoop& other, SimulationState state) {
+  begin_with(other.pace_, other.factor_);
+  state_ = state;
+  registry_ = other.registry_;
+  registry_.restart();
+}
+
+void RunLoop::refuse_what_waits() {
+  end_single_steps(ControlResult::failed, "The remaining steps were not taken: the simulation has ended.");
+  std::vector<PendingAction> requests;
+  {
+    const std::lock_guard lock(requests_mutex_);
+    closed_ = true;
+    running_ = false;
+    requests.swap(requests_);
+  }
+  held_news_.notify_all();
+  for (const PendingAction& request : requests) reply(request.id, ControlResult::incorrect_state, kEnded);
+  for (const Question& question : questions_) reply(question.id, ControlResult::incorrect_state, kEnded);
+  questions_.clear();
 }
 
 void RunLoop::execute_requests() {
@@ -41,7 +102,12 @@ void RunLoop::execute_requests() {
       execute(id, *to_state);
     } else if (const auto* step = std::get_if<Step>(&request.action)) {
       execute(id, *step);
-    } else if (std::holds_alternative<Reset>(request.action)) {
+    } else if (const auto* reset = std::get_if<Reset>(&request.action)) {
+      // A scenario with something spawned is exchanged by the host, which does not ask the loop.
+      if (reset->spawned_only) {
+        reply(id, ControlResult::ok, "Nothing was spawned or deleted.");
+        continue;
+      }
       do_reset();
       reply(id, ControlResult::ok, "The cell is back in its initial state.",
             {{"epoch", std::to_string(simulation_.epoch())}});
@@ -53,8 +119,10 @@ void RunLoop::execute_requests() {
       execute(id, *remove);
     } else if (const auto* level = std::get_if<SetLevelOfDetail>(&request.action)) {
       execute(id, *level);
-    } else if (const auto* question = std::get_if<ExplainPart>(&request.action)) {
-      take_question(id, *question);
+    } else if (const auto* part = std::get_if<ExplainPart>(&request.action)) {
+      take_question({id, part->component, true});
+    } else if (const auto* entity = std::get_if<GetEntityState>(&request.action)) {
+      take_question({id, entity->component, false});
     }
   }
 }
@@ -95,21 +163,26 @@ void RunLoop::execute(std::uint64_t id, const SetLevelOfDetail& action) {
         {{"level", std::to_string(action.level)}});
 }
 
-void RunLoop::take_question(std::uint64_t id, const ExplainPart& question) {
+void RunLoop::take_question(const Question& question) {
   if (questions_.size() >= kMostQuestions) {
-    reply(id, ControlResult::failed,
+    reply(question.id, ControlResult::failed,
           std::to_string(kMostQuestions) +
               " questions are waiting already; at most one is answered before each step.");
     return;
   }
-  questions_.push_back({id, question.component});
+  questions_.push_back(question);
 }
 
 void RunLoop::answer_question() {
   if (questions_.empty()) return;
   const Question question = questions_.front();
   questions_.erase(questions_.begin());
-  outbox_.add_reply(explanation_reply(question.id, simulation_.explain(question.component), cell()));
+  if (question.why) {
+    outbox_.add_reply(explanation_reply(question.id, simulation_.explain(question.component), cell()));
+  } else {
+    outbox_.add_reply(
+        entity_state_reply(question.id, question.component, simulation_.make_snapshot(), cell()));
+  }
 }
 
 void RunLoop::execute(std::uint64_t id, const SetState& action) {
@@ -134,6 +207,9 @@ void RunLoop::execute(std::uint64_t id, const SetState& action) {
                        "The remaining steps were not taken: the simulation was paused.");
       set_state(SimulationState::paused);
       break;
+    case SimulationState::no_world:
+    case SimulationState::loading_world:
+      break;  // none that a request may ask for
     case SimulationState::quitting:
       set_state(SimulationState::quitting);
       quitting_.store(true);

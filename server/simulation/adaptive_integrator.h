@@ -19,6 +19,7 @@ class AdaptiveIntegrator final : public Integrator {
   AdaptiveIntegrator(const SolverParameters& parameters, const OdeSystem& system);
   void restart() override { restart_pending_ = true; }
   bool fixed_step() const override { return false; }
+  bool hides_history() const override { return true; }
 
  protected:
   bool take_step(OdeSystem& system, double t, double h, std::span<double> x) override;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "plant_models/state_bytes.h"
+
 namespace takt {
 
 namespace {
@@ -44,6 +46,22 @@ void CalmParts::wake_all() {
       if (const int place = resting_.place_of(end); place >= 0)
         may_sleep_[static_cast<std::size_t>(place)] = 1;
   }
+}
+
+void CalmParts::save(StateWriter& out) const {
+  for (std::size_t i = 0; i < calm_.size(); ++i) out.put(calm_[i]), out.put(group_[i]);
+}
+
+void CalmParts::load(StateReader& in) {
+  wake_all();
+  for (std::size_t i = 0; i < calm_.size(); ++i) {
+    calm_[i] = in.integer(0, steps_, "steps that a Part was calm");
+    group_[i] = in.integer(-1, static_cast<int>(group_.size()) - 1, "a group of sleeping Parts");
+    if (group_[i] < 0) continue;
+    asleep_[static_cast<std::size_t>(resting_.parts()[i])] = 1;
+    ++sleeping_;
+  }
+  contacts_.set_asleep(asleep_);
 }
 
 bool CalmParts::asleep(int component) const {

@@ -23,6 +23,9 @@
 
 namespace takt {
 
+class StateReader;
+class StateWriter;
+
 class CalmParts {
  public:
   /// All outlive it. Who sleeps is kept in `resting`, whose list of awake Parts counts.
@@ -37,6 +40,10 @@ class CalmParts {
   bool wake_reached(const CellMotion& motion);
   /// After a step, at its poses and twists. True if the awake Parts changed.
   bool fall_asleep(const ComponentInteraction& interaction, const CellMotion& motion);
+
+  void save(StateWriter& out) const;
+  /// `resting` and the contacts must be loaded already.
+  void load(StateReader& in);
 
  private:
   bool asleep(int component) const;

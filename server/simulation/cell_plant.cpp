@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "plant_models/state_bytes.h"
+
 namespace takt {
 
 CellPlant::CellPlant(const CellModel& model, const ComponentInteraction& interaction,
@@ -167,6 +169,64 @@ void CellPlant::change_levels(std::span<const int> levels, double t) {
   }
   system_->wake_all();
   accepted_ = x_;
+}
+
+void CellPlant::save(StateWriter& out) {
+  for (const int level : levels_) out.put(static_cast<std::uint8_t>(level));
+  for (const std::array<double, 2>& energies : energies_) out.put(std::span<const double>(energies));
+  for (const KinematicRobot& robot : robots_) robot.save(out);
+  for (const ParallelGripper& gripper : grippers_) gripper.save(out);
+  for (const auto& further : further_) further->save(out);
+  out.put_size(x_.size());
+  out.put(std::span<const double>(x_));
+  if (integrator_->hides_history()) {
+    const SolverStatistics statistics = integrator_->statistics();
+    integrator_ = make_integrator(solver(), *system_);
+    integrator_->set_statistics(statistics);
+  }
+  integrator_->save(out);
+}
+
+void CellPlant::load(StateReader& in) {
+  for (std::size_t r = 0; r < levels_.size(); ++r) {
+    levels_[r] = in.integer(1, 3, "a robot's level of detail");
+    if (levels_[r] > 1 && !can_be_dynamic(r))
+      in.fail(model_.description.robots[r].name + " has level " + std::to_string(levels_[r]) +
+              ", but can only be kinematic");
+  }
+  for (std::array<double, 2>& energies : energies_) in.numbers(energies, "an energy");
+  for (KinematicRobot& robot : robots_) robot.load(in);
+  for (ParallelGripper& gripper : grippers_) gripper.load(in);
+  for (const auto& further : further_) further->load(in);
+  build();
+  in.expect_size(x_.size(), "states");
+  in.numbers(x_, "a state");
+  for (std::size_t part = 0; part < parts_.size(); ++part) {
+    double length = 0.0;
+    for (std::size_t i = 3; i < 7; ++i) length += x_[part_begin(part) + i] * x_[part_begin(part) + i];
+    if (!(length > 0.25 && length < 4.0))
+      in.fail("the orientation of " + model_.components[static_cast<std::size_t>(parts_[part].body())].name +
+              " is no unit quaternion");
+  }
+  for (std::size_t r = 0; r < robots_.size(); ++r) {
+    if (dynamic(r) == nullptr) continue;
+    for (int j = 0; j < dynamic_[r]->joint_count(); ++j) {
+      const Drive& drive = dynamic_[r]->drive(j);
+      if (!drive.has_modes()) continue;
+      const double mode =
+          segment(r)[static_cast<std::size_t>(dynamic_[r]->drive_state(j) + drive.mode_state())];
+      if (mode != -1.0 && mode != 0.0 && mode != 1.0)
+        in.fail("the mode of a friction is " + std::to_string(mode));
+    }
+  }
+  accepted_ = x_;
+  integrator_->load(in);
+}
+
+void CellPlant::put_part(std::size_t part, const Pose& X_WB, const Twist& V_WB) {
+  parts_[part].set_state(X_WB, V_WB, x_.data() + part_begin(part));
+  accepted_ = x_;
+  integrator_->restart();
 }
 
 std::string CellPlant::describe_state(std::size_t state) const {

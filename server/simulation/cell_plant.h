@@ -34,6 +34,14 @@ class CellPlant {
   /// start in equilibrium with what the robot does and carries; energies go on from where they ended.
   void change_levels(std::span<const int> levels, double t);
 
+  /// Levels, discrete state of the models, states and what the solver remembers. Saving restarts solvers that
+  /// hide it (Integrator::hides_history), and allocates then. load() wants the contacts that act to be those
+  /// of then; it throws StateError, and leaves a plant that must be thrown away.
+  void save(StateWriter& out);
+  void load(StateReader& in);
+  /// Puts a Part (index among Parts) elsewhere, between two steps.
+  void put_part(std::size_t part, const Pose& X_WB, const Twist& V_WB);
+
   /// What integrates at present.
   const SolverParameters& solver() const {
     return system_->has_contacts() ? model_.contact_solver : model_.solver;

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "plant_models/state_bytes.h"
 #include "server/simulation/grasping.h"
 
 namespace takt {
@@ -19,6 +20,23 @@ void PartnerHistory::note(double time_s, std::uint64_t step, std::span<const Par
   newest_s_ = time_s;
   for (const PartnerChange& change : changes) {
     entries_[static_cast<std::size_t>(change.part)] = {time_s, step, change.from, newest_stage_};
+  }
+}
+
+void PartnerHistory::save(StateWriter& out) const {
+  out.put(newest_stage_), out.put(newest_s_);
+  for (const Entry& entry : entries_)
+    out.put(entry.time_s), out.put(entry.step), out.put(entry.before), out.put(entry.stage);
+}
+
+void PartnerHistory::load(StateReader& in) {
+  newest_stage_ = in.get<std::uint64_t>();
+  newest_s_ = in.number("a time");
+  for (Entry& entry : entries_) {
+    entry.time_s = in.number("a time");
+    entry.step = in.get<std::uint64_t>();
+    entry.before = in.index(entries_.size(), "a partner before");
+    entry.stage = in.get<std::uint64_t>();
   }
 }
 
@@ -57,6 +75,8 @@ void list_contacts(const ComponentInteraction& interaction, Explanation& e) {
 
 PartnerDecision decide(const ComponentInteraction& interaction, int component, int partner,
                        const PartnerHistory& history) {
+  if (interaction.attached_to(component) != -1)
+    return {interaction.attached_to(component), PartnerRule::attached, 1, -1, 0};
   if (interaction.algorithm() == InteractionAlgorithm::partner_search)
     return decide_partner(interaction.graph(), component, history.before_newest(component, partner));
   PartnerDecision decision;
@@ -220,6 +240,8 @@ class Sentences {
         return "the algorithm extended_substitute_force holds a Part by its Gripper, else by its Ground, "
                "else by the Parts it touches (" +
                counted(e_.connections.size(), "connection", "connections") + " with it as Base)";
+      case PartnerRule::attached:
+        return "it was attached to it on request, whatever it touches, until it is detached";
       case PartnerRule::lower_id:
         break;
     }

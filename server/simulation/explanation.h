@@ -18,6 +18,9 @@
 
 namespace takt {
 
+class StateReader;
+class StateWriter;
+
 /// Since when each Part has had its partner, and whom it had before.
 class PartnerHistory {
  public:
@@ -31,6 +34,9 @@ class PartnerHistory {
   void reset();
   /// After every discrete stage. Does not allocate.
   void note(double time_s, std::uint64_t step, std::span<const PartnerChange> changes);
+
+  void save(StateWriter& out) const;
+  void load(StateReader& in);
 
   const Entry& of(int component) const { return entries_[static_cast<std::size_t>(component)]; }
   /// The partner that the newest discrete stage found when it began.

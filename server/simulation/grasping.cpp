@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "plant_models/state_bytes.h"
+
 namespace takt {
 
 namespace {
@@ -33,6 +35,26 @@ void Grasping::reset() {
     widths_[i] = model_.grippers[i].parameters.initial_width_m;
     by_contact_[i] = 0;
     held_until_s_[i] = -1.0;
+  }
+}
+
+void Grasping::save(StateWriter& out) const {
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    out.put(modes_[i]), out.put(by_contact_[i] != 0), out.put(states_[i].active);
+    out.put(widths_[i]), out.put(held_until_s_[i]);
+    out.put(states_[i].lower_G), out.put(states_[i].upper_G);
+  }
+}
+
+void Grasping::load(StateReader& in) {
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    modes_[i] = static_cast<Mode>(in.integer(0, static_cast<int>(Mode::close), "a gripper's mode"));
+    by_contact_[i] = in.flag("'by contact'") ? 1 : 0;
+    states_[i].active = in.flag("'holds'");
+    widths_[i] = in.number(-1e3, 1e3, "a commanded width");
+    held_until_s_[i] = in.number("a time");
+    states_[i].lower_G = in.vector("a grasp volume");
+    states_[i].upper_G = in.vector("a grasp volume");
   }
 }
 

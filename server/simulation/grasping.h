@@ -14,6 +14,9 @@
 
 namespace takt {
 
+class StateReader;
+class StateWriter;
+
 class Grasping {
  public:
   explicit Grasping(const CellModel& model);
@@ -30,6 +33,8 @@ class Grasping {
   std::span<const GraspState> states() const { return states_; }
   bool closed(std::size_t gripper) const { return modes_[gripper] == Mode::close || states_[gripper].active; }
   void reset();
+  void save(StateWriter& out) const;
+  void load(StateReader& in);
 
  private:
   /// What the last command means for holding. `position` (jaws sent to a smaller width) holds only what both

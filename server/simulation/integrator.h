@@ -14,6 +14,9 @@
 
 namespace takt {
 
+class StateReader;
+class StateWriter;
+
 class Integrator {
  public:
   virtual ~Integrator() = default;
@@ -26,6 +29,14 @@ class Integrator {
   virtual void restart() {}
   /// After a reset of the cell.
   virtual void reset() { restart(), statistics_ = {}, failure_.clear(); }
+
+  /// What earlier steps leave for later ones, which is nothing for methods with a fixed step.
+  virtual void save(StateWriter& out) const { static_cast<void>(out); }
+  virtual void load(StateReader& in) { static_cast<void>(in); }
+  /// What earlier steps leave cannot be saved, as it is inside a library. Whoever saves goes on with a new
+  /// integrator, as whoever loads does.
+  virtual bool hides_history() const { return false; }
+  void set_statistics(const SolverStatistics& statistics) { statistics_ = statistics; }
 
   /// The step is one evaluation of a fixed formula of (t, x, h) alone. Only then may what a step left
   /// unchanged be left out of the next one.

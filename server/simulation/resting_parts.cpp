@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "plant_models/mechanics/rigid_body.h"
+#include "plant_models/state_bytes.h"
 
 namespace takt {
 
@@ -26,6 +27,16 @@ RestingParts::RestingParts(const std::vector<Component>& components, std::vector
 void RestingParts::wake_all() {
   std::fill(resting_.begin(), resting_.end(), 0);
   groups_valid_ = false;
+  list_awake();
+}
+
+void RestingParts::save(StateWriter& out) const {
+  for (const char resting : resting_) out.put(resting != 0);
+}
+
+void RestingParts::load(StateReader& in, const ComponentInteraction& interaction) {
+  for (char& resting : resting_) resting = in.flag("'rests'") ? 1 : 0;
+  rebuild_groups(interaction);  // they follow from the connections
   list_awake();
 }
 

@@ -14,6 +14,9 @@
 
 namespace takt {
 
+class StateReader;
+class StateWriter;
+
 class RestingParts {
  public:
   /// `parts`: component ids of the Parts, in the order of their segments of the state vector.
@@ -35,6 +38,10 @@ class RestingParts {
   /// Place of a component, or -1 if it is no Part.
   int place_of(int component) const { return index_of_[static_cast<std::size_t>(component)]; }
   const std::vector<int>& parts() const { return parts_; }
+
+  void save(StateWriter& out) const;
+  /// `interaction` must be loaded already.
+  void load(StateReader& in, const ComponentInteraction& interaction);
 
   /// Component ids, ascending; and their places in the state vector.
   std::span<const int> awake() const { return awake_; }

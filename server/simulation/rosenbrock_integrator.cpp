@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "plant_models/state_bytes.h"
 #include "server/simulation/rosenbrock_tableau.h"
 
 namespace takt {
@@ -60,6 +61,25 @@ void RosenbrockIntegrator::reset() {
   step_ = 0.0;
   last_error_ = 1.0;
   after_ = -kInfinity;
+}
+
+// Jacobian, stages and the matrix are made anew in every step.
+void RosenbrockIntegrator::save(StateWriter& out) const {
+  out.put(step_), out.put(last_error_), out.put(after_), out.put(before_), out.put(restarted_);
+  out.put_size(indicators_.size());
+  out.put(std::span<const double>(indicators_));
+}
+
+void RosenbrockIntegrator::load(StateReader& in) {
+  step_ = in.number(0.0, 1e6, "the solver's step");
+  if (step_ != 0.0 && step_ < kSmallestStep_s) in.fail("the solver's step is below its smallest");
+  last_error_ = in.number(kLeastError, 1e30, "the solver's last error");
+  after_ = in.number(-kInfinity, kInfinity, "a corner's time");
+  before_ = in.number(-kInfinity, kInfinity, "a corner's time");
+  if (!(after_ <= before_)) in.fail("the corners' times are not in order");
+  restarted_ = in.flag("'restarted'");
+  in.expect_size(indicators_.size(), "the solver's indicators");
+  for (double& indicator : indicators_) indicator = in.number(-kInfinity, kInfinity, "an indicator");
 }
 
 double RosenbrockIntegrator::clamped(double t) const {

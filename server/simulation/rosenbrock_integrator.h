@@ -26,6 +26,8 @@ class RosenbrockIntegrator final : public Integrator {
   RosenbrockIntegrator(const SolverParameters& parameters, const OdeSystem& system);
   void restart() override { restarted_ = true, step_ = 0.0; }
   void reset() override;
+  void save(StateWriter& out) const override;
+  void load(StateReader& in) override;
   bool fixed_step() const override { return false; }
   bool one_step() const override { return true; }
 

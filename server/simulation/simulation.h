@@ -14,10 +14,12 @@
 //                           wrenches summed per component in pair order -> derivatives
 //   4 check and count       every state finite, state hash chained, step counter advanced
 // Time is step_index * step size, never a running sum.
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "server/contact/clearance_model.h"
 #include "server/contact/contact_interaction.h"
@@ -33,8 +35,8 @@ namespace takt {
 struct CellModel;       // simulation/cell_model.h: everything constant after loading
 struct PairConnection;  // contact/connections.h
 
-/// Counts since the last reset, and computation time by stage where a clock was supplied (see
-/// set_stage_clock).
+/// Counts since the last reset or restored state, and computation time by stage where a clock was supplied
+/// (see set_stage_clock).
 struct SimulationStatistics {
   std::uint64_t steps = 0;
   std::uint64_t derivative_evaluations = 0;
@@ -70,7 +72,7 @@ class Simulation {
   /// every later call returns false until reset(). No exception of a plant model leaves the simulation, from
   /// the other functions neither: they set the fault too.
   bool step(std::span<const Command> commands);
-  const std::string& fault() const;
+  const std::string& fault() const;  ///< valid until restore_state()
 
   /// Back to the initial state; the epoch counts up.
   void reset();
@@ -105,6 +107,37 @@ class Simulation {
   /// Of a process (index into CellDescription::processes), at present.
   int process_level(std::size_t process) const;
 
+  /// The complete state between two steps, as bytes: whatever influences what follows, so that a simulation
+  /// of the same model that restores them goes on with the same bits, hash included. Not in it: counts of
+  /// work and stage times (statistics()), and what only saves work (verdicts and hints of collision checks,
+  /// candidate lists and results of contacts), which changes no bit. `out` is overwritten; nothing is
+  /// allocated once it has grown.
+  ///
+  /// The exception are cvode, esdirk, esdirk4 and ida, whose memory of earlier steps lies inside SUNDIALS.
+  /// Saving starts them anew at this instant, here too, so that the run that saved and one that restored have
+  /// the same bits; the bits are others than without saving, within the solver's tolerance. This allocates.
+  void save_state(std::vector<std::byte>& out);
+  /// Back to a state that save_state() made of the same model. Empty if done; else why not, in a sentence,
+  /// and nothing has changed: bytes may be cut off, altered or foreign. The epoch counts up, beyond the saved
+  /// one too, so that whoever keeps what was sent earlier knows that it is void. Statistics begin anew.
+  /// References and spans that this simulation returned become invalid, but for model() and description().
+  /// Allocates.
+  std::string restore_state(std::span<const std::byte> bytes);
+
+  /// The user's own hold: from the next step on the Part hangs on this component (a Ground, a Part, or a
+  /// Gripper by its palm), at the pose relative to it that it has then, whether they touch or not and
+  /// whatever the interaction algorithm's rules say, until detach(). It is one more connection of the
+  /// substitute force, at every level of detail; surface contact between the two ceases meanwhile. What rides
+  /// on the Part goes with it, as partner search finds the component through it. Empty if done, else why not,
+  /// and nothing changes. A Part that is attached already changes over, or takes its present pose. May
+  /// allocate.
+  std::string attach(int part, int component);
+  /// The rules decide again, from the next step on; the present connection stays where they agree with it.
+  std::string detach(int part);
+  /// Puts a Part elsewhere, at once: pose of its frame B and twist of B's origin. Its connections are decided
+  /// anew in the next step and take their offsets there. Empty if done, else why not, and nothing changes.
+  std::string set_component_state(int component, const Pose& X_WB, const Twist& V_WB);
+
   /// Changes of partner decided in the most recent step.
   std::span<const ConnectionChange> connection_changes() const;
   /// All closed connections, by base, then target; valid until the next step or reset.
@@ -127,8 +160,9 @@ class Simulation {
   /// Optional: a monotonic clock in seconds, used only to fill the stage times of the statistics.
   void set_stage_clock(double (*now_s)());
 
+  struct Impl;  ///< simulation_impl.h
+
  private:
-  struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 

@@ -23,6 +23,7 @@ class StateHash {
   }
   std::uint64_t value() const { return value_; }
   void reset() { value_ = kSeed; }
+  void resume(std::uint64_t value) { value_ = value; }
 
  private:
   std::uint64_t value_ = kSeed;

@@ -82,7 +82,7 @@ TEST_F(DdsFrozenClient, DelaysNoStep) {
   subscriber.signal(SIGKILL);
   take_steps(total += kSteps);
   service_.stop();
-  EXPECT_EQ(service_.simulation.step_index(), total);
+  EXPECT_EQ(service_.simulation().step_index(), total);
   RecordProperty("write_p50_us",
                  std::to_string(service_.adapter->publisher().write_time().quantile_s(0.5) * 1e6));
   RecordProperty("write_p99_us",
@@ -137,7 +137,8 @@ TEST(TaktServer, BadInputIsSaidAndEndsWithTwo) {
     std::string words;
   };
   const std::vector<Case> cases{
-      {{}, "SCENARIO is required"},
+      {{"--set", "solver.step_s=0.002"}, "--set concerns a scenario"},
+      {{"--lod", "2"}, "--lod concerns a scenario"},
       {{"/no/such/file.yaml"}, "/no/such/file.yaml"},
       {{scenario, "--pace", "fast"}, "fast not in {realtime,free,lockstep}"},
       {{scenario, "--factor", "0"}, "--factor"},

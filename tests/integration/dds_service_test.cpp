@@ -73,7 +73,7 @@ TEST(DdsService, DescribesItselfAndShowsItsInstants) {
   EXPECT_EQ(joint_state.name()[0], "shoulder_pan_joint");
   EXPECT_NEAR(joint_state.position()[1], -1.5707963267948966, 1e-9);
   service.stop();
-  EXPECT_EQ(state.state_hash(), service.simulation.state_hash());
+  EXPECT_EQ(state.state_hash(), service.simulation().state_hash());
 }
 
 class DdsCommands : public testing::Test {
@@ -207,7 +207,7 @@ TEST_F(DdsCommands, WrongOnesAreRefusedWithTheReasonAndChangeNothing) {
   service_.stop();
   Simulation untouched(service_.model);
   for (int i = 0; i < 50; ++i) ASSERT_TRUE(untouched.step({}));
-  EXPECT_EQ(service_.simulation.state_hash(), untouched.state_hash());
+  EXPECT_EQ(service_.simulation().state_hash(), untouched.state_hash());
 }
 
 TEST_F(DdsCommands, StaleOnesAreRefused) {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "server/dds/dds_adapter.h"
-#include "server/runtime/run_loop.h"
+#include "server/runtime/cell_host.h"
 #include "tests/support/raw_dds_client.h"
 #include "tests/support/service_cell.h"
 
@@ -29,22 +29,32 @@ inline std::string test_cell() {
 class DdsService {
  public:
   explicit DdsService(RunLoopOptions options, std::shared_ptr<CellModel> given = nullptr)
-      : model(given ? std::move(given) : service_model(test_cell())), simulation(model) {
-    model->description.cell = test_cell();
-    loop = std::make_unique<RunLoop>(simulation, std::move(options));
-    adapter = std::make_unique<DdsAdapter>(*loop, ParticipantOptions{"test server", test_domain(), "", ""});
-    loop->start();
+      : model(given ? std::move(given) : service_model(test_cell())), host(host_options(std::move(options))) {
+    adapter = std::make_unique<DdsAdapter>(host, ParticipantOptions{"test server", test_domain(), "", ""});
+    host.open(model);
+    loop = host.loop();
   }
   ~DdsService() { stop(); }
   void stop() {
-    loop->stop();
+    host.stop();
     adapter->stop();
   }
 
+  /// Once it has ended.
+  const Simulation& simulation() const { return *host.simulation(); }
+
   std::shared_ptr<CellModel> model;
-  Simulation simulation;
-  std::unique_ptr<RunLoop> loop;
+  CellHost host;
+  RunLoop* loop = nullptr;  ///< that of `model`, as long as nothing else is loaded
   std::unique_ptr<DdsAdapter> adapter;
+
+ private:
+  static HostOptions host_options(RunLoopOptions loop_options) {
+    HostOptions options;
+    options.cell = test_cell();
+    options.loop = std::move(loop_options);
+    return options;
+  }
 };
 
 /// Reads what a cell says and asks for control, by raw endpoints.

@@ -68,7 +68,9 @@ TEST_F(ControlTest, ReadsRequests) {
             -1);
   EXPECT_EQ(action<SetLevelOfDetail>("set_level_of_detail", {{"level", "1"}, {"process", "packing"}}).process,
             1);
-  for (const char* scope : {"1", "2", "255"}) action<Reset>("reset", {{"scope", scope}});
+  for (const char* scope : {"0", "1", "2", "3", "5", "255"})
+    EXPECT_FALSE(action<Reset>("reset", {{"scope", scope}}).spawned_only);
+  EXPECT_TRUE(action<Reset>("reset", {{"scope", "4"}}).spawned_only);
 }
 
 TEST_F(ControlTest, AnUnknownRequestIsUnsupported) {
@@ -92,7 +94,7 @@ TEST_F(ControlTest, BadArgumentsAreNamedTogetherWithWhatIsAllowed) {
   for (const char* factor : {"nan", "inf", "0", "-1", "1e9", "x", ""}) {
     expect_failure("set_pace", {{"pace", "realtime"}, {"factor", factor}}, "'factor'");
   }
-  expect_failure("reset", {{"scope", "4"}}, "'scope' is '4'");
+  expect_failure("reset", {{"scope", "8"}}, "'scope' is '8'");
   expect_failure("register_controller", {{"name", "a"}, {"period_s", "0.008"}, {"targets", "Robot1,Robot9"}},
                  "'Robot9'; allowed is any of Robot1, Gripper1");
   expect_failure("register_controller", {{"name", "a"}, {"period_s", "0.008"}, {"targets", "Robot1,Robot1"}},

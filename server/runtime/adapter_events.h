@@ -1,6 +1,7 @@
 #pragma once
-// Events on their way out. DDS callbacks post theirs here as text (and never write themselves: a callback
-// must be short); the publishing thread numbers and writes everything in one order.
+// Events on their way out that are no step's: from the host of the cell and from adapters, as text. Callbacks
+// of DDS never write themselves (a callback must be short); the publishing thread numbers and writes
+// everything in one order.
 #include <cstdint>
 #include <mutex>
 #include <string>

@@ -1,0 +1,115 @@
+#include "server/dds/world_publisher.h"
+
+#include <utility>
+
+#include "ros2_msgsPubSubTypes.h"
+#include "server/dds/convert.h"
+#include "server/dds/qos.h"
+#include "server/runtime/monotonic_clock.h"
+#include "takt_msgsPubSubTypes.h"
+
+namespace takt {
+namespace {
+
+// Often at first, for the controller that lockstep waits for.
+constexpr std::int64_t kRepeat_ns = 20'000'000;
+constexpr std::int64_t kRepeatLater_ns = 100'000'000;
+constexpr std::int64_t kLater_ns = 2'000'000'000;
+
+bool somebody_reads(dds::DataWriter* writer) {
+  dds::PublicationMatchedStatus status;
+  return is_ok(writer->get_publication_matched_status(status)) && status.current_count > 0;
+}
+
+}  // namespace
+
+WorldPublisher::WorldPublisher(RunLoop& loop, Participant& participant, const TopicNames& topics)
+    : loop_(loop),
+      participant_(participant),
+      state_message_(make_state_message(loop.cell())),
+      power_message_(make_power_message(loop.cell())),
+      contacts_message_(make_contacts_message(loop.cell(), loop.contact_room())) {
+  try {
+    make_writers(topics);
+  } catch (...) {
+    remove_writers();
+    throw;
+  }
+}
+
+WorldPublisher::~WorldPublisher() {
+  remove_writers();
+}
+
+void WorldPublisher::make_writers(const TopicNames& topics) {
+  namespace msg = takt_msgs::msg;
+  const std::size_t state_bytes = msg::CellState::getCdrSerializedSize(state_message_);
+  state_writer_ = participant_.create_writer<msg::CellStatePubSubType>(
+      topics.of_cell("state"), state_writer_qos(participant_, state_bytes));
+  power_writer_ = participant_.create_writer<msg::PowerPubSubType>(topics.of_cell("power"),
+                                                                   state_writer_qos(participant_, 0));
+  const std::size_t contacts_bytes = msg::Contacts::getCdrSerializedSize(contacts_message_);
+  contacts_writer_ = participant_.create_writer<msg::ContactsPubSubType>(
+      topics.of_cell("contacts"), state_writer_qos(participant_, contacts_bytes));
+  clock_writer_ = participant_.create_writer<rosgraph_msgs::msg::ClockPubSubType>(
+      TopicNames::clock(), ros_writer_qos(participant_, 1));
+  for (const RobotDescription& robot : cell().robots) {
+    joint_writers_.push_back(participant_.create_writer<sensor_msgs::msg::JointStatePubSubType>(
+        topics.of(robot.name, "joint_states"), ros_writer_qos(participant_, 10)));
+    joint_messages_.push_back(make_joint_states_message(robot));
+    urdf_writers_.push_back(participant_.create_writer<std_msgs::msg::StringPubSubType>(
+        topics.of(robot.name, "robot_description"), latched_writer_qos(participant_, true)));
+    std_msgs::msg::String urdf;
+    urdf.data(robot.urdf);
+    if (!urdf_writers_.back()->write(&urdf))
+      throw DdsError("DDS refused to send the URDF of '" + robot.name + "'.");
+  }
+}
+
+void WorldPublisher::remove_writers() {
+  for (dds::DataWriter* writer : {state_writer_, power_writer_, contacts_writer_, clock_writer_})
+    participant_.remove(writer);
+  for (dds::DataWriter* writer : joint_writers_) participant_.remove(writer);
+  for (dds::DataWriter* writer : urdf_writers_) participant_.remove(writer);
+}
+
+void WorldPublisher::write(const PublishedSnapshot& published) {
+  const Snapshot& snapshot = published.snapshot;
+  fill(state_message_, cell(), snapshot);
+  check(state_writer_->write(&state_message_, dds::HANDLE_NIL));
+  power_known_ = fill(power_message_, cell(), snapshot) || power_known_;
+  if (power_known_) check(power_writer_->write(&power_message_, dds::HANDLE_NIL));
+  contacts_known_ = fill(contacts_message_, snapshot) || contacts_known_;
+  if (contacts_known_) check(contacts_writer_->write(&contacts_message_, dds::HANDLE_NIL));
+  for (std::size_t robot = 0; robot < joint_writers_.size(); ++robot) {
+    if (!somebody_reads(joint_writers_[robot])) continue;
+    fill(joint_messages_[robot], snapshot, robot);
+    check(joint_writers_[robot]->write(&joint_messages_[robot], dds::HANDLE_NIL));
+  }
+  if (somebody_reads(clock_writer_)) {
+    clock_message_.clock(to_time(snapshot.time_s));
+    check(clock_writer_->write(&clock_message_, dds::HANDLE_NIL));
+  }
+  present_time_s_ = snapshot.time_s;
+  present_step_ = snapshot.step;
+  present_epoch_ = snapshot.epoch;
+  instant_written_ = true;
+  instant_new_ns_ = instant_written_ns_ = monotonic_now_ns();
+}
+
+void WorldPublisher::repeat_if_due() {
+  if (!instant_written_ || !loop_.outbox().standing_at_boundary.load(std::memory_order_relaxed)) return;
+  const std::int64_t now = monotonic_now_ns();
+  const std::int64_t interval = now - instant_new_ns_ < kLater_ns ? kRepeat_ns : kRepeatLater_ns;
+  if (now - instant_written_ns_ < interval) return;
+  check(state_writer_->write(&state_message_, dds::HANDLE_NIL));
+  if (power_known_) check(power_writer_->write(&power_message_, dds::HANDLE_NIL));
+  if (contacts_known_) check(contacts_writer_->write(&contacts_message_, dds::HANDLE_NIL));
+  instant_written_ns_ = now;
+}
+
+std::uint64_t WorldPublisher::take_refused() {
+  return std::exchange(refused_, 0);
+}
+
+}  // namespace takt

@@ -1,0 +1,69 @@
+#pragma once
+// The writers of one loaded scenario and what they write: its instants, as state, power, contacts, joint
+// states and clock, and the URDF of its robots. Made anew with every scenario.
+#include <cstdint>
+#include <vector>
+
+#include "server/dds/participant.h"
+#include "server/dds/topic_names.h"
+#include "server/runtime/run_loop.h"
+#include "takt_msgs.h"
+
+namespace takt {
+
+class WorldPublisher {
+ public:
+  /// Makes the writers and writes the URDFs. Both must outlive this. Throws DdsError.
+  WorldPublisher(RunLoop& loop, Participant& participant, const TopicNames& topics);
+  /// Removes the writers.
+  ~WorldPublisher();
+  WorldPublisher(const WorldPublisher&) = delete;
+  WorldPublisher& operator=(const WorldPublisher&) = delete;
+
+  RunLoop& loop() { return loop_; }
+  const CellDescription& cell() const { return loop_.cell(); }
+
+  void write(const PublishedSnapshot& published);
+  /// While the simulation stands, its newest instant is repeated: the state is sent best effort, and who has
+  /// lost it or has only just come would get none.
+  void repeat_if_due();
+
+  /// Samples that DDS refused since the last call.
+  std::uint64_t take_refused();
+
+  // Of the newest instant written.
+  double present_time_s() const { return present_time_s_; }
+  std::uint64_t present_step() const { return present_step_; }
+  std::uint32_t present_epoch() const { return present_epoch_; }
+
+ private:
+  void make_writers(const TopicNames& topics);
+  void remove_writers();
+  void check(const DdsReturnCode& result) { refused_ += is_ok(result) ? 0U : 1U; }
+
+  RunLoop& loop_;
+  Participant& participant_;
+
+  dds::DataWriter* state_writer_ = nullptr;
+  dds::DataWriter* power_writer_ = nullptr;
+  dds::DataWriter* contacts_writer_ = nullptr;
+  dds::DataWriter* clock_writer_ = nullptr;
+  std::vector<dds::DataWriter*> joint_writers_, urdf_writers_;
+
+  takt_msgs::msg::CellState state_message_;
+  takt_msgs::msg::Power power_message_;
+  bool power_known_ = false;  ///< some robot has or had dynamics: power is sent with every state
+  takt_msgs::msg::Contacts contacts_message_;
+  bool contacts_known_ = false;  ///< some process is or was at level 3: contacts are sent with every state
+  std::vector<sensor_msgs::msg::JointState> joint_messages_;
+  rosgraph_msgs::msg::Clock clock_message_;
+  std::uint64_t refused_ = 0;
+  double present_time_s_ = 0.0;
+  std::uint64_t present_step_ = 0;
+  std::uint32_t present_epoch_ = 0;
+  bool instant_written_ = false;
+  std::int64_t instant_written_ns_ = 0;  ///< the newest instant, first or repeated
+  std::int64_t instant_new_ns_ = 0;      ///< the newest instant, when it was new
+};
+
+}  // namespace takt

@@ -1,0 +1,266 @@
+// Scenarios are loaded, exchanged and unloaded in a running server, over DDS.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+#include "client_lib/client.h"
+#include "tests/support/child_process.h"
+#include "tests/support/hosted_service.h"
+#include "tests/support/hosting_client.h"
+#include "tests/support/process_resources.h"
+
+namespace {
+
+using takt::Client;
+using takt::ClientError;
+using takt::client::Event;
+using takt::client::Reply;
+using takt::client::Seconds;
+using takt::client::SimulationState;
+using takt::client::State;
+using takt::client::Status;
+using takt::test::HostedService;
+
+using takt::test::client_options;
+using takt::test::expect_words;
+using takt::test::kGenerous;
+using takt::test::refusal;
+
+std::optional<State> state_of_scenario(const Client& client, const std::string& scenario) {
+  return client.wait_for_state([&](const State& s) { return s.cell->scenario == scenario; }, kGenerous);
+}
+
+std::optional<Status> status_in(const Client& client, SimulationState state) {
+  return client.wait_for_status([&](const Status& s) { return s.state == state; }, kGenerous);
+}
+
+TEST(Hosting, AWrongFileIsAnsweredInTheReadersWordsAndTheCellGoesOn) {
+  HostedService service;
+  Client client(client_options());
+  client.play();
+  const auto before = client.wait_for_state([](const State& s) { return s.step > 10; }, kGenerous);
+  ASSERT_TRUE(before.has_value());
+  const ClientError wrong = refusal(client, "load_scenario", {{"uri", service.wrong_key().string()}});
+  EXPECT_EQ(wrong.result(), 103);
+  expect_words(wrong.what(), {"wrong_key.yaml", ":3:", "duration"});
+  const auto told =
+      client.wait_for_event([](const Event& e) { return e.code == "scenario_refused"; }, kGenerous);
+  ASSERT_TRUE(told.has_value());
+  expect_words(told->message, {"wrong_key.yaml", "duration"});
+
+  const ClientError missing = refusal(client, "load_scenario", {{"uri", "/nowhere/at_all.yaml"}});
+  EXPECT_EQ(missing.result(), 2);
+  expect_words(missing.what(), {"/nowhere/at_all.yaml"});
+  EXPECT_EQ(refusal(client, "load_scenario").result(), 4);
+
+  const std::uint64_t step = client.state().step;
+  const auto later = client.wait_for_state([&](const State& s) { return s.step > step + 10; }, kGenerous);
+  ASSERT_TRUE(later.has_value());
+  EXPECT_EQ(later->epoch, before->epoch);
+  EXPECT_EQ(later->cell->world, before->cell->world);
+  EXPECT_EQ(client.get_state(), SimulationState::playing);
+}
+
+TEST(Hosting, AnotherScenarioWithOtherRobotsTakesThePlace) {
+  HostedService service;
+  Client client(client_options());
+  const auto first = client.cell();
+  ASSERT_EQ(first->robots.size(), 2U);
+  client.step(30);
+  client.request("set_pace", {{"pace", "free"}});
+  const auto before =
+      client.wait_for_event([](const Event& e) { return e.code == "pace_changed"; }, kGenerous);
+  ASSERT_TRUE(before.has_value());
+
+  const Reply reply = client.request("load_scenario", {{"uri", "file://" + service.one_arm().string()}});
+  expect_words(reply.message, {"one_arm", "stopped"});
+  const auto fresh = state_of_scenario(client, "one_arm");
+  ASSERT_TRUE(fresh.has_value());
+  EXPECT_EQ(fresh->step, 0U);
+  ASSERT_EQ(fresh->robots.size(), 1U);
+  EXPECT_EQ(fresh->cell->robots[0].name, "Arm");
+  EXPECT_EQ(fresh->cell->grippers.size(), 0U);
+  EXPECT_GT(fresh->cell->world, first->world);
+  EXPECT_EQ(reply.values.at("world"), std::to_string(fresh->cell->world));
+  EXPECT_EQ(client.get_state(), SimulationState::stopped);
+  EXPECT_TRUE(client.connected());
+
+  // Events are numbered through: none is missing, none comes twice.
+  const auto loaded =
+      client.wait_for_event([](const Event& e) { return e.code == "scenario_loaded"; }, kGenerous);
+  ASSERT_TRUE(loaded.has_value());
+  EXPECT_EQ(loaded->missed_before, 0U);
+  EXPECT_GT(loaded->sequence_number, before->sequence_number);
+
+  // The new robot is commanded through the same client; the old ones are not there.
+  std::vector<double> target = fresh->robot("Arm").position;
+  target[5] += 0.001;
+  client.send_joint_command("Arm", target);
+  std::optional<State> moved;
+  for (int i = 0; i < 1000 && !moved; ++i) {
+    client.step(10);
+    const State now = client.state();
+    if (std::abs(now.robot("Arm").position[5] - target[5]) < 1e-12) moved = now;
+  }
+  EXPECT_TRUE(moved.has_value());
+  EXPECT_THROW(client.send_joint_command("Robot1", target), ClientError);
+}
+
+TEST(Hosting, ASenderForARobotThatIsNoLongerThereIsTold) {
+  HostedService service;
+  Client client(client_options());
+  client.send_joint_command("Robot1", client.state().robot("Robot1").position);
+  client.request("load_scenario", {{"uri", service.one_arm().string()}});
+  const auto told =
+      client.wait_for_event([](const Event& e) { return e.code == "unknown_robot"; }, kGenerous);
+  ASSERT_TRUE(told.has_value());
+  EXPECT_EQ(told->subject, "Robot1");
+  expect_words(told->message, {"Arm"});
+  // And is heard again when it is back.
+  client.request("load_scenario", {{"uri", service.two_robots().string()}});
+  ASSERT_TRUE(state_of_scenario(client, "service_test").has_value());
+  std::vector<double> target = client.state().robot("Robot1").position;
+  target[5] += 0.001;
+  std::optional<State> moved;
+  for (int i = 0; i < 1000 && !moved; ++i) {
+    client.send_joint_command("Robot1", target);
+    client.step(10);
+    const State now = client.state();
+    if (std::abs(now.robot("Robot1").position[5] - target[5]) < 1e-12) moved = now;
+  }
+  EXPECT_TRUE(moved.has_value());
+}
+
+TEST(Hosting, BeginsWithoutAScenarioLoadsAndUnloads) {
+  HostedService service(false);
+  Client client(client_options());
+  EXPECT_EQ(client.get_state(), SimulationState::no_world);
+  ASSERT_TRUE(status_in(client, SimulationState::no_world).has_value());
+  EXPECT_TRUE(client.cell()->components.empty());
+  for (const char* name : {"step", "reset"}) {
+    const ClientError error = refusal(client, name);
+    EXPECT_EQ(error.result(), 3) << name;
+    expect_words(error.what(), {"load_scenario"});
+  }
+  EXPECT_EQ(refusal(client, "no_such_request").result(), 0);
+  EXPECT_EQ(refusal(client, "unload_scenario").result(), 101);
+  EXPECT_EQ(refusal(client, "reload_scenario").result(), 101);
+  expect_words(client.request("get_features").values.at("requests"), {"load_scenario", "unload_scenario"});
+
+  client.request("load_scenario", {{"uri", service.one_arm().string()}});
+  ASSERT_TRUE(state_of_scenario(client, "one_arm").has_value());
+  client.step(5);
+  const Reply gone = client.request("unload_scenario");
+  expect_words(gone.message, {"one_arm"});
+  EXPECT_EQ(client.get_state(), SimulationState::no_world);
+  ASSERT_TRUE(status_in(client, SimulationState::no_world).has_value());
+  client.request("load_scenario", {{"uri", service.two_robots().string()}});
+  EXPECT_EQ(client.get_state(), SimulationState::stopped);
+  ASSERT_TRUE(state_of_scenario(client, "service_test").has_value());
+}
+
+TEST(Hosting, ReloadReadsTheFileAgainWithTheSameOverrides) {
+  HostedService service;
+  Client client(client_options());
+  client.request("load_scenario", {{"uri", service.one_arm().string()},
+                                   {"overrides", "solver.step_s=0.004\nparts.Q.mass_kg=0.7"}});
+  auto state = state_of_scenario(client, "one_arm");
+  ASSERT_TRUE(state.has_value());
+  EXPECT_EQ(state->cell->step_s, 0.004);
+  EXPECT_EQ(state->cell->components[0].mass_kg, 0.7);
+  const std::uint32_t world = state->cell->world;
+  // The file has changed meanwhile: Q is further up.
+  std::string text;
+  {
+    std::stringstream stream;
+    stream << std::ifstream(service.one_arm()).rdbuf();
+    text = stream.str();
+  }
+  text.replace(text.find("-0.2, 0.7"), 9, "-0.2, 1.7");
+  service.file("one_arm.yaml", text);
+  client.step(7);
+  client.request("reload_scenario");
+  state = client.wait_for_state([&](const State& s) { return s.cell->world > world; }, kGenerous);
+  ASSERT_TRUE(state.has_value());
+  EXPECT_EQ(state->step, 0U);
+  EXPECT_EQ(state->cell->step_s, 0.004);
+  EXPECT_EQ(state->cell->components[0].mass_kg, 0.7);
+  EXPECT_NEAR(state->component("Q").position_m.z, 1.7, 1e-12);
+}
+
+TEST(Hosting, ThePaceIsKept) {
+  HostedService service;
+  Client client(client_options());
+  client.set_pace(takt::client::Pace::realtime, 2.5);
+  client.request("reload_scenario");
+  const Reply state = client.request("get_state");
+  EXPECT_EQ(state.values.at("pace"), "realtime");
+  EXPECT_EQ(state.values.at("factor"), "2.5");
+}
+
+TEST(Hosting, StepsUnderWayAreAnsweredWhenTheScenarioGoes) {
+  HostedService service;
+  Client stepping(client_options());
+  Client loading(client_options());
+  std::optional<ClientError> refused;
+  std::thread waiting([&] { refused = refusal(stepping, "step", {{"steps", "1000000000"}}); });
+  ASSERT_TRUE(loading.wait_for_state([](const State& s) { return s.step > 0; }, kGenerous).has_value());
+  loading.request("unload_scenario");
+  waiting.join();
+  ASSERT_TRUE(refused.has_value());
+  EXPECT_EQ(refused->kind(), ClientError::Kind::refused);
+  expect_words(refused->what(), {"not taken"});
+}
+
+TEST(Hosting, TwentyReloadsLeaveNothingBehind) {
+  HostedService service;
+  Client client(client_options());
+  const auto reload = [&](const std::filesystem::path& file) {
+    const Reply reply = client.request("load_scenario", {{"uri", file.string()}});
+    const std::string world = reply.values.at("world");
+    ASSERT_TRUE(
+        client
+            .wait_for_state([&](const State& s) { return std::to_string(s.cell->world) == world; }, kGenerous)
+            .has_value());
+    client.step(5);
+  };
+  // What a process allocates once only is there after a few.
+  for (int i = 0; i < 4; ++i) {
+    reload(service.one_arm());
+    reload(service.two_robots());
+  }
+  const auto before = takt::test::process_resources();
+  for (int i = 0; i < 10; ++i) {
+    reload(service.one_arm());
+    reload(service.two_robots());
+  }
+  const auto after = takt::test::process_resources();
+  EXPECT_EQ(after.threads, before.threads);
+  EXPECT_EQ(after.file_descriptors, before.file_descriptors);
+  // One model of this cell with its messages takes several megabytes: twenty of them would show.
+  EXPECT_LT(after.allocated_bytes, before.allocated_bytes + 4.0e6);
+}
+
+TEST(Hosting, TheProgramBeginsWithoutAScenario) {
+  const std::string bin = TAKT_BIN_DIR;
+  const std::string cell = takt::test::test_cell() + "_empty";
+  takt::test::ChildProcess server({bin + "/takt-server", "--cell", cell, "--domain",
+                                   std::to_string(takt::test::test_domain()), "--pace", "free"});
+  ASSERT_TRUE(server.wait_for_output("no scenario")) << server.text;
+  takt::ClientOptions options = client_options();
+  options.cell = cell;
+  Client client(options);
+  EXPECT_EQ(client.get_state(), SimulationState::no_world);
+  client.request("load_scenario",
+                 {{"uri", std::string(TAKT_CONFIG_DIR) + "/scenarios/block_assembly.yaml"}, {"lod", "1"}});
+  client.step(3);
+  EXPECT_EQ(client.request("get_state").values.at("step"), "3");
+  client.request("unload_scenario");
+  client.set_state(SimulationState::quitting);
+  EXPECT_EQ(server.wait(), 0) << server.text;
+}
+
+}  // namespace

@@ -1,0 +1,161 @@
+// Parts come and go in a running server, and tell their state, over DDS.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "client_lib/client.h"
+#include "tests/support/hosted_service.h"
+#include "tests/support/hosting_client.h"
+
+namespace {
+
+using takt::Client;
+using takt::ClientError;
+using takt::client::Arguments;
+using takt::client::Reply;
+using takt::client::Seconds;
+using takt::client::SimulationState;
+using takt::client::State;
+using takt::client::Status;
+using takt::test::HostedService;
+
+using takt::test::client_options;
+using takt::test::expect_words;
+using takt::test::kGenerous;
+using takt::test::refusal;
+
+/// Stops the cell, asks, and returns the first instant of what is there then.
+State exchanged(Client& client, const std::string& name, const Arguments& arguments) {
+  client.set_state(SimulationState::stopped);
+  const Reply reply = client.request(name, arguments);
+  const auto state = client.wait_for_state(
+      [&](const State& s) { return std::to_string(s.cell->world) == reply.values.at("world"); }, kGenerous);
+  if (!state) throw ClientError(ClientError::Kind::timeout, "no state after " + name);
+  return *state;
+}
+
+TEST(Spawning, ACopyOfAPartIsThereBehavesLikeItAndGoes) {
+  HostedService service;
+  Client client(client_options());
+  const auto first = client.cell();
+  const ClientError early =
+      refusal(client, "spawn_entity", {{"name", "C2"}, {"copy_of", "C"}, {"position", "0.3 0.2 0.9"}});
+  EXPECT_EQ(early.result(), 3);
+  expect_words(early.what(), {"stopped", "paused"});
+
+  const State there = exchanged(client, "spawn_entity",
+                                {{"name", "C2"},
+                                 {"copy_of", "C"},
+                                 {"position", "0.3 0.2 0.9"},
+                                 {"orientation", "0 0 0.7071067811865476 0.7071067811865476"}});
+  EXPECT_EQ(there.cell->components.size(), first->components.size() + 1);
+  const int copy = there.cell->find_component("C2");
+  const int original = there.cell->find_component("C");
+  ASSERT_GE(copy, 0);
+  EXPECT_EQ(there.cell->components[static_cast<std::size_t>(copy)].mass_kg, 0.5);
+  EXPECT_EQ(there.cell->components[static_cast<std::size_t>(copy)].vertices_m,
+            there.cell->components[static_cast<std::size_t>(original)].vertices_m);
+  EXPECT_NEAR(there.component("C2").position_m.z, 0.9, 1e-12);
+  EXPECT_NEAR(there.component("C2").orientation.z, std::sqrt(0.5), 1e-12);
+  // In the air nothing holds it: it falls by g t^2 / 2.
+  client.step(50);
+  const auto fallen = client.wait_for_state([](const State& s) { return s.step == 50; }, kGenerous);
+  ASSERT_TRUE(fallen.has_value());
+  EXPECT_NEAR(fallen->component("C2").position_m.z, 0.9 - 0.5 * 9.80665 * 0.05 * 0.05, 1e-6);
+  // The first step is taken at t = 0; the Parts on the table stay.
+  EXPECT_NEAR(fallen->component("C").position_m.z, there.component("C").position_m.z, 1e-4);
+
+  const State gone = exchanged(client, "delete_entity", {{"entity", "C2"}});
+  EXPECT_LT(gone.cell->find_component("C2"), 0);
+  EXPECT_EQ(gone.cell->components.size(), first->components.size());
+}
+
+TEST(Spawning, ANewPartComesFromAMeshFile) {
+  HostedService service;
+  Client client(client_options());
+  const std::string mesh = std::string(TAKT_CONFIG_DIR) + "/meshes/P.obj";
+  const State there = exchanged(client, "spawn_entity",
+                                {{"name", "P"},
+                                 {"allow_renaming", "true"},
+                                 {"uri", mesh},
+                                 {"mass_kg", "0.25"},
+                                 {"hierarchy", "4"},
+                                 {"position", "0.1,0.3,1.1"}});
+  const int part = there.cell->find_component("P_2");
+  ASSERT_GE(part, 0);
+  EXPECT_EQ(there.cell->components[static_cast<std::size_t>(part)].mass_kg, 0.25);
+  EXPECT_EQ(there.cell->components[static_cast<std::size_t>(part)].hierarchy, 4);
+  const auto expect_refused = [&](Arguments with, int result, const char* word) {
+    Arguments arguments{{"name", "X"}, {"uri", mesh}, {"mass_kg", "1"}, {"position", "0 0 2"}};
+    for (const auto& [key, value] : with) arguments[key] = value;
+    const ClientError error = refusal(client, "spawn_entity", arguments);
+    EXPECT_EQ(error.result(), result) << error.what();
+    expect_words(error.what(), {word});
+  };
+  expect_refused({{"name", "P"}}, 101, "P");
+  expect_refused({{"name", "not a name"}}, 102, "letters");
+  expect_refused({{"uri", "/nowhere.obj"}}, 104, "/nowhere.obj");
+  expect_refused({{"uri", service.wrong_key().string()}}, 106, "wrong_key.yaml");
+  expect_refused({{"mass_kg", "-1"}}, 4, "mass_kg");
+  expect_refused({{"position", "0 0"}}, 4, "position");
+  expect_refused({{"position", "0 0 inf"}}, 4, "position");
+  expect_refused({{"orientation", "0 0 0 2"}}, 4, "orientation");
+  expect_refused({{"copy_of", "C"}}, 4, "copy_of");
+  EXPECT_EQ(refusal(client, "delete_entity", {{"entity", "nobody"}}).result(), 2);
+  expect_words(refusal(client, "delete_entity", {{"entity", "Table1"}}).what(), {"no Part"});
+  EXPECT_EQ(client.cell()->world, there.cell->world);
+}
+
+TEST(Spawning, AResetOfAllBringsBackTheScenario) {
+  HostedService service;
+  Client client(client_options());
+  exchanged(client, "delete_entity", {{"entity", "P"}});
+  State now = exchanged(client, "spawn_entity", {{"name", "Q"}, {"copy_of", "C"}, {"position", "0 0 2"}});
+  client.step(3);
+  // Time and state alone leave what was spawned.
+  client.request("reset", {{"scope", "3"}});
+  EXPECT_GE(client.cell()->find_component("Q"), 0);
+  const Reply reply = client.request("reset");
+  const auto back = client.wait_for_state(
+      [&](const State& s) { return std::to_string(s.cell->world) == reply.values.at("world"); }, kGenerous);
+  ASSERT_TRUE(back.has_value());
+  EXPECT_LT(back->cell->find_component("Q"), 0);
+  EXPECT_GE(back->cell->find_component("P"), 0);
+  // Nothing more to exchange: a reset is a reset again.
+  client.reset();
+  EXPECT_EQ(client.cell()->world, back->cell->world);
+}
+
+TEST(Spawning, RegisteredControllersStay) {
+  HostedService service;
+  Client client(client_options());
+  client.set_pace(takt::client::Pace::lockstep);
+  client.register_controller("plc", Seconds{0.008}, kGenerous, {"Robot1"});
+  exchanged(client, "spawn_entity", {{"name", "Q"}, {"copy_of", "C"}, {"position", "0 0 2"}});
+  client.play();
+  const auto waiting = client.wait_for_status(
+      [](const Status& s) { return !s.waiting_for.empty() && s.waiting_for[0] == "plc"; }, kGenerous);
+  EXPECT_TRUE(waiting.has_value());
+}
+
+TEST(Entities, AreListedAndTellTheirState) {
+  HostedService service;
+  Client client(client_options());
+  const Reply all = client.request("get_entities");
+  EXPECT_EQ(all.values.at("count"), std::to_string(client.cell()->components.size()));
+  const Reply parts = client.request("get_entities", {{"category", "part"}});
+  EXPECT_EQ(parts.values.at("count"), "2");
+  expect_words(parts.values.at("document_0"), {"\"P\"", "\"C\"", "0.3"});
+  EXPECT_EQ(client.request("get_entities", {{"filter", "Gripper1*"}}).values.at("count"), "3");
+  EXPECT_EQ(client.request("get_entities", {{"filter", "nobody"}}).values.at("count"), "0");
+
+  const Reply state = client.request("get_entity_state", {{"entity", "C"}});
+  EXPECT_EQ(state.values.at("position"), "0.3 -0.2 0.7");
+  EXPECT_EQ(state.values.at("orientation"), "0 0 0 1");
+  EXPECT_EQ(state.values.at("category"), "part");
+  const ClientError unknown = refusal(client, "get_entity_state", {{"entity", "nobody"}});
+  EXPECT_EQ(unknown.result(), 2);
+  expect_words(unknown.what(), {"Table1"});
+}
+
+}  // namespace

@@ -1,0 +1,40 @@
+#pragma once
+// A client of a hosted service (hosted_service.h), and what tests expect of its replies.
+#include <gtest/gtest.h>
+
+#include <initializer_list>
+#include <string>
+
+#include "client_lib/client.h"
+#include "tests/support/dds_service.h"
+
+namespace takt::test {
+
+inline constexpr client::Seconds kGenerous{60.0};
+
+inline ClientOptions client_options() {
+  ClientOptions options;
+  options.cell = test_cell();
+  options.domain = static_cast<int>(test_domain());
+  options.timeout = kGenerous;
+  options.silence_limit = kGenerous;
+  return options;
+}
+
+/// The refusal of a request that must be refused.
+inline ClientError refusal(Client& cell, const std::string& name, const client::Arguments& arguments = {}) {
+  try {
+    const client::Reply reply = cell.request(name, arguments);
+    ADD_FAILURE() << name << " was done: " << reply.message;
+  } catch (const ClientError& error) {
+    return error;
+  }
+  return {ClientError::Kind::timeout, ""};
+}
+
+inline void expect_words(const std::string& text, std::initializer_list<const char*> words) {
+  for (const char* word : words)
+    EXPECT_NE(text.find(word), std::string::npos) << word << " is not in: " << text;
+}
+
+}  // namespace takt::test
