@@ -24,6 +24,8 @@ class DdsAdapter final : public dds::DomainParticipantListener {
   void stop();
 
   const StatePublisher& publisher() const { return *publisher_; }
+  /// What the guard in front of the transports has let through and dropped; null without one or after stop().
+  const PacketGuard* guard() const { return participant_ ? participant_->guard() : nullptr; }
 
  private:
   void on_publisher_discovery(dds::DomainParticipant* participant, rtps::WriterDiscoveryInfo&& info) override;

@@ -26,6 +26,7 @@ StatePublisher::StatePublisher(RunLoop& loop, Participant& participant, const To
                                AdapterEvents& events, const Senders& senders,
                                const CommandSubscriber& commands, ControlService& control)
     : loop_(loop),
+      guard_(participant.guard()),
       events_(events),
       senders_(senders),
       commands_(commands),
@@ -89,6 +90,7 @@ void StatePublisher::run() {
     loop_.outbox().news.wait_until_ns(monotonic_now_ns() + kRepeat_ns);
     write_news();
     repeat_instant_if_due();
+    guard_watch_.look(guard_, monotonic_now_ns(), loop_.cell().cell, events_);
   }
   write_news();
   // A client that waits for a reply or an event should have it before the server is gone.

@@ -11,6 +11,7 @@
 #include "server/dds/adapter_events.h"
 #include "server/dds/command_subscriber.h"
 #include "server/dds/control_service.h"
+#include "server/dds/guard_watch.h"
 #include "server/dds/participant.h"
 #include "server/dds/senders.h"
 #include "server/dds/topic_names.h"
@@ -47,6 +48,8 @@ class StatePublisher {
   void check(const DdsReturnCode& result);
 
   RunLoop& loop_;
+  const PacketGuard* guard_;
+  GuardWatch guard_watch_;
   AdapterEvents& events_;
   const Senders& senders_;
   const CommandSubscriber& commands_;
