@@ -45,6 +45,11 @@ std::string ClientOptions::default_cell() {
   return name != nullptr && *name != '\0' ? name : "cell";
 }
 
+std::string ClientOptions::default_secure_directory() {
+  const char* directory = std::getenv("TAKT_SECURE");
+  return directory != nullptr ? directory : "";
+}
+
 int ClientOptions::default_domain() {
   const char* domain = std::getenv("TAKT_DOMAIN");
   if (domain == nullptr || *domain == '\0') return 0;

@@ -65,9 +65,13 @@ struct ClientOptions {
   /// Fast DDS profiles (XML) with a participant profile `takt_client`; without, discovery stays on this
   /// machine.
   std::string profiles_file;
+  std::string profile = "takt_client";  ///< name of the profile in that file
+  /// Directory with this client's identity and permissions (docs/network.md); empty: no security.
+  std::string secure_directory = default_secure_directory();
 
-  static std::string default_cell();  ///< environment TAKT_CELL, else "cell"
-  static int default_domain();        ///< environment TAKT_DOMAIN, else 0
+  static std::string default_cell();              ///< environment TAKT_CELL, else "cell"
+  static int default_domain();                    ///< environment TAKT_DOMAIN, else 0
+  static std::string default_secure_directory();  ///< environment TAKT_SECURE, else none
 };
 
 enum class GripperAction : std::uint8_t { open = 0, close = 1, width = 2 };
@@ -196,8 +200,10 @@ struct FoundCell {
 
 /// The cells on a domain, found within the given wall time (all of it is waited, for there is no telling who
 /// is late).
-std::vector<FoundCell> list_cells(int domain, Seconds duration = Seconds{2.0},
-                                  const std::string& profiles_file = {});
+std::vector<FoundCell> list_cells(
+    int domain, Seconds duration = Seconds{2.0}, const std::string& profiles_file = {},
+    const std::string& secure_directory = ClientOptions::default_secure_directory(),
+    const std::string& profile = "takt_client");
 
 }  // namespace takt::client
 

@@ -27,7 +27,7 @@ std::string unique_id(const std::string& name) {
 Client::Impl::Impl(ClientOptions given)
     : options(std::move(given)),
       id(unique_id(options.name)),
-      link(options.domain, id, options.profiles_file, &watch) {
+      link(options.domain, id, {options.profiles_file, options.secure_directory, options.profile}, &watch) {
   if (options.cell.empty()) throw ClientError(ClientError::Kind::invalid, "The name of the cell is empty.");
 }
 
@@ -41,17 +41,17 @@ void Client::Impl::connect() {
   };
   using namespace takt_msgs::msg;
   using Prefix = const GuidPrefix&;
-  listen("status", Channel::description, new StatusPubSubType(),
+  listen("status", Channel::description, new CheckedType<StatusPubSubType>(),
          std::make_unique<ReaderListener<takt_msgs::msg::Status>>(
              [this](const auto& sample, Prefix from) { on_status(sample, from); },
              [this](Prefix from, bool matched) { on_status_match(from, matched); }));
-  listen("events", Channel::event, new EventPubSubType(),
+  listen("events", Channel::event, new CheckedType<EventPubSubType>(),
          std::make_unique<ReaderListener<takt_msgs::msg::Event>>(
              [this](const auto& sample, Prefix from) { on_event(sample, from); }));
-  listen("state", Channel::state, new CellStatePubSubType(),
+  listen("state", Channel::state, new CheckedType<CellStatePubSubType>(),
          std::make_unique<ReaderListener<CellState>>(
              [this](const auto& sample, Prefix from) { on_state(sample, from); }));
-  listen("control/reply", Channel::control, new ControlReplyPubSubType(),
+  listen("control/reply", Channel::control, new CheckedType<ControlReplyPubSubType>(),
          std::make_unique<ReaderListener<ControlReply>>(
              [this](const auto& sample, Prefix) { on_reply(sample); },
              [this](Prefix, bool matched) {
@@ -60,7 +60,7 @@ void Client::Impl::connect() {
                control_is_open = false;  // another server: see open_control
                changed.notify_all();
              }));
-  listen("description", Channel::description, new CellDescriptionPubSubType(),
+  listen("description", Channel::description, new CheckedType<CellDescriptionPubSubType>(),
          std::make_unique<ReaderListener<CellDescription>>(
              [this](const auto& sample, Prefix from) { on_description(sample, from); }));
 
@@ -155,7 +155,8 @@ void Client::Impl::listen_to_power() {
   if (listens_to_power) return;
   listeners.push_back(std::make_unique<ReaderListener<takt_msgs::msg::Power>>(
       [this](const auto& sample, const GuidPrefix& from) { on_power(sample, from); }));
-  link.create_reader("rt/" + options.cell + "/power", dds::TypeSupport(new takt_msgs::msg::PowerPubSubType()),
+  link.create_reader("rt/" + options.cell + "/power",
+                     dds::TypeSupport(new CheckedType<takt_msgs::msg::PowerPubSubType>()),
                      reader_qos(link.subscriber(), Channel::state), listeners.back().get());
   listens_to_power = true;
 }
@@ -178,7 +179,7 @@ void Client::Impl::listen_to_contacts() {
   listeners.push_back(std::make_unique<ReaderListener<takt_msgs::msg::Contacts>>(
       [this](const auto& sample, const GuidPrefix& from) { on_contacts(sample, from); }));
   link.create_reader("rt/" + options.cell + "/contacts",
-                     dds::TypeSupport(new takt_msgs::msg::ContactsPubSubType()),
+                     dds::TypeSupport(new CheckedType<takt_msgs::msg::ContactsPubSubType>()),
                      reader_qos(link.subscriber(), Channel::state), listeners.back().get());
   listens_to_contacts = true;
 }
@@ -246,8 +247,9 @@ Client::Impl::Sender& Client::Impl::sender_for(const std::string& topic, const d
             s->incompatible_policy = policy;
             changed.notify_all();
           });
-      made->writer = link.create_writer("rt/" + options.cell + "/" + topic,
-                                        dds::TypeSupport(new PubSubType()), qos, made->listener.get());
+      made->writer =
+          link.create_writer("rt/" + options.cell + "/" + topic,
+                             dds::TypeSupport(new CheckedType<PubSubType>()), qos, made->listener.get());
       slot = std::move(made);
     }
     sender = slot.get();

@@ -10,6 +10,7 @@
 #include <set>
 
 #include "client_lib/client.h"
+#include "dds_common/security.h"
 
 namespace takt::client {
 namespace {
@@ -50,18 +51,22 @@ ParticipantNumbers& participant_numbers() {
   return numbers;
 }
 
+/// A description with its meshes.
+constexpr std::uint32_t kLargestSampleReceived_bytes = 256U << 20U;
+
 [[noreturn]] void fail(const std::string& sentence) {
   throw ClientError(ClientError::Kind::transport, sentence);
 }
 
-dds::DomainParticipantQos participant_qos(const std::string& name, const std::string& profiles_file) {
+dds::DomainParticipantQos participant_qos(const std::string& name, const LinkProfile& profile) {
   auto* factory = dds::DomainParticipantFactory::get_instance();
   dds::DomainParticipantQos qos;
-  if (!profiles_file.empty()) {
-    if (factory->load_XML_profiles_file(profiles_file) != ReturnCode_t::RETCODE_OK)
-      fail("The DDS profiles file '" + profiles_file + "' cannot be read as Fast DDS profiles.");
-    if (factory->get_participant_qos_from_profile("takt_client", qos) != ReturnCode_t::RETCODE_OK)
-      fail("The DDS profiles file '" + profiles_file + "' has no participant profile named 'takt_client'.");
+  if (!profile.profiles_file.empty()) {
+    if (factory->load_XML_profiles_file(profile.profiles_file) != ReturnCode_t::RETCODE_OK)
+      fail("The DDS profiles file '" + profile.profiles_file + "' cannot be read as Fast DDS profiles.");
+    if (factory->get_participant_qos_from_profile(profile.profile, qos) != ReturnCode_t::RETCODE_OK)
+      fail("The DDS profiles file '" + profile.profiles_file + "' has no participant profile named '" +
+           profile.profile + "'.");
     qos.name(name);
     return qos;
   }
@@ -127,22 +132,36 @@ dds::DataWriterQos command_writer_qos(const dds::Publisher& publisher, std::uint
   return qos;
 }
 
-Link::Link(int domain, const std::string& name, const std::string& profiles_file,
+Link::Link(int domain, const std::string& name, const LinkProfile& profile,
            dds::DomainParticipantListener* listener) {
   if (domain < 0 || domain > 232)
     throw ClientError(ClientError::Kind::invalid,
                       "DDS domain " + std::to_string(domain) + " does not exist; allowed are 0 to 232.");
-  dds::DomainParticipantQos qos = participant_qos(name, profiles_file);
+  dds::DomainParticipantQos qos = participant_qos(name, profile);
+  const bool secured = !profile.secure_directory.empty();
+  try {
+    if (secured) secure(qos, profile.secure_directory);
+  } catch (const SecurityError& error) {
+    fail(error.what());
+  }
+  guard_ = guard_transports(qos, static_cast<std::uint32_t>(domain), secured, kLargestSampleReceived_bytes);
   auto* factory = dds::DomainParticipantFactory::get_instance();
   // A number can be taken by another process. Fast DDS 2.9.1 never frees one whose participant it failed to
   // create, so such a number is not given back, and another one is drawn.
   constexpr int kAttempts = 5;
-  for (int attempt = 0; attempt < kAttempts && participant_ == nullptr; ++attempt) {
-    if (profiles_file.empty()) number_ = qos.wire_protocol().participant_id = participant_numbers().draw();
+  for (int attempt = 0; attempt < (secured ? 1 : kAttempts) && participant_ == nullptr; ++attempt) {
+    if (profile.profiles_file.empty())
+      number_ = qos.wire_protocol().participant_id = participant_numbers().draw();
     // Discovery only: data goes to the listeners of readers and writers.
     participant_ = factory->create_participant(static_cast<dds::DomainId_t>(domain), qos, listener,
                                                dds::StatusMask::none());
   }
+  if (participant_ == nullptr && secured)
+    fail("DDS refused the identity in '" + profile.secure_directory +
+         "': certificate, permissions or governance are not valid (expired, of another authority, tampered "
+         "with, or "
+         "not for domain " +
+         std::to_string(domain) + "); the messages of Fast DDS beside this one say more.");
   if (participant_ == nullptr)
     fail("DDS cannot start on domain " + std::to_string(domain) +
          " (is /dev/shm writable, are the UDP ports of the domain free?).");

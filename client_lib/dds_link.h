@@ -16,6 +16,9 @@
 #include <memory>
 #include <string>
 
+#include "dds_common/checked_type.h"
+#include "dds_common/guard_transport.h"
+
 namespace takt::client {
 
 namespace dds = eprosima::fastdds::dds;
@@ -36,10 +39,17 @@ dds::DataWriterQos control_writer_qos(const dds::Publisher& publisher);
 /// Reliable, newest only, exclusive ownership.
 dds::DataWriterQos command_writer_qos(const dds::Publisher& publisher, std::uint32_t ownership_strength);
 
+/// How a participant finds the others and proves who it is.
+struct LinkProfile {
+  std::string profiles_file;     ///< Fast DDS profiles (XML); empty: this machine only
+  std::string secure_directory;  ///< dds_common/security.h; empty: no security
+  std::string profile = "takt_client";
+};
+
 /// One participant and everything below it. Throws ClientError (transport) when an entity cannot be made.
 class Link {
  public:
-  Link(int domain, const std::string& name, const std::string& profiles_file,
+  Link(int domain, const std::string& name, const LinkProfile& profile,
        dds::DomainParticipantListener* listener = nullptr);
   ~Link();
   Link(const Link&) = delete;
@@ -55,6 +65,7 @@ class Link {
  private:
   dds::Topic* topic(const std::string& name, dds::TypeSupport type);
   int number_ = -1;  ///< of the participant, see dds_link.cpp
+  std::shared_ptr<PacketGuard> guard_;
   dds::DomainParticipant* participant_ = nullptr;
   dds::Publisher* publisher_ = nullptr;
   dds::Subscriber* subscriber_ = nullptr;

@@ -37,7 +37,8 @@ std::vector<std::string> CellWatch::names() const {
   return {names.begin(), names.end()};
 }
 
-std::vector<FoundCell> list_cells(int domain, Seconds duration, const std::string& profiles_file) {
+std::vector<FoundCell> list_cells(int domain, Seconds duration, const std::string& profiles_file,
+                                  const std::string& secure_directory, const std::string& profile) {
   using StatusListener = ReaderListener<takt_msgs::msg::Status>;
   std::mutex mutex;
   std::condition_variable changed;
@@ -50,7 +51,7 @@ std::vector<FoundCell> list_cells(int domain, Seconds duration, const std::strin
     announced = true;
     changed.notify_all();
   });
-  Link link(domain, "takt-list", profiles_file, &watch);
+  Link link(domain, "takt-list", {profiles_file, secure_directory, profile}, &watch);
 
   const auto deadline = std::chrono::steady_clock::now() +
                         std::chrono::duration_cast<std::chrono::steady_clock::duration>(duration);
@@ -68,7 +69,8 @@ std::vector<FoundCell> list_cells(int domain, Seconds duration, const std::strin
             const std::lock_guard guard(mutex);
             slot = from_wire(sample);
           }));
-      link.create_reader("rt/" + name + "/status", dds::TypeSupport(new takt_msgs::msg::StatusPubSubType()),
+      link.create_reader("rt/" + name + "/status",
+                         dds::TypeSupport(new CheckedType<takt_msgs::msg::StatusPubSubType>()),
                          reader_qos(link.subscriber(), Channel::description), listeners.back().get());
     }
     lock.lock();

@@ -28,7 +28,7 @@ struct Arguments {
   double factor = 1.0;
   bool paused = false, pause_at_end = false, exit_at_end = false;
   std::uint32_t domain = 0;
-  std::string profiles, profile = "takt_server";
+  std::string profiles, profile = "takt_server", secure;
   int realtime_priority = 0;
   int threads = 1;
   std::vector<std::string> overrides;
@@ -61,6 +61,10 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
       ->check(CLI::ExistingFile);
   app.add_option("--profile", arguments.profile, "participant profile to use of that file")
       ->capture_default_str();
+  app.add_option("--secure", arguments.secure,
+                 "directory with the identity and permissions of a server (docs/network.md)")
+      ->check(CLI::ExistingDirectory)
+      ->envname("TAKT_SECURE");
   app.add_option("--realtime-priority", arguments.realtime_priority,
                  "1 to 99: ask for SCHED_FIFO with this priority and for locked memory")
       ->check(CLI::Range(0, 99));
@@ -101,8 +105,8 @@ takt::HostOptions host_options(const Arguments& arguments) {
 /// Runs until a signal or the loop itself ends it.
 int serve(const Arguments& arguments, const sigset_t& signals) {
   takt::CellHost host(host_options(arguments));
-  takt::DdsAdapter adapter(
-      host, {"takt-server " + arguments.cell, arguments.domain, arguments.profiles, arguments.profile});
+  takt::DdsAdapter adapter(host, {"takt-server " + arguments.cell, arguments.domain, arguments.profiles,
+                                  arguments.profile, arguments.secure});
   const pthread_t main_thread = pthread_self();
   host.set_on_quit([main_thread] { pthread_kill(main_thread, SIGTERM); });
   std::string what = "no scenario";

@@ -24,6 +24,8 @@ class DdsAdapter final : public dds::DomainParticipantListener, public WorldObse
   void stop();
 
   const StatePublisher& publisher() const { return *publisher_; }
+  /// What the guard in front of the transports has let through and dropped; null without one or after stop().
+  const PacketGuard* guard() const { return participant_ ? participant_->guard() : nullptr; }
 
   /// Throws DdsError when a robot's or gripper's name cannot be part of a topic, or the description does not
   /// fit its type.

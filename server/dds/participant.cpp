@@ -2,9 +2,13 @@
 
 #include <memory>
 
+#include "dds_common/security.h"
+
 namespace takt {
 namespace {
 
+// Requests and trajectories come in fragments when they are long.
+constexpr std::uint32_t kLargestSampleReceived_bytes = 1U << 20U;
 // A description with its meshes takes megabytes: the segment has to hold it beside what else is on the way.
 constexpr std::uint32_t kSharedMemorySegment_bytes = 8U << 20U;
 
@@ -40,6 +44,11 @@ dds::DomainParticipantQos participant_qos(const ParticipantOptions& options) {
     }
   }
   qos.name(options.name);
+  try {
+    if (!options.secure_directory.empty()) secure(qos, options.secure_directory);
+  } catch (const SecurityError& error) {
+    throw DdsError(error.what());
+  }
   return qos;
 }
 
@@ -49,9 +58,22 @@ Participant::Participant(const ParticipantOptions& options, dds::DomainParticipa
   if (options.domain > 232) {
     throw DdsError("DDS domain " + std::to_string(options.domain) + " does not exist; allowed are 0 to 232.");
   }
+  dds::DomainParticipantQos qos = participant_qos(options);
+  if (options.prepare) options.prepare(qos);
+  if (options.guard) {
+    guard_ = guard_transports(qos, options.domain, !options.secure_directory.empty(),
+                              kLargestSampleReceived_bytes);
+  }
   // The participant's listener hears of discovery only; the data goes to the listeners of the readers.
   participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
-      options.domain, participant_qos(options), listener, dds::StatusMask::none());
+      options.domain, qos, listener, dds::StatusMask::none());
+  if (participant_ == nullptr && !options.secure_directory.empty()) {
+    throw DdsError(
+        "DDS refused a participant with the identity in '" + options.secure_directory +
+        "': certificate, permissions or governance are not valid (expired, of another authority, tampered "
+        "with, or not for domain " +
+        std::to_string(options.domain) + "); the messages of Fast DDS beside this one say more.");
+  }
   if (participant_ == nullptr) {
     throw DdsError("DDS refused a participant on domain " + std::to_string(options.domain) +
                    ": another one may occupy its ports, or no network interface allows it.");

@@ -2,10 +2,14 @@
 // One DDS participant: the place where topics, writers and readers are made and where every refusal of DDS
 // becomes an error with a sentence.
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <stdexcept>
 #include <string>
 
-#include "server/dds/fastdds.h"
+#include "dds_common/checked_type.h"
+#include "dds_common/fastdds.h"
+#include "dds_common/guard_transport.h"
 
 namespace takt {
 
@@ -22,6 +26,12 @@ struct ParticipantOptions {
   /// shared memory and by UDP on the loopback interface.
   std::string profiles_file;
   std::string profile = "takt_server";
+  /// Identity, permissions and governance (dds_common/security.h). Empty: no security.
+  std::string secure_directory = {};
+  /// Inspect every packet before Fast DDS sees it. Off only to show what happens without.
+  bool guard = true;
+  /// The last word on the QoS, before the guard is put in front: tests listen to transports with it.
+  std::function<void(dds::DomainParticipantQos&)> prepare = {};
 };
 
 class Participant {
@@ -36,12 +46,12 @@ class Participant {
   /// ...PubSubType. Throws DdsError.
   template <typename Type>
   dds::DataWriter* create_writer(const std::string& topic, const dds::DataWriterQos& qos) {
-    return create_writer(topic, dds::TypeSupport(new Type()), qos);
+    return create_writer(topic, dds::TypeSupport(new CheckedType<Type>()), qos);
   }
   template <typename Type>
   dds::DataReader* create_reader(const std::string& topic, const dds::DataReaderQos& qos,
                                  dds::DataReaderListener* listener) {
-    return create_reader(topic, dds::TypeSupport(new Type()), qos, listener);
+    return create_reader(topic, dds::TypeSupport(new CheckedType<Type>()), qos, listener);
   }
 
   /// Once these return, the listener of the reader is not called any more. nullptr: nothing is done.
@@ -50,6 +60,9 @@ class Participant {
 
   dds::DataWriterQos default_writer_qos() const { return publisher_->get_default_datawriter_qos(); }
   dds::DataReaderQos default_reader_qos() const { return subscriber_->get_default_datareader_qos(); }
+
+  /// What the guard has seen; null without one.
+  const PacketGuard* guard() const { return guard_.get(); }
 
   /// No listener is called any more after this.
   void silence();
@@ -61,6 +74,7 @@ class Participant {
                                  const dds::DataReaderQos& qos, dds::DataReaderListener* listener);
   dds::Topic* topic(const std::string& name, dds::TypeSupport& type);
 
+  std::shared_ptr<PacketGuard> guard_;
   dds::DomainParticipant* participant_ = nullptr;
   dds::Publisher* publisher_ = nullptr;
   dds::Subscriber* subscriber_ = nullptr;

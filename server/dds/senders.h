@@ -5,7 +5,7 @@
 #include <mutex>
 #include <string>
 
-#include "server/dds/fastdds.h"
+#include "dds_common/fastdds.h"
 
 namespace takt {
 

@@ -21,6 +21,7 @@ StatePublisher::StatePublisher(CellHost& host, Participant& participant, const T
     : host_(host),
       participant_(participant),
       topics_(topics),
+      guard_(participant.guard()),
       senders_(senders),
       commands_(commands),
       control_(control) {
@@ -89,6 +90,7 @@ void StatePublisher::run() {
     host_.mail().news.wait_until_ns(monotonic_now_ns() + kLongestSleep_ns);
     const std::lock_guard lock(mutex_);
     write_news(true);
+    guard_watch_.look(guard_, monotonic_now_ns(), host_.cell(), host_.mail().events);
     if (world_) {
       world_->repeat_if_due();
     } else {

@@ -13,6 +13,7 @@
 
 #include "server/dds/command_subscriber.h"
 #include "server/dds/control_service.h"
+#include "server/dds/guard_watch.h"
 #include "server/dds/participant.h"
 #include "server/dds/senders.h"
 #include "server/dds/topic_names.h"
@@ -61,6 +62,8 @@ class StatePublisher {
   CellHost& host_;
   Participant& participant_;
   const TopicNames topics_;
+  const PacketGuard* guard_;
+  GuardWatch guard_watch_;
   const Senders& senders_;
   const CommandSubscriber& commands_;
   ControlService& control_;

@@ -80,7 +80,7 @@ class ScriptedCell {
         requests_([this](const auto& request, const auto&) { on_request(request); }),
         joints_([this](const auto& command, const auto&) { keep(joint_commands_, command); }),
         grippers_([this](const auto& command, const auto&) { keep(gripper_commands_, command); }),
-        link_(kTestDomain, "scripted", "") {
+        link_(kTestDomain, "scripted", {}) {
     make_writer<takt_msgs::msg::CellStatePubSubType>("state", false, false);
     make_writer<takt_msgs::msg::EventPubSubType>("events", true, false);
     make_writer<takt_msgs::msg::StatusPubSubType>("status", true, true);

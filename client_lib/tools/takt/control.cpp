@@ -63,8 +63,9 @@ int report(const Common& common, const client::Reply& reply) {
 }  // namespace
 
 int list(const Common& common) {
-  const auto cells = client::list_cells(common.client.domain, client::Seconds{common.timeout_s},
-                                        common.client.profiles_file);
+  const auto cells =
+      client::list_cells(common.client.domain, client::Seconds{common.timeout_s}, common.client.profiles_file,
+                         common.client.secure_directory, common.client.profile);
   if (common.json) {
     auto document = nlohmann::json::array();
     for (const auto& cell : cells)

@@ -44,9 +44,13 @@ int run(int argc, char** argv) {
   auto* timeout = app.add_option("--timeout", common.timeout_s, "longest wait for an answer, s of wall time")
                       ->check(CLI::PositiveNumber)
                       ->capture_default_str();
-  app.add_option("--profiles", common.client.profiles_file,
-                 "Fast DDS profiles (XML) with a profile 'takt_client'")
+  app.add_option("--profiles", common.client.profiles_file, "Fast DDS profiles (XML)")
       ->check(CLI::ExistingFile);
+  app.add_option("--profile", common.client.profile, "name of the profile in that file")
+      ->capture_default_str();
+  app.add_option("--secure", common.client.secure_directory,
+                 "directory with identity and permissions (environment: TAKT_SECURE)")
+      ->check(CLI::ExistingDirectory);
   app.add_flag("--json", common.json,
                "output for programs: JSON, one document per line where it follows something");
 

@@ -43,9 +43,13 @@ int run(int argc, char** argv) {
                  "longest wait for an answer; in lockstep also the cell's patience, s of wall time")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  app.add_option("--profiles", options.client.profiles_file,
-                 "Fast DDS profiles (XML) with a profile 'takt_client'")
+  app.add_option("--profiles", options.client.profiles_file, "Fast DDS profiles (XML)")
       ->check(CLI::ExistingFile);
+  app.add_option("--profile", options.client.profile, "name of the profile in that file")
+      ->capture_default_str();
+  app.add_option("--secure", options.client.secure_directory,
+                 "directory with identity and permissions (environment: TAKT_SECURE)")
+      ->check(CLI::ExistingDirectory);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

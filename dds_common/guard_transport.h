@@ -1,0 +1,48 @@
+#pragma once
+// The guard in front of the transports of a participant: every packet that UDP or shared memory brings is
+// inspected (rtps_guard.h) before Fast DDS sees it. What has a flaw is dropped and counted.
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "dds_common/fastdds.h"
+#include "dds_common/rtps_guard.h"
+#include "dds_common/rtps_sent_fragments.h"
+
+namespace takt {
+
+/// What the guard of one participant has seen. Any thread.
+class PacketGuard {
+ public:
+  explicit PacketGuard(const GuardLimits& limits) : limits_(limits) {}
+
+  const GuardLimits& limits() const { return limits_; }
+  SentFragments& sent() { return sent_; }
+  void count(PacketFlaw flaw) {
+    counts_[static_cast<std::size_t>(flaw)].fetch_add(1, std::memory_order_relaxed);
+  }
+
+  /// How many packets had this flaw; `none`: how many were let through.
+  std::uint64_t counted(PacketFlaw flaw) const {
+    return counts_[static_cast<std::size_t>(flaw)].load(std::memory_order_relaxed);
+  }
+  /// Dropped as malformed. Encrypted packets that this participant cannot read are not among them.
+  std::uint64_t dropped() const;
+  /// "3 identity, 1 locator", or empty.
+  std::string summary() const;
+
+ private:
+  const GuardLimits limits_;
+  SentFragments sent_;
+  std::array<std::atomic<std::uint64_t>, kPacketFlaws> counts_{};
+};
+
+/// Puts a guard in front of each transport of these QoS (the builtin ones are first made explicit) and bounds
+/// how many participants and endpoints are remembered. `largest_sample_bytes`: of samples that come in
+/// fragments.
+std::shared_ptr<PacketGuard> guard_transports(dds::DomainParticipantQos& qos, std::uint32_t domain,
+                                              bool encrypted, std::uint32_t largest_sample_bytes);
+
+}  // namespace takt

@@ -1,0 +1,70 @@
+#pragma once
+// Is this packet well-formed RTPS? Asked of every packet before Fast DDS sees it: stock 2.9.1 ends the
+// process on one malformed datagram, before it has looked at any signature. Pure functions over bytes: no
+// DDS, no allocation, no state but that which is handed in.
+//
+// Checked (DDSI-RTPS 2.3, sections 9.4 and 9.6): header, submessage lengths and alignment, every submessage
+// that Fast DDS reads, sequence and fragment number sets, fragments, inline QoS, and in discovery data every
+// parameter that Fast DDS reads: sizes, strings, lists, tokens, locators, durations, and whether the sender
+// speaks for itself. Encrypted submessages are passed on framed only: what is inside comes from who has
+// proved who he is.
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+namespace takt {
+
+/// Why a packet is not let through; `none` if it is.
+enum class PacketFlaw : std::uint8_t {
+  none,
+  too_short,         ///< not even a header
+  not_rtps,          ///< other magic
+  version,           ///< another major version of the protocol
+  submessage,        ///< a submessage does not fit the packet, or is too short for what it says it is
+  alignment,         ///< a submessage that is not the last has a length that is no multiple of 4
+  sequence_number,   ///< not positive, absurdly large, or a range that is none
+  number_set,        ///< a set of sequence or fragment numbers of more than 256, or beyond its submessage
+  inline_qos,        ///< parameters before the data that are none
+  fragment,          ///< sizes and numbers of a fragment contradict each other, or the sample is too large
+  fragment_request,  ///< asks for fragments of a sample that was not sent that way
+  payload,           ///< no data where there must be some, or in no known encoding
+  parameter_list,    ///< does not end, or a length beyond its end
+  parameter,         ///< a parameter of a wrong size or value
+  text,              ///< a string that is too long or not terminated
+  locator,           ///< an address that is none
+  lease,             ///< a participant that wants to be remembered for ever, or not at all
+  identity,          ///< speaks in the name of another participant, or to an endpoint it has no business with
+  fragmented_discovery,  ///< discovery data in pieces cannot be checked
+  encrypted,             ///< encrypted, and this participant has no security
+  count_,
+};
+inline constexpr std::size_t kPacketFlaws = static_cast<std::size_t>(PacketFlaw::count_);
+std::string_view to_string(PacketFlaw flaw);
+
+struct GuardLimits {
+  std::uint32_t largest_sample_bytes = 1U << 20U;  ///< of samples that come in fragments
+  /// Ports in shared memory that a peer may announce. Each that is written to becomes a file.
+  std::uint32_t first_shared_memory_port = 7400, last_shared_memory_port = 65535;
+  std::uint32_t longest_lease_s = 3600;
+  bool relayed_discovery = false;  ///< a discovery server announces others
+  bool encrypted = false;          ///< this participant has security
+};
+
+class SentFragments;
+
+struct PacketReport {
+  PacketFlaw flaw = PacketFlaw::none;
+  bool hides = false;      ///< has parameters that hide_parameters() takes out
+  bool fragments = false;  ///< has data in fragments
+};
+
+/// `sent` may be null: then requests for fragments are checked in form only.
+PacketReport inspect_packet(std::span<const std::uint8_t> packet, const GuardLimits& limits,
+                            const SentFragments* sent) noexcept;
+
+/// Turns parameters of discovery data that nobody here needs and that have brought Fast DDS down (type
+/// objects, type information, content filters, data sharing) into padding. For packets without a flaw.
+void hide_parameters(std::span<std::uint8_t> packet, const GuardLimits& limits) noexcept;
+
+}  // namespace takt

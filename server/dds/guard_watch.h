@@ -1,0 +1,31 @@
+#pragma once
+// Tells of packets that the guard has dropped: at most once a second, however many come.
+#include <cstdint>
+#include <string>
+
+#include "dds_common/guard_transport.h"
+#include "server/runtime/adapter_events.h"
+
+namespace takt {
+
+class GuardWatch {
+ public:
+  /// Call it often. `guard` may be null.
+  void look(const PacketGuard* guard, std::int64_t now_ns, const std::string& cell, AdapterEvents& events) {
+    constexpr std::int64_t interval_ns = 1'000'000'000;
+    if (guard == nullptr || (told_ > 0 && now_ns - told_ns_ < interval_ns)) return;
+    const std::uint64_t dropped = guard->dropped();
+    if (dropped == told_) return;
+    events.post({Severity::warning, "packets_dropped", cell, "",
+                 std::to_string(dropped - told_) +
+                     " malformed packets were dropped (since the start: " + guard->summary() + ")."});
+    told_ = dropped;
+    told_ns_ = now_ns;
+  }
+
+ private:
+  std::uint64_t told_ = 0;
+  std::int64_t told_ns_ = 0;
+};
+
+}  // namespace takt

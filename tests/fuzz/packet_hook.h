@@ -1,0 +1,125 @@
+#pragma once
+// Listens to what the transports of a participant receive, and puts packets in beside it: in the same place
+// where those from the network come in, before any guard.
+#include <fastdds/rtps/transport/ChainingTransport.h>
+#include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "dds_common/fastdds.h"
+
+namespace takt::test {
+
+class PacketHook {
+ public:
+  using Receiver = eprosima::fastdds::rtps::TransportReceiverInterface;
+  struct Recorded {
+    std::size_t channel;
+    std::vector<std::uint8_t> bytes;
+  };
+
+  /// Puts the hook behind all transports of these QoS.
+  static void attach(const std::shared_ptr<PacketHook>& hook, dds::DomainParticipantQos& qos);
+
+  void received(Receiver* next, const std::uint8_t* data, std::uint32_t size, const rtps::Locator_t& local,
+                const rtps::Locator_t& remote) {
+    Channel& channel = channel_of(next, local, remote);
+    {
+      const std::lock_guard lock(mutex_);
+      if (recording_ && recorded_.size() < kMostRecorded)
+        recorded_.push_back({channel.index, {data, data + size}});
+    }
+    const std::lock_guard lock(channel.mutex);
+    next->OnDataReceived(data, size, local, remote);
+  }
+  /// As if the channel had received it. Fast DDS reads one packet at a time from a channel; so here.
+  void inject(std::size_t index, const std::vector<std::uint8_t>& packet) {
+    Channel* channel = nullptr;
+    {
+      const std::lock_guard lock(mutex_);
+      channel = &channels_.at(index);
+    }
+    const std::lock_guard lock(channel->mutex);
+    channel->next->OnDataReceived(packet.data(), static_cast<std::uint32_t>(packet.size()), channel->local,
+                                  channel->remote);
+  }
+  std::vector<Recorded> stop_recording() {
+    const std::lock_guard lock(mutex_);
+    recording_ = false;
+    return std::move(recorded_);
+  }
+  /// Ports of the channels that are UDP.
+  std::vector<std::uint16_t> udp_ports() {
+    const std::lock_guard lock(mutex_);
+    std::vector<std::uint16_t> ports;
+    for (const Channel& channel : channels_)
+      if (channel.local.kind == LOCATOR_KIND_UDPv4)
+        ports.push_back(static_cast<std::uint16_t>(channel.local.port));
+    return ports;
+  }
+
+ private:
+  static constexpr std::size_t kMostRecorded = 2000;
+  struct Channel {
+    std::size_t index;
+    Receiver* next;
+    rtps::Locator_t local, remote;
+    std::mutex mutex;
+  };
+  Channel& channel_of(Receiver* next, const rtps::Locator_t& local, const rtps::Locator_t& remote) {
+    const std::lock_guard lock(mutex_);
+    for (Channel& channel : channels_)
+      if (channel.next == next) return channel;
+    return channels_.emplace_back(channels_.size(), next, local, remote);
+  }
+
+  std::mutex mutex_;
+  bool recording_ = true;
+  std::deque<Channel> channels_;
+  std::vector<Recorded> recorded_;
+};
+
+class HookTransport final : public eprosima::fastdds::rtps::ChainingTransport {
+ public:
+  HookTransport(const eprosima::fastdds::rtps::ChainingTransportDescriptor& descriptor,
+                std::shared_ptr<PacketHook> hook)
+      : ChainingTransport(descriptor), descriptor_(descriptor.low_level_descriptor), hook_(std::move(hook)) {}
+  eprosima::fastdds::rtps::TransportDescriptorInterface* get_configuration() override {
+    return descriptor_.get();
+  }
+  void shutdown() override { low_level_transport_->shutdown(); }
+  bool send(rtps::SenderResource* sender, const rtps::octet* data, std::uint32_t size,
+            rtps::LocatorsIterator* begin, rtps::LocatorsIterator* end,
+            const std::chrono::steady_clock::time_point& timeout) override {
+    return sender->send(data, size, begin, end, timeout);
+  }
+  void receive(eprosima::fastdds::rtps::TransportReceiverInterface* next, const rtps::octet* data,
+               std::uint32_t size, const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
+    hook_->received(next, data, size, local, remote);
+  }
+
+ private:
+  std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> descriptor_;
+  std::shared_ptr<PacketHook> hook_;
+};
+
+struct HookTransportDescriptor final : public eprosima::fastdds::rtps::ChainingTransportDescriptor {
+  HookTransportDescriptor(std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> low_level,
+                          std::shared_ptr<PacketHook> packet_hook)
+      : ChainingTransportDescriptor(std::move(low_level)), hook(std::move(packet_hook)) {}
+  eprosima::fastdds::rtps::TransportInterface* create_transport() const override {
+    return new HookTransport(*this, hook);
+  }
+  std::shared_ptr<PacketHook> hook;
+};
+
+inline void PacketHook::attach(const std::shared_ptr<PacketHook>& hook, dds::DomainParticipantQos& qos) {
+  for (auto& descriptor : qos.transport().user_transports)
+    descriptor = std::make_shared<HookTransportDescriptor>(descriptor, hook);
+}
+
+}  // namespace takt::test

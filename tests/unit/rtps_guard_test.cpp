@@ -1,0 +1,300 @@
+#include "dds_common/rtps_guard.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <random>
+
+#include "dds_common/rtps_sent_fragments.h"
+#include "tests/support/rtps_packets.h"
+
+namespace takt {
+namespace {
+
+using test::endpoint;
+using test::guid;
+using test::kSedpWriter;
+using test::kSpdpWriter;
+using test::Packet;
+using test::participant;
+using test::Wire;
+using Bytes = std::vector<std::uint8_t>;
+
+constexpr std::uint32_t kWriter = 0x00000103, kReader = 0x00000204;
+
+std::string flaw_of(const Bytes& packet, const GuardLimits& limits = {},
+                    const SentFragments* sent = nullptr) {
+  return std::string(to_string(inspect_packet(packet, limits, sent).flaw));
+}
+std::string flaw_of(const Packet& packet, const GuardLimits& limits = {}) {
+  return flaw_of(packet.wire.bytes, limits);
+}
+
+Bytes ended(Wire list) {
+  return list.u16(1).u16(0).bytes;
+}
+std::string participant_flaw(unsigned id, const Bytes& value, bool big = false) {
+  return flaw_of(Packet(big).data(0, kSpdpWriter, 4, ended(participant(big).parameter(id, value))));
+}
+std::string endpoint_flaw(unsigned id, const Bytes& value, bool big = false) {
+  return flaw_of(Packet(big).data(0, kSedpWriter, 4, ended(endpoint(big).parameter(id, value))));
+}
+Bytes sample() {
+  return {0, 1, 0, 0, 1, 2, 3, 4};
+}
+
+/// The same checks in both byte orders.
+class RtpsGuard : public testing::TestWithParam<bool> {
+ protected:
+  Packet packet() const { return Packet(GetParam()); }
+  Wire wire() const { return Wire(GetParam()); }
+};
+INSTANTIATE_TEST_SUITE_P(ByteOrders, RtpsGuard, testing::Bool());
+
+TEST_P(RtpsGuard, LetsPassWhatIsInOrder) {
+  EXPECT_EQ(flaw_of(packet()), "none");
+  EXPECT_EQ(flaw_of(packet().submessage(0x09, 0, wire().u32(1).u32(2)).data(kReader, kWriter, 4, sample())),
+            "none");
+  EXPECT_EQ(flaw_of(packet().data(0, kSpdpWriter, 4, ended(participant(GetParam())))), "none");
+  EXPECT_EQ(flaw_of(packet().data(0, kSedpWriter, 4, ended(endpoint(GetParam())))), "none");
+  EXPECT_EQ(
+      flaw_of(packet().submessage(0x07, 2, wire().id(kReader).id(kWriter).sequence(1).sequence(0).u32(1))),
+      "none");
+  EXPECT_EQ(flaw_of(packet().submessage(
+                0x06, 2, wire().id(kReader).id(kWriter).sequence(3).u32(33).u32(1).u32(1).u32(1))),
+            "none");
+  EXPECT_EQ(
+      flaw_of(packet().submessage(0x08, 0, wire().id(kReader).id(kWriter).sequence(3).sequence(9).u32(0))),
+      "none");
+  EXPECT_EQ(flaw_of(packet().submessage(0x83, 0, wire().fill(8))), "none") << "of another vendor";
+  // Taken back by the key, with the status in front.
+  Wire disposal = wire();
+  disposal.parameter(0x70, guid(7, 0x000001c1)).parameter(0x71, {0, 0, 0, 3}).u16(1).u16(0);
+  EXPECT_EQ(flaw_of(packet().data(0, kSpdpWriter, 2, disposal.bytes)), "none");
+}
+
+TEST_P(RtpsGuard, Framing) {
+  Bytes good = packet().data(kReader, kWriter, 4, sample()).wire.bytes;
+  EXPECT_EQ(flaw_of(Bytes(good.begin(), good.begin() + 19)), "too_short");
+  const auto with = [&](std::size_t at, std::uint8_t value) {
+    Bytes changed = good;
+    changed[at] = value;
+    return flaw_of(changed);
+  };
+  EXPECT_EQ(with(3, 'X'), "not_rtps");
+  EXPECT_EQ(with(4, 1), "version");
+  EXPECT_EQ(with(GetParam() ? 23 : 22, 255), "submessage");
+  for (std::size_t size = 21; size < good.size() - 4; ++size) {
+    EXPECT_NE(flaw_of(Bytes(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size))), "none") << size;
+  }
+  EXPECT_EQ(flaw_of(packet().submessage(0x83, 0, wire().fill(6)).submessage(0x83, 0, wire().fill(4))),
+            "alignment");
+  EXPECT_EQ(flaw_of(packet().submessage(0x0e, 0, wire().fill(8))), "submessage");
+  EXPECT_EQ(flaw_of(packet().submessage(0x0c, 0, wire().fill(16))), "submessage");
+  EXPECT_EQ(flaw_of(packet().submessage(0x09, 0, wire().fill(4))), "submessage");
+  EXPECT_EQ(flaw_of(packet().submessage(
+                0x15, 4, wire().u16(0).u16(0xfff0).id(kReader).id(kWriter).sequence(1).add(sample()))),
+            "submessage")
+      << "a negative jump to the data";
+}
+
+TEST_P(RtpsGuard, SequenceNumbersAndSets) {
+  for (const std::int64_t number : {std::int64_t{0}, std::int64_t{-1}, std::int64_t{1} << 62U})
+    EXPECT_EQ(flaw_of(packet().data(kReader, kWriter, 4, sample(), number)), "sequence_number");
+  const auto heartbeat = [&](std::int64_t first, std::int64_t last) {
+    return flaw_of(
+        packet().submessage(0x07, 0, wire().id(kReader).id(kWriter).sequence(first).sequence(last).u32(1)));
+  };
+  EXPECT_EQ(heartbeat(5, 4), "none");
+  EXPECT_EQ(heartbeat(5, 3), "sequence_number");
+  EXPECT_EQ(heartbeat(0, 3), "sequence_number");
+  const auto gap = [&](std::int64_t start, std::int64_t base, unsigned bits) {
+    return flaw_of(packet().submessage(
+        0x08, 0, wire().id(kReader).id(kWriter).sequence(start).sequence(base).u32(bits).fill(32)));
+  };
+  EXPECT_EQ(gap(1, 1000, 256), "none");
+  EXPECT_EQ(gap(1, 1000, 257), "number_set");
+  EXPECT_EQ(gap(5, 4, 0), "sequence_number");
+  EXPECT_EQ(gap(1, std::int64_t{1} << 40U, 0), "sequence_number") << "Fast DDS would walk over all of them";
+  EXPECT_EQ(
+      flaw_of(packet().submessage(0x06, 0, wire().id(kReader).id(kWriter).sequence(3).u32(64).u32(1).u32(1))),
+      "submessage")
+      << "the count is missing";
+}
+
+TEST_P(RtpsGuard, Fragments) {
+  const auto fragment = [&](std::uint32_t first, unsigned count, unsigned size, std::uint32_t sample_bytes,
+                            std::size_t payload, std::uint32_t writer = kWriter) {
+    return flaw_of(packet().submessage(0x16, 0,
+                                       wire()
+                                           .u16(0)
+                                           .u16(28)
+                                           .id(0)
+                                           .id(writer)
+                                           .sequence(1)
+                                           .u32(first)
+                                           .u16(count)
+                                           .u16(size)
+                                           .u32(sample_bytes)
+                                           .fill(payload)));
+  };
+  EXPECT_EQ(fragment(1, 1, 1000, 2500, 1000), "none");
+  EXPECT_EQ(fragment(3, 1, 1000, 2500, 500), "none");
+  EXPECT_EQ(fragment(4, 1, 1000, 2500, 500), "fragment");
+  EXPECT_EQ(fragment(3, 1, 1000, 2500, 400), "fragment") << "less than announced";
+  EXPECT_EQ(fragment(1, 1, 0, 2500, 1000), "fragment");
+  EXPECT_EQ(fragment(0, 1, 1000, 2500, 1000), "fragment");
+  EXPECT_EQ(fragment(1, 0, 1000, 2500, 1000), "fragment");
+  EXPECT_EQ(fragment(1, 1, 2, 4, 4), "fragment") << "no room for the list of those that are missing";
+  EXPECT_EQ(fragment(1, 1, 1001, 1002, 1001), "fragment") << "nor in the last one";
+  EXPECT_EQ(fragment(1, 1, 1000, 0xffffffff, 1000), "fragment") << "4 GB";
+  EXPECT_EQ(fragment(1, 1, 1000, 2500, 1000, kSedpWriter), "fragmented_discovery");
+}
+
+TEST(RtpsGuardRequests, ForFragmentsThatWereSent) {
+  const auto request = [](std::int64_t number, std::uint32_t base, unsigned bits, std::uint64_t word) {
+    return Packet()
+        .submessage(0x12, 0,
+                    Wire().id(kReader).id(kWriter).sequence(number).u32(base).u32(bits).u32(word).u32(1))
+        .wire.bytes;
+  };
+  SentFragments sent;
+  EXPECT_EQ(flaw_of(request(5, 1, 1, 0x80000000), {}, &sent), "fragment_request");
+  sent.note(
+      Packet()
+          .submessage(
+              0x16, 0,
+              Wire().u16(0).u16(28).id(0).id(kWriter).sequence(5).u32(1).u16(1).u16(1000).u32(2500).fill(
+                  1000))
+          .wire.bytes);
+  EXPECT_EQ(sent.count(kWriter, 5), 3U);
+  EXPECT_EQ(flaw_of(request(5, 1, 3, 0xe0000000), {}, &sent), "none");
+  EXPECT_EQ(flaw_of(request(5, 1, 4, 0xf0000000), {}, &sent), "fragment_request") << "there is no fourth";
+  EXPECT_EQ(flaw_of(request(5, 1, 4, 0xe0000000), {}, &sent), "none") << "and it is not asked for";
+  EXPECT_EQ(flaw_of(request(6, 1, 1, 0x80000000), {}, &sent), "fragment_request");
+  EXPECT_EQ(flaw_of(request(5, 0, 1, 0x80000000), {}, &sent), "number_set") << "they count from 1";
+}
+
+TEST_P(RtpsGuard, DiscoveryParameters) {
+  const bool big = GetParam();
+  EXPECT_EQ(participant_flaw(0x62, wire().text("x").bytes, big), "none");
+  EXPECT_EQ(participant_flaw(0x62, wire().u32(4).fill(4, 'a').bytes, big), "text") << "not terminated";
+  EXPECT_EQ(participant_flaw(0x62, wire().u32(400).fill(4).bytes, big), "text");
+  EXPECT_EQ(participant_flaw(0x50, guid(8, 0x000001c1), big), "identity") << "of another participant";
+  EXPECT_EQ(participant_flaw(0x50, guid(7, 0x00000102), big), "identity") << "not a participant";
+  EXPECT_EQ(participant_flaw(0x02, wire().u32(0x7fffffff).u32(0xffffffff).bytes, big), "lease");
+  EXPECT_EQ(participant_flaw(0x02, wire().u32(0).u32(0).bytes, big), "lease");
+  EXPECT_EQ(participant_flaw(0x32, wire().u32(1).u32(70000).fill(16).bytes, big), "locator");
+  EXPECT_EQ(participant_flaw(0x32, wire().u32(16).u32(7410).fill(16).bytes, big), "none");
+  EXPECT_EQ(participant_flaw(0x32, wire().u32(16).u32(1).fill(16).bytes, big), "locator")
+      << "would make a file";
+  EXPECT_EQ(participant_flaw(0x59, wire().u32(1).text("name").text("value").bytes, big), "none");
+  EXPECT_EQ(participant_flaw(0x59, wire().u32(2).text("name").text("value").bytes, big), "text");
+  EXPECT_EQ(participant_flaw(0x1001, wire().text("DDS:Auth").u32(0).u32(0).bytes, big), "none");
+  EXPECT_EQ(participant_flaw(0x1001, wire().text("DDS:Auth").u32(0x10000000).u32(0).bytes, big), "parameter");
+  EXPECT_EQ(endpoint_flaw(0x1d, wire().u8(9).fill(3).bytes, big), "parameter");
+  EXPECT_EQ(endpoint_flaw(0x23, wire().u32(0xffffffff).u32(0).bytes, big), "parameter") << "negative";
+  EXPECT_EQ(endpoint_flaw(0x29, wire().u32(1).text("a").bytes, big), "none");
+  EXPECT_EQ(endpoint_flaw(0x29, wire().u32(3).text("a").bytes, big), "text");
+  EXPECT_EQ(endpoint_flaw(0x2c, wire().u32(4).fill(4).bytes, big), "none");
+  EXPECT_EQ(endpoint_flaw(0x2c, wire().u32(5).fill(4).bytes, big), "parameter");
+  EXPECT_EQ(endpoint_flaw(0x5a, guid(8, kWriter), big), "identity");
+  EXPECT_EQ(flaw_of(packet().data(0, kSedpWriter, 4, endpoint(big).bytes)), "parameter_list") << "no end";
+  Wire long_one = endpoint(big);
+  long_one.u16(0x8123).u16(200).fill(8);
+  EXPECT_EQ(flaw_of(packet().data(0, kSedpWriter, 4, long_one.bytes)), "parameter_list");
+  EXPECT_EQ(flaw_of(packet().data(0, kSedpWriter, 4, {0, 1, 0, 0, 1, 0, 0, 0})), "payload")
+      << "not a parameter list";
+  EXPECT_EQ(flaw_of(packet().data(0, kSedpWriter, 4, {0, 3})), "payload");
+  EXPECT_EQ(flaw_of(packet().data(0, 0x000200c2, 4,
+                                  wire().u8(0).u8(big ? 0 : 1).fill(2).fill(16).u32(99).fill(4).bytes)),
+            "payload");
+  EXPECT_EQ(flaw_of(packet().data(0x000100c7, kWriter, 4, sample())), "identity")
+      << "a user's writer to discovery";
+  EXPECT_EQ(flaw_of(packet().data(kReader, kWriter, 4, {0, 99, 0, 0, 1, 2, 3, 4})), "payload")
+      << "no such encoding";
+  Wire bad_inline = wire();
+  bad_inline.parameter(0x70, Bytes(8, 7)).u16(1).u16(0).add(sample());
+  EXPECT_EQ(flaw_of(packet().data(kReader, kWriter, 6, bad_inline.bytes)), "inline_qos");
+}
+
+TEST_P(RtpsGuard, TypeObjectsBecomePadding) {
+  const bool big = GetParam();
+  for (const unsigned id : {0x35U, 0x69U, 0x72U, 0x75U, 0x8006U}) {
+    const Packet with = packet().data(0, kSedpWriter, 4, ended(endpoint(big).parameter(id, Bytes(12, 0xee))));
+    ASSERT_EQ(flaw_of(with), "none");
+    EXPECT_TRUE(inspect_packet(with.wire.bytes, {}, nullptr).hides);
+    Bytes hidden = with.wire.bytes;
+    hide_parameters(hidden, {});
+    EXPECT_EQ(
+        hidden,
+        packet().data(0, kSedpWriter, 4, ended(endpoint(big).parameter(0, Bytes(12, 0xee)))).wire.bytes);
+    EXPECT_FALSE(inspect_packet(hidden, {}, nullptr).hides);
+  }
+  EXPECT_FALSE(
+      inspect_packet(packet().data(0, kSedpWriter, 4, ended(endpoint(big))).wire.bytes, {}, nullptr).hides);
+}
+
+TEST_P(RtpsGuard, EncryptedPacketsOnlyWithSecurity) {
+  GuardLimits secured;
+  secured.encrypted = true;
+  const Wire body = Wire(true).u32(8).fill(8), tag = Wire(true).fill(16).u32(1).fill(20);
+  const Packet good =
+      packet().submessage(0x31, 0, wire().fill(20)).submessage(0x30, 0, body).submessage(0x32, 0, tag);
+  EXPECT_EQ(flaw_of(good), "encrypted");
+  EXPECT_EQ(flaw_of(good, secured), "none");
+  EXPECT_EQ(flaw_of(packet().submessage(0x31, 0, wire().fill(20)).submessage(0x30, 0, body), secured),
+            "submessage")
+      << "begun and not ended";
+  EXPECT_EQ(flaw_of(packet().submessage(0x32, 0, tag), secured), "submessage");
+  EXPECT_EQ(flaw_of(packet()
+                        .submessage(0x31, 0, wire().fill(20))
+                        .submessage(0x30, 0, Wire(true).u32(9).fill(8))
+                        .submessage(0x32, 0, tag),
+                    secured),
+            "submessage");
+  EXPECT_EQ(
+      flaw_of(
+          packet().submessage(0x33, 0, wire().fill(20)).submessage(0x30, 0, body).submessage(0x34, 0, tag),
+          secured),
+      "none");
+  EXPECT_EQ(flaw_of(packet().submessage(0x34, 0, Wire(true).fill(16).u32(0xffffffff)), secured),
+            "submessage");
+}
+
+TEST(RtpsGuardRelays, ADiscoveryServerSpeaksForOthers) {
+  GuardLimits relayed;
+  relayed.relayed_discovery = true;
+  const Packet packet =
+      Packet().data(0, kSpdpWriter, 4, ended(participant().parameter(0x50, guid(8, 0x000001c1))));
+  EXPECT_EQ(flaw_of(packet), "identity");
+  EXPECT_EQ(flaw_of(packet, relayed), "none");
+}
+
+TEST(RtpsGuardRandom, AnyBytesHaveAnAnswer) {
+  std::mt19937 random(20261121);
+  const Bytes good = Packet()
+                         .submessage(0x09, 0, Wire().u32(1).u32(2))
+                         .data(0, kSpdpWriter, 4,
+                               ended(participant().parameter(0x59, Wire().u32(1).text("n").text("v").bytes)))
+                         .data(0, kSedpWriter, 4, ended(endpoint().parameter(0x72, Bytes(12, 1))))
+                         .wire.bytes;
+  std::array<std::size_t, kPacketFlaws> seen{};
+  SentFragments sent;
+  for (int i = 0; i < 200'000; ++i) {
+    Bytes packet = good;
+    for (unsigned n = 1 + random() % 4; n > 0; --n)
+      packet[random() % packet.size()] = static_cast<std::uint8_t>(random());
+    if (random() % 4 == 0) packet.resize(random() % packet.size());
+    packet.shrink_to_fit();  // so that a sanitizer sees the first byte beyond
+    ++seen[static_cast<std::size_t>(inspect_packet(packet, {}, &sent).flaw)];
+    sent.note(packet.size() < 20 ? std::span<const std::uint8_t>{} : packet);
+    hide_parameters(packet, {});
+  }
+  EXPECT_GT(seen[0], 1000U);
+  EXPECT_GT(seen[static_cast<std::size_t>(PacketFlaw::parameter_list)], 1000U);
+  EXPECT_GT(seen[static_cast<std::size_t>(PacketFlaw::identity)], 1000U);
+}
+
+}  // namespace
+}  // namespace takt
