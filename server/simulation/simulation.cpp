@@ -185,9 +185,8 @@ struct Simulation::Impl {
     if (reached || !interaction.disturbed().empty()) plant.integrator().restart();
     // What the initial state decided belongs to the first step.
     if (step_index > 0) changes.clear();
-    for (const PartnerChange& change : interaction.changes()) {
+    for (const PartnerChange& change : interaction.changes())
       changes.push_back({time(), step_index, change.part, change.from, change.to});
-    }
     if (monitor) check_clearances();
   }
 
@@ -269,9 +268,7 @@ struct Simulation::Impl {
 
   bool step(std::span<const Command> commands) {
     // 1 apply commands
-    for (const Command& command : commands) {
-      std::visit([this](const auto& c) { apply(c); }, command);
-    }
+    for (const Command& command : commands) std::visit([this](const auto& c) { apply(c); }, command);
     if (!fault.empty()) return false;
     // 2 update connections
     const auto now = [this] { return clock != nullptr ? clock() : 0.0; };
@@ -364,7 +361,6 @@ Simulation::~Simulation() = default;
 bool Simulation::step(std::span<const Command> commands) {
   Impl& s = *impl_;
   if (!s.fault.empty()) return false;
-
   bool advanced = false;
   s.guard([&] { advanced = s.step(commands); });
   return advanced && s.fault.empty();
@@ -599,12 +595,6 @@ Explanation Simulation::explain(int component) const {
   s.contacts.read(s.system().motion(), samples);
   std::copy_if(samples.begin(), samples.end(), std::back_inserter(e.pressing), of_component);
   return e;
-}
-
-std::uint64_t period_boundary_step(std::uint64_t k, double period_s, double step_s) {
-  // The small tolerance keeps k * period / step, when it is a whole number, from being rounded up by its last
-  // bit.
-  return static_cast<std::uint64_t>(std::ceil(static_cast<double>(k) * period_s / step_s - 1e-6));
 }
 
 }  // namespace takt
