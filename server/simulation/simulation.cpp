@@ -140,10 +140,4 @@ int Simulation::process_level(std::size_t process) const {
   return impl_->process_levels[process];
 }
 
-std::uint64_t period_boundary_step(std::uint64_t k, double period_s, double step_s) {
-  // The small tolerance keeps k * period / step, when it is a whole number, from being rounded up by its last
-  // bit.
-  return static_cast<std::uint64_t>(std::ceil(static_cast<double>(k) * period_s / step_s - 1e-6));
-}
-
 }  // namespace takt
