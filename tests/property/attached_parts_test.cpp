@@ -269,8 +269,9 @@ TEST(AttachedParts, AtRandomUnderEveryAlgorithm) {
         for (int at = p; at != -1; at = snapshot.components[static_cast<std::size_t>(at)].partner)
           ASSERT_LE(++length, static_cast<int>(model->components.size()));
         const int held = attached_to[static_cast<std::size_t>(p)];
-        if (search && held != -1)
+        if (search && held != -1) {
           ASSERT_EQ(snapshot.components[static_cast<std::size_t>(p)].partner, held) << round;
+        }
         static_cast<void>(simulation.explain(p));
       }
       for (const PairConnection& pair : simulation.connections()) {
