@@ -1,6 +1,5 @@
 #include "server/simulation/simulation.h"
 
-#include <cmath>
 #include <vector>
 
 #include "server/simulation/simulation_impl.h"
