@@ -1,0 +1,65 @@
+#pragma once
+// Saved states of a simulation in files.
+//
+// A file is written beside its place and renamed when it is complete and on the disk: whenever the program or
+// the machine dies, there is the file of before or the new one. It begins with a magic, the format's version,
+// the scenario's name, the hash of its model (simulation/model_hash.h), step and time for people, the length
+// of the state and a checksum (CRC-32 of zlib) over all else. What does not fit is refused with a sentence
+// that names the file, what was found and what was expected.
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace takt {
+
+class Simulation;
+
+/// Which state a file holds.
+struct SnapshotIdentity {
+  std::string scenario;
+  std::uint64_t model = 0;  ///< model_hash()
+  std::uint64_t step = 0;
+  double time_s = 0.0;
+};
+/// Of what `simulation` would save now.
+SnapshotIdentity identity_of(const Simulation& simulation);
+
+enum class SnapshotError : std::uint8_t {
+  none,
+  not_found,       ///< no such file
+  not_readable,    ///< it cannot be read, or written
+  not_a_snapshot,  ///< something else
+  other_version,   ///< of a format this program does not read
+  damaged,         ///< cut off, lengthened or altered
+  other_scenario,  ///< another name, or another model under the same name
+};
+
+struct SnapshotResult {
+  SnapshotError error = SnapshotError::none;
+  std::string message;  ///< a sentence for people; empty: done
+  bool good() const { return error == SnapshotError::none; }
+};
+
+/// Writes atomically: a temporary file in the same directory, fsync, rename, fsync of the directory.
+/// Directories must exist.
+SnapshotResult write_snapshot_file(const std::filesystem::path& file, const SnapshotIdentity& identity,
+                                   std::span<const std::byte> state);
+
+struct SnapshotFile {
+  SnapshotIdentity identity;
+  std::vector<std::byte> state;  ///< for Simulation::restore_state()
+};
+/// `content` is complete or untouched.
+SnapshotResult read_snapshot_file(const std::filesystem::path& file, SnapshotFile& content);
+/// Whether a file of this identity fits to this simulation.
+SnapshotResult check_identity(const std::filesystem::path& file, const SnapshotIdentity& found,
+                              const Simulation& simulation);
+
+/// Both ways in one. restore_snapshot_file() changes nothing where it fails.
+SnapshotResult save_snapshot_file(const std::filesystem::path& file, Simulation& simulation);
+SnapshotResult restore_snapshot_file(const std::filesystem::path& file, Simulation& simulation);
+
+}  // namespace takt
