@@ -36,7 +36,8 @@ RunLoop::RunLoop(Simulation& simulation, RunLoopOptions options)
                                      : SimulationState::playing),
       pace_(options_.pace),
       factor_(options_.factor),
-      pending_(target_count(simulation.description())) {
+      pending_(target_count(simulation.description())),
+      saved_(first_saved(simulation, options_)) {
   incoming_.reserve(buffer_.capacity());
   batch_.reserve(pending_.size());
 }
@@ -77,7 +78,6 @@ double RunLoop::wall_time_s() const {
 
 void RunLoop::run() {
   scheduling_.assign(obtain_scheduling(options_.realtime_priority));
-  prepare_saving();
   anchor();
   publish_instant();
   while (!stop_.load(std::memory_order_relaxed)) {

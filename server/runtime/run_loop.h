@@ -153,7 +153,8 @@ class RunLoop {
   void execute_requests();
   void refuse_what_waits();
   void stand_held();
-  void prepare_saving();
+  /// Of the right size, so that saving allocates only where a state is larger than all before.
+  static SavedState first_saved(Simulation& simulation, const RunLoopOptions& options);
   void save_if_due();
   void reply(std::uint64_t id, ControlResult result, std::string message, TextArguments values = {});
   void execute(std::uint64_t id, const SetState& action);
@@ -208,8 +209,6 @@ class RunLoop {
   const std::function<void()>* visit_ = nullptr;  // guarded by requests_mutex_: see between_steps()
   std::condition_variable visited_;
   std::atomic<bool> hold_{false};
-  LatestValueSlot<SavedState> saved_;
-  Wakeup saved_news_;
   std::function<void()> on_quit_;
 
   // From here on: the loop's thread only.
@@ -224,6 +223,8 @@ class RunLoop {
   std::vector<Pending> pending_;  ///< per target: the newest command not yet applied
   std::vector<Command> batch_;
   std::uint64_t published_ = 0;
+  LatestValueSlot<SavedState> saved_;
+  Wakeup saved_news_;
   SnapshotIdentity identity_;  ///< of this cell; step and time change
   bool changed_since_save_ = true;
   std::int64_t next_save_ns_ = 0;

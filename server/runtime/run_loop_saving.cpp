@@ -16,15 +16,12 @@ void RunLoop::save(SavedState& saved) {
   saved.factor = factor_;
 }
 
-/// Once through all buffers, so that saving allocates nothing later.
-void RunLoop::prepare_saving() {
-  if (!(options_.save_every_s > 0.0)) return;
-  constexpr int kBuffers = 3;
-  for (int i = 0; i < kBuffers; ++i) {
-    save(saved_.write_buffer());
-    saved_.publish();
-    saved_news_.post();
-  }
+SavedState RunLoop::first_saved(Simulation& simulation, const RunLoopOptions& options) {
+  SavedState saved;
+  if (!(options.save_every_s > 0.0)) return saved;
+  simulation.save_state(saved.bytes);
+  saved.identity = identity_of(simulation);
+  return saved;
 }
 
 void RunLoop::save_if_due() {
