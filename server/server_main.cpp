@@ -1,12 +1,15 @@
 // takt-server: scenarios as a service. Arguments -> host of the cell (scenario, simulation, step loop) with
 // DDS at both ends.
 #include <signal.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -14,12 +17,13 @@
 #include "server/dds/topic_names.h"
 #include "server/geometry/decomposition_cache.h"
 #include "server/runtime/cell_host.h"
+#include "server/runtime/supervisor.h"
 #include "server/simulation/simulation.h"
 
 namespace {
 
 constexpr int kBadInput = 2;
-constexpr int kFailed = 1;
+constexpr int kFailed = takt::kCrashed;
 
 struct Arguments {
   std::filesystem::path scenario;
@@ -31,6 +35,9 @@ struct Arguments {
   std::string profiles, profile = "takt_server", secure;
   int realtime_priority = 0;
   int threads = 1;
+  std::filesystem::path snapshots;
+  std::optional<double> snapshot_every_s;
+  bool supervised = false;
   std::vector<std::string> overrides;
   std::optional<int> level_of_detail;
 };
@@ -72,6 +79,17 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
                  "threads for the collision checks; the bits are the same with any number")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
+  app.add_option("--snapshots", arguments.snapshots,
+                 "directory of snapshots (save_snapshot, restore_snapshot); those of this cell are in a "
+                 "directory of its name below it");
+  app.add_option(
+         "--snapshot-every", arguments.snapshot_every_s,
+         "wall time (s) between periodic snapshots, of which the newest 3 are kept; with --supervised "
+         "0.5 unless given")
+      ->check(CLI::Range(0.05, 86400.0));
+  app.add_flag(
+      "--supervised", arguments.supervised,
+      "start again after a crash, from the newest periodic snapshot; gives up after 5 crashes in 60 s");
   app.add_option("--lod", arguments.level_of_detail, "level of detail of every process");
   app.add_option("--set", arguments.overrides, "override a key of the scenario, e.g. solver.step_s=0.0005")
       ->option_text("KEY=VALUE ...")
@@ -95,6 +113,8 @@ takt::HostOptions host_options(const Arguments& arguments) {
   options.loop.quit_at_end = arguments.exit_at_end;
   options.end_at_duration = arguments.exit_at_end || arguments.pause_at_end;
   options.threads = arguments.threads;
+  options.snapshots = arguments.snapshots;
+  options.loop.save_every_s = arguments.snapshot_every_s.value_or(0.0);
   options.cache_directory = takt::user_cache_directory();
   options.on_note = [](const std::string& sentence) {
     std::fprintf(stderr, "takt-server: note: %s\n", sentence.c_str());
@@ -103,27 +123,30 @@ takt::HostOptions host_options(const Arguments& arguments) {
 }
 
 /// Runs until a signal or the loop itself ends it.
-int serve(const Arguments& arguments, const sigset_t& signals) {
+int serve(const Arguments& arguments, const sigset_t& signals, const std::string& crash) {
   takt::CellHost host(host_options(arguments));
   takt::DdsAdapter adapter(host, {"takt-server " + arguments.cell, arguments.domain, arguments.profiles,
                                   arguments.profile, arguments.secure});
   const pthread_t main_thread = pthread_self();
   host.set_on_quit([main_thread] { pthread_kill(main_thread, SIGTERM); });
-  std::string what = "no scenario";
-  if (arguments.scenario.empty()) {
-    host.open_empty();
-  } else {
-    takt::WorldSource source{arguments.scenario};
-    source.options.overrides = arguments.overrides;
-    source.options.level_of_detail = arguments.level_of_detail;
-    try {
-      host.open(source);
-    } catch (const std::exception& error) {
-      std::fprintf(stderr, "takt-server: %s\n", error.what());
-      return kBadInput;
-    }
-    what = "scenario " + host.loop()->cell().scenario;
+  std::optional<takt::WorldSource> source;
+  if (!arguments.scenario.empty()) {
+    source.emplace(takt::WorldSource{arguments.scenario, {arguments.overrides, arguments.level_of_detail}});
   }
+  try {
+    if (!crash.empty()) {
+      host.resume(crash, source);
+    } else if (source) {
+      host.open(*source);
+    } else {
+      host.open_empty();
+    }
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "takt-server: %s\n", error.what());
+    return kBadInput;
+  }
+  const takt::RunLoop* loop = host.loop();
+  const std::string what = loop == nullptr ? "no scenario" : "scenario " + loop->cell().scenario;
   std::printf("takt-server: cell '%s' ready: %s, pace %s, domain %u\n", arguments.cell.c_str(), what.c_str(),
               arguments.pace.c_str(), arguments.domain);
   std::fflush(stdout);
@@ -141,6 +164,35 @@ int serve(const Arguments& arguments, const sigset_t& signals) {
   }
   return 0;
 }
+
+int serve_or_say_why(const Arguments& arguments, const sigset_t& signals, const std::string& crash) {
+  try {
+    return serve(arguments, signals, crash);
+  } catch (const takt::DdsError& error) {
+    std::fprintf(stderr, "takt-server: %s\n", error.what());
+    return crash.empty() ? kBadInput : kFailed;  // a restart is tried again
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "takt-server: %s\n", error.what());
+    return kFailed;
+  }
+}
+
+/// Of the supervisor, for snapshots that nobody said a place for.
+struct TemporaryDirectory {
+  TemporaryDirectory() {
+    std::string name = (std::filesystem::temp_directory_path() / "takt_snapshots_XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error(name + " cannot be made");
+    path = name;
+    owner = ::getpid();
+  }
+  ~TemporaryDirectory() {
+    if (::getpid() != owner) return;  // a child that ends
+    std::error_code left_behind;
+    std::filesystem::remove_all(path, left_behind);
+  }
+  std::filesystem::path path;
+  pid_t owner = 0;
+};
 
 }  // namespace
 
@@ -177,13 +229,19 @@ int main(int argc, char** argv) {
       return kBadInput;
     }
   }
-  try {
-    return serve(arguments, signals);
-  } catch (const takt::DdsError& error) {
-    std::fprintf(stderr, "takt-server: %s\n", error.what());
+  if (arguments.snapshot_every_s && arguments.snapshots.empty()) {
+    std::fprintf(stderr, "takt-server: --snapshot-every needs --snapshots DIR\n");
     return kBadInput;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "takt-server: %s\n", error.what());
-    return kFailed;
   }
+  if (!arguments.supervised) return serve_or_say_why(arguments, signals, "");
+  std::optional<TemporaryDirectory> own;
+  if (arguments.snapshots.empty()) arguments.snapshots = own.emplace().path;
+  if (!arguments.snapshot_every_s) arguments.snapshot_every_s = 0.5;
+  takt::SupervisorOptions options;
+  options.on_note = [](const std::string& sentence) {
+    std::printf("takt-server: supervisor: %s\n", sentence.c_str());
+    std::fflush(stdout);
+  };
+  return takt::supervise(
+      [&](const std::string& crash) { return serve_or_say_why(arguments, signals, crash); }, options);
 }

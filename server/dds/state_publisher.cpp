@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::int64_t kLongestSleep_ns = 20'000'000;  // so that standing instants are repeated
 constexpr std::int64_t kIdleStatus_ns = 100'000'000;
+constexpr std::int64_t kAnnounced_ns = 15'000'000'000;
 
 }  // namespace
 
@@ -137,6 +138,7 @@ void StatePublisher::write_idle_status() {
 }
 
 void StatePublisher::write_events() {
+  write_announcement();
   EventRecord record;
   while (world_ && world_->loop().outbox().events.pop(record)) {
     takt_msgs::msg::Event message = to_message(record, world_->cell());
@@ -144,29 +146,40 @@ void StatePublisher::write_events() {
     write_event(message);
   }
   const AdapterEvents::Taken taken = host_.mail().events.take();
-  const auto write_own = [&](const AdapterEvent& event) {
-    takt_msgs::msg::Event message;
-    message.stamp(to_time(world_ ? world_->present_time_s() : 0.0));
-    message.step(world_ ? world_->present_step() : 0);
-    message.epoch(world_ ? world_->present_epoch() : 0);
-    message.severity(static_cast<std::uint8_t>(event.severity));
-    message.code(event.code);
-    message.subject(event.subject);
-    message.sender(event.sender);
-    message.message(event.message);
-    write_event(message);
-  };
-  for (const AdapterEvent& event : taken.events) write_own(event);
+  for (const AdapterEvent& event : taken.events) write_event(event);
   if (taken.lost > 0) {
-    write_own({Severity::warning, std::string(to_string(EventCode::events_lost)), host_.cell(), "",
-               std::to_string(taken.lost) + " events were lost: more came than could be sent."});
+    write_event({Severity::warning, std::string(to_string(EventCode::events_lost)), host_.cell(), "",
+                 std::to_string(taken.lost) + " events were lost: more came than could be sent."});
   }
   if (world_) refused_writes_ += world_->take_refused();
   if (refused_writes_ > 0) {
     const std::uint64_t refused = std::exchange(refused_writes_, 0);
-    write_own({Severity::warning, "write_refused", host_.cell(), "",
-               "DDS refused to send " + std::to_string(refused) + " samples."});
+    write_event({Severity::warning, "write_refused", host_.cell(), "",
+                 "DDS refused to send " + std::to_string(refused) + " samples."});
   }
+}
+
+/// Events are not kept for those who come later, and after a restart everybody does.
+void StatePublisher::write_announcement() {
+  const Mail& mail = host_.mail();
+  if (!host_.announces() || monotonic_now_ns() - mail.began_ns > kAnnounced_ns) return;
+  dds::PublicationMatchedStatus status;
+  if (!is_ok(event_writer_->get_publication_matched_status(status))) return;
+  if (status.total_count == std::exchange(announced_to_, status.total_count)) return;
+  write_event(*mail.announcement);
+}
+
+void StatePublisher::write_event(const AdapterEvent& event) {
+  takt_msgs::msg::Event message;
+  message.stamp(to_time(world_ ? world_->present_time_s() : 0.0));
+  message.step(world_ ? world_->present_step() : 0);
+  message.epoch(world_ ? world_->present_epoch() : 0);
+  message.severity(static_cast<std::uint8_t>(event.severity));
+  message.code(event.code);
+  message.subject(event.subject);
+  message.sender(event.sender);
+  message.message(event.message);
+  write_event(message);
 }
 
 void StatePublisher::write_event(takt_msgs::msg::Event& event) {

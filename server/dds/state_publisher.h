@@ -54,6 +54,8 @@ class StatePublisher {
   void write_news(bool with_status);
   void write_events();
   void write_event(takt_msgs::msg::Event& event);
+  void write_event(const AdapterEvent& event);
+  void write_announcement();
   void write_status(const LoopStatus& status, const CellDescription& cell);
   void write_idle_status();
   /// Counts a refusal of DDS; the next status says so.
@@ -83,6 +85,7 @@ class StatePublisher {
   std::int64_t idle_status_ns_ = 0;        ///< when the last one without a scenario was written
   SimulationState idle_state_{};           ///< and what it said
   std::uint64_t event_number_ = 0;
+  int announced_to_ = 0;  ///< readers of events that were there at the last announcement, or before
   std::uint64_t refused_writes_ = 0;
   DurationHistogram write_time_;
 };

@@ -1,28 +1,16 @@
-#include "server/runtime/cell_host.h"
+#include "server/runtime/cell_host_world.h"
 
 #include <utility>
 
 #include "server/geometry/mesh_import.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/scenario/urdf_reader.h"
-#include "server/simulation/simulation.h"
 
 namespace takt {
 
-struct CellHost::World {
-  World(std::shared_ptr<const CellModel> model, Executor* executor, RunLoopOptions options)
-      : simulation(std::move(model)), loop(prepared(simulation, executor), std::move(options)) {}
-  static Simulation& prepared(Simulation& simulation, Executor* executor) {
-    if (executor != nullptr) simulation.set_executor(executor);
-    return simulation;
-  }
-  Simulation simulation;
-  RunLoop loop;
-  std::optional<Scenario> scenario;
-};
-
 CellHost::CellHost(HostOptions options) : options_(std::move(options)) {
   options_.loop.mail = mail_;
+  if (!options_.snapshots.empty()) store_.emplace(options_.snapshots, options_.cell);
   if (options_.threads > 1) pool_.emplace(options_.threads, options_.loop.realtime_priority);
   thread_ = std::thread([this] { run(); });
 }
@@ -52,26 +40,32 @@ std::shared_ptr<CellHost::World> CellHost::build(const Scenario& scenario) {
     mail_->events.post({Severity::warning, "import_note", note.component, "", note.sentence});
   }
   auto world = make_world(std::move(model), scenario.duration_s);
-  world->scenario = scenario;
+  world->as_loaded = world->content = scenario;
   return world;
 }
 
 std::shared_ptr<CellHost::World> CellHost::build(const WorldSource& source) {
-  return build(read_scenario(source.file, source.options));
+  auto world = build(read_scenario(source.file, source.options));
+  world->source = source;
+  // A server that starts again may have another working directory.
+  world->source->file = std::filesystem::absolute(source.file);
+  return world;
 }
 
 void CellHost::open(const WorldSource& source) {
+  if (store_) store_->forget();
   exchange(build(source));
-  source_ = source;
   opened();
 }
 
 void CellHost::open(std::shared_ptr<const CellModel> model) {
+  if (store_) store_->forget();
   exchange(make_world(std::make_shared<CellModel>(*model), 0.0));
   opened();
 }
 
 void CellHost::open_empty() {
+  if (store_) store_->forget();
   exchange(nullptr);
   opened();
 }
@@ -99,25 +93,25 @@ void CellHost::exchange(std::shared_ptr<World> next, std::optional<SimulationSta
     if (observer_ != nullptr) observer_->closed(old->loop);
     old.reset();
   }
-  if (!kept_state) {
-    source_.reset();
-    as_loaded_ = next ? next->scenario : std::nullopt;
-  }
-  content_ = next ? next->scenario : std::nullopt;
   if (next) {
     ++worlds_;
     if (!kept_state) next->loop.begin_with(options_.loop.pace, options_.loop.factor);
     next->loop.set_on_quit(on_quit_);
     if (observer_ != nullptr) observer_->opened(next->loop);
+    if (store_ && options_.loop.save_every_s > 0.0)
+      next->writer.emplace(next->loop, *store_, session_of(next.get()));
     const std::lock_guard lock(mutex_);
     world_ = next;
-    with_spawned_ = false;
     if (!stop_) next->loop.start();
   } else if (observer_ != nullptr) {
     CellDescription nothing;
     nothing.cell = options_.cell;
     nothing.world = ++worlds_;
     observer_->idle(nothing);
+  }
+  if (store_ && !next) {
+    const std::string failure = store_->write(session_of(nullptr));
+    if (!failure.empty()) tell(Severity::error, "snapshot_failed", failure);
   }
   mail_->news.post();
 }
@@ -138,12 +132,8 @@ bool CellHost::try_exchange(std::uint64_t id, std::shared_ptr<World> next,
 }
 
 void CellHost::submit(const ControlRequest& request) {
-  bool with_spawned = false;
-  {
-    const std::lock_guard lock(mutex_);
-    with_spawned = with_spawned_;
-  }
-  if (auto parsed = parse_host_request(request, with_spawned)) {
+  const auto loaded = world();
+  if (auto parsed = parse_host_request(request, loaded && !loaded->changes.empty())) {
     if (auto* answer = std::get_if<ControlReply>(&*parsed)) {
       mail_->add_reply(std::move(*answer));
       return;
@@ -153,7 +143,7 @@ void CellHost::submit(const ControlRequest& request) {
       const std::lock_guard lock(mutex_);
       busy = stop_ ? "ending" : busy_with_;
       if (busy.empty()) {
-        job_ = Job{request.id, std::get<HostAction>(std::move(*parsed))};
+        job_ = Job{request, std::get<HostAction>(std::move(*parsed))};
         busy_with_ = "working on " + request.request;
       }
     }
@@ -166,7 +156,7 @@ void CellHost::submit(const ControlRequest& request) {
     }
     return;
   }
-  if (const auto loaded = world()) {
+  if (loaded) {
     loaded->loop.submit(request);
   } else {
     answer_without_world(request);
@@ -216,36 +206,38 @@ void CellHost::run() {
 }
 
 void CellHost::execute(const Job& job) {
+  const std::uint64_t id = job.request.id;
   if (const auto* to_load = std::get_if<LoadScenario>(&job.action)) {
-    load(job.id, {to_load->file, to_load->options});
+    load(id, {to_load->file, to_load->options});
   } else if (std::holds_alternative<ReloadScenario>(job.action)) {
-    if (source_) {
-      const WorldSource again = *source_;
-      load(job.id, again);
+    const auto loaded = world();
+    if (loaded && loaded->source) {
+      load(id, *loaded->source);
     } else {
-      reply(job.id, ControlResult::no_world_loaded,
+      reply(id, ControlResult::no_world_loaded,
             "No scenario was loaded from a file; there is none to load again.");
     }
-  } else if (const auto* to_spawn = std::get_if<SpawnEntity>(&job.action)) {
-    spawn(job.id, *to_spawn);
-  } else if (const auto* to_delete = std::get_if<DeleteEntity>(&job.action)) {
-    remove(job.id, *to_delete);
   } else if (const auto* to_reset = std::get_if<ResetSpawned>(&job.action)) {
-    reset_spawned(job.id, *to_reset);
+    reset_spawned(job, *to_reset);
+  } else if (const auto* to_save = std::get_if<SaveSnapshot>(&job.action)) {
+    save(job, *to_save);
+  } else if (const auto* to_restore = std::get_if<RestoreSnapshot>(&job.action)) {
+    restore(job, *to_restore);
+  } else if (std::holds_alternative<UnloadScenario>(job.action)) {
+    unload(id);
   } else {
-    unload(job.id);
+    change(job);
   }
 }
 
 void CellHost::load(std::uint64_t id, const WorldSource& source) {
   auto built = try_build(source);
-  if (const auto* refusal = std::get_if<Refusal>(&built)) {
+  if (const auto* refusal = std::get_if<HostRefusal>(&built)) {
     tell(Severity::warning, "scenario_refused", refusal->message);
     reply(id, refusal->result, refusal->message);
     return;
   }
   if (!try_exchange(id, std::get<std::shared_ptr<World>>(std::move(built)), std::nullopt)) return;
-  source_ = source;
   const CellDescription& cell = loop()->cell();
   const std::string message = "Scenario " + cell.scenario +
                               " is loaded: " + std::to_string(cell.components.size()) + " components, " +
@@ -258,15 +250,14 @@ void CellHost::load(std::uint64_t id, const WorldSource& source) {
          {"state", std::to_string(static_cast<int>(SimulationState::stopped))}});
 }
 
-std::variant<std::shared_ptr<CellHost::World>, CellHost::Refusal> CellHost::try_build(
-    const WorldSource& source) {
+std::variant<std::shared_ptr<CellHost::World>, HostRefusal> CellHost::try_build(const WorldSource& source) {
   const auto refused = [](ControlResult result, const std::exception& error) {
-    return Refusal{result, error.what()};
+    return HostRefusal{result, error.what()};
   };
   std::error_code unreadable;
   if (!std::filesystem::exists(source.file, unreadable)) {
-    return Refusal{ControlResult::not_found, "There is no file " + source.file.string() +
-                                                 ", seen from the working directory of the server."};
+    return HostRefusal{ControlResult::not_found, "There is no file " + source.file.string() +
+                                                     ", seen from the working directory of the server."};
   }
   try {
     return build(source);
@@ -309,7 +300,8 @@ void CellHost::stop() {
 void CellHost::reply(std::uint64_t id, ControlResult result, std::string message, TextArguments values) {
   {
     const std::lock_guard lock(mutex_);
-    if (job_ && job_->id == id) {  // before the reply is out: whoever has it may ask for the next thing
+    if (job_ &&
+        job_->request.id == id) {  // before the reply is out: whoever has it may ask for the next thing
       job_.reset();
       busy_with_.clear();
     }

@@ -12,6 +12,7 @@
 // Spawning and deleting Parts is such an exchange too, by the scenario with or without them, with pace and
 // registered controllers kept. As the new one begins at its initial state, the simulation must be stopped,
 // which is that state.
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <filesystem>
@@ -25,6 +26,8 @@
 #include "server/runtime/host_requests.h"
 #include "server/runtime/mail.h"
 #include "server/runtime/run_loop.h"
+#include "server/runtime/scenario_changes.h"
+#include "server/runtime/session_store.h"
 #include "server/runtime/worker_pool.h"
 #include "server/scenario/scenario.h"
 #include "server/simulation/cell_model.h"
@@ -51,16 +54,11 @@ struct HostOptions {
   RunLoopOptions loop{};
   bool end_at_duration = false;             ///< pause when the scenario's duration has been simulated
   int threads = 1;                          ///< for the collision checks
+  std::filesystem::path snapshots{};        ///< directory of snapshots; empty: none are kept
   std::filesystem::path cache_directory{};  ///< of convex decompositions; empty: none is kept
   /// Called with what a person must be told about imported meshes and robots, by the thread that reads them;
   /// it goes out as an event too.
   std::function<void(const std::string& sentence)> on_note{};
-};
-
-/// A scenario file and how it was read.
-struct WorldSource {
-  std::filesystem::path file;
-  ScenarioOptions options{};
 };
 
 class CellHost {
@@ -84,6 +82,12 @@ class CellHost {
   /// Instead: begins without a scenario.
   void open_empty();
 
+  /// Instead, in a server that has crashed and starts again: what the one before had loaded, from its newest
+  /// periodic snapshot that can be read; without any from the initial state, without a session from
+  /// `otherwise`. `crash` says what happened. Everybody who listens is told (event `restarted`). Throws as
+  /// open().
+  void resume(const std::string& crash, const std::optional<WorldSource>& otherwise);
+
   /// Any thread. The reply comes through mail().
   void submit(const ControlRequest& request);
   /// Ends the loaded loop and the host's thread; what is being read is read to its end before. May be called
@@ -92,6 +96,8 @@ class CellHost {
 
   Mail& mail() { return *mail_; }
   const std::string& cell() const { return options_.cell; }
+  /// There is an announcement in mail(), which does not change any more.
+  bool announces() const { return announces_.load(); }
   /// Figures to show while no scenario is loaded; nothing while one is.
   std::optional<LoopStatus> idle_status() const;
   /// The loop of the loaded scenario or nullptr; valid until a request exchanges it.
@@ -102,15 +108,9 @@ class CellHost {
  private:
   struct World;
   struct Job {
-    std::uint64_t id = 0;
+    ControlRequest request;
     HostAction action;
   };
-  /// A failure on the way to a new world, as a reply.
-  struct Refusal {
-    ControlResult result = ControlResult::failed;
-    std::string message;
-  };
-
   void run();
   void execute(const Job& job);
   void load(std::uint64_t id, const WorldSource& source);
@@ -118,16 +118,25 @@ class CellHost {
   std::shared_ptr<World> build(const WorldSource& source);
   std::shared_ptr<World> build(const Scenario& scenario);
   std::shared_ptr<World> make_world(std::shared_ptr<CellModel> model, double duration_s);
-  std::variant<std::shared_ptr<World>, Refusal> try_build(const WorldSource& source);
+  std::variant<std::shared_ptr<World>, HostRefusal> try_build(const WorldSource& source);
   void opened();
-  /// The loaded scenario with another content; replies.
-  void exchange_content(std::uint64_t id, const Scenario& wanted, bool any_state, ControlResult wrong_mesh,
-                        const std::string& done, TextArguments values);
-  void spawn(std::uint64_t id, const SpawnEntity& request);
-  void remove(std::uint64_t id, const DeleteEntity& request);
-  void reset_spawned(std::uint64_t id, const ResetSpawned& request);
-  /// The loaded scenario, or nullptr when a refusal was replied: none, or not from a file.
-  const Scenario* content(std::uint64_t id);
+  // cell_host_changes.cpp
+  /// spawn_entity, delete_entity
+  void change(const Job& job);
+  void reset_spawned(const Job& job, const ResetSpawned& request);
+  /// What is loaded, or nullptr when a refusal was replied: nothing, or not from a file.
+  std::shared_ptr<World> changeable(std::uint64_t id);
+  /// The loaded scenario with another content; replies, and says whether it was done.
+  bool exchange_content(const Job& job, const Scenario& wanted, bool any_state,
+                        std::vector<ControlRequest> changes, const std::string& done, TextArguments values);
+  // cell_host_snapshots.cpp
+  void save(const Job& job, const SaveSnapshot& request);
+  void restore(const Job& job, const RestoreSnapshot& request);
+  /// False when a refusal was replied.
+  bool snapshots_possible(std::uint64_t id, const std::string& name);
+  Session session_of(const World* loaded) const;
+  /// Says how it goes on, as the end of a sentence.
+  std::string resume_session(const Session& session);
   /// nullptr: none. `kept_state`: pace and controllers stay, and the new loop starts in that state.
   void exchange(std::shared_ptr<World> next, std::optional<SimulationState> kept_state = std::nullopt);
   /// As above; false when the new one could not be shown and nothing is loaded now, which was replied.
@@ -143,11 +152,8 @@ class CellHost {
   WorldObserver* observer_ = nullptr;
   std::function<void()> on_quit_;
   std::optional<WorkerPool> pool_;
+  std::optional<SessionStore> store_;
   std::uint32_t worlds_ = 0;  ///< loaded so far; thread of the host, or of open()
-  // Of the loaded scenario, if it came from a file; thread of the host, or of open().
-  std::optional<WorldSource> source_;
-  std::optional<Scenario> as_loaded_;  ///< what the file said
-  std::optional<Scenario> content_;    ///< with what was spawned, without what was deleted
 
   mutable std::mutex mutex_;
   std::condition_variable news_;
@@ -155,8 +161,8 @@ class CellHost {
   std::optional<Job> job_;                                ///< waiting or being executed
   std::string busy_with_ = "loading its first scenario";  ///< for people; empty: nothing
   bool opened_ = false;                                   ///< open() is done
-  bool with_spawned_ = false;                             ///< something was spawned or deleted
   bool stop_ = false;
+  std::atomic<bool> announces_{false};
   std::thread thread_;
 };
 

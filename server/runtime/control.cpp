@@ -85,7 +85,7 @@ std::variant<ControlAction, ControlReply> parse_level_of_detail(const ControlReq
   return arguments.result<ControlAction>(action);
 }
 
-constexpr std::array<std::string_view, 12> kRequests{"get_features",
+constexpr std::array<std::string_view, 15> kRequests{"get_features",
                                                      "get_state",
                                                      "set_state",
                                                      "step",
@@ -96,7 +96,10 @@ constexpr std::array<std::string_view, 12> kRequests{"get_features",
                                                      "explain_part",
                                                      "set_level_of_detail",
                                                      "get_entities",
-                                                     "get_entity_state"};
+                                                     "get_entity_state",
+                                                     "set_entity_state",
+                                                     "attach",
+                                                     "detach"};
 
 std::string known_requests() {
   std::string list;

@@ -93,9 +93,16 @@ struct SetEntityState {
   std::optional<Mat3> R_WB;
   std::optional<Vec3> linear_velocity, angular_velocity;  ///< of the origin of B, in the world
 };
-using ControlAction =
-    std::variant<GetFeatures, GetState, SetState, Step, Reset, SetPace, RegisterController,
-                 UnregisterController, ExplainPart, SetLevelOfDetail, GetEntities, GetEntityState>;
+struct Attach {
+  int part = -1;
+  int to = -1;
+};
+struct Detach {
+  int part = -1;
+};
+using ControlAction = std::variant<GetFeatures, GetState, SetState, Step, Reset, SetPace, RegisterController,
+                                   UnregisterController, ExplainPart, SetLevelOfDetail, GetEntities,
+                                   GetEntityState, SetEntityState, Attach, Detach>;
 
 /// Checks a request against the vocabulary and the cell.
 std::variant<ControlAction, ControlReply> parse(const ControlRequest& request, const CellDescription& cell);

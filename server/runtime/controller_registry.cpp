@@ -32,13 +32,7 @@ std::string ControllerRegistry::add(const RegisterController& request, std::uint
   controller.timeout_s = request.timeout_s;
   controller.targets = request.targets;
   std::sort(controller.targets.begin(), controller.targets.end());
-  // Estimate the number, then settle it with the one function that defines where boundaries are.
-  const double periods = static_cast<double>(present_step) * step_s_ / request.period_s;
-  controller.boundary = static_cast<std::uint64_t>(std::max(periods - 2.0, 0.0));
-  while (period_boundary_step(controller.boundary, controller.period_s, step_s_) < present_step) {
-    ++controller.boundary;
-  }
-  controller.boundary_step = period_boundary_step(controller.boundary, controller.period_s, step_s_);
+  find_boundary(controller, present_step);
   *place = std::move(controller);
   index_targets();
   return {};
@@ -51,11 +45,18 @@ bool ControllerRegistry::remove(const std::string& name) {
   return true;
 }
 
-void ControllerRegistry::restart() {
-  for (Controller& controller : controllers_) {
-    controller.boundary = 0;
-    controller.boundary_step = period_boundary_step(0, controller.period_s, step_s_);
+void ControllerRegistry::restart(std::uint64_t present_step) {
+  for (Controller& controller : controllers_) find_boundary(controller, present_step);
+}
+
+void ControllerRegistry::find_boundary(Controller& controller, std::uint64_t present_step) const {
+  // Estimate the number, then settle it with the one function that defines where boundaries are.
+  const double periods = static_cast<double>(present_step) * step_s_ / controller.period_s;
+  controller.boundary = static_cast<std::uint64_t>(std::max(periods - 2.0, 0.0));
+  while (period_boundary_step(controller.boundary, controller.period_s, step_s_) < present_step) {
+    ++controller.boundary;
   }
+  controller.boundary_step = period_boundary_step(controller.boundary, controller.period_s, step_s_);
 }
 
 void ControllerRegistry::advance(Controller& controller) {

@@ -33,8 +33,8 @@ class ControllerRegistry {
   std::string add(const RegisterController& request, std::uint64_t present_step, const CellDescription& cell);
   bool remove(const std::string& name);
 
-  /// After a reset: every controller's next boundary is number 0.
-  void restart();
+  /// The present step is another one: every controller's next boundary is the first at or after it.
+  void restart(std::uint64_t present_step);
   /// The controller's boundary was crossed.
   void advance(Controller& controller);
 
@@ -45,6 +45,8 @@ class ControllerRegistry {
 
  private:
   void index_targets();
+  /// The first one at or after the step.
+  void find_boundary(Controller& controller, std::uint64_t present_step) const;
 
   double step_s_;
   std::vector<Controller> controllers_;

@@ -47,12 +47,56 @@ Parsed parse_state(const ControlRequest& request, const CellDescription& cell) {
   return no_component_reply(request.id, name, cell);
 }
 
+Parsed parse_set_state(const ControlRequest& request, const CellDescription& cell) {
+  RequestArguments arguments(request,
+                             {"entity", "position", "orientation", "linear_velocity", "angular_velocity"});
+  const std::string name = arguments.text("entity", "the Part to put elsewhere.");
+  SetEntityState action;
+  action.component = cell.find_component(name);
+  const GivenPose pose = read_pose(arguments);
+  action.p_WB = pose.p;
+  action.R_WB = pose.R;
+  Vec3 v = Vec3::Zero();
+  if (arguments.reals("linear_velocity", {&v.x(), &v.y(), &v.z()})) action.linear_velocity = v;
+  if (arguments.reals("angular_velocity", {&v.x(), &v.y(), &v.z()})) action.angular_velocity = v;
+  if (!action.p_WB && !action.R_WB && !action.linear_velocity && !action.angular_velocity) {
+    arguments.fail("needs a position, an orientation, a linear_velocity or an angular_velocity.");
+  }
+  auto result = arguments.result<ControlAction>(action);
+  if (action.component >= 0 || std::holds_alternative<ControlReply>(result)) return result;
+  return no_component_reply(request.id, name, cell);
+}
+
+Parsed parse_attach(const ControlRequest& request, const CellDescription& cell) {
+  RequestArguments arguments(request, {"part", "to"});
+  const std::string part = arguments.text("part", "the Part to attach.");
+  const std::string to = arguments.text("to", "the component it is to hang on.");
+  const Attach action{cell.find_component(part), cell.find_component(to)};
+  auto result = arguments.result<ControlAction>(action);
+  if (std::holds_alternative<ControlReply>(result)) return result;
+  if (action.part < 0) return no_component_reply(request.id, part, cell);
+  if (action.to < 0) return no_component_reply(request.id, to, cell);
+  return result;
+}
+
+Parsed parse_detach(const ControlRequest& request, const CellDescription& cell) {
+  RequestArguments arguments(request, {"part"});
+  const std::string part = arguments.text("part", "the Part to let go.");
+  const Detach action{cell.find_component(part)};
+  auto result = arguments.result<ControlAction>(action);
+  if (action.part >= 0 || std::holds_alternative<ControlReply>(result)) return result;
+  return no_component_reply(request.id, part, cell);
+}
+
 }  // namespace
 
 std::optional<Parsed> parse_entity_request(const ControlRequest& request, const CellDescription& cell) {
   const std::string& name = request.request;
   if (name == "get_entities") return parse_list(request);
   if (name == "get_entity_state") return parse_state(request, cell);
+  if (name == "set_entity_state") return parse_set_state(request, cell);
+  if (name == "attach") return parse_attach(request, cell);
+  if (name == "detach") return parse_detach(request, cell);
   return std::nullopt;
 }
 

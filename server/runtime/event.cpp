@@ -99,6 +99,12 @@ std::string_view to_string(EventCode code) {
       return "end_of_scenario";
     case EventCode::level_of_detail_changed:
       return "level_of_detail_changed";
+    case EventCode::attached:
+      return "attached";
+    case EventCode::detached:
+      return "detached";
+    case EventCode::entity_state_set:
+      return "entity_state_set";
     case EventCode::events_lost:
       return "events_lost";
   }
@@ -213,6 +219,21 @@ EventText describe(const EventRecord& event, const CellDescription& cell) {
       const std::string process =
           event.a < 0 ? std::string("all processes") : cell.processes[static_cast<std::size_t>(event.a)].name;
       return {process, "The level of detail of " + process + " is now " + std::to_string(event.b) + "."};
+    }
+    case EventCode::attached: {
+      const std::string part = component_name(cell, event.a);
+      return {part, part + " is attached to " + component_name(cell, event.b) + " until it is detached."};
+    }
+    case EventCode::detached: {
+      const std::string part = component_name(cell, event.a);
+      return {part, part + " is attached to nothing any more; the rules decide who holds it."};
+    }
+    case EventCode::entity_state_set: {
+      const std::string part = component_name(cell, event.a);
+      char place[100];
+      std::snprintf(place, sizeof place, " was put to (%.6g, %.6g, %.6g) m.", event.position_W.x(),
+                    event.position_W.y(), event.position_W.z());
+      return {part, part + place};
     }
     case EventCode::events_lost:
       return {cell.cell, std::to_string(event.a) + " events were lost: more came than could be sent."};

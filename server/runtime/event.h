@@ -29,6 +29,9 @@ enum class EventCode : std::uint8_t {
                             ///< awaited)
   end_of_scenario,          ///< the scenario's duration has been simulated
   level_of_detail_changed,  ///< a: process (index, -1: all), b: level
+  attached,                 ///< a: Part, b: component, by request
+  detached,                 ///< a: Part, by request
+  entity_state_set,         ///< a: Part, by request; position: where it is now
   events_lost,              ///< a: how many, because nobody fetched them in time
 };
 std::string_view to_string(EventCode code);

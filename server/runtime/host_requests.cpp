@@ -74,6 +74,18 @@ Parsed parse_delete(const ControlRequest& request) {
   return arguments.result<HostAction>(DeleteEntity{arguments.text("entity", "the Part to delete.")});
 }
 
+Parsed parse_save(const ControlRequest& request) {
+  RequestArguments arguments(request, {"name"});
+  return arguments.result<HostAction>(SaveSnapshot{arguments.text("name", "what the snapshot is called.")});
+}
+
+Parsed parse_restore(const ControlRequest& request) {
+  RequestArguments arguments(request, {"name"});
+  RestoreSnapshot action;
+  if (arguments.find("name") != nullptr) action.name = arguments.text("name", "of the snapshot.");
+  return arguments.result<HostAction>(action);
+}
+
 /// Nothing: the loop's business.
 std::optional<Parsed> parse_reset(const ControlRequest& request) {
   const auto parsed = parse(request, CellDescription{});
@@ -95,6 +107,8 @@ std::optional<Parsed> parse_host_request(const ControlRequest& request, bool wit
   if (name == "reload_scenario") return RequestArguments(request, {}).result<HostAction>(ReloadScenario{});
   if (name == "spawn_entity") return parse_spawn(request);
   if (name == "delete_entity") return parse_delete(request);
+  if (name == "save_snapshot") return parse_save(request);
+  if (name == "restore_snapshot") return parse_restore(request);
   if (name == "reset" && with_spawned) return parse_reset(request);
   return std::nullopt;
 }

@@ -44,11 +44,21 @@ struct DeleteEntity {
 struct ResetSpawned {
   bool spawned_only = false;  ///< scope 4 alone
 };
-using HostAction =
-    std::variant<LoadScenario, UnloadScenario, ReloadScenario, SpawnEntity, DeleteEntity, ResetSpawned>;
+/// The whole state of the simulation into a file `name`.snapshot in the directory of snapshots.
+struct SaveSnapshot {
+  std::string name;
+};
+/// Back to that state, of the same scenario with the same Parts; without a name: the newest periodic one.
+/// Whether it plays, its pace and its controllers stay; the epoch counts up.
+struct RestoreSnapshot {
+  std::string name;
+};
+using HostAction = std::variant<LoadScenario, UnloadScenario, ReloadScenario, SpawnEntity, DeleteEntity,
+                                ResetSpawned, SaveSnapshot, RestoreSnapshot>;
 
-inline constexpr std::array<std::string_view, 5> kHostRequests{
-    "load_scenario", "unload_scenario", "reload_scenario", "spawn_entity", "delete_entity"};
+inline constexpr std::array<std::string_view, 7> kHostRequests{
+    "load_scenario", "unload_scenario", "reload_scenario", "spawn_entity",
+    "delete_entity", "save_snapshot",   "restore_snapshot"};
 
 /// Nothing when the request is none of these. `with_spawned`: something was spawned or deleted, so that a
 /// reset may be one of these.

@@ -4,6 +4,7 @@
 // it.
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -19,6 +20,8 @@ class Mail {
   /// Something new is here, or in the outbox of the present loop.
   Wakeup news;
   AdapterEvents events{news};
+  /// Told to everybody who begins to listen within the first seconds; see CellHost::announces().
+  std::optional<AdapterEvent> announcement{};
   const std::int64_t began_ns = monotonic_now_ns();  ///< when the server began
 
   /// Any thread.

@@ -36,7 +36,8 @@ RunLoop::RunLoop(Simulation& simulation, RunLoopOptions options)
                                      : SimulationState::playing),
       pace_(options_.pace),
       factor_(options_.factor),
-      pending_(target_count(simulation.description())) {
+      pending_(target_count(simulation.description())),
+      saved_(first_saved(simulation, options_)) {
   incoming_.reserve(buffer_.capacity());
   batch_.reserve(pending_.size());
 }
@@ -81,7 +82,6 @@ void RunLoop::run() {
   publish_instant();
   while (!stop_.load(std::memory_order_relaxed)) {
     if (hold_.load(std::memory_order_relaxed)) {
-      outbox_.standing_at_boundary.store(true, std::memory_order_relaxed);
       stand_held();
       continue;
     }
@@ -91,6 +91,7 @@ void RunLoop::run() {
     if (!may_step()) {
       outbox_.standing_at_boundary.store(true, std::memory_order_relaxed);
       publish_status_if_due();
+      save_if_due();
       const std::int64_t now = monotonic_now_ns();
       if (questions_.empty()) wakeup_.wait_until_ns(std::min(next_status_ns_, now + kWaitInStatus_ns));
       continue;
@@ -291,6 +292,8 @@ void RunLoop::take_step() {
     }
   }
   publish_status_if_due();
+  changed_since_save_ = true;
+  save_if_due();
 }
 
 void RunLoop::pause_with(EventRecord event) {

@@ -23,6 +23,8 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -32,6 +34,7 @@
 #include "server/runtime/histogram.h"
 #include "server/runtime/outbox.h"
 #include "server/runtime/pacer.h"
+#include "server/runtime/snapshot_file.h"
 #include "server/runtime/wakeup.h"
 #include "server/simulation/simulation.h"
 
@@ -48,7 +51,18 @@ struct RunLoopOptions {
   /// Called in the loop's thread with every instant, the first one and those after a reset included: for
   /// tests and for recording in-process. Empty: none.
   std::function<void(const Simulation&)> on_instant{};
+  /// Saves the state so often (wall time, s) into saved(), while anything changes; 0: never.
+  double save_every_s = 0.0;
   std::shared_ptr<Mail> mail{};  ///< to share with other loops; empty: one of its own
+};
+
+/// The state of the simulation between two steps, and of its loop.
+struct SavedState {
+  std::vector<std::byte> bytes;  ///< of Simulation::save_state()
+  SnapshotIdentity identity;
+  SimulationState state{};
+  Pace pace{};
+  double factor = 1.0;
 };
 
 class RunLoop {
@@ -78,6 +92,15 @@ class RunLoop {
   /// To be called by the reader of the outbox after writing a snapshot.
   void snapshot_written(std::uint64_t number);
 
+  /// The newest state saved, see RunLoopOptions::save_every_s; for one thread, which is woken by
+  /// saved_news().
+  LatestValueSlot<SavedState>& saved() { return saved_; }
+  Wakeup& saved_news() { return saved_news_; }
+  /// In the loop's thread, or before start().
+  void save(SavedState& saved);
+
+  /// Before start(): another state than that of the options.
+  void begin_in(SimulationState state) { state_ = state; }
   /// Before start(): another pace than that of the options.
   void begin_with(Pace pace, double factor) {
     pace_ = pace;
@@ -86,6 +109,12 @@ class RunLoop {
   /// Before start(): pace and controllers of a loop that has ended and whose cell has the same robots and
   /// grippers.
   void begin_like(const RunLoop& other, SimulationState state);
+  /// Another thread: executes the action in the loop's thread, between two steps, and returns then. False:
+  /// the loop is not running, nothing was done. One thread at a time.
+  bool between_steps(const std::function<void()>& action);
+  /// In the loop's thread: a saved state of this cell, as Simulation::restore_state(), with pace, controllers
+  /// and whether it plays as they are. Their boundaries go on from there; commands that wait are dropped.
+  std::string restore(std::span<const std::byte> state);
   /// Another thread: from here to release() the loop takes no step and executes no request; what comes in
   /// waits. Returns its state, or nothing when it is not running. One thread may hold it.
   std::optional<SimulationState> hold();
@@ -124,6 +153,9 @@ class RunLoop {
   void execute_requests();
   void refuse_what_waits();
   void stand_held();
+  /// Of the right size, so that saving allocates only where a state is larger than all before.
+  static SavedState first_saved(Simulation& simulation, const RunLoopOptions& options);
+  void save_if_due();
   void reply(std::uint64_t id, ControlResult result, std::string message, TextArguments values = {});
   void execute(std::uint64_t id, const SetState& action);
   void execute(std::uint64_t id, const Step& action);
@@ -134,7 +166,12 @@ class RunLoop {
   void execute_get_state(std::uint64_t id);
   void take_question(const Question& question);
   void answer_question();
+  void execute(std::uint64_t id, const SetEntityState& action);
+  void execute(std::uint64_t id, const Attach& action);
+  void execute(std::uint64_t id, const Detach& action);
   void do_reset();
+  /// After the simulation was put to another instant.
+  void begin_anew(std::uint64_t step);
   void set_state(SimulationState state);
   void end_single_steps(ControlResult result, const std::string& message);
 
@@ -169,8 +206,8 @@ class RunLoop {
   std::vector<PendingAction> requests_;  // guarded by requests_mutex_
   bool closed_ = false;                  // guarded by requests_mutex_: the loop has ended
   bool running_ = false;                 // guarded by requests_mutex_: its thread may execute requests
-  bool held_ = false;                    // guarded by requests_mutex_: it stands since hold()
-  std::condition_variable held_news_;
+  const std::function<void()>* visit_ = nullptr;  // guarded by requests_mutex_: see between_steps()
+  std::condition_variable visited_;
   std::atomic<bool> hold_{false};
   std::function<void()> on_quit_;
 
@@ -186,6 +223,11 @@ class RunLoop {
   std::vector<Pending> pending_;  ///< per target: the newest command not yet applied
   std::vector<Command> batch_;
   std::uint64_t published_ = 0;
+  LatestValueSlot<SavedState> saved_;
+  Wakeup saved_news_;
+  SnapshotIdentity identity_;  ///< of this cell; step and time change
+  bool changed_since_save_ = true;
+  std::int64_t next_save_ns_ = 0;
 
   std::int64_t wait_began_ns_ = 0;  ///< at the present boundary; 0: not waiting
   bool late_announced_ = false, wait_in_status_ = false;

@@ -1,5 +1,6 @@
 // Control requests of the step loop: handed over by submit(), executed between two steps.
 #include <algorithm>
+#include <utility>
 
 #include "server/runtime/entity_requests.h"
 #include "server/runtime/explain_reply.h"
@@ -38,14 +39,23 @@ void RunLoop::submit(const ControlRequest& request) {
   }
 }
 
-std::optional<SimulationState> RunLoop::hold() {
+bool RunLoop::between_steps(const std::function<void()>& action) {
   std::unique_lock lock(requests_mutex_);
-  if (!running_) return std::nullopt;
-  held_ = false;
-  hold_.store(true);
+  if (!running_) return false;
+  visit_ = &action;
+  requests_waiting_.store(true, std::memory_order_release);
   wakeup_.post();
-  held_news_.wait(lock, [&] { return held_ || !running_; });
-  return running_ ? std::optional(state_) : std::nullopt;
+  visited_.wait(lock, [&] { return visit_ == nullptr || !running_; });
+  return std::exchange(visit_, nullptr) == nullptr;
+}
+
+std::optional<SimulationState> RunLoop::hold() {
+  std::optional<SimulationState> state;
+  (void)between_steps([&] {
+    hold_.store(true);
+    state = state_;
+  });
+  return state;
 }
 
 void RunLoop::release() {
@@ -54,11 +64,7 @@ void RunLoop::release() {
 }
 
 void RunLoop::stand_held() {
-  {
-    const std::lock_guard lock(requests_mutex_);
-    held_ = true;
-  }
-  held_news_.notify_all();
+  outbox_.standing_at_boundary.store(true, std::memory_order_relaxed);
   publish_status_if_due();
   wakeup_.wait_until_ns(std::min(next_status_ns_, monotonic_now_ns() + kLongestHeldSleep_ns));
 }
@@ -67,7 +73,7 @@ void RunLoop::begin_like(const RunLoop& other, SimulationState state) {
   begin_with(other.pace_, other.factor_);
   state_ = state;
   registry_ = other.registry_;
-  registry_.restart();
+  registry_.restart(0);
 }
 
 void RunLoop::refuse_what_waits() {
@@ -79,7 +85,7 @@ void RunLoop::refuse_what_waits() {
     running_ = false;
     requests.swap(requests_);
   }
-  held_news_.notify_all();
+  visited_.notify_all();
   for (const PendingAction& request : requests) reply(request.id, ControlResult::incorrect_state, kEnded);
   for (const Question& question : questions_) reply(question.id, ControlResult::incorrect_state, kEnded);
   questions_.clear();
@@ -87,11 +93,22 @@ void RunLoop::refuse_what_waits() {
 
 void RunLoop::execute_requests() {
   std::vector<PendingAction> requests;
+  const std::function<void()>* visit = nullptr;
   {
     const std::lock_guard lock(requests_mutex_);
     requests.swap(requests_);
+    visit = visit_;
     requests_waiting_.store(false, std::memory_order_relaxed);
   }
+  if (visit != nullptr) {
+    (*visit)();
+    {
+      const std::lock_guard lock(requests_mutex_);
+      visit_ = nullptr;
+    }
+    visited_.notify_all();
+  }
+  changed_since_save_ = true;
   for (const PendingAction& request : requests) {
     const std::uint64_t id = request.id;
     if (std::holds_alternative<GetFeatures>(request.action)) {
@@ -119,6 +136,12 @@ void RunLoop::execute_requests() {
       execute(id, *remove);
     } else if (const auto* level = std::get_if<SetLevelOfDetail>(&request.action)) {
       execute(id, *level);
+    } else if (const auto* put = std::get_if<SetEntityState>(&request.action)) {
+      execute(id, *put);
+    } else if (const auto* attach = std::get_if<Attach>(&request.action)) {
+      execute(id, *attach);
+    } else if (const auto* detach = std::get_if<Detach>(&request.action)) {
+      execute(id, *detach);
     } else if (const auto* part = std::get_if<ExplainPart>(&request.action)) {
       take_question({id, part->component, true});
     } else if (const auto* entity = std::get_if<GetEntityState>(&request.action)) {
@@ -289,10 +312,17 @@ void RunLoop::execute(std::uint64_t id, const UnregisterController& action) {
 void RunLoop::do_reset() {
   end_single_steps(ControlResult::failed, "The remaining steps were not taken: the cell was reset.");
   simulation_.reset();
+  begin_anew(0);
+  emit(event(EventCode::reset, Severity::information));
+  publish_instant();
+  publish_status(monotonic_now_ns());
+}
+
+void RunLoop::begin_anew(std::uint64_t step) {
   buffer_.forget();
-  buffer_.set_present_ns(0);
+  buffer_.set_present_ns(stamp_ns(simulation_.time_s()));
   for (Pending& pending : pending_) pending.present = false;
-  registry_.restart();
+  registry_.restart(step);
   faulted_ = false;
   ended_ = false;
   wait_began_ns_ = 0;
@@ -301,9 +331,6 @@ void RunLoop::do_reset() {
   command_latency_.clear();
   rate_count_ = 0;
   anchor();
-  emit(event(EventCode::reset, Severity::information));
-  publish_instant();
-  publish_status(monotonic_now_ns());
 }
 
 void RunLoop::set_state(SimulationState state) {

@@ -291,7 +291,7 @@ TEST_F(DdsCommands, AfterTheOwnerIsKilledTheNextTakesOver) {
 TEST(DdsControl, RequestsAreAnsweredOnce) {
   DdsService service(paused());
   RawCellClient client;
-  EXPECT_EQ(client.request("load_scenario").result(), 0);
+  EXPECT_EQ(client.request("no_such_request").result(), 0);
   const auto unknown = client.request("step", {{"count", "3"}});
   EXPECT_EQ(unknown.result(), 4);
   EXPECT_NE(unknown.message().to_string().find("'count'"), std::string::npos);

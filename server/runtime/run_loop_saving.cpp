@@ -1,0 +1,50 @@
+// States of the simulation saved between two steps, and one restored.
+#include "server/runtime/monotonic_clock.h"
+#include "server/runtime/run_loop.h"
+
+namespace takt {
+
+void RunLoop::save(SavedState& saved) {
+  simulation_.save_state(saved.bytes);
+  // The hash of the model is computed once only.
+  if (identity_.model == 0) identity_ = identity_of(simulation_);
+  identity_.step = simulation_.step_index();
+  identity_.time_s = simulation_.time_s();
+  saved.identity = identity_;
+  saved.state = state_;
+  saved.pace = pace_;
+  saved.factor = factor_;
+}
+
+SavedState RunLoop::first_saved(Simulation& simulation, const RunLoopOptions& options) {
+  SavedState saved;
+  if (!(options.save_every_s > 0.0)) return saved;
+  simulation.save_state(saved.bytes);
+  saved.identity = identity_of(simulation);
+  return saved;
+}
+
+void RunLoop::save_if_due() {
+  if (!(options_.save_every_s > 0.0) || !changed_since_save_ || faulted_) return;
+  const std::int64_t now = monotonic_now_ns();
+  if (now < next_save_ns_) return;
+  next_save_ns_ = now + static_cast<std::int64_t>(options_.save_every_s * 1e9);
+  changed_since_save_ = false;
+  save(saved_.write_buffer());
+  saved_.publish();
+  saved_news_.post();
+}
+
+std::string RunLoop::restore(std::span<const std::byte> state) {
+  const std::string refusal = simulation_.restore_state(state);
+  if (!refusal.empty()) return refusal;
+  end_single_steps(ControlResult::failed, "The remaining steps were not taken: a snapshot was restored.");
+  begin_anew(simulation_.step_index());
+  ended_ = options_.pause_at_s && simulation_.time_s() >= *options_.pause_at_s - 0.5 * cell().step_s;
+  if (state_ == SimulationState::stopped) set_state(SimulationState::paused);
+  publish_instant();
+  publish_status(monotonic_now_ns());
+  return {};
+}
+
+}  // namespace takt

@@ -1,0 +1,26 @@
+#pragma once
+// Scenarios with a Part more or less, as spawn_entity and delete_entity ask for.
+#include <string>
+#include <variant>
+
+#include "server/runtime/host_requests.h"
+#include "server/scenario/scenario.h"
+
+namespace takt {
+
+/// Why a request cannot be fulfilled, as a reply says it.
+struct HostRefusal {
+  ControlResult result = ControlResult::failed;
+  std::string message;
+};
+
+struct ChangedScenario {
+  Scenario scenario;
+  std::string entity;  ///< the Part that came or went
+};
+
+/// The Part belongs to the process of what it is a copy of, else to the first one.
+std::variant<ChangedScenario, HostRefusal> changed(const Scenario& scenario, const SpawnEntity& request);
+std::variant<ChangedScenario, HostRefusal> changed(const Scenario& scenario, const DeleteEntity& request);
+
+}  // namespace takt
