@@ -68,15 +68,17 @@ class GuardTransport final : public transport::ChainingTransport {
     const PacketReport report = inspect_packet(packet, guard_->limits(), &guard_->sent());
     guard_->count(report.flaw);
     if (report.flaw != PacketFlaw::none) return;
+    const auto length = static_cast<std::uint32_t>(report.size);
     if (!report.hides && !report.fragments) {
-      next->OnDataReceived(data, size, local, remote);
+      next->OnDataReceived(data, length, local, remote);
       return;
     }
     // Never in place: in shared memory others read the same bytes.
     thread_local PacketCopy copy;
-    std::uint8_t* bytes = copy.take(packet, report.fragments ? guard_->limits().largest_sample_bytes : 0);
-    if (report.hides) hide_parameters({bytes, size}, guard_->limits());
-    next->OnDataReceived(bytes, size, local, remote);
+    std::uint8_t* bytes =
+        copy.take(packet.first(length), report.fragments ? guard_->limits().largest_sample_bytes : 0);
+    if (report.hides) hide_parameters({bytes, length}, guard_->limits());
+    next->OnDataReceived(bytes, length, local, remote);
   }
 
  private:

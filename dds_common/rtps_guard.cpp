@@ -31,6 +31,7 @@ enum Submessage : std::uint8_t {
   kHeartbeatFrag = 0x13,
   kData = 0x15,
   kDataFrag = 0x16,
+  kFastDdsStatistics = 0x80,
   kSecureBody = 0x30,
   kSecurePrefix = 0x31,
   kSecurePostfix = 0x32,
@@ -122,6 +123,8 @@ class PacketInspector {
     if (!std::equal(magic.begin(), magic.end(), packet_.begin())) return PacketFlaw::not_rtps;
     if (packet_[4] != 2) return PacketFlaw::version;
     std::copy_n(packet_.begin() + 8, sender_.size(), sender_.begin());
+    const bool fast_dds = packet_[6] == 1 && packet_[7] == 15;
+    report_.size = packet_.size();
     std::size_t at = kHeaderBytes;
     while (at < packet_.size()) {
       constexpr std::size_t header = 4;
@@ -134,6 +137,11 @@ class PacketInspector {
       if (length > rest) return PacketFlaw::submessage;
       if (length == 0 && id != kInfoTimestamp && id != kPad) length = rest;  // the last one may leave it open
       if (length % 4 != 0 && length != rest) return PacketFlaw::alignment;
+      if (id == kFastDdsStatistics && fast_dds) {
+        if (length != rest) return PacketFlaw::submessage;
+        report_.size = at;
+        break;
+      }
       offset_ = at + header;
       const PacketFlaw flaw = check_submessage(id, flags, packet_.subspan(offset_, length), big_endian);
       if (flaw != PacketFlaw::none) return flaw;

@@ -57,6 +57,8 @@ struct PacketReport {
   PacketFlaw flaw = PacketFlaw::none;
   bool hides = false;      ///< has parameters that hide_parameters() takes out
   bool fragments = false;  ///< has data in fragments
+  /// What Fast DDS is to see: its own statistics at the end, which it reads with asserts, are cut off.
+  std::size_t size = 0;
 };
 
 /// `sent` may be null: then requests for fragments are checked in form only.

@@ -3,6 +3,7 @@
 // is lost; every 64th also goes over UDP. With --no-guard the same is done to stock Fast DDS in a child
 // process, which is to die of it.
 #include <arpa/inet.h>
+#include <signal.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -160,17 +161,29 @@ int attack_stock(const Options& options) {
                       MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (shared == MAP_FAILED) return 2;
   auto* thrown = new (shared) std::atomic<std::uint64_t>(0);
+  // A child that neither ends nor goes on hangs.
+  sigset_t ended;
+  sigemptyset(&ended);
+  sigaddset(&ended, SIGCHLD);
+  sigprocmask(SIG_BLOCK, &ended, nullptr);
   const pid_t child = fork();
   if (child == 0) {
     const rlimit no_core{0, 0};
     setrlimit(RLIMIT_CORE, &no_core);
     _exit(attack(options, *thrown));
   }
+  const timespec patience{30, 0};
+  bool hung = false;
+  for (std::uint64_t before = 0; sigtimedwait(&ended, nullptr, &patience) < 0; before = thrown->load()) {
+    if (before == 0 || thrown->load() != before) continue;
+    hung = true;
+    kill(child, SIGKILL);
+  }
   int status = 0;
   waitpid(child, &status, 0);
   if (WIFSIGNALED(status)) {
-    std::printf("without the guard the service died after %" PRIu64 " packets of seed %" PRIu64 ": %s\n",
-                thrown->load(), options.seed, strsignal(WTERMSIG(status)));
+    std::printf("without the guard the service %s after %" PRIu64 " packets of seed %" PRIu64 ": %s\n",
+                hung ? "hung" : "died", thrown->load(), options.seed, strsignal(WTERMSIG(status)));
     return 0;
   }
   std::printf("without the guard the service survived %" PRIu64 " packets\n", thrown->load());

@@ -3,6 +3,7 @@
 // where those from the network come in, before any guard.
 #include <fastdds/rtps/transport/ChainingTransport.h>
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
+#include <fastrtps/utils/IPLocator.h>
 
 #include <cstdint>
 #include <deque>
@@ -52,14 +53,15 @@ class PacketHook {
     recording_ = false;
     return std::move(recorded_);
   }
-  /// Ports of the channels that are UDP.
+  void opened(const rtps::Locator_t& local) {
+    const std::lock_guard lock(mutex_);
+    if (local.kind == LOCATOR_KIND_UDPv4 && !rtps::IPLocator::isMulticast(local))
+      udp_ports_.push_back(static_cast<std::uint16_t>(local.port));
+  }
+  /// Where this participant alone listens.
   std::vector<std::uint16_t> udp_ports() {
     const std::lock_guard lock(mutex_);
-    std::vector<std::uint16_t> ports;
-    for (const Channel& channel : channels_)
-      if (channel.local.kind == LOCATOR_KIND_UDPv4)
-        ports.push_back(static_cast<std::uint16_t>(channel.local.port));
-    return ports;
+    return udp_ports_;
   }
 
  private:
@@ -81,6 +83,7 @@ class PacketHook {
   bool recording_ = true;
   std::deque<Channel> channels_;
   std::vector<Recorded> recorded_;
+  std::vector<std::uint16_t> udp_ports_;
 };
 
 class HookTransport final : public eprosima::fastdds::rtps::ChainingTransport {
@@ -92,6 +95,11 @@ class HookTransport final : public eprosima::fastdds::rtps::ChainingTransport {
     return descriptor_.get();
   }
   void shutdown() override { low_level_transport_->shutdown(); }
+  bool OpenInputChannel(const rtps::Locator_t& local, PacketHook::Receiver* receiver,
+                        std::uint32_t size) override {
+    hook_->opened(local);
+    return ChainingTransport::OpenInputChannel(local, receiver, size);
+  }
   bool send(rtps::SenderResource* sender, const rtps::octet* data, std::uint32_t size,
             rtps::LocatorsIterator* begin, rtps::LocatorsIterator* end,
             const std::chrono::steady_clock::time_point& timeout) override {

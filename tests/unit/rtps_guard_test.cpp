@@ -262,6 +262,16 @@ TEST_P(RtpsGuard, EncryptedPacketsOnlyWithSecurity) {
             "submessage");
 }
 
+TEST_P(RtpsGuard, StatisticsOfFastDdsAreCutOff) {
+  const Packet plain = packet().data(kReader, kWriter, 4, sample());
+  Packet with = plain;
+  with.submessage(0x80, 0, wire().fill(56));
+  EXPECT_EQ(flaw_of(with), "none");
+  EXPECT_EQ(inspect_packet(with.wire.bytes, {}, nullptr).size, plain.wire.bytes.size());
+  EXPECT_EQ(inspect_packet(plain.wire.bytes, {}, nullptr).size, plain.wire.bytes.size());
+  EXPECT_EQ(flaw_of(with.data(kReader, kWriter, 4, sample())), "submessage") << "not at the end";
+}
+
 TEST(RtpsGuardRelays, ADiscoveryServerSpeaksForOthers) {
   GuardLimits relayed;
   relayed.relayed_discovery = true;
