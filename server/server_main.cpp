@@ -180,7 +180,8 @@ int serve_or_say_why(const Arguments& arguments, const sigset_t& signals, const 
 /// Of the supervisor, for snapshots that nobody said a place for.
 struct TemporaryDirectory {
   TemporaryDirectory() {
-    std::string name = (std::filesystem::temp_directory_path() / "takt_snapshots_XXXXXX").string();
+    std::string name =
+        (std::filesystem::temp_directory_path() / "takt_snapshots_").string() + std::string(6, 'X');
     if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error(name + " cannot be made");
     path = name;
     owner = ::getpid();

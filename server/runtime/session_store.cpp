@@ -49,7 +49,10 @@ std::string text_of(const Session& session) {
 Session session_of(const json& document) {
   if (document.at("version") != kVersion) throw std::runtime_error("other version");
   Session session;
-  session.state = static_cast<SimulationState>(document.at("state").get<int>());
+  const int state = document.at("state").get<int>();
+  if (state < 0 || state > static_cast<int>(SimulationState::quitting))
+    throw std::runtime_error("unknown state");
+  session.state = static_cast<SimulationState>(state);
   for (const Pace pace : {Pace::realtime, Pace::free, Pace::lockstep})
     if (document.at("pace") == to_string(pace)) session.pace = pace;
   session.factor = document.at("factor").get<double>();

@@ -103,13 +103,14 @@ int attack(const Options& options, std::atomic<std::uint64_t>& thrown) {
 
   const auto hook = std::make_shared<PacketHook>();
   const auto model = service_model(test_cell());
-  Simulation simulation(model);
-  RunLoop loop(simulation, {});
+  HostOptions host_options;
+  host_options.cell = test_cell();
+  CellHost host(host_options);
   ParticipantOptions participant{"fuzzed server", test_domain(), "", ""};
   participant.guard = options.guard;
   participant.prepare = [&](dds::DomainParticipantQos& qos) { PacketHook::attach(hook, qos); };
-  DdsAdapter adapter(loop, participant);
-  loop.start();
+  DdsAdapter adapter(host, participant);
+  host.open(model);
   int result = 0;
   {
     Peer recorded(model->description);
@@ -148,7 +149,7 @@ int attack(const Options& options, std::atomic<std::uint64_t>& thrown) {
       std::printf("let through %" PRIu64 ", dropped %" PRIu64 ": %s\n", guard->counted(PacketFlaw::none),
                   guard->dropped(), guard->summary().c_str());
   }
-  loop.stop();
+  host.stop();
   adapter.stop();
   if (result == 0) std::printf("the service went on serving\n");
   std::fflush(stdout);

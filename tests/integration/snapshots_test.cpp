@@ -1,0 +1,264 @@
+// Snapshots over DDS, and a server that is killed and goes on from its newest one.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "client_lib/client.h"
+#include "tests/support/child_process.h"
+#include "tests/support/hosted_service.h"
+#include "tests/support/hosting_client.h"
+
+namespace {
+
+using takt::Client;
+using takt::ClientError;
+using takt::client::Event;
+using takt::client::Reply;
+using takt::client::Seconds;
+using takt::client::SimulationState;
+using takt::client::State;
+using takt::client::Status;
+using takt::test::client_options;
+using takt::test::expect_words;
+using takt::test::HostedService;
+using takt::test::kGenerous;
+using takt::test::refusal;
+
+takt::HostOptions with_snapshots(const takt::test::TemporaryDirectory& directory, double every_s = 0.0) {
+  takt::HostOptions options = HostedService::paused();
+  options.snapshots = directory.path();
+  options.loop.save_every_s = every_s;
+  return options;
+}
+
+std::optional<State> state_at(const Client& client, std::uint32_t epoch, std::uint64_t step) {
+  return client.wait_for_state([&](const State& s) { return s.epoch == epoch && s.step == step; }, kGenerous);
+}
+
+TEST(Snapshots, ARestoredStateGoesOnWithTheSameBits) {
+  const takt::test::TemporaryDirectory directory;
+  HostedService service(true, with_snapshots(directory));
+  Client client(client_options());
+  std::vector<double> target = client.state().robot("Robot1").position;
+  target[5] += 0.01;
+  client.send_joint_command("Robot1", target);
+  client.step(40);
+  const Reply saved = client.request("save_snapshot", {{"name", "before"}});
+  EXPECT_EQ(saved.values.at("step"), "40");
+  EXPECT_TRUE(std::filesystem::exists(directory / takt::test::test_cell() / "before.snapshot"));
+  client.step(60);
+  const auto straight = state_at(client, 0, 100);
+  ASSERT_TRUE(straight.has_value());
+
+  const Reply restored = client.request("restore_snapshot", {{"name", "before"}});
+  EXPECT_EQ(restored.values.at("step"), "40");
+  const auto epoch = static_cast<std::uint32_t>(std::stoul(restored.values.at("epoch")));
+  EXPECT_GT(epoch, 0U);
+  ASSERT_TRUE(state_at(client, epoch, 40).has_value());
+  EXPECT_EQ(client.get_state(), SimulationState::paused);
+  client.step(60);
+  const auto again = state_at(client, epoch, 100);
+  ASSERT_TRUE(again.has_value());
+  EXPECT_EQ(again->state_hash, straight->state_hash);
+}
+
+TEST(Snapshots, AreRefusedByNameByPlaceAndByScenario) {
+  const takt::test::TemporaryDirectory directory;
+  HostedService service(true, with_snapshots(directory));
+  Client client(client_options());
+  for (const char* name : {"../outside", "a/b", ".hidden", "/tmp/x", "..", "a b"}) {
+    for (const char* request : {"save_snapshot", "restore_snapshot"}) {
+      const ClientError error = refusal(client, request, {{"name", name}});
+      EXPECT_EQ(error.result(), 4) << name;
+      expect_words(error.what(), {"not a path"});
+    }
+  }
+  EXPECT_EQ(refusal(client, "restore_snapshot", {{"name", "nobody"}}).result(), 2);
+  EXPECT_EQ(refusal(client, "restore_snapshot").result(), 2);
+  client.request("save_snapshot", {{"name", "two"}});
+  client.request("load_scenario", {{"uri", service.one_arm().string()}});
+  const ClientError other = refusal(client, "restore_snapshot", {{"name", "two"}});
+  EXPECT_EQ(other.result(), 4);
+  expect_words(other.what(), {"two.snapshot", "service_test"});
+  client.request("unload_scenario");
+  EXPECT_EQ(refusal(client, "save_snapshot", {{"name", "none"}}).result(), 3);
+}
+
+TEST(Snapshots, WithoutADirectoryThereAreNone) {
+  HostedService service;
+  Client client(client_options());
+  const ClientError error = refusal(client, "save_snapshot", {{"name", "a"}});
+  EXPECT_EQ(error.result(), 0);
+  expect_words(error.what(), {"--snapshots"});
+}
+
+TEST(Snapshots, OfPeriodicOnesTheNewestThreeAreKept) {
+  const takt::test::TemporaryDirectory directory;
+  const auto periodic = directory / takt::test::test_cell() / "periodic";
+  {
+    HostedService service(true, with_snapshots(directory, 0.001));
+    Client client(client_options());
+    const auto written = [&](std::uint64_t number) {
+      return std::filesystem::exists(periodic / (std::to_string(number) + ".snapshot"));
+    };
+    std::uint64_t newest = 0;
+    for (std::uint64_t step = 0; step < 100000 && newest < 5; ++step) {
+      client.step(1);
+      while (written(newest + 1)) ++newest;
+    }
+    ASSERT_GE(newest, 5U);
+    const Reply back = client.request("restore_snapshot");
+    EXPECT_GT(std::stoul(back.values.at("step")), 0U);
+  }
+  std::size_t count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(periodic))
+    count += entry.path().extension() == ".snapshot" ? 1U : 0U;
+  EXPECT_EQ(count, 3U);
+}
+
+TEST(Snapshots, APartIsPutElsewhereAttachedAndDetached) {
+  HostedService service;
+  Client client(client_options());
+  client.request("set_entity_state", {{"entity", "C"}, {"position", "0.3 -0.2 1.5"}});
+  const auto put = client.wait_for_state(
+      [](const State& s) { return std::abs(s.component("C").position_m.z - 1.5) < 1e-12; }, kGenerous);
+  ASSERT_TRUE(put.has_value());
+  // Attached to the table it stays in the air; detached it falls.
+  client.request("attach", {{"part", "C"}, {"to", "Table1"}});
+  client.step(100);
+  auto state = state_at(client, 0, 100);
+  ASSERT_TRUE(state.has_value());
+  EXPECT_NEAR(state->component("C").position_m.z, 1.5, 2e-4);
+  EXPECT_EQ(state->partner_of("C"), "Table1");
+  client.request("detach", {{"part", "C"}});
+  client.step(100);
+  state = state_at(client, 0, 200);
+  ASSERT_TRUE(state.has_value());
+  EXPECT_LT(state->component("C").position_m.z, 1.5 - 0.5 * 9.8 * 0.09 * 0.09);
+  for (const char* code : {"entity_state_set", "attached", "detached"}) {
+    const auto told =
+        client.wait_for_event([&](const Event& e) { return e.code == code && e.subject == "C"; }, kGenerous);
+    EXPECT_TRUE(told.has_value()) << code;
+  }
+  EXPECT_EQ(refusal(client, "attach", {{"part", "Table1"}, {"to", "C"}}).result(), 4);
+  EXPECT_EQ(refusal(client, "attach", {{"part", "C"}, {"to", "nobody"}}).result(), 2);
+  client.play();
+  EXPECT_EQ(refusal(client, "set_entity_state", {{"entity", "C"}, {"position", "0 0 2"}}).result(), 3);
+}
+
+/// The program under a supervisor.
+class Supervised : public testing::Test {
+ protected:
+  explicit Supervised(std::vector<std::string> more = {}) : server_(command(std::move(more))) {}
+
+  std::vector<std::string> command(std::vector<std::string> more) {
+    std::vector<std::string> all{std::string(TAKT_BIN_DIR) + "/takt-server",
+                                 service_.two_robots().string(),
+                                 "--cell",
+                                 cell_,
+                                 "--domain",
+                                 std::to_string(takt::test::test_domain()),
+                                 "--supervised",
+                                 "--snapshots",
+                                 directory_.path().string(),
+                                 "--snapshot-every",
+                                 "0.05"};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+  takt::ClientOptions options() const {
+    takt::ClientOptions options = client_options();
+    options.cell = cell_;
+    return options;
+  }
+  /// The process of the server's next run, when it is ready.
+  pid_t wait_for_child() {
+    const std::string words = "the server is process ";
+    EXPECT_TRUE(server_.wait_for_output(words)) << server_.text;
+    const auto at = server_.text.find(words);
+    server_.text.erase(0, at + words.size());
+    EXPECT_TRUE(server_.wait_for_output("ready")) << server_.text;
+    return static_cast<pid_t>(std::stol(server_.text));
+  }
+
+  takt::test::TemporaryDirectory directory_;
+  const std::string cell_ = takt::test::test_cell() + "_supervised";
+  HostedService service_{false};  // for its scenario files
+  takt::test::ChildProcess server_;
+};
+
+TEST_F(Supervised, GoesOnFromTheNewestSnapshotAndSaysSo) {
+  const pid_t first = wait_for_child();
+  Client client(options());
+  const auto saved = [&] {
+    return std::filesystem::exists(directory_.path() / cell_ / "periodic" / "2.snapshot");
+  };
+  // The second periodic snapshot is of the running cell; states come meanwhile.
+  ASSERT_TRUE(client.wait_for_state([&](const State& s) { return s.step > 100 && saved(); }, kGenerous));
+  const State before = client.state();
+  ::kill(first, SIGKILL);
+  const pid_t second = wait_for_child();
+  EXPECT_NE(second, first);
+  ASSERT_TRUE(client.wait_for_connection(kGenerous));
+  const auto told = client.wait_for_event([](const Event& e) { return e.code == "restarted"; }, kGenerous);
+  ASSERT_TRUE(told.has_value());
+  expect_words(told->message, {"signal 9", "goes on at", "playing"});
+  const auto after = client.wait_for_state([&](const State& s) { return s.epoch > before.epoch; }, kGenerous);
+  ASSERT_TRUE(after.has_value());
+  EXPECT_GT(after->step, 0U);
+  EXPECT_EQ(client.get_state(), SimulationState::playing);
+  client.set_state(SimulationState::quitting);
+  EXPECT_EQ(server_.wait(), 0) << server_.text;
+}
+
+TEST_F(Supervised, KeepsWhatWasLoadedAndSpawnedMeanwhile) {
+  const pid_t first = wait_for_child();
+  {
+    Client client(options());
+    client.request("load_scenario", {{"uri", service_.one_arm().string()}});
+    const Reply reply =
+        client.request("spawn_entity", {{"name", "R"}, {"copy_of", "Q"}, {"position", "0 0 3"}});
+    ASSERT_TRUE(
+        client
+            .wait_for_state(
+                [&](const State& s) { return std::to_string(s.cell->world) == reply.values.at("world"); },
+                kGenerous)
+            .has_value());
+    client.step(20);
+    const auto session = directory_.path() / cell_ / "periodic" / "session.json";
+    const auto recorded = [&] {
+      std::stringstream text;
+      text << std::ifstream(session).rdbuf();
+      return text.str().find("\"state\": 2") != std::string::npos &&
+             text.str().find("copy_of") != std::string::npos;
+    };
+    ASSERT_TRUE(client.wait_for_status([&](const Status&) { return recorded(); }, kGenerous).has_value());
+  }
+  ::kill(first, SIGKILL);
+  wait_for_child();
+  Client client(options());
+  EXPECT_EQ(client.cell()->scenario, "one_arm");
+  EXPECT_GE(client.cell()->find_component("R"), 0);
+  EXPECT_EQ(client.get_state(), SimulationState::paused);
+}
+
+TEST_F(Supervised, GivesUpWhenItCrashesAgainAndAgain) {
+  for (int crash = 1; crash <= 5; ++crash) {
+    const pid_t child = wait_for_child();
+    ::kill(child, crash % 2 == 0 ? SIGABRT : SIGKILL);
+  }
+  EXPECT_EQ(server_.wait(), 1);
+  expect_words(server_.text, {"5th time", "not started again"});
+}
+
+TEST_F(Supervised, EndsWithItsSupervisor) {
+  wait_for_child();
+  server_.signal(SIGTERM);
+  EXPECT_EQ(server_.wait(), 0) << server_.text;
+  expect_words(server_.text, {"ended at"});
+}
+
+}  // namespace
