@@ -58,14 +58,14 @@ class GuardTransport final : public transport::ChainingTransport {
   bool send(rtps::SenderResource* sender, const rtps::octet* data, std::uint32_t size,
             rtps::LocatorsIterator* begin, rtps::LocatorsIterator* end,
             const std::chrono::steady_clock::time_point& timeout) override {
-    guard_->sent().note({data, size});
+    guard_->fragments().note({data, size});
     return sender->send(data, size, begin, end, timeout);
   }
 
   void receive(transport::TransportReceiverInterface* next, const rtps::octet* data, std::uint32_t size,
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
     const std::span packet(data, size);
-    const PacketReport report = inspect_packet(packet, guard_->limits(), &guard_->sent());
+    const PacketReport report = inspect_packet(packet, guard_->limits(), &guard_->fragments());
     guard_->count(report.flaw);
     if (report.flaw != PacketFlaw::none) return;
     const auto length = static_cast<std::uint32_t>(report.size);

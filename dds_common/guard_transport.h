@@ -9,7 +9,7 @@
 
 #include "dds_common/fastdds.h"
 #include "dds_common/rtps_guard.h"
-#include "dds_common/rtps_sent_fragments.h"
+#include "dds_common/rtps_packet_memory.h"
 
 namespace takt {
 
@@ -19,7 +19,7 @@ class PacketGuard {
   explicit PacketGuard(const GuardLimits& limits) : limits_(limits) {}
 
   const GuardLimits& limits() const { return limits_; }
-  SentFragments& sent() { return sent_; }
+  PacketMemory& fragments() { return fragments_; }
   void count(PacketFlaw flaw) {
     counts_[static_cast<std::size_t>(flaw)].fetch_add(1, std::memory_order_relaxed);
   }
@@ -35,7 +35,7 @@ class PacketGuard {
 
  private:
   const GuardLimits limits_;
-  SentFragments sent_;
+  PacketMemory fragments_;
   std::array<std::atomic<std::uint64_t>, kPacketFlaws> counts_{};
 };
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "dds_common/rtps_packet_memory.h"
 #include "dds_common/rtps_parameters.h"
-#include "dds_common/rtps_sent_fragments.h"
 #include "dds_common/wire_cursor.h"
 
 namespace takt {
@@ -108,8 +108,8 @@ bool is_encapsulation(Bytes payload) {
 
 class PacketInspector {
  public:
-  PacketInspector(Bytes packet, const GuardLimits& limits, const SentFragments* sent, std::uint8_t* rewrite)
-      : packet_(packet), limits_(limits), sent_(sent), rewrite_(rewrite) {}
+  PacketInspector(Bytes packet, const GuardLimits& limits, PacketMemory* memory, std::uint8_t* rewrite)
+      : packet_(packet), limits_(limits), memory_(memory), rewrite_(rewrite) {}
 
   PacketReport inspect() {
     report_.flaw = check_packet();
@@ -221,13 +221,18 @@ class PacketInspector {
     return cursor.ok() ? PacketFlaw::none : PacketFlaw::submessage;
   }
 
+  bool follows(std::uint32_t writer, std::int64_t number) {
+    return is_sequence_number(number) && (memory_ == nullptr || memory_->follows({sender_, writer, number}));
+  }
+
   PacketFlaw check_heartbeat(WireCursor& cursor) {
-    cursor.skip(8);
+    cursor.skip(4);
+    const std::uint32_t writer = cursor.entity_id();
     const std::int64_t first = cursor.sequence_number(), last = cursor.sequence_number();
     cursor.skip(4);
     if (!cursor.ok()) return PacketFlaw::submessage;
     const bool range = is_sequence_number(first) && last >= first - 1 && last <= kLargestSequenceNumber;
-    return range ? PacketFlaw::none : PacketFlaw::sequence_number;
+    return range && follows(writer, std::max(first, last)) ? PacketFlaw::none : PacketFlaw::sequence_number;
   }
 
   PacketFlaw check_acknowledgement(WireCursor& cursor) {
@@ -239,14 +244,15 @@ class PacketInspector {
   }
 
   PacketFlaw check_gap(WireCursor& cursor) {
-    cursor.skip(8);
+    cursor.skip(4);
+    const std::uint32_t writer = cursor.entity_id();
     const std::int64_t start = cursor.sequence_number();
     NumberSet set;
     if (!cursor.ok()) return PacketFlaw::submessage;
     if (!is_sequence_number(start)) return PacketFlaw::sequence_number;
     if (!read_number_set(cursor, false, set)) return PacketFlaw::number_set;
     const bool range = set.base >= start && set.base - start <= kLongestGap;
-    return range ? PacketFlaw::none : PacketFlaw::sequence_number;
+    return range && follows(writer, set.base + set.highest) ? PacketFlaw::none : PacketFlaw::sequence_number;
   }
 
   PacketFlaw check_fragment_request(WireCursor& cursor) {
@@ -259,9 +265,9 @@ class PacketInspector {
     if (!read_number_set(cursor, true, set) || set.base == 0) return PacketFlaw::number_set;
     cursor.skip(4);
     if (!cursor.ok()) return PacketFlaw::submessage;
-    if (sent_ == nullptr) return PacketFlaw::none;
+    if (memory_ == nullptr) return PacketFlaw::none;
     const std::int64_t highest = set.base + set.highest;
-    return highest <= sent_->count(writer, number) ? PacketFlaw::none : PacketFlaw::fragment_request;
+    return highest <= memory_->count(writer, number) ? PacketFlaw::none : PacketFlaw::fragment_request;
   }
 
   PacketFlaw check_data(WireCursor& cursor, std::uint8_t flags, Bytes body) {
@@ -272,9 +278,11 @@ class PacketInspector {
     const std::uint32_t reader = cursor.entity_id(), writer = cursor.entity_id();
     const std::int64_t number = cursor.sequence_number();
     if (!cursor.ok() || skip != to_inline_qos || (has_data && has_key)) return PacketFlaw::submessage;
-    if (!is_sequence_number(number)) return PacketFlaw::sequence_number;
+    if (!follows(writer, number)) return PacketFlaw::sequence_number;
     const PacketFlaw before = check_before_data(cursor, has_inline, reader, writer, body);
     if (before != PacketFlaw::none) return before;
+    if (memory_ != nullptr && !is_builtin(writer) && memory_->fragmented({sender_, writer, number}))
+      return PacketFlaw::fragment;
     const Bytes payload = body.subspan(cursor.position());
     if (has_key) return payload.empty() ? PacketFlaw::payload : PacketFlaw::none;
     if (!has_data) return PacketFlaw::none;
@@ -295,7 +303,7 @@ class PacketInspector {
     fragment.size = cursor.u16();
     fragment.sample_bytes = cursor.u32();
     if (!cursor.ok() || skip != to_inline_qos) return PacketFlaw::submessage;
-    if (!is_sequence_number(number)) return PacketFlaw::sequence_number;
+    if (!follows(writer, number)) return PacketFlaw::sequence_number;
     if (is_builtin(reader) || is_builtin(writer)) return PacketFlaw::fragmented_discovery;
     const PacketFlaw before = check_before_data(cursor, has_inline, reader, writer, body);
     if (before != PacketFlaw::none) return before;
@@ -303,6 +311,9 @@ class PacketInspector {
     const Bytes payload = body.subspan(cursor.position());
     const PacketFlaw flaw = check_fragment(fragment, payload.size(), limits_.largest_sample_bytes);
     if (flaw != PacketFlaw::none) return flaw;
+    if (memory_ != nullptr &&
+        !memory_->admit({sender_, writer, number}, fragment.size, fragment.sample_bytes))
+      return PacketFlaw::fragment;
     return fragment.first > 1 || is_encapsulation(payload) ? PacketFlaw::none : PacketFlaw::payload;
   }
 
@@ -373,7 +384,7 @@ class PacketInspector {
 
   Bytes packet_;
   const GuardLimits& limits_;
-  const SentFragments* sent_;
+  PacketMemory* memory_;
   std::uint8_t* rewrite_;
   PacketReport report_;
   GuidPrefixBytes sender_{};
@@ -408,8 +419,8 @@ std::string_view to_string(PacketFlaw flaw) {
   return index < names.size() ? names[index] : "unknown";
 }
 
-PacketReport inspect_packet(Bytes packet, const GuardLimits& limits, const SentFragments* sent) noexcept {
-  return PacketInspector(packet, limits, sent, nullptr).inspect();
+PacketReport inspect_packet(Bytes packet, const GuardLimits& limits, PacketMemory* memory) noexcept {
+  return PacketInspector(packet, limits, memory, nullptr).inspect();
 }
 
 void hide_parameters(std::span<std::uint8_t> packet, const GuardLimits& limits) noexcept {

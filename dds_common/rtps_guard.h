@@ -51,7 +51,7 @@ struct GuardLimits {
   bool encrypted = false;          ///< this participant has security
 };
 
-class SentFragments;
+class PacketMemory;
 
 struct PacketReport {
   PacketFlaw flaw = PacketFlaw::none;
@@ -61,9 +61,9 @@ struct PacketReport {
   std::size_t size = 0;
 };
 
-/// `sent` may be null: then requests for fragments are checked in form only.
+/// `memory` may be null: then fragments and requests for them are checked each by itself only.
 PacketReport inspect_packet(std::span<const std::uint8_t> packet, const GuardLimits& limits,
-                            const SentFragments* sent) noexcept;
+                            PacketMemory* memory) noexcept;
 
 /// Turns parameters of discovery data that nobody here needs and that have brought Fast DDS down (type
 /// objects, type information, content filters, data sharing) into padding. For packets without a flaw.

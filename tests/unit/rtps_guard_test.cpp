@@ -5,7 +5,7 @@
 #include <functional>
 #include <random>
 
-#include "dds_common/rtps_sent_fragments.h"
+#include "dds_common/rtps_packet_memory.h"
 #include "tests/support/rtps_packets.h"
 
 namespace takt {
@@ -22,8 +22,7 @@ using Bytes = std::vector<std::uint8_t>;
 
 constexpr std::uint32_t kWriter = 0x00000103, kReader = 0x00000204;
 
-std::string flaw_of(const Bytes& packet, const GuardLimits& limits = {},
-                    const SentFragments* sent = nullptr) {
+std::string flaw_of(const Bytes& packet, const GuardLimits& limits = {}, PacketMemory* sent = nullptr) {
   return std::string(to_string(inspect_packet(packet, limits, sent).flaw));
 }
 std::string flaw_of(const Packet& packet, const GuardLimits& limits = {}) {
@@ -158,7 +157,7 @@ TEST(RtpsGuardRequests, ForFragmentsThatWereSent) {
                     Wire().id(kReader).id(kWriter).sequence(number).u32(base).u32(bits).u32(word).u32(1))
         .wire.bytes;
   };
-  SentFragments sent;
+  PacketMemory sent;
   EXPECT_EQ(flaw_of(request(5, 1, 1, 0x80000000), {}, &sent), "fragment_request");
   sent.note(
       Packet()
@@ -173,6 +172,54 @@ TEST(RtpsGuardRequests, ForFragmentsThatWereSent) {
   EXPECT_EQ(flaw_of(request(5, 1, 4, 0xe0000000), {}, &sent), "none") << "and it is not asked for";
   EXPECT_EQ(flaw_of(request(6, 1, 1, 0x80000000), {}, &sent), "fragment_request");
   EXPECT_EQ(flaw_of(request(5, 0, 1, 0x80000000), {}, &sent), "number_set") << "they count from 1";
+}
+
+TEST(RtpsGuardSamples, FragmentsOfOneSampleFitEachOther) {
+  PacketMemory memory;
+  const auto fragment = [&](std::int64_t number, std::uint32_t first, unsigned size,
+                            std::uint32_t sample_bytes) {
+    return flaw_of(Packet()
+                       .submessage(0x16, 0,
+                                   Wire()
+                                       .u16(0)
+                                       .u16(28)
+                                       .id(0)
+                                       .id(kWriter)
+                                       .sequence(number)
+                                       .u32(first)
+                                       .u16(1)
+                                       .u16(size)
+                                       .u32(sample_bytes)
+                                       .u32(0x100)
+                                       .fill(size))
+                       .wire.bytes,
+                   {}, &memory);
+  };
+  const auto whole = [&](std::int64_t number) {
+    return flaw_of(Packet().data(kReader, kWriter, 4, sample(), number).wire.bytes, {}, &memory);
+  };
+  EXPECT_EQ(fragment(5, 1, 1000, 2500), "none");
+  EXPECT_EQ(fragment(5, 2, 1000, 2500), "none");
+  EXPECT_EQ(fragment(5, 2, 800, 2500), "fragment") << "smaller pieces than the first";
+  EXPECT_EQ(fragment(5, 2, 1000, 2600), "fragment") << "of a larger sample";
+  EXPECT_EQ(fragment(6, 1, 800, 2600), "none");
+  EXPECT_EQ(whole(5), "fragment") << "half of it has come already";
+  EXPECT_EQ(whole(7), "none");
+}
+
+TEST(RtpsGuardSamples, NumbersOfAWriterDoNotLeap) {
+  PacketMemory memory;
+  const auto data = [&](std::int64_t number, std::uint32_t writer = kWriter) {
+    return flaw_of(Packet().data(kReader, writer, 4, sample(), number).wire.bytes, {}, &memory);
+  };
+  EXPECT_EQ(data(PacketMemory::kLargestFirst + 1), "sequence_number");
+  EXPECT_EQ(data(PacketMemory::kLargestFirst), "none") << "it has been writing for days";
+  EXPECT_EQ(data(10, kWriter + 0x100), "none");
+  EXPECT_EQ(data(11 + PacketMemory::kLongestLeap, kWriter + 0x100), "sequence_number");
+  EXPECT_EQ(data(10 + PacketMemory::kLongestLeap, kWriter + 0x100), "none");
+  EXPECT_EQ(data(1, kWriter + 0x100), "none") << "an old one again";
+  const Wire leap = Wire().id(kReader).id(kWriter + 0x100).sequence(1LL << 40U).sequence(1LL << 40U).u32(1);
+  EXPECT_EQ(flaw_of(Packet().submessage(0x07, 0, leap).wire.bytes, {}, &memory), "sequence_number");
 }
 
 TEST_P(RtpsGuard, DiscoveryParameters) {
@@ -290,7 +337,7 @@ TEST(RtpsGuardRandom, AnyBytesHaveAnAnswer) {
                          .data(0, kSedpWriter, 4, ended(endpoint().parameter(0x72, Bytes(12, 1))))
                          .wire.bytes;
   std::array<std::size_t, kPacketFlaws> seen{};
-  SentFragments sent;
+  PacketMemory sent;
   for (int i = 0; i < 200'000; ++i) {
     Bytes packet = good;
     for (unsigned n = 1 + random() % 4; n > 0; --n)

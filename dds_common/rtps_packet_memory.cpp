@@ -1,0 +1,87 @@
+#include "dds_common/rtps_packet_memory.h"
+
+#include "dds_common/wire_cursor.h"
+
+namespace takt {
+
+std::size_t PacketMemory::slot(std::uint32_t writer, std::int64_t sequence_number) {
+  const auto mixed = (static_cast<std::uint64_t>(sequence_number) + writer * 0x9e3779b97f4a7c15ULL);
+  return static_cast<std::size_t>(mixed % kSent);
+}
+
+void PacketMemory::note(std::span<const std::uint8_t> packet) {
+  constexpr std::size_t header_bytes = 20;
+  constexpr std::uint8_t data_fragment = 0x16;
+  std::size_t at = header_bytes;
+  while (at + 4 <= packet.size()) {
+    const bool big_endian = (packet[at + 1] & 1U) == 0;
+    WireCursor size(packet.subspan(at + 2, 2), big_endian);
+    std::size_t length = size.u16();
+    const std::size_t rest = packet.size() - at - 4;
+    if (length == 0 || length > rest) length = rest;
+    if (packet[at] == data_fragment) {
+      WireCursor cursor(packet.subspan(at + 4, length), big_endian);
+      cursor.skip(8);
+      const std::uint32_t writer = cursor.entity_id();
+      const std::int64_t number = cursor.sequence_number();
+      cursor.skip(6);
+      const std::uint32_t fragment_bytes = cursor.u16(), sample_bytes = cursor.u32();
+      if (cursor.ok() && fragment_bytes > 0 && sample_bytes > 0) {
+        const std::lock_guard lock(mutex_);
+        sent_[slot(writer, number)] = {writer, (sample_bytes - 1) / fragment_bytes + 1, number};
+      }
+    }
+    at += 4 + length;
+  }
+}
+
+std::uint32_t PacketMemory::count(std::uint32_t writer, std::int64_t sequence_number) const {
+  const std::lock_guard lock(mutex_);
+  const Sent& entry = sent_[slot(writer, sequence_number)];
+  return entry.writer == writer && entry.sequence_number == sequence_number ? entry.fragments : 0;
+}
+
+std::uint64_t PacketMemory::key_of(const Sample& sample) {
+  // Only to tell samples apart; the multiplier is that of FNV-1a.
+  std::uint64_t key = 0xcbf29ce484222325ULL;
+  const auto mix = [&](std::uint64_t value) { key = (key ^ value ^ key >> 29U) * 0x100000001b3ULL; };
+  for (const std::uint8_t byte : sample.sender) mix(byte);
+  mix(sample.writer);
+  mix(static_cast<std::uint64_t>(sample.sequence_number));
+  key = (key ^ key >> 32U) * 0x9e3779b97f4a7c15ULL;
+  return (key ^ key >> 29U) | 1U;
+}
+
+bool PacketMemory::admit(const Sample& sample, std::uint16_t fragment_bytes, std::uint32_t sample_bytes) {
+  const std::uint64_t key = key_of(sample);
+  any_received_.store(true, std::memory_order_relaxed);
+  const std::lock_guard lock(mutex_);
+  Received& entry = received_[(key >> 20U) % kReceived];
+  if (entry.key == key) return entry.fragment_bytes == fragment_bytes && entry.sample_bytes == sample_bytes;
+  entry = {key, sample_bytes, fragment_bytes};
+  return true;
+}
+
+bool PacketMemory::follows(const Sample& sample) {
+  const std::uint64_t key = key_of({sample.sender, sample.writer, 0});
+  const std::int64_t number = sample.sequence_number;
+  const std::lock_guard lock(mutex_);
+  Writer& writer = writers_[(key >> 20U) % kWriters];
+  if (writer.key != key) {
+    if (number > kLargestFirst) return false;
+    writer = {key, number};
+    return true;
+  }
+  if (number > writer.highest + kLongestLeap) return false;
+  if (number > writer.highest) writer.highest = number;
+  return true;
+}
+
+bool PacketMemory::fragmented(const Sample& sample) const {
+  if (!any_received_.load(std::memory_order_relaxed)) return false;
+  const std::uint64_t key = key_of(sample);
+  const std::lock_guard lock(mutex_);
+  return received_[(key >> 20U) % kReceived].key == key;
+}
+
+}  // namespace takt

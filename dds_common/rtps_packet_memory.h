@@ -1,0 +1,62 @@
+#pragma once
+// What the guard remembers from packet to packet, of fixed size: the newest of each kind. Any thread.
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+#include <span>
+
+namespace takt {
+
+class PacketMemory {
+ public:
+  // --- own samples: a request for the hundredth of three fragments is told from a good one.
+  /// `packet` is about to be sent.
+  void note(std::span<const std::uint8_t> packet);
+  /// Number of fragments of that sample of that writer; 0: not known.
+  std::uint32_t count(std::uint32_t writer, std::int64_t sequence_number) const;
+
+  // --- samples of others: Fast DDS trusts each fragment to fit the first, and mixes up a sample that comes
+  // in one piece with a half-assembled one of the same number.
+  struct Sample {
+    std::span<const std::uint8_t> sender;  ///< GUID prefix
+    std::uint32_t writer;
+    std::int64_t sequence_number;
+  };
+  /// A fragment of that sample; false if it contradicts an earlier one.
+  bool admit(const Sample& sample, std::uint16_t fragment_bytes, std::uint32_t sample_bytes);
+  /// Has come in fragments.
+  bool fragmented(const Sample& sample) const;
+
+  /// A writer's numbers do not leap: Fast DDS walks over each number that was left out. Of a writer that was
+  /// not heard of before the first number may be large: it may have been writing for days.
+  static constexpr std::int64_t kLargestFirst = std::int64_t{1} << 30U, kLongestLeap = std::int64_t{1} << 20U;
+  bool follows(const Sample& sample);
+
+ private:
+  struct Sent {
+    std::uint32_t writer = 0, fragments = 0;
+    std::int64_t sequence_number = 0;
+  };
+  struct Received {
+    std::uint64_t key = 0;
+    std::uint32_t sample_bytes = 0;
+    std::uint16_t fragment_bytes = 0;
+  };
+  struct Writer {
+    std::uint64_t key = 0;
+    std::int64_t highest = 0;
+  };
+  static constexpr std::size_t kWriters = 4096, kSent = 1024, kReceived = 4096;
+  static std::size_t slot(std::uint32_t writer, std::int64_t sequence_number);
+  static std::uint64_t key_of(const Sample& sample);
+
+  mutable std::mutex mutex_;
+  std::array<Sent, kSent> sent_{};              // guarded by mutex_
+  std::array<Received, kReceived> received_{};  // guarded by mutex_
+  std::array<Writer, kWriters> writers_{};      // guarded by mutex_
+  std::atomic<bool> any_received_{false};
+};
+
+}  // namespace takt
