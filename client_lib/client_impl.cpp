@@ -102,6 +102,9 @@ void Client::Impl::on_description(const takt_msgs::msg::CellDescription& sample,
     newest_event = 0;
     if (early_status && early_status->first == from) status = std::move(early_status->second);
     early_status.reset();
+    for (auto& [sender, event] : early_events)
+      if (sender == from) keep(std::move(event));
+    early_events.clear();
   } else if (cell && cell->world != description->world) {  // another scenario
     state.reset();
     power.reset();
@@ -206,7 +209,17 @@ void Client::Impl::on_contacts(const takt_msgs::msg::Contacts& sample, const Gui
 void Client::Impl::on_event(const takt_msgs::msg::Event& sample, const GuidPrefix& from) {
   Event received = from_wire(sample);
   const std::lock_guard lock(mutex);
-  if (!from_this_server(from) || received.sequence_number <= newest_event) return;
+  if (!from_this_server(from)) {
+    constexpr std::size_t kMostEarlyEvents = 100;
+    if (early_events.size() < kMostEarlyEvents) early_events.emplace_back(from, std::move(received));
+    return;
+  }
+  keep(std::move(received));
+  changed.notify_all();
+}
+
+void Client::Impl::keep(Event received) {
+  if (received.sequence_number <= newest_event) return;
   // Events before the first one received belong to the time before this client.
   if (newest_event != 0) received.missed_before = received.sequence_number - newest_event - 1;
   newest_event = received.sequence_number;
@@ -216,7 +229,6 @@ void Client::Impl::on_event(const takt_msgs::msg::Event& sample, const GuidPrefi
     events.pop_front();
     events.front().missed_before += dropped;
   }
-  changed.notify_all();
 }
 
 void Client::Impl::on_reply(const takt_msgs::msg::ControlReply& sample) {

@@ -58,6 +58,7 @@ struct Client::Impl {
 
   // With the mutex held.
   bool from_this_server(const GuidPrefix& from);
+  void keep(Event event);
   bool silent(Clock::time_point now) const { return now > heard + to_clock(options.silence_limit); }
   template <typename Ready>
   bool wait(std::unique_lock<std::mutex>& lock, Clock::time_point deadline, Ready ready) const;
@@ -89,7 +90,8 @@ struct Client::Impl {
   std::optional<Contacts> contacts;
   std::uint64_t contacts_samples = 0;
   std::optional<std::pair<GuidPrefix, Status>>
-      early_status;  ///< of a server whose description is still to come
+      early_status;                                        ///< of a server whose description is still to come
+  std::vector<std::pair<GuidPrefix, Event>> early_events;  ///< likewise
   std::deque<Event> events;
   std::uint64_t newest_event = 0;  ///< sequence number
   std::uint64_t next_sequence = 1;
