@@ -379,7 +379,10 @@ class PacketInspector {
     const ListReport list = inspect_parameters(payload.subspan(4), payload[1] == parameter_list_big, context,
                                                rewrite_ == nullptr ? nullptr : rewrite_ + offset + 4);
     report_.hides = report_.hides || list.hides;
-    return list.flaw;
+    if (list.flaw != PacketFlaw::none || kind != ListKind::endpoint || memory_ == nullptr ||
+        list.endpoint == 0)
+      return list.flaw;
+    return memory_->same_as_before(list.endpoint, list.unchanging) ? PacketFlaw::none : PacketFlaw::changed;
   }
 
   Bytes packet_;
@@ -413,6 +416,7 @@ std::string_view to_string(PacketFlaw flaw) {
                                                              "locator",
                                                              "lease",
                                                              "identity",
+                                                             "changed",
                                                              "fragmented_discovery",
                                                              "encrypted"};
   const auto index = static_cast<std::size_t>(flaw);

@@ -35,6 +35,7 @@ enum class PacketFlaw : std::uint8_t {
   locator,           ///< an address that is none
   lease,             ///< a participant that wants to be remembered for ever, or not at all
   identity,          ///< speaks in the name of another participant, or to an endpoint it has no business with
+  changed,           ///< an endpoint that says of itself what it never may: another topic or reliability
   fragmented_discovery,  ///< discovery data in pieces cannot be checked
   encrypted,             ///< encrypted, and this participant has no security
   count_,

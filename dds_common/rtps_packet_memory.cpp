@@ -4,6 +4,13 @@
 
 namespace takt {
 
+std::uint64_t mixed(std::span<const std::uint8_t> bytes, std::uint64_t seed) {
+  std::uint64_t key = 0xcbf29ce484222325ULL ^ seed;  // FNV-1a, and the bits stirred once more at the end
+  for (const std::uint8_t byte : bytes) key = (key ^ byte) * 0x100000001b3ULL;
+  key = (key ^ key >> 32U) * 0x9e3779b97f4a7c15ULL;
+  return (key ^ key >> 29U) | 1U;
+}
+
 std::size_t PacketMemory::slot(std::uint32_t writer, std::int64_t sequence_number) {
   const auto mixed = (static_cast<std::uint64_t>(sequence_number) + writer * 0x9e3779b97f4a7c15ULL);
   return static_cast<std::size_t>(mixed % kSent);
@@ -42,14 +49,8 @@ std::uint32_t PacketMemory::count(std::uint32_t writer, std::int64_t sequence_nu
 }
 
 std::uint64_t PacketMemory::key_of(const Sample& sample) {
-  // Only to tell samples apart; the multiplier is that of FNV-1a.
-  std::uint64_t key = 0xcbf29ce484222325ULL;
-  const auto mix = [&](std::uint64_t value) { key = (key ^ value ^ key >> 29U) * 0x100000001b3ULL; };
-  for (const std::uint8_t byte : sample.sender) mix(byte);
-  mix(sample.writer);
-  mix(static_cast<std::uint64_t>(sample.sequence_number));
-  key = (key ^ key >> 32U) * 0x9e3779b97f4a7c15ULL;
-  return (key ^ key >> 29U) | 1U;
+  return mixed(sample.sender,
+               static_cast<std::uint64_t>(sample.sequence_number) * 0x9e3779b97f4a7c15ULL + sample.writer);
 }
 
 bool PacketMemory::admit(const Sample& sample, std::uint16_t fragment_bytes, std::uint32_t sample_bytes) {
@@ -74,6 +75,14 @@ bool PacketMemory::follows(const Sample& sample) {
   }
   if (number > writer.highest + kLongestLeap) return false;
   if (number > writer.highest) writer.highest = number;
+  return true;
+}
+
+bool PacketMemory::same_as_before(std::uint64_t endpoint, std::uint64_t unchanging) {
+  const std::lock_guard lock(mutex_);
+  Endpoint& entry = endpoints_[(endpoint >> 20U) % kEndpoints];
+  if (entry.key == endpoint) return entry.unchanging == unchanging;
+  entry = {endpoint, unchanging};
   return true;
 }
 

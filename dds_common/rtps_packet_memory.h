@@ -9,6 +9,9 @@
 
 namespace takt {
 
+/// Bytes mixed up to a number, only to tell them apart.
+std::uint64_t mixed(std::span<const std::uint8_t> bytes, std::uint64_t seed);
+
 class PacketMemory {
  public:
   // --- own samples: a request for the hundredth of three fragments is told from a good one.
@@ -34,6 +37,10 @@ class PacketMemory {
   static constexpr std::int64_t kLargestFirst = std::int64_t{1} << 30U, kLongestLeap = std::int64_t{1} << 20U;
   bool follows(const Sample& sample);
 
+  /// An endpoint does not change what never changes: Fast DDS believes it, and ends on an assertion later.
+  /// `endpoint` and `unchanging` as in ListReport.
+  bool same_as_before(std::uint64_t endpoint, std::uint64_t unchanging);
+
  private:
   struct Sent {
     std::uint32_t writer = 0, fragments = 0;
@@ -48,14 +55,18 @@ class PacketMemory {
     std::uint64_t key = 0;
     std::int64_t highest = 0;
   };
-  static constexpr std::size_t kWriters = 4096, kSent = 1024, kReceived = 4096;
+  struct Endpoint {
+    std::uint64_t key = 0, unchanging = 0;
+  };
+  static constexpr std::size_t kEndpoints = 8192, kWriters = 4096, kSent = 1024, kReceived = 4096;
   static std::size_t slot(std::uint32_t writer, std::int64_t sequence_number);
   static std::uint64_t key_of(const Sample& sample);
 
   mutable std::mutex mutex_;
-  std::array<Sent, kSent> sent_{};              // guarded by mutex_
-  std::array<Received, kReceived> received_{};  // guarded by mutex_
-  std::array<Writer, kWriters> writers_{};      // guarded by mutex_
+  std::array<Sent, kSent> sent_{};                // guarded by mutex_
+  std::array<Received, kReceived> received_{};    // guarded by mutex_
+  std::array<Writer, kWriters> writers_{};        // guarded by mutex_
+  std::array<Endpoint, kEndpoints> endpoints_{};  // guarded by mutex_
   std::atomic<bool> any_received_{false};
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "dds_common/rtps_packet_memory.h"
 #include "dds_common/wire_cursor.h"
 
 namespace takt {
@@ -265,6 +266,28 @@ PacketFlaw check_inline(std::uint16_t id, Bytes value, const ListContext& contex
   }
 }
 
+void remember(std::uint16_t id, Bytes value, ListReport& report) {
+  switch (id) {
+    case 0x005a:
+    case 0x0070:
+      report.endpoint = mixed(value, 0);
+      break;
+    case 0x0005:  // topic
+    case 0x0007:  // type
+      report.unchanging += mixed(value, id);
+      break;
+    case 0x001a:  // reliability, durability, ownership: their kinds
+    case 0x001d:
+    case 0x001f:
+    case 0x0043:  // expects inline QoS
+    case 0x8005:  // no positive acknowledgements
+      report.unchanging += mixed(value.first(1), id);
+      break;
+    default:
+      break;
+  }
+}
+
 }  // namespace
 
 ListReport inspect_parameters(Bytes bytes, bool big_endian, const ListContext& context,
@@ -306,6 +329,7 @@ ListReport inspect_parameters(Bytes bytes, bool big_endian, const ListContext& c
       named = named || id == 0x0070 || id == (context.kind == ListKind::participant ? 0x0050 : 0x005a);
     }
     if (report.flaw != PacketFlaw::none) return report;
+    if (context.kind == ListKind::endpoint) remember(id, value, report);
   }
   report.flaw = broken;
   return report;

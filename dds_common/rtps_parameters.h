@@ -22,6 +22,9 @@ struct ListReport {
   PacketFlaw flaw = PacketFlaw::none;
   bool hides = false;
   std::size_t size = 0;  ///< bytes up to and with the sentinel
+  /// Of an endpoint: who it is, and what never changes about it (names, reliability, durability, ownership),
+  /// mixed up.
+  std::uint64_t endpoint = 0, unchanging = 0;
 };
 
 /// `bytes` starts with the first parameter. `rewrite`: the same bytes, writable, or null; then what is to be

@@ -222,6 +222,21 @@ TEST(RtpsGuardSamples, NumbersOfAWriterDoNotLeap) {
   EXPECT_EQ(flaw_of(Packet().submessage(0x07, 0, leap).wire.bytes, {}, &memory), "sequence_number");
 }
 
+TEST(RtpsGuardSamples, AnEndpointStaysWhatItIs) {
+  PacketMemory memory;
+  const auto announced = [&](const std::string& topic, unsigned reliability, unsigned deadline_s) {
+    Wire list;
+    list.u8(0).u8(3).fill(2).parameter(0x5a, guid(7, kReader)).parameter(0x05, Wire().text(topic).bytes);
+    list.parameter(0x1a, Wire().u8(reliability).fill(3).u32(0).u32(0).bytes);
+    list.parameter(0x23, Wire().u32(deadline_s).u32(0).bytes);
+    return flaw_of(Packet().data(0, 0x000004c2, 4, ended(list)).wire.bytes, {}, &memory);
+  };
+  EXPECT_EQ(announced("a", 1, 1), "none");
+  EXPECT_EQ(announced("a", 1, 2), "none") << "a deadline may change";
+  EXPECT_EQ(announced("a", 2, 1), "changed");
+  EXPECT_EQ(announced("b", 1, 1), "changed");
+}
+
 TEST_P(RtpsGuard, DiscoveryParameters) {
   const bool big = GetParam();
   EXPECT_EQ(participant_flaw(0x62, wire().text("x").bytes, big), "none");

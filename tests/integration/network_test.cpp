@@ -1,0 +1,220 @@
+// How server and clients find each other, who is let in, and what the guard keeps out: by the programs, as a
+// user runs them.
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "tests/support/child_process.h"
+#include "tests/support/dds_service.h"
+#include "tests/support/identities.h"
+#include "tests/support/temporary_directory.h"
+
+namespace takt {
+namespace {
+
+using test::ChildProcess;
+using test::make_identities;
+
+const std::string kBin = TAKT_BIN_DIR;
+const std::filesystem::path kConfig = TAKT_CONFIG_DIR;
+
+struct Outcome {
+  int code;
+  std::string text;
+};
+
+/// takt-server in a process of its own, and takt to ask it.
+class Programs : public testing::Test {
+ protected:
+  void serve(const std::vector<std::string>& options) {
+    std::vector<std::string> command{kBin + "/takt-server", scenario_,  "--cell",
+                                     test::test_cell(),     "--domain", domain_};
+    command.insert(command.end(), options.begin(), options.end());
+    server_ = std::make_unique<ChildProcess>(command);
+    ASSERT_TRUE(server_->wait_for_output("ready")) << server_->text;
+  }
+  Outcome takt(const std::vector<std::string>& options, const std::string& command,
+               const std::string& timeout = "20") {
+    std::vector<std::string> arguments{kBin + "/takt", "--cell", test::test_cell(), "--domain", domain_,
+                                       "--timeout",    timeout};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    arguments.push_back(command);
+    ChildProcess program(arguments);
+    const int code = program.wait();
+    return {code, program.text};
+  }
+  void TearDown() override {
+    if (!server_) return;
+    server_->signal(SIGTERM);
+    EXPECT_EQ(server_->wait(), 0) << server_->text;
+  }
+
+  test::TemporaryDirectory directory_;
+  const std::string domain_ = std::to_string(test::test_domain());
+  const std::string scenario_ = test::write_service_scenario();
+  std::unique_ptr<ChildProcess> server_;
+};
+
+class Discovery : public Programs {
+ protected:
+  /// The shipped profiles; the discovery server on a port of this test's own.
+  std::string profiles() {
+    std::ifstream in(kConfig / "dds/profiles.xml");
+    std::stringstream text;
+    text << in.rdbuf();
+    std::string content = text.str();
+    const std::string shipped = "<port>11811</port>";
+    const std::string own = "<port>" + std::to_string(20000 + getpid() % 10000) + "</port>";
+    for (std::size_t at = content.find(shipped); at != std::string::npos; at = content.find(shipped, at))
+      content.replace(at, shipped.size(), own);
+    const auto file = directory_.path() / "profiles.xml";
+    std::ofstream(file) << content;
+    return file;
+  }
+  void works(const std::string& kind, bool default_client_sees_it) {
+    const std::string file = profiles();
+    serve({"--profiles", file, "--profile", "takt_server" + kind});
+    const std::vector<std::string> client{"--profiles", file, "--profile", "takt_client" + kind};
+    const Outcome pause = takt(client, "pause");
+    EXPECT_EQ(pause.code, 0) << pause.text;
+    const Outcome status = takt(client, "status");
+    EXPECT_EQ(status.code, 0);
+    EXPECT_NE(status.text.find("paused"), std::string::npos) << status.text;
+    // Shows that it was this way of discovery and no other.
+    EXPECT_EQ(takt({}, "status", default_client_sees_it ? "20" : "2").code == 0, default_client_sees_it);
+  }
+};
+
+TEST_F(Discovery, ByMulticastOnLoopback) {
+  works("", true);
+}
+TEST_F(Discovery, ByInitialPeersWithoutMulticast) {
+  works("_peer", false);
+}
+TEST_F(Discovery, ByADiscoveryServer) {
+  works("_discovery", false);
+}
+
+class Secured : public Programs {
+ protected:
+  void SetUp() override { serve({"--secure", identities_ / "server"}); }
+  static std::vector<std::string> as(const std::filesystem::path& identity) { return {"--secure", identity}; }
+  /// The positive control: who is permitted gets what the others do not.
+  void expect_controller_served() {
+    const Outcome status = takt(as(identities_ / "controller"), "status");
+    EXPECT_EQ(status.code, 0) << status.text;
+    EXPECT_NE(status.text.find("service_test"), std::string::npos) << status.text;
+    EXPECT_EQ(takt(as(identities_ / "controller"), "resume").code, 0);
+  }
+  void expect_refused(const std::vector<std::string>& options) {
+    const Outcome refused = takt(options, "status", "3");
+    EXPECT_NE(refused.code, 0) << refused.text;
+    EXPECT_EQ(refused.text.find("service_test"), std::string::npos) << "delivered: " << refused.text;
+    EXPECT_NE(takt(options, "pause", "3").code, 0);
+    expect_controller_served();
+    const Outcome status = takt(as(identities_ / "controller"), "status");
+    EXPECT_NE(status.text.find("playing"), std::string::npos) << status.text;
+  }
+  const std::filesystem::path identities_ = make_identities(
+      directory_.path() / "identities",
+      {"--role", "server", "--role", "controller", "--role", "observer", "--role", "stranger"});
+};
+
+TEST_F(Secured, WithoutACertificateNothingIsDelivered) {
+  expect_refused({});
+}
+
+TEST_F(Secured, OfAnotherAuthorityNothingIsDelivered) {
+  expect_refused(as(make_identities(directory_.path() / "others") / "controller"));
+}
+
+TEST_F(Secured, ExpiredNothingIsDelivered) {
+  const auto expired =
+      make_identities(directory_.path() / "identities", {"--role", "observer", "--until", "20210101000000Z"});
+  expect_refused(as(expired / "observer"));
+}
+
+TEST_F(Secured, WithoutPermissionNothingIsDelivered) {
+  expect_refused(as(identities_ / "stranger"));
+}
+
+TEST_F(Secured, WithTamperedGovernanceNothingIsDelivered) {
+  const auto file = identities_ / "observer" / "governance.p7s";
+  std::stringstream text;
+  text << std::ifstream(file).rdbuf();
+  std::string content = text.str();
+  const std::string protection = "<discovery_protection_kind>ENCRYPT<";
+  ASSERT_NE(content.find(protection), std::string::npos);
+  content.replace(content.find(protection), protection.size(), "<discovery_protection_kind>NONE<");
+  std::ofstream(file) << content;
+  expect_refused(as(identities_ / "observer"));
+  // Nor does a server start with it.
+  std::filesystem::copy_file(file, identities_ / "server" / "governance.p7s",
+                             std::filesystem::copy_options::overwrite_existing);
+  ChildProcess server({kBin + "/takt-server", scenario_, "--cell", "other", "--domain", domain_, "--secure",
+                       identities_ / "server"});
+  EXPECT_EQ(server.wait(), 2);
+  EXPECT_NE(server.text.find("governance are not valid"), std::string::npos) << server.text;
+}
+
+TEST_F(Secured, AnObserverReadsAndDoesNotWrite) {
+  const Outcome reads = takt(as(identities_ / "observer"), "status");
+  EXPECT_EQ(reads.code, 0) << reads.text;
+  EXPECT_NE(reads.text.find("playing"), std::string::npos);
+  const Outcome writes = takt(as(identities_ / "observer"), "pause", "3");
+  EXPECT_NE(writes.code, 0);
+  EXPECT_NE(writes.text.find("security profile"), std::string::npos) << writes.text;
+  EXPECT_NE(takt(as(identities_ / "observer"), "status").text.find("playing"), std::string::npos);
+  EXPECT_EQ(takt(as(identities_ / "controller"), "pause").code, 0);
+  EXPECT_NE(takt(as(identities_ / "observer"), "status").text.find("paused"), std::string::npos);
+}
+
+TEST_F(Programs, ASecurityDirectoryThatLacksAFileIsNamed) {
+  const auto identities = make_identities(directory_.path() / "identities", {"--role", "server"});
+  std::filesystem::remove(identities / "server" / "permissions.p7s");
+  ChildProcess server({kBin + "/takt-server", scenario_, "--secure", identities / "server"});
+  EXPECT_EQ(server.wait(), 2);
+  EXPECT_NE(server.text.find("no readable file 'permissions.p7s'"), std::string::npos) << server.text;
+}
+
+TEST(Guard, GoesOnServingUnderMutatedPackets) {
+  ChildProcess fuzz({kBin + "/takt-guard-fuzz", "--packets", "200000", "--seed", "2"});
+  EXPECT_EQ(fuzz.wait(), 0) << fuzz.text;
+  EXPECT_NE(fuzz.text.find("the service went on serving"), std::string::npos) << fuzz.text;
+}
+
+/// Shows that the test above can fail.
+TEST(Guard, WithoutItStockFastDdsDiesOfTheSame) {
+  ChildProcess fuzz({kBin + "/takt-guard-fuzz", "--packets", "200000", "--seed", "2", "--no-guard"});
+  EXPECT_EQ(fuzz.wait(), 0) << fuzz.text;
+  EXPECT_NE(fuzz.text.find("without the guard the service "), std::string::npos) << fuzz.text;
+}
+
+TEST(Guard, CountsAndTellsWhatItDrops) {
+  test::DdsService service(RunLoopOptions{});
+  test::RawCellClient client;
+  ASSERT_NE(service.adapter->guard(), nullptr);
+  EXPECT_GT(service.adapter->guard()->counted(PacketFlaw::none), 0U);
+  const auto before = service.adapter->guard()->dropped();
+  const int sender = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  const std::string packet = "RTPS\2\2\1\17............\25\5\377\377";
+  for (unsigned participant = 0; participant < 4; ++participant) {
+    address.sin_port = htons(static_cast<std::uint16_t>(7410 + 250 * test::test_domain() + 2 * participant));
+    (void)sendto(sender, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&address),
+                 sizeof(address));
+  }
+  close(sender);
+  EXPECT_TRUE(client.wait_for_event("packets_dropped", test::test_cell(), "submessage"));
+  EXPECT_GT(service.adapter->guard()->dropped(), before);
+  EXPECT_EQ(client.request("get_state").result(), 1);
+}
+
+}  // namespace
+}  // namespace takt
