@@ -100,12 +100,15 @@ void Client::Impl::on_description(const takt_msgs::msg::CellDescription& sample,
     power.reset();
     contacts.reset();
     newest_event = 0;
+    known = {0, 0};
     if (early_status && early_status->first == from) status = std::move(early_status->second);
     early_status.reset();
   } else if (cell && cell->world != description->world) {  // another scenario
     state.reset();
     power.reset();
     contacts.reset();
+    known = {0, 0};
+    if (status && status->world < description->world) status.reset();
   }
   server = from;
   gone = false;
@@ -118,9 +121,12 @@ void Client::Impl::on_status(const takt_msgs::msg::Status& sample, const GuidPre
   Status received = from_wire(sample);
   const std::lock_guard lock(mutex);
   received.sample_number = ++statuses;
-  if (from_this_server(from))
-    status = std::move(received);
-  else
+  if (from_this_server(from)) {
+    const bool stale =
+        cell && (received.world < cell->world ||
+                 (received.world == cell->world && is_older_than_known(received.epoch, received.step)));
+    if (!stale) status = std::move(received);
+  } else
     early_status.emplace(from, std::move(received));
   changed.notify_all();
 }
@@ -142,6 +148,7 @@ void Client::Impl::on_state(const takt_msgs::msg::CellState& sample, const GuidP
   if (!received) return;
   const std::lock_guard lock(mutex);
   if (!from_this_server(from) || received->cell != cell) return;
+  if (is_older_than_known(received->epoch, received->step)) return;
   if (state &&
       (received->epoch < state->epoch || (received->epoch == state->epoch && received->step < state->step)))
     return;
@@ -164,7 +171,7 @@ void Client::Impl::listen_to_power() {
 void Client::Impl::on_power(const takt_msgs::msg::Power& sample, const GuidPrefix& from) {
   Power received = from_wire(sample);
   const std::lock_guard lock(mutex);
-  if (!from_this_server(from)) return;
+  if (!from_this_server(from) || is_older_than_known(received.epoch, received.step)) return;
   if (power &&
       (received.epoch < power->epoch || (received.epoch == power->epoch && received.step < power->step)))
     return;
@@ -194,7 +201,8 @@ void Client::Impl::on_contacts(const takt_msgs::msg::Contacts& sample, const Gui
   auto received = from_wire(sample, *description);
   if (!received) return;
   const std::lock_guard lock(mutex);
-  if (!from_this_server(from) || description != cell) return;
+  if (!from_this_server(from) || description != cell || is_older_than_known(received->epoch, received->step))
+    return;
   if (contacts && (received->epoch < contacts->epoch ||
                    (received->epoch == contacts->epoch && received->step < contacts->step)))
     return;
@@ -331,8 +339,11 @@ void Client::Impl::open_control(Clock::time_point deadline) {
 Reply Client::Impl::call(const std::string& name, const Arguments& arguments, Seconds timeout) {
   const auto deadline = deadline_after(timeout);
   open_control(deadline);
-  const std::uint64_t sequence = write_request(name, arguments);
   std::unique_lock lock(mutex);
+  const std::uint32_t world_before = cell->world;
+  lock.unlock();
+  const std::uint64_t sequence = write_request(name, arguments);
+  lock.lock();
   struct Forget {
     std::map<std::uint64_t, std::optional<takt_msgs::msg::ControlReply>>& replies;
     std::uint64_t sequence;
@@ -353,7 +364,44 @@ Reply Client::Impl::call(const std::string& name, const Arguments& arguments, Se
   Reply result{reply.message().to_string(), {}};
   for (const auto& value : reply.values())
     result.values[value.name().to_string()] = value.value().to_string();
+  learn(lock, name, result.values, world_before, deadline);
   return result;
+}
+
+void Client::Impl::learn(std::unique_lock<std::mutex>& lock, const std::string& request,
+                         const Arguments& values, std::uint32_t world_before, Clock::time_point deadline) {
+  const auto number = [&](const char* name) -> std::optional<std::uint64_t> {
+    const auto found = values.find(name);
+    if (found == values.end() || found->second.empty() ||
+        found->second.find_first_not_of("0123456789") != std::string::npos)
+      return std::nullopt;
+    return std::strtoull(found->second.c_str(), nullptr, 10);
+  };
+  // Another scenario: its description may take longer than the reply.
+  auto world = number("world");
+  if (!world && request == "unload_scenario") world = world_before + 1U;
+  if (world) {
+    if (!wait(lock, deadline, [&] { return cell && cell->world >= *world; }))
+      throw ClientError(ClientError::Kind::timeout,
+                        where() + " has done '" + request + "', but its new description has not come.");
+    return;
+  }
+  if (cell->world != world_before) return;
+  const auto step = number("step"), epoch = number("epoch");
+  if (step || epoch) {
+    const std::uint32_t present = state ? std::max(known.first, state->epoch) : known.first;
+    known = std::max(known, {epoch ? static_cast<std::uint32_t>(*epoch) : present, step.value_or(0)});
+    if (state && is_older_than_known(state->epoch, state->step)) state.reset();
+    if (power && is_older_than_known(power->epoch, power->step)) power.reset();
+    if (contacts && is_older_than_known(contacts->epoch, contacts->step)) contacts.reset();
+    if (status && is_older_than_known(status->epoch, status->step)) status.reset();
+  }
+  // What changes without a step being taken shows in the next sample.
+  const bool stops = request == "set_state" && number("state") == 0U;
+  if (stops || request == "set_entity_state" || request == "attach" || request == "detach") state.reset();
+  const bool quits = request == "set_state" && number("state") == 3U;
+  if ((request == "set_state" && !quits) || request == "set_pace" || request == "set_level_of_detail")
+    status.reset();
 }
 
 }  // namespace takt::client
