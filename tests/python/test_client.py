@@ -1,8 +1,10 @@
 """The Python module itself: errors, waits, threads, scenarios and parts."""
 
+import ast
 import json
 import subprocess
 import threading
+from pathlib import Path
 
 import pytest
 
@@ -137,3 +139,21 @@ def test_command_line_without_a_cell():
                           capture_output=True, text=True)
     assert done.returncode == 3
     assert json.loads(done.stdout)["kind"] == "no_cell"
+
+
+def test_stub_and_module_have_the_same_names():
+    """What __init__.pyi promises to a type checker is there, and nothing that is there is missing from it."""
+    stub = ast.parse(Path(takt.__file__).with_suffix(".pyi").read_text())
+    classes = {node.name: node for node in stub.body if isinstance(node, ast.ClassDef)}
+    functions = {node.name for node in stub.body if isinstance(node, ast.FunctionDef)}
+    public = {name for name, value in vars(takt).items() if not name.startswith("_") and callable(value)}
+    assert public == set(classes) | functions
+    for name, node in classes.items():
+        promised = {n.name for n in node.body if isinstance(n, ast.FunctionDef)}
+        promised |= {n.target.id for n in node.body if isinstance(n, ast.AnnAssign)}
+        promised |= {t.id for n in node.body if isinstance(n, ast.Assign) for t in n.targets}
+        there = getattr(takt, name)
+        if name != "Server":  # whose attributes are made when it is
+            assert {p for p in promised if not hasattr(there, p)} == set(), name
+        found = {m for c in there.__mro__ for m in vars(c) if "takt" in c.__module__ and not m.startswith("_")}
+        assert found - promised - {"name", "value", "result"} == set(), name
