@@ -368,40 +368,4 @@ Reply Client::Impl::call(const std::string& name, const Arguments& arguments, Se
   return result;
 }
 
-void Client::Impl::learn(std::unique_lock<std::mutex>& lock, const std::string& request,
-                         const Arguments& values, std::uint32_t world_before, Clock::time_point deadline) {
-  const auto number = [&](const char* name) -> std::optional<std::uint64_t> {
-    const auto found = values.find(name);
-    if (found == values.end() || found->second.empty() ||
-        found->second.find_first_not_of("0123456789") != std::string::npos)
-      return std::nullopt;
-    return std::strtoull(found->second.c_str(), nullptr, 10);
-  };
-  // Another scenario: its description may take longer than the reply.
-  auto world = number("world");
-  if (!world && request == "unload_scenario") world = world_before + 1U;
-  if (world) {
-    if (!wait(lock, deadline, [&] { return cell && cell->world >= *world; }))
-      throw ClientError(ClientError::Kind::timeout,
-                        where() + " has done '" + request + "', but its new description has not come.");
-    return;
-  }
-  if (cell->world != world_before) return;
-  const auto step = number("step"), epoch = number("epoch");
-  if (step || epoch) {
-    const std::uint32_t present = state ? std::max(known.first, state->epoch) : known.first;
-    known = std::max(known, {epoch ? static_cast<std::uint32_t>(*epoch) : present, step.value_or(0)});
-    if (state && is_older_than_known(state->epoch, state->step)) state.reset();
-    if (power && is_older_than_known(power->epoch, power->step)) power.reset();
-    if (contacts && is_older_than_known(contacts->epoch, contacts->step)) contacts.reset();
-    if (status && is_older_than_known(status->epoch, status->step)) status.reset();
-  }
-  // What changes without a step being taken shows in the next sample.
-  const bool stops = request == "set_state" && number("state") == 0U;
-  if (stops || request == "set_entity_state" || request == "attach" || request == "detach") state.reset();
-  const bool quits = request == "set_state" && number("state") == 3U;
-  if ((request == "set_state" && !quits) || request == "set_pace" || request == "set_level_of_detail")
-    status.reset();
-}
-
 }  // namespace takt::client
