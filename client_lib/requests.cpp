@@ -1,7 +1,7 @@
 // The requests of takt::Client: typed functions over request(), and what is learnt from replies.
 #include <charconv>
 #include <cmath>
-#include <cstdio>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "client_lib/client_impl.h"

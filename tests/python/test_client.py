@@ -157,3 +157,19 @@ def test_stub_and_module_have_the_same_names():
             assert {p for p in promised if not hasattr(there, p)} == set(), name
         found = {m for c in there.__mro__ for m in vars(c) if "takt" in c.__module__ and not m.startswith("_")}
         assert found - promised - {"name", "value", "result"} == set(), name
+
+
+def test_bash_completes_the_words_of_takt():
+    script = """
+        source <("$0" completion bash)
+        compopt() { :; }
+        COMP_WORDS=(takt "$@"); COMP_CWORD=$#; _takt; echo "${COMPREPLY[*]}"
+    """
+
+    def completed(*words):
+        return subprocess.run(["bash", "-c", script, takt.program_path("takt"), *words], capture_output=True,
+                              text=True, check=True).stdout.split()
+
+    assert completed("st") == ["status", "state", "step"]
+    assert completed("--json", "spawn", "--co") == ["--copy-of"]
+    assert completed("pace", "--f") == ["--factor"]
