@@ -53,9 +53,9 @@ struct EntityState {
 
 /// What of a Part is to be changed; what is not given stays as it is.
 struct EntityPlacement {
-  std::optional<Vector3> position_m;
-  std::optional<Quaternion> orientation;
-  std::optional<Vector3> linear_velocity, angular_velocity;  ///< of the origin of B, in the world
+  std::optional<Vector3> position_m{};
+  std::optional<Quaternion> orientation{};
+  std::optional<Vector3> linear_velocity{}, angular_velocity{};  ///< of the origin of B, in the world
 };
 
 }  // namespace takt::client
