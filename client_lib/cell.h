@@ -235,6 +235,7 @@ struct Status {
   double time_s = 0.0;
   std::uint64_t step = 0;
   std::uint32_t epoch = 0;
+  std::uint32_t world = 0;  ///< that of the description
   SimulationState state = SimulationState::no_world;
   std::string pace;  ///< realtime, free or lockstep
   double pace_factor = 1.0;

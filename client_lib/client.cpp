@@ -79,7 +79,9 @@ State Client::state() const {
   std::unique_lock lock(impl_->mutex);
   if (!impl_->wait(lock, Impl::deadline_after(impl_->options.timeout),
                    [&] { return impl_->state != nullptr; }))
-    throw ClientError(ClientError::Kind::timeout, impl_->where() + " has not sent a state.");
+    throw ClientError(ClientError::Kind::timeout,
+                      impl_->where() + " has not sent a state" +
+                          (impl_->cell->scenario.empty() ? ": no scenario is loaded." : "."));
   return *impl_->state;
 }
 
@@ -229,60 +231,6 @@ void Client::set_gripper(const std::string& gripper, GripperAction action, doubl
   sample.width(width_m);
   sample.max_force(max_force_N);
   impl_->send(gripper, sample);
-}
-
-SimulationState Client::get_state() {
-  const Reply reply = request("get_state");
-  const auto found = reply.values.find("state");
-  for (int i = 0; found != reply.values.end() && i <= static_cast<int>(SimulationState::loading_world); ++i)
-    if (found->second == std::to_string(i)) return static_cast<SimulationState>(i);
-  throw ClientError(ClientError::Kind::refused, "The reply to get_state names no state this client knows.");
-}
-
-void Client::set_state(SimulationState state) {
-  request("set_state", {{"state", std::to_string(static_cast<int>(state))}});
-}
-
-void Client::step(std::uint64_t steps, std::optional<Seconds> timeout) {
-  request("step", {{"steps", std::to_string(steps)}}, timeout);
-}
-
-void Client::reset() {
-  request("reset");
-}
-
-void Client::set_pace(Pace pace, double factor) {
-  require_finite(factor, "The factor of the pace");
-  const char* name = pace == Pace::realtime ? "realtime" : pace == Pace::free ? "free" : "lockstep";
-  Arguments arguments{{"pace", name}};
-  if (pace == Pace::realtime) arguments["factor"] = text(factor);
-  request("set_pace", arguments);
-}
-
-void Client::set_level_of_detail(int level, const std::string& process) {
-  request("set_level_of_detail", {{"level", std::to_string(level)}, {"process", process}});
-}
-
-void Client::register_controller(const std::string& name, Seconds period, Seconds timeout,
-                                 const std::vector<std::string>& targets) {
-  std::string list;
-  for (const std::string& target : targets) list += (list.empty() ? "" : ",") + target;
-  request("register_controller", {{"name", name},
-                                  {"period_s", text(period.count())},
-                                  {"timeout_s", text(timeout.count())},
-                                  {"targets", list}});
-}
-
-void Client::unregister_controller(const std::string& name) {
-  request("unregister_controller", {{"name", name}});
-}
-
-PartExplanation Client::explain_part(const std::string& part, std::optional<Seconds> timeout) {
-  return part_explanation(request("explain_part", {{"part", part}}, timeout).values);
-}
-
-Reply Client::request(const std::string& name, const Arguments& arguments, std::optional<Seconds> timeout) {
-  return impl_->call(name, arguments, timeout.value_or(impl_->options.timeout));
 }
 
 }  // namespace takt::client

@@ -11,7 +11,8 @@
 //
 // Every function may be called from any thread. Functions that wait do so without polling, for at most the
 // given wall time, and throw ClientError when the server has gone away meanwhile. Samples are received by
-// threads of DDS; the client keeps the newest state and drops what is older than it (by epoch and step).
+// threads of DDS; the client keeps the newest state and drops what is older than it (by epoch and step). It
+// also drops what is older than the reply to a request: after step(100) or reset(), state() is not of before.
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -23,6 +24,7 @@
 #include <vector>
 
 #include "client_lib/cell.h"
+#include "client_lib/entities.h"
 #include "client_lib/part_explanation.h"
 
 namespace takt::client {
@@ -104,9 +106,11 @@ class Client {
   /// The description; a new one when the server was started again or has loaded another scenario. Without a
   /// scenario it lists nothing, and no state comes.
   std::shared_ptr<const CellInfo> cell() const;
-  /// The newest state. Waits for the first one (options.timeout), never later.
+  /// The newest state. Waits (options.timeout) for the first one, and after a request that changes the
+  /// instant for one that shows it; otherwise never.
   State state() const;
-  /// The newest status.
+  /// The newest status. Waits for the first one, and after a request that it tells of (set_state, set_pace,
+  /// set_level_of_detail, ...) for one sent afterwards.
   Status status() const;
   /// Not gone: heard of within options.silence_limit, and still announced.
   bool connected() const;
@@ -159,6 +163,9 @@ class Client {
   // --- control
   // ------------------------------------------------------------------------------------------------------
   // Each waits for the reply; throws ClientError: refused (with the server's sentence), timeout, lost.
+  // Whatever is not given a timeout has options.timeout.
+  /// What the server can do: `requests`, `paces`, `levels_of_detail`, ... as lists separated by commas.
+  Arguments get_features();
   SimulationState get_state();
   void set_state(SimulationState state);
   void play() { set_state(SimulationState::playing); }
@@ -176,14 +183,53 @@ class Client {
   void set_level_of_detail(int level, const std::string& process = "all");
   /// From now on, in lockstep, the simulation waits at each multiple of `period` for a command for every
   /// target (robots, grippers) from this client; when none has come after `timeout` of wall time, it pauses
-  /// and says so in an event.
-  void register_controller(const std::string& name, Seconds period, Seconds timeout,
-                           const std::vector<std::string>& targets);
+  /// and says so in an event. The reply names the first such instant: next_boundary_step, next_boundary_time.
+  /// LockstepController (lockstep_controller.h) does all this.
+  Reply register_controller(const std::string& name, Seconds period, Seconds timeout,
+                            const std::vector<std::string>& targets);
   void unregister_controller(const std::string& name);
   /// Why a Part is free, grasped, placed or assembled: who holds it, by which rule, since when, and what it
   /// touches. For a Gripper or Ground: whom it holds. The server answers between two steps; the simulation
   /// goes on unchanged. Throws ClientError: refused (result 2, with the names there are) for an unknown name.
   PartExplanation explain_part(const std::string& part, std::optional<Seconds> timeout = {});
+
+  // --- scenarios
+  // ----------------------------------------------------------------------------------------------------
+  /// Exchanges what is simulated; returns the new description once it has come here. `file` is seen from the
+  /// working directory of the server. The simulation is stopped afterwards. When it is refused, with the
+  /// sentence of the scenario's reader, the cell goes on as it was.
+  std::shared_ptr<const CellInfo> load_scenario(const std::string& file, const LoadOptions& options = {});
+  /// The file of the loaded scenario again, with the same overrides.
+  std::shared_ptr<const CellInfo> reload_scenario(std::optional<Seconds> timeout = {});
+  /// Afterwards cell() lists nothing, and no state comes.
+  void unload_scenario(std::optional<Seconds> timeout = {});
+
+  // --- entities: components, as simulation_interfaces call them
+  // -----------------------------------------------------
+  /// A new Part, while the simulation is stopped. Returns its name.
+  std::string spawn_entity(const SpawnRequest& request, std::optional<Seconds> timeout = {});
+  /// Any Part, while the simulation is stopped.
+  void delete_entity(const std::string& entity, std::optional<Seconds> timeout = {});
+  /// `filter`: name with * for any characters; `category`: part, gripper or ground; empty: all.
+  std::vector<EntityInfo> get_entities(const std::string& filter = {}, const std::string& category = {});
+  /// The server answers between two steps.
+  EntityState get_entity_state(const std::string& entity);
+  /// Puts a Part elsewhere while the simulation is paused or stopped.
+  void set_entity_state(const std::string& entity, const EntityPlacement& placement);
+  /// The Part hangs on the component `to` from now on, until detached, whatever touches it.
+  void attach(const std::string& part, const std::string& to);
+  void detach(const std::string& part);
+
+  // --- snapshots and recordings, files of the server
+  // -----------------------------------------------------------------
+  /// The whole state of the simulation, under a name.
+  Reply save_snapshot(const std::string& name, std::optional<Seconds> timeout = {});
+  /// Back to that state, of the same scenario; without a name: the newest periodic one. The epoch counts up.
+  Reply restore_snapshot(const std::string& name = {}, std::optional<Seconds> timeout = {});
+  /// Arguments as the server has them (request start_recording).
+  Reply start_recording(const Arguments& arguments = {});
+  Reply stop_recording(const Arguments& arguments = {});
+
   /// Any request of the control vocabulary.
   Reply request(const std::string& name, const Arguments& arguments = {},
                 std::optional<Seconds> timeout = {});

@@ -100,6 +100,7 @@ void Client::Impl::on_description(const takt_msgs::msg::CellDescription& sample,
     power.reset();
     contacts.reset();
     newest_event = 0;
+    known = {0, 0};
     if (early_status && early_status->first == from) status = std::move(early_status->second);
     early_status.reset();
     for (auto& [sender, event] : early_events)
@@ -109,6 +110,8 @@ void Client::Impl::on_description(const takt_msgs::msg::CellDescription& sample,
     state.reset();
     power.reset();
     contacts.reset();
+    known = {0, 0};
+    if (status && status->world < description->world) status.reset();
   }
   server = from;
   gone = false;
@@ -121,9 +124,12 @@ void Client::Impl::on_status(const takt_msgs::msg::Status& sample, const GuidPre
   Status received = from_wire(sample);
   const std::lock_guard lock(mutex);
   received.sample_number = ++statuses;
-  if (from_this_server(from))
-    status = std::move(received);
-  else
+  if (from_this_server(from)) {
+    const bool stale =
+        cell && (received.world < cell->world ||
+                 (received.world == cell->world && is_older_than_known(received.epoch, received.step)));
+    if (!stale) status = std::move(received);
+  } else
     early_status.emplace(from, std::move(received));
   changed.notify_all();
 }
@@ -145,6 +151,7 @@ void Client::Impl::on_state(const takt_msgs::msg::CellState& sample, const GuidP
   if (!received) return;
   const std::lock_guard lock(mutex);
   if (!from_this_server(from) || received->cell != cell) return;
+  if (is_older_than_known(received->epoch, received->step)) return;
   if (state &&
       (received->epoch < state->epoch || (received->epoch == state->epoch && received->step < state->step)))
     return;
@@ -167,7 +174,7 @@ void Client::Impl::listen_to_power() {
 void Client::Impl::on_power(const takt_msgs::msg::Power& sample, const GuidPrefix& from) {
   Power received = from_wire(sample);
   const std::lock_guard lock(mutex);
-  if (!from_this_server(from)) return;
+  if (!from_this_server(from) || is_older_than_known(received.epoch, received.step)) return;
   if (power &&
       (received.epoch < power->epoch || (received.epoch == power->epoch && received.step < power->step)))
     return;
@@ -197,7 +204,8 @@ void Client::Impl::on_contacts(const takt_msgs::msg::Contacts& sample, const Gui
   auto received = from_wire(sample, *description);
   if (!received) return;
   const std::lock_guard lock(mutex);
-  if (!from_this_server(from) || description != cell) return;
+  if (!from_this_server(from) || description != cell || is_older_than_known(received->epoch, received->step))
+    return;
   if (contacts && (received->epoch < contacts->epoch ||
                    (received->epoch == contacts->epoch && received->step < contacts->step)))
     return;
@@ -343,8 +351,11 @@ void Client::Impl::open_control(Clock::time_point deadline) {
 Reply Client::Impl::call(const std::string& name, const Arguments& arguments, Seconds timeout) {
   const auto deadline = deadline_after(timeout);
   open_control(deadline);
-  const std::uint64_t sequence = write_request(name, arguments);
   std::unique_lock lock(mutex);
+  const std::uint32_t world_before = cell->world;
+  lock.unlock();
+  const std::uint64_t sequence = write_request(name, arguments);
+  lock.lock();
   struct Forget {
     std::map<std::uint64_t, std::optional<takt_msgs::msg::ControlReply>>& replies;
     std::uint64_t sequence;
@@ -365,6 +376,7 @@ Reply Client::Impl::call(const std::string& name, const Arguments& arguments, Se
   Reply result{reply.message().to_string(), {}};
   for (const auto& value : reply.values())
     result.values[value.name().to_string()] = value.value().to_string();
+  learn(lock, name, result.values, world_before, deadline);
   return result;
 }
 

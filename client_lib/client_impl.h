@@ -57,6 +57,12 @@ struct Client::Impl {
   void on_reply(const takt_msgs::msg::ControlReply& sample);
 
   // With the mutex held.
+  /// What a reply says about the present: of what was received, all that is older counts no more.
+  void learn(std::unique_lock<std::mutex>& lock, const std::string& request, const Arguments& values,
+             std::uint32_t world_before, Clock::time_point deadline);
+  bool is_older_than_known(std::uint32_t epoch, std::uint64_t step) const {
+    return std::pair(epoch, step) < known;
+  }
   bool from_this_server(const GuidPrefix& from);
   void keep(Event event);
   bool silent(Clock::time_point now) const { return now > heard + to_clock(options.silence_limit); }
@@ -89,6 +95,8 @@ struct Client::Impl {
   std::uint64_t powers = 0;
   std::optional<Contacts> contacts;
   std::uint64_t contacts_samples = 0;
+  /// Epoch and step of the newest instant that a reply told of, in the present world.
+  std::pair<std::uint32_t, std::uint64_t> known{0, 0};
   std::optional<std::pair<GuidPrefix, Status>>
       early_status;                                        ///< of a server whose description is still to come
   std::vector<std::pair<GuidPrefix, Event>> early_events;  ///< likewise

@@ -124,6 +124,7 @@ Status from_wire(const takt_msgs::msg::Status& wire) {
   status.time_s = wire.time();
   status.step = wire.step();
   status.epoch = wire.epoch();
+  status.world = wire.world();
   status.state = enumerator(wire.state(), SimulationState::loading_world, SimulationState::no_world);
   status.pace = wire.pace();
   status.pace_factor = wire.pace_factor();

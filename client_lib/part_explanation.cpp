@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client_lib/client.h"
+#include "client_lib/reply_document.h"
 
 namespace takt::client {
 namespace {
@@ -96,10 +97,7 @@ PartExplanation read(const std::string& text) {
 
 PartExplanation part_explanation(const std::map<std::string, std::string>& values) {
   try {
-    const std::size_t pieces = std::stoul(values.at("pieces"));
-    std::string text;
-    for (std::size_t i = 0; i < pieces; ++i) text += values.at("document_" + std::to_string(i));
-    return read(text);
+    return read(reply_document(values, "explain_part"));
   } catch (const ClientError&) {
     throw;
   } catch (const std::exception& error) {

@@ -59,6 +59,7 @@ BEGIN {
   library("Lua", "lua.h lua.hpp lauxlib.h lualib.h", "client_lib/controller/ tests/", "", 0)
   library("libpng", "png.h", "client_lib/render/ tests/", "", 0)
   library("CLI11", "CLI/", "server/server_main.cpp server/run_main.cpp client_lib/tools/ client_lib/examples/ config/ tests/", "", 0)
+  library("pybind11", "pybind11/", "client_lib/python/", "", 0)
   library("KDL", "kdl/", "tests/", "", 0)
 }
 

@@ -137,7 +137,8 @@ class ExpectationReader {
 
 int check(const Common& common, const CheckOptions& options) {
   const Expectation expectation = ExpectationReader(options.scenario_file).read();
-  const Client cell(common.client);
+  Session session(common);
+  const Client& cell = *session;
   const client::State s = cell.state();
   bool all_hold = true;
   nlohmann::json document{{"time", s.time_s}, {"tolerance_m", expectation.tolerance_m}};

@@ -1,19 +1,60 @@
 #pragma once
-// The subcommands of `takt`. Each returns the exit code of the process: 0 ok, 1 failed. What a person reads
-// goes to standard output, errors are thrown.
+// The subcommands of `takt`. Each returns the exit code of the process. What a person or, with --json, a
+// program reads goes to standard output; errors are thrown.
 #include <cstdint>
+#include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 
 #include "client_lib/client.h"
 
+namespace CLI {
+class App;
+}
+
 namespace takt::tool {
+
+// Exit codes.
+inline constexpr int kOk = 0;
+inline constexpr int kFailed = 1;  ///< refused by the server, or not as expected
+inline constexpr int kUsage = 2;
+inline constexpr int kNoCell = 3;  ///< no such cell answers, or it went away
 
 struct Common {
   client::ClientOptions client;
   double timeout_s = 10.0;  ///< wall time
   bool json = false;
 };
+
+/// No cell of that name answers.
+class NoCell : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// A client for one command. Throws NoCell.
+class Session {
+ public:
+  explicit Session(const Common& common);
+  Client* operator->() { return client_.get(); }
+  Client& operator*() { return *client_; }
+
+ private:
+  std::unique_ptr<Client> client_;
+};
+
+/// The sentence of a reply, or all of it as JSON.
+int report(const Common& common, const client::Reply& reply);
+/// Tells an error (with `json` on standard output too) and returns the exit code for it.
+int report_error(bool json, const std::exception& error);
+
+/// Commands that exchange what is simulated, and requests by name: content.cpp.
+void declare_content(CLI::App& app, const Common& common, int& result);
+/// Examples at the end of each command's help: examples.cpp.
+void add_examples(CLI::App& app);
+/// `takt completion bash`: completion.cpp.
+void declare_completion(CLI::App& app, int& result);
 
 struct WatchOptions {
   std::optional<double> until_s;

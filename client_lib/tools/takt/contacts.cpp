@@ -61,7 +61,8 @@ void print(const Common& common, const client::Contacts& contacts) {
 }  // namespace
 
 int contacts(const Common& common, const ContactsOptions& options) {
-  Client cell(common.client);
+  Session session(common);
+  Client& cell = *session;
   const bool follow = options.watch || options.until_s.has_value();
   const auto processes = cell.status().processes;
   if (std::all_of(processes.begin(), processes.end(), [](const auto& p) { return p.level_of_detail < 3; }))

@@ -21,6 +21,7 @@ nlohmann::json json_of(const client::Status& s) {
   return {{"time", s.time_s},
           {"step", s.step},
           {"epoch", s.epoch},
+          {"world", s.world},
           {"state", to_string(s.state)},
           {"pace", s.pace},
           {"pace_factor", s.pace_factor},
@@ -51,15 +52,6 @@ void print_percentiles(const char* label, const client::Percentiles& p) {
               1e6 * p.p99_s, 1e6 * p.max_s);
 }
 
-/// One line for a person, or the reply as JSON.
-int report(const Common& common, const client::Reply& reply) {
-  if (common.json)
-    std::printf("%s\n", nlohmann::json{{"message", reply.message}, {"values", reply.values}}.dump().c_str());
-  else
-    std::printf("%s\n", reply.message.c_str());
-  return 0;
-}
-
 }  // namespace
 
 int list(const Common& common) {
@@ -72,7 +64,7 @@ int list(const Common& common) {
       document.push_back(
           {{"cell", cell.name}, {"status", cell.status ? json_of(*cell.status) : nlohmann::json()}});
     std::printf("%s\n", document.dump().c_str());
-    return cells.empty() ? 1 : 0;
+    return cells.empty() ? kNoCell : kOk;
   }
   for (const auto& cell : cells) {
     if (cell.status)
@@ -83,13 +75,13 @@ int list(const Common& common) {
       std::printf("%-20s announced, but gives no status\n", cell.name.c_str());
   }
   if (cells.empty()) std::fprintf(stderr, "takt: no cell was found on domain %d.\n", common.client.domain);
-  return cells.empty() ? 1 : 0;
+  return cells.empty() ? kNoCell : kOk;
 }
 
 int status(const Common& common) {
-  const Client cell(common.client);
-  const client::Status s = cell.status();
-  const auto info = cell.cell();
+  Session cell(common);
+  const client::Status s = cell->status();
+  const auto info = cell->cell();
   if (common.json) {
     auto document = json_of(s);
     document["cell"] = info->cell;
@@ -134,29 +126,28 @@ int status(const Common& common) {
 }
 
 int step(const Common& common, std::uint64_t steps) {
-  return report(common, Client(common.client).request("step", {{"steps", std::to_string(steps)}}));
+  return report(common, Session(common)->request("step", {{"steps", std::to_string(steps)}}));
 }
 
 int set_state(const Common& common, client::SimulationState state) {
-  return report(
-      common,
-      Client(common.client).request("set_state", {{"state", std::to_string(static_cast<int>(state))}}));
+  return report(common,
+                Session(common)->request("set_state", {{"state", std::to_string(static_cast<int>(state))}}));
 }
 
 int reset(const Common& common) {
-  return report(common, Client(common.client).request("reset"));
+  return report(common, Session(common)->request("reset"));
 }
 
 int level_of_detail(const Common& common, const LodOptions& options) {
-  return report(common, Client(common.client)
-                            .request("set_level_of_detail", {{"level", std::to_string(options.level)},
-                                                             {"process", options.process}}));
+  return report(common,
+                Session(common)->request("set_level_of_detail", {{"level", std::to_string(options.level)},
+                                                                 {"process", options.process}}));
 }
 
 int pace(const Common& common, client::Pace pace, double factor) {
-  Client cell(common.client);
-  cell.set_pace(pace, factor);
-  return report(common, cell.request("get_state"));
+  Session cell(common);
+  cell->set_pace(pace, factor);
+  return report(common, cell->request("get_state"));
 }
 
 }  // namespace takt::tool

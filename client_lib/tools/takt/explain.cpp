@@ -90,7 +90,7 @@ void print_pressing(const PartExplanation& e) {
 }  // namespace
 
 int explain(const Common& common, const std::string& part) {
-  const PartExplanation e = Client(common.client).explain_part(part);
+  const PartExplanation e = Session(common)->explain_part(part);
   if (common.json) {
     std::printf("%s\n", nlohmann::json::parse(e.document).dump(2).c_str());
     return 0;

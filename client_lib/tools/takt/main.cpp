@@ -13,18 +13,19 @@ Examples:
   takt list                              which cells there are
   takt status                            how the cell is doing: time, pace, real-time factor, faults
   takt watch                             a live line: time, real-time factor, who holds which Part
-  takt watch --until 42                  the same, up to a simulated time
   takt state --json                      positions, orientations, states, partners
   takt explain P                         who holds the Part P, by which rule, since when, what it touches
-  takt lod 2                             robots with drives and masses, from the present instant on
-  takt power --watch                     what they draw
-  takt lod 3; takt contacts              surface contact, and what presses upon what
   takt pause; takt step 100; takt resume
+  takt load my.yaml; takt play           another scenario in the running server
   takt record run.csv --duration 10      10 s of simulated time
   takt check scenario.yaml               compare with the positions the scenario expects at its end
   takt --cell line2 --domain 3 status    another cell (or: TAKT_CELL=line2 TAKT_DOMAIN=3 takt status)
+takt COMMAND --help shows examples of each command.
 
-Exit codes: 0 ok, 1 failed (no such cell, refused, not as expected), 2 wrong usage.)";
+With --json every command writes one JSON document, those that follow something one a line; an error is
+{"error": ..., "kind": ..., "result": ...}.
+
+Exit codes: 0 ok; 1 refused or failed, or not as expected; 2 wrong usage; 3 no such cell, or it went away.)";
 
 int run(int argc, char** argv) {
   using takt::client::Pace;
@@ -143,14 +144,17 @@ int run(int argc, char** argv) {
       ->transform(CLI::CheckedTransformer(paces, CLI::ignore_case));
   set_pace->add_option("--factor", factor, "simulated / wall time (realtime)")->check(CLI::PositiveNumber);
 
+  takt::tool::declare_content(app, common, result);
+  takt::tool::declare_completion(app, result);
+  takt::tool::add_examples(app);
+
   app.parse_complete_callback([&] { common.client.timeout = takt::client::Seconds{common.timeout_s}; });
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
+    return app.exit(error) == 0 ? takt::tool::kOk : takt::tool::kUsage;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "takt: %s\n", error.what());
-    return 1;
+    return takt::tool::report_error(common.json, error);
   }
   return result;
 }
@@ -162,6 +166,6 @@ int main(int argc, char** argv) {
     return run(argc, argv);
   } catch (const std::exception& error) {  // of the environment: see ClientOptions
     std::fprintf(stderr, "takt: %s\n", error.what());
-    return 2;
+    return takt::tool::kUsage;
   }
 }

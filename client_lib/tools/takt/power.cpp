@@ -39,7 +39,8 @@ void print(const Common& common, const client::Power& power) {
 }  // namespace
 
 int power(const Common& common, const PowerOptions& options) {
-  Client cell(common.client);
+  Session session(common);
+  Client& cell = *session;
   const bool follow = options.watch || options.until_s.has_value();
   const auto processes = cell.status().processes;
   if (std::all_of(processes.begin(), processes.end(), [](const auto& p) { return p.level_of_detail < 2; }))

@@ -30,7 +30,8 @@ nlohmann::json json_of(const Quaternion& q) {
 }  // namespace
 
 int state(const Common& common) {
-  const Client cell(common.client);
+  Session session(common);
+  const Client& cell = *session;
   const client::State s = cell.state();
   const auto& info = *s.cell;
   if (common.json) {

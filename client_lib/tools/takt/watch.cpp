@@ -100,7 +100,8 @@ void csv_row(std::FILE* file, const client::State& state) {
 }  // namespace
 
 int watch(const Common& common, const WatchOptions& options) {
-  const Client cell(common.client);
+  Session session(common);
+  const Client& cell = *session;
   const bool live = isatty(STDOUT_FILENO) != 0 && !common.json;
   std::string shown;
   const auto reached = [&](const client::State& s) {
@@ -136,7 +137,8 @@ int watch(const Common& common, const WatchOptions& options) {
 }
 
 int events(const Common& common, const EventsOptions& options) {
-  Client cell(common.client);
+  Session session(common);
+  Client& cell = *session;
   for (std::uint64_t n = 0; !options.count || n < *options.count; ++n) {
     const auto event = cell.next_event(Seconds{kForever_s});
     if (!event) return 1;
@@ -165,7 +167,8 @@ int events(const Common& common, const EventsOptions& options) {
 }
 
 int record(const Common& common, const RecordOptions& options) {
-  const Client cell(common.client);
+  Session session(common);
+  const Client& cell = *session;
   const auto close = [](std::FILE* f) {
     if (f != stdout) std::fclose(f);
   };

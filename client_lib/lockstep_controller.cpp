@@ -1,0 +1,146 @@
+#include "client_lib/lockstep_controller.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace takt::client {
+namespace {
+
+/// Far below any step and far above the rounding of times.
+constexpr double kTimeTolerance_s = 1e-9;
+
+}  // namespace
+
+LockstepController::LockstepController(Client& cell, LockstepOptions options)
+    : cell_(cell), options_(std::move(options)) {
+  if (!(options_.period_s > 0.0 && std::isfinite(options_.period_s)))
+    throw ClientError(ClientError::Kind::invalid, "The period of a controller must be above 0 s.");
+  // In lockstep the cell cannot pass the first boundary before this controller is there.
+  if (options_.start) cell_.set_pace(Pace::lockstep);
+  cell_.register_controller(options_.name, Seconds{options_.period_s}, options_.patience, options_.targets);
+  registered_ = true;
+  try {
+    state_ = cell_.state();
+    for (const std::string& target : options_.targets) {
+      if (state_.cell->find_robot(target) >= 0) {
+        const auto& positions = state_.robot(target).position;
+        commands_[target] = Joints{positions, std::vector<double>(positions.size(), 0.0)};
+      } else {
+        const int index = state_.cell->find_gripper(target);
+        const auto& info = state_.cell->grippers.at(static_cast<std::size_t>(index));
+        commands_[target] =
+            Grip{GripperAction::width, std::clamp(state_.gripper(target).width_m, 0.0, info.max_width_m),
+                 info.max_force_N};
+      }
+    }
+    boundary_ = static_cast<std::uint64_t>(std::ceil((state_.time_s - kTimeTolerance_s) / options_.period_s));
+    if (options_.start) cell_.play();
+    wait_for_boundary();
+  } catch (...) {
+    close();
+    throw;
+  }
+}
+
+LockstepController::~LockstepController() {
+  close();
+}
+
+/// A controller that is registered and silent would hold up the cell.
+void LockstepController::close() {
+  if (!registered_) return;
+  registered_ = false;
+  try {
+    if (cell_.connected()) cell_.unregister_controller(options_.name);
+  } catch (const ClientError&) {
+    // The server is gone or does not answer: then nothing is held up.
+  }
+}
+
+std::variant<LockstepController::Joints, LockstepController::Grip>& LockstepController::standing(
+    const std::string& target) {
+  const auto found = commands_.find(target);
+  if (found != commands_.end()) return found->second;
+  std::string known;
+  for (const auto& [name, command] : commands_) known += (known.empty() ? "" : ", ") + name;
+  throw ClientError(ClientError::Kind::not_found,
+                    "This controller does not command '" + target + "'; its targets are " + known + ".");
+}
+
+void LockstepController::move(const std::string& robot, const std::vector<double>& positions,
+                              const std::vector<double>& velocities) {
+  auto* joints = std::get_if<Joints>(&standing(robot));
+  if (joints == nullptr) throw ClientError(ClientError::Kind::invalid, "'" + robot + "' is a gripper.");
+  *joints = {positions, velocities.empty() ? std::vector<double>(positions.size(), 0.0) : velocities};
+}
+
+void LockstepController::grip(const std::string& gripper, GripperAction action, double width_m,
+                              double max_force_N) {
+  auto* grip = std::get_if<Grip>(&standing(gripper));
+  if (grip == nullptr) throw ClientError(ClientError::Kind::invalid, "'" + gripper + "' is a robot.");
+  *grip = {action, width_m, max_force_N};
+}
+
+const State& LockstepController::advance() {
+  send();
+  answered_ = true;
+  ++boundary_;
+  wait_for_boundary();
+  for (auto& [target, command] : commands_)
+    if (auto* joints = std::get_if<Joints>(&command))
+      std::fill(joints->velocities.begin(), joints->velocities.end(), 0.0);
+  return state_;
+}
+
+void LockstepController::send() const {
+  for (const auto& [target, command] : commands_) {
+    if (const auto* joints = std::get_if<Joints>(&command))
+      cell_.send_joint_command(target, joints->positions, joints->velocities, state_.time_s);
+    else if (const auto* grip = std::get_if<Grip>(&command))
+      cell_.set_gripper(target, grip->action, grip->width_m, grip->max_force_N, state_.time_s);
+  }
+}
+
+void LockstepController::wait_for_boundary() {
+  const double due_s = static_cast<double>(boundary_) * options_.period_s - kTimeTolerance_s;
+  const auto exchanged = [&](const State& s) { return s.cell != state_.cell || s.epoch != state_.epoch; };
+  std::uint64_t seen = state_.sample_number;
+  for (;;) {
+    const auto next = cell_.wait_for_state(
+        [&](const State& s) {
+          if (s.time_s >= due_s || exchanged(s)) return true;
+          const bool repeated = answered_ && s.step == state_.step && s.sample_number > seen;
+          seen = std::max(seen, s.sample_number);
+          return repeated;
+        },
+        options_.patience);
+    if (!next) give_up();
+    if (exchanged(*next))
+      throw ClientError(ClientError::Kind::lost,
+                        std::string("The cell ") +
+                            (next->cell != state_.cell ? "has another scenario" : "was reset") +
+                            "; its controllers have to begin anew.");
+    if (next->time_s >= due_s) {
+      state_ = *next;
+      answered_ = false;
+      // At another pace than lockstep boundaries may have passed meanwhile.
+      boundary_ = std::max(
+          boundary_, static_cast<std::uint64_t>((state_.time_s + kTimeTolerance_s) / options_.period_s));
+      return;
+    }
+    send();  // the instant that was answered has come once more: the commands may not have arrived
+  }
+}
+
+void LockstepController::give_up() const {
+  const Status status = cell_.status();
+  std::string sentence = "The cell does not come to " +
+                         std::to_string(static_cast<double>(boundary_) * options_.period_s) +
+                         " s: it stands at " + std::to_string(status.time_s) + " s and is " +
+                         std::string(to_string(status.state));
+  for (const auto& name : status.waiting_for) sentence += ", waiting for " + name;
+  if (!status.fault.empty()) sentence += ", with the fault: " + status.fault;
+  throw ClientError(ClientError::Kind::timeout, sentence + ".");
+}
+
+}  // namespace takt::client

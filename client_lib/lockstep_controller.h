@@ -1,0 +1,87 @@
+#pragma once
+// takt::LockstepController: commands robots and grippers of a cell at pace lockstep, in step with simulated
+// time. The simulation waits at each multiple of the period until the commands are there, so that a test or a
+// program gives the same bits on any machine, however long it thinks:
+//
+//   takt::LockstepController controller(cell, {.targets = {"Robot1", "Gripper1"}});
+//   while (controller.state().time_s < 2.0) {
+//     controller.move("Robot1", set_point(controller.state()));  // to be there one period from now
+//     controller.advance();                                      // sends, and returns at the next boundary
+//   }
+//
+// A complete program is examples/scripted_publisher.cpp --lockstep.
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "client_lib/client.h"
+
+namespace takt::client {
+
+struct LockstepOptions {
+  std::vector<std::string> targets;  ///< robots and grippers that this controller commands; at least one
+  double period_s = 0.008;           ///< of simulated time, at least one step
+  std::string name = "controller";   ///< shown in events and in the status; unique in the cell
+  Seconds patience{60.0};  ///< wall time: both of the server for commands, and of this for an instant
+  bool start = true;       ///< set the cell to lockstep and playing; else others do
+};
+
+class LockstepController {
+ public:
+  /// Registers, and returns at the first boundary from the present instant on. `cell` must outlive this.
+  /// Throws ClientError, as every function below: not_found or refused for targets; timeout when the cell
+  /// does not come to the boundary.
+  LockstepController(Client& cell, LockstepOptions options);
+  /// Unregisters. The cell stays at the present boundary when no other controller is registered.
+  ~LockstepController();
+  /// The same at once; afterwards only state() may be used.
+  void close();
+  LockstepController(const LockstepController&) = delete;
+  LockstepController& operator=(const LockstepController&) = delete;
+
+  /// The instant at the present boundary.
+  const State& state() const { return state_; }
+  double period_s() const { return options_.period_s; }
+
+  /// Where the robot is to be one period from now, and how fast (none: standing). It is sent by advance();
+  /// without a new one the robot stays there.
+  void move(const std::string& robot, const std::vector<double>& positions,
+            const std::vector<double>& velocities = {});
+  /// As Client::set_gripper. Stands until the next one; before the first a gripper keeps its width.
+  void grip(const std::string& gripper, GripperAction action, double width_m = 0.0, double max_force_N = 0.0);
+  /// Answers this boundary with one command for each target, and returns the instant at the next one. Throws
+  /// ClientError (lost) when the cell was reset or has another scenario: then a new controller is needed.
+  const State& advance();
+
+ private:
+  struct Joints {
+    std::vector<double> positions, velocities;
+  };
+  struct Grip {
+    GripperAction action = GripperAction::width;
+    double width_m = 0.0, max_force_N = 0.0;
+  };
+  std::variant<Joints, Grip>& standing(const std::string& target);
+  void send() const;
+  void wait_for_boundary();
+  [[noreturn]] void give_up() const;
+
+  Client& cell_;
+  const LockstepOptions options_;
+  std::map<std::string, std::variant<Joints, Grip>> commands_;
+  State state_;
+  std::uint64_t boundary_ = 0;  ///< number of the present one, or of the next while it is waited for
+  bool registered_ = false;
+  bool answered_ = false;  ///< the present instant, which may not have taken effect yet
+};
+
+}  // namespace takt::client
+
+namespace takt {
+using client::LockstepController;
+using client::LockstepOptions;
+}  // namespace takt

@@ -1,0 +1,292 @@
+// What is read of a cell, as Python classes. Vectors are plain lists.
+#include "client_lib/python/module.h"
+
+namespace takt::python {
+namespace {
+
+using namespace client;
+
+std::vector<double> list(const Vector3& v) {
+  return {v.x, v.y, v.z};
+}
+std::vector<double> list(const Quaternion& q) {
+  return {q.x, q.y, q.z, q.w};
+}
+
+/// A property that is a list.
+template <typename Class, typename Member>
+void vector_property(py::class_<Class>& c, const char* name, Member member) {
+  c.def_property_readonly(name, [member](const Class& self) { return list(self.*member); });
+}
+
+template <typename Items, typename Values>
+py::dict by_name(const Items& items, const Values& values) {
+  py::dict result;
+  for (std::size_t i = 0; i < items.size() && i < values.size(); ++i)
+    result[py::str(items[i].name)] = py::cast(values[i]);
+  return result;
+}
+
+void bind_enums(py::module_& m) {
+  py::enum_<ComponentType>(m, "ComponentType")
+      .value("part", ComponentType::part)
+      .value("gripper", ComponentType::gripper)
+      .value("ground", ComponentType::ground);
+  py::enum_<PartState>(m, "PartState")
+      .value("free", PartState::free)
+      .value("grasped", PartState::grasped)
+      .value("placed", PartState::placed)
+      .value("assembled", PartState::assembled)
+      .value("fixed", PartState::fixed);
+  py::enum_<SimulationState>(m, "SimulationState")
+      .value("stopped", SimulationState::stopped)
+      .value("playing", SimulationState::playing)
+      .value("paused", SimulationState::paused)
+      .value("quitting", SimulationState::quitting)
+      .value("no_world", SimulationState::no_world)
+      .value("loading_world", SimulationState::loading_world);
+  py::enum_<Severity>(m, "Severity")
+      .value("information", Severity::information)
+      .value("warning", Severity::warning)
+      .value("error", Severity::error);
+  py::enum_<GripperAction>(m, "GripperAction")
+      .value("open", GripperAction::open)
+      .value("close", GripperAction::close)
+      .value("width", GripperAction::width);
+  py::enum_<Pace>(m, "Pace")
+      .value("realtime", Pace::realtime)
+      .value("free", Pace::free)
+      .value("lockstep", Pace::lockstep);
+}
+
+void bind_description(py::module_& m) {
+  py::class_<ComponentInfo> component(m, "ComponentInfo");
+  component.def_readonly("name", &ComponentInfo::name)
+      .def_readonly("type", &ComponentInfo::type)
+      .def_readonly("hierarchy", &ComponentInfo::hierarchy)
+      .def_readonly("mass_kg", &ComponentInfo::mass_kg)
+      .def_readonly("mesh_uri", &ComponentInfo::mesh_uri)
+      .def_readonly("vertices_m", &ComponentInfo::vertices_m)
+      .def_readonly("triangles", &ComponentInfo::triangles);
+  vector_property(component, "center_of_mass_m", &ComponentInfo::center_of_mass_m);
+  py::class_<JointInfo>(m, "JointInfo")
+      .def_readonly("name", &JointInfo::name)
+      .def_readonly("prismatic", &JointInfo::prismatic)
+      .def_readonly("lower", &JointInfo::lower)
+      .def_readonly("upper", &JointInfo::upper)
+      .def_readonly("max_velocity", &JointInfo::max_velocity)
+      .def_readonly("max_effort", &JointInfo::max_effort);
+  py::class_<RobotInfo>(m, "RobotInfo")
+      .def_readonly("name", &RobotInfo::name)
+      .def_readonly("urdf", &RobotInfo::urdf)
+      .def_readonly("joints", &RobotInfo::joints)
+      .def_readonly("command_period_s", &RobotInfo::command_period_s);
+  py::class_<GripperInfo>(m, "GripperInfo")
+      .def_readonly("name", &GripperInfo::name)
+      .def_readonly("max_width_m", &GripperInfo::max_width_m)
+      .def_readonly("max_force_N", &GripperInfo::max_force_N)
+      .def_readonly("jaw_speed_m_per_s", &GripperInfo::jaw_speed_m_per_s);
+  py::class_<CellInfo, std::shared_ptr<CellInfo>>(m, "CellInfo")
+      .def_readonly("cell", &CellInfo::cell)
+      .def_readonly("scenario", &CellInfo::scenario)
+      .def_readonly("world", &CellInfo::world)
+      .def_readonly("server_version", &CellInfo::server_version)
+      .def_readonly("step_s", &CellInfo::step_s)
+      .def_property_readonly("components",
+                             [](const CellInfo& self) { return by_name(self.components, self.components); })
+      .def_property_readonly("robots", [](const CellInfo& self) { return by_name(self.robots, self.robots); })
+      .def_property_readonly("grippers",
+                             [](const CellInfo& self) { return by_name(self.grippers, self.grippers); });
+}
+
+void bind_state(py::module_& m) {
+  py::class_<ComponentState> component(m, "ComponentState");
+  vector_property(component, "position_m", &ComponentState::position_m);
+  vector_property(component, "orientation", &ComponentState::orientation);
+  vector_property(component, "linear_velocity", &ComponentState::linear_velocity);
+  vector_property(component, "angular_velocity", &ComponentState::angular_velocity);
+  vector_property(component, "force_N", &ComponentState::force_N);
+  vector_property(component, "torque_Nm", &ComponentState::torque_Nm);
+  component.def_readonly("state", &ComponentState::state);
+  py::class_<RobotState>(m, "RobotState")
+      .def_readonly("position", &RobotState::position)
+      .def_readonly("velocity", &RobotState::velocity)
+      .def_readonly("effort", &RobotState::effort)
+      .def_readonly("motor_power_W", &RobotState::motor_power_W);
+  py::class_<GripperState>(m, "GripperState")
+      .def_readonly("width_m", &GripperState::width_m)
+      .def_readonly("force_N", &GripperState::force_N)
+      .def_readonly("closed", &GripperState::closed);
+  py::class_<State>(m, "State")
+      .def_readonly("time_s", &State::time_s)
+      .def_readonly("step", &State::step)
+      .def_readonly("epoch", &State::epoch)
+      .def_readonly("state_hash", &State::state_hash)
+      .def_readonly("sample_number", &State::sample_number)
+      .def_property_readonly("info", [](const State& self) { return shared(self.cell); })
+      .def_property_readonly(
+          "components", [](const State& self) { return by_name(self.cell->components, self.components); })
+      .def_property_readonly("robots",
+                             [](const State& self) { return by_name(self.cell->robots, self.robots); })
+      .def_property_readonly("grippers",
+                             [](const State& self) { return by_name(self.cell->grippers, self.grippers); })
+      .def("component", &State::component, py::arg("name"))
+      .def("robot", &State::robot, py::arg("name"))
+      .def("gripper", &State::gripper, py::arg("name"))
+      .def(
+          "partner_of",
+          [](const State& self, const std::string& name) -> std::optional<std::string> {
+            std::string partner = self.partner_of(name);
+            if (partner.empty()) return std::nullopt;
+            return partner;
+          },
+          py::arg("name"))
+      .def("__repr__", [](const State& self) {
+        return "<takt.State at " + std::to_string(self.time_s) + " s, step " + std::to_string(self.step) +
+               ", epoch " + std::to_string(self.epoch) + ">";
+      });
+  py::class_<Status>(m, "Status")
+      .def_readonly("time_s", &Status::time_s)
+      .def_readonly("step", &Status::step)
+      .def_readonly("epoch", &Status::epoch)
+      .def_readonly("world", &Status::world)
+      .def_readonly("state", &Status::state)
+      .def_readonly("pace", &Status::pace)
+      .def_readonly("pace_factor", &Status::pace_factor)
+      .def_readonly("wall_time_s", &Status::wall_time_s)
+      .def_readonly("sim_over_wall", &Status::sim_over_wall)
+      .def_readonly("real_time_factor", &Status::real_time_factor)
+      .def_readonly("lag_s", &Status::lag_s)
+      .def_readonly("overruns", &Status::overruns)
+      .def_readonly("commands_applied", &Status::commands_applied)
+      .def_readonly("commands_rejected", &Status::commands_rejected)
+      .def_readonly("waiting_for", &Status::waiting_for)
+      .def_readonly("scheduling", &Status::scheduling)
+      .def_readonly("fault", &Status::fault)
+      .def_readonly("sample_number", &Status::sample_number)
+      .def_property_readonly("levels_of_detail", [](const Status& self) {
+        std::map<std::string, int> levels;
+        for (const auto& process : self.processes) levels[process.name] = process.level_of_detail;
+        return levels;
+      });
+  py::class_<Event>(m, "Event")
+      .def_readonly("sequence_number", &Event::sequence_number)
+      .def_readonly("missed_before", &Event::missed_before)
+      .def_readonly("time_s", &Event::time_s)
+      .def_readonly("step", &Event::step)
+      .def_readonly("epoch", &Event::epoch)
+      .def_readonly("severity", &Event::severity)
+      .def_readonly("code", &Event::code)
+      .def_readonly("subject", &Event::subject)
+      .def_readonly("sender", &Event::sender)
+      .def_readonly("message", &Event::message)
+      .def("__repr__", [](const Event& self) {
+        return "<takt.Event " + self.code + " " + self.subject + " at " + std::to_string(self.time_s) +
+               " s: " + self.message + ">";
+      });
+}
+
+void bind_figures(py::module_& m) {
+  py::class_<PowerConsumer>(m, "PowerConsumer")
+      .def_readonly("name", &PowerConsumer::name)
+      .def_readonly("mechanical_W", &PowerConsumer::mechanical_W)
+      .def_readonly("mechanical_total_W", &PowerConsumer::mechanical_total_W)
+      .def_readonly("electrical_W", &PowerConsumer::electrical_W)
+      .def_readonly("mechanical_energy_J", &PowerConsumer::mechanical_energy_J)
+      .def_readonly("electrical_energy_J", &PowerConsumer::electrical_energy_J);
+  py::class_<Power>(m, "Power")
+      .def_readonly("time_s", &Power::time_s)
+      .def_readonly("step", &Power::step)
+      .def_readonly("epoch", &Power::epoch)
+      .def_property_readonly("consumers",
+                             [](const Power& self) { return by_name(self.consumers, self.consumers); });
+  py::class_<Contact> contact(m, "Contact");
+  contact.def_readonly("base", &Contact::base)
+      .def_readonly("target", &Contact::target)
+      .def_readonly("elements", &Contact::elements)
+      .def_readonly("area_m2", &Contact::area_m2)
+      .def_readonly("normal_force_N", &Contact::normal_force_N)
+      .def_readonly("friction_force_N", &Contact::friction_force_N)
+      .def_readonly("largest_pressure_Pa", &Contact::largest_pressure_Pa)
+      .def_readonly("largest_penetration_m", &Contact::largest_penetration_m);
+  vector_property(contact, "force_N", &Contact::force_N);
+  vector_property(contact, "torque_Nm", &Contact::torque_Nm);
+  vector_property(contact, "center_of_pressure_m", &Contact::center_of_pressure_m);
+  py::class_<Contacts>(m, "Contacts")
+      .def_readonly("time_s", &Contacts::time_s)
+      .def_readonly("step", &Contacts::step)
+      .def_readonly("epoch", &Contacts::epoch)
+      .def_readonly("contacts", &Contacts::contacts)
+      .def_readonly("omitted", &Contacts::omitted);
+  py::class_<EntityInfo>(m, "EntityInfo")
+      .def_readonly("name", &EntityInfo::name)
+      .def_readonly("category", &EntityInfo::category)
+      .def_readonly("hierarchy", &EntityInfo::hierarchy)
+      .def_readonly("mass_kg", &EntityInfo::mass_kg);
+  py::class_<EntityState> entity(m, "EntityState");
+  entity.def_readonly("name", &EntityState::name)
+      .def_readonly("category", &EntityState::category)
+      .def_readonly("state", &EntityState::state)
+      .def_readonly("partner", &EntityState::partner)
+      .def_readonly("time_s", &EntityState::time_s)
+      .def_readonly("step", &EntityState::step)
+      .def_readonly("epoch", &EntityState::epoch);
+  vector_property(entity, "position_m", &EntityState::position_m);
+  vector_property(entity, "orientation", &EntityState::orientation);
+  vector_property(entity, "linear_velocity", &EntityState::linear_velocity);
+  vector_property(entity, "angular_velocity", &EntityState::angular_velocity);
+  py::class_<Reply>(m, "Reply")
+      .def_readonly("message", &Reply::message)
+      .def_readonly("values", &Reply::values);
+}
+
+}  // namespace
+
+client::Vector3 vector3(const std::vector<double>& numbers, const char* what) {
+  if (numbers.size() != 3)
+    throw py::value_error(std::string(what) + " needs 3 numbers, not " + std::to_string(numbers.size()));
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
+client::Quaternion quaternion(const std::vector<double>& numbers, const char* what) {
+  if (numbers.size() != 4)
+    throw py::value_error(std::string(what) + " needs 4 numbers (x y z w), not " +
+                          std::to_string(numbers.size()));
+  return {numbers[0], numbers[1], numbers[2], numbers[3]};
+}
+
+void bind_errors(py::module_& m) {
+  static py::exception<ClientError> cell_error(m, "CellError", PyExc_RuntimeError);
+  static py::exception<ClientError> timed_out(m, "CellTimeout", cell_error);
+  static py::exception<ClientError> not_found(m, "NotFound", cell_error);
+  static py::exception<ClientError> invalid(m, "Invalid", cell_error);
+  static py::exception<ClientError> refused(m, "Refused", cell_error);
+  static py::exception<ClientError> lost(m, "Lost", cell_error);
+  cell_error.attr("result") = 0;
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const ClientError& error) {
+      using Kind = ClientError::Kind;
+      const Kind kind = error.kind();
+      const py::object& type = kind == Kind::timeout     ? timed_out
+                               : kind == Kind::not_found ? not_found
+                               : kind == Kind::invalid   ? invalid
+                               : kind == Kind::refused   ? refused
+                               : kind == Kind::lost      ? lost
+                                                         : cell_error;
+      const py::object instance = type(error.what());
+      instance.attr("result") = error.result();
+      PyErr_SetObject(type.ptr(), instance.ptr());
+    }
+  });
+}
+
+void bind_cell(py::module_& m) {
+  bind_enums(m);
+  bind_description(m);
+  bind_state(m);
+  bind_figures(m);
+}
+
+}  // namespace takt::python

@@ -1,0 +1,275 @@
+// The Python module takt._takt: takt::Client for Python. What a user sees is takt/__init__.py, typed in
+// takt/__init__.pyi.
+//
+// Every call that may wait does so without the interpreter's lock, in slices, so that Ctrl-C and other
+// threads get their turn. Predicates take the lock while they run.
+#include "client_lib/python/module.h"
+
+#include "client_lib/lockstep_controller.h"
+
+namespace takt::python {
+namespace {
+
+using namespace client;
+
+constexpr Seconds kSlice{0.2};
+
+/// Calls `wait(slice)` without the lock until it returns something or the timeout has passed.
+template <typename Wait>
+auto in_slices(double timeout_s, Wait wait) {
+  using Clock = std::chrono::steady_clock;
+  const auto begin = Clock::now();
+  for (;;) {
+    const double left_s = timeout_s - std::chrono::duration<double>(Clock::now() - begin).count();
+    const Seconds slice = std::max(Seconds{0.0}, std::min(kSlice, Seconds{left_s}));
+    auto result = [&] {
+      const py::gil_scoped_release unlocked;
+      return wait(slice);
+    }();
+    if (result || left_s <= slice.count()) return result;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  }
+}
+
+std::optional<Seconds> seconds(std::optional<double> value) {
+  if (!value) return std::nullopt;
+  return Seconds{*value};
+}
+
+std::shared_ptr<Client> connect(const std::string& cell, int domain, double timeout_s, double silence_limit_s,
+                                const std::string& name, std::uint32_t ownership_strength,
+                                const std::string& profiles_file, const std::string& profile,
+                                const std::string& secure_directory) {
+  ClientOptions options;
+  if (!cell.empty()) options.cell = cell;
+  if (domain >= 0) options.domain = domain;
+  options.timeout = Seconds{timeout_s};
+  options.silence_limit = Seconds{silence_limit_s};
+  options.name = name;
+  options.ownership_strength = ownership_strength;
+  options.profiles_file = profiles_file;
+  options.profile = profile;
+  if (!secure_directory.empty()) options.secure_directory = secure_directory;
+  const py::gil_scoped_release unlocked;
+  return std::make_shared<Client>(options);
+}
+
+template <typename Sample>
+using Predicate = std::function<bool(const Sample&)>;
+
+EntityPlacement placement(const std::optional<std::vector<double>>& position_m,
+                          const std::optional<std::vector<double>>& orientation,
+                          const std::optional<std::vector<double>>& linear_velocity,
+                          const std::optional<std::vector<double>>& angular_velocity) {
+  EntityPlacement result;
+  if (position_m) result.position_m = vector3(*position_m, "position_m");
+  if (orientation) result.orientation = quaternion(*orientation, "orientation");
+  if (linear_velocity) result.linear_velocity = vector3(*linear_velocity, "linear_velocity");
+  if (angular_velocity) result.angular_velocity = vector3(*angular_velocity, "angular_velocity");
+  return result;
+}
+
+void bind_requests(py::class_<Client, std::shared_ptr<Client>>& c) {
+  const py::call_guard<py::gil_scoped_release> unlocked;
+  c.def("get_features", &Client::get_features, unlocked)
+      .def("get_state", &Client::get_state, unlocked)
+      .def("set_state", &Client::set_state, py::arg("state"), unlocked)
+      .def("play", &Client::play, unlocked)
+      .def("pause", &Client::pause, unlocked)
+      .def("resume", &Client::resume, unlocked)
+      .def(
+          "stop", [](Client& self) { self.set_state(SimulationState::stopped); }, unlocked)
+      .def(
+          "quit", [](Client& self) { self.set_state(SimulationState::quitting); }, unlocked)
+      .def(
+          "step",
+          [](Client& self, std::uint64_t steps, std::optional<double> timeout) {
+            self.step(steps, seconds(timeout));
+          },
+          py::arg("steps") = 1, py::arg("timeout") = py::none(), unlocked)
+      .def("reset", &Client::reset, unlocked)
+      .def("set_pace", &Client::set_pace, py::arg("pace"), py::arg("factor") = 1.0, unlocked)
+      .def("set_level_of_detail", &Client::set_level_of_detail, py::arg("level"), py::arg("process") = "all",
+           unlocked)
+      .def(
+          "load_scenario",
+          [](Client& self, const std::string& file, std::vector<std::string> overrides,
+             std::optional<int> level_of_detail, std::optional<double> timeout) {
+            return shared(
+                self.load_scenario(file, {std::move(overrides), level_of_detail, seconds(timeout)}));
+          },
+          py::arg("file"), py::arg("overrides") = std::vector<std::string>{},
+          py::arg("level_of_detail") = py::none(), py::arg("timeout") = py::none(), unlocked)
+      .def(
+          "reload_scenario",
+          [](Client& self, std::optional<double> timeout) {
+            return shared(self.reload_scenario(seconds(timeout)));
+          },
+          py::arg("timeout") = py::none(), unlocked)
+      .def(
+          "unload_scenario",
+          [](Client& self, std::optional<double> timeout) { self.unload_scenario(seconds(timeout)); },
+          py::arg("timeout") = py::none(), unlocked)
+      .def(
+          "spawn_entity",
+          [](Client& self, const std::string& name, const std::vector<double>& position_m,
+             const std::vector<double>& orientation, const std::string& mesh, const std::string& copy_of,
+             std::optional<double> mass_kg, double mesh_scale, std::optional<int> hierarchy,
+             bool allow_renaming) {
+            SpawnRequest request{name,
+                                 allow_renaming,
+                                 mesh,
+                                 copy_of,
+                                 mesh_scale,
+                                 mass_kg,
+                                 hierarchy,
+                                 vector3(position_m, "position_m"),
+                                 quaternion(orientation, "orientation")};
+            return self.spawn_entity(request);
+          },
+          py::arg("name"), py::arg("position_m"), py::arg("orientation") = std::vector<double>{0, 0, 0, 1},
+          py::kw_only(), py::arg("mesh") = "", py::arg("copy_of") = "", py::arg("mass_kg") = py::none(),
+          py::arg("mesh_scale") = 1.0, py::arg("hierarchy") = py::none(), py::arg("allow_renaming") = false,
+          unlocked)
+      .def(
+          "delete_entity", [](Client& self, const std::string& entity) { self.delete_entity(entity); },
+          py::arg("entity"), unlocked)
+      .def("get_entities", &Client::get_entities, py::arg("filter") = "", py::arg("category") = "", unlocked)
+      .def("get_entity_state", &Client::get_entity_state, py::arg("entity"), unlocked)
+      .def(
+          "set_entity_state",
+          [](Client& self, const std::string& entity, const std::optional<std::vector<double>>& position_m,
+             const std::optional<std::vector<double>>& orientation,
+             const std::optional<std::vector<double>>& linear_velocity,
+             const std::optional<std::vector<double>>& angular_velocity) {
+            self.set_entity_state(entity,
+                                  placement(position_m, orientation, linear_velocity, angular_velocity));
+          },
+          py::arg("entity"), py::arg("position_m") = py::none(), py::arg("orientation") = py::none(),
+          py::arg("linear_velocity") = py::none(), py::arg("angular_velocity") = py::none(), unlocked)
+      .def("attach", &Client::attach, py::arg("part"), py::arg("to"), unlocked)
+      .def("detach", &Client::detach, py::arg("part"), unlocked)
+      .def(
+          "save_snapshot", [](Client& self, const std::string& name) { return self.save_snapshot(name); },
+          py::arg("name"), unlocked)
+      .def(
+          "restore_snapshot",
+          [](Client& self, const std::string& name) { return self.restore_snapshot(name); },
+          py::arg("name") = "", unlocked)
+      .def("start_recording", &Client::start_recording, py::arg("arguments") = Arguments{}, unlocked)
+      .def("stop_recording", &Client::stop_recording, py::arg("arguments") = Arguments{}, unlocked)
+      .def(
+          "explain_part",
+          [](Client& self, const std::string& part) {
+            std::string document;
+            {
+              const py::gil_scoped_release released;
+              document = self.explain_part(part).document;
+            }
+            return py::module_::import("json").attr("loads")(document);
+          },
+          py::arg("part"))
+      .def(
+          "request",
+          [](Client& self, const std::string& name, const Arguments& arguments,
+             std::optional<double> timeout) { return self.request(name, arguments, seconds(timeout)); },
+          py::arg("name"), py::arg("arguments") = Arguments{}, py::arg("timeout") = py::none(), unlocked);
+}
+
+template <typename Sample, typename Wait>
+auto waiter(Wait wait) {
+  return [wait](Client& self, const Predicate<Sample>& predicate, double timeout) {
+    return in_slices(timeout, [&](Seconds slice) { return (self.*wait)(predicate, slice); });
+  };
+}
+
+void bind_client(py::module_& m) {
+  py::class_<Client, std::shared_ptr<Client>> c(m, "Client");
+  const py::call_guard<py::gil_scoped_release> unlocked;
+  c.def(py::init(&connect), py::arg("cell") = "", py::arg("domain") = -1, py::kw_only(),
+        py::arg("timeout") = 10.0, py::arg("silence_limit") = 5.0, py::arg("name") = "python",
+        py::arg("ownership_strength") = 1, py::arg("profiles_file") = "", py::arg("profile") = "takt_client",
+        py::arg("secure_directory") = "")
+      .def_property_readonly("client_id", &Client::client_id)
+      .def_property_readonly("info", [](const Client& self) { return shared(self.cell()); })
+      .def_property_readonly("state", py::cpp_function(&Client::state, unlocked))
+      .def_property_readonly("status", py::cpp_function(&Client::status, unlocked))
+      .def_property_readonly("connected", &Client::connected)
+      .def(
+          "wait_for_connection",
+          [](Client& self, double timeout) {
+            return in_slices(timeout, [&](Seconds slice) { return self.wait_for_connection(slice); });
+          },
+          py::arg("timeout"))
+      .def("wait_for_state", waiter<State>(&Client::wait_for_state), py::arg("predicate"), py::arg("timeout"))
+      .def("wait_for_status", waiter<Status>(&Client::wait_for_status), py::arg("predicate"),
+           py::arg("timeout"))
+      .def("wait_for_power", waiter<Power>(&Client::wait_for_power), py::arg("predicate"), py::arg("timeout"))
+      .def("wait_for_contacts", waiter<Contacts>(&Client::wait_for_contacts), py::arg("predicate"),
+           py::arg("timeout"))
+      .def(
+          "next_event",
+          [](Client& self, double timeout) {
+            return in_slices(timeout, [&](Seconds slice) { return self.next_event(slice); });
+          },
+          py::arg("timeout"))
+      .def("wait_for_event", waiter<Event>(&Client::wait_for_event), py::arg("predicate"), py::arg("timeout"))
+      .def(
+          "send_joint_command",
+          [](Client& self, const std::string& robot, const std::vector<double>& positions,
+             const std::vector<double>& velocities, std::optional<double> stamp_s) {
+            self.send_joint_command(robot, positions, velocities, stamp_s);
+          },
+          py::arg("robot"), py::arg("positions"), py::arg("velocities") = std::vector<double>{},
+          py::arg("stamp_s") = py::none(), unlocked)
+      .def("set_gripper", &Client::set_gripper, py::arg("gripper"), py::arg("action"),
+           py::arg("width_m") = 0.0, py::arg("max_force_N") = 0.0, py::arg("stamp_s") = py::none(), unlocked);
+  bind_requests(c);
+
+  m.def(
+      "list_cells",
+      [](int domain, double duration) {
+        std::vector<FoundCell> found;
+        {
+          const py::gil_scoped_release released;
+          found = list_cells(domain < 0 ? ClientOptions::default_domain() : domain, Seconds{duration});
+        }
+        std::map<std::string, std::optional<Status>> cells;
+        for (FoundCell& cell : found) cells[cell.name] = std::move(cell.status);
+        return cells;
+      },
+      py::arg("domain") = -1, py::arg("duration") = 2.0);
+}
+
+void bind_lockstep(py::module_& m) {
+  const py::call_guard<py::gil_scoped_release> unlocked;
+  py::class_<LockstepController>(m, "LockstepController")
+      .def(py::init([](Client& cell, std::vector<std::string> targets, double period_s,
+                       const std::string& name, double patience, bool start) {
+             return std::make_unique<LockstepController>(
+                 cell, LockstepOptions{std::move(targets), period_s, name, Seconds{patience}, start});
+           }),
+           py::arg("cell"), py::arg("targets"), py::arg("period_s") = 0.008, py::kw_only(),
+           py::arg("name") = "python", py::arg("patience") = 60.0, py::arg("start") = true,
+           py::keep_alive<1, 2>(), unlocked)
+      .def_property_readonly("state", [](const LockstepController& self) { return self.state(); })
+      .def_property_readonly("period_s", &LockstepController::period_s)
+      .def("move", &LockstepController::move, py::arg("robot"), py::arg("positions"),
+           py::arg("velocities") = std::vector<double>{})
+      .def("grip", &LockstepController::grip, py::arg("gripper"), py::arg("action"), py::arg("width_m") = 0.0,
+           py::arg("max_force_N") = 0.0)
+      .def(
+          "advance", [](LockstepController& self) { return self.advance(); }, unlocked)
+      .def("close", &LockstepController::close, unlocked);
+}
+
+}  // namespace
+}  // namespace takt::python
+
+PYBIND11_MODULE(_takt, m) {
+  m.doc() = "takt::Client for Python; use the package takt.";
+  takt::python::bind_errors(m);
+  takt::python::bind_cell(m);
+  takt::python::bind_client(m);
+  takt::python::bind_lockstep(m);
+}

@@ -1,0 +1,301 @@
+# Types of the package takt. Units are SI and in the names; vectors are lists [x, y, z], quaternions [x, y, z, w].
+import enum
+import os
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Union
+
+class CellError(RuntimeError):
+    """What went wrong, as a whole sentence; `result` is the server's result code of a refused request, else 0."""
+    result: int
+class CellTimeout(CellError): """No answer within the time allowed."""
+class NotFound(CellError): """No such cell, robot, gripper or component."""
+class Invalid(CellError): """Refused before sending: wrong count, not a finite number."""
+class Refused(CellError): """Refused by the server; `result` says how."""
+class Lost(CellError): """The server went away, or what a controller commanded was reset."""
+class ServerError(RuntimeError): """takt-server did not start, or ended with an error."""
+
+class ComponentType(enum.Enum):
+    part = ...
+    gripper = ...
+    ground = ...
+class PartState(enum.Enum):
+    free = ...
+    grasped = ...
+    placed = ...
+    assembled = ...
+    fixed = ...
+class SimulationState(enum.Enum):
+    stopped = ...
+    playing = ...
+    paused = ...
+    quitting = ...
+    no_world = ...
+    loading_world = ...
+class Severity(enum.Enum):
+    information = ...
+    warning = ...
+    error = ...
+class GripperAction(enum.Enum):
+    open = ...
+    close = ...
+    width = ...
+class Pace(enum.Enum):
+    realtime = ...
+    free = ...
+    lockstep = ...
+
+class ComponentInfo:
+    name: str
+    type: ComponentType
+    hierarchy: int
+    mass_kg: float
+    center_of_mass_m: List[float]
+    mesh_uri: str
+    vertices_m: List[float]
+    triangles: List[int]
+class JointInfo:
+    name: str
+    prismatic: bool
+    lower: float
+    upper: float
+    max_velocity: float
+    max_effort: float
+class RobotInfo:
+    name: str
+    urdf: str
+    joints: List[JointInfo]
+    command_period_s: float
+class GripperInfo:
+    name: str
+    max_width_m: float
+    max_force_N: float
+    jaw_speed_m_per_s: float
+class CellInfo:
+    """What a cell consists of; another object when another scenario is loaded."""
+    cell: str
+    scenario: str
+    world: int
+    server_version: str
+    step_s: float
+    components: Dict[str, ComponentInfo]
+    robots: Dict[str, RobotInfo]
+    grippers: Dict[str, GripperInfo]
+
+class ComponentState:
+    position_m: List[float]
+    orientation: List[float]
+    linear_velocity: List[float]
+    angular_velocity: List[float]
+    force_N: List[float]
+    torque_Nm: List[float]
+    state: PartState
+class RobotState:
+    position: List[float]
+    velocity: List[float]
+    effort: List[float]
+    motor_power_W: List[float]
+class GripperState:
+    width_m: float
+    force_N: float
+    closed: bool
+class State:
+    """One instant. `state_hash` is chained over all steps since the last reset: equal runs have equal hashes."""
+    time_s: float
+    step: int
+    epoch: int
+    state_hash: int
+    sample_number: int
+    info: CellInfo
+    components: Dict[str, ComponentState]
+    robots: Dict[str, RobotState]
+    grippers: Dict[str, GripperState]
+    def component(self, name: str) -> ComponentState: ...
+    def robot(self, name: str) -> RobotState: ...
+    def gripper(self, name: str) -> GripperState: ...
+    def partner_of(self, name: str) -> Optional[str]:
+        """Who holds it; None: nobody."""
+class Status:
+    time_s: float
+    step: int
+    epoch: int
+    world: int
+    state: SimulationState
+    pace: str
+    pace_factor: float
+    wall_time_s: float
+    sim_over_wall: float
+    real_time_factor: float
+    lag_s: float
+    overruns: int
+    commands_applied: int
+    commands_rejected: int
+    levels_of_detail: Dict[str, int]
+    waiting_for: List[str]
+    scheduling: str
+    fault: str
+    sample_number: int
+class Event:
+    sequence_number: int
+    missed_before: int
+    time_s: float
+    step: int
+    epoch: int
+    severity: Severity
+    code: str
+    subject: str
+    sender: str
+    message: str
+class PowerConsumer:
+    name: str
+    mechanical_W: List[float]
+    mechanical_total_W: float
+    electrical_W: float
+    mechanical_energy_J: float
+    electrical_energy_J: float
+class Power:
+    time_s: float
+    step: int
+    epoch: int
+    consumers: Dict[str, PowerConsumer]
+class Contact:
+    base: str
+    target: str
+    force_N: List[float]
+    torque_Nm: List[float]
+    center_of_pressure_m: List[float]
+    elements: int
+    area_m2: float
+    normal_force_N: float
+    friction_force_N: float
+    largest_pressure_Pa: float
+    largest_penetration_m: float
+class Contacts:
+    time_s: float
+    step: int
+    epoch: int
+    contacts: List[Contact]
+    omitted: int
+class EntityInfo:
+    name: str
+    category: ComponentType
+    hierarchy: int
+    mass_kg: float
+class EntityState:
+    name: str
+    category: ComponentType
+    position_m: List[float]
+    orientation: List[float]
+    linear_velocity: List[float]
+    angular_velocity: List[float]
+    state: PartState
+    partner: str
+    time_s: float
+    step: int
+    epoch: int
+class Reply:
+    message: str
+    values: Dict[str, str]
+
+class LockstepController:
+    """Commands robots and grippers in step with simulated time; the cell waits for it at every period."""
+    def __init__(self, cell: Client, targets: Sequence[str], period_s: float = 0.008, *, name: str = "python",
+                 patience: float = 60.0, start: bool = True) -> None: ...
+    @property
+    def state(self) -> State: ...
+    @property
+    def period_s(self) -> float: ...
+    def move(self, robot: str, positions: Sequence[float], velocities: Sequence[float] = ()) -> None:
+        """Where the robot is to be one period from now; it stays there until another command."""
+    def grip(self, gripper: str, action: GripperAction, width_m: float = 0.0, max_force_N: float = 0.0) -> None: ...
+    def advance(self) -> State:
+        """Sends the commands of this period; returns the instant at the next one."""
+    def close(self) -> None: ...
+    def __enter__(self) -> LockstepController: ...
+    def __exit__(self, *exception: object) -> None: ...
+
+class Client:
+    def __init__(self, cell: str = "", domain: int = -1, *, timeout: float = 10.0, silence_limit: float = 5.0,
+                 name: str = "python", ownership_strength: int = 1, profiles_file: str = "",
+                 profile: str = "takt_client", secure_directory: str = "") -> None:
+        """Defaults: the cell of $TAKT_CELL (else "cell") on the DDS domain of $TAKT_DOMAIN (else 0)."""
+    @property
+    def client_id(self) -> str: ...
+    @property
+    def info(self) -> CellInfo: ...
+    @property
+    def state(self) -> State:
+        """The newest; never older than the reply to the last request."""
+    @property
+    def status(self) -> Status: ...
+    @property
+    def connected(self) -> bool: ...
+    def wait_for_connection(self, timeout: float) -> bool: ...
+    def wait_for_state(self, predicate: Callable[[State], bool], timeout: float) -> Optional[State]:
+        """The first state, from the newest on, that fulfils the predicate; None after the timeout."""
+    def wait_for_status(self, predicate: Callable[[Status], bool], timeout: float) -> Optional[Status]: ...
+    def wait_for_power(self, predicate: Callable[[Power], bool], timeout: float) -> Optional[Power]: ...
+    def wait_for_contacts(self, predicate: Callable[[Contacts], bool], timeout: float) -> Optional[Contacts]: ...
+    def next_event(self, timeout: float) -> Optional[Event]: ...
+    def wait_for_event(self, predicate: Callable[[Event], bool], timeout: float) -> Optional[Event]: ...
+    def send_joint_command(self, robot: str, positions: Sequence[float], velocities: Sequence[float] = (),
+                           stamp_s: Optional[float] = None) -> None: ...
+    def set_gripper(self, gripper: str, action: GripperAction, width_m: float = 0.0, max_force_N: float = 0.0,
+                    stamp_s: Optional[float] = None) -> None: ...
+    def lockstep(self, targets: Sequence[str], period_s: float = 0.008, *, name: str = "python",
+                 patience: float = 60.0, start: bool = True) -> LockstepController: ...
+    def get_features(self) -> Dict[str, str]: ...
+    def get_state(self) -> SimulationState: ...
+    def set_state(self, state: SimulationState) -> None: ...
+    def play(self) -> None: ...
+    def pause(self) -> None: ...
+    def resume(self) -> None: ...
+    def stop(self) -> None: ...
+    def quit(self) -> None: ...
+    def step(self, steps: int = 1, timeout: Optional[float] = None) -> None: ...
+    def reset(self) -> None: ...
+    def set_pace(self, pace: Pace, factor: float = 1.0) -> None: ...
+    def set_level_of_detail(self, level: int, process: str = "all") -> None: ...
+    def load_scenario(self, file: str, overrides: Sequence[str] = (), level_of_detail: Optional[int] = None,
+                      timeout: Optional[float] = None) -> CellInfo: ...
+    def reload_scenario(self, timeout: Optional[float] = None) -> CellInfo: ...
+    def unload_scenario(self, timeout: Optional[float] = None) -> None: ...
+    def spawn_entity(self, name: str, position_m: Sequence[float], orientation: Sequence[float] = (0, 0, 0, 1), *,
+                     mesh: str = "", copy_of: str = "", mass_kg: Optional[float] = None, mesh_scale: float = 1.0,
+                     hierarchy: Optional[int] = None, allow_renaming: bool = False) -> str: ...
+    def delete_entity(self, entity: str) -> None: ...
+    def get_entities(self, filter: str = "", category: str = "") -> List[EntityInfo]: ...
+    def get_entity_state(self, entity: str) -> EntityState: ...
+    def set_entity_state(self, entity: str, position_m: Optional[Sequence[float]] = None,
+                         orientation: Optional[Sequence[float]] = None,
+                         linear_velocity: Optional[Sequence[float]] = None,
+                         angular_velocity: Optional[Sequence[float]] = None) -> None: ...
+    def attach(self, part: str, to: str) -> None: ...
+    def detach(self, part: str) -> None: ...
+    def save_snapshot(self, name: str) -> Reply: ...
+    def restore_snapshot(self, name: str = "") -> Reply: ...
+    def start_recording(self, arguments: Mapping[str, str] = ...) -> Reply: ...
+    def stop_recording(self, arguments: Mapping[str, str] = ...) -> Reply: ...
+    def explain_part(self, part: str) -> Dict[str, Any]: ...
+    def request(self, name: str, arguments: Mapping[str, str] = ..., timeout: Optional[float] = None) -> Reply: ...
+    def __enter__(self) -> Client: ...
+    def __exit__(self, *exception: object) -> None: ...
+
+class Server:
+    """takt-server as a child process, from entering a `with` block to leaving it."""
+    cell: str
+    domain: int
+    def __init__(self, scenario: Optional[Union[str, os.PathLike[str]]] = None, *, pace: str = "lockstep",
+                 paused: bool = True, cell: Optional[str] = None, domain: Optional[int] = None,
+                 lod: Optional[int] = None, overrides: Sequence[str] = (), options: Sequence[str] = ()) -> None: ...
+    @property
+    def output(self) -> str: ...
+    @property
+    def environment(self) -> Dict[str, str]: ...
+    def client(self, **options: Any) -> Client: ...
+    def start(self) -> Server: ...
+    def stop(self) -> int: ...
+    def kill(self) -> None: ...
+    def __enter__(self) -> Server: ...
+    def __exit__(self, *exception: object) -> None: ...
+
+def list_cells(domain: int = -1, duration: float = 2.0) -> Dict[str, Optional[Status]]: ...
+def program_path(name: str) -> str: ...

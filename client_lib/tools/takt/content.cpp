@@ -1,0 +1,259 @@
+// takt load, unload, reload, entities, spawn, delete, move, attach, detach, snapshot, restore, request: what
+// is simulated, and requests by name.
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "client_lib/tools/takt/commands.h"
+
+namespace takt::tool {
+namespace {
+
+using client::Quaternion;
+using client::Vector3;
+
+/// Files are named as the person sees them; the server may have another working directory.
+std::string as_the_server_sees_it(const std::string& file) {
+  std::error_code unreadable;
+  if (!std::filesystem::exists(file, unreadable)) return file;
+  return std::filesystem::absolute(file).lexically_normal().string();
+}
+
+int say(const Common& common, const std::string& sentence, nlohmann::json document) {
+  document["message"] = sentence;
+  std::printf("%s\n", common.json ? document.dump().c_str() : sentence.c_str());
+  return 0;
+}
+
+Vector3 vector(const std::vector<double>& v) {
+  return {v.at(0), v.at(1), v.at(2)};
+}
+
+/// Where something is to be, as options of a command.
+struct Place {
+  std::vector<double> position, rpy_deg, quaternion;
+
+  void declare(CLI::App& command, bool position_required) {
+    command.add_option("--at", position, "x y z of its frame in the world, m")
+        ->expected(3)
+        ->required(position_required);
+    auto* angles =
+        command.add_option("--rpy-deg", rpy_deg, "roll pitch yaw about fixed axes, degrees")->expected(3);
+    command.add_option("--quaternion", quaternion, "orientation x y z w instead")
+        ->expected(4)
+        ->excludes(angles);
+  }
+  std::optional<Quaternion> orientation() const {
+    if (!quaternion.empty()) return Quaternion{quaternion[0], quaternion[1], quaternion[2], quaternion[3]};
+    if (rpy_deg.empty()) return std::nullopt;
+    const double degree = M_PI / 180.0;
+    const Vector3 half{0.5 * degree * rpy_deg[0], 0.5 * degree * rpy_deg[1], 0.5 * degree * rpy_deg[2]};
+    const double cr = std::cos(half.x), sr = std::sin(half.x), cp = std::cos(half.y), sp = std::sin(half.y),
+                 cy = std::cos(half.z), sy = std::sin(half.z);
+    return Quaternion{sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy,
+                      cr * cp * cy + sr * sp * sy};
+  }
+};
+
+nlohmann::json json_of(const client::CellInfo& info) {
+  auto names = [](const auto& items) {
+    auto list = nlohmann::json::array();
+    for (const auto& item : items) list.push_back(item.name);
+    return list;
+  };
+  return {{"cell", info.cell},
+          {"scenario", info.scenario},
+          {"world", info.world},
+          {"components", names(info.components)},
+          {"robots", names(info.robots)},
+          {"grippers", names(info.grippers)}};
+}
+
+int say_loaded(const Common& common, const client::CellInfo& info) {
+  return say(common,
+             "Scenario " + info.scenario + " is loaded: " + std::to_string(info.components.size()) +
+                 " components, " + std::to_string(info.robots.size()) + " robots; the simulation is stopped.",
+             json_of(info));
+}
+
+int entities(const Common& common, const std::string& filter, const std::string& category) {
+  Session cell(common);
+  const auto found = cell->get_entities(filter, category);
+  if (common.json) {
+    auto list = nlohmann::json::array();
+    for (const auto& entity : found) {
+      const bool part = entity.category == client::ComponentType::part;
+      list.push_back({{"name", entity.name},
+                      {"category", to_string(entity.category)},
+                      {"hierarchy", part ? nlohmann::json(entity.hierarchy) : nlohmann::json()},
+                      {"mass", part ? nlohmann::json(entity.mass_kg) : nlohmann::json()}});
+    }
+    std::printf("%s\n", list.dump().c_str());
+    return 0;
+  }
+  for (const auto& entity : found) {
+    std::printf("%-24s %-8s", entity.name.c_str(), std::string(to_string(entity.category)).c_str());
+    if (entity.category == client::ComponentType::part)
+      std::printf(" %g kg, hierarchy %d", entity.mass_kg, entity.hierarchy);
+    std::printf("\n");
+  }
+  return 0;
+}
+
+/// Options that live as long as the command they belong to.
+template <typename Options>
+std::shared_ptr<Options> kept() {
+  return std::make_shared<Options>();
+}
+
+void declare_scenarios(CLI::App& app, const Common& common, int& result) {
+  struct Load {
+    std::string file;
+    client::LoadOptions options;
+  };
+  auto load = kept<Load>();
+  auto* command = app.add_subcommand("load", "load another scenario in the running server");
+  command->add_option("SCENARIO", load->file, "scenario file (YAML)")->required();
+  command->add_option("--set", load->options.overrides, "override a key, e.g. solver.step_s=0.0005")
+      ->option_text("KEY=VALUE ...")
+      ->allow_extra_args(false);
+  command->add_option("--lod", load->options.level_of_detail, "level of detail of every process")
+      ->check(CLI::Range(1, 3));
+  command->callback([&common, &result, load] {
+    Session cell(common);
+    result = say_loaded(common, *cell->load_scenario(as_the_server_sees_it(load->file), load->options));
+  });
+  app.add_subcommand("reload", "load the file of the present scenario again")->callback([&] {
+    result = say_loaded(common, *Session(common)->reload_scenario());
+  });
+  app.add_subcommand("unload", "leave the server without a scenario")->callback([&] {
+    result = report(common, Session(common)->request("unload_scenario"));
+  });
+}
+
+void declare_parts(CLI::App& app, const Common& common, int& result) {
+  struct Names {
+    std::string first, second;
+  };
+  auto listed = kept<Names>();
+  auto* list = app.add_subcommand("entities", "names and kinds of all components");
+  list->add_option("FILTER", listed->first, "name with * for any characters");
+  list->add_option("--category", listed->second, "part, gripper or ground")
+      ->check(CLI::IsMember({"part", "gripper", "ground"}));
+  list->callback([&common, &result, listed] { result = entities(common, listed->first, listed->second); });
+
+  struct Spawn {
+    client::SpawnRequest request;
+    Place place;
+  };
+  auto spawn = kept<Spawn>();
+  auto* to_spawn = app.add_subcommand("spawn", "add a Part while the cell is stopped");
+  auto& wanted = spawn->request;
+  to_spawn->add_option("NAME", wanted.name, "what the new Part is called")->required();
+  auto* mesh = to_spawn->add_option("--mesh", wanted.mesh, "mesh file: OBJ, STL or GLB");
+  to_spawn->add_option("--copy-of", wanted.copy_of, "or the Part that it is like")->excludes(mesh);
+  to_spawn->add_option("--mass", wanted.mass_kg, "kg; needed with --mesh");
+  to_spawn->add_option("--scale", wanted.mesh_scale, "lengths of the mesh are multiplied by this")
+      ->needs(mesh);
+  to_spawn->add_option("--hierarchy", wanted.hierarchy, "higher is further down the assembly");
+  to_spawn->add_flag("--rename", wanted.allow_renaming, "add a number to a name that is taken");
+  spawn->place.declare(*to_spawn, true);
+  to_spawn->callback([&common, &result, spawn] {
+    auto& request = spawn->request;
+    request.position_m = vector(spawn->place.position);
+    request.orientation = spawn->place.orientation().value_or(Quaternion{});
+    if (!request.mesh.empty()) request.mesh = as_the_server_sees_it(request.mesh);
+    const std::string name = Session(common)->spawn_entity(request);
+    result = say(common, name + " is there now.", {{"entity", name}});
+  });
+
+  auto deleted = kept<Names>();
+  auto* to_delete = app.add_subcommand("delete", "remove a Part while the cell is stopped");
+  to_delete->add_option("PART", deleted->first, "name of the Part")->required();
+  to_delete->callback([&common, &result, deleted] {
+    result = report(common, Session(common)->request("delete_entity", {{"entity", deleted->first}}));
+  });
+
+  struct Move {
+    std::string part;
+    Place place;
+    std::vector<double> velocity, angular_velocity;
+  };
+  auto move = kept<Move>();
+  auto* to_move = app.add_subcommand("move", "put a Part elsewhere while the cell is paused or stopped");
+  to_move->add_option("PART", move->part, "name of the Part")->required();
+  move->place.declare(*to_move, false);
+  to_move->add_option("--velocity", move->velocity, "of its origin in the world, m/s")->expected(3);
+  to_move->add_option("--angular-velocity", move->angular_velocity, "in the world, rad/s")->expected(3);
+  to_move->callback([&common, &result, move] {
+    client::EntityPlacement placement;
+    if (!move->place.position.empty()) placement.position_m = vector(move->place.position);
+    placement.orientation = move->place.orientation();
+    if (!move->velocity.empty()) placement.linear_velocity = vector(move->velocity);
+    if (!move->angular_velocity.empty()) placement.angular_velocity = vector(move->angular_velocity);
+    Session(common)->set_entity_state(move->part, placement);
+    result = say(common, move->part + " is there now.", {{"entity", move->part}});
+  });
+
+  auto attached = kept<Names>();
+  auto* to_attach = app.add_subcommand("attach", "let a Part hang on a component, whatever touches it");
+  to_attach->add_option("PART", attached->first, "name of the Part")->required();
+  to_attach->add_option("TO", attached->second, "Gripper, Ground or Part")->required();
+  to_attach->callback([&common, &result, attached] {
+    result = report(
+        common, Session(common)->request("attach", {{"part", attached->first}, {"to", attached->second}}));
+  });
+  auto detached = kept<Names>();
+  auto* to_detach = app.add_subcommand("detach", "let an attached Part go");
+  to_detach->add_option("PART", detached->first, "name of the Part")->required();
+  to_detach->callback([&common, &result, detached] {
+    result = report(common, Session(common)->request("detach", {{"part", detached->first}}));
+  });
+}
+
+void declare_requests(CLI::App& app, const Common& common, int& result) {
+  auto saved = kept<std::string>();
+  auto* snapshot = app.add_subcommand("snapshot", "save the whole state of the simulation in the server");
+  snapshot->add_option("NAME", *saved, "what the snapshot is called")->required();
+  snapshot->callback(
+      [&common, &result, saved] { result = report(common, Session(common)->save_snapshot(*saved)); });
+  auto restored = kept<std::string>();
+  auto* restore = app.add_subcommand("restore", "go back to a saved state");
+  restore->add_option("NAME", *restored, "of the snapshot; without: the newest periodic one");
+  restore->callback([&common, &result, restored] {
+    result = report(common, Session(common)->restore_snapshot(*restored));
+  });
+
+  struct Any {
+    std::string name;
+    std::vector<std::string> arguments;
+  };
+  auto any = kept<Any>();
+  auto* request = app.add_subcommand("request", "any request of the control vocabulary, by name");
+  request->add_option("NAME", any->name, "e.g. get_features")->required();
+  request->add_option("ARGUMENTS", any->arguments, "KEY=VALUE ...")->check([](const std::string& text) {
+    return text.find('=') == std::string::npos ? "'" + text + "' is not KEY=VALUE" : std::string();
+  });
+  request->callback([&common, &result, any] {
+    client::Arguments arguments;
+    for (const std::string& text : any->arguments)
+      arguments[text.substr(0, text.find('='))] = text.substr(text.find('=') + 1);
+    const client::Reply reply = Session(common)->request(any->name, arguments);
+    result = report(common, reply);
+    if (!common.json)
+      for (const auto& [key, value] : reply.values) std::printf("  %-20s %s\n", key.c_str(), value.c_str());
+  });
+}
+
+}  // namespace
+
+void declare_content(CLI::App& app, const Common& common, int& result) {
+  declare_scenarios(app, common, result);
+  declare_parts(app, common, result);
+  declare_requests(app, common, result);
+}
+
+}  // namespace takt::tool

@@ -1,0 +1,255 @@
+// The typed requests of takt::Client: what they send, and that nothing of before is seen after a reply.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "client_lib/client.h"
+#include "client_lib/lockstep_controller.h"
+#include "tests/support/hosted_service.h"
+#include "tests/support/hosting_client.h"
+#include "tests/support/scripted_cell.h"
+
+namespace {
+
+using takt::Client;
+using takt::ClientError;
+using takt::LockstepController;
+using takt::client::Arguments;
+using takt::client::ComponentType;
+using takt::client::EntityInfo;
+using takt::client::EntityPlacement;
+using takt::client::EntityState;
+using takt::client::PartState;
+using takt::client::Seconds;
+using takt::client::SimulationState;
+using takt::client::SpawnRequest;
+using takt::client::State;
+using takt::test::client_options;
+using takt::test::expect_words;
+using takt::test::HostedService;
+using takt::test::ScriptedCell;
+
+TEST(ClientRequests, StateIsNeverOlderThanTheReply) {
+  HostedService service;
+  Client client(client_options());
+  for (std::uint64_t steps = 1; steps <= 30; ++steps) {
+    const std::uint64_t before = client.state().step;
+    client.step(steps);
+    EXPECT_EQ(client.state().step, before + steps);
+  }
+  for (std::uint32_t epoch = 1; epoch <= 10; ++epoch) {
+    client.reset();
+    const State state = client.state();
+    EXPECT_EQ(state.epoch, epoch);
+    EXPECT_EQ(state.step, 0U);
+    client.step(3);
+    EXPECT_EQ(client.status().epoch, epoch);
+  }
+  client.play();
+  EXPECT_EQ(client.status().state, SimulationState::playing);
+  client.pause();
+  EXPECT_EQ(client.status().state, SimulationState::paused);
+  client.set_state(SimulationState::stopped);
+  EXPECT_EQ(client.state().step, 0U);
+}
+
+TEST(ClientRequests, LoadingReturnsTheNewDescription) {
+  HostedService service;
+  Client client(client_options());
+  client.step(10);
+  const auto arm = client.load_scenario(service.one_arm().string());
+  EXPECT_EQ(arm->scenario, "one_arm");
+  EXPECT_EQ(client.cell(), arm);
+  EXPECT_EQ(client.state().cell, arm);
+  EXPECT_EQ(client.state().step, 0U);
+  takt::client::LoadOptions options;
+  options.overrides = {"parts.Q.mass_kg=0.75", "solver.step_s=0.001"};
+  options.level_of_detail = 1;
+  const auto heavier = client.load_scenario(service.one_arm().string(), options);
+  EXPECT_EQ(heavier->step_s, 0.001);
+  EXPECT_EQ(heavier->components.at(static_cast<std::size_t>(heavier->find_component("Q"))).mass_kg, 0.75);
+  const auto again = client.reload_scenario();
+  EXPECT_GT(again->world, heavier->world);
+  EXPECT_EQ(again->step_s, 0.001);
+
+  client.unload_scenario();
+  EXPECT_EQ(client.cell()->scenario, "");
+  EXPECT_EQ(client.get_state(), SimulationState::no_world);
+  EXPECT_EQ(client.cell()->robots.size(), 0U);
+  try {
+    client.reload_scenario();
+    FAIL() << "loaded again what was unloaded";
+  } catch (const ClientError& error) {
+    EXPECT_EQ(error.kind(), ClientError::Kind::refused);
+    EXPECT_EQ(error.result(), 101);
+  }
+}
+
+TEST(ClientRequests, PartsComeAndGo) {
+  HostedService service;
+  Client client(client_options());
+  client.set_state(SimulationState::stopped);
+  SpawnRequest spawn;
+  spawn.name = "C";
+  spawn.copy_of = "C";
+  spawn.allow_renaming = true;
+  spawn.mass_kg = 0.25;
+  spawn.position_m = {0.3, 0.2, 0.9};
+  spawn.orientation = {0.0, 0.0, std::sqrt(0.5), std::sqrt(0.5)};
+  EXPECT_EQ(client.spawn_entity(spawn), "C_2");
+  EXPECT_GE(client.cell()->find_component("C_2"), 0);
+
+  const auto parts = client.get_entities("C*", "part");
+  ASSERT_EQ(parts.size(), 2U);
+  EXPECT_EQ(parts[0].name, "C");
+  EXPECT_EQ(parts[0].mass_kg, 0.5);
+  EXPECT_EQ(parts[1].name, "C_2");
+  EXPECT_EQ(parts[1].mass_kg, 0.25);
+  EXPECT_EQ(parts[1].hierarchy, parts[0].hierarchy);
+  EXPECT_EQ(client.get_entities().size(), client.cell()->components.size());
+  for (const EntityInfo& gripper : client.get_entities({}, "gripper"))
+    EXPECT_EQ(gripper.category, ComponentType::gripper);
+
+  // In the air: it falls by g t^2 / 2.
+  client.step(50);
+  const EntityState fallen = client.get_entity_state("C_2");
+  EXPECT_EQ(fallen.step, 50U);
+  EXPECT_EQ(fallen.state, PartState::free);
+  EXPECT_EQ(fallen.partner, "");
+  EXPECT_NEAR(fallen.position_m.z, 0.9 - 0.5 * 9.80665 * 0.05 * 0.05, 1e-6);
+  EXPECT_NEAR(fallen.linear_velocity.z, -9.80665 * 0.05, 1e-9);
+  EXPECT_NEAR(fallen.orientation.z, std::sqrt(0.5), 1e-12);
+  const EntityState table = client.get_entity_state("Table1");
+  EXPECT_EQ(table.category, ComponentType::ground);
+  EXPECT_EQ(table.state, PartState::fixed);
+
+  client.set_state(SimulationState::stopped);
+  client.delete_entity("C_2");
+  EXPECT_LT(client.cell()->find_component("C_2"), 0);
+  try {
+    client.delete_entity("C_2");
+    FAIL() << "deleted twice";
+  } catch (const ClientError& error) {
+    EXPECT_EQ(error.result(), 2);
+  }
+}
+
+TEST(ClientRequests, FeaturesNameTheRequests) {
+  HostedService service;
+  Client client(client_options());
+  const Arguments features = client.get_features();
+  expect_words(features.at("requests"), {"load_scenario", "get_entities", "step", "set_pace"});
+  EXPECT_EQ(features.at("paces"), "realtime,free,lockstep");
+}
+
+TEST(ClientRequests, ALockstepControllerCommandsEachBoundary) {
+  HostedService service;
+  Client client(client_options());
+  const std::vector<double> start = client.state().robot("Robot1").position;
+  {
+    takt::LockstepOptions options;
+    options.targets = {"Robot1", "Gripper1"};
+    options.period_s = 0.004;
+    LockstepController controller(client, options);
+    EXPECT_EQ(controller.state().step, 0U);
+    std::vector<double> target = start;
+    for (std::uint64_t k = 1; k <= 50; ++k) {
+      target[5] += 1e-4;
+      controller.move("Robot1", target);
+      if (k == 10) controller.grip("Gripper1", takt::client::GripperAction::close);
+      const State& state = controller.advance();
+      EXPECT_EQ(state.step, 4 * k);
+      EXPECT_NEAR(state.robot("Robot1").position[5], target[5], 1e-12);
+    }
+    EXPECT_TRUE(controller.state().gripper("Gripper1").closed);
+    EXPECT_THROW(controller.move("Robot2", start), ClientError);
+    EXPECT_THROW(controller.move("Gripper1", start), ClientError);
+    client.reset();
+    try {
+      controller.advance();
+      FAIL() << "the reset was not noticed";
+    } catch (const ClientError& error) {
+      EXPECT_EQ(error.kind(), ClientError::Kind::lost);
+    }
+  }
+  EXPECT_EQ(client.state().robot("Robot1").position, start);
+}
+
+class ClientVocabulary : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { ScriptedCell::use_real_transports(); }
+
+  void connect(const std::map<std::string, std::string>& reply) {
+    server_ = std::make_unique<ScriptedCell>(
+        name_, takt::test::small_description(name_),
+        [this, reply](ScriptedCell& cell, const takt_msgs::msg::ControlRequest& request) {
+          if (request.request() == "get_state") return cell.reply(request, 1, "Paused.", {{"state", "2"}});
+          asked_ = request.request().to_string();
+          for (const auto& argument : request.arguments())
+            asked_ += " " + argument.name().to_string() + "=" + argument.value().to_string();
+          cell.reply(request, 1, "Done.", reply);
+        });
+    takt::ClientOptions options = client_options();
+    options.cell = name_;
+    options.domain = takt::test::kTestDomain;
+    client_ = std::make_unique<Client>(options);
+  }
+  State publish_and_see(std::uint32_t epoch, std::uint64_t step) {
+    server_->wait_for_readers("state", 1);
+    for (;;) {
+      server_->publish("state", takt::test::small_state(epoch, step));
+      const auto seen = client_->wait_for_state(
+          [&](const State& s) { return s.epoch == epoch && s.step == step; }, Seconds{0.2});
+      if (seen) return *seen;
+    }
+  }
+
+  std::string name_ = takt::test::unique_cell_name("vocabulary");
+  std::string asked_;  ///< read after the reply to it has come
+  std::unique_ptr<ScriptedCell> server_;
+  std::unique_ptr<Client> client_;
+};
+
+TEST_F(ClientVocabulary, RequestsAboutPartsAndFilesHaveTheArgumentsOfTheServer) {
+  connect({});
+  EntityPlacement placement;
+  placement.position_m = {0.1, -0.25, 1e-9};
+  placement.angular_velocity = {0.0, 0.0, 2.5};
+  client_->set_entity_state("B", placement);
+  EXPECT_EQ(asked_, "set_entity_state angular_velocity=0 0 2.5 entity=B position=0.1 -0.25 1e-09");
+  client_->attach("B", "Table");
+  EXPECT_EQ(asked_, "attach part=B to=Table");
+  client_->detach("B");
+  EXPECT_EQ(asked_, "detach part=B");
+  client_->save_snapshot("before");
+  EXPECT_EQ(asked_, "save_snapshot name=before");
+  client_->restore_snapshot("before");
+  EXPECT_EQ(asked_, "restore_snapshot name=before");
+  client_->restore_snapshot();
+  EXPECT_EQ(asked_, "restore_snapshot");
+  client_->start_recording({{"name", "run"}});
+  EXPECT_EQ(asked_, "start_recording name=run");
+  client_->stop_recording();
+  EXPECT_EQ(asked_, "stop_recording");
+}
+
+TEST_F(ClientVocabulary, WhatIsOlderThanAReplyIsDropped) {
+  connect({{"epoch", "2"}, {"step", "40"}});
+  publish_and_see(1, 100);
+  client_->restore_snapshot("before");
+  server_->publish("state", takt::test::small_state(1, 101));  // on its way before the reply
+  server_->publish("state", takt::test::small_state(2, 39));
+  EXPECT_FALSE(client_->wait_for_state([](const State&) { return true; }, Seconds{0.3}).has_value());
+  EXPECT_EQ(publish_and_see(2, 40).sample_number, client_->state().sample_number);
+  EXPECT_EQ(client_->state().step, 40U);
+}
+
+TEST_F(ClientVocabulary, AMovedPartIsSeenInTheNextSampleOnly) {
+  connect({});
+  const std::uint64_t before = publish_and_see(0, 5).sample_number;
+  client_->set_entity_state("B", {.position_m = takt::client::Vector3{0, 0, 1}});
+  EXPECT_FALSE(client_->wait_for_state([](const State&) { return true; }, Seconds{0.1}).has_value());
+  EXPECT_GT(publish_and_see(0, 5).sample_number, before);
+}
+
+}  // namespace

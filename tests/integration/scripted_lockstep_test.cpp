@@ -1,0 +1,93 @@
+// A test of a cell as a user writes it in C++: takt-server in its own process, commands in lockstep, no
+// sleep; and the same bits as the same motion in one process.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "client_lib/client.h"
+#include "client_lib/lockstep_controller.h"
+#include "server/headless/headless_run.h"
+#include "server/scenario/scenario_builder.h"
+#include "tests/support/child_process.h"
+#include "tests/support/temporary_directory.h"
+
+namespace takt::test {
+namespace {
+
+const std::filesystem::path kConfig = TAKT_CONFIG_DIR;
+const std::string kScenario = kConfig / "scenarios" / "block_assembly.yaml";
+const std::string kBin = TAKT_BIN_DIR;
+constexpr int kPeriods = 250;
+constexpr double kPeriod_s = 0.008;
+
+/// The motion as a robot program.
+constexpr const char* kProgram = R"(
+period_s = 0.008
+routine("Robot2", function(r)
+  local start = r.joints
+  for k = 1, 250 do
+    local u = k / 250
+    local q = {}
+    for j = 1, #start do q[j] = start[j] end
+    q[5] = start[5] + 3.2 * u * u * (1 - u) * (1 - u)
+    if k == 51 then r.gripper:close() end
+    r:move_joints(q, {duration_s = period_s, speed = 1, acceleration_rad_per_s2 = 1e9})
+  end
+end)
+)";
+
+std::uint64_t hash_in_process() {
+  const TemporaryDirectory directory;
+  directory.write("motion.lua", kProgram);
+  const Scenario scenario = read_scenario(kScenario);
+  Simulation simulation(build_cell(scenario));
+  HeadlessOptions options;
+  options.duration_s = kPeriods * kPeriod_s;
+  options.program = directory / "motion.lua";
+  EXPECT_EQ(run_headless(simulation, scenario, options).fault, "");
+  return simulation.state_hash();
+}
+
+/// The same from outside; the state at its end.
+client::State drive(Client& cell) {
+  LockstepOptions options;
+  options.targets = {"Robot2", "Gripper2"};
+  options.period_s = kPeriod_s;
+  LockstepController controller(cell, options);
+  const std::vector<double> start = controller.state().robot("Robot2").position;
+  std::vector<double> target = start;
+  for (int k = 1; k <= kPeriods; ++k) {
+    const double u = static_cast<double>(k) / kPeriods;
+    target[4] = start[4] + 3.2 * u * u * (1 - u) * (1 - u);
+    if (k == 51) controller.grip("Gripper2", client::GripperAction::close);
+    controller.move("Robot2", target);
+    controller.advance();
+  }
+  return controller.state();
+}
+
+TEST(ScriptedLockstep, HasTheBitsOfTheSameMotionInOneProcess) {
+  const std::uint64_t expected = hash_in_process();
+  const std::string name = "scripted_" + std::to_string(getpid());
+  const std::string domain = std::to_string(10 + getpid() % 80);
+  ChildProcess server({kBin + "/takt-server", kScenario, "--paused", "--cell", name, "--domain", domain});
+  ASSERT_TRUE(server.wait_for_output("ready")) << server.text;
+  ClientOptions options;
+  options.cell = name;
+  options.domain = std::stoi(domain);
+  options.timeout = client::Seconds(60.0);
+  options.silence_limit = client::Seconds(60.0);
+  Client cell(options);
+  const client::State end = drive(cell);
+  EXPECT_EQ(end.step, 2000U);
+  EXPECT_EQ(end.state_hash, expected);
+  EXPECT_TRUE(end.gripper("Gripper2").closed);
+  cell.reset();
+  EXPECT_EQ(drive(cell).state_hash, expected);
+  cell.set_state(client::SimulationState::quitting);
+  EXPECT_EQ(server.wait(), 0) << server.text;
+}
+
+}  // namespace
+}  // namespace takt::test

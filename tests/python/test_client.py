@@ -1,0 +1,175 @@
+"""The Python module itself: errors, waits, threads, scenarios and parts."""
+
+import ast
+import json
+import subprocess
+import threading
+from pathlib import Path
+
+import pytest
+
+import takt
+
+
+@pytest.fixture(scope="module")
+def server():
+    with takt.Server(None, pace="free") as running:
+        yield running
+
+
+@pytest.fixture
+def cell(server, config):
+    with server.client() as client:
+        client.load_scenario(str(config / "scenarios" / "block_assembly.yaml"))
+        yield client
+
+
+def test_scenarios_are_exchanged(cell, config):
+    assert cell.info.scenario == "block_assembly"
+    info = cell.load_scenario(str(config / "scenarios" / "robot_r3_single_axis.yaml"))
+    assert info.scenario == cell.info.scenario != "block_assembly"
+    assert list(cell.state.robots) == list(info.robots)
+    cell.unload_scenario()
+    assert cell.info.scenario == ""
+    assert cell.get_state() == takt.SimulationState.no_world
+    with pytest.raises(takt.Refused) as refusal:
+        cell.load_scenario("nowhere.yaml")
+    assert refusal.value.result == 2
+
+
+def test_parts_come_and_go(cell):
+    name = cell.spawn_entity("P", [0.2, 0.3, 1.0], copy_of="P", allow_renaming=True)
+    assert name == "P_2"
+    assert {e.name for e in cell.get_entities("P*", "part")} == {"P", "P_2"}
+    cell.step(100)
+    fallen = cell.get_entity_state(name)
+    assert fallen.position_m[2] == pytest.approx(1.0 - 0.5 * 9.80665 * 0.1**2)
+    assert fallen.state == takt.PartState.free
+    assert cell.state.partner_of(name) is None
+    cell.stop()
+    cell.delete_entity(name)
+    assert name not in cell.info.components
+    with pytest.raises(ValueError, match="position_m needs 3 numbers, not 2"):
+        cell.spawn_entity("X", [0.2, 0.3], copy_of="P")
+
+
+def test_state_is_that_after_the_request(cell):
+    for steps in (1, 10, 100):
+        before = cell.state.step
+        cell.step(steps)
+        assert cell.state.step == before + steps
+    cell.reset()
+    assert (cell.state.epoch, cell.state.step) == (1, 0)
+
+
+def test_waits_let_other_threads_run(cell):
+    """Without releasing the interpreter's lock this would end in the wait's timeout."""
+    asked = threading.Event()
+
+    def predicate(state):
+        asked.set()
+        return state.step >= 50
+
+    def step_when_asked():
+        asked.wait()
+        cell.step(50)
+
+    helper = threading.Thread(target=step_when_asked)
+    helper.start()
+    assert cell.wait_for_state(predicate, timeout=60).step == 50
+    helper.join()
+
+
+def test_an_error_in_a_predicate_comes_out(cell):
+    with pytest.raises(ZeroDivisionError):
+        cell.wait_for_state(lambda s: 1 / 0, timeout=30)
+    with pytest.raises(takt.NotFound, match="no component 'Q'"):
+        cell.wait_for_state(lambda s: s.partner_of("Q") is None, timeout=30)
+
+
+def test_a_wait_ends_with_none(cell):
+    assert cell.wait_for_state(lambda s: False, timeout=0.05) is None
+
+
+def test_killed_server_is_noticed(config):
+    with takt.Server(config / "scenarios" / "block_assembly.yaml") as server:
+        with server.client(silence_limit=2.0) as cell:
+            assert cell.connected
+            server.kill()
+            with pytest.raises(takt.Lost):
+                cell.wait_for_state(lambda s: False, timeout=60)
+
+
+def test_a_wrong_scenario_is_told_in_the_servers_words(tmp_path):
+    scenario = tmp_path / "wrong.yaml"
+    scenario.write_text("takt_scenario: 1\nname: wrong\nduration: 0.2\n")
+    with pytest.raises(takt.ServerError, match=r"wrong.yaml:3:.*duration"):
+        takt.Server(scenario).start()
+
+
+def takt_command(server, *arguments):
+    command = [takt.program_path("takt"), *arguments, "--json", "--timeout", "60"]
+    done = subprocess.run(command, env=server.environment, capture_output=True, text=True)
+    return done.returncode, done.stdout
+
+
+def test_command_line_speaks_json(server, cell):
+    code, text = takt_command(server, "step", "7")
+    assert (code, json.loads(text)["values"]["step"]) == (0, "7")
+    code, text = takt_command(server, "state")
+    assert (code, json.loads(text)["step"]) == (0, 7)
+    code, text = takt_command(server, "entities", "P", "--category", "part")
+    assert (code, [e["name"] for e in json.loads(text)]) == (0, ["P"])
+    code, text = takt_command(server, "explain", "Q")
+    assert (code, json.loads(text)["kind"], json.loads(text)["result"]) == (1, "refused", 2)
+    code, text = takt_command(server, "spawn", "P2", "--copy-of", "P", "--at", "0.2", "0.3", "1.0")
+    assert (code, json.loads(text)["result"]) == (1, 3)  # only while stopped
+    code, text = takt_command(server, "request", "set_state", "state=stopped")
+    assert code == 0
+    code, text = takt_command(server, "spawn", "P2", "--copy-of", "P", "--at", "0.2", "0.3", "1.0", "--rpy-deg", "0", "0", "90")
+    assert (code, json.loads(text)["entity"]) == (0, "P2")
+    code, text = takt_command(server, "delete", "P2")
+    assert code == 0
+    code, text = takt_command(server, "lod", "9")
+    assert code == 2
+
+
+def test_command_line_without_a_cell():
+    done = subprocess.run([takt.program_path("takt"), "--cell", "nobody", "--timeout", "1", "status", "--json"],
+                          capture_output=True, text=True)
+    assert done.returncode == 3
+    assert json.loads(done.stdout)["kind"] == "no_cell"
+
+
+def test_stub_and_module_have_the_same_names():
+    """What __init__.pyi promises to a type checker is there, and nothing that is there is missing from it."""
+    stub = ast.parse(Path(takt.__file__).with_suffix(".pyi").read_text())
+    classes = {node.name: node for node in stub.body if isinstance(node, ast.ClassDef)}
+    functions = {node.name for node in stub.body if isinstance(node, ast.FunctionDef)}
+    public = {name for name, value in vars(takt).items() if not name.startswith("_") and callable(value)}
+    assert public == set(classes) | functions
+    for name, node in classes.items():
+        promised = {n.name for n in node.body if isinstance(n, ast.FunctionDef)}
+        promised |= {n.target.id for n in node.body if isinstance(n, ast.AnnAssign)}
+        promised |= {t.id for n in node.body if isinstance(n, ast.Assign) for t in n.targets}
+        there = getattr(takt, name)
+        if name != "Server":  # whose attributes are made when it is
+            assert {p for p in promised if not hasattr(there, p)} == set(), name
+        found = {m for c in there.__mro__ for m in vars(c) if "takt" in c.__module__ and not m.startswith("_")}
+        assert found - promised - {"name", "value", "result"} == set(), name
+
+
+def test_bash_completes_the_words_of_takt():
+    script = """
+        source <("$0" completion bash)
+        compopt() { :; }
+        COMP_WORDS=(takt "$@"); COMP_CWORD=$#; _takt; echo "${COMPREPLY[*]}"
+    """
+
+    def completed(*words):
+        return subprocess.run(["bash", "-c", script, takt.program_path("takt"), *words], capture_output=True,
+                              text=True, check=True).stdout.split()
+
+    assert completed("st") == ["status", "state", "step"]
+    assert completed("--json", "spawn", "--co") == ["--copy-of"]
+    assert completed("pace", "--f") == ["--factor"]

@@ -1,0 +1,98 @@
+"""Python drives a cell over DDS in lockstep: the same bits as the same motion in one process (takt-run)."""
+
+import json
+import subprocess
+
+import takt
+
+PERIOD_S = 0.008
+PERIODS = 250
+
+# The motion as a robot program, for takt-run; below the same from Python.
+PROGRAM = """
+period_s = 0.008
+routine("Robot1", function(r)
+  local start = r.joints
+  for k = 1, 250 do
+    local u = k / 250
+    local q = {}
+    for j = 1, #start do q[j] = start[j] end
+    q[6] = start[6] + 3.2 * u * u * (1 - u) * (1 - u)
+    q[4] = start[4] - 0.8 * u * u * (1 - u) * (1 - u)
+    if k == 26 then r.gripper:close() end
+    if k == 151 then r.gripper:width(0.1) end
+    r:move_joints(q, {duration_s = period_s, speed = 1, acceleration_rad_per_s2 = 1e9})
+  end
+end)
+"""
+
+
+def in_process(scenario, program, folder, duration_s):
+    report = folder / "report.json"
+    subprocess.run(
+        [takt.program_path("takt-run"), scenario, "--program", program, "--duration", str(duration_s), "--quiet",
+         "--report", report],
+        check=True,
+    )
+    return json.loads(report.read_text())
+
+
+def drive(cell):
+    """The motion of PROGRAM; returns the instant at its end."""
+    with cell.lockstep(["Robot1", "Gripper1"], PERIOD_S) as controller:
+        start = controller.state.robot("Robot1").position
+        force = cell.info.grippers["Gripper1"].max_force_N
+        for k in range(1, PERIODS + 1):
+            u = k / PERIODS
+            target = list(start)
+            target[5] = start[5] + 3.2 * u * u * (1 - u) * (1 - u)
+            target[3] = start[3] - 0.8 * u * u * (1 - u) * (1 - u)
+            if k == 26:
+                controller.grip("Gripper1", takt.GripperAction.close, max_force_N=force)
+            if k == 151:
+                controller.grip("Gripper1", takt.GripperAction.width, width_m=0.1, max_force_N=force)
+            controller.move("Robot1", target)
+            controller.advance()
+        return controller.state
+
+
+def test_same_hash_as_in_process(config, tmp_path):
+    scenario = config / "scenarios" / "block_assembly.yaml"
+    program = tmp_path / "motion.lua"
+    program.write_text(PROGRAM)
+    expected = in_process(scenario, program, tmp_path, PERIODS * PERIOD_S)
+    with takt.Server(scenario) as server, server.client() as cell:
+        end = drive(cell)
+        assert end.step == 2000
+        assert end.state_hash == int(expected["state_hash"], 16)
+        # Once more from the beginning, through the same connection.
+        cell.reset()
+        assert cell.state.step == 0
+        assert drive(cell).state_hash == end.state_hash
+
+
+def test_another_motion_has_another_hash(config):
+    with takt.Server(config / "scenarios" / "block_assembly.yaml") as server, server.client() as cell:
+        first = drive(cell)
+        cell.reset()
+        with cell.lockstep(["Robot1"], PERIOD_S) as controller:
+            while controller.state.step < 2000:
+                state = controller.advance()
+        assert state.state_hash != first.state_hash
+
+
+def test_whole_assembly_by_its_controller_program(config, tmp_path):
+    """The programs a user starts, judged from Python: who holds what on the way, and the bits at the end."""
+    scenario = config / "scenarios" / "block_assembly.yaml"
+    program = config / "programs" / "block_assembly.lua"
+    expected = in_process(scenario, program, tmp_path, 12)
+    with takt.Server(scenario) as server, server.client() as cell:
+        command = [takt.program_path("takt-controller"), program, "--pace", "lockstep", "--start", "--until", "12",
+                   "--timeout", "60"]
+        with subprocess.Popen(command, env=server.environment) as controller:
+            held = cell.wait_for_state(lambda s: s.partner_of("P") == "Gripper1", timeout=240)
+            assert held is not None and held.time_s >= 3.8
+            end = cell.wait_for_state(lambda s: s.step >= 12000, timeout=240)
+            assert controller.wait() == 0
+        assert end is not None and end.step == 12000
+        assert end.state_hash == int(expected["state_hash"], 16)
