@@ -67,8 +67,8 @@ struct CellDescription {
   std::vector<GripperDescription> grippers;
   std::vector<ProcessDescription> processes;
   std::vector<std::string> checked_bodies;  ///< names for the indices in a CollisionEvent
-  /// Counts what was loaded in this run of the server, from 1; tells instants of one scenario from those of the
-  /// next.
+  /// Counts what was loaded in this run of the server, from 1; tells instants of one scenario from those of
+  /// the next.
   std::uint32_t world = 1;
 
   /// Index by name, or -1.

@@ -245,8 +245,9 @@ bool RosenbrockIntegrator::take_step(OdeSystem& system, double t, double h, std:
   while (true) {
     const double event = system.next_time_event(now + one_time(now));
     if (!(event > now)) {
-      failure_ = "a plant model told a next known corner that is not after the present, t = " +
-                 std::to_string(now) + " s";
+      failure_ =
+          "a plant model told a next known corner that is not after the present, t = " + std::to_string(now) +
+          " s";
       return false;
     }
     before_ = std::nextafter(event, -kInfinity);
