@@ -206,7 +206,7 @@ TEST(TaktCommand, ExitCodesTellUsageFromFailure) {
   EXPECT_NE(help.text.find("takt record"), std::string::npos) << help.text;
   ChildProcess nowhere(
       {kBin + "/takt", "status", "--cell", "nowhere", "--timeout", "0.5", "--domain", domain});
-  EXPECT_EQ(nowhere.wait(), 1);
+  EXPECT_EQ(nowhere.wait(), 3);
   EXPECT_NE(nowhere.text.find("'nowhere'"), std::string::npos) << nowhere.text;
 }
 
