@@ -43,7 +43,6 @@ void Connections::reset() {
   std::fill(partner_.begin(), partner_.end(), -1);
   std::fill(passes_to_.begin(), passes_to_.end(), -1);
   std::fill(renew_.begin(), renew_.end(), Renewal::none);
-  passing_ = 0;
   tree_.reset();
   begin_step();
   partner_searches_ = 0;
@@ -65,9 +64,9 @@ void Connections::update(const ContactGraph& graph, std::span<const int> parts, 
   if (!as_wanted(parts)) open_and_close(parts, motion);
   if (single) {
     soften_on_free_targets();
-    pass_weights(graph, parts);
   } else {
     hang(graph, parts);
+    soften_attached(graph, parts);
     soften_free_clusters(graph, parts, motion);
   }
 }
@@ -76,7 +75,8 @@ void Connections::search(const ContactGraph& graph, std::span<const int> parts) 
   for (const int part : parts) {
     int& partner = partner_[static_cast<std::size_t>(part)];
     const int attached_to = graph.holds[static_cast<std::size_t>(part)];
-    const int found = attached_to != -1 ? attached_to : partner_search_.find(graph, part, partner);
+    int found = partner_search_.find(graph, part, partner);
+    if (found == -1) found = attached_to;
     ++partner_searches_;
     if (found != -1) wanted_.emplace_back(part, found);
     if (found == partner) continue;
@@ -230,28 +230,30 @@ void Connections::hang(const ContactGraph& graph, std::span<const int> parts) {
       disturb(pair);
     }
     const int passes_to = support != carrier ? support : -1;
-    set_passes_to(part, passes_to);
+    if (passes_to_[static_cast<std::size_t>(part)] == passes_to) continue;
+    passes_to_[static_cast<std::size_t>(part)] = passes_to;
+    disturbed_.push_back(part);
   }
 }
 
-void Connections::set_passes_to(int part, int support) {
-  int& passes_to = passes_to_[static_cast<std::size_t>(part)];
-  if (passes_to == support) return;
-  if (passes_to == -1) ++passing_;
-  if (support == -1) --passing_;
-  passes_to = support;
-  disturbed_.push_back(part);
-}
-
-/// With partner search only what the user attached hangs on Parts that are held themselves.
-void Connections::pass_weights(const ContactGraph& graph, std::span<const int> parts) {
-  if (!parameters_.weight_feed_forward) return;
+/// The user may attach a Part to one that is far lighter, or far away: as on a free Target, no mode shall
+/// become faster than that of the Part alone.
+void Connections::soften_attached(const ContactGraph& graph, std::span<const int> parts) {
   for (const int part : parts) {
-    int at = graph.holds[static_cast<std::size_t>(part)];
-    const bool on_part = at != -1 && is_part(at);
-    while (at != -1 && is_part(at)) at = partner(at);  // partners go in no circle
-    set_passes_to(part, on_part ? at : -1);
+    for (PairConnection& pair : mutable_of(part)) {
+      Connection& connection = pair.connection;
+      const int target = connection.partner;
+      if (!attached_to_part(graph, part, target) || connection.softening < 1.0) continue;
+      FreeTargetLoad load(component(target));
+      load.add(component(part), connection);
+      connection.softening = load.scale();
+      connection.gains = scaled(component(part).substitute, connection.softening);
+    }
   }
+}
+
+bool Connections::attached_to_part(const ContactGraph& graph, int part, int target) const {
+  return graph.holds[static_cast<std::size_t>(part)] == target && is_part(target);
 }
 
 bool Connections::renewed(const PairConnection& pair) const {
@@ -289,6 +291,7 @@ void Connections::soften_free_clusters(const ContactGraph& graph, std::span<cons
     const bool free = tree_.support(part) == -1;
     for (PairConnection& pair : mutable_of(part)) {
       Connection& connection = pair.connection;
+      if (!free && attached_to_part(graph, part, connection.partner)) continue;
       if (!free && connection.softening < 1.0) {  // caught: anew, with full constants
         const Vec3 feed_forward_W = connection.feed_forward_W;
         pair = close(pair.key(), motion);
@@ -323,7 +326,7 @@ void Connections::evaluate(const CellMotion& motion, std::span<const int> parts,
       wrenches[partner] += reaction_on_target(on_base, base, target);
     }
   }
-  if (passing_ == 0) return;
+  if (parameters_.algorithm == InteractionAlgorithm::partner_search) return;
   for (const int part : parts) {  // weights that pass through other Parts
     const int support = passes_to_[static_cast<std::size_t>(part)];
     if (support == -1) continue;

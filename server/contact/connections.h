@@ -15,9 +15,9 @@
 // faster than that of the fastest Part alone (FreeTargetLoad); when something catches them, softened
 // connections close anew with full constants, for a stretched spring that stiffens would create energy.
 //
-// A Part that the user attached (ContactGraph::holds) is the Base of one connection, to that component,
-// whatever the algorithm. Attached to a Part, its weight passes to the Gripper or Ground where the partners
-// end.
+// A Part that the user attached (ContactGraph::holds) is the Base of one connection, whatever the algorithm:
+// to that component; with partner search, attached to a Part that is held, to whom that Part leads, as all
+// that rides on it does.
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -114,8 +114,8 @@ class Connections {
   void open_and_close(std::span<const int> parts, const CellMotion& motion);
   PairConnection close(const ConnectionKey& key, const CellMotion& motion) const;
   void soften_on_free_targets();
-  void pass_weights(const ContactGraph& graph, std::span<const int> parts);
-  void set_passes_to(int part, int support);
+  void soften_attached(const ContactGraph& graph, std::span<const int> parts);
+  bool attached_to_part(const ContactGraph& graph, int part, int target) const;
   bool renewed(const PairConnection& pair) const;
   void index_list();
   void hang(const ContactGraph& graph, std::span<const int> parts);
@@ -141,7 +141,6 @@ class Connections {
   std::vector<int> softened_;   ///< free Targets already seen in this step
   std::vector<int> closed_on_;  ///< Parts that became Targets in this step
   std::vector<Renewal> renew_;  ///< by component
-  std::size_t passing_ = 0;     ///< Parts whose weight passes through others
   PartnerSearch partner_search_;
   SupportTree tree_;
   std::uint64_t partner_searches_ = 0;

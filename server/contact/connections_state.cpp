@@ -41,7 +41,6 @@ void Connections::load(StateReader& in) {
     while (end != -1 && is_part(end)) end = partner(end);
     if (end == -1 || !is_part(static_cast<int>(i)))
       in.fail("the weight of " + name(static_cast<int>(i)) + " passes to something, but nothing carries it");
-    ++passing_;
   }
   for (Renewal& renewal : renew_)
     renewal = static_cast<Renewal>(in.integer(0, static_cast<int>(Renewal::all), "a renewal"));

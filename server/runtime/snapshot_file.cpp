@@ -111,7 +111,7 @@ SnapshotResult write_snapshot_file(const std::filesystem::path& file, const Snap
   header.checksum = checksum(header, name, state);
 
   const std::filesystem::path directory = file.has_parent_path() ? file.parent_path() : ".";
-  std::string temporary = file.string() + ".XXXXXX";
+  std::string temporary = file.string() + '.' + std::string(6, 'X');
   Descriptor out(::mkostemp(temporary.data(), O_CLOEXEC));
   if (out.get() < 0) return system_error(SnapshotError::not_readable, file, "written");
   const bool written = ::fchmod(out.get(), 0644) == 0 && write_all(out.get(), &header, sizeof(header)) &&

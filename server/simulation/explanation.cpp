@@ -75,8 +75,7 @@ void list_contacts(const ComponentInteraction& interaction, Explanation& e) {
 
 PartnerDecision decide(const ComponentInteraction& interaction, int component, int partner,
                        const PartnerHistory& history) {
-  if (interaction.attached_to(component) != -1)
-    return {interaction.attached_to(component), PartnerRule::attached, 1, -1, 0};
+  if (interaction.attached_to(component) != -1) return {partner, PartnerRule::attached, 1, -1, 0};
   if (interaction.algorithm() == InteractionAlgorithm::partner_search)
     return decide_partner(interaction.graph(), component, history.before_newest(component, partner));
   PartnerDecision decision;
@@ -241,7 +240,7 @@ class Sentences {
                "else by the Parts it touches (" +
                counted(e_.connections.size(), "connection", "connections") + " with it as Base)";
       case PartnerRule::attached:
-        return "it was attached to it on request, whatever it touches, until it is detached";
+        return "the Part was attached on request, whatever it touches, until it is detached";
       case PartnerRule::lower_id:
         break;
     }

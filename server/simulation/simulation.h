@@ -127,10 +127,10 @@ class Simulation {
   /// The user's own hold: from the next step on the Part hangs on this component (a Ground, a Part, or a
   /// Gripper by its palm), at the pose relative to it that it has then, whether they touch or not and
   /// whatever the interaction algorithm's rules say, until detach(). It is one more connection of the
-  /// substitute force, at every level of detail; surface contact between the two ceases meanwhile. What rides
-  /// on the Part goes with it, as partner search finds the component through it. Empty if done, else why not,
-  /// and nothing changes. A Part that is attached already changes over, or takes its present pose. May
-  /// allocate.
+  /// substitute force, at every level of detail; surface contact between the two ceases meanwhile. With
+  /// partner search, attached to a Part that is held, it is held by who holds that one, as all that rides on
+  /// it; and what rides on the attached Part goes with it. Empty if done, else why not, and nothing changes.
+  /// A Part that is attached already changes over, or takes its present pose. May allocate.
   std::string attach(int part, int component);
   /// The rules decide again, from the next step on; the present connection stays where they agree with it.
   std::string detach(int part);
