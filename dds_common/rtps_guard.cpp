@@ -15,7 +15,7 @@ constexpr std::size_t kHeaderBytes = 20;
 /// No writer gets this far: 4000 years at 1 kHz. Leaves room for sums without overflow.
 constexpr std::int64_t kLargestSequenceNumber = std::int64_t{1} << 47U;
 /// Fast DDS walks over each number of a gap.
-constexpr std::int64_t kLongestGap = std::int64_t{1} << 20U;
+constexpr std::int64_t kLongestGap = std::int64_t{1} << 16U;
 /// Shorter fragments do not hold the list of missing ones that Fast DDS keeps inside them.
 constexpr std::uint16_t kShortestFragment = 8;
 

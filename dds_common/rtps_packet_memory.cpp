@@ -68,13 +68,18 @@ bool PacketMemory::follows(const Sample& sample) {
   const std::int64_t number = sample.sequence_number;
   const std::lock_guard lock(mutex_);
   Writer& writer = writers_[(key >> 20U) % kWriters];
-  if (writer.key != key) {
-    if (number > kLargestFirst) return false;
-    writer = {key, number};
+  if (writer.key != key) writer = {key, 0, 0, 0};
+  if (number <= writer.highest + kStep) {
+    if (number > writer.highest) writer.highest = number;
+    writer.candidate = 0;
     return true;
   }
-  if (number > writer.highest + kLongestLeap) return false;
-  if (number > writer.highest) writer.highest = number;
+  const std::int64_t most = writer.highest == 0 ? kLargestFirst : writer.highest + kLongestLeap;
+  const bool near = number <= writer.candidate + kStep && number >= writer.candidate - kStep;
+  writer.confirmed = near ? writer.confirmed + 1 : 0;
+  writer.candidate = number;
+  if (number > most || writer.confirmed < kConfirmations) return false;
+  writer.highest = number;
   return true;
 }
 

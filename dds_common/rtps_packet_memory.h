@@ -32,9 +32,11 @@ class PacketMemory {
   /// Has come in fragments.
   bool fragmented(const Sample& sample) const;
 
-  /// A writer's numbers do not leap: Fast DDS walks over each number that was left out. Of a writer that was
-  /// not heard of before the first number may be large: it may have been writing for days.
-  static constexpr std::int64_t kLargestFirst = std::int64_t{1} << 30U, kLongestLeap = std::int64_t{1} << 20U;
+  /// A writer's numbers do not leap: Fast DDS walks over each number that was left out, at half a microsecond
+  /// and more. A leap that the writer's next packets confirm is one (it wrote while nobody heard it), but for
+  /// absurd ones.
+  static constexpr std::int64_t kStep = 1 << 12, kLongestLeap = 1 << 24, kLargestFirst = 1 << 27;
+  static constexpr int kConfirmations = 2;
   bool follows(const Sample& sample);
 
   /// An endpoint does not change what never changes: Fast DDS believes it, and ends on an assertion later.
@@ -53,7 +55,9 @@ class PacketMemory {
   };
   struct Writer {
     std::uint64_t key = 0;
-    std::int64_t highest = 0;
+    std::int64_t highest = 0;    ///< 0: not heard of yet
+    std::int64_t candidate = 0;  ///< of a leap that is not confirmed yet
+    int confirmed = 0;
   };
   struct Endpoint {
     std::uint64_t key = 0, unchanging = 0;

@@ -3,6 +3,7 @@
 // is lost; every 64th also goes over UDP. With --no-guard the same is done to stock Fast DDS in a child
 // process, which is to die of it.
 #include <arpa/inet.h>
+#include <malloc.h>
 #include <signal.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
@@ -32,6 +33,7 @@ struct Options {
 };
 
 double resident_MB() {
+  malloc_trim(0);
   std::ifstream file("/proc/self/statm");
   std::uint64_t total = 0, resident = 0;
   file >> total >> resident;
@@ -135,6 +137,10 @@ int attack(const Options& options, std::atomic<std::uint64_t>& thrown) {
       hook->inject(packet.channel, packet.bytes);
       if (i % 64 == 0 && !ports.empty()) udp.send(packet.bytes, ports[(i / 64) % ports.size()]);
       thrown.store(i, std::memory_order_relaxed);
+      if (i % 10'000 == 0) {
+        recorded.client.forget();
+        honest.forget();
+      }
       if (i % interval != 0 || !serves(honest, "a client beside")) continue;
       if (i / interval == 2) early_MB = resident_MB();
       const double seconds = static_cast<double>(monotonic_now_ns() - began) * 1e-9;

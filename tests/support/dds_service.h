@@ -136,6 +136,13 @@ class RawCellClient {
     return count;
   }
 
+  void forget() {
+    status->forget();
+    state->forget();
+    events->forget();
+    replies_->forget();
+  }
+
   RawDdsClient dds;
   std::shared_ptr<Inbox<msg::Status>> status;
   std::shared_ptr<Inbox<msg::CellState>> state;

@@ -71,6 +71,11 @@ class Inbox final : public fdds::DataReaderListener {
     const std::lock_guard lock(mutex_);
     return messages_;
   }
+  /// For runs so long that all messages do not fit.
+  void forget() {
+    const std::lock_guard lock(mutex_);
+    messages_.clear();
+  }
 
  private:
   std::mutex mutex_;

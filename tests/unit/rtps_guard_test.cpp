@@ -212,12 +212,21 @@ TEST(RtpsGuardSamples, NumbersOfAWriterDoNotLeap) {
   const auto data = [&](std::int64_t number, std::uint32_t writer = kWriter) {
     return flaw_of(Packet().data(kReader, writer, 4, sample(), number).wire.bytes, {}, &memory);
   };
-  EXPECT_EQ(data(PacketMemory::kLargestFirst + 1), "sequence_number");
-  EXPECT_EQ(data(PacketMemory::kLargestFirst), "none") << "it has been writing for days";
-  EXPECT_EQ(data(10, kWriter + 0x100), "none");
-  EXPECT_EQ(data(11 + PacketMemory::kLongestLeap, kWriter + 0x100), "sequence_number");
-  EXPECT_EQ(data(10 + PacketMemory::kLongestLeap, kWriter + 0x100), "none");
-  EXPECT_EQ(data(1, kWriter + 0x100), "none") << "an old one again";
+  const auto confirmed = [&](std::int64_t number, std::uint32_t writer) {
+    EXPECT_EQ(data(number, writer), "sequence_number");
+    EXPECT_EQ(data(number + 1, writer), "sequence_number");
+    return data(number + 2, writer);
+  };
+  constexpr std::int64_t step = PacketMemory::kStep, first = PacketMemory::kLargestFirst;
+  EXPECT_EQ(data(step), "none");
+  EXPECT_EQ(data(2 * step), "none");
+  EXPECT_EQ(data(3 * step + 1), "sequence_number");
+  EXPECT_EQ(data(2 * step), "none") << "an old one again, which does not confirm the leap";
+  EXPECT_EQ(confirmed(3 * step + 1, kWriter), "none") << "it wrote while nobody heard it";
+  EXPECT_EQ(data(3 * step + 4), "none");
+  EXPECT_EQ(confirmed(4 * step + PacketMemory::kLongestLeap, kWriter), "sequence_number");
+  EXPECT_EQ(confirmed(first - 10, kWriter + 0x100), "none") << "it has been writing for days";
+  EXPECT_EQ(confirmed(first + 10, kWriter + 0x200), "sequence_number");
   const Wire leap = Wire().id(kReader).id(kWriter + 0x100).sequence(1LL << 40U).sequence(1LL << 40U).u32(1);
   EXPECT_EQ(flaw_of(Packet().submessage(0x07, 0, leap).wire.bytes, {}, &memory), "sequence_number");
 }
