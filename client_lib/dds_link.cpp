@@ -10,7 +10,7 @@
 #include <set>
 
 #include "client_lib/client.h"
-#include "dds_common/security.h"
+#include "idl/transport/security.h"
 
 namespace takt::client {
 namespace {

@@ -16,8 +16,8 @@
 #include <memory>
 #include <string>
 
-#include "dds_common/checked_type.h"
-#include "dds_common/guard_transport.h"
+#include "idl/transport/checked_type.h"
+#include "idl/transport/guard_transport.h"
 
 namespace takt::client {
 
@@ -42,7 +42,7 @@ dds::DataWriterQos command_writer_qos(const dds::Publisher& publisher, std::uint
 /// How a participant finds the others and proves who it is.
 struct LinkProfile {
   std::string profiles_file;     ///< Fast DDS profiles (XML); empty: this machine only
-  std::string secure_directory;  ///< dds_common/security.h; empty: no security
+  std::string secure_directory;  ///< idl/transport/security.h; empty: no security
   std::string profile = "takt_client";
 };
 

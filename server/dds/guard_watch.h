@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-#include "dds_common/guard_transport.h"
+#include "idl/transport/guard_transport.h"
 #include "server/runtime/adapter_events.h"
 
 namespace takt {

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "dds_common/security.h"
+#include "idl/transport/security.h"
 
 namespace takt {
 namespace {

@@ -7,9 +7,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "dds_common/checked_type.h"
-#include "dds_common/fastdds.h"
-#include "dds_common/guard_transport.h"
+#include "idl/transport/checked_type.h"
+#include "idl/transport/fastdds.h"
+#include "idl/transport/guard_transport.h"
 
 namespace takt {
 
@@ -26,7 +26,7 @@ struct ParticipantOptions {
   /// shared memory and by UDP on the loopback interface.
   std::string profiles_file;
   std::string profile = "takt_server";
-  /// Identity, permissions and governance (dds_common/security.h). Empty: no security.
+  /// Identity, permissions and governance (idl/transport/security.h). Empty: no security.
   std::string secure_directory = {};
   /// Inspect every packet before Fast DDS sees it. Off only to show what happens without.
   bool guard = true;

@@ -5,7 +5,7 @@
 #include <mutex>
 #include <string>
 
-#include "dds_common/fastdds.h"
+#include "idl/transport/fastdds.h"
 
 namespace takt {
 

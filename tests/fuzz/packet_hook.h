@@ -11,7 +11,7 @@
 #include <mutex>
 #include <vector>
 
-#include "dds_common/fastdds.h"
+#include "idl/transport/fastdds.h"
 
 namespace takt::test {
 

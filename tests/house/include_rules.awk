@@ -11,7 +11,7 @@ function starts_any(text, list,    parts, count, i) {
 
 BEGIN {
   # Rooms, most specific first; each with the prefixes of what it may include. Arrows never turn back.
-  rooms = split("plant_models/ dds_common/ server/geometry/ server/components/ server/contact/ server/simulation/ server/scenario/ " \
+  rooms = split("plant_models/ idl/transport/ server/geometry/ server/components/ server/contact/ server/simulation/ server/scenario/ " \
                 "server/runtime/ server/dds/ server/headless/ server/server_main.cpp server/run_main.cpp client_lib/controller/ " \
                 "client_lib/render/ client_lib/ idl/ config/", room, " ")
   plant = "plant_models/"
@@ -28,14 +28,14 @@ BEGIN {
   may["server/scenario/"] = scenario
   may["server/runtime/"] = scenario " server/runtime/"
   may["server/dds/"] = plant " server/simulation/command.h server/simulation/snapshot.h " \
-                       "server/simulation/cell_description.h server/runtime/ server/dds/ dds_common/ idl/ GENERATED"
+                       "server/simulation/cell_description.h server/runtime/ server/dds/ idl/transport/ idl/ GENERATED"
   may["server/headless/"] = scenario " server/headless/ client_lib/controller/ client_lib/render/"
   may["server/server_main.cpp"] = "plant_models/ server/ idl/"
   may["server/run_main.cpp"] = may["server/headless/"] " server/runtime/"
   may["client_lib/controller/"] = plant " client_lib/controller/"
   may["client_lib/render/"] = plant " client_lib/render/"
-  may["client_lib/"] = plant " client_lib/ dds_common/ idl/ GENERATED"
-  may["dds_common/"] = "dds_common/"
+  may["client_lib/"] = plant " client_lib/ idl/transport/ idl/ GENERATED"
+  may["idl/transport/"] = "idl/transport/"
   may["idl/"] = "idl/ GENERATED"
   may["config/"] = plant " config/"
 
@@ -46,7 +46,7 @@ BEGIN {
 
   # Third-party libraries: include prefixes; where they may be used; in how many .cpp files at most (0: any number).
   libraries = 0
-  library("Fast DDS", "fastdds/ fastrtps/ fastcdr/", "dds_common/ server/dds/ client_lib/ idl/ tests/", "", 0)
+  library("Fast DDS", "fastdds/ fastrtps/ fastcdr/", "idl/transport/ server/dds/ client_lib/ idl/ tests/", "", 0)
   forbidden_in["Fast DDS"] = "client_lib/controller/ client_lib/render/"
   library("assimp", "assimp/", "server/ tests/", "server/", 1)
   library("libccd", "ccd/", "server/ tests/", "server/", 1)
@@ -83,7 +83,7 @@ FNR == 1 {
 
   third_party = 0
   for (i = 1; i <= libraries; ++i) third_party = third_party || starts_any(target, lib_prefixes[i])
-  if (!third_party && (quoted || starts_any(target, "plant_models/ dds_common/ server/ client_lib/"))) {
+  if (!third_party && (quoted || starts_any(target, "plant_models/ idl/transport/ server/ client_lib/"))) {
     # Generated code (idl/*.idl) is included by its bare name, with or without its suffix.
     generated = target ~ /^[a-z0-9_]*_msgs(PubSubTypes)?\.h(pp)?$/
     if (target ~ /(^|\/)\.\.?\//) complain("includes are relative to the repository's root: " target)

@@ -44,7 +44,7 @@ fresh
 "$check" "$tree" || { echo 'the clean tree is refused'; failed=1; }
 
 # Direction
-expect dds_common/a.cpp:1 dds_common/a.cpp '#include "server/dds/participant.h"\n'
+expect idl/transport/a.cpp:1 idl/transport/a.cpp '#include "server/dds/participant.h"\n'
 expect plant_models/a.h:2 plant_models/a.h '#pragma once\n#include "server/geometry/mesh.h"\n'
 expect plant_models/a.cpp:1 plant_models/a.cpp '#include <yaml.h>\n'
 expect server/geometry/a.h:1 server/geometry/a.h '#include "server/components/component.h"\n'

@@ -1,11 +1,11 @@
-#include "dds_common/rtps_guard.h"
+#include "idl/transport/rtps_guard.h"
 
 #include <gtest/gtest.h>
 
 #include <functional>
 #include <random>
 
-#include "dds_common/rtps_packet_memory.h"
+#include "idl/transport/rtps_packet_memory.h"
 #include "tests/support/rtps_packets.h"
 
 namespace takt {

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "dds_common/fastdds.h"
+#include "idl/transport/fastdds.h"
 
 namespace takt {
 

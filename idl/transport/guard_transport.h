@@ -7,9 +7,9 @@
 #include <memory>
 #include <string>
 
-#include "dds_common/fastdds.h"
-#include "dds_common/rtps_guard.h"
-#include "dds_common/rtps_packet_memory.h"
+#include "idl/transport/fastdds.h"
+#include "idl/transport/rtps_guard.h"
+#include "idl/transport/rtps_packet_memory.h"
 
 namespace takt {
 

@@ -1,4 +1,4 @@
-#include "dds_common/security.h"
+#include "idl/transport/security.h"
 
 #include <unistd.h>
 #include <system_error>

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "dds_common/rtps_guard.h"
+#include "idl/transport/rtps_guard.h"
 
 namespace takt {
 

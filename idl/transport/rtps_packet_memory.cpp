@@ -1,6 +1,6 @@
-#include "dds_common/rtps_packet_memory.h"
+#include "idl/transport/rtps_packet_memory.h"
 
-#include "dds_common/wire_cursor.h"
+#include "idl/transport/wire_cursor.h"
 
 namespace takt {
 

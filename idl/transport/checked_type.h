@@ -3,7 +3,7 @@
 // one pass, through the threads of Fast DDS, which ends the process.
 #include <exception>
 
-#include "dds_common/fastdds.h"
+#include "idl/transport/fastdds.h"
 
 namespace takt {
 

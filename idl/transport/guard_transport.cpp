@@ -1,4 +1,4 @@
-#include "dds_common/guard_transport.h"
+#include "idl/transport/guard_transport.h"
 
 #include <fastdds/rtps/transport/ChainingTransport.h>
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.h>

@@ -1,10 +1,10 @@
-#include "dds_common/rtps_guard.h"
+#include "idl/transport/rtps_guard.h"
 
 #include <algorithm>
 
-#include "dds_common/rtps_packet_memory.h"
-#include "dds_common/rtps_parameters.h"
-#include "dds_common/wire_cursor.h"
+#include "idl/transport/rtps_packet_memory.h"
+#include "idl/transport/rtps_parameters.h"
+#include "idl/transport/wire_cursor.h"
 
 namespace takt {
 namespace {
