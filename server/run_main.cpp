@@ -10,6 +10,7 @@
 #include "server/headless/mesh_check.h"
 #include "server/headless/picture.h"
 #include "server/headless/report.h"
+#include "server/runtime/replay.h"
 #include "server/runtime/worker_pool.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/simulation/integrator.h"
@@ -17,7 +18,7 @@
 namespace {
 
 struct Arguments {
-  std::string scenario, solver, pace = "free", report, csv, program, check_mesh;
+  std::string scenario, solver, pace = "free", report, csv, program, check_mesh, replay;
   takt::MeshCheckOptions mesh;
   std::vector<std::string> set, pictures;
   std::optional<int> lod;
@@ -34,6 +35,10 @@ void declare(CLI::App& app, Arguments& a) {
   CLI::Option* check_mesh = app.add_option("--check-mesh", a.check_mesh,
                                            "Look at this mesh file (OBJ, STL, GLB) instead of running");
   scenario->excludes(check_mesh);
+  app.add_option("--replay", a.replay,
+                 "Simulate again what takt-server --log recorded, and compare; with a scenario file: that "
+                 "one instead of the file that was recorded")
+      ->excludes(check_mesh);
   app.add_option("--mesh-scale", a.mesh.scale, "With --check-mesh: lengths are multiplied by this")
       ->needs(check_mesh);
   app.add_option("--element-edge", a.mesh.element_edge_m,
@@ -72,7 +77,9 @@ void declare(CLI::App& app, Arguments& a) {
       "  takt-run config/scenarios/block_assembly.yaml --step 0.005 --report run.json\n"
       "  takt-run config/scenarios/block_assembly.yaml --set interaction.weight_feed_forward=false\n"
       "  takt-run --check-mesh part.stl --mesh-scale 0.001\n"
-      "Exit code: 0 the run reached its end, 1 it ended early, 2 wrong arguments or scenario, or unusable "
+      "  takt-run --replay run.taktlog\n"
+      "Exit code: 0 the run reached its end, 1 it ended early or a replay differs, 2 wrong arguments or "
+      "scenario, or unusable "
       "mesh.");
 }
 
@@ -185,6 +192,29 @@ int run(const Arguments& a) {
   return 0;
 }
 
+int replay(const Arguments& a) {
+  std::optional<takt::WorkerPool> pool;  // outlives the simulation
+  takt::ReplayOptions options;
+  if (a.threads > 1) options.executor = &pool.emplace(a.threads);
+  options.load = [&](const takt::LogWorld& world) {
+    return takt::load_logged_world(world, takt::user_cache_directory(), a.scenario);
+  };
+  const takt::ReplayResult result = takt::replay(a.replay, options);
+  if (!result.difference.empty()) {
+    std::cerr << "takt-run: " << result.difference << '\n';
+    return 1;
+  }
+  if (!a.quiet) {
+    std::cout << "Recorded by " << result.version << ", cell '" << result.cell << "': " << result.worlds
+              << " scenarios, " << result.steps << " steps, " << result.commands << " commands, "
+              << result.requests << " requests.\n";
+    if (!result.early_end.empty()) std::cout << "Note: " << result.early_end << ".\n";
+    std::cout << "The same bits at all " << result.checkpoints << " checkpoints; the last one: step "
+              << result.step << ", state hash " << std::hex << result.state_hash << std::dec << ".\n";
+  }
+  return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -197,7 +227,7 @@ int main(int argc, char** argv) {
     const int code = app.exit(error);
     return code == 0 ? 0 : 2;
   }
-  if (arguments.scenario.empty() && arguments.check_mesh.empty()) {
+  if (arguments.scenario.empty() && arguments.check_mesh.empty() && arguments.replay.empty()) {
     std::cerr << "takt-run: a scenario file is required; or --check-mesh FILE. Run with --help for more.\n";
     return 2;
   }
@@ -205,6 +235,7 @@ int main(int argc, char** argv) {
     if (!arguments.check_mesh.empty()) {
       return takt::print_mesh_check(std::cout, arguments.check_mesh, arguments.mesh) ? 0 : 2;
     }
+    if (!arguments.replay.empty()) return replay(arguments);
     return run(arguments);
   } catch (const std::exception& error) {
     std::cerr << "takt-run: " << error.what() << '\n';

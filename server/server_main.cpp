@@ -38,6 +38,7 @@ struct Arguments {
   std::filesystem::path snapshots;
   std::optional<double> snapshot_every_s;
   bool supervised = false;
+  std::filesystem::path log, recordings;
   std::vector<std::string> overrides;
   std::optional<int> level_of_detail;
 };
@@ -90,6 +91,11 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
   app.add_flag(
       "--supervised", arguments.supervised,
       "start again after a crash, from the newest periodic snapshot; gives up after 5 crashes in 60 s");
+  app.add_option("--log", arguments.log,
+                 "record to this file all that changes the simulation, for takt-run --replay; one that is "
+                 "there is replaced");
+  app.add_option("--recordings", arguments.recordings,
+                 "directory of such files made by request (start_recording)");
   app.add_option("--lod", arguments.level_of_detail, "level of detail of every process");
   app.add_option("--set", arguments.overrides, "override a key of the scenario, e.g. solver.step_s=0.0005")
       ->option_text("KEY=VALUE ...")
@@ -115,6 +121,9 @@ takt::HostOptions host_options(const Arguments& arguments) {
   options.threads = arguments.threads;
   options.snapshots = arguments.snapshots;
   options.loop.save_every_s = arguments.snapshot_every_s.value_or(0.0);
+  options.log = arguments.log;
+  options.recordings = arguments.recordings;
+  options.version = std::string("takt-server ") + TAKT_VERSION;
   options.cache_directory = takt::user_cache_directory();
   options.on_note = [](const std::string& sentence) {
     std::fprintf(stderr, "takt-server: note: %s\n", sentence.c_str());

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "server/geometry/mesh_import.h"
+#include "server/runtime/log_recorder.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/scenario/urdf_reader.h"
 
@@ -54,18 +55,22 @@ std::shared_ptr<CellHost::World> CellHost::build(const WorldSource& source) {
 
 void CellHost::open(const WorldSource& source) {
   if (store_) store_->forget();
-  exchange(build(source));
+  auto first = build(source);
+  open_log();
+  exchange(std::move(first));
   opened();
 }
 
 void CellHost::open(std::shared_ptr<const CellModel> model) {
   if (store_) store_->forget();
+  open_log();
   exchange(make_world(std::make_shared<CellModel>(*model), 0.0));
   opened();
 }
 
 void CellHost::open_empty() {
   if (store_) store_->forget();
+  open_log();
   exchange(nullptr);
   opened();
 }
@@ -100,6 +105,7 @@ void CellHost::exchange(std::shared_ptr<World> next, std::optional<SimulationSta
     if (observer_ != nullptr) observer_->opened(next->loop);
     if (store_ && options_.loop.save_every_s > 0.0)
       next->writer.emplace(next->loop, *store_, session_of(next.get()));
+    record(*next);
     const std::lock_guard lock(mutex_);
     world_ = next;
     if (!stop_) next->loop.start();
@@ -223,6 +229,10 @@ void CellHost::execute(const Job& job) {
     save(job, *to_save);
   } else if (const auto* to_restore = std::get_if<RestoreSnapshot>(&job.action)) {
     restore(job, *to_restore);
+  } else if (const auto* to_record = std::get_if<StartRecording>(&job.action)) {
+    start_recording(job, *to_record);
+  } else if (std::holds_alternative<StopRecording>(job.action)) {
+    stop_recording(job);
   } else if (std::holds_alternative<UnloadScenario>(job.action)) {
     unload(id);
   } else {
@@ -295,6 +305,7 @@ void CellHost::stop() {
   news_.notify_all();
   if (loaded) loaded->loop.stop();
   if (thread_.joinable()) thread_.join();
+  end_recording();
 }
 
 void CellHost::reply(std::uint64_t id, ControlResult result, std::string message, TextArguments values) {

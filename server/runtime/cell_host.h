@@ -23,6 +23,7 @@
 #include <string>
 #include <thread>
 
+#include "server/runtime/command_log.h"
 #include "server/runtime/host_requests.h"
 #include "server/runtime/mail.h"
 #include "server/runtime/run_loop.h"
@@ -55,6 +56,9 @@ struct HostOptions {
   bool end_at_duration = false;             ///< pause when the scenario's duration has been simulated
   int threads = 1;                          ///< for the collision checks
   std::filesystem::path snapshots{};        ///< directory of snapshots; empty: none are kept
+  std::filesystem::path log{};              ///< file to record to from the start; empty: none
+  std::filesystem::path recordings{};       ///< directory of recordings by request; empty: none are possible
+  std::string version{};                    ///< of the server, for recordings
   std::filesystem::path cache_directory{};  ///< of convex decompositions; empty: none is kept
   /// Called with what a person must be told about imported meshes and robots, by the thread that reads them;
   /// it goes out as an event too.
@@ -137,6 +141,15 @@ class CellHost {
   Session session_of(const World* loaded) const;
   /// Says how it goes on, as the end of a sentence.
   std::string resume_session(const Session& session);
+  // cell_host_recording.cpp
+  static LogWorld logged_world(const World& world);
+  std::unique_ptr<LogRecorder> make_recorder(const std::filesystem::path& file, bool replace);
+  void open_log();        ///< of the options. Throws LogError
+  void open_log_again();  ///< in a server that was started again
+  void record(World& world);
+  void end_recording();
+  void start_recording(const Job& job, const StartRecording& request);
+  void stop_recording(const Job& job);
   /// nullptr: none. `kept_state`: pace and controllers stay, and the new loop starts in that state.
   void exchange(std::shared_ptr<World> next, std::optional<SimulationState> kept_state = std::nullopt);
   /// As above; false when the new one could not be shown and nothing is loaded now, which was replied.
@@ -153,7 +166,8 @@ class CellHost {
   std::function<void()> on_quit_;
   std::optional<WorkerPool> pool_;
   std::optional<SessionStore> store_;
-  std::uint32_t worlds_ = 0;  ///< loaded so far; thread of the host, or of open()
+  std::unique_ptr<LogRecorder> recorder_;  ///< thread of the host, or of open(), or the last of stop()
+  std::uint32_t worlds_ = 0;               ///< loaded so far; thread of the host, or of open()
 
   mutable std::mutex mutex_;
   std::condition_variable news_;

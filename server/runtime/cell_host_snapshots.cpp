@@ -104,6 +104,7 @@ void CellHost::restore(const Job& job, const RestoreSnapshot& request) {
 
 void CellHost::resume(const std::string& crash, const std::optional<WorldSource>& otherwise) {
   const auto session = store_ ? store_->read() : std::nullopt;
+  open_log_again();
   std::string how;
   if (session) {
     try {
@@ -137,19 +138,7 @@ std::string CellHost::resume_session(const Session& session) {
   }
   auto next = build(*session.source);
   if (!session.changes.empty()) {
-    Scenario content = *next->content;
-    for (const ControlRequest& change : session.changes) {
-      const auto parsed = parse_host_request(change);
-      if (!parsed || !std::holds_alternative<HostAction>(*parsed)) continue;
-      const auto& action = std::get<HostAction>(*parsed);
-      const auto* to_spawn = std::get_if<SpawnEntity>(&action);
-      const auto* to_delete = std::get_if<DeleteEntity>(&action);
-      if (to_spawn == nullptr && to_delete == nullptr) continue;
-      auto result = to_spawn != nullptr ? changed(content, *to_spawn) : changed(content, *to_delete);
-      if (const auto* refusal = std::get_if<HostRefusal>(&result)) throw std::runtime_error(refusal->message);
-      content = std::get<ChangedScenario>(std::move(result)).scenario;
-    }
-    auto changed_world = build(content);
+    auto changed_world = build(with_changes(*next->content, session.changes));
     changed_world->source = next->source;
     changed_world->as_loaded = next->as_loaded;
     changed_world->changes = session.changes;

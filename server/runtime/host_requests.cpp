@@ -86,6 +86,12 @@ Parsed parse_restore(const ControlRequest& request) {
   return arguments.result<HostAction>(action);
 }
 
+Parsed parse_start_recording(const ControlRequest& request) {
+  RequestArguments arguments(request, {"name"});
+  return arguments.result<HostAction>(
+      StartRecording{arguments.text("name", "what the recording is called.")});
+}
+
 /// Nothing: the loop's business.
 std::optional<Parsed> parse_reset(const ControlRequest& request) {
   const auto parsed = parse(request, CellDescription{});
@@ -109,6 +115,8 @@ std::optional<Parsed> parse_host_request(const ControlRequest& request, bool wit
   if (name == "delete_entity") return parse_delete(request);
   if (name == "save_snapshot") return parse_save(request);
   if (name == "restore_snapshot") return parse_restore(request);
+  if (name == "start_recording") return parse_start_recording(request);
+  if (name == "stop_recording") return RequestArguments(request, {}).result<HostAction>(StopRecording{});
   if (name == "reset" && with_spawned) return parse_reset(request);
   return std::nullopt;
 }

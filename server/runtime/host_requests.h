@@ -53,12 +53,17 @@ struct SaveSnapshot {
 struct RestoreSnapshot {
   std::string name;
 };
+/// All that changes the simulation from here on into a file `name`.taktlog in the directory of recordings.
+struct StartRecording {
+  std::string name;
+};
+struct StopRecording {};
 using HostAction = std::variant<LoadScenario, UnloadScenario, ReloadScenario, SpawnEntity, DeleteEntity,
-                                ResetSpawned, SaveSnapshot, RestoreSnapshot>;
+                                ResetSpawned, SaveSnapshot, RestoreSnapshot, StartRecording, StopRecording>;
 
-inline constexpr std::array<std::string_view, 7> kHostRequests{
-    "load_scenario", "unload_scenario", "reload_scenario", "spawn_entity",
-    "delete_entity", "save_snapshot",   "restore_snapshot"};
+inline constexpr std::array<std::string_view, 9> kHostRequests{
+    "load_scenario", "unload_scenario",  "reload_scenario", "spawn_entity",  "delete_entity",
+    "save_snapshot", "restore_snapshot", "start_recording", "stop_recording"};
 
 /// Nothing when the request is none of these. `with_spawned`: something was spawned or deleted, so that a
 /// reset may be one of these.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/runtime/log_recorder.h"
 #include "server/runtime/scheduling.h"
 #include "server/simulation/cell_model.h"
 
@@ -112,6 +113,7 @@ void RunLoop::run() {
     }
     take_step();
   }
+  if (recorder_ != nullptr) recorder_->end_world(simulation_);
   refuse_what_waits();
   state_ = SimulationState::quitting;
   publish_status(monotonic_now_ns());
@@ -253,16 +255,19 @@ void RunLoop::finish_boundaries(std::uint64_t step) {
 void RunLoop::take_step() {
   const std::uint64_t step = simulation_.step_index();
   gather_batch();
+  if (recorder_ != nullptr) recorder_->commands(simulation_, batch_);
   const std::int64_t began = monotonic_now_ns();
   const bool advanced = simulation_.step(batch_);
   const std::int64_t ended = monotonic_now_ns();
   if (!advanced) {
+    if (recorder_ != nullptr) recorder_->fault(simulation_);
     faulted_ = true;
     EventRecord fault = event(EventCode::simulation_fault, Severity::error);
     fault.text.assign(simulation_.fault());
     pause_with(fault);
     return;
   }
+  if (recorder_ != nullptr) recorder_->stepped(simulation_);
   step_time_.record_ns(ended - began);
   computed_ns_ += ended - began;
   commands_applied_ += batch_.size();

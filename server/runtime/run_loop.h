@@ -40,6 +40,8 @@
 
 namespace takt {
 
+class LogRecorder;
+
 struct RunLoopOptions {
   Pace pace = Pace::realtime;
   double factor = 1.0;  ///< simulated seconds per second of wall time, for realtime
@@ -98,6 +100,11 @@ class RunLoop {
   Wakeup& saved_news() { return saved_news_; }
   /// In the loop's thread, or before start().
   void save(SavedState& saved);
+
+  /// In the loop's thread, or before start(): records from here on what changes the simulation; nullptr ends
+  /// that. It must outlive the loop, or its replacement.
+  void record_with(LogRecorder* recorder) { recorder_ = recorder; }
+  LogRecorder* recorder() const { return recorder_; }
 
   /// Before start(): another state than that of the options.
   void begin_in(SimulationState state) { state_ = state; }
@@ -215,6 +222,7 @@ class RunLoop {
   SimulationState state_;
   Pace pace_;
   double factor_;
+  LogRecorder* recorder_ = nullptr;
   bool faulted_ = false, ended_ = false;
   std::vector<Question> questions_;  ///< to be answered one between two steps, oldest first
   std::uint64_t single_steps_left_ = 0;

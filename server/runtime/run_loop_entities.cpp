@@ -1,4 +1,5 @@
 // Requests that take hold of a Part.
+#include "server/runtime/log_recorder.h"
 #include "server/runtime/run_loop.h"
 
 namespace takt {
@@ -18,6 +19,7 @@ void RunLoop::execute(std::uint64_t id, const SetEntityState& action) {
     reply(id, ControlResult::failed, "It stays where it is: " + refusal);
     return;
   }
+  if (recorder_ != nullptr) recorder_->entity_state(simulation_, action.component, X_WB, V_WB);
   EventRecord set = event(EventCode::entity_state_set, Severity::information);
   set.a = action.component;
   set.position_W = X_WB.p;
@@ -32,6 +34,7 @@ void RunLoop::execute(std::uint64_t id, const Attach& action) {
     reply(id, ControlResult::failed, "It was not attached: " + refusal);
     return;
   }
+  if (recorder_ != nullptr) recorder_->attach(simulation_, action.part, action.to);
   EventRecord attached = event(EventCode::attached, Severity::information);
   attached.a = action.part;
   attached.b = action.to;
@@ -45,6 +48,7 @@ void RunLoop::execute(std::uint64_t id, const Detach& action) {
     reply(id, ControlResult::failed, "It was not detached: " + refusal);
     return;
   }
+  if (recorder_ != nullptr) recorder_->detach(simulation_, action.part);
   EventRecord detached = event(EventCode::detached, Severity::information);
   detached.a = action.part;
   emit(detached);

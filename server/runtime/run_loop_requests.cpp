@@ -4,6 +4,7 @@
 
 #include "server/runtime/entity_requests.h"
 #include "server/runtime/explain_reply.h"
+#include "server/runtime/log_recorder.h"
 #include "server/runtime/run_loop.h"
 
 namespace takt {
@@ -175,6 +176,7 @@ void RunLoop::execute(std::uint64_t id, const SetLevelOfDetail& action) {
     reply(id, ControlResult::failed, "The level of detail stays as it is: " + reason);
     return;
   }
+  if (recorder_ != nullptr) recorder_->level_of_detail(simulation_, action.process, action.level);
   EventRecord changed = event(EventCode::level_of_detail_changed, Severity::information);
   changed.a = action.process;
   changed.b = action.level;
@@ -311,7 +313,10 @@ void RunLoop::execute(std::uint64_t id, const UnregisterController& action) {
 
 void RunLoop::do_reset() {
   end_single_steps(ControlResult::failed, "The remaining steps were not taken: the cell was reset.");
+  const std::uint64_t step = simulation_.step_index();
+  if (recorder_ != nullptr) recorder_->checkpoint(simulation_);
   simulation_.reset();
+  if (recorder_ != nullptr) recorder_->reset(step);
   begin_anew(0);
   emit(event(EventCode::reset, Severity::information));
   publish_instant();

@@ -1,4 +1,5 @@
 // States of the simulation saved between two steps, and one restored.
+#include "server/runtime/log_recorder.h"
 #include "server/runtime/monotonic_clock.h"
 #include "server/runtime/run_loop.h"
 
@@ -6,6 +7,7 @@ namespace takt {
 
 void RunLoop::save(SavedState& saved) {
   simulation_.save_state(saved.bytes);
+  if (recorder_ != nullptr) recorder_->saved(simulation_);
   // The hash of the model is computed once only.
   if (identity_.model == 0) identity_ = identity_of(simulation_);
   identity_.step = simulation_.step_index();
@@ -36,8 +38,11 @@ void RunLoop::save_if_due() {
 }
 
 std::string RunLoop::restore(std::span<const std::byte> state) {
+  const std::uint64_t step = simulation_.step_index();
+  if (recorder_ != nullptr) recorder_->checkpoint(simulation_);
   const std::string refusal = simulation_.restore_state(state);
   if (!refusal.empty()) return refusal;
+  if (recorder_ != nullptr) recorder_->restored(step, state);
   end_single_steps(ControlResult::failed, "The remaining steps were not taken: a snapshot was restored.");
   begin_anew(simulation_.step_index());
   ended_ = options_.pause_at_s && simulation_.time_s() >= *options_.pause_at_s - 0.5 * cell().step_s;

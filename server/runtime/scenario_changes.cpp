@@ -1,6 +1,7 @@
 #include "server/runtime/scenario_changes.h"
 
 #include <algorithm>
+#include <stdexcept>
 
 namespace takt {
 namespace {
@@ -101,6 +102,22 @@ std::variant<ChangedScenario, HostRefusal> changed(const Scenario& scenario, con
   std::erase_if(result.scenario.expected, [&](const ExpectedPose& pose) { return pose.part == name; });
   for (ScenarioProcess& process : result.scenario.processes) std::erase(process.members, name);
   return result;
+}
+
+Scenario with_changes(const Scenario& scenario, std::span<const ControlRequest> requests) {
+  Scenario content = scenario;
+  for (const ControlRequest& request : requests) {
+    const auto parsed = parse_host_request(request);
+    if (!parsed || !std::holds_alternative<HostAction>(*parsed)) continue;
+    const auto& action = std::get<HostAction>(*parsed);
+    const auto* to_spawn = std::get_if<SpawnEntity>(&action);
+    const auto* to_delete = std::get_if<DeleteEntity>(&action);
+    if (to_spawn == nullptr && to_delete == nullptr) continue;
+    auto result = to_spawn != nullptr ? changed(content, *to_spawn) : changed(content, *to_delete);
+    if (const auto* refusal = std::get_if<HostRefusal>(&result)) throw std::runtime_error(refusal->message);
+    content = std::get<ChangedScenario>(std::move(result)).scenario;
+  }
+  return content;
 }
 
 }  // namespace takt

@@ -1,5 +1,6 @@
 #pragma once
 // Scenarios with a Part more or less, as spawn_entity and delete_entity ask for.
+#include <span>
 #include <string>
 #include <variant>
 
@@ -22,5 +23,9 @@ struct ChangedScenario {
 /// The Part belongs to the process of what it is a copy of, else to the first one.
 std::variant<ChangedScenario, HostRefusal> changed(const Scenario& scenario, const SpawnEntity& request);
 std::variant<ChangedScenario, HostRefusal> changed(const Scenario& scenario, const DeleteEntity& request);
+
+/// With everything that these requests spawn and delete, in turn. Throws std::runtime_error with the sentence
+/// of the first refusal.
+Scenario with_changes(const Scenario& scenario, std::span<const ControlRequest> requests);
 
 }  // namespace takt

@@ -8,11 +8,13 @@
 #include <new>
 
 #include "server/headless/in_process_controller.h"
+#include "server/runtime/log_recorder.h"
 #include "server/runtime/run_loop.h"
 #include "tests/support/algorithm_cells.h"
 #include "tests/support/loop_reader.h"
 #include "tests/support/ode_models.h"
 #include "tests/support/service_cell.h"
+#include "tests/support/temporary_directory.h"
 
 namespace {
 thread_local bool counting = false;
@@ -156,6 +158,10 @@ TEST(RunLoopAllocation, NoneInSteadyStateWithCommands) {
   };
   RunLoop loop(simulation, options);
   test::LoopReader reader(loop);
+  const test::TemporaryDirectory directory;
+  LogRecorder recorder(directory / "run", {});
+  recorder.begin_world({}, simulation, true);
+  loop.record_with(&recorder);
   loop.start();
   // One request before the counting begins; commands come in all the while.
   const auto steps = reader.submit("step", {{"steps", std::to_string(kEnd)}});
@@ -169,6 +175,8 @@ TEST(RunLoopAllocation, NoneInSteadyStateWithCommands) {
   loop.stop();
   EXPECT_EQ(counted_in_loop, 0U);
   EXPECT_EQ(counted_with_one, 1U);
+  EXPECT_GT(recorder.records(), 6U) << "nothing was recorded";
+  EXPECT_FALSE(recorder.failed()) << recorder.failure();
   Snapshot snapshot = simulation.make_snapshot();
   simulation.read_snapshot(snapshot);
   EXPECT_GT(snapshot.robots[0].commands_applied, 1U) << "no command was applied while counting";

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "client_lib/tools/takt/commands.h"
+#include "client_lib/tools/takt/record_all.h"
 
 namespace {
 
@@ -104,9 +105,15 @@ int run(int argc, char** argv) {
   })->add_option("--count", events_options.count, "end after this many");
 
   takt::tool::RecordOptions record_options;
-  auto* record = add("record", "write positions, joints and partners to a CSV file",
-                     [&] { return takt::tool::record(common, record_options); });
-  record->add_option("FILE", record_options.file, "CSV file to write; '-' is standard output")->required();
+  auto* record = add("record", "write positions, joints and partners to a CSV file", [&] {
+    return common.json ? takt::tool::record_all(common, record_options)
+                       : takt::tool::record(common, record_options);
+  });
+  record
+      ->add_option("FILE", record_options.file,
+                   "file to write; '-' is standard output; with --json states, contacts, power and events, "
+                   "one document a line")
+      ->required();
   record->add_option("--duration", record_options.duration_s, "end after this much simulated time, s");
   record->add_option("--until", record_options.until_s, "end at this simulated time, s");
   record->add_option("--period", record_options.period_s, "simulated time between rows, s")

@@ -1,0 +1,245 @@
+#include "client_lib/tools/takt/record_all.h"
+
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+namespace takt::tool {
+namespace {
+
+using client::Seconds;
+using nlohmann::json;
+
+/// How long a stream that is silent waits before it looks whether the recording is over.
+constexpr Seconds kLook{0.1};
+
+volatile std::sig_atomic_t interrupted = 0;
+extern "C" void on_signal(int) {
+  interrupted = 1;
+}
+
+json list(const client::Vector3& v) {
+  return {v.x, v.y, v.z};
+}
+
+template <typename Sample>
+json head(const char* kind, const Sample& sample) {
+  return {{"kind", kind}, {"time", sample.time_s}, {"step", sample.step}, {"epoch", sample.epoch}};
+}
+
+json line_of(const client::State& state) {
+  json line = head("state", state);
+  line["state_hash"] = std::to_string(state.state_hash);
+  const client::CellInfo& info = *state.cell;
+  for (std::size_t i = 0; i < state.components.size(); ++i) {
+    const auto& c = state.components[i];
+    if (info.components[i].type == client::ComponentType::ground) continue;
+    line["components"][info.components[i].name] = {
+        {"position", list(c.position_m)},
+        {"orientation", {c.orientation.x, c.orientation.y, c.orientation.z, c.orientation.w}},
+        {"linear_velocity", list(c.linear_velocity)},
+        {"angular_velocity", list(c.angular_velocity)},
+        {"force", list(c.force_N)},
+        {"torque", list(c.torque_Nm)},
+        {"state", to_string(c.state)},
+        {"partner", state.partner_of(info.components[i].name)}};
+  }
+  for (std::size_t i = 0; i < state.robots.size(); ++i)
+    line["robots"][info.robots[i].name] = {{"position", state.robots[i].position},
+                                           {"velocity", state.robots[i].velocity},
+                                           {"effort", state.robots[i].effort}};
+  for (std::size_t i = 0; i < state.grippers.size(); ++i)
+    line["grippers"][info.grippers[i].name] = {{"width", state.grippers[i].width_m},
+                                               {"force", state.grippers[i].force_N},
+                                               {"closed", state.grippers[i].closed}};
+  return line;
+}
+
+json line_of(const client::Contacts& contacts) {
+  json line = head("contacts", contacts);
+  line["omitted"] = contacts.omitted;
+  line["contacts"] = json::array();
+  for (const auto& c : contacts.contacts)
+    line["contacts"].push_back({{"base", c.base},
+                                {"target", c.target},
+                                {"force", list(c.force_N)},
+                                {"torque", list(c.torque_Nm)},
+                                {"center_of_pressure", list(c.center_of_pressure_m)},
+                                {"area", c.area_m2},
+                                {"normal_force", c.normal_force_N},
+                                {"friction_force", c.friction_force_N},
+                                {"largest_pressure", c.largest_pressure_Pa},
+                                {"largest_penetration", c.largest_penetration_m}});
+  return line;
+}
+
+json line_of(const client::Power& power) {
+  json line = head("power", power);
+  for (const auto& c : power.consumers)
+    line["consumers"][c.name] = {{"mechanical_power", c.mechanical_W},
+                                 {"electrical_power", c.electrical_W},
+                                 {"mechanical_energy", c.mechanical_energy_J},
+                                 {"electrical_energy", c.electrical_energy_J}};
+  return line;
+}
+
+json line_of(const client::Event& event) {
+  json line = head("event", event);
+  line["sequence_number"] = event.sequence_number;
+  line["severity"] = to_string(event.severity);
+  line["code"] = event.code;
+  line["subject"] = event.subject;
+  line["sender"] = event.sender;
+  line["message"] = event.message;
+  return line;
+}
+
+struct Count {
+  std::uint64_t written = 0, missed = 0;
+};
+
+class Recording {
+ public:
+  Recording(const Common& common, const RecordOptions& options)
+      : cell_(common.client),
+        options_(options),
+        file_(options.file == "-" ? stdout : std::fopen(options.file.c_str(), "w"), &close) {
+    if (!file_) throw std::runtime_error("The file '" + options.file + "' cannot be written.");
+  }
+
+  int run() {
+    const client::State first = cell_.state();
+    end_s_ = options_.duration_s ? first.time_s + *options_.duration_s : 1.0e300;
+    if (options_.until_s) end_s_ = std::min(end_s_, *options_.until_s);
+    std::vector<std::thread> threads;
+    threads.emplace_back([this] {
+      follow([&] {
+        next_sample<client::State>(states_, [&](const auto& p) { return cell_.wait_for_state(p, kLook); });
+      });
+    });
+    threads.emplace_back([this] {
+      follow([&] {
+        next_sample<client::Contacts>(contacts_,
+                                      [&](const auto& p) { return cell_.wait_for_contacts(p, kLook); });
+      });
+    });
+    threads.emplace_back([this] {
+      follow([&] {
+        next_sample<client::Power>(powers_, [&](const auto& p) { return cell_.wait_for_power(p, kLook); });
+      });
+    });
+    threads.emplace_back([this] { follow([&] { next_event(); }); });
+    for (std::thread& thread : threads) thread.join();
+    const auto figures = [](const Count& count) {
+      return json{{"written", count.written}, {"missed", count.missed}};
+    };
+    const json end{{"kind", "end"},
+                   {"states", figures(states_.count)},
+                   {"contacts", figures(contacts_.count)},
+                   {"power", figures(powers_.count)},
+                   {"events", figures(events_)}};
+    if (failure_.empty() || !broken_) write(end);
+    std::fprintf(stderr,
+                 "%llu states (%llu missed), %llu contacts (%llu), %llu power (%llu), %llu events (%llu).\n",
+                 number(states_.count.written), number(states_.count.missed), number(contacts_.count.written),
+                 number(contacts_.count.missed), number(powers_.count.written), number(powers_.count.missed),
+                 number(events_.written), number(events_.missed));
+    if (!failure_.empty()) throw std::runtime_error(failure_);
+    return 0;
+  }
+
+ private:
+  struct Stream {
+    std::uint64_t newest = 0;  ///< number of the sample; 0: none yet
+    double due_s = -1.0;
+    std::uint32_t epoch = 0;
+    Count count;
+  };
+  static void close(std::FILE* file) {
+    if (file != stdout) std::fclose(file);
+  }
+  static unsigned long long number(std::uint64_t value) { return value; }
+
+  /// Until the recording is over, in a thread of its own.
+  void follow(const std::function<void()>& once) {
+    try {
+      while (!over_.load()) {
+        if (interrupted != 0) over_.store(true);
+        once();
+      }
+    } catch (const std::exception& error) {
+      const std::lock_guard lock(mutex_);
+      if (failure_.empty()) failure_ = error.what();
+      over_.store(true);
+    }
+  }
+
+  template <typename Sample, typename Wait>
+  void next_sample(Stream& stream, const Wait& wait) {
+    const auto sample = wait([&](const Sample& s) { return s.sample_number > stream.newest; });
+    if (!sample) return;
+    if (stream.newest > 0) stream.count.missed += sample->sample_number - stream.newest - 1;
+    stream.newest = sample->sample_number;
+    // The server repeats an instant while it stands still.
+    const bool at_end = sample->time_s >= end_s_ - 1e-9;
+    const bool another = stream.count.written == 0 || sample->epoch != stream.epoch;
+    if (another || sample->time_s >= stream.due_s - 1e-9) {
+      stream.due_s = sample->time_s + options_.period_s;
+      stream.epoch = sample->epoch;
+      write(line_of(*sample));
+      ++stream.count.written;
+    }
+    if constexpr (std::is_same_v<Sample, client::State>) {
+      if (at_end) over_.store(true);
+    }
+  }
+
+  void next_event() {
+    const auto event = cell_.next_event(kLook);
+    if (!event) return;
+    events_.missed += event->missed_before;
+    ++events_.written;
+    write(line_of(*event));
+  }
+
+  void write(const json& line) {
+    const std::string text = line.dump(-1, ' ', false, json::error_handler_t::replace) + '\n';
+    const std::lock_guard lock(mutex_);
+    if (broken_) return;
+    if (std::fputs(text.c_str(), file_.get()) < 0 || std::fflush(file_.get()) != 0) {
+      broken_ = true;
+      over_.store(true);
+      failure_ = "The file '" + options_.file + "' cannot be written on.";
+    }
+  }
+
+  client::Client cell_;
+  RecordOptions options_;
+  std::unique_ptr<std::FILE, void (*)(std::FILE*)> file_;
+  double end_s_ = 0.0;
+  std::atomic<bool> over_{false};
+  Stream states_, contacts_, powers_;  // each of one thread
+  Count events_;                       // of one thread
+  std::mutex mutex_;
+  bool broken_ = false;  // guarded by mutex_
+  std::string failure_;  // guarded by mutex_
+};
+
+}  // namespace
+
+int record_all(const Common& common, const RecordOptions& options) {
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+  return Recording(common, options).run();
+}
+
+}  // namespace takt::tool
