@@ -127,7 +127,7 @@ std::vector<Picture> requested_pictures(const Arguments& a, double step_s) {
   return pictures;
 }
 
-takt::Pacer make_pacer(const Arguments& a) {
+takt::StepPacer make_pacer(const Arguments& a) {
   if (a.pace == "free") return {};
   const auto begin = std::chrono::steady_clock::now();
   return [begin, factor = a.factor](double time_s) {

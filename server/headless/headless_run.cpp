@@ -47,7 +47,7 @@ class ContactExtremes {
 }  // namespace
 
 HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, const HeadlessOptions& options,
-                            const StepObserver& observer, const Pacer& pacer) {
+                            const StepObserver& observer, const StepPacer& pacer) {
   HeadlessResult result;
   const double h = simulation.description().step_s;
   const auto steps = static_cast<std::uint64_t>(std::llround(options.duration_s / h));

@@ -47,11 +47,11 @@ struct HeadlessResult {
 /// Called after every step (before the first one with the initial state).
 using StepObserver = std::function<void(const Simulation&)>;
 /// Called before every step; may block to pace the run.
-using Pacer = std::function<void(double time_s)>;
+using StepPacer = std::function<void(double time_s)>;
 
 /// Never throws once running: a failing program or a diverging state ends the run with `fault` set.
 HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, const HeadlessOptions& options,
-                            const StepObserver& observer = {}, const Pacer& pacer = {});
+                            const StepObserver& observer = {}, const StepPacer& pacer = {});
 
 /// Distance between a component's place and the expected one (m), and the angle between the orientations
 /// (rad).

@@ -60,7 +60,9 @@ std::uint64_t random_run(const std::shared_ptr<const CellModel>& model, LogRecor
   loop.start();
   SavedState saved;
   for (int i = 0; i < actions; ++i) {
-    if (from_the_middle && i == actions / 2) EXPECT_TRUE(loop.between_steps([&] { begin(false); }));
+    if (from_the_middle && i == actions / 2) {
+      EXPECT_TRUE(loop.between_steps([&] { begin(false); }));
+    }
     switch (below(9)) {
       case 0:
         reader.request("attach", {{"part", "P"}, {"to", below(2) == 0 ? "Gripper1" : "C"}});
