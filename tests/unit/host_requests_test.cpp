@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <functional>
 
 #include "server/runtime/entity_requests.h"
@@ -125,8 +124,8 @@ TEST(EntityRequests, PatternsMatchAsAListOfAllWaysToPlaceTheStars) {
     return text;
   };
   int matched = 0;
-  for (std::size_t length = 0; length <= 4; ++length) {
-    for (std::size_t p = 0; p < std::pow(3.0, static_cast<double>(length)); ++p) {
+  for (std::size_t length = 0, patterns = 1; length <= 4; ++length, patterns *= 3) {
+    for (std::size_t p = 0; p < patterns; ++p) {
       const std::string pattern = word(p, "ab*", length);
       for (std::size_t name_length = 0; name_length <= 5; ++name_length) {
         for (std::size_t n = 0; n < (1U << name_length); ++n) {
