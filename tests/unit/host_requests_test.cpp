@@ -124,8 +124,7 @@ TEST(EntityRequests, PatternsMatchAsAListOfAllWaysToPlaceTheStars) {
     return text;
   };
   int matched = 0;
-  std::size_t patterns = 1;  // 3 to the power of the length
-  for (std::size_t length = 0; length <= 4; ++length, patterns *= 3) {
+  for (std::size_t length = 0, patterns = 1; length <= 4; ++length, patterns *= 3) {
     for (std::size_t p = 0; p < patterns; ++p) {
       const std::string pattern = word(p, "ab*", length);
       for (std::size_t name_length = 0; name_length <= 5; ++name_length) {
