@@ -113,7 +113,8 @@ Cost measure(std::uint32_t domain, const std::string& writer_identity, const std
 }
 
 int run(int samples, std::uint32_t domain) {
-  std::string directory = (std::filesystem::temp_directory_path() / "takt_bench_XXXXXX").string();
+  std::string directory =
+      (std::filesystem::temp_directory_path() / ("takt_bench_" + std::string(6, 'X'))).string();
   if (mkdtemp(directory.data()) == nullptr) return 1;
   const std::string script =
       std::string(TAKT_CONFIG_DIR) + "/dds/security/make_identities.sh '" + directory + "'";
