@@ -4,6 +4,7 @@
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
 #include <sys/mman.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <cstring>
 #include <new>
@@ -14,21 +15,27 @@ namespace {
 
 namespace transport = eprosima::fastdds::rtps;
 
-/// A copy of a packet with zeros behind it. Fast DDS copies a fragment by sizes that an earlier packet has
-/// told, and so may read behind this one: up to a whole sample. Pages that are only read cost no memory.
+/// A copy of a packet: in shared memory others read the same bytes, and may write them. With zeros behind it
+/// where it has a fragment: Fast DDS copies fragments by sizes that an earlier packet has told, and so may
+/// read up to a whole sample beyond the end. Pages that are only read cost no memory.
 class PacketCopy {
  public:
+  PacketCopy() = default;
+  PacketCopy(const PacketCopy&) = delete;
+  PacketCopy& operator=(const PacketCopy&) = delete;
   ~PacketCopy() {
     if (pages_ != nullptr) munmap(pages_, capacity_);
   }
-  std::uint8_t* take(std::span<const std::uint8_t> packet, std::size_t readable_behind) {
+  std::span<std::uint8_t> take(std::span<const std::uint8_t> packet, std::size_t readable_behind) {
     const std::size_t wanted = packet.size() + readable_behind;
     if (wanted > capacity_) grow(wanted + (1U << 16U));
     std::memcpy(pages_, packet.data(), packet.size());
-    // Only what an earlier, longer packet has left is to be cleared.
-    if (packet.size() < used_) std::memset(pages_ + packet.size(), 0, used_ - packet.size());
-    used_ = packet.size();
-    return pages_;
+    written_ = std::max(written_, packet.size());
+    return {pages_, packet.size()};
+  }
+  void clear_behind(std::size_t size) {
+    if (size < written_) std::memset(pages_ + size, 0, written_ - size);
+    written_ = size;
   }
 
  private:
@@ -39,10 +46,10 @@ class PacketCopy {
     if (pages_ != nullptr) munmap(pages_, capacity_);
     pages_ = static_cast<std::uint8_t*>(pages);
     capacity_ = wanted;
-    used_ = 0;
+    written_ = 0;
   }
   std::uint8_t* pages_ = nullptr;
-  std::size_t capacity_ = 0, used_ = 0;
+  std::size_t capacity_ = 0, written_ = 0;
 };
 
 class GuardTransport final : public transport::ChainingTransport {
@@ -58,27 +65,19 @@ class GuardTransport final : public transport::ChainingTransport {
   bool send(rtps::SenderResource* sender, const rtps::octet* data, std::uint32_t size,
             rtps::LocatorsIterator* begin, rtps::LocatorsIterator* end,
             const std::chrono::steady_clock::time_point& timeout) override {
-    guard_->fragments().note({data, size});
+    guard_->memory().note({data, size});
     return sender->send(data, size, begin, end, timeout);
   }
 
   void receive(transport::TransportReceiverInterface* next, const rtps::octet* data, std::uint32_t size,
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
-    const std::span packet(data, size);
-    const PacketReport report = inspect_packet(packet, guard_->limits(), &guard_->fragments());
+    thread_local PacketCopy copy;
+    const std::span<std::uint8_t> packet = copy.take({data, size}, guard_->limits().largest_sample_bytes);
+    const PacketReport report = clean_packet(packet, guard_->limits(), &guard_->memory());
     guard_->count(report.flaw);
     if (report.flaw != PacketFlaw::none) return;
-    const auto length = static_cast<std::uint32_t>(report.size);
-    if (!report.hides && !report.fragments) {
-      next->OnDataReceived(data, length, local, remote);
-      return;
-    }
-    // Never in place: in shared memory others read the same bytes.
-    thread_local PacketCopy copy;
-    std::uint8_t* bytes =
-        copy.take(packet.first(length), report.fragments ? guard_->limits().largest_sample_bytes : 0);
-    if (report.hides) hide_parameters({bytes, length}, guard_->limits());
-    next->OnDataReceived(bytes, length, local, remote);
+    if (report.fragments) copy.clear_behind(report.size);
+    next->OnDataReceived(packet.data(), static_cast<std::uint32_t>(report.size), local, remote);
   }
 
  private:

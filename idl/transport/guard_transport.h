@@ -19,7 +19,7 @@ class PacketGuard {
   explicit PacketGuard(const GuardLimits& limits) : limits_(limits) {}
 
   const GuardLimits& limits() const { return limits_; }
-  PacketMemory& fragments() { return fragments_; }
+  PacketMemory& memory() { return memory_; }
   void count(PacketFlaw flaw) {
     counts_[static_cast<std::size_t>(flaw)].fetch_add(1, std::memory_order_relaxed);
   }
@@ -35,7 +35,7 @@ class PacketGuard {
 
  private:
   const GuardLimits limits_;
-  PacketMemory fragments_;
+  PacketMemory memory_;
   std::array<std::atomic<std::uint64_t>, kPacketFlaws> counts_{};
 };
 

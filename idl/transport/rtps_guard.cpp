@@ -173,7 +173,7 @@ class PacketInspector {
         return is_sequence_number(number) ? PacketFlaw::none : PacketFlaw::sequence_number;
       }
       case kInfoTimestamp:
-        return (flags & 2U) != 0 || body.size() >= 8 ? PacketFlaw::none : PacketFlaw::submessage;
+        return check_timestamp(flags, body);
       case kInfoDestination:
         return body.size() >= 12 ? PacketFlaw::none : PacketFlaw::submessage;
       case kInfoSource:
@@ -190,6 +190,15 @@ class PacketInspector {
       default:
         return PacketFlaw::none;  // of other vendors or versions: skipped by all
     }
+  }
+
+  PacketFlaw check_timestamp(std::uint8_t flags, Bytes body) {
+    constexpr std::uint8_t invalid = 2;
+    if ((flags & invalid) != 0) return PacketFlaw::none;
+    if (body.size() < 8) return PacketFlaw::submessage;
+    report_.hides = true;
+    if (rewrite_ != nullptr) rewrite_[offset_ - 3] = static_cast<std::uint8_t>(flags | invalid);
+    return PacketFlaw::none;
   }
 
   /// Header of the transformation, encrypted bytes, tag: the sizes of AES-GCM and GMAC.
@@ -427,8 +436,9 @@ PacketReport inspect_packet(Bytes packet, const GuardLimits& limits, PacketMemor
   return PacketInspector(packet, limits, memory, nullptr).inspect();
 }
 
-void hide_parameters(std::span<std::uint8_t> packet, const GuardLimits& limits) noexcept {
-  PacketInspector(packet, limits, nullptr, packet.data()).inspect();
+PacketReport clean_packet(std::span<std::uint8_t> packet, const GuardLimits& limits,
+                          PacketMemory* memory) noexcept {
+  return PacketInspector(packet, limits, memory, packet.data()).inspect();
 }
 
 }  // namespace takt

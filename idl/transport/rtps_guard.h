@@ -56,7 +56,7 @@ class PacketMemory;
 
 struct PacketReport {
   PacketFlaw flaw = PacketFlaw::none;
-  bool hides = false;      ///< has parameters that hide_parameters() takes out
+  bool hides = false;      ///< has something that clean_packet() takes out
   bool fragments = false;  ///< has data in fragments
   /// What Fast DDS is to see: its own statistics at the end, which it reads with asserts, are cut off.
   std::size_t size = 0;
@@ -66,8 +66,11 @@ struct PacketReport {
 PacketReport inspect_packet(std::span<const std::uint8_t> packet, const GuardLimits& limits,
                             PacketMemory* memory) noexcept;
 
-/// Turns parameters of discovery data that nobody here needs and that have brought Fast DDS down (type
-/// objects, type information, content filters, data sharing) into padding. For packets without a flaw.
-void hide_parameters(std::span<std::uint8_t> packet, const GuardLimits& limits) noexcept;
+/// The same, and takes out on the way what nobody here needs and what has brought Fast DDS down or made it
+/// deaf: type objects, type information, content filters and data sharing become padding, source timestamps
+/// become invalid (a history keeps what has the latest: one from the future shuts out all others). Of use if
+/// there is no flaw.
+PacketReport clean_packet(std::span<std::uint8_t> packet, const GuardLimits& limits,
+                          PacketMemory* memory) noexcept;
 
 }  // namespace takt

@@ -1,5 +1,7 @@
 #include "server/dds/control_service.h"
 
+#include "server/dds/bounded_request.h"
+
 #include <utility>
 
 #include "server/dds/qos.h"
@@ -10,8 +12,8 @@ namespace takt {
 void ControlService::listen(Participant& participant, const TopicNames& topics) {
   writer_ = participant.create_writer<takt_msgs::msg::ControlReplyPubSubType>(
       topics.of_cell("control/reply"), control_writer_qos(participant));
-  participant.create_reader<takt_msgs::msg::ControlRequestPubSubType>(topics.of_cell("control/request"),
-                                                                      control_reader_qos(participant), this);
+  participant.create_reader<BoundedControlRequest>(topics.of_cell("control/request"),
+                                                   control_reader_qos(participant), this);
 }
 
 void ControlService::on_data_available(dds::DataReader* reader) {

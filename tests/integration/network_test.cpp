@@ -8,6 +8,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "server/dds/bounded_request.h"
 #include "tests/support/child_process.h"
 #include "tests/support/dds_service.h"
 #include "tests/support/identities.h"
@@ -192,6 +193,20 @@ TEST(Guard, WithoutItStockFastDdsDiesOfTheSame) {
   ChildProcess fuzz({kBin + "/takt-guard-fuzz", "--packets", "200000", "--seed", "2", "--no-guard"});
   EXPECT_EQ(fuzz.wait(), 0) << fuzz.text;
   EXPECT_NE(fuzz.text.find("without the guard the service "), std::string::npos) << fuzz.text;
+}
+
+TEST(Guard, ARequestOfMoreArgumentsThanAllowedIsNotDecoded) {
+  takt_msgs::msg::ControlRequest request;
+  request.client_id("somebody");
+  request.request("get_state");
+  takt_msgs::msg::ControlRequestPubSubType type;
+  for (const std::size_t count : {std::size_t{0}, std::size_t{64}, std::size_t{65}}) {
+    request.arguments().resize(count);
+    eprosima::fastrtps::rtps::SerializedPayload_t payload(type.getSerializedSizeProvider(&request)());
+    ASSERT_TRUE(type.serialize(&request, &payload));
+    EXPECT_EQ(BoundedControlRequest::within_bounds({payload.data, payload.length}), count <= 64) << count;
+    EXPECT_FALSE(BoundedControlRequest::within_bounds({payload.data, 12}));
+  }
 }
 
 TEST(Guard, CountsAndTellsWhatItDrops) {

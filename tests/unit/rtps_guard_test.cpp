@@ -296,7 +296,7 @@ TEST_P(RtpsGuard, TypeObjectsBecomePadding) {
     ASSERT_EQ(flaw_of(with), "none");
     EXPECT_TRUE(inspect_packet(with.wire.bytes, {}, nullptr).hides);
     Bytes hidden = with.wire.bytes;
-    hide_parameters(hidden, {});
+    clean_packet(hidden, {}, nullptr);
     EXPECT_EQ(
         hidden,
         packet().data(0, kSedpWriter, 4, ended(endpoint(big).parameter(0, Bytes(12, 0xee)))).wire.bytes);
@@ -304,6 +304,18 @@ TEST_P(RtpsGuard, TypeObjectsBecomePadding) {
   }
   EXPECT_FALSE(
       inspect_packet(packet().data(0, kSedpWriter, 4, ended(endpoint(big))).wire.bytes, {}, nullptr).hides);
+}
+
+TEST_P(RtpsGuard, TimestampsBecomeInvalid) {
+  const Packet with =
+      packet().submessage(0x09, 0, wire().u32(0x7fffffff).u32(0)).data(kReader, kWriter, 4, sample());
+  Bytes cleaned = with.wire.bytes;
+  EXPECT_EQ(to_string(clean_packet(cleaned, {}, nullptr).flaw), "none");
+  EXPECT_EQ(cleaned, packet()
+                         .submessage(0x09, 2, wire().u32(0x7fffffff).u32(0))
+                         .data(kReader, kWriter, 4, sample())
+                         .wire.bytes);
+  EXPECT_EQ(flaw_of(cleaned), "none");
 }
 
 TEST_P(RtpsGuard, EncryptedPacketsOnlyWithSecurity) {
@@ -370,7 +382,7 @@ TEST(RtpsGuardRandom, AnyBytesHaveAnAnswer) {
     packet.shrink_to_fit();  // so that a sanitizer sees the first byte beyond
     ++seen[static_cast<std::size_t>(inspect_packet(packet, {}, &sent).flaw)];
     sent.note(packet.size() < 20 ? std::span<const std::uint8_t>{} : packet);
-    hide_parameters(packet, {});
+    clean_packet(packet, {}, nullptr);
   }
   EXPECT_GT(seen[0], 1000U);
   EXPECT_GT(seen[static_cast<std::size_t>(PacketFlaw::parameter_list)], 1000U);
