@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "dds_common/wire_cursor.h"
+#include "idl/transport/wire_cursor.h"
 #include "takt_msgsPubSubTypes.h"
 
 namespace takt {
