@@ -72,6 +72,14 @@ TEST_P(RtpsGuard, LetsPassWhatIsInOrder) {
   EXPECT_EQ(flaw_of(packet().data(0, kSpdpWriter, 2, disposal.bytes)), "none");
 }
 
+TEST_P(RtpsGuard, PropertiesAsCycloneDdsSendsThem) {
+  const bool big = GetParam();
+  EXPECT_EQ(participant_flaw(0x59, wire().u32(0).bytes, big), "none");
+  EXPECT_EQ(participant_flaw(0x59, wire().u32(0).u32(0).bytes, big), "none") << "and no binary ones";
+  EXPECT_EQ(participant_flaw(0x59, wire().u32(0).u32(1).bytes, big), "text");
+  EXPECT_EQ(participant_flaw(0x59, wire().u32(0).u32(0).u32(0).bytes, big), "text");
+}
+
 TEST_P(RtpsGuard, Framing) {
   Bytes good = packet().data(kReader, kWriter, 4, sample()).wire.bytes;
   EXPECT_EQ(flaw_of(Bytes(good.begin(), good.begin() + 19)), "too_short");
