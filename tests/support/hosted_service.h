@@ -16,11 +16,11 @@ namespace takt::test {
 class HostedService {
  public:
   /// Without a scenario to begin with where `begin` is false.
-  explicit HostedService(bool begin = true, HostOptions options = paused())
+  explicit HostedService(bool begin = true, HostOptions options = paused(), ScenarioOptions scenario = {})
       : host(named(std::move(options))) {
     adapter = std::make_unique<DdsAdapter>(host, ParticipantOptions{"hosted", test_domain(), "", ""});
     if (begin) {
-      host.open(WorldSource{two_robots()});
+      host.open(WorldSource{two_robots(), std::move(scenario)});
     } else {
       host.open_empty();
     }
