@@ -15,8 +15,8 @@
 // For ROS2 looks at f a whole step ahead: there a body that flies free at t is deep inside another, and the
 // force that A knows nothing of throws it back with more than it came with (0.3 kg at 0.5 m/s on a layer
 // of 1.3 MN/m: thrown out from 2 ms on). The method of Euler takes energy out of such an impact, at any step.
-// What begins to press within a step is not in A: where that changes the velocity of a body by more than
-// 20 mm/s, the step is taken once more in 8 pieces.
+// What begins to press within a step is not in A: where that changes the velocity of a body that nothing
+// touched before by more than 20 mm/s, the step is taken once more in 8 pieces.
 //
 // Per step: two evaluations, one Jacobian by the models, one factorisation on a pattern that was analysed at
 // construction, two solutions. No iteration, so the time of a step has a bound.

@@ -129,7 +129,7 @@ TEST(ContactAllocation, NoneWhenTheBlocksAreAssembledAgain) {
     lists[pass] = simulation.contact_counts().rebuilds - before;
   }
   EXPECT_GT(total[0], 0U) << "nothing is counted";
-  EXPECT_GT(lists[1], 30U);
+  EXPECT_GE(lists[1], 20U) << "too few lists were made to tell";
   EXPECT_EQ(total[1], 0U);
 }
 
