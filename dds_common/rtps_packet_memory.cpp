@@ -1,5 +1,7 @@
 #include "dds_common/rtps_packet_memory.h"
 
+#include <algorithm>
+
 #include "dds_common/wire_cursor.h"
 
 namespace takt {
@@ -57,6 +59,14 @@ bool PacketMemory::admit(const Sample& sample, std::uint16_t fragment_bytes, std
   const std::uint64_t key = key_of(sample);
   any_received_.store(true, std::memory_order_relaxed);
   const std::lock_guard lock(mutex_);
+  const std::uint64_t writer_key = writer_key_of(sample);
+  Writer& writer = writers_[(writer_key >> 20U) % kWriters];
+  if (writer.key == writer_key) {
+    const std::int64_t number = sample.sequence_number;
+    const bool first = writer.fragments_to < writer.fragments_from;
+    writer.fragments_from = first ? number : std::min(writer.fragments_from, number);
+    writer.fragments_to = first ? number : std::max(writer.fragments_to, number);
+  }
   Received& entry = received_[(key >> 20U) % kReceived];
   if (entry.key == key) return entry.fragment_bytes == fragment_bytes && entry.sample_bytes == sample_bytes;
   entry = {key, sample_bytes, fragment_bytes};
@@ -64,11 +74,14 @@ bool PacketMemory::admit(const Sample& sample, std::uint16_t fragment_bytes, std
 }
 
 bool PacketMemory::follows(const Sample& sample) {
-  const std::uint64_t key = key_of({sample.sender, sample.writer, 0});
+  const std::uint64_t key = writer_key_of(sample);
   const std::int64_t number = sample.sequence_number;
   const std::lock_guard lock(mutex_);
   Writer& writer = writers_[(key >> 20U) % kWriters];
-  if (writer.key != key) writer = {key, 0, 0, 0};
+  if (writer.key != key) {
+    writer = {};
+    writer.key = key;
+  }
   if (number <= writer.highest + kStep) {
     if (number > writer.highest) writer.highest = number;
     writer.candidate = 0;
@@ -81,6 +94,20 @@ bool PacketMemory::follows(const Sample& sample) {
   if (number > most || writer.confirmed < kConfirmations) return false;
   writer.highest = number;
   return true;
+}
+
+bool PacketMemory::fragments_within(const Sample& sample, std::int64_t last) const {
+  const std::uint64_t key = writer_key_of(sample);
+  const std::lock_guard lock(mutex_);
+  const Writer& writer = writers_[(key >> 20U) % kWriters];
+  return writer.key == key && writer.fragments_from <= last && sample.sequence_number <= writer.fragments_to;
+}
+
+void PacketMemory::left_behind(const Sample& sample) {
+  const std::uint64_t key = writer_key_of(sample);
+  const std::lock_guard lock(mutex_);
+  Writer& writer = writers_[(key >> 20U) % kWriters];
+  if (writer.key == key) writer.fragments_from = std::max(writer.fragments_from, sample.sequence_number);
 }
 
 bool PacketMemory::same_as_before(std::uint64_t endpoint, std::uint64_t unchanging) {

@@ -32,6 +32,11 @@ class PacketMemory {
   /// Has come in fragments.
   bool fragmented(const Sample& sample) const;
 
+  /// A sample of this writer in fragments lies within sample.sequence_number .. last, as far as remembered.
+  bool fragments_within(const Sample& sample, std::int64_t last) const;
+  /// The writer no longer has anything before this number, and so there is nothing half assembled either.
+  void left_behind(const Sample& sample);
+
   /// A writer's numbers do not leap: Fast DDS walks over each number that was left out, at half a microsecond
   /// and more. A leap that the writer's next packets confirm is one (it wrote while nobody heard it), but for
   /// absurd ones.
@@ -58,6 +63,7 @@ class PacketMemory {
     std::int64_t highest = 0;    ///< 0: not heard of yet
     std::int64_t candidate = 0;  ///< of a leap that is not confirmed yet
     int confirmed = 0;
+    std::int64_t fragments_from = 0, fragments_to = -1;  ///< numbers of samples that came in fragments
   };
   struct Endpoint {
     std::uint64_t key = 0, unchanging = 0;
@@ -65,6 +71,9 @@ class PacketMemory {
   static constexpr std::size_t kEndpoints = 8192, kWriters = 4096, kSent = 1024, kReceived = 4096;
   static std::size_t slot(std::uint32_t writer, std::int64_t sequence_number);
   static std::uint64_t key_of(const Sample& sample);
+  static std::uint64_t writer_key_of(const Sample& sample) {
+    return key_of({sample.sender, sample.writer, 0});
+  }
 
   mutable std::mutex mutex_;
   std::array<Sent, kSent> sent_{};                // guarded by mutex_
