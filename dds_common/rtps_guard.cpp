@@ -89,7 +89,9 @@ PacketFlaw check_fragment(const Fragment& fragment, std::size_t payload_bytes, s
                      fragment.sample_bytes <= largest_sample && fragment.first > 0 && fragment.count > 0;
   if (!sizes) return PacketFlaw::fragment;
   const std::uint64_t total = fragment.total(), last = std::uint64_t{fragment.first} + fragment.count - 1;
-  if (last > total) return PacketFlaw::fragment;
+  // Whole in one piece it would be no fragment; Fast DDS goes on using such a sample after the reader has
+  // taken it.
+  if (last > total || fragment.count >= total) return PacketFlaw::fragment;
   const std::uint64_t offset = std::uint64_t{fragment.first - 1} * fragment.size;
   const std::uint64_t announced =
       last == total ? fragment.sample_bytes - offset : std::uint64_t{fragment.count} * fragment.size;

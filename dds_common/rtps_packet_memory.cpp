@@ -63,14 +63,23 @@ bool PacketMemory::admit(const Sample& sample, std::uint16_t fragment_bytes, std
   Writer& writer = writers_[(writer_key >> 20U) % kWriters];
   if (writer.key == writer_key) {
     const std::int64_t number = sample.sequence_number;
+    if (too_old(writer, number)) return false;
     const bool first = writer.fragments_to < writer.fragments_from;
     writer.fragments_from = first ? number : std::min(writer.fragments_from, number);
     writer.fragments_to = first ? number : std::max(writer.fragments_to, number);
   }
-  Received& entry = received_[(key >> 20U) % kReceived];
-  if (entry.key == key) return entry.fragment_bytes == fragment_bytes && entry.sample_bytes == sample_bytes;
-  entry = {key, sample_bytes, fragment_bytes};
+  if (const Received* known = find(key))
+    return known->fragment_bytes == fragment_bytes && known->sample_bytes == sample_bytes;
+  auto& ways = received_[(key >> 20U) % kReceived];
+  std::move_backward(ways.begin(), ways.end() - 1, ways.end());
+  ways.front() = {key, sample_bytes, fragment_bytes};
   return true;
+}
+
+const PacketMemory::Received* PacketMemory::find(std::uint64_t key) const {
+  for (const Received& entry : received_[(key >> 20U) % kReceived])
+    if (entry.key == key) return &entry;
+  return nullptr;
 }
 
 bool PacketMemory::follows(const Sample& sample) {
@@ -121,8 +130,10 @@ bool PacketMemory::same_as_before(std::uint64_t endpoint, std::uint64_t unchangi
 bool PacketMemory::fragmented(const Sample& sample) const {
   if (!any_received_.load(std::memory_order_relaxed)) return false;
   const std::uint64_t key = key_of(sample);
+  const std::uint64_t writer_key = writer_key_of(sample);
   const std::lock_guard lock(mutex_);
-  return received_[(key >> 20U) % kReceived].key == key;
+  const Writer& writer = writers_[(writer_key >> 20U) % kWriters];
+  return (writer.key == writer_key && too_old(writer, sample.sequence_number)) || find(key) != nullptr;
 }
 
 }  // namespace takt

@@ -27,9 +27,11 @@ class PacketMemory {
     std::uint32_t writer;
     std::int64_t sequence_number;
   };
+  /// So many numbers back what came in fragments is known for sure; older ones are not taken any more.
+  static constexpr std::int64_t kFragmentsBack = 1000;
   /// A fragment of that sample; false if it contradicts an earlier one.
   bool admit(const Sample& sample, std::uint16_t fragment_bytes, std::uint32_t sample_bytes);
-  /// Has come in fragments.
+  /// Has come in fragments, or may have.
   bool fragmented(const Sample& sample) const;
 
   /// A sample of this writer in fragments lies within sample.sequence_number .. last, as far as remembered.
@@ -68,18 +70,22 @@ class PacketMemory {
   struct Endpoint {
     std::uint64_t key = 0, unchanging = 0;
   };
-  static constexpr std::size_t kEndpoints = 8192, kWriters = 4096, kSent = 1024, kReceived = 4096;
+  static constexpr std::size_t kEndpoints = 8192, kWriters = 4096, kSent = 1024, kReceived = 4096, kWays = 4;
   static std::size_t slot(std::uint32_t writer, std::int64_t sequence_number);
   static std::uint64_t key_of(const Sample& sample);
+  const Received* find(std::uint64_t key) const;
+  bool too_old(const Writer& writer, std::int64_t number) const {
+    return number >= writer.fragments_from && number < writer.fragments_to - kFragmentsBack;
+  }
   static std::uint64_t writer_key_of(const Sample& sample) {
     return key_of({sample.sender, sample.writer, 0});
   }
 
   mutable std::mutex mutex_;
-  std::array<Sent, kSent> sent_{};                // guarded by mutex_
-  std::array<Received, kReceived> received_{};    // guarded by mutex_
-  std::array<Writer, kWriters> writers_{};        // guarded by mutex_
-  std::array<Endpoint, kEndpoints> endpoints_{};  // guarded by mutex_
+  std::array<Sent, kSent> sent_{};                                 // guarded by mutex_
+  std::array<std::array<Received, kWays>, kReceived> received_{};  // guarded by mutex_; newest first
+  std::array<Writer, kWriters> writers_{};                         // guarded by mutex_
+  std::array<Endpoint, kEndpoints> endpoints_{};                   // guarded by mutex_
   std::atomic<bool> any_received_{false};
 };
 

@@ -146,6 +146,8 @@ TEST_P(RtpsGuard, Fragments) {
   EXPECT_EQ(fragment(1, 0, 1000, 2500, 1000), "fragment");
   EXPECT_EQ(fragment(1, 1, 2, 4, 4), "fragment") << "no room for the list of those that are missing";
   EXPECT_EQ(fragment(1, 1, 1001, 1002, 1001), "fragment") << "nor in the last one";
+  EXPECT_EQ(fragment(1, 3, 1000, 2500, 2500), "fragment") << "all of it";
+  EXPECT_EQ(fragment(1, 2, 1000, 2500, 2000), "none");
   EXPECT_EQ(fragment(1, 1, 1000, 0xffffffff, 1000), "fragment") << "4 GB";
   EXPECT_EQ(fragment(1, 1, 1000, 2500, 1000, kSedpWriter), "fragmented_discovery");
 }
@@ -205,6 +207,10 @@ TEST(RtpsGuardSamples, FragmentsOfOneSampleFitEachOther) {
   EXPECT_EQ(fragment(6, 1, 800, 2600), "none");
   EXPECT_EQ(whole(5), "fragment") << "half of it has come already";
   EXPECT_EQ(whole(7), "none");
+  EXPECT_EQ(fragment(6 + PacketMemory::kFragmentsBack, 1, 1000, 2500), "none");
+  EXPECT_EQ(fragment(5, 1, 1000, 2500), "fragment") << "too far back to be sure";
+  EXPECT_EQ(fragment(6, 2, 800, 2600), "none");
+  EXPECT_EQ(whole(5), "fragment");
 }
 
 TEST(RtpsGuardSamples, AGapDoesNotCoverFragments) {
