@@ -7,6 +7,8 @@
 #include <mutex>
 #include <span>
 
+#include "dds_common/newest_entries.h"
+
 namespace takt {
 
 /// Bytes mixed up to a number, only to tell them apart.
@@ -32,10 +34,10 @@ class PacketMemory {
   /// A fragment of that sample; false if it contradicts an earlier one.
   bool admit(const Sample& sample, std::uint16_t fragment_bytes, std::uint32_t sample_bytes);
   /// Has come in fragments, or may have.
-  bool fragmented(const Sample& sample) const;
+  bool fragmented(const Sample& sample);
 
   /// A sample of this writer in fragments lies within sample.sequence_number .. last, as far as remembered.
-  bool fragments_within(const Sample& sample, std::int64_t last) const;
+  bool fragments_within(const Sample& sample, std::int64_t last);
   /// The writer no longer has anything before this number, and so there is nothing half assembled either.
   void left_behind(const Sample& sample);
 
@@ -70,22 +72,21 @@ class PacketMemory {
   struct Endpoint {
     std::uint64_t key = 0, unchanging = 0;
   };
-  static constexpr std::size_t kEndpoints = 8192, kWriters = 4096, kSent = 1024, kReceived = 4096, kWays = 4;
+  static constexpr std::size_t kSent = 1024;
   static std::size_t slot(std::uint32_t writer, std::int64_t sequence_number);
   static std::uint64_t key_of(const Sample& sample);
-  const Received* find(std::uint64_t key) const;
-  bool too_old(const Writer& writer, std::int64_t number) const {
-    return number >= writer.fragments_from && number < writer.fragments_to - kFragmentsBack;
-  }
   static std::uint64_t writer_key_of(const Sample& sample) {
     return key_of({sample.sender, sample.writer, 0});
   }
+  static bool too_old(const Writer& writer, std::int64_t number) {
+    return number >= writer.fragments_from && number < writer.fragments_to - kFragmentsBack;
+  }
 
-  mutable std::mutex mutex_;
-  std::array<Sent, kSent> sent_{};                                 // guarded by mutex_
-  std::array<std::array<Received, kWays>, kReceived> received_{};  // guarded by mutex_; newest first
-  std::array<Writer, kWriters> writers_{};                         // guarded by mutex_
-  std::array<Endpoint, kEndpoints> endpoints_{};                   // guarded by mutex_
+  mutable std::mutex mutex_;  // guards all below but any_received_
+  std::array<Sent, kSent> sent_{};
+  NewestEntries<Received, 4096> received_;
+  NewestEntries<Writer, 1024> writers_;
+  NewestEntries<Endpoint, 4096> endpoints_;
   std::atomic<bool> any_received_{false};
 };
 

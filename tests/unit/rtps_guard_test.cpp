@@ -213,6 +213,22 @@ TEST(RtpsGuardSamples, FragmentsOfOneSampleFitEachOther) {
   EXPECT_EQ(whole(5), "fragment");
 }
 
+TEST(RtpsGuardSamples, WhatIsInUseIsNotForgotten) {
+  struct Entry {
+    std::uint64_t key = 0, value = 0;
+  };
+  NewestEntries<Entry, 1> entries;
+  entries.insert(1).value = 10;
+  for (std::uint64_t key = 2; key < 100; ++key) {
+    entries.insert(key).value = key;
+    ASSERT_NE(entries.find(1), nullptr) << key;
+  }
+  EXPECT_EQ(entries.find(1)->value, 10U);
+  EXPECT_EQ(entries.find(2), nullptr);
+  for (std::uint64_t key = 200; key < 204; ++key) entries.insert(key);
+  EXPECT_EQ(entries.find(1), nullptr) << "four others in between";
+}
+
 TEST(RtpsGuardSamples, AGapDoesNotCoverFragments) {
   PacketMemory memory;
   const auto inspect = [&](const Packet& packet) { return flaw_of(packet.wire.bytes, {}, &memory); };
