@@ -89,7 +89,9 @@ PacketFlaw check_fragment(const Fragment& fragment, std::size_t payload_bytes, s
                      fragment.sample_bytes <= largest_sample && fragment.first > 0 && fragment.count > 0;
   if (!sizes) return PacketFlaw::fragment;
   const std::uint64_t total = fragment.total(), last = std::uint64_t{fragment.first} + fragment.count - 1;
-  if (last > total) return PacketFlaw::fragment;
+  // Whole in one piece it would be no fragment; Fast DDS goes on using such a sample after the reader has
+  // taken it.
+  if (last > total || fragment.count >= total) return PacketFlaw::fragment;
   const std::uint64_t offset = std::uint64_t{fragment.first - 1} * fragment.size;
   const std::uint64_t announced =
       last == total ? fragment.sample_bytes - offset : std::uint64_t{fragment.count} * fragment.size;
@@ -241,7 +243,9 @@ class PacketInspector {
     cursor.skip(4);
     if (!cursor.ok()) return PacketFlaw::submessage;
     const bool range = is_sequence_number(first) && last >= first - 1 && last <= kLargestSequenceNumber;
-    return range && follows(writer, std::max(first, last)) ? PacketFlaw::none : PacketFlaw::sequence_number;
+    if (!range || !follows(writer, std::max(first, last))) return PacketFlaw::sequence_number;
+    if (memory_ != nullptr) memory_->left_behind({sender_, writer, first});
+    return PacketFlaw::none;
   }
 
   PacketFlaw check_acknowledgement(WireCursor& cursor) {
@@ -261,7 +265,11 @@ class PacketInspector {
     if (!is_sequence_number(start)) return PacketFlaw::sequence_number;
     if (!read_number_set(cursor, false, set)) return PacketFlaw::number_set;
     const bool range = set.base >= start && set.base - start <= kLongestGap;
-    return range && follows(writer, set.base + set.highest) ? PacketFlaw::none : PacketFlaw::sequence_number;
+    const std::int64_t last = set.base + set.highest;
+    // Fast DDS removes a half-assembled sample that a gap covers, and goes on using it.
+    if (memory_ != nullptr && memory_->fragments_within({sender_, writer, start}, last))
+      return PacketFlaw::fragment;
+    return range && follows(writer, last) ? PacketFlaw::none : PacketFlaw::sequence_number;
   }
 
   PacketFlaw check_fragment_request(WireCursor& cursor) {
@@ -293,6 +301,9 @@ class PacketInspector {
     if (memory_ != nullptr && !is_builtin(writer) && memory_->fragmented({sender_, writer, number}))
       return PacketFlaw::fragment;
     const Bytes payload = body.subspan(cursor.position());
+    // A topic without keys has neither keys nor samples without data; Fast DDS takes both for samples.
+    constexpr std::uint32_t writer_without_key = 0x03;
+    if ((writer & 0xffU) == writer_without_key && !has_data) return PacketFlaw::payload;
     if (has_key) return payload.empty() ? PacketFlaw::payload : PacketFlaw::none;
     if (!has_data) return PacketFlaw::none;
     if (!is_encapsulation(payload)) return PacketFlaw::payload;
@@ -333,9 +344,12 @@ class PacketInspector {
     if (is_builtin(writer) && is_builtin(reader) && (reader & ~0x3fU) != (writer & ~0x3fU))
       return PacketFlaw::identity;
     if (!has_inline) return PacketFlaw::none;
-    const ListContext context{ListKind::inline_qos, speaks_for_itself(writer) ? &sender_ : nullptr, &limits_};
-    const ListReport list =
-        inspect_parameters(body.subspan(cursor.position()), cursor.big_endian(), context, nullptr);
+    const ListContext context{ListKind::inline_qos, speaks_for_itself(writer) ? &sender_ : nullptr, &limits_,
+                              !is_builtin(writer)};
+    const std::size_t at = cursor.position();
+    const ListReport list = inspect_parameters(body.subspan(at), cursor.big_endian(), context,
+                                               rewrite_ == nullptr ? nullptr : rewrite_ + offset_ + at);
+    report_.hides = report_.hides || list.hides;
     if (list.flaw != PacketFlaw::none) return list.flaw;
     cursor.skip(list.size);
     return PacketFlaw::none;

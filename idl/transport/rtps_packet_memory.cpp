@@ -1,5 +1,7 @@
 #include "idl/transport/rtps_packet_memory.h"
 
+#include <algorithm>
+
 #include "idl/transport/wire_cursor.h"
 
 namespace takt {
@@ -54,23 +56,53 @@ std::uint64_t PacketMemory::key_of(const Sample& sample) {
 }
 
 bool PacketMemory::admit(const Sample& sample, std::uint16_t fragment_bytes, std::uint32_t sample_bytes) {
-  const std::uint64_t key = key_of(sample);
   any_received_.store(true, std::memory_order_relaxed);
   const std::lock_guard lock(mutex_);
-  Received& entry = received_[(key >> 20U) % kReceived];
-  if (entry.key == key) return entry.fragment_bytes == fragment_bytes && entry.sample_bytes == sample_bytes;
-  entry = {key, sample_bytes, fragment_bytes};
+  const std::int64_t number = sample.sequence_number;
+  if (Writer* writer = writers_.find(writer_key_of(sample))) {
+    if (too_old(*writer, number)) return false;
+    const bool first = writer->fragments_to < writer->fragments_from;
+    writer->fragments_from = first ? number : std::min(writer->fragments_from, number);
+    writer->fragments_to = first ? number : std::max(writer->fragments_to, number);
+  }
+  const std::uint64_t key = key_of(sample);
+  if (const Received* known = received_.find(key))
+    return known->fragment_bytes == fragment_bytes && known->sample_bytes == sample_bytes;
+  Received& entry = received_.insert(key);
+  entry.sample_bytes = sample_bytes;
+  entry.fragment_bytes = fragment_bytes;
   return true;
 }
 
+bool PacketMemory::fragmented(const Sample& sample) {
+  if (!any_received_.load(std::memory_order_relaxed)) return false;
+  const std::lock_guard lock(mutex_);
+  const Writer* writer = writers_.find(writer_key_of(sample));
+  return (writer != nullptr && too_old(*writer, sample.sequence_number)) ||
+         received_.find(key_of(sample)) != nullptr;
+}
+
+bool PacketMemory::fragments_within(const Sample& sample, std::int64_t last) {
+  const std::lock_guard lock(mutex_);
+  const Writer* writer = writers_.find(writer_key_of(sample));
+  return writer != nullptr && writer->fragments_from <= last &&
+         sample.sequence_number <= writer->fragments_to;
+}
+
+void PacketMemory::left_behind(const Sample& sample) {
+  const std::lock_guard lock(mutex_);
+  if (Writer* writer = writers_.find(writer_key_of(sample)))
+    writer->fragments_from = std::max(writer->fragments_from, sample.sequence_number);
+}
+
 bool PacketMemory::follows(const Sample& sample) {
-  const std::uint64_t key = key_of({sample.sender, sample.writer, 0});
+  const std::uint64_t key = writer_key_of(sample);
   const std::int64_t number = sample.sequence_number;
   const std::lock_guard lock(mutex_);
-  Writer& writer = writers_[(key >> 20U) % kWriters];
-  if (writer.key != key) writer = {key, 0, 0, 0};
+  Writer* known = writers_.find(key);
+  Writer& writer = known != nullptr ? *known : writers_.insert(key);
   if (number <= writer.highest + kStep) {
-    if (number > writer.highest) writer.highest = number;
+    writer.highest = std::max(writer.highest, number);
     writer.candidate = 0;
     return true;
   }
@@ -85,17 +117,9 @@ bool PacketMemory::follows(const Sample& sample) {
 
 bool PacketMemory::same_as_before(std::uint64_t endpoint, std::uint64_t unchanging) {
   const std::lock_guard lock(mutex_);
-  Endpoint& entry = endpoints_[(endpoint >> 20U) % kEndpoints];
-  if (entry.key == endpoint) return entry.unchanging == unchanging;
-  entry = {endpoint, unchanging};
+  if (const Endpoint* known = endpoints_.find(endpoint)) return known->unchanging == unchanging;
+  endpoints_.insert(endpoint).unchanging = unchanging;
   return true;
-}
-
-bool PacketMemory::fragmented(const Sample& sample) const {
-  if (!any_received_.load(std::memory_order_relaxed)) return false;
-  const std::uint64_t key = key_of(sample);
-  const std::lock_guard lock(mutex_);
-  return received_[(key >> 20U) % kReceived].key == key;
 }
 
 }  // namespace takt

@@ -322,6 +322,10 @@ ListReport inspect_parameters(Bytes bytes, bool big_endian, const ListContext& c
     }
     if (!discovery) {
       report.flaw = check_inline(id, value, context);
+      if (context.hide_key && id == 0x0070) {
+        report.hides = true;
+        if (rewrite != nullptr) rewrite[start] = rewrite[start + 1] = 0;
+      }
     } else if (const Rule* rule = rule_of(id)) {
       report.flaw = check_value(*rule, value, big_endian, context);
       if (rule->form == Form::locator && ++locators > kMostLocators) report.flaw = PacketFlaw::locator;

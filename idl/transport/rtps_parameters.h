@@ -16,6 +16,8 @@ struct ListContext {
   ListKind kind = ListKind::inline_qos;
   const GuidPrefixBytes* sender = nullptr;  ///< speaks for itself; null: anyone may be spoken of
   const GuardLimits* limits = nullptr;
+  bool hide_key =
+      false;  ///< before data of topics without keys: a key brings the history of Fast DDS out of order
 };
 
 struct ListReport {

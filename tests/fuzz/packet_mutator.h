@@ -33,6 +33,11 @@ class PacketMutator {
     if (below(2) == 0) renumber(packet.bytes);
     if (below(10) == 0) return packet;  // good ones in between keep the endpoints matched
     for (std::size_t n = 1 + below(4); n > 0; --n) mutate(packet.bytes);
+    // The number of a participant within its process: never that of another client, whose part nothing but
+    // security keeps others from playing.
+    constexpr std::size_t from = 16, to = 20;
+    if (packet.bytes.size() >= to)
+      std::copy(seed.bytes.begin() + from, seed.bytes.begin() + to, packet.bytes.begin() + from);
     return packet;
   }
 

@@ -154,6 +154,8 @@ TEST_P(RtpsGuard, Fragments) {
   EXPECT_EQ(fragment(1, 0, 1000, 2500, 1000), "fragment");
   EXPECT_EQ(fragment(1, 1, 2, 4, 4), "fragment") << "no room for the list of those that are missing";
   EXPECT_EQ(fragment(1, 1, 1001, 1002, 1001), "fragment") << "nor in the last one";
+  EXPECT_EQ(fragment(1, 3, 1000, 2500, 2500), "fragment") << "all of it";
+  EXPECT_EQ(fragment(1, 2, 1000, 2500, 2000), "none");
   EXPECT_EQ(fragment(1, 1, 1000, 0xffffffff, 1000), "fragment") << "4 GB";
   EXPECT_EQ(fragment(1, 1, 1000, 2500, 1000, kSedpWriter), "fragmented_discovery");
 }
@@ -213,6 +215,74 @@ TEST(RtpsGuardSamples, FragmentsOfOneSampleFitEachOther) {
   EXPECT_EQ(fragment(6, 1, 800, 2600), "none");
   EXPECT_EQ(whole(5), "fragment") << "half of it has come already";
   EXPECT_EQ(whole(7), "none");
+  EXPECT_EQ(fragment(6 + PacketMemory::kFragmentsBack, 1, 1000, 2500), "none");
+  EXPECT_EQ(fragment(5, 1, 1000, 2500), "fragment") << "too far back to be sure";
+  EXPECT_EQ(fragment(6, 2, 800, 2600), "none");
+  EXPECT_EQ(whole(5), "fragment");
+}
+
+TEST(RtpsGuardSamples, WhatIsInUseIsNotForgotten) {
+  struct Entry {
+    std::uint64_t key = 0, value = 0;
+  };
+  NewestEntries<Entry, 1> entries;
+  entries.insert(1).value = 10;
+  for (std::uint64_t key = 2; key < 100; ++key) {
+    entries.insert(key).value = key;
+    ASSERT_NE(entries.find(1), nullptr) << key;
+  }
+  EXPECT_EQ(entries.find(1)->value, 10U);
+  EXPECT_EQ(entries.find(2), nullptr);
+  for (std::uint64_t key = 200; key < 204; ++key) entries.insert(key);
+  EXPECT_EQ(entries.find(1), nullptr) << "four others in between";
+}
+
+TEST(RtpsGuardSamples, AGapDoesNotCoverFragments) {
+  PacketMemory memory;
+  const auto inspect = [&](const Packet& packet) { return flaw_of(packet.wire.bytes, {}, &memory); };
+  const auto gap = [&](std::int64_t start, std::int64_t base) {
+    return inspect(
+        Packet().submessage(0x08, 0, Wire().id(kReader).id(kWriter).sequence(start).sequence(base).u32(0)));
+  };
+  EXPECT_EQ(gap(1, 5), "none");
+  for (const std::int64_t number : {7, 9})
+    EXPECT_EQ(inspect(Packet().submessage(0x16, 0,
+                                          Wire()
+                                              .u16(0)
+                                              .u16(28)
+                                              .id(0)
+                                              .id(kWriter)
+                                              .sequence(number)
+                                              .u32(1)
+                                              .u16(1)
+                                              .u16(1000)
+                                              .u32(2500)
+                                              .u32(0x100)
+                                              .fill(1000))),
+              "none");
+  EXPECT_EQ(gap(5, 6), "none");
+  EXPECT_EQ(gap(5, 7), "fragment");
+  EXPECT_EQ(gap(9, 12), "fragment");
+  EXPECT_EQ(gap(10, 12), "none");
+  // The writer has nothing before 9 any more.
+  EXPECT_EQ(
+      inspect(Packet().submessage(0x07, 2, Wire().id(kReader).id(kWriter).sequence(9).sequence(12).u32(1))),
+      "none");
+  EXPECT_EQ(gap(5, 8), "none");
+  EXPECT_EQ(gap(5, 9), "fragment");
+}
+
+TEST(RtpsGuardSamples, ATopicWithoutKeysHasNone) {
+  Wire with_key;
+  with_key.parameter(0x70, Bytes(16, 9)).u16(1).u16(0).add(sample());
+  Bytes cleaned = Packet().data(kReader, kWriter, 6, with_key.bytes).wire.bytes;
+  EXPECT_EQ(to_string(clean_packet(cleaned, {}, nullptr).flaw), "none");
+  Wire without;
+  without.parameter(0, Bytes(16, 9)).u16(1).u16(0).add(sample());
+  EXPECT_EQ(cleaned, Packet().data(kReader, kWriter, 6, without.bytes).wire.bytes);
+  EXPECT_EQ(flaw_of(Packet().data(kReader, kWriter, 8, Bytes(16, 9))), "payload") << "a key alone";
+  EXPECT_EQ(flaw_of(Packet().data(kReader, kWriter, 0, {})), "payload") << "nothing at all";
+  EXPECT_EQ(flaw_of(Packet().data(kReader, 0x00000102, 8, Bytes(16, 9))), "none") << "of a topic with keys";
 }
 
 TEST(RtpsGuardSamples, NumbersOfAWriterDoNotLeap) {

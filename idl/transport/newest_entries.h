@@ -1,0 +1,40 @@
+#pragma once
+// A table of fixed size that keeps what was used last: whoever wants an entry forgotten has to bring several
+// others of the same set in between two of its uses.
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace takt {
+
+/// `Entry` has a member `key`, 0 when it is empty.
+template <typename Entry, std::size_t Sets>
+class NewestEntries {
+ public:
+  /// Null if it is not known. Finding is using.
+  Entry* find(std::uint64_t key) {
+    auto& set = set_of(key);
+    const auto found =
+        std::find_if(set.begin(), set.end(), [&](const Entry& entry) { return entry.key == key; });
+    if (found == set.end()) return nullptr;
+    std::rotate(set.begin(), found, found + 1);
+    return &set.front();
+  }
+  /// In place of the one that was not used for longest; empty but for its key.
+  Entry& insert(std::uint64_t key) {
+    auto& set = set_of(key);
+    std::rotate(set.begin(), set.end() - 1, set.end());
+    set.front() = {};
+    set.front().key = key;
+    return set.front();
+  }
+
+ private:
+  static constexpr std::size_t kWays = 4;
+  using Set = std::array<Entry, kWays>;
+  Set& set_of(std::uint64_t key) { return sets_[(key >> 20U) % Sets]; }
+  std::array<Set, Sets> sets_{};
+};
+
+}  // namespace takt
