@@ -55,8 +55,8 @@ void CalmParts::save(StateWriter& out) const {
 void CalmParts::load(StateReader& in) {
   wake_all();
   for (std::size_t i = 0; i < calm_.size(); ++i) {
-    calm_[i] = in.integer(0, steps_, "steps that a Part was calm");
-    group_[i] = in.integer(-1, static_cast<int>(group_.size()) - 1, "a group of sleeping Parts");
+    calm_[i] = in.integer<int>(0, steps_, "steps that a Part was calm");
+    group_[i] = in.integer<int>(-1, static_cast<int>(group_.size()) - 1, "a group of sleeping Parts");
     if (group_[i] < 0) continue;
     asleep_[static_cast<std::size_t>(resting_.parts()[i])] = 1;
     ++sleeping_;

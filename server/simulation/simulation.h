@@ -4,8 +4,8 @@
 // bits.
 //
 // Simulation::step(commands) is the whole algorithm:
-//   1 apply commands        set-points and gripper targets; nothing moves yet
-//   2 update connections    poses at t -> AABB broad phase -> MPR -> contact graph -> partner search ->
+//   1 apply commands        set-points (of trajectories too), targets of grippers and devices; nothing moves
+//   yet 2 update connections    poses at t -> AABB broad phase -> MPR -> contact graph -> partner search ->
 //   offsets of
 //                           changed partners. Every discrete decision is taken here, between accepted steps.
 //                           Then collision checking of robot programs, which only watches.
@@ -73,6 +73,14 @@ class Simulation {
   /// the other functions neither: they set the fault too.
   bool step(std::span<const Command> commands);
   const std::string& fault() const;  ///< valid until restore_state()
+
+  /// Whether robots act when their set-points stay away for longer than they allow
+  /// (RobotDescription::command_deadline). Off at first: for where somebody else waits for commands.
+  void watch_deadlines(bool watch);
+  /// What there was to tell of trajectories and deadlines in the most recent step.
+  std::span<const MotionNotice> motion_notices() const;
+  /// When the newest trajectory of a robot ends; negative: it follows none.
+  double trajectory_end_s(std::size_t robot) const;
 
   /// Back to the initial state; the epoch counts up.
   void reset();
