@@ -68,6 +68,7 @@ class GuardTransport final : public transport::ChainingTransport {
     const PacketReport report = inspect_packet(packet, guard_->limits(), &guard_->sent());
     guard_->count(report.flaw);
     if (report.flaw != PacketFlaw::none) return;
+    guard_->heard().note(packet);
     if (!report.hides && !report.fragments) {
       next->OnDataReceived(data, size, local, remote);
       return;

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "dds_common/fastdds.h"
+#include "dds_common/heard.h"
 #include "dds_common/rtps_guard.h"
 #include "dds_common/rtps_sent_fragments.h"
 
@@ -20,6 +21,7 @@ class PacketGuard {
 
   const GuardLimits& limits() const { return limits_; }
   SentFragments& sent() { return sent_; }
+  HeardParticipants& heard() const { return heard_; }
   void count(PacketFlaw flaw) {
     counts_[static_cast<std::size_t>(flaw)].fetch_add(1, std::memory_order_relaxed);
   }
@@ -36,6 +38,7 @@ class PacketGuard {
  private:
   const GuardLimits limits_;
   SentFragments sent_;
+  mutable HeardParticipants heard_;
   std::array<std::atomic<std::uint64_t>, kPacketFlaws> counts_{};
 };
 
