@@ -232,7 +232,10 @@ PacketFlaw check_value(const Rule& rule, Bytes value, bool big_endian, const Lis
     case Form::octets:
       return flaw_unless(read_octets(cursor, kMostOctets) && cursor.left() == 0);
     case Form::properties:
-      return flaw_unless(read_properties(cursor) && cursor.left() == 0, PacketFlaw::text);
+      // Binary properties may follow; Cyclone DDS sends their number, 0.
+      return flaw_unless(read_properties(cursor) && (cursor.left() == 0 || cursor.u32() == 0) &&
+                             cursor.ok() && cursor.left() == 0,
+                         PacketFlaw::text);
     case Form::strings:
       return flaw_unless(
           read_sequence(cursor, kMostPartitions, [&] { return read_string(cursor, kLongestPartition); }) &&
