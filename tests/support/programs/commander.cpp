@@ -1,6 +1,6 @@
 // A controller that is there to be killed: commands one robot, exclusively and strongly, to one pose.
-// Usage: takt-test-commander DOMAIN CELL ROBOT FIRST_JOINT [lease]. Sends, prints "ready", and stays until it is
-// killed. With `lease` it promises a sign of life every second, as takt's own clients do.
+// Usage: takt-test-commander DOMAIN CELL ROBOT FIRST_JOINT [lease]. Sends, prints "ready", and stays until it
+// is killed. With `lease` it promises a sign of life every second, as takt's own clients do.
 #include <unistd.h>
 
 #include <cstdio>
