@@ -217,6 +217,61 @@ void Client::send_joint_command(const std::string& robot, const std::vector<doub
   impl_->send(robot, sample);
 }
 
+void Client::send_trajectory(const std::string& robot, const std::vector<TrajectoryPoint>& points,
+                             std::optional<double> start_s) {
+  const auto known = cell();
+  const int index = known->find_robot(robot);
+  if (index < 0)
+    throw ClientError(ClientError::Kind::not_found,
+                      "The cell has no robot '" + robot + "'; it has " + names_of(known->robots) + ".");
+  const auto& joints = known->robots[static_cast<std::size_t>(index)].joints;
+  trajectory_msgs::msg::JointTrajectory sample;
+  sample.header().stamp(stamp(start_s));
+  for (const auto& joint : joints) sample.joint_names().push_back(joint.name);
+  for (const TrajectoryPoint& point : points) {
+    const std::string where = "point " + std::to_string(sample.points().size() + 1) + " for '" + robot + "'";
+    if (!(point.time_s >= 0.0 && point.time_s <= 2147483647.0))
+      throw ClientError(ClientError::Kind::invalid, "The time of " + where + ", " + text(point.time_s) +
+                                                        " s, is not between 0 and 2147483647 s.");
+    for (const auto* values : {&point.positions, &point.velocities, &point.accelerations}) {
+      if (values->size() != joints.size() && !(values->empty() && values != &point.positions))
+        throw ClientError(ClientError::Kind::invalid,
+                          "Robot '" + robot + "' has " + std::to_string(joints.size()) + " joints (" +
+                              names_of(joints) + "); " + where + " has " + std::to_string(values->size()) +
+                              " positions, velocities or accelerations.");
+      for (const double value : *values) require_finite(value, "A value of " + where);
+    }
+    auto& sent = sample.points().emplace_back();
+    const auto time = to_wire_time(point.time_s);
+    sent.time_from_start().sec(time.sec());
+    sent.time_from_start().nanosec(time.nanosec());
+    sent.positions(point.positions);
+    sent.velocities(point.velocities);
+    sent.accelerations(point.accelerations);
+  }
+  impl_->send(robot, sample);
+}
+
+void Client::set_signals(const std::string& device, const std::map<std::string, double>& signals,
+                         std::optional<double> stamp_s) {
+  const auto known = cell();
+  if (known->find_device(device) < 0)
+    throw ClientError(ClientError::Kind::not_found,
+                      "The cell has no device '" + device + "'; it has " + names_of(known->devices) + ".");
+  takt_msgs::msg::DeviceCommand sample;
+  sample.stamp(stamp(stamp_s));
+  for (const auto& [name, value] : signals) {
+    require_finite(value, "The signal '" + name.substr(0, 100) + "' for device '" + device + "'");
+    if (name.size() > 128 || sample.signals().size() == 32)
+      throw ClientError(ClientError::Kind::invalid, "Device '" + device +
+                                                        "' takes at most 32 signals at once, with names of "
+                                                        "at most 128 characters.");
+    sample.signals().emplace_back(name);
+    sample.values().push_back(value);
+  }
+  impl_->send(device, sample);
+}
+
 void Client::set_gripper(const std::string& gripper, GripperAction action, double width_m, double max_force_N,
                          std::optional<double> stamp_s) {
   const auto known = cell();

@@ -78,6 +78,13 @@ struct ClientOptions {
 
 enum class GripperAction : std::uint8_t { open = 0, close = 1, width = 2 };
 
+/// Positions (rad, m) of all joints in the order of RobotInfo::joints, and how they are passed. `velocities`
+/// and `accelerations` may be empty; the velocities of the last point must be 0.
+struct TrajectoryPoint {
+  double time_s = 0.0;  ///< from the start, ascending
+  std::vector<double> positions, velocities{}, accelerations{};
+};
+
 enum class Pace { realtime, free, lockstep };
 
 /// Named arguments or values of a control request, as text.
@@ -155,6 +162,16 @@ class Client {
   /// (command_rejected).
   void send_joint_command(const std::string& robot, const std::vector<double>& positions,
                           const std::vector<double>& velocities = {}, std::optional<double> stamp_s = {});
+  /// A motion of all joints through points, from where the robot is: linear through positions alone, cubic
+  /// with velocities, quintic with accelerations too (all points have them or none). It starts at `start_s`
+  /// (simulated time), or when it arrives; what is past then is left out. A set-point or another trajectory
+  /// replaces it; one without points stops the robot. Its end is told in the event trajectory_done. In
+  /// lockstep nothing else is due for this robot until then. Otherwise as above.
+  void send_trajectory(const std::string& robot, const std::vector<TrajectoryPoint>& points,
+                       std::optional<double> start_s = {});
+  /// Sets signals of a device; those not named stay as they are. Otherwise as above.
+  void set_signals(const std::string& device, const std::map<std::string, double>& signals,
+                   std::optional<double> stamp_s = {});
   /// `width_m` counts for GripperAction::width only, `max_force_N` 0 is the gripper's own limit. Otherwise as
   /// above.
   void set_gripper(const std::string& gripper, GripperAction action, double width_m = 0.0,

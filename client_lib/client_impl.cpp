@@ -304,6 +304,18 @@ void Client::Impl::send(const std::string& gripper, takt_msgs::msg::GripperComma
   write(sender, &sample, "a command for '" + gripper + "'");
 }
 
+void Client::Impl::send(const std::string& robot, trajectory_msgs::msg::JointTrajectory& sample) {
+  auto& sender = sender_for<trajectory_msgs::msg::JointTrajectoryPubSubType>(
+      robot + "/joint_trajectory", command_writer_qos(link.publisher(), options.ownership_strength));
+  write(sender, &sample, "a trajectory for '" + robot + "'");
+}
+
+void Client::Impl::send(const std::string& device, takt_msgs::msg::DeviceCommand& sample) {
+  auto& sender = sender_for<takt_msgs::msg::DeviceCommandPubSubType>(
+      device + "/command", command_writer_qos(link.publisher(), options.ownership_strength));
+  write(sender, &sample, "a command for '" + device + "'");
+}
+
 std::uint64_t Client::Impl::write_request(const std::string& name, const Arguments& arguments) {
   takt_msgs::msg::ControlRequest request;
   request.client_id(id);

@@ -45,6 +45,8 @@ struct Client::Impl {
   void write(Sender& sender, void* sample, const std::string& what);
   void send(const std::string& robot, sensor_msgs::msg::JointState& sample);
   void send(const std::string& gripper, takt_msgs::msg::GripperCommand& sample);
+  void send(const std::string& robot, trajectory_msgs::msg::JointTrajectory& sample);
+  void send(const std::string& device, takt_msgs::msg::DeviceCommand& sample);
 
   // From threads of DDS.
   void on_description(const takt_msgs::msg::CellDescription& sample, const GuidPrefix& from);

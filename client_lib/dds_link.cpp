@@ -127,8 +127,8 @@ dds::DataWriterQos command_writer_qos(const dds::Publisher& publisher, std::uint
   // The robot passes to the next sender when this one has shown no sign of life for so long. At most the
   // server's lease.
   qos.liveliness().kind = dds::AUTOMATIC_LIVELINESS_QOS;
-  qos.liveliness().lease_duration = Duration_t(2, 0);
-  qos.liveliness().announcement_period = Duration_t(0, 500000000);
+  qos.liveliness().lease_duration = Duration_t(1, 0);
+  qos.liveliness().announcement_period = Duration_t(0, 250000000);
   return qos;
 }
 

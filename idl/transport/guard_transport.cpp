@@ -76,6 +76,7 @@ class GuardTransport final : public transport::ChainingTransport {
     const PacketReport report = clean_packet(packet, guard_->limits(), &guard_->memory());
     guard_->count(report.flaw);
     if (report.flaw != PacketFlaw::none) return;
+    guard_->heard().note(packet);
     if (report.fragments) copy.clear_behind(report.size);
     next->OnDataReceived(packet.data(), static_cast<std::uint32_t>(report.size), local, remote);
   }

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "idl/transport/fastdds.h"
+#include "idl/transport/heard.h"
 #include "idl/transport/rtps_guard.h"
 #include "idl/transport/rtps_packet_memory.h"
 
@@ -20,6 +21,7 @@ class PacketGuard {
 
   const GuardLimits& limits() const { return limits_; }
   PacketMemory& memory() { return memory_; }
+  HeardParticipants& heard() const { return heard_; }
   void count(PacketFlaw flaw) {
     counts_[static_cast<std::size_t>(flaw)].fetch_add(1, std::memory_order_relaxed);
   }
@@ -36,6 +38,7 @@ class PacketGuard {
  private:
   const GuardLimits limits_;
   PacketMemory memory_;
+  mutable HeardParticipants heard_;
   std::array<std::atomic<std::uint64_t>, kPacketFlaws> counts_{};
 };
 

@@ -4,6 +4,9 @@
 // Exclusive senders (takt's clients) are arbitrated by DDS itself: the strongest that is alive is heard,
 // among equals the one with the lower identity; they come before all others. Shared senders (stock ROS 2
 // publishers) know no ownership: here the first of them that sends owns the target until it goes away.
+//
+// A robot is commanded on two topics, set-points and trajectories. DDS chooses on each by itself; here the
+// same order is kept across them, and one participant may use both.
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -20,6 +23,8 @@ class CommandArbiter {
     std::uint32_t strength = 0;
     std::array<std::uint8_t, 16>
         identity{};            ///< orders exclusive senders of equal strength: the lower one is heard
+    int topic = 0;             ///< which of the target's topics
+    bool spoke = false;        ///< has sent a command
     std::int64_t told_ns = 0;  ///< when this sender was last told that it is not heard
   };
   struct Verdict {
@@ -35,8 +40,8 @@ class CommandArbiter {
     const Sender* before = strongest();
     const std::optional<Sender> strongest_before = before != nullptr ? std::optional(*before) : std::nullopt;
     senders_.push_back(sender);
-    if (!sender.exclusive || !strongest_before) return std::nullopt;
-    return strongest()->id == sender.id ? strongest_before->id : sender.id;
+    if (!sender.exclusive || !strongest_before || together(sender, *strongest_before)) return std::nullopt;
+    return stronger(sender, *strongest_before) ? strongest_before->id : sender.id;
   }
 
   void vanished(std::uint64_t id) {
@@ -45,6 +50,13 @@ class CommandArbiter {
     if (exclusive_heard_ == id) exclusive_heard_ = 0;
   }
 
+  /// Whether this sender owned the target until now and somebody else is there who may have it.
+  bool would_pass_on(std::uint64_t id) const {
+    const Sender* owner = find(id);
+    if (owner == nullptr || (exclusive_heard_ != id && shared_owner_ != id)) return false;
+    return std::any_of(senders_.begin(), senders_.end(),
+                       [&](const Sender& other) { return other.id != id && !together(other, *owner); });
+  }
   bool knows(std::uint64_t id) const {
     return std::any_of(senders_.begin(), senders_.end(),
                        [&](const Sender& sender) { return sender.id == id; });
@@ -55,28 +67,56 @@ class CommandArbiter {
     const auto place =
         std::find_if(senders_.begin(), senders_.end(), [&](const Sender& sender) { return sender.id == id; });
     if (place == senders_.end()) return {};
-    if (place->exclusive) {  // DDS has already chosen
-      exclusive_heard_ = id;
-      return {true, id, false};
-    }
-    if (exclusive_heard_ == 0 && (shared_owner_ == 0 || shared_owner_ == id)) {
-      shared_owner_ = id;
-      return {true, id, false};
+    place->spoke = true;
+    std::uint64_t owner = exclusive_heard_;
+    if (place->exclusive) {  // on its topic DDS has already chosen
+      const Sender* other = stronger_on_another_topic(*place);
+      if (other == nullptr) {
+        exclusive_heard_ = id;
+        return {true, id, false};
+      }
+      owner = other->id;
+    } else if (exclusive_heard_ == 0) {
+      const Sender* first = find(shared_owner_);
+      if (first == nullptr || first->id == id || together(*first, *place)) {
+        if (first == nullptr) shared_owner_ = id;
+        return {true, id, false};
+      }
+      owner = shared_owner_;
     }
     const bool tell = place->told_ns == 0 || now_ns - place->told_ns >= 1'000'000'000;
     if (tell) place->told_ns = now_ns;
-    return {false, exclusive_heard_ != 0 ? exclusive_heard_ : shared_owner_, tell};
+    return {false, owner, tell};
   }
 
  private:
+  static constexpr std::size_t kParticipantBytes = 12;  ///< of an identity
+
+  /// One participant's senders on different topics.
+  static bool together(const Sender& a, const Sender& b) {
+    return a.topic != b.topic &&
+           std::equal(a.identity.begin(), a.identity.begin() + kParticipantBytes, b.identity.begin());
+  }
+  static bool stronger(const Sender& a, const Sender& b) {
+    return a.strength > b.strength || (a.strength == b.strength && a.identity < b.identity);
+  }
+  const Sender* find(std::uint64_t id) const {
+    const auto place =
+        std::find_if(senders_.begin(), senders_.end(), [&](const Sender& sender) { return sender.id == id; });
+    return place == senders_.end() ? nullptr : &*place;
+  }
+  const Sender* stronger_on_another_topic(const Sender& sender) const {
+    for (const Sender& other : senders_) {
+      if (other.exclusive && other.spoke && other.topic != sender.topic && !together(other, sender) &&
+          stronger(other, sender))
+        return &other;
+    }
+    return nullptr;
+  }
   const Sender* strongest() const {
     const Sender* best = nullptr;
     for (const Sender& sender : senders_) {
-      if (!sender.exclusive) continue;
-      const bool stronger =
-          best != nullptr && (sender.strength > best->strength ||
-                              (sender.strength == best->strength && sender.identity < best->identity));
-      if (best == nullptr || stronger) best = &sender;
+      if (sender.exclusive && (best == nullptr || stronger(sender, *best))) best = &sender;
     }
     return best;
   }

@@ -1,6 +1,9 @@
 #include "server/dds/command_subscriber.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -12,6 +15,12 @@
 
 namespace takt {
 namespace {
+
+HeardParticipants::Prefix prefix_of(const DdsGuid& guid) {
+  HeardParticipants::Prefix prefix{};
+  std::copy_n(guid.guidPrefix.value, prefix.size(), prefix.begin());
+  return prefix;
+}
 
 std::string policy_name(dds::QosPolicyId_t policy) {
   switch (policy) {
@@ -33,14 +42,19 @@ std::string policy_name(dds::QosPolicyId_t policy) {
 /// Listens to one topic with one kind of ownership.
 class CommandSubscriber::Reader final : public dds::DataReaderListener {
  public:
-  Reader(CommandSubscriber& owner, int target, bool exclusive)
-      : owner_(owner), target_(target), exclusive_(exclusive) {}
+  Reader(CommandSubscriber& owner, int target, Kind kind, bool exclusive)
+      : owner_(owner), target_(target), kind_(kind), exclusive_(exclusive) {}
 
   void on_data_available(dds::DataReader* reader) override {
-    if (target_ < static_cast<int>(owner_.loop_->cell().robots.size())) {
-      take<sensor_msgs::msg::JointState>(reader);
-    } else {
-      take<takt_msgs::msg::GripperCommand>(reader);
+    switch (kind_) {
+      case Kind::joints:
+        return take<sensor_msgs::msg::JointState>(reader);
+      case Kind::trajectory:
+        return take<trajectory_msgs::msg::JointTrajectory>(reader);
+      case Kind::gripper:
+        return take<takt_msgs::msg::GripperCommand>(reader);
+      case Kind::device:
+        return take<takt_msgs::msg::DeviceCommand>(reader);
     }
   }
   void on_subscription_matched(dds::DataReader*, const dds::SubscriptionMatchedStatus& status) override {
@@ -91,6 +105,7 @@ class CommandSubscriber::Reader final : public dds::DataReaderListener {
 
   CommandSubscriber& owner_;
   const int target_;
+  const Kind kind_;
   const bool exclusive_;
   std::uint32_t of_other_kind_ =
       0;  ///< senders refused for their kind of ownership; told by one thread of DDS
@@ -101,9 +116,22 @@ CommandSubscriber::CommandSubscriber(AdapterEvents& events, Senders& senders, To
 
 CommandSubscriber::~CommandSubscriber() = default;
 
+void CommandSubscriber::listen_for(const PacketGuard* guard, const DdsGuid& own) {
+  const std::lock_guard lock(mutex_);
+  heard_ = guard != nullptr ? &guard->heard() : nullptr;
+  own_ = own;
+  for (auto& [guid, writer] : writers_) watch(guid, writer);
+}
+
+void CommandSubscriber::watch(const DdsGuid& guid, Writer& writer) {
+  if (heard_ == nullptr || own_.is_on_same_process_as(guid))
+    writer.lease_s = std::numeric_limits<double>::infinity();
+  if (std::isfinite(writer.lease_s)) heard_->watch(prefix_of(guid));
+}
+
 void CommandSubscriber::open(Participant& participant, RunLoop& loop) {
   const CellDescription& cell = loop.cell();
-  const auto targets = static_cast<int>(cell.robots.size() + cell.grippers.size());
+  const int targets = target_count(cell);
   std::vector<AdapterEvent> news;
   {
     const std::lock_guard lock(mutex_);
@@ -116,36 +144,75 @@ void CommandSubscriber::open(Participant& participant, RunLoop& loop) {
     }
   }
   for (AdapterEvent& event : news) events_.post(std::move(event));
+  const std::lock_guard making(readers_mutex_);
+  const auto robots = static_cast<int>(cell.robots.size());
+  const auto grippers = static_cast<int>(cell.grippers.size());
   for (int target = 0; target < targets; ++target) {
-    const bool robot = target < static_cast<int>(cell.robots.size());
-    const std::string topic = topics_.of(target_name(cell, target), robot ? kJointCommands : kGripperCommand);
-    for (const bool exclusive : {true, false}) {
-      Listening& made = readers_.emplace_back();
-      made.listener = std::make_unique<Reader>(*this, target, exclusive);
-      const auto qos = command_reader_qos(participant, exclusive);
-      made.reader = robot ? participant.create_reader<sensor_msgs::msg::JointStatePubSubType>(
-                                topic, qos, made.listener.get())
-                          : participant.create_reader<takt_msgs::msg::GripperCommandPubSubType>(
-                                topic, qos, made.listener.get());
+    if (target < robots) {
+      listen(target, Kind::joints);
+      listen(target, Kind::trajectory);
+    } else {
+      listen(target, target < robots + grippers ? Kind::gripper : Kind::device);
     }
   }
 }
 
+void CommandSubscriber::listen(int target, Kind kind) {
+  const std::string topic = topics_.of(target_name(loop_->cell(), target), topic_of(kind));
+  for (const bool exclusive : {true, false}) {
+    Listening& made = readers_.emplace_back();
+    made.target = target;
+    made.kind = kind;
+    made.exclusive = exclusive;
+    made.listener = std::make_unique<Reader>(*this, target, kind, exclusive);
+    made.reader = make_reader(topic, made);
+  }
+}
+
+dds::DataReader* CommandSubscriber::make_reader(const std::string& topic, const Listening& made) {
+  auto qos = command_reader_qos(*participant_, made.exclusive);
+  if (made.kind == Kind::joints) qos = with_type_hash(std::move(qos), ros_type_hash::kJointState);
+  if (made.kind == Kind::trajectory) qos = with_type_hash(std::move(qos), ros_type_hash::kJointTrajectory);
+  auto* const listener = made.listener.get();
+  switch (made.kind) {
+    case Kind::joints:
+      return participant_->create_reader<sensor_msgs::msg::JointStatePubSubType>(topic, qos, listener);
+    case Kind::trajectory:
+      return participant_->create_reader<trajectory_msgs::msg::JointTrajectoryPubSubType>(topic, qos,
+                                                                                          listener);
+    case Kind::gripper:
+      return participant_->create_reader<takt_msgs::msg::GripperCommandPubSubType>(topic, qos, listener);
+    case Kind::device:
+      break;
+  }
+  return participant_->create_reader<takt_msgs::msg::DeviceCommandPubSubType>(topic, qos, listener);
+}
+
+std::string_view CommandSubscriber::topic_of(Kind kind) {
+  if (kind == Kind::joints) return kJointCommands;
+  return kind == Kind::trajectory ? kJointTrajectory : kCommand;
+}
+
 void CommandSubscriber::close() {
-  for (const Listening& listening : readers_) participant_->remove(listening.reader);
-  readers_.clear();
+  {
+    const std::lock_guard making(readers_mutex_);
+    for (const Listening& listening : readers_) participant_->remove(listening.reader);
+    readers_.clear();
+  }
   const std::lock_guard lock(mutex_);
   loop_ = nullptr;
 }
 
 void CommandSubscriber::writer_discovered(const DdsGuid& guid, const std::string& topic,
-                                          std::uint32_t strength) {
-  if (topics_.name_in(topic, kJointCommands).empty() && topics_.name_in(topic, kGripperCommand).empty())
+                                          std::uint32_t strength, double lease_s) {
+  if (topics_.name_in(topic, kJointCommands).empty() && topics_.name_in(topic, kJointTrajectory).empty() &&
+      topics_.name_in(topic, kCommand).empty())
     return;
   std::optional<AdapterEvent> event;
   {
     const std::lock_guard lock(mutex_);
-    writers_[guid] = {topic, strength};
+    Writer& writer = writers_[guid] = {topic, strength, lease_s, false};
+    if (heard_ != nullptr) watch(guid, writer);
     if (loop_ != nullptr) event = unheard(guid, topic, loop_->cell());
   }
   if (event) events_.post(std::move(*event));
@@ -153,8 +220,9 @@ void CommandSubscriber::writer_discovered(const DdsGuid& guid, const std::string
 
 std::optional<AdapterEvent> CommandSubscriber::unheard(const DdsGuid& guid, const std::string& topic,
                                                        const CellDescription& cell) const {
-  const std::string robot = topics_.name_in(topic, kJointCommands);
-  const std::string gripper = topics_.name_in(topic, kGripperCommand);
+  std::string robot = topics_.name_in(topic, kJointCommands);
+  if (robot.empty()) robot = topics_.name_in(topic, kJointTrajectory);
+  const std::string gripper = topics_.name_in(topic, kCommand);
   const auto event = [&](const char* code, const std::string& name, const Rejection& rejection) {
     return AdapterEvent{Severity::warning, code, name, text_of(guid),
                         "Nobody listens to the topic " + topic + ": " + rejection.message + "."};
@@ -164,7 +232,7 @@ std::optional<AdapterEvent> CommandSubscriber::unheard(const DdsGuid& guid, cons
     const auto verdict = validate(cell, RawJointCommand{robot, -1.0, {}, {}, {}, {}});
     return event("unknown_robot", robot, std::get<Rejection>(verdict));
   }
-  if (!gripper.empty() && cell.find_gripper(gripper) < 0) {
+  if (!gripper.empty() && cell.find_gripper(gripper) < 0 && cell.find_device(gripper) < 0) {
     const auto verdict = validate(cell, RawGripperCommand{gripper, -1.0, 0, 0.0, 0.0});
     return event("unknown_gripper", gripper, std::get<Rejection>(verdict));
   }
@@ -175,6 +243,71 @@ void CommandSubscriber::writer_removed(const DdsGuid& guid) {
   const std::lock_guard lock(mutex_);
   writers_.erase(guid);
   gone_.erase(guid);
+  const auto same = [&](const auto& other) { return other.first.guidPrefix == guid.guidPrefix; };
+  if (heard_ != nullptr && std::none_of(writers_.begin(), writers_.end(), same))
+    heard_->forget(prefix_of(guid));
+}
+
+void CommandSubscriber::look_after_owners() {
+  if (heard_ == nullptr) return;
+  std::vector<AdapterEvent> news;
+  std::set<int> freed;  // targets whose exclusive readers still listen to the silent one alone
+  {
+    const std::lock_guard lock(mutex_);
+    if (loop_ == nullptr) return;
+    for (auto& [guid, writer] : writers_) {
+      if (!std::isfinite(writer.lease_s)) continue;
+      const double silent_s = heard_->silent_s(prefix_of(guid));
+      if (writer.silent) {
+        if (silent_s < writer.lease_s) writer.silent = false;  // it takes part again with its next command
+        continue;
+      }
+      if (silent_s < writer.lease_s) continue;
+      writer.silent = true;
+      const int target = target_of_topic(writer.topic);
+      if (target < 0) continue;
+      CommandArbiter& arbiter = arbiters_[static_cast<std::size_t>(target)];
+      const std::uint64_t sender = senders_.id(guid);
+      const bool passes_on = arbiter.would_pass_on(sender);
+      arbiter.vanished(sender);
+      if (!passes_on) continue;
+      freed.insert(target);
+      const std::string name(target_name(loop_->cell(), target));
+      char silence[32];
+      std::snprintf(silence, sizeof(silence), "%.1f s", silent_s);
+      news.push_back({Severity::warning, "owner_silent", name, text_of(guid),
+                      "Nothing was heard of this sender of commands for " + name + " for " + silence +
+                          "; another one may command it now."});
+    }
+  }
+  if (!freed.empty()) renew_readers(freed);
+  for (AdapterEvent& event : news) events_.post(std::move(event));
+}
+
+// In DDS an exclusive reader keeps to its strongest sender for as long as that one's participant is
+// remembered. A new reader has none until the first command comes in, and that is not from one who is silent.
+void CommandSubscriber::renew_readers(const std::set<int>& targets) {
+  const std::lock_guard making(readers_mutex_);
+  for (Listening& listening : readers_) {
+    if (!listening.exclusive || !targets.contains(listening.target)) continue;
+    participant_->remove(listening.reader);
+    listening.reader = nullptr;
+    try {
+      listening.reader = make_reader(
+          topics_.of(target_name(loop_->cell(), listening.target), topic_of(listening.kind)), listening);
+    } catch (const DdsError& error) {
+      events_.post({Severity::error, "no_reader", std::string(target_name(loop_->cell(), listening.target)),
+                    "", error.what()});
+    }
+  }
+}
+
+int CommandSubscriber::target_of_topic(const std::string& topic) const {
+  for (const std::string_view last : {kJointCommands, kJointTrajectory, kCommand}) {
+    const std::string name = topics_.name_in(topic, last);
+    if (!name.empty()) return find_target(loop_->cell(), name);
+  }
+  return -1;
 }
 
 std::optional<std::uint64_t> CommandSubscriber::appeared(int target, const DdsGuid& guid, bool exclusive) {
@@ -186,7 +319,11 @@ std::optional<std::uint64_t> CommandSubscriber::appeared(int target, const DdsGu
   std::copy_n(guid.guidPrefix.value, 12, sender.identity.begin());
   std::copy_n(guid.entityId.value, 4, sender.identity.begin() + 12);
   const auto writer = writers_.find(guid);
-  sender.strength = writer == writers_.end() ? 0 : writer->second.strength;
+  if (writer != writers_.end()) {
+    if (writer->second.silent) return std::nullopt;
+    sender.strength = writer->second.strength;
+    sender.topic = topics_.name_in(writer->second.topic, kJointTrajectory).empty() ? 0 : 1;
+  }
   return arbiter.appeared(sender);
 }
 
@@ -224,6 +361,8 @@ void CommandSubscriber::deliver(int target, bool exclusive, const Command& comma
   {
     const std::lock_guard lock(mutex_);
     if (gone_.contains(guid)) return;
+    const auto writer = writers_.find(guid);
+    if (writer != writers_.end()) writer->second.silent = false;  // here it is
     // DDS hands over samples and matches by different threads: a first command may come before its sender.
     (void)appeared(target, guid, exclusive);
     verdict = arbiters_[static_cast<std::size_t>(target)].offered(sender, received_ns);

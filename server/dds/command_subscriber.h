@@ -9,6 +9,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "server/dds/command_arbiter.h"
@@ -27,6 +28,10 @@ class CommandSubscriber {
   CommandSubscriber(const CommandSubscriber&) = delete;
   CommandSubscriber& operator=(const CommandSubscriber&) = delete;
 
+  /// Before any writer is discovered: where to hear of participants. Null: their leases are left to DDS.
+  /// Participants of this process, whose packets take another way, are not listened for.
+  void listen_for(const PacketGuard* guard, const DdsGuid& own);
+
   /// Makes the readers for the robots and grippers of this loop's cell; what comes in goes to the loop. Both
   /// must live until close(). Throws DdsError; close() then removes what was made before.
   void open(Participant& participant, RunLoop& loop);
@@ -35,14 +40,33 @@ class CommandSubscriber {
 
   /// A writer of any topic was discovered. Called by the participant's listener, before a reader of that
   /// topic is told.
-  void writer_discovered(const DdsGuid& guid, const std::string& topic, std::uint32_t strength);
+  /// `lease_s`: within which it promises a sign of life; infinity: never.
+  void writer_discovered(const DdsGuid& guid, const std::string& topic, std::uint32_t strength,
+                         double lease_s);
   void writer_removed(const DdsGuid& guid);
+
+  /// Publishing thread, often: takes the targets of senders that have not kept their promise of a sign of
+  /// life, so that the next sender is heard. Fast DDS 2.9.1 would wait until the participant is given up.
+  void look_after_owners();
 
   std::uint64_t rejected() const { return rejected_.load(std::memory_order_relaxed); }
 
  private:
   class Reader;
   friend class Reader;
+  enum class Kind { joints, trajectory, gripper, device };
+  struct Listening {
+    int target = -1;
+    Kind kind = Kind::joints;
+    bool exclusive = false;
+    std::unique_ptr<Reader> listener;
+    dds::DataReader* reader = nullptr;
+  };
+  static std::string_view topic_of(Kind kind);
+  void listen(int target, Kind kind);
+  void renew_readers(const std::set<int>& targets);
+  int target_of_topic(const std::string& topic) const;
+  dds::DataReader* make_reader(const std::string& topic, const Listening& made);
 
   /// To be called with mutex_ held. See CommandArbiter::appeared.
   std::optional<std::uint64_t> appeared(int target, const DdsGuid& guid, bool exclusive);
@@ -57,21 +81,23 @@ class CommandSubscriber {
   struct Writer {
     std::string topic;
     std::uint32_t strength = 0;
+    double lease_s = 0.0;
+    bool silent = false;  ///< has not kept it; no sender until it is heard of again
   };
+  void watch(const DdsGuid& guid, Writer& writer);
   /// Of a command writer on a topic that nobody listens to: an event says so.
   std::optional<AdapterEvent> unheard(const DdsGuid& guid, const std::string& topic,
                                       const CellDescription& cell) const;
 
-  RunLoop* loop_ = nullptr;  ///< while open; changed with mutex_ held and no reader there
+  HeardParticipants* heard_ = nullptr;  // guarded by mutex_
+  DdsGuid own_;                         // guarded by mutex_
+  RunLoop* loop_ = nullptr;             ///< while open; changed with mutex_ held and no reader there
   Participant* participant_ = nullptr;
   AdapterEvents& events_;
   Senders& senders_;
   TopicNames topics_;
-  struct Listening {
-    std::unique_ptr<Reader> listener;
-    dds::DataReader* reader = nullptr;
-  };
-  std::vector<Listening> readers_;
+  std::mutex readers_mutex_;        ///< never taken with mutex_ held
+  std::vector<Listening> readers_;  // guarded by readers_mutex_
   std::atomic<std::uint64_t> rejected_{0};
   std::mutex mutex_;
   std::vector<CommandArbiter> arbiters_;  // guarded by mutex_; per target

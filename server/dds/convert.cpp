@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "server/dds/frames.h"
 #include "server/dds/participant.h"
 #include "server/runtime/command_buffer.h"
 
@@ -108,34 +109,6 @@ builtin_interfaces::msg::Time to_time(double time_s) {
   return time;
 }
 
-Validated<double> from_stamp(const builtin_interfaces::msg::Time& stamp, const std::string& subject) {
-  if (stamp.sec() < 0 || stamp.nanosec() >= 1'000'000'000U) {
-    return Rejection{
-        RejectionCode::malformed, subject,
-        "the stamp of " + std::to_string(stamp.sec()) + " s and " + std::to_string(stamp.nanosec()) +
-            " ns is no simulated time; seconds must not be negative, nanoseconds be below 1000000000"};
-  }
-  if (stamp.sec() == 0 && stamp.nanosec() == 0) return -1.0;
-  return static_cast<double>(stamp.sec()) + static_cast<double>(stamp.nanosec()) * 1e-9;
-}
-
-Validated<RawJointCommand> from_message(const std::string& robot,
-                                        const sensor_msgs::msg::JointState& message) {
-  const auto stamp = from_stamp(message.header().stamp(), robot);
-  if (const auto* rejection = std::get_if<Rejection>(&stamp)) return *rejection;
-  return RawJointCommand{
-      robot,           std::get<double>(stamp), message.name(), message.position(), message.velocity(),
-      message.effort()};
-}
-
-Validated<RawGripperCommand> from_message(const std::string& gripper,
-                                          const takt_msgs::msg::GripperCommand& message) {
-  const auto stamp = from_stamp(message.stamp(), gripper);
-  if (const auto* rejection = std::get_if<Rejection>(&stamp)) return *rejection;
-  return RawGripperCommand{gripper, std::get<double>(stamp), message.action(), message.width(),
-                           message.max_force()};
-}
-
 takt_msgs::msg::CellDescription to_message(const CellDescription& cell, const std::string& server_version) {
   takt_msgs::msg::CellDescription message;
   message.cell(fitting<128>(cell.cell, "The cell's name"));
@@ -148,6 +121,12 @@ takt_msgs::msg::CellDescription to_message(const CellDescription& cell, const st
   for (const auto& component : cell.components) message.components().push_back(to_message(component));
   for (const auto& robot : cell.robots) message.robots().push_back(to_message(robot));
   for (const auto& gripper : cell.grippers) message.grippers().push_back(to_message(gripper));
+  for (const auto& device : cell.devices) {
+    auto& described = message.devices().emplace_back();
+    described.name(fitting<128>(device.name, "The device's name"));
+    for (const auto& signal : device.signals)
+      described.signals().emplace_back(fitting<128>(signal.name, "The signal's name"));
+  }
   return message;
 }
 
@@ -157,7 +136,10 @@ takt_msgs::msg::CellState make_state_message(const CellDescription& cell) {
   message.components().resize(cell.components.size());
   message.robots().resize(cell.robots.size());
   message.grippers().resize(cell.grippers.size());
-  message.applied().resize(cell.robots.size() + cell.grippers.size());
+  message.devices().resize(cell.devices.size());
+  for (std::size_t i = 0; i < cell.devices.size(); ++i)
+    message.devices()[i].signals().resize(cell.devices[i].signals.size());
+  message.applied().resize(static_cast<std::size_t>(target_count(cell)));
   for (std::size_t i = 0; i < cell.robots.size(); ++i) {
     const auto joints = static_cast<std::size_t>(cell.robots[i].arm.joint_count());
     message.robots()[i].position().resize(joints);
@@ -170,6 +152,19 @@ takt_msgs::msg::CellState make_state_message(const CellDescription& cell) {
   }
   return message;
 }
+
+namespace {
+void fill_devices(takt_msgs::msg::CellState& message, const CellDescription& cell, const Snapshot& snapshot) {
+  for (std::size_t i = 0; i < snapshot.devices.size(); ++i) {
+    const DeviceSample& sample = snapshot.devices[i];
+    auto& signals = message.devices()[i].signals();
+    std::copy_n(sample.signals.begin(), signals.size(), signals.begin());
+    auto& applied = message.applied()[cell.robots.size() + cell.grippers.size() + i];
+    applied.count(sample.commands_applied);
+    applied.newest_stamp(to_time(sample.newest_stamp_s));
+  }
+}
+}  // namespace
 
 void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const Snapshot& snapshot) {
   message.stamp(to_time(snapshot.time_s));
@@ -213,10 +208,12 @@ void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const
     applied.count(sample.commands_applied);
     applied.newest_stamp(to_time(sample.newest_stamp_s));
   }
+  fill_devices(message, cell, snapshot);
 }
 
 sensor_msgs::msg::JointState make_joint_states_message(const RobotDescription& robot) {
   sensor_msgs::msg::JointState message;
+  message.header().frame_id(base_frame(robot));
   for (const auto& joint : robot.arm.joints) message.name().push_back(joint.name);
   message.position().resize(robot.arm.joints.size());
   message.velocity().resize(robot.arm.joints.size());

@@ -20,6 +20,10 @@ Validated<double> from_stamp(const builtin_interfaces::msg::Time& stamp, const s
 
 Validated<RawJointCommand> from_message(const std::string& robot,
                                         const sensor_msgs::msg::JointState& message);
+Validated<RawTrajectory> from_message(const std::string& robot,
+                                      const trajectory_msgs::msg::JointTrajectory& message);
+Validated<RawDeviceCommand> from_message(const std::string& device,
+                                         const takt_msgs::msg::DeviceCommand& message);
 Validated<RawGripperCommand> from_message(const std::string& gripper,
                                           const takt_msgs::msg::GripperCommand& message);
 

@@ -1,10 +1,18 @@
 #include "server/dds/dds_adapter.h"
 
+#include <limits>
+
 #include "server/dds/convert.h"
 #include "server/dds/topic_names.h"
 
 namespace takt {
 namespace {
+
+double lease_s(const DdsDuration& lease) {
+  return lease == eprosima::fastrtps::c_TimeInfinite
+             ? std::numeric_limits<double>::infinity()
+             : static_cast<double>(lease.seconds) + 1e-9 * static_cast<double>(lease.nanosec);
+}
 
 const std::string& checked(const std::string& name, const char* what) {
   if (is_topic_level(name)) return name;
@@ -20,6 +28,7 @@ DdsAdapter::DdsAdapter(CellHost& host, ParticipantOptions options)
       control_(host) {
   const TopicNames topics(host.cell());
   participant_ = std::make_unique<Participant>(options, this);
+  commands_.listen_for(participant_->guard(), participant_->guid());
   publisher_ = std::make_unique<StatePublisher>(host, *participant_, topics, senders_, commands_, control_);
   control_.listen(*participant_, topics);
   host.set_observer(this);
@@ -40,6 +49,7 @@ void DdsAdapter::stop() {
 void DdsAdapter::check(const CellDescription& cell) {
   for (const auto& robot : cell.robots) (void)checked(robot.name, "The robot's name");
   for (const auto& gripper : cell.grippers) (void)checked(gripper.name, "The gripper's name");
+  for (const auto& device : cell.devices) (void)checked(device.name, "The device's name");
   (void)to_message(cell, TAKT_VERSION);
 }
 
@@ -63,7 +73,8 @@ void DdsAdapter::on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDis
   using Info = rtps::WriterDiscoveryInfo;
   if (info.status == Info::DISCOVERED_WRITER) {
     commands_.writer_discovered(info.info.guid(), info.info.topicName().to_string(),
-                                info.info.m_qos.m_ownershipStrength.value);
+                                info.info.m_qos.m_ownershipStrength.value,
+                                lease_s(info.info.m_qos.m_liveliness.lease_duration));
   } else if (info.status == Info::REMOVED_WRITER) {
     commands_.writer_removed(info.info.guid());
   }

@@ -61,6 +61,7 @@ class Participant {
   dds::DataWriterQos default_writer_qos() const { return publisher_->get_default_datawriter_qos(); }
   dds::DataReaderQos default_reader_qos() const { return subscriber_->get_default_datareader_qos(); }
 
+  DdsGuid guid() const { return participant_->guid(); }
   /// What the guard has seen; null without one.
   const PacketGuard* guard() const { return guard_.get(); }
 

@@ -3,8 +3,12 @@
 // writer); memory that grows with the samples, since the largest possible sample is far larger than any real
 // one; no data sharing, which brings nothing at these sizes and does not go with security.
 #include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "server/dds/participant.h"
+#include "server/dds/ros_type_hash.h"
 
 namespace takt {
 
@@ -44,9 +48,16 @@ inline dds::DataWriterQos state_writer_qos(const Participant& participant, std::
   if (sample_bytes > kLargestUnfragmented_bytes) qos.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;
   return qos;
 }
+/// Of standard types: says in the ROS 2 way which definition is meant.
+template <typename Qos>
+Qos with_type_hash(Qos qos, std::string_view hash) {
+  const std::string text = "typehash=" + std::string(hash) + ";";
+  qos.user_data().data_vec(std::vector<rtps::octet>(text.begin(), text.end()));
+  return qos;
+}
 /// ROS 2 nodes read these reliably by default; keep last still never waits for them.
-inline dds::DataWriterQos ros_writer_qos(const Participant& participant, int depth) {
-  return qos_detail::writer(participant, dds::RELIABLE_RELIABILITY_QOS, depth);
+inline dds::DataWriterQos ros_writer_qos(const Participant& participant, int depth, std::string_view hash) {
+  return with_type_hash(qos_detail::writer(participant, dds::RELIABLE_RELIABILITY_QOS, depth), hash);
 }
 inline dds::DataWriterQos event_writer_qos(const Participant& participant) {
   return qos_detail::writer(participant, dds::RELIABLE_RELIABILITY_QOS, 1000);

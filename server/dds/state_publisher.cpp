@@ -13,12 +13,12 @@ namespace {
 constexpr std::int64_t kLongestSleep_ns = 20'000'000;  // so that standing instants are repeated
 constexpr std::int64_t kIdleStatus_ns = 100'000'000;
 constexpr std::int64_t kAnnounced_ns = 15'000'000'000;
+constexpr std::int64_t kLookAfterOwners_ns = 50'000'000;
 
 }  // namespace
 
 StatePublisher::StatePublisher(CellHost& host, Participant& participant, const TopicNames& topics,
-                               const Senders& senders, const CommandSubscriber& commands,
-                               ControlService& control)
+                               const Senders& senders, CommandSubscriber& commands, ControlService& control)
     : host_(host),
       participant_(participant),
       topics_(topics),
@@ -89,6 +89,10 @@ void StatePublisher::stop() {
 void StatePublisher::run() {
   while (!stop_.load(std::memory_order_relaxed)) {
     host_.mail().news.wait_until_ns(monotonic_now_ns() + kLongestSleep_ns);
+    if (const std::int64_t now = monotonic_now_ns(); now - owners_seen_ns_ >= kLookAfterOwners_ns) {
+      owners_seen_ns_ = now;
+      commands_.look_after_owners();
+    }
     const std::lock_guard lock(mutex_);
     write_news(true);
     guard_watch_.look(guard_, monotonic_now_ns(), host_.cell(), host_.mail().events);

@@ -28,7 +28,7 @@ class StatePublisher {
  public:
   /// Makes the writers. All must outlive this. Throws DdsError.
   StatePublisher(CellHost& host, Participant& participant, const TopicNames& topics, const Senders& senders,
-                 const CommandSubscriber& commands, ControlService& control);
+                 CommandSubscriber& commands, ControlService& control);
   ~StatePublisher();
   StatePublisher(const StatePublisher&) = delete;
   StatePublisher& operator=(const StatePublisher&) = delete;
@@ -67,7 +67,7 @@ class StatePublisher {
   const PacketGuard* guard_;
   GuardWatch guard_watch_;
   const Senders& senders_;
-  const CommandSubscriber& commands_;
+  CommandSubscriber& commands_;
   ControlService& control_;
 
   dds::DataWriter* description_writer_ = nullptr;
@@ -76,6 +76,7 @@ class StatePublisher {
 
   std::thread thread_;
   std::atomic<bool> stop_{false};
+  std::int64_t owners_seen_ns_ = 0;  ///< of the publishing thread
 
   /// The publishing thread holds it while it writes, the host's while it exchanges the scenario. DDS entities
   /// are made and removed without it.

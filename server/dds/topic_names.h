@@ -14,9 +14,11 @@ class TopicNames {
     return prefix_ + std::string(robot_or_gripper) + "/" + std::string(topic);
   }
   static std::string clock() { return "rt/clock"; }
+  static std::string tf() { return "rt/tf"; }
+  static std::string tf_static() { return "rt/tf_static"; }
 
-  /// The robot or gripper in a topic name of the form rt/<cell>/<name>/<last>; empty when it has another
-  /// form.
+  /// The robot, gripper or device in a topic name of the form rt/<cell>/<name>/<last>; empty when it has
+  /// another form.
   std::string name_in(std::string_view topic, std::string_view last) const {
     if (!topic.starts_with(prefix_)) return {};
     topic.remove_prefix(prefix_.size());
@@ -32,7 +34,8 @@ class TopicNames {
 };
 
 inline constexpr std::string_view kJointCommands = "joint_commands";
-inline constexpr std::string_view kGripperCommand = "command";
+inline constexpr std::string_view kJointTrajectory = "joint_trajectory";
+inline constexpr std::string_view kCommand = "command";  ///< of grippers and devices
 
 /// Whether `name` can be a level of a ROS 2 topic: letters, digits and underscores, no digit first.
 inline bool is_topic_level(std::string_view name) {

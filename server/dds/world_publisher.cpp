@@ -14,6 +14,7 @@ namespace {
 // Often at first, for the controller that lockstep waits for.
 constexpr std::int64_t kRepeat_ns = 20'000'000;
 constexpr std::int64_t kRepeatLater_ns = 100'000'000;
+constexpr std::int64_t kFrames_ns = 20'000'000;
 constexpr std::int64_t kLater_ns = 2'000'000'000;
 
 bool somebody_reads(dds::DataWriter* writer) {
@@ -28,7 +29,8 @@ WorldPublisher::WorldPublisher(RunLoop& loop, Participant& participant, const To
       participant_(participant),
       state_message_(make_state_message(loop.cell())),
       power_message_(make_power_message(loop.cell())),
-      contacts_message_(make_contacts_message(loop.cell(), loop.contact_room())) {
+      contacts_message_(make_contacts_message(loop.cell(), loop.contact_room())),
+      frames_(loop.cell()) {
   try {
     make_writers(topics);
   } catch (...) {
@@ -52,13 +54,19 @@ void WorldPublisher::make_writers(const TopicNames& topics) {
   contacts_writer_ = participant_.create_writer<msg::ContactsPubSubType>(
       topics.of_cell("contacts"), state_writer_qos(participant_, contacts_bytes));
   clock_writer_ = participant_.create_writer<rosgraph_msgs::msg::ClockPubSubType>(
-      TopicNames::clock(), ros_writer_qos(participant_, 1));
+      TopicNames::clock(), ros_writer_qos(participant_, 1, ros_type_hash::kClock));
+  tf_writer_ = participant_.create_writer<tf2_msgs::msg::TFMessagePubSubType>(
+      TopicNames::tf(), ros_writer_qos(participant_, 100, ros_type_hash::kTFMessage));
+  tf_static_writer_ = participant_.create_writer<tf2_msgs::msg::TFMessagePubSubType>(
+      TopicNames::tf_static(),
+      with_type_hash(latched_writer_qos(participant_, true), ros_type_hash::kTFMessage));
   for (const RobotDescription& robot : cell().robots) {
     joint_writers_.push_back(participant_.create_writer<sensor_msgs::msg::JointStatePubSubType>(
-        topics.of(robot.name, "joint_states"), ros_writer_qos(participant_, 10)));
+        topics.of(robot.name, "joint_states"), ros_writer_qos(participant_, 10, ros_type_hash::kJointState)));
     joint_messages_.push_back(make_joint_states_message(robot));
     urdf_writers_.push_back(participant_.create_writer<std_msgs::msg::StringPubSubType>(
-        topics.of(robot.name, "robot_description"), latched_writer_qos(participant_, true)));
+        topics.of(robot.name, "robot_description"),
+        with_type_hash(latched_writer_qos(participant_, true), ros_type_hash::kString)));
     std_msgs::msg::String urdf;
     urdf.data(robot.urdf);
     if (!urdf_writers_.back()->write(&urdf))
@@ -67,7 +75,8 @@ void WorldPublisher::make_writers(const TopicNames& topics) {
 }
 
 void WorldPublisher::remove_writers() {
-  for (dds::DataWriter* writer : {state_writer_, power_writer_, contacts_writer_, clock_writer_})
+  for (dds::DataWriter* writer :
+       {state_writer_, power_writer_, contacts_writer_, clock_writer_, tf_writer_, tf_static_writer_})
     participant_.remove(writer);
   for (dds::DataWriter* writer : joint_writers_) participant_.remove(writer);
   for (dds::DataWriter* writer : urdf_writers_) participant_.remove(writer);
@@ -90,11 +99,26 @@ void WorldPublisher::write(const PublishedSnapshot& published) {
     clock_message_.clock(to_time(snapshot.time_s));
     check(clock_writer_->write(&clock_message_, dds::HANDLE_NIL));
   }
+  write_frames(snapshot);
   present_time_s_ = snapshot.time_s;
   present_step_ = snapshot.step;
   present_epoch_ = snapshot.epoch;
   instant_written_ = true;
   instant_new_ns_ = instant_written_ns_ = monotonic_now_ns();
+}
+
+void WorldPublisher::write_frames(const Snapshot& snapshot) {
+  if (!static_frames_written_) {
+    tf2_msgs::msg::TFMessage message = static_frames(cell(), snapshot);
+    static_frames_written_ = true;
+    check(tf_static_writer_->write(&message, dds::HANDLE_NIL));
+  }
+  // Listeners look between frames: more of them than they can keep would only push older ones out.
+  const std::int64_t now = monotonic_now_ns();
+  if (now - frames_written_ns_ < kFrames_ns || !somebody_reads(tf_writer_)) return;
+  frames_written_ns_ = now;
+  frames_.fill(snapshot);
+  check(tf_writer_->write(&frames_.message(), dds::HANDLE_NIL));
 }
 
 void WorldPublisher::repeat_if_due() {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "server/dds/frames.h"
 #include "server/dds/participant.h"
 #include "server/dds/topic_names.h"
 #include "server/runtime/run_loop.h"
@@ -39,6 +40,7 @@ class WorldPublisher {
  private:
   void make_writers(const TopicNames& topics);
   void remove_writers();
+  void write_frames(const Snapshot& snapshot);
   void check(const DdsReturnCode& result) { refused_ += is_ok(result) ? 0U : 1U; }
 
   RunLoop& loop_;
@@ -48,6 +50,8 @@ class WorldPublisher {
   dds::DataWriter* power_writer_ = nullptr;
   dds::DataWriter* contacts_writer_ = nullptr;
   dds::DataWriter* clock_writer_ = nullptr;
+  dds::DataWriter* tf_writer_ = nullptr;
+  dds::DataWriter* tf_static_writer_ = nullptr;
   std::vector<dds::DataWriter*> joint_writers_, urdf_writers_;
 
   takt_msgs::msg::CellState state_message_;
@@ -57,6 +61,9 @@ class WorldPublisher {
   bool contacts_known_ = false;  ///< some process is or was at level 3: contacts are sent with every state
   std::vector<sensor_msgs::msg::JointState> joint_messages_;
   rosgraph_msgs::msg::Clock clock_message_;
+  MovingFrames frames_;
+  std::int64_t frames_written_ns_ = 0;
+  bool static_frames_written_ = false;
   std::uint64_t refused_ = 0;
   double present_time_s_ = 0.0;
   std::uint64_t present_step_ = 0;

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <string>
 
+#include "server/runtime/event.h"
+
 namespace takt {
 namespace {
 
@@ -25,21 +27,15 @@ std::int64_t stamp_ns(const Command& command) {
 }
 
 CommandBuffer::CommandBuffer(const CellDescription& cell, std::size_t capacity)
-    : cell_(cell), capacity_(capacity), targets_(cell.robots.size() + cell.grippers.size()) {
+    : cell_(cell), capacity_(capacity), targets_(static_cast<std::size_t>(target_count(cell))) {
   waiting_.reserve(capacity_);
 }
 
 std::optional<Rejection> CommandBuffer::append(const Command& command, std::uint64_t sender,
                                                std::int64_t received_ns) {
-  const auto* joints = std::get_if<JointCommand>(&command);
-  const auto* gripper = std::get_if<GripperCommand>(&command);
-  const std::size_t index = joints != nullptr
-                                ? static_cast<std::size_t>(joints->robot)
-                                : cell_.robots.size() + static_cast<std::size_t>(gripper->gripper);
-  const auto subject = [&] {
-    return joints != nullptr ? cell_.robots[static_cast<std::size_t>(joints->robot)].name
-                             : cell_.grippers[static_cast<std::size_t>(gripper->gripper)].name;
-  };
+  const int number = target_of(cell_, command);
+  const auto index = static_cast<std::size_t>(number);
+  const auto subject = [&] { return std::string(target_name(cell_, number)); };
   const std::int64_t stamp = stamp_ns(command);
   const std::int64_t present = present_ns_.load(std::memory_order_relaxed);
 

@@ -63,7 +63,7 @@ class CommandBuffer {
   std::atomic<bool> empty_{true};
   std::mutex mutex_;
   std::vector<ReceivedCommand> waiting_;  // guarded by mutex_
-  std::vector<Target> targets_;           // guarded by mutex_; robots, then grippers
+  std::vector<Target> targets_;           // guarded by mutex_; see target_of()
 };
 
 }  // namespace takt

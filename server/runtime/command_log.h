@@ -32,6 +32,8 @@ enum class LogKind : std::uint8_t {
   state = 3,  ///< number, and bytes of Simulation::save_state(), for records that follow and name it
   joint_command = 10,
   gripper_command = 11,
+  trajectory_command = 12,
+  device_command = 13,
   reset = 30,            ///< as all that follows: before the step of the record
   level_of_detail = 31,  ///< process, level
   attach = 32,           ///< part, to
@@ -39,6 +41,7 @@ enum class LogKind : std::uint8_t {
   entity_state = 34,     ///< component, pose, twist
   restored = 35,         ///< number of the state
   saved = 36,            ///< saving starts some solvers anew
+  deadlines = 37,        ///< whether deadlines of set-points count from here on
   checkpoint = 50,       ///< hash of the state, and the trail to it: see LogTrail
   fault = 51,            ///< the step with the commands directly before could not be taken
   world_end = 52,        ///< the scenario is unloaded, or the recording ends
@@ -78,6 +81,34 @@ void encode(Sink& out, const GripperCommand& command) {
   out.put(static_cast<std::uint8_t>(command.action));
   out.put(command.width_m);
   out.put(command.max_force_N);
+}
+template <typename Sink>
+void encode(Sink& out, const TrajectoryCommand& command) {
+  out.put(static_cast<std::int32_t>(command.robot));
+  out.put(command.stamp_s);
+  out.put(static_cast<std::uint8_t>(command.path->order));
+  out.put(static_cast<std::uint32_t>(command.path->points.size()));
+  for (const JointPathPoint& point : command.path->points) {
+    out.put(point.t);
+    for (const JointArray* values : {&point.q, &point.qd, &point.qdd})
+      for (const double value : *values) out.put(value);
+  }
+}
+template <typename Sink>
+void encode(Sink& out, const DeviceCommand& command) {
+  out.put(static_cast<std::int32_t>(command.device));
+  out.put(command.stamp_s);
+  out.put(static_cast<std::uint8_t>(command.count));
+  for (std::size_t i = 0; i < static_cast<std::size_t>(command.count); ++i) {
+    out.put(command.signals[i]);
+    out.put(command.values[i]);
+  }
+}
+inline LogKind kind_of(const TrajectoryCommand&) {
+  return LogKind::trajectory_command;
+}
+inline LogKind kind_of(const DeviceCommand&) {
+  return LogKind::device_command;
 }
 inline LogKind kind_of(const JointCommand&) {
   return LogKind::joint_command;

@@ -18,7 +18,7 @@ namespace {
 using Arguments = RequestArguments;
 
 std::vector<int> read_targets(Arguments& arguments, const CellDescription& cell) {
-  const std::string list = arguments.text("targets", "robots and grippers, separated by commas.");
+  const std::string list = arguments.text("targets", "robots, grippers and devices, separated by commas.");
   std::vector<int> targets;
   std::size_t begin = 0;
   while (begin <= list.size() && !list.empty()) {
@@ -29,7 +29,7 @@ std::vector<int> read_targets(Arguments& arguments, const CellDescription& cell)
     const int target = find_target(cell, name);
     if (target < 0) {
       std::string known;
-      const auto count = static_cast<int>(cell.robots.size() + cell.grippers.size());
+      const int count = target_count(cell);
       for (int i = 0; i < count; ++i) known += (i == 0 ? "" : ", ") + std::string(target_name(cell, i));
       arguments.fail_value("targets", &name, "any of " + known);
     } else if (std::find(targets.begin(), targets.end(), target) != targets.end()) {

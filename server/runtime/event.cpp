@@ -28,13 +28,45 @@ EventText describe_rejection(const EventRecord& event, const CellDescription& ce
         "In lockstep pace " + target + " takes commands only from a registered controller that declares it.";
   } else if (event.x < 0.0) {
     message += "The command for " + target +
-               " has no stamp; in lockstep it must be stamped with the boundary it is " + "for, now " +
-               number(event.y) + " s.";
+               " has no stamp, or the robot follows a trajectory; in lockstep it must be stamped with the "
+               "boundary it is for, now " +
+               number(event.y) + " s, and a trajectory is followed to its end.";
   } else {
     message += "The command for " + target + " is stamped " + number(event.x) +
                " s, but the boundary awaited is " + number(event.y) + " s.";
   }
   return {target, message};
+}
+
+EventText describe_motion(const EventRecord& event, const CellDescription& cell) {
+  const RobotDescription& robot = cell.robots[static_cast<std::size_t>(event.a)];
+  switch (event.code) {
+    case EventCode::trajectory_done:
+      return {robot.name, robot.name + " is at the end of its trajectory."};
+    case EventCode::trajectory_replaced:
+      return {robot.name,
+              "The trajectory of " + robot.name + " was replaced before its end by a newer command."};
+    case EventCode::command_deadline_missed:
+      return {robot.name,
+              "No set-point has come for " + robot.name + " for " + number(event.x) +
+                  " s (simulated); allowed are " + number(robot.command_deadline.deadline_s) + " s. " +
+                  (robot.command_deadline.action == SafeAction::stop ? "It brakes to a stop."
+                                                                     : "It holds the last set-point.")};
+    default:
+      break;
+  }
+  if (event.b < 0) {
+    return {robot.name, "The trajectory for " + robot.name + " is not followed: it ended at " +
+                            number(event.x) + " s, before it took effect."};
+  }
+  const JointModel& joint = robot.arm.joints[static_cast<std::size_t>(event.b)];
+  const std::string unit =
+      std::string(joint.type == JointType::revolute ? "rad" : "m") + (event.c == 1 ? "/s" : "");
+  return {robot.name, "The trajectory for " + robot.name +
+                          " is not followed: on the way to it from where the robot is, the " +
+                          (event.c == 1 ? "velocity" : "position") + " of joint '" + joint.name +
+                          "' would be " + number(event.x) + " " + unit + ", outside [" + number(event.y) +
+                          ", " + number(event.z) + "] " + unit + "."};
 }
 
 std::string millimetres(double value_m) {
@@ -105,6 +137,14 @@ std::string_view to_string(EventCode code) {
       return "detached";
     case EventCode::entity_state_set:
       return "entity_state_set";
+    case EventCode::trajectory_done:
+      return "trajectory_done";
+    case EventCode::trajectory_replaced:
+      return "trajectory_replaced";
+    case EventCode::trajectory_refused:
+      return "trajectory_refused";
+    case EventCode::command_deadline_missed:
+      return "command_deadline_missed";
     case EventCode::events_lost:
       return "events_lost";
   }
@@ -133,7 +173,9 @@ std::string_view target_name(const CellDescription& cell, int target) {
   const int robots = static_cast<int>(cell.robots.size());
   if (target < 0) return "";
   if (target < robots) return cell.robots[static_cast<std::size_t>(target)].name;
-  return cell.grippers[static_cast<std::size_t>(target - robots)].name;
+  const int grippers = static_cast<int>(cell.grippers.size());
+  if (target < robots + grippers) return cell.grippers[static_cast<std::size_t>(target - robots)].name;
+  return cell.devices[static_cast<std::size_t>(target - robots - grippers)].name;
 }
 
 int find_target(const CellDescription& cell, std::string_view name) {
@@ -143,7 +185,41 @@ int find_target(const CellDescription& cell, std::string_view name) {
   for (std::size_t i = 0; i < cell.grippers.size(); ++i) {
     if (cell.grippers[i].name == name) return static_cast<int>(cell.robots.size() + i);
   }
+  for (std::size_t i = 0; i < cell.devices.size(); ++i) {
+    if (cell.devices[i].name == name) return static_cast<int>(cell.robots.size() + cell.grippers.size() + i);
+  }
   return -1;
+}
+
+EventRecord motion_record(const MotionNotice& notice, std::uint32_t epoch) {
+  EventRecord told;
+  told.time_s = notice.time_s;
+  told.step = notice.step;
+  told.epoch = epoch;
+  told.a = notice.robot;
+  told.b = notice.joint;
+  told.c = notice.velocity ? 1 : 0;
+  told.x = notice.value;
+  told.y = notice.lower;
+  told.z = notice.upper;
+  switch (notice.kind) {
+    case MotionNotice::Kind::trajectory_done:
+      told.code = EventCode::trajectory_done;
+      break;
+    case MotionNotice::Kind::trajectory_replaced:
+      told.code = EventCode::trajectory_replaced;
+      break;
+    case MotionNotice::Kind::trajectory_refused:
+    case MotionNotice::Kind::trajectory_past:
+      told.code = EventCode::trajectory_refused;
+      told.severity = Severity::warning;
+      break;
+    case MotionNotice::Kind::deadline_missed:
+      told.code = EventCode::command_deadline_missed;
+      told.severity = Severity::warning;
+      break;
+  }
+  return told;
 }
 
 EventRecord collision_record(const CollisionEvent& found, std::uint32_t epoch) {
@@ -181,6 +257,11 @@ EventText describe(const EventRecord& event, const CellDescription& cell) {
     case EventCode::collision:
     case EventCode::clearance_restored:
       return describe_clearance(event, cell);
+    case EventCode::trajectory_done:
+    case EventCode::trajectory_replaced:
+    case EventCode::trajectory_refused:
+    case EventCode::command_deadline_missed:
+      return describe_motion(event, cell);
     case EventCode::connection_changed: {
       const std::string part = component_name(cell, event.a);
       return {part, part + ": " + component_name(cell, event.b) + " -> " + component_name(cell, event.c)};

@@ -8,6 +8,8 @@
 #include "server/contact/clearance_model.h"
 #include "server/runtime/fixed_text.h"
 #include "server/simulation/cell_description.h"
+#include "server/simulation/command.h"
+#include "server/simulation/snapshot.h"
 
 namespace takt {
 
@@ -32,6 +34,10 @@ enum class EventCode : std::uint8_t {
   attached,                 ///< a: Part, b: component, by request
   detached,                 ///< a: Part, by request
   entity_state_set,         ///< a: Part, by request; position: where it is now
+  trajectory_done,          ///< a: robot
+  trajectory_replaced,      ///< a: robot
+  trajectory_refused,       ///< a: robot, b: joint (-1: it is over), c: 1 velocity, x: value, y, z: limits
+  command_deadline_missed,  ///< a: robot, x: silence in s
   events_lost,              ///< a: how many, because nobody fetched them in time
 };
 std::string_view to_string(EventCode code);
@@ -49,9 +55,9 @@ enum class SimulationState : std::uint8_t {
 };
 std::string_view to_string(SimulationState state);
 
-/// Robots and grippers together are "targets" of commands: robots first, then grippers.
+/// Of a target (target_of()): its name.
 std::string_view target_name(const CellDescription& cell, int target);
-/// -1 when the cell has no robot or gripper of that name.
+/// -1 when the cell has no robot, gripper or device of that name.
 int find_target(const CellDescription& cell, std::string_view name);
 
 struct EventRecord {
@@ -69,6 +75,9 @@ struct EventRecord {
 
 /// What collision checking found.
 EventRecord collision_record(const CollisionEvent& found, std::uint32_t epoch);
+
+/// What happened to a commanded motion.
+EventRecord motion_record(const MotionNotice& notice, std::uint32_t epoch);
 
 struct EventText {
   std::string subject;

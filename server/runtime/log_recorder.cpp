@@ -81,6 +81,7 @@ void LogRecorder::note(LogKind kind, std::uint64_t step, const Values&... values
 
 void LogRecorder::begin_world(LogWorld world, Simulation& simulation, bool at_its_beginning) {
   trail_length_ = 0;
+  deadlines_watched_ = -1;
   world.scenario = simulation.description().scenario;
   world.model = model_hash(simulation.model());
   if (!at_its_beginning) {
@@ -94,6 +95,12 @@ void LogRecorder::begin_world(LogWorld world, Simulation& simulation, bool at_it
   ring_.append(content.data(), content.size());
   commit();
   checkpoint(simulation);
+}
+
+void LogRecorder::deadlines(const Simulation& simulation, bool watched) {
+  if (deadlines_watched_ == (watched ? 1 : 0)) return;
+  deadlines_watched_ = watched ? 1 : 0;
+  note(LogKind::deadlines, simulation.step_index(), static_cast<std::uint8_t>(watched ? 1 : 0));
 }
 
 void LogRecorder::commands(const Simulation& simulation, std::span<const Command> batch) {

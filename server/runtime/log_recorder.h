@@ -59,6 +59,8 @@ class LogRecorder {
   /// A world begins. `at_its_beginning`: it is as loaded; else its state is recorded too, which may start its
   /// solver anew. Allocates.
   void begin_world(LogWorld world, Simulation& simulation, bool at_its_beginning);
+  /// Before every step: whether deadlines count in it. Recorded when it changes.
+  void deadlines(const Simulation& simulation, bool watched);
   /// Before the step that begins with them.
   void commands(const Simulation& simulation, std::span<const Command> batch);
   /// After a step was taken, or not.
@@ -102,6 +104,7 @@ class LogRecorder {
   std::array<LogTrail, kMostTrail> trail_{};  // producer
   std::size_t trail_length_ = 0;              // producer
   std::uint64_t states_ = 0;                  // producer
+  int deadlines_watched_ = -1;                // producer; -1: not recorded in this world yet
   mutable std::mutex mutex_;
   std::vector<State> waiting_states_;  // guarded by mutex_
   std::string failure_;                // guarded by mutex_

@@ -112,6 +112,41 @@ class Replay {
         add(command);
         return;
       }
+      case LogKind::trajectory_command: {
+        TrajectoryCommand command;
+        command.robot = content.integer<std::int32_t>(0, size_of(cell.robots) - 1, "the robot");
+        command.stamp_s = content.get<double>();
+        auto path = std::make_shared<JointPath>();
+        path->order = static_cast<PathOrder>(content.integer(1, 5, "the order of the trajectory"));
+        path->points.resize(static_cast<std::size_t>(content.integer<std::int32_t>(
+            0, static_cast<int>(kMostTrajectoryPoints), "the number of points")));
+        for (JointPathPoint& point : path->points) {
+          point.t = content.get<double>();
+          for (JointArray* values : {&point.q, &point.qd, &point.qdd})
+            for (double& value : *values) value = content.get<double>();
+        }
+        command.path = std::move(path);
+        add(command);
+        return;
+      }
+      case LogKind::device_command: {
+        DeviceCommand command;
+        command.device = content.integer<std::int32_t>(0, size_of(cell.devices) - 1, "the device");
+        command.stamp_s = content.get<double>();
+        const int signals =
+            static_cast<int>(cell.devices[static_cast<std::size_t>(command.device)].signals.size());
+        command.count = content.integer(0, kMaxSignals, "the number of signals");
+        for (std::size_t i = 0; i < static_cast<std::size_t>(command.count); ++i) {
+          command.signals[i] = static_cast<std::uint8_t>(content.integer(0, signals - 1, "a signal"));
+          command.values[i] = content.get<double>();
+        }
+        add(command);
+        return;
+      }
+      case LogKind::deadlines:
+        --result_.requests;
+        simulation_->watch_deadlines(content.flag("whether deadlines count"));
+        return;
       case LogKind::reset:
         batch_.clear();
         simulation_->reset();

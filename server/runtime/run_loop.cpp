@@ -14,15 +14,6 @@ constexpr std::int64_t kLongestSleep_ns = 10'000'000;  // so that requests are h
 constexpr std::int64_t kWaitInStatus_ns = 20'000'000;  // a wait this long is told in the status at once
 constexpr std::int64_t kLateAfter_ns = 1'000'000'000;  // and this long in an event
 
-std::size_t target_count(const CellDescription& cell) {
-  return cell.robots.size() + cell.grippers.size();
-}
-
-int target_of(const CellDescription& cell, const Command& command) {
-  if (const auto* joints = std::get_if<JointCommand>(&command)) return joints->robot;
-  return static_cast<int>(cell.robots.size()) + std::get<GripperCommand>(command).gripper;
-}
-
 }  // namespace
 
 RunLoop::RunLoop(Simulation& simulation, RunLoopOptions options)
@@ -31,13 +22,13 @@ RunLoop::RunLoop(Simulation& simulation, RunLoopOptions options)
       buffer_(simulation.description()),
       outbox_(simulation.make_snapshot(), options_.mail ? options_.mail : std::make_shared<Mail>()),
       pacer_(system_monotonic_clock()),
-      registry_(static_cast<int>(target_count(simulation.description())), simulation.description().step_s),
+      registry_(target_count(simulation.description()), simulation.description().step_s),
       state_(options_.start_stopped  ? SimulationState::stopped
              : options_.start_paused ? SimulationState::paused
                                      : SimulationState::playing),
       pace_(options_.pace),
       factor_(options_.factor),
-      pending_(target_count(simulation.description())),
+      pending_(static_cast<std::size_t>(target_count(simulation.description()))),
       saved_(first_saved(simulation, options_)) {
   incoming_.reserve(buffer_.capacity());
   batch_.reserve(pending_.size());
@@ -145,7 +136,10 @@ bool RunLoop::accept_in_lockstep(int target, ReceivedCommand& received) {
     const std::int64_t boundary = stamp_ns(boundary_s);
     if (stamp < 0 && boundary == 0)
       stamp = 0;  // a zero stamp means "none" on the wire, and the boundary at t = 0
-    if (stamp == boundary) return true;
+    // Until its end a trajectory is what its controller has sent for every boundary; see
+    // boundary_commands_present().
+    if (stamp == boundary && !covered_by_trajectory(target, boundary_s)) return true;
+    if (stamp == boundary) stamp = -1;
     if (controller->boundary > 0) {
       const auto crossed = period_boundary_step(controller->boundary - 1, controller->period_s, step_s);
       // The answer to a state that was sent twice.
@@ -185,7 +179,8 @@ bool RunLoop::boundary_commands_present() {
   for (const auto& controller : registry_.controllers()) {
     if (controller.boundary_step != step) continue;
     const auto missing = std::find_if(controller.targets.begin(), controller.targets.end(), [&](int target) {
-      return !pending_[static_cast<std::size_t>(target)].present;
+      return !pending_[static_cast<std::size_t>(target)].present &&
+             !covered_by_trajectory(target, simulation_.time_s());
     });
     if (missing == controller.targets.end()) continue;
     waiting_for_[waiting_count_++].assign(controller.name);
@@ -193,6 +188,11 @@ bool RunLoop::boundary_commands_present() {
     if (state_ != SimulationState::playing && single_steps_left_ == 0) break;  // its time-out has passed
   }
   return waiting_count_ == 0;
+}
+
+bool RunLoop::covered_by_trajectory(int target, double time_s) const {
+  if (static_cast<std::size_t>(target) >= cell().robots.size()) return false;
+  return simulation_.trajectory_end_s(static_cast<std::size_t>(target)) > time_s + 0.5 * cell().step_s;
 }
 
 void RunLoop::wait_for_controller(const ControllerRegistry::Controller& controller, int missing_target) {
@@ -255,7 +255,12 @@ void RunLoop::finish_boundaries(std::uint64_t step) {
 void RunLoop::take_step() {
   const std::uint64_t step = simulation_.step_index();
   gather_batch();
-  if (recorder_ != nullptr) recorder_->commands(simulation_, batch_);
+  const bool deadlines_count = pace_ != Pace::lockstep;
+  simulation_.watch_deadlines(deadlines_count);
+  if (recorder_ != nullptr) {
+    recorder_->deadlines(simulation_, deadlines_count);
+    recorder_->commands(simulation_, batch_);
+  }
   const std::int64_t began = monotonic_now_ns();
   const bool advanced = simulation_.step(batch_);
   const std::int64_t ended = monotonic_now_ns();
@@ -282,6 +287,8 @@ void RunLoop::take_step() {
     changed.c = change.to;
     emit(changed);
   }
+  for (const MotionNotice& notice : simulation_.motion_notices())
+    emit(motion_record(notice, simulation_.epoch()));
   for (const CollisionEvent& found : simulation_.collision_events())
     emit(collision_record(found, simulation_.epoch()));
   publish_instant();

@@ -14,7 +14,7 @@
 // Lockstep: at a step that is a boundary of a registered controller (controller_registry.h) the loop waits
 // until every target of that controller has a command stamped with that step's time, to the nanosecond, and
 // applies them together in the very next step, robots before grippers, in index order. So the results depend
-// on the commands alone.
+// on the commands alone. While a robot follows a trajectory, its controller has nothing to send for it.
 #include <array>
 #include <atomic>
 #include <condition_variable>
@@ -186,6 +186,7 @@ class RunLoop {
   bool accept_in_lockstep(int target, ReceivedCommand& received);
   bool may_step();
   bool boundary_commands_present();
+  bool covered_by_trajectory(int target, double time_s) const;
   void wait_for_controller(const ControllerRegistry::Controller& controller, int missing_target);
   void take_step();
   void gather_batch();

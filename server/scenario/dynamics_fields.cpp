@@ -81,6 +81,28 @@ ScenarioDrives read_drives(YamlFields fields) {
   return drives;
 }
 
+ScenarioCommandDeadline read_command_deadline(YamlFields& fields, double command_period_s,
+                                              std::size_t joints) {
+  ScenarioCommandDeadline deadline;
+  deadline.command_deadline_s = fields.number_or("command_deadline_s", positive("s"), 0.0);
+  deadline.stops = fields.choice("safe_action", {"hold", "stop"}, "hold") == "stop";
+  read_values(fields, "max_acceleration_rad_per_s2", positive("rad/s^2"),
+              deadline.max_acceleration_rad_per_s2);
+  const std::size_t count = deadline.max_acceleration_rad_per_s2.values.size();
+  if (count > 1 && count != joints) {
+    fields.fail("max_acceleration_rad_per_s2", std::to_string(count) + " values",
+                "one, or " + std::to_string(joints) + ", one for each joint");
+  }
+  if (deadline.stops && count == 0)
+    require(fields, "max_acceleration_rad_per_s2", deadline.max_acceleration_rad_per_s2,
+            "needed for safe_action: stop, in rad/s^2");
+  if (deadline.command_deadline_s > 0.0 && deadline.command_deadline_s < command_period_s) {
+    fields.fail("command_deadline_s", std::to_string(deadline.command_deadline_s) + " s",
+                "at least command_period_s, " + std::to_string(command_period_s) + " s");
+  }
+  return deadline;
+}
+
 ScenarioPower read_power(YamlFields fields) {
   ScenarioPower power;
   power.idle_W = fields.number_or("idle_W", not_negative("W"), power.idle_W);

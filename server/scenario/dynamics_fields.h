@@ -6,6 +6,8 @@
 namespace takt {
 
 ScenarioDrives read_drives(YamlFields fields);
+ScenarioCommandDeadline read_command_deadline(YamlFields& fields, double command_period_s,
+                                              std::size_t joints);
 ScenarioPower read_power(YamlFields fields);
 ScenarioTrajectory read_trajectory(YamlFields fields, std::size_t joints);
 

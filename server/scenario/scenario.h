@@ -61,6 +61,7 @@ struct ScenarioRobot {
   Pose X_WR;
   std::vector<double> initial_joints_rad;  ///< m for prismatic joints
   double command_period_s = 0.008;
+  ScenarioCommandDeadline deadline;
   // From LoD 2 on.
   ScenarioDrives drives;
   ScenarioPower power;

@@ -123,7 +123,13 @@ void add_robot(const Scenario& scenario, const ScenarioRobot& robot, CellModel& 
     parameters.q_initial[i] = q;
   }
   cell.robots.push_back(parameters);
-  cell.description.robots.push_back({robot.name, urdf.text, urdf.arm, robot.X_WR, robot.command_period_s});
+  CommandDeadline deadline;
+  deadline.deadline_s = robot.deadline.command_deadline_s;
+  deadline.action = robot.deadline.stops ? SafeAction::stop : SafeAction::hold;
+  for (std::size_t i = 0; i < count && robot.deadline.max_acceleration_rad_per_s2.given(); ++i)
+    deadline.max_acceleration[i] = robot.deadline.max_acceleration_rad_per_s2.at(i);
+  cell.description.robots.push_back(
+      {robot.name, urdf.text, urdf.arm, robot.X_WR, robot.command_period_s, deadline, urdf.links});
 }
 
 void add_gripper(const Scenario& scenario, const ScenarioGripper& gripper, ConvexImporter& importer,

@@ -34,6 +34,13 @@ struct ScenarioDrives {
   JointValues position_gain_per_s{{5.0}}, speed_gain_A_s_per_rad{{0.5}}, speed_integral_time_s{{0.05}};
 };
 
+/// What a robot does when its set-points stay away.
+struct ScenarioCommandDeadline {
+  double command_deadline_s = 0.0;  ///< longest silence of a stream of set-points (simulated); 0: none
+  bool stops = false;               ///< safe_action: stop; else hold
+  JointValues max_acceleration_rad_per_s2;  ///< of that stop; m for prismatic joints
+};
+
 struct ScenarioPower {
   double idle_W = 0.0;
   double loss_factor = 1.3;  ///< thesis 5.5.2

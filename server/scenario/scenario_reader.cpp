@@ -180,6 +180,7 @@ void read_robot(YamlFields fields, const std::string& name, Scenario& scenario) 
   robot.X_WR = fields.pose_or_identity("pose");
   robot.initial_joints_rad = fields.angles("initial_joints", 0);
   robot.command_period_s = fields.number_or("command_period_s", positive("s"), robot.command_period_s);
+  robot.deadline = read_command_deadline(fields, robot.command_period_s, robot.initial_joints_rad.size());
   if (fields.has("drives")) robot.drives = read_drives(fields.mapping("drives"));
   if (fields.has("power")) robot.power = read_power(fields.mapping("power"));
   if (fields.has("trajectory")) {

@@ -130,6 +130,7 @@ class ArmReader {
     const std::vector<const urdf::Joint*> chain = chain_of(*model, base_link, flange_link);
     result.arm = arm_of(chain, base_link, flange_link);
     refuse_joints_off_chain(*model, chain, base_link, flange_link);
+    result.links = links_of(*model, result.arm, base_link);
     return result;
   }
 
@@ -266,6 +267,36 @@ class ArmReader {
     }
     arm.X_JF = X_PJ;
     return arm;
+  }
+
+  /// Every link of the file: only the joints of the chain move.
+  std::vector<RobotLink> links_of(const urdf::ModelInterface& model, const ArmModel& arm,
+                                  const std::string& base_link) const {
+    std::vector<RobotLink> links{{base_link, -1, {}}};
+    const auto known = [&](const std::string& name) {
+      return std::any_of(links.begin(), links.end(), [&](const RobotLink& l) { return l.name == name; });
+    };
+    // What carries the base is fixed to it too.
+    for (urdf::LinkConstSharedPtr here = model.getLink(base_link); here->parent_joint;) {
+      const RobotLink& below = links.back();
+      links.push_back(
+          {here->parent_joint->parent_link_name, -1, below.X_JL * pose_of(*here->parent_joint).inverse()});
+      here = model.getLink(links.back().name);
+    }
+    for (std::size_t i = 0; i < links.size(); ++i) {
+      const RobotLink from = links[i];
+      for (const urdf::JointSharedPtr& joint : model.getLink(from.name)->child_joints) {
+        if (known(joint->child_link_name)) continue;
+        const auto moving = std::find_if(arm.joints.begin(), arm.joints.end(),
+                                         [&](const JointModel& j) { return j.name == joint->name; });
+        if (moving != arm.joints.end()) {
+          links.push_back({joint->child_link_name, static_cast<int>(moving - arm.joints.begin()), {}});
+        } else {
+          links.push_back({joint->child_link_name, from.joint, from.X_JL * pose_of(*joint)});
+        }
+      }
+    }
+    return links;
   }
 
   Pose pose_of(const urdf::Joint& joint) const {

@@ -3,8 +3,10 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "plant_models/robot/arm_kinematics.h"
+#include "plant_models/robot/robot_link.h"
 
 namespace takt {
 
@@ -17,6 +19,7 @@ class UrdfError : public std::runtime_error {
 struct UrdfArm {
   std::string text;  ///< the URDF as read
   ArmModel arm;
+  std::vector<RobotLink> links{};  ///< all of the file, `base_link` first
 };
 
 /// Reads the chain from `base_link` to `flange_link`. Fixed joints are folded into their neighbours; at least

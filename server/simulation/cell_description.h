@@ -7,7 +7,9 @@
 #include <string_view>
 #include <vector>
 
+#include "plant_models/device_model.h"
 #include "plant_models/robot/arm_kinematics.h"
+#include "plant_models/robot/robot_link.h"
 #include "plant_models/spatial.h"
 #include "server/components/component_type.h"
 
@@ -25,6 +27,19 @@ struct ComponentDescription {
   std::array<float, 4> color{0.7F, 0.7F, 0.7F, 1.0F};  ///< r, g, b, a in 0..1
 };
 
+/// What a robot does when its commands stay away for longer than it allows.
+enum class SafeAction : std::uint8_t {
+  hold,  ///< stays at the last set-point
+  stop,  ///< goes on as it was until the deadline, then brakes as its acceleration allows, on its path
+};
+
+/// How long a stream of set-points may be silent (simulated time), and what happens then.
+struct CommandDeadline {
+  double deadline_s = 0.0;  ///< 0: none
+  SafeAction action = SafeAction::hold;
+  JointArray max_acceleration{};  ///< rad/s^2 or m/s^2, of `stop`
+};
+
 struct RobotDescription {
   std::string name;
   std::string urdf;  ///< the robot's URDF text
@@ -32,6 +47,22 @@ struct RobotDescription {
   Pose X_WR;         ///< base of the robot in the world
   double command_period_s =
       0.008;  ///< period over which set-points are interpolated unless the sender registers one
+  CommandDeadline command_deadline{};
+  std::vector<RobotLink> links{};  ///< all links of the URDF, the base first
+};
+
+/// One named value of a device.
+struct SignalDescription {
+  std::string name;
+  std::string unit;
+  bool commanded = false;           ///< clients may set it
+  double lower = 0.0, upper = 0.0;  ///< of what may be set
+};
+
+/// What is neither robot nor gripper: a furnace, a press.
+struct DeviceDescription {
+  std::string name;
+  std::vector<SignalDescription> signals;  ///< at most kMaxSignals
 };
 
 struct GripperDescription {
@@ -65,6 +96,7 @@ struct CellDescription {
   std::vector<ComponentDescription> components;
   std::vector<RobotDescription> robots;
   std::vector<GripperDescription> grippers;
+  std::vector<DeviceDescription> devices;
   std::vector<ProcessDescription> processes;
   std::vector<std::string> checked_bodies;  ///< names for the indices in a CollisionEvent
   /// Counts what was loaded in this run of the server, from 1; tells instants of one scenario from those of
@@ -75,6 +107,7 @@ struct CellDescription {
   int find_component(std::string_view name) const;
   int find_robot(std::string_view name) const;
   int find_gripper(std::string_view name) const;
+  int find_device(std::string_view name) const;
   int find_process(std::string_view name) const;
 };
 

@@ -80,9 +80,11 @@ struct RobotDynamics {
 std::vector<std::unique_ptr<Drive>> make_drives(const std::vector<DriveParameters>& drives);
 
 /// A plant model besides robots, grippers and Parts: a furnace, a press, a test's own. It moves no component.
+/// One with signals is a DeviceModel and has its description at CellDescription::devices[device].
 struct FurtherModel {
   std::string name;
   std::function<std::unique_ptr<PlantModel>()> make;  ///< called once by every simulation
+  int device = -1;                                    ///< -1: it has no signals
 };
 
 struct CellModel {

@@ -1,6 +1,7 @@
 #include "server/simulation/cell_plant.h"
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "plant_models/state_bytes.h"
 
@@ -15,7 +16,22 @@ CellPlant::CellPlant(const CellModel& model, const ComponentInteraction& interac
       parts_(model.parts.begin(), model.parts.end()),
       segment_begin_(model.robots.size(), 0) {
   for (const GripperModel& gripper : model.grippers) grippers_.emplace_back(gripper.parameters);
-  for (const FurtherModel& further : model.further_models) further_.push_back(further.make());
+  devices_.resize(model.description.devices.size(), {nullptr, 0});
+  for (const FurtherModel& further : model.further_models) {
+    further_.push_back(further.make());
+    if (further.device < 0) continue;
+    const auto device = static_cast<std::size_t>(further.device);
+    auto* with_signals = dynamic_cast<DeviceModel*>(further_.back().get());
+    if (device >= devices_.size() || with_signals == nullptr)
+      throw std::invalid_argument("the plant model '" + further.name + "' is said to be device " +
+                                  std::to_string(device) + ", but is none or not described");
+    devices_[device] = {with_signals, further_.size() - 1};
+  }
+  for (std::size_t i = 0; i < devices_.size(); ++i) {
+    if (devices_[i].first == nullptr)
+      throw std::invalid_argument("the device '" + model.description.devices[i].name +
+                                  "' has no plant model");
+  }
   for (const GroundModel& ground : model.grounds) grounds_.emplace_back(ground.component, ground.X_WB);
   for (std::size_t r = 0; r < robots_.size(); ++r) {
     std::vector<const ParallelGripper*> mounted;
@@ -69,8 +85,10 @@ void CellPlant::build() {
   for (ParallelGripper& gripper : grippers_)
     if (levels_[static_cast<std::size_t>(gripper.parameters().robot)] == 1) models.push_back(&gripper);
   further_begin_ = begin;
+  further_segments_.clear();
   for (const auto& further : further_) {
     models.push_back(further.get());
+    further_segments_.push_back(begin);
     begin += static_cast<std::size_t>(further->state_count());
   }
   for (FixedBody& ground : grounds_) models.push_back(&ground);
@@ -95,6 +113,11 @@ void CellPlant::keep_accepted() {
     std::copy(x_.begin() + static_cast<std::ptrdiff_t>(range.begin),
               x_.begin() + static_cast<std::ptrdiff_t>(range.end),
               accepted_.begin() + static_cast<std::ptrdiff_t>(range.begin));
+}
+
+void CellPlant::read_signals(std::size_t device, double t, std::span<double> signals) const {
+  const auto [model, place] = devices_[device];
+  model->read_signals(t, x_.data() + further_segments_[place], system_->motion(), signals);
 }
 
 void CellPlant::set_clock(double (*now_s)()) {

@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "plant_models/device_model.h"
 #include "plant_models/mechanics/fixed_body.h"
 #include "plant_models/robot/dynamic_robot.h"
 #include "server/simulation/cell_model.h"
@@ -60,6 +61,9 @@ class CellPlant {
   std::span<const double> further_states() const {
     return std::span<const double>(x_).subspan(further_begin_, parts_begin_ - further_begin_);
   }
+  /// By its index among the cell's devices.
+  DeviceModel& device(std::size_t index) { return *devices_[index].first; }
+  void read_signals(std::size_t device, double t, std::span<double> signals) const;
   std::string describe_state(std::size_t state) const;
 
   std::vector<KinematicRobot>& robots() { return robots_; }
@@ -95,6 +99,7 @@ class CellPlant {
   std::vector<KinematicRobot> robots_;
   std::vector<ParallelGripper> grippers_;
   std::vector<std::unique_ptr<PlantModel>> further_;
+  std::vector<std::pair<DeviceModel*, std::size_t>> devices_;  ///< by device: model, place among further_
   std::vector<FixedBody> grounds_;
   std::vector<RigidBody> parts_;
   std::vector<std::unique_ptr<DynamicRobot>> dynamic_;  ///< by robot; null where the scenario has no dynamics
@@ -105,6 +110,7 @@ class CellPlant {
   std::unique_ptr<OdeSystem> system_;
   std::unique_ptr<Integrator> integrator_;
   std::vector<double> x_, accepted_;
+  std::vector<std::size_t> further_segments_;  ///< by further model: begin of its states
   std::size_t further_begin_ = 0, parts_begin_ = 0;
   double (*clock_)() = nullptr;
 };

@@ -41,10 +41,11 @@ std::string outside(const char* quantity, const std::string& joint, double value
 }  // namespace
 
 std::string_view to_string(RejectionCode code) {
-  constexpr std::array<std::string_view, 13> names{
-      "unknown_robot", "unknown_gripper", "unknown_joint",         "duplicate_joint",     "wrong_count",
-      "not_finite",    "out_of_range",    "velocity_out_of_range", "effort_out_of_range", "stale",
-      "not_owner",     "malformed",       "invalid_request"};
+  constexpr std::array<std::string_view, 18> names{
+      "unknown_robot",  "unknown_gripper", "unknown_joint",         "duplicate_joint",     "wrong_count",
+      "not_finite",     "out_of_range",    "velocity_out_of_range", "effort_out_of_range", "stale",
+      "not_owner",      "malformed",       "invalid_request",       "times_not_ascending", "not_at_rest",
+      "unknown_device", "unknown_signal",  "read_only_signal"};
   return names[static_cast<std::size_t>(code)];
 }
 
@@ -161,6 +162,18 @@ Validated<GripperCommand> validate(const CellDescription& cell, const RawGripper
                         raw.max_force_N};
 }
 
+int target_count(const CellDescription& cell) {
+  return static_cast<int>(cell.robots.size() + cell.grippers.size() + cell.devices.size());
+}
+
+int target_of(const CellDescription& cell, const Command& command) {
+  const auto robots = static_cast<int>(cell.robots.size());
+  if (const auto* joints = std::get_if<JointCommand>(&command)) return joints->robot;
+  if (const auto* trajectory = std::get_if<TrajectoryCommand>(&command)) return trajectory->robot;
+  if (const auto* gripper = std::get_if<GripperCommand>(&command)) return robots + gripper->gripper;
+  return robots + static_cast<int>(cell.grippers.size()) + std::get<DeviceCommand>(command).device;
+}
+
 namespace {
 template <typename Items>
 int find_by_name(const Items& items, std::string_view name) {
@@ -176,6 +189,9 @@ int CellDescription::find_component(std::string_view name) const {
 }
 int CellDescription::find_robot(std::string_view name) const {
   return find_by_name(robots, name);
+}
+int CellDescription::find_device(std::string_view name) const {
+  return find_by_name(devices, name);
 }
 int CellDescription::find_process(std::string_view name) const {
   return find_by_name(processes, name);

@@ -1,17 +1,21 @@
 #pragma once
-// What clients may ask of the plant: joint set-points and gripper commands, already validated against the
-// cell.
+// What clients may ask of the plant: joint set-points and trajectories, gripper and device commands, already
+// validated against the cell.
 //
 // A command is fixed-size plain data, so that handing one over neither allocates nor locks for long. Commands
 // are made only by the functions below, which check everything a sender can get wrong (interfaces.md,
 // "Behaviour on the wire"): a command that exists is one the simulation may apply.
+#include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
 
+#include "plant_models/device_model.h"
 #include "plant_models/robot/arm_kinematics.h"
+#include "plant_models/robot/joint_path.h"
 
 namespace takt {
 
@@ -40,7 +44,29 @@ struct GripperCommand {
   double max_force_N = 0.0;  ///< 0: the gripper's own limit
 };
 
-using Command = std::variant<JointCommand, GripperCommand>;
+/// A motion of all joints of one robot from where it is, through the points of the path. It starts at the
+/// stamp, or when the command takes effect; what of it lies in the past then is left out. Until it starts,
+/// what the robot does goes on. A set-point or another trajectory replaces it.
+struct TrajectoryCommand {
+  int robot = -1;                         ///< index into CellDescription::robots
+  double stamp_s = -1.0;                  ///< simulated time of the start; negative: at once
+  std::shared_ptr<const JointPath> path;  ///< without points: the robot stops where it is
+};
+
+/// Signals of one device; those that are not among them stay as they are.
+struct DeviceCommand {
+  int device = -1;        ///< index into CellDescription::devices
+  double stamp_s = -1.0;  ///< simulated time the sender meant; negative: none given
+  int count = 0;
+  std::array<std::uint8_t, kMaxSignals> signals{};  ///< indices, of the first `count`
+  std::array<double, kMaxSignals> values{};         ///< of each, in its own unit
+};
+
+using Command = std::variant<JointCommand, GripperCommand, TrajectoryCommand, DeviceCommand>;
+
+/// Robots, grippers and devices together are "targets" of commands, numbered in that order.
+int target_count(const CellDescription& cell);
+int target_of(const CellDescription& cell, const Command& command);
 
 enum class RejectionCode : std::uint8_t {
   unknown_robot,
@@ -56,6 +82,11 @@ enum class RejectionCode : std::uint8_t {
   not_owner,
   malformed,
   invalid_request,
+  times_not_ascending,
+  not_at_rest,
+  unknown_device,
+  unknown_signal,
+  read_only_signal,
 };
 std::string_view to_string(RejectionCode code);
 
@@ -84,11 +115,38 @@ struct RawGripperCommand {
   double max_force_N = 0.0;
 };
 
+/// Points as they came in. `velocities` and `accelerations` are empty, or as long as `positions`; either all
+/// points have them or none.
+struct RawTrajectoryPoint {
+  std::vector<double> positions, velocities, accelerations, effort;
+  double time_from_start_s = 0.0;
+};
+struct RawTrajectory {
+  std::string robot;
+  double stamp_s = -1.0;
+  std::vector<std::string> names;
+  std::vector<RawTrajectoryPoint> points;
+};
+
+struct RawDeviceCommand {
+  std::string device;
+  double stamp_s = -1.0;
+  std::vector<std::string> signals;
+  std::vector<double> values;
+};
+
+/// Most points of a trajectory.
+inline constexpr std::size_t kMostTrajectoryPoints = 10000;
+
 /// Result of a validation: exactly one alternative.
 template <typename T>
 using Validated = std::variant<T, Rejection>;
 
 Validated<JointCommand> validate(const CellDescription& cell, const RawJointCommand& raw);
 Validated<GripperCommand> validate(const CellDescription& cell, const RawGripperCommand& raw);
+/// Positions and velocities are checked along the whole path from the first point on. The piece from the
+/// robot's own position to the first point can only be checked when the command takes effect.
+Validated<TrajectoryCommand> validate(const CellDescription& cell, const RawTrajectory& raw);
+Validated<DeviceCommand> validate(const CellDescription& cell, const RawDeviceCommand& raw);
 
 }  // namespace takt

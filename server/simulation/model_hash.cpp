@@ -149,9 +149,16 @@ std::uint64_t model_hash(const CellModel& model) {
   hash << model.step_s << model.solver << model.contact_solver << model.components << model.pairs
        << model.interaction << model.parts << model.grounds << model.robots << model.dynamics
        << model.robot_levels << model.trajectories << model.grippers << model.description.processes;
-  for (const RobotDescription& robot : model.description.robots) hash << robot.command_period_s;
+  for (const RobotDescription& robot : model.description.robots) {
+    const CommandDeadline& deadline = robot.command_deadline;
+    hash << robot.command_period_s << deadline.deadline_s << deadline.action << deadline.max_acceleration;
+  }
   hash << model.contact.enabled << model.contact.surfaces << model.contact.pairs;
-  for (const FurtherModel& further : model.further_models) hash << further.name;
+  for (const FurtherModel& further : model.further_models) hash << further.name << further.device;
+  for (const DeviceDescription& device : model.description.devices) {
+    hash << device.name << device.signals.size();
+    for (const SignalDescription& signal : device.signals) hash << signal.name;
+  }
   hash << model.clearance.enabled << model.clearance.hysteresis_m << model.clearance.bodies
        << model.clearance.pairs;
   return hash.value();

@@ -61,6 +61,16 @@ std::span<const CollisionEvent> Simulation::collision_events() const {
   return impl_->collisions;
 }
 
+void Simulation::watch_deadlines(bool watch) {
+  impl_->watch_deadlines = watch;
+}
+std::span<const MotionNotice> Simulation::motion_notices() const {
+  return impl_->set_points.notices();
+}
+double Simulation::trajectory_end_s(std::size_t robot) const {
+  return impl_->set_points.trajectory_end_s(robot);
+}
+
 void Simulation::read_contacts(std::vector<ContactSample>& samples) const {
   impl_->refresh_motion();
   impl_->contacts.read(impl_->system().motion(), samples);

@@ -4,14 +4,12 @@
 // bits.
 //
 // Simulation::step(commands) is the whole algorithm:
-//   1 apply commands        set-points and gripper targets; nothing moves yet
+//   1 apply commands        set-points (of trajectories too), targets of grippers and devices; nothing moves
 //   2 update connections    poses at t -> AABB broad phase -> MPR -> contact graph -> partner search ->
-//   offsets of
-//                           changed partners. Every discrete decision is taken here, between accepted steps.
-//                           Then collision checking of robot programs, which only watches.
-//   3 integrate t -> t+h    a pure right-hand side: motion of all bodies -> wrench of every pair into its own
-//   slot ->
-//                           wrenches summed per component in pair order -> derivatives
+//                           offsets of changed partners. Every discrete decision is taken here, between
+//                           accepted steps. Then collision checking of robot programs, which only watches.
+//   3 integrate t -> t+h    a pure right-hand side: motion of all bodies -> wrench of every pair into its
+//                           own slot -> wrenches summed per component in pair order -> derivatives
 //   4 check and count       every state finite, state hash chained, step counter advanced
 // Time is step_index * step size, never a running sum.
 #include <cstddef>
@@ -73,6 +71,14 @@ class Simulation {
   /// the other functions neither: they set the fault too.
   bool step(std::span<const Command> commands);
   const std::string& fault() const;  ///< valid until restore_state()
+
+  /// Whether robots act when their set-points stay away for longer than they allow
+  /// (RobotDescription::command_deadline). Off at first: for where somebody else waits for commands.
+  void watch_deadlines(bool watch);
+  /// What there was to tell of trajectories and deadlines in the most recent step.
+  std::span<const MotionNotice> motion_notices() const;
+  /// When the newest trajectory of a robot ends; negative: it follows none.
+  double trajectory_end_s(std::size_t robot) const;
 
   /// Back to the initial state; the epoch counts up.
   void reset();

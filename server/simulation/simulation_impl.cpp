@@ -29,6 +29,8 @@ Simulation::Impl::Impl(std::shared_ptr<const CellModel> cell_model)
       part_hashes(model->parts.size(), 0),
       robot_commands(model->robots.size()),
       gripper_commands(model->grippers.size()),
+      device_commands(model->description.devices.size()),
+      set_points(model->description),
       history(model->components.size()) {
   changes.reserve(2 * model->parts.size());
   if (model->clearance.enabled) {
@@ -62,6 +64,8 @@ void Simulation::Impl::start() {
   statistics = {};
   for (auto& counter : robot_commands) counter = {};
   for (auto& counter : gripper_commands) counter = {};
+  for (auto& counter : device_commands) counter = {};
+  set_points.reset();
   motion_is_current = false;
   choose_grippers();
   update_connections();  // a cell that stands still already knows who holds whom
@@ -150,12 +154,29 @@ void Simulation::Impl::apply(const JointCommand& command) {
           : model->description.robots[static_cast<std::size_t>(command.robot)].command_period_s;
   robot.set_point(time(), period, command.position.data(),
                   command.has_velocity ? command.velocity.data() : nullptr);
+  set_points.commanded(static_cast<std::size_t>(command.robot), time(), step_index, period);
   robot_commands[static_cast<std::size_t>(command.robot)].note(command.stamp_s);
 }
 
 void Simulation::Impl::apply(const GripperCommand& command) {
   grasping.apply(command, time(), plant);
   gripper_commands[static_cast<std::size_t>(command.gripper)].note(command.stamp_s);
+}
+
+void Simulation::Impl::apply(const TrajectoryCommand& command) {
+  const auto robot = static_cast<std::size_t>(command.robot);
+  set_points.follow(command, time(), step_index, plant.robots()[robot]);
+  robot_commands[robot].note(command.stamp_s);
+}
+
+void Simulation::Impl::apply(const DeviceCommand& command) {
+  const auto device = static_cast<std::size_t>(command.device);
+  for (int i = 0; i < command.count; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    plant.device(device).set_signal(time(), command.signals[at], command.values[at]);
+  }
+  plant.integrator().restart();
+  device_commands[device].note(command.stamp_s);
 }
 
 void Simulation::Impl::update_connections() {
@@ -265,10 +286,12 @@ void Simulation::Impl::rest() {
 
 bool Simulation::Impl::step(std::span<const Command> commands) {
   // 1 apply commands
+  set_points.begin_step();
   for (const Command& command : commands) {
     std::visit([this](const auto& c) { apply(c); }, command);
   }
   if (!fault.empty()) return false;
+  set_points.feed(time(), step_index, watch_deadlines, plant.robots());
   // 2 update connections
   const auto now = [this] { return clock != nullptr ? clock() : 0.0; };
   const double t0 = now();

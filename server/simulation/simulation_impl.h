@@ -13,6 +13,7 @@
 #include "server/simulation/cell_plant.h"
 #include "server/simulation/grasping.h"
 #include "server/simulation/resting_parts.h"
+#include "server/simulation/set_points.h"
 #include "server/simulation/simulation.h"
 #include "server/simulation/state_hash.h"
 
@@ -50,6 +51,8 @@ struct Simulation::Impl {
 
   void apply(const JointCommand& command);
   void apply(const GripperCommand& command);
+  void apply(const TrajectoryCommand& command);
+  void apply(const DeviceCommand& command);
   void update_connections();
   /// Reads poses and partners, writes nothing that the simulation reads.
   void check_clearances();
@@ -96,7 +99,9 @@ struct Simulation::Impl {
   CalmParts calm;
   std::vector<std::uint64_t> part_hashes;
   std::uint64_t parts_hash = 0;
-  std::vector<CommandCounter> robot_commands, gripper_commands;
+  std::vector<CommandCounter> robot_commands, gripper_commands, device_commands;
+  SetPoints set_points;
+  bool watch_deadlines = false;
   std::vector<int> process_levels;  ///< at present
   std::vector<ConnectionChange> changes;
   std::unique_ptr<ClearanceMonitor> monitor;  ///< none where nothing is checked

@@ -26,6 +26,7 @@ Snapshot Simulation::make_snapshot() const {
   snapshot.components.resize(impl_->model->components.size());
   snapshot.robots.resize(impl_->model->robots.size());
   snapshot.grippers.resize(impl_->model->grippers.size());
+  snapshot.devices.resize(impl_->model->description.devices.size());
   snapshot.contacts.room.resize(contact_room());
   read_snapshot(snapshot);
   return snapshot;
@@ -81,6 +82,13 @@ void Simulation::Impl::fill(Snapshot& snapshot) {
     sample.closed = s.grasping.closed(i);
     sample.commands_applied = s.gripper_commands[i].count;
     sample.newest_stamp_s = s.gripper_commands[i].newest_stamp_s;
+  }
+  for (std::size_t i = 0; i < snapshot.devices.size(); ++i) {
+    DeviceSample& sample = snapshot.devices[i];
+    s.plant.read_signals(i, t,
+                         std::span(sample.signals).first(s.model->description.devices[i].signals.size()));
+    sample.commands_applied = s.device_commands[i].count;
+    sample.newest_stamp_s = s.device_commands[i].newest_stamp_s;
   }
   ContactsSample& sample = snapshot.contacts;
   sample.acting = std::find(s.process_levels.begin(), s.process_levels.end(), 3) != s.process_levels.end();

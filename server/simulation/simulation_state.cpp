@@ -11,7 +11,7 @@ namespace takt {
 
 namespace {
 constexpr std::string_view kMagic = "taktstat";
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr double kLongest_s = 1e9;
 constexpr std::size_t kLongestText = 1U << 20U;
 constexpr double kFurthest = 1e9;  // m, m/s, rad/s: what set_component_state() takes
@@ -55,6 +55,7 @@ void Simulation::Impl::save(std::vector<std::byte>& bytes) {
     for (const std::uint64_t part : part_hashes) out.put(part);
     for (const CommandCounter& counter : robot_commands) takt::save(counter, out);
     for (const CommandCounter& counter : gripper_commands) takt::save(counter, out);
+    for (const CommandCounter& counter : device_commands) takt::save(counter, out);
     for (const int level : process_levels) out.put(static_cast<std::uint8_t>(level));
     out.put_size(changes.size());
     for (const ConnectionChange& change : changes)
@@ -64,6 +65,7 @@ void Simulation::Impl::save(std::vector<std::byte>& bytes) {
     for (const CollisionEvent& event : collisions) takt::save(event, out);
     out.put(std::string_view(fault));
   });
+  out.section("SETP", [&] { set_points.save(out); });
   out.section("HOLD", [&] { interaction.save_attached(out); });
   out.section("PLNT", [&] { plant.save(out); });
   out.section("INTR", [&] { interaction.save(out); });
@@ -97,6 +99,7 @@ void Simulation::Impl::load(std::span<const std::byte> bytes) {
     for (std::uint64_t& part : part_hashes) part = in.get<std::uint64_t>();
     for (CommandCounter& counter : robot_commands) takt::load(in, counter);
     for (CommandCounter& counter : gripper_commands) takt::load(in, counter);
+    for (CommandCounter& counter : device_commands) takt::load(in, counter);
     for (int& level : process_levels) {
       level = in.integer(1, 3, "a process' level of detail");
       if (level == 3 && !model->contact.enabled) in.fail("a process is at level 3, which was not prepared");
@@ -118,6 +121,7 @@ void Simulation::Impl::load(std::span<const std::byte> bytes) {
       collisions.push_back(load_event(in, bodies));
     fault = in.text(kLongestText, "letters of the fault");
   });
+  all.section("SETP", [&](StateReader& in) { set_points.load(in); });
   all.section("HOLD", [&](StateReader& in) { interaction.load_attached(in); });
   choose_forces();
   all.section("PLNT", [&](StateReader& in) { plant.load(in); });
@@ -152,6 +156,7 @@ std::string Simulation::restore_state(std::span<const std::byte> bytes) {
     return error.what();
   }
   fresh->epoch = std::max(fresh->epoch, impl_->epoch) + 1;
+  fresh->watch_deadlines = impl_->watch_deadlines;
   std::swap(impl_, fresh);
   set_stage_clock(fresh->clock);
   set_executor(fresh->executor, fresh->least_calls);

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "plant_models/device_model.h"
 #include "plant_models/electrical/robot_power.h"
 #include "plant_models/robot/arm_kinematics.h"
 #include "plant_models/robot/drive.h"
@@ -49,6 +50,12 @@ struct GripperSample {
   double newest_stamp_s = -1.0;
 };
 
+struct DeviceSample {
+  std::array<double, kMaxSignals> signals{};  ///< in the order of the device's description
+  std::uint64_t commands_applied = 0;
+  double newest_stamp_s = -1.0;
+};
+
 /// Most contacts that a snapshot holds.
 inline constexpr std::size_t kMostContactSamples = 1024;
 
@@ -69,7 +76,27 @@ struct Snapshot {
   std::vector<ComponentSample> components;
   std::vector<RobotSample> robots;
   std::vector<GripperSample> grippers;
+  std::vector<DeviceSample> devices;
   ContactsSample contacts;
+};
+
+/// Something about the commanded motion of a robot.
+struct MotionNotice {
+  enum class Kind : std::uint8_t {
+    trajectory_done,      ///< its last point is reached
+    trajectory_replaced,  ///< another command came before its end
+    trajectory_refused,   ///< it cannot be followed from where the robot is: joint, value, limit
+    trajectory_past,      ///< its end was over when it took effect; value: its end (s)
+    deadline_missed,      ///< no set-point for longer than allowed; value: how long (s)
+  };
+  Kind kind{};
+  double time_s = 0.0;
+  std::uint64_t step = 0;
+  int robot = -1;
+  int joint = -1;
+  bool velocity = false;  ///< refused for a velocity; else for a position
+  double value = 0.0;     ///< of `joint`
+  double lower = 0.0, upper = 0.0;
 };
 
 /// A Part changed the component that holds it.

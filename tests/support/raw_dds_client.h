@@ -160,13 +160,18 @@ class RawDdsClient {
 
   /// Shared ownership, as a stock ROS 2 publisher, or exclusive, as takt's own client.
   template <typename Type>
-  RawWriter write(const std::string& topic_name, bool exclusive = false, std::uint32_t strength = 0) {
+  RawWriter write(const std::string& topic_name, bool exclusive = false, std::uint32_t strength = 0,
+                  double lease_s = 0.0) {
     fdds::DataWriterQos qos = publisher_->get_default_datawriter_qos();
     qos.reliability().kind = fdds::RELIABLE_RELIABILITY_QOS;
     qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
     if (exclusive) {
       qos.ownership().kind = fdds::EXCLUSIVE_OWNERSHIP_QOS;
       qos.ownership_strength().value = strength;
+    }
+    if (lease_s > 0.0) {
+      qos.liveliness().lease_duration = eprosima::fastrtps::Duration_t(lease_s);
+      qos.liveliness().announcement_period = eprosima::fastrtps::Duration_t(0.25 * lease_s);
     }
     RawWriter writer;
     listeners_.push_back(writer.matches);

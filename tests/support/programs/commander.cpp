@@ -1,6 +1,6 @@
 // A controller that is there to be killed: commands one robot, exclusively and strongly, to one pose.
-// Usage: takt-test-commander DOMAIN CELL ROBOT FIRST_JOINT. Sends, prints "ready", and stays until it is
-// killed.
+// Usage: takt-test-commander DOMAIN CELL ROBOT FIRST_JOINT [lease]. Sends, prints "ready", and stays until it
+// is killed. With `lease` it promises a sign of life every second, as takt's own clients do.
 #include <unistd.h>
 
 #include <cstdio>
@@ -10,10 +10,10 @@
 #include "tests/support/raw_dds_client.h"
 
 int main(int argc, char** argv) {
-  if (argc != 5) return 2;
+  if (argc != 5 && argc != 6) return 2;
   takt::test::RawDdsClient client(static_cast<std::uint32_t>(std::atoi(argv[1])));
   const std::string topic = std::string("rt/") + argv[2] + "/" + argv[3] + "/joint_commands";
-  auto writer = client.write<sensor_msgs::msg::JointStatePubSubType>(topic, true, 9);
+  auto writer = client.write<sensor_msgs::msg::JointStatePubSubType>(topic, true, 9, argc == 6 ? 1.0 : 0.0);
   if (!writer.matches->wait_for(1)) return 1;
   sensor_msgs::msg::JointState message;
   message.name({"shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint",

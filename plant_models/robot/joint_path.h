@@ -1,0 +1,42 @@
+#pragma once
+// A commanded motion of all joints of a robot: points with positions, and where given velocities and
+// accelerations, joined piece by piece by polynomials: linear through positions alone, cubic (Hermite) with
+// velocities, quintic with accelerations too. Positions in rad or m, times in s.
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "plant_models/robot/arm_kinematics.h"
+
+namespace takt {
+
+enum class PathOrder : std::uint8_t { linear = 1, cubic = 3, quintic = 5 };
+
+struct JointPathPoint {
+  double t = 0.0;  ///< from the start of the path
+  JointArray q{}, qd{}, qdd{};
+};
+
+/// One joint between two points: a polynomial in u, from 0 to 1.
+struct PathPiece {
+  std::array<double, 6> c{};  ///< of 1, u, ... u^5
+  double duration_s = 1.0;
+
+  double position(double u) const;
+  double velocity(double u) const;
+  PathPiece derivative() const;  ///< velocity as a polynomial in u, exactly
+};
+/// The piece of joint `joint` from one point to the other, which must be later.
+PathPiece path_piece(PathOrder order, const JointPathPoint& from, const JointPathPoint& to,
+                     std::size_t joint);
+
+/// A value of the polynomial on 0 <= u <= 1 that lies outside [lower, upper], if there is one; else NaN.
+/// Found by subdivision in Bernstein form, whose coefficients enclose the polynomial.
+double value_outside(const PathPiece& piece, double lower, double upper);
+
+struct JointPath {
+  PathOrder order = PathOrder::linear;
+  std::vector<JointPathPoint> points;  ///< times ascending
+};
+
+}  // namespace takt
