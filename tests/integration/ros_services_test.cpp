@@ -170,7 +170,7 @@ TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
   using Names = std::vector<std::string>;
   EXPECT_EQ(names("^[PC]$").second, (Names{"P", "C"}));
   EXPECT_EQ(names("", {1}).second, (Names{"P", "C"}));
-  EXPECT_EQ(names("Gripper1", {2}).second, (Names{"Gripper1"}));
+  EXPECT_EQ(names("^Gripper1$", {2}).second, (Names{"Gripper1"}));
   EXPECT_EQ(names("nothing like it"), std::pair(std::uint8_t{1}, Names{}));
   EXPECT_EQ(names("(").first, 4);
   EXPECT_EQ(names("(a{1,30000}){1,30000}").first, 0);
@@ -195,7 +195,10 @@ TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
   EXPECT_EQ(get->call(which).result().result(), 2);
 
   takt_msgs::srv::Control_Request any;
-  any.request("reset");
+  any.request("set_state");
+  takt_msgs::srv::Argument stopped;
+  stopped.name("state"), stopped.value("0");
+  any.arguments({stopped});
   ASSERT_EQ(control->call(any).result(), 1);
   srv::SpawnEntity_Request copy;
   copy.allow_renaming(true);
@@ -208,6 +211,7 @@ TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
   copy.entity_resource().uri("copy_of:C?mass_kg");
   EXPECT_EQ(spawn->call(copy).result().result(), 106);
   any.request("get_state");
+  any.arguments({});
   const auto state = control->call(any);
   EXPECT_EQ(state.result(), 1);
   EXPECT_FALSE(state.values().empty());
