@@ -4,8 +4,8 @@
 #include <string>
 #include <variant>
 
+#include "ros2_service_msgs.h"
 #include "server/runtime/control.h"
-#include "simulation_interfaces.h"
 
 namespace takt::ros {
 

@@ -4,10 +4,10 @@
 #include <set>
 #include <utility>
 
+#include "ros2_service_msgsPubSubTypes.h"
 #include "server/dds/qos.h"
 #include "server/dds/ros_service_messages.h"
 #include "server/runtime/monotonic_clock.h"
-#include "simulation_interfacesPubSubTypes.h"
 
 namespace takt {
 

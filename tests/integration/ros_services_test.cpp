@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-#include "simulation_interfacesPubSubTypes.h"
+#include "ros2_service_msgsPubSubTypes.h"
 #include "tests/support/hosted_service.h"
 
 namespace {
