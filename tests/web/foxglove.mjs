@@ -1,10 +1,12 @@
 // The live stream read by Foxglove's own client, over both subprotocols.
 import {strict as assert} from 'node:assert';
-import {FoxgloveClient} from '@foxglove/ws-protocol';
+import ws from '@foxglove/ws-protocol';
 import {parse} from '@foxglove/rosmsg';
 import {MessageReader} from '@foxglove/rosmsg2-serialization';
 import WebSocket from 'ws';
 import {server, start, program, stop, takt, view} from './processes.mjs';
+
+const {FoxgloveClient} = ws;
 
 const running = await server('--paused');
 const {child, url} = await view();
@@ -30,7 +32,7 @@ async function look(protocol, headers = {}) {
     const begin = Date.now();
     const look = setInterval(() => {
       if (condition()) { clearInterval(look); resolve(); }
-      else if (Date.now() - begin > 60000) { clearInterval(look); reject(new Error(`not come: ${condition}`)); }
+      else if (Date.now() - begin > 30000) { clearInterval(look); reject(new Error(`not come: ${condition}; there are ${[...channels.keys()]}; ${problems}`)); }
     }, 20);
   });
   return {client, channels, samples, until, info: () => info, services: () => services, problems,

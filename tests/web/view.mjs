@@ -17,13 +17,17 @@ if (!existsSync(`${process.env.TAKT_BIN}/../share/takt/view/index.html`)) {
 let running = await server('--paused');
 const {url} = await view();
 const browser = await chromium.launch({executablePath, args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader']});
-const page = await browser.newPage({viewport: {width: 1280, height: 800}});
+const page = await browser.newPage({viewport: {width: 900, height: 560}});
 const problems = [];
 page.on('pageerror', (error) => problems.push(error.message));
 page.on('console', (message) => { if (message.type() === 'error' && !message.text().includes('WebSocket')) problems.push(message.text()); });
 const until = (condition, argument) => page.waitForFunction(condition, argument, {timeout: 60000, polling: 50});
 const ask = (what, argument) => page.evaluate(what, argument);
 const pixels = async () => (await page.locator('#cell').screenshot()).toString('base64');
+
+// Says how far it is, with the time.
+const begun = Date.now();
+const stage = (what) => console.log(`${((Date.now() - begun) / 1000).toFixed(1)} s: ${what}`);
 
 // The page loads and knows the cell.
 await page.goto(url);
@@ -32,6 +36,7 @@ assert.equal(await page.locator('#connection').textContent(), 'connected');
 assert.deepEqual(await ask(() => takt.last.description.robots.map(({name}) => name)), ['Robot1', 'Robot2']);
 await until(() => document.querySelector('#status').textContent.includes('paused') || document.querySelector('#status').textContent.includes('stopped'));
 
+stage('steps');
 // Steps are taken when the cell stands, as many as were asked for.
 const before = takt('state').step;
 await page.fill('#steps', '25');
@@ -39,6 +44,7 @@ await page.click('#step');
 await until((step) => takt.last.state.step >= BigInt(step), before + 25);
 assert.equal(takt('state').step, before + 25);
 
+stage('play');
 // It plays: parts and robots move, the picture changes.
 const controller = await start('takt-controller', [program]);
 const first = await pixels();
@@ -50,6 +56,7 @@ assert.ok(await ask(() => takt.plots.plots.every(({x}) => x.every((value, i) => 
 await until(() => document.querySelectorAll('#events li').length > 0);
 await until(() => document.querySelector('#graph').textContent.includes('Gripper'));
 
+stage('pause');
 // A part is held: the scene graph has it where the state on DDS says it is.
 await page.click('#pause');
 await until(() => takt.last.status.state === 2);
@@ -63,6 +70,7 @@ for (const [name, component] of Object.entries(state.components)) {
 assert.ok(Object.values(state.components).some(({state: s}) => s === 'grasped'));
 if (process.env.TAKT_SCREENSHOT) await page.screenshot({path: process.env.TAKT_SCREENSHOT});
 
+stage('section and plots');
 // A section cuts the picture, a plot that was asked for fills.
 const whole = await pixels();
 await page.selectOption('#section', 'x');
@@ -75,6 +83,7 @@ await page.click('#add-plot');
 await page.click('#play');
 await until(() => takt.plots.plots.some(({name, x}) => name.endsWith('elbow_joint') && x.length > 20));
 
+stage('observer');
 // An observer looks, and cannot touch.
 const observer = await browser.newPage();
 await observer.goto(`${url}?observer`);
@@ -82,6 +91,7 @@ await observer.waitForFunction(() => takt.last.state, null, {timeout: 60000});
 assert.ok(await observer.locator('#play').isDisabled());
 await observer.close();
 
+stage('restart of the server');
 // The server is started again: the page finds it by itself.
 await stop(controller);
 await stop(running);
@@ -91,12 +101,11 @@ await until(() => takt.last.state && takt.last.status && takt.last.state.time ==
 await page.click('#play');
 await until(() => takt.last.state.time > 0.2);
 
-// takt view is started again on its port: the page connects again by itself. Ended and begun here by a new one, as a
-// port that was any free one is another one now.
 assert.deepEqual(problems, []);
 await page.close();
 await stop(running);
 
+stage('recording');
 // A recording, with a slider.
 await (await start('takt-run', [...takt_run_arguments(), '--mcap', 'run.mcap', '--quiet'])).ended;
 const player = await view('run.mcap');
