@@ -17,7 +17,7 @@ if (!existsSync(`${process.env.TAKT_BIN}/../share/takt/view/index.html`)) {
 let running = await server('--paused');
 const {url} = await view();
 const browser = await chromium.launch({executablePath, args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader']});
-const page = await browser.newPage({viewport: {width: 900, height: 560}});
+const page = await browser.newPage({viewport: process.env.TAKT_SCREENSHOT ? {width: 1400, height: 860} : {width: 900, height: 560}});
 const problems = [];
 page.on('pageerror', (error) => problems.push(error.message));
 page.on('console', (message) => { if (message.type() === 'error' && !message.text().includes('WebSocket')) problems.push(message.text()); });
