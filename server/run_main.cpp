@@ -1,4 +1,6 @@
 // takt-run: a scenario headless in one process, without DDS.
+#include <takt_build_info.h>
+
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <fstream>
@@ -10,6 +12,7 @@
 #include "server/headless/mcap_recording.h"
 #include "server/headless/mesh_check.h"
 #include "server/headless/picture.h"
+#include "server/headless/progress.h"
 #include "server/headless/report.h"
 #include "server/runtime/event.h"
 #include "server/runtime/replay.h"
@@ -32,7 +35,7 @@ struct Arguments {
 };
 
 void declare(CLI::App& app, Arguments& a) {
-  app.set_version_flag("--version", TAKT_VERSION);
+  app.set_version_flag("--version", std::string("takt-run ") + takt_build_info());
   CLI::Option* scenario = app.add_option("scenario", a.scenario, "Scenario file (YAML)");
   CLI::Option* check_mesh = app.add_option("--check-mesh", a.check_mesh,
                                            "Look at this mesh file (OBJ, STL, GLB) instead of running");
@@ -196,9 +199,11 @@ int run(const Arguments& a) {
     mcap.emplace(a.mcap, simulation, a.mcap_period.value_or(a.csv_period.value_or(scenario.csv_period_s)),
                  TAKT_VERSION);
   const std::vector<Picture> pictures = requested_pictures(a, cell->step_s);
+  std::optional<takt::Progress> progress(std::in_place, options.duration_s, a.quiet);
   takt::StepObserver observer;
-  if (csv || mcap || !pictures.empty()) {
+  if (csv || mcap || progress->shows() || !pictures.empty()) {
     observer = [&](const takt::Simulation& s) {
+      progress->at(s.time_s());
       if (csv) csv->record(s);
       if (mcap) {
         mcap->record(s);
@@ -212,6 +217,7 @@ int run(const Arguments& a) {
   }
   const takt::HeadlessResult result =
       takt::run_headless(simulation, scenario, options, observer, make_pacer(a));
+  progress.reset();
   if (csv) csv->close();
   if (mcap) mcap->close();
 

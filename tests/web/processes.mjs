@@ -44,8 +44,8 @@ export async function stop(child) {
 }
 
 export const server = (...args) => start('takt-server', [scenario, '--cell', process.env.TAKT_CELL, ...args]);
-export async function view(...args) {
-  const child = await start('takt', ['--json', 'view', '--port', '0', ...args], '\n');
+export async function view(port = 0, ...args) {
+  const child = await start('takt', ['--json', 'view', '--port', String(port), ...args], '\n');
   return {child, url: JSON.parse(child.text).url};
 }
 export const takt = (...args) => JSON.parse(execFileSync(`${bin}/takt`, ['--json', ...args], {encoding: 'utf8'}));

@@ -17,4 +17,4 @@ case $name in
     node "$place/recording.mjs" run.mcap run.jsonl
     ;;
 esac
-if [[ -f $place/$name.mjs && $name != recording ]]; then node "$place/$name.mjs"; fi
+if [[ $name != recording ]]; then node "$place/$name.mjs" "${@:4}"; fi

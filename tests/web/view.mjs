@@ -14,8 +14,8 @@ if (!existsSync(`${process.env.TAKT_BIN}/../share/takt/view/index.html`)) {
   process.exit(77);
 }
 
+let {child: bridge, url} = await view();  // before there is anything to see
 let running = await server('--paused');
-const {url} = await view();
 const browser = await chromium.launch({executablePath, args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader']});
 const page = await browser.newPage({viewport: process.env.TAKT_SCREENSHOT ? {width: 1400, height: 860} : {width: 900, height: 560}});
 const problems = [];
@@ -101,6 +101,16 @@ await until(() => takt.last.state && takt.last.status && takt.last.state.time ==
 await page.click('#play');
 await until(() => takt.last.state.time > 0.2);
 
+
+stage('restart of takt view');
+await stop(bridge);
+await until(() => document.querySelector('#connection').className === 'off');
+({child: bridge} = await view(new URL(url).port));
+await until(() => document.querySelector('#connection').className === '');
+await page.evaluate(() => { takt.last.state = undefined; });
+await until(() => takt.last.state?.time > 0.2);
+await page.click('#pause');
+await until(() => takt.last.status.state === 2);
 assert.deepEqual(problems, []);
 await page.close();
 await stop(running);
@@ -108,7 +118,7 @@ await stop(running);
 stage('recording');
 // A recording, with a slider.
 await (await start('takt-run', [...takt_run_arguments(), '--mcap', 'run.mcap', '--quiet'])).ended;
-const player = await view('run.mcap');
+const player = await view(0, 'run.mcap');
 const film = await browser.newPage();
 await film.goto(player.url);
 await film.waitForFunction(() => takt.last.state && !document.querySelector('#playback').hidden, null, {timeout: 60000});

@@ -1,4 +1,6 @@
 // takt: look at a running cell and control it from the command line.
+#include <takt_build_info.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
@@ -37,6 +39,7 @@ int run(int argc, char** argv) {
   using takt::client::SimulationState;
   CLI::App app{"Look at a running takt cell and control it."};
   app.footer(kExamples);
+  app.set_version_flag("--version", std::string("takt ") + takt_build_info());
   app.require_subcommand(1);
   app.fallthrough();  // the common options may follow the command
 

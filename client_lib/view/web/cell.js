@@ -38,7 +38,7 @@ class Arrow extends THREE.Group {
 export class Cell {
   constructor(canvas) {
     this.canvas = canvas;
-    this.options = {byState: true, forces: true, contacts: true, holding: true, metresPerNewton: 0.01, follow: ''};
+    this.options = {byState: true, forces: true, contacts: true, holding: true, metresPerNewton: 0.03, follow: ''};
     THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
     this.renderer = new THREE.WebGLRenderer({canvas, antialias: true, preserveDrawingBuffer: true});
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
@@ -47,9 +47,9 @@ export class Cell {
     this.scene.background = new THREE.Color(0xe9edf1);
     this.camera = new THREE.PerspectiveCamera(40, 1, 0.01, 100);
     this.camera.up.set(0, 0, 1);
-    this.camera.position.set(2.6, -2.6, 2.2);
+    this.camera.position.set(0.9, 2.7, 2.0);
     this.orbit = new OrbitControls(this.camera, canvas);
-    this.orbit.target.set(0, 0, 0.7);
+    this.orbit.target.set(0, -0.1, 0.85);
     this.orbit.addEventListener('change', () => { this.dirty = true; });
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8a8f95, 2.2));
     const sun = new THREE.DirectionalLight(0xffffff, 1.6);

@@ -17,14 +17,16 @@ export class Plots {
     const close = document.createElement('button');
     close.textContent = '✕';
     close.title = 'take this plot away';
-    holder.append(close);
+    const title = document.createElement('span'), newest = document.createElement('output');
+    title.textContent = name;
+    holder.append(close, title, newest);
     this.place.append(holder);
     const chart = new uPlot({
-      width: Math.max(this.place.clientWidth, 200), height: 130, legend: {show: true}, scales: {x: {time: false}},
+      width: Math.max(this.place.clientWidth, 200), height: 130, legend: {show: false}, scales: {x: {time: false}},
       axes: [{size: 24}, {size: 56}],
       series: [{label: 's'}, {label: name, stroke: COLORS[this.plots.length % COLORS.length], width: 1.5, points: {show: false}}],
     }, [[], []], holder);
-    const plot = {name, chart, x: [], y: [], holder};
+    const plot = {name, chart, x: [], y: [], holder, newest};
     close.onclick = () => {
       this.plots = this.plots.filter((other) => other !== plot);
       chart.destroy();
@@ -59,6 +61,7 @@ export class Plots {
       if (!plot.dirty) continue;
       plot.dirty = false;
       plot.chart.setData([plot.x, plot.y]);
+      plot.newest.textContent = plot.y.length ? plot.y.at(-1).toPrecision(5) : '';
     }
   }
 
