@@ -76,7 +76,7 @@ set(CPACK_PACKAGE_VENDOR "takt")
 set(CPACK_PACKAGE_CONTACT "takt <takt@localhost>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Simulation of robotic assembly for virtual commissioning")
 set(CPACK_PACKAGE_DESCRIPTION
-  "A service that simulates robotic assembly and disassembly.\n Robot controllers send it commands over DDS as to a real cell; it answers\n with where every part is, what holds it, and which forces act. With tools,\n a viewer, client development files, a Python module, and a systemd unit.")
+  "A service that simulates robotic assembly and disassembly.\nRobot controllers send it commands over DDS as to a real cell; it answers\nwith where every part is, what holds it, and which forces act. With tools,\na viewer, client development files, a Python module, and a systemd unit.")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)

@@ -100,6 +100,25 @@ const {hostname, port} = new URL(url);
 const code = await new Promise((resolve) => request({hostname, port, path: '/', headers: {host: 'rebound.example'}}, (response) => resolve(response.statusCode)).end());
 assert.equal(code, 403);
 
+// Nonsense is told to be that, or passed over; whoever sends it and all others go on.
+const rude = await look('foxglove.websocket.v1');
+await rude.until(() => rude.info());
+const socket = new WebSocket(address, ['foxglove.websocket.v1']);
+await new Promise((resolve) => socket.on('open', resolve));
+const answers = [];
+socket.on('message', (data, binary) => { if (!binary) answers.push(JSON.parse(data)); });
+const nonsense = ['', '{', '[]', 'null', '{"op": 7}', '{"op": "subscribe"}', '{"op": "subscribe", "subscriptions": [{"id": -1}]}',
+  '{"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 4000000000}]}', '{"op": "unsubscribe", "subscriptionIds": [12345]}',
+  Buffer.from([]), Buffer.from([2]), Buffer.from([2, 1, 0, 0, 0, 1, 0, 0, 0, 255, 255, 255, 255]),
+  Buffer.from([2, 1, 0, 0, 0, 9, 0, 0, 0, 4, 0, 0, 0, ...Buffer.from('json'), ...Buffer.from('{"request": [1]}')]), Buffer.from([99, 1, 2, 3])];
+for (const message of nonsense) socket.send(message);
+await rude.until(() => answers.some(({op, callId}) => op === 'serviceCallFailure' && callId === 9));
+assert.ok(answers.some(({op, message}) => op === 'status' && message.includes('4000000000')));
+rude.subscribe('/web_test/state');
+await rude.until(() => rude.samples.has('/web_test/state'));
+socket.close();
+rude.client.close();
+
 // Metrics are there, and of this cell.
 const metrics = await (await fetch(`${url}metrics`)).text();
 assert.match(metrics, /takt_up\{cell="web_test"\} 1/);
