@@ -18,7 +18,7 @@ process.env.TAKT_DOMAIN = String(freeDomain());
 process.env.TAKT_CELL = 'web_test';
 
 const running = new Set();
-process.on('exit', () => { for (const child of running) child.kill('SIGKILL'); });
+process.on('exit', () => { for (const child of running) if (child.pid) child.kill('SIGKILL'); });
 
 // Starts a program; resolves when it has said the words (at once without).
 export function start(name, args, words) {
@@ -33,6 +33,7 @@ export function start(name, args, words) {
     };
     child.stdout.on('data', take);
     child.stderr.on('data', take);
+    child.on('error', (error) => { running.delete(child); reject(error); });
     child.on('exit', (code) => reject(new Error(`${name} ended with ${code}: ${child.text}`)));
     if (!words) resolve(child);
   });

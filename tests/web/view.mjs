@@ -15,7 +15,7 @@ if (!existsSync(`${process.env.TAKT_BIN}/../share/takt/view/index.html`)) {
 }
 
 let {child: bridge, url} = await view();  // before there is anything to see
-let running = await server('--paused');
+let running = await server('--paused', '--lod', '3', '--set', 'solver.method=implicit');
 const browser = await chromium.launch({executablePath, args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader']});
 const page = await browser.newPage({viewport: process.env.TAKT_SCREENSHOT ? {width: 1400, height: 860} : {width: 900, height: 560}});
 const problems = [];
@@ -54,6 +54,7 @@ assert.notEqual(await pixels(), first);
 await until(() => takt.plots.plots.length > 0 && takt.plots.plots.every(({x}) => x.length > 20));
 assert.ok(await ask(() => takt.plots.plots.every(({x}) => x.every((value, i) => i === 0 || value > x[i - 1]))));
 await until(() => document.querySelectorAll('#events li').length > 0);
+assert.match(await page.locator('#events time').first().textContent(), /^\d+\.\d{3}$/);
 await until(() => document.querySelector('#graph').textContent.includes('Gripper'));
 
 stage('pause');
@@ -68,6 +69,14 @@ for (const [name, component] of Object.entries(state.components)) {
   component.position.forEach((value, i) => assert.ok(Math.abs(value - place[i]) < 1e-9, `${name}: ${place} is not ${component.position}`));
 }
 assert.ok(Object.values(state.components).some(({state: s}) => s === 'grasped'));
+// What presses is shown, where it presses and as large as it is.
+const contact = await ask(() => {
+  const {center_of_pressure: c, area} = takt.last.contacts.contacts[0], {disc} = takt.cell.patches[0];
+  return {c: [c.x, c.y, c.z], area, place: disc.position.toArray(), radius: disc.scale.x, visible: disc.visible};
+});
+assert.ok(contact.visible);
+assert.deepEqual(contact.place, contact.c);
+assert.ok(Math.abs(Math.PI * contact.radius ** 2 - contact.area) < 1e-9 || contact.radius === 0.002);
 if (process.env.TAKT_SCREENSHOT) await page.screenshot({path: process.env.TAKT_SCREENSHOT});
 
 stage('section and plots');
@@ -85,7 +94,7 @@ await until(() => takt.plots.plots.some(({name, x}) => name.endsWith('elbow_join
 
 stage('observer');
 // An observer looks, and cannot touch.
-const observer = await browser.newPage();
+const observer = await browser.newPage({viewport: {width: 500, height: 400}});
 await observer.goto(`${url}?observer`);
 await observer.waitForFunction(() => takt.last.state, null, {timeout: 60000});
 assert.ok(await observer.locator('#play').isDisabled());
@@ -119,7 +128,7 @@ stage('recording');
 // A recording, with a slider.
 await (await start('takt-run', [...takt_run_arguments(), '--mcap', 'run.mcap', '--quiet'])).ended;
 const player = await view(0, 'run.mcap');
-const film = await browser.newPage();
+const film = await browser.newPage({viewport: {width: 900, height: 500}});
 await film.goto(player.url);
 await film.waitForFunction(() => takt.last.state && !document.querySelector('#playback').hidden, null, {timeout: 60000});
 const seek = (part) => film.evaluate((p) => {

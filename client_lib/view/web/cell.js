@@ -6,6 +6,7 @@ import URDFLoader from 'urdf-loader';
 export const STATES = ['free', 'held', 'placed', 'assembled'];
 export const STATE_COLORS = [0x7f8c97, 0xe08214, 0x2c7fb8, 0x2e9e5b];
 const OPEN = 0x9aa7b4, CLOSED = 0xc2561a, FORCE = 0xd6204e, CONTACT = 0x8a2be2, HOLDS = 0x20639b;
+const LONGEST = 0.5;  // m; larger forces are drawn like this, as they would leave the picture
 const UP = new THREE.Vector3(0, 1, 0);
 
 function matrixOf({position, rotation: r}) {
@@ -22,11 +23,11 @@ class Arrow extends THREE.Group {
     this.visible = false;
   }
   set(from, along) {
-    const length = along.length();
+    const asked = along.length(), length = Math.min(asked, LONGEST);
     this.visible = length > 1e-4;
     if (!this.visible) return;
     this.position.copy(from);
-    this.quaternion.setFromUnitVectors(UP, along.clone().divideScalar(length));
+    this.quaternion.setFromUnitVectors(UP, along.clone().divideScalar(asked));
     const tip = Math.min(0.04, 0.5 * length);
     this.shaft.scale.set(1, Math.max(length - tip, 1e-6), 1);
     this.shaft.position.y = 0.5 * (length - tip);

@@ -6,6 +6,7 @@ import {Signals} from './signals.js';
 const $ = (id) => document.getElementById(id);
 const RUNS = ['stopped', 'playing', 'paused', 'quitting', 'no scenario', 'loading'];
 const SHOWN = ['description', 'status', 'events', 'state', 'contacts'];
+const seconds = (stamp) => stamp.sec + 1e-9 * (stamp.nanosec ?? stamp.nsec);
 const topicOf = (name) => name.replace(/^\/[^/]*\//, '');
 
 const cell = new Cell($('cell'));
@@ -114,7 +115,7 @@ function plot(name, sample) {
   const values = new Map();
   signals.each(name, sample, (full, value) => { if (plots.has(full)) values.set(full, value); });
   const stamp = sample.header?.stamp ?? sample.stamp;
-  plots.take(sample.time ?? (stamp ? stamp.sec + 1e-9 * stamp.nsec : 0), sample.epoch ?? 0, values);
+  plots.take(sample.time ?? (stamp ? seconds(stamp) : 0), sample.epoch ?? 0, values);
 }
 
 // --- drawing: what has changed, at most once a frame ----------------------------------------------------------------
@@ -184,7 +185,7 @@ function graph() {
 function eventList() {
   $('events').replaceChildren(...events.slice(-100).reverse().map((event) => {
     const item = element('li', '', {class: ['', 'warning', 'error'][event.severity] ?? ''});
-    item.append(element('time', (event.stamp.sec + 1e-9 * event.stamp.nsec).toFixed(3)), document.createTextNode(event.message));
+    item.append(element('time', seconds(event.stamp).toFixed(3)), document.createTextNode(event.message));
     return item;
   }));
 }
