@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <new>
 #include <span>
 
@@ -14,6 +15,12 @@ namespace takt {
 namespace {
 
 namespace transport = eprosima::fastdds::rtps;
+
+std::uint32_t now_s() {
+  timespec now{};
+  clock_gettime(CLOCK_REALTIME_COARSE, &now);
+  return static_cast<std::uint32_t>(now.tv_sec);
+}
 
 /// A copy of a packet: in shared memory others read the same bytes, and may write them. With zeros behind it
 /// where it has a fragment: Fast DDS copies fragments by sizes that an earlier packet has told, and so may
@@ -73,7 +80,7 @@ class GuardTransport final : public transport::ChainingTransport {
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
     thread_local PacketCopy copy;
     const std::span<std::uint8_t> packet = copy.take({data, size}, guard_->limits().largest_sample_bytes);
-    const PacketReport report = clean_packet(packet, guard_->limits(), &guard_->memory());
+    const PacketReport report = clean_packet(packet, guard_->limits(), &guard_->memory(), now_s());
     guard_->count(report.flaw);
     if (report.flaw != PacketFlaw::none) return;
     guard_->heard().note(packet);
