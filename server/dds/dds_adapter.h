@@ -7,6 +7,7 @@
 #include "server/dds/command_subscriber.h"
 #include "server/dds/control_service.h"
 #include "server/dds/participant.h"
+#include "server/dds/remains_keeper.h"
 #include "server/dds/ros_services.h"
 #include "server/dds/senders.h"
 #include "server/dds/state_publisher.h"
@@ -44,6 +45,7 @@ class DdsAdapter final : public dds::DomainParticipantListener, public WorldObse
   RosServices services_;
   std::unique_ptr<Participant> participant_;
   std::unique_ptr<StatePublisher> publisher_;
+  RemainsKeeper remains_;
 };
 
 }  // namespace takt

@@ -195,8 +195,6 @@ int lead(Options options, const std::string& self) {
   }
   ChildProcess service(server);
   Client cell = connect(options, "leader", 5);
-  std::printf("scheduling: %s\n", cell.status().scheduling.c_str());
-
   const auto start = [&](const std::string& role, const std::string& robot) {
     return std::make_unique<ChildProcess>(std::vector<std::string>{
         self, "--role", role, "--robot", robot, "--cell", options.cell, "--domain",
@@ -260,6 +258,7 @@ int lead(Options options, const std::string& self) {
   const Resources at_last = resources(service.pid());
   const bool running = cell.connected() && last.fault.empty();
 
+  std::printf("scheduling: %s\n", last.scheduling.c_str());
   Report report;
   std::uint64_t states = 0, events = 0, lost = 0, failed = 0, sent = 0;
   for (auto& child : watchers) {
