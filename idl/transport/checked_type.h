@@ -10,7 +10,7 @@ namespace takt {
 template <typename Type>
 class CheckedType : public Type {
  public:
-  bool deserialize(rtps::SerializedPayload_t* payload, void* data) override {
+  bool deserialize(DdsPayload payload, void* data) override {
     try {
       return Type::deserialize(payload, data);
     } catch (const std::exception&) {

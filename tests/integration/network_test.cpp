@@ -199,11 +199,11 @@ TEST(Guard, ARequestOfMoreArgumentsThanAllowedIsNotDecoded) {
   takt_msgs::msg::ControlRequest request;
   request.client_id("somebody");
   request.request("get_state");
-  takt_msgs::msg::ControlRequestPubSubType type;
+  using Type = takt_msgs::msg::ControlRequestPubSubType;
   for (const std::size_t count : {std::size_t{0}, std::size_t{64}, std::size_t{65}}) {
     request.arguments().resize(count);
-    eprosima::fastrtps::rtps::SerializedPayload_t payload(type.getSerializedSizeProvider(&request)());
-    ASSERT_TRUE(type.serialize(&request, &payload));
+    rtps::SerializedPayload_t payload(serialized_bytes<Type>(request));
+    ASSERT_TRUE(serialize<Type>(request, payload));
     EXPECT_EQ(BoundedControlRequest::within_bounds({payload.data, payload.length}), count <= 64) << count;
     EXPECT_FALSE(BoundedControlRequest::within_bounds({payload.data, 12}));
   }
