@@ -95,6 +95,14 @@ template <typename Sample>
 bool written(dds::DataWriter& writer, Sample& sample) {
   return is_ok(writer.write(&sample, dds::HANDLE_NIL));
 }
+template <typename Sample>
+bool written(dds::DataWriter& writer, Sample& sample, rtps::WriteParams& params) {
+#if TAKT_FAST_DDS_MAJOR == 2
+  return writer.write(&sample, params);
+#else
+  return is_ok(writer.write(&sample, params));
+#endif
+}
 
 /// Nothing is said to others about how a type is built. In 2.9.1 a type object with a sequence of structs,
 /// announced by any peer, makes default participants crash (Fast-DDS #3296). For 3 the types are generated

@@ -24,12 +24,15 @@ const std::string& checked(const std::string& name, const char* what) {
 
 DdsAdapter::DdsAdapter(CellHost& host, ParticipantOptions options)
     : commands_(host.mail().events, senders_, TopicNames(checked(host.cell(), "The cell's name"))),
-      control_(host) {
+      control_(host),
+      services_(host) {
   const TopicNames topics(host.cell());
   participant_ = std::make_unique<Participant>(options, this);
   commands_.listen_for(participant_->guard(), participant_->guid());
-  publisher_ = std::make_unique<StatePublisher>(host, *participant_, topics, senders_, commands_, control_);
+  publisher_ =
+      std::make_unique<StatePublisher>(host, *participant_, topics, senders_, commands_, control_, services_);
   control_.listen(*participant_, topics);
+  services_.serve(*participant_, host.cell());
   host.set_observer(this);
   publisher_->start();
 }

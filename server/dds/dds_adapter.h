@@ -7,6 +7,7 @@
 #include "server/dds/command_subscriber.h"
 #include "server/dds/control_service.h"
 #include "server/dds/participant.h"
+#include "server/dds/ros_services.h"
 #include "server/dds/senders.h"
 #include "server/dds/state_publisher.h"
 #include "server/runtime/cell_host.h"
@@ -40,6 +41,7 @@ class DdsAdapter final : public DiscoveryListener, public WorldObserver {
   Senders senders_;
   CommandSubscriber commands_;
   ControlService control_;
+  RosServices services_;
   std::unique_ptr<Participant> participant_;
   std::unique_ptr<StatePublisher> publisher_;
 };

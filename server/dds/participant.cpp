@@ -128,8 +128,11 @@ dds::Topic* Participant::topic(const std::string& name, dds::TypeSupport& type) 
 }
 
 dds::DataWriter* Participant::create_writer(const std::string& name, dds::TypeSupport type,
-                                            const dds::DataWriterQos& qos) {
-  auto* writer = publisher_->create_datawriter(topic(name, type), qos);
+                                            const dds::DataWriterQos& qos,
+                                            dds::DataWriterListener* listener) {
+  auto* writer = publisher_->create_datawriter(
+      topic(name, type), qos, listener,
+      listener == nullptr ? dds::StatusMask::none() : dds::StatusMask::publication_matched());
   if (writer == nullptr) throw DdsError("DDS refused a writer of the topic '" + name + "'.");
   return writer;
 }

@@ -122,12 +122,13 @@ std::uint64_t random_run(const std::shared_ptr<const CellModel>& model, LogRecor
         command.device = 0;
         command.count = 2;
         command.signals = {WarmChamber::lamp, WarmChamber::set_point};
-        command.values = {static_cast<double>(below(2)), 20.0 + below(200)};
+        command.values = {static_cast<double>(below(2)), 20.0 + static_cast<double>(below(200))};
         (void)loop.append(command, 1, monotonic_now_ns());
         break;
       }
       case 9:
-        (void)loop.append(trajectory(loop.cell(), 1e-3 * below(40), 0.05 + 1e-3 * below(100), below(2) == 0),
+        (void)loop.append(trajectory(loop.cell(), 1e-3 * static_cast<double>(below(40)),
+                                     0.05 + 1e-3 * static_cast<double>(below(100)), below(2) == 0),
                           1, monotonic_now_ns());
         break;
       case 7: {

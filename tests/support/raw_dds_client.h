@@ -142,6 +142,18 @@ class RawDdsClient {
     return inbox;
   }
 
+  /// With a listener of the test's own, which must outlive this.
+  template <typename Type>
+  fdds::DataReader* listen(const std::string& topic_name, fdds::DataReaderListener* listener) {
+    fdds::DataReaderQos qos = subscriber_->get_default_datareader_qos();
+    qos.reliability().kind = fdds::RELIABLE_RELIABILITY_QOS;
+    qos.history().depth = 10;
+    qos.endpoint().history_memory_policy = kGrowingMemory;
+    auto* reader = subscriber_->create_datareader(topic<Type>(topic_name), qos, listener);
+    if (reader == nullptr) throw std::runtime_error("no reader of " + topic_name);
+    return reader;
+  }
+
   /// Shared ownership, as a stock ROS 2 publisher, or exclusive, as takt's own client.
   template <typename Type>
   RawWriter write(const std::string& topic_name, bool exclusive = false, std::uint32_t strength = 0,
