@@ -5,6 +5,7 @@
 #include <set>
 
 #include "client_lib/client.h"
+#include "idl/transport/profiles.h"
 #include "idl/transport/security.h"
 
 namespace takt::client {
@@ -54,7 +55,7 @@ dds::DomainParticipantQos participant_qos(const std::string& name, const LinkPro
   auto* factory = dds::DomainParticipantFactory::get_instance();
   dds::DomainParticipantQos qos;
   if (!profile.profiles_file.empty()) {
-    if (!is_ok(factory->load_XML_profiles_file(profile.profiles_file)))
+    if (!load_profiles(profile.profiles_file))
       fail("The DDS profiles file '" + profile.profiles_file + "' cannot be read as Fast DDS profiles.");
     if (!is_ok(factory->get_participant_qos_from_profile(profile.profile, qos)))
       fail("The DDS profiles file '" + profile.profiles_file + "' has no participant profile named '" +

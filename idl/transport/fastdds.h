@@ -53,12 +53,14 @@ using DdsReturnCode = eprosima::fastrtps::types::ReturnCode_t;
 using DdsDuration = eprosima::fastrtps::Duration_t;
 using DdsDiscoveryProtocol = rtps::DiscoveryProtocol_t;
 using DdsPayload = rtps::SerializedPayload_t*;  ///< as decoders of types get it
+inline constexpr bool kServersByPrefix = true;  ///< profiles list discovery servers with their GUID prefix
 #else
 namespace rtps = eprosima::fastdds::rtps;
 using DdsReturnCode = dds::ReturnCode_t;
 using DdsDuration = dds::Duration_t;
 using DdsDiscoveryProtocol = rtps::DiscoveryProtocol;
 using DdsPayload = rtps::SerializedPayload_t&;
+inline constexpr bool kServersByPrefix = false;
 #endif
 using DdsGuid = rtps::GUID_t;
 

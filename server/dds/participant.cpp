@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "idl/transport/profiles.h"
 #include "idl/transport/security.h"
 
 namespace takt {
@@ -34,7 +35,7 @@ dds::DomainParticipantQos participant_qos(const ParticipantOptions& options) {
     qos = this_machine_only();
   } else {
     auto* factory = dds::DomainParticipantFactory::get_instance();
-    if (!is_ok(factory->load_XML_profiles_file(options.profiles_file))) {
+    if (!load_profiles(options.profiles_file)) {
       throw DdsError("The DDS profiles in '" + options.profiles_file +
                      "' cannot be read; the messages of Fast DDS beside this one say why.");
     }

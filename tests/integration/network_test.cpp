@@ -8,6 +8,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "idl/transport/profiles.h"
 #include "server/dds/bounded_request.h"
 #include "tests/support/child_process.h"
 #include "tests/support/dds_service.h"
@@ -193,6 +194,20 @@ TEST(Guard, WithoutItStockFastDdsDiesOfTheSame) {
   ChildProcess fuzz({kBin + "/takt-guard-fuzz", "--packets", "200000", "--seed", "2", "--no-guard"});
   EXPECT_EQ(fuzz.wait(), 0) << fuzz.text;
   EXPECT_NE(fuzz.text.find("without the guard the service "), std::string::npos) << fuzz.text;
+}
+
+TEST(Profiles, DiscoveryServersAreWrittenForBothMajorsOfFastDds) {
+  const std::string address = "<locator><udpv4><port>11811</port></udpv4></locator>";
+  const std::string list = "<metatrafficUnicastLocatorList>" + address + "</metatrafficUnicastLocatorList>";
+  const auto server = [](const std::string& inside) {
+    return "<RemoteServer prefix=\"44.53\">" + inside + "</RemoteServer>";
+  };
+  EXPECT_EQ(with_servers_by_address("<a>" + server(list) + server(" " + list) + "</a>" + list),
+            "<a>" + address + address + "</a>" + list);
+  for (const std::string& as_it_is :
+       {std::string(), list, server("") + list, server("<metatrafficUnicastLocatorList>"),
+        std::string("<RemoteServer") + list})
+    EXPECT_EQ(with_servers_by_address(as_it_is), as_it_is);
 }
 
 TEST(Guard, ARequestOfMoreArgumentsThanAllowedIsNotDecoded) {
