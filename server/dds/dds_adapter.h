@@ -15,7 +15,7 @@
 
 namespace takt {
 
-class DdsAdapter final : public dds::DomainParticipantListener, public WorldObserver {
+class DdsAdapter final : public DiscoveryListener, public WorldObserver {
  public:
   /// Make it before the host opens anything, so that the first instant is sent. The host must outlive it.
   /// Throws DdsError, also when the cell's name cannot be part of a topic.
@@ -37,7 +37,7 @@ class DdsAdapter final : public dds::DomainParticipantListener, public WorldObse
   void idle(const CellDescription& cell) override;
 
  private:
-  void on_publisher_discovery(dds::DomainParticipant* participant, rtps::WriterDiscoveryInfo&& info) override;
+  void on_writer(const DiscoveredWriter& writer) override;
 
   Senders senders_;
   CommandSubscriber commands_;
