@@ -187,6 +187,11 @@ dds::DataReader* Link::create_reader(const std::string& name, dds::TypeSupport t
   return reader;
 }
 
+void Link::remove(dds::DataReader* reader) {
+  reader->set_listener(nullptr);
+  subscriber_->delete_datareader(reader);
+}
+
 dds::DataWriter* Link::create_writer(const std::string& name, dds::TypeSupport type,
                                      const dds::DataWriterQos& qos, dds::DataWriterListener* listener) {
   auto* writer = publisher_->create_datawriter(topic(name, type), qos, listener);

@@ -50,6 +50,7 @@ class Link {
                                  const dds::DataReaderQos& qos, dds::DataReaderListener* listener);
   dds::DataWriter* create_writer(const std::string& topic, dds::TypeSupport type,
                                  const dds::DataWriterQos& qos, dds::DataWriterListener* listener);
+  void remove(dds::DataReader* reader);
 
  private:
   dds::Topic* topic(const std::string& name, dds::TypeSupport type);

@@ -3,6 +3,8 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <takt_build_info.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
@@ -44,7 +46,7 @@ struct Arguments {
 };
 
 void describe_arguments(CLI::App& app, Arguments& arguments) {
-  app.set_version_flag("--version", std::string("takt-server ") + TAKT_VERSION);
+  app.set_version_flag("--version", std::string("takt-server ") + takt_build_info());
   app.add_option("SCENARIO", arguments.scenario,
                  "scenario file (YAML); without one the server waits for the request load_scenario");
   app.add_option("--cell", arguments.cell, "name of this server: first level of every topic")
