@@ -104,7 +104,7 @@ Solid make_housing(const ChainsawParameters& p) {
   const double rim = 15 * kMm;
   enum : int { kOutside = 1, kMount = 2 };
   const std::vector<double> r = grid_lines(
-      0.0, {{bore, 6}, {rim, 3}, {24 * kMm, 8}, {cavity, 4}, {cavity + 6 * kMm, 6}, {0.055, 8}, {0.075, 6}});
+      0.0, {{bore, 6}, {rim, 2}, {24 * kMm, 8}, {cavity, 4}, {cavity + 6 * kMm, 6}, {0.055, 8}, {0.075, 6}});
   const int at_bore = line_at(r, bore), at_cavity = line_at(r, cavity),
             at_wall = line_at(r, cavity + 6 * kMm), at_outside = line_at(r, 0.055),
             at_mount = line_at(r, 0.075);

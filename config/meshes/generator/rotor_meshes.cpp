@@ -152,7 +152,7 @@ Solid make_punch_half(const RotorParameters& p) {
 }
 
 Solid make_press_mount(const RotorParameters& p) {
-  const double outer = p.slot_radius - 6 * kMm, c = 1 * kMm, height = 0.6;
+  const double outer = p.slot_radius - 18 * kMm, c = 1 * kMm, height = 0.6;
   const Profile outline{{0.0, -height}, {outer, -height}, {outer, -c}, {outer - c, 0.0}, {0.0, 0.0}};
   return make_revolved("press_mount", outline, false, 64);
 }
@@ -189,7 +189,11 @@ void make_rotor_meshes(const std::filesystem::path& directory) {
   write_solids(directory, "punch_half",
                "Half of a punch of 18 x 6 mm, z 20 to 280 mm down from the tool's frame.",
                {make_punch_half(p)});
-  write_solids(directory, "press_mount", "Radius 72 mm, 600 mm high. Origin: centre of the upper face.",
+  write_solids(directory, "press_head", "60 x 60 x 18 mm. Origin: centre of the face at the ram.",
+               {make_plain_box("press_head", {-0.03, -0.03, 0.0}, {0.03, 0.03, 0.018})});
+  write_solids(directory, "tray", "120 x 120 x 20 mm. Origin: centre of the upper face.",
+               {make_plain_box("tray", {-0.06, -0.06, -0.02}, {0.06, 0.06, 0.0})});
+  write_solids(directory, "press_mount", "Radius 60 mm, 600 mm high. Origin: centre of the upper face.",
                {make_press_mount(p)});
   write_solids(directory, "furnace", "0.70 m inside, open at the top, a stand up to z = 0.40 m." + origin,
                make_furnace());
