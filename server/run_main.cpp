@@ -1,4 +1,6 @@
 // takt-run: a scenario headless in one process, without DDS.
+#include <takt_build_info.h>
+
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <fstream>
@@ -7,10 +9,13 @@
 
 #include "server/geometry/decomposition_cache.h"
 #include "server/headless/headless_run.h"
+#include "server/headless/mcap_recording.h"
 #include "server/headless/mesh_check.h"
 #include "server/headless/picture.h"
+#include "server/headless/progress.h"
 #include "server/headless/report.h"
 #include "server/headless/study.h"
+#include "server/runtime/event.h"
 #include "server/runtime/replay.h"
 #include "server/runtime/worker_pool.h"
 #include "server/scenario/scenario_builder.h"
@@ -19,21 +24,21 @@
 namespace {
 
 struct Arguments {
-  std::string scenario, solver, pace = "free", report, junit, csv, program, check_mesh, replay;
+  std::string scenario, solver, pace = "free", report, junit, csv, mcap, program, check_mesh, replay;
   takt::MeshCheckOptions mesh;
   std::vector<std::string> set, pictures, vary;
   std::string table = "study.csv", plot;
   int jobs = 0;
   std::optional<int> lod;
   std::optional<double> step, tolerance, duration;
-  std::optional<double> csv_period;
+  std::optional<double> csv_period, mcap_period;
   double factor = 1.0;
   int threads = 1;
   bool stage_times = false, quiet = false;
 };
 
 void declare(CLI::App& app, Arguments& a) {
-  app.set_version_flag("--version", TAKT_VERSION);
+  app.set_version_flag("--version", std::string("takt-run ") + takt_build_info());
   CLI::Option* scenario = app.add_option("scenario", a.scenario, "Scenario file (YAML)");
   CLI::Option* check_mesh = app.add_option("--check-mesh", a.check_mesh,
                                            "Look at this mesh file (OBJ, STL, GLB) instead of running");
@@ -63,6 +68,13 @@ void declare(CLI::App& app, Arguments& a) {
                  "Write the verdicts on the scenario's assertions to this file (JUnit XML)");
   app.add_option("--csv", a.csv, "Write positions, forces and joints to this file");
   app.add_option("--csv-period", a.csv_period, "Period of the rows (s); default: the scenario's")
+      ->check(CLI::PositiveNumber);
+  app.add_option(
+      "--mcap", a.mcap,
+      "Record to this file (MCAP), as takt record does of a running cell: takt view, export, plot, "
+      "replay; Foxglove, PlotJuggler and rosbag2 open it");
+  app.add_option("--mcap-period", a.mcap_period,
+                 "Period of the recorded instants (s); default: as --csv-period")
       ->check(CLI::PositiveNumber);
   app.add_option("--picture", a.pictures, "FILE.png@T: a picture of the cell at simulated time T (s)")
       ->type_size(1)
@@ -95,6 +107,7 @@ void declare(CLI::App& app, Arguments& a) {
       "  takt-run config/scenarios/block_assembly.yaml --set interaction.weight_feed_forward=false\n"
       "  takt-run config/scenarios/block_assembly.yaml --vary interaction.damping_ratio=0.5:1.5:11 --table "
       "d.csv\n"
+      "  takt-run config/scenarios/block_assembly.yaml --mcap run.mcap; takt view run.mcap\n"
       "  takt-run --check-mesh part.stl --mesh-scale 0.001\n"
       "  takt-run --replay run.taktlog\n"
       "Exit code: 0 the run reached its end, 1 it ended early or a replay differs, 2 wrong arguments or "
@@ -146,6 +159,26 @@ std::vector<Picture> requested_pictures(const Arguments& a, double step_s) {
   return pictures;
 }
 
+/// What happened in the last step, as takt-server tells it.
+void record_events(takt::McapRecording& recording, const takt::Simulation& s) {
+  const auto record = [&](const takt::EventRecord& event) {
+    const takt::EventText text = takt::describe(event, s.description());
+    recording.record(s, {static_cast<std::uint8_t>(event.severity), std::string(takt::to_string(event.code)),
+                         text.subject, text.message});
+  };
+  for (const takt::ConnectionChange& change : s.connection_changes()) {
+    takt::EventRecord event;
+    event.code = takt::EventCode::connection_changed;
+    event.a = change.part;
+    event.b = change.from;
+    event.c = change.to;
+    record(event);
+  }
+  for (const takt::MotionNotice& notice : s.motion_notices()) record(takt::motion_record(notice, s.epoch()));
+  for (const takt::CollisionEvent& found : s.collision_events())
+    record(takt::collision_record(found, s.epoch()));
+}
+
 takt::StepPacer make_pacer(const Arguments& a) {
   if (a.pace == "free") return {};
   const auto begin = std::chrono::steady_clock::now();
@@ -180,11 +213,21 @@ int run(const Arguments& a) {
   if (a.threads > 1) simulation.set_executor(&pool.emplace(a.threads));
   std::optional<takt::CsvWriter> csv;
   if (!a.csv.empty()) csv.emplace(a.csv, simulation, a.csv_period.value_or(scenario.csv_period_s));
+  std::optional<takt::McapRecording> mcap;
+  if (!a.mcap.empty())
+    mcap.emplace(a.mcap, simulation, a.mcap_period.value_or(a.csv_period.value_or(scenario.csv_period_s)),
+                 TAKT_VERSION);
   const std::vector<Picture> pictures = requested_pictures(a, cell->step_s);
+  std::optional<takt::Progress> progress(std::in_place, options.duration_s, a.quiet);
   takt::StepObserver observer;
-  if (csv || !pictures.empty()) {
+  if (csv || mcap || progress->shows() || !pictures.empty()) {
     observer = [&](const takt::Simulation& s) {
+      progress->at(s.time_s());
       if (csv) csv->record(s);
+      if (mcap) {
+        mcap->record(s);
+        record_events(*mcap, s);
+      }
       for (const Picture& picture : pictures) {
         if (picture.step == s.step_index())
           takt::write_picture(s.description(), s.make_snapshot(), picture.file);
@@ -193,7 +236,9 @@ int run(const Arguments& a) {
   }
   const takt::HeadlessResult result =
       takt::run_headless(simulation, scenario, options, observer, make_pacer(a));
+  progress.reset();
   if (csv) csv->close();
+  if (mcap) mcap->close();
 
   if (!a.report.empty()) {
     std::ofstream out(a.report);

@@ -4,14 +4,21 @@
 #include <exception>
 
 #include "idl/transport/fastdds.h"
+#include "idl/transport/wire_shape.h"
 
 namespace takt {
+
+/// What samples of a generated ...PubSubType must look like, for types with sequences or strings that come
+/// from outside (wire_shape.h). Empty: anything.
+template <typename Type>
+inline constexpr WireShape kWireShape{};
 
 template <typename Type>
 class CheckedType : public Type {
  public:
-  bool deserialize(rtps::SerializedPayload_t* payload, void* data) override {
+  bool deserialize(DdsPayload payload, void* data) override {
     try {
+      if (!kWireShape<Type>.empty() && !has_shape(bytes_of(payload), kWireShape<Type>)) return false;
       return Type::deserialize(payload, data);
     } catch (const std::exception&) {
       return false;

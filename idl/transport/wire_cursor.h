@@ -56,6 +56,11 @@ class WireCursor {
     position_ = target < bytes_.size() ? target : bytes_.size();
   }
 
+  /// To the next multiple of `size` (a power of two), counted from the first byte.
+  void align_to(std::size_t size) { skip((size - position_ % size) % size); }
+  /// Makes the cursor bad.
+  void fail() { ok_ = false; }
+
  private:
   std::size_t take(std::size_t count) {
     if (!ok_ || count > left()) {

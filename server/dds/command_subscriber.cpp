@@ -7,11 +7,10 @@
 #include <optional>
 #include <utility>
 
-#include "ros2_msgsPubSubTypes.h"
 #include "server/dds/convert.h"
 #include "server/dds/qos.h"
+#include "server/dds/wire_shapes.h"
 #include "server/runtime/monotonic_clock.h"
-#include "takt_msgsPubSubTypes.h"
 
 namespace takt {
 namespace {

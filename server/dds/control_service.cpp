@@ -53,14 +53,14 @@ void ControlService::received(const takt_msgs::msg::ControlRequest& message) {
   host_.submit(request);
 }
 
-void ControlService::write_replies() {
+void ControlService::write_replies(std::span<const ControlReply> replies) {
   std::vector<takt_msgs::msg::ControlReply> messages;
   {
     const std::lock_guard lock(mutex_);
     messages.swap(asked_again_);
-    for (const ControlReply& reply : host_.mail().take_replies()) {
+    for (const ControlReply& reply : replies) {
       const auto key = keys_.find(reply.id);
-      if (key == keys_.end()) continue;  // forgotten: a thousand requests ago
+      if (key == keys_.end()) continue;  // of a service, or forgotten: a thousand requests ago
       takt_msgs::msg::ControlReply message;
       message.client_id(key->second.first);
       message.sequence_number(key->second.second);
@@ -78,7 +78,7 @@ void ControlService::write_replies() {
   }
   for (auto& message : messages) {
     // A reply that DDS refuses now is sent again when the client asks again.
-    (void)writer_->write(&message);
+    (void)written(*writer_, message);
   }
 }
 

@@ -7,6 +7,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -29,8 +30,8 @@ class ControlService final : public dds::DataReaderListener {
 
   void on_data_available(dds::DataReader* reader) override;
 
-  /// Publishing thread: writes the replies that have come in, and those asked for again.
-  void write_replies();
+  /// Publishing thread: writes those of the replies that are for it, and those asked for again.
+  void write_replies(std::span<const ControlReply> replies);
 
  private:
   using Key = std::pair<std::string, std::uint64_t>;  // client id, sequence number

@@ -7,13 +7,15 @@
 #include "server/dds/command_subscriber.h"
 #include "server/dds/control_service.h"
 #include "server/dds/participant.h"
+#include "server/dds/remains_keeper.h"
+#include "server/dds/ros_services.h"
 #include "server/dds/senders.h"
 #include "server/dds/state_publisher.h"
 #include "server/runtime/cell_host.h"
 
 namespace takt {
 
-class DdsAdapter final : public dds::DomainParticipantListener, public WorldObserver {
+class DdsAdapter final : public DiscoveryListener, public WorldObserver {
  public:
   /// Make it before the host opens anything, so that the first instant is sent. The host must outlive it.
   /// Throws DdsError, also when the cell's name cannot be part of a topic.
@@ -35,13 +37,15 @@ class DdsAdapter final : public dds::DomainParticipantListener, public WorldObse
   void idle(const CellDescription& cell) override;
 
  private:
-  void on_publisher_discovery(dds::DomainParticipant* participant, rtps::WriterDiscoveryInfo&& info) override;
+  void on_writer(const DiscoveredWriter& writer) override;
 
   Senders senders_;
   CommandSubscriber commands_;
   ControlService control_;
+  RosServices services_;
   std::unique_ptr<Participant> participant_;
   std::unique_ptr<StatePublisher> publisher_;
+  RemainsKeeper remains_;
 };
 
 }  // namespace takt

@@ -45,8 +45,9 @@ class Participant {
   /// Writers and readers live until they are removed, or as long as the participant. `Type` is a generated
   /// ...PubSubType. Throws DdsError.
   template <typename Type>
-  dds::DataWriter* create_writer(const std::string& topic, const dds::DataWriterQos& qos) {
-    return create_writer(topic, dds::TypeSupport(new CheckedType<Type>()), qos);
+  dds::DataWriter* create_writer(const std::string& topic, const dds::DataWriterQos& qos,
+                                 dds::DataWriterListener* listener = nullptr) {
+    return create_writer(topic, dds::TypeSupport(new CheckedType<Type>()), qos, listener);
   }
   template <typename Type>
   dds::DataReader* create_reader(const std::string& topic, const dds::DataReaderQos& qos,
@@ -70,7 +71,7 @@ class Participant {
 
  private:
   dds::DataWriter* create_writer(const std::string& topic, dds::TypeSupport type,
-                                 const dds::DataWriterQos& qos);
+                                 const dds::DataWriterQos& qos, dds::DataWriterListener* listener);
   dds::DataReader* create_reader(const std::string& topic, dds::TypeSupport type,
                                  const dds::DataReaderQos& qos, dds::DataReaderListener* listener);
   dds::Topic* topic(const std::string& name, dds::TypeSupport& type);

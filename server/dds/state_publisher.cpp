@@ -18,14 +18,16 @@ constexpr std::int64_t kLookAfterOwners_ns = 50'000'000;
 }  // namespace
 
 StatePublisher::StatePublisher(CellHost& host, Participant& participant, const TopicNames& topics,
-                               const Senders& senders, CommandSubscriber& commands, ControlService& control)
+                               const Senders& senders, CommandSubscriber& commands, ControlService& control,
+                               RosServices& services)
     : host_(host),
       participant_(participant),
       topics_(topics),
       guard_(participant.guard()),
       senders_(senders),
       commands_(commands),
-      control_(control) {
+      control_(control),
+      services_(services) {
   namespace msg = takt_msgs::msg;
   nothing_.cell = host.cell();
   nothing_.world = 0;
@@ -65,9 +67,9 @@ void StatePublisher::close() {
 
 void StatePublisher::describe(const CellDescription& cell) {
   takt_msgs::msg::CellDescription description = to_message(cell, TAKT_VERSION);
-  if (!description_writer_->write(&description)) {
+  if (!written(*description_writer_, description)) {
     throw DdsError("DDS refused to send the description of the cell (" +
-                   std::to_string(takt_msgs::msg::CellDescription::getCdrSerializedSize(description)) +
+                   std::to_string(serialized_bytes<takt_msgs::msg::CellDescriptionPubSubType>(description)) +
                    " bytes).");
   }
   const std::lock_guard lock(mutex_);
@@ -123,7 +125,9 @@ void StatePublisher::write_news(bool with_status) {
     const auto* status = with_status ? outbox.status.take() : nullptr;
     if (status != nullptr) write_status(*status, world_->cell());
   }
-  control_.write_replies();
+  const std::vector<ControlReply> replies = host_.mail().take_replies();
+  control_.write_replies(replies);
+  services_.write_replies(replies);
 }
 
 void StatePublisher::write_status(const LoopStatus& status, const CellDescription& cell) {

@@ -15,6 +15,7 @@
 #include "server/dds/control_service.h"
 #include "server/dds/guard_watch.h"
 #include "server/dds/participant.h"
+#include "server/dds/ros_services.h"
 #include "server/dds/senders.h"
 #include "server/dds/topic_names.h"
 #include "server/dds/world_publisher.h"
@@ -28,7 +29,7 @@ class StatePublisher {
  public:
   /// Makes the writers. All must outlive this. Throws DdsError.
   StatePublisher(CellHost& host, Participant& participant, const TopicNames& topics, const Senders& senders,
-                 CommandSubscriber& commands, ControlService& control);
+                 CommandSubscriber& commands, ControlService& control, RosServices& services);
   ~StatePublisher();
   StatePublisher(const StatePublisher&) = delete;
   StatePublisher& operator=(const StatePublisher&) = delete;
@@ -69,6 +70,7 @@ class StatePublisher {
   const Senders& senders_;
   CommandSubscriber& commands_;
   ControlService& control_;
+  RosServices& services_;
 
   dds::DataWriter* description_writer_ = nullptr;
   dds::DataWriter* event_writer_ = nullptr;

@@ -13,7 +13,7 @@ BEGIN {
   # Rooms, most specific first; each with the prefixes of what it may include. Arrows never turn back.
   rooms = split("plant_models/ idl/transport/ server/geometry/ server/components/ server/contact/ server/simulation/ server/scenario/ " \
                 "server/runtime/ server/dds/ server/headless/ server/server_main.cpp server/run_main.cpp client_lib/controller/ " \
-                "client_lib/render/ client_lib/ idl/ config/", room, " ")
+                "client_lib/render/ client_lib/recording/ client_lib/ idl/ config/", room, " ")
   plant = "plant_models/"
   geometry = plant " server/geometry/"
   components = geometry " server/components/"
@@ -29,25 +29,26 @@ BEGIN {
   may["server/runtime/"] = scenario " server/runtime/"
   may["server/dds/"] = plant " server/simulation/command.h server/simulation/snapshot.h " \
                        "server/simulation/cell_description.h server/runtime/ server/dds/ idl/transport/ idl/ GENERATED"
-  may["server/headless/"] = scenario " server/headless/ client_lib/controller/ client_lib/render/"
+  may["server/headless/"] = scenario " server/headless/ client_lib/controller/ client_lib/render/ client_lib/recording/"
   may["server/server_main.cpp"] = "plant_models/ server/ idl/"
   may["server/run_main.cpp"] = may["server/headless/"] " server/runtime/"
   may["client_lib/controller/"] = plant " client_lib/controller/"
   may["client_lib/render/"] = plant " client_lib/render/"
+  may["client_lib/recording/"] = "client_lib/recording/"
   may["client_lib/"] = plant " client_lib/ idl/transport/ idl/ GENERATED"
   may["idl/transport/"] = "idl/transport/"
   may["idl/"] = "idl/ GENERATED"
   may["config/"] = plant " config/"
 
   core = "plant_models/ server/geometry/ server/components/ server/contact/ server/simulation/ server/scenario/"
-  timeless = core " client_lib/controller/ client_lib/render/ config/"
+  timeless = core " client_lib/controller/ client_lib/render/ client_lib/recording/ config/"
   clocks_and_threads = " chrono ctime time.h sys/time.h thread mutex shared_mutex condition_variable future semaphore " \
                        "latch barrier stop_token pthread.h "
 
   # Third-party libraries: include prefixes; where they may be used; in how many .cpp files at most (0: any number).
   libraries = 0
   library("Fast DDS", "fastdds/ fastrtps/ fastcdr/", "idl/transport/ server/dds/ client_lib/ idl/ tests/", "", 0)
-  forbidden_in["Fast DDS"] = "client_lib/controller/ client_lib/render/"
+  forbidden_in["Fast DDS"] = "client_lib/controller/ client_lib/render/ client_lib/recording/"
   library("assimp", "assimp/", "server/ tests/", "server/", 1)
   library("libccd", "ccd/", "server/ tests/", "server/", 1)
   library("qhull", "libqhull", "server/ config/ tests/", "server/", 1)
@@ -60,6 +61,9 @@ BEGIN {
   library("libpng", "png.h", "client_lib/render/ tests/", "", 0)
   library("CLI11", "CLI/", "server/server_main.cpp server/run_main.cpp client_lib/tools/ client_lib/examples/ config/ tests/", "", 0)
   library("pybind11", "pybind11/", "client_lib/python/", "", 0)
+  library("zstd", "zstd.h", "client_lib/recording/", "", 0)
+  library("Boost", "boost/", "client_lib/view/", "", 0)
+  library("prometheus-cpp", "prometheus/", "client_lib/view/", "", 0)
   library("KDL", "kdl/", "tests/", "", 0)
 }
 

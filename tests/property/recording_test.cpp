@@ -14,6 +14,7 @@
 #include "tests/support/loop_reader.h"
 #include "tests/support/service_cell.h"
 #include "tests/support/temporary_directory.h"
+#include "tests/support/test_device.h"
 
 namespace takt::test {
 namespace {
@@ -40,6 +41,29 @@ ReplayResult replay_of(const std::filesystem::path& file, const std::shared_ptr<
   return replay(file, replay_options);
 }
 
+/// With a device, and a robot that brakes when its set-points stay away.
+std::shared_ptr<CellModel> recorded_model() {
+  const auto model = service_model();
+  add_chamber(*model);
+  model->description.robots[0].command_deadline = {0.02, SafeAction::stop, {5.0, 5.0, 5.0, 5.0, 5.0, 5.0}};
+  return model;
+}
+
+Command trajectory(const CellDescription& cell, double first, double time_s, bool with_velocities) {
+  RawTrajectory raw{cell.robots[0].name, -1.0, {}, {}};
+  for (const JointModel& joint : cell.robots[0].arm.joints) raw.names.push_back(joint.name);
+  const auto point = [&](double q, double t) {
+    const JointCommand at = swing(0, q);
+    RawTrajectoryPoint result{{at.position.begin(), at.position.end()}, {}, {}, {}, t};
+    result.positions.resize(raw.names.size());
+    if (with_velocities) result.velocities.assign(raw.names.size(), 0.0);
+    raw.points.push_back(result);
+  };
+  point(first, 0.5 * time_s);
+  point(0.5 * first, time_s);
+  return std::get<TrajectoryCommand>(validate(cell, raw));
+}
+
 /// What a cell goes through. Returns the hash at the end.
 std::uint64_t random_run(const std::shared_ptr<const CellModel>& model, LogRecorder* recorder, unsigned seed,
                          int actions, bool from_the_middle = false) {
@@ -63,7 +87,7 @@ std::uint64_t random_run(const std::shared_ptr<const CellModel>& model, LogRecor
     if (from_the_middle && i == actions / 2) {
       EXPECT_TRUE(loop.between_steps([&] { begin(false); }));
     }
-    switch (below(9)) {
+    switch (below(11)) {
       case 0:
         reader.request("attach", {{"part", "P"}, {"to", below(2) == 0 ? "Gripper1" : "C"}});
         break;
@@ -92,6 +116,21 @@ std::uint64_t random_run(const std::shared_ptr<const CellModel>& model, LogRecor
           EXPECT_TRUE(loop.between_steps([&] { (void)loop.restore(saved.bytes); }));
         }
         break;
+      case 8: {
+        if (simulation.description().devices.empty()) break;
+        DeviceCommand command;
+        command.device = 0;
+        command.count = 2;
+        command.signals = {WarmChamber::lamp, WarmChamber::set_point};
+        command.values = {static_cast<double>(below(2)), 20.0 + static_cast<double>(below(200))};
+        (void)loop.append(command, 1, monotonic_now_ns());
+        break;
+      }
+      case 9:
+        (void)loop.append(trajectory(loop.cell(), 1e-3 * static_cast<double>(below(40)),
+                                     0.05 + 1e-3 * static_cast<double>(below(100)), below(2) == 0),
+                          1, monotonic_now_ns());
+        break;
       case 7: {
         GripperCommand command;
         command.gripper = static_cast<int>(below(2));
@@ -111,9 +150,17 @@ std::uint64_t random_run(const std::shared_ptr<const CellModel>& model, LogRecor
   return simulation.state_hash();
 }
 
+int records_of(const std::filesystem::path& file, LogKind kind) {
+  LogReader reader(file);
+  LogEntry entry;
+  int count = 0;
+  while (reader.next(entry)) count += entry.kind == kind ? 1 : 0;
+  return count;
+}
+
 TEST(Recording, OfRandomCommandsAndRequestsIsReplayedWithTheSameBits) {
   const TemporaryDirectory directory;
-  const auto model = service_model();
+  const auto model = recorded_model();
   for (unsigned seed = 1; seed <= 6; ++seed) {
     const auto file = directory / ("run" + std::to_string(seed));
     const bool from_the_middle = seed % 3 == 0;
@@ -131,6 +178,8 @@ TEST(Recording, OfRandomCommandsAndRequestsIsReplayedWithTheSameBits) {
     EXPECT_EQ(result.state_hash, hash);
     EXPECT_GT(result.commands, 0U);
     EXPECT_GT(result.requests, 3U);
+    for (const LogKind kind : {LogKind::trajectory_command, LogKind::device_command, LogKind::deadlines})
+      EXPECT_GT(records_of(file, kind), 0) << static_cast<int>(kind);
     EXPECT_EQ(result.version, "takt-server test");
   }
 }

@@ -41,6 +41,7 @@ class ChildProcess {
   ChildProcess& operator=(const ChildProcess&) = delete;
 
   void signal(int number) { kill(pid_, number); }
+  pid_t pid() const { return pid_; }
 
   /// Reads output until the words have come; false when the program ended before.
   bool wait_for_output(const std::string& words) {

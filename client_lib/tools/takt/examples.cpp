@@ -40,8 +40,25 @@ const std::map<std::string, std::string>& examples() {
        "  takt events                        follow them\n"
        "  takt events --count 1 --json       wait for the next one"},
       {"record",
+       "  takt record run.mcap               all samples of all topics, until Ctrl-C\n"
+       "  takt record run.mcap --period 0.01 --duration 10\n"
        "  takt record run.csv --duration 10\n"
        "  takt record - --until 42 --period 0.1"},
+      {"view",
+       "  takt view                          then open http://127.0.0.1:8765/\n"
+       "  takt view --observer --address 0.0.0.0\n"
+       "  takt view run.mcap --port 0"},
+      {"replay",
+       "  takt --domain 5 replay run.mcap    as it was\n"
+       "  takt replay run.mcap --rate 10"},
+      {"export",
+       "  takt export run.mcap --list\n"
+       "  takt export run.mcap --csv run.csv\n"
+       "  takt export run.mcap --csv - --signals 'state.components.P.position.*' 'power.*'\n"
+       "  takt export run.mcap --json | jq -c 'select(.topic == \"/cell/events\").sample.message'"},
+      {"plot",
+       "  takt plot run.mcap state.components.P.position.z\n"
+       "  takt plot run.mcap 'state.robots.Robot1.effort.*' -o torques.svg"},
       {"check", "  takt check config/scenarios/block_assembly.yaml && echo 'all there'"},
       {"step", "  takt pause; takt step 100          100 steps, returns when they are done"},
       {"play", "  takt play"},

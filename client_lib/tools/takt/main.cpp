@@ -1,4 +1,6 @@
 // takt: look at a running cell and control it from the command line.
+#include <takt_build_info.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
@@ -6,6 +8,8 @@
 
 #include "client_lib/tools/takt/commands.h"
 #include "client_lib/tools/takt/record_all.h"
+#include "client_lib/tools/takt/recordings.h"
+#include "client_lib/tools/takt/view.h"
 
 namespace {
 
@@ -18,6 +22,8 @@ Examples:
   takt explain P                         who holds the Part P, by which rule, since when, what it touches
   takt pause; takt step 100; takt resume
   takt load my.yaml; takt play           another scenario in the running server
+  takt view                              the cell in the browser; takt view run.mcap: a recording
+  takt record run.mcap                   everything, until Ctrl-C; takt replay, export and plot read it
   takt record run.csv --duration 10      10 s of simulated time
   takt check scenario.yaml               compare with the positions the scenario expects at its end
   takt --cell line2 --domain 3 status    another cell (or: TAKT_CELL=line2 TAKT_DOMAIN=3 takt status)
@@ -33,6 +39,7 @@ int run(int argc, char** argv) {
   using takt::client::SimulationState;
   CLI::App app{"Look at a running takt cell and control it."};
   app.footer(kExamples);
+  app.set_version_flag("--version", std::string("takt ") + takt_build_info());
   app.require_subcommand(1);
   app.fallthrough();  // the common options may follow the command
 
@@ -105,20 +112,29 @@ int run(int argc, char** argv) {
   })->add_option("--count", events_options.count, "end after this many");
 
   takt::tool::RecordOptions record_options;
-  auto* record = add("record", "write positions, joints and partners to a CSV file", [&] {
+  CLI::Option* record_period = nullptr;
+  auto* record = add("record", "record what the cell sends (FILE.mcap), or positions as a table (CSV)", [&] {
+    if (record_options.file.ends_with(".mcap"))
+      return takt::tool::record_mcap(
+          common, record_options,
+          record_period->count() > 0 ? std::optional(record_options.period_s) : std::nullopt);
     return common.json ? takt::tool::record_all(common, record_options)
                        : takt::tool::record(common, record_options);
   });
   record
-      ->add_option("FILE", record_options.file,
-                   "file to write; '-' is standard output; with --json states, contacts, power and events, "
-                   "one document a line")
+      ->add_option(
+          "FILE", record_options.file,
+          "file to write: FILE.mcap for all samples of all topics; else positions, joints and "
+          "partners as a table, '-' is standard output; with --json states, contacts, power and events, "
+          "one document a line")
       ->required();
   record->add_option("--duration", record_options.duration_s, "end after this much simulated time, s");
   record->add_option("--until", record_options.until_s, "end at this simulated time, s");
-  record->add_option("--period", record_options.period_s, "simulated time between rows, s")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  record_period = record
+                      ->add_option("--period", record_options.period_s,
+                                   "simulated time between rows, s; for FILE.mcap: without it every sample")
+                      ->check(CLI::PositiveNumber)
+                      ->capture_default_str();
 
   takt::tool::CheckOptions check_options;
   auto* check = add("check", "compare the present positions with those a scenario expects at its end",
@@ -152,6 +168,8 @@ int run(int argc, char** argv) {
   set_pace->add_option("--factor", factor, "simulated / wall time (realtime)")->check(CLI::PositiveNumber);
 
   takt::tool::declare_content(app, common, result);
+  takt::tool::declare_view(app, common, result);
+  takt::tool::declare_recordings(app, common, result);
   takt::tool::declare_completion(app, result);
   takt::tool::add_examples(app);
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <functional>
@@ -13,6 +12,8 @@
 #include <thread>
 #include <vector>
 
+#include "client_lib/tools/takt/interruption.h"
+
 namespace takt::tool {
 namespace {
 
@@ -21,11 +22,6 @@ using nlohmann::json;
 
 /// How long a stream that is silent waits before it looks whether the recording is over.
 constexpr Seconds kLook{0.1};
-
-volatile std::sig_atomic_t interrupted = 0;
-extern "C" void on_signal(int) {
-  interrupted = 1;
-}
 
 json list(const client::Vector3& v) {
   return {v.x, v.y, v.z};
@@ -173,7 +169,7 @@ class Recording {
   void follow(const std::function<void()>& once) {
     try {
       while (!over_.load()) {
-        if (interrupted != 0) over_.store(true);
+        if (interrupted()) over_.store(true);
         once();
       }
     } catch (const std::exception& error) {
@@ -237,8 +233,7 @@ class Recording {
 }  // namespace
 
 int record_all(const Common& common, const RecordOptions& options) {
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
+  note_interruptions();
   return Recording(common, options).run();
 }
 

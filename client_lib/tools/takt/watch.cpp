@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -48,6 +49,18 @@ std::string live_line(const client::State& state, const client::Status& status) 
   for (const auto& name : status.waiting_for) line += "  waiting for " + name;
   if (!status.fault.empty()) line += "  FAULT: " + status.fault;
   return line;
+}
+
+struct Colour {
+  const char *begin = "", *end = "";
+};
+/// On a terminal only, and not where NO_COLOR asks for none (no-color.org).
+Colour colour_of(client::Severity severity) {
+  const char* none = std::getenv("NO_COLOR");
+  if (isatty(STDOUT_FILENO) == 0 || (none != nullptr && *none != '\0')) return {};
+  if (severity == client::Severity::error) return {"\033[1;31m", "\033[0m"};
+  if (severity == client::Severity::warning) return {"\033[33m", "\033[0m"};
+  return {};
 }
 
 /// What is worth a new line when it changes.
@@ -158,8 +171,10 @@ int events(const Common& common, const EventsOptions& options) {
     } else {
       if (event->missed_before > 0)
         std::printf("(%llu events were lost here)\n", static_cast<unsigned long long>(event->missed_before));
-      std::printf("%9.3f s  %-11s %-22s %s\n", event->time_s, std::string(to_string(event->severity)).c_str(),
-                  event->code.c_str(), event->message.c_str());
+      const Colour colour = colour_of(event->severity);
+      std::printf("%9.3f s  %s%-11s%s %-22s %s\n", event->time_s, colour.begin,
+                  std::string(to_string(event->severity)).c_str(), colour.end, event->code.c_str(),
+                  event->message.c_str());
     }
     std::fflush(stdout);
   }

@@ -1,5 +1,7 @@
 // takt-controller: runs a robot program (Lua) against a cell, as a robot's own controller would: once per
 // period it reads the state and sends set-points for every robot and gripper the program drives.
+#include <takt_build_info.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
@@ -20,6 +22,7 @@ int run(int argc, char** argv) {
   using takt::client::Pace;
   CLI::App app{"Run a robot program against a takt cell."};
   app.footer(kExamples);
+  app.set_version_flag("--version", std::string("takt-controller ") + takt_build_info());
   takt::tool::SessionOptions options;
   options.client.name = "takt-controller";
   double timeout_s = 10.0;

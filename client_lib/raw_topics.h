@@ -1,0 +1,81 @@
+#pragma once
+// Samples of a cell as bytes, whatever their type: for recorders and bridges, which pass on and do not look.
+//
+// What is there is found out by discovery; a topic is received from when it is opened. Samples come in
+// threads of DDS, as they were sent (CDR with its head of four bytes).
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "client_lib/client.h"
+#include "client_lib/dds_link.h"
+
+namespace takt::client {
+
+struct RawTopic {
+  std::string name;      ///< ROS 2 name: /cell/state
+  std::string type;      ///< pkg/msg/Name
+  bool latched = false;  ///< late joiners get the newest sample
+};
+
+class RawTopics {
+ public:
+  using OnTopic = std::function<void(const RawTopic&)>;
+  using OnSample = std::function<void(const RawTopic&, std::string_view sample)>;
+
+  /// `on_topic` is told once of each topic of the cell that anybody writes, but control, and of /clock, /tf
+  /// and /tf_static; it runs in a thread of this object and may call open(). Throws ClientError (transport).
+  RawTopics(const ClientOptions& options, OnTopic on_topic, OnSample on_sample);
+  ~RawTopics();
+  RawTopics(const RawTopics&) = delete;
+  RawTopics& operator=(const RawTopics&) = delete;
+
+  /// Receives a topic that was told of. `depth`: how many samples may wait. Throws ClientError (transport).
+  void open(const std::string& topic, int depth);
+  void close(const std::string& topic);
+
+ private:
+  class Watch;
+  struct Known;
+  void run();
+
+  const std::string prefix_;
+  OnTopic on_topic_;
+  OnSample on_sample_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool over_ = false;
+  std::vector<std::string> told_;  ///< names still to be told of
+  std::map<std::string, std::unique_ptr<Known>> topics_;
+  std::unique_ptr<Watch> watch_;
+  std::unique_ptr<Link> link_;
+  std::thread thread_;
+};
+
+/// Publishes samples as bytes: replay. The writers are those of a server (QoS as in its table).
+class RawPublisher {
+ public:
+  /// Throws ClientError (transport).
+  explicit RawPublisher(const ClientOptions& options);
+  ~RawPublisher();
+  RawPublisher(const RawPublisher&) = delete;
+  RawPublisher& operator=(const RawPublisher&) = delete;
+
+  /// Makes the writer of a topic (ROS 2 name). Throws ClientError (transport).
+  void add(const RawTopic& topic, bool reliable);
+  /// False where DDS refused it.
+  bool write(const std::string& topic, std::string_view sample);
+
+ private:
+  std::map<std::string, dds::DataWriter*> writers_;
+  Link link_;
+};
+
+}  // namespace takt::client

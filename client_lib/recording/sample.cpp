@@ -1,0 +1,159 @@
+#include "client_lib/recording/sample.h"
+
+#include "client_lib/recording/cdr.h"
+
+namespace takt::recording {
+namespace {
+
+Json read_struct(const MessageTypes& types, const MessageType& type, CdrReader& reader);
+
+Json read_single(const MessageTypes& types, const Field& field, CdrReader& reader) {
+  switch (field.kind) {
+    case Kind::boolean:
+      return reader.take<std::uint8_t>() != 0;
+    case Kind::int8:
+      return reader.take<std::int8_t>();
+    case Kind::uint8:
+      return reader.take<std::uint8_t>();
+    case Kind::int16:
+      return reader.take<std::int16_t>();
+    case Kind::uint16:
+      return reader.take<std::uint16_t>();
+    case Kind::int32:
+      return reader.take<std::int32_t>();
+    case Kind::uint32:
+      return reader.take<std::uint32_t>();
+    case Kind::int64:
+      return reader.take<std::int64_t>();
+    case Kind::uint64:
+      return reader.take<std::uint64_t>();
+    case Kind::float32:
+      return reader.take<float>();
+    case Kind::float64:
+      return reader.take<double>();
+    case Kind::string:
+      return std::string(reader.take_string());
+    case Kind::message:
+      return read_struct(types, types.at(field.message), reader);
+  }
+  return {};
+}
+
+Json read_field(const MessageTypes& types, const Field& field, CdrReader& reader) {
+  if (!field.sequence && field.count == 0) return read_single(types, field, reader);
+  const std::size_t count = field.sequence ? reader.take<std::uint32_t>() : field.count;
+  if (count > reader.left()) throw RecordingError("A sample ends before its last member.");
+  Json list = Json::array();
+  for (std::size_t i = 0; i < count; ++i) list.push_back(read_single(types, field, reader));
+  return list;
+}
+
+Json read_struct(const MessageTypes& types, const MessageType& type, CdrReader& reader) {
+  Json object = Json::object();
+  for (const Field& field : type.fields) object[field.name] = read_field(types, field, reader);
+  return object;
+}
+
+}  // namespace
+
+Json to_json(const MessageTypes& types, const std::string& type, std::string_view sample) {
+  CdrReader reader(sample);
+  return read_struct(types, types.at(type), reader);
+}
+
+/// Where in a sample one is.
+struct SignalNames::Place {
+  const Json* holder = nullptr;  ///< the object that has the list
+  std::string list;              ///< its member, where the value is a list
+  const Json* named = nullptr;   ///< what the description says of the holder
+};
+
+void SignalNames::describe(const Json& description) {
+  description_ = description;
+  for (auto& component : description_["components"]) {
+    component.erase("vertices");
+    component.erase("triangles");
+  }
+}
+
+std::string SignalNames::element_name(const Json& element, std::size_t index, const Place& place) const {
+  const auto member = [](const Json* object, const char* key) -> const Json* {
+    if (object == nullptr || !object->is_object()) return nullptr;
+    const auto found = object->find(key);
+    return found == object->end() ? nullptr : &*found;
+  };
+  const auto listed = [&](const Json* object, const char* key, std::size_t i) -> const Json* {
+    const Json* list = member(object, key);
+    return list != nullptr && list->is_array() && i < list->size() ? &(*list)[i] : nullptr;
+  };
+  const auto text = [](const Json* value) { return value != nullptr && value->is_string(); };
+  const auto component = [&](const char* key) -> const Json* {
+    const Json* number = member(&element, key);
+    if (number == nullptr || !number->is_number_integer() || number->get<int>() < 0) return nullptr;
+    return member(listed(&description_, "components", number->get<std::size_t>()), "name");
+  };
+  if (element.is_object()) {
+    for (const char* key : {"name", "target", "child_frame_id"})
+      if (const Json* name = member(&element, key); text(name)) return *name;
+    const Json *base = component("base"), *target = component("target");
+    if (text(base) && text(target)) return base->get<std::string>() + "-" + target->get<std::string>();
+    if (const Json* name = member(listed(&description_, place.list.c_str(), index), "name"); text(name))
+      return *name;
+  } else {
+    // Joint states name their numbers beside them; the joints of a robot's state are in the description.
+    if (const Json* name = listed(place.holder, "name", index); text(name)) return *name;
+    if (const Json* name = member(listed(place.named, "joints", index), "name"); text(name)) return *name;
+    if (const Json* name = listed(place.named, "signals", index); text(name)) return *name;
+  }
+  return std::to_string(index);
+}
+
+void SignalNames::walk(const Json& value, const std::string& name, const Place& place, const Number& number,
+                       const Text& text) const {
+  const auto below = [&](const std::string& last) { return name.empty() ? last : name + "." + last; };
+  if (value.is_object()) {
+    for (const auto& [key, member] : value.items())
+      walk(member, below(key), {&value, key, place.named}, number, text);
+  } else if (value.is_array()) {
+    const auto described = description_.find(place.list);
+    for (std::size_t i = 0; i < value.size(); ++i) {
+      Place next = place;
+      if (value[i].is_object() && described != description_.end() && described->is_array() &&
+          i < described->size())
+        next.named = &(*described)[i];
+      walk(value[i], below(element_name(value[i], i, place)), next, number, text);
+    }
+  } else if (value.is_boolean()) {
+    number(name, value.get<bool>() ? 1.0 : 0.0);
+  } else if (value.is_number()) {
+    number(name, value.get<double>());
+  } else if (value.is_string() && text) {
+    text(name, value.get<std::string>());
+  }
+}
+
+void SignalNames::visit(const Json& sample, const Number& number, const Text& text) const {
+  walk(sample, "", {}, number, text);
+}
+
+bool fits_pattern(std::string_view text, std::string_view pattern) {
+  std::size_t t = 0, p = 0, star = std::string_view::npos, after = 0;
+  while (t < text.size()) {
+    if (p < pattern.size() && pattern[p] == '*') {
+      star = p++;
+      after = t;
+    } else if (p < pattern.size() && pattern[p] == text[t]) {
+      ++p;
+      ++t;
+    } else if (star != std::string_view::npos) {
+      p = star + 1;
+      t = ++after;
+    } else {
+      return false;
+    }
+  }
+  while (p < pattern.size() && pattern[p] == '*') ++p;
+  return p == pattern.size();
+}
+
+}  // namespace takt::recording

@@ -1,0 +1,41 @@
+#pragma once
+// Signals of a recording over time, by name: state.components.P.position.z, power.Robot1.electrical_power,
+// ... The first part is the topic, without the cell's name.
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client_lib/recording/mcap_reader.h"
+#include "client_lib/recording/sample.h"
+
+namespace takt::recording {
+
+/// /cell/Robot1/joint_states -> Robot1/joint_states; /clock -> clock.
+std::string short_topic(const std::string& topic);
+
+/// Simulated time that a sample says it is of: its member `time`, or its stamp. Nothing where it has none.
+std::optional<double> sample_time_s(const Json& sample);
+
+struct SignalValue {
+  std::string name;
+  double value = 0.0;
+};
+
+/// One sample, as the signals that were asked for.
+struct SignalSample {
+  std::string topic;        ///< short
+  double time_s = 0.0;      ///< simulated; of the recording where the sample has none
+  std::uint32_t epoch = 0;  ///< 0 where the sample has none
+  std::vector<SignalValue> values;
+};
+
+/// Calls the function for every sample with signals that fit one of the patterns (* for any characters).
+/// Throws RecordingError.
+void read_signals(McapReader& recording, const std::vector<std::string>& patterns,
+                  const std::function<void(const SignalSample&)>& function);
+
+/// Names of all signals that fit, in the order in which they come first.
+std::vector<std::string> signal_names(McapReader& recording, const std::vector<std::string>& patterns);
+
+}  // namespace takt::recording

@@ -1,0 +1,244 @@
+// takt record FILE.mcap: the samples of a cell as they come, and takt replay: sends them again.
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <cstdio>
+#include <map>
+#include <mutex>
+#include <thread>
+
+#include "client_lib/raw_topics.h"
+#include "client_lib/recording/cdr.h"
+#include "client_lib/recording/mcap_reader.h"
+#include "client_lib/recording/mcap_writer.h"
+#include "client_lib/tools/takt/interruption.h"
+#include "client_lib/tools/takt/recordings.h"
+
+namespace takt::tool {
+namespace {
+
+using client::RawTopic;
+using recording::CdrReader;
+using recording::RecordingError;
+using std::chrono::milliseconds;
+
+constexpr milliseconds kLook{100};
+/// What a crash of the recorder may cost.
+constexpr int kLooksBetweenFlushes = 10;
+/// Samples that may wait while a chunk is compressed and written.
+constexpr int kDepth = 1000;
+
+std::uint64_t wall_ns() {
+  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(
+                                        std::chrono::system_clock::now().time_since_epoch())
+                                        .count());
+}
+
+/// Whether samples of a type begin with their stamp.
+bool begins_with_stamp(const std::string& type) {
+  const auto* known = recording::known_types().find(type);
+  if (known == nullptr || known->fields.empty()) return false;
+  const std::string& first = known->fields.front().message;
+  return first == "builtin_interfaces/msg/Time" || first == "std_msgs/msg/Header";
+}
+
+std::uint64_t stamp_ns(CdrReader& reader) {
+  const auto seconds = reader.take<std::int32_t>();
+  const auto nanoseconds = reader.take<std::uint32_t>();
+  return static_cast<std::uint64_t>(std::max(seconds, 0)) * 1'000'000'000U + nanoseconds;
+}
+
+class McapRecorder {
+ public:
+  McapRecorder(const Common& common, const RecordOptions& options, std::optional<double> period_s)
+      : common_(common),
+        options_(options),
+        period_s_(period_s),
+        end_s_(options.until_s),
+        writer_(options.file, std::string("takt ") + TAKT_VERSION),
+        topics_(
+            common.client, [this](const RawTopic& topic) { add(topic); },
+            [this](const RawTopic& topic, std::string_view sample) { take(topic, sample); }) {}
+
+  int run() {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(common_.timeout_s);
+    int looks = 0;
+    std::unique_lock lock(mutex_);
+    while (!over_ && failure_.empty() && !interrupted()) {
+      changed_.wait_for(lock, kLook);
+      if (!described_ && std::chrono::steady_clock::now() > deadline) {
+        const std::string cell = common_.client.cell;
+        lock.unlock();
+        client::Client attempt(common_.client);  // says what there is instead, or finds it after all
+        lock.lock();
+        if (!described_) throw NoCell("Cell '" + cell + "' does not send its description.");
+      }
+      if (++looks % kLooksBetweenFlushes == 0) writer_.flush();
+      if (isatty(STDERR_FILENO) != 0 && looks % kLooksBetweenFlushes == 0) progress();
+    }
+    over_ = true;
+    if (!failure_.empty()) throw std::runtime_error(failure_);
+    writer_.close();
+    std::fprintf(stderr, "%s%llu samples of %zu topics, up to %.3f s of simulated time: %s\n",
+                 isatty(STDERR_FILENO) != 0 ? "\r\033[K" : "",
+                 static_cast<unsigned long long>(writer_.message_count()), channels_.size(), time_s_,
+                 options_.file.c_str());
+    return kOk;
+  }
+
+ private:
+  struct Channel {
+    std::uint16_t number = 0;
+    bool stamped = false, thinned = false;
+    double due_s = -1.0e300, newest_s = 0.0;
+  };
+
+  void progress() const {
+    std::string left;
+    if (end_s_ && first_s_ && time_s_ > *first_s_) {
+      char text[64];
+      std::snprintf(text, sizeof text, ", %3.0f %%",
+                    100.0 * (time_s_ - *first_s_) / std::max(*end_s_ - *first_s_, 1e-9));
+      left = text;
+    }
+    std::fprintf(stderr, "\r\033[K%.1f s, %llu samples%s", time_s_,
+                 static_cast<unsigned long long>(writer_.message_count()), left.c_str());
+    std::fflush(stderr);
+  }
+
+  void add(const RawTopic& topic) {
+    if (recording::known_types().find(topic.type) == nullptr) {
+      std::fprintf(stderr, "takt: note: %s is not recorded: its type %s is not known.\n", topic.name.c_str(),
+                   topic.type.c_str());
+      return;
+    }
+    try {
+      {
+        const std::lock_guard lock(mutex_);
+        Channel& channel = channels_[topic.name];
+        channel.number = writer_.add_channel(topic.name, recording::known_types(), topic.type);
+        channel.stamped = begins_with_stamp(topic.type);
+        channel.thinned = period_s_ && channel.stamped && topic.type != "takt_msgs/msg/Status";
+      }
+      topics_.open(topic.name, topic.latched ? 1 : kDepth);
+    } catch (const std::exception& error) {
+      fail(error.what());
+    }
+  }
+
+  void take(const RawTopic& topic, std::string_view sample) {
+    const std::lock_guard lock(mutex_);
+    if (over_ || !failure_.empty()) return;
+    const auto found = channels_.find(topic.name);
+    if (found == channels_.end()) return;
+    Channel& channel = found->second;
+    const std::uint64_t now_ns = wall_ns();
+    try {
+      std::uint64_t publish_ns = now_ns;
+      if (channel.stamped) {
+        CdrReader reader(sample);
+        publish_ns = stamp_ns(reader);
+        const double time_s = 1e-9 * static_cast<double>(publish_ns);
+        if (channel.thinned && !due(channel, time_s)) return;
+        if (topic.type == "takt_msgs/msg/CellState") note_time(time_s);
+      }
+      if (topic.type == "takt_msgs/msg/CellDescription") described_ = true;
+      writer_.write(channel.number, now_ns, publish_ns, sample);
+      if (at_end_) {
+        over_ = true;
+        changed_.notify_all();
+      }
+    } catch (const RecordingError& error) {
+      failure_ = error.what();
+      changed_.notify_all();
+    }
+  }
+
+  /// Thinned by simulated time; a reset begins anew.
+  bool due(Channel& channel, double time_s) const {
+    if (time_s < channel.newest_s) channel.due_s = -1.0e300;
+    channel.newest_s = time_s;
+    if (time_s < channel.due_s - 1e-9) return false;
+    channel.due_s = time_s + *period_s_;
+    return true;
+  }
+
+  void note_time(double time_s) {
+    if (!first_s_) {
+      first_s_ = time_s;
+      if (options_.duration_s) {
+        const double end_s = time_s + *options_.duration_s;
+        end_s_ = end_s_ ? std::min(*end_s_, end_s) : end_s;
+      }
+    }
+    time_s_ = time_s;
+    at_end_ = end_s_ && time_s >= *end_s_ - 1e-9;
+  }
+
+  void fail(const std::string& sentence) {
+    const std::lock_guard lock(mutex_);
+    failure_ = sentence;
+    changed_.notify_all();
+  }
+
+  Common common_;
+  RecordOptions options_;
+  std::optional<double> period_s_, end_s_, first_s_;
+  double time_s_ = 0.0;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool over_ = false, described_ = false, at_end_ = false;
+  std::string failure_;
+  std::map<std::string, Channel> channels_;
+  recording::McapWriter writer_;
+  client::RawTopics topics_;
+};
+
+}  // namespace
+
+int record_mcap(const Common& common, const RecordOptions& options, std::optional<double> period_s) {
+  note_interruptions();
+  return McapRecorder(common, options, period_s).run();
+}
+
+int replay(const Common& common, const ReplayOptions& options) {
+  note_interruptions();
+  recording::McapReader file(options.file);
+  if (!file.cut_off().empty()) std::fprintf(stderr, "takt: note: %s\n", file.cut_off().c_str());
+  client::RawPublisher publisher(common.client);
+  std::size_t added = 0;
+  const auto is_command = [](const std::string& topic) {
+    return topic.ends_with("/joint_commands") || topic.ends_with("/command") ||
+           topic.ends_with("/joint_trajectory");
+  };
+  for (const auto& [number, channel] : file.channels()) {
+    if (channel.encoding != "cdr" || (is_command(channel.topic) && !options.commands)) continue;
+    const bool latched = channel.topic.ends_with("/description") || channel.topic.ends_with("/status") ||
+                         channel.topic.ends_with("/robot_description") || channel.topic == "/tf_static";
+    const bool instant = channel.topic.ends_with("/state") || channel.topic.ends_with("/contacts") ||
+                         channel.topic.ends_with("/power");
+    publisher.add({channel.topic, channel.type, latched}, !instant);
+    ++added;
+  }
+  if (added == 0) throw std::runtime_error("'" + options.file + "' has no samples that DDS could send.");
+  std::uint64_t sent = 0, refused = 0;
+  const auto begin = std::chrono::steady_clock::now();
+  file.read([&](const recording::McapMessage& message) {
+    const double offset_s = 1e-9 * static_cast<double>(message.log_time_ns - file.first_ns()) / options.rate;
+    const auto due = begin + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                                 std::chrono::duration<double>(offset_s));
+    while (!interrupted() && std::chrono::steady_clock::now() < due)
+      std::this_thread::sleep_until(std::min(due, std::chrono::steady_clock::now() + kLook));
+    if (interrupted()) return false;
+    if (is_command(message.channel->topic) && !options.commands) return true;
+    publisher.write(message.channel->topic, message.sample) ? ++sent : ++refused;
+    return true;
+  });
+  std::fprintf(stderr, "%llu samples sent again, %llu refused by DDS.\n",
+               static_cast<unsigned long long>(sent), static_cast<unsigned long long>(refused));
+  return refused == 0 ? kOk : kFailed;
+}
+
+}  // namespace takt::tool

@@ -1,0 +1,103 @@
+#include "client_lib/tools/takt/view.h"
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+
+#include "client_lib/view/file_source.h"
+#include "client_lib/view/live_source.h"
+#include "client_lib/view/metrics.h"
+#include "client_lib/view/scene_channel.h"
+#include "client_lib/view/web_server.h"
+
+namespace takt::tool {
+namespace {
+
+/// Beside the program: ../share/takt/view, where it is installed and in the build tree.
+std::filesystem::path page_directory(const std::string& given) {
+  std::error_code problem;
+  if (!given.empty()) return given;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", problem);
+  const auto page = program.parent_path().parent_path() / "share" / "takt" / "view";
+  return std::filesystem::is_regular_file(page / "index.html", problem) ? page : std::filesystem::path();
+}
+
+sigset_t ending_signals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  return signals;
+}
+
+void serve(const Common& common, const ViewOptions& options, view::Stream& stream, view::WebOptions web,
+           view::Control control) {
+  web.address = options.address;
+  web.port = options.port;
+  web.page = page_directory(options.page);
+  web.control = !options.observer;
+  const view::SceneChannel scene(stream);
+  const view::WebServer server(stream, std::move(web), std::move(control));
+  const std::string host = options.address == "0.0.0.0" ? "localhost" : options.address;
+  if (common.json)
+    std::printf("{\"url\": \"http://%s:%u/\"}\n", host.c_str(), server.port());
+  else
+    std::printf("http://%s:%u/    (Ctrl-C ends it; Foxglove connects to ws://%s:%u/)\n", host.c_str(),
+                server.port(), host.c_str(), server.port());
+  std::fflush(stdout);
+  int signal = 0;
+  const sigset_t signals = ending_signals();
+  sigwait(&signals, &signal);
+}
+
+}  // namespace
+
+int view(const Common& common, const ViewOptions& options) {
+  // The main thread waits for them; no thread made from here on may get one.
+  const sigset_t signals = ending_signals();
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  view::Stream stream;
+  view::WebOptions web;
+  if (!options.file.empty()) {
+    view::FileSource source(options.file, stream);
+    if (!source.recording().cut_off().empty())
+      std::fprintf(stderr, "takt: note: %s\n", source.recording().cut_off().c_str());
+    web.name = std::filesystem::path(options.file).filename().string();
+    web.metadata = {{"source", "file"}};
+    serve(common, options, stream, std::move(web),
+          [&](const std::string& name, const view::Arguments& arguments) {
+            return source.request(name, arguments);
+          });
+    return kOk;
+  }
+  view::LiveSource source(common.client, stream);
+  view::Metrics metrics(stream, common.client.cell);
+  web.name = common.client.cell;
+  web.metadata = {{"source", "live"}, {"cell", common.client.cell}};
+  web.metrics = [&metrics] { return metrics.text(); };
+  serve(common, options, stream, std::move(web),
+        [&](const std::string& name, const view::Arguments& arguments) {
+          return source.request(name, arguments);
+        });
+  return kOk;
+}
+
+void declare_view(CLI::App& app, const Common& common, int& result) {
+  static ViewOptions options;
+  auto* command = app.add_subcommand("view", "show the running cell, or a recording, in the browser");
+  command->add_option("FILE", options.file, "recording (MCAP); without: the running cell")
+      ->check(CLI::ExistingFile);
+  command->add_option("--port", options.port, "port to listen on; 0: any free one")->capture_default_str();
+  command
+      ->add_option("--address", options.address,
+                   "address to listen on; 127.0.0.1: this machine only, 0.0.0.0: every network (who can "
+                   "reach it can control the cell, unless --observer)")
+      ->capture_default_str();
+  command->add_flag("--observer", options.observer, "all may look, nobody may touch");
+  command->add_option("--page", options.page, "directory of the built page")->check(CLI::ExistingDirectory);
+  command->callback([&] { result = view(common, options); });
+}
+
+}  // namespace takt::tool

@@ -1,0 +1,200 @@
+#include "client_lib/view/file_source.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+namespace takt::view {
+
+using recording::McapMessage;
+using Clock = std::chrono::steady_clock;
+
+namespace {
+
+/// Before a place that was sought, how far back what was newest then is looked for.
+constexpr std::uint64_t kWindow_ns = 2'000'000'000;
+constexpr std::uint64_t kTell_ns = 50'000'000;
+
+bool is_event(const recording::McapChannel& channel) {
+  return channel.type == "takt_msgs/msg/Event";
+}
+bool is_latched(const recording::McapChannel& channel) {
+  return channel.type == "takt_msgs/msg/CellDescription" || channel.type == "std_msgs/msg/String" ||
+         channel.topic == "/tf_static";
+}
+
+std::string argument(const Arguments& arguments, const char* name) {
+  for (const auto& [key, value] : arguments)
+    if (key == name) return value;
+  return {};
+}
+
+std::optional<double> number(const std::string& text) {
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  if (text.empty() || *end != '\0' || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+}  // namespace
+
+FileSource::FileSource(const std::filesystem::path& file, Stream& stream) : stream_(stream), reader_(file) {
+  for (const auto& [id, channel] : reader_.channels())
+    channels_[id] = stream_.add_channel({0, channel.topic, channel.encoding, channel.type,
+                                         channel.schema_encoding, channel.schema, is_event(channel)});
+  playback_channel_ = stream_.add_channel(
+      {0, "/takt/playback", "json", "takt.Playback", "jsonschema", R"({"type": "object"})", false});
+  look_through();
+  position_ns_ = reader_.first_ns();
+  thread_ = std::thread([this] { run(); });
+}
+
+FileSource::~FileSource() {
+  {
+    const std::lock_guard lock(mutex_);
+    over_ = true;
+    ++changes_;
+    changed_.notify_all();
+  }
+  thread_.join();
+}
+
+void FileSource::look_through() {
+  bool any = false;
+  for (const auto& [id, channel] : reader_.channels()) any = any || is_event(channel) || is_latched(channel);
+  if (!any) return;
+  reader_.read([&](const McapMessage& message) {
+    if (is_event(*message.channel) || is_latched(*message.channel))
+      kept_[message.channel->number].push_back({message.log_time_ns, std::string(message.sample)});
+    return true;
+  });
+}
+
+/// What was the newest of everything at that place.
+void FileSource::show_instant(std::uint64_t position_ns) {
+  for (const auto& [id, samples] : kept_) {
+    const auto& channel = reader_.channels().at(id);
+    if (is_event(channel)) stream_.clear(channels_.at(id));
+    const Kept* newest = nullptr;
+    for (const Kept& sample : samples) {
+      if (sample.time_ns > position_ns) break;
+      newest = &sample;
+      if (is_event(channel)) stream_.push(channels_.at(id), sample.time_ns, sample.sample);
+    }
+    if (newest != nullptr && !is_event(channel))
+      stream_.push(channels_.at(id), newest->time_ns, newest->sample);
+  }
+  std::map<std::uint16_t, Kept> newest;
+  const std::uint64_t from = position_ns > kWindow_ns ? position_ns - kWindow_ns : 0;
+  reader_.read(
+      [&](const McapMessage& message) {
+        if (!kept_.contains(message.channel->number))
+          newest[message.channel->number] = {message.log_time_ns, std::string(message.sample)};
+        return true;
+      },
+      from, position_ns);
+  for (const auto& [id, sample] : newest) stream_.push(channels_.at(id), sample.time_ns, sample.sample);
+}
+
+void FileSource::tell() {
+  const auto seconds = [](std::uint64_t ns) { return 1e-9 * static_cast<double>(ns); };
+  const nlohmann::json document{{"position", seconds(position_ns_ - reader_.first_ns())},
+                                {"duration", seconds(reader_.last_ns() - reader_.first_ns())},
+                                {"playing", playing_},
+                                {"rate", rate_}};
+  stream_.push(playback_channel_, position_ns_, document.dump());
+}
+
+void FileSource::run() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    if (sought_) {
+      sought_ = false;
+      const std::uint64_t position_ns = position_ns_;
+      lock.unlock();
+      show_instant(position_ns);
+      lock.lock();
+    }
+    tell();
+    const std::uint64_t seen = changes_;
+    if (playing_ && position_ns_ < reader_.last_ns()) play_on(lock);
+    if (position_ns_ >= reader_.last_ns() && seen == changes_) {
+      playing_ = false;
+      tell();
+    }
+    changed_.wait(lock, [&] { return over_ || changes_ != seen; });
+    if (over_) return;
+  }
+}
+
+/// From the present place to the end, or until something is asked for.
+void FileSource::play_on(std::unique_lock<std::mutex>& lock) {
+  const std::uint64_t seen = changes_, begin_ns = position_ns_;
+  const double rate = rate_;
+  const auto begin = Clock::now();
+  std::uint64_t told_ns = begin_ns;
+  lock.unlock();
+  reader_.read(
+      [&](const McapMessage& message) {
+        const auto due = begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
+                                     1e-9 * static_cast<double>(message.log_time_ns - begin_ns) / rate));
+        std::unique_lock waiting(mutex_);
+        if (changed_.wait_until(waiting, due, [&] { return changes_ != seen; })) return false;
+        stream_.push(channels_.at(message.channel->number), message.log_time_ns, message.sample);
+        position_ns_ = message.log_time_ns;
+        if (position_ns_ - told_ns >= kTell_ns) {
+          told_ns = position_ns_;
+          tell();
+        }
+        return true;
+      },
+      begin_ns + 1);
+  lock.lock();
+}
+
+Answer FileSource::request(const std::string& name, const Arguments& arguments) {
+  const std::lock_guard lock(mutex_);
+  const auto changed = [&](const std::string& message) {
+    ++changes_;
+    changed_.notify_all();
+    return Answer{1, message, {}};
+  };
+  const auto seek = [&](double position_s) {
+    const double length_s = 1e-9 * static_cast<double>(reader_.last_ns() - reader_.first_ns());
+    position_ns_ = reader_.first_ns() +
+                   static_cast<std::uint64_t>(std::llround(1e9 * std::clamp(position_s, 0.0, length_s)));
+    sought_ = true;
+  };
+  const std::string state = argument(arguments, "state");
+  if (name == "play" || (name == "set_state" && state == "1")) {
+    if (position_ns_ >= reader_.last_ns()) seek(0.0);
+    playing_ = true;
+    return changed("The recording is played.");
+  }
+  if (name == "pause" || (name == "set_state" && (state == "0" || state == "2"))) {
+    playing_ = false;
+    return changed("The recording is paused.");
+  }
+  if (name == "reset") {
+    seek(0.0);
+    return changed("Back to the begin of the recording.");
+  }
+  if (name == "seek") {
+    const auto position = number(argument(arguments, "position"));
+    if (!position) return {4, "seek needs 'position', in seconds from the begin of the recording.", {}};
+    seek(*position);
+    return changed("The recording is at another place.");
+  }
+  if (name == "rate" || name == "set_pace") {
+    const auto factor = number(argument(arguments, "factor"));
+    if (!factor || !(*factor > 0.0)) return {4, "'factor' must be a number above 0.", {}};
+    rate_ = *factor;
+    return changed("The recording is played " + argument(arguments, "factor") + " times as fast.");
+  }
+  return {0, "A recording can be played, paused, sought through; '" + name + "' is for a running cell.", {}};
+}
+
+}  // namespace takt::view

@@ -1,0 +1,58 @@
+#pragma once
+// A recording as a stream: played, paused, sought through, at any rate. Where it is goes to a channel of its
+// own, /takt/playback, in JSON: position, duration (s), playing, rate.
+#include <condition_variable>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "client_lib/recording/mcap_reader.h"
+#include "client_lib/view/stream.h"
+
+namespace takt::view {
+
+class FileSource {
+ public:
+  /// The stream must outlive this. Throws RecordingError.
+  FileSource(const std::filesystem::path& file, Stream& stream);
+  ~FileSource();
+  FileSource(const FileSource&) = delete;
+  FileSource& operator=(const FileSource&) = delete;
+
+  const recording::McapReader& recording() const { return reader_; }
+
+  /// play, pause, seek (position: s from the begin), rate (factor); and set_state, set_pace, reset, which
+  /// mean the same of a running cell.
+  Answer request(const std::string& name, const Arguments& arguments);
+
+ private:
+  struct Kept {
+    std::uint64_t time_ns = 0;
+    std::string sample;
+  };
+  void look_through();
+  void run();
+  void play_on(std::unique_lock<std::mutex>& lock);
+  void show_instant(std::uint64_t position_ns);
+  void tell();
+
+  Stream& stream_;
+  recording::McapReader reader_;  ///< after construction of the playing thread only
+  std::map<std::uint16_t, std::uint32_t> channels_;
+  std::uint32_t playback_channel_ = 0;
+  std::map<std::uint16_t, std::vector<Kept>> kept_;  ///< latched topics and events, whole
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool over_ = false, playing_ = true, sought_ = true;
+  double rate_ = 1.0;
+  std::uint64_t position_ns_ = 0;
+  std::uint64_t changes_ = 0;  ///< counts requests
+  std::thread thread_;
+};
+
+}  // namespace takt::view

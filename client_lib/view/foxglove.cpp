@@ -1,0 +1,148 @@
+#include "client_lib/view/foxglove.h"
+
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+namespace takt::view::foxglove {
+namespace {
+
+using nlohmann::json;
+
+std::string text_of(const json& message) {
+  return message.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+template <typename Integer>
+void append(std::string& bytes, Integer value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
+}
+
+constexpr char kSampleOpcode = 1, kServiceResponseOpcode = 3, kServiceRequestOpcode = 2;
+
+}  // namespace
+
+std::string server_info(const std::string& name, const std::string& session, const Texts& metadata) {
+  json message{{"op", "serverInfo"},           {"name", name},
+               {"capabilities", {"services"}}, {"supportedEncodings", {"json"}},
+               {"sessionId", session},         {"metadata", json::object()}};
+  for (const auto& [key, value] : metadata) message["metadata"][key] = value;
+  return text_of(message);
+}
+
+std::string advertise(std::span<const Channel> channels) {
+  json message{{"op", "advertise"}, {"channels", json::array()}};
+  for (const Channel& channel : channels)
+    message["channels"].push_back({{"id", channel.id},
+                                   {"topic", channel.topic},
+                                   {"encoding", channel.encoding},
+                                   {"schemaName", channel.type},
+                                   {"schemaEncoding", channel.schema_encoding},
+                                   {"schema", channel.schema}});
+  return text_of(message);
+}
+
+std::string advertise_control() {
+  const json schema{{"type", "object"},
+                    {"properties", {{"request", {{"type", "string"}}}, {"arguments", {{"type", "object"}}}}}};
+  const json reply{{"type", "object"},
+                   {"properties",
+                    {{"result", {{"type", "integer"}}},
+                     {"message", {{"type", "string"}}},
+                     {"values", {{"type", "object"}}}}}};
+  const auto part = [](const char* name, const json& what) {
+    return json{{"encoding", "json"},
+                {"schemaName", name},
+                {"schemaEncoding", "jsonschema"},
+                {"schema", what.dump()}};
+  };
+  return text_of({{"op", "advertiseServices"},
+                  {"services",
+                   {{{"id", kControlService},
+                     {"name", "/control"},
+                     {"type", "takt.Control"},
+                     {"request", part("takt.ControlRequest", schema)},
+                     {"response", part("takt.ControlReply", reply)},
+                     {"requestSchema", schema.dump()},
+                     {"responseSchema", reply.dump()}}}}});
+}
+
+std::string status(int level, const std::string& message) {
+  return text_of({{"op", "status"}, {"level", level}, {"message", message}});
+}
+
+std::string service_failure(std::uint32_t service, std::uint32_t call, const std::string& message) {
+  return text_of(
+      {{"op", "serviceCallFailure"}, {"serviceId", service}, {"callId", call}, {"message", message}});
+}
+
+std::array<char, kSampleHead_bytes> sample_head(std::uint32_t subscription, std::uint64_t time_ns) {
+  std::array<char, kSampleHead_bytes> head{kSampleOpcode};
+  std::memcpy(head.data() + 1, &subscription, sizeof(subscription));
+  std::memcpy(head.data() + 5, &time_ns, sizeof(time_ns));
+  return head;
+}
+
+std::string service_response(std::uint32_t service, std::uint32_t call, const Answer& answer) {
+  json reply{{"result", answer.result}, {"message", answer.message}, {"values", json::object()}};
+  for (const auto& [key, value] : answer.values) reply["values"][key] = value;
+  constexpr std::string_view encoding = "json";
+  std::string bytes(1, kServiceResponseOpcode);
+  append(bytes, service);
+  append(bytes, call);
+  append(bytes, static_cast<std::uint32_t>(encoding.size()));
+  bytes += encoding;
+  bytes += text_of(reply);
+  return bytes;
+}
+
+std::optional<ClientMessage> read_text(std::string_view text) {
+  const json message = json::parse(text, nullptr, false);
+  if (!message.is_object()) return std::nullopt;
+  ClientMessage read;
+  try {
+    const std::string op = message.value("op", "");
+    if (op == "subscribe")
+      for (const json& wanted : message.at("subscriptions"))
+        read.subscribe.push_back(
+            {wanted.at("id").get<std::uint32_t>(), wanted.at("channelId").get<std::uint32_t>()});
+    else if (op == "unsubscribe")
+      for (const json& id : message.at("subscriptionIds"))
+        read.unsubscribe.push_back(id.get<std::uint32_t>());
+  } catch (const json::exception&) {
+    return std::nullopt;
+  }
+  return read;
+}
+
+std::optional<ServiceCall> read_binary(std::string_view message) {
+  if (message.empty() || message[0] != kServiceRequestOpcode) return std::nullopt;
+  message.remove_prefix(1);
+  const auto take = [&](std::uint32_t& value) {
+    if (message.size() < sizeof(value)) return false;
+    std::memcpy(&value, message.data(), sizeof(value));
+    message.remove_prefix(sizeof(value));
+    return true;
+  };
+  ServiceCall call;
+  std::uint32_t length = 0;
+  if (!take(call.service) || !take(call.call) || !take(length) || message.size() < length)
+    return std::nullopt;
+  const std::string_view encoding = message.substr(0, length);
+  message.remove_prefix(length);
+  if (call.service != kControlService) {
+    call.problem = "There is no such service.";
+    return call;
+  }
+  const json body = json::parse(message, nullptr, false);
+  if (encoding != "json" || !body.is_object() || !body.value("request", json()).is_string()) {
+    call.problem = "A request in JSON is wanted: {\"request\": \"play\", \"arguments\": {}}.";
+    return call;
+  }
+  call.request = body["request"];
+  if (const auto arguments = body.find("arguments"); arguments != body.end() && arguments->is_object())
+    for (const auto& [key, value] : arguments->items())
+      call.arguments.emplace_back(key, value.is_string() ? value.get<std::string>() : value.dump());
+  return call;
+}
+
+}  // namespace takt::view::foxglove

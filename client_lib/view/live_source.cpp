@@ -1,0 +1,107 @@
+#include "client_lib/view/live_source.h"
+
+#include <chrono>
+
+#include "client_lib/recording/message_types.h"
+
+namespace takt::view {
+namespace {
+
+/// What is kept at hand for whoever comes; all else is received while somebody looks at it.
+bool always_open(const client::RawTopic& topic) {
+  return topic.type == "takt_msgs/msg/CellDescription" || topic.type == "takt_msgs/msg/Status" ||
+         topic.type == "takt_msgs/msg/Event";
+}
+
+std::uint64_t wall_ns() {
+  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(
+                                        std::chrono::system_clock::now().time_since_epoch())
+                                        .count());
+}
+
+}  // namespace
+
+LiveSource::LiveSource(const client::ClientOptions& options, Stream& stream)
+    : options_(options), stream_(stream) {
+  stream_.on_wanted(this, [this](const Channel& channel, bool wanted) {
+    const std::lock_guard lock(mutex_);
+    wanted_.emplace_back(channel.topic, wanted);
+    changed_.notify_all();
+  });
+  topics_ = std::make_unique<client::RawTopics>(
+      options, [this](const client::RawTopic& topic) { add(topic); },
+      [this](const client::RawTopic& topic, std::string_view sample) {
+        std::uint32_t channel = 0;
+        {
+          const std::lock_guard lock(mutex_);
+          const auto found = channels_.find(topic.name);
+          if (found == channels_.end()) return;
+          channel = found->second;
+        }
+        stream_.push(channel, wall_ns(), sample);
+      });
+  thread_ = std::thread([this] { run(); });
+}
+
+LiveSource::~LiveSource() {
+  stream_.forget(this);
+  {
+    const std::lock_guard lock(mutex_);
+    over_ = true;
+    changed_.notify_all();
+  }
+  thread_.join();
+  topics_.reset();
+}
+
+void LiveSource::add(const client::RawTopic& topic) {
+  const auto& types = recording::known_types();
+  if (types.find(topic.type) == nullptr) return;
+  Channel channel;
+  channel.topic = topic.name;
+  channel.encoding = "cdr";
+  channel.type = topic.type;
+  channel.schema_encoding = "ros2msg";
+  channel.schema = types.ros2msg(topic.type);
+  channel.each_counts = topic.type == "takt_msgs/msg/Event";
+  const std::lock_guard lock(mutex_);
+  channels_[topic.name] = stream_.add_channel(std::move(channel));
+  if (!always_open(topic)) return;
+  wanted_.emplace_back(topic.name, true);
+  changed_.notify_all();
+}
+
+/// Opens and closes topics: that calls DDS, which may take its time.
+void LiveSource::run() {
+  std::unique_lock lock(mutex_);
+  std::map<std::string, int> opened;
+  for (;;) {
+    changed_.wait(lock, [&] { return over_ || !wanted_.empty(); });
+    if (over_) return;
+    const auto [topic, wanted] = wanted_.front();
+    wanted_.pop_front();
+    int& count = opened[topic];
+    count += wanted ? 1 : -1;
+    lock.unlock();
+    if (wanted && count == 1)
+      topics_->open(topic, topic.ends_with("/events") ? 1000 : 1);
+    else if (!wanted && count == 0)
+      topics_->close(topic);
+    lock.lock();
+  }
+}
+
+Answer LiveSource::request(const std::string& name, const Arguments& arguments) {
+  client::Arguments texts(arguments.begin(), arguments.end());
+  try {
+    if (!client_) client_ = std::make_unique<client::Client>(options_);
+    const client::Reply reply = client_->request(name, texts);
+    return {1, reply.message, {reply.values.begin(), reply.values.end()}};
+  } catch (const client::ClientError& error) {
+    if (error.kind() == client::ClientError::Kind::lost) client_.reset();  // found anew by the next request
+    const int result = error.kind() == client::ClientError::Kind::refused ? error.result() : 4;
+    return {result, error.what(), {}};
+  }
+}
+
+}  // namespace takt::view

@@ -1,0 +1,45 @@
+#pragma once
+// A running cell as a stream: its topics as they are sent, from when somebody wants them, and its control. It
+// is a client like any other; it stays through every stop and start of the server.
+#include <condition_variable>
+#include <deque>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "client_lib/client.h"
+#include "client_lib/raw_topics.h"
+#include "client_lib/view/stream.h"
+
+namespace takt::view {
+
+class LiveSource {
+ public:
+  /// The stream must outlive this. Throws ClientError (transport). The cell need not be there yet.
+  LiveSource(const client::ClientOptions& options, Stream& stream);
+  ~LiveSource();
+  LiveSource(const LiveSource&) = delete;
+  LiveSource& operator=(const LiveSource&) = delete;
+
+  /// A request of the control vocabulary, sent to the cell.
+  Answer request(const std::string& name, const Arguments& arguments);
+
+ private:
+  void add(const client::RawTopic& topic);
+  void run();
+
+  const client::ClientOptions options_;
+  Stream& stream_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool over_ = false;
+  std::map<std::string, std::uint32_t> channels_;
+  std::deque<std::pair<std::string, bool>> wanted_;  ///< topics to open or close
+  std::unique_ptr<client::Client> client_;           ///< made when the first request comes
+  std::unique_ptr<client::RawTopics> topics_;
+  std::thread thread_;
+};
+
+}  // namespace takt::view

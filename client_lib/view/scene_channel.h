@@ -1,0 +1,46 @@
+#pragma once
+// The cell for other programs' 3D views, in Foxglove's own messages: /takt/scene has the shapes, /takt/frames
+// where they are, /takt/forces the resultant forces on Parts as arrows. Made of description and state, while
+// somebody wants them, 20 times a second.
+#include <array>
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "client_lib/recording/sample.h"
+#include "client_lib/view/stream.h"
+
+namespace takt::view {
+
+class SceneChannel {
+ public:
+  explicit SceneChannel(Stream& stream);
+  ~SceneChannel();
+  SceneChannel(const SceneChannel&) = delete;
+  SceneChannel& operator=(const SceneChannel&) = delete;
+
+ private:
+  void run();
+  void find_sources();
+  void follow();
+  void make_scene(std::uint64_t time_ns);
+  void make_frames(const recording::Json& state, std::uint64_t time_ns);
+  void make_forces(const recording::Json& state, std::uint64_t time_ns);
+
+  Stream& stream_;
+  std::uint32_t scene_ = 0, frames_ = 0, forces_ = 0;
+  std::uint32_t description_channel_ = 0, state_channel_ = 0;
+  std::uint64_t description_number_ = 0, state_number_ = 0;
+  recording::Json description_;
+  bool follows_state_ = false;
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool over_ = false;
+  int wanted_ = 0;
+  std::thread thread_;
+};
+
+}  // namespace takt::view

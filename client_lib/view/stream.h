@@ -1,0 +1,83 @@
+#pragma once
+// What is shown, between a source (a running cell, a recording) and those who look: channels with the newest
+// sample of each, or the newest thousand where each one counts (events). Who looks comes when he can; nobody
+// waits for him, and what he was too slow for he does not get.
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace takt::view {
+
+struct Channel {
+  std::uint32_t id = 0;
+  std::string topic, encoding, type, schema_encoding, schema;
+  bool each_counts = false;  ///< not only the newest
+};
+
+/// A sample on its way; shared by all who get it.
+struct Sample {
+  std::uint64_t number = 0;  ///< counts the samples of its channel, from 1
+  std::uint64_t time_ns = 0;
+  std::shared_ptr<const std::string> bytes;
+};
+
+class Stream {
+ public:
+  static constexpr std::size_t kHistory = 1000;
+
+  /// Ids are counted from 1.
+  std::uint32_t add_channel(Channel channel);
+  void push(std::uint32_t channel, std::uint64_t time_ns, std::string_view bytes);
+  /// Forgets what was shown, e.g. because a player went back in time.
+  void clear(std::uint32_t channel);
+
+  std::size_t channel_count() const;
+  /// Channels from the index `first` on: none is ever taken away.
+  std::vector<Channel> channels_from(std::size_t first) const;
+  /// Appends the samples after `number`, at most the newest one where not each counts.
+  void after(std::uint32_t channel, std::uint64_t number, std::vector<Sample>& samples);
+  /// The newest sample, or an empty one.
+  Sample newest(std::uint32_t channel);
+
+  /// Told, in the thread of set_wanted(), when the first one wants a channel and when the last one goes.
+  using OnWanted = std::function<void(const Channel&, bool wanted)>;
+  void on_wanted(const void* owner, OnWanted function);
+  /// Afterwards this owner's function is not called any more.
+  void forget(const void* owner);
+  void set_wanted(std::uint32_t channel, bool wanted);
+
+ private:
+  struct Slot {
+    Channel channel;
+    std::string pending;  ///< the newest, not yet shared: most samples are never looked at
+    std::uint64_t pending_time_ns = 0, pushed = 0;
+    Sample shared;
+    std::deque<Sample> history;
+    int watchers = 0;
+  };
+  Slot& slot(std::uint32_t channel) { return *slots_.at(channel - 1); }
+  static void share(Slot& slot);
+
+  mutable std::mutex mutex_;
+  std::vector<std::unique_ptr<Slot>> slots_;
+  std::recursive_mutex telling_;  ///< one may want a channel because another is wanted
+  std::vector<std::pair<const void*, OnWanted>> on_wanted_;  ///< guarded by telling_
+};
+
+/// What the one who looks may ask for; values as text, as in the control vocabulary.
+struct Answer {
+  int result = 1;  ///< 1: done; else as in the control vocabulary
+  std::string message;
+  std::vector<std::pair<std::string, std::string>> values;
+};
+using Arguments = std::vector<std::pair<std::string, std::string>>;
+/// May take its time; called in one thread.
+using Control = std::function<Answer(const std::string& request, const Arguments& arguments)>;
+
+}  // namespace takt::view

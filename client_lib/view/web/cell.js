@@ -1,0 +1,228 @@
+// The cell in 3D: components with the meshes of the description, robots from their URDF, forces, contacts, who holds whom.
+import * as THREE from 'three';
+import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
+import URDFLoader from 'urdf-loader';
+
+export const STATES = ['free', 'held', 'placed', 'assembled'];
+export const STATE_COLORS = [0x7f8c97, 0xe08214, 0x2c7fb8, 0x2e9e5b];
+const OPEN = 0x9aa7b4, CLOSED = 0xc2561a, FORCE = 0xd6204e, CONTACT = 0x8a2be2, HOLDS = 0x20639b;
+const UP = new THREE.Vector3(0, 1, 0);
+
+function matrixOf({position, rotation: r}) {
+  return new THREE.Matrix4().set(r[0], r[1], r[2], position.x, r[3], r[4], r[5], position.y, r[6], r[7], r[8], position.z, 0, 0, 0, 1);
+}
+
+class Arrow extends THREE.Group {
+  constructor(color) {
+    super();
+    const material = new THREE.MeshStandardMaterial({color});
+    this.shaft = new THREE.Mesh(new THREE.CylinderGeometry(0.006, 0.006, 1, 12), material);
+    this.tip = new THREE.Mesh(new THREE.ConeGeometry(0.016, 0.04, 16), material);
+    this.add(this.shaft, this.tip);
+    this.visible = false;
+  }
+  set(from, along) {
+    const length = along.length();
+    this.visible = length > 1e-4;
+    if (!this.visible) return;
+    this.position.copy(from);
+    this.quaternion.setFromUnitVectors(UP, along.clone().divideScalar(length));
+    const tip = Math.min(0.04, 0.5 * length);
+    this.shaft.scale.set(1, Math.max(length - tip, 1e-6), 1);
+    this.shaft.position.y = 0.5 * (length - tip);
+    this.tip.scale.setScalar(tip / 0.04);
+    this.tip.position.y = length - 0.5 * tip;
+  }
+}
+
+export class Cell {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.options = {byState: true, forces: true, contacts: true, holding: true, metresPerNewton: 0.03, follow: ''};
+    THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
+    this.renderer = new THREE.WebGLRenderer({canvas, antialias: true, preserveDrawingBuffer: true});
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer.localClippingEnabled = true;
+    this.scene = new THREE.Scene();
+    this.scene.background = new THREE.Color(0xe9edf1);
+    this.camera = new THREE.PerspectiveCamera(40, 1, 0.01, 100);
+    this.camera.up.set(0, 0, 1);
+    this.camera.position.set(0.9, 2.7, 2.0);
+    this.orbit = new OrbitControls(this.camera, canvas);
+    this.orbit.target.set(0, -0.1, 0.85);
+    this.orbit.addEventListener('change', () => { this.dirty = true; });
+    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8a8f95, 2.2));
+    const sun = new THREE.DirectionalLight(0xffffff, 1.6);
+    sun.position.set(2, -3, 5);
+    this.scene.add(sun);
+    const grid = new THREE.GridHelper(6, 24, 0xaab2ba, 0xcfd5da);
+    grid.rotation.x = Math.PI / 2;
+    this.scene.add(grid);
+    this.plane = new THREE.Plane(new THREE.Vector3(-1, 0, 0), 0);
+    this.world = new THREE.Group();
+    this.marks = new THREE.Group();
+    this.scene.add(this.world, this.marks);
+    this.components = [];
+    this.robots = [];
+    this.dirty = true;
+    this.draw = this.draw.bind(this);
+    requestAnimationFrame(this.draw);
+  }
+
+  describe(description) {
+    this.world.clear();
+    this.marks.clear();
+    this.description = description;
+    this.components = description.components.map((component) => {
+      const geometry = new THREE.BufferGeometry();
+      geometry.setAttribute('position', new THREE.BufferAttribute(Float32Array.from(component.vertices), 3));
+      geometry.setIndex(new THREE.BufferAttribute(Uint32Array.from(component.triangles), 1));
+      const flat = geometry.toNonIndexed();
+      flat.computeVertexNormals();
+      const [r, g, b] = component.color.length >= 3 ? component.color : [0.7, 0.7, 0.7];
+      const own = new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace);
+      const mesh = new THREE.Mesh(flat, new THREE.MeshStandardMaterial({color: own, roughness: 0.75, side: THREE.DoubleSide}));
+      mesh.name = component.name;
+      this.world.add(mesh);
+      const arrow = new Arrow(FORCE), line = new THREE.Line(
+        new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), new THREE.Vector3()]), new THREE.LineBasicMaterial({color: HOLDS, depthTest: false}));
+      line.visible = false;
+      line.frustumCulled = false;
+      this.marks.add(arrow, line);
+      return {mesh, own, arrow, line, type: component.type};
+    });
+    this.grippers = description.grippers;
+    this.robots = description.robots.map((robot) => {
+      const loader = new URDFLoader();
+      loader.loadMeshCb = (path, manager, done) => done(new THREE.Group());  // files of the server; primitives are in the text
+      let model;
+      try {
+        model = loader.parse(robot.urdf);
+      } catch {
+        model = new THREE.Group();
+      }
+      model.traverse((part) => { if (part.isMesh) part.material = new THREE.MeshStandardMaterial({color: part.material?.color ?? 0xb8c0c8, roughness: 0.6}); });
+      const base = new THREE.Group();
+      base.matrixAutoUpdate = false;
+      base.matrix.copy(matrixOf(robot.base));
+      base.add(model);
+      this.world.add(base);
+      return {model, joints: robot.joints.map((joint) => joint.name)};
+    });
+    this.patches = [];
+    this.setSection(this.section, this.cut);
+    this.dirty = true;
+  }
+
+  show(state) {
+    if (!this.description || state.components.length !== this.components.length) return;
+    const {options} = this;
+    const along = new THREE.Vector3();
+    state.components.forEach((sample, i) => {
+      const component = this.components[i];
+      const {position: p, orientation: q, force: f} = sample;
+      const last = component.mesh.position.clone();
+      component.mesh.position.set(p.x, p.y, p.z);
+      component.mesh.quaternion.set(q.x, q.y, q.z, q.w);
+      if (options.follow === component.mesh.name && this.shown) {
+        const moved = component.mesh.position.clone().sub(last);
+        this.camera.position.add(moved);
+        this.orbit.target.add(moved);
+      }
+      component.mesh.material.color.set(options.byState && sample.state < 4 ? STATE_COLORS[sample.state] : component.own);
+      component.arrow.set(component.mesh.position, along.set(f.x, f.y, f.z).multiplyScalar(options.forces && component.type === 0 ? options.metresPerNewton : 0));
+      const holder = options.holding && sample.partner >= 0 ? state.components[sample.partner].position : null;
+      component.line.visible = Boolean(holder);
+      if (holder) {
+        component.line.geometry.attributes.position.setXYZ(0, p.x, p.y, p.z);
+        component.line.geometry.attributes.position.setXYZ(1, holder.x, holder.y, holder.z);
+        component.line.geometry.attributes.position.needsUpdate = true;
+      }
+    });
+    if (options.byState)
+      state.grippers.forEach((gripper, i) => {
+        const {left_jaw: left, right_jaw: right} = this.grippers[i];
+        for (const jaw of [left, right]) this.components[jaw]?.mesh.material.color.set(gripper.closed ? CLOSED : OPEN);
+      });
+    state.robots.forEach((robot, i) => {
+      const {model, joints} = this.robots[i];
+      joints.forEach((name, k) => model.setJointValue?.(name, robot.position[k]));
+    });
+    this.shown = true;
+    this.dirty = true;
+  }
+
+  // A disc of the pair's area, its colour by the largest pressure, and the force at its centre.
+  showContacts({contacts}) {
+    const wanted = this.options.contacts ? contacts : [];
+    while (this.patches.length < wanted.length) {
+      const disc = new THREE.Mesh(new THREE.CircleGeometry(1, 32), new THREE.MeshBasicMaterial({side: THREE.DoubleSide, transparent: true, opacity: 0.85, depthTest: false}));
+      const arrow = new Arrow(CONTACT);
+      this.marks.add(disc, arrow);
+      this.patches.push({disc, arrow});
+    }
+    const largest = Math.max(1, ...wanted.map((contact) => contact.largest_pressure));
+    this.patches.forEach(({disc, arrow}, i) => {
+      const contact = wanted[i];
+      disc.visible = Boolean(contact);
+      arrow.visible = false;
+      if (!contact) return;
+      const {center_of_pressure: c, force: f} = contact;
+      const force = new THREE.Vector3(f.x, f.y, f.z);
+      disc.position.set(c.x, c.y, c.z);
+      if (force.length() > 0) disc.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), force.clone().normalize());
+      disc.scale.setScalar(Math.max(Math.sqrt(contact.area / Math.PI), 0.002));
+      disc.material.color.setHSL(0.66 * (1 - contact.largest_pressure / largest), 1, 0.5);
+      arrow.set(disc.position, force.multiplyScalar(this.options.metresPerNewton));
+    });
+    this.dirty = true;
+  }
+
+  setSection(axis, at) {
+    this.section = axis || '';
+    this.cut = Number(at) || 0;
+    this.plane.normal.set(axis === 'x' ? -1 : 0, axis === 'y' ? -1 : 0, axis === 'z' ? -1 : 0);
+    this.plane.constant = this.cut;
+    const planes = this.section ? [this.plane] : [];
+    this.world.traverse((part) => { if (part.isMesh) part.material.clippingPlanes = planes; });
+    this.dirty = true;
+  }
+
+  // Where the scene graph has a component.
+  place(name) {
+    const component = this.components.find(({mesh}) => mesh.name === name);
+    return component ? component.mesh.getWorldPosition(new THREE.Vector3()).toArray() : null;
+  }
+
+  view() {
+    const round = (vector) => vector.toArray().map((value) => Number(value.toFixed(3)));
+    return {camera: round(this.camera.position), target: round(this.orbit.target), section: this.section, cut: this.cut};
+  }
+  setView({camera, target, section, cut}) {
+    if (camera) this.camera.position.fromArray(camera);
+    if (target) this.orbit.target.fromArray(target);
+    this.setSection(section, cut);
+    this.orbit.update();
+  }
+
+  draw() {
+    requestAnimationFrame(this.draw);
+    const {clientWidth: width, clientHeight: height} = this.canvas;
+    if (this.width !== width || this.height !== height) {
+      Object.assign(this, {width, height, dirty: true});
+      this.renderer.setSize(width, height, false);
+      this.camera.aspect = width / Math.max(height, 1);
+      this.camera.updateProjectionMatrix();
+    }
+    if (!this.dirty) return;  // nothing is drawn while nothing moves
+    this.dirty = false;
+    this.frames = (this.frames || 0) + 1;
+    this.orbit.update();
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  picture() {
+    this.renderer.render(this.scene, this.camera);
+    return new Promise((resolve) => this.canvas.toBlob(resolve, 'image/png'));
+  }
+}

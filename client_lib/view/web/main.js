@@ -1,0 +1,246 @@
+import {Cell, STATES, STATE_COLORS} from './cell.js';
+import {Link} from './link.js';
+import {Plots} from './plots.js';
+import {Signals} from './signals.js';
+
+const $ = (id) => document.getElementById(id);
+const RUNS = ['stopped', 'playing', 'paused', 'quitting', 'no scenario', 'loading'];
+const SHOWN = ['description', 'status', 'events', 'state', 'contacts'];
+const topicOf = (name) => name.replace(/^\/[^/]*\//, '');
+
+const cell = new Cell($('cell'));
+const signals = new Signals();
+const plots = new Plots($('plots'), () => { remember(); subscribe(); });
+const last = {};       // newest sample of each topic
+let events = [], lastEvent = 0n, playback = null;
+
+// What the link to this view says, else what is useful to begin with.
+const asked = (() => { try { return JSON.parse(decodeURIComponent(location.hash.slice(1)) || '{}'); } catch { return {}; } })();
+cell.setView(asked);
+
+const link = new Link(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/`, {
+  open(info) {
+    $('name').textContent = info.name;
+    document.title = info.name;
+    $('connection').textContent = info.metadata.source === 'file' ? 'recording' : 'connected';
+    $('connection').className = '';
+    const observer = info.metadata.control !== 'true' || new URLSearchParams(location.search).has('observer');
+    for (const control of $('controls').querySelectorAll('button, input, select')) control.disabled = observer;
+    $('position').disabled = observer;
+    subscribed.clear();
+    events = [];
+    lastEvent = 0n;
+  },
+  closed() {
+    $('connection').textContent = 'not connected, trying again';
+    $('connection').className = 'off';
+  },
+  sample(topic, sample) {
+    const name = topicOf(topic);
+    last[name] = sample;
+    (takes[name] ?? (() => {}))(sample);
+    plot(name, sample);
+  },
+}, (channel) => {
+  const name = topicOf(channel.topic);
+  const wanted = (SHOWN.includes(name) && channel.type !== 'sensor_msgs/msg/JointState') || name === 'playback' || plots.wants(name);
+  if (wanted) subscribed.add(channel.id);
+  return wanted;
+});
+const subscribed = new Set();
+
+// Topics that only plots need.
+function subscribe() {
+  if (link.socket.readyState !== WebSocket.OPEN) return;
+  const subscriptions = [];
+  for (const channel of link.channels.values())
+    if (!subscribed.has(channel.id) && plots.wants(topicOf(channel.topic))) {
+      subscribed.add(channel.id);
+      subscriptions.push({id: channel.id, channelId: channel.id});
+    }
+  if (subscriptions.length) link.say({op: 'subscribe', subscriptions});
+}
+
+const takes = {
+  description(description) {
+    signals.describe(description);
+    cell.describe(description);
+    plots.clear();
+    const names = description.components.map(({name}) => name);
+    $('follow').replaceChildren(new Option('nothing', ''), ...names.map((name) => new Option(name)));
+    if (last.state) takes.state(last.state);
+    if (!plots.plots.length) (asked.plots ?? firstPlots(description)).forEach((name) => plots.add(name));
+  },
+  state(state) {
+    cell.show(state);
+    drawn.state = drawn.graph = true;
+  },
+  contacts(contacts) { cell.showContacts(contacts); },
+  status() { drawn.status = true; },
+  events(event) {
+    if (event.sequence_number <= lastEvent && event.sequence_number !== 1n) return;
+    if (event.sequence_number === 1n && lastEvent > 0n) events = [];  // the server was started again
+    lastEvent = event.sequence_number;
+    events.push(event);
+    if (events.length > 300) events.shift();
+    drawn.events = true;
+  },
+  playback(at) {
+    playback = at;
+    $('playback').hidden = false;
+    if (!$('position').matches(':active')) $('position').value = at.position / Math.max(at.duration, 1e-9);
+    $('place').textContent = `${at.position.toFixed(1)} of ${at.duration.toFixed(1)} s, ${at.playing ? `${at.rate} x` : 'paused'}`;
+  },
+};
+
+function firstPlots(description) {
+  const robot = description.robots[0], part = description.components.find(({type}) => type === 0);
+  const chosen = [];
+  if (robot?.joints.length) chosen.push(`state.robots.${robot.name}.position.${robot.joints[Math.min(1, robot.joints.length - 1)].name}`);
+  if (part) chosen.push(`state.components.${part.name}.position.z`);
+  return chosen;
+}
+
+const listed = new Set();
+function plot(name, sample) {
+  if (!listed.has(name) && signals.description) {  // names for the list, once per topic
+    listed.add(name);
+    if (['state', 'power', 'contacts', 'status'].includes(name) || name.endsWith('joint_states'))
+      signals.each(name, sample, (full) => {
+        if (!/\.(stamp|epoch|world|state_hash)/.test(full)) $('signals').append(new Option(full));
+      });
+  }
+  if (!plots.wants(name)) return;
+  const values = new Map();
+  signals.each(name, sample, (full, value) => { if (plots.has(full)) values.set(full, value); });
+  const stamp = sample.header?.stamp ?? sample.stamp;
+  plots.take(sample.time ?? (stamp ? stamp.sec + 1e-9 * stamp.nsec : 0), sample.epoch ?? 0, values);
+}
+
+// --- drawing: what has changed, at most once a frame ----------------------------------------------------------------
+const drawn = {};
+const element = (kind, text, attributes = {}) => {
+  const made = kind.startsWith('svg:') ? document.createElementNS('http://www.w3.org/2000/svg', kind.slice(4)) : document.createElement(kind);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  if (text !== '') made.textContent = text;
+  return made;
+};
+
+function rows() {
+  const {status: s, state} = last;
+  const number = (value, digits) => Number(value).toFixed(digits);
+  const list = [['time', state ? `${number(state.time, 3)} s (step ${state.step})` : '-']];
+  if (s) {
+    list.push(['state', RUNS[s.state] ?? s.state], ['pace', `${s.pace}${s.pace === 'realtime' ? ` x ${number(s.pace_factor, 2)}` : ''}`],
+      ['simulated / wall', number(s.sim_over_wall, 3)], ['real-time factor', number(s.real_time_factor, 4)],
+      ['overruns', `${s.overruns} (lag ${number(1e3 * s.lag, 1)} ms)`], ['step p50 / p99', `${number(1e6 * s.step_time_p50, 0)} / ${number(1e6 * s.step_time_p99, 0)} µs`],
+      ['solver', s.solver]);
+    if (s.waiting_for.length) list.push(['waiting for', s.waiting_for.join(', ')]);
+    if (s.fault) list.push(['fault', s.fault, 'fault']);
+  }
+  $('status').replaceChildren(...list.map(([what, value, kind]) => {
+    const row = element('tr', '');
+    row.append(element('td', what), element('td', value, kind ? {class: kind} : {}));
+    return row;
+  }));
+  if (s) {
+    const key = s.processes.map(({name, level_of_detail: level}) => `${name}:${level}`).join();
+    if ($('levels').dataset.key !== key) {
+      $('levels').dataset.key = key;
+      $('levels').replaceChildren(...s.processes.map(({name, level_of_detail: level}) => {
+        const label = element('label', `${name} LoD `), choice = element('select', '');
+        for (const n of [1, 2, 3]) choice.append(new Option(n, n, false, n === level));
+        choice.disabled = $('play').disabled;
+        choice.onchange = () => ask('set_level_of_detail', {level: choice.value, process: name});
+        label.append(choice);
+        return label;
+      }));
+    }
+    if (document.activeElement !== $('pace')) $('pace').value = s.pace;
+  }
+}
+
+// Who holds whom: holders left, parts right.
+function graph() {
+  const {description} = signals, {state} = last;
+  if (!description || !state) return;
+  const parts = description.components.map((component, i) => ({...state.components[i], name: component.name, type: component.type, i})).filter(({type}) => type === 0);
+  const key = parts.map(({partner, state: s}) => `${partner}:${s}`).join();
+  if ($('graph').dataset.key === key) return;
+  $('graph').dataset.key = key;
+  const holders = [...new Set(parts.map(({partner}) => partner).filter((partner) => partner >= 0))].sort((a, b) => a - b);
+  const height = 22 * Math.max(parts.length, holders.length, 1), y = (i) => 11 + 22 * i;
+  const drawing = [];
+  parts.forEach((part, i) => {
+    const color = `#${(STATE_COLORS[part.state] ?? 0).toString(16).padStart(6, '0')}`;
+    drawing.push(element('svg:circle', '', {cx: 230, cy: y(i), r: 5, fill: color}), element('svg:text', `${part.name}: ${STATES[part.state] ?? ''}`, {x: 242, y: y(i)}));
+    if (part.partner >= 0) drawing.push(element('svg:line', '', {x1: 110, y1: y(holders.indexOf(part.partner)), x2: 224, y2: y(i), stroke: color, 'stroke-width': 2}));
+  });
+  holders.forEach((holder, i) => drawing.push(element('svg:text', description.components[holder].name, {x: 104, y: y(i), 'text-anchor': 'end'})));
+  $('graph').setAttribute('viewBox', `0 0 380 ${height}`);
+  $('graph').replaceChildren(...drawing);
+}
+
+function eventList() {
+  $('events').replaceChildren(...events.slice(-100).reverse().map((event) => {
+    const item = element('li', '', {class: ['', 'warning', 'error'][event.severity] ?? ''});
+    item.append(element('time', (event.stamp.sec + 1e-9 * event.stamp.nsec).toFixed(3)), document.createTextNode(event.message));
+    return item;
+  }));
+}
+
+function draw() {
+  requestAnimationFrame(draw);
+  if (drawn.status || drawn.state) rows();
+  if (drawn.graph) graph();
+  if (drawn.events) eventList();
+  plots.draw();
+  for (const key of Object.keys(drawn)) delete drawn[key];
+}
+requestAnimationFrame(draw);
+
+// --- controls -------------------------------------------------------------------------------------------------------
+function ask(request, args) {
+  return link.call(request, args).then((reply) => { $('answer').textContent = reply.message; return reply; },
+    (error) => { $('answer').textContent = error.message; throw error; });
+}
+const on = (id, request, args = () => ({})) => { $(id).onclick = () => ask(request, args()).catch(() => {}); };
+on('play', 'set_state', () => ({state: '1'}));
+on('pause', 'set_state', () => ({state: '2'}));
+on('step', 'step', () => ({steps: $('steps').value}));
+on('reset', 'reset', () => (playback ? {} : {scope: '255'}));
+$('pace').onchange = $('factor').onchange = () =>
+  ask('set_pace', {pace: $('pace').value, ...($('pace').value === 'realtime' ? {factor: $('factor').value} : {})}).catch(() => {});
+$('position').oninput = () => ask('seek', {position: String($('position').value * (playback?.duration ?? 0))}).catch(() => {});
+$('add-plot').onclick = () => { plots.add($('signal').value.trim()); $('signal').value = ''; };
+
+const option = (id, name, value) => { $(id).onchange = () => { cell.options[name] = value($(id)); if (last.state) cell.show(last.state); if (last.contacts) cell.showContacts(last.contacts); remember(); }; };
+option('by-state', 'byState', (box) => box.checked);
+option('forces', 'forces', (box) => box.checked);
+option('contacts', 'contacts', (box) => box.checked);
+option('holding', 'holding', (box) => box.checked);
+option('scale', 'metresPerNewton', (box) => Number(box.value) / 1000);
+option('follow', 'follow', (box) => box.value);
+const section = () => { $('cut').hidden = !$('section').value; cell.setSection($('section').value, $('cut').value); remember(); };
+$('section').onchange = $('cut').oninput = section;
+if (asked.section) { $('section').value = asked.section; $('cut').value = asked.cut; section(); }
+
+// The address says what one looks at, so that it can be passed on.
+function remember() {
+  const view = {...cell.view(), plots: plots.plots.map(({name}) => name)};
+  history.replaceState(null, '', `#${encodeURIComponent(JSON.stringify(view))}`);
+}
+cell.orbit.addEventListener('end', remember);
+$('link').onclick = () => {
+  remember();
+  navigator.clipboard?.writeText(location.href).then(() => { $('answer').textContent = 'The address of this view is on the clipboard.'; }, () => {});
+};
+$('screenshot').onclick = async () => {
+  const save = element('a', '', {download: `takt_${(last.state?.time ?? 0).toFixed(3)}s.png`, href: URL.createObjectURL(await cell.picture())});
+  save.click();
+  URL.revokeObjectURL(save.href);
+};
+$('legend').replaceChildren('parts', ...STATES.flatMap((name, i) => [element('i', '', {style: `background:#${STATE_COLORS[i].toString(16).padStart(6, '0')}`}), name]));
+
+// For tests, and for whoever wants to ask the page.
+window.takt = {cell, link, last, plots, place: (name) => cell.place(name)};

@@ -1,0 +1,88 @@
+# cmake --install BUILD --prefix DIR, and a Debian package: cpack -G DEB in the build tree.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+set(takt_programs)
+foreach(program takt takt-server takt-run takt-controller)
+  if(TARGET ${program})
+    list(APPEND takt_programs ${program})
+  endif()
+endforeach()
+install(TARGETS ${takt_programs} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/config/scenarios ${PROJECT_SOURCE_DIR}/config/robots
+  ${PROJECT_SOURCE_DIR}/config/meshes ${PROJECT_SOURCE_DIR}/config/programs ${PROJECT_SOURCE_DIR}/config/dds
+  ${PROJECT_SOURCE_DIR}/config/dashboards DESTINATION ${CMAKE_INSTALL_DATADIR}/takt/config PATTERN generator EXCLUDE)
+install(FILES README.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} PATTERN figures EXCLUDE)
+install(FILES "config/systemd/takt-server@.service" DESTINATION lib/systemd/system)
+install(DIRECTORY idl/ DESTINATION ${CMAKE_INSTALL_DATADIR}/takt/idl FILES_MATCHING PATTERN "*.idl" PATTERN transport EXCLUDE)
+# What was built only where its parts were there is installed only then.
+install(DIRECTORY ${CMAKE_BINARY_DIR}/share/takt/view DESTINATION ${CMAKE_INSTALL_DATADIR}/takt OPTIONAL)
+install(FILES ${CMAKE_BINARY_DIR}/vhacd/package/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME VHACD-LICENSE OPTIONAL)
+
+# Manual pages and the shell's words, from what the programs say of themselves.
+find_program(HELP2MAN help2man)
+if(HELP2MAN)
+  set(manuals)
+  foreach(program ${takt_programs})
+    set(page ${CMAKE_BINARY_DIR}/share/man/man1/${program}.1)
+    string(REPLACE "takt-server" "simulated robotic cell as a service over DDS" what ${program})
+    string(REPLACE "takt-run" "simulate a scenario headless in one process" what "${what}")
+    string(REPLACE "takt-controller" "emulated robot controller" what "${what}")
+    if(what STREQUAL "takt")
+      set(what "look at a running cell, control and record it")
+    endif()
+    add_custom_command(OUTPUT ${page}
+      COMMAND ${CMAKE_COMMAND} -E make_directory ${CMAKE_BINARY_DIR}/share/man/man1
+      COMMAND ${HELP2MAN} --no-info --no-discard-stderr --section 1 --name ${what} --output ${page} $<TARGET_FILE:${program}>
+      DEPENDS ${program} COMMENT "Manual page of ${program}" VERBATIM)
+    list(APPEND manuals ${page})
+  endforeach()
+  add_custom_target(takt_manuals ALL DEPENDS ${manuals})
+  install(FILES ${manuals} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+else()
+  message(STATUS "Manual pages: not made (help2man is needed)")
+endif()
+if(TARGET takt)
+  set(words ${CMAKE_BINARY_DIR}/share/bash-completion/completions/takt)
+  add_custom_command(OUTPUT ${words}
+    COMMAND ${CMAKE_COMMAND} -E make_directory ${CMAKE_BINARY_DIR}/share/bash-completion/completions
+    COMMAND sh -c "$<TARGET_FILE:takt> completion bash > ${words}"
+    DEPENDS takt COMMENT "Completion for bash" VERBATIM)
+  add_custom_target(takt_completion ALL DEPENDS ${words})
+  install(FILES ${words} DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
+endif()
+
+# For one's own clients: find_package(takt), link takt::takt_client, #include "client_lib/client.h".
+if(TARGET takt_client)
+  install(FILES client_lib/client.h client_lib/cell.h client_lib/entities.h client_lib/part_explanation.h
+    client_lib/lockstep_controller.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/client_lib)
+  install(TARGETS takt_client takt_idl takt_transport takt_rtps_guard takt_recording takt_warnings EXPORT takt
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt)
+  install(EXPORT takt NAMESPACE takt:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/takt FILE taktTargets.cmake)
+  file(WRITE ${CMAKE_BINARY_DIR}/taktConfig.cmake
+    "include(CMakeFindDependencyMacro)\nfind_dependency(fastcdr)\nfind_dependency(fastrtps)\nfind_dependency(Threads)\nfind_dependency(ZLIB)\nfind_dependency(nlohmann_json)\nfind_dependency(Eigen3)\ninclude(\${CMAKE_CURRENT_LIST_DIR}/taktTargets.cmake)\n")
+  write_basic_package_version_file(${CMAKE_BINARY_DIR}/taktConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+  install(FILES ${CMAKE_BINARY_DIR}/taktConfig.cmake ${CMAKE_BINARY_DIR}/taktConfigVersion.cmake
+    DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/takt)
+endif()
+if(TARGET takt_python)
+  install(DIRECTORY ${TAKT_PYTHON_DIR}/takt DESTINATION lib/python3/dist-packages PATTERN __pycache__ EXCLUDE)
+endif()
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME takt)
+set(CPACK_PACKAGE_VENDOR "takt")
+set(CPACK_PACKAGE_CONTACT "takt <takt@localhost>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Simulation of robotic assembly for virtual commissioning")
+set(CPACK_PACKAGE_DESCRIPTION
+  "A service that simulates robotic assembly and disassembly.\n Robot controllers send it commands over DDS as to a real cell; it answers\n with where every part is, what holds it, and which forces act. With tools,\n a viewer, client development files, a Python module, and a systemd unit.")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_DEPENDS python3)
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS gnuplot-nox)
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libfastrtps-dev, libfastcdr-dev, libeigen3-dev, nlohmann-json3-dev")
+include(CPack)

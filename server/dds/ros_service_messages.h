@@ -1,0 +1,54 @@
+#pragma once
+// What is said between the services of simulation_interfaces and the control vocabulary of takt: a request
+// becomes a ControlRequest (or is refused at once), a ControlReply becomes the response.
+#include <string>
+#include <variant>
+
+#include "ros2_service_msgs.h"
+#include "server/runtime/control.h"
+
+namespace takt::ros {
+
+namespace srv = simulation_interfaces::srv;
+
+/// A request, and what of it is needed again to make the response.
+struct Asked {
+  ControlRequest request;
+  std::string note;
+};
+using Question = std::variant<Asked, ControlReply>;
+
+Question ask(const srv::GetSimulatorFeatures_Request& request);
+Question ask(const srv::GetSimulationState_Request& request);
+Question ask(const srv::SetSimulationState_Request& request);
+Question ask(const srv::StepSimulation_Request& request);
+Question ask(const srv::ResetSimulation_Request& request);
+Question ask(const srv::LoadWorld_Request& request);
+Question ask(const srv::UnloadWorld_Request& request);
+/// Names are matched by POSIX extended regular expressions without repetition counts, which could take any
+/// memory.
+Question ask(const srv::GetEntities_Request& request);
+Question ask(const srv::GetEntityState_Request& request);
+Question ask(const srv::SetEntityState_Request& request);
+/// The resource's uri is a mesh file, or copy_of:NAME for another one of the Part NAME; behind a question
+/// mark the further arguments of spawn_entity: bolt.obj?mass_kg=0.02&hierarchy=3.
+Question ask(const srv::SpawnEntity_Request& request);
+Question ask(const srv::DeleteEntity_Request& request);
+Question ask(const takt_msgs::srv::Control_Request& request);
+
+void respond(const ControlReply& reply, const std::string& note,
+             srv::GetSimulatorFeatures_Response& response);
+void respond(const ControlReply& reply, const std::string& note, srv::GetSimulationState_Response& response);
+void respond(const ControlReply& reply, const std::string& note, srv::SetSimulationState_Response& response);
+void respond(const ControlReply& reply, const std::string& note, srv::StepSimulation_Response& response);
+void respond(const ControlReply& reply, const std::string& note, srv::ResetSimulation_Response& response);
+void respond(const ControlReply& reply, const std::string& note, srv::LoadWorld_Response& response);
+void respond(const ControlReply& reply, const std::string& note, srv::UnloadWorld_Response& response);
+void respond(const ControlReply& reply, const std::string& note, srv::GetEntities_Response& response);
+void respond(const ControlReply& reply, const std::string& note, srv::GetEntityState_Response& response);
+void respond(const ControlReply& reply, const std::string& note, srv::SetEntityState_Response& response);
+void respond(const ControlReply& reply, const std::string& note, srv::SpawnEntity_Response& response);
+void respond(const ControlReply& reply, const std::string& note, srv::DeleteEntity_Response& response);
+void respond(const ControlReply& reply, const std::string& note, takt_msgs::srv::Control_Response& response);
+
+}  // namespace takt::ros

@@ -1,0 +1,67 @@
+#pragma once
+// The control requests as ROS 2 services: /<cell>/<service> of simulation_interfaces 2.1, and
+// /<cell>/control (takt_msgs/srv/Control), which takes any request of takt by name.
+//
+// A service is two topics, rq/<cell>/<service>Request and rr/<cell>/<service>Reply. A reply names the request
+// it belongs to in its related_sample_identity, as rmw_fastrtps does: the caller's reply reader, which the
+// request carries in the same place (else the writer of the request), and the request's sequence number.
+// Nodes on rmw_cyclonedds write that into the payload instead and cannot call.
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "server/dds/participant.h"
+#include "server/runtime/cell_host.h"
+
+namespace takt {
+
+class RosServices {
+ public:
+  /// Ids of requests from here on are the services'; see ControlRequest::id.
+  static constexpr std::uint64_t kFirstId = std::uint64_t{1} << 63U;
+  /// So many of the newest requests are remembered until they are answered.
+  static constexpr std::size_t kRemembered = 1000;
+
+  explicit RosServices(CellHost& host);
+  ~RosServices();
+  RosServices(const RosServices&) = delete;
+  RosServices& operator=(const RosServices&) = delete;
+
+  /// Makes readers and writers. Call once; the participant must be destroyed before this object.
+  void serve(Participant& participant, const std::string& cell);
+
+  /// Publishing thread: writes those of the replies that are for it, and those that wait for their caller's
+  /// reader to be found.
+  void write_replies(std::span<const ControlReply> replies);
+
+ private:
+  /// One service. Its requests are read on a thread of DDS, its replies written on the publishing thread.
+  class Service;
+  template <typename RequestType, typename ResponseType>
+  class TypedService;
+  struct Call {
+    Service* service = nullptr;
+    rtps::SampleIdentity caller;
+    std::string note;  ///< what the service needs to make the response
+  };
+  struct Waiting {
+    Call call;
+    ControlReply reply;
+    std::int64_t since_ns = 0;
+  };
+  void submit(Call call, ControlRequest request);
+  void answer(Call call, ControlReply reply);
+
+  CellHost& host_;
+  std::vector<std::unique_ptr<Service>> services_;
+  std::mutex mutex_;
+  std::uint64_t newest_id_ = kFirstId;  // guarded by mutex_, as all below
+  std::map<std::uint64_t, Call> calls_;
+  std::vector<Waiting> waiting_;
+};
+
+}  // namespace takt

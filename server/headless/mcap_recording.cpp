@@ -1,0 +1,290 @@
+#include "server/headless/mcap_recording.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace takt {
+
+using recording::CdrWriter;
+
+namespace {
+
+void put(CdrWriter& out, const Vec3& v) {
+  out.put(v.x());
+  out.put(v.y());
+  out.put(v.z());
+}
+
+void put(CdrWriter& out, const Quat& q) {
+  out.put(q.x());
+  out.put(q.y());
+  out.put(q.z());
+  out.put(q.w());
+}
+
+void put_rows(CdrWriter& out, const Mat3& R) {
+  out.count(9);
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column) out.put(R(row, column));
+}
+
+void put(CdrWriter& out, const Pose& X) {
+  put(out, X.p);
+  put_rows(out, X.R);
+}
+
+void put_time(CdrWriter& out, std::uint64_t ns) {
+  out.put(static_cast<std::int32_t>(ns / 1'000'000'000U));
+  out.put(static_cast<std::uint32_t>(ns % 1'000'000'000U));
+}
+
+std::uint64_t nanoseconds(double time_s) {
+  return static_cast<std::uint64_t>(std::llround(std::max(time_s, 0.0) * 1e9));
+}
+
+template <typename Array>
+void put_first(CdrWriter& out, const Array& values, std::size_t count) {
+  out.count(count);
+  for (std::size_t i = 0; i < count; ++i) out.put(values[i]);
+}
+
+void put(CdrWriter& out, const ComponentDescription& component) {
+  out.put(component.name);
+  out.put(static_cast<std::uint8_t>(component.type));
+  out.put(static_cast<std::int32_t>(component.hierarchy));
+  out.put(component.mass_kg);
+  put(out, component.p_BBcm);
+  out.put(component.mesh_uri);
+  out.sequence(component.vertices);
+  out.sequence(component.triangles);
+  out.sequence(component.color);
+}
+
+void put(CdrWriter& out, const RobotDescription& robot) {
+  out.put(robot.name);
+  out.put(robot.urdf);
+  out.count(robot.arm.joints.size());
+  for (const JointModel& joint : robot.arm.joints) {
+    out.put(joint.name);
+    out.put(std::uint8_t{joint.type == JointType::prismatic ? std::uint8_t{1} : std::uint8_t{0}});
+    put(out, joint.X_PJ);
+    put(out, joint.axis);
+    for (const double value : {joint.lower, joint.upper, joint.max_velocity, joint.max_effort})
+      out.put(value);
+  }
+  put(out, robot.arm.X_JF);
+  put(out, robot.X_WR);
+  out.put(robot.command_period_s);
+}
+
+void put(CdrWriter& out, const GripperDescription& gripper) {
+  out.put(gripper.name);
+  for (const int index : {gripper.robot, gripper.component, gripper.left_jaw, gripper.right_jaw})
+    out.put(static_cast<std::int32_t>(index));
+  put(out, gripper.X_FG);
+  put(out, gripper.X_GT);
+  for (const double value : {gripper.max_width_m, gripper.max_force_N, gripper.jaw_speed_m_per_s})
+    out.put(value);
+}
+
+void put_applied(CdrWriter& out, const std::string& target, std::uint64_t count, double newest_stamp_s) {
+  out.put(target);
+  out.put(count);
+  put_time(out, nanoseconds(newest_stamp_s));
+}
+
+}  // namespace
+
+McapRecording::McapRecording(const std::filesystem::path& file, const Simulation& simulation, double period_s,
+                             const std::string& version)
+    : writer_(file, version),
+      prefix_("/" + (simulation.description().cell.empty() ? "cell" : simulation.description().cell) + "/"),
+      period_s_(period_s) {
+  const CellDescription& cell = simulation.description();
+  write_description(cell, version);
+  state_channel_ = add_channel("state", "takt_msgs/msg/CellState");
+  event_channel_ = add_channel("events", "takt_msgs/msg/Event");
+  for (const RobotDescription& robot : cell.robots)
+    joint_channels_.push_back(add_channel(robot.name + "/joint_states", "sensor_msgs/msg/JointState"));
+}
+
+std::uint16_t McapRecording::add_channel(const std::string& name, const std::string& type) {
+  return writer_.add_channel(prefix_ + name, recording::known_types(), type);
+}
+
+void McapRecording::write(std::uint16_t channel) {
+  writer_.write(channel, now_ns_, now_ns_, sample_.bytes());
+}
+
+void McapRecording::write_description(const CellDescription& cell, const std::string& version) {
+  sample_.clear();
+  sample_.put(prefix_.substr(1, prefix_.size() - 2));
+  sample_.put(cell.scenario);
+  sample_.put(cell.world);
+  sample_.put(version);
+  sample_.put(cell.step_s);
+  sample_.put(static_cast<std::int32_t>(cell.level_of_detail));
+  put(sample_, cell.gravity_m_per_s2);
+  const auto list = [&](const auto& elements) {
+    sample_.count(elements.size());
+    for (const auto& element : elements) put(sample_, element);
+  };
+  list(cell.components);
+  list(cell.robots);
+  list(cell.grippers);
+  sample_.count(cell.devices.size());
+  for (const DeviceDescription& device : cell.devices) {
+    sample_.put(device.name);
+    sample_.count(device.signals.size());
+    for (const SignalDescription& signal : device.signals) sample_.put(signal.name);
+  }
+  write(add_channel("description", "takt_msgs/msg/CellDescription"));
+}
+
+void McapRecording::record(const Simulation& simulation) {
+  const double step_s = simulation.description().step_s;
+  if (simulation.step_index() < period_boundary_step(next_, period_s_, step_s)) return;
+  while (simulation.step_index() >= period_boundary_step(next_, period_s_, step_s)) ++next_;
+  snapshot_ = simulation.make_snapshot();
+  now_ns_ = nanoseconds(snapshot_.time_s);
+  const CellDescription& cell = simulation.description();
+  write_state(cell);
+  for (std::size_t robot = 0; robot < cell.robots.size(); ++robot) write_joints(cell, robot);
+  write_power(cell);
+  write_contacts(cell);
+}
+
+void McapRecording::record(const Simulation& simulation, const RecordedEvent& event) {
+  now_ns_ = nanoseconds(simulation.time_s());
+  sample_.clear();
+  sample_.put(++events_);
+  put_time(sample_, now_ns_);
+  sample_.put(simulation.step_index());
+  sample_.put(simulation.epoch());
+  sample_.put(event.severity);
+  sample_.put(event.code);
+  sample_.put(event.subject);
+  sample_.put("");
+  sample_.put(event.message);
+  write(event_channel_);
+}
+
+void McapRecording::write_state(const CellDescription& cell) {
+  const Snapshot& s = snapshot_;
+  sample_.clear();
+  put_time(sample_, now_ns_);
+  sample_.put(s.time_s);
+  sample_.put(s.step);
+  sample_.put(s.epoch);
+  sample_.put(cell.world);
+  sample_.put(s.state_hash);
+  sample_.count(s.components.size());
+  for (const ComponentSample& c : s.components) {
+    put(sample_, c.p_WB);
+    put(sample_, c.q_WB);
+    put(sample_, c.V_WB.v);
+    put(sample_, c.V_WB.w);
+    put(sample_, c.F_Bo_W.f);
+    put(sample_, c.F_Bo_W.t);
+    sample_.put(static_cast<std::uint8_t>(c.state));
+    sample_.put(static_cast<std::int32_t>(c.partner));
+  }
+  sample_.count(s.robots.size());
+  for (std::size_t i = 0; i < s.robots.size(); ++i) {
+    const RobotSample& robot = s.robots[i];
+    const std::size_t joints = cell.robots[i].arm.joints.size();
+    put_first(sample_, robot.position, joints);
+    put_first(sample_, robot.velocity, joints);
+    put_first(sample_, robot.effort, joints);
+    put_first(sample_, robot.power.mechanical_W, robot.level_of_detail > 1 ? joints : 0);
+  }
+  sample_.count(s.grippers.size());
+  for (const GripperSample& gripper : s.grippers) {
+    sample_.put(gripper.width_m);
+    sample_.put(gripper.force_N);
+    sample_.put(static_cast<std::uint8_t>(gripper.closed ? 1 : 0));
+  }
+  sample_.count(s.devices.size());
+  for (std::size_t i = 0; i < s.devices.size(); ++i)
+    put_first(sample_, s.devices[i].signals, cell.devices[i].signals.size());
+  sample_.count(s.robots.size() + s.grippers.size() + s.devices.size());
+  const auto applied = [&](const auto& described, const auto& samples) {
+    for (std::size_t i = 0; i < samples.size(); ++i)
+      put_applied(sample_, described[i].name, samples[i].commands_applied, samples[i].newest_stamp_s);
+  };
+  applied(cell.robots, s.robots);
+  applied(cell.grippers, s.grippers);
+  applied(cell.devices, s.devices);
+  write(state_channel_);
+}
+
+void McapRecording::write_joints(const CellDescription& cell, std::size_t robot) {
+  const RobotDescription& description = cell.robots[robot];
+  const auto& joints = description.arm.joints;
+  const RobotSample& state = snapshot_.robots[robot];
+  sample_.clear();
+  put_time(sample_, now_ns_);
+  sample_.put(description.links.empty() ? description.name
+                                        : description.name + "/" + description.links.front().name);
+  sample_.count(joints.size());
+  for (const JointModel& joint : joints) sample_.put(joint.name);
+  put_first(sample_, state.position, joints.size());
+  put_first(sample_, state.velocity, joints.size());
+  put_first(sample_, state.effort, joints.size());
+  write(joint_channels_[robot]);
+}
+
+void McapRecording::write_power(const CellDescription& cell) {
+  const auto dynamic = [](const RobotSample& robot) { return robot.level_of_detail > 1; };
+  const auto count = std::count_if(snapshot_.robots.begin(), snapshot_.robots.end(), dynamic);
+  if (count == 0 && power_channel_ == 0) return;
+  if (power_channel_ == 0) power_channel_ = add_channel("power", "takt_msgs/msg/Power");
+  sample_.clear();
+  put_time(sample_, now_ns_);
+  sample_.put(snapshot_.time_s);
+  sample_.put(snapshot_.step);
+  sample_.put(snapshot_.epoch);
+  sample_.count(static_cast<std::size_t>(count));
+  for (std::size_t i = 0; i < snapshot_.robots.size(); ++i) {
+    if (!dynamic(snapshot_.robots[i])) continue;
+    const RobotPower& power = snapshot_.robots[i].power;
+    std::size_t drives = cell.robots[i].arm.joints.size();
+    for (const GripperDescription& gripper : cell.grippers)
+      if (gripper.robot == static_cast<int>(i)) drives += 2;
+    sample_.put(cell.robots[i].name);
+    put_first(sample_, power.mechanical_W, drives);
+    for (const double value :
+         {power.mechanical_total_W, power.electrical_W, power.mechanical_energy_J, power.electrical_energy_J})
+      sample_.put(value);
+  }
+  write(power_channel_);
+}
+
+void McapRecording::write_contacts(const CellDescription& cell) {
+  const ContactsSample& contacts = snapshot_.contacts;
+  if (!contacts.acting && contacts_channel_ == 0) return;
+  if (contacts_channel_ == 0) contacts_channel_ = add_channel("contacts", "takt_msgs/msg/Contacts");
+  sample_.clear();
+  put_time(sample_, now_ns_);
+  sample_.put(snapshot_.time_s);
+  sample_.put(snapshot_.step);
+  sample_.put(snapshot_.epoch);
+  sample_.put(cell.world);
+  sample_.count(contacts.count);
+  for (const ContactSample& contact : contacts.pressing()) {
+    sample_.put(static_cast<std::int32_t>(contact.base));
+    sample_.put(static_cast<std::int32_t>(contact.target));
+    put(sample_, contact.F_base_W.f);
+    put(sample_, contact.F_base_W.t);
+    put(sample_, contact.p_WC);
+    sample_.put(static_cast<std::uint32_t>(contact.result.elements));
+    for (const double value :
+         {contact.result.area_m2, contact.result.normal_force_N, contact.result.friction_force_N,
+          contact.result.largest_pressure_Pa, contact.result.largest_penetration_m})
+      sample_.put(value);
+  }
+  sample_.put(static_cast<std::uint64_t>(contacts.omitted));
+  write(contacts_channel_);
+}
+
+}  // namespace takt

@@ -1,0 +1,57 @@
+#include "server/headless/progress.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace takt {
+
+namespace {
+constexpr std::chrono::milliseconds kFirst{500}, kPeriod{100};
+constexpr int kWidth = 30;
+}  // namespace
+
+std::string progress_line(double time_s, double end_s, double wall_s) {
+  const double part = end_s > 0.0 ? std::clamp(time_s / end_s, 0.0, 1.0) : 1.0;
+  const int full = static_cast<int>(std::floor(part * kWidth));
+  std::string bar(static_cast<std::size_t>(full), '=');
+  if (full < kWidth) bar += '>';
+  bar.resize(static_cast<std::size_t>(kWidth), ' ');
+  std::string left;
+  if (part > 0.0) {
+    const double left_s = wall_s * (1.0 - part) / part;
+    char text[48];
+    if (left_s < 100.0)
+      std::snprintf(text, sizeof text, ", %.0f s left", std::ceil(left_s));
+    else
+      std::snprintf(text, sizeof text, ", %.0f min left", std::ceil(left_s / 60.0));
+    left = text;
+  }
+  char text[96];
+  std::snprintf(text, sizeof text, " %3.0f %%  %.1f of %.1f s", std::floor(100.0 * part), time_s, end_s);
+  return "[" + bar + "]" + text + left;
+}
+
+Progress::Progress(double end_s, bool quiet)
+    : end_s_(end_s),
+      shows_(!quiet && isatty(STDERR_FILENO) != 0),
+      begin_(std::chrono::steady_clock::now()),
+      due_(begin_ + kFirst) {}
+
+Progress::~Progress() {
+  if (drawn_) std::fputs("\r\033[K", stderr);
+}
+
+void Progress::at(double time_s) {
+  const auto now = std::chrono::steady_clock::now();
+  if (!shows_ || now < due_) return;
+  due_ = now + kPeriod;
+  drawn_ = true;
+  const double wall_s = std::chrono::duration<double>(now - begin_).count();
+  std::fprintf(stderr, "\r\033[K%s", progress_line(time_s, end_s_, wall_s).c_str());
+  std::fflush(stderr);
+}
+
+}  // namespace takt

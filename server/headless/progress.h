@@ -1,0 +1,31 @@
+#pragma once
+// How far a long run is, and how much longer it takes: one line that renews itself, on a terminal only.
+#include <chrono>
+#include <string>
+
+namespace takt {
+
+/// "[=======>            ]  37 %  15.4 of 42.0 s, 12 s left". `wall_s`: what it took so far.
+std::string progress_line(double time_s, double end_s, double wall_s);
+
+class Progress {
+ public:
+  /// Shows nothing where the error output is no terminal, or `quiet`.
+  Progress(double end_s, bool quiet);
+  /// Takes the line away.
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  bool shows() const { return shows_; }
+  void at(double time_s);
+
+ private:
+  const double end_s_;
+  const bool shows_;
+  const std::chrono::steady_clock::time_point begin_;
+  std::chrono::steady_clock::time_point due_;
+  bool drawn_ = false;
+};
+
+}  // namespace takt

@@ -1,0 +1,246 @@
+// The control requests as ROS 2 services, called as rmw_fastrtps calls: the request carries the caller's
+// reader of replies in its related_sample_identity, the reply carries back that and the request's number.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+
+#include "ros2_service_msgsPubSubTypes.h"
+#include "tests/support/hosted_service.h"
+
+namespace {
+
+namespace srv = simulation_interfaces::srv;
+using takt::test::HostedService;
+using takt::test::RawDdsClient;
+using takt::test::RawWriter;
+using takt::test::test_cell;
+using takt::test::test_domain;
+namespace fdds = takt::test::fdds;
+namespace frtps = takt::rtps;
+
+template <typename RequestType, typename ResponseType>
+class Caller final : public fdds::DataReaderListener {
+ public:
+  using Request = typename RequestType::type;
+  using Response = typename ResponseType::type;
+
+  Caller(RawDdsClient& dds, const std::string& name)
+      : reader_(dds.listen<ResponseType>("rr/" + test_cell() + "/" + name + "Reply", this)),
+        writer_(dds.write<RequestType>("rq/" + test_cell() + "/" + name + "Request")) {
+    if (!writer_.matches->wait_for(1)) throw std::runtime_error("no service " + name);
+  }
+
+  std::int64_t send(Request request) {
+    frtps::WriteParams params;
+    params.related_sample_identity().writer_guid(reader_->guid());
+    if (!takt::written(*writer_.writer, request, params)) throw std::runtime_error("not written");
+    return number(params.sample_identity());
+  }
+  Response await(std::int64_t sent) {
+    std::unique_lock lock(mutex_);
+    if (!arrived_.wait_for(lock, std::chrono::seconds(60), [&] { return responses_.contains(sent); }))
+      throw std::runtime_error("no reply");
+    return responses_.at(sent);
+  }
+  Response call(const Request& request) { return await(send(request)); }
+  std::size_t strangers() {
+    const std::lock_guard lock(mutex_);
+    return strangers_;
+  }
+
+  void on_data_available(fdds::DataReader* reader) override {
+    Response response;
+    fdds::SampleInfo info;
+    while (takt::is_ok(reader->take_next_sample(&response, &info))) {
+      if (!info.valid_data) continue;
+      const std::lock_guard lock(mutex_);
+      if (info.related_sample_identity.writer_guid() == reader->guid()) {
+        responses_[number(info.related_sample_identity)] = response;
+      } else {
+        ++strangers_;
+      }
+      arrived_.notify_all();
+    }
+  }
+
+ private:
+  static std::int64_t number(const frtps::SampleIdentity& identity) {
+    return static_cast<std::int64_t>(identity.sequence_number().to64long());
+  }
+
+  std::mutex mutex_;
+  std::condition_variable arrived_;
+  std::map<std::int64_t, Response> responses_;
+  std::size_t strangers_ = 0;
+  fdds::DataReader* reader_;
+  RawWriter writer_;
+};
+
+#define CALLER(Type, name) Caller<srv::Type##_RequestPubSubType, srv::Type##_ResponsePubSubType> name
+
+TEST(RosServices, AStockNodeRunsTheCell) {
+  HostedService service(false);
+  // The callers outlive the participant that calls them.
+  std::unique_ptr<CALLER(GetSimulatorFeatures, )> features;
+  std::unique_ptr<CALLER(GetSimulationState, )> get_state;
+  std::unique_ptr<CALLER(SetSimulationState, )> set_state;
+  std::unique_ptr<CALLER(StepSimulation, )> step;
+  std::unique_ptr<CALLER(ResetSimulation, )> reset;
+  std::unique_ptr<CALLER(LoadWorld, )> load;
+  std::unique_ptr<CALLER(UnloadWorld, )> unload;
+  RawDdsClient dds(test_domain());
+  const auto make = [&](auto& caller, const char* name) {
+    caller = std::make_unique<std::remove_reference_t<decltype(*caller)>>(dds, name);
+  };
+  make(features, "get_simulator_features");
+  make(get_state, "get_simulation_state");
+  make(set_state, "set_simulation_state");
+  make(step, "step_simulation");
+  make(reset, "reset_simulation");
+  make(load, "load_world");
+  make(unload, "unload_world");
+
+  const auto known = features->call({}).features();
+  EXPECT_NE(std::find(known.features().begin(), known.features().end(), 32), known.features().end());
+  EXPECT_NE(known.custom_info().find("set_level_of_detail"), std::string::npos);
+
+  EXPECT_EQ(get_state->call({}).state().state(), 4);  // no world
+  srv::StepSimulation_Request steps;
+  steps.steps(100);
+  EXPECT_EQ(step->call(steps).result().result(), 3);
+  srv::LoadWorld_Request world;
+  EXPECT_EQ(load->call(world).result().result(), 102);
+  world.world_resource().uri("/nowhere.yaml");
+  const auto refused = load->call(world);
+  EXPECT_NE(refused.result().result(), 1);
+  EXPECT_NE(refused.result().error_message().find("/nowhere.yaml"), std::string::npos);
+  world.world_resource().uri(service.two_robots().string());
+  const auto loaded = load->call(world);
+  ASSERT_EQ(loaded.result().result(), 1) << loaded.result().error_message();
+  EXPECT_EQ(loaded.world().name(), "service_test");
+  EXPECT_EQ(get_state->call({}).state().state(), 0);
+
+  srv::SetSimulationState_Request pause;
+  pause.state().state(2);
+  EXPECT_EQ(set_state->call(pause).result().result(), 1);
+  EXPECT_EQ(step->call(steps).result().result(), 1);
+  steps.steps(0);
+  EXPECT_EQ(step->call(steps).result().result(), 4);
+  srv::ResetSimulation_Request scope;
+  scope.scope(255);
+  EXPECT_EQ(reset->call(scope).result().result(), 1);
+  EXPECT_EQ(unload->call({}).result().result(), 1);
+  EXPECT_EQ(unload->call({}).result().result(), 101);
+}
+
+TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
+  HostedService service;
+  std::unique_ptr<CALLER(GetEntities, )> list;
+  std::unique_ptr<CALLER(GetEntityState, )> get;
+  std::unique_ptr<CALLER(SetEntityState, )> set;
+  std::unique_ptr<CALLER(SpawnEntity, )> spawn;
+  std::unique_ptr<CALLER(DeleteEntity, )> remove;
+  std::unique_ptr<
+      Caller<takt_msgs::srv::Control_RequestPubSubType, takt_msgs::srv::Control_ResponsePubSubType>>
+      control;
+  RawDdsClient dds(test_domain());
+  const auto make = [&](auto& caller, const char* name) {
+    caller = std::make_unique<std::remove_reference_t<decltype(*caller)>>(dds, name);
+  };
+  make(list, "get_entities");
+  make(get, "get_entity_state");
+  make(set, "set_entity_state");
+  make(spawn, "spawn_entity");
+  make(remove, "delete_entity");
+  make(control, "control");
+
+  const auto names = [&](const std::string& filter, std::vector<std::uint8_t> categories = {}) {
+    srv::GetEntities_Request request;
+    request.filters().filter(filter);
+    for (const std::uint8_t category : categories) {
+      simulation_interfaces::msg::EntityCategory wanted;
+      wanted.category(category);
+      request.filters().categories().push_back(wanted);
+    }
+    const auto response = list->call(request);
+    return std::pair(response.result().result(), response.entities());
+  };
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(names("^[PC]$").second, (Names{"P", "C"}));
+  EXPECT_EQ(names("", {1}).second, (Names{"P", "C"}));
+  EXPECT_EQ(names("^Gripper1$", {2}).second, (Names{"Gripper1"}));
+  EXPECT_EQ(names("nothing like it"), std::pair(std::uint8_t{1}, Names{}));
+  EXPECT_EQ(names("(").first, 4);
+  EXPECT_EQ(names("(a{1,30000}){1,30000}").first, 0);
+
+  srv::GetEntityState_Request which;
+  which.entity("C");
+  const auto before = get->call(which);
+  ASSERT_EQ(before.result().result(), 1);
+  EXPECT_EQ(before.state().header().frame_id(), "world");
+  srv::SetEntityState_Request there;
+  there.entity("C");
+  there.state(before.state());
+  there.set_pose(true);
+  there.state().pose().position().x(0.31);
+  ASSERT_EQ(set->call(there).result().result(), 1);
+  const auto after = get->call(which);
+  EXPECT_EQ(after.state().pose().position().x(), 0.31);
+  EXPECT_NEAR(after.state().pose().orientation().w(), before.state().pose().orientation().w(), 1e-15);
+  there.state().header().frame_id("base");
+  EXPECT_EQ(set->call(there).result().result(), 0);
+  which.entity("nobody");
+  EXPECT_EQ(get->call(which).result().result(), 2);
+
+  takt_msgs::srv::Control_Request any;
+  any.request("set_state");
+  takt_msgs::srv::Argument stopped;
+  stopped.name("state"), stopped.value("0");
+  any.arguments({stopped});
+  ASSERT_EQ(control->call(any).result(), 1);
+  srv::SpawnEntity_Request copy;
+  copy.allow_renaming(true);
+  copy.entity_resource().uri("copy_of:C?mass_kg=0.25");
+  copy.initial_pose().pose().position().x(0.3);
+  copy.initial_pose().pose().position().z(0.9);
+  const auto spawned = spawn->call(copy);
+  ASSERT_EQ(spawned.result().result(), 1) << spawned.result().error_message();
+  EXPECT_EQ(spawned.entity_name(), "C_2");
+  copy.entity_resource().uri("copy_of:C?mass_kg");
+  EXPECT_EQ(spawn->call(copy).result().result(), 106);
+  any.request("get_state");
+  any.arguments({});
+  const auto state = control->call(any);
+  EXPECT_EQ(state.result(), 1);
+  EXPECT_FALSE(state.values().empty());
+  srv::DeleteEntity_Request gone;
+  gone.entity("C_2");
+  EXPECT_EQ(remove->call(gone).result().result(), 1);
+  EXPECT_EQ(remove->call(gone).result().result(), 2);
+}
+
+TEST(RosServices, TwoCallersGetTheirOwnReplies) {
+  HostedService service;
+  std::unique_ptr<CALLER(GetEntityState, )> one, other;
+  RawDdsClient first(test_domain()), second(test_domain());
+  one = std::make_unique<CALLER(GetEntityState, )>(first, "get_entity_state");
+  other = std::make_unique<CALLER(GetEntityState, )>(second, "get_entity_state");
+  srv::GetEntityState_Request p, c;
+  p.entity("P"), c.entity("C");
+  // Both count their requests from the same number on.
+  std::vector<std::int64_t> to_one, to_other;
+  for (int i = 0; i < 5; ++i) {
+    to_one.push_back(one->send(p));
+    to_other.push_back(other->send(c));
+  }
+  const double x_of_p = one->await(to_one[0]).state().pose().position().x();
+  const double x_of_c = other->await(to_other[0]).state().pose().position().x();
+  EXPECT_NE(x_of_p, x_of_c);
+  for (std::size_t i = 0; i < to_one.size(); ++i) {
+    EXPECT_EQ(one->await(to_one[i]).state().pose().position().x(), x_of_p);
+    EXPECT_EQ(other->await(to_other[i]).state().pose().position().x(), x_of_c);
+  }
+}
+
+}  // namespace

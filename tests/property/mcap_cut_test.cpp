@@ -1,0 +1,171 @@
+// A recording that was cut off anywhere is read up to its last whole chunk, and never more or less.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <vector>
+
+#include "client_lib/recording/cdr.h"
+#include "client_lib/recording/mcap_reader.h"
+#include "client_lib/recording/mcap_writer.h"
+#include "client_lib/recording/sample.h"
+#include "tests/support/temporary_directory.h"
+
+namespace {
+
+using takt::recording::CdrWriter;
+using takt::recording::known_types;
+using takt::recording::McapMessage;
+using takt::recording::McapReader;
+using takt::recording::McapWriter;
+using takt::recording::RecordingError;
+
+struct Flushed {
+  std::uint64_t messages = 0, size = 0;
+};
+
+std::string event(std::uint64_t number, const std::string& message) {
+  CdrWriter out;
+  out.put(number);
+  out.put(std::int32_t{3});
+  out.put(std::uint32_t{7});
+  out.put(number * 10);
+  out.put(std::uint32_t{1});
+  out.put(std::uint8_t{2});
+  for (const std::string& text : {std::string("code"), std::string("P"), std::string(), message})
+    out.put(text);
+  return out.bytes();
+}
+
+/// A recording of 12 chunks on two topics, and its size after each.
+std::vector<Flushed> write_recording(const std::filesystem::path& file, std::mt19937& random) {
+  std::vector<Flushed> flushes;
+  McapWriter writer(file, "a test");
+  const auto events = writer.add_channel("/cell/events", known_types(), "takt_msgs/msg/Event");
+  const auto clock = writer.add_channel("/clock", known_types(), "rosgraph_msgs/msg/Clock");
+  std::uint64_t number = 0;
+  for (int chunk = 0; chunk < 12; ++chunk) {
+    const int count = 20 + static_cast<int>(random() % 80);
+    for (int i = 0; i < count; ++i) {
+      ++number;
+      std::string noise;  // what does not compress, so that chunks have some length
+      for (int k = 0; k < 40; ++k) noise.push_back(static_cast<char>('a' + random() % 26));
+      writer.write(events, number * 1000, number, event(number, noise));
+      if (i % 3 == 0) {
+        CdrWriter time;
+        time.put(static_cast<std::int32_t>(number));
+        time.put(std::uint32_t{5});
+        writer.write(clock, number * 1000, number, time.bytes());
+      }
+    }
+    writer.flush();
+    flushes.push_back({writer.message_count(), std::filesystem::file_size(file)});
+  }
+  writer.close();
+  return flushes;
+}
+
+std::string bytes_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// Numbers of the events in a file, which must come one after the other; all messages are counted.
+std::uint64_t count_messages(McapReader& reader) {
+  std::uint64_t messages = 0, newest_event = 0;
+  reader.read([&](const McapMessage& message) {
+    ++messages;
+    if (message.channel->topic == "/cell/events") {
+      const auto json = takt::recording::to_json(reader.types(), message.channel->type, message.sample);
+      EXPECT_EQ(json["sequence_number"], ++newest_event);
+      EXPECT_EQ(message.log_time_ns, newest_event * 1000);
+    }
+    return true;
+  });
+  return messages;
+}
+
+TEST(McapRecording, CutAtAThousandPlacesIsReadUpToItsLastWholeChunk) {
+  std::mt19937 random(20240611);
+  const takt::test::TemporaryDirectory directory;
+  const auto whole = directory / "whole.mcap", cut = directory / "cut.mcap";
+  const std::vector<Flushed> flushes = write_recording(whole, random);
+  const std::string bytes = bytes_of(whole);
+  // Where each chunk's record ends, read here by hand: behind a flush the next chunk begins.
+  std::vector<std::uint64_t> chunk_ends;
+  std::uint64_t begin = 8 + 9;
+  std::uint64_t header_length = 0;
+  std::memcpy(&header_length, bytes.data() + 9, 8);
+  begin += header_length;
+  for (const Flushed& flushed : flushes) {
+    ASSERT_EQ(bytes[begin], 0x06);
+    std::uint64_t length = 0;
+    std::memcpy(&length, bytes.data() + begin + 1, 8);
+    chunk_ends.push_back(begin + 9 + length);
+    begin = flushed.size;
+  }
+  {
+    McapReader reader(whole);
+    EXPECT_EQ(reader.cut_off(), "");
+    EXPECT_EQ(reader.chunk_count(), flushes.size());
+    EXPECT_EQ(count_messages(reader), flushes.back().messages);
+  }
+  int without_any = 0, with_all = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const std::uint64_t place = 8 + random() % (bytes.size() - 8);
+    {
+      std::ofstream out(cut, std::ios::binary);
+      out.write(bytes.data(), static_cast<std::streamsize>(place));
+    }
+    std::uint64_t expected = 0;
+    std::size_t chunks = 0;
+    for (; chunks < chunk_ends.size() && chunk_ends[chunks] <= place; ++chunks)
+      expected = flushes[chunks].messages;
+    McapReader reader(cut);
+    EXPECT_NE(reader.cut_off(), "") << place;
+    ASSERT_EQ(reader.chunk_count(), chunks) << place;
+    ASSERT_EQ(count_messages(reader), expected) << place;
+    without_any += expected == 0 ? 1 : 0;
+    with_all += chunks == chunk_ends.size() ? 1 : 0;
+  }
+  EXPECT_GT(without_any, 0);
+  EXPECT_GT(with_all, 0);
+}
+
+TEST(McapRecording, ADamagedChunkIsToldAndNotHandedOut) {
+  std::mt19937 random(7);
+  const takt::test::TemporaryDirectory directory;
+  const auto whole = directory / "whole.mcap", damaged = directory / "damaged.mcap";
+  const std::vector<Flushed> flushes = write_recording(whole, random);
+  std::string bytes = bytes_of(whole);
+  bytes[flushes[4].size + 200] =
+      static_cast<char>(bytes[flushes[4].size + 200] ^ 0x10);  // in the sixth chunk
+  {
+    std::ofstream out(damaged, std::ios::binary);
+    out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  }
+  McapReader reader(damaged);
+  std::uint64_t messages = 0;
+  EXPECT_THROW(reader.read([&](const McapMessage&) {
+    ++messages;
+    return true;
+  }),
+               RecordingError);
+  EXPECT_EQ(messages, flushes[4].messages);
+}
+
+TEST(McapRecording, AFileThatIsNoneIsRefusedWithItsName) {
+  const takt::test::TemporaryDirectory directory;
+  const auto file = directory / "notes.mcap";
+  std::ofstream(file) << "not a recording at all";
+  try {
+    McapReader reader(file);
+    FAIL() << "it was read";
+  } catch (const RecordingError& error) {
+    EXPECT_NE(std::string(error.what()).find("notes.mcap"), std::string::npos);
+  }
+}
+
+}  // namespace

@@ -1,0 +1,397 @@
+// Sixteen clients of one cell for minutes: two command robots at 1 kHz, fourteen watch at 250 Hz, each a
+// process of its own, as is the server. What must hold (docs/testing.md): no reliable sample is lost to a
+// client that reads, every request is answered, commands take effect within 3 ms (p99), the loop keeps its
+// miss rate. With --faults three more are among them: one that is frozen for half of the time, one that is
+// killed again and again, one that floods the server with commands and requests.
+#include <signal.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cinttypes>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <random>
+#include <sstream>
+
+#include "client_lib/client.h"
+#include "server/runtime/monotonic_clock.h"
+#include "tests/support/child_process.h"
+
+namespace takt::test {
+namespace {
+
+using client::Seconds;
+using client::Status;
+
+struct Options {
+  double minutes = 10.0;
+  bool faults = false;
+  int realtime_priority = 0;
+  unsigned seed = 1;
+  // Of the programs that this one starts.
+  std::string role, robot, cell, profiles, profile = "takt_client";
+  int domain = 0;
+  double seconds = 0.0;
+};
+
+void wait_until(std::int64_t when_ns) {
+  const timespec when{when_ns / 1'000'000'000, when_ns % 1'000'000'000};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &when, nullptr) == EINTR) {
+  }
+}
+
+Client connect(const Options& options, const std::string& name, std::uint32_t strength = 1) {
+  ClientOptions client;
+  client.cell = options.cell;
+  client.domain = options.domain;
+  client.timeout = Seconds(60.0);
+  client.silence_limit = Seconds(60.0);
+  client.name = name;
+  client.ownership_strength = strength;
+  client.profiles_file = options.profiles;
+  client.profile = options.profile;
+  return Client(client);
+}
+
+/// Calls `work` so often a second until the time is over.
+template <typename Work>
+void at_rate(double hertz, double seconds, Work work) {
+  const std::int64_t begin = monotonic_now_ns();
+  const auto period_ns = static_cast<std::int64_t>(1e9 / hertz);
+  const auto count = static_cast<std::int64_t>(seconds * hertz);
+  for (std::int64_t i = 0; i < count; ++i) {
+    wait_until(begin + i * period_ns);
+    work(static_cast<double>(i) / hertz);
+  }
+}
+
+int watch(const Options& options) {
+  Client cell = connect(options, "watcher");
+  std::uint64_t states = 0, events = 0, missed = 0, newest = 0, last = 0;
+  at_rate(250.0, options.seconds, [&](double) {
+    const std::uint64_t step = cell.state().step;
+    states += step != newest ? 1U : 0U;
+    newest = step;
+    while (const auto event = cell.next_event(Seconds(0.0))) {
+      ++events;
+      missed += event->missed_before;
+      if (last != 0 && event->sequence_number != last + 1 + event->missed_before) ++missed;
+      last = event->sequence_number;
+    }
+  });
+  std::printf("result %" PRIu64 " %" PRIu64 " %" PRIu64 "\n", states, events, missed);
+  return 0;
+}
+
+int command(const Options& options) {
+  Client cell = connect(options, "commander", 10);
+  std::vector<double> home;
+  for (const auto& robot : cell.cell()->robots) {
+    if (robot.name == options.robot)
+      home = cell.state().robots[static_cast<std::size_t>(cell.cell()->find_robot(options.robot))].position;
+  }
+  std::uint64_t sent = 0;
+  at_rate(1000.0, options.seconds, [&](double t) {
+    std::vector<double> q = home, v(home.size(), 0.0);
+    constexpr double kAmplitude = 0.02, kOmega = 2.0;
+    q[0] += kAmplitude * (1.0 - std::cos(kOmega * t));
+    v[0] = kAmplitude * kOmega * std::sin(kOmega * t);
+    cell.send_joint_command(options.robot, q, v);
+    ++sent;
+  });
+  std::printf("result %" PRIu64 " 0 0\n", sent);
+  return 0;
+}
+
+/// Commands of a robot that others own, commands that are wrong, and requests that it does not wait for.
+int flood(const Options& options) {
+  Client cell = connect(options, "flooder", 0);
+  const std::vector<double> wrong(cell.cell()->robots.front().joints.size(), 100.0);
+  const std::int64_t end = monotonic_now_ns() + static_cast<std::int64_t>(1e9 * options.seconds);
+  std::uint64_t sent = 0;
+  while (monotonic_now_ns() < end) {
+    for (int i = 0; i < 50; ++i, ++sent) cell.send_joint_command(options.robot, wrong);
+    (void)cell.get_state();
+  }
+  std::printf("result %" PRIu64 " 0 0\n", sent);
+  return 0;
+}
+
+/// Over a line that loses packets or is cut (network.sh): commands at 100 Hz, states, events, requests; a
+/// line for each second of wall time.
+int over_the_line(const Options& options) {
+  Client cell = connect(options, "far", 10);
+  const auto info = cell.cell();
+  std::vector<double> home = cell.state().robots[0].position;
+  std::uint64_t sent = 0, states = 0, missed = 0, events = 0, answered = 0, unanswered = 0, newest = 0;
+  double slowest_s = 0.0;
+  std::printf(
+      "# time states commands_sent commands_applied events events_missed answered unanswered slowest_ms\n");
+  at_rate(100.0, options.seconds, [&](double t) {
+    std::vector<double> q = home;
+    q[0] += 0.01 * std::sin(t);
+    cell.send_joint_command(info->robots[0].name, q);
+    const auto state = cell.state();
+    states += state.step - newest > 0 ? 1U : 0U;
+    newest = state.step;
+    while (const auto event = cell.next_event(Seconds(0.0))) {
+      ++events;
+      missed += event->missed_before;
+    }
+    if (++sent % 10 == 0) cell.set_gripper("Gripper1", client::GripperAction::width, 100.0);
+    if (sent % 20 == 0) {
+      const std::int64_t asked = monotonic_now_ns();
+      try {
+        (void)cell.request("get_state", {}, Seconds(0.2));
+        ++answered;
+      } catch (const ClientError&) {
+        ++unanswered;
+      }
+      slowest_s = std::max(slowest_s, 1e-9 * static_cast<double>(monotonic_now_ns() - asked));
+    }
+    if (sent % 100 == 0) {
+      std::printf("%lld %" PRIu64 " %" PRIu64 " %" PRIu64 " %" PRIu64 " %" PRIu64 " %" PRIu64 " %" PRIu64
+                  " %.1f\n",
+                  static_cast<long long>(std::time(nullptr)), states, sent, state.applied.front().count,
+                  events, missed, answered, unanswered, 1e3 * slowest_s);
+      std::fflush(stdout);
+      states = 0;
+      slowest_s = 0.0;
+    }
+  });
+  const Status last = cell.status();
+  std::printf("# server: overruns %" PRIu64 " of %" PRIu64 " steps, rebased %" PRIu64 ", fault '%s'\n",
+              last.overruns, last.step, last.rebases, last.fault.c_str());
+  return 0;
+}
+
+struct Result {
+  std::uint64_t a = 0, b = 0, c = 0;
+  bool good = false;
+};
+Result result_of(ChildProcess& child) {
+  Result result;
+  const int code = child.wait();
+  const auto at = child.text.rfind("result ");
+  if (code != 0 || at == std::string::npos) {
+    std::printf("%s\n", child.text.c_str());
+    return result;
+  }
+  std::istringstream(child.text.substr(at + 7)) >> result.a >> result.b >> result.c;
+  result.good = true;
+  return result;
+}
+
+struct Resources {
+  double resident_MB = 0.0;
+  std::size_t descriptors = 0, shared_memory_files = 0;
+};
+Resources resources(int pid) {
+  const std::string process = "/proc/" + std::to_string(pid);
+  std::ifstream file(process + "/statm");
+  std::uint64_t total = 0, resident = 0;
+  file >> total >> resident;
+  const auto count = [](const std::string& directory) {
+    std::error_code error;
+    return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(directory, error),
+                                                  std::filesystem::directory_iterator()));
+  };
+  return {static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6,
+          count(process + "/fd"), count("/dev/shm")};
+}
+
+class Report {
+ public:
+  void line(const char* what, double value, const char* unit, double limit = 0.0) {
+    const bool good = limit <= 0.0 || value <= limit;
+    if (!good) ++missed_;
+    if (limit > 0.0) {
+      std::printf("%-52s %12.4g %-4s (goal %g%s)\n", what, value, unit, limit, good ? "" : ", MISSED");
+    } else {
+      std::printf("%-52s %12.4g %s\n", what, value, unit);
+    }
+  }
+  void must_be_zero(const char* what, std::uint64_t value) {
+    if (value != 0) ++missed_;
+    std::printf("%-52s %12" PRIu64 "      (goal 0%s)\n", what, value, value == 0 ? "" : ", MISSED");
+  }
+  int missed() const { return missed_; }
+
+ private:
+  int missed_ = 0;
+};
+
+int lead(Options options, const std::string& self) {
+  const std::string bin = std::filesystem::path(self).parent_path().string();
+  const std::string pid = std::to_string(getpid());
+  options.cell = "soak_" + pid;
+  options.domain = 100 + getpid() % 100;
+  options.seconds = 60.0 * options.minutes;
+  std::vector<std::string> server{bin + "/takt-server",
+                                  std::string(TAKT_CONFIG_DIR) + "/scenarios/block_assembly.yaml",
+                                  "--cell",
+                                  options.cell,
+                                  "--domain",
+                                  std::to_string(options.domain),
+                                  "--set",
+                                  "duration_s=1000000"};
+  if (options.realtime_priority > 0) {
+    server.push_back("--realtime-priority");
+    server.push_back(std::to_string(options.realtime_priority));
+  }
+  ChildProcess service(server);
+  Client cell = connect(options, "leader", 5);
+  const auto start = [&](const std::string& role, const std::string& robot) {
+    return std::make_unique<ChildProcess>(std::vector<std::string>{
+        self, "--role", role, "--robot", robot, "--cell", options.cell, "--domain",
+        std::to_string(options.domain), "--seconds", std::to_string(options.seconds)});
+  };
+  using Child = std::unique_ptr<ChildProcess>;
+  std::vector<Child> commanders, watchers;
+  for (const char* robot : {"Robot1", "Robot2"}) commanders.push_back(start("command", robot));
+  for (int i = 0; i < 14; ++i) watchers.push_back(start("watch", ""));
+  Child frozen, killed, flooder;
+  if (options.faults) {
+    frozen = start("watch", "");
+    killed = start("watch", "");
+    flooder = start("flood", "Robot1");
+  }
+  // All that starts at once is no steady state.
+  const double warm_up_s = std::min(10.0, 0.2 * options.seconds);
+  const std::int64_t begin = monotonic_now_ns();
+  wait_until(begin + static_cast<std::int64_t>(1e9 * warm_up_s));
+  const Status first = cell.status();
+  const Resources at_first = resources(service.pid());
+
+  std::mt19937 dice(options.seed);
+  std::uint64_t requests = 0, wrong = 0, kills = 0;
+  double slowest_reply_s = 0.0;
+  double next_kill_s = warm_up_s + 3.0;
+  bool is_frozen = false;
+  client::Percentiles step, wake_up, latency;
+  const auto worst = [](client::Percentiles& all, const client::Percentiles& now) {
+    all = {std::max(all.p50_s, now.p50_s), std::max(all.p99_s, now.p99_s), std::max(all.max_s, now.max_s)};
+  };
+  Status last = first;
+  while (true) {
+    const double t = 1e-9 * static_cast<double>(monotonic_now_ns() - begin);
+    if (t > options.seconds - 1.0) break;
+    // Each wrong command is an event for everybody: what must not be lost.
+    cell.set_gripper("Gripper1", client::GripperAction::width, 100.0);
+    ++wrong;
+    const std::int64_t asked = monotonic_now_ns();
+    (void)cell.get_state();
+    ++requests;
+    slowest_reply_s = std::max(slowest_reply_s, 1e-9 * static_cast<double>(monotonic_now_ns() - asked));
+    while (cell.next_event(Seconds(0.0))) {
+    }
+    last = cell.status();
+    worst(step, last.step_time), worst(wake_up, last.wake_up), worst(latency, last.command_latency);
+    if (options.faults) {
+      const bool freeze = t > 0.25 * options.seconds && t < 0.75 * options.seconds;
+      if (freeze != is_frozen) frozen->signal(freeze ? SIGSTOP : SIGCONT);
+      is_frozen = freeze;
+      if (t > next_kill_s) {
+        killed->signal(SIGKILL);
+        (void)killed->wait();
+        killed = start("watch", "");
+        ++kills;
+        next_kill_s = t + 1.0 + 0.001 * static_cast<double>(dice() % 9000);
+      }
+    }
+    wait_until(asked + 50'000'000);
+  }
+  const Resources at_last = resources(service.pid());
+  const bool running = cell.connected() && last.fault.empty();
+
+  std::printf("scheduling: %s\n", last.scheduling.c_str());
+  Report report;
+  std::uint64_t states = 0, events = 0, lost = 0, failed = 0, sent = 0;
+  for (auto& child : watchers) {
+    const Result result = result_of(*child);
+    failed += result.good ? 0U : 1U;
+    states += result.a, events += result.b, lost += result.c;
+  }
+  for (auto& child : commanders) {
+    const Result result = result_of(*child);
+    failed += result.good ? 0U : 1U;
+    sent += result.a;
+  }
+  const double watched_s = options.seconds * static_cast<double>(watchers.size());
+  const auto steps = static_cast<double>(last.step - first.step);
+  const double wall_s = last.wall_time_s - first.wall_time_s;
+  report.line("wall time of the measurement", wall_s, "s");
+  report.must_be_zero("server gone, at fault, or a client failed", (running ? 0U : 1U) + failed);
+  report.must_be_zero("events lost by fourteen watchers", lost);
+  report.line("events received by them", static_cast<double>(events), "");
+  report.line("different states seen by each", static_cast<double>(states) / watched_s, "Hz");
+  report.line("commands sent", static_cast<double>(sent), "");
+  report.line("commands applied", static_cast<double>(last.commands_applied - first.commands_applied), "");
+  report.line("wrong commands sent by the leader", static_cast<double>(wrong), "");
+  report.line("commands rejected", static_cast<double>(last.commands_rejected - first.commands_rejected), "");
+  report.line("requests answered", static_cast<double>(requests), "");
+  report.line("slowest reply", 1e3 * slowest_reply_s, "ms");
+  report.line("steps", steps, "");
+  report.line("missed ticks", 100.0 * static_cast<double>(last.overruns - first.overruns) / steps, "%",
+              options.realtime_priority > 0 ? 0.1 : 1.0);
+  report.line("schedule re-based", static_cast<double>(last.rebases - first.rebases), "times");
+  report.line("simulated / wall time", (last.time_s - first.time_s) / wall_s, "");
+  report.line("step, p99 (worst of all reports)", 1e6 * step.p99_s, "us", 500.0);
+  report.line("step, longest", 1e6 * step.max_s, "us");
+  report.line("wake-up, p99 (worst of all reports)", 1e6 * wake_up.p99_s, "us");
+  report.line("command to effect, p99 (worst of all reports)", 1e3 * latency.p99_s, "ms", 3.0);
+  report.line("command to effect, longest", 1e3 * latency.max_s, "ms");
+  report.line("server's memory at the beginning", at_first.resident_MB, "MB");
+  report.line("server's memory, growth", 100.0 * (at_last.resident_MB / at_first.resident_MB - 1.0), "%");
+  report.line("server's file descriptors, more than then",
+              static_cast<double>(at_last.descriptors) - static_cast<double>(at_first.descriptors), "");
+  report.line(
+      "shared memory files, more than then",
+      static_cast<double>(at_last.shared_memory_files) - static_cast<double>(at_first.shared_memory_files),
+      "");
+  if (options.faults) {
+    report.line("clients killed", static_cast<double>(kills), "");
+    report.line("commands of the flood", static_cast<double>(result_of(*flooder).a), "");
+    report.must_be_zero("the frozen client did not come back", result_of(*frozen).good ? 0U : 1U);
+  }
+  service.signal(SIGTERM);
+  const int code = service.wait();
+  report.must_be_zero("exit code of the server", static_cast<std::uint64_t>(code));
+  return report.missed() == 0 ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace takt::test
+
+int main(int argc, char** argv) {
+  using namespace takt::test;
+  Options options;
+  CLI::App app("Sixteen clients of one cell. Exit code 0: every goal was reached.");
+  app.add_option("--minutes", options.minutes)->capture_default_str()->check(CLI::Range(0.05, 10000.0));
+  app.add_flag("--faults", options.faults, "a frozen, a killed and a flooding client are among them");
+  app.add_option("--realtime-priority", options.realtime_priority,
+                 "of the server: 1 to 99 asks for SCHED_FIFO");
+  app.add_option("--seed", options.seed, "of when clients are killed")->capture_default_str();
+  for (auto* option :
+       {app.add_option("--role", options.role), app.add_option("--robot", options.robot),
+        app.add_option("--cell", options.cell), app.add_option("--domain", options.domain),
+        app.add_option("--seconds", options.seconds), app.add_option("--profiles", options.profiles),
+        app.add_option("--profile", options.profile)})
+    option->group("");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    if (options.role == "watch") return watch(options);
+    if (options.role == "command") return command(options);
+    if (options.role == "flood") return flood(options);
+    if (options.role == "line") return over_the_line(options);
+    return lead(options, std::filesystem::canonical("/proc/self/exe").string());
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 2;
+  }
+}

@@ -1,0 +1,109 @@
+// Message types as data, and what is read of samples by them.
+#include <gtest/gtest.h>
+
+#include "client_lib/recording/cdr.h"
+#include "client_lib/recording/message_types.h"
+#include "client_lib/recording/sample.h"
+
+namespace {
+
+using takt::recording::CdrWriter;
+using takt::recording::fits_pattern;
+using takt::recording::Json;
+using takt::recording::known_types;
+using takt::recording::MessageTypes;
+using takt::recording::RecordingError;
+using takt::recording::SignalNames;
+using takt::recording::to_json;
+
+TEST(MessageTypes, IdlBecomesTheTextRos2Uses) {
+  MessageTypes types;
+  types.add_idl(
+      "module geo { module msg {\n"
+      "@final struct Point { double x; double y; };  // metres\n"
+      "@final struct Path { string<8> name; sequence<Point, 5> points; sequence<string<4>, 2> tags;\n"
+      "  unsigned long long id; octet kind; float scale[3]; geo::msg::Point _transform; };\n"
+      "}; };\n");
+  EXPECT_EQ(types.ros2msg("geo/msg/Path"),
+            "string<=8 name\ngeo/Point[<=5] points\nstring<=4[<=2] tags\nuint64 id\nuint8 kind\n"
+            "float32[3] scale\ngeo/Point transform\n" +
+                std::string(80, '=') + "\nMSG: geo/Point\nfloat64 x\nfloat64 y\n");
+  // And back.
+  MessageTypes again;
+  again.add_ros2msg("geo/msg/Path", "# a comment\nint8 CONSTANT=3\n" + types.ros2msg("geo/msg/Path"));
+  EXPECT_EQ(again.ros2msg("geo/msg/Path"), types.ros2msg("geo/msg/Path"));
+}
+
+TEST(MessageTypes, AMistakeInIdlIsToldWithItsLine) {
+  MessageTypes types;
+  try {
+    types.add_idl("module a {\nmodule msg {\n@final struct T { double x };\n};\n};\n");
+    FAIL() << "it was read";
+  } catch (const RecordingError& error) {
+    EXPECT_NE(std::string(error.what()).find("line 3"), std::string::npos) << error.what();
+  }
+}
+
+TEST(MessageTypes, OfTheCellHaveTheirFields) {
+  const auto& state = known_types().at("takt_msgs/msg/CellState");
+  EXPECT_EQ(state.fields.at(0).message, "builtin_interfaces/msg/Time");
+  EXPECT_EQ(state.fields.at(6).name, "components");
+  EXPECT_EQ(state.fields.at(6).count, 4096U);
+  EXPECT_NE(known_types().find("std_msgs/msg/String"), nullptr);
+  EXPECT_EQ(takt::recording::message_name("std_msgs::msg::dds_::String_"), "std_msgs/msg/String");
+  EXPECT_EQ(takt::recording::dds_type_name("std_msgs/msg/String"), "std_msgs::msg::dds_::String_");
+}
+
+TEST(Samples, AreReadWithTheAlignmentOfCdr) {
+  MessageTypes types;
+  types.add_idl(
+      "module a { module msg { @final struct T { octet flag; double x; string s; short n; sequence<long> l; "
+      "}; }; };");
+  // By hand: head; 1, seven of padding, 1.5; 3, "hi" with its end, one of padding, -2, two of padding, 2, 7,
+  // -7.
+  const std::string sample{
+      "\x00\x01\x00\x00"
+      "\x01\x00\x00\x00\x00\x00\x00\x00"
+      "\x00\x00\x00\x00\x00\x00\xf8\x3f"
+      "\x03\x00\x00\x00hi\x00\x00\xfe\xff\x00\x00"
+      "\x02\x00\x00\x00\x07\x00\x00\x00\xf9\xff\xff\xff",
+      4 + 8 + 8 + 12 + 12};
+  const Json json = to_json(types, "a/msg/T", sample);
+  EXPECT_EQ(json.dump(), R"({"flag":1,"x":1.5,"s":"hi","n":-2,"l":[7,-7]})");
+  CdrWriter out;
+  out.put(std::uint8_t{1});
+  out.put(1.5);
+  out.put("hi");
+  out.put(std::int16_t{-2});
+  out.sequence(std::vector<std::int32_t>{7, -7});
+  EXPECT_EQ(out.bytes(), sample);
+  for (std::size_t length = 0; length < sample.size(); ++length)
+    EXPECT_THROW(to_json(types, "a/msg/T", sample.substr(0, length)), RecordingError) << length;
+}
+
+TEST(Signals, AreCalledByTheNamesOfTheDescription) {
+  SignalNames names;
+  names.describe(Json::parse(R"({"components": [{"name": "P"}, {"name": "Table1"}],
+    "robots": [{"name": "Robot1", "joints": [{"name": "pan"}, {"name": "lift"}]}]})"));
+  std::vector<std::string> found;
+  const auto note = [&](const std::string& name, double value) {
+    found.push_back(name + "=" + std::to_string(static_cast<int>(value)));
+  };
+  names.visit(Json::parse(R"({"components": [{"x": 1}, {"x": 2}], "robots": [{"position": [3, 4]}]})"), note);
+  names.visit(Json::parse(R"({"contacts": [{"base": 0, "target": 1, "area": 5}]})"), note);
+  names.visit(Json::parse(R"({"name": ["pan", "lift"], "effort": [6, 7]})"), note);
+  EXPECT_EQ(found, (std::vector<std::string>{"components.P.x=1", "components.Table1.x=2",
+                                             "robots.Robot1.position.pan=3", "robots.Robot1.position.lift=4",
+                                             "contacts.P-Table1.base=0", "contacts.P-Table1.target=1",
+                                             "contacts.P-Table1.area=5", "effort.pan=6", "effort.lift=7"}));
+}
+
+TEST(Signals, FitPatterns) {
+  EXPECT_TRUE(fits_pattern("state.components.P.x", "state.*.x"));
+  EXPECT_TRUE(fits_pattern("state.x", "*"));
+  EXPECT_TRUE(fits_pattern("state.x", "state.x"));
+  EXPECT_FALSE(fits_pattern("state.x", "state.*.x"));
+  EXPECT_FALSE(fits_pattern("state.xy", "state.x"));
+}
+
+}  // namespace

@@ -1,0 +1,22 @@
+// The line that says how far a run is.
+#include <gtest/gtest.h>
+
+#include "server/headless/progress.h"
+
+namespace {
+
+using takt::progress_line;
+
+TEST(ProgressLine, SaysHowFarAndHowMuchLonger) {
+  EXPECT_EQ(progress_line(10.5, 42.0, 3.0),
+            "[=======>                      ]  25 %  10.5 of 42.0 s, 9 s left");
+  EXPECT_EQ(progress_line(21.0, 42.0, 600.0),
+            "[===============>              ]  50 %  21.0 of 42.0 s, 10 min left");
+}
+
+TEST(ProgressLine, KnowsNothingAtTheBeginAndIsFullAtTheEnd) {
+  EXPECT_EQ(progress_line(0.0, 42.0, 1.0), "[>                             ]   0 %  0.0 of 42.0 s");
+  EXPECT_EQ(progress_line(42.0, 42.0, 1.0), "[==============================] 100 %  42.0 of 42.0 s, 0 s left");
+}
+
+}  // namespace

@@ -1,0 +1,51 @@
+// What looking costs: processor time of takt view with one who looks, and the overruns of the server's steps with none,
+// one, ten. ./dev bench view. Printed, not judged: it depends on what else the machine does.
+import {readFileSync} from 'node:fs';
+import WebSocket from 'ws';
+import {server, start, stop, program, takt, view} from './processes.mjs';
+
+const seconds = Number(process.argv[2] ?? 15);
+const running = await server('--paused');
+const {child, url} = await view();
+await start('takt-controller', [program, '--start', '--pace', 'realtime', '--until', '100000']);
+
+const spent = (pid) => {
+  const fields = readFileSync(`/proc/${pid}/stat`, 'utf8').split(') ')[1].split(' ');
+  return (Number(fields[11]) + Number(fields[12])) / 100;
+};
+const wait = (s) => new Promise((done) => setTimeout(done, 1000 * s));
+const lookers = [];
+function look() {
+  const socket = new WebSocket(url.replace('http', 'ws'), ['foxglove.websocket.v1']);
+  const looker = {frames: 0, bytes: 0, state: null, socket};
+  socket.on('message', (data, binary) => {
+    if (binary) {
+      looker.bytes += data.length;
+      if (data.readUInt32LE(1) === looker.state) ++looker.frames;
+      return;
+    }
+    const message = JSON.parse(data);
+    if (message.op !== 'advertise') return;
+    const wanted = message.channels.filter(({topic}) => /\/(state|description|status|events|contacts)$/.test(topic));
+    looker.state ??= wanted.find(({topic}) => topic.endsWith('/state'))?.id;
+    if (wanted.length) socket.send(JSON.stringify({op: 'subscribe', subscriptions: wanted.map(({id}) => ({id, channelId: id}))}));
+  });
+  lookers.push(looker);
+}
+
+console.log('lookers  takt view, % of a core  states/s each  kB/s each  server, % of a core  steps overrun of 1000  load of the machine');
+for (const count of [0, 1, 10]) {
+  while (lookers.length < count) look();
+  await wait(3);
+  const before = takt('status'), began = [spent(child.pid), spent(running.pid)], t = process.hrtime.bigint();
+  for (const looker of lookers) looker.frames = looker.bytes = 0;
+  await wait(seconds);
+  const passed = Number(process.hrtime.bigint() - t) / 1e9, after = takt('status');
+  const mean = (member) => (lookers.length ? lookers.reduce((sum, looker) => sum + looker[member], 0) / lookers.length / passed : 0);
+  const load = readFileSync('/proc/loadavg', 'utf8').split(' ')[0];
+  console.log(`${String(count).padStart(7)}  ${(100 * (spent(child.pid) - began[0]) / passed).toFixed(1).padStart(23)}  ${mean('frames').toFixed(1).padStart(13)}  ${(mean('bytes') / 1000).toFixed(0).padStart(9)}  ${(100 * (spent(running.pid) - began[1]) / passed).toFixed(1).padStart(19)}  ${(1000 * (after.overruns - before.overruns) / Math.max(after.step - before.step, 1)).toFixed(1).padStart(22)}  ${load.padStart(19)}`);
+}
+for (const {socket} of lookers) socket.close();
+await stop(child);
+await stop(running);
+process.exit(0);

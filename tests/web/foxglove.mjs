@@ -1,0 +1,112 @@
+// The live stream read by Foxglove's own client, over both subprotocols.
+import {strict as assert} from 'node:assert';
+import ws from '@foxglove/ws-protocol';
+import {parse} from '@foxglove/rosmsg';
+import {MessageReader} from '@foxglove/rosmsg2-serialization';
+import WebSocket from 'ws';
+import {server, start, program, stop, takt, view} from './processes.mjs';
+
+const {FoxgloveClient} = ws;
+
+const running = await server('--paused');
+const {child, url} = await view();
+const controller = await start('takt-controller', [program, '--start']);
+const address = url.replace('http', 'ws');
+
+async function look(protocol, headers = {}) {
+  const client = new FoxgloveClient({ws: new WebSocket(address, [protocol], {headers})});
+  const channels = new Map(), samples = new Map(), subscriptions = new Map();
+  let info, services = [];
+  const problems = [];
+  client.on('serverInfo', (message) => { info = message; });
+  client.on('advertise', (added) => added.forEach((channel) => channels.set(channel.topic, channel)));
+  client.on('advertiseServices', (added) => { services = added; });
+  client.on('error', (error) => problems.push(error));
+  client.on('message', ({subscriptionId, data}) => {
+    const channel = subscriptions.get(subscriptionId);
+    if (channel.encoding !== 'cdr') return;
+    channel.reader ??= new MessageReader(parse(channel.schema, {ros2: true}));
+    samples.set(channel.topic, channel.reader.readMessage(data));
+  });
+  const until = (condition) => new Promise((resolve, reject) => {
+    const begin = Date.now();
+    const look = setInterval(() => {
+      if (condition()) { clearInterval(look); resolve(); }
+      else if (Date.now() - begin > 30000) { clearInterval(look); reject(new Error(`not come: ${condition}; there are ${[...channels.keys()]}; ${problems}`)); }
+    }, 20);
+  });
+  return {client, channels, samples, until, info: () => info, services: () => services, problems,
+    subscribe: (topic) => subscriptions.set(client.subscribe(channels.get(topic).id), channels.get(topic))};
+}
+
+for (const protocol of ['foxglove.websocket.v1', 'foxglove.sdk.v1']) {
+  const live = await look(protocol);
+  const wanted = ['/web_test/state', '/web_test/description', '/web_test/events', '/web_test/Robot1/joint_states', '/tf', '/takt/scene', '/takt/frames', '/takt/forces'];
+  await live.until(() => live.info() && wanted.every((topic) => live.channels.has(topic)));
+  assert.equal(live.info().name, 'web_test');
+  wanted.forEach(live.subscribe);
+  await live.until(() => live.samples.get('/web_test/state')?.time > 2 && wanted.every((topic) => live.samples.has(topic)));
+
+  // What comes is what is there: the cell stands, and both ways say the same.
+  await live.until(() => live.services().length === 1);
+  const [service] = live.services();
+  const replies = new Map();
+  live.client.on('serviceCallResponse', (reply) => replies.set(reply.callId, JSON.parse(new TextDecoder().decode(reply.data))));
+  let calls = 0;
+  const call = async (request, args) => {
+    const callId = ++calls;
+    live.client.sendServiceCallRequest({serviceId: service.id, callId, encoding: 'json', data: new TextEncoder().encode(JSON.stringify({request, arguments: args}))});
+    await live.until(() => replies.has(callId));
+    return replies.get(callId);
+  };
+  assert.equal((await call('set_state', {state: '2'})).result, 1);
+  const refused = await call('step', {steps: 'many'});
+  assert.notEqual(refused.result, 1);
+  assert.ok(refused.message.length > 10);
+  const state = takt('state');
+  await live.until(() => live.samples.get('/web_test/state').step === BigInt(state.step));
+  const description = live.samples.get('/web_test/description');
+  description.components.forEach(({name}, i) => {
+    const {x, y, z} = live.samples.get('/web_test/state').components[i].position;
+    assert.deepEqual([x, y, z], state.components[name].position);
+  });
+  // Shapes are where the frames are, which are where the state says.
+  await live.until(() => {
+    const frame = live.samples.get('/takt/frames').transforms.find(({child_frame_id: id}) => id === 'takt/P');
+    return Math.abs(frame.translation.z - state.components.P.position[2]) < 1e-12 && Math.abs(frame.translation.x - state.components.P.position[0]) < 1e-12;
+  });
+  const scene = live.samples.get('/takt/scene');
+  const shape = scene.entities.find(({id}) => id === 'P');
+  assert.equal(shape.frame_id, 'takt/P');
+  assert.equal(3 * shape.triangles[0].points.length, description.components.find(({name}) => name === 'P').vertices.length);
+  const length = (arrow) => arrow.shaft_length + arrow.head_length;
+  const force = live.samples.get('/takt/forces').entities.find(({id}) => id === 'force on P');
+  const size = Math.hypot(...state.components.P.force);
+  assert.ok(Math.abs(length(force.arrows[0]) - 0.01 * size) < 1e-6, `${length(force.arrows[0])} for ${size} N`);
+  assert.equal((await call('set_state', {state: '1'})).result, 1);
+  assert.deepEqual(live.problems, []);
+  live.client.close();
+}
+
+// A page from elsewhere may look, not touch; one that asks for another host is turned away.
+const foreign = await look('foxglove.websocket.v1', {origin: 'https://elsewhere.example'});
+await foreign.until(() => foreign.info());
+assert.equal(foreign.info().metadata.control, 'false');
+foreign.client.sendServiceCallRequest({serviceId: 1, callId: 1, encoding: 'json', data: new TextEncoder().encode('{"request":"set_state","arguments":{"state":"2"}}')});
+await new Promise((resolve) => foreign.client.on('serviceCallFailure', resolve));
+foreign.client.close();
+const {request} = await import('node:http');
+const {hostname, port} = new URL(url);
+const code = await new Promise((resolve) => request({hostname, port, path: '/', headers: {host: 'rebound.example'}}, (response) => resolve(response.statusCode)).end());
+assert.equal(code, 403);
+
+// Metrics are there, and of this cell.
+const metrics = await (await fetch(`${url}metrics`)).text();
+assert.match(metrics, /takt_up\{cell="web_test"\} 1/);
+assert.match(metrics, /takt_state\{cell="web_test"\} [12]/);
+
+await stop(controller);
+await stop(running);
+await stop(child);
+console.log("Foxglove's client sees the cell over both subprotocols");
+process.exit(0);

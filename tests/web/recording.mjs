@@ -1,0 +1,69 @@
+// A recording read by the MCAP project's own reader, its samples by Foxglove's: recording.mjs FILE EXPECTED.json
+// EXPECTED.json is what `takt export FILE --json` says of the same file, one document a line.
+import {readFile, open} from 'node:fs/promises';
+import {strict as assert} from 'node:assert';
+import {McapIndexedReader, McapStreamReader} from '@mcap/core';
+import {parse} from '@foxglove/rosmsg';
+import {MessageReader} from '@foxglove/rosmsg2-serialization';
+import {decompress} from 'fzstd';
+
+const [file, expectedFile] = process.argv.slice(2);
+const decompressHandlers = {zstd: (bytes, size) => decompress(bytes, new Uint8Array(Number(size)))};
+const handle = await open(file);
+const readable = {
+  size: async () => BigInt((await handle.stat()).size),
+  read: async (offset, size) => {
+    const bytes = new Uint8Array(Number(size));
+    await handle.read(bytes, 0, bytes.length, Number(offset));
+    return bytes;
+  },
+};
+const indexed = await McapIndexedReader.Initialize({readable, decompressHandlers});
+assert.equal(indexed.header.profile, 'ros2');
+const readers = new Map();
+for (const channel of indexed.channelsById.values()) {
+  const schema = indexed.schemasById.get(channel.schemaId);
+  assert.equal(schema.encoding, 'ros2msg');
+  assert.equal(channel.messageEncoding, 'cdr');
+  readers.set(channel.id, new MessageReader(parse(new TextDecoder().decode(schema.data), {ros2: true})));
+}
+
+// Numbers of 64 bits come as BigInt, lists of numbers as typed arrays, 32-bit floats as doubles on both sides.
+const plain = (value) => {
+  if (typeof value === 'bigint') return Number(value);
+  if (ArrayBuffer.isView(value) || Array.isArray(value)) return Array.from(value, plain);
+  if (value && typeof value === 'object')
+    return Object.fromEntries(Object.entries(value).map(([key, member]) => [key === 'nsec' ? 'nanosec' : key, plain(member)]));
+  return value;
+};
+const expected = (await readFile(expectedFile, 'utf8')).trim().split('\n').map((line) => JSON.parse(line));
+
+let count = 0;
+const topics = new Set();
+for await (const message of indexed.readMessages()) {
+  const channel = indexed.channelsById.get(message.channelId);
+  const sample = plain(readers.get(channel.id).readMessage(message.data));
+  const same = expected[count];
+  assert.equal(channel.topic, same.topic);
+  assert.equal(Number(message.logTime), same.log_time_ns);
+  assert.deepEqual(sample, plain(same.sample), `message ${count} on ${channel.topic}`);
+  topics.add(channel.topic);
+  ++count;
+}
+assert.equal(count, expected.length);
+assert.equal(BigInt(count), indexed.statistics.messageCount);
+assert.ok(count > 0);
+
+// From its begin to its end, as a program reads it that cannot seek, all checksums checked.
+const stream = new McapStreamReader({decompressHandlers, validateCrcs: true});
+stream.append(await readFile(file));
+let streamed = 0, chunks = 0, indices = 0;
+for (let record; (record = stream.nextRecord()); ) {
+  if (record.type === 'Message') ++streamed;
+  if (record.type === 'Chunk') ++chunks;
+  if (record.type === 'ChunkIndex') ++indices;
+}
+assert.ok(stream.done());
+assert.equal(streamed, count);
+assert.equal(indices, indexed.statistics.chunkCount);
+console.log(`${count} messages of ${topics.size} topics in ${indices} chunks read by @mcap/core`);

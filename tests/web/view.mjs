@@ -1,0 +1,142 @@
+// takt view in Debian's Chromium: the page of a running cell, its controls, a restart of the server, a recording.
+import {strict as assert} from 'node:assert';
+import {existsSync} from 'node:fs';
+import {chromium} from 'playwright-core';
+import {program, server, start, stop, takt, view} from './processes.mjs';
+
+const executablePath = ['/usr/bin/chromium', '/usr/bin/chromium-browser'].find(existsSync);
+if (!executablePath) {
+  console.log('skipped: Chromium is not installed (Debian package chromium)');
+  process.exit(77);
+}
+if (!existsSync(`${process.env.TAKT_BIN}/../share/takt/view/index.html`)) {
+  console.log('skipped: the page was not built, since npm could not be reached');
+  process.exit(77);
+}
+
+let {child: bridge, url} = await view();  // before there is anything to see
+let running = await server('--paused');
+const browser = await chromium.launch({executablePath, args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader']});
+const page = await browser.newPage({viewport: process.env.TAKT_SCREENSHOT ? {width: 1400, height: 860} : {width: 900, height: 560}});
+const problems = [];
+page.on('pageerror', (error) => problems.push(error.message));
+page.on('console', (message) => { if (message.type() === 'error' && !message.text().includes('WebSocket')) problems.push(message.text()); });
+const until = (condition, argument) => page.waitForFunction(condition, argument, {timeout: 60000, polling: 50});
+const ask = (what, argument) => page.evaluate(what, argument);
+const pixels = async () => (await page.locator('#cell').screenshot()).toString('base64');
+
+// Says how far it is, with the time.
+const begun = Date.now();
+const stage = (what) => console.log(`${((Date.now() - begun) / 1000).toFixed(1)} s: ${what}`);
+
+// The page loads and knows the cell.
+await page.goto(url);
+await until(() => takt.last.state && takt.last.status && takt.cell.frames > 0);
+assert.equal(await page.locator('#connection').textContent(), 'connected');
+assert.deepEqual(await ask(() => takt.last.description.robots.map(({name}) => name)), ['Robot1', 'Robot2']);
+await until(() => document.querySelector('#status').textContent.includes('paused') || document.querySelector('#status').textContent.includes('stopped'));
+
+stage('steps');
+// Steps are taken when the cell stands, as many as were asked for.
+const before = takt('state').step;
+await page.fill('#steps', '25');
+await page.click('#step');
+await until((step) => takt.last.state.step >= BigInt(step), before + 25);
+assert.equal(takt('state').step, before + 25);
+
+stage('play');
+// It plays: parts and robots move, the picture changes.
+const controller = await start('takt-controller', [program]);
+const first = await pixels();
+await page.click('#play');
+await until(() => takt.last.state.time > 4.5);
+assert.notEqual(await pixels(), first);
+await until(() => takt.plots.plots.length > 0 && takt.plots.plots.every(({x}) => x.length > 20));
+assert.ok(await ask(() => takt.plots.plots.every(({x}) => x.every((value, i) => i === 0 || value > x[i - 1]))));
+await until(() => document.querySelectorAll('#events li').length > 0);
+await until(() => document.querySelector('#graph').textContent.includes('Gripper'));
+
+stage('pause');
+// A part is held: the scene graph has it where the state on DDS says it is.
+await page.click('#pause');
+await until(() => takt.last.status.state === 2);
+const state = takt('state');
+await until((step) => takt.last.state.step === BigInt(step), state.step);
+await until((step) => takt.cell.shown && takt.last.state.step === BigInt(step), state.step);
+for (const [name, component] of Object.entries(state.components)) {
+  const place = await ask((n) => takt.place(n), name);
+  component.position.forEach((value, i) => assert.ok(Math.abs(value - place[i]) < 1e-9, `${name}: ${place} is not ${component.position}`));
+}
+assert.ok(Object.values(state.components).some(({state: s}) => s === 'grasped'));
+if (process.env.TAKT_SCREENSHOT) await page.screenshot({path: process.env.TAKT_SCREENSHOT});
+
+stage('section and plots');
+// A section cuts the picture, a plot that was asked for fills.
+const whole = await pixels();
+await page.selectOption('#section', 'x');
+await until(() => takt.cell.section === 'x');
+await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+assert.notEqual(await pixels(), whole);
+await page.selectOption('#section', '');
+await page.fill('#signal', 'Robot1/joint_states.velocity.elbow_joint');
+await page.click('#add-plot');
+await page.click('#play');
+await until(() => takt.plots.plots.some(({name, x}) => name.endsWith('elbow_joint') && x.length > 20));
+
+stage('observer');
+// An observer looks, and cannot touch.
+const observer = await browser.newPage();
+await observer.goto(`${url}?observer`);
+await observer.waitForFunction(() => takt.last.state, null, {timeout: 60000});
+assert.ok(await observer.locator('#play').isDisabled());
+await observer.close();
+
+stage('restart of the server');
+// The server is started again: the page finds it by itself.
+await stop(controller);
+await stop(running);
+await page.evaluate(() => { takt.last.state = undefined; takt.last.status = undefined; });
+running = await server('--paused');
+await until(() => takt.last.state && takt.last.status && takt.last.state.time === 0);
+await page.click('#play');
+await until(() => takt.last.state.time > 0.2);
+
+
+stage('restart of takt view');
+await stop(bridge);
+await until(() => document.querySelector('#connection').className === 'off');
+({child: bridge} = await view(new URL(url).port));
+await until(() => document.querySelector('#connection').className === '');
+await page.evaluate(() => { takt.last.state = undefined; });
+await until(() => takt.last.state?.time > 0.2);
+await page.click('#pause');
+await until(() => takt.last.status.state === 2);
+assert.deepEqual(problems, []);
+await page.close();
+await stop(running);
+
+stage('recording');
+// A recording, with a slider.
+await (await start('takt-run', [...takt_run_arguments(), '--mcap', 'run.mcap', '--quiet'])).ended;
+const player = await view(0, 'run.mcap');
+const film = await browser.newPage();
+await film.goto(player.url);
+await film.waitForFunction(() => takt.last.state && !document.querySelector('#playback').hidden, null, {timeout: 60000});
+const seek = (part) => film.evaluate((p) => {
+  const slider = document.querySelector('#position');
+  slider.value = p;
+  slider.dispatchEvent(new Event('input'));
+}, part);
+await film.click('#pause');
+await seek(0.75);
+await film.waitForFunction(() => Math.abs(takt.last.state.time - 9) < 0.02, null, {timeout: 60000});
+await seek(0.25);
+await film.waitForFunction(() => Math.abs(takt.last.state.time - 3) < 0.02, null, {timeout: 60000});
+await film.click('#play');
+await film.waitForFunction(() => takt.last.state.time > 3.5, null, {timeout: 60000});
+await browser.close();
+await stop(player.child);
+console.log('the page shows the cell, controls it, heals, and plays a recording');
+process.exit(0);
+
+function takt_run_arguments() { return [`${process.env.TAKT_SOURCES}/config/scenarios/block_assembly.yaml`, '--duration', '12']; }
