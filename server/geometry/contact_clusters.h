@@ -1,0 +1,10 @@
+#pragma once
+// Groups of contact elements, so that what holds for a group is looked at once.
+#include "server/geometry/contact_surface_data.h"
+
+namespace takt {
+
+/// Brings the elements of `data` into the order of a tree of clusters, and makes that.
+void make_clusters(ContactSurface::Data& data);
+
+}  // namespace takt
