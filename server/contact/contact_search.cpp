@@ -227,7 +227,7 @@ void ContactSearch::open_leaf(std::size_t index, const Planes* planes) {
   if (renew) {
     // What is above all planes is outside as long as the region holds.
     std::span<const std::int32_t> above;
-    if (planes != nullptr && open->bound_m < (1.0 - planes->used) * planes->region->bound_m)
+    if (planes != nullptr && open->bound_m < (1.0 - planes->used) * planes->region->least_bound_m())
       above = planes->region->all();
     lists.rebuild(base_, target_, cluster, X_TB_, open->bound_m, above, work_);
     open->depths.prepare(base_, lists);

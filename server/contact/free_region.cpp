@@ -9,7 +9,8 @@ namespace {
 constexpr std::array<double, 4> kBounds_m{4e-3, 1e-3, 2.5e-4, 6e-5};
 /// Planes that the cluster is deeper below than this are of no use to it.
 constexpr double kWorth_m = 1e-4;
-/// Faces looked at singly before the search is given up: parts of the cluster need less.
+constexpr double kNear_m = 3e-4;
+/// Pieces looked at singly before the search is given up: parts of the cluster need less.
 constexpr int kPatience = 600;
 
 class Search {
@@ -29,15 +30,17 @@ class Search {
     region.made = true;
   }
 
-  bool free(double bound_m) {
+  bool free(const Vec3& bound_m) {
     region_.count = 0;
     region_.bound_m = bound_m;
     // The nearest faces first: their planes hide most of the others.
     bool full = false, left = false;
-    reach(std::min(bound_m, 3e-4));
-    if (bound_m > 3e-4 && !add_planes(full, left)) return false;
+    if (bound_m.maxCoeff() > kNear_m) {
+      reach(bound_m.cwiseMin(kNear_m));
+      if (!add_planes(full, left)) return false;
+    }
     left = false;
-    reach(bound_m + kDeepest_m);
+    reach(bound_m + Vec3::Constant(kDeepest_m));
     if (!add_planes(full, left) || full) return false;
     if (left && !all_below()) return false;
     return outside();
@@ -55,18 +58,19 @@ class Search {
       if (!touches(box, abs_half_) || hidden(box)) return false;
       return !(has(label) && above_others(box, label));
     };
-    return target_.face_tree.walk(enter, [&](std::int32_t index) {
-      const ContactFace& face = target_.faces[static_cast<std::size_t>(index)];
-      const auto corners = target_.corners(face);
-      if (beside(corners)) return true;
+    for (const std::int32_t patch : region_.all())
+      if (!covered(patch)) return false;
+    return target_.piece_tree.walk(enter, [&](std::int32_t index) {
+      const ContactPiece& piece = target_.pieces[static_cast<std::size_t>(index)];
+      if (beside(piece.corner)) return true;
       if (++looked > kPatience) return false;
-      if (has(face.patch) && above_others(corners, face.patch)) return true;
-      return below(corners, 2.0 * kDeepest_m);
+      if (has(piece.patch) && above_others(piece.corner, piece.patch)) return true;
+      return below(piece.corner, 2.0 * kDeepest_m);
     });
   }
 
  private:
-  using Corners = std::array<Vec3, 3>;
+  using Corners = std::array<Vec3, 4>;
 
   const ContactPatch& plane(std::int32_t patch) const {
     return target_.patches[static_cast<std::size_t>(patch)];
@@ -76,8 +80,8 @@ class Search {
     return patch >= 0 && std::find(all.begin(), all.end(), patch) != all.end();
   }
   /// Sets how far the box of the cluster is grown.
-  void reach(double by_m) {
-    half_ = cluster_.half_m + Vec3::Constant(by_m);
+  void reach(const Vec3& by_m) {
+    half_ = cluster_.half_m + by_m;
     abs_half_ = abs_axes_ * half_;
   }
   bool touches(const BodyBox& box, const Vec3& half) const {
@@ -85,7 +89,7 @@ class Search {
       if (std::abs(box.center_B[k] - center_[k]) > box.half_B[k] + half[k]) return false;
     return true;
   }
-  /// The face is beyond one side of the grown box.
+  /// The piece is beyond one side of the grown box.
   bool beside(const Corners& corners) const {
     for (int k = 0; k < 3; ++k) {
       const Vec3 axis = axes_.col(k);
@@ -140,12 +144,11 @@ class Search {
     const auto enter = [&](const BodyBox& box, std::int32_t label) {
       return touches(box, abs_half_) && !has(label) && !below(box, -tolerance_.flat_m);
     };
-    return target_.face_tree.walk(enter, [&](std::int32_t index) {
-      const ContactFace& face = target_.faces[static_cast<std::size_t>(index)];
-      const auto corners = target_.corners(face);
-      if (beside(corners) || below(corners, -tolerance_.flat_m)) return true;
+    return target_.piece_tree.walk(enter, [&](std::int32_t index) {
+      const ContactPiece& piece = target_.pieces[static_cast<std::size_t>(index)];
+      if (has(piece.patch) || beside(piece.corner) || below(piece.corner, -tolerance_.flat_m)) return true;
       if (++looked > kPatience) return false;
-      const ContactPatch& p = plane(face.patch);
+      const ContactPatch& p = plane(piece.patch);
       const double reach_m = (axes_.transpose() * p.normal).cwiseAbs().dot(cluster_.half_m);
       if (p.normal.dot(center_) - p.offset_m - reach_m < -kWorth_m) {
         left = true;
@@ -153,7 +156,7 @@ class Search {
         full = true;
         return false;
       } else {
-        region_.planes[region_.count++] = face.patch;
+        region_.planes[region_.count++] = piece.patch;
       }
       return true;
     });
@@ -164,31 +167,60 @@ class Search {
       return touches(box, abs_half_) && !has(label) && !below(box, -tolerance_.flat_m);
     };
     int looked = 0;
-    return target_.face_tree.walk(enter, [&](std::int32_t index) {
-      const auto corners = target_.corners(target_.faces[static_cast<std::size_t>(index)]);
+    return target_.piece_tree.walk(enter, [&](std::int32_t index) {
+      const ContactPiece& piece = target_.pieces[static_cast<std::size_t>(index)];
+      const auto& corners = piece.corner;
+      if (has(piece.patch)) return true;
       return ++looked <= kPatience && (beside(corners) || below(corners, -tolerance_.flat_m));
     });
   }
 
-  /// Whether a point above all planes, within reach, is outside of the Target.
-  bool outside() const {
-    Vec3 y = center_;
-    const double above_m = 2.0 * tolerance_.clear_m;
-    bool good = false;
-    for (int i = 0; i < 8 && !good; ++i) {
-      good = true;
+  /// Moves y above all planes, onto `on` if that is one, and keeps it within reach. False: not found.
+  bool above_all(std::int32_t on, Vec3& y) const {
+    const double above_m = 4.0 * tolerance_.clear_m;
+    for (int i = 0; i < 20; ++i) {
+      bool good = true;
       for (const std::int32_t patch : region_.all()) {
         const ContactPatch& p = plane(patch);
         const double height = p.normal.dot(y) - p.offset_m;
-        if (height >= above_m) continue;
-        good = false;
-        y += (1.5 * above_m - height) * p.normal;
+        if (patch == on) {
+          good = good && std::abs(height) < 1e-10;
+          y -= height * p.normal;
+        } else if (height < above_m) {
+          good = false;
+          y += (1.5 * above_m - height) * p.normal;
+        }
       }
+      for (int k = 0; k < 3; ++k) {
+        const Vec3 axis = axes_.col(k);
+        const double x = axis.dot(y - center_), room_m = half_[k] - above_m;
+        if (std::abs(x) <= half_[k]) continue;
+        good = false;
+        y += (std::copysign(room_m, x) - x) * axis;
+      }
+      if (good) return true;
     }
-    if (!good) return false;
-    for (int k = 0; k < 3; ++k)
-      if (std::abs(axes_.col(k).dot(y - center_)) > half_[k]) return false;
-    return beyond_surface(y);
+    return false;
+  }
+  /// Whether a point above all planes, within reach, is outside of the Target.
+  bool outside() const {
+    Vec3 y = center_;
+    return above_all(-1, y) && beyond_surface(y);
+  }
+  /// Whether faces of this patch are where its plane bounds what is above all planes. Their edges are below
+  /// one of the others then, so that one point tells for all.
+  bool covered(std::int32_t patch) const {
+    Vec3 y = center_;
+    if (!above_all(patch, y)) return false;
+    bool there = false;
+    target_.face_tree.visit_segment(y, y, 1e-8, [&](std::int32_t index) {
+      const ContactFace& face = target_.faces[static_cast<std::size_t>(index)];
+      bool inside = !there && face.patch == patch;
+      for (std::size_t k = 0; inside && k < 3; ++k)
+        inside = face.inward[k].dot(y) + face.shift_m[k] >= -kEdgeWidth_m;
+      there = there || inside;
+    });
+    return there;
   }
 
   bool beyond_surface(const Vec3& y) const {
@@ -253,7 +285,9 @@ class Search {
 double FreeRegion::used(const ContactCluster& cluster, const Pose& pose) const {
   // See ContactCandidates::cover.
   const double turn = std::sqrt(0.5 * (pose.R - X_TB.R).squaredNorm()) * cluster.radius_m;
-  return (turn + (pose * cluster.center_B - center_T).norm()) / bound_m;
+  const Vec3 shift = cluster.axes_B.transpose() * (X_TB.R.transpose() * (pose * cluster.center_B - center_T));
+  return std::max({(turn + std::abs(shift[0])) / bound_m[0], (turn + std::abs(shift[1])) / bound_m[1],
+                   (turn + std::abs(shift[2])) / bound_m[2]});
 }
 
 void find_free_region(const ContactSurface::Data& base, const ContactSurface::Data& target,
@@ -261,20 +295,41 @@ void find_free_region(const ContactSurface::Data& base, const ContactSurface::Da
   Search search(base, target, cluster, X_TB, region);
   // Regions of large clusters with small bounds are looked for too often; those of their parts hold longer.
   const double least_m = 0.05 * cluster.radius_m;
-  if (solid)
-    for (const double bound_m : kBounds_m)
-      if (bound_m >= least_m && search.free(bound_m) && search.solid()) {
-        region.kind = FreeRegion::Kind::solid;
-        return;
-      }
-  for (const double bound_m : kBounds_m)
-    if (bound_m >= least_m && search.free(bound_m)) {
-      region.kind = !solid && search.solid() ? FreeRegion::Kind::solid : FreeRegion::Kind::free;
-      return;
+  using Kind = FreeRegion::Kind;
+  const auto good = [&](const Vec3& bound_m, bool need_solid) {
+    return search.free(bound_m) && (!need_solid || search.solid());
+  };
+  const auto widest = [&](bool need_solid) {
+    for (const double bound_m : kBounds_m) {
+      if (bound_m < least_m) return false;
+      Vec3 bounds_m = Vec3::Constant(bound_m);
+      if (!good(bounds_m, need_solid)) continue;
+      // Further in the directions in which the surface is straight.
+      FreeRegion best = region;
+      for (int k = 0; k < 2; ++k)
+        for (const double wider_m : kBounds_m) {
+          if (wider_m <= bounds_m[k]) break;
+          Vec3 wider = bounds_m;
+          wider[k] = wider_m;
+          if (!good(wider, need_solid)) continue;
+          bounds_m = wider;
+          best = region;
+          break;
+        }
+      region = best;
+      return true;
     }
-  region.kind = FreeRegion::Kind::none;
-  region.count = 0;
-  region.bound_m = std::clamp(0.25 * cluster.radius_m, 1e-4, 2e-3);
+    return false;
+  };
+  if (solid && widest(true)) {
+    region.kind = Kind::solid;
+  } else if (widest(false)) {
+    region.kind = !solid && good(region.bound_m, true) ? Kind::solid : Kind::free;
+  } else {
+    region.kind = Kind::none;
+    region.count = 0;
+    region.bound_m.setConstant(std::clamp(0.25 * cluster.radius_m, 1e-4, 2e-3));
+  }
 }
 
 }  // namespace takt

@@ -1,11 +1,11 @@
 #pragma once
 // Where a cluster of the Base's elements cannot touch the Target, said by a few planes.
 //
-// A region holds while no beginning of the cluster's penetration lines moves by more than `bound_m`. Within
-// that reach (the box of the cluster, grown) each face of the Target belongs to one of the planes or is
-// below one of them. What is above all planes is a convex set without any face, and one point of it is known
-// to be outside of the Target: so all of it is. Planes do not care for sliding, so that a peg that slides
-// along the wall of its hole needs no new one for long.
+// A region holds while no beginning of the cluster's penetration lines moves by more than `bound_m` along the
+// axes of the cluster's box. Within that reach (the box, grown) each face of the Target belongs to one of the
+// planes or is below one of them. What is above all planes is a convex set without any face, and one point of
+// it is known to be outside of the Target: so all of it is. Planes do not care for sliding, so that a peg
+// that slides along the wall of its hole needs no new one for long.
 //
 // The region is solid if, moreover, the faces of each plane are above all other planes, all other faces are
 // deep below one of them, and no rim is near that could fade an element. Then everything a little below any
@@ -26,11 +26,12 @@ struct FreeRegion {
   bool made = false;  ///< false: never looked for
   std::uint8_t count = 0;
   std::array<std::int32_t, kMaxPlanes> planes{};  ///< patches of the Target
-  double bound_m = 0.0;                           ///< Kind::none: motion after which another look may pay
+  Vec3 bound_m = Vec3::Zero();                    ///< Kind::none: motion after which another look may pay
   Pose X_TB;
   Vec3 center_T = Vec3::Zero();
 
   std::span<const std::int32_t> all() const { return {planes.data(), count}; }
+  double least_bound_m() const { return bound_m.minCoeff(); }
   /// Share of the bound that the motion to this pose takes.
   double used(const ContactCluster& cluster, const Pose& pose) const;
 };

@@ -160,12 +160,10 @@ void make_faces(const TriangleMesh& mesh, Data& data) {
   connect_faces(data);
   find_patches(data, normals, areas);
   find_rims(data, normals);
-  std::vector<std::int32_t> labels(data.faces.size());
-  for (std::size_t i = 0; i < labels.size(); ++i) labels[i] = data.faces[i].patch;
-  data.face_tree.label(labels);
   boxes.clear();
   for (const ContactRim& rim : data.rims) boxes.push_back({rim.a.cwiseMin(rim.b), rim.a.cwiseMax(rim.b)});
   data.rim_tree = BoxTree(boxes);
+  make_pieces(data);
 }
 
 /// Half the way to where the line leaves the body again, at most `longest`.

@@ -26,6 +26,12 @@ struct ContactFace {
   std::array<double, 3> shift_m{};
 };
 
+/// Faces of one patch that nearly fill a rectangle, or one face.
+struct ContactPiece {
+  std::int32_t patch = -1;
+  std::array<Vec3, 4> corner;  ///< of the rectangle, or of the face, the last one twice
+};
+
 /// A sharp convex edge.
 struct ContactRim {
   Vec3 a = Vec3::Zero(), b = Vec3::Zero();
@@ -63,8 +69,10 @@ struct ContactSurface::Data {
   std::vector<ContactPatch> patches;
   std::vector<std::int32_t> patch_region;  ///< per patch
   std::vector<ContactRim> rims;
-  BoxTree face_tree;  ///< labelled with the patches
+  BoxTree face_tree;
   BoxTree rim_tree;
+  std::vector<ContactPiece> pieces;  ///< cover all faces
+  BoxTree piece_tree;                ///< labelled with the patches
 
   Aabb bounds;
   BodyBox box;            ///< the same
