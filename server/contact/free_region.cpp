@@ -11,7 +11,11 @@ constexpr std::array<double, 4> kBounds_m{4e-3, 1e-3, 2.5e-4, 6e-5};
 constexpr double kWorth_m = 1e-4;
 constexpr double kNear_m = 3e-4;
 /// Pieces looked at singly before the search is given up: parts of the cluster need less.
-constexpr int kPatience = 600;
+constexpr int kPatience = 150;
+
+double square(double x) {
+  return x * x;
+}
 
 class Search {
  public:
@@ -30,17 +34,19 @@ class Search {
     region.made = true;
   }
 
+  /// Begins with the planes of the region, which were good for a narrower bound.
   bool free(const Vec3& bound_m) {
-    region_.count = 0;
     region_.bound_m = bound_m;
     // The nearest faces first: their planes hide most of the others.
     bool full = false, left = false;
-    if (bound_m.maxCoeff() > kNear_m) {
+    if (region_.count == 0 && bound_m.maxCoeff() > kNear_m) {
       reach(bound_m.cwiseMin(kNear_m));
       if (!add_planes(full, left)) return false;
     }
     left = false;
-    reach(bound_m + Vec3::Constant(kDeepest_m));
+    // Lines go along the last axis.
+    const double aside = cluster_.cone_cos > 0.0 ? std::sqrt(1.0 - square(cluster_.cone_cos)) + 1e-3 : 1.0;
+    reach(bound_m + kDeepest_m * Vec3(aside, aside, 1.0));
     if (!add_planes(full, left) || full) return false;
     if (left && !all_below()) return false;
     return outside();
@@ -64,12 +70,15 @@ class Search {
       const ContactPiece& piece = target_.pieces[static_cast<std::size_t>(index)];
       if (beside(piece.corner)) return true;
       if (++looked > kPatience) return false;
-      if (has(piece.patch) && above_others(piece.corner, piece.patch)) return true;
-      return below(piece.corner, 2.0 * kDeepest_m);
+      const bool own = has(piece.patch);
+      return all_of(piece, looked, [&](const Corners& corners) {
+        return (own && above_others(corners, piece.patch)) || below(corners, 2.0 * kDeepest_m);
+      });
     });
   }
 
  private:
+  static constexpr int kRounds = 20;
   using Corners = std::array<Vec3, 4>;
 
   const ContactPatch& plane(std::int32_t patch) const {
@@ -138,6 +147,20 @@ class Search {
     return true;
   }
 
+  /// Whether something holds for the piece, or else for each of its faces within reach.
+  template <typename Holds>
+  bool all_of(const ContactPiece& piece, int& looked, const Holds& holds) const {
+    if (holds(piece.corner)) return true;
+    for (std::uint32_t i = piece.begin; i < piece.end; ++i) {
+      const ContactFace& face = target_.faces[static_cast<std::size_t>(target_.piece_faces[i])];
+      const auto c = target_.corners(face);
+      const Corners corners{c[0], c[1], c[2], c[2]};
+      if (beside(corners)) continue;
+      if (++looked > kPatience || !holds(corners)) return false;
+    }
+    return true;
+  }
+
   /// Planes of faces near that the cluster is above. `left`: there are others.
   bool add_planes(bool& full, bool& left) {
     int looked = 0;
@@ -169,16 +192,17 @@ class Search {
     int looked = 0;
     return target_.piece_tree.walk(enter, [&](std::int32_t index) {
       const ContactPiece& piece = target_.pieces[static_cast<std::size_t>(index)];
-      const auto& corners = piece.corner;
-      if (has(piece.patch)) return true;
-      return ++looked <= kPatience && (beside(corners) || below(corners, -tolerance_.flat_m));
+      if (has(piece.patch) || beside(piece.corner)) return true;
+      return ++looked <= kPatience && all_of(piece, looked, [&](const Corners& corners) {
+        return below(corners, -tolerance_.flat_m);
+      });
     });
   }
 
   /// Moves y above all planes, onto `on` if that is one, and keeps it within reach. False: not found.
-  bool above_all(std::int32_t on, Vec3& y) const {
+  bool above_all(std::int32_t on, Vec3& y, int rounds) const {
     const double above_m = 4.0 * tolerance_.clear_m;
-    for (int i = 0; i < 20; ++i) {
+    for (int i = 0; i < rounds; ++i) {
       bool good = true;
       for (const std::int32_t patch : region_.all()) {
         const ContactPatch& p = plane(patch);
@@ -203,15 +227,18 @@ class Search {
     return false;
   }
   /// Whether a point above all planes, within reach, is outside of the Target.
-  bool outside() const {
-    Vec3 y = center_;
-    return above_all(-1, y) && beyond_surface(y);
+  bool outside() {
+    // A point known from a narrower reach tells as well.
+    if (known_ && above_all(-1, outside_, 1)) return true;
+    outside_ = center_;
+    known_ = above_all(-1, outside_, kRounds) && beyond_surface(outside_);
+    return known_;
   }
   /// Whether faces of this patch are where its plane bounds what is above all planes. Their edges are below
   /// one of the others then, so that one point tells for all.
   bool covered(std::int32_t patch) const {
     Vec3 y = center_;
-    if (!above_all(patch, y)) return false;
+    if (!above_all(patch, y, kRounds)) return false;
     bool there = false;
     target_.face_tree.visit_segment(y, y, 1e-8, [&](std::int32_t index) {
       const ContactFace& face = target_.faces[static_cast<std::size_t>(index)];
@@ -278,6 +305,8 @@ class Search {
   Vec3 center_;
   Mat3 axes_, abs_axes_;
   Vec3 half_ = Vec3::Zero(), abs_half_ = Vec3::Zero();
+  Vec3 outside_ = Vec3::Zero();
+  bool known_ = false;
 };
 
 }  // namespace
@@ -300,26 +329,31 @@ void find_free_region(const ContactSurface::Data& base, const ContactSurface::Da
     return search.free(bound_m) && (!need_solid || search.solid());
   };
   const auto widest = [&](bool need_solid) {
-    for (const double bound_m : kBounds_m) {
-      if (bound_m < least_m) return false;
-      Vec3 bounds_m = Vec3::Constant(bound_m);
-      if (!good(bounds_m, need_solid)) continue;
-      // Further in the directions in which the surface is straight.
-      FreeRegion best = region;
-      for (int k = 0; k < 2; ++k)
-        for (const double wider_m : kBounds_m) {
-          if (wider_m <= bounds_m[k]) break;
-          Vec3 wider = bounds_m;
-          wider[k] = wider_m;
-          if (!good(wider, need_solid)) continue;
-          bounds_m = wider;
-          best = region;
-          break;
-        }
-      region = best;
-      return true;
-    }
-    return false;
+    // Most that have none fail at the narrowest, which is soon seen.
+    region.count = 0;
+    double narrowest_m = 0.0;
+    for (const double bound_m : kBounds_m)
+      if (bound_m >= least_m) narrowest_m = bound_m;
+    if (narrowest_m == 0.0 || !good(Vec3::Constant(narrowest_m), need_solid)) return false;
+    FreeRegion best = region;
+    const auto better = [&](const Vec3& bound_m) {
+      if (good(bound_m, need_solid))
+        best = region;
+      else
+        region = best;
+      return region.bound_m == bound_m;
+    };
+    for (const double wider_m : kBounds_m)
+      if (wider_m <= narrowest_m || better(Vec3::Constant(wider_m))) break;
+    // Further in the directions in which the surface is straight.
+    for (int k = 0; k < 3; ++k)
+      for (const double wider_m : kBounds_m) {
+        Vec3 wider = best.bound_m;
+        if (wider_m <= wider[k]) break;
+        wider[k] = wider_m;
+        if (better(wider)) break;
+      }
+    return true;
   };
   if (solid && widest(true)) {
     region.kind = Kind::solid;

@@ -19,7 +19,7 @@
 namespace takt {
 
 struct FreeRegion {
-  static constexpr std::size_t kMaxPlanes = 8;
+  static constexpr std::size_t kMaxPlanes = 16;
   enum class Kind : std::uint8_t { none, free, solid };
 
   Kind kind = Kind::none;
@@ -46,7 +46,7 @@ struct PlaneTolerance {
 };
 
 /// Deepest penetration that solid regions tell of.
-inline constexpr double kDeepest_m = 2e-4;
+inline constexpr double kDeepest_m = 5e-4;
 
 /// Looks for the widest region about the cluster at this pose, with `solid` for a solid one first.
 void find_free_region(const ContactSurface::Data& base, const ContactSurface::Data& target,

@@ -27,7 +27,8 @@ class Divider {
     const ContactFace& first = face(*begin);
     if (end - begin == 1) {
       const auto c = data_.corners(first);
-      data_.pieces.push_back({first.patch, {c[0], c[1], c[2], c[2]}});
+      data_.pieces.push_back({first.patch, {c[0], c[1], c[2], c[2]}, 0, 0});
+      keep(begin, end);
       return;
     }
     double area_m2 = 0.0;
@@ -40,7 +41,7 @@ class Divider {
     const auto corners = data_.corners(face(*largest));
     double least_m2 = INFINITY, length_m = 0.0, middle_m = 0.0;
     Vec3 along = Vec3::Zero();
-    ContactPiece piece{first.patch, {}};
+    ContactPiece piece{first.patch, {}, 0, 0};
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3 edge = corners[(k + 1) % 3] - corners[k];
       const Vec3 x = (edge - normal.dot(edge) * normal).normalized(), y = normal.cross(x);
@@ -63,6 +64,7 @@ class Divider {
     }
     if (area_m2 >= kFilled * least_m2) {
       data_.pieces.push_back(piece);
+      keep(begin, end);
       return;
     }
     const auto place = [&](std::int32_t index) {
@@ -82,6 +84,12 @@ class Divider {
   }
 
  private:
+  void keep(Place begin, Place end) {
+    ContactPiece& piece = data_.pieces.back();
+    piece.begin = static_cast<std::uint32_t>(data_.piece_faces.size());
+    data_.piece_faces.insert(data_.piece_faces.end(), begin, end);
+    piece.end = static_cast<std::uint32_t>(data_.piece_faces.size());
+  }
   const ContactFace& face(std::int32_t index) const { return data_.faces[static_cast<std::size_t>(index)]; }
   double area(std::int32_t index) const { return areas_m2_[static_cast<std::size_t>(index)]; }
 
@@ -97,7 +105,7 @@ void make_pieces(Data& data) {
   const auto patch = [&data](std::int32_t i) { return data.faces[static_cast<std::size_t>(i)].patch; };
   std::stable_sort(order.begin(), order.end(),
                    [&](std::int32_t i, std::int32_t k) { return patch(i) < patch(k); });
-  data.pieces.clear();
+  data.pieces.clear(), data.piece_faces.clear();
   Divider divider(data);
   for (auto begin = order.begin(); begin != order.end();) {
     const auto end =

@@ -29,7 +29,8 @@ struct ContactFace {
 /// Faces of one patch that nearly fill a rectangle, or one face.
 struct ContactPiece {
   std::int32_t patch = -1;
-  std::array<Vec3, 4> corner;  ///< of the rectangle, or of the face, the last one twice
+  std::array<Vec3, 4> corner;        ///< of the rectangle, or of the face, the last one twice
+  std::uint32_t begin = 0, end = 0;  ///< in piece_faces
 };
 
 /// A sharp convex edge.
@@ -72,7 +73,8 @@ struct ContactSurface::Data {
   BoxTree face_tree;
   BoxTree rim_tree;
   std::vector<ContactPiece> pieces;  ///< cover all faces
-  BoxTree piece_tree;                ///< labelled with the patches
+  std::vector<std::int32_t> piece_faces;
+  BoxTree piece_tree;  ///< labelled with the patches
 
   Aabb bounds;
   BodyBox box;            ///< the same
