@@ -77,8 +77,7 @@ bool ContactSearch::find(const Pose& X_TB, const Pose& X_BT) {
   X_TB_ = X_TB;
   X_BT_ = X_BT;
   made_ = false;
-  elements_.clear(), normal_.clear(), fade_.clear();
-  depths_m_.clear(), areas_m2_.clear();
+  hits_ = 0;
   normals_.clear(), fades_.clear();
   if (!regions_.empty()) visit(0, nullptr);
   return made_;
@@ -130,12 +129,11 @@ void ContactSearch::visit(std::size_t index, const Planes* from) {
     open_leaf(index, &planes);
 }
 
-void ContactSearch::add(std::int32_t element, double depth_m, double area_m2, std::int32_t normal) {
-  elements_.push_back(element);
-  depths_m_.push_back(depth_m);
-  areas_m2_.push_back(area_m2);
-  normal_.push_back(normal);
-  fade_.push_back(-1);
+void ContactSearch::make_room(std::size_t count) {
+  if (hits_ + count <= elements_.size()) return;
+  const std::size_t size = 2 * (hits_ + count) + 64;
+  elements_.resize(size), normal_.resize(size), fade_.resize(size);
+  depths_m_.resize(size), areas_m2_.resize(size);
 }
 
 // In a solid region. False where planes alone do not tell.
@@ -147,7 +145,9 @@ bool ContactSearch::solid_leaf(const ContactCluster& cluster, const Planes& plan
     const double low_m = planes.lowest_m(cluster, i);
     const double cosine = -planes.normal_B[i].dot(cluster.axes_B.col(2));
     const double sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
-    const bool steep = cluster.cone_cos > 0.0 && cosine * cluster.cone_cos - sine * cone_sin >= kSteep;
+    const bool covered = (planes.region->covered >> i & 1U) != 0;
+    const bool steep =
+        covered && cluster.cone_cos > 0.0 && cosine * cluster.cone_cos - sine * cone_sin >= kSteep;
     if (!steep) {
       if (!(low_m > tolerance_.clear_m)) return false;
       if (low_m <= kDeepest_m + tolerance_.tie_m) beside[sides++] = i;
@@ -182,29 +182,37 @@ bool ContactSearch::solid_leaf(const ContactCluster& cluster, const Planes& plan
       }
     }
   }
-  const std::size_t first = elements_.size();
+  double deepest_m = 0.0;
+  for (std::size_t k = 0; k < count; ++k) deepest_m = std::max(deepest_m, depth[k]);
+  if (deepest_m > kDeepest_m) return false;
+  if (!(deepest_m > 0.0)) return true;
+  if (ways > 1 || sides > 0) {
+    for (std::size_t k = 0; k < count; ++k) {
+      const double t = depth[k];
+      if (!(t > 0.0)) continue;
+      if (ways > 1 && t - second[k] < tolerance_.tie_m) return false;
+      for (std::size_t s = 0; s < sides; ++s) {
+        const std::size_t i = beside[s];
+        if (planes.normal_B[i].dot(base_.point(begin + k)) - planes.offset_m[i] < t + tolerance_.tie_m)
+          return false;
+      }
+    }
+  }
+  make_room(count);
   const auto normal = static_cast<std::int32_t>(normals_.size());
-  const auto give_up = [&] {
-    elements_.resize(first), depths_m_.resize(first), areas_m2_.resize(first);
-    normal_.resize(first), fade_.resize(first);
-    return false;
-  };
+  std::size_t hits = hits_;
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t e = begin + k;
-    const double t = depth[k];
-    if (!(t > 0.0)) continue;
-    if (t > kDeepest_m) return give_up();
-    if (ways > 1 && t - second[k] < tolerance_.tie_m) return give_up();
-    for (std::size_t s = 0; s < sides; ++s) {
-      const std::size_t i = beside[s];
-      if (planes.normal_B[i].dot(base_.point(e)) - planes.offset_m[i] < t + tolerance_.tie_m)
-        return give_up();
-    }
-    if (t <= base_.line_m[e])
-      add(static_cast<std::int32_t>(e), t, base_.area_m2[e], normal + static_cast<std::int32_t>(way[k]));
+    elements_[hits] = static_cast<std::int32_t>(e);
+    depths_m_[hits] = depth[k];
+    areas_m2_[hits] = base_.area_m2[e];
+    normal_[hits] = normal + static_cast<std::int32_t>(way[k]);
+    fade_[hits] = -1;
+    hits += depth[k] > 0.0 && depth[k] <= base_.line_m[e] ? 1 : 0;
   }
-  if (elements_.size() > first)
+  if (hits > hits_)
     for (std::size_t w = 0; w < ways; ++w) normals_.push_back(planes.normal_B[through[w]]);
+  hits_ = hits;
   return true;
 }
 
@@ -236,14 +244,20 @@ void ContactSearch::open_leaf(std::size_t index, const Planes* planes) {
   }
   if (lists.slot_count() == 0) return;
   open->depths.find(base_, target_, lists, X_TB_, X_BT_);
+  make_room(open->depths.hits().size());
   for (const std::int32_t hit : open->depths.hits()) {
     const auto slot = static_cast<std::size_t>(hit);
-    add(lists.element[slot], open->depths.depth_m(slot), open->depths.area_m2(slot),
-        static_cast<std::int32_t>(normals_.size()));
+    elements_[hits_] = lists.element[slot];
+    depths_m_[hits_] = open->depths.depth_m(slot);
+    areas_m2_[hits_] = open->depths.area_m2(slot);
+    normal_[hits_] = static_cast<std::int32_t>(normals_.size());
     normals_.push_back(open->depths.plane(slot).normal_B);
-    if (!open->depths.fades(slot)) continue;
-    fade_.back() = static_cast<std::int32_t>(fades_.size());
-    fades_.push_back(open->depths.fade_T(slot));
+    fade_[hits_] = -1;
+    if (open->depths.fades(slot)) {
+      fade_[hits_] = static_cast<std::int32_t>(fades_.size());
+      fades_.push_back(open->depths.fade_T(slot));
+    }
+    ++hits_;
   }
 }
 

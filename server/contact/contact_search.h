@@ -27,10 +27,10 @@ class ContactSearch {
   void forget();
 
   /// Elements whose line begins in the Target and leaves it again within its length, ascending.
-  std::span<const std::int32_t> elements() const { return elements_; }
+  std::span<const std::int32_t> elements() const { return {elements_.data(), hits_}; }
   // Of the same:
-  std::span<const double> depths_m() const { return depths_m_; }
-  std::span<const double> areas_m2() const { return areas_m2_; }  ///< times rim_weight
+  std::span<const double> depths_m() const { return {depths_m_.data(), hits_}; }
+  std::span<const double> areas_m2() const { return {areas_m2_.data(), hits_}; }  ///< times rim_weight
   const Vec3& normal_B(std::size_t hit) const { return normals_[static_cast<std::size_t>(normal_[hit])]; }
   /// Gradient of the logarithm of the weight with the point met, axes of T (1/m); null: does not fade.
   const Vec3* fade_T(std::size_t hit) const {
@@ -45,7 +45,7 @@ class ContactSearch {
   bool left(const ContactCluster& cluster, const Planes& planes) const;
   bool solid_leaf(const ContactCluster& cluster, const Planes& planes);
   void open_leaf(std::size_t index, const Planes* planes);
-  void add(std::int32_t element, double depth_m, double area_m2, std::int32_t normal);
+  void make_room(std::size_t count);
 
   const ContactSurface::Data& base_;
   const ContactSurface::Data& target_;
@@ -57,7 +57,8 @@ class ContactSearch {
   std::vector<std::unique_ptr<Open>> opened_;  ///< per cluster, where a leaf needed lists
   ContactCandidates::Work work_;
 
-  std::vector<std::int32_t> elements_, normal_, fade_;
+  std::size_t hits_ = 0;
+  std::vector<std::int32_t> elements_, normal_, fade_;  ///< longer than there are hits
   std::vector<double> depths_m_, areas_m2_;
   std::vector<Vec3> normals_, fades_;
 };

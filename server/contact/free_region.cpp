@@ -52,7 +52,7 @@ class Search {
     return outside();
   }
 
-  bool solid() const {
+  bool solid() {
     if (region_.count == 0) return false;
     if (!target_.rims.empty()) {
       const Vec3 half = abs_half_ + Vec3::Constant(base_.largest_fade_m + kDeepest_m);
@@ -64,9 +64,10 @@ class Search {
       if (!touches(box, abs_half_) || hidden(box)) return false;
       return !(has(label) && above_others(box, label));
     };
-    for (const std::int32_t patch : region_.all())
-      if (!covered(patch)) return false;
-    return target_.piece_tree.walk(enter, [&](std::int32_t index) {
+    region_.covered = 0;
+    for (std::size_t i = 0; i < region_.count; ++i)
+      if (covered(region_.planes[i])) region_.covered |= 1U << i;
+    return region_.covered != 0 && target_.piece_tree.walk(enter, [&](std::int32_t index) {
       const ContactPiece& piece = target_.pieces[static_cast<std::size_t>(index)];
       if (beside(piece.corner)) return true;
       if (++looked > kPatience) return false;

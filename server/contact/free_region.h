@@ -26,7 +26,10 @@ struct FreeRegion {
   bool made = false;  ///< false: never looked for
   std::uint8_t count = 0;
   std::array<std::int32_t, kMaxPlanes> planes{};  ///< patches of the Target
-  Vec3 bound_m = Vec3::Zero();                    ///< Kind::none: motion after which another look may pay
+  /// Solid: a bit per plane that is known to have faces where it bounds what is above all planes. Below the
+  /// others nothing is known.
+  std::uint32_t covered = 0;
+  Vec3 bound_m = Vec3::Zero();  ///< Kind::none: motion after which another look may pay
   Pose X_TB;
   Vec3 center_T = Vec3::Zero();
 
