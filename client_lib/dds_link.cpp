@@ -1,22 +1,15 @@
 #include "client_lib/dds_link.h"
 
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
-#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
-#include <fastdds/dds/topic/Topic.hpp>
-
 #include <mutex>
 #include <random>
 #include <set>
 
 #include "client_lib/client.h"
+#include "idl/transport/profiles.h"
 #include "idl/transport/security.h"
 
 namespace takt::client {
 namespace {
-
-using eprosima::fastrtps::Duration_t;
-using eprosima::fastrtps::types::ReturnCode_t;
 
 /// Numbers of participants, from which their ports follow. A client that was killed leaves its ports in
 /// shared memory behind, and a server goes on writing into them for a while; who takes the same number next
@@ -62,9 +55,9 @@ dds::DomainParticipantQos participant_qos(const std::string& name, const LinkPro
   auto* factory = dds::DomainParticipantFactory::get_instance();
   dds::DomainParticipantQos qos;
   if (!profile.profiles_file.empty()) {
-    if (factory->load_XML_profiles_file(profile.profiles_file) != ReturnCode_t::RETCODE_OK)
+    if (!load_profiles(profile.profiles_file))
       fail("The DDS profiles file '" + profile.profiles_file + "' cannot be read as Fast DDS profiles.");
-    if (factory->get_participant_qos_from_profile(profile.profile, qos) != ReturnCode_t::RETCODE_OK)
+    if (!is_ok(factory->get_participant_qos_from_profile(profile.profile, qos)))
       fail("The DDS profiles file '" + profile.profiles_file + "' has no participant profile named '" +
            profile.profile + "'.");
     qos.name(name);
@@ -73,25 +66,22 @@ dds::DomainParticipantQos participant_qos(const std::string& name, const LinkPro
   qos.name(name);
   // This machine only: shared memory, and UDP bound to the loopback address.
   qos.transport().use_builtin_transports = false;
-  auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+  auto udp = std::make_shared<transports::UDPv4TransportDescriptor>();
   udp->interfaceWhiteList.emplace_back("127.0.0.1");
   // A description of megabytes comes as a burst of fragments when the server's shared memory is out of reach.
   udp->receiveBufferSize = 4U << 20U;
-  qos.transport().user_transports.push_back(
-      std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>());
+  qos.transport().user_transports.push_back(std::make_shared<transports::SharedMemTransportDescriptor>());
   qos.transport().user_transports.push_back(udp);
   // A client that dies unannounced is forgotten soon, so that another may take over its robots.
-  qos.wire_protocol().builtin.discovery_config.leaseDuration = Duration_t(5, 0);
-  qos.wire_protocol().builtin.discovery_config.leaseDuration_announcementperiod = Duration_t(1, 0);
+  qos.wire_protocol().builtin.discovery_config.leaseDuration = DdsDuration(5, 0);
+  qos.wire_protocol().builtin.discovery_config.leaseDuration_announcementperiod = DdsDuration(1, 0);
   return qos;
 }
 
 }  // namespace
 
 GuidPrefix participant_of(const dds::InstanceHandle_t& handle) {
-  eprosima::fastrtps::rtps::GUID_t guid;
-  eprosima::fastrtps::rtps::iHandle2GUID(guid, handle);
-  return guid.guidPrefix;
+  return guid_of(handle).guidPrefix;
 }
 
 dds::DataReaderQos reader_qos(const dds::Subscriber& subscriber, Channel channel) {
@@ -103,7 +93,7 @@ dds::DataReaderQos reader_qos(const dds::Subscriber& subscriber, Channel channel
   qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
   qos.history().depth = channel == Channel::event ? 1000 : channel == Channel::control ? 100 : 1;
   // The bounds in the IDL are those of the largest cell thinkable; memory is taken for what really comes.
-  qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+  qos.endpoint().history_memory_policy = kGrowingMemory;
   qos.data_sharing().off();
   return qos;
 }
@@ -114,7 +104,7 @@ dds::DataWriterQos control_writer_qos(const dds::Publisher& publisher) {
   qos.durability().kind = dds::VOLATILE_DURABILITY_QOS;
   qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
   qos.history().depth = 100;
-  qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+  qos.endpoint().history_memory_policy = kGrowingMemory;
   qos.data_sharing().off();
   return qos;
 }
@@ -127,8 +117,8 @@ dds::DataWriterQos command_writer_qos(const dds::Publisher& publisher, std::uint
   // The robot passes to the next sender when this one has shown no sign of life for so long. At most the
   // server's lease.
   qos.liveliness().kind = dds::AUTOMATIC_LIVELINESS_QOS;
-  qos.liveliness().lease_duration = Duration_t(1, 0);
-  qos.liveliness().announcement_period = Duration_t(0, 250000000);
+  qos.liveliness().lease_duration = DdsDuration(1, 0);
+  qos.liveliness().announcement_period = DdsDuration(0, 250000000);
   return qos;
 }
 
@@ -183,12 +173,8 @@ Link::~Link() {
 
 dds::Topic* Link::topic(const std::string& name, dds::TypeSupport type) {
   if (auto* known = participant_->lookup_topicdescription(name)) return static_cast<dds::Topic*>(known);
-  // Type objects are neither announced nor read: in Fast DDS 2.9 one with a sequence of structs, from any
-  // peer, ends every participant that looks at it (Fast-DDS issue 3296).
-  type->auto_fill_type_object(false);
-  type->auto_fill_type_information(false);
-  if (participant_->register_type(type) != ReturnCode_t::RETCODE_OK)
-    fail("DDS refused the type '" + type.get_type_name() + "'.");
+  withhold_type_object(type);
+  if (!is_ok(participant_->register_type(type))) fail("DDS refused the type '" + type.get_type_name() + "'.");
   dds::Topic* created = participant_->create_topic(name, type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
   if (created == nullptr) fail("DDS refused the topic '" + name + "'.");
   return created;

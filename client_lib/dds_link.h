@@ -1,17 +1,6 @@
 #pragma once
-// The Fast DDS entities of a client: participant, readers, writers, with the QoS of the service. What differs
-// between the majors of Fast DDS belongs in this file and dds_link.cpp only.
+// The Fast DDS entities of a client: participant, readers, writers, with the QoS of the service.
 #include <cstdint>
-#include <fastdds/dds/domain/DomainParticipant.hpp>
-#include <fastdds/dds/domain/DomainParticipantListener.hpp>
-#include <fastdds/dds/publisher/DataWriter.hpp>
-#include <fastdds/dds/publisher/DataWriterListener.hpp>
-#include <fastdds/dds/publisher/Publisher.hpp>
-#include <fastdds/dds/subscriber/DataReader.hpp>
-#include <fastdds/dds/subscriber/DataReaderListener.hpp>
-#include <fastdds/dds/subscriber/SampleInfo.hpp>
-#include <fastdds/dds/subscriber/Subscriber.hpp>
-#include <fastdds/dds/topic/TypeSupport.hpp>
 #include <functional>
 #include <memory>
 #include <string>
@@ -21,8 +10,8 @@
 
 namespace takt::client {
 
-namespace dds = eprosima::fastdds::dds;
-using GuidPrefix = eprosima::fastrtps::rtps::GuidPrefix_t;
+namespace dds = takt::dds;
+using GuidPrefix = rtps::GuidPrefix_t;
 
 /// Which participant an entity or a sample belongs to: the identity of one run of a server.
 GuidPrefix participant_of(const dds::InstanceHandle_t& handle);
@@ -84,7 +73,7 @@ class ReaderListener : public dds::DataReaderListener {
   void on_data_available(dds::DataReader* reader) override {
     Sample sample;
     dds::SampleInfo info;
-    while (reader->take_next_sample(&sample, &info) == eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK)
+    while (is_ok(reader->take_next_sample(&sample, &info)))
       if (info.valid_data) on_sample_(sample, participant_of(info.publication_handle));
   }
   void on_subscription_matched(dds::DataReader*, const dds::SubscriptionMatchedStatus& status) override {

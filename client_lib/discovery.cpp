@@ -1,7 +1,5 @@
 #include "client_lib/discovery.h"
 
-#include <fastdds/rtps/writer/WriterDiscoveryInfo.h>
-
 #include <algorithm>
 #include <condition_variable>
 #include <set>
@@ -13,19 +11,18 @@
 
 namespace takt::client {
 
-void CellWatch::on_publisher_discovery(dds::DomainParticipant*,
-                                       eprosima::fastrtps::rtps::WriterDiscoveryInfo&& info) {
+void CellWatch::on_writer(const DiscoveredWriter& writer) {
   constexpr std::string_view prefix = "rt/", suffix = "/status";
-  if (info.info.typeName() != "takt_msgs::msg::dds_::Status_") return;
-  const std::string topic = info.info.topicName().to_string();
+  if (writer.type != "takt_msgs::msg::dds_::Status_") return;
+  const std::string& topic = writer.topic;
   if (!topic.starts_with(prefix) || !topic.ends_with(suffix) || topic.size() <= prefix.size() + suffix.size())
     return;
   {
     const std::lock_guard lock(mutex_);
-    if (info.status == eprosima::fastrtps::rtps::WriterDiscoveryInfo::REMOVED_WRITER)
-      cells_.erase(info.info.guid());
+    if (writer.news == DiscoveredWriter::News::gone)
+      cells_.erase(writer.guid);
     else
-      cells_[info.info.guid()] = topic.substr(prefix.size(), topic.size() - prefix.size() - suffix.size());
+      cells_[writer.guid] = topic.substr(prefix.size(), topic.size() - prefix.size() - suffix.size());
   }
   if (on_new_) on_new_();
 }

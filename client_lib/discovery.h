@@ -11,18 +11,17 @@
 namespace takt::client {
 
 /// Listener of a participant that collects the names of announced cells.
-class CellWatch : public dds::DomainParticipantListener {
+class CellWatch : public DiscoveryListener {
  public:
   /// `on_new` runs in a thread of DDS after each new announcement.
   explicit CellWatch(std::function<void()> on_new = {}) : on_new_(std::move(on_new)) {}
-  void on_publisher_discovery(dds::DomainParticipant* participant,
-                              eprosima::fastrtps::rtps::WriterDiscoveryInfo&& info) override;
+  void on_writer(const DiscoveredWriter& writer) override;
   std::vector<std::string> names() const;
 
  private:
   std::function<void()> on_new_;
   mutable std::mutex mutex_;
-  std::map<eprosima::fastrtps::rtps::GUID_t, std::string> cells_;
+  std::map<DdsGuid, std::string> cells_;
 };
 
 }  // namespace takt::client

@@ -37,10 +37,19 @@ struct ArmMotion {
   Twist V_WF;  ///< of the flange origin
 };
 
+/// Heat of one body. Its own model writes the temperature and sets the rest back; what exchanges heat with it
+/// comes later in the order of models and adds to the flow.
+struct BodyHeat {
+  double temperature_K = 0.0;  ///< 0: this body has no temperature
+  double flow_W = 0.0;         ///< into the body
+  bool enclosed = false;       ///< by something (a furnace), away from the surroundings
+};
+
 /// Motion of everything in the cell at one time.
 struct CellMotion {
   std::vector<BodyMotion> bodies;  ///< by component id
   std::vector<ArmMotion> arms;     ///< by robot index
+  std::vector<BodyHeat> heat;      ///< by component id
 };
 
 class PlantModel {
@@ -86,6 +95,16 @@ class PlantModel {
     static_cast<void>(t);
     return std::numeric_limits<double>::infinity();
   }
+
+  /// Discrete, before every step at time t, once commands have been applied: decisions that follow from where
+  /// things are (who is in the furnace). May set states. True if anything changed that the right-hand side
+  /// depends on; then a multi-step solver restarts. Asked of models besides robots, grippers and Parts.
+  virtual bool decide(double t, double* x, const CellMotion& motion) {
+    static_cast<void>(t), static_cast<void>(x), static_cast<void>(motion);
+    return false;
+  }
+  /// Back to the discrete state that the model was made with.
+  virtual void reset() {}
 
   // Stiffness inside the model, for linearly implicit solvers: an approximation of d xdot / d x of the
   // model's own segment. What is left out is treated explicitly. No entries: the whole model is.

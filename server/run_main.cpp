@@ -14,6 +14,7 @@
 #include "server/headless/picture.h"
 #include "server/headless/progress.h"
 #include "server/headless/report.h"
+#include "server/headless/study.h"
 #include "server/runtime/event.h"
 #include "server/runtime/replay.h"
 #include "server/runtime/worker_pool.h"
@@ -23,9 +24,11 @@
 namespace {
 
 struct Arguments {
-  std::string scenario, solver, pace = "free", report, csv, mcap, program, check_mesh, replay;
+  std::string scenario, solver, pace = "free", report, junit, csv, mcap, program, check_mesh, replay;
   takt::MeshCheckOptions mesh;
-  std::vector<std::string> set, pictures;
+  std::vector<std::string> set, pictures, vary;
+  std::string table = "study.csv", plot;
+  int jobs = 0;
   std::optional<int> lod;
   std::optional<double> step, tolerance, duration;
   std::optional<double> csv_period, mcap_period;
@@ -61,6 +64,8 @@ void declare(CLI::App& app, Arguments& a) {
       ->check(CLI::PositiveNumber);
   app.add_option("--program", a.program, "Controller program instead of the scenario's");
   app.add_option("--report", a.report, "Write the report (JSON) to this file");
+  app.add_option("--junit", a.junit,
+                 "Write the verdicts on the scenario's assertions to this file (JUnit XML)");
   app.add_option("--csv", a.csv, "Write positions, forces and joints to this file");
   app.add_option("--csv-period", a.csv_period, "Period of the rows (s); default: the scenario's")
       ->check(CLI::PositiveNumber);
@@ -81,6 +86,18 @@ void declare(CLI::App& app, Arguments& a) {
                  "Threads for the collision checks; the bits are the same with any number")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
+  CLI::Option* vary = app.add_option("--vary", a.vary,
+                                     "key=from:to:n: n runs with values of this key (as for --set); with "
+                                     "several: every combination");
+  vary->type_size(1)->allow_extra_args(false);
+  app.add_option("--table", a.table, "With --vary: the results as CSV; what is done is kept beside it")
+      ->needs(vary)
+      ->capture_default_str();
+  app.add_option("--plot", a.plot, "With --vary: the column that is drawn (SVG beside the table)")
+      ->needs(vary);
+  app.add_option("--jobs", a.jobs, "With --vary: runs at once; default: one for each core")
+      ->needs(vary)
+      ->check(CLI::Range(1, 256));
   app.add_flag("--stage-times", a.stage_times, "Measure the stages of a step");
   app.add_flag("--quiet", a.quiet, "Print nothing but errors");
   app.footer(
@@ -88,12 +105,14 @@ void declare(CLI::App& app, Arguments& a) {
       "  takt-run config/scenarios/block_assembly.yaml\n"
       "  takt-run config/scenarios/block_assembly.yaml --step 0.005 --report run.json\n"
       "  takt-run config/scenarios/block_assembly.yaml --set interaction.weight_feed_forward=false\n"
+      "  takt-run config/scenarios/block_assembly.yaml --vary interaction.damping_ratio=0.5:1.5:11 --table "
+      "d.csv\n"
       "  takt-run config/scenarios/block_assembly.yaml --mcap run.mcap; takt view run.mcap\n"
       "  takt-run --check-mesh part.stl --mesh-scale 0.001\n"
       "  takt-run --replay run.taktlog\n"
       "Exit code: 0 the run reached its end, 1 it ended early or a replay differs, 2 wrong arguments or "
-      "scenario, or unusable "
-      "mesh.");
+      "scenario, or unusable mesh, 3 the run reached its end but not what the scenario demands "
+      "(assertions).");
 }
 
 // Command-line values become overrides of the file, so that one check and one error text serve both.
@@ -229,11 +248,42 @@ int run(const Arguments& a) {
     out.close();
     if (!out) throw std::runtime_error(a.report + ": cannot be written");
   }
+  if (!a.junit.empty()) {
+    std::ofstream out(a.junit);
+    takt::write_junit(out, scenario.name, result.wall_s, result.fault, result.assertions);
+    out.close();
+    if (!out) throw std::runtime_error(a.junit + ": cannot be written");
+  }
   if (!a.quiet) takt::print_summary(std::cout, scenario, cell->description, result);
   if (!result.fault.empty()) {
     std::cerr << "takt-run: " << result.fault << '\n';
     return 1;
   }
+  for (const takt::AssertionResult& demand : result.assertions)
+    if (demand.verdict == takt::AssertionResult::Verdict::failed) return 3;
+  return 0;
+}
+
+int study(const Arguments& a) {
+  takt::read_scenario(a.scenario, scenario_options(a));  // what is wrong is told once, not by every run
+  takt::StudyOptions options;
+  options.executable = std::filesystem::read_symlink("/proc/self/exe");
+  options.scenario = a.scenario;
+  options.table = a.table;
+  options.plot = a.plot;
+  options.jobs = a.jobs > 0 ? a.jobs : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  for (const std::string& text : a.vary) options.keys.push_back(takt::parse_varied_key(text));
+  const auto pass = [&](const std::string& option, const std::string& value) {
+    options.arguments.push_back(option);
+    options.arguments.push_back(value);
+  };
+  for (const std::string& text : scenario_options(a).overrides) pass("--set", text);
+  if (a.lod) pass("--lod", std::to_string(*a.lod));
+  if (a.duration) pass("--duration", std::to_string(*a.duration));
+  if (!a.program.empty()) pass("--program", a.program);
+  std::ostringstream nobody;
+  takt::run_study(options, a.quiet ? static_cast<std::ostream&>(nobody) : std::cerr);
+  if (!a.quiet) std::cout << options.table.string() << ": " << takt::study_runs(options) << " runs\n";
   return 0;
 }
 
@@ -281,6 +331,7 @@ int main(int argc, char** argv) {
       return takt::print_mesh_check(std::cout, arguments.check_mesh, arguments.mesh) ? 0 : 2;
     }
     if (!arguments.replay.empty()) return replay(arguments);
+    if (!arguments.vary.empty()) return study(arguments);
     return run(arguments);
   } catch (const std::exception& error) {
     std::cerr << "takt-run: " << error.what() << '\n';

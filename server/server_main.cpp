@@ -40,7 +40,7 @@ struct Arguments {
   std::filesystem::path snapshots;
   std::optional<double> snapshot_every_s;
   bool supervised = false;
-  std::filesystem::path log, recordings;
+  std::filesystem::path log, recordings, scenarios;
   std::vector<std::string> overrides;
   std::optional<int> level_of_detail;
 };
@@ -96,6 +96,10 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
   app.add_option("--log", arguments.log,
                  "record to this file all that changes the simulation, for takt-run --replay; one that is "
                  "there is replaced");
+  app.add_option("--scenarios", arguments.scenarios,
+                 "directory of the files that clients may load and spawn from (load_scenario, spawn_entity); "
+                 "without: any that the server can read")
+      ->check(CLI::ExistingDirectory);
   app.add_option("--recordings", arguments.recordings,
                  "directory of such files made by request (start_recording)");
   app.add_option("--lod", arguments.level_of_detail, "level of detail of every process");
@@ -125,6 +129,7 @@ takt::HostOptions host_options(const Arguments& arguments) {
   options.loop.save_every_s = arguments.snapshot_every_s.value_or(0.0);
   options.log = arguments.log;
   options.recordings = arguments.recordings;
+  options.scenarios = arguments.scenarios;
   options.version = std::string("takt-server ") + TAKT_VERSION;
   options.cache_directory = takt::user_cache_directory();
   options.on_note = [](const std::string& sentence) {

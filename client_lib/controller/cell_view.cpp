@@ -16,6 +16,7 @@ constexpr char kCellType[] = "cell";
 constexpr char kComponentStateType[] = "component state";
 constexpr char kRobotStateType[] = "robot state";
 constexpr char kGripperStateType[] = "gripper state";
+constexpr char kDeviceStateType[] = "device state";
 
 const Program& program(lua_State* L) {
   return *static_cast<const Program*>(lua_owner(L));
@@ -43,11 +44,28 @@ int index_cell(lua_State* L) {
   const std::string_view key = to_name(L, 2);
   if (key == "time_s") {
     lua_pushnumber(L, input(L).time_s);
-  } else if (key == "components" || key == "robots" || key == "grippers") {
+  } else if (key == "components" || key == "robots" || key == "grippers" || key == "devices") {
     luaL_getmetafield(L, 1, std::string(key).c_str());
   } else {
-    refuse_key("the cell", key, "time_s, components, robots, grippers");
+    refuse_key("the cell", key, "time_s, components, robots, grippers, devices");
   }
+  return 1;
+}
+
+int index_devices(lua_State* L) {
+  push_handle(L, kDeviceStateType,
+              index_by_name(cell_info(L).devices, to_name(L, 2), "device",
+                            [](const DeviceInfo& info) { return info.name; }));
+  return 1;
+}
+
+int index_device_state(lua_State* L) {
+  const auto device = static_cast<size_t>(to_handle(L, kDeviceStateType));
+  const DeviceInfo& info = cell_info(L).devices[device];
+  const int signal =
+      index_by_name(info.signals, to_name(L, 2), ("signal of " + info.name + " called").c_str(),
+                    [](const std::string& known) { return known; });
+  lua_pushnumber(L, input(L).devices[device][static_cast<size_t>(signal)]);
   return 1;
 }
 
@@ -129,6 +147,8 @@ void open_cell_view(lua_State* L) {
   define_type(L, kComponentStateType, lua_entry<index_component_state>, none);
   define_type(L, kRobotStateType, lua_entry<index_robot_state>, none);
   define_type(L, kGripperStateType, lua_entry<index_gripper_state>, none);
+  define_type(L, kDeviceStateType, lua_entry<index_device_state>, none);
+  define_view(L, "devices", lua_entry<index_devices>);
   define_view(L, "components", lua_entry<index_components>);
   define_view(L, "robots", lua_entry<index_robots>);
   define_view(L, "grippers", lua_entry<index_grippers>);

@@ -32,11 +32,12 @@ Pose tcp_of(const CellInfo& cell, int robot) {
 }  // namespace
 
 struct Controller::Impl {
-  Impl(const std::string& program_file, const CellInfo& the_cell)
-      : file(program_file), text(read_program(program_file)), cell(the_cell) {
+  Impl(const std::string& program_file, const CellInfo& the_cell, const Parameters& given)
+      : file(program_file), text(read_program(program_file)), cell(the_cell), parameters(given) {
     restart();
     for (const int robot : driven_robots) output.joints.push_back({robot, {}, {}});
     for (const int gripper : driven_grippers) output.grippers.push_back({gripper, {}, 0.0, 0.0});
+    for (const int device : driven_devices) output.devices.push_back({device, {}, {}});
   }
 
   void restart() {
@@ -46,9 +47,12 @@ struct Controller::Impl {
       robots.emplace_back(cell.robots[i], tcp_of(cell, static_cast<int>(i)));
     }
     grippers.assign(cell.grippers.size(), {});
-    program.emplace(text, file, ProgramContext{&cell, &robots, &grippers});
+    devices.clear();
+    for (size_t i = 0; i < cell.devices.size(); ++i) devices.push_back({static_cast<int>(i), {}, {}});
+    program.emplace(text, file, ProgramContext{&cell, &robots, &grippers, &devices, &parameters});
     for (RobotDriver& robot : robots) robot.set_period(program->period_s());
     driven_robots = program->driven_robots();
+    driven_devices = program->driven_devices();
     driven_grippers.clear();
     for (size_t i = 0; i < cell.grippers.size(); ++i) {
       const int carrier = cell.grippers[i].robot;
@@ -62,12 +66,13 @@ struct Controller::Impl {
 
   void check(const Input& input) const {
     if (input.robots.size() != cell.robots.size() || input.grippers.size() != cell.grippers.size() ||
-        input.components.size() != cell.components.size()) {
+        input.components.size() != cell.components.size() || input.devices.size() != cell.devices.size()) {
       throw std::runtime_error(
           "the input does not fit the cell: it has " + std::to_string(input.robots.size()) + " robots, " +
           std::to_string(input.grippers.size()) + " grippers, " + std::to_string(input.components.size()) +
-          " components; the cell has " + std::to_string(cell.robots.size()) + ", " +
-          std::to_string(cell.grippers.size()) + ", " + std::to_string(cell.components.size()));
+          " components, " + std::to_string(input.devices.size()) + " devices; the cell has " +
+          std::to_string(cell.robots.size()) + ", " + std::to_string(cell.grippers.size()) + ", " +
+          std::to_string(cell.components.size()) + ", " + std::to_string(cell.devices.size()));
     }
     if (!std::isfinite(input.time_s)) throw std::runtime_error("the input's time is not finite");
     if (started && input.time_s < last_time_s) {
@@ -102,23 +107,26 @@ struct Controller::Impl {
       }
     }
     for (GripperSetPoint& gripper : output.grippers) gripper = grippers[static_cast<size_t>(gripper.gripper)];
+    for (DeviceSetPoint& device : output.devices) device = devices[static_cast<size_t>(device.device)];
     output.finished = program->finished();
   }
 
   std::string file, text;
   CellInfo cell;
+  Parameters parameters;
   std::vector<RobotDriver> robots;
   std::vector<GripperSetPoint> grippers;  ///< standing commands of all grippers
   std::optional<Program> program;
-  std::vector<int> driven_robots, driven_grippers;
+  std::vector<DeviceSetPoint> devices;  ///< what has been set of all devices
+  std::vector<int> driven_robots, driven_grippers, driven_devices;
   Output output;
   bool started = false;
   double last_time_s = 0.0;
   std::string fault;  ///< of an earlier update; a program that failed does not go on
 };
 
-Controller::Controller(const std::string& program_file, const CellInfo& cell)
-    : impl_(std::make_unique<Impl>(program_file, cell)) {}
+Controller::Controller(const std::string& program_file, const CellInfo& cell, const Parameters& parameters)
+    : impl_(std::make_unique<Impl>(program_file, cell, parameters)) {}
 Controller::~Controller() = default;
 
 double Controller::period_s() const {
@@ -129,6 +137,10 @@ const std::vector<int>& Controller::driven_robots() const {
 }
 const std::vector<int>& Controller::driven_grippers() const {
   return impl_->driven_grippers;
+}
+
+const std::vector<int>& Controller::driven_devices() const {
+  return impl_->driven_devices;
 }
 
 const Output& Controller::update(const Input& input) {

@@ -3,6 +3,7 @@
 // once per period of simulated time; it knows neither DDS nor the simulation, so takt-controller (over DDS)
 // and takt-run (in-process) run the same program with the same results, bit for bit.
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -25,10 +26,16 @@ struct GripperInfo {
   double max_force_N = 0.0;
 };
 
+struct DeviceInfo {
+  std::string name;
+  std::vector<std::string> signals;
+};
+
 struct CellInfo {
   std::vector<RobotInfo> robots;
   std::vector<GripperInfo> grippers;
   std::vector<std::string> components;  ///< names, in the order of Input::components
+  std::vector<DeviceInfo> devices{};
 };
 
 struct Input {
@@ -48,6 +55,7 @@ struct Input {
   std::vector<Robot> robots;
   std::vector<Gripper> grippers;
   std::vector<Component> components;
+  std::vector<std::vector<double>> devices;  ///< signals of each
 };
 
 struct JointSetPoint {
@@ -65,19 +73,32 @@ struct GripperSetPoint {
   double max_force_N = 0.0;
 };
 
+/// Signals of a device that the program has set so far, with their newest values. Whoever takes them checks
+/// which may be set, and to what.
+struct DeviceSetPoint {
+  int device = -1;
+  std::vector<int> signals;
+  std::vector<double> values;
+};
+
 struct Output {
   /// One for every robot the program drives (one with a routine), every period.
   std::vector<JointSetPoint> joints;
   /// The standing command of every gripper the program drives (one on a driven robot), every period.
   std::vector<GripperSetPoint> grippers;
+  /// One for every device the program drives (one it asked for while it was loaded), every period.
+  std::vector<DeviceSetPoint> devices;
   bool finished = false;  ///< all routines of the program have returned
 };
 
 /// Throws std::runtime_error with file, line and reason when the program cannot be loaded or names something
 /// the cell does not have.
+/// Numbers handed to a program by name, in place of the defaults that it states: parameter("NAME", default).
+using Parameters = std::map<std::string, double>;
+
 class Controller {
  public:
-  Controller(const std::string& program_file, const CellInfo& cell);
+  Controller(const std::string& program_file, const CellInfo& cell, const Parameters& parameters = {});
   ~Controller();
   Controller(const Controller&) = delete;
   Controller& operator=(const Controller&) = delete;
@@ -86,6 +107,7 @@ class Controller {
   /// Names of the robots and grippers that the program drives.
   const std::vector<int>& driven_robots() const;
   const std::vector<int>& driven_grippers() const;
+  const std::vector<int>& driven_devices() const;
 
   /// One period: runs every routine up to its next wait. Throws std::runtime_error on an error in the program
   /// (with file and line), on an unreachable target, on a joint or speed limit.

@@ -26,6 +26,7 @@ Program::Program(const std::string& text, const std::string& file, const Program
   open_program_library(lua_.state());
   lua_.run(text, file);
   read_period(file);
+  check_parameters(file);
   if (routines_.empty()) {
     throw std::runtime_error(file +
                              ": the program has no routine; add routine(\"ROBOT\", function(r) ... end)");
@@ -49,6 +50,16 @@ void Program::read_period(const std::string& file) {
     period_s_ = period;
   }
   lua_settop(L, 0);
+}
+
+void Program::check_parameters(const std::string& file) const {
+  std::string known;
+  for (const std::string& name : parameters_) known += (known.empty() ? "" : ", ") + name;
+  for (const auto& [name, value] : *context_.parameters) {
+    if (parameters_.count(name) == 0)
+      throw std::runtime_error(file + ": the program has no parameter '" + name + "'; it has " +
+                               (known.empty() ? "none" : known));
+  }
 }
 
 std::vector<int> Program::driven_robots() const {

@@ -2,6 +2,7 @@
 // A controller program as it runs: its routines (one coroutine per robot), what each waits for, its signals.
 // The names that programs use are documented in docs/controller_programs.md.
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,7 +18,9 @@ struct ProgramContext {
   const CellInfo* cell = nullptr;
   std::vector<RobotDriver>* robots = nullptr;  ///< in the order of CellInfo::robots
   std::vector<GripperSetPoint>* grippers =
-      nullptr;  ///< standing commands, in the order of CellInfo::grippers
+      nullptr;                                     ///< standing commands, in the order of CellInfo::grippers
+  std::vector<DeviceSetPoint>* devices = nullptr;  ///< in the order of CellInfo::devices
+  const Parameters* parameters = nullptr;          ///< each of which the program must ask for
 };
 
 class Program {
@@ -29,6 +32,8 @@ class Program {
   double period_s() const { return period_s_; }
   /// Robots that have a routine, in rising order.
   std::vector<int> driven_robots() const;
+  /// Devices that the program asked for while it was loaded, in rising order.
+  std::vector<int> driven_devices() const { return {devices_.begin(), devices_.end()}; }
 
   /// Runs every routine up to its next wait. Routines run in the order of the robots, again and again until
   /// none can go on, so that a signal takes effect in the same period whoever gives it.
@@ -45,6 +50,7 @@ class Program {
 
  private:
   friend struct ProgramFunctions;  // what programs call, program_functions.cpp
+  friend struct DeviceFunctions;
 
   enum class Wait { nothing, arrival, time, signal, condition, finished };
 
@@ -64,11 +70,14 @@ class Program {
   int signal_id(std::string_view name);
   std::string in_routine(const Routine& routine, const std::string& reason) const;
   void read_period(const std::string& file);
+  void check_parameters(const std::string& file) const;
 
   ProgramContext context_;
   const Input* input_ = nullptr;   ///< of the update under way
   std::vector<Routine> routines_;  ///< in the order of the robots
   Routine* current_ = nullptr;     ///< the routine that is running
+  std::set<int> devices_;
+  std::set<std::string, std::less<>> parameters_;  ///< asked for
   std::map<std::string, int, std::less<>> signal_ids_;
   std::vector<bool> signals_;  ///< given so far
   double period_s_ = 0.008;

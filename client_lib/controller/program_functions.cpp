@@ -1,4 +1,5 @@
 // What controller programs call: routines, motions, grippers, waits, signals.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <iostream>
@@ -17,6 +18,7 @@ namespace {
 
 constexpr char kRobotType[] = "robot";
 constexpr char kGripperType[] = "gripper";
+constexpr char kDeviceType[] = "device";
 
 JointArray to_joints(lua_State* L, int index, const ArmModel& arm) {
   const int count = arm.joint_count();
@@ -113,6 +115,18 @@ struct ProgramFunctions {
     luaL_ref(L, LUA_REGISTRYINDEX);  // the thread lives as long as the state
     self.routines_.push_back(added);
     return 0;
+  }
+
+  static int parameter(lua_State* L) {
+    Program& self = program(L);
+    if (self.input_ != nullptr)
+      throw std::runtime_error("parameters are asked for while the program is loaded");
+    const std::string name(to_name(L, 1));
+    const double fallback = to_number(L, 2, "the default of parameter " + name);
+    self.parameters_.insert(name);
+    const auto given = self.context_.parameters->find(name);
+    lua_pushnumber(L, given == self.context_.parameters->end() ? fallback : given->second);
+    return 1;
   }
 
   static int signal(lua_State* L) {
@@ -282,6 +296,65 @@ struct ProgramFunctions {
   }
 };
 
+struct DeviceFunctions {
+  static int device(lua_State* L) {
+    Program& self = ProgramFunctions::program(L);
+    if (self.input_ != nullptr) throw std::runtime_error("devices are asked for while the program is loaded");
+    const int index = index_by_name(self.context_.cell->devices, to_name(L, 1), "device",
+                                    [](const DeviceInfo& info) { return info.name; });
+    self.devices_.insert(index);
+    push_handle(L, kDeviceType, index);
+    return 1;
+  }
+
+  static int index(lua_State* L) {
+    const auto device = static_cast<size_t>(to_handle(L, kDeviceType));
+    const std::string_view key = to_name(L, 2);
+    if (key == "name") {
+      lua_pushstring(L, ProgramFunctions::cell_info(L).devices[device].name.c_str());
+      return 1;
+    }
+    luaL_getmetafield(L, 1, "methods");
+    lua_pushvalue(L, 2);
+    if (lua_rawget(L, -2) == LUA_TNIL)
+      refuse_key("a device", key, "name, set (its signals: cell.devices.NAME)");
+    return 1;
+  }
+
+  static int set(lua_State* L) {
+    const auto device =
+        static_cast<size_t>(to_handle(L, kDeviceType, " (write device:set{...}, not device.set{...})"));
+    const DeviceInfo& info = ProgramFunctions::cell_info(L).devices[device];
+    if (ProgramFunctions::program(L).current_ == nullptr)
+      throw std::runtime_error("signals of a device are set while routines run");
+    if (!lua_istable(L, 2)) throw std::runtime_error("a table {SIGNAL = value, ...} is needed");
+    DeviceSetPoint& standing = (*ProgramFunctions::program(L).context_.devices)[device];
+    lua_pushnil(L);
+    while (lua_next(L, 2) != 0) {
+      if (lua_type(L, -2) != LUA_TSTRING)
+        throw std::runtime_error("every value needs the name of its signal: {SIGNAL = value, ...}");
+      const std::string_view name = to_name(L, -2);
+      const int signal = index_by_name(info.signals, name, ("signal of " + info.name + " called").c_str(),
+                                       [](const std::string& known) { return known; });
+      set_signal(standing, signal, to_number(L, -1, name));
+      lua_pop(L, 1);
+    }
+    return 0;
+  }
+
+  /// In the order of signals, whatever order the table has.
+  static void set_signal(DeviceSetPoint& standing, int signal, double value) {
+    const auto place = std::lower_bound(standing.signals.begin(), standing.signals.end(), signal);
+    const auto at = place - standing.signals.begin();
+    if (place != standing.signals.end() && *place == signal) {
+      standing.values[static_cast<size_t>(at)] = value;
+      return;
+    }
+    standing.signals.insert(place, signal);
+    standing.values.insert(standing.values.begin() + at, value);
+  }
+};
+
 void open_program_library(lua_State* L) {
   using F = ProgramFunctions;
   const luaL_Reg robot_methods[] = {
@@ -295,9 +368,13 @@ void open_program_library(lua_State* L) {
                                       {nullptr, nullptr}};
   open_pose_library(L);
   define_type(L, kRobotType, lua_entry<F::index_robot>, robot_methods);
+  const luaL_Reg device_methods[] = {{"set", lua_entry<DeviceFunctions::set>}, {nullptr, nullptr}};
   define_type(L, kGripperType, nullptr, gripper_methods);
+  define_type(L, kDeviceType, lua_entry<DeviceFunctions::index>, device_methods);
   open_cell_view(L);
   lua_register(L, "routine", lua_entry<F::routine>);
+  lua_register(L, "device", lua_entry<DeviceFunctions::device>);
+  lua_register(L, "parameter", lua_entry<F::parameter>);
   lua_register(L, "signal", lua_entry<F::signal>);
   lua_register(L, "print", lua_entry<F::print>);
 }

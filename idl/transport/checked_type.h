@@ -16,10 +16,9 @@ inline constexpr WireShape kWireShape{};
 template <typename Type>
 class CheckedType : public Type {
  public:
-  bool deserialize(rtps::SerializedPayload_t* payload, void* data) override {
+  bool deserialize(DdsPayload payload, void* data) override {
     try {
-      if (!kWireShape<Type>.empty() && !has_shape({payload->data, payload->length}, kWireShape<Type>))
-        return false;
+      if (!kWireShape<Type>.empty() && !has_shape(bytes_of(payload), kWireShape<Type>)) return false;
       return Type::deserialize(payload, data);
     } catch (const std::exception&) {
       return false;

@@ -1,12 +1,11 @@
 #pragma once
 // The Fast DDS headers this room uses, under short names, and everything that differs between the majors of
-// Fast DDS. Written against 2.9.1 (Debian 12).
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
+// Fast DDS: 2.9.1 (Debian 12) and 3.1.2 (Debian 13). No other file asks for the major.
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/publisher/DataWriterListener.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/dds/publisher/qos/DataWriterQos.hpp>
 #include <fastdds/dds/subscriber/DataReader.hpp>
@@ -16,21 +15,71 @@
 #include <fastdds/dds/subscriber/qos/DataReaderQos.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
+#if __has_include(<fastdds/rtps/transport/ChainingTransport.hpp>)
+#define TAKT_FAST_DDS_MAJOR 3
+#include <fastdds/LibrarySettings.hpp>
+#include <fastdds/rtps/transport/ChainingTransport.hpp>
+#include <fastdds/rtps/transport/ChainingTransportDescriptor.hpp>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.hpp>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.hpp>
+#include <fastdds/rtps/writer/WriterDiscoveryStatus.hpp>
+#include <fastdds/utils/IPLocator.hpp>
+#else
+#define TAKT_FAST_DDS_MAJOR 2
+#include <fastdds/rtps/transport/ChainingTransport.h>
+#include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
+#include <fastdds/rtps/writer/WriterDiscoveryInfo.h>
+#include <fastrtps/utils/IPLocator.h>
+#include <fastrtps/xmlparser/XMLProfileManager.h>
+#endif
 
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <span>
 #include <sstream>
 #include <string>
+#include <vector>
 
 namespace takt {
 
 namespace dds = eprosima::fastdds::dds;
+namespace transports = eprosima::fastdds::rtps;
+#if TAKT_FAST_DDS_MAJOR == 2
 namespace rtps = eprosima::fastrtps::rtps;
-
 using DdsReturnCode = eprosima::fastrtps::types::ReturnCode_t;
 using DdsDuration = eprosima::fastrtps::Duration_t;
+using DdsDiscoveryProtocol = rtps::DiscoveryProtocol_t;
+using DdsPayload = rtps::SerializedPayload_t*;  ///< as decoders of types get it
+inline constexpr bool kServersByPrefix = true;  ///< profiles list discovery servers with their GUID prefix
+#else
+namespace rtps = eprosima::fastdds::rtps;
+using DdsReturnCode = dds::ReturnCode_t;
+using DdsDuration = dds::Duration_t;
+using DdsDiscoveryProtocol = rtps::DiscoveryProtocol;
+using DdsPayload = rtps::SerializedPayload_t&;
+inline constexpr bool kServersByPrefix = false;
+#endif
 using DdsGuid = rtps::GUID_t;
 
+inline constexpr auto kGrowingMemory = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+
 inline bool is_ok(const DdsReturnCode& code) {
+#if TAKT_FAST_DDS_MAJOR == 2
   return code == DdsReturnCode::RETCODE_OK;
+#else
+  return code == dds::RETCODE_OK;
+#endif
+}
+
+inline bool is_infinite(const DdsDuration& duration) {
+#if TAKT_FAST_DDS_MAJOR == 2
+  return duration == eprosima::fastrtps::c_TimeInfinite;
+#else
+  return duration == dds::c_TimeInfinite;
+#endif
 }
 
 inline DdsGuid guid_of(const dds::InstanceHandle_t& handle) {
@@ -43,6 +92,144 @@ inline std::string text_of(const DdsGuid& guid) {
   return text.str();
 }
 
-inline constexpr auto kGrowingMemory = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+/// What write() of one argument returns is `true` for success in one major and 0 for success in the other.
+template <typename Sample>
+bool written(dds::DataWriter& writer, Sample& sample) {
+  return is_ok(writer.write(&sample, dds::HANDLE_NIL));
+}
+template <typename Sample>
+bool written(dds::DataWriter& writer, Sample& sample, rtps::WriteParams& params) {
+#if TAKT_FAST_DDS_MAJOR == 2
+  return writer.write(&sample, params);
+#else
+  return is_ok(writer.write(&sample, params));
+#endif
+}
+
+/// Nothing is said to others about how a type is built. In 2.9.1 a type object with a sequence of structs,
+/// announced by any peer, makes default participants crash (Fast-DDS #3296). For 3 the types are generated
+/// without one (idl/CMakeLists.txt).
+inline void withhold_type_object([[maybe_unused]] dds::TypeSupport& type) {
+#if TAKT_FAST_DDS_MAJOR == 2
+  type->auto_fill_type_object(false);
+  type->auto_fill_type_information(false);
+#endif
+}
+
+/// Bytes of a sample with its encapsulation. `Type` is a generated ...PubSubType.
+template <typename Type>
+std::uint32_t serialized_bytes(const typename Type::type& sample) {
+#if TAKT_FAST_DDS_MAJOR == 2
+  return Type().getSerializedSizeProvider(const_cast<typename Type::type*>(&sample))();
+#else
+  return Type().calculate_serialized_size(&sample, dds::XCDR_DATA_REPRESENTATION);
+#endif
+}
+/// `payload` has room for serialized_bytes().
+template <typename Type>
+bool serialize(const typename Type::type& sample, rtps::SerializedPayload_t& payload) {
+#if TAKT_FAST_DDS_MAJOR == 2
+  return Type().serialize(const_cast<typename Type::type*>(&sample), &payload);
+#else
+  return Type().serialize(&sample, payload, dds::XCDR_DATA_REPRESENTATION);
+#endif
+}
+/// The bytes that a decoder was given.
+inline std::span<const std::uint8_t> bytes_of(DdsPayload payload) {
+#if TAKT_FAST_DDS_MAJOR == 2
+  return {payload->data, payload->length};
+#else
+  return {payload.data, payload.length};
+#endif
+}
+
+/// Samples between participants of this process take the same way as those between processes. Before the
+/// first participant is made.
+inline void deliver_through_transports() {
+#if TAKT_FAST_DDS_MAJOR == 2
+  auto settings = eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings();
+  settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
+  eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
+#else
+  eprosima::fastdds::LibrarySettings settings;
+  settings.intraprocess_delivery = eprosima::fastdds::INTRAPROCESS_OFF;
+  (void)dds::DomainParticipantFactory::get_instance()->set_library_settings(settings);
+#endif
+}
+
+/// A writer of another participant, as discovery tells of it.
+struct DiscoveredWriter {
+  enum class News { appeared, changed, gone };
+  News news;
+  DdsGuid guid;
+  std::string topic, type;
+  std::uint32_t ownership_strength;
+  DdsDuration lease;
+};
+
+/// Hears of the writers of others.
+class DiscoveryListener : public dds::DomainParticipantListener {
+ public:
+  virtual void on_writer(const DiscoveredWriter& writer) = 0;
+
+ private:
+#if TAKT_FAST_DDS_MAJOR == 2
+  void on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryInfo&& info) final {
+    using Info = rtps::WriterDiscoveryInfo;
+    on_writer({news_of(info.status == Info::DISCOVERED_WRITER, info.status == Info::CHANGED_QOS_WRITER),
+               info.info.guid(), info.info.topicName().to_string(), info.info.typeName().to_string(),
+               info.info.m_qos.m_ownershipStrength.value, info.info.m_qos.m_liveliness.lease_duration});
+  }
+#else
+  void on_data_writer_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryStatus status,
+                                const dds::PublicationBuiltinTopicData& info, bool&) final {
+    using Status = rtps::WriterDiscoveryStatus;
+    on_writer({news_of(status == Status::DISCOVERED_WRITER, status == Status::CHANGED_QOS_WRITER), info.guid,
+               info.topic_name.to_string(), info.type_name.to_string(), info.ownership_strength.value,
+               info.liveliness.lease_duration});
+  }
+#endif
+  static DiscoveredWriter::News news_of(bool appeared, bool changed) {
+    using News = DiscoveredWriter::News;
+    return appeared ? News::appeared : changed ? News::changed : News::gone;
+  }
+};
+
+/// Stands in front of another transport: hears what is sent, decides on what has come.
+class ChainedTransport : public transports::ChainingTransport {
+ public:
+  explicit ChainedTransport(const transports::ChainingTransportDescriptor& descriptor)
+      : ChainingTransport(descriptor), descriptor_(descriptor.low_level_descriptor) {}
+  transports::TransportDescriptorInterface* get_configuration() override { return descriptor_.get(); }
+  void shutdown() override { low_level_transport_->shutdown(); }
+
+ protected:
+  /// A packet is about to be sent.
+  virtual void sending(std::span<const std::uint8_t>) {}
+
+ private:
+#if TAKT_FAST_DDS_MAJOR == 2
+  bool send(rtps::SenderResource* sender, const rtps::octet* data, std::uint32_t size,
+            rtps::LocatorsIterator* begin, rtps::LocatorsIterator* end,
+            const std::chrono::steady_clock::time_point& timeout) final {
+    sending({data, size});
+    return sender->send(data, size, begin, end, timeout);
+  }
+#else
+  bool send(rtps::SenderResource* sender, const std::vector<transports::NetworkBuffer>& buffers,
+            std::uint32_t size, rtps::LocatorsIterator* begin, rtps::LocatorsIterator* end,
+            const std::chrono::steady_clock::time_point& timeout) final {
+    thread_local std::vector<std::uint8_t> packet;
+    packet.clear();
+    for (const auto& buffer : buffers) {
+      const auto* bytes = static_cast<const std::uint8_t*>(buffer.buffer);
+      packet.insert(packet.end(), bytes, bytes + buffer.size);
+    }
+    sending(packet);
+    return sender->send(buffers, size, begin, end, timeout);
+  }
+#endif
+  std::shared_ptr<transports::TransportDescriptorInterface> descriptor_;
+};
 
 }  // namespace takt

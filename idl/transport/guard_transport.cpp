@@ -1,19 +1,22 @@
 #include "idl/transport/guard_transport.h"
 
-#include <fastdds/rtps/transport/ChainingTransport.h>
-#include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
 #include <sys/mman.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <new>
 #include <span>
 
 namespace takt {
 namespace {
 
-namespace transport = eprosima::fastdds::rtps;
+std::uint32_t now_s() {
+  timespec now{};
+  clock_gettime(CLOCK_REALTIME_COARSE, &now);
+  return static_cast<std::uint32_t>(now.tv_sec);
+}
 
 /// A copy of a packet: in shared memory others read the same bytes, and may write them. With zeros behind it
 /// where it has a fragment: Fast DDS copies fragments by sizes that an earlier packet has told, and so may
@@ -52,28 +55,17 @@ class PacketCopy {
   std::size_t capacity_ = 0, written_ = 0;
 };
 
-class GuardTransport final : public transport::ChainingTransport {
+class GuardTransport final : public ChainedTransport {
  public:
-  GuardTransport(const transport::ChainingTransportDescriptor& descriptor, std::shared_ptr<PacketGuard> guard)
-      : ChainingTransport(descriptor),
-        descriptor_(descriptor.low_level_descriptor),
-        guard_(std::move(guard)) {}
+  GuardTransport(const transports::ChainingTransportDescriptor& descriptor,
+                 std::shared_ptr<PacketGuard> guard)
+      : ChainedTransport(descriptor), guard_(std::move(guard)) {}
 
-  transport::TransportDescriptorInterface* get_configuration() override { return descriptor_.get(); }
-  void shutdown() override { low_level_transport_->shutdown(); }
-
-  bool send(rtps::SenderResource* sender, const rtps::octet* data, std::uint32_t size,
-            rtps::LocatorsIterator* begin, rtps::LocatorsIterator* end,
-            const std::chrono::steady_clock::time_point& timeout) override {
-    guard_->memory().note({data, size});
-    return sender->send(data, size, begin, end, timeout);
-  }
-
-  void receive(transport::TransportReceiverInterface* next, const rtps::octet* data, std::uint32_t size,
+  void receive(transports::TransportReceiverInterface* next, const rtps::octet* data, std::uint32_t size,
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
     thread_local PacketCopy copy;
     const std::span<std::uint8_t> packet = copy.take({data, size}, guard_->limits().largest_sample_bytes);
-    const PacketReport report = clean_packet(packet, guard_->limits(), &guard_->memory());
+    const PacketReport report = clean_packet(packet, guard_->limits(), &guard_->memory(), now_s());
     guard_->count(report.flaw);
     if (report.flaw != PacketFlaw::none) return;
     guard_->heard().note(packet);
@@ -82,15 +74,16 @@ class GuardTransport final : public transport::ChainingTransport {
   }
 
  private:
-  std::shared_ptr<transport::TransportDescriptorInterface> descriptor_;
+  void sending(std::span<const std::uint8_t> packet) override { guard_->memory().note(packet); }
+
   std::shared_ptr<PacketGuard> guard_;
 };
 
-struct GuardTransportDescriptor final : public transport::ChainingTransportDescriptor {
-  GuardTransportDescriptor(std::shared_ptr<transport::TransportDescriptorInterface> low_level,
+struct GuardTransportDescriptor final : public transports::ChainingTransportDescriptor {
+  GuardTransportDescriptor(std::shared_ptr<transports::TransportDescriptorInterface> low_level,
                            std::shared_ptr<PacketGuard> packet_guard)
       : ChainingTransportDescriptor(std::move(low_level)), guard(std::move(packet_guard)) {}
-  transport::TransportInterface* create_transport() const override {
+  transports::TransportInterface* create_transport() const override {
     return new GuardTransport(*this, guard);
   }
 
@@ -131,8 +124,8 @@ std::shared_ptr<PacketGuard> guard_transports(dds::DomainParticipantQos& qos, st
                                               bool encrypted, std::uint32_t largest_sample_bytes) {
   auto& transports = qos.transport();
   if (transports.use_builtin_transports) {
-    transports.user_transports.push_back(std::make_shared<transport::SharedMemTransportDescriptor>());
-    transports.user_transports.push_back(std::make_shared<transport::UDPv4TransportDescriptor>());
+    transports.user_transports.push_back(std::make_shared<transports::SharedMemTransportDescriptor>());
+    transports.user_transports.push_back(std::make_shared<transports::UDPv4TransportDescriptor>());
     transports.use_builtin_transports = false;
   }
   const auto& wire = qos.wire_protocol();
@@ -140,7 +133,7 @@ std::shared_ptr<PacketGuard> guard_transports(dds::DomainParticipantQos& qos, st
   limits.largest_sample_bytes = largest_sample_bytes;
   limits.encrypted = encrypted;
   limits.relayed_discovery =
-      wire.builtin.discovery_config.discoveryProtocol != rtps::DiscoveryProtocol_t::SIMPLE ||
+      wire.builtin.discovery_config.discoveryProtocol != DdsDiscoveryProtocol::SIMPLE ||
       std::getenv("ROS_DISCOVERY_SERVER") != nullptr;
   limits.first_shared_memory_port = wire.port.portBase + wire.port.domainIDGain * domain;
   limits.last_shared_memory_port = limits.first_shared_memory_port + 2U * wire.port.domainIDGain;

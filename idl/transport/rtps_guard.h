@@ -68,9 +68,9 @@ PacketReport inspect_packet(std::span<const std::uint8_t> packet, const GuardLim
 
 /// The same, and takes out on the way what nobody here needs and what has brought Fast DDS down or made it
 /// deaf: type objects, type information, content filters and data sharing become padding, source timestamps
-/// become invalid (a history keeps what has the latest: one from the future shuts out all others). Of use if
-/// there is no flaw.
-PacketReport clean_packet(std::span<std::uint8_t> packet, const GuardLimits& limits,
-                          PacketMemory* memory) noexcept;
+/// after `now_s` (s since 1970) become that (a history keeps what has the latest: one from the future shuts
+/// out all others). Of use if there is no flaw.
+PacketReport clean_packet(std::span<std::uint8_t> packet, const GuardLimits& limits, PacketMemory* memory,
+                          std::uint32_t now_s) noexcept;
 
 }  // namespace takt

@@ -44,73 +44,53 @@ struct ContactCandidates::Build {
   const ContactSurface::Data& target;
   const Pose& X_TB;
   double bound_m;  ///< with slack
+  Work& work;
 };
 
 bool ContactCandidates::cover(const Pose& X_TB) const {
-  // A pose that is not finite is not covered.
-  return valid_ && used(X_TB) <= 1.0;
-}
-
-double ContactCandidates::used(const Pose& X_TB) const {
+  if (!valid_) return false;
   // A point at r from the centre moves by at most |dp| + |dR|_2 |r|; the 2-norm of the difference of two
-  // rotations is its Frobenius norm over sqrt(2).
+  // rotations is its Frobenius norm over sqrt(2). A pose that is not finite is not covered.
   const double turn2 = 0.5 * (X_TB.R - X_TB_.R).squaredNorm() * square(reach_m_);
   const double shift2 = (X_TB * center_B_ - center_T_).squaredNorm();
-  return (std::sqrt(turn2) + std::sqrt(shift2)) / bound_m_;
+  return std::sqrt(turn2) + std::sqrt(shift2) <= bound_m_;
 }
 
 void ContactCandidates::rebuild(const ContactSurface::Data& base, const ContactSurface::Data& target,
-                                const Pose& X_TB, double bound_m) {
-  begin(base, target, X_TB, bound_m);
-  advance(base, target, 1.0);
-}
-
-void ContactCandidates::make_room_as(const ContactCandidates& other) {
-  const auto make_room = [&](auto member) { (this->*member).reserve((other.*member).capacity()); };
-  using C = ContactCandidates;
-  for (const auto numbers : {&C::px, &C::py, &C::pz, &C::nx, &C::ny, &C::nz, &C::line_m}) make_room(numbers);
-  for (const auto places :
-       {&C::element, &C::patches, &C::plane_slot, &C::faces, &C::rims, &C::maybe_, &C::local_})
-    make_room(places);
-  make_room(&C::plane_groups), make_room(&C::rays), make_room(&C::face_groups);
-  make_room(&C::near_), make_room(&C::simple_);
-}
-
-void ContactCandidates::begin(const ContactSurface::Data& base, const ContactSurface::Data& target,
-                              const Pose& X_TB, double bound_m) {
-  bound_m_ = std::min(bound_m, largest_bound_m(base));
-  reach_m_ = base.radius_m + 4.0 * bound_m_ + kSlack_m;
-  center_B_ = base.box.center_B;
+                                const ContactCluster& cluster, const Pose& X_TB, double bound_m,
+                                std::span<const std::int32_t> above, Work& work) {
+  double longest_m = 0.0;
+  for (std::size_t e = cluster.begin; e < cluster.end; ++e) longest_m = std::max(longest_m, base.line_m[e]);
+  bound_m_ = std::min(bound_m, kLargestTurn * (cluster.radius_m + longest_m));
+  reach_m_ = cluster.radius_m + longest_m + 4.0 * bound_m_ + kSlack_m;
+  center_B_ = cluster.center_B;
   center_T_ = X_TB * center_B_;
   X_TB_ = X_TB;
-  valid_ = false;
-  begun_ = true;
-  next_ = 0;
   element.clear(), patches.clear(), plane_groups.clear(), plane_slot.clear();
   px.clear(), py.clear(), pz.clear(), nx.clear(), ny.clear(), nz.clear(), line_m.clear();
   rays.clear(), face_groups.clear(), faces.clear(), rims.clear();
-  maybe_.clear(), simple_.clear();
-  local_.assign(target.patches.size(), -1);
-  base.element_tree.visit_near(target.face_tree, X_TB_, bound_m_ + kSlack_m,
-                               [&](std::int32_t index) { maybe_.push_back(index); });
-  std::sort(maybe_.begin(), maybe_.end());
+  work.simple_.clear();
+  work.local_.resize(target.patches.size(), -1);
+  const Build build{base, target, X_TB_, bound_m_ + kSlack_m, work};
+  for (std::uint32_t e = cluster.begin; e < cluster.end; ++e) {
+    const Vec3 p = X_TB * base.point(e);
+    bool near = above.empty();
+    for (const std::int32_t patch : above) {
+      const ContactPatch& plane = target.patches[static_cast<std::size_t>(patch)];
+      near = near || plane.normal.dot(p) - plane.offset_m <= build.bound_m;
+    }
+    if (near) add_element(build, static_cast<std::int32_t>(e));
+  }
+  finish(base, work);
+  for (const std::int32_t patch : patches) work.local_[static_cast<std::size_t>(patch)] = -1;
 }
 
-void ContactCandidates::advance(const ContactSurface::Data& base, const ContactSurface::Data& target,
-                                double share) {
-  if (!begun_) return;
-  const Build build{base, target, X_TB_, bound_m_ + kSlack_m};
-  const auto count = static_cast<double>(maybe_.size());
-  while (next_ < maybe_.size() && static_cast<double>(next_) < share * count)
-    add_element(build, maybe_[next_++]);
-  if (next_ == maybe_.size()) finish(base);
-}
-
-void ContactCandidates::finish(const ContactSurface::Data& base) {
-  std::sort(simple_.begin(), simple_.end(), [](const Simple& a, const Simple& b) {
+void ContactCandidates::finish(const ContactSurface::Data& base, Work& work) {
+  using Simple = Work::Simple;
+  std::sort(work.simple_.begin(), work.simple_.end(), [](const Simple& a, const Simple& b) {
     return a.plane != b.plane ? a.plane < b.plane : a.slot < b.slot;
   });
-  for (const Simple& s : simple_) {
+  for (const Simple& s : work.simple_) {
     if (plane_groups.empty() || plane_groups.back().plane != s.plane)
       plane_groups.push_back({s.plane, plane_slot.size(), plane_slot.size()});
     ++plane_groups.back().end;
@@ -120,12 +100,11 @@ void ContactCandidates::finish(const ContactSurface::Data& base) {
     nx.push_back(base.nx[e]), ny.push_back(base.ny[e]), nz.push_back(base.nz[e]);
     line_m.push_back(base.line_m[e]);
   }
-  begun_ = false;
   valid_ = true;
 }
 
-std::int32_t ContactCandidates::local_patch(std::int32_t patch) {
-  std::int32_t& place = local_[static_cast<std::size_t>(patch)];
+std::int32_t ContactCandidates::local_patch(const Build& build, std::int32_t patch) {
+  std::int32_t& place = build.work.local_[static_cast<std::size_t>(patch)];
   if (place < 0) {
     place = static_cast<std::int32_t>(patches.size());
     patches.push_back(patch);
@@ -144,7 +123,7 @@ void ContactCandidates::add_element(const Build& build, std::int32_t index) {
   bool steep = true;
   std::int32_t sure = start_patch(build, line, steep);
   if (sure >= 0 && simple(build, line, sure)) {
-    simple_.push_back({local_patch(sure), static_cast<std::int32_t>(element.size())});
+    build.work.simple_.push_back({local_patch(build, sure), static_cast<std::int32_t>(element.size())});
     element.push_back(index);
     return;
   }
@@ -153,14 +132,14 @@ void ContactCandidates::add_element(const Build& build, std::int32_t index) {
     return;
   }
   gather(build, line, line.length_m);
-  if (near_.empty()) return;
+  if (build.work.near_.empty()) return;
   if (sure == kNothing) {
     bool outside = false;
     sure = first_patch(build, line, outside);
     // What begins outside and stays away from the surface is never in contact: the line can only enter.
     if (outside) return;
     if (sure >= 0 && simple(build, line, sure)) {
-      simple_.push_back({local_patch(sure), static_cast<std::int32_t>(element.size())});
+      build.work.simple_.push_back({local_patch(build, sure), static_cast<std::int32_t>(element.size())});
       element.push_back(index);
       return;
     }
@@ -206,17 +185,17 @@ bool ContactCandidates::local(const Build& build, const Line& line) const {
 }
 
 /// Faces that the line may meet within `length_m`, by patch.
-void ContactCandidates::gather(const Build& build, const Line& line, double length_m) {
+void ContactCandidates::gather(const Build& build, const Line& line, double length_m) const {
   const ContactSurface::Data& target = build.target;
   const Vec3 end = line.p + length_m * line.d;
-  near_.clear();
+  build.work.near_.clear();
   target.face_tree.visit_segment(line.p, end, build.bound_m, [&](std::int32_t face) {
     const ContactFace& f = target.faces[static_cast<std::size_t>(face)];
     if (apart(target.patches[static_cast<std::size_t>(f.patch)], f, line.p, end, build.bound_m)) return;
     if (segment_triangle_squared_distance(line.p, end, target.corners(f)) > square(build.bound_m)) return;
-    near_.push_back({face, f.patch});
+    build.work.near_.push_back({face, f.patch});
   });
-  std::sort(near_.begin(), near_.end(), [](const Near& a, const Near& b) {
+  std::sort(build.work.near_.begin(), build.work.near_.end(), [](const Work::Near& a, const Work::Near& b) {
     return a.patch != b.patch ? a.patch < b.patch : a.face < b.face;
   });
 }
@@ -227,7 +206,7 @@ std::int32_t ContactCandidates::first_patch(const Build& build, const Line& line
   const ContactSurface::Data& target = build.target;
   double nearest = line.length_m;
   std::int32_t first = kNothing;
-  for (const Near& n : near_) {
+  for (const Work::Near& n : build.work.near_) {
     const ContactFace& face = target.faces[static_cast<std::size_t>(n.face)];
     const ContactPatch& patch = target.patches[static_cast<std::size_t>(n.patch)];
     const double along = patch.normal.dot(line.d);
@@ -253,8 +232,8 @@ void ContactCandidates::add_ray(const Build& build, const Line& line, std::int32
   const auto slot = static_cast<std::int32_t>(element.size());
   element.push_back(index);
   Ray ray{slot, face_groups.size(), face_groups.size(), rims.size(), rims.size()};
-  for (const Near& n : near_) {
-    const std::int32_t plane = local_patch(n.patch);
+  for (const Work::Near& n : build.work.near_) {
+    const std::int32_t plane = local_patch(build, n.patch);
     if (face_groups.size() == ray.group_begin || face_groups.back().plane != plane)
       face_groups.push_back({plane, faces.size(), faces.size()});
     faces.push_back(n.face);

@@ -200,6 +200,22 @@ ElementTotals element_forces(const ContactLaw& law, const Twist& V_B, ElementDet
   return totals;
 }
 
+TAKT_LANE_VARIANTS void plane_crossings(const Vec3& normal, double offset, std::size_t count,
+                                        const double* px, const double* py, const double* pz,
+                                        const double* nx, const double* ny, const double* nz, double* at) {
+  const double x = normal.x(), y = normal.y(), z = normal.z();
+  std::size_t i = 0;
+  for (; i + 4 <= count; i += 4) {
+    V4x3 p, n;
+    lanes::load(px + i, py + i, pz + i, p);
+    lanes::load(nx + i, ny + i, nz + i, n);
+    // The operations of plane_depth, in its order.
+    const V4 t = (offset - (x * p.x + y * p.y + z * p.z)) / -(x * n.x + y * n.y + z * n.z);
+    lanes::store(t, at + i);
+  }
+  for (; i < count; ++i) at[i] = plane_depth(x, y, z, offset, px[i], py[i], pz[i], nx[i], ny[i], nz[i]);
+}
+
 TAKT_LANE_VARIANTS void plane_depths(const Vec3& normal, double offset, std::size_t count, const double* px,
                                      const double* py, const double* pz, const double* nx, const double* ny,
                                      const double* nz, const double* line_m, double* depth) {

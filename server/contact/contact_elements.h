@@ -91,6 +91,10 @@ ElementTotals element_forces(const ContactLaw& law, const Twist& V_B, ElementDet
 void element_jacobian(const ContactLaw& law, const Twist& V_B, ElementDetail detail, const ElementRows& rows,
                       Mat6& K, Mat6& D);
 
+/// at[k] = plane_depth of element k, wherever that is.
+void plane_crossings(const Vec3& normal, double offset, std::size_t count, const double* px, const double* py,
+                     const double* pz, const double* nx, const double* ny, const double* nz, double* at);
+
 /// depth[k] = plane_depth of element k if that is in (0, line_m[k]], else 0.
 void plane_depths(const Vec3& normal, double offset, std::size_t count, const double* px, const double* py,
                   const double* pz, const double* nx, const double* ny, const double* nz,

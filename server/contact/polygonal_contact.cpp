@@ -4,37 +4,11 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "server/contact/contact_candidates.h"
-#include "server/contact/contact_depths.h"
 #include "server/contact/contact_elements.h"
+#include "server/contact/contact_search.h"
 
 namespace takt {
 namespace {
-
-constexpr double kFirstBound_m = 1e-3;
-constexpr double kLargestBound_m = 4e-3;
-constexpr double kSmallestBound_m = 2e-5;
-
-// Shares of the bound between which the next lists are made, and where their middle is along the motion.
-constexpr double kBeginNext = 0.3, kEndNext = 0.9, kAhead = 1.8;
-/// Evaluations at rest over which lists for a smaller bound are made.
-constexpr double kPieces = 16.0;
-
-/// Lists are short where the bound is a fraction of what is flat of the Target.
-double first_bound_m(const ContactSurface::Data& base, const ContactSurface::Data& target) {
-  const double flat_m = std::sqrt(target.surface_area_m2 / static_cast<double>(target.patches.size()));
-  const double wished_m = std::clamp(0.25 * flat_m, kSmallestBound_m, kFirstBound_m);
-  return std::min(wished_m, ContactCandidates::largest_bound_m(base));
-}
-
-/// The pose after a time of the same velocity.
-Pose ahead(const RelativeMotion& motion, double time_s) {
-  Pose X = motion.X_TB;
-  const double rate = motion.V_TB_T.w.norm();
-  if (rate > 0.0) X.R = Eigen::AngleAxisd(rate * time_s, motion.V_TB_T.w / rate) * X.R;
-  X.p += time_s * motion.V_TB_T.v;
-  return X;
-}
 
 Mat3 cross_matrix(const Vec3& a) {
   Mat3 m;
@@ -81,16 +55,11 @@ struct PolygonalContact::Impl {
   const ContactSurface::Data& base;
   const ContactSurface::Data& target;
   ContactLaw law;
-  ContactCandidates lists, next;  ///< in use; being made
-  ContactDepths depths;
+  ContactSearch search;
   ElementRows rows;
-  std::vector<std::int32_t> filled;  ///< slots of the present lists whose elements are in the rows
+  std::vector<std::int32_t> filled;  ///< elements in the rows
   std::vector<ContactSpring> springs, next_springs;
   ContactCounts counts;
-  double bound_m;
-  std::uint64_t uses = 0;  ///< of the present lists
-  double begun_at = 0.0;   ///< share of the bound used when the next lists were begun
-  bool shrinking = false;  ///< the next lists are for a smaller bound at the same place
 
   Impl(std::shared_ptr<const ContactSurface> b, std::shared_ptr<const ContactSurface> t, const ContactLaw& l)
       : base_surface(std::move(b)),
@@ -98,11 +67,9 @@ struct PolygonalContact::Impl {
         base(base_surface->data()),
         target(target_surface->data()),
         law(l),
-        bound_m(first_bound_m(base, target)) {}
+        search(base, target) {}
 
   bool boxes_apart(const Pose& X_TB) const;
-  void renew_lists(const RelativeMotion& motion);
-  void prepare_next(const RelativeMotion& motion);
   std::size_t find_elements(const RelativeMotion& motion, ElementDetail detail, Twist& V_B);
   void fill_rows(const Pose& X_BT, ElementDetail detail);
   bool evaluate(const RelativeMotion& motion, ElementDetail detail, ContactResult& result, Twist& V_B);
@@ -122,56 +89,8 @@ bool PolygonalContact::Impl::boxes_apart(const Pose& X_TB) const {
   return false;
 }
 
-// The bound decides only how often lists are made and how long they are. The next ones are made bit by bit
-// while the present ones hold, ahead of the motion; at rest, shorter ones, a piece per evaluation.
-void PolygonalContact::Impl::renew_lists(const RelativeMotion& motion) {
-  const Pose& X_TB = motion.X_TB;
-  if (lists.cover(X_TB)) {
-    ++uses;
-    prepare_next(motion);
-    if (!shrinking || !next.cover(X_TB)) return;
-  } else {
-    if (counts.rebuilds > 0 && uses < 32) bound_m = std::min(2.0 * bound_m, kLargestBound_m);
-    if (next.begun() && next.used(X_TB) <= 1.0) next.advance(base, target, 1.0);
-    if (!next.cover(X_TB)) next.rebuild(base, target, X_TB, bound_m);
-  }
-  std::swap(lists, next);  // the old ones may serve again: solvers try far poses and come back
-  if (shrinking) next.forget();
-  next.make_room_as(lists);
-  depths.prepare(base, lists);
-  filled.clear();
-  shrinking = false;
-  ++counts.rebuilds;
-  uses = 1;
-}
-
-void PolygonalContact::Impl::prepare_next(const RelativeMotion& motion) {
-  const double used = lists.used(motion.X_TB);
-  if (used > kBeginNext) {
-    const Vec3 arm = motion.X_TB.R * base.box.center_B;
-    const double speed =
-        (motion.V_TB_T.v + motion.V_TB_T.w.cross(arm)).norm() + motion.V_TB_T.w.norm() * base.radius_m;
-    const double bound_s = lists.bound_m() / speed;  // how long the motion takes for the bound
-    const bool leaves = speed > 0.0 && lists.used(ahead(motion, (kAhead - used) * bound_s)) > 1.0;
-    const bool made = next.begun() || next.complete();
-    if (leaves && (!made || next.used(ahead(motion, (1.0 - used) * bound_s)) > 1.0)) {
-      next.begin(base, target, ahead(motion, (kAhead - used) * bound_s), bound_m);
-      begun_at = used;
-      shrinking = false;
-    }
-    next.advance(base, target, (used - begun_at) / std::max(kEndNext - begun_at, 0.1));
-  } else if (shrinking) {
-    next.advance(base, target, static_cast<double>(uses % 256 + 1) / kPieces);
-  } else if (uses % 256 == 0 && bound_m > kSmallestBound_m &&
-             lists.slot_count() > 2 * depths.hits().size() + 32) {
-    bound_m = std::max(0.5 * bound_m, kSmallestBound_m);
-    next.begin(base, target, motion.X_TB, bound_m);
-    shrinking = true;
-  }
-}
-
 void PolygonalContact::Impl::fill_rows(const Pose& X_BT, ElementDetail detail) {
-  const auto hits = depths.hits();
+  const auto hits = search.elements();
   using R = ElementRows;
   // Positions and normals are fixed in the Base: they stay in the rows as long as the same elements are hit.
   if (!std::equal(hits.begin(), hits.end(), filled.begin(), filled.end())) {
@@ -180,24 +99,20 @@ void PolygonalContact::Impl::fill_rows(const Pose& X_BT, ElementDetail detail) {
     double *px = rows[R::kPx], *py = rows[R::kPy], *pz = rows[R::kPz];
     double *nx = rows[R::kNx], *ny = rows[R::kNy], *nz = rows[R::kNz];
     for (std::size_t i = 0; i < hits.size(); ++i) {
-      const auto e = static_cast<std::size_t>(lists.element[static_cast<std::size_t>(hits[i])]);
+      const auto e = static_cast<std::size_t>(hits[i]);
       px[i] = base.px[e], py[i] = base.py[e], pz[i] = base.pz[e];
       nx[i] = base.nx[e], ny[i] = base.ny[e], nz[i] = base.nz[e];
     }
   }
   const double *px = rows[R::kPx], *py = rows[R::kPy], *pz = rows[R::kPz];
   const double *nx = rows[R::kNx], *ny = rows[R::kNy], *nz = rows[R::kNz];
-  double *area = rows[R::kArea], *depth = rows[R::kDepth];
-  for (std::size_t i = 0; i < hits.size(); ++i) {
-    const auto slot = static_cast<std::size_t>(hits[i]);
-    area[i] = depths.area_m2(slot);
-    depth[i] = depths.depth_m(slot);
-  }
+  std::copy(search.areas_m2().begin(), search.areas_m2().end(), rows[R::kArea]);
+  std::copy(search.depths_m().begin(), search.depths_m().end(), rows[R::kDepth]);
   if (law.friction_law == FrictionLaw::stick) {
     double *x = rows[R::kXx], *y = rows[R::kXy], *z = rows[R::kXz];
     auto spring = springs.begin();
     for (std::size_t i = 0; i < hits.size(); ++i) {
-      const std::int32_t element = lists.element[static_cast<std::size_t>(hits[i])];
+      const std::int32_t element = hits[i];
       while (spring != springs.end() && spring->element < element) ++spring;
       x[i] = y[i] = z[i] = 0.0;
       if (spring == springs.end() || spring->element != element) continue;
@@ -211,13 +126,12 @@ void PolygonalContact::Impl::fill_rows(const Pose& X_BT, ElementDetail detail) {
   for (std::size_t i = 0; i < hits.size(); ++i) {
     // Depth: t = (offset - m . p) / (m . d) with d = -n; its gradient with the displacement of the Base at
     // the point met is -m / (m . d). The point met moves along with the Base and slides along the line.
-    const auto slot = static_cast<std::size_t>(hits[i]);
-    const Vec3& m = depths.plane(slot).normal_B;
+    const Vec3& m = search.normal_B(i);
     const double over = 1.0 / (m.x() * nx[i] + m.y() * ny[i] + m.z() * nz[i]);
     gx[i] = over * m.x(), gy[i] = over * m.y(), gz[i] = over * m.z();
     hx[i] = hy[i] = hz[i] = 0.0;
-    if (depths.fades(slot)) {
-      const Vec3 fade = X_BT.R * depths.fade_T(slot);
+    if (const Vec3* fade_T = search.fade_T(i)) {
+      const Vec3 fade = X_BT.R * *fade_T;
       const double along = fade.x() * nx[i] + fade.y() * ny[i] + fade.z() * nz[i];
       hx[i] = fade.x() - along * gx[i], hy[i] = fade.y() - along * gy[i], hz[i] = fade.z() - along * gz[i];
     }
@@ -228,15 +142,13 @@ void PolygonalContact::Impl::fill_rows(const Pose& X_BT, ElementDetail detail) {
 std::size_t PolygonalContact::Impl::find_elements(const RelativeMotion& motion, ElementDetail detail,
                                                   Twist& V_B) {
   if (boxes_apart(motion.X_TB)) return 0;
-  renew_lists(motion);
-  if (lists.slot_count() == 0) return 0;
   const Pose X_BT = motion.X_TB.inverse();
-  depths.find(base, target, lists, motion.X_TB, X_BT);
-  if (depths.hits().empty()) return 0;
+  counts.rebuilds += search.find(motion.X_TB, X_BT) ? 1 : 0;
+  if (search.elements().empty()) return 0;
   fill_rows(X_BT, detail);
   V_B.v = X_BT.R * motion.V_TB_T.v;
   V_B.w = X_BT.R * motion.V_TB_T.w;
-  return depths.hits().size();
+  return search.elements().size();
 }
 
 bool PolygonalContact::Impl::evaluate(const RelativeMotion& motion, ElementDetail detail,
@@ -306,12 +218,12 @@ bool PolygonalContact::accept(const RelativeMotion& motion) {
   if (m.find_elements(motion, ElementDetail::forces, V_B) > 0) {
     element_forces(m.law, V_B, ElementDetail::forces, m.rows);
     using R = ElementRows;
-    const auto hits = m.depths.hits();
+    const auto hits = m.search.elements();
     auto spring = m.springs.begin();
     for (std::size_t i = 0; i < hits.size(); ++i) {
       const double normal_force = m.rows[R::kForce][i];
       if (!(normal_force > 0.0)) continue;
-      const std::int32_t element = m.lists.element[static_cast<std::size_t>(hits[i])];
+      const std::int32_t element = hits[i];
       const auto e = static_cast<std::size_t>(element);
       const Vec3 x_T = motion.X_TB * m.base.point(e);
       while (spring != m.springs.end() && spring->element < element) ++spring;
@@ -335,9 +247,7 @@ bool PolygonalContact::accept(const RelativeMotion& motion) {
 
 void PolygonalContact::reset() {
   impl_->springs.clear();
-  impl_->lists.forget();
-  impl_->next.forget();
-  impl_->shrinking = false;
+  impl_->search.forget();
 }
 
 std::vector<double> PolygonalContact::save() const {
@@ -357,11 +267,11 @@ std::vector<ElementPressure> PolygonalContact::pressures(const RelativeMotion& m
   Twist V_B;
   if (impl_->find_elements(motion, ElementDetail::forces, V_B) == 0) return result;
   element_forces(impl_->law, V_B, ElementDetail::forces, impl_->rows);
-  const auto hits = impl_->depths.hits();
+  const auto hits = impl_->search.elements();
   using R = ElementRows;
   for (std::size_t i = 0; i < hits.size(); ++i) {
     if (!(impl_->rows[R::kForce][i] > 0.0)) continue;
-    const std::int32_t element = impl_->lists.element[static_cast<std::size_t>(hits[i])];
+    const std::int32_t element = hits[i];
     result.push_back({element, impl_->base.point(static_cast<std::size_t>(element)), impl_->rows[R::kArea][i],
                       impl_->rows[R::kDepth][i], impl_->rows[R::kPressure][i]});
   }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 
+#include "idl/transport/fastdds.h"
 #include "idl/transport/wire_cursor.h"
 #include "takt_msgsPubSubTypes.h"
 
@@ -12,8 +13,8 @@ namespace takt {
 
 class BoundedControlRequest : public takt_msgs::msg::ControlRequestPubSubType {
  public:
-  bool deserialize(eprosima::fastrtps::rtps::SerializedPayload_t* payload, void* data) override {
-    return within_bounds({payload->data, payload->length}) &&
+  bool deserialize(DdsPayload payload, void* data) override {
+    return within_bounds(bytes_of(payload)) &&
            takt_msgs::msg::ControlRequestPubSubType::deserialize(payload, data);
   }
 

@@ -78,7 +78,7 @@ void ControlService::write_replies(std::span<const ControlReply> replies) {
   }
   for (auto& message : messages) {
     // A reply that DDS refuses now is sent again when the client asks again.
-    (void)writer_->write(&message);
+    (void)written(*writer_, message);
   }
 }
 

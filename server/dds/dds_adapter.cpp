@@ -9,9 +9,8 @@ namespace takt {
 namespace {
 
 double lease_s(const DdsDuration& lease) {
-  return lease == eprosima::fastrtps::c_TimeInfinite
-             ? std::numeric_limits<double>::infinity()
-             : static_cast<double>(lease.seconds) + 1e-9 * static_cast<double>(lease.nanosec);
+  return is_infinite(lease) ? std::numeric_limits<double>::infinity()
+                            : static_cast<double>(lease.seconds) + 1e-9 * static_cast<double>(lease.nanosec);
 }
 
 const std::string& checked(const std::string& name, const char* what) {
@@ -72,15 +71,12 @@ void DdsAdapter::idle(const CellDescription& cell) {
   publisher_->describe(cell);
 }
 
-void DdsAdapter::on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryInfo&& info) {
-  using Info = rtps::WriterDiscoveryInfo;
-  if (info.status == Info::DISCOVERED_WRITER) {
-    commands_.writer_discovered(info.info.guid(), info.info.topicName().to_string(),
-                                info.info.m_qos.m_ownershipStrength.value,
-                                lease_s(info.info.m_qos.m_liveliness.lease_duration));
-  } else if (info.status == Info::REMOVED_WRITER) {
-    commands_.writer_removed(info.info.guid());
-  }
+void DdsAdapter::on_writer(const DiscoveredWriter& writer) {
+  using News = DiscoveredWriter::News;
+  if (writer.news == News::appeared)
+    commands_.writer_discovered(writer.guid, writer.topic, writer.ownership_strength, lease_s(writer.lease));
+  else if (writer.news == News::gone)
+    commands_.writer_removed(writer.guid);
 }
 
 }  // namespace takt

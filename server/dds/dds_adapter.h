@@ -7,6 +7,7 @@
 #include "server/dds/command_subscriber.h"
 #include "server/dds/control_service.h"
 #include "server/dds/participant.h"
+#include "server/dds/remains_keeper.h"
 #include "server/dds/ros_services.h"
 #include "server/dds/senders.h"
 #include "server/dds/state_publisher.h"
@@ -14,7 +15,7 @@
 
 namespace takt {
 
-class DdsAdapter final : public dds::DomainParticipantListener, public WorldObserver {
+class DdsAdapter final : public DiscoveryListener, public WorldObserver {
  public:
   /// Make it before the host opens anything, so that the first instant is sent. The host must outlive it.
   /// Throws DdsError, also when the cell's name cannot be part of a topic.
@@ -36,7 +37,7 @@ class DdsAdapter final : public dds::DomainParticipantListener, public WorldObse
   void idle(const CellDescription& cell) override;
 
  private:
-  void on_publisher_discovery(dds::DomainParticipant* participant, rtps::WriterDiscoveryInfo&& info) override;
+  void on_writer(const DiscoveredWriter& writer) override;
 
   Senders senders_;
   CommandSubscriber commands_;
@@ -44,6 +45,7 @@ class DdsAdapter final : public dds::DomainParticipantListener, public WorldObse
   RosServices services_;
   std::unique_ptr<Participant> participant_;
   std::unique_ptr<StatePublisher> publisher_;
+  RemainsKeeper remains_;
 };
 
 }  // namespace takt

@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "idl/transport/profiles.h"
 #include "idl/transport/security.h"
 
 namespace takt {
@@ -15,9 +16,9 @@ constexpr std::uint32_t kSharedMemorySegment_bytes = 8U << 20U;
 dds::DomainParticipantQos this_machine_only() {
   dds::DomainParticipantQos qos;
   qos.transport().use_builtin_transports = false;
-  const auto shared_memory = std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>();
+  const auto shared_memory = std::make_shared<transports::SharedMemTransportDescriptor>();
   shared_memory->segment_size(kSharedMemorySegment_bytes);
-  const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+  const auto udp = std::make_shared<transports::UDPv4TransportDescriptor>();
   udp->interfaceWhiteList.emplace_back("127.0.0.1");
   udp->sendBufferSize = 1U << 20U;
   udp->receiveBufferSize = 1U << 20U;
@@ -34,7 +35,7 @@ dds::DomainParticipantQos participant_qos(const ParticipantOptions& options) {
     qos = this_machine_only();
   } else {
     auto* factory = dds::DomainParticipantFactory::get_instance();
-    if (!is_ok(factory->load_XML_profiles_file(options.profiles_file))) {
+    if (!load_profiles(options.profiles_file)) {
       throw DdsError("The DDS profiles in '" + options.profiles_file +
                      "' cannot be read; the messages of Fast DDS beside this one say why.");
     }
@@ -118,9 +119,7 @@ void Participant::silence() {
 
 dds::Topic* Participant::topic(const std::string& name, dds::TypeSupport& type) {
   if (auto* known = participant_->lookup_topicdescription(name)) return dynamic_cast<dds::Topic*>(known);
-  // A type object with a sequence of structs makes default participants of 2.9.1 crash (Fast-DDS #3296).
-  type->auto_fill_type_object(false);
-  type->auto_fill_type_information(false);
+  withhold_type_object(type);
   if (!is_ok(type.register_type(participant_))) {
     throw DdsError("DDS refused the type '" + type.get_type_name() + "'.");
   }

@@ -107,7 +107,7 @@ class RosServices::TypedService final : public RosServices::Service {
     rtps::WriteParams params;
     params.related_sample_identity(call.caller);
     // A reply that DDS refuses is lost to its caller, who notices by its own time-out.
-    (void)writer_->write(&message, params);
+    (void)written(*writer_, message, params);
   }
 };
 

@@ -67,9 +67,9 @@ void StatePublisher::close() {
 
 void StatePublisher::describe(const CellDescription& cell) {
   takt_msgs::msg::CellDescription description = to_message(cell, TAKT_VERSION);
-  if (!description_writer_->write(&description)) {
+  if (!written(*description_writer_, description)) {
     throw DdsError("DDS refused to send the description of the cell (" +
-                   std::to_string(takt_msgs::msg::CellDescription::getCdrSerializedSize(description)) +
+                   std::to_string(serialized_bytes<takt_msgs::msg::CellDescriptionPubSubType>(description)) +
                    " bytes).");
   }
   const std::lock_guard lock(mutex_);

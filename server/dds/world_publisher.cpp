@@ -45,12 +45,12 @@ WorldPublisher::~WorldPublisher() {
 
 void WorldPublisher::make_writers(const TopicNames& topics) {
   namespace msg = takt_msgs::msg;
-  const std::size_t state_bytes = msg::CellState::getCdrSerializedSize(state_message_);
+  const std::size_t state_bytes = serialized_bytes<msg::CellStatePubSubType>(state_message_);
   state_writer_ = participant_.create_writer<msg::CellStatePubSubType>(
       topics.of_cell("state"), state_writer_qos(participant_, state_bytes));
   power_writer_ = participant_.create_writer<msg::PowerPubSubType>(topics.of_cell("power"),
                                                                    state_writer_qos(participant_, 0));
-  const std::size_t contacts_bytes = msg::Contacts::getCdrSerializedSize(contacts_message_);
+  const std::size_t contacts_bytes = serialized_bytes<msg::ContactsPubSubType>(contacts_message_);
   contacts_writer_ = participant_.create_writer<msg::ContactsPubSubType>(
       topics.of_cell("contacts"), state_writer_qos(participant_, contacts_bytes));
   clock_writer_ = participant_.create_writer<rosgraph_msgs::msg::ClockPubSubType>(
@@ -69,7 +69,7 @@ void WorldPublisher::make_writers(const TopicNames& topics) {
         with_type_hash(latched_writer_qos(participant_, true), ros_type_hash::kString)));
     std_msgs::msg::String urdf;
     urdf.data(robot.urdf);
-    if (!urdf_writers_.back()->write(&urdf))
+    if (!written(*urdf_writers_.back(), urdf))
       throw DdsError("DDS refused to send the URDF of '" + robot.name + "'.");
   }
 }

@@ -49,24 +49,17 @@ std::int32_t BoxTree::build(const std::vector<Aabb>& boxes, std::vector<std::int
   return index;
 }
 
-bool BoxTree::any_near(const BodyBox& box, const Pose& X_OU, const Mat3& abs_R, double margin) const {
-  const Vec3 center = X_OU * box.center_B;
-  const Vec3 half = abs_R * box.half_B + Vec3::Constant(margin);
-  std::array<std::int32_t, kDepth> stack;
-  stack[0] = 0;
-  std::size_t size = 1;
-  while (size > 0) {
-    const std::int32_t index = stack[--size];
-    const Node& node = nodes_[static_cast<std::size_t>(index)];
-    if (std::abs(center[0] - node.box.center_B[0]) > half[0] + node.box.half_B[0] ||
-        std::abs(center[1] - node.box.center_B[1]) > half[1] + node.box.half_B[1] ||
-        std::abs(center[2] - node.box.center_B[2]) > half[2] + node.box.half_B[2])
+void BoxTree::label(const std::vector<std::int32_t>& labels) {
+  // Children come after their node.
+  for (std::size_t i = nodes_.size(); i-- > 0;) {
+    Node& node = nodes_[i];
+    if (node.thing >= 0) {
+      node.label = labels[static_cast<std::size_t>(node.thing)];
       continue;
-    if (node.thing >= 0) return true;
-    stack[size++] = node.second;
-    stack[size++] = index + 1;
+    }
+    const std::int32_t one = nodes_[i + 1].label, other = nodes_[static_cast<std::size_t>(node.second)].label;
+    node.label = one == other ? one : -1;
   }
-  return false;
 }
 
 }  // namespace takt

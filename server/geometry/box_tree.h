@@ -55,12 +55,28 @@ class BoxTree {
     }
   }
 
-  /// Calls visit(thing) for each of our things whose box, moved to X_OU into the frame of `other` and grown
-  /// by `margin`, may touch the box of anything there.
-  template <typename Visit>
-  void visit_near(const BoxTree& other, const Pose& X_OU, double margin, const Visit& visit) const {
-    if (empty() || other.empty()) return;
-    collect(0, other, X_OU, X_OU.R.cwiseAbs(), margin, visit);
+  /// Per thing a number of what it belongs to: nodes whose things have it in common are labelled with it.
+  void label(const std::vector<std::int32_t>& labels);
+  /// Goes down where enter(box, label) is true (label -1: things differ, or are not labelled), and calls
+  /// visit(thing) until it returns false. False if it did.
+  template <typename Enter, typename Visit>
+  bool walk(const Enter& enter, const Visit& visit) const {
+    if (empty()) return true;
+    std::array<std::int32_t, kDepth> stack;
+    std::size_t size = 0;
+    stack[size++] = 0;
+    while (size > 0) {
+      const std::int32_t index = stack[--size];
+      const Node& node = nodes_[static_cast<std::size_t>(index)];
+      if (!enter(node.box, node.label)) continue;
+      if (node.thing >= 0) {
+        if (!visit(node.thing)) return false;
+        continue;
+      }
+      stack[size++] = node.second;
+      stack[size++] = index + 1;
+    }
+    return true;
   }
 
  private:
@@ -70,6 +86,7 @@ class BoxTree {
     BodyBox box;
     std::int32_t thing = -1;  ///< of a leaf; -1: the children are the next node and `second`
     std::int32_t second = -1;
+    std::int32_t label = -1;
   };
 
   /// A segment and the width around it.
@@ -99,20 +116,6 @@ class BoxTree {
 
   std::int32_t build(const std::vector<Aabb>& boxes, std::vector<std::int32_t>::iterator begin,
                      std::vector<std::int32_t>::iterator end);
-  bool any_near(const BodyBox& box, const Pose& X_OU, const Mat3& abs_R, double margin) const;
-
-  template <typename Visit>
-  void collect(std::int32_t index, const BoxTree& other, const Pose& X_OU, const Mat3& abs_R, double margin,
-               const Visit& visit) const {
-    const Node& node = nodes_[static_cast<std::size_t>(index)];
-    if (!other.any_near(node.box, X_OU, abs_R, margin)) return;
-    if (node.thing >= 0) {
-      visit(node.thing);
-      return;
-    }
-    collect(index + 1, other, X_OU, abs_R, margin, visit);
-    collect(node.second, other, X_OU, abs_R, margin, visit);
-  }
 
   std::vector<Node> nodes_;
 };

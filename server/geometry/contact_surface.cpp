@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "server/geometry/contact_clusters.h"
 #include "server/geometry/contact_surface_data.h"
 
 namespace takt {
@@ -159,6 +160,10 @@ void make_faces(const TriangleMesh& mesh, Data& data) {
   connect_faces(data);
   find_patches(data, normals, areas);
   find_rims(data, normals);
+  boxes.clear();
+  for (const ContactRim& rim : data.rims) boxes.push_back({rim.a.cwiseMin(rim.b), rim.a.cwiseMax(rim.b)});
+  data.rim_tree = BoxTree(boxes);
+  make_pieces(data);
 }
 
 /// Half the way to where the line leaves the body again, at most `longest`.
@@ -207,7 +212,6 @@ void divide(const std::array<Vec3, 3>& corner, double edge_m, std::vector<std::a
 }
 
 void make_elements(Data& data, const ContactSurfaceOptions& options) {
-  std::vector<Aabb> boxes;
   std::vector<std::array<Vec3, 3>> pieces;
   // No piece is larger than the equilateral triangle.
   const double largest_piece_m2 = 0.4330127 * options.element_edge_m * options.element_edge_m;
@@ -231,11 +235,9 @@ void make_elements(Data& data, const ContactSurfaceOptions& options) {
       data.fade_m.push_back(0.5 * std::sqrt(area));
       data.triangle.push_back(static_cast<std::uint32_t>(i));
       data.largest_fade_m = std::max(data.largest_fade_m, data.fade_m.back());
-      const Vec3 end = p - line * normal;
-      boxes.push_back({p.cwiseMin(end), p.cwiseMax(end)});
     }
   }
-  data.element_tree = BoxTree(boxes);
+  make_clusters(data);
 }
 
 }  // namespace

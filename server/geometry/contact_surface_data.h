@@ -26,24 +26,42 @@ struct ContactFace {
   std::array<double, 3> shift_m{};
 };
 
+/// Faces of one patch that nearly fill a rectangle, or one face.
+struct ContactPiece {
+  std::int32_t patch = -1;
+  std::array<Vec3, 4> corner;        ///< of the rectangle, or of the face, the last one twice
+  std::uint32_t begin = 0, end = 0;  ///< in piece_faces
+};
+
 /// A sharp convex edge.
 struct ContactRim {
   Vec3 a = Vec3::Zero(), b = Vec3::Zero();
   std::array<std::int32_t, 2> region{};  ///< of the faces on both sides
 };
 
+/// Elements that lie together and look into similar directions: a range of them, and a box around their
+/// beginnings. A tree of such ranges; the first child of a cluster is the next one.
+struct ContactCluster {
+  Vec3 center_B = Vec3::Zero(), half_m = Vec3::Zero();
+  Mat3 axes_B = Mat3::Identity();  ///< of the box, columns; the last is the mean normal, where there is one
+  double radius_m = 0.0;           ///< of the sphere about the centre around the box
+  double cone_cos = -1.0;          ///< least cosine of an element's normal with the last axis
+  std::uint32_t begin = 0, end = 0;
+  std::int32_t second = -1;  ///< child; -1 if this is not divided
+};
+
 /// Edges with a larger angle between the normals of their faces are sharp (cosine of 20 degrees).
 inline constexpr double kSharpCosine = 0.93969262078590838;
 
 struct ContactSurface::Data {
-  // Elements, ascending by triangle of the mesh.
+  // Elements, in the order of the clusters.
   std::vector<double> px, py, pz;  ///< centroid
   std::vector<double> nx, ny, nz;  ///< outward unit normal
   std::vector<double> area_m2;
-  std::vector<double> line_m;           ///< length of the penetration line, inwards
-  std::vector<double> fade_m;           ///< width of the fade at rims of the Target: half the element's size
-  std::vector<std::uint32_t> triangle;  ///< of the mesh
-  BoxTree element_tree;                 ///< over the penetration lines
+  std::vector<double> line_m;            ///< length of the penetration line, inwards
+  std::vector<double> fade_m;            ///< width of the fade at rims of the Target: half the element's size
+  std::vector<std::uint32_t> triangle;   ///< of the mesh
+  std::vector<ContactCluster> clusters;  ///< the first is of all elements
   double largest_fade_m = 0.0;
   double surface_area_m2 = 0.0;
 
@@ -53,6 +71,10 @@ struct ContactSurface::Data {
   std::vector<std::int32_t> patch_region;  ///< per patch
   std::vector<ContactRim> rims;
   BoxTree face_tree;
+  BoxTree rim_tree;
+  std::vector<ContactPiece> pieces;  ///< cover all faces
+  std::vector<std::int32_t> piece_faces;
+  BoxTree piece_tree;  ///< labelled with the patches
 
   Aabb bounds;
   BodyBox box;            ///< the same

@@ -65,12 +65,17 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
   ContactExtremes extremes;
   if (options.stage_times) simulation.set_stage_clock(&wall_seconds);
 
+  std::optional<AssertionChecker> demands;
+  if (!scenario.assertions.empty()) demands.emplace(scenario, simulation);
+
   const double wall_begin = wall_seconds();
   const double cpu_begin = cpu_seconds();
   try {
     std::optional<InProcessController> controller;
-    if (!options.program.empty()) controller.emplace(options.program.string(), simulation);
+    if (!options.program.empty())
+      controller.emplace(options.program.string(), simulation, scenario.program_parameters);
     if (observer) observer(simulation);
+    if (demands) demands->note(simulation);
     record_marks();
     for (std::uint64_t i = 0; i < steps; ++i) {
       if (pacer) pacer(simulation.time_s());
@@ -88,6 +93,7 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
       for (const CollisionEvent& event : simulation.collision_events()) result.collisions.push_back(event);
       if (options.contact_extremes) extremes.note(simulation);
       if (observer) observer(simulation);
+      if (demands) demands->note(simulation);
       record_marks();
     }
   } catch (const std::exception& error) {
@@ -95,6 +101,7 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
   }
   result.cpu_s = cpu_seconds() - cpu_begin;
   result.wall_s = wall_seconds() - wall_begin;
+  if (demands) result.assertions = demands->finish(simulation, result.fault);
   result.final_state = simulation.make_snapshot();
   result.statistics = simulation.statistics();
   result.surface_contact = result.final_state.contacts.acting;

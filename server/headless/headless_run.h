@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "server/headless/assertions.h"
 #include "server/scenario/scenario.h"
 #include "server/simulation/simulation.h"
 
@@ -39,6 +40,7 @@ struct HeadlessResult {
   bool surface_contact = false;  ///< some process was at level of detail 3 at the end
   ContactCallCounts contact_counts;
   std::vector<ContactExtreme> contact_extremes;  ///< of each pair that ever pressed, in the order of pairs
+  std::vector<AssertionResult> assertions;       ///< what the scenario demands, in its order
   double wall_s = 0.0, cpu_s = 0.0;
   double controller_s = 0.0;  ///< wall time within the controller program
   std::string fault;          ///< why the run ended early, or empty
@@ -49,7 +51,8 @@ using StepObserver = std::function<void(const Simulation&)>;
 /// Called before every step; may block to pace the run.
 using StepPacer = std::function<void(double time_s)>;
 
-/// Never throws once running: a failing program or a diverging state ends the run with `fault` set.
+/// Throws ScenarioError for a demand that names what the cell does not have. Never throws once running: a
+/// failing program or a diverging state ends the run with `fault` set.
 HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, const HeadlessOptions& options,
                             const StepObserver& observer = {}, const StepPacer& pacer = {});
 

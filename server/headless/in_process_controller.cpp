@@ -1,5 +1,7 @@
 #include "server/headless/in_process_controller.h"
 
+#include <stdexcept>
+
 namespace takt {
 
 controller::CellInfo controller_cell_info(const CellDescription& cell) {
@@ -9,6 +11,11 @@ controller::CellInfo controller_cell_info(const CellDescription& cell) {
   for (const GripperDescription& gripper : cell.grippers) {
     info.grippers.push_back(
         {gripper.name, gripper.robot, gripper.X_FG * gripper.X_GT, gripper.max_width_m, gripper.max_force_N});
+  }
+  for (const DeviceDescription& device : cell.devices) {
+    controller::DeviceInfo& added = info.devices.emplace_back();
+    added.name = device.name;
+    for (const SignalDescription& signal : device.signals) added.signals.push_back(signal.name);
   }
   for (const ComponentDescription& component : cell.components) info.components.push_back(component.name);
   return info;
@@ -29,13 +36,31 @@ void fill_controller_input(const Snapshot& snapshot, controller::Input& input) {
     const ComponentSample& sample = snapshot.components[i];
     input.components[i] = {sample.p_WB, sample.q_WB, sample.partner};
   }
+  input.devices.resize(snapshot.devices.size());
+  for (std::size_t i = 0; i < snapshot.devices.size(); ++i)
+    input.devices[i].assign(snapshot.devices[i].signals.begin(), snapshot.devices[i].signals.end());
 }
 
-InProcessController::InProcessController(const std::string& program_file, const Simulation& simulation)
-    : controller_(program_file, controller_cell_info(simulation.description())),
+InProcessController::InProcessController(const std::string& program_file, const Simulation& simulation,
+                                         const controller::Parameters& parameters)
+    : controller_(program_file, controller_cell_info(simulation.description()), parameters),
       step_s_(simulation.description().step_s),
       snapshot_(simulation.make_snapshot()) {
-  commands_.reserve(controller_.driven_robots().size() + controller_.driven_grippers().size());
+  commands_.reserve(controller_.driven_robots().size() + controller_.driven_grippers().size() +
+                    controller_.driven_devices().size());
+  for (const int device : controller_.driven_devices()) device_commands_.push_back({{device, {}, {}}, {}});
+}
+
+DeviceCommand InProcessController::validated(const controller::DeviceSetPoint& set_point,
+                                             const CellDescription& cell) const {
+  const DeviceDescription& device = cell.devices[static_cast<std::size_t>(set_point.device)];
+  RawDeviceCommand raw{device.name, -1.0, {}, set_point.values};
+  for (const int signal : set_point.signals)
+    raw.signals.push_back(device.signals[static_cast<std::size_t>(signal)].name);
+  const Validated<DeviceCommand> result = validate(cell, raw);
+  if (const auto* rejection = std::get_if<Rejection>(&result))
+    throw std::runtime_error("the program's command for " + device.name + ": " + rejection->message);
+  return std::get<DeviceCommand>(result);
 }
 
 std::span<const Command> InProcessController::commands(const Simulation& simulation) {
@@ -64,6 +89,17 @@ std::span<const Command> InProcessController::commands(const Simulation& simulat
     commands_.emplace_back(GripperCommand{set_point.gripper, stamp_s,
                                           static_cast<GripperAction>(set_point.verb), set_point.width_m,
                                           set_point.max_force_N});
+  }
+  for (std::size_t i = 0; i < output.devices.size(); ++i) {
+    const controller::DeviceSetPoint& set_point = output.devices[i];
+    auto& [checked, command] = device_commands_[i];
+    if (checked.signals != set_point.signals || checked.values != set_point.values) {
+      command = validated(set_point, simulation.description());
+      checked = set_point;
+    }
+    command.device = set_point.device;
+    command.stamp_s = stamp_s;
+    commands_.emplace_back(command);
   }
   return commands_;
 }

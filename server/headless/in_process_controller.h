@@ -2,6 +2,7 @@
 // Runs a controller program beside the simulation, in one process: the same program, the same instants and
 // the same numbers as takt-controller over DDS in lockstep, so the state hashes are equal.
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "client_lib/controller/controller.h"
@@ -17,7 +18,8 @@ void fill_controller_input(const Snapshot& snapshot, controller::Input& input);
 class InProcessController {
  public:
   /// Throws std::runtime_error if the program cannot be loaded for this cell.
-  InProcessController(const std::string& program_file, const Simulation& simulation);
+  InProcessController(const std::string& program_file, const Simulation& simulation,
+                      const controller::Parameters& parameters = {});
 
   /// Commands for the next step: empty between the boundaries of the program's period. Throws
   /// std::runtime_error when the program fails.
@@ -26,11 +28,16 @@ class InProcessController {
   double period_s() const { return controller_.period_s(); }
 
  private:
+  /// Throws std::runtime_error for a signal that cannot be set, or not to this value.
+  DeviceCommand validated(const controller::DeviceSetPoint& set_point, const CellDescription& cell) const;
+
   controller::Controller controller_;
   double step_s_;
   Snapshot snapshot_;
   controller::Input input_;
   std::vector<Command> commands_;
+  /// Of each driven device: what was checked last, and the command it made.
+  std::vector<std::pair<controller::DeviceSetPoint, DeviceCommand>> device_commands_;
   std::uint64_t boundary_ = 0;
   bool finished_ = false;
 };

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "server/headless/contact_report.h"
+#include "server/headless/device_report.h"
 #include "server/headless/robot_report.h"
 
 namespace takt {
@@ -192,6 +193,9 @@ std::string report_json(const Scenario& scenario, const CellDescription& cell, c
   report["import_notes"] = notes_json(info);
   report["components"] = components_json(cell, result.final_state, &scenario);
   report["robots"] = robots_json(cell, result.final_state);
+  if (!cell.devices.empty()) report["devices"] = devices_json(cell, result.final_state);
+  report["energy"] = energy_json(cell, result.final_state);
+  if (!result.assertions.empty()) report["assertions"] = assertions_json(result.assertions);
   Json changes = Json::array();
   for (const ConnectionChange& change : result.changes) {
     changes.push_back({{"time_s", change.time_s},
@@ -209,6 +213,8 @@ std::string report_json(const Scenario& scenario, const CellDescription& cell, c
               {"time_s", mark.snapshot.time_s},
               {"components", components_json(cell, mark.snapshot, nullptr)},
               {"robots", robots_json(cell, mark.snapshot)}};
+    if (!cell.devices.empty()) item["devices"] = devices_json(cell, mark.snapshot);
+    item["energy"] = energy_json(cell, mark.snapshot);
     if (mark.snapshot.contacts.acting) item["contacts"] = contacts_json(cell, mark.snapshot);
     marks.push_back(std::move(item));
   }
@@ -247,6 +253,7 @@ void print_summary(std::ostream& out, const Scenario& scenario, const CellDescri
         << (error_mm <= 1e3 * scenario.expected_tolerance_m ? "" : "  <- outside the tolerance") << '\n';
   }
   if (!cell.checked_bodies.empty()) print_collisions(out, cell, result);
+  print_assertions(out, result.assertions);
   if (!result.fault.empty()) out << "The run ended early: " << result.fault << '\n';
   out.flags(old_flags);
 }
@@ -265,6 +272,8 @@ CsvWriter::CsvWriter(const std::filesystem::path& file, const Simulation& simula
   }
   for (std::size_t r = 0; r < cell.robots.size(); ++r) robot_header(cell.robots[r], snapshot_.robots[r]);
   for (const GripperDescription& gripper : cell.grippers) out_ << ',' << gripper.name << ".width";
+  for (const DeviceDescription& device : cell.devices)
+    for (const SignalDescription& signal : device.signals) out_ << ',' << device.name << '.' << signal.name;
   contact_columns_ = snapshot_.contacts.acting;
   if (contact_columns_) write_contact_header(out_, simulation.model());
   out_ << '\n' << std::setprecision(17);
@@ -332,6 +341,9 @@ void CsvWriter::record(const Simulation& simulation) {
   for (std::size_t r = 0; r < cell.robots.size(); ++r)
     write_robot(snapshot_.robots[r], cell.robots[r].arm.joints.size(), robot_columns_[r]);
   for (const GripperSample& gripper : snapshot_.grippers) out_ << ',' << gripper.width_m;
+  for (std::size_t d = 0; d < cell.devices.size(); ++d)
+    for (std::size_t s = 0; s < cell.devices[d].signals.size(); ++s)
+      out_ << ',' << snapshot_.devices[d].signals[s];
   if (contact_columns_) write_contacts(out_, simulation.model(), snapshot_.contacts);
   out_ << '\n';
 }

@@ -32,7 +32,8 @@ void print_summary(std::ostream& out, const Scenario& scenario, const CellDescri
 /// partner; per robot the positions of its joints, their velocities, and at level of detail 2, by joint too,
 /// motor current (A), gear deflection (rad, motor side) and friction mode (-1 and 1 sliding, 0 sticking;
 /// these three if a drive has a motor), torque (N m), then power (W) and energy (J) of the robot; per gripper
-/// width; where surface contact acts at the beginning, what each pair exerts (contact_report.h).
+/// width; per device its signals; where surface contact acts at the beginning, what each pair exerts
+/// (contact_report.h).
 class CsvWriter {
  public:
   /// Throws std::runtime_error if the file cannot be written.

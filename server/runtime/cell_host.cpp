@@ -1,3 +1,4 @@
+#include "server/runtime/allowed_files.h"
 #include "server/runtime/cell_host_world.h"
 
 #include <utility>
@@ -142,6 +143,11 @@ void CellHost::submit(const ControlRequest& request) {
   if (auto parsed = parse_host_request(request, loaded && !loaded->changes.empty())) {
     if (auto* answer = std::get_if<ControlReply>(&*parsed)) {
       mail_->add_reply(std::move(*answer));
+      return;
+    }
+    const std::string refusal = confine(std::get<HostAction>(*parsed), options_.scenarios);
+    if (!refusal.empty()) {
+      reply(request.id, ControlResult::failed, refusal);
       return;
     }
     std::string busy;

@@ -58,6 +58,7 @@ struct HostOptions {
   std::filesystem::path snapshots{};        ///< directory of snapshots; empty: none are kept
   std::filesystem::path log{};              ///< file to record to from the start; empty: none
   std::filesystem::path recordings{};       ///< directory of recordings by request; empty: none are possible
+  std::filesystem::path scenarios{};        ///< the files that clients may name; empty: any (allowed_files.h)
   std::string version{};                    ///< of the server, for recordings
   std::filesystem::path cache_directory{};  ///< of convex decompositions; empty: none is kept
   /// Called with what a person must be told about imported meshes and robots, by the thread that reads them;

@@ -5,13 +5,16 @@
 // w.
 #include <array>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "plant_models/spatial.h"
 #include "server/geometry/convex_decomposition.h"
+#include "server/scenario/scenario_assertions.h"
 #include "server/scenario/scenario_contact.h"
+#include "server/scenario/scenario_devices.h"
 #include "server/scenario/scenario_dynamics.h"
 #include "server/simulation/solver.h"
 
@@ -42,6 +45,7 @@ struct ScenarioPart {
   // Substitute force of this Part; unset values come from `interaction`.
   std::optional<double> allowed_position_error_m, damping_ratio;
   std::optional<double> rotational_stiffness_N_m_per_rad, rotational_damping_N_m_s_per_rad;
+  std::optional<ScenarioHeat> heat;  ///< unset: it has no temperature
 };
 
 struct ScenarioGround {
@@ -125,6 +129,7 @@ struct Scenario {
   double duration_s = 0.0;  ///< 0: open end
   double csv_period_s = 0.01;
   Vec3 gravity_m_per_s2{0.0, 0.0, -9.80665};
+  double temperature_degC = 20.0;  ///< of the surroundings
   std::string solver = "rk2";
   double step_s = 0.001;
   double tolerance = 1e-6;                        ///< of solvers with error control
@@ -156,12 +161,15 @@ struct Scenario {
   std::vector<ScenarioGround> grounds;
   std::vector<ScenarioRobot> robots;
   std::vector<ScenarioGripper> grippers;
+  std::vector<ScenarioFurnace> furnaces;
   ScenarioContact contact;
   ScenarioCollisionChecking collision_checking;
-  std::filesystem::path controller_program;  ///< empty: none
+  std::filesystem::path controller_program;          ///< empty: none
+  std::map<std::string, double> program_parameters;  ///< instead of the program's own defaults
   std::vector<ScenarioMark> marks;           ///< instants whose poses and wrenches go into the report
   std::vector<ExpectedPose> expected;        ///< analytic poses at the end
   double expected_tolerance_m = 0.0001;
+  std::vector<ScenarioAssertion> assertions;
 };
 
 /// Levels of detail (thesis Table 3.4).

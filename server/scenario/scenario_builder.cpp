@@ -7,6 +7,7 @@
 #include "server/scenario/collision_checking.h"
 #include "server/scenario/contact_builder.h"
 #include "server/scenario/convex_import.h"
+#include "server/scenario/device_builder.h"
 #include "server/scenario/dynamics_builder.h"
 #include "server/scenario/mesh_notes.h"
 #include "server/scenario/urdf_reader.h"
@@ -214,6 +215,7 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const Impo
   for (const ScenarioGripper& gripper : scenario.grippers)
     add_gripper(scenario, gripper, importer, *cell, meshes);
   add_dynamics(scenario, *cell);
+  add_devices(scenario, meshes, *cell);
   cell->pairs = generate_pairs(cell->components);
   add_contact(scenario, meshes, *cell);
   if (scenario.collision_checking.enabled) add_collision_checking(scenario, *cell);

@@ -6,8 +6,11 @@
 #include <sstream>
 
 #include "server/contact/connection_rules.h"
+#include "server/scenario/assertion_fields.h"
 #include "server/scenario/collision_checking.h"
 #include "server/scenario/contact_fields.h"
+#include "server/scenario/device_builder.h"
+#include "server/scenario/device_fields.h"
 #include "server/scenario/dynamics_fields.h"
 #include "server/scenario/yaml_fields.h"
 #include "server/simulation/integrator.h"
@@ -155,6 +158,7 @@ void read_part(YamlFields fields, const std::string& name, Scenario& scenario) {
   part.rotational_damping_N_m_s_per_rad =
       substitute.number_if("rotational_damping_N_m_s_per_rad", positive("N m s/rad"));
   substitute.finish();
+  if (fields.has("heat")) part.heat = read_heat(fields.mapping("heat"), scenario.temperature_degC);
   fields.finish();
   scenario.parts.push_back(part);
 }
@@ -260,6 +264,10 @@ void read_marks(YamlFields& root, const YamlSource& source, Scenario& scenario) 
   }
 }
 
+struct NamedDevice {
+  std::string name;
+};
+
 // Names become levels of DDS topics and keys of reports.
 void check_names(YamlFields& root, const Scenario& scenario) {
   const auto letter = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); };
@@ -277,7 +285,7 @@ void check_names(YamlFields& root, const Scenario& scenario) {
       }
       if (!names.insert(item.name).second) {
         root.fail(group, "the name '" + item.name + "' again",
-                  "names that are unique among parts, grounds, robots and grippers");
+                  "names that are unique among parts, grounds, robots, grippers and devices");
       }
     }
   };
@@ -293,6 +301,11 @@ void check_names(YamlFields& root, const Scenario& scenario) {
       }
     }
   }
+  check("furnaces", scenario.furnaces);
+  std::vector<NamedDevice> heats;
+  for (const ScenarioPart& part : scenario.parts)
+    if (part.heat) heats.push_back({heat_device_name(part.name)});
+  check("parts (heat)", heats);
 }
 
 struct SolverKeys {
@@ -340,6 +353,8 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
 
   YamlFields world = top.mapping("world");
   scenario.gravity_m_per_s2 = world.vector_or("gravity_m_per_s2", scenario.gravity_m_per_s2, "m/s^2");
+  scenario.temperature_degC = world.number_or(
+      "temperature_degC", {.lower = -273.0, .upper = 5000.0, .unit = "degC"}, scenario.temperature_degC);
   world.finish();
 
   YamlFields solver = top.mapping("solver");
@@ -383,6 +398,7 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
   for (auto& [name, fields] : top.entries("grounds")) read_ground(fields, name, scenario);
   for (auto& [name, fields] : top.entries("robots")) read_robot(fields, name, scenario);
   for (auto& [name, fields] : top.entries("grippers")) read_gripper(fields, name, scenario);
+  read_devices(top, scenario);
   for (auto& [name, fields] : top.entries("processes")) read_process(fields, name, scenario);
   if (scenario.processes.empty()) scenario.processes.push_back({"cell", kMinLevelOfDetail, true, {}});
   if (options.level_of_detail) {
@@ -399,9 +415,18 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
   read_collision_checking(top, source, scenario);
   YamlFields controller = top.mapping("controller");
   if (controller.has("program")) scenario.controller_program = controller.existing_file("program");
+  if (const YAML::Node given = controller.optional("parameters"); given.IsDefined()) {
+    YamlFields parameters = controller.mapping("parameters");
+    for (const auto& entry : given) {
+      if (!entry.first.IsScalar()) controller.fail_at(given, "parameters", describe(entry.first), "a name");
+      const std::string name = entry.first.Scalar();
+      scenario.program_parameters[name] = parameters.number(name, {});
+    }
+  }
   controller.finish();
   read_marks(top, source, scenario);
   read_expected(top, scenario);
+  read_assertions(top, scenario);
   top.finish();
   check_names(top, scenario);
   return scenario;

@@ -85,6 +85,7 @@ struct FurtherModel {
   std::string name;
   std::function<std::unique_ptr<PlantModel>()> make;  ///< called once by every simulation
   int device = -1;                                    ///< -1: it has no signals
+  std::vector<double> identity{};                     ///< its parameters: what makes it another model
 };
 
 struct CellModel {

@@ -56,6 +56,7 @@ CellPlant::CellPlant(const CellModel& model, const ComponentInteraction& interac
 void CellPlant::reset() {
   for (KinematicRobot& robot : robots_) robot.reset();
   for (ParallelGripper& gripper : grippers_) gripper.reset();
+  for (const auto& further : further_) further->reset();
   std::vector<int> levels = model_.robot_levels;
   levels.resize(robots_.size(), 1);
   if (levels != levels_ || !system_ || system_->has_stiff_pairs() != system_->has_contacts()) {
@@ -118,6 +119,14 @@ void CellPlant::keep_accepted() {
 void CellPlant::read_signals(std::size_t device, double t, std::span<double> signals) const {
   const auto [model, place] = devices_[device];
   model->read_signals(t, x_.data() + further_segments_[place], system_->motion(), signals);
+}
+
+bool CellPlant::decide(double t) {
+  bool changed = false;
+  for (std::size_t i = 0; i < further_.size(); ++i)
+    changed |= further_[i]->decide(t, x_.data() + further_segments_[i], system_->motion());
+  if (changed) integrator_->restart();
+  return changed;
 }
 
 void CellPlant::set_clock(double (*now_s)()) {

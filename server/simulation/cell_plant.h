@@ -64,6 +64,9 @@ class CellPlant {
   /// By its index among the cell's devices.
   DeviceModel& device(std::size_t index) { return *devices_[index].first; }
   void read_signals(std::size_t device, double t, std::span<double> signals) const;
+  /// Between two steps: what further models decide (PlantModel::decide). The motion must be that of (t,
+  /// state()); true if it is no longer.
+  bool decide(double t);
   std::string describe_state(std::size_t state) const;
 
   std::vector<KinematicRobot>& robots() { return robots_; }

@@ -11,6 +11,7 @@ OdeSystem::OdeSystem(std::vector<PlantModel*> models, const ComponentInteraction
     : interaction_(interaction), contacts_(contacts), wrenches_(body_count) {
   motion_.bodies.resize(body_count);
   motion_.arms.resize(arm_count);
+  motion_.heat.resize(body_count);
   segment_of_body_.resize(body_count, -1);
   std::size_t begin = 0;
   std::vector<std::pair<int, int>> entries;

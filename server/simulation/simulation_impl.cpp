@@ -1,5 +1,6 @@
 #include "server/simulation/simulation_impl.h"
 
+#include <array>
 #include <cmath>
 #include <variant>
 
@@ -68,6 +69,7 @@ void Simulation::Impl::start() {
   set_points.reset();
   motion_is_current = false;
   choose_grippers();
+  decide();
   update_connections();  // a cell that stands still already knows who holds whom
 }
 
@@ -171,12 +173,25 @@ void Simulation::Impl::apply(const TrajectoryCommand& command) {
 
 void Simulation::Impl::apply(const DeviceCommand& command) {
   const auto device = static_cast<std::size_t>(command.device);
+  // Controllers repeat what stands: only what changes is a jump of the right-hand side.
+  std::array<double, kMaxSignals> present{};
+  refresh_motion();
+  plant.read_signals(device, time(), std::span(present));
+  bool jumps = false;
   for (int i = 0; i < command.count; ++i) {
     const auto at = static_cast<std::size_t>(i);
+    if (present[command.signals[at]] == command.values[at]) continue;
     plant.device(device).set_signal(time(), command.signals[at], command.values[at]);
+    jumps = true;
   }
-  plant.integrator().restart();
+  if (jumps) plant.integrator().restart();
   device_commands[device].note(command.stamp_s);
+}
+
+void Simulation::Impl::decide() {
+  if (model->further_models.empty()) return;
+  refresh_motion();
+  if (plant.decide(time())) motion_is_current = false;
 }
 
 void Simulation::Impl::update_connections() {
@@ -292,6 +307,7 @@ bool Simulation::Impl::step(std::span<const Command> commands) {
   }
   if (!fault.empty()) return false;
   set_points.feed(time(), step_index, watch_deadlines, plant.robots());
+  decide();
   // 2 update connections
   const auto now = [this] { return clock != nullptr ? clock() : 0.0; };
   const double t0 = now();

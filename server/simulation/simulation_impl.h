@@ -53,6 +53,8 @@ struct Simulation::Impl {
   void apply(const GripperCommand& command);
   void apply(const TrajectoryCommand& command);
   void apply(const DeviceCommand& command);
+  /// What plant models besides robots, grippers and Parts decide between steps.
+  void decide();
   void update_connections();
   /// Reads poses and partners, writes nothing that the simulation reads.
   void check_clearances();

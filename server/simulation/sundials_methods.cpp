@@ -1,10 +1,11 @@
-// The only file that knows SUNDIALS (6.4, Lawrence Livermore National Laboratory): CVODE, ARKODE and IDA
-// behind AdaptiveMethod. Linear systems are solved by the problem itself, whose matrix falls into blocks,
+// The only file that knows SUNDIALS (7.1 or 6.4, Lawrence Livermore National Laboratory): CVODE, ARKODE and
+// IDA behind AdaptiveMethod. Linear systems are solved by the problem itself, whose matrix falls into blocks,
 // through an empty SUNMatrix and a SUNLinearSolver of our own.
 #include <arkode/arkode_arkstep.h>
 #include <cvode/cvode.h>
 #include <ida/ida.h>
 #include <nvector/nvector_serial.h>
+#include <sundials/sundials_config.h>
 #include <sundials/sundials_context.h>
 #include <sundials/sundials_linearsolver.h>
 #include <sundials/sundials_matrix.h>
@@ -18,6 +19,29 @@
 namespace takt {
 
 namespace {
+
+// Written in the names of SUNDIALS 7; those of 6 that differ.
+#if SUNDIALS_VERSION_MAJOR < 7
+constexpr void* SUN_COMM_NULL = nullptr;
+constexpr auto ARKodeEvolve = ARKStepEvolve;
+constexpr auto ARKodeFree = ARKStepFree;
+constexpr auto ARKodeGetLastStep = ARKStepGetLastStep;
+constexpr auto ARKodeGetNonlinSolvStats = ARKStepGetNonlinSolvStats;
+constexpr auto ARKodeGetNumErrTestFails = ARKStepGetNumErrTestFails;
+constexpr auto ARKodeGetNumSteps = ARKStepGetNumSteps;
+constexpr auto ARKodeRootInit = ARKStepRootInit;
+constexpr auto ARKodeSVtolerances = ARKStepSVtolerances;
+constexpr auto ARKodeSetDeltaGammaMax = ARKStepSetDeltaGammaMax;
+constexpr auto ARKodeSetInitStep = ARKStepSetInitStep;
+constexpr auto ARKodeSetLinSysFn = ARKStepSetLinSysFn;
+constexpr auto ARKodeSetLinearSolver = ARKStepSetLinearSolver;
+constexpr auto ARKodeSetMaxHnilWarns = ARKStepSetMaxHnilWarns;
+constexpr auto ARKodeSetNoInactiveRootWarn = ARKStepSetNoInactiveRootWarn;
+constexpr auto ARKodeSetNonlinCRDown = ARKStepSetNonlinCRDown;
+constexpr auto ARKodeSetRootDirection = ARKStepSetRootDirection;
+constexpr auto ARKodeSetStopTime = ARKStepSetStopTime;
+constexpr auto ARKodeSetUserData = ARKStepSetUserData;
+#endif
 
 // Return values of callbacks: 0 good, > 0 try a smaller step, < 0 give up.
 constexpr int kGood = 0, kRecoverable = 1, kBroken = -1;
@@ -43,12 +67,12 @@ int code(const AdaptiveProblem& problem, bool good) {
   return problem.thrown().empty() ? kRecoverable : kBroken;
 }
 
-int right_side(realtype t, N_Vector x, N_Vector xdot, void* user_data) {
+int right_side(sunrealtype t, N_Vector x, N_Vector xdot, void* user_data) {
   AdaptiveProblem& problem = *of(user_data).problem;
   return code(problem, problem.derivatives(t, N_VGetArrayPointer(x), N_VGetArrayPointer(xdot)));
 }
 
-int residual(realtype t, N_Vector x, N_Vector xdot, N_Vector r, void* user_data) {
+int residual(sunrealtype t, N_Vector x, N_Vector xdot, N_Vector r, void* user_data) {
   AdaptiveProblem& problem = *of(user_data).problem;
   double* values = N_VGetArrayPointer(r);
   if (!problem.derivatives(t, N_VGetArrayPointer(x), values)) return code(problem, false);
@@ -57,21 +81,54 @@ int residual(realtype t, N_Vector x, N_Vector xdot, N_Vector r, void* user_data)
   return kGood;
 }
 
-int crossings(realtype t, N_Vector x, realtype* g, void* user_data) {
+int crossings(sunrealtype t, N_Vector x, sunrealtype* g, void* user_data) {
   // Any other value ends the step as failed.
   return of(user_data).problem->indicators(t, N_VGetArrayPointer(x), g) ? kGood : kBroken;
 }
 
-int crossings_ida(realtype t, N_Vector x, N_Vector, realtype* g, void* user_data) {
+int crossings_ida(sunrealtype t, N_Vector x, N_Vector, sunrealtype* g, void* user_data) {
   return crossings(t, x, g, user_data);
 }
 
+// Errors are told by each solver in SUNDIALS 6, by the context in 7.
+#if SUNDIALS_VERSION_MAJOR < 7
 void error_text(int code, const char*, const char* function, char* text, void* user_data) {
   if (code < 0) of(user_data).problem->tell(std::string(function) + ": " + text);  // else a warning
 }
+bool context_tells(SUNContext, System&) {
+  return true;
+}
+bool cvode_tells(void* memory, System& system) {
+  return CVodeSetErrHandlerFn(memory, error_text, &system) == 0;
+}
+bool arkode_tells(void* memory, System& system) {
+  return ARKStepSetErrHandlerFn(memory, error_text, &system) == 0;
+}
+bool ida_tells(void* memory, System& system) {
+  return IDASetErrHandlerFn(memory, error_text, &system) == 0;
+}
+#else
+void error_text(int, const char* function, const char*, const char* text, SUNErrCode code, void* user_data,
+                SUNContext) {
+  if (code < 0) of(user_data).problem->tell(std::string(function) + ": " + (text ? text : "failed"));
+}
+bool context_tells(SUNContext context, System& system) {
+  return SUNContext_ClearErrHandlers(context) == 0 &&
+         SUNContext_PushErrHandler(context, error_text, &system) == 0;
+}
+bool cvode_tells(void*, System&) {
+  return true;
+}
+bool arkode_tells(void*, System&) {
+  return true;
+}
+bool ida_tells(void*, System&) {
+  return true;
+}
+#endif
 
-int linear_system(realtype t, N_Vector x, N_Vector f, SUNMatrix, booleantype keep, booleantype* fresh,
-                  realtype gamma, void* user_data, N_Vector, N_Vector, N_Vector) {
+int linear_system(sunrealtype t, N_Vector x, N_Vector f, SUNMatrix, sunbooleantype keep,
+                  sunbooleantype* fresh, sunrealtype gamma, void* user_data, N_Vector, N_Vector, N_Vector) {
   System& system = of(user_data);
   *fresh = keep ? SUNFALSE : SUNTRUE;
   system.a = 1.0, system.b = gamma;
@@ -80,14 +137,14 @@ int linear_system(realtype t, N_Vector x, N_Vector f, SUNMatrix, booleantype kee
               system.problem->evaluate_jacobian(t, N_VGetArrayPointer(x), N_VGetArrayPointer(f)));
 }
 
-int linear_system_arkode(realtype t, N_Vector x, N_Vector f, SUNMatrix A, SUNMatrix, booleantype keep,
-                         booleantype* fresh, realtype gamma, void* user_data, N_Vector t1, N_Vector t2,
+int linear_system_arkode(sunrealtype t, N_Vector x, N_Vector f, SUNMatrix A, SUNMatrix, sunbooleantype keep,
+                         sunbooleantype* fresh, sunrealtype gamma, void* user_data, N_Vector t1, N_Vector t2,
                          N_Vector t3) {
   return linear_system(t, x, f, A, keep, fresh, gamma, user_data, t1, t2, t3);
 }
 
-int jacobian_ida(realtype t, realtype cj, N_Vector x, N_Vector xdot, N_Vector r, SUNMatrix, void* user_data,
-                 N_Vector f, N_Vector, N_Vector) {
+int jacobian_ida(sunrealtype t, sunrealtype cj, N_Vector x, N_Vector xdot, N_Vector r, SUNMatrix,
+                 void* user_data, N_Vector f, N_Vector, N_Vector) {
   System& system = of(user_data);
   system.a = cj, system.b = 1.0;
   N_VLinearSum(1.0, xdot, -1.0, r, f);
@@ -115,7 +172,7 @@ SUNLinearSolver block_solver(SUNContext context, System& system) {
     const System& matrix = of(s->content);
     return matrix.problem->factorise(matrix.a, matrix.b) ? kGood : kRecoverable;
   };
-  solver->ops->solve = [](SUNLinearSolver s, SUNMatrix, N_Vector x, N_Vector b, realtype) {
+  solver->ops->solve = [](SUNLinearSolver s, SUNMatrix, N_Vector x, N_Vector b, sunrealtype) {
     N_VScale(1.0, b, x);
     of(s->content).problem->solve(N_VGetArrayPointer(x));
     return kGood;
@@ -131,7 +188,8 @@ SUNLinearSolver block_solver(SUNContext context, System& system) {
 class SundialsMethod : public AdaptiveMethod {
  public:
   explicit SundialsMethod(AdaptiveProblem& problem) : system_{&problem} {
-    require(SUNContext_Create(nullptr, &context_) == 0, "a context");
+    require(SUNContext_Create(SUN_COMM_NULL, &context_) == 0 && context_tells(context_, system_),
+            "a context");
     x_ = N_VNew_Serial(problem.state_count(), context_);
     tolerances_ = N_VNew_Serial(problem.state_count(), context_);
     matrix_ = empty_matrix(context_);
@@ -184,15 +242,15 @@ class Cvode final : public SundialsMethod {
  public:
   explicit Cvode(AdaptiveProblem& p) : SundialsMethod(p), memory_(CVodeCreate(CV_BDF, context_)) {
     require(memory_ != nullptr, "CVODE");
-    const bool good =
-        CVodeInit(memory_, right_side, 0.0, x_) == 0 && CVodeSetUserData(memory_, &system_) == 0 &&
-        CVodeSetErrHandlerFn(memory_, error_text, &system_) == 0 &&
-        CVodeSVtolerances(memory_, p.relative_tolerance(), tolerances_) == 0 &&
-        CVodeSetLinearSolver(memory_, solver_, matrix_) == 0 &&
-        CVodeSetLinSysFn(memory_, linear_system) == 0 && CVodeSetMaxHnilWarns(memory_, -1) == 0 &&
-        (down_.empty() ||
-         (CVodeRootInit(memory_, p.indicator_count(), crossings) == 0 &&
-          CVodeSetRootDirection(memory_, down_.data()) == 0 && CVodeSetNoInactiveRootWarn(memory_) == 0));
+    const bool good = CVodeInit(memory_, right_side, 0.0, x_) == 0 &&
+                      CVodeSetUserData(memory_, &system_) == 0 && cvode_tells(memory_, system_) &&
+                      CVodeSVtolerances(memory_, p.relative_tolerance(), tolerances_) == 0 &&
+                      CVodeSetLinearSolver(memory_, solver_, matrix_) == 0 &&
+                      CVodeSetLinSysFn(memory_, linear_system) == 0 &&
+                      CVodeSetMaxHnilWarns(memory_, -1) == 0 &&
+                      (down_.empty() || (CVodeRootInit(memory_, p.indicator_count(), crossings) == 0 &&
+                                         CVodeSetRootDirection(memory_, down_.data()) == 0 &&
+                                         CVodeSetNoInactiveRootWarn(memory_) == 0));
     require(good, "CVODE with these settings");
   }
   ~Cvode() override { CVodeFree(&memory_); }
@@ -230,39 +288,38 @@ class Esdirk final : public SundialsMethod {
     memory_ = ARKStepCreate(nullptr, right_side, 0.0, x_, context_);
     require(memory_ != nullptr, "ARKODE");
     const bool good =
-        ARKStepSetUserData(memory_, &system_) == 0 &&
-        ARKStepSetErrHandlerFn(memory_, error_text, &system_) == 0 &&
+        ARKodeSetUserData(memory_, &system_) == 0 && arkode_tells(memory_, system_) &&
         ARKStepSetTableNum(memory_, table, ARKODE_ERK_NONE) == 0 &&
-        ARKStepSVtolerances(memory_, p.relative_tolerance(), tolerances_) == 0 &&
-        ARKStepSetLinearSolver(memory_, solver_, matrix_) == 0 &&
-        ARKStepSetLinSysFn(memory_, linear_system_arkode) == 0 && ARKStepSetNonlinCRDown(memory_, 1.0) == 0 &&
-        ARKStepSetDeltaGammaMax(memory_, kGammaChange) == 0 && ARKStepSetMaxHnilWarns(memory_, -1) == 0 &&
+        ARKodeSVtolerances(memory_, p.relative_tolerance(), tolerances_) == 0 &&
+        ARKodeSetLinearSolver(memory_, solver_, matrix_) == 0 &&
+        ARKodeSetLinSysFn(memory_, linear_system_arkode) == 0 && ARKodeSetNonlinCRDown(memory_, 1.0) == 0 &&
+        ARKodeSetDeltaGammaMax(memory_, kGammaChange) == 0 && ARKodeSetMaxHnilWarns(memory_, -1) == 0 &&
         (down_.empty() ||
-         (ARKStepRootInit(memory_, p.indicator_count(), crossings) == 0 &&
-          ARKStepSetRootDirection(memory_, down_.data()) == 0 && ARKStepSetNoInactiveRootWarn(memory_) == 0));
+         (ARKodeRootInit(memory_, p.indicator_count(), crossings) == 0 &&
+          ARKodeSetRootDirection(memory_, down_.data()) == 0 && ARKodeSetNoInactiveRootWarn(memory_) == 0));
     require(good, "ARKODE with these settings");
   }
-  ~Esdirk() override { ARKStepFree(&memory_); }
+  ~Esdirk() override { ARKodeFree(&memory_); }
   bool start(double t, std::span<const double> x, double first_step_s) override {
     set_state(x);
     return ARKStepReInit(memory_, nullptr, right_side, t, x_) == 0 &&
-           ARKStepSetInitStep(memory_, first_step_s) == 0;
+           ARKodeSetInitStep(memory_, first_step_s) == 0;
   }
   Outcome step(double t_stop, double& t) override {
     problem().clear_message();
-    if (ARKStepSetStopTime(memory_, t_stop) != 0) return Outcome::failed;
-    return outcome(ARKStepEvolve(memory_, t_stop, x_, &t, ARK_ONE_STEP));
+    if (ARKodeSetStopTime(memory_, t_stop) != 0) return Outcome::failed;
+    return outcome(ARKodeEvolve(memory_, t_stop, x_, &t, ARK_ONE_STEP));
   }
   double last_step_s() const override {
     double h = 0.0;
-    ARKStepGetLastStep(memory_, &h);
+    ARKodeGetLastStep(memory_, &h);
     return h;
   }
   Counts counts() const override {
     Counts c;
-    ARKStepGetNumSteps(memory_, &c.steps);
-    ARKStepGetNumErrTestFails(memory_, &c.rejected);
-    ARKStepGetNonlinSolvStats(memory_, &c.newton_iterations, &c.newton_failures);
+    ARKodeGetNumSteps(memory_, &c.steps);
+    ARKodeGetNumErrTestFails(memory_, &c.rejected);
+    ARKodeGetNonlinSolvStats(memory_, &c.newton_iterations, &c.newton_failures);
     return c;
   }
 
@@ -279,8 +336,7 @@ class Ida final : public SundialsMethod {
     N_VConst(0.0, xdot_);
     const bool good =
         IDAInit(memory_, residual, 0.0, x_, xdot_) == 0 && IDASetUserData(memory_, &system_) == 0 &&
-        IDASetErrHandlerFn(memory_, error_text, &system_) == 0 &&
-        IDASVtolerances(memory_, p.relative_tolerance(), tolerances_) == 0 &&
+        ida_tells(memory_, system_) && IDASVtolerances(memory_, p.relative_tolerance(), tolerances_) == 0 &&
         IDASetLinearSolver(memory_, solver_, matrix_) == 0 && IDASetJacFn(memory_, jacobian_ida) == 0 &&
         (down_.empty() ||
          (IDARootInit(memory_, p.indicator_count(), crossings_ida) == 0 &&

@@ -197,11 +197,10 @@ Validated<DeviceCommand> validate(const CellDescription& cell, const RawDeviceCo
                   "there is no device '" + raw.device + "' in this cell; devices: " + names_of(cell.devices));
   }
   const DeviceDescription& device = cell.devices[static_cast<std::size_t>(index)];
-  if (raw.signals.empty() || raw.signals.size() != raw.values.size() ||
-      raw.signals.size() > static_cast<std::size_t>(kMaxSignals)) {
+  if (raw.signals.size() != raw.values.size() || raw.signals.size() > static_cast<std::size_t>(kMaxSignals)) {
     return reject(RejectionCode::wrong_count, "there are " + std::to_string(raw.signals.size()) +
                                                   " signals and " + std::to_string(raw.values.size()) +
-                                                  " values; needed is one value for each of 1 to " +
+                                                  " values; needed is one value for each of at most " +
                                                   std::to_string(kMaxSignals) + " signals");
   }
   if (!std::isfinite(raw.stamp_s)) return reject(RejectionCode::not_finite, "the stamp is not finite");

@@ -99,9 +99,7 @@ class Peer {
 /// 0: all packets thrown and the service serves; else what failed has been said.
 int attack(const Options& options, std::atomic<std::uint64_t>& thrown) {
   // Samples inside one process take the same way as those between processes.
-  auto library = eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings();
-  library.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
-  eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(library);
+  deliver_through_transports();
 
   const auto hook = std::make_shared<PacketHook>();
   const auto model = service_model(test_cell());

@@ -1,10 +1,6 @@
 #pragma once
 // Listens to what the transports of a participant receive, and puts packets in beside it: in the same place
 // where those from the network come in, before any guard.
-#include <fastdds/rtps/transport/ChainingTransport.h>
-#include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
-#include <fastrtps/utils/IPLocator.h>
-
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -17,7 +13,7 @@ namespace takt::test {
 
 class PacketHook {
  public:
-  using Receiver = eprosima::fastdds::rtps::TransportReceiverInterface;
+  using Receiver = transports::TransportReceiverInterface;
   struct Recorded {
     std::size_t channel;
     std::vector<std::uint8_t> bytes;
@@ -86,42 +82,29 @@ class PacketHook {
   std::vector<std::uint16_t> udp_ports_;
 };
 
-class HookTransport final : public eprosima::fastdds::rtps::ChainingTransport {
+class HookTransport final : public ChainedTransport {
  public:
-  HookTransport(const eprosima::fastdds::rtps::ChainingTransportDescriptor& descriptor,
-                std::shared_ptr<PacketHook> hook)
-      : ChainingTransport(descriptor), descriptor_(descriptor.low_level_descriptor), hook_(std::move(hook)) {}
-  eprosima::fastdds::rtps::TransportDescriptorInterface* get_configuration() override {
-    return descriptor_.get();
-  }
-  void shutdown() override { low_level_transport_->shutdown(); }
+  HookTransport(const transports::ChainingTransportDescriptor& descriptor, std::shared_ptr<PacketHook> hook)
+      : ChainedTransport(descriptor), hook_(std::move(hook)) {}
   bool OpenInputChannel(const rtps::Locator_t& local, PacketHook::Receiver* receiver,
                         std::uint32_t size) override {
     hook_->opened(local);
     return ChainingTransport::OpenInputChannel(local, receiver, size);
   }
-  bool send(rtps::SenderResource* sender, const rtps::octet* data, std::uint32_t size,
-            rtps::LocatorsIterator* begin, rtps::LocatorsIterator* end,
-            const std::chrono::steady_clock::time_point& timeout) override {
-    return sender->send(data, size, begin, end, timeout);
-  }
-  void receive(eprosima::fastdds::rtps::TransportReceiverInterface* next, const rtps::octet* data,
-               std::uint32_t size, const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
+  void receive(transports::TransportReceiverInterface* next, const rtps::octet* data, std::uint32_t size,
+               const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
     hook_->received(next, data, size, local, remote);
   }
 
  private:
-  std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> descriptor_;
   std::shared_ptr<PacketHook> hook_;
 };
 
-struct HookTransportDescriptor final : public eprosima::fastdds::rtps::ChainingTransportDescriptor {
-  HookTransportDescriptor(std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> low_level,
+struct HookTransportDescriptor final : public transports::ChainingTransportDescriptor {
+  HookTransportDescriptor(std::shared_ptr<transports::TransportDescriptorInterface> low_level,
                           std::shared_ptr<PacketHook> packet_hook)
       : ChainingTransportDescriptor(std::move(low_level)), hook(std::move(packet_hook)) {}
-  eprosima::fastdds::rtps::TransportInterface* create_transport() const override {
-    return new HookTransport(*this, hook);
-  }
+  transports::TransportInterface* create_transport() const override { return new HookTransport(*this, hook); }
   std::shared_ptr<PacketHook> hook;
 };
 

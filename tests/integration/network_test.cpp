@@ -8,6 +8,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "idl/transport/profiles.h"
 #include "server/dds/bounded_request.h"
 #include "tests/support/child_process.h"
 #include "tests/support/dds_service.h"
@@ -195,15 +196,29 @@ TEST(Guard, WithoutItStockFastDdsDiesOfTheSame) {
   EXPECT_NE(fuzz.text.find("without the guard the service "), std::string::npos) << fuzz.text;
 }
 
+TEST(Profiles, DiscoveryServersAreWrittenForBothMajorsOfFastDds) {
+  const std::string address = "<locator><udpv4><port>11811</port></udpv4></locator>";
+  const std::string list = "<metatrafficUnicastLocatorList>" + address + "</metatrafficUnicastLocatorList>";
+  const auto server = [](const std::string& inside) {
+    return "<RemoteServer prefix=\"44.53\">" + inside + "</RemoteServer>";
+  };
+  EXPECT_EQ(with_servers_by_address("<a>" + server(list) + server(" " + list) + "</a>" + list),
+            "<a>" + address + address + "</a>" + list);
+  for (const std::string& as_it_is :
+       {std::string(), list, server("") + list, server("<metatrafficUnicastLocatorList>"),
+        std::string("<RemoteServer") + list})
+    EXPECT_EQ(with_servers_by_address(as_it_is), as_it_is);
+}
+
 TEST(Guard, ARequestOfMoreArgumentsThanAllowedIsNotDecoded) {
   takt_msgs::msg::ControlRequest request;
   request.client_id("somebody");
   request.request("get_state");
-  takt_msgs::msg::ControlRequestPubSubType type;
+  using Type = takt_msgs::msg::ControlRequestPubSubType;
   for (const std::size_t count : {std::size_t{0}, std::size_t{64}, std::size_t{65}}) {
     request.arguments().resize(count);
-    eprosima::fastrtps::rtps::SerializedPayload_t payload(type.getSerializedSizeProvider(&request)());
-    ASSERT_TRUE(type.serialize(&request, &payload));
+    rtps::SerializedPayload_t payload(serialized_bytes<Type>(request));
+    ASSERT_TRUE(serialize<Type>(request, payload));
     EXPECT_EQ(BoundedControlRequest::within_bounds({payload.data, payload.length}), count <= 64) << count;
     EXPECT_FALSE(BoundedControlRequest::within_bounds({payload.data, 12}));
   }

@@ -17,7 +17,7 @@ using takt::test::RawWriter;
 using takt::test::test_cell;
 using takt::test::test_domain;
 namespace fdds = takt::test::fdds;
-namespace frtps = eprosima::fastrtps::rtps;
+namespace frtps = takt::rtps;
 
 template <typename RequestType, typename ResponseType>
 class Caller final : public fdds::DataReaderListener {
@@ -34,7 +34,7 @@ class Caller final : public fdds::DataReaderListener {
   std::int64_t send(Request request) {
     frtps::WriteParams params;
     params.related_sample_identity().writer_guid(reader_->guid());
-    if (!writer_.writer->write(&request, params)) throw std::runtime_error("not written");
+    if (!takt::written(*writer_.writer, request, params)) throw std::runtime_error("not written");
     return number(params.sample_identity());
   }
   Response await(std::int64_t sent) {
@@ -52,8 +52,7 @@ class Caller final : public fdds::DataReaderListener {
   void on_data_available(fdds::DataReader* reader) override {
     Response response;
     fdds::SampleInfo info;
-    while (reader->take_next_sample(&response, &info) ==
-           eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
+    while (takt::is_ok(reader->take_next_sample(&response, &info))) {
       if (!info.valid_data) continue;
       const std::lock_guard lock(mutex_);
       if (info.related_sample_identity.writer_guid() == reader->guid()) {

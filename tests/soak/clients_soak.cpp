@@ -11,6 +11,7 @@
 #include <cinttypes>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -33,7 +34,7 @@ struct Options {
   int realtime_priority = 0;
   unsigned seed = 1;
   // Of the programs that this one starts.
-  std::string role, robot, cell;
+  std::string role, robot, cell, profiles, profile = "takt_client";
   int domain = 0;
   double seconds = 0.0;
 };
@@ -52,6 +53,8 @@ Client connect(const Options& options, const std::string& name, std::uint32_t st
   client.silence_limit = Seconds(60.0);
   client.name = name;
   client.ownership_strength = strength;
+  client.profiles_file = options.profiles;
+  client.profile = options.profile;
   return Client(client);
 }
 
@@ -116,6 +119,54 @@ int flood(const Options& options) {
     (void)cell.get_state();
   }
   std::printf("result %" PRIu64 " 0 0\n", sent);
+  return 0;
+}
+
+/// Over a line that loses packets or is cut (network.sh): commands at 100 Hz, states, events, requests; a
+/// line for each second of wall time.
+int over_the_line(const Options& options) {
+  Client cell = connect(options, "far", 10);
+  const auto info = cell.cell();
+  std::vector<double> home = cell.state().robots[0].position;
+  std::uint64_t sent = 0, states = 0, missed = 0, events = 0, answered = 0, unanswered = 0, newest = 0;
+  double slowest_s = 0.0;
+  std::printf(
+      "# time states commands_sent commands_applied events events_missed answered unanswered slowest_ms\n");
+  at_rate(100.0, options.seconds, [&](double t) {
+    std::vector<double> q = home;
+    q[0] += 0.01 * std::sin(t);
+    cell.send_joint_command(info->robots[0].name, q);
+    const auto state = cell.state();
+    states += state.step - newest > 0 ? 1U : 0U;
+    newest = state.step;
+    while (const auto event = cell.next_event(Seconds(0.0))) {
+      ++events;
+      missed += event->missed_before;
+    }
+    if (++sent % 10 == 0) cell.set_gripper("Gripper1", client::GripperAction::width, 100.0);
+    if (sent % 20 == 0) {
+      const std::int64_t asked = monotonic_now_ns();
+      try {
+        (void)cell.request("get_state", {}, Seconds(0.2));
+        ++answered;
+      } catch (const ClientError&) {
+        ++unanswered;
+      }
+      slowest_s = std::max(slowest_s, 1e-9 * static_cast<double>(monotonic_now_ns() - asked));
+    }
+    if (sent % 100 == 0) {
+      std::printf("%lld %" PRIu64 " %" PRIu64 " %" PRIu64 " %" PRIu64 " %" PRIu64 " %" PRIu64 " %" PRIu64
+                  " %.1f\n",
+                  static_cast<long long>(std::time(nullptr)), states, sent, state.applied.front().count,
+                  events, missed, answered, unanswered, 1e3 * slowest_s);
+      std::fflush(stdout);
+      states = 0;
+      slowest_s = 0.0;
+    }
+  });
+  const Status last = cell.status();
+  std::printf("# server: overruns %" PRIu64 " of %" PRIu64 " steps, rebased %" PRIu64 ", fault '%s'\n",
+              last.overruns, last.step, last.rebases, last.fault.c_str());
   return 0;
 }
 
@@ -195,8 +246,6 @@ int lead(Options options, const std::string& self) {
   }
   ChildProcess service(server);
   Client cell = connect(options, "leader", 5);
-  std::printf("scheduling: %s\n", cell.status().scheduling.c_str());
-
   const auto start = [&](const std::string& role, const std::string& robot) {
     return std::make_unique<ChildProcess>(std::vector<std::string>{
         self, "--role", role, "--robot", robot, "--cell", options.cell, "--domain",
@@ -260,6 +309,7 @@ int lead(Options options, const std::string& self) {
   const Resources at_last = resources(service.pid());
   const bool running = cell.connected() && last.fault.empty();
 
+  std::printf("scheduling: %s\n", last.scheduling.c_str());
   Report report;
   std::uint64_t states = 0, events = 0, lost = 0, failed = 0, sent = 0;
   for (auto& child : watchers) {
@@ -327,15 +377,18 @@ int main(int argc, char** argv) {
   app.add_option("--realtime-priority", options.realtime_priority,
                  "of the server: 1 to 99 asks for SCHED_FIFO");
   app.add_option("--seed", options.seed, "of when clients are killed")->capture_default_str();
-  for (auto* option : {app.add_option("--role", options.role), app.add_option("--robot", options.robot),
-                       app.add_option("--cell", options.cell), app.add_option("--domain", options.domain),
-                       app.add_option("--seconds", options.seconds)})
+  for (auto* option :
+       {app.add_option("--role", options.role), app.add_option("--robot", options.robot),
+        app.add_option("--cell", options.cell), app.add_option("--domain", options.domain),
+        app.add_option("--seconds", options.seconds), app.add_option("--profiles", options.profiles),
+        app.add_option("--profile", options.profile)})
     option->group("");
   CLI11_PARSE(app, argc, argv);
   try {
     if (options.role == "watch") return watch(options);
     if (options.role == "command") return command(options);
     if (options.role == "flood") return flood(options);
+    if (options.role == "line") return over_the_line(options);
     return lead(options, std::filesystem::canonical("/proc/self/exe").string());
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());

@@ -1,21 +1,6 @@
 #pragma once
 // DDS endpoints as any third party would make them: plain Fast DDS, none of takt's own client or adapter
-// code.
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
-#include <fastrtps/xmlparser/XMLProfileManager.h>
-#include <fastdds/dds/domain/DomainParticipant.hpp>
-#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
-#include <fastdds/dds/publisher/DataWriter.hpp>
-#include <fastdds/dds/publisher/DataWriterListener.hpp>
-#include <fastdds/dds/publisher/Publisher.hpp>
-#include <fastdds/dds/subscriber/DataReader.hpp>
-#include <fastdds/dds/subscriber/DataReaderListener.hpp>
-#include <fastdds/dds/subscriber/SampleInfo.hpp>
-#include <fastdds/dds/subscriber/Subscriber.hpp>
-#include <fastdds/dds/topic/Topic.hpp>
-#include <fastdds/dds/topic/TypeSupport.hpp>
-
+// code (fastdds.h only has names for what differs between the majors of Fast DDS).
 #include <chrono>
 #include <condition_variable>
 #include <functional>
@@ -26,12 +11,13 @@
 #include <string>
 #include <vector>
 
+#include "idl/transport/fastdds.h"
 #include "ros2_msgsPubSubTypes.h"
 #include "takt_msgsPubSubTypes.h"
 
 namespace takt::test {
 
-namespace fdds = eprosima::fastdds::dds;
+namespace fdds = takt::dds;
 
 /// Samples, in the order of arrival, and a way to wait for them. The limit only keeps a broken server from
 /// hanging the test.
@@ -41,7 +27,7 @@ class Inbox final : public fdds::DataReaderListener {
   void on_data_available(fdds::DataReader* reader) override {
     Message message;
     fdds::SampleInfo info;
-    while (reader->take_next_sample(&message, &info) == eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
+    while (is_ok(reader->take_next_sample(&message, &info))) {
       if (!info.valid_data) continue;
       const std::lock_guard lock(mutex_);
       messages_.push_back(message);
@@ -115,20 +101,18 @@ class RawDdsClient {
  public:
   explicit RawDdsClient(std::uint32_t domain) {
     // Samples inside one process shall take the same way as those between processes.
-    auto library = eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings();
-    library.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
-    eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(library);
+    deliver_through_transports();
 
     fdds::DomainParticipantQos qos;
     qos.transport().use_builtin_transports = false;
-    const auto shared_memory = std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>();
-    const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+    const auto shared_memory = std::make_shared<transports::SharedMemTransportDescriptor>();
+    const auto udp = std::make_shared<transports::UDPv4TransportDescriptor>();
     udp->interfaceWhiteList.emplace_back("127.0.0.1");
     qos.transport().user_transports = {shared_memory, udp};
     // A short one, so that a client that was killed is missed soon.
-    qos.wire_protocol().builtin.discovery_config.leaseDuration = eprosima::fastrtps::Duration_t(2, 0);
+    qos.wire_protocol().builtin.discovery_config.leaseDuration = DdsDuration(2, 0);
     qos.wire_protocol().builtin.discovery_config.leaseDuration_announcementperiod =
-        eprosima::fastrtps::Duration_t(0, 500'000'000);
+        DdsDuration(0, 500'000'000);
     participant_ = fdds::DomainParticipantFactory::get_instance()->create_participant(domain, qos);
     if (participant_ == nullptr) throw std::runtime_error("no participant");
     publisher_ = participant_->create_publisher(fdds::PUBLISHER_QOS_DEFAULT);
@@ -151,7 +135,7 @@ class RawDdsClient {
     qos.durability().kind =
         late_joiner ? fdds::TRANSIENT_LOCAL_DURABILITY_QOS : fdds::VOLATILE_DURABILITY_QOS;
     qos.history().depth = depth;
-    qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+    qos.endpoint().history_memory_policy = kGrowingMemory;
     if (subscriber_->create_datareader(topic<Type>(topic_name), qos, inbox.get()) == nullptr) {
       throw std::runtime_error("no reader of " + topic_name);
     }
@@ -164,7 +148,7 @@ class RawDdsClient {
     fdds::DataReaderQos qos = subscriber_->get_default_datareader_qos();
     qos.reliability().kind = fdds::RELIABLE_RELIABILITY_QOS;
     qos.history().depth = 10;
-    qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+    qos.endpoint().history_memory_policy = kGrowingMemory;
     auto* reader = subscriber_->create_datareader(topic<Type>(topic_name), qos, listener);
     if (reader == nullptr) throw std::runtime_error("no reader of " + topic_name);
     return reader;
@@ -176,14 +160,14 @@ class RawDdsClient {
                   double lease_s = 0.0) {
     fdds::DataWriterQos qos = publisher_->get_default_datawriter_qos();
     qos.reliability().kind = fdds::RELIABLE_RELIABILITY_QOS;
-    qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+    qos.endpoint().history_memory_policy = kGrowingMemory;
     if (exclusive) {
       qos.ownership().kind = fdds::EXCLUSIVE_OWNERSHIP_QOS;
       qos.ownership_strength().value = strength;
     }
     if (lease_s > 0.0) {
-      qos.liveliness().lease_duration = eprosima::fastrtps::Duration_t(lease_s);
-      qos.liveliness().announcement_period = eprosima::fastrtps::Duration_t(0.25 * lease_s);
+      qos.liveliness().lease_duration = DdsDuration(lease_s);
+      qos.liveliness().announcement_period = DdsDuration(0.25 * lease_s);
     }
     RawWriter writer;
     listeners_.push_back(writer.matches);
@@ -198,8 +182,7 @@ class RawDdsClient {
   fdds::Topic* topic(const std::string& name) {
     if (auto* known = participant_->lookup_topicdescription(name)) return dynamic_cast<fdds::Topic*>(known);
     fdds::TypeSupport type(new Type());
-    type->auto_fill_type_object(false);
-    type->auto_fill_type_information(false);
+    withhold_type_object(type);
     type.register_type(participant_);
     return participant_->create_topic(name, type.get_type_name(), fdds::TOPIC_QOS_DEFAULT);
   }

@@ -2,7 +2,6 @@
 // The counterpart of takt::Client for tests: stands on the topics of a cell and sends exactly what a test
 // says, also what a server never would on purpose (old samples, gaps, silence, no reply). Talks through
 // sockets and shared memory as a server in another process does.
-#include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -96,15 +95,13 @@ class ScriptedCell {
   /// Sockets and shared memory also between participants of this process. Before the first participant is
   /// made.
   static bool use_real_transports() {
-    eprosima::fastrtps::LibrarySettingsAttributes settings;
-    settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
-    eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
+    deliver_through_transports();
     return true;
   }
 
   template <typename Sample>
   void publish(const std::string& topic, Sample sample) {
-    if (!writers_.at(topic)->write(&sample)) throw std::runtime_error("cannot write " + topic);
+    if (!written(*writers_.at(topic), sample)) throw std::runtime_error("cannot write " + topic);
   }
   void publish_event(std::uint64_t number, const std::string& code) {
     takt_msgs::msg::Event event;
@@ -161,7 +158,7 @@ class ScriptedCell {
     qos.durability().kind =
         latched ? client::dds::TRANSIENT_LOCAL_DURABILITY_QOS : client::dds::VOLATILE_DURABILITY_QOS;
     qos.history().depth = reliable && !latched ? 1000 : 1;
-    qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+    qos.endpoint().history_memory_policy = kGrowingMemory;
     if (latched) qos.publish_mode().kind = client::dds::ASYNCHRONOUS_PUBLISH_MODE;
     listeners_.push_back(std::make_unique<client::WriterListener>(
         [this, topic](int readers) {
@@ -178,7 +175,7 @@ class ScriptedCell {
               client::dds::DataReaderListener* listener) {
     auto qos = reader_qos(link_.subscriber(), client::Channel::event);
     qos.ownership().kind = client::dds::EXCLUSIVE_OWNERSHIP_QOS;
-    qos.liveliness().lease_duration = eprosima::fastrtps::Duration_t(3, 0);
+    qos.liveliness().lease_duration = DdsDuration(3, 0);
     link_.create_reader(prefix_ + topic, client::dds::TypeSupport(type), qos, listener);
   }
 

@@ -20,6 +20,7 @@ using test::participant;
 using test::Wire;
 using Bytes = std::vector<std::uint8_t>;
 
+constexpr std::uint32_t kNow_s = 0x60000000;
 constexpr std::uint32_t kWriter = 0x00000103, kReader = 0x00000204;
 
 std::string flaw_of(const Bytes& packet, const GuardLimits& limits = {}, PacketMemory* sent = nullptr) {
@@ -276,7 +277,7 @@ TEST(RtpsGuardSamples, ATopicWithoutKeysHasNone) {
   Wire with_key;
   with_key.parameter(0x70, Bytes(16, 9)).u16(1).u16(0).add(sample());
   Bytes cleaned = Packet().data(kReader, kWriter, 6, with_key.bytes).wire.bytes;
-  EXPECT_EQ(to_string(clean_packet(cleaned, {}, nullptr).flaw), "none");
+  EXPECT_EQ(to_string(clean_packet(cleaned, {}, nullptr, kNow_s).flaw), "none");
   Wire without;
   without.parameter(0, Bytes(16, 9)).u16(1).u16(0).add(sample());
   EXPECT_EQ(cleaned, Packet().data(kReader, kWriter, 6, without.bytes).wire.bytes);
@@ -374,7 +375,7 @@ TEST_P(RtpsGuard, TypeObjectsBecomePadding) {
     ASSERT_EQ(flaw_of(with), "none");
     EXPECT_TRUE(inspect_packet(with.wire.bytes, {}, nullptr).hides);
     Bytes hidden = with.wire.bytes;
-    clean_packet(hidden, {}, nullptr);
+    clean_packet(hidden, {}, nullptr, kNow_s);
     EXPECT_EQ(
         hidden,
         packet().data(0, kSedpWriter, 4, ended(endpoint(big).parameter(0, Bytes(12, 0xee)))).wire.bytes);
@@ -384,16 +385,23 @@ TEST_P(RtpsGuard, TypeObjectsBecomePadding) {
       inspect_packet(packet().data(0, kSedpWriter, 4, ended(endpoint(big))).wire.bytes, {}, nullptr).hides);
 }
 
-TEST_P(RtpsGuard, TimestampsBecomeInvalid) {
-  const Packet with =
-      packet().submessage(0x09, 0, wire().u32(0x7fffffff).u32(0)).data(kReader, kWriter, 4, sample());
-  Bytes cleaned = with.wire.bytes;
-  EXPECT_EQ(to_string(clean_packet(cleaned, {}, nullptr).flaw), "none");
-  EXPECT_EQ(cleaned, packet()
-                         .submessage(0x09, 2, wire().u32(0x7fffffff).u32(0))
-                         .data(kReader, kWriter, 4, sample())
-                         .wire.bytes);
-  EXPECT_EQ(flaw_of(cleaned), "none");
+TEST_P(RtpsGuard, TimestampsFromTheFutureBecomeThePresent) {
+  const auto with_time = [&](std::uint32_t seconds, std::uint32_t fraction) {
+    return packet()
+        .submessage(0x09, 0, wire().u32(seconds).u32(fraction))
+        .data(kReader, kWriter, 4, sample())
+        .wire.bytes;
+  };
+  const auto cleaned = [&](std::uint32_t seconds, std::uint32_t fraction) {
+    Bytes bytes = with_time(seconds, fraction);
+    EXPECT_EQ(to_string(clean_packet(bytes, {}, nullptr, kNow_s).flaw), "none");
+    return bytes;
+  };
+  EXPECT_EQ(cleaned(0x7fffffff, 5), with_time(kNow_s, 0));
+  EXPECT_EQ(cleaned(0xffffffff, 0xffffffff), with_time(kNow_s, 0));
+  EXPECT_EQ(cleaned(kNow_s + 1, 0), with_time(kNow_s, 0));
+  EXPECT_EQ(cleaned(kNow_s, 0x80000000), with_time(kNow_s, 0x80000000));
+  EXPECT_EQ(cleaned(0, 7), with_time(0, 7));
 }
 
 TEST_P(RtpsGuard, EncryptedPacketsOnlyWithSecurity) {
@@ -460,7 +468,7 @@ TEST(RtpsGuardRandom, AnyBytesHaveAnAnswer) {
     packet.shrink_to_fit();  // so that a sanitizer sees the first byte beyond
     ++seen[static_cast<std::size_t>(inspect_packet(packet, {}, &sent).flaw)];
     sent.note(packet.size() < 20 ? std::span<const std::uint8_t>{} : packet);
-    clean_packet(packet, {}, nullptr);
+    clean_packet(packet, {}, nullptr, kNow_s);
   }
   EXPECT_GT(seen[0], 1000U);
   EXPECT_GT(seen[static_cast<std::size_t>(PacketFlaw::parameter_list)], 1000U);

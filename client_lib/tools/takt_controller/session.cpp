@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <stdexcept>
 
 namespace takt::tool {
@@ -43,6 +44,8 @@ class Session {
     std::vector<std::string> targets;
     for (const int robot : controller_.driven_robots()) targets.push_back(robot_name(robot));
     for (const int gripper : controller_.driven_grippers()) targets.push_back(gripper_name(gripper));
+    for (const int device : controller_.driven_devices())
+      targets.push_back(info_->devices.at(static_cast<std::size_t>(device)).name);
     cell_.register_controller(options_.name, Seconds{period_s_}, options_.client.timeout, targets);
     try {
       if (options_.pace) cell_.set_pace(*options_.pace);
@@ -134,6 +137,13 @@ class Session {
     for (const auto& gripper : output_->grippers)
       cell_.set_gripper(gripper_name(gripper.gripper), static_cast<client::GripperAction>(gripper.verb),
                         gripper.width_m, gripper.max_force_N, time_s_);
+    for (const auto& set_point : output_->devices) {
+      const client::DeviceInfo& device = info_->devices.at(static_cast<std::size_t>(set_point.device));
+      std::map<std::string, double> signals;
+      for (std::size_t i = 0; i < set_point.signals.size(); ++i)
+        signals[device.signals.at(static_cast<std::size_t>(set_point.signals[i]))] = set_point.values[i];
+      cell_.set_signals(device.name, signals, time_s_);
+    }
   }
 
   /// A controller that is registered and silent would hold up a cell in lockstep.
@@ -189,6 +199,7 @@ controller::CellInfo controller_cell(const client::CellInfo& info) {
     cell.grippers.push_back({gripper.name, gripper.robot, pose(gripper.X_FG) * pose(gripper.X_GT),
                              gripper.max_width_m, gripper.max_force_N});
   }
+  for (const auto& device : info.devices) cell.devices.push_back({device.name, device.signals});
   for (const auto& component : info.components) cell.components.push_back(component.name);
   return cell;
 }
@@ -209,6 +220,7 @@ controller::Input controller_input(const client::State& state) {
     const auto& q = component.orientation;
     input.components.push_back({vec3(component.position_m), Quat(q.w, q.x, q.y, q.z), component.partner});
   }
+  input.devices = state.devices;
   return input;
 }
 

@@ -1,5 +1,6 @@
 // takt-make-meshes OUTDIR: writes the meshes of the scenarios as OBJ files (README.md in config/meshes).
 // takt-make-meshes --large OUTDIR: those that are too large to be committed.
+// takt-make-meshes --cells OUTDIR: those of the chainsaw, rotor and furnace cells (too large as well).
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -10,8 +11,10 @@
 #include <vector>
 
 #include "config/meshes/generator/block.h"
+#include "config/meshes/generator/chainsaw_meshes.h"
 #include "config/meshes/generator/contact_meshes.h"
 #include "config/meshes/generator/lattice_mesh.h"
+#include "config/meshes/generator/rotor_meshes.h"
 
 namespace takt::meshes {
 namespace {
@@ -100,13 +103,18 @@ void make_all(const std::filesystem::path& directory) {
 
 int main(int argc, char** argv) {
   const bool large = argc == 3 && std::string(argv[1]) == "--large";
-  if ((argc != 2 && !large) || std::string(argv[argc - 1]).starts_with('-')) {
-    std::cerr << "usage: takt-make-meshes [--large] OUTDIR\n";
+  const bool cells = argc == 3 && std::string(argv[1]) == "--cells";
+  if ((argc != 2 && !large && !cells) || std::string(argv[argc - 1]).starts_with('-')) {
+    std::cerr << "usage: takt-make-meshes [--large | --cells] OUTDIR\n";
     return 2;
   }
   try {
     if (large) {
       takt::meshes::make_large_contact_meshes(argv[2]);
+    } else if (cells) {
+      std::filesystem::create_directories(argv[2]);
+      takt::meshes::make_chainsaw_meshes(argv[2]);
+      takt::meshes::make_rotor_meshes(argv[2]);
     } else {
       takt::meshes::make_all(argv[1]);
       takt::meshes::make_contact_meshes(std::filesystem::path(argv[1]) / "contact");

@@ -84,13 +84,22 @@ Solid make_revolved(const std::string& name, const Profile& profile, bool closed
   });
 }
 
-void write_obj(std::ostream& out, const std::vector<std::string>& header, const Solid& solid) {
+void write_obj(std::ostream& out, const std::vector<std::string>& header, const std::vector<Solid>& solids) {
   for (const std::string& line : header) out << "# " << line << '\n';
-  out << "o " << solid.name << '\n';
-  for (const Vec3& v : solid.vertices)
-    out << "v " << nanometre_text(v.x()) << ' ' << nanometre_text(v.y()) << ' ' << nanometre_text(v.z())
-        << '\n';
-  for (const auto& t : solid.triangles) out << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
+  std::size_t first = 1;
+  for (const Solid& solid : solids) {
+    out << "o " << solid.name << '\n';
+    for (const Vec3& v : solid.vertices)
+      out << "v " << nanometre_text(v.x()) << ' ' << nanometre_text(v.y()) << ' ' << nanometre_text(v.z())
+          << '\n';
+    for (const auto& t : solid.triangles)
+      out << "f " << t[0] + first << ' ' << t[1] + first << ' ' << t[2] + first << '\n';
+    first += solid.vertices.size();
+  }
+}
+
+void write_obj(std::ostream& out, const std::vector<std::string>& header, const Solid& solid) {
+  write_obj(out, header, std::vector<Solid>{solid});
 }
 
 }  // namespace takt::meshes

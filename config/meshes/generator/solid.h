@@ -48,5 +48,7 @@ Solid make_revolved(const std::string& name, const Profile& profile, bool closed
 
 /// Writes the object as OBJ in metres, nine decimals, each line of `header` as a comment first.
 void write_obj(std::ostream& out, const std::vector<std::string>& header, const Solid& solid);
+/// The same with several objects.
+void write_obj(std::ostream& out, const std::vector<std::string>& header, const std::vector<Solid>& solids);
 
 }  // namespace takt::meshes

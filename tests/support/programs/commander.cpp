@@ -20,12 +20,9 @@ int main(int argc, char** argv) {
                 "wrist_3_joint"});
   constexpr double kQuarter = 1.5707963267948966;
   message.position({std::atof(argv[4]), -kQuarter, kQuarter, -kQuarter, -kQuarter, 0.0});
-  if (!writer.writer->write(&message)) return 1;
+  if (!takt::written(*writer.writer, message)) return 1;
   // Reliable: acknowledged means that the cell has it.
-  if (writer.writer->wait_for_acknowledgments(eprosima::fastrtps::Duration_t(60, 0)) !=
-      eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
-    return 1;
-  }
+  if (!takt::is_ok(writer.writer->wait_for_acknowledgments(takt::DdsDuration(60, 0)))) return 1;
   std::printf("ready\n");
   std::fflush(stdout);
   for (;;) pause();

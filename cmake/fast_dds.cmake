@@ -1,0 +1,16 @@
+# Fast DDS 2 (Debian 12: package fastrtps of CMake) or 3 (Debian 13: fastdds). Sets TAKT_FAST_DDS_LIBRARIES and
+# TAKT_FAST_DDS_MAJOR. What differs in the code is in idl/transport/fastdds.h.
+find_package(fastcdr REQUIRED)
+find_package(fastdds 3 QUIET)
+if(fastdds_FOUND)
+  set(TAKT_FAST_DDS_MAJOR 3)
+  set(TAKT_FAST_DDS_LIBRARIES fastdds fastcdr)
+else()
+  find_package(fastrtps 2.9 QUIET)
+  if(NOT fastrtps_FOUND)
+    message(FATAL_ERROR "Fast DDS is not there: neither version 3 (Debian 13: libfastdds-dev) nor 2.9 (Debian 12: "
+      "libfastrtps-dev). ./dev build installs it; -DTAKT_WITH_DDS=OFF builds takt-run alone.")
+  endif()
+  set(TAKT_FAST_DDS_MAJOR 2)
+  set(TAKT_FAST_DDS_LIBRARIES fastrtps fastcdr)
+endif()

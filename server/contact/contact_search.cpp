@@ -1,0 +1,264 @@
+#include "server/contact/contact_search.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "server/contact/contact_elements.h"
+
+namespace takt {
+namespace {
+
+constexpr double kLargestBound_m = 1e-3, kSmallestBound_m = 2e-5;
+/// Leaves have no more elements.
+constexpr std::size_t kLeaf = 32;
+/// Planes are left through for certain only by lines that are not too oblique to them.
+constexpr double kSteep = 0.5;
+/// Beginnings higher above a plane than this are far from where it meets another one.
+constexpr double kHigh_m = 1e-6;
+
+/// Lists are short where the bound is a fraction of what is flat of the Target, and of its faces.
+double first_bound_m(const ContactSurface::Data& target) {
+  const double flat_m = std::sqrt(target.surface_area_m2 / static_cast<double>(target.patches.size()));
+  const double face_m = std::sqrt(target.surface_area_m2 / static_cast<double>(target.faces.size()));
+  return std::clamp(std::min(0.25 * flat_m, face_m), kSmallestBound_m, kLargestBound_m);
+}
+
+}  // namespace
+
+/// Planes of a region at the present pose.
+struct ContactSearch::Planes {
+  Planes(const FreeRegion& of, double used_share, const ContactSurface::Data& target, const Pose& X_TB,
+         const Pose& X_BT)
+      : region(&of), used(used_share) {
+    for (std::size_t i = 0; i < of.count; ++i) {
+      const ContactPatch& patch = target.patches[static_cast<std::size_t>(of.planes[i])];
+      normal_B[i] = X_BT.R * patch.normal;
+      offset_m[i] = patch.offset_m - patch.normal.dot(X_TB.p);
+    }
+  }
+  const FreeRegion* region;
+  double used;
+  std::array<Vec3, FreeRegion::kMaxPlanes> normal_B;
+  std::array<double, FreeRegion::kMaxPlanes> offset_m;
+
+  std::size_t count() const { return region->count; }
+  /// Height of the lowest corner of the cluster's box.
+  double lowest_m(const ContactCluster& c, std::size_t i) const {
+    const Vec3& n = normal_B[i];
+    return n.dot(c.center_B) - offset_m[i] - (c.axes_B.transpose() * n).cwiseAbs().dot(c.half_m);
+  }
+};
+
+struct ContactSearch::Open {
+  ContactCandidates lists;
+  ContactDepths depths;
+  double bound_m = 0.0;
+  std::uint64_t uses = 0;  ///< of the present lists
+};
+
+ContactSearch::ContactSearch(const ContactSurface::Data& base, const ContactSurface::Data& target)
+    : base_(base),
+      target_(target),
+      tolerance_(target),
+      first_bound_m_(first_bound_m(target)),
+      regions_(base.clusters.size()),
+      opened_(base.clusters.size()) {}
+
+ContactSearch::~ContactSearch() = default;
+
+void ContactSearch::forget() {
+  for (FreeRegion& region : regions_) region.made = false;
+  for (auto& open : opened_)
+    if (open != nullptr) open->lists.forget();
+}
+
+bool ContactSearch::find(const Pose& X_TB, const Pose& X_BT) {
+  X_TB_ = X_TB;
+  X_BT_ = X_BT;
+  made_ = false;
+  hits_ = 0;
+  normals_.clear(), fades_.clear();
+  if (!regions_.empty()) visit(0, nullptr);
+  return made_;
+}
+
+/// Something of the cluster may be below a plane.
+bool ContactSearch::left(const ContactCluster& cluster, const Planes& planes) const {
+  for (std::size_t i = 0; i < planes.count(); ++i)
+    if (!(planes.lowest_m(cluster, i) > tolerance_.clear_m)) return true;
+  return false;
+}
+
+void ContactSearch::visit(std::size_t index, const Planes* from) {
+  const ContactCluster& cluster = base_.clusters[index];
+  const bool leaf = cluster.second < 0;
+  const auto go_down = [&](const Planes* planes) {
+    visit(index + 1, planes);
+    visit(static_cast<std::size_t>(cluster.second), planes);
+  };
+  if (from != nullptr) {
+    if (!left(cluster, *from)) return;
+    if (from->region->kind == FreeRegion::Kind::solid) {
+      if (!leaf)
+        go_down(from);
+      else if (!solid_leaf(cluster, *from))
+        open_leaf(index, from);
+      return;
+    }
+  }
+  FreeRegion& region = regions_[index];
+  double used = region.made ? region.used(cluster, X_TB_) : 2.0;
+  if (!(used <= 1.0)) {
+    find_free_region(base_, target_, cluster, X_TB_, leaf, region);
+    made_ = true;
+    used = 0.0;
+  }
+  if (region.kind == FreeRegion::Kind::none) {
+    if (leaf)
+      open_leaf(index, from);
+    else
+      go_down(from);
+    return;
+  }
+  const Planes planes(region, used, target_, X_TB_, X_BT_);
+  if (!left(cluster, planes)) return;
+  if (!leaf)
+    go_down(&planes);
+  else if (region.kind != FreeRegion::Kind::solid || !solid_leaf(cluster, planes))
+    open_leaf(index, &planes);
+}
+
+void ContactSearch::make_room(std::size_t count) {
+  if (hits_ + count <= elements_.size()) return;
+  const std::size_t size = 2 * (hits_ + count) + 64;
+  elements_.resize(size), normal_.resize(size), fade_.resize(size);
+  depths_m_.resize(size), areas_m2_.resize(size);
+}
+
+// In a solid region. False where planes alone do not tell.
+bool ContactSearch::solid_leaf(const ContactCluster& cluster, const Planes& planes) {
+  std::array<std::size_t, FreeRegion::kMaxPlanes> through, beside;
+  std::size_t ways = 0, sides = 0;
+  const double cone_sin = std::sqrt(std::max(0.0, 1.0 - cluster.cone_cos * cluster.cone_cos));
+  for (std::size_t i = 0; i < planes.count(); ++i) {
+    const double low_m = planes.lowest_m(cluster, i);
+    const double cosine = -planes.normal_B[i].dot(cluster.axes_B.col(2));
+    const double sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
+    const bool covered = (planes.region->covered >> i & 1U) != 0;
+    const bool steep =
+        covered && cluster.cone_cos > 0.0 && cosine * cluster.cone_cos - sine * cone_sin >= kSteep;
+    if (!steep) {
+      if (!(low_m > tolerance_.clear_m)) return false;
+      if (low_m <= kDeepest_m + tolerance_.tie_m) beside[sides++] = i;
+    } else if (!(low_m > kHigh_m)) {
+      through[ways++] = i;
+    }
+  }
+  if (ways == 0) return true;
+  const std::size_t begin = cluster.begin, count = cluster.end - cluster.begin;
+  std::array<double, kLeaf> depth, second;
+  std::array<std::uint8_t, kLeaf> way{};
+  const auto depths_through = [&](std::size_t plane, double* out) {
+    plane_crossings(planes.normal_B[plane], planes.offset_m[plane], count, base_.px.data() + begin,
+                    base_.py.data() + begin, base_.pz.data() + begin, base_.nx.data() + begin,
+                    base_.ny.data() + begin, base_.nz.data() + begin, out);
+  };
+  depths_through(through[0], depth.data());
+  if (ways > 1) {
+    // The line is inside until it comes above the last plane.
+    second.fill(-1.0);
+    std::array<double, kLeaf> other;
+    for (std::size_t w = 1; w < ways; ++w) {
+      depths_through(through[w], other.data());
+      for (std::size_t k = 0; k < count; ++k) {
+        if (other[k] > depth[k]) {
+          second[k] = depth[k];
+          depth[k] = other[k];
+          way[k] = static_cast<std::uint8_t>(w);
+        } else {
+          second[k] = std::max(second[k], other[k]);
+        }
+      }
+    }
+  }
+  double deepest_m = 0.0;
+  for (std::size_t k = 0; k < count; ++k) deepest_m = std::max(deepest_m, depth[k]);
+  if (deepest_m > kDeepest_m) return false;
+  if (!(deepest_m > 0.0)) return true;
+  if (ways > 1 || sides > 0) {
+    for (std::size_t k = 0; k < count; ++k) {
+      const double t = depth[k];
+      if (!(t > 0.0)) continue;
+      if (ways > 1 && t - second[k] < tolerance_.tie_m) return false;
+      for (std::size_t s = 0; s < sides; ++s) {
+        const std::size_t i = beside[s];
+        if (planes.normal_B[i].dot(base_.point(begin + k)) - planes.offset_m[i] < t + tolerance_.tie_m)
+          return false;
+      }
+    }
+  }
+  make_room(count);
+  const auto normal = static_cast<std::int32_t>(normals_.size());
+  std::size_t hits = hits_;
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t e = begin + k;
+    elements_[hits] = static_cast<std::int32_t>(e);
+    depths_m_[hits] = depth[k];
+    areas_m2_[hits] = base_.area_m2[e];
+    normal_[hits] = normal + static_cast<std::int32_t>(way[k]);
+    fade_[hits] = -1;
+    hits += depth[k] > 0.0 && depth[k] <= base_.line_m[e] ? 1 : 0;
+  }
+  if (hits > hits_)
+    for (std::size_t w = 0; w < ways; ++w) normals_.push_back(planes.normal_B[through[w]]);
+  hits_ = hits;
+  return true;
+}
+
+void ContactSearch::open_leaf(std::size_t index, const Planes* planes) {
+  const ContactCluster& cluster = base_.clusters[index];
+  auto& open = opened_[index];
+  if (open == nullptr) {
+    open = std::make_unique<Open>();
+    open->bound_m = first_bound_m_;
+  }
+  ContactCandidates& lists = open->lists;
+  bool renew = !lists.cover(X_TB_);
+  if (renew) {
+    if (open->uses > 0 && open->uses < 32) open->bound_m = std::min(2.0 * open->bound_m, kLargestBound_m);
+  } else if (++open->uses % 256 == 0 && open->bound_m > kSmallestBound_m &&
+             lists.slot_count() > 2 * open->depths.hits().size() + 4) {
+    open->bound_m = std::max(0.5 * open->bound_m, kSmallestBound_m);
+    renew = true;
+  }
+  if (renew) {
+    // What is above all planes is outside as long as the region holds.
+    std::span<const std::int32_t> above;
+    if (planes != nullptr && open->bound_m < (1.0 - planes->used) * planes->region->least_bound_m())
+      above = planes->region->all();
+    lists.rebuild(base_, target_, cluster, X_TB_, open->bound_m, above, work_);
+    open->depths.prepare(base_, lists);
+    open->uses = 1;
+    made_ = true;
+  }
+  if (lists.slot_count() == 0) return;
+  open->depths.find(base_, target_, lists, X_TB_, X_BT_);
+  make_room(open->depths.hits().size());
+  for (const std::int32_t hit : open->depths.hits()) {
+    const auto slot = static_cast<std::size_t>(hit);
+    elements_[hits_] = lists.element[slot];
+    depths_m_[hits_] = open->depths.depth_m(slot);
+    areas_m2_[hits_] = open->depths.area_m2(slot);
+    normal_[hits_] = static_cast<std::int32_t>(normals_.size());
+    normals_.push_back(open->depths.plane(slot).normal_B);
+    fade_[hits_] = -1;
+    if (open->depths.fades(slot)) {
+      fade_[hits_] = static_cast<std::int32_t>(fades_.size());
+      fades_.push_back(open->depths.fade_T(slot));
+    }
+    ++hits_;
+  }
+}
+
+}  // namespace takt

@@ -1,0 +1,61 @@
+#pragma once
+// Checks what a scenario demands of a run (section `assertions`) while it runs.
+#include <nlohmann/json_fwd.hpp>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "server/scenario/scenario.h"
+#include "server/simulation/simulation.h"
+
+namespace takt {
+
+struct AssertionResult {
+  enum class Verdict {
+    passed,
+    failed,
+    skipped,  ///< there was nothing to judge by, e.g. contact forces below level of detail 3
+  };
+  std::string name, kind;
+  Verdict verdict = Verdict::skipped;
+  std::string sentence;  ///< what was found and what is allowed
+  double time_s = 0.0;   ///< of the finding
+};
+const char* to_string(AssertionResult::Verdict verdict);
+
+class AssertionChecker {
+ public:
+  /// All outlive it. Throws ScenarioError for a signal that the device does not have, or names that fit
+  /// nothing.
+  AssertionChecker(const Scenario& scenario, const Simulation& simulation);
+  /// After every step (and before the first one).
+  void note(const Simulation& simulation);
+  /// At the end; `fault`: why the run ended early, or empty. Demands whose time was not reached have failed.
+  std::vector<AssertionResult> finish(const Simulation& simulation, const std::string& fault);
+
+ private:
+  void judge(std::size_t i, const Simulation& simulation);
+  void judge_pose(std::size_t i);
+  void judge_holder(std::size_t i);
+  void judge_number(std::size_t i, double value, const char* what, const std::string& unit);
+  void note_contacts(const Simulation& simulation);
+  void note_collisions(const Simulation& simulation);
+
+  const Scenario& scenario_;
+  const CellDescription& cell_;
+  std::vector<AssertionResult> results_;
+  std::vector<char> judged_;
+  std::vector<double> largest_N_, largest_time_s_;  ///< of contact_force
+  bool watches_contacts_ = false, saw_contacts_ = false;
+  Snapshot snapshot_;
+  std::vector<ContactSample> contacts_;
+};
+
+/// By name: verdict, sentence, time.
+nlohmann::ordered_json assertions_json(const std::vector<AssertionResult>& results);
+void print_assertions(std::ostream& out, const std::vector<AssertionResult>& results);
+/// JUnit XML, as continuous integration reads it: one test case each, and one for the run itself.
+void write_junit(std::ostream& out, const std::string& scenario, double seconds, const std::string& fault,
+                 const std::vector<AssertionResult>& results);
+
+}  // namespace takt

@@ -1,0 +1,57 @@
+#include "server/headless/device_report.h"
+
+#include <nlohmann/json.hpp>
+
+namespace takt {
+
+namespace {
+using Json = nlohmann::ordered_json;
+}
+
+Json devices_json(const CellDescription& cell, const Snapshot& state) {
+  Json all = Json::object();
+  for (std::size_t d = 0; d < cell.devices.size(); ++d) {
+    Json item = Json::object();
+    for (std::size_t s = 0; s < cell.devices[d].signals.size(); ++s)
+      item[cell.devices[d].signals[s].name] = state.devices[d].signals[s];
+    all[cell.devices[d].name] = std::move(item);
+  }
+  return all;
+}
+
+std::optional<double> signal_value(const CellDescription& cell, const Snapshot& state,
+                                   std::string_view device, std::string_view signal) {
+  const int d = cell.find_device(device);
+  if (d < 0) return {};
+  const std::vector<SignalDescription>& signals = cell.devices[static_cast<std::size_t>(d)].signals;
+  for (std::size_t s = 0; s < signals.size(); ++s)
+    if (signals[s].name == signal) return state.devices[static_cast<std::size_t>(d)].signals[s];
+  return {};
+}
+
+std::vector<ConsumedEnergy> consumed_energies(const CellDescription& cell, const Snapshot& state) {
+  std::vector<ConsumedEnergy> all;
+  for (std::size_t r = 0; r < cell.robots.size(); ++r) {
+    const RobotSample& robot = state.robots[r];
+    if (robot.level_of_detail > 1)
+      all.push_back({cell.robots[r].name, robot.power.electrical_energy_J, robot.power.electrical_W});
+  }
+  for (const DeviceDescription& device : cell.devices) {
+    const auto energy = signal_value(cell, state, device.name, "energy");
+    const auto power = signal_value(cell, state, device.name, "power");
+    if (energy && power) all.push_back({device.name, *energy, *power});
+  }
+  return all;
+}
+
+Json energy_json(const CellDescription& cell, const Snapshot& state) {
+  Json consumers = Json::object();
+  double total = 0.0;
+  for (const ConsumedEnergy& one : consumed_energies(cell, state)) {
+    consumers[one.consumer] = {{"energy_J", one.energy_J}, {"power_W", one.power_W}};
+    total += one.energy_J;
+  }
+  return {{"consumers", std::move(consumers)}, {"total_J", total}};
+}
+
+}  // namespace takt

@@ -1,0 +1,30 @@
+#pragma once
+// What the report says of devices, and of the energy that robots and devices have drawn.
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/simulation/cell_description.h"
+#include "server/simulation/snapshot.h"
+
+namespace takt {
+
+/// By device: its signals by name, in their own units.
+nlohmann::ordered_json devices_json(const CellDescription& cell, const Snapshot& state);
+
+struct ConsumedEnergy {
+  std::string consumer;
+  double energy_J = 0.0, power_W = 0.0;
+};
+/// Of every robot above level of detail 1, and of every device that has signals energy (J) and power (W).
+std::vector<ConsumedEnergy> consumed_energies(const CellDescription& cell, const Snapshot& state);
+/// By consumer; and all together.
+nlohmann::ordered_json energy_json(const CellDescription& cell, const Snapshot& state);
+
+/// The value of a device's signal, if it has one of this name.
+std::optional<double> signal_value(const CellDescription& cell, const Snapshot& state,
+                                   std::string_view device, std::string_view signal);
+
+}  // namespace takt

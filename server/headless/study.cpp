@@ -1,0 +1,249 @@
+#include "server/headless/study.h"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <ostream>
+#include <sstream>
+
+#include "server/scenario/scenario_reader.h"
+
+extern char** environ;
+
+namespace takt {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+constexpr int kMostRuns = 1000000;
+
+std::string exact(double value) {
+  std::ostringstream text;
+  text.precision(17);
+  text << value;
+  return text.str();
+}
+
+fs::path directory_of(const StudyOptions& options) {
+  fs::path directory = options.table;
+  directory += ".runs";
+  return directory;
+}
+
+fs::path file_of(const StudyOptions& options, int run, const char* extension) {
+  char name[32];
+  std::snprintf(name, sizeof name, "%06d", run);
+  return directory_of(options) / (std::string(name) + extension);
+}
+
+std::string content(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+void write_whole(const fs::path& file, const std::string& text) {
+  fs::path part = file;
+  part += ".part";
+  std::ofstream out(part, std::ios::binary);
+  out << text;
+  out.close();
+  if (!out) throw std::runtime_error(file.string() + ": cannot be written");
+  fs::rename(part, file);
+}
+
+/// What makes this study this study.
+std::string manifest(const StudyOptions& options) {
+  Json keys = Json::array();
+  for (const VariedKey& key : options.keys)
+    keys.push_back({{"key", key.key}, {"from", key.from}, {"to", key.to}, {"count", key.count}});
+  const Json all{{"scenario", content(options.scenario)}, {"arguments", options.arguments}, {"keys", keys}};
+  return all.dump(1);
+}
+
+void claim_directory(const StudyOptions& options) {
+  const fs::path directory = directory_of(options), file = directory / "study.json";
+  fs::create_directories(directory);
+  const std::string wanted = manifest(options);
+  if (!fs::exists(file)) {
+    write_whole(file, wanted);
+    return;
+  }
+  if (content(file) != wanted)
+    throw ScenarioError(
+        directory.string() +
+        ": holds the runs of another study (scenario, keys or options differ); allowed: the same "
+        "study again, another --table, or remove the directory");
+}
+
+/// A run as a process of its own; its messages go to a file.
+pid_t start(const StudyOptions& options, int run) {
+  std::vector<std::string> arguments{options.executable.string(), options.scenario, "--quiet", "--report",
+                                     file_of(options, run, ".part").string()};
+  arguments.insert(arguments.end(), options.arguments.begin(), options.arguments.end());
+  const std::vector<double> values = study_values(options, run);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    arguments.push_back("--set");
+    arguments.push_back(options.keys[i].key + "=" + exact(values[i]));
+  }
+  std::vector<char*> argv;
+  for (std::string& argument : arguments) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  const std::string log = file_of(options, run, ".log").string();
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+  pid_t pid = 0;
+  const int error = posix_spawn(&pid, arguments.front().c_str(), &actions, nullptr, argv.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (error != 0)
+    throw std::runtime_error(arguments.front() + ": cannot be started: " + std::strerror(error));
+  return pid;
+}
+
+void add_row(const StudyOptions& options, int run, Table& table) {
+  const Json report = Json::parse(content(file_of(options, run, ".json")));
+  table.begin_row();
+  table.set("run", std::to_string(run));
+  const std::vector<double> values = study_values(options, run);
+  for (std::size_t i = 0; i < values.size(); ++i) table.set(options.keys[i].key, values[i]);
+  table.set("fault", report["fault"].is_null() ? "" : report["fault"].get<std::string>());
+  if (report.contains("max_error_m")) table.set("max_error_m", report["max_error_m"].get<double>());
+  table.set("real_time_factor", report["real_time_factor"].get<double>());
+  if (report.contains("contacts")) {
+    for (const Json& most : report["contacts"]["largest"]) {
+      const std::string pair = most["base"].get<std::string>() + "|" + most["target"].get<std::string>();
+      table.set(pair + ".normal_force_N", most["normal_force_N"].get<double>());
+      table.set(pair + ".time_s", most["time_s"].get<double>());
+    }
+  }
+  for (const auto& [consumer, energy] : report["energy"]["consumers"].items())
+    table.set(consumer + ".energy_J", energy["energy_J"].get<double>());
+  if (report.contains("assertions"))
+    for (const auto& [name, verdict] : report["assertions"].items())
+      table.set(name, verdict["verdict"].get<std::string>());
+}
+
+std::string plotted_column(const StudyOptions& options, const Table& table) {
+  if (!options.plot.empty()) {
+    std::string list;
+    for (const std::string& column : table.columns()) {
+      if (column == options.plot) return column;
+      list += (list.empty() ? "" : ", ") + column;
+    }
+    throw ScenarioError("--plot: found '" + options.plot + "'; allowed: a column of the table: " + list);
+  }
+  for (const std::string& column : table.columns())
+    if (column.ends_with(".normal_force_N")) return column;
+  for (const std::string& column : table.columns())
+    if (column == "max_error_m") return column;
+  return "real_time_factor";
+}
+
+void write_results(const StudyOptions& options) {
+  const Table table = study_table(options);
+  std::ostringstream csv, plot;
+  table.write_csv(csv);
+  write_whole(options.table, csv.str());
+  table.write_plot(plot, fs::path(options.scenario).stem().string(), options.keys.front().key,
+                   plotted_column(options, table), options.keys.size() > 1 ? options.keys[1].key : "");
+  fs::path svg = options.table;
+  write_whole(svg.replace_extension(".svg"), plot.str());
+}
+
+}  // namespace
+
+VariedKey parse_varied_key(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  VariedKey key;
+  char rest = '\0';
+  if (equals != std::string::npos && equals > 0 &&
+      std::sscanf(text.c_str() + equals + 1, "%lf:%lf:%d%c", &key.from, &key.to, &key.count, &rest) == 3 &&
+      std::isfinite(key.from) && std::isfinite(key.to) && key.count >= 1 && key.count <= kMostRuns) {
+    key.key = text.substr(0, equals);
+    return key;
+  }
+  throw ScenarioError("--vary: found '" + text +
+                      "'; allowed: key=from:to:n, e.g. contact.defaults.friction=0.3:0.6:7");
+}
+
+int study_runs(const StudyOptions& options) {
+  std::int64_t runs = 1;
+  for (const VariedKey& key : options.keys) {
+    runs *= key.count;
+    if (runs > kMostRuns)
+      throw ScenarioError("--vary: more than " + std::to_string(kMostRuns) + " combinations");
+  }
+  return static_cast<int>(runs);
+}
+
+std::vector<double> study_values(const StudyOptions& options, int run) {
+  std::vector<double> values(options.keys.size());
+  for (std::size_t i = options.keys.size(); i-- > 0;) {
+    values[i] = options.keys[i].value(run % options.keys[i].count);
+    run /= options.keys[i].count;
+  }
+  return values;
+}
+
+Table study_table(const StudyOptions& options) {
+  Table table;
+  for (int run = 0; run < study_runs(options); ++run)
+    if (fs::exists(file_of(options, run, ".json"))) add_row(options, run, table);
+  return table;
+}
+
+int run_study(const StudyOptions& options, std::ostream& progress) {
+  const int runs = study_runs(options);
+  claim_directory(options);
+  std::vector<int> missing;
+  for (int run = 0; run < runs; ++run)
+    if (!fs::exists(file_of(options, run, ".json"))) missing.push_back(run);
+  const int before = runs - static_cast<int>(missing.size());
+  if (before > 0) progress << before << " of " << runs << " runs were done before\n" << std::flush;
+  std::map<pid_t, int> running;
+  std::size_t next = 0;
+  int done = before;
+  std::string refused;
+  while (!running.empty() || (next < missing.size() && refused.empty())) {
+    if (next < missing.size() && refused.empty() && static_cast<int>(running.size()) < options.jobs) {
+      const int run = missing[next++];
+      running[start(options, run)] = run;
+      continue;
+    }
+    int status = 0;
+    const pid_t pid = waitpid(-1, &status, 0);
+    if (pid < 0 && errno == EINTR) continue;
+    const auto found = running.find(pid);
+    if (pid < 0) throw std::runtime_error(std::string("waitpid: ") + std::strerror(errno));
+    if (found == running.end()) continue;
+    const int run = found->second;
+    running.erase(found);
+    const int code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    if (code != 0 && code != 1 && code != 3) {
+      refused = "run " + std::to_string(run) + " of the study (exit code " + std::to_string(code) +
+                "): " + content(file_of(options, run, ".log"));
+      continue;
+    }
+    fs::rename(file_of(options, run, ".part"), file_of(options, run, ".json"));
+    fs::remove(file_of(options, run, ".log"));
+    progress << '\r' << ++done << " of " << runs << " runs" << std::flush;
+  }
+  if (done > before) progress << '\n';
+  if (!refused.empty()) throw ScenarioError(refused);
+  write_results(options);
+  return before;
+}
+
+}  // namespace takt

@@ -1,0 +1,44 @@
+#pragma once
+// `takt-run --vary key=from:to:n`: the same scenario with other values, every combination a run of its own,
+// several at once, each a process. What is done is kept beside the table, so that a study that was
+// interrupted goes on where it was.
+#include <filesystem>
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+#include "server/headless/table.h"
+
+namespace takt {
+
+struct VariedKey {
+  std::string key;  ///< dotted, as for --set
+  double from = 0.0, to = 0.0;
+  int count = 1;  ///< values, evenly spaced, both ends included
+  double value(int i) const { return count < 2 ? from : from + (to - from) * i / (count - 1); }
+};
+/// "key=from:to:n". Throws ScenarioError.
+VariedKey parse_varied_key(const std::string& text);
+
+struct StudyOptions {
+  std::filesystem::path executable;  ///< takt-run
+  std::string scenario;
+  std::vector<std::string> arguments;  ///< for every run, besides scenario, values and report
+  std::vector<VariedKey> keys;
+  std::filesystem::path table;  ///< CSV; reports of single runs go into TABLE.runs, the plot to TABLE.svg
+  std::string plot;             ///< column; empty: the first contact force, or else the position error
+  int jobs = 1;                 ///< processes at once
+};
+
+int study_runs(const StudyOptions& options);
+/// Values of a run, in the order of the keys; the last key varies fastest.
+std::vector<double> study_values(const StudyOptions& options, int run);
+
+/// Runs what is missing, and writes table and plot. Throws ScenarioError where runs refuse their arguments or
+/// the directory belongs to another study. Returns how many runs were done before.
+int run_study(const StudyOptions& options, std::ostream& progress);
+
+/// The table of all reports there are.
+Table study_table(const StudyOptions& options);
+
+}  // namespace takt

@@ -1,0 +1,17 @@
+#pragma once
+// From what a scenario says about heat and devices to plant models with their descriptions.
+#include <vector>
+
+#include "server/geometry/triangle_mesh.h"
+#include "server/scenario/scenario.h"
+#include "server/simulation/cell_model.h"
+
+namespace takt {
+
+/// Name of the device that tells the temperature of a Part.
+std::string heat_device_name(const std::string& part);
+
+/// `meshes`: by component. Parts with a temperature come first, then what acts on them.
+void add_devices(const Scenario& scenario, const std::vector<TriangleMesh>& meshes, CellModel& cell);
+
+}  // namespace takt

@@ -1,0 +1,81 @@
+#include "server/scenario/device_fields.h"
+
+#include <algorithm>
+
+namespace takt {
+
+namespace {
+
+NumberRange positive(const char* unit) {
+  return {.lower = 0.0, .lower_open = true, .unit = unit};
+}
+NumberRange not_negative(const char* unit) {
+  return {.lower = 0.0, .unit = unit};
+}
+constexpr NumberRange kTemperature{.lower = -273.0, .upper = 5000.0, .unit = "degC"};
+
+/// The name of a Ground under `key`, or empty.
+std::string read_ground_name(YamlFields& fields, const Scenario& scenario) {
+  if (!fields.has("ground")) return {};
+  const std::string name = fields.text("ground");
+  std::string list;
+  for (const ScenarioGround& ground : scenario.grounds) {
+    if (ground.name == name) return name;
+    list += (list.empty() ? "" : ", ") + ground.name;
+  }
+  fields.fail("ground", "'" + name + "'", "a ground of this scenario: " + (list.empty() ? "none" : list));
+}
+
+Vec3 read_size(YamlFields& fields, const std::string& key) {
+  const std::vector<double> size = fields.numbers(key, 3, positive("m"));
+  return {size[0], size[1], size[2]};
+}
+
+void read_furnace(YamlFields fields, const std::string& name, Scenario& scenario) {
+  ScenarioFurnace furnace;
+  furnace.name = name;
+  furnace.ground = read_ground_name(fields, scenario);
+  YamlFields chamber = fields.mapping("chamber");
+  furnace.X_GV = chamber.pose_or_identity("center");
+  furnace.chamber_size_m = read_size(chamber, "size_m");
+  furnace.inner_surface_m2 = chamber.number_if("inner_surface_m2", positive("m^2"));
+  furnace.outer_surface_m2 = chamber.number_if("outer_surface_m2", positive("m^2"));
+  furnace.air_capacity_J_per_K = chamber.number_if("air_capacity_J_per_K", positive("J/K"));
+  chamber.finish();
+  furnace.mass_kg = fields.number("mass_kg", positive("kg"));
+  furnace.specific_heat_J_per_kg_K = fields.number("specific_heat_J_per_kg_K", positive("J/(kg K)"));
+  furnace.convection_W_per_m2_K = fields.number("convection_W_per_m2_K", not_negative("W/(m^2 K)"));
+  furnace.loss_W_per_m2_K = fields.number("loss_W_per_m2_K", not_negative("W/(m^2 K)"));
+  furnace.max_set_temperature_degC =
+      fields.number_or("max_set_temperature_degC", kTemperature, furnace.max_set_temperature_degC);
+  furnace.set_temperature_degC = fields.number(
+      "set_temperature_degC",
+      {.lower = scenario.temperature_degC, .upper = furnace.max_set_temperature_degC, .unit = "degC"});
+  furnace.temperature_degC = fields.number_if("temperature_degC", kTemperature);
+  YamlFields control = fields.mapping("control");
+  furnace.gain_W_per_K = control.number("gain_W_per_K", positive("W/K"));
+  furnace.integral_time_s = control.number("integral_time_s", positive("s"));
+  furnace.max_power_W = control.number("max_power_W", positive("W"));
+  control.finish();
+  fields.finish();
+  scenario.furnaces.push_back(furnace);
+}
+
+}  // namespace
+
+ScenarioHeat read_heat(YamlFields fields, double environment_degC) {
+  ScenarioHeat heat;
+  heat.specific_heat_J_per_kg_K = fields.number("specific_heat_J_per_kg_K", positive("J/(kg K)"));
+  heat.temperature_degC = fields.number_or("temperature_degC", kTemperature, environment_degC);
+  heat.emissivity = fields.number_or("emissivity", {.lower = 0.0, .upper = 1.0}, heat.emissivity);
+  heat.surface_m2 = fields.number_if("surface_m2", positive("m^2"));
+  heat.cooling_W_per_m2_K = fields.number_or("cooling_W_per_m2_K", not_negative("W/(m^2 K)"), 0.0);
+  fields.finish();
+  return heat;
+}
+
+void read_devices(YamlFields& top, Scenario& scenario) {
+  for (auto& [name, fields] : top.entries("furnaces")) read_furnace(fields, name, scenario);
+}
+
+}  // namespace takt

@@ -1,0 +1,34 @@
+#pragma once
+// What a scenario demands of a run: checked by the run itself, each with a verdict (takt-run: exit code,
+// --junit).
+#include <array>
+#include <limits>
+#include <string>
+
+#include "plant_models/spatial.h"
+
+namespace takt {
+
+struct ScenarioAssertion {
+  enum class Kind {
+    contact_force,  ///< largest normal force between two components (surface contact, level of detail 3)
+    pose,           ///< a Part is within a tolerance of a pose at a time
+    held_by,        ///< a Part is held by this component at a time
+    energy,         ///< what a robot or device has drawn by a time
+    signal,         ///< a signal of a device at a time
+    no_collision,   ///< collision checking has found no overlap
+  } kind = Kind::no_collision;
+  std::string name;                 ///< unique in the scenario
+  std::string place;                ///< file, line, column and key, for error texts
+  double time_s = -1.0;             ///< negative: at the end
+  std::array<std::string, 2> pair;  ///< contact_force: name patterns, `*` for any characters
+  std::string subject;              ///< Part, robot or device
+  std::string signal;               ///< of a device
+  std::string holder;               ///< held_by; empty: nothing
+  Pose X_WB;                        ///< pose
+  double tolerance_m = 0.0, tolerance_rad = std::numeric_limits<double>::infinity();
+  /// Of the force (N), energy (J) or signal.
+  double lower = -std::numeric_limits<double>::infinity(), upper = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace takt

@@ -1,0 +1,67 @@
+// Several servers side by side on one host and in one domain: told apart by the names of their cells.
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "client_lib/client.h"
+#include "tests/support/child_process.h"
+#include "tests/support/dds_service.h"
+
+namespace {
+
+using takt::Client;
+using takt::ClientOptions;
+using takt::client::Seconds;
+using takt::client::SimulationState;
+using takt::test::ChildProcess;
+
+constexpr Seconds kGenerous{60.0};
+
+TEST(SeveralCells, InOneDomainKnowNothingOfEachOther) {
+  const std::string domain = std::to_string(takt::test::test_domain());
+  std::vector<std::string> names;
+  std::vector<std::unique_ptr<ChildProcess>> servers;
+  std::vector<std::unique_ptr<Client>> cells;
+  for (const char* end : {"_a", "_b", "_a_b"}) names.push_back(takt::test::test_cell() + end);
+  for (const std::string& name : names) {
+    servers.push_back(std::make_unique<ChildProcess>(
+        std::vector<std::string>{std::string(TAKT_BIN_DIR) + "/takt-server",
+                                 std::string(TAKT_CONFIG_DIR) + "/scenarios/block_assembly.yaml", "--cell",
+                                 name, "--domain", domain, "--paused"}));
+  }
+  for (const std::string& name : names) {
+    ClientOptions options;
+    options.cell = name;
+    options.domain = static_cast<int>(takt::test::test_domain());
+    options.timeout = options.silence_limit = kGenerous;
+    cells.push_back(std::make_unique<Client>(options));
+  }
+  // The same name everywhere: only the cell's own robot follows.
+  const auto home = cells[0]->state().robots[0].position;
+  for (auto& cell : cells) ASSERT_EQ(cell->state().robots[0].position, home);
+  auto moved = home;
+  moved[0] += 1e-3;
+  cells[0]->send_joint_command("Robot1", moved);
+  // Commands and requests have topics of their own: steps until it has arrived, then those of its period.
+  for (int i = 0; i < 1000 && cells[0]->status().commands_applied == 0; ++i) cells[0]->step(1);
+  for (auto& cell : cells) cell->step(100);
+  EXPECT_NEAR(cells[0]->state().robots[0].position[0], moved[0], 1e-12);
+  for (const std::size_t other : {std::size_t{1}, std::size_t{2}}) {
+    EXPECT_EQ(cells[other]->state().robots[0].position, home);
+    EXPECT_EQ(cells[other]->status().commands_applied, 0U);
+  }
+  EXPECT_EQ(cells[1]->state().state_hash, cells[2]->state().state_hash);
+  EXPECT_NE(cells[0]->state().state_hash, cells[1]->state().state_hash);
+
+  // One changes its pace and its scenario, one ends; the third goes on.
+  cells[1]->reload_scenario();
+  cells[1]->set_pace(takt::client::Pace::free);
+  EXPECT_EQ(cells[2]->state().step, 100U);
+  EXPECT_EQ(cells[2]->status().pace, "realtime");
+  cells[0]->set_state(SimulationState::quitting);
+  EXPECT_EQ(servers[0]->wait(), 0);
+  cells[2]->step(50);
+  EXPECT_EQ(cells[2]->state().step, 150U);
+}
+
+}  // namespace

@@ -1,0 +1,57 @@
+// Which files in shared memory are left behind: those of locks that nobody holds.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <set>
+
+#include "idl/transport/shared_memory_remains.h"
+#include "tests/support/temporary_directory.h"
+
+namespace takt {
+namespace {
+
+class HeldLock {
+ public:
+  HeldLock(const std::filesystem::path& file, int kind) : fd_(open(file.c_str(), O_RDONLY | O_CLOEXEC)) {
+    EXPECT_EQ(flock(fd_, kind | LOCK_NB), 0);
+  }
+  ~HeldLock() { close(fd_); }
+  HeldLock(const HeldLock&) = delete;
+  HeldLock& operator=(const HeldLock&) = delete;
+
+ private:
+  int fd_;
+};
+
+TEST(SharedMemoryRemains, OnlyWhatNobodyOwnsIsRemoved) {
+  const test::TemporaryDirectory directory;
+  const auto make = [&](const std::string& name) { std::ofstream(directory / name) << "x"; };
+  const auto names = [&] {
+    std::set<std::string> all;
+    for (const auto& entry : std::filesystem::directory_iterator(directory / ""))
+      all.insert(entry.path().filename().string());
+    return all;
+  };
+  for (const char* name :
+       {"fastrtps_dead", "fastrtps_dead_el", "fastrtps_alive", "fastrtps_alive_el", "fastrtps_port7411",
+        "fastrtps_port7411_el", "sem.fastrtps_port7411_mutex", "fastrtps_port7413", "fastrtps_port7413_el",
+        "sem.fastrtps_port7413_mutex", "fastrtps_port7400", "fastrtps_port7400_el", "fastrtps_port7400_sl",
+        "other_el", "fastrtps_without_lock"})
+    make(name);
+  const HeldLock owner(directory / "fastrtps_alive_el", LOCK_EX);
+  const HeldLock port(directory / "fastrtps_port7413_el", LOCK_EX);
+  const HeldLock writer(directory / "fastrtps_port7400_sl", LOCK_SH);
+  EXPECT_EQ(remove_shared_memory_remains(directory / "", 60.0), 0U) << "all are new";
+  EXPECT_EQ(remove_shared_memory_remains(directory / "", 0.0), 5U);
+  EXPECT_EQ(names(), (std::set<std::string>{"fastrtps_alive", "fastrtps_alive_el", "fastrtps_port7413",
+                                            "fastrtps_port7413_el", "sem.fastrtps_port7413_mutex",
+                                            "fastrtps_port7400", "fastrtps_port7400_el",
+                                            "fastrtps_port7400_sl", "other_el", "fastrtps_without_lock"}));
+  EXPECT_EQ(remove_shared_memory_remains(directory / "nowhere", 0.0), 0U);
+}
+
+}  // namespace
+}  // namespace takt
