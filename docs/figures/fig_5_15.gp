@@ -1,0 +1,13 @@
+# Figure 5.15 of the thesis: torques of all axes while the motor is pressed into the housing, by the largest of each axis.
+height = 600
+load "docs/figures/common.gp"
+file = data."/chainsaw_motor.csv"
+set title "Motor into the chainsaw's housing, level of detail 3: torques, by the largest of each axis"
+set xlabel "time (s)"
+set ylabel "torque / largest torque"
+set xrange [0:30]
+set key noenhanced
+joints = "shoulder_pan_joint shoulder_lift_joint elbow_joint wrist_1_joint wrist_2_joint wrist_3_joint"
+array most[6]
+do for [i = 1:6] { column = robot.".".word(joints, i).".torque"; eval(largest); most[i] = peak }
+plot for [i = 1:6] file using "time":(column(robot.".".word(joints, i).".torque") / most[i]) with lines ls i title word(joints, i)
