@@ -8,6 +8,11 @@ set ylabel "torque / largest torque"
 set xrange [0:30]
 set key noenhanced
 joints = "shoulder_pan_joint shoulder_lift_joint elbow_joint wrist_1_joint wrist_2_joint wrist_3_joint"
-array most[6]
-do for [i = 1:6] { column = robot.".".word(joints, i).".torque"; eval(largest); most[i] = peak }
-plot for [i = 1:6] file using "time":(column(robot.".".word(joints, i).".torque") / most[i]) with lines ls i title word(joints, i)
+curves = ""
+do for [i = 1:6] {
+  column = robot.".".word(joints, i).".torque"
+  eval largest
+  curves = curves.sprintf("%s file using 'time':(column('%s') / %.6g) with lines ls %d title '%s'", \
+    i == 1 ? "plot" : ",", column, peak, i, word(joints, i))
+}
+eval curves
