@@ -31,7 +31,7 @@ add_custom_target(takt_find_build_info BYPRODUCTS ${takt_build_info_dir}/takt_bu
   COMMAND ${CMAKE_COMMAND} -DTAKT_SOURCE_DIR=${PROJECT_SOURCE_DIR} -DTAKT_VERSION=${PROJECT_VERSION}
     "-DTAKT_BUILD=${CMAKE_BUILD_TYPE}, ${CMAKE_CXX_COMPILER_ID} ${CMAKE_CXX_COMPILER_VERSION}, ${CMAKE_SYSTEM_PROCESSOR}"
     -DTAKT_OUT=${takt_build_info_dir}/takt_build_info.cpp -P ${PROJECT_SOURCE_DIR}/cmake/build_info.cmake
-  COMMENT "" VERBATIM)
+  COMMENT "Build information" VERBATIM)
 add_library(takt_build_info STATIC ${takt_build_info_dir}/takt_build_info.cpp)
 add_dependencies(takt_build_info takt_find_build_info)
 target_include_directories(takt_build_info SYSTEM PUBLIC $<BUILD_INTERFACE:${takt_build_info_dir}>)
