@@ -16,7 +16,8 @@ TEST(ProgressLine, SaysHowFarAndHowMuchLonger) {
 
 TEST(ProgressLine, KnowsNothingAtTheBeginAndIsFullAtTheEnd) {
   EXPECT_EQ(progress_line(0.0, 42.0, 1.0), "[>                             ]   0 %  0.0 of 42.0 s");
-  EXPECT_EQ(progress_line(42.0, 42.0, 1.0), "[==============================] 100 %  42.0 of 42.0 s, 0 s left");
+  EXPECT_EQ(progress_line(42.0, 42.0, 1.0),
+            "[==============================] 100 %  42.0 of 42.0 s, 0 s left");
 }
 
 }  // namespace

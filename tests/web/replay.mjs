@@ -1,6 +1,7 @@
 // A recording is sent again with its timing, and recorded again: the same samples.
 import {strict as assert} from 'node:assert';
 import {execFileSync} from 'node:child_process';
+import {existsSync, readFileSync} from 'node:fs';
 import {scenario, start} from './processes.mjs';
 
 process.env.TAKT_CELL = 'cell';
@@ -33,5 +34,20 @@ const heard = of(after, '/cell/state');
 assert.ok(heard.length > 100);
 for (const sample of heard) assert.deepEqual(sample, states.get(sample.step));
 assert.equal(heard.at(-1).time, 3.9);
+// A picture and a table of it, and what is said of them.
+const say = (...args) => JSON.parse(execFileSync(`${process.env.TAKT_BIN}/takt`, ['--json', ...args], {encoding: 'utf8'}));
+const table = say('export', 'run.mcap', '--csv', 'run.csv', '--signals', 'state.components.P.position.*');
+assert.deepEqual(table.signals, ['x', 'y', 'z'].map((axis) => `state.components.P.position.${axis}`));
+const rows = readFileSync('run.csv', 'utf8').trim().split('\n');
+assert.equal(rows.length, table.rows + 1);
+assert.equal(table.rows, of(before, '/cell/state').length);
+assert.deepEqual(rows.at(-1).split(',').slice(2).map(Number).map((value) => value.toFixed(9)),
+  Object.values(of(before, '/cell/state').at(-1).components[of(before, '/cell/description')[0].components.findIndex(({name}) => name === 'P')].position).map((value) => value.toFixed(9)));
+if (existsSync('/usr/bin/gnuplot')) {
+  assert.deepEqual(say('plot', 'run.mcap', 'state.components.P.position.z', '-o', 'p.png').signals, ['state.components.P.position.z']);
+  assert.equal(readFileSync('p.png').subarray(1, 4).toString(), 'PNG');
+  say('plot', 'run.mcap', 'state.robots.*.position.*', '-o', 'p.svg');
+  assert.match(readFileSync('p.svg', 'utf8'), /elbow_joint/);
+}
 console.log(`${after.length} of ${before.length} samples sent and recorded again`);
 process.exit(0);

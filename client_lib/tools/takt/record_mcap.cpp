@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <map>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "client_lib/raw_topics.h"
@@ -81,10 +82,18 @@ class McapRecorder {
     over_ = true;
     if (!failure_.empty()) throw std::runtime_error(failure_);
     writer_.close();
-    std::fprintf(stderr, "%s%llu samples of %zu topics, up to %.3f s of simulated time: %s\n",
-                 isatty(STDERR_FILENO) != 0 ? "\r\033[K" : "",
-                 static_cast<unsigned long long>(writer_.message_count()), channels_.size(), time_s_,
-                 options_.file.c_str());
+    if (isatty(STDERR_FILENO) != 0) std::fputs("\r\033[K", stderr);
+    if (common_.json)
+      std::printf("%s\n", nlohmann::json{{"file", options_.file},
+                                         {"samples", writer_.message_count()},
+                                         {"topics", channels_.size()},
+                                         {"time", time_s_}}
+                              .dump()
+                              .c_str());
+    else
+      std::fprintf(stderr, "%llu samples of %zu topics, up to %.3f s of simulated time: %s\n",
+                   static_cast<unsigned long long>(writer_.message_count()), channels_.size(), time_s_,
+                   options_.file.c_str());
     return kOk;
   }
 
@@ -224,6 +233,9 @@ int replay(const Common& common, const ReplayOptions& options) {
   }
   if (added == 0) throw std::runtime_error("'" + options.file + "' has no samples that DDS could send.");
   std::uint64_t sent = 0, refused = 0;
+  const bool show = isatty(STDERR_FILENO) != 0;
+  const double length_s = 1e-9 * static_cast<double>(file.last_ns() - file.first_ns()) / options.rate;
+  auto shown_next = std::chrono::steady_clock::now();
   const auto begin = std::chrono::steady_clock::now();
   file.read([&](const recording::McapMessage& message) {
     const double offset_s = 1e-9 * static_cast<double>(message.log_time_ns - file.first_ns()) / options.rate;
@@ -232,12 +244,22 @@ int replay(const Common& common, const ReplayOptions& options) {
     while (!interrupted() && std::chrono::steady_clock::now() < due)
       std::this_thread::sleep_until(std::min(due, std::chrono::steady_clock::now() + kLook));
     if (interrupted()) return false;
+    if (show && std::chrono::steady_clock::now() >= shown_next) {
+      shown_next = std::chrono::steady_clock::now() + kLook;
+      std::fprintf(stderr, "\r\033[K%.1f of %.1f s", offset_s, length_s);
+      std::fflush(stderr);
+    }
     if (is_command(message.channel->topic) && !options.commands) return true;
     publisher.write(message.channel->topic, message.sample) ? ++sent : ++refused;
     return true;
   });
-  std::fprintf(stderr, "%llu samples sent again, %llu refused by DDS.\n",
-               static_cast<unsigned long long>(sent), static_cast<unsigned long long>(refused));
+  if (show) std::fputs("\r\033[K", stderr);
+  if (common.json)
+    std::printf("{\"sent\": %llu, \"refused\": %llu}\n", static_cast<unsigned long long>(sent),
+                static_cast<unsigned long long>(refused));
+  else
+    std::fprintf(stderr, "%llu samples sent again, %llu refused by DDS.\n",
+                 static_cast<unsigned long long>(sent), static_cast<unsigned long long>(refused));
   return refused == 0 ? kOk : kFailed;
 }
 

@@ -162,11 +162,15 @@ int export_recording(const Common& common, const ExportOptions& options) {
     if (table.starts(sample)) table.add(sample);
   });
   const std::uint64_t rows = table.finish();
-  std::fprintf(stderr, "%llu rows of %zu signals.\n", static_cast<unsigned long long>(rows), names.size());
+  if (common.json && options.csv != "-")
+    std::printf("%s\n",
+                nlohmann::json{{"file", options.csv}, {"rows", rows}, {"signals", names}}.dump().c_str());
+  else
+    std::fprintf(stderr, "%llu rows of %zu signals.\n", static_cast<unsigned long long>(rows), names.size());
   return kOk;
 }
 
-int plot(const Common&, const PlotOptions& options) {
+int plot(const Common& common, const PlotOptions& options) {
   McapReader reader = open(options.file);
   struct Curve {
     std::string points;
@@ -216,7 +220,10 @@ int plot(const Common&, const PlotOptions& options) {
   if (gnuplot == nullptr || pclose(gnuplot) != 0 || !written)
     throw std::runtime_error("gnuplot did not draw '" + output.string() +
                              "'; is it installed (Debian package gnuplot-nox)?");
-  std::printf("%s: %zu signals\n", output.string().c_str(), order.size());
+  if (common.json)
+    std::printf("%s\n", nlohmann::json{{"picture", output.string()}, {"signals", order}}.dump().c_str());
+  else
+    std::printf("%s: %zu signals\n", output.string().c_str(), order.size());
   return kOk;
 }
 
