@@ -1,7 +1,7 @@
 // A recording is sent again with its timing, and recorded again: the same samples.
 import {strict as assert} from 'node:assert';
 import {execFileSync} from 'node:child_process';
-import {existsSync, readFileSync} from 'node:fs';
+import {existsSync, readFileSync, statSync} from 'node:fs';
 import {scenario, start} from './processes.mjs';
 
 process.env.TAKT_CELL = 'cell';
@@ -49,5 +49,15 @@ if (existsSync('/usr/bin/gnuplot')) {
   say('plot', 'run.mcap', 'state.robots.*.position.*', '-o', 'p.svg');
   assert.match(readFileSync('p.svg', 'utf8'), /elbow_joint/);
 }
+// A recorder that is killed leaves what it has written so far, a second old at most.
+const doomed = await start('takt', ['record', 'killed.mcap']);
+const again = await start('takt', ['replay', 'run.mcap']);
+while (!existsSync('killed.mcap') || statSync('killed.mcap').size < 50000) await new Promise((resolve) => setTimeout(resolve, 20));
+doomed.kill('SIGKILL');
+await doomed.ended.catch(() => {});
+assert.equal(await again.ended, 0, again.text);
+const left = say('export', 'killed.mcap', '--list');
+assert.equal(left.complete, false);
+assert.ok(left.chunks > 0 && left.signals.includes('state.components.P.position.x'));
 console.log(`${after.length} of ${before.length} samples sent and recorded again`);
 process.exit(0);

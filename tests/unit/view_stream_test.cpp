@@ -1,0 +1,117 @@
+// What takt view keeps for those who look, and the messages of Foxglove's protocol.
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "client_lib/view/foxglove.h"
+#include "client_lib/view/stream.h"
+
+namespace {
+
+using takt::view::Channel;
+using takt::view::Sample;
+using takt::view::Stream;
+namespace foxglove = takt::view::foxglove;
+
+Channel channel(const std::string& topic, bool each_counts = false) {
+  return {0, topic, "cdr", "a/msg/T", "ros2msg", "float64 x\n", each_counts};
+}
+
+std::vector<std::string> after(Stream& stream, std::uint32_t id, std::uint64_t number) {
+  std::vector<Sample> samples;
+  stream.after(id, number, samples);
+  std::vector<std::string> texts;
+  for (const Sample& sample : samples) texts.push_back(std::to_string(sample.number) + " " + *sample.bytes);
+  return texts;
+}
+
+TEST(ViewStream, WhoIsSlowGetsTheNewestOfAState) {
+  Stream stream;
+  const auto id = stream.add_channel(channel("/cell/state"));
+  EXPECT_TRUE(after(stream, id, 0).empty());
+  for (int i = 1; i <= 5; ++i) stream.push(id, 10U * static_cast<unsigned>(i), "s" + std::to_string(i));
+  EXPECT_EQ(after(stream, id, 2), std::vector<std::string>{"5 s5"});
+  EXPECT_TRUE(after(stream, id, 5).empty());
+  // Two who look share the bytes.
+  std::vector<Sample> one, two;
+  stream.after(id, 0, one);
+  stream.after(id, 4, two);
+  EXPECT_EQ(one.at(0).bytes, two.at(0).bytes);
+  EXPECT_EQ(one.at(0).time_ns, 50U);
+}
+
+TEST(ViewStream, EveryEventIsKeptUpToAThousand) {
+  Stream stream;
+  const auto id = stream.add_channel(channel("/cell/events", true));
+  for (int i = 1; i <= 3; ++i) stream.push(id, 0, "e" + std::to_string(i));
+  EXPECT_EQ(after(stream, id, 1), (std::vector<std::string>{"2 e2", "3 e3"}));
+  for (std::size_t i = 0; i < Stream::kHistory; ++i) stream.push(id, 0, "x");
+  EXPECT_EQ(after(stream, id, 0).size(), Stream::kHistory);
+  EXPECT_EQ(after(stream, id, 0).front(), "4 x");
+  // A player that goes back begins anew; numbers go on, so that nobody takes the new for the old.
+  stream.clear(id);
+  EXPECT_TRUE(after(stream, id, 0).empty());
+  stream.push(id, 0, "again");
+  EXPECT_EQ(after(stream, id, 1003), std::vector<std::string>{"1004 again"});
+}
+
+TEST(ViewStream, TellsWhenTheFirstWantsAChannelAndWhenTheLastGoes) {
+  Stream stream;
+  const auto id = stream.add_channel(channel("/cell/state"));
+  std::vector<std::string> told;
+  stream.on_wanted(&told, [&](const Channel& of, bool wanted) {
+    told.push_back(of.topic + (wanted ? " wanted" : " left"));
+  });
+  stream.set_wanted(id, true);
+  stream.set_wanted(id, true);
+  stream.set_wanted(id, false);
+  EXPECT_EQ(told, std::vector<std::string>{"/cell/state wanted"});
+  stream.set_wanted(id, false);
+  EXPECT_EQ(told.back(), "/cell/state left");
+  stream.forget(&told);
+  stream.set_wanted(id, true);
+  EXPECT_EQ(told.size(), 2U);
+}
+
+TEST(FoxgloveProtocol, ReadsSubscriptionsAndRefusesWhatIsNone) {
+  const auto wanted =
+      foxglove::read_text(R"({"op": "subscribe", "subscriptions": [{"id": 7, "channelId": 3}]})");
+  ASSERT_TRUE(wanted);
+  ASSERT_EQ(wanted->subscribe.size(), 1U);
+  EXPECT_EQ(wanted->subscribe[0].id, 7U);
+  EXPECT_EQ(wanted->subscribe[0].channel, 3U);
+  EXPECT_EQ(foxglove::read_text(R"({"op": "unsubscribe", "subscriptionIds": [7]})")->unsubscribe,
+            std::vector<std::uint32_t>{7});
+  for (const char* text : {"", "{", "[]", R"({"op": 3})", R"({"op": "subscribe"})",
+                           R"({"op": "subscribe", "subscriptions": [{"id": "x"}]})"})
+    EXPECT_FALSE(foxglove::read_text(text)) << text;
+}
+
+TEST(FoxgloveProtocol, ReadsCallsHoweverTheyAreCutOff) {
+  std::string call("\x02\x01\x00\x00\x00\x05\x00\x00\x00\x04\x00\x00\x00json", 17);
+  const std::size_t head = call.size();
+  call += R"({"request": "step", "arguments": {"steps": 10, "why": "a test"}})";
+  const auto read = foxglove::read_binary(call);
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->problem, "");
+  EXPECT_EQ(read->call, 5U);
+  EXPECT_EQ(read->request, "step");
+  EXPECT_EQ(read->arguments, (takt::view::Arguments{{"steps", "10"}, {"why", "a test"}}));
+  for (std::size_t length = 0; length < call.size(); ++length) {
+    const auto cut = foxglove::read_binary(std::string_view(call).substr(0, length));
+    EXPECT_EQ(cut.has_value(), length >= head) << length;
+    if (cut.has_value()) {
+      EXPECT_NE(cut->problem, "") << length;
+    }
+  }
+  call[1] = 9;
+  EXPECT_NE(foxglove::read_binary(call)->problem, "");
+}
+
+TEST(FoxgloveProtocol, WritesSamplesWithTheirSubscriptionAndTime) {
+  const auto head = foxglove::sample_head(0x04030201, 0x0c0b0a0908070605);
+  const char expected[] = "\x01\x01\x02\x03\x04\x05\x06\x07\x08\x09\x0a\x0b\x0c";
+  EXPECT_EQ(std::memcmp(head.data(), expected, head.size()), 0);
+}
+
+}  // namespace
