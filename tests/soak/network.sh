@@ -43,19 +43,21 @@ ip netns exec "$b" "$bin/takt-soak-clients" --role line --cell far --domain 0 --
   --profiles "$profiles" --profile takt_client_network >"$work/client.log" 2>&1 &
 client=$!
 
+touch "$work/client.log"
 until grep -q '^[0-9]' "$work/client.log"; do
   kill -0 $client 2>/dev/null || { cat "$work/client.log" "$work/server.log" >&2; exit 1; }
   sleep 0.2
 done
 
 rules() {  # what both ends do with what comes in
-  for end in "$a ta$id" "$b tb$id"; do
-    read -r ns device <<<"$end"
+  for ns in "$a" "$b"; do
     ip netns exec "$ns" nft flush ruleset
     [[ -z $1 ]] || ip netns exec "$ns" nft -f - <<EOF
 table ip line {
-  chain in { type filter hook input priority 0; policy accept; $1 }
-  chain out { type filter hook output priority 0; policy accept; ${2:-} }
+  chain in {
+    type filter hook input priority 0; policy accept;
+    $1
+  }
 }
 EOF
   done
@@ -65,15 +67,20 @@ for phase in "${phases[@]}"; do
   pause=$phase_s
   case $phase in
     clean*) rules "" ;;
-    5*) rules "numgen random mod 100 < 5 drop;" ;;
-    20*) rules "numgen random mod 100 < 20 drop;" ;;
+    5*) rules "numgen random mod 100 < 5 drop" ;;
+    20*) rules "numgen random mod 100 < 20 drop" ;;
     every*)
-      ip netns exec "$a" nft -f - <<EOF
-table ip line { chain out { type filter hook output priority 0; policy accept; ip daddr 10.177.0.2 dup to 10.177.0.2 device "ta$id"; } }
+      for way in "$a 10.177.0.2 ta$id" "$b 10.177.0.1 tb$id"; do
+        read -r ns other device <<<"$way"
+        ip netns exec "$ns" nft -f - <<EOF
+table ip line {
+  chain out {
+    type filter hook output priority 0; policy accept;
+    ip daddr $other dup to $other device "$device"
+  }
+}
 EOF
-      ip netns exec "$b" nft -f - <<EOF
-table ip line { chain out { type filter hook output priority 0; policy accept; ip daddr 10.177.0.1 dup to 10.177.0.1 device "tb$id"; } }
-EOF
+      done
       ;;
     cut*)
       rules ""
