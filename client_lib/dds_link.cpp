@@ -106,6 +106,7 @@ dds::DataWriterQos control_writer_qos(const dds::Publisher& publisher) {
   qos.history().depth = 100;
   qos.endpoint().history_memory_policy = kGrowingMemory;
   qos.data_sharing().off();
+  beat_soon(qos);
   return qos;
 }
 

@@ -92,6 +92,18 @@ inline std::string text_of(const DdsGuid& guid) {
   return text.str();
 }
 
+/// A lost sample is asked for again when its reader hears of it: with the next sample, or with the next
+/// heartbeat. The default of 3 s is long for a reply or a command that nothing follows; heartbeats are sent
+/// only while something is unconfirmed.
+inline void beat_soon(dds::DataWriterQos& qos) {
+  const DdsDuration period(0, 50'000'000);
+#if TAKT_FAST_DDS_MAJOR == 2
+  qos.reliable_writer_qos().times.heartbeatPeriod = period;
+#else
+  qos.reliable_writer_qos().times.heartbeat_period = period;
+#endif
+}
+
 /// What write() of one argument returns is `true` for success in one major and 0 for success in the other.
 template <typename Sample>
 bool written(dds::DataWriter& writer, Sample& sample) {

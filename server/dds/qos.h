@@ -24,6 +24,7 @@ inline dds::DataWriterQos writer(const Participant& participant, dds::Reliabilit
   qos.endpoint().history_memory_policy = kGrowingMemory;
   qos.data_sharing().off();
   qos.publish_mode().kind = dds::SYNCHRONOUS_PUBLISH_MODE;
+  beat_soon(qos);
   return qos;
 }
 inline dds::DataReaderQos reader(const Participant& participant, int depth) {

@@ -117,7 +117,11 @@ int attack(const Options& options, std::atomic<std::uint64_t>& thrown) {
     PacketMutator mutator(hook->stop_recording(), options.seed);
     RawCellClient honest;
     const auto serves = [&](RawCellClient& client, const char* who) {
-      if (client.request("get_state").result() == 1) return true;
+      // Among 400 000 packets a second one request or reply may be overwritten by others before it is read;
+      // takt::Client asks again then.
+      for (int i = 0; i < 10; ++i) {
+        if (client.request_within(30, "get_state").result() == 1) return true;
+      }
       std::printf("after %" PRIu64 " packets %s got no answer\n", thrown.load(), who);
       result = 1;
       return false;

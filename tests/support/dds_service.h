@@ -89,6 +89,20 @@ class RawCellClient {
     replies_->wait_for([&](const auto& m) { return m.sequence_number() == sequence_; }, &reply);
     return reply;
   }
+  /// Waits for tenths of a second; the result is -1 if no reply has come.
+  msg::ControlReply request_within(int tenths, const std::string& name) {
+    write(name, {}, ++sequence_);
+    msg::ControlReply reply;
+    reply.result(-1);
+    const auto mine = [&](const std::vector<msg::ControlReply>& all) {
+      for (const auto& m : all)
+        if (m.sequence_number() == sequence_) reply = m;
+      return reply.result() >= 0;
+    };
+    for (int i = 0; i < tenths && !replies_->wait_briefly(mine); ++i) {
+    }
+    return reply;
+  }
   void write(const std::string& name, const Arguments& arguments, std::uint64_t sequence) {
     msg::ControlRequest message;
     message.client_id("raw");
