@@ -18,6 +18,7 @@
 #if __has_include(<fastdds/rtps/transport/ChainingTransport.hpp>)
 #define TAKT_FAST_DDS_MAJOR 3
 #include <fastdds/LibrarySettings.hpp>
+#include <fastdds/rtps/common/WriteParams.hpp>
 #include <fastdds/rtps/transport/ChainingTransport.hpp>
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.hpp>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.hpp>
