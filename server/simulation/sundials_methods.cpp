@@ -22,7 +22,6 @@ namespace {
 
 // Written in the names of SUNDIALS 7; those of 6 that differ.
 #if SUNDIALS_VERSION_MAJOR < 7
-using sunbooleantype = booleantype;
 constexpr void* SUN_COMM_NULL = nullptr;
 constexpr auto ARKodeEvolve = ARKStepEvolve;
 constexpr auto ARKodeFree = ARKStepFree;
