@@ -101,6 +101,25 @@ void ContactInteraction::list_near() {
   }
 }
 
+void ContactInteraction::update_friction(std::span<const BodyHeat> heat) {
+  for (Pair& pair : pairs_) {
+    const std::vector<std::array<double, 2>>& table = pair.model->friction_at_K;
+    if (table.empty()) continue;
+    const double T = std::max(heat[static_cast<std::size_t>(pair.model->base)].temperature_K,
+                              heat[static_cast<std::size_t>(pair.model->target)].temperature_K);
+    std::size_t i = 1;
+    while (i < table.size() && table[i][0] < T) ++i;
+    double friction = T <= table.front()[0] ? table.front()[1] : table.back()[1];
+    if (T > table.front()[0] && i < table.size()) {
+      const auto& [from, to] = std::pair{table[i - 1], table[i]};
+      friction = from[1] + (to[1] - from[1]) * (T - from[0]) / (to[0] - from[0]);
+    }
+    if (friction == pair.contact.law().friction) continue;
+    pair.contact.set_friction(friction);
+    pair.known = false;
+  }
+}
+
 void ContactInteraction::reset() {
   for (Pair& pair : pairs_) {
     pair.contact.reset();

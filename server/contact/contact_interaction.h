@@ -59,6 +59,9 @@ class ContactInteraction {
   /// Discrete, at an accepted point: springs of the stick law.
   void accept(const CellMotion& motion);
 
+  /// Discrete: coefficients of friction that depend on temperatures (ContactPairModel::friction_at_K).
+  void update_friction(std::span<const BodyHeat> heat);
+
   /// Discrete: by component, who is left out of the system. Pairs of two that cannot move keep what they
   /// have.
   void set_asleep(const std::vector<char>& asleep);

@@ -1,5 +1,6 @@
 #pragma once
 // Surface contact of a whole cell, as loaded: surfaces by component, laws by pair.
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -18,6 +19,9 @@ enum class PairForce : std::uint8_t {
 struct ContactPairModel {
   int base = -1, target = -1;  ///< component ids: whose elements, whose surface
   ContactLaw law;
+  /// Coefficient of friction over the temperature (K, ascending) of the hotter of the two, in place of the
+  /// law's: what holds by an adhesive lets go when it is hot. Empty: it does not depend on the temperature.
+  std::vector<std::array<double, 2>> friction_at_K{};
   PairForce force = PairForce::by_level;
 };
 

@@ -281,6 +281,10 @@ std::vector<ElementPressure> PolygonalContact::pressures(const RelativeMotion& m
 const ContactCounts& PolygonalContact::counts() const {
   return impl_->counts;
 }
+void PolygonalContact::set_friction(double friction) {
+  impl_->law.friction = friction;
+}
+
 const ContactLaw& PolygonalContact::law() const {
   return impl_->law;
 }

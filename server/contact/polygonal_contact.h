@@ -83,6 +83,8 @@ class PolygonalContact {
   std::vector<ElementPressure> pressures(const RelativeMotion& motion);
   const ContactCounts& counts() const;
   const ContactLaw& law() const;
+  /// Discrete: another coefficient of friction, >= 0, from now on.
+  void set_friction(double friction);
 
  private:
   struct Impl;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "plant_models/thermal/heated_part.h"
 #include "server/contact/contact_roles.h"
 #include "server/scenario/collision_checking.h"
 #include "server/scenario/scenario_reader.h"
@@ -62,6 +63,11 @@ ContactParameters parameters(const StatedContact& s) {
   take(s.tangential_damping_ratio, p.tangential_damping_ratio);
   take(s.friction_law, p.friction_law);
   return p;
+}
+
+bool has_temperature(const Scenario& scenario, const std::string& name) {
+  return std::any_of(scenario.parts.begin(), scenario.parts.end(),
+                     [&](const ScenarioPart& part) { return part.name == name && part.heat; });
 }
 
 bool fits(const ScenarioContactPair& rule, const std::string& a, const std::string& b) {
@@ -157,6 +163,12 @@ void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& mesh
       if (!fits(rule, name_a, name_b)) continue;
       replace(rule.stated, stated);
       if (rule.interaction) model.force = *rule.interaction;
+      if (rule.friction_at_degC.empty()) continue;
+      if (!has_temperature(scenario, name_a) && !has_temperature(scenario, name_b))
+        throw ScenarioError(rule.place + ": found friction_at_degC for " + name_a + " and " + name_b +
+                            "; allowed: only where one of them is a part with `heat`");
+      model.friction_at_K = rule.friction_at_degC;
+      for (auto& [temperature, friction] : model.friction_at_K) temperature += kZeroCelsius_K;
     }
     const bool base_first = base_is_first(scenario, cell, a, b, said[a], said[b]);
     model.base = base_first ? pair.base : pair.target;

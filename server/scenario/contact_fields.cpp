@@ -1,5 +1,7 @@
 #include "server/scenario/contact_fields.h"
 
+#include <cmath>
+
 namespace takt {
 
 namespace {
@@ -44,6 +46,26 @@ ScenarioContactComponent read_component(YamlFields fields, const std::string& na
   return component;
 }
 
+std::vector<std::array<double, 2>> read_friction_table(YamlFields& fields) {
+  const char* key = "friction_at_degC";
+  const char* allowed =
+      "a list of [degC, friction] with rising temperatures and friction >= 0, e.g. [[20, 30], [280, 0.6]]";
+  std::vector<std::array<double, 2>> table;
+  const YAML::Node rows = fields.optional(key);
+  if (!rows.IsDefined()) return table;
+  if (!rows.IsSequence() || rows.size() == 0) fields.fail(key, describe(rows), allowed);
+  for (const YAML::Node& row : rows) {
+    std::array<double, 2> entry{};
+    bool good = row.IsSequence() && row.size() == 2;
+    for (std::size_t i = 0; good && i < 2; ++i)
+      good = row[i].IsScalar() && YAML::convert<double>::decode(row[i], entry[i]) && std::isfinite(entry[i]);
+    if (!good || entry[1] < 0.0 || (!table.empty() && entry[0] <= table.back()[0]))
+      fields.fail_at(row, key, describe(row), allowed);
+    table.push_back(entry);
+  }
+  return table;
+}
+
 ScenarioContactPair read_pair(YamlFields& fields) {
   ScenarioContactPair pair;
   const char* allowed = "two names, e.g. [P, Table1]; * stands for any characters";
@@ -60,6 +82,7 @@ ScenarioContactPair read_pair(YamlFields& fields) {
     const std::string force = fields.choice("interaction", {"contact", "substitute"}, "contact");
     pair.interaction = force == "contact" ? PairForce::contact : PairForce::substitute;
   }
+  pair.friction_at_degC = read_friction_table(fields);
   pair.base = fields.text_or("base", "");
   if (!pair.base.empty() && pair.base != pair.pair[0] && pair.base != pair.pair[1])
     fields.fail("base", "'" + pair.base + "'", "one of the two names of the pair");

@@ -34,6 +34,7 @@ struct ScenarioContactPair {
   std::string place;
   StatedContact stated;
   std::optional<PairForce> interaction;
+  std::vector<std::array<double, 2>> friction_at_degC;  ///< (temperature, friction), ascending; may be empty
   std::string base;  ///< name (or pattern) of the side that carries the elements; empty: by rule
 };
 

@@ -112,7 +112,7 @@ class ModelHash {
     return *this << pair.base << pair.target << pair.force << law.stiffness_Pa_per_m
                  << law.areal_damping_Ns_per_m3 << law.damping_depth_m << law.friction
                  << law.friction_velocity_m_per_s << law.friction_law << law.tangential_stiffness_Pa_per_m
-                 << law.tangential_damping_Ns_per_m3;
+                 << law.tangential_damping_Ns_per_m3 << pair.friction_at_K;
   }
   ModelHash& operator<<(const ProcessDescription& process) {
     return *this << process.name << process.level_of_detail << process.robots << process.components;

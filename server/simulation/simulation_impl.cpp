@@ -192,6 +192,7 @@ void Simulation::Impl::decide() {
   if (model->further_models.empty()) return;
   refresh_motion();
   if (plant.decide(time())) motion_is_current = false;
+  contacts.update_friction(system().motion().heat);
 }
 
 void Simulation::Impl::update_connections() {

@@ -83,7 +83,7 @@ TEST(CellMeshes, MotorIsItsFiveConvexPieces) {
     EXPECT_EQ(check_closed(mesh).problem, "") << piece.name;
     volume += volume_properties(mesh).volume;
     // The flats cut through facets; what is missing there is filled by the hull.
-    const double hollow = piece.name == "piece_4" ? 4e-4 : 1e-9;
+    const double hollow = piece.name == "piece_4" ? 5e-4 : 1e-9;
     for (const auto& t : mesh.triangles) {
       const Vec3& a = mesh.vertices[t[0]];
       const Vec3 n = (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a).normalized();

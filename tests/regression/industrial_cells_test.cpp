@@ -1,0 +1,148 @@
+// The thesis' industrial cells from start to end (sections 5.4 and 5.5), at the levels of detail they are
+// made for: everything that the scenario files demand holds.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <string>
+
+#include "server/geometry/decomposition_cache.h"
+#include "server/headless/device_report.h"
+#include "server/headless/headless_run.h"
+#include "server/scenario/scenario_builder.h"
+
+namespace takt {
+namespace {
+
+struct CellRun {
+  HeadlessResult result;
+  CellDescription cell;
+  std::vector<std::array<double, 3>> history;  ///< time and two signals
+};
+
+struct Watched {
+  std::string device, first, second;
+};
+
+CellRun run(const std::string& name, const ScenarioOptions& options, const Watched& watched = {},
+            bool demands = true) {
+  const Scenario scenario =
+      read_scenario(std::filesystem::path(TAKT_CONFIG_DIR) / "scenarios" / (name + ".yaml"), options);
+  Simulation simulation(build_cell(scenario, {user_cache_directory(), nullptr}));
+  CellRun done;
+  done.cell = simulation.description();
+  Snapshot snapshot = simulation.make_snapshot();
+  HeadlessOptions headless;
+  headless.duration_s = scenario.duration_s;
+  headless.program = scenario.controller_program;
+  headless.contact_extremes = scenario.begins_with_contact();
+  const auto observer = [&](const Simulation& s) {
+    if (watched.device.empty() || s.step_index() % 200 != 0) return;
+    s.read_snapshot(snapshot);
+    done.history.push_back({s.time_s(),
+                            signal_value(done.cell, snapshot, watched.device, watched.first).value(),
+                            signal_value(done.cell, snapshot, watched.device, watched.second).value()});
+  };
+  done.result = run_headless(simulation, scenario, headless, observer);
+  EXPECT_EQ(done.result.fault, "");
+  if (!demands) return done;
+  for (const AssertionResult& demand : done.result.assertions)
+    EXPECT_NE(demand.verdict, AssertionResult::Verdict::failed) << demand.name << ": " << demand.sentence;
+  for (const ExpectedPose& expected : scenario.expected) {
+    const auto part = static_cast<std::size_t>(done.cell.find_component(expected.part));
+    EXPECT_LT(pose_error(done.result.final_state.components[part], expected.X_WB).position_m,
+              scenario.expected_tolerance_m)
+        << expected.part;
+  }
+  return done;
+}
+
+const ContactExtreme* largest(const CellRun& done, const std::string& a, const std::string& b) {
+  for (const ContactExtreme& most : done.result.contact_extremes) {
+    const std::string& base = done.cell.components[static_cast<std::size_t>(most.sample.base)].name;
+    const std::string& target = done.cell.components[static_cast<std::size_t>(most.sample.target)].name;
+    if ((base == a && target == b) || (base == b && target == a)) return &most;
+  }
+  return nullptr;
+}
+
+TEST(FurnaceScenario, TheRotorIsHeatedByBeingThere) {
+  const CellRun done = run("furnace", {}, {"Furnace", "power", "air_temperature"});
+  double first = 0.0, second = 0.0, coldest = 300.0;
+  for (const auto& [t, power, air] : done.history) {
+    if (t > 1000.0 && t < 1200.0) first = std::max(first, power);
+    if (t > 8200.0 && t < 8400.0) second = std::max(second, power);
+    coldest = std::min(coldest, air);
+  }
+  EXPECT_NEAR(first, 2080.0, 1.0);
+  EXPECT_NEAR(second, 1767.0, 2.0);
+  EXPECT_LT(coldest, 60.0);  // one second after the door
+  const auto temperature = signal_value(done.cell, done.result.final_state, "Rotor_heat", "temperature");
+  EXPECT_NEAR(temperature.value(), 281.05, 0.1);
+}
+
+TEST(ChainsawScenario, MotorIsInItsSeatByKinematicsAndByDynamics) {
+  for (const int level : {1, 2}) {
+    ScenarioOptions options;
+    options.level_of_detail = level;
+    const CellRun done = run("chainsaw_motor", options);
+    const auto skipped =
+        std::count_if(done.result.assertions.begin(), done.result.assertions.end(),
+                      [](const auto& demand) { return demand.verdict == AssertionResult::Verdict::skipped; });
+    EXPECT_EQ(skipped, 1) << level;  // the contact force
+  }
+}
+
+TEST(ChainsawScenario, PressFitShowsItsForceWithSurfaceContact) {
+  ScenarioOptions options;
+  options.level_of_detail = 3;
+  const CellRun done = run("chainsaw_motor", options);
+  const ContactExtreme* press = largest(done, "Motor", "Housing");
+  ASSERT_NE(press, nullptr);
+  EXPECT_GT(press->time_s, 23.0);  // while it is pressed in
+  EXPECT_LT(press->time_s, 25.8);
+}
+
+TEST(RotorScenario, AllSubstituteForcesKeepTheTimetable) {
+  ScenarioOptions options;
+  options.level_of_detail = 1;
+  const CellRun done = run("bev_rotor", options, {"Furnace1", "power", "parts_inside"});
+  for (const auto& [t, power, inside] : done.history) {
+    if (t > 36.0) {
+      EXPECT_EQ(inside, 1.0) << t;
+    }
+    if (t < 30.0) {
+      EXPECT_NEAR(power, 658.56, 1e-3) << t;
+    }
+  }
+}
+
+TEST(RotorScenario, HybridPressesTheMagnetOut) {
+  const CellRun done = run("bev_rotor", {});
+  const ContactExtreme* tray = largest(done, "Magnet4", "Tray");
+  ASSERT_NE(tray, nullptr);
+  EXPECT_GT(tray->time_s, 69.0);
+  EXPECT_LT(tray->time_s, 72.0);
+  EXPECT_EQ(largest(done, "Core2", "Furnace1"), nullptr);  // contact in the press alone
+  const auto energies = consumed_energies(done.cell, done.result.final_state);
+  EXPECT_EQ(
+      std::count_if(energies.begin(), energies.end(), [](const auto& e) { return e.consumer == "Robot2"; }),
+      0);  // kinematic
+  EXPECT_EQ(
+      std::count_if(energies.begin(), energies.end(), [](const auto& e) { return e.consumer == "Robot1"; }),
+      1);
+}
+
+TEST(RotorScenario, TheAdhesiveHoldsAMagnetThatIsCold) {
+  ScenarioOptions options;
+  options.overrides = {"parts.Core4.heat.temperature_degC=20"};
+  const CellRun done = run("bev_rotor", options, {}, false);
+  EXPECT_EQ(largest(done, "Magnet4", "Tray"), nullptr);
+  const auto magnet = static_cast<std::size_t>(done.cell.find_component("Magnet4"));
+  // Where the core holds it, 5 mm above its lower face; the press has pushed with all it has.
+  EXPECT_NEAR(done.result.final_state.components[magnet].p_WB.z(), 0.604, 0.003);
+}
+
+}  // namespace
+}  // namespace takt
