@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kLargestBound_m = 1e-3, kSmallestBound_m = 2e-5;
 /// Leaves have no more elements.
-constexpr std::size_t kLeaf = 32;
+constexpr std::size_t kLeaf = 64;
 /// Planes are left through for certain only by lines that are not too oblique to them.
 constexpr double kSteep = 0.5;
 /// Beginnings higher above a plane than this are far from where it meets another one.
@@ -55,6 +55,16 @@ struct ContactSearch::Open {
   ContactDepths depths;
   double bound_m = 0.0;
   std::uint64_t uses = 0;  ///< of the present lists
+  // Nothing is in contact while the lists' points have not moved by more than this from a pose.
+  double quiet_m = -1.0;
+  Mat3 quiet_R = Mat3::Identity();
+  Vec3 quiet_center_T = Vec3::Zero();
+
+  bool quiet(const ContactCluster& cluster, const Pose& X_TB) const {
+    if (!(quiet_m > 0.0)) return false;
+    const double turn = std::sqrt(0.5 * (X_TB.R - quiet_R).squaredNorm()) * cluster.radius_m;
+    return turn + (X_TB * cluster.center_B - quiet_center_T).norm() <= quiet_m;
+  }
 };
 
 ContactSearch::ContactSearch(const ContactSurface::Data& base, const ContactSurface::Data& target)
@@ -70,7 +80,7 @@ ContactSearch::~ContactSearch() = default;
 void ContactSearch::forget() {
   for (FreeRegion& region : regions_) region.made = false;
   for (auto& open : opened_)
-    if (open != nullptr) open->lists.forget();
+    if (open != nullptr) open->lists.forget(), open->uses = 0, open->quiet_m = -1.0;
 }
 
 bool ContactSearch::find(const Pose& X_TB, const Pose& X_BT) {
@@ -223,6 +233,7 @@ void ContactSearch::open_leaf(std::size_t index, const Planes* planes) {
     open = std::make_unique<Open>();
     open->bound_m = first_bound_m_;
   }
+  if (open->quiet(cluster, X_TB_)) return;
   ContactCandidates& lists = open->lists;
   bool renew = !lists.cover(X_TB_);
   if (renew) {
@@ -242,8 +253,14 @@ void ContactSearch::open_leaf(std::size_t index, const Planes* planes) {
     open->uses = 1;
     made_ = true;
   }
-  if (lists.slot_count() == 0) return;
   open->depths.find(base_, target_, lists, X_TB_, X_BT_);
+  open->quiet_m = -1.0;
+  if (open->depths.hits().empty()) {
+    open->quiet_m = std::min(open->depths.quiet_m(lists), lists.bound_m() - lists.moved_m(X_TB_));
+    open->quiet_R = X_TB_.R;
+    open->quiet_center_T = X_TB_ * cluster.center_B;
+    return;
+  }
   make_room(open->depths.hits().size());
   for (const std::int32_t hit : open->depths.hits()) {
     const auto slot = static_cast<std::size_t>(hit);
