@@ -127,7 +127,9 @@ void ContactCandidates::add_element(const Build& build, std::int32_t index) {
     return;
   }
   if (sure != kNothing && steep && local(build, line)) {
-    add_ray(build, line, index, std::min(line.length_m, kLocal * build.bound_m), true);
+    const double length_m = std::min(line.length_m, kLocal * build.bound_m);
+    gather(build, line, length_m);
+    add_ray(build, line, index, length_m, true);
     return;
   }
   gather(build, line, line.length_m);
@@ -225,10 +227,10 @@ std::int32_t ContactCandidates::first_patch(const Build& build, const Line& line
   return first;
 }
 
+/// With the faces of gather().
 void ContactCandidates::add_ray(const Build& build, const Line& line, std::int32_t index, double length_m,
                                 bool single) {
   const ContactSurface::Data& target = build.target;
-  if (length_m < line.length_m) gather(build, line, length_m);
   const auto slot = static_cast<std::int32_t>(element.size());
   element.push_back(index);
   Ray ray{slot, face_groups.size(), face_groups.size(), rims.size(), rims.size(), single};
