@@ -47,13 +47,12 @@ struct ContactCandidates::Build {
   Work& work;
 };
 
-bool ContactCandidates::cover(const Pose& X_TB) const {
-  if (!valid_) return false;
+double ContactCandidates::moved_m(const Pose& X_TB) const {
   // A point at r from the centre moves by at most |dp| + |dR|_2 |r|; the 2-norm of the difference of two
-  // rotations is its Frobenius norm over sqrt(2). A pose that is not finite is not covered.
+  // rotations is its Frobenius norm over sqrt(2).
   const double turn2 = 0.5 * (X_TB.R - X_TB_.R).squaredNorm() * square(reach_m_);
   const double shift2 = (X_TB * center_B_ - center_T_).squaredNorm();
-  return std::sqrt(turn2) + std::sqrt(shift2) <= bound_m_;
+  return std::sqrt(turn2) + std::sqrt(shift2);
 }
 
 void ContactCandidates::rebuild(const ContactSurface::Data& base, const ContactSurface::Data& target,
@@ -128,7 +127,9 @@ void ContactCandidates::add_element(const Build& build, std::int32_t index) {
     return;
   }
   if (sure != kNothing && steep && local(build, line)) {
-    add_ray(build, line, index, std::min(line.length_m, kLocal * build.bound_m));
+    const double length_m = std::min(line.length_m, kLocal * build.bound_m);
+    gather(build, line, length_m);
+    add_ray(build, line, index, length_m, true);
     return;
   }
   gather(build, line, line.length_m);
@@ -144,7 +145,7 @@ void ContactCandidates::add_element(const Build& build, std::int32_t index) {
       return;
     }
   }
-  add_ray(build, line, index, line.length_m);
+  add_ray(build, line, index, line.length_m, false);
 }
 
 // The patch that alone is near the beginning of the line; kNothing if none is, kSeveral if several are.
@@ -226,12 +227,13 @@ std::int32_t ContactCandidates::first_patch(const Build& build, const Line& line
   return first;
 }
 
-void ContactCandidates::add_ray(const Build& build, const Line& line, std::int32_t index, double length_m) {
+/// With the faces of gather().
+void ContactCandidates::add_ray(const Build& build, const Line& line, std::int32_t index, double length_m,
+                                bool single) {
   const ContactSurface::Data& target = build.target;
-  if (length_m < line.length_m) gather(build, line, length_m);
   const auto slot = static_cast<std::int32_t>(element.size());
   element.push_back(index);
-  Ray ray{slot, face_groups.size(), face_groups.size(), rims.size(), rims.size()};
+  Ray ray{slot, face_groups.size(), face_groups.size(), rims.size(), rims.size(), single};
   for (const Work::Near& n : build.work.near_) {
     const std::int32_t plane = local_patch(build, n.patch);
     if (face_groups.size() == ray.group_begin || face_groups.back().plane != plane)

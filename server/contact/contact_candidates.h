@@ -30,13 +30,19 @@ class ContactCandidates {
     std::int32_t slot = -1;
     std::size_t group_begin = 0, group_end = 0;
     std::size_t rim_begin = 0, rim_end = 0;
+    /// Its line crosses the surface near its beginning once, inside or not: where it is within one face,
+    /// there is no other to look at.
+    bool single = false;
   };
 
   /// What making lists needs for a time. One serves the lists of all clusters.
   class Work;
 
   /// Valid for this pose? False before the first rebuild().
-  bool cover(const Pose& X_TB) const;
+  bool cover(const Pose& X_TB) const { return valid_ && moved_m(X_TB) <= bound_m_; }
+  /// What no point of the lines has moved beyond since the lists were made; not a number for such a pose.
+  double moved_m(const Pose& X_TB) const;
+  double bound_m() const { return bound_m_; }
   /// `above`: patches; what is above all their planes is outside of the Target (FreeRegion), and so are
   /// elements that are above all of them by more than they may move. Empty: none known.
   void rebuild(const ContactSurface::Data& base, const ContactSurface::Data& target,
@@ -73,7 +79,7 @@ class ContactCandidates {
   bool local(const Build& build, const Line& line) const;
   void gather(const Build& build, const Line& line, double length_m) const;
   std::int32_t first_patch(const Build& build, const Line& line, bool& outside) const;
-  void add_ray(const Build& build, const Line& line, std::int32_t index, double length_m);
+  void add_ray(const Build& build, const Line& line, std::int32_t index, double length_m, bool single);
   std::int32_t local_patch(const Build& build, std::int32_t patch);
 
   bool valid_ = false;

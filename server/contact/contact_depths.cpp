@@ -1,11 +1,24 @@
 #include "server/contact/contact_depths.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "server/contact/contact_elements.h"
 #include "server/geometry/segment_distance.h"
 
 namespace takt {
+namespace {
+
+/// Crossings further inside a face than this are on no other.
+constexpr double kInside_m = 1e-7;
+
+bool well_inside(const ContactFace& face, const Vec3& x) {
+  for (std::size_t k = 0; k < 3; ++k)
+    if (!(face.inward[k].dot(x) + face.shift_m[k] > kInside_m)) return false;
+  return true;
+}
+
+}  // namespace
 
 void ContactDepths::prepare(const ContactSurface::Data& base, const ContactCandidates& lists) {
   const std::size_t slots = lists.slot_count();
@@ -18,6 +31,7 @@ void ContactDepths::prepare(const ContactSurface::Data& base, const ContactCandi
   plane_.assign(slots, -1);
   fade_T_.assign(slots, Vec3::Zero());
   hits_.resize(slots);
+  known_.assign(slots, Known{});
   hit_count_ = 0;
   for (const auto& group : lists.plane_groups)
     for (std::size_t k = group.begin; k < group.end; ++k)
@@ -44,7 +58,11 @@ void ContactDepths::find(const ContactSurface::Data& base, const ContactSurface:
   if (!one)
     for (std::size_t k = 0; k < group_depth_.size(); ++k)
       depth_[static_cast<std::size_t>(lists.plane_slot[k])] = group_depth_[k];
-  for (const auto& ray : lists.rays) follow(base, target, lists, ray, X_TB);
+  for (const auto& ray : lists.rays) {
+    if (ray.single && follow_known(base, target, lists, ray, X_TB)) continue;
+    follow(base, target, lists, ray, X_TB);
+    if (ray.single) learn(base, target, lists, ray, X_TB);
+  }
 
   std::size_t count = 0;
   for (std::size_t i = 0; i < depth_.size(); ++i) {
@@ -94,9 +112,80 @@ void ContactDepths::follow(const ContactSurface::Data& base, const ContactSurfac
       break;
     }
   }
-  if (!met || !leaves) return;
-  depth_[slot] = nearest;
-  plane_[slot] = at_plane;
+  if (met && leaves) take(base, target, lists, ray, nearest, at_plane, region, met_T);
+}
+
+// The line crosses the surface once: if it is well inside the face of the last time, that is where.
+bool ContactDepths::follow_known(const ContactSurface::Data& base, const ContactSurface::Data& target,
+                                 const ContactCandidates& lists, const ContactCandidates::Ray& ray,
+                                 const Pose& X_TB) {
+  const auto slot = static_cast<std::size_t>(ray.slot);
+  Known& known = known_[slot];
+  if (known.face < 0) return false;
+  const auto e = static_cast<std::size_t>(lists.element[slot]);
+  const Plane& plane = planes_[static_cast<std::size_t>(known.plane)];
+  const Vec3& n = plane.normal_B;
+  const double t = plane_depth(n.x(), n.y(), n.z(), plane.offset_m, base.px[e], base.py[e], base.pz[e],
+                               base.nx[e], base.ny[e], base.nz[e]);
+  const Vec3 p = X_TB * base.point(e), d = -(X_TB.R * base.normal(e));
+  const Vec3 x = p + t * d;
+  const ContactFace& face = target.faces[static_cast<std::size_t>(known.face)];
+  if (!well_inside(face, x)) return false;
+  known.at_m = t;
+  depth_[slot] = 0.0;
+  if (t > 0.0 && t <= base.line_m[e]) take(base, target, lists, ray, t, known.plane, face.region, x);
+  return true;
+}
+
+void ContactDepths::learn(const ContactSurface::Data& base, const ContactSurface::Data& target,
+                          const ContactCandidates& lists, const ContactCandidates::Ray& ray,
+                          const Pose& X_TB) {
+  const auto slot = static_cast<std::size_t>(ray.slot);
+  const auto e = static_cast<std::size_t>(lists.element[slot]);
+  const Vec3 p = X_TB * base.point(e), d = -(X_TB.R * base.normal(e));
+  known_[slot].face = -1;
+  for (std::size_t g = ray.group_begin; g < ray.group_end; ++g) {
+    const auto& group = lists.face_groups[g];
+    const Plane& plane = planes_[static_cast<std::size_t>(group.plane)];
+    const Vec3& n = plane.normal_B;
+    const double t = plane_depth(n.x(), n.y(), n.z(), plane.offset_m, base.px[e], base.py[e], base.pz[e],
+                                 base.nx[e], base.ny[e], base.nz[e]);
+    const Vec3 x = p + t * d;
+    for (std::size_t k = group.begin; k < group.end; ++k) {
+      if (!well_inside(target.faces[static_cast<std::size_t>(lists.faces[k])], x)) continue;
+      known_[slot] = {lists.faces[k], group.plane, t};
+      return;
+    }
+  }
+}
+
+// Beginnings above the surface by t along their line are no nearer to it than t cos 60 deg.
+double ContactDepths::quiet_m(const ContactCandidates& lists) const {
+  if (hit_count_ > 0) return 0.0;
+  double nearest_m = INFINITY;
+  for (const auto& ray : lists.rays) {
+    const Known& known = known_[static_cast<std::size_t>(ray.slot)];
+    if (!ray.single || known.face < 0) return 0.0;
+    nearest_m = std::min(nearest_m, -known.at_m);
+  }
+  for (const auto& group : lists.plane_groups) {
+    const Plane& plane = planes_[static_cast<std::size_t>(group.plane)];
+    const Vec3& n = plane.normal_B;
+    for (std::size_t k = group.begin; k < group.end; ++k)
+      nearest_m =
+          std::min(nearest_m, -plane_depth(n.x(), n.y(), n.z(), plane.offset_m, lists.px[k], lists.py[k],
+                                           lists.pz[k], lists.nx[k], lists.ny[k], lists.nz[k]));
+  }
+  return 0.4 * nearest_m;
+}
+
+void ContactDepths::take(const ContactSurface::Data& base, const ContactSurface::Data& target,
+                         const ContactCandidates& lists, const ContactCandidates::Ray& ray, double depth_m,
+                         std::int32_t plane, std::int32_t region, const Vec3& met_T) {
+  const auto slot = static_cast<std::size_t>(ray.slot);
+  const auto e = static_cast<std::size_t>(lists.element[slot]);
+  depth_[slot] = depth_m;
+  plane_[slot] = plane;
   area_[slot] = base.area_m2[e];
   fades_[slot] = 0;
   const double fade_m = base.fade_m[e];

@@ -21,6 +21,9 @@ class ContactDepths {
   void find(const ContactSurface::Data& base, const ContactSurface::Data& target,
             const ContactCandidates& lists, const Pose& X_TB, const Pose& X_BT);
 
+  /// Where nothing was hit: how far everything may move until something may be; 0 if that is not known.
+  double quiet_m(const ContactCandidates& lists) const;
+
   /// Slots of the lists, ascending, whose line begins in the Target and leaves it again within its length.
   std::span<const std::int32_t> hits() const { return {hits_.data(), hit_count_}; }
   // Of a slot that is hit:
@@ -32,6 +35,18 @@ class ContactDepths {
   const Plane& plane(std::size_t slot) const { return planes_[static_cast<std::size_t>(plane_[slot])]; }
 
  private:
+  /// A face that one of the lines was found to cross well inside of, and where.
+  struct Known {
+    std::int32_t face = -1, plane = -1;
+    double at_m = 0.0;
+  };
+  bool follow_known(const ContactSurface::Data& base, const ContactSurface::Data& target,
+                    const ContactCandidates& lists, const ContactCandidates::Ray& ray, const Pose& X_TB);
+  void learn(const ContactSurface::Data& base, const ContactSurface::Data& target,
+             const ContactCandidates& lists, const ContactCandidates::Ray& ray, const Pose& X_TB);
+  void take(const ContactSurface::Data& base, const ContactSurface::Data& target,
+            const ContactCandidates& lists, const ContactCandidates::Ray& ray, double depth_m,
+            std::int32_t plane, std::int32_t region, const Vec3& met_T);
   void follow(const ContactSurface::Data& base, const ContactSurface::Data& target,
               const ContactCandidates& lists, const ContactCandidates::Ray& ray, const Pose& X_TB);
 
@@ -42,6 +57,7 @@ class ContactDepths {
   std::vector<std::uint8_t> fades_;
   std::vector<std::int32_t> plane_;
   std::vector<Vec3> fade_T_;
+  std::vector<Known> known_;
   std::vector<std::int32_t> hits_;
   std::size_t hit_count_ = 0;
 };

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kLargestBound_m = 1e-3, kSmallestBound_m = 2e-5;
 /// Leaves have no more elements.
-constexpr std::size_t kLeaf = 32;
+constexpr std::size_t kLeaf = 64;
 /// Planes are left through for certain only by lines that are not too oblique to them.
 constexpr double kSteep = 0.5;
 /// Beginnings higher above a plane than this are far from where it meets another one.
@@ -28,9 +28,9 @@ double first_bound_m(const ContactSurface::Data& target) {
 
 /// Planes of a region at the present pose.
 struct ContactSearch::Planes {
-  Planes(const FreeRegion& of, double used_share, const ContactSurface::Data& target, const Pose& X_TB,
-         const Pose& X_BT)
-      : region(&of), used(used_share) {
+  Planes(const FreeRegion& of, const ContactCluster& whose, const ContactSurface::Data& target,
+         const Pose& X_TB, const Pose& X_BT)
+      : region(&of), cluster(&whose) {
     for (std::size_t i = 0; i < of.count; ++i) {
       const ContactPatch& patch = target.patches[static_cast<std::size_t>(of.planes[i])];
       normal_B[i] = X_BT.R * patch.normal;
@@ -38,7 +38,7 @@ struct ContactSearch::Planes {
     }
   }
   const FreeRegion* region;
-  double used;
+  const ContactCluster* cluster;
   std::array<Vec3, FreeRegion::kMaxPlanes> normal_B;
   std::array<double, FreeRegion::kMaxPlanes> offset_m;
 
@@ -55,6 +55,8 @@ struct ContactSearch::Open {
   ContactDepths depths;
   double bound_m = 0.0;
   std::uint64_t uses = 0;  ///< of the present lists
+  // Travelled way up to which the lists hold, and up to which nothing is in contact.
+  double until_m = -1.0, quiet_until_m = -1.0;
 };
 
 ContactSearch::ContactSearch(const ContactSurface::Data& base, const ContactSurface::Data& target)
@@ -70,10 +72,11 @@ ContactSearch::~ContactSearch() = default;
 void ContactSearch::forget() {
   for (FreeRegion& region : regions_) region.made = false;
   for (auto& open : opened_)
-    if (open != nullptr) open->lists.forget();
+    if (open != nullptr) open->lists.forget(), open->uses = 0, open->until_m = open->quiet_until_m = -1.0;
 }
 
 bool ContactSearch::find(const Pose& X_TB, const Pose& X_BT) {
+  travel(X_TB);
   X_TB_ = X_TB;
   X_BT_ = X_BT;
   made_ = false;
@@ -81,6 +84,13 @@ bool ContactSearch::find(const Pose& X_TB, const Pose& X_BT) {
   normals_.clear(), fades_.clear();
   if (!regions_.empty()) visit(0, nullptr);
   return made_;
+}
+
+void ContactSearch::travel(const Pose& X_TB) {
+  // Lists reach a little beyond the body.
+  const double reach_m = base_.radius_m + 5.0 * kLargestBound_m;
+  travelled_m_ += std::sqrt(0.5 * (X_TB.R - X_TB_.R).squaredNorm()) * reach_m +
+                  (X_TB * base_.box.center_B - X_TB_ * base_.box.center_B).norm();
 }
 
 /// Something of the cluster may be below a plane.
@@ -108,11 +118,14 @@ void ContactSearch::visit(std::size_t index, const Planes* from) {
     }
   }
   FreeRegion& region = regions_[index];
-  double used = region.made ? region.used(cluster, X_TB_) : 2.0;
-  if (!(used <= 1.0)) {
-    find_free_region(base_, target_, cluster, X_TB_, leaf, region);
-    made_ = true;
-    used = 0.0;
+  if (!(region.made && travelled_m_ <= region.until_m)) {
+    double used = region.made ? region.used(cluster, X_TB_) : 2.0;
+    if (!(used <= 1.0)) {
+      find_free_region(base_, target_, cluster, X_TB_, leaf, region);
+      made_ = true;
+      used = 0.0;
+    }
+    region.until_m = travelled_m_ + (1.0 - used) * region.least_bound_m();
   }
   if (region.kind == FreeRegion::Kind::none) {
     if (leaf)
@@ -121,7 +134,7 @@ void ContactSearch::visit(std::size_t index, const Planes* from) {
       go_down(from);
     return;
   }
-  const Planes planes(region, used, target_, X_TB_, X_BT_);
+  const Planes planes(region, cluster, target_, X_TB_, X_BT_);
   if (!left(cluster, planes)) return;
   if (!leaf)
     go_down(&planes);
@@ -223,8 +236,13 @@ void ContactSearch::open_leaf(std::size_t index, const Planes* planes) {
     open = std::make_unique<Open>();
     open->bound_m = first_bound_m_;
   }
+  if (travelled_m_ <= open->quiet_until_m) return;
   ContactCandidates& lists = open->lists;
-  bool renew = !lists.cover(X_TB_);
+  bool renew = false;
+  if (!(travelled_m_ <= open->until_m)) {
+    renew = !lists.cover(X_TB_);
+    open->until_m = travelled_m_ + lists.bound_m() - lists.moved_m(X_TB_);
+  }
   if (renew) {
     if (open->uses > 0 && open->uses < 32) open->bound_m = std::min(2.0 * open->bound_m, kLargestBound_m);
   } else if (++open->uses % 256 == 0 && open->bound_m > kSmallestBound_m &&
@@ -235,15 +253,22 @@ void ContactSearch::open_leaf(std::size_t index, const Planes* planes) {
   if (renew) {
     // What is above all planes is outside as long as the region holds.
     std::span<const std::int32_t> above;
-    if (planes != nullptr && open->bound_m < (1.0 - planes->used) * planes->region->least_bound_m())
+    if (planes != nullptr && open->bound_m < (1.0 - planes->region->used(*planes->cluster, X_TB_)) *
+                                                 planes->region->least_bound_m())
       above = planes->region->all();
     lists.rebuild(base_, target_, cluster, X_TB_, open->bound_m, above, work_);
     open->depths.prepare(base_, lists);
     open->uses = 1;
+    open->until_m = travelled_m_ + lists.bound_m();
     made_ = true;
   }
-  if (lists.slot_count() == 0) return;
   open->depths.find(base_, target_, lists, X_TB_, X_BT_);
+  open->quiet_until_m = -1.0;
+  if (open->depths.hits().empty()) {
+    const double quiet_m = std::min(open->depths.quiet_m(lists), lists.bound_m() - lists.moved_m(X_TB_));
+    if (quiet_m > 0.0) open->quiet_until_m = travelled_m_ + quiet_m;
+    return;
+  }
   make_room(open->depths.hits().size());
   for (const std::int32_t hit : open->depths.hits()) {
     const auto slot = static_cast<std::size_t>(hit);

@@ -45,6 +45,7 @@ class ContactSearch {
   bool left(const ContactCluster& cluster, const Planes& planes) const;
   bool solid_leaf(const ContactCluster& cluster, const Planes& planes);
   void open_leaf(std::size_t index, const Planes* planes);
+  void travel(const Pose& X_TB);
   void make_room(std::size_t count);
 
   const ContactSurface::Data& base_;
@@ -53,6 +54,9 @@ class ContactSearch {
   double first_bound_m_;
   Pose X_TB_, X_BT_;
   bool made_ = false;
+  /// Upper bound of the path of any point since the beginning: most of what holds for a motion is seen to
+  /// hold without looking at poses.
+  double travelled_m_ = 0.0;
   std::vector<FreeRegion> regions_;            ///< per cluster
   std::vector<std::unique_ptr<Open>> opened_;  ///< per cluster, where a leaf needed lists
   ContactCandidates::Work work_;

@@ -11,7 +11,7 @@ constexpr std::array<double, 4> kBounds_m{4e-3, 1e-3, 2.5e-4, 6e-5};
 constexpr double kWorth_m = 1e-4;
 constexpr double kNear_m = 3e-4;
 /// Pieces looked at singly before the search is given up: parts of the cluster need less.
-constexpr int kPatience = 150;
+constexpr int kPatience = 150, kStrangers = 30;
 
 double square(double x) {
   return x * x;
@@ -164,7 +164,7 @@ class Search {
 
   /// Planes of faces near that the cluster is above. `left`: there are others.
   bool add_planes(bool& full, bool& left) {
-    int looked = 0;
+    int looked = 0, strangers = 0;
     const auto enter = [&](const BodyBox& box, std::int32_t label) {
       return touches(box, abs_half_) && !has(label) && !below(box, -tolerance_.flat_m);
     };
@@ -176,6 +176,7 @@ class Search {
       const double reach_m = (axes_.transpose() * p.normal).cwiseAbs().dot(cluster_.half_m);
       if (p.normal.dot(center_) - p.offset_m - reach_m < -kWorth_m) {
         left = true;
+        return ++strangers <= kStrangers;
       } else if (region_.count == FreeRegion::kMaxPlanes) {
         full = true;
         return false;
@@ -363,7 +364,7 @@ void find_free_region(const ContactSurface::Data& base, const ContactSurface::Da
   } else {
     region.kind = Kind::none;
     region.count = 0;
-    region.bound_m.setConstant(std::clamp(0.25 * cluster.radius_m, 1e-4, 2e-3));
+    region.bound_m.setConstant(std::clamp(0.5 * cluster.radius_m, 2e-4, 4e-3));
   }
 }
 

@@ -32,6 +32,7 @@ struct FreeRegion {
   Vec3 bound_m = Vec3::Zero();  ///< Kind::none: motion after which another look may pay
   Pose X_TB;
   Vec3 center_T = Vec3::Zero();
+  double until_m = 0.0;  ///< holds for certain while ContactSearch has not travelled further
 
   std::span<const std::int32_t> all() const { return {planes.data(), count}; }
   double least_bound_m() const { return bound_m.minCoeff(); }

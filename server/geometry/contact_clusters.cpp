@@ -10,9 +10,9 @@ namespace {
 using Data = ContactSurface::Data;
 using Place = std::vector<std::uint32_t>::iterator;
 
-constexpr std::ptrdiff_t kLeaf = 32, kSmall = 4;
-/// Leaves with more elements than a few are flat to this cosine.
-constexpr double kFlat = 0.95;
+/// Elements of a leaf: of a flat one, of one that is flat to a cosine, and of any other.
+constexpr std::ptrdiff_t kLeaf = 64, kCurvedLeaf = 32, kSmall = 4;
+constexpr double kFlat = 0.9999, kCurved = 0.95;
 /// What a change of the normal weighs against a distance of one radius of the body: flat faces are told apart
 /// before they are cut.
 constexpr double kNormalWeight = 8.0;
@@ -76,7 +76,8 @@ class Builder {
   std::int32_t divide(Place begin, Place end) {
     const auto index = data_.clusters.size();
     data_.clusters.push_back(around(begin, end));
-    if (end - begin <= (data_.clusters[index].cone_cos >= kFlat ? kLeaf : kSmall))
+    const double cosine = data_.clusters[index].cone_cos;
+    if (end - begin <= (cosine >= kFlat ? kLeaf : cosine >= kCurved ? kCurvedLeaf : kSmall))
       return static_cast<std::int32_t>(index);
     // The widest of six coordinates: position and normal.
     const auto value = [this](std::uint32_t e, int axis) {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "server/geometry/mesh_import.h"
 #include "tests/support/contact_meshes.h"
@@ -39,6 +40,13 @@ std::vector<Scene> scenes() {
   list.push_back({"ball in a socket", surface(test::ball(0.02, 4)),
                   surface(test::hollow(test::lattice_box({0.06, 0.06, 0.06}, 0.01), test::ball(0.0205, 4))),
                   Pose{}, 8e-4, 0.5});
+  const Mat3 upright = Eigen::AngleAxisd(0.5 * std::numbers::pi, Vec3::UnitY()).toRotationMatrix();
+  list.push_back({"ring on its hook",
+                  mesh("contact/ring"),
+                  mesh("contact/hook"),
+                  {upright, Vec3(0.015, 0.0, -0.0283)},
+                  3e-4,
+                  0.05});
   list.push_back({"box at a corner",
                   surface(test::lattice_box({0.03, 0.02, 0.02}, 0.004)),
                   surface(test::lattice_box({0.03, 0.03, 0.03}, std::array<int, 3>{1, 1, 1})),
