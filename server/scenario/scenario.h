@@ -166,8 +166,8 @@ struct Scenario {
   ScenarioCollisionChecking collision_checking;
   std::filesystem::path controller_program;          ///< empty: none
   std::map<std::string, double> program_parameters;  ///< instead of the program's own defaults
-  std::vector<ScenarioMark> marks;           ///< instants whose poses and wrenches go into the report
-  std::vector<ExpectedPose> expected;        ///< analytic poses at the end
+  std::vector<ScenarioMark> marks;                   ///< instants whose poses and wrenches go into the report
+  std::vector<ExpectedPose> expected;                ///< analytic poses at the end
   double expected_tolerance_m = 0.0001;
   std::vector<ScenarioAssertion> assertions;
 };
