@@ -74,9 +74,12 @@ int watch(const Options& options) {
   Client cell = connect(options, "watcher");
   std::uint64_t states = 0, events = 0, missed = 0, newest = 0, last = 0;
   at_rate(250.0, options.seconds, [&](double) {
-    const std::uint64_t step = cell.state().step;
-    states += step != newest ? 1U : 0U;
-    newest = step;
+    try {
+      const std::uint64_t step = cell.state().step;
+      states += step != newest ? 1U : 0U;
+      newest = step;
+    } catch (const ClientError&) {  // the cell was not heard for long, as by one that was frozen
+    }
     while (const auto event = cell.next_event(Seconds(0.0))) {
       ++events;
       missed += event->missed_before;
