@@ -30,9 +30,8 @@ for end in "$a ta$id 10.177.0.1" "$b tb$id 10.177.0.2"; do
   ip -n "$ns" route add 239.0.0.0/8 dev "$device"
 done
 
-in_a() { ip netns exec "$a" "$@"; }
 profiles=$config/dds/profiles.xml
-in_a "$bin/takt-server" "$config/scenarios/block_assembly.yaml" --cell far --set duration_s=1000000 \
+ip netns exec "$a" "$bin/takt-server" "$config/scenarios/block_assembly.yaml" --cell far --set duration_s=1000000 \
   --profiles "$profiles" --profile takt_server_network >"$work/server.log" 2>&1 &
 server=$!
 phases=(
