@@ -10,6 +10,8 @@ namespace takt {
 namespace {
 
 constexpr double kLargestBound_m = 1e-3, kSmallestBound_m = 2e-5;
+/// Motion after which a region that is left is looked for again; twice that the next time.
+constexpr double kAgain_m = 2e-4;
 /// Leaves have no more elements.
 constexpr std::size_t kLeaf = 64;
 /// Planes are left through for certain only by lines that are not too oblique to them.
@@ -110,32 +112,44 @@ void ContactSearch::visit(std::size_t index, const Planes* from) {
   if (from != nullptr) {
     if (!left(cluster, *from)) return;
     if (from->region->kind == FreeRegion::Kind::solid) {
-      if (!leaf)
-        go_down(from);
-      else if (!solid_leaf(cluster, *from))
-        open_leaf(index, from);
-      return;
+      if (!leaf) return go_down(from);
+      if (solid_leaf(cluster, *from)) return;
+      // That of the leaf alone may tell of deeper ones.
     }
   }
   FreeRegion& region = regions_[index];
+  const auto look = [&] {
+    find_free_region(base_, target_, cluster, X_TB_, leaf, region);
+    made_ = true;
+    region.again_m = travelled_m_ + region.again_after_m;
+  };
   if (!(region.made && travelled_m_ <= region.until_m)) {
     double used = region.made ? region.used(cluster, X_TB_) : 2.0;
     if (!(used <= 1.0)) {
-      find_free_region(base_, target_, cluster, X_TB_, leaf, region);
-      made_ = true;
+      region.again_after_m = kAgain_m;
+      look();
       used = 0.0;
     }
     region.until_m = travelled_m_ + (1.0 - used) * region.least_bound_m();
   }
-  if (region.kind == FreeRegion::Kind::none) {
+  const auto without = [&] {
     if (leaf)
       open_leaf(index, from);
     else
       go_down(from);
-    return;
-  }
-  const Planes planes(region, cluster, target_, X_TB_, X_BT_);
+  };
+  if (region.kind == FreeRegion::Kind::none) return without();
+  Planes planes(region, cluster, target_, X_TB_, X_BT_);
   if (!left(cluster, planes)) return;
+  if (region.kind == FreeRegion::Kind::free && travelled_m_ > region.again_m) {
+    // Planes that it was above have become a hindrance, such as those of a chamfer that was passed.
+    region.again_after_m *= 2.0;
+    look();
+    region.until_m = travelled_m_ + region.least_bound_m();
+    if (region.kind == FreeRegion::Kind::none) return without();
+    planes = Planes(region, cluster, target_, X_TB_, X_BT_);
+    if (!left(cluster, planes)) return;
+  }
   if (!leaf)
     go_down(&planes);
   else if (region.kind != FreeRegion::Kind::solid || !solid_leaf(cluster, planes))
@@ -163,7 +177,7 @@ bool ContactSearch::solid_leaf(const ContactCluster& cluster, const Planes& plan
         covered && cluster.cone_cos > 0.0 && cosine * cluster.cone_cos - sine * cone_sin >= kSteep;
     if (!steep) {
       if (!(low_m > tolerance_.clear_m)) return false;
-      if (low_m <= kDeepest_m + tolerance_.tie_m) beside[sides++] = i;
+      if (low_m <= planes.region->deepest_m + tolerance_.tie_m) beside[sides++] = i;
     } else if (!(low_m > kHigh_m)) {
       through[ways++] = i;
     }
@@ -197,7 +211,7 @@ bool ContactSearch::solid_leaf(const ContactCluster& cluster, const Planes& plan
   }
   double deepest_m = 0.0;
   for (std::size_t k = 0; k < count; ++k) deepest_m = std::max(deepest_m, depth[k]);
-  if (deepest_m > kDeepest_m) return false;
+  if (deepest_m > planes.region->deepest_m) return false;
   if (!(deepest_m > 0.0)) return true;
   if (ways > 1 || sides > 0) {
     for (std::size_t k = 0; k < count; ++k) {

@@ -7,9 +7,11 @@ namespace takt {
 namespace {
 
 constexpr std::array<double, 4> kBounds_m{4e-3, 1e-3, 2.5e-4, 6e-5};
-/// Planes that the cluster is deeper below than this are of no use to it.
+/// Planes that the cluster is deeper below than this are of no use to it, if the region need not be solid.
 constexpr double kWorth_m = 1e-4;
 constexpr double kNear_m = 3e-4;
+/// Deepest penetration that a solid region tells of: where there is room, and everywhere.
+constexpr double kDeep_m = 2e-3, kDeepest_m = 5e-4;
 /// Pieces looked at singly before the search is given up: parts of the cluster need less.
 constexpr int kPatience = 150, kStrangers = 30;
 
@@ -34,9 +36,15 @@ class Search {
     region.made = true;
   }
 
+  /// A plane was left out that a region that tells of more could have.
+  bool deeper() const { return deeper_; }
+  /// Of the regions looked for from now on.
+  void tell_down_to(double deepest_m) { region_.deepest_m = deepest_m_ = deepest_m; }
+
   /// Begins with the planes of the region, which were good for a narrower bound.
-  bool free(const Vec3& bound_m) {
+  bool free(const Vec3& bound_m, bool solid) {
     region_.bound_m = bound_m;
+    worth_m_ = solid ? deepest_m_ : kWorth_m;
     // The nearest faces first: their planes hide most of the others.
     bool full = false, left = false;
     if (region_.count == 0 && bound_m.maxCoeff() > kNear_m) {
@@ -46,7 +54,7 @@ class Search {
     left = false;
     // Lines go along the last axis.
     const double aside = cluster_.cone_cos > 0.0 ? std::sqrt(1.0 - square(cluster_.cone_cos)) + 1e-3 : 1.0;
-    reach(bound_m + kDeepest_m * Vec3(aside, aside, 1.0));
+    reach(bound_m + deepest_m_ * Vec3(aside, aside, 1.0));
     if (!add_planes(full, left) || full) return false;
     if (left && !all_below()) return false;
     return outside();
@@ -55,7 +63,7 @@ class Search {
   bool solid() {
     if (region_.count == 0) return false;
     if (!target_.rims.empty()) {
-      const Vec3 half = abs_half_ + Vec3::Constant(base_.largest_fade_m + kDeepest_m);
+      const Vec3 half = abs_half_ + Vec3::Constant(base_.largest_fade_m + deepest_m_);
       const auto enter = [&](const BodyBox& box, std::int32_t) { return touches(box, half); };
       if (!target_.rim_tree.walk(enter, [](std::int32_t) { return false; })) return false;
     }
@@ -73,7 +81,7 @@ class Search {
       if (++looked > kPatience) return false;
       const bool own = has(piece.patch);
       return all_of(piece, looked, [&](const Corners& corners) {
-        return (own && above_others(corners, piece.patch)) || below(corners, 2.0 * kDeepest_m);
+        return (own && above_others(corners, piece.patch)) || below(corners, 2.0 * deepest_m_);
       });
     });
   }
@@ -128,7 +136,7 @@ class Search {
     }
     return false;
   }
-  bool hidden(const BodyBox& box) const { return below(box, 2.0 * kDeepest_m); }
+  bool hidden(const BodyBox& box) const { return below(box, 2.0 * deepest_m_); }
   bool above_others(const Corners& corners, std::int32_t own) const {
     for (const std::int32_t patch : region_.all()) {
       if (patch == own) continue;
@@ -174,8 +182,9 @@ class Search {
       if (++looked > kPatience) return false;
       const ContactPatch& p = plane(piece.patch);
       const double reach_m = (axes_.transpose() * p.normal).cwiseAbs().dot(cluster_.half_m);
-      if (p.normal.dot(center_) - p.offset_m - reach_m < -kWorth_m) {
+      if (p.normal.dot(center_) - p.offset_m - reach_m < -worth_m_) {
         left = true;
+        deeper_ = deeper_ || p.normal.dot(center_) - p.offset_m - reach_m >= -kDeep_m;
         return ++strangers <= kStrangers;
       } else if (region_.count == FreeRegion::kMaxPlanes) {
         full = true;
@@ -234,6 +243,7 @@ class Search {
     if (known_ && above_all(-1, outside_, 1)) return true;
     outside_ = center_;
     known_ = above_all(-1, outside_, kRounds) && beyond_surface(outside_);
+    deeper_ = deeper_ || (!known_ && region_.count == 0);
     return known_;
   }
   /// Whether faces of this patch are where its plane bounds what is above all planes. Their edges are below
@@ -306,6 +316,8 @@ class Search {
   PlaneTolerance tolerance_;
   Vec3 center_;
   Mat3 axes_, abs_axes_;
+  double deepest_m_ = kDeepest_m, worth_m_ = kWorth_m;
+  bool deeper_ = false;
   Vec3 half_ = Vec3::Zero(), abs_half_ = Vec3::Zero();
   Vec3 outside_ = Vec3::Zero();
   bool known_ = false;
@@ -323,14 +335,33 @@ double FreeRegion::used(const ContactCluster& cluster, const Pose& pose) const {
 
 void find_free_region(const ContactSurface::Data& base, const ContactSurface::Data& target,
                       const ContactCluster& cluster, const Pose& X_TB, bool solid, FreeRegion& region) {
+  const FreeRegion::Kind last = region.kind;
+  const Vec3 last_bound_m = region.bound_m;
   Search search(base, target, cluster, X_TB, region);
   // Regions of large clusters with small bounds are looked for too often; those of their parts hold longer.
   const double least_m = 0.05 * cluster.radius_m;
   using Kind = FreeRegion::Kind;
   const auto good = [&](const Vec3& bound_m, bool need_solid) {
-    return search.free(bound_m) && (!need_solid || search.solid());
+    return search.free(bound_m, need_solid) && (!need_solid || search.solid());
   };
   const auto widest = [&](bool need_solid) {
+    // About as wide as the one before, of which this is often the continuation.
+    if (last == (need_solid ? Kind::solid : Kind::free)) {
+      region.count = 0;
+      if (good(last_bound_m, need_solid)) {
+        FreeRegion best = region;
+        for (int k = 0; k < 3; ++k) {
+          Vec3 wider = best.bound_m;
+          wider[k] = std::min(4.0 * wider[k], kBounds_m.front());
+          if (wider == best.bound_m) continue;
+          if (good(wider, need_solid))
+            best = region;
+          else
+            region = best;
+        }
+        return true;
+      }
+    }
     // Most that have none fail at the narrowest, which is soon seen.
     region.count = 0;
     double narrowest_m = 0.0;
@@ -357,7 +388,14 @@ void find_free_region(const ContactSurface::Data& base, const ContactSurface::Da
       }
     return true;
   };
-  if (solid && widest(true)) {
+  search.tell_down_to(kDeepest_m);
+  bool found = solid && widest(true);
+  if (solid && !found && search.deeper()) {
+    search.tell_down_to(kDeep_m);
+    found = widest(true);
+    if (!found) search.tell_down_to(kDeepest_m);
+  }
+  if (found) {
     region.kind = Kind::solid;
   } else if (widest(false)) {
     region.kind = !solid && good(region.bound_m, true) ? Kind::solid : Kind::free;
@@ -365,6 +403,11 @@ void find_free_region(const ContactSurface::Data& base, const ContactSurface::Da
     region.kind = Kind::none;
     region.count = 0;
     region.bound_m.setConstant(std::clamp(0.5 * cluster.radius_m, 2e-4, 4e-3));
+  }
+  if (region.kind == Kind::solid && region.deepest_m < kDeep_m) {
+    const FreeRegion shallow = region;
+    search.tell_down_to(kDeep_m);
+    if (!good(region.bound_m, true)) region = shallow;
   }
 }
 

@@ -32,7 +32,10 @@ struct FreeRegion {
   Vec3 bound_m = Vec3::Zero();  ///< Kind::none: motion after which another look may pay
   Pose X_TB;
   Vec3 center_T = Vec3::Zero();
-  double until_m = 0.0;  ///< holds for certain while ContactSearch has not travelled further
+  double deepest_m = 0.0;  ///< deepest penetration that a solid region tells of
+  double until_m = 0.0;    ///< holds for certain while ContactSearch has not travelled further
+  /// Where it is left, another one may be better after this motion, and from this travelled way on.
+  double again_after_m = 0.0, again_m = 0.0;
 
   std::span<const std::int32_t> all() const { return {planes.data(), count}; }
   double least_bound_m() const { return bound_m.minCoeff(); }
@@ -48,9 +51,6 @@ struct PlaneTolerance {
   double clear_m;  ///< beginnings that are this much above a plane are above it
   double tie_m;    ///< crossings that differ by less may belong to either face
 };
-
-/// Deepest penetration that solid regions tell of.
-inline constexpr double kDeepest_m = 5e-4;
 
 /// Looks for the widest region about the cluster at this pose, with `solid` for a solid one first.
 void find_free_region(const ContactSurface::Data& base, const ContactSurface::Data& target,
