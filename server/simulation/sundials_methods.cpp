@@ -31,12 +31,14 @@ constexpr auto ARKodeGetNumErrTestFails = ARKStepGetNumErrTestFails;
 constexpr auto ARKodeGetNumSteps = ARKStepGetNumSteps;
 constexpr auto ARKodeRootInit = ARKStepRootInit;
 constexpr auto ARKodeSVtolerances = ARKStepSVtolerances;
+constexpr auto ARKodeSetDeduceImplicitRhs = ARKStepSetDeduceImplicitRhs;
 constexpr auto ARKodeSetDeltaGammaMax = ARKStepSetDeltaGammaMax;
 constexpr auto ARKodeSetInitStep = ARKStepSetInitStep;
 constexpr auto ARKodeSetLinSysFn = ARKStepSetLinSysFn;
 constexpr auto ARKodeSetLinearSolver = ARKStepSetLinearSolver;
 constexpr auto ARKodeSetMaxHnilWarns = ARKStepSetMaxHnilWarns;
 constexpr auto ARKodeSetNoInactiveRootWarn = ARKStepSetNoInactiveRootWarn;
+constexpr auto ARKodeSetFixedStepBounds = ARKStepSetFixedStepBounds;
 constexpr auto ARKodeSetNonlinCRDown = ARKStepSetNonlinCRDown;
 constexpr auto ARKodeSetRootDirection = ARKStepSetRootDirection;
 constexpr auto ARKodeSetStopTime = ARKStepSetStopTime;
@@ -294,6 +296,8 @@ class Esdirk final : public SundialsMethod {
         ARKodeSetLinearSolver(memory_, solver_, matrix_) == 0 &&
         ARKodeSetLinSysFn(memory_, linear_system_arkode) == 0 && ARKodeSetNonlinCRDown(memory_, 1.0) == 0 &&
         ARKodeSetDeltaGammaMax(memory_, kGammaChange) == 0 && ARKodeSetMaxHnilWarns(memory_, -1) == 0 &&
+        ARKodeSetDeduceImplicitRhs(memory_, SUNTRUE) == 0 &&
+        ARKodeSetFixedStepBounds(memory_, 1.0, 1.05) == 0 &&
         (down_.empty() ||
          (ARKodeRootInit(memory_, p.indicator_count(), crossings) == 0 &&
           ARKodeSetRootDirection(memory_, down_.data()) == 0 && ARKodeSetNoInactiveRootWarn(memory_) == 0));
