@@ -38,6 +38,8 @@ class Search {
 
   /// A plane was left out that a region that tells of more could have.
   bool deeper() const { return deeper_; }
+  /// The last one failed for too many faces: less would not do either.
+  bool crowded() const { return crowded_; }
   /// Of the regions looked for from now on.
   void tell_down_to(double deepest_m) { region_.deepest_m = deepest_m_ = deepest_m; }
 
@@ -45,6 +47,7 @@ class Search {
   bool free(const Vec3& bound_m, bool solid) {
     region_.bound_m = bound_m;
     worth_m_ = solid ? deepest_m_ : kWorth_m;
+    crowded_ = false;
     // The nearest faces first: their planes hide most of the others.
     bool full = false, left = false;
     if (region_.count == 0 && bound_m.maxCoeff() > kNear_m) {
@@ -55,7 +58,10 @@ class Search {
     // Lines go along the last axis.
     const double aside = cluster_.cone_cos > 0.0 ? std::sqrt(1.0 - square(cluster_.cone_cos)) + 1e-3 : 1.0;
     reach(bound_m + deepest_m_ * Vec3(aside, aside, 1.0));
-    if (!add_planes(full, left) || full) return false;
+    if (!add_planes(full, left) || full) {
+      crowded_ = true;
+      return false;
+    }
     if (left && !all_below()) return false;
     return outside();
   }
@@ -317,7 +323,7 @@ class Search {
   Vec3 center_;
   Mat3 axes_, abs_axes_;
   double deepest_m_ = kDeepest_m, worth_m_ = kWorth_m;
-  bool deeper_ = false;
+  bool deeper_ = false, crowded_ = false;
   Vec3 half_ = Vec3::Zero(), abs_half_ = Vec3::Zero();
   Vec3 outside_ = Vec3::Zero();
   bool known_ = false;
@@ -390,14 +396,15 @@ void find_free_region(const ContactSurface::Data& base, const ContactSurface::Da
   };
   search.tell_down_to(kDeepest_m);
   bool found = solid && widest(true);
-  if (solid && !found && search.deeper()) {
+  const bool hopeless = solid && !found && search.crowded();
+  if (solid && !found && !hopeless && search.deeper()) {
     search.tell_down_to(kDeep_m);
     found = widest(true);
     if (!found) search.tell_down_to(kDeepest_m);
   }
   if (found) {
     region.kind = Kind::solid;
-  } else if (widest(false)) {
+  } else if (!hopeless && widest(false)) {
     region.kind = !solid && good(region.bound_m, true) ? Kind::solid : Kind::free;
   } else {
     region.kind = Kind::none;

@@ -149,6 +149,11 @@ int main(int argc, char** argv) {
     return 2;
   }
   if (what != "scenes" && what != "large") contact_pairs();
-  if (what != "pairs") bench::contact_scenes(what == "large");
+  try {
+    if (what != "pairs") bench::contact_scenes(what == "large");
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "bench_contact: %s\n", error.what());
+    return 2;
+  }
   return 0;
 }
