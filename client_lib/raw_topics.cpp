@@ -1,49 +1,9 @@
 #include "client_lib/raw_topics.h"
 
-#include <fastdds/rtps/writer/WriterDiscoveryInfo.h>
-#include <fastdds/dds/topic/TopicDataType.hpp>
-
-#include <cstring>
-
 #include "client_lib/recording/message_types.h"
 
 namespace takt::client {
 namespace {
-
-using eprosima::fastdds::dds::TopicDataType;
-using eprosima::fastrtps::rtps::InstanceHandle_t;
-using eprosima::fastrtps::rtps::SerializedPayload_t;
-using eprosima::fastrtps::rtps::WriterDiscoveryInfo;
-
-/// A type of DDS whose values are the bytes of samples.
-class RawType : public TopicDataType {
- public:
-  explicit RawType(const std::string& name) {
-    setName(name.c_str());
-    m_typeSize = 1U << 16U;  // memory grows with the samples
-    m_isGetKeyDefined = false;
-    auto_fill_type_object(false);
-    auto_fill_type_information(false);
-  }
-  bool serialize(void* data, SerializedPayload_t* payload) override {
-    const auto& bytes = *static_cast<std::string*>(data);
-    if (bytes.size() > payload->max_size || bytes.size() < 4) return false;
-    std::memcpy(payload->data, bytes.data(), bytes.size());
-    payload->length = static_cast<std::uint32_t>(bytes.size());
-    payload->encapsulation = bytes[1] == '\1' ? CDR_LE : CDR_BE;
-    return true;
-  }
-  bool deserialize(SerializedPayload_t* payload, void* data) override {
-    static_cast<std::string*>(data)->assign(reinterpret_cast<const char*>(payload->data), payload->length);
-    return payload->length >= 4;
-  }
-  std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override {
-    return [data] { return static_cast<std::uint32_t>(static_cast<std::string*>(data)->size()); };
-  }
-  void* createData() override { return new std::string; }
-  void deleteData(void* data) override { delete static_cast<std::string*>(data); }
-  bool getKey(void*, InstanceHandle_t*, bool) override { return false; }
-};
 
 std::string dds_name(const std::string& topic) {
   return "rt" + topic;
@@ -64,30 +24,30 @@ struct RawTopics::Known : public dds::DataReaderListener {
 
   void on_data_available(dds::DataReader* from) override {
     dds::SampleInfo info;
-    while (from->take_next_sample(&buffer, &info) == eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK)
+    while (is_ok(from->take_next_sample(&buffer, &info)))
       if (info.valid_data) (*on_sample)(topic, buffer);
   }
 };
 
-class RawTopics::Watch : public dds::DomainParticipantListener {
+class RawTopics::Watch : public DiscoveryListener {
  public:
   explicit Watch(RawTopics& owner) : owner_(owner) {}
-  void on_publisher_discovery(dds::DomainParticipant*, WriterDiscoveryInfo&& info) override {
-    if (info.status == WriterDiscoveryInfo::REMOVED_WRITER) return;
-    std::string name = info.info.topicName().to_string();
+  void on_writer(const DiscoveredWriter& writer) override {
+    if (writer.news == DiscoveredWriter::News::gone) return;
+    std::string name = writer.topic;
     if (!name.starts_with("rt/")) return;
     name.erase(0, 2);
     const bool of_cell = name.starts_with(owner_.prefix_) && !name.starts_with(owner_.prefix_ + "control/");
     if (!of_cell && name != "/clock" && name != "/tf" && name != "/tf_static") return;
-    const std::string type = recording::message_name(info.info.typeName().to_string());
+    const std::string type = recording::message_name(writer.type);
     if (type.empty()) return;
     const std::lock_guard lock(owner_.mutex_);
     auto& known = owner_.topics_[name];
     if (known) return;
     known = std::make_unique<Known>();
-    known->topic = {name, type, info.info.m_qos.m_durability.kind != dds::VOLATILE_DURABILITY_QOS};
-    known->reliable = info.info.m_qos.m_reliability.kind == dds::RELIABLE_RELIABILITY_QOS;
-    known->exclusive = info.info.m_qos.m_ownership.kind == dds::EXCLUSIVE_OWNERSHIP_QOS;
+    known->topic = {name, type, writer.latched};
+    known->reliable = writer.reliable;
+    known->exclusive = writer.exclusive;
     known->on_sample = &owner_.on_sample_;
     owner_.told_.push_back(name);
     owner_.changed_.notify_all();
@@ -143,7 +103,8 @@ void RawTopics::open(const std::string& name, int depth) {
   qos.ownership().kind = known->exclusive ? dds::EXCLUSIVE_OWNERSHIP_QOS : dds::SHARED_OWNERSHIP_QOS;
   qos.history().depth = depth;
   dds::DataReader* reader = link_->create_reader(
-      dds_name(name), dds::TypeSupport(new RawType(recording::dds_type_name(known->topic.type))), qos, known);
+      dds_name(name), dds::TypeSupport(new BytesType(recording::dds_type_name(known->topic.type))), qos,
+      known);
   const std::lock_guard lock(mutex_);
   known->reader = reader;
 }
@@ -173,15 +134,15 @@ void RawPublisher::add(const RawTopic& topic, bool reliable) {
   }
   // A description has megabytes, which go out in fragments.
   qos.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;
-  writers_[topic.name] =
-      link_.create_writer(dds_name(topic.name),
-                          dds::TypeSupport(new RawType(recording::dds_type_name(topic.type))), qos, nullptr);
+  writers_[topic.name] = link_.create_writer(
+      dds_name(topic.name), dds::TypeSupport(new BytesType(recording::dds_type_name(topic.type))), qos,
+      nullptr);
 }
 
 bool RawPublisher::write(const std::string& topic, std::string_view sample) {
   std::string bytes(sample);
   const auto found = writers_.find(topic);
-  return found != writers_.end() && found->second->write(&bytes);
+  return found != writers_.end() && written(*found->second, bytes);
 }
 
 }  // namespace takt::client

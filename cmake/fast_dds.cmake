@@ -1,10 +1,10 @@
-# Fast DDS 2 (Debian 12: package fastrtps of CMake) or 3 (Debian 13: fastdds). Sets TAKT_FAST_DDS_LIBRARIES and
-# TAKT_FAST_DDS_MAJOR. What differs in the code is in idl/transport/fastdds.h.
+# Fast DDS 2 (Debian 12) or 3 (Debian 13). Sets TAKT_FAST_DDS_MAJOR, TAKT_FAST_DDS_PACKAGE (of CMake; in Debian it is
+# libNAME-dev) and TAKT_FAST_DDS_LIBRARIES. What differs in the code is in idl/transport/fastdds.h.
 find_package(fastcdr REQUIRED)
 find_package(fastdds 3 QUIET)
 if(fastdds_FOUND)
   set(TAKT_FAST_DDS_MAJOR 3)
-  set(TAKT_FAST_DDS_LIBRARIES fastdds fastcdr)
+  set(TAKT_FAST_DDS_PACKAGE fastdds)
 else()
   find_package(fastrtps 2.9 QUIET)
   if(NOT fastrtps_FOUND)
@@ -12,5 +12,6 @@ else()
       "libfastrtps-dev). ./dev build installs it; -DTAKT_WITH_DDS=OFF builds takt-run alone.")
   endif()
   set(TAKT_FAST_DDS_MAJOR 2)
-  set(TAKT_FAST_DDS_LIBRARIES fastrtps fastcdr)
+  set(TAKT_FAST_DDS_PACKAGE fastrtps)
 endif()
+set(TAKT_FAST_DDS_LIBRARIES ${TAKT_FAST_DDS_PACKAGE} fastcdr)

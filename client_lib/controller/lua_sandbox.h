@@ -6,7 +6,14 @@
 #include <stdexcept>
 #include <string>
 
-#include "lua.hpp"
+// Lua built as C++ has the names of C in some distributions, those of C++ in others (CMakeLists.txt).
+#ifdef TAKT_LUA_HAS_C_NAMES
+#include <lua.hpp>
+#else
+#include <lauxlib.h>
+#include <lua.h>
+#include <lualib.h>
+#endif
 
 namespace takt::controller {
 

@@ -14,6 +14,7 @@
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/subscriber/qos/DataReaderQos.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
+#include <fastdds/dds/topic/TopicDataType.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 #if __has_include(<fastdds/rtps/transport/ChainingTransport.hpp>)
 #define TAKT_FAST_DDS_MAJOR 3
@@ -38,6 +39,8 @@
 
 #include <chrono>
 #include <cstdint>
+#include <cstring>
+#include <functional>
 #include <memory>
 #include <span>
 #include <sstream>
@@ -178,6 +181,7 @@ struct DiscoveredWriter {
   std::string topic, type;
   std::uint32_t ownership_strength;
   DdsDuration lease;
+  bool latched, reliable, exclusive;  ///< late joiners get the newest; nothing is lost; the strongest wins
 };
 
 /// Hears of the writers of others.
@@ -189,9 +193,13 @@ class DiscoveryListener : public dds::DomainParticipantListener {
 #if TAKT_FAST_DDS_MAJOR == 2
   void on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryInfo&& info) final {
     using Info = rtps::WriterDiscoveryInfo;
+    const auto& qos = info.info.m_qos;
     on_writer({news_of(info.status == Info::DISCOVERED_WRITER, info.status == Info::CHANGED_QOS_WRITER),
                info.info.guid(), info.info.topicName().to_string(), info.info.typeName().to_string(),
-               info.info.m_qos.m_ownershipStrength.value, info.info.m_qos.m_liveliness.lease_duration});
+               qos.m_ownershipStrength.value, qos.m_liveliness.lease_duration,
+               qos.m_durability.kind != dds::VOLATILE_DURABILITY_QOS,
+               qos.m_reliability.kind == dds::RELIABLE_RELIABILITY_QOS,
+               qos.m_ownership.kind == dds::EXCLUSIVE_OWNERSHIP_QOS});
   }
 #else
   void on_data_writer_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryStatus status,
@@ -199,12 +207,91 @@ class DiscoveryListener : public dds::DomainParticipantListener {
     using Status = rtps::WriterDiscoveryStatus;
     on_writer({news_of(status == Status::DISCOVERED_WRITER, status == Status::CHANGED_QOS_WRITER), info.guid,
                info.topic_name.to_string(), info.type_name.to_string(), info.ownership_strength.value,
-               info.liveliness.lease_duration});
+               info.liveliness.lease_duration, info.durability.kind != dds::VOLATILE_DURABILITY_QOS,
+               info.reliability.kind == dds::RELIABLE_RELIABILITY_QOS,
+               info.ownership.kind == dds::EXCLUSIVE_OWNERSHIP_QOS});
   }
 #endif
   static DiscoveredWriter::News news_of(bool appeared, bool changed) {
     using News = DiscoveredWriter::News;
     return appeared ? News::appeared : changed ? News::changed : News::gone;
+  }
+};
+
+/// A type of DDS whose values are the bytes of samples (std::string), with the head of four that says how
+/// they are encoded.
+class BytesType : public dds::TopicDataType {
+ public:
+  explicit BytesType(const std::string& name) {
+    constexpr std::uint32_t kFirstRoom_bytes = 1U << 16U;  // memory grows with the samples
+#if TAKT_FAST_DDS_MAJOR == 2
+    setName(name.c_str());
+    m_typeSize = kFirstRoom_bytes;
+    m_isGetKeyDefined = false;
+    auto_fill_type_object(false);
+    auto_fill_type_information(false);
+#else
+    set_name(name);
+    max_serialized_type_size = kFirstRoom_bytes;
+#endif
+  }
+#if TAKT_FAST_DDS_MAJOR == 2
+  bool serialize(void* data, rtps::SerializedPayload_t* payload) override {
+    return write(data, *payload);
+  }
+  bool deserialize(rtps::SerializedPayload_t* payload, void* data) override {
+    return read(*payload, data);
+  }
+  std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override {
+    return [data] { return static_cast<std::uint32_t>(static_cast<std::string*>(data)->size()); };
+  }
+  void* createData() override {
+    return new std::string;
+  }
+  void deleteData(void* data) override {
+    delete static_cast<std::string*>(data);
+  }
+  bool getKey(void*, rtps::InstanceHandle_t*, bool) override {
+    return false;
+  }
+#else
+  bool serialize(const void* data, rtps::SerializedPayload_t& payload, dds::DataRepresentationId_t) override {
+    return write(data, payload);
+  }
+  bool deserialize(rtps::SerializedPayload_t& payload, void* data) override {
+    return read(payload, data);
+  }
+  std::uint32_t calculate_serialized_size(const void* data, dds::DataRepresentationId_t) override {
+    return static_cast<std::uint32_t>(static_cast<const std::string*>(data)->size());
+  }
+  void* create_data() override {
+    return new std::string;
+  }
+  void delete_data(void* data) override {
+    delete static_cast<std::string*>(data);
+  }
+  bool compute_key(rtps::SerializedPayload_t&, rtps::InstanceHandle_t&, bool) override {
+    return false;
+  }
+  bool compute_key(const void*, rtps::InstanceHandle_t&, bool) override {
+    return false;
+  }
+#endif
+
+ private:
+  static constexpr std::size_t kHead_bytes = 4;
+
+  static bool write(const void* data, rtps::SerializedPayload_t& payload) {
+    const auto& bytes = *static_cast<const std::string*>(data);
+    if (bytes.size() > payload.max_size || bytes.size() < kHead_bytes) return false;
+    std::memcpy(payload.data, bytes.data(), bytes.size());
+    payload.length = static_cast<std::uint32_t>(bytes.size());
+    payload.encapsulation = bytes[1] == '\1' ? CDR_LE : CDR_BE;
+    return true;
+  }
+  static bool read(const rtps::SerializedPayload_t& payload, void* data) {
+    static_cast<std::string*>(data)->assign(reinterpret_cast<const char*>(payload.data), payload.length);
+    return payload.length >= kHead_bytes;
   }
 };
 

@@ -163,13 +163,15 @@ PacketFlaw flaw_unless(bool good, PacketFlaw flaw = PacketFlaw::parameter) {
 
 PacketFlaw check_locator(WireCursor& cursor, const GuardLimits& limits) {
   constexpr std::uint32_t invalid = 0xffffffff, reserved = 0, udp4 = 1, udp6 = 2, tcp4 = 4, tcp6 = 8;
-  constexpr std::uint32_t shared_memory = 0x10, shared_memory_standard = 0x02000000;
+  // Fast DDS: 16 in its major 2, 16 + major after.
+  constexpr std::uint32_t shared_memory_2 = 16, shared_memory_3 = 16 + 3, shared_memory_standard = 0x02000000;
   const std::uint32_t kind = cursor.u32(), port = cursor.u32();
   switch (kind) {
     case udp4:
     case udp6:
       return flaw_unless(port > 0 && port <= 65535, PacketFlaw::locator);
-    case shared_memory:
+    case shared_memory_2:
+    case shared_memory_3:
     case shared_memory_standard:
       return flaw_unless(port >= limits.first_shared_memory_port && port <= limits.last_shared_memory_port,
                          PacketFlaw::locator);

@@ -97,7 +97,7 @@ TEST(InteractionAlgorithms, PickSwitchesFromTableToGripper) {  // Fig. 3.10
     ASSERT_TRUE(simulation.step({&lift, 1}));
     run(simulation, 500);
     EXPECT_EQ(simulation.connections().size(), 1U);
-    const ComponentSample& end = sample(simulation.make_snapshot(), part);
+    const ComponentSample end = sample(simulation.make_snapshot(), part);
     EXPECT_EQ(end.partner, palm);
     EXPECT_EQ(end.state, PartState::grasped);
     EXPECT_NEAR(end.p_WB.z(), 0.45, 1e-9);

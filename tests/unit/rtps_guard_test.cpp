@@ -335,9 +335,12 @@ TEST_P(RtpsGuard, DiscoveryParameters) {
   EXPECT_EQ(participant_flaw(0x02, wire().u32(0x7fffffff).u32(0xffffffff).bytes, big), "lease");
   EXPECT_EQ(participant_flaw(0x02, wire().u32(0).u32(0).bytes, big), "lease");
   EXPECT_EQ(participant_flaw(0x32, wire().u32(1).u32(70000).fill(16).bytes, big), "locator");
-  EXPECT_EQ(participant_flaw(0x32, wire().u32(16).u32(7410).fill(16).bytes, big), "none");
-  EXPECT_EQ(participant_flaw(0x32, wire().u32(16).u32(1).fill(16).bytes, big), "locator")
-      << "would make a file";
+  for (const unsigned shared_memory : {16U, 19U}) {  // of Fast DDS 2, of 3
+    EXPECT_EQ(participant_flaw(0x32, wire().u32(shared_memory).u32(7410).fill(16).bytes, big), "none");
+    EXPECT_EQ(participant_flaw(0x32, wire().u32(shared_memory).u32(1).fill(16).bytes, big), "locator")
+        << "would make a file";
+  }
+  EXPECT_EQ(participant_flaw(0x32, wire().u32(17).u32(7410).fill(16).bytes, big), "locator") << "nobody's";
   EXPECT_EQ(participant_flaw(0x59, wire().u32(1).text("name").text("value").bytes, big), "none");
   EXPECT_EQ(participant_flaw(0x59, wire().u32(2).text("name").text("value").bytes, big), "text");
   EXPECT_EQ(participant_flaw(0x1001, wire().text("DDS:Auth").u32(0).u32(0).bytes, big), "none");
