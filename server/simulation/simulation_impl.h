@@ -43,6 +43,8 @@ struct Simulation::Impl {
   /// one is attached to the other.
   void choose_forces();
   void choose_grippers();
+  /// Tells the interaction how the grippers of robots with dynamics give way.
+  void note_yielding();
   /// After the levels of processes, or who is attached, changed: forces, robots' levels, all awake.
   void regroup(const std::vector<int>& robot_levels);
   void refresh_motion();

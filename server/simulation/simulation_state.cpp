@@ -125,6 +125,7 @@ void Simulation::Impl::load(std::span<const std::byte> bytes) {
   all.section("HOLD", [&](StateReader& in) { interaction.load_attached(in); });
   choose_forces();
   all.section("PLNT", [&](StateReader& in) { plant.load(in); });
+  note_yielding();
   all.section("INTR", [&](StateReader& in) { interaction.load(in); });
   all.section("CONT", [&](StateReader& in) { contacts.load(in); });
   all.section("GRIP", [&](StateReader& in) { grasping.load(in); });
