@@ -74,6 +74,11 @@ struct Simulation::Impl {
   void save(std::vector<std::byte>& out);
   /// Into a new Impl. Throws StateError.
   void load(std::span<const std::byte> bytes);
+  /// A new one with these bytes; throws also what its models throw when they are evaluated there.
+  static std::unique_ptr<Impl> loaded(const std::shared_ptr<const CellModel>& model,
+                                      std::span<const std::byte> bytes);
+  /// The state has left what cells do, so that load() might refuse it.
+  bool in_doubt() const;
   /// Name and sentence where a component is none, or no Part.
   std::string not_a_part(int component, const char* wanted) const;
   void wake_all();
