@@ -101,6 +101,11 @@ class DynamicRobot final : public PlantModel {
   };
   Output output(double t, const double* x, const CellMotion& motion, std::span<const Wrench> wrenches) const;
 
+  /// A free body that every force on the palm moves at least as much as it moves the palm, in any position of
+  /// the arm and whatever the drives do: in G, gripper by gripper. For who must know how a spring on the palm
+  /// may swing.
+  BodyInertia least_palm_inertia(std::size_t gripper) const;
+
   const DynamicRobotParameters& parameters() const { return parameters_; }
   int joint_count() const;  ///< arm and jaws
   const MultibodyTree& tree() const;

@@ -60,4 +60,35 @@ DynamicRobot::Output DynamicRobot::output(double t, const double* x, const CellM
   return output;
 }
 
+// The mass matrix is at least J^T m J + A, with m the inertia of the last link with its palms, J its Jacobian
+// and A the armatures. By the matrix inversion lemma the palm then feels to a force as inert as m + (J A^-1
+// J^T)^-1. About the centre of mass, which a joint with armature a at a distance of at most l moves by l and
+// turns by 1, J A^-1 J^T is at most 2 diag(sum 1/a, sum l^2/a), whatever the position. What holds a joint
+// (stuck friction, servos) only adds to the inertia.
+BodyInertia DynamicRobot::least_palm_inertia(std::size_t gripper) const {
+  const Impl& m = *impl_;
+  const std::vector<TreeJoint>& joints = m.tree.model().joints;
+  const auto last = static_cast<size_t>(m.arm - 1);
+  const BodyInertia& link = joints[last].inertia;
+  double turns = 0.0, shifts = 0.0, distance = link.p_BBcm_B.norm();
+  for (size_t j = last + 1; j-- > 0;) {
+    const JointModel& joint = joints[j].joint;
+    const bool revolute = joint.type == JointType::revolute;
+    if (!revolute) distance += std::max(std::abs(joint.lower), std::abs(joint.upper));
+    const double compliance = 1.0 / joints[j].armature;  // infinite without armature
+    shifts += revolute ? distance * distance * compliance : compliance;
+    if (revolute) turns += compliance;
+    distance += joint.X_PJ.p.norm();
+  }
+  const Pose X_GL = (parameters_.arm.X_JF * m.grippers[gripper]->parameters().X_FG).inverse();
+  constexpr double kLeast = 1e-6;  // kg, kg m^2: so that nothing without mass is divided by
+  BodyInertia palm;
+  palm.mass_kg = std::max(link.mass_kg, kLeast);
+  palm.p_BBcm_B = X_GL * link.p_BBcm_B;
+  palm.I_BBcm_B = X_GL.R * link.I_BBcm_B * X_GL.R.transpose() + kLeast * Mat3::Identity();
+  if (shifts > 0.0) palm.mass_kg += 0.5 / shifts;
+  if (turns > 0.0) palm.I_BBcm_B += 0.5 / turns * Mat3::Identity();
+  return palm;
+}
+
 }  // namespace takt

@@ -99,6 +99,12 @@ class ComponentInteraction {
   /// What a Part is attached to, or -1.
   int attached_to(int part) const { return graph_.holds[static_cast<std::size_t>(part)]; }
   bool attached(int a, int b) const;  ///< either to the other
+  /// Discrete: how a Gripper gives way (Connections::set_yielding), or none, from now on.
+  void set_yielding(int palm, const std::optional<BodyInertia>& inertia) {
+    connections_.set_yielding(palm, inertia);
+  }
+  /// Discrete: the connections of all that is attached are decided anew.
+  void reconsider_attached();
   /// Discrete: the Part was put to another place: its connections are decided anew and take their offsets
   /// there.
   void put_elsewhere(int part);

@@ -58,6 +58,11 @@ void ComponentInteraction::add_attached_edge(int part) {
   if (any_by_contact_) shown_graph_.add_contact(part, attached_to(part));
 }
 
+void ComponentInteraction::reconsider_attached() {
+  for (const int part : parts_)
+    if (attached_to(part) != -1) mark_changed(part);
+}
+
 void ComponentInteraction::put_elsewhere(int part) {
   connections_.renew(part, Connections::Renewal::all);
   mark_changed(part);

@@ -20,6 +20,7 @@ Connections::Connections(const std::vector<Component>& components, std::size_t p
       decided_(components.size(), 0),
       scale_(components.size(), 1.0),
       renew_(components.size(), Renewal::none),
+      yielding_(components.size()),
       partner_search_(components.size()),
       tree_(components) {
   for (std::size_t i = 0; i < components.size(); ++i)
@@ -33,7 +34,7 @@ Connections::Connections(const std::vector<Component>& components, std::size_t p
   // gains.
   disturbed_.reserve(6 * room + parts_.size());
   changes_.reserve(parts_.size());
-  softened_.reserve(parts_.size());
+  softened_.reserve(components.size());
   closed_on_.reserve(room);
 }
 
@@ -69,6 +70,7 @@ void Connections::update(const ContactGraph& graph, std::span<const int> parts, 
     soften_attached(graph, parts);
     soften_free_clusters(graph, parts, motion);
   }
+  soften_on_grippers(graph, parts);
 }
 
 void Connections::search(const ContactGraph& graph, std::span<const int> parts) {
@@ -252,6 +254,35 @@ void Connections::soften_attached(const ContactGraph& graph, std::span<const int
   }
 }
 
+void Connections::soften_on_grippers(const ContactGraph& graph, std::span<const int> parts) {
+  softened_.clear();
+  for (const int part : parts) {
+    for (const PairConnection& pair : of(part)) {
+      const int palm = pair.connection.partner;
+      if (yields(palm) && std::find(softened_.begin(), softened_.end(), palm) == softened_.end())
+        softened_.push_back(palm);
+    }
+  }
+  for (const int palm : softened_) {
+    FreeTargetLoad load(*yielding_[static_cast<std::size_t>(palm)]);
+    bool any_attached = false;
+    for (const PairConnection& pair : list_) {
+      if (pair.connection.partner != palm) continue;
+      load.add(component(pair.base), pair.connection);
+      any_attached = any_attached || graph.holds[static_cast<std::size_t>(pair.base)] != -1;
+    }
+    if (!any_attached) continue;
+    const double scale = load.scale();
+    for (PairConnection& pair : list_) {
+      Connection& connection = pair.connection;
+      if (connection.partner != palm || scale >= connection.softening) continue;
+      connection.softening = scale;
+      connection.gains = scaled(component(pair.base).substitute, scale);
+      disturb(pair);
+    }
+  }
+}
+
 bool Connections::attached_to_part(const ContactGraph& graph, int part, int target) const {
   return graph.holds[static_cast<std::size_t>(part)] == target && is_part(target);
 }
@@ -291,7 +322,8 @@ void Connections::soften_free_clusters(const ContactGraph& graph, std::span<cons
     const bool free = tree_.support(part) == -1;
     for (PairConnection& pair : mutable_of(part)) {
       Connection& connection = pair.connection;
-      if (!free && attached_to_part(graph, part, connection.partner)) continue;
+      if (!free && (attached_to_part(graph, part, connection.partner) || yields(connection.partner)))
+        continue;
       if (!free && connection.softening < 1.0) {  // caught: anew, with full constants
         const Vec3 feed_forward_W = connection.feed_forward_W;
         pair = close(pair.key(), motion);

@@ -15,10 +15,16 @@
 // faster than that of the fastest Part alone (FreeTargetLoad); when something catches them, softened
 // connections close anew with full constants, for a stretched spring that stiffens would create energy.
 //
+// A Gripper whose robot has dynamics gives way (set_yielding()). A Part attached to it from afar pulls at a
+// lever: stiff as it is, spring and damper would swing the wrist faster than the solver can follow. So
+// wherever attached Parts hang on such a Gripper, all its connections are softened as on a free Target. What
+// it only grips is not: there levers are short, and the constants are the thesis'.
+//
 // A Part that the user attached (ContactGraph::holds) is the Base of one connection, whatever the algorithm:
 // to that component; with partner search, attached to a Part that is held, to whom that Part leads, as all
 // that rides on it does.
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -77,6 +83,12 @@ class Connections {
   enum class Renewal : char { none, own, all };
   void renew(int part, Renewal what);
 
+  /// Discrete, from the next update() on: a body that gives way at least as easily as this Gripper (its palm;
+  /// inertia in G), or none: it moves as it likes.
+  void set_yielding(int palm, const std::optional<BodyInertia>& inertia) {
+    yielding_[static_cast<std::size_t>(palm)] = inertia;
+  }
+
   /// Bytes of all of this; load() throws StateError for what save() cannot have written.
   void save(StateWriter& out) const;
   void load(StateReader& in);
@@ -115,6 +127,8 @@ class Connections {
   PairConnection close(const ConnectionKey& key, const CellMotion& motion) const;
   void soften_on_free_targets();
   void soften_attached(const ContactGraph& graph, std::span<const int> parts);
+  void soften_on_grippers(const ContactGraph& graph, std::span<const int> parts);
+  bool yields(int target) const { return yielding_[static_cast<std::size_t>(target)].has_value(); }
   bool attached_to_part(const ContactGraph& graph, int part, int target) const;
   bool renewed(const PairConnection& pair) const;
   void index_list();
@@ -138,9 +152,10 @@ class Connections {
   std::vector<double> scale_;  ///< by component, of this update
   std::vector<PartnerChange> changes_;
   std::vector<int> disturbed_;
-  std::vector<int> softened_;   ///< free Targets already seen in this step
-  std::vector<int> closed_on_;  ///< Parts that became Targets in this step
-  std::vector<Renewal> renew_;  ///< by component
+  std::vector<int> softened_;                         ///< free Targets already seen in this step
+  std::vector<int> closed_on_;                        ///< Parts that became Targets in this step
+  std::vector<Renewal> renew_;                        ///< by component
+  std::vector<std::optional<BodyInertia>> yielding_;  ///< by component; Grippers only
   PartnerSearch partner_search_;
   SupportTree tree_;
   std::uint64_t partner_searches_ = 0;

@@ -32,8 +32,8 @@ void FreeTargetLoad::note_rates(const Component& base) {
 }
 
 void FreeTargetLoad::add_own() {
-  const SubstituteParameters& own = target_.substitute;
-  note_rates(target_);
+  const SubstituteParameters& own = own_->substitute;
+  note_rates(*own_);
   K_T_.diagonal().head<3>().array() += own.k_tr_N_per_m;
   D_T_.diagonal().head<3>().array() += own.d_tr_N_s_per_m;
   K_T_.bottomRightCorner<3, 3>() += own.K_rot_B;
@@ -44,7 +44,7 @@ void FreeTargetLoad::add(const Component& base, const Connection& connection) {
   const SubstituteParameters& own = base.substitute;
   note_rates(base);
   // Moved by u and turned by a, the Target moves the point at the Base's centre of mass by u + a x r.
-  const Vec3 r = connection.p_TBcm_T - target_.p_BBcm;
+  const Vec3 r = connection.p_TBcm_T - inertia_.p_BBcm_B;
   Eigen::Matrix<double, 3, 6> J = Eigen::Matrix<double, 3, 6>::Zero();
   J.leftCols<3>().setIdentity();
   J.rightCols<3>() << 0.0, r.z(), -r.y(), -r.z(), 0.0, r.x(), r.y(), -r.x(), 0.0;
@@ -57,8 +57,8 @@ void FreeTargetLoad::add(const Component& base, const Connection& connection) {
 
 FreeTargetLoad::Mat6 FreeTargetLoad::inertia() const {
   Mat6 M_T = Mat6::Zero();
-  M_T.diagonal().head<3>().setConstant(target_.mass_kg);
-  M_T.bottomRightCorner<3, 3>() = target_.I_BBcm_B;
+  M_T.diagonal().head<3>().setConstant(inertia_.mass_kg);
+  M_T.bottomRightCorner<3, 3>() = inertia_.I_BBcm_B;
   return M_T;
 }
 

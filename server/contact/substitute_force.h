@@ -18,6 +18,7 @@
 // - Weight feed-forward (not in the thesis): the wrench carries the Base's weight, the spring only the rest.
 // Then a
 //   connection that changes hands neither sags by m g / k nor jumps in force.
+#include "plant_models/mechanics/multibody_tree.h"
 #include "plant_models/plant_model.h"
 #include "server/components/component.h"
 #include "server/contact/pair_linearisation.h"
@@ -37,8 +38,8 @@ struct Connection {
 /// Offsets of a connection that closes now.
 void capture_offset(const BodyMotion& base, const BodyMotion& target, Connection& connection);
 
-/// All Bases that one free Target (a Part that is not held itself) holds, and how much softer their
-/// connections must be.
+/// All Bases that one free Target (a Part that is not held itself, or what stands for a Gripper that gives
+/// way) holds, and how much softer their connections must be.
 ///
 /// The Target swings under all its connections at once. With M_T its inertia and K_T the sum of their
 /// stiffness as the Target feels it (both 6 x 6, about its centre of mass), no mode of the whole is faster
@@ -52,10 +53,12 @@ void capture_offset(const BodyMotion& base, const BodyMotion& target, Connection
 /// half the ratio is enough for each end, and a connection takes the smaller factor of its two ends.
 class FreeTargetLoad {
  public:
-  explicit FreeTargetLoad(const Component& target) : target_(target) {}
+  explicit FreeTargetLoad(const Component& target)
+      : own_(&target), inertia_{target.mass_kg, target.p_BBcm, target.I_BBcm_B} {}
+  explicit FreeTargetLoad(const BodyInertia& target) : inertia_(target) {}
   /// `connection` must hold the offset of the Base in the Target. Uses the Base's own constants.
   void add(const Component& base, const Connection& connection);
-  /// A connection of which the Part itself is the Base.
+  /// A connection of which the Part itself is the Base. Only where the Target is a Part.
   void add_own();
   /// Factor for the constants of every connection added, in (0, 1).
   double scale() const;
@@ -67,7 +70,8 @@ class FreeTargetLoad {
   void note_rates(const Component& base);
   Mat6 inertia() const;
 
-  const Component& target_;
+  const Component* own_ = nullptr;                ///< the Target, where it is a Part
+  BodyInertia inertia_;                           ///< of the Target
   Mat6 K_T_ = Mat6::Zero(), D_T_ = Mat6::Zero();  ///< axes of the Target
   double stiffest_ = 0.0, most_damped_ = 0.0;     ///< of a Base alone: k/m (1/s^2), d/m (1/s)
 };

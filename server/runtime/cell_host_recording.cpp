@@ -48,7 +48,12 @@ void CellHost::open_log_again() {
 void CellHost::record(World& world) {
   if (!recorder_) return;
   // A state that was restored counts an epoch.
-  recorder_->begin_world(logged_world(world), world.simulation, world.simulation.epoch() == 0);
+  if (const std::string refusal =
+          recorder_->begin_world(logged_world(world), world.simulation, world.simulation.epoch() == 0);
+      !refusal.empty()) {
+    tell(Severity::error, "recording_failed", "Nothing more is recorded: " + refusal);
+    return;
+  }
   world.loop.record_with(recorder_.get());
 }
 
@@ -82,10 +87,19 @@ void CellHost::start_recording(const Job& job, const StartRecording& request) {
   }
   if (const auto loaded = world()) {
     const LogWorld what = logged_world(*loaded);
+    std::string refusal;
     const bool began = loaded->loop.between_steps([&] {
-      recorder_->begin_world(what, loaded->simulation, false);
-      loaded->loop.record_with(recorder_.get());
+      refusal = recorder_->begin_world(what, loaded->simulation, false);
+      if (refusal.empty()) loaded->loop.record_with(recorder_.get());
     });
+    if (!refusal.empty()) {
+      const std::filesystem::path file = recorder_->file();
+      recorder_.reset();
+      std::error_code ignored;
+      std::filesystem::remove(file, ignored);
+      reply(id, ControlResult::failed, "Nothing is recorded, as the state could not be restored: " + refusal);
+      return;
+    }
     if (!began) {
       recorder_.reset();
       reply(id, ControlResult::incorrect_state, "The simulation has ended; nothing is recorded.");

@@ -33,8 +33,13 @@ void CellHost::save(const Job& job, const SaveSnapshot& request) {
   const auto loaded = world();
   if (!snapshots_possible(id, request.name)) return;
   SavedState saved;
-  if (!loaded->loop.between_steps([&] { loaded->loop.save(saved); })) {
+  std::string refusal;
+  if (!loaded->loop.between_steps([&] { refusal = loaded->loop.save(saved); })) {
     reply(id, ControlResult::incorrect_state, "The simulation has ended; nothing was saved.");
+    return;
+  }
+  if (!refusal.empty()) {
+    reply(id, ControlResult::failed, "Nothing was saved, as it could not be restored: " + refusal);
     return;
   }
   const std::filesystem::path file = store_->file_of(request.name);

@@ -145,6 +145,8 @@ std::string_view to_string(EventCode code) {
       return "trajectory_refused";
     case EventCode::command_deadline_missed:
       return "command_deadline_missed";
+    case EventCode::save_refused:
+      return "snapshot_failed";
     case EventCode::events_lost:
       return "events_lost";
   }
@@ -316,6 +318,8 @@ EventText describe(const EventRecord& event, const CellDescription& cell) {
                     event.position_W.y(), event.position_W.z());
       return {part, part + place};
     }
+    case EventCode::save_refused:
+      return {cell.cell, "The periodic snapshot was not taken: " + text};
     case EventCode::events_lost:
       return {cell.cell, std::to_string(event.a) + " events were lost: more came than could be sent."};
   }

@@ -38,6 +38,7 @@ enum class EventCode : std::uint8_t {
   trajectory_replaced,      ///< a: robot
   trajectory_refused,       ///< a: robot, b: joint (-1: it is over), c: 1 velocity, x: value, y, z: limits
   command_deadline_missed,  ///< a: robot, x: silence in s
+  save_refused,             ///< text: why the state cannot be a periodic snapshot
   events_lost,              ///< a: how many, because nobody fetched them in time
 };
 std::string_view to_string(EventCode code);

@@ -79,14 +79,14 @@ void LogRecorder::note(LogKind kind, std::uint64_t step, const Values&... values
   commit();
 }
 
-void LogRecorder::begin_world(LogWorld world, Simulation& simulation, bool at_its_beginning) {
+std::string LogRecorder::begin_world(LogWorld world, Simulation& simulation, bool at_its_beginning) {
   trail_length_ = 0;
   deadlines_watched_ = -1;
   world.scenario = simulation.description().scenario;
   world.model = model_hash(simulation.model());
   if (!at_its_beginning) {
     std::vector<std::byte> state;
-    simulation.save_state(state);
+    if (std::string why = simulation.save_state(state); !why.empty()) return why;
     world.state = keep_state(state);
   }
   std::vector<std::byte> content;
@@ -95,6 +95,7 @@ void LogRecorder::begin_world(LogWorld world, Simulation& simulation, bool at_it
   ring_.append(content.data(), content.size());
   commit();
   checkpoint(simulation);
+  return {};
 }
 
 void LogRecorder::deadlines(const Simulation& simulation, bool watched) {

@@ -57,8 +57,8 @@ class LogRecorder {
   // From here on: one thread at a time, the step loop's while it runs.
 
   /// A world begins. `at_its_beginning`: it is as loaded; else its state is recorded too, which may start its
-  /// solver anew. Allocates.
-  void begin_world(LogWorld world, Simulation& simulation, bool at_its_beginning);
+  /// solver anew. Allocates. Empty if done, else why the state cannot be recorded (Simulation::save_state).
+  std::string begin_world(LogWorld world, Simulation& simulation, bool at_its_beginning);
   /// Before every step: whether deadlines count in it. Recorded when it changes.
   void deadlines(const Simulation& simulation, bool watched);
   /// Before the step that begins with them.

@@ -30,6 +30,10 @@ std::int64_t Pacer::due_ns() const {
          static_cast<std::int64_t>(std::llround(static_cast<double>(steps_since_anchor_) * period_ns_));
 }
 
+std::int64_t Pacer::behind_ns() const {
+  return std::max<std::int64_t>(clock_.now_ns() - due_ns(), 0);
+}
+
 Pacer::Result Pacer::wait(std::int64_t longest_sleep_ns) {
   const std::int64_t due = due_ns();
   std::int64_t now = clock_.now_ns();

@@ -21,7 +21,7 @@ class Pacer {
   static constexpr std::int64_t kCatchUpLimit_ns = 50'000'000;
 
   struct Figures {
-    std::int64_t lag_ns = 0;                ///< of the newest step behind its schedule
+    std::int64_t lag_ns = 0;                ///< of the newest step when it began; when re-based: before that
     std::uint64_t overruns = 0;             ///< steps that began a whole period or more behind schedule
     std::uint64_t longest_overrun_run = 0;  ///< most of them in a row
     std::uint64_t rebases = 0;
@@ -39,6 +39,10 @@ class Pacer {
   };
   /// Waits for the next step's time, at most `longest_sleep_ns`.
   Result wait(std::int64_t longest_sleep_ns);
+
+  /// How long the step that is to be taken next is overdue now; 0: it is not due yet. So long simulated time
+  /// is behind the clock.
+  std::int64_t behind_ns() const;
 
   const Figures& figures() const { return figures_; }
   const DurationHistogram& wake_up() const { return wake_up_; }

@@ -183,7 +183,7 @@ class Replay {
         restore(content.get<std::uint64_t>(), content);
         return;
       case LogKind::saved:
-        simulation_->save_state(scratch_);
+        static_cast<void>(simulation_->save_state(scratch_));  // it may have been refused then, too
         return;
       case LogKind::checkpoint:
         --result_.requests;

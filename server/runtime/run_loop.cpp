@@ -21,7 +21,7 @@ RunLoop::RunLoop(Simulation& simulation, RunLoopOptions options)
       options_(std::move(options)),
       buffer_(simulation.description()),
       outbox_(simulation.make_snapshot(), options_.mail ? options_.mail : std::make_shared<Mail>()),
-      pacer_(system_monotonic_clock()),
+      pacer_(options_.clock != nullptr ? *options_.clock : system_monotonic_clock()),
       registry_(target_count(simulation.description()), simulation.description().step_s),
       state_(options_.start_stopped  ? SimulationState::stopped
              : options_.start_paused ? SimulationState::paused

@@ -55,6 +55,8 @@ struct RunLoopOptions {
   std::function<void(const Simulation&)> on_instant{};
   /// Saves the state so often (wall time, s) into saved(), while anything changes; 0: never.
   double save_every_s = 0.0;
+  MonotonicClock* clock =
+      nullptr;                   ///< of the schedule, for tests; nullptr: CLOCK_MONOTONIC. Outlives the loop
   std::shared_ptr<Mail> mail{};  ///< to share with other loops; empty: one of its own
 };
 
@@ -98,8 +100,9 @@ class RunLoop {
   /// saved_news().
   LatestValueSlot<SavedState>& saved() { return saved_; }
   Wakeup& saved_news() { return saved_news_; }
-  /// In the loop's thread, or before start().
-  void save(SavedState& saved);
+  /// In the loop's thread, or before start(). Empty if done, else why the state cannot be saved
+  /// (Simulation::save_state).
+  std::string save(SavedState& saved);
 
   /// In the loop's thread, or before start(): records from here on what changes the simulation; nullptr ends
   /// that. It must outlive the loop, or its replacement.
@@ -232,10 +235,12 @@ class RunLoop {
   std::vector<Pending> pending_;  ///< per target: the newest command not yet applied
   std::vector<Command> batch_;
   std::uint64_t published_ = 0;
+  std::uint32_t contact_pairs_ = 0;  ///< in the newest instant published
   LatestValueSlot<SavedState> saved_;
   Wakeup saved_news_;
   SnapshotIdentity identity_;  ///< of this cell; step and time change
   bool changed_since_save_ = true;
+  bool save_refused_ = false;  ///< the newest periodic one
   std::int64_t next_save_ns_ = 0;
 
   std::int64_t wait_began_ns_ = 0;  ///< at the present boundary; 0: not waiting

@@ -5,9 +5,10 @@
 
 namespace takt {
 
-void RunLoop::save(SavedState& saved) {
-  simulation_.save_state(saved.bytes);
-  if (recorder_ != nullptr) recorder_->saved(simulation_);
+std::string RunLoop::save(SavedState& saved) {
+  const std::string refusal = simulation_.save_state(saved.bytes);
+  if (recorder_ != nullptr) recorder_->saved(simulation_);  // a refused one restarts solvers too
+  if (!refusal.empty()) return refusal;
   // The hash of the model is computed once only.
   if (identity_.model == 0) identity_ = identity_of(simulation_);
   identity_.step = simulation_.step_index();
@@ -16,12 +17,13 @@ void RunLoop::save(SavedState& saved) {
   saved.state = state_;
   saved.pace = pace_;
   saved.factor = factor_;
+  return {};
 }
 
 SavedState RunLoop::first_saved(Simulation& simulation, const RunLoopOptions& options) {
   SavedState saved;
   if (!(options.save_every_s > 0.0)) return saved;
-  simulation.save_state(saved.bytes);
+  static_cast<void>(simulation.save_state(saved.bytes));  // for the size; saved again when it is due
   saved.identity = identity_of(simulation);
   return saved;
 }
@@ -32,7 +34,14 @@ void RunLoop::save_if_due() {
   if (now < next_save_ns_) return;
   next_save_ns_ = now + static_cast<std::int64_t>(options_.save_every_s * 1e9);
   changed_since_save_ = false;
-  save(saved_.write_buffer());
+  const std::string refusal = save(saved_.write_buffer());
+  if (!refusal.empty() && !save_refused_) {  // told when it begins
+    EventRecord refused = event(EventCode::save_refused, Severity::error);
+    refused.text.assign(refusal);
+    emit(refused);
+  }
+  save_refused_ = !refusal.empty();
+  if (save_refused_) return;
   saved_.publish();
   saved_news_.post();
 }

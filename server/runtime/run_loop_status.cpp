@@ -46,7 +46,8 @@ void RunLoop::publish_status(std::int64_t now_ns) {
   const double computed = static_cast<double>(computed_ns_ - oldest.computed_ns) * 1e-9;
   status.sim_over_wall = wall > 0.0 ? std::max(simulated, 0.0) / wall : 0.0;
   status.real_time_factor = simulated > 0.0 ? computed / simulated : 0.0;
-  status.lag_s = pace_ == Pace::realtime ? static_cast<double>(pacer_.figures().lag_ns) * 1e-9 : 0.0;
+  const bool on_schedule = pace_ == Pace::realtime && state_ == SimulationState::playing;
+  status.lag_s = on_schedule ? static_cast<double>(pacer_.behind_ns()) * 1e-9 : 0.0;
   status.overruns = pacer_.figures().overruns;
   status.longest_overrun_run = pacer_.figures().longest_overrun_run;
   status.rebases = pacer_.figures().rebases;

@@ -188,7 +188,8 @@ SnapshotResult check_identity(const std::filesystem::path& file, const SnapshotI
 
 SnapshotResult save_snapshot_file(const std::filesystem::path& file, Simulation& simulation) {
   std::vector<std::byte> state;
-  simulation.save_state(state);
+  if (const std::string why = simulation.save_state(state); !why.empty())
+    return {SnapshotError::refused, quoted(file) + " was not written, as it could not be restored: " + why};
   return write_snapshot_file(file, identity_of(simulation), state);
 }
 

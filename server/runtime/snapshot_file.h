@@ -34,6 +34,7 @@ enum class SnapshotError : std::uint8_t {
   not_a_snapshot,  ///< something else
   other_version,   ///< of a format this program does not read
   damaged,         ///< cut off, lengthened or altered
+  refused,         ///< the state has run away: what would be written could not be restored
   other_scenario,  ///< another name, or another model under the same name
 };
 

@@ -109,6 +109,12 @@ std::size_t CellPlant::jaw_joint(std::size_t robot, std::size_t place, ParallelG
          static_cast<std::size_t>(side);
 }
 
+std::optional<BodyInertia> CellPlant::least_palm_inertia(std::size_t gripper) const {
+  const auto [robot, place] = gripper_place_[gripper];
+  if (dynamic(robot) == nullptr) return std::nullopt;
+  return dynamic(robot)->least_palm_inertia(place);
+}
+
 void CellPlant::keep_accepted() {
   for (const OdeSystem::Range& range : system_->active_states())
     std::copy(x_.begin() + static_cast<std::ptrdiff_t>(range.begin),

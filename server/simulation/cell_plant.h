@@ -9,6 +9,7 @@
 // positions and velocities): nothing jumps. It allocates, as loading does; steps do not.
 #include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -89,6 +90,8 @@ class CellPlant {
   std::size_t jaw_joint(std::size_t gripper, ParallelGripper::Side side) const {
     return jaw_joint(gripper_place_[gripper].first, gripper_place_[gripper].second, side);
   }
+  /// DynamicRobot::least_palm_inertia() of what carries this gripper; none at LoD 1.
+  std::optional<BodyInertia> least_palm_inertia(std::size_t gripper) const;
   /// Times the wrenches where set; kept when the system is rebuilt.
   void set_clock(double (*now_s)());
 

@@ -122,7 +122,12 @@ class Simulation {
   /// The exception are cvode, esdirk, esdirk4 and ida, whose memory of earlier steps lies inside SUNDIALS.
   /// Saving starts them anew at this instant, here too, so that the run that saved and one that restored have
   /// the same bits; the bits are others than without saving, within the solver's tolerance. This allocates.
-  void save_state(std::vector<std::byte>& out);
+  ///
+  /// Empty if done; else why restore_state() would refuse these bytes (a state that runs away: an orientation
+  /// that is none any more, a number beyond all bounds), and `out` is empty. What could be refused is found
+  /// by restoring it aside, which allocates and takes as long as restoring; that is only done where a state
+  /// has left what cells do (1e9, or a quaternion off its length by 1e-3).
+  std::string save_state(std::vector<std::byte>& out);
   /// Back to a state that save_state() made of the same model. Empty if done; else why not, in a sentence,
   /// and nothing has changed: bytes may be cut off, altered or foreign. The epoch counts up, beyond the saved
   /// one too, so that whoever keeps what was sent earlier knows that it is void. Statistics begin anew.

@@ -69,6 +69,7 @@ void Simulation::Impl::start() {
   set_points.reset();
   motion_is_current = false;
   choose_grippers();
+  note_yielding();
   decide();
   update_connections();  // a cell that stands still already knows who holds whom
 }
@@ -117,7 +118,14 @@ void Simulation::Impl::regroup(const std::vector<int>& robot_levels) {
   calm.wake_all();
   motion_is_current = false;
   choose_grippers();
+  note_yielding();
+  interaction.reconsider_attached();
   find_near();
+}
+
+void Simulation::Impl::note_yielding() {
+  for (std::size_t g = 0; g < model->grippers.size(); ++g)
+    interaction.set_yielding(model->grippers[g].parameters.palm, plant.least_palm_inertia(g));
 }
 
 void Simulation::Impl::find_near() {

@@ -43,6 +43,8 @@ struct Simulation::Impl {
   /// one is attached to the other.
   void choose_forces();
   void choose_grippers();
+  /// Tells the interaction how the grippers of robots with dynamics give way.
+  void note_yielding();
   /// After the levels of processes, or who is attached, changed: forces, robots' levels, all awake.
   void regroup(const std::vector<int>& robot_levels);
   void refresh_motion();
@@ -72,6 +74,11 @@ struct Simulation::Impl {
   void save(std::vector<std::byte>& out);
   /// Into a new Impl. Throws StateError.
   void load(std::span<const std::byte> bytes);
+  /// A new one with these bytes; throws also what its models throw when they are evaluated there.
+  static std::unique_ptr<Impl> loaded(const std::shared_ptr<const CellModel>& model,
+                                      std::span<const std::byte> bytes);
+  /// The state has left what cells do, so that load() might refuse it.
+  bool in_doubt() const;
   /// Name and sentence where a component is none, or no Part.
   std::string not_a_part(int component, const char* wanted) const;
   void wake_all();

@@ -14,7 +14,8 @@ constexpr std::string_view kMagic = "taktstat";
 constexpr std::uint32_t kVersion = 2;
 constexpr double kLongest_s = 1e9;
 constexpr std::size_t kLongestText = 1U << 20U;
-constexpr double kFurthest = 1e9;  // m, m/s, rad/s: what set_component_state() takes
+constexpr double kFurthest = 1e9;            // m, m/s, rad/s: what set_component_state() takes
+constexpr double kQuaternionInDoubt = 2e-3;  // of its squared length
 
 void save(const Simulation::Impl::CommandCounter& counter, StateWriter& out) {
   out.put(counter.count), out.put(counter.newest_stamp_s);
@@ -125,6 +126,7 @@ void Simulation::Impl::load(std::span<const std::byte> bytes) {
   all.section("HOLD", [&](StateReader& in) { interaction.load_attached(in); });
   choose_forces();
   all.section("PLNT", [&](StateReader& in) { plant.load(in); });
+  note_yielding();
   all.section("INTR", [&](StateReader& in) { interaction.load(in); });
   all.section("CONT", [&](StateReader& in) { contacts.load(in); });
   all.section("GRIP", [&](StateReader& in) { grasping.load(in); });
@@ -141,17 +143,45 @@ void Simulation::Impl::load(std::span<const std::byte> bytes) {
   if (resting.awake().size() < model->parts.size()) system().set_awake(resting.awake());
 }
 
-void Simulation::save_state(std::vector<std::byte>& out) {
-  impl_->guard([&] { impl_->save(out); });
+std::unique_ptr<Simulation::Impl> Simulation::Impl::loaded(const std::shared_ptr<const CellModel>& model,
+                                                           std::span<const std::byte> bytes) {
+  auto fresh = std::make_unique<Impl>(model);
+  fresh->load(bytes);
+  // Models that cannot be evaluated there tell so now.
+  fresh->system().update_wrenches();
+  return fresh;
+}
+
+bool Simulation::Impl::in_doubt() const {
+  for (const double x : plant.state())
+    if (!(std::abs(x) <= kFurthest)) return true;
+  for (std::size_t part = 0; part < model->parts.size(); ++part) {
+    double length = 0.0;
+    for (std::size_t i = 3; i < 7; ++i) {
+      const double q = plant.state()[plant.part_begin(part) + i];
+      length += q * q;
+    }
+    if (!(std::abs(length - 1.0) <= kQuaternionInDoubt)) return true;
+  }
+  return false;
+}
+
+std::string Simulation::save_state(std::vector<std::byte>& out) {
+  std::string refusal;
+  try {
+    impl_->save(out);
+    if (impl_->in_doubt()) static_cast<void>(Impl::loaded(impl_->model, out));
+  } catch (const std::exception& error) {
+    refusal = error.what();
+    out.clear();
+  }
+  return refusal;
 }
 
 std::string Simulation::restore_state(std::span<const std::byte> bytes) {
   std::unique_ptr<Impl> fresh;
   try {
-    fresh = std::make_unique<Impl>(impl_->model);
-    fresh->load(bytes);
-    // Models that cannot be evaluated there tell so now.
-    fresh->system().update_wrenches();
+    fresh = Impl::loaded(impl_->model, bytes);
   } catch (const std::exception& error) {
     return error.what();
   }

@@ -180,6 +180,36 @@ TEST(SavedState, ForeignBytesAreRefusedWithASentence) {
   EXPECT_EQ(of_other.epoch(), 0U);
 }
 
+/// A Part that spins too fast for the step: its quaternion grows, sooner or later. Whatever save_state() gives
+/// can be restored; what could not be is refused and gives no bytes.
+TEST(SavedState, OfARunawayIsRefusedWithAReason) {
+  RandomCellOptions options = small_cell(2);
+  options.parts = 3;
+  const RandomCell cell(options);
+  int good = 0, refused = 0;
+  for (const double spin : {100.0, 1000.0, 2000.0, 3000.0, 5000.0, 1e4, 1e5}) {
+    auto model = std::make_shared<CellModel>(*cell.model());
+    model->parts[0].V_WB_initial.w.z() = spin;
+    Simulation run(model), other(model);
+    for (int i = 0; i < 40 && run.step({}); ++i) {
+      std::vector<std::byte> bytes{std::byte{1}};
+      const std::uint64_t hash = run.state_hash();
+      const std::string why = run.save_state(bytes);
+      EXPECT_EQ(run.state_hash(), hash);
+      if (why.empty()) {
+        ++good;
+        ASSERT_EQ(other.restore_state(bytes), "") << spin << " rad/s, step " << run.step_index();
+      } else {
+        ++refused;
+        EXPECT_TRUE(bytes.empty());
+        EXPECT_NE(why.find("is no unit quaternion"), std::string::npos) << why;
+      }
+    }
+  }
+  EXPECT_GT(good, 40);
+  EXPECT_GT(refused, 3);
+}
+
 TEST(SavedState, TheEpochGoesBeyondTheSavedOne) {
   const RandomCell cell(small_cell(2));
   Simulation first(cell.model());

@@ -83,6 +83,19 @@ TEST_F(PacerTest, ASmallLagIsCaughtUpWithoutSkippingAStep) {
   EXPECT_EQ(pacer_.figures().lag_ns, 0);
 }
 
+TEST_F(PacerTest, BehindIsHowLongTheNextStepIsOverdueNow) {
+  pacer_.anchor(0.001, 1.0);
+  pacer_.wait(kMs);
+  EXPECT_EQ(pacer_.behind_ns(), 0);
+  clock_.now += 700'000;
+  EXPECT_EQ(pacer_.behind_ns(), 0) << "the next one is due in 0.3 ms";
+  clock_.now += 20 * kMs;  // a step of 20.7 ms
+  EXPECT_EQ(pacer_.behind_ns(), 19'700'000);
+  EXPECT_EQ(pacer_.figures().lag_ns, 0) << "the newest one began in time";
+  pacer_.wait(kMs);
+  EXPECT_EQ(pacer_.behind_ns(), 18'700'000);
+}
+
 TEST_F(PacerTest, ALargeLagMovesTheScheduleOnce) {
   pacer_.anchor(0.001, 1.0);
   pacer_.wait(kMs);

@@ -215,6 +215,30 @@ void expect_pause_and_event(std::string_view solver, test::FailureKind kind, con
   EXPECT_TRUE(all_finite);
 }
 
+/// A Part that spins too fast for the step: its quaternion grows, and at last diverges.
+TEST(RunLoopFault, PeriodicSnapshotsOfARunawayAreRefusedWithAnEvent) {
+  const auto model = test::service_model();
+  model->parts.front().V_WB_initial.w.z() = 1e4;
+  Simulation simulation(model);
+  RunLoopOptions options = paused();
+  options.save_every_s = 1e-9;  // after every step
+  RunLoop loop(simulation, options);
+  LoopReader reader(loop);
+  loop.start();
+  ASSERT_EQ(reader.request("set_state", {{"state", "1"}}).result, ControlResult::ok);
+  ASSERT_TRUE(reader.wait_for_event(EventCode::simulation_fault));
+  ASSERT_EQ(reader.count(EventCode::save_refused), 1U) << "told once";
+  const auto refused = reader.wait_for_event(EventCode::save_refused);
+  const EventText told = describe(*refused, loop.cell());
+  EXPECT_EQ(to_string(refused->code), "snapshot_failed");
+  EXPECT_NE(told.message.find("was not taken: the state"), std::string::npos) << told.message;
+  loop.stop();
+  const SavedState* newest = loop.saved().take();
+  ASSERT_NE(newest, nullptr);
+  Simulation other(model);
+  EXPECT_EQ(other.restore_state(newest->bytes), "") << "the newest one that was taken is good";
+}
+
 TEST(RunLoopFault, ASolverThatGivesUpPausesTheCellWithAnEvent) {
   expect_pause_and_event("rk2", test::FailureKind::not_a_number, "of the mass");
   for (const std::string_view solver : {"implicit", "cvode", "esdirk", "ida"})

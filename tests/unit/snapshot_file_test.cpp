@@ -119,6 +119,21 @@ TEST_F(SnapshotFiles, OfAnotherScenarioOrModelAreRefused) {
   EXPECT_NE(result.message.find("another model"), std::string::npos) << result.message;
 }
 
+TEST_F(SnapshotFiles, OfARunawayAreNotWrittenAndTheOldOneStays) {
+  ASSERT_TRUE(save_snapshot_file(file, *simulation).good());
+  const std::string good = read(file);
+  auto spinning = std::make_shared<CellModel>(*model);
+  spinning->parts.front().V_WB_initial.w.z() = 1e4;  // too fast for the step: the quaternion grows
+  Simulation runaway(spinning);
+  ASSERT_TRUE(runaway.step({}));
+  const SnapshotResult result = save_snapshot_file(directory / "other.snapshot", runaway);
+  EXPECT_EQ(result.error, SnapshotError::refused);
+  EXPECT_NE(result.message.find("could not be restored"), std::string::npos) << result.message;
+  EXPECT_FALSE(std::filesystem::exists(directory / "other.snapshot"));
+  EXPECT_EQ(save_snapshot_file(file, runaway).error, SnapshotError::refused);
+  EXPECT_EQ(read(file), good);
+}
+
 TEST_F(SnapshotFiles, MissingUnreadableAndUnwritableOnesAreNamed) {
   SnapshotResult result = restore_snapshot_file(directory / "nowhere.snapshot", *simulation);
   EXPECT_EQ(result.error, SnapshotError::not_found);
