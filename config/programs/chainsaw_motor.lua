@@ -1,7 +1,7 @@
 -- Motor into the housing of a chainsaw (config/scenarios/chainsaw_motor.yaml).
 --
 --   The motor is taken out of its box straight up and slowly, carried to the housing, lowered into the chamber, turned by
---   45 degrees and pressed into its seat: the boss is in the bore from 23 s on, at its end at 25 s.
+--   45 degrees and pressed into its seat: the boss is in the bore from 22.5 s on, at its end at 23.8 s.
 --
 -- Lengths in m, angles in rad, times in s of simulated time; see docs/controller_programs.md.
 
@@ -31,7 +31,7 @@ routine("Robot", function(r)
   r.gripper:close()
   r:wait(0.5)
   r:wait_until(6.5)
-  r:move_line(pick:offset(0, 0, 0.08), {speed_m_per_s = LIFT_SPEED})
+  r:move_line(pick:offset(0, 0, 0.08), {speed_m_per_s = LIFT_SPEED, acceleration_m_per_s2 = 40 * LIFT_SPEED})
   r:move_line(pick:offset(0, 0, 0.18), DOWN)
 
   local seat = SEAT * GRIP                  -- not yet turned
@@ -41,9 +41,9 @@ routine("Robot", function(r)
   r:wait_until(19.5)
   local turned = SEAT * TURN * GRIP
   r:move_line(turned:offset(0, 0, 0.020), {rotation_speed_rad_per_s = 0.6})
-  r:wait_until(22.2)
-  r:move_line(turned, {duration_s = 2.6})
-  r:wait_until(25.6)
+  r:wait_until(21.6)
+  r:move_line(turned, {duration_s = 2.2})
+  r:wait_until(24.6)
   r.gripper:width(0.060)
   r:wait(0.5)
   r:move_line(turned:offset(0, 0, 0.15), DOWN)

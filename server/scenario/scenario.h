@@ -134,21 +134,33 @@ struct Scenario {
   double step_s = 0.001;
   double tolerance = 1e-6;                        ///< of solvers with error control
   SystemMatrix matrix = SystemMatrix::automatic;  ///< solver.matrix: automatic, separate or coupled
-  /// What integrates while any process has level of detail 3 (`solver.contact`).
-  struct ContactSolver {
+  /// What integrates while any process has a higher level of detail than 1.
+  struct LevelSolver {
     std::string method = "rosenbrock";
     double tolerance = 1e-4;
-    std::optional<double> step_s;  ///< communication step of a cell that begins at level 3
-  } contact_solver;
+    std::optional<double> step_s;  ///< communication step of a cell that begins at that level
+  };
+  LevelSolver contact_solver;                  ///< `solver.contact`: while any process has level 3
+  std::optional<LevelSolver> dynamics_solver;  ///< `solver.dynamics`: else, while any has level 2
   std::vector<ScenarioProcess> processes;
-  bool begins_with_contact() const {
+  bool begins_with(int level) const {
     for (const ScenarioProcess& process : processes)
-      if (process.level_of_detail == 3) return true;
+      if (process.level_of_detail == level) return true;
     return false;
   }
+  bool begins_with_contact() const { return begins_with(3); }
+  /// The section of `solver` that counts at the start; null: none but `solver` itself.
+  const LevelSolver* initial_level_solver() const {
+    if (begins_with_contact()) return &contact_solver;
+    return dynamics_solver && begins_with(2) ? &*dynamics_solver : nullptr;
+  }
   /// The solver at the start.
-  const std::string& initial_solver() const { return begins_with_contact() ? contact_solver.method : solver; }
-  double initial_tolerance() const { return begins_with_contact() ? contact_solver.tolerance : tolerance; }
+  const std::string& initial_solver() const {
+    return initial_level_solver() != nullptr ? initial_level_solver()->method : solver;
+  }
+  double initial_tolerance() const {
+    return initial_level_solver() != nullptr ? initial_level_solver()->tolerance : tolerance;
+  }
   // interaction
   std::string algorithm = "partner_search";  ///< or substitute_force, extended_substitute_force
   bool weight_feed_forward = true;

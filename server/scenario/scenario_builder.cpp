@@ -204,6 +204,11 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const Impo
   cell->solver = {scenario.solver, scenario.tolerance, scenario.step_s, scenario.matrix};
   cell->contact_solver = {scenario.contact_solver.method, scenario.contact_solver.tolerance, scenario.step_s,
                           scenario.matrix};
+  if (scenario.dynamics_solver) {
+    // Part, gripper and robot on each other's springs: what is stiff is between the models.
+    cell->dynamics_solver = {scenario.dynamics_solver->method, scenario.dynamics_solver->tolerance,
+                             scenario.step_s, SystemMatrix::coupled};
+  }
   cell->interaction = {scenario.gravity_m_per_s2, scenario.contact_margin_m, scenario.weight_feed_forward,
                        scenario.skip_resting};
   cell->interaction.algorithm = interaction_algorithm(scenario.algorithm);

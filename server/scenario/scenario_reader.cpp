@@ -312,19 +312,32 @@ struct SolverKeys {
   bool method, tolerance, contact;
 };
 
-/// What was said for the cell as a whole holds for surface contact too where it came from the command line,
+Scenario::LevelSolver read_level_solver(YamlFields& fields) {
+  Scenario::LevelSolver solver;
+  const auto names = solver_names();
+  solver.method = fields.choice("method", {names.begin(), names.end()}, solver.method);
+  solver.tolerance = fields.number_or("tolerance", {.lower = 1e-12, .upper = 0.1}, solver.tolerance);
+  solver.step_s = fields.number_if("step_s", {.lower = 0.0, .upper = 1.0, .lower_open = true, .unit = "s"});
+  fields.finish();
+  return solver;
+}
+
+/// What was said for the cell as a whole holds for levels 2 and 3 too where it came from the command line,
 /// or where nothing was said of contact and the cell begins with it.
 void choose_solver(const SolverKeys& given, const YamlSource& source, Scenario& scenario) {
-  const bool contact = scenario.begins_with_contact();
+  const bool only = scenario.begins_with_contact() && !given.contact;
   const auto overridden = [&source](const char* key) { return source.overridden.count(key) != 0; };
-  Scenario::ContactSolver& own = scenario.contact_solver;
-  const bool only = contact && !given.contact;
-  if (overridden("solver.method") || (only && given.method)) {
-    own.method = scenario.solver;
-    own.tolerance = scenario.tolerance;
-  }
-  if (overridden("solver.tolerance") || (only && given.tolerance)) own.tolerance = scenario.tolerance;
-  if (contact && own.step_s && !overridden("solver.step_s")) scenario.step_s = *own.step_s;
+  const auto take_over = [&](Scenario::LevelSolver& own, bool all) {
+    if (overridden("solver.method") || (all && given.method)) {
+      own.method = scenario.solver;
+      own.tolerance = scenario.tolerance;
+    }
+    if (overridden("solver.tolerance") || (all && given.tolerance)) own.tolerance = scenario.tolerance;
+  };
+  take_over(scenario.contact_solver, only);
+  if (scenario.dynamics_solver) take_over(*scenario.dynamics_solver, false);
+  const Scenario::LevelSolver* initial = scenario.initial_level_solver();
+  if (initial != nullptr && initial->step_s && !overridden("solver.step_s")) scenario.step_s = *initial->step_s;
 }
 
 }  // namespace
@@ -370,13 +383,11 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
                     : matrix == "separate" ? SystemMatrix::separate
                                            : SystemMatrix::automatic;
   YamlFields contact_solver = solver.mapping("contact");
-  scenario.contact_solver.method =
-      contact_solver.choice("method", {names.begin(), names.end()}, scenario.contact_solver.method);
-  scenario.contact_solver.tolerance = contact_solver.number_or("tolerance", {.lower = 1e-12, .upper = 0.1},
-                                                               scenario.contact_solver.tolerance);
-  scenario.contact_solver.step_s =
-      contact_solver.number_if("step_s", {.lower = 0.0, .upper = 1.0, .lower_open = true, .unit = "s"});
-  contact_solver.finish();
+  scenario.contact_solver = read_level_solver(contact_solver);
+  if (solver.has("dynamics")) {
+    YamlFields dynamics_solver = solver.mapping("dynamics");
+    scenario.dynamics_solver = read_level_solver(dynamics_solver);
+  }
   solver.finish();
 
   YamlFields interaction = top.mapping("interaction");

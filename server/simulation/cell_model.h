@@ -92,7 +92,8 @@ struct CellModel {
   CellDescription description;
   double step_s = 0.001;
   SolverParameters solver;
-  SolverParameters contact_solver;  ///< while pairs act by surface contact
+  SolverParameters contact_solver;                  ///< while pairs act by surface contact
+  std::optional<SolverParameters> dynamics_solver;  ///< else, while a robot is dynamic; none: `solver`
   std::vector<Component> components;
   std::vector<ComponentPair> pairs;
   InteractionParameters interaction;

@@ -71,6 +71,15 @@ void CellPlant::reset() {
   energies_.assign(robots_.size(), {0.0, 0.0});
 }
 
+bool CellPlant::any_dynamic() const {
+  return std::any_of(levels_.begin(), levels_.end(), [](int level) { return level > 1; });
+}
+
+const SolverParameters& CellPlant::solver() const {
+  if (system_->has_contacts()) return model_.contact_solver;
+  return model_.dynamics_solver && any_dynamic() ? *model_.dynamics_solver : model_.solver;
+}
+
 void CellPlant::build() {
   std::vector<PlantModel*> models;
   std::size_t begin = 0;

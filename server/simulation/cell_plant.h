@@ -45,9 +45,8 @@ class CellPlant {
   void put_part(std::size_t part, const Pose& X_WB, const Twist& V_WB);
 
   /// What integrates at present.
-  const SolverParameters& solver() const {
-    return system_->has_contacts() ? model_.contact_solver : model_.solver;
-  }
+  const SolverParameters& solver() const;
+  bool any_dynamic() const;
   OdeSystem& system() { return *system_; }
   const OdeSystem& system() const { return *system_; }
   Integrator& integrator() { return *integrator_; }

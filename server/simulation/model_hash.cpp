@@ -160,6 +160,7 @@ std::uint64_t model_hash(const CellModel& model) {
     hash << device.name << device.signals.size();
     for (const SignalDescription& signal : device.signals) hash << signal.name;
   }
+  if (model.dynamics_solver) hash << *model.dynamics_solver;
   hash << model.clearance.enabled << model.clearance.hysteresis_m << model.clearance.bodies
        << model.clearance.pairs;
   return hash.value();

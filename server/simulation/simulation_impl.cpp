@@ -335,9 +335,15 @@ bool Simulation::Impl::step(std::span<const Command> commands) {
 }
 
 bool Simulation::Impl::diverged(std::size_t state) {
+  const std::string& solver = plant.solver().name;
+  const bool explicit_at_dynamics =
+      (solver == "rk2" || solver == "rk4") && !system().has_contacts() && plant.any_dynamic();
   fault = "the state diverged in the step from t = " + std::to_string(time()) +
           " s: " + plant.describe_state(state) + " (state " + std::to_string(state) +
-          "); the last accepted state is kept. A smaller step may help.";
+          "); the last accepted state is kept. " +
+          (explicit_at_dynamics ? "A smaller step may help, or solver.dynamics: {method: implicit}: explicit "
+                                  "steps must be short where a dynamic robot holds what is heavy."
+                                : "A smaller step may help.");
   return fall_back();
 }
 

@@ -15,7 +15,8 @@ constexpr double kMm = 1e-3;
 constexpr double kGripFlat = 20 * kMm;  // half the distance of the motor's flats
 constexpr double kSeatTop = 25 * kMm;   // of the housing; the motor's shoulder rests on it
 constexpr double kBossLength = 12 * kMm;
-constexpr double kBoxFloor = 3 * kMm;
+constexpr double kBoxFloor = 3 * kMm, kNestTop = 14 * kMm;
+constexpr double kMountX = 75 * kMm, kMountY = 60 * kMm;  // half the sides of the housing's mount
 
 /// What the motor is made of, from below: radius, lower and upper end, chamfers of both ends.
 struct Stage {
@@ -144,7 +145,7 @@ Solid make_housing(const ChainsawParameters& p) {
                 (kSeatTop - z[static_cast<std::size_t>(at_chamfer)]);
     if (i <= at_wall) radius /= std::cos(std::numbers::pi / n);
     if (i > at_wall) {
-      const double round = superellipse(0.055, 0.045, angle), plate = superellipse(0.075, 0.060, angle);
+      const double round = superellipse(0.055, 0.045, angle), plate = superellipse(kMountX, kMountY, angle);
       const double wall = r[static_cast<std::size_t>(at_wall)];
       if (i <= at_outside) {
         const double u = (radius - wall) / (r[static_cast<std::size_t>(at_outside)] - wall);
@@ -171,8 +172,8 @@ Solid make_open_box(const ChainsawParameters& p) {
   for (auto x = half.rbegin(); x != half.rend(); ++x) lines.push_back(-*x);
   lines.insert(lines.end(), half.begin() + 1, half.end());
   const std::vector<double> z =
-      grid_lines(0.0, {{kBoxFloor, 1}, {10 * kMm, 4}, {59 * kMm, 15}, {60 * kMm, 1}});
-  const int floor = line_at(z, kBoxFloor), nest_top = line_at(z, 10 * kMm), rim = line_at(z, 59 * kMm);
+      grid_lines(0.0, {{kBoxFloor, 1}, {kNestTop, 6}, {59 * kMm, 15}, {60 * kMm, 1}});
+  const int floor = line_at(z, kBoxFloor), nest_top = line_at(z, kNestTop), rim = line_at(z, 59 * kMm);
   const auto middle = [&](int cell) {
     return std::abs(0.5 *
                     (lines[static_cast<std::size_t>(cell)] + lines[static_cast<std::size_t>(cell) + 1]));
@@ -195,6 +196,24 @@ Solid make_open_box(const ChainsawParameters& p) {
   };
   const int n = static_cast<int>(lines.size()) - 1;
   return make_cell_solid("box", {n, n, static_cast<int>(z.size()) - 1}, filled, point);
+}
+
+std::vector<Solid> make_fixture(const ChainsawParameters& p) {
+  // Beside the middles of the mount's sides, where they are straight.
+  const double x = kMountX - p.fixture_preload, y = kMountY - p.fixture_preload, deep = 15 * kMm,
+               half = 15 * kMm, top = 4 * kMm;
+  const auto block = [&](const std::string& name, const Vec3& lower, const Vec3& upper) {
+    return make_cell_solid(
+        name, {1, 1, 1}, [](int, int, int) { return true; },
+        [&](int i, int j, int k) {
+          return Vec3((i == 0 ? lower : upper).x(), (j == 0 ? lower : upper).y(),
+                      (k == 0 ? lower : upper).z());
+        });
+  };
+  return {block("right", {x, -half, 0.0}, {x + deep, half, top}),
+          block("left", {-x - deep, -half, 0.0}, {-x, half, top}),
+          block("back", {-half, y, 0.0}, {half, y + deep, top}),
+          block("front", {-half, -y - deep, 0.0}, {half, -y, top})};
 }
 
 Solid make_chainsaw_jaw() {
@@ -227,6 +246,8 @@ void make_chainsaw_meshes(const std::filesystem::path& directory) {
       "Chamber with ribs and cooling slots on a mount; seat for the boss at 25 mm, 10 um too narrow." +
           origin,
       {make_housing(p)});
+  write_solids(directory, "fixture", "Four stops around the housing's mount. Origin: that of the housing.",
+               make_fixture(p));
   write_solids(directory, "box", "Open box, 80 x 80 x 57 mm inside, with a nest for the boss." + origin,
                {make_open_box(p)});
   write_solids(directory, "jaw", "Pad 30 x 15 x 120 mm; grip face y = 0, chamfered by 1 mm.",
