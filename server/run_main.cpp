@@ -194,7 +194,7 @@ int run(const Arguments& a) {
   options.duration_s = a.duration.value_or(scenario.duration_s);
   options.program = a.program.empty() ? scenario.controller_program : std::filesystem::path(a.program);
   options.stage_times = a.stage_times;
-  options.contact_extremes = !a.report.empty();
+  options.process_numbers = !a.report.empty();
   if (!(options.duration_s > 0.0)) {
     throw takt::ScenarioError("--duration: found " + std::to_string(options.duration_s) +
                               "; allowed: a number > 0 s, here or as duration_s in " + a.scenario);

@@ -8,6 +8,7 @@
 
 #include "server/headless/contact_report.h"
 #include "server/headless/device_report.h"
+#include "server/headless/process_report.h"
 #include "server/headless/robot_report.h"
 
 namespace takt {
@@ -182,6 +183,7 @@ std::string report_json(const Scenario& scenario, const CellDescription& cell, c
   report["cpu_s"] = result.cpu_s;
   report["wall_s"] = result.wall_s;
   report["controller_s"] = result.controller_s;
+  if (result.process) report["gathering_s"] = result.gathering_s;
   report["real_time_factor"] = simulated > 0.0 ? result.cpu_s / simulated : 0.0;
   report["state_hash"] = hex(result.final_state.state_hash);
   report["fault"] = result.fault.empty() ? Json(nullptr) : Json(result.fault);
@@ -195,6 +197,7 @@ std::string report_json(const Scenario& scenario, const CellDescription& cell, c
   report["robots"] = robots_json(cell, result.final_state);
   if (!cell.devices.empty()) report["devices"] = devices_json(cell, result.final_state);
   report["energy"] = energy_json(cell, result.final_state);
+  if (result.process) report["process"] = process_json(cell, result);
   if (!result.assertions.empty()) report["assertions"] = assertions_json(result.assertions);
   Json changes = Json::array();
   for (const ConnectionChange& change : result.changes) {
