@@ -72,7 +72,7 @@ AssertionChecker::AssertionChecker(const Scenario& scenario, const Simulation& s
       largest_time_s_(scenario.assertions.size(), 0.0),
       snapshot_(simulation.make_snapshot()) {
   for (const ScenarioAssertion& assertion : scenario.assertions) {
-    results_.push_back({assertion.name, name_of(assertion.kind), Verdict::skipped, "", 0.0, {}, {}, {}});
+    results_.push_back({assertion.name, name_of(assertion.kind), Verdict::skipped, "", 0.0});
     watches_contacts_ = watches_contacts_ || assertion.kind == Kind::contact_force;
     if (assertion.kind == Kind::contact_force) {
       for (const std::string& pattern : assertion.pair)

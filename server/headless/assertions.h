@@ -22,7 +22,7 @@ struct AssertionResult {
   std::string sentence;  ///< what was found and what is allowed
   double time_s = 0.0;   ///< of the finding
   /// Of what is judged by a number (SI units): that number, and what is allowed; absent where there is none.
-  std::optional<double> value, lower, upper;
+  std::optional<double> value{}, lower{}, upper{};
 };
 const char* to_string(AssertionResult::Verdict verdict);
 

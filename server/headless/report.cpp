@@ -8,6 +8,7 @@
 
 #include "server/headless/contact_report.h"
 #include "server/headless/device_report.h"
+#include "server/headless/html_report.h"
 #include "server/headless/process_report.h"
 #include "server/headless/robot_report.h"
 
@@ -172,8 +173,9 @@ double max_position_error_m(const Scenario& scenario, const CellDescription& cel
   return largest;
 }
 
-std::string report_json(const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
-                        const HeadlessResult& result) {
+namespace {
+Json report_document(const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
+                     const HeadlessResult& result) {
   const double simulated = result.final_state.time_s;
   Json report;
   report["scenario"] = scenario.name;
@@ -229,7 +231,18 @@ std::string report_json(const Scenario& scenario, const CellDescription& cell, c
   report["solver"]["step_s"] = cell.step_s;
   if (solver_has_error_control(info.solver)) report["solver"]["tolerance"] = scenario.initial_tolerance();
   report["solver"]["work"] = solver_json(result.statistics.solver);
-  return report.dump(2);
+  return report;
+}
+}  // namespace
+
+std::string report_json(const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
+                        const HeadlessResult& result) {
+  return report_document(scenario, cell, info, result).dump(2);
+}
+
+void write_html(std::ostream& out, const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
+                const HeadlessResult& result) {
+  write_html_report(out, report_document(scenario, cell, info, result), result.process->curves);
 }
 
 void print_summary(std::ostream& out, const Scenario& scenario, const CellDescription& cell,
