@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iostream>
 #include <thread>
+#include <tuple>
 
 #include "server/geometry/decomposition_cache.h"
 #include "server/headless/comparison.h"
@@ -28,7 +29,7 @@ struct Arguments {
   std::string scenario, solver, pace = "free", report, html, junit, csv, mcap, program, check_mesh, replay;
   takt::MeshCheckOptions mesh;
   std::vector<std::string> set, pictures, vary, compare, limits;
-  std::string table = "study.csv", plot;
+  std::string table = "study.csv", plot, slurm, task;
   int jobs = 0;
   std::optional<int> lod;
   std::optional<double> step, tolerance, duration;
@@ -114,6 +115,17 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--jobs", a.jobs, "With --vary: runs at once; default: one for each core")
       ->needs(vary)
       ->check(CLI::Range(1, 256));
+  CLI::Option* slurm =
+      app.add_option("--slurm", a.slurm,
+                     "With --vary: write an array job for Slurm into this directory instead of "
+                     "running; submit.sh there submits it");
+  slurm->needs(vary);
+  app.add_option(
+         "--task", a.task,
+         "With --vary: I/N, do runs I, I + N, ... only, beside other such processes; the table is written "
+         "by the same command without it")
+      ->needs(vary)
+      ->excludes(slurm);
   app.add_flag("--stage-times", a.stage_times, "Measure the stages of a step");
   app.add_flag("--quiet", a.quiet, "Print nothing but errors");
   app.footer(
@@ -306,6 +318,13 @@ int study(const Arguments& a) {
   if (a.lod) pass("--lod", std::to_string(*a.lod));
   if (a.duration) pass("--duration", std::to_string(*a.duration));
   if (!a.program.empty()) pass("--program", a.program);
+  if (!a.task.empty()) std::tie(options.task, options.tasks) = takt::parse_task(a.task);
+  if (!a.slurm.empty()) {
+    takt::write_slurm_job(options, a.slurm);
+    if (!a.quiet)
+      std::cout << a.slurm << ": " << takt::study_runs(options) << " runs; " << a.slurm << "/submit.sh\n";
+    return 0;
+  }
   std::ostringstream nobody;
   takt::run_study(options, a.quiet ? static_cast<std::ostream&>(nobody) : std::cerr);
   if (!a.quiet) std::cout << options.table.string() << ": " << takt::study_runs(options) << " runs\n";
