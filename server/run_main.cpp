@@ -6,8 +6,10 @@
 #include <fstream>
 #include <iostream>
 #include <thread>
+#include <tuple>
 
 #include "server/geometry/decomposition_cache.h"
+#include "server/headless/comparison.h"
 #include "server/headless/headless_run.h"
 #include "server/headless/mcap_recording.h"
 #include "server/headless/mesh_check.h"
@@ -24,10 +26,10 @@
 namespace {
 
 struct Arguments {
-  std::string scenario, solver, pace = "free", report, junit, csv, mcap, program, check_mesh, replay;
+  std::string scenario, solver, pace = "free", report, html, junit, csv, mcap, program, check_mesh, replay;
   takt::MeshCheckOptions mesh;
-  std::vector<std::string> set, pictures, vary;
-  std::string table = "study.csv", plot;
+  std::vector<std::string> set, pictures, vary, compare, limits;
+  std::string table = "study.csv", plot, slurm, task;
   int jobs = 0;
   std::optional<int> lod;
   std::optional<double> step, tolerance, duration;
@@ -64,6 +66,21 @@ void declare(CLI::App& app, Arguments& a) {
       ->check(CLI::PositiveNumber);
   app.add_option("--program", a.program, "Controller program instead of the scenario's");
   app.add_option("--report", a.report, "Write the report (JSON) to this file");
+  app.add_option("--html", a.html,
+                 "Write the report as a page with plots: steps with their times and energy, largest loads, "
+                 "margins, curves");
+  app.add_option(
+         "--compare", a.compare,
+         "Two reports (JSON) of one scenario side by side, at two levels of detail for example: largest "
+         "differences, and whether they count; --report writes all of them")
+      ->expected(2)
+      ->excludes(scenario)
+      ->excludes(check_mesh);
+  app.add_option(
+         "--limit", a.limits,
+         "With --compare: NAME=VALUE, what may differ; names and defaults are printed with the verdict")
+      ->type_size(1)
+      ->allow_extra_args(false);
   app.add_option("--junit", a.junit,
                  "Write the verdicts on the scenario's assertions to this file (JUnit XML)");
   app.add_option("--csv", a.csv, "Write positions, forces and joints to this file");
@@ -98,6 +115,17 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--jobs", a.jobs, "With --vary: runs at once; default: one for each core")
       ->needs(vary)
       ->check(CLI::Range(1, 256));
+  CLI::Option* slurm =
+      app.add_option("--slurm", a.slurm,
+                     "With --vary: write an array job for Slurm into this directory instead of "
+                     "running; submit.sh there submits it");
+  slurm->needs(vary);
+  app.add_option(
+         "--task", a.task,
+         "With --vary: I/N, do runs I, I + N, ... only, beside other such processes; the table is written "
+         "by the same command without it")
+      ->needs(vary)
+      ->excludes(slurm);
   app.add_flag("--stage-times", a.stage_times, "Measure the stages of a step");
   app.add_flag("--quiet", a.quiet, "Print nothing but errors");
   app.footer(
@@ -108,9 +136,12 @@ void declare(CLI::App& app, Arguments& a) {
       "  takt-run config/scenarios/block_assembly.yaml --vary interaction.damping_ratio=0.5:1.5:11 --table "
       "d.csv\n"
       "  takt-run config/scenarios/block_assembly.yaml --mcap run.mcap; takt view run.mcap\n"
+      "  takt-run config/scenarios/block_assembly.yaml --lod 2 --report 2.json --html 2.html\n"
+      "  takt-run --compare 1.json 2.json --limit energy=0.1\n"
       "  takt-run --check-mesh part.stl --mesh-scale 0.001\n"
       "  takt-run --replay run.taktlog\n"
-      "Exit code: 0 the run reached its end, 1 it ended early or a replay differs, 2 wrong arguments or "
+      "Exit code: 0 the run reached its end, 1 it ended early, a replay differs or a comparison finds what "
+      "counts, 2 wrong arguments or "
       "scenario, or unusable mesh, 3 the run reached its end but not what the scenario demands "
       "(assertions).");
 }
@@ -194,7 +225,7 @@ int run(const Arguments& a) {
   options.duration_s = a.duration.value_or(scenario.duration_s);
   options.program = a.program.empty() ? scenario.controller_program : std::filesystem::path(a.program);
   options.stage_times = a.stage_times;
-  options.contact_extremes = !a.report.empty();
+  options.process_numbers = !a.report.empty() || !a.html.empty();
   if (!(options.duration_s > 0.0)) {
     throw takt::ScenarioError("--duration: found " + std::to_string(options.duration_s) +
                               "; allowed: a number > 0 s, here or as duration_s in " + a.scenario);
@@ -240,10 +271,16 @@ int run(const Arguments& a) {
   if (csv) csv->close();
   if (mcap) mcap->close();
 
+  const takt::RunInfo info{scenario.initial_solver(), cell->description.level_of_detail, a.pace,
+                           cell->convex_imports, cell->import_notes};
+  if (!a.html.empty()) {
+    std::ofstream out(a.html);
+    takt::write_html(out, scenario, cell->description, info, result);
+    out.close();
+    if (!out) throw std::runtime_error(a.html + ": cannot be written");
+  }
   if (!a.report.empty()) {
     std::ofstream out(a.report);
-    const takt::RunInfo info{scenario.initial_solver(), cell->description.level_of_detail, a.pace,
-                             cell->convex_imports, cell->import_notes};
     out << takt::report_json(scenario, cell->description, info, result) << '\n';
     out.close();
     if (!out) throw std::runtime_error(a.report + ": cannot be written");
@@ -281,10 +318,23 @@ int study(const Arguments& a) {
   if (a.lod) pass("--lod", std::to_string(*a.lod));
   if (a.duration) pass("--duration", std::to_string(*a.duration));
   if (!a.program.empty()) pass("--program", a.program);
+  if (!a.task.empty()) std::tie(options.task, options.tasks) = takt::parse_task(a.task);
+  if (!a.slurm.empty()) {
+    takt::write_slurm_job(options, a.slurm);
+    if (!a.quiet)
+      std::cout << a.slurm << ": " << takt::study_runs(options) << " runs; " << a.slurm << "/submit.sh\n";
+    return 0;
+  }
   std::ostringstream nobody;
   takt::run_study(options, a.quiet ? static_cast<std::ostream&>(nobody) : std::cerr);
   if (!a.quiet) std::cout << options.table.string() << ": " << takt::study_runs(options) << " runs\n";
   return 0;
+}
+
+int compare(const Arguments& a) {
+  takt::ComparisonLimits limits;
+  for (const std::string& text : a.limits) takt::set_limit(limits, text);
+  return takt::compare_files(std::cout, a.compare[0], a.compare[1], a.report, limits) ? 0 : 1;
 }
 
 int replay(const Arguments& a) {
@@ -322,7 +372,8 @@ int main(int argc, char** argv) {
     const int code = app.exit(error);
     return code == 0 ? 0 : 2;
   }
-  if (arguments.scenario.empty() && arguments.check_mesh.empty() && arguments.replay.empty()) {
+  if (arguments.scenario.empty() && arguments.check_mesh.empty() && arguments.replay.empty() &&
+      arguments.compare.empty()) {
     std::cerr << "takt-run: a scenario file is required; or --check-mesh FILE. Run with --help for more.\n";
     return 2;
   }
@@ -330,6 +381,7 @@ int main(int argc, char** argv) {
     if (!arguments.check_mesh.empty()) {
       return takt::print_mesh_check(std::cout, arguments.check_mesh, arguments.mesh) ? 0 : 2;
     }
+    if (!arguments.compare.empty()) return compare(arguments);
     if (!arguments.replay.empty()) return replay(arguments);
     if (!arguments.vary.empty()) return study(arguments);
     return run(arguments);

@@ -42,6 +42,7 @@ struct Controller::Impl {
 
   void restart() {
     program.reset();
+    steps.clear();
     robots.clear();
     for (size_t i = 0; i < cell.robots.size(); ++i) {
       robots.emplace_back(cell.robots[i], tcp_of(cell, static_cast<int>(i)));
@@ -49,7 +50,7 @@ struct Controller::Impl {
     grippers.assign(cell.grippers.size(), {});
     devices.clear();
     for (size_t i = 0; i < cell.devices.size(); ++i) devices.push_back({static_cast<int>(i), {}, {}});
-    program.emplace(text, file, ProgramContext{&cell, &robots, &grippers, &devices, &parameters});
+    program.emplace(text, file, ProgramContext{&cell, &robots, &grippers, &devices, &parameters, keeps_steps ? &steps : nullptr});
     for (RobotDriver& robot : robots) robot.set_period(program->period_s());
     driven_robots = program->driven_robots();
     driven_devices = program->driven_devices();
@@ -120,6 +121,8 @@ struct Controller::Impl {
   std::vector<DeviceSetPoint> devices;  ///< what has been set of all devices
   std::vector<int> driven_robots, driven_grippers, driven_devices;
   Output output;
+  std::vector<ProgramStep> steps;
+  bool keeps_steps = false;
   bool started = false;
   double last_time_s = 0.0;
   std::string fault;  ///< of an earlier update; a program that failed does not go on
@@ -156,6 +159,15 @@ const Output& Controller::update(const Input& input) {
 
 void Controller::restart() {
   impl_->restart();
+}
+
+void Controller::keep_steps() {
+  impl_->keeps_steps = true;
+  impl_->program->keep_steps(&impl_->steps);
+}
+
+const std::vector<ProgramStep>& Controller::steps() const {
+  return impl_->steps;
 }
 
 }  // namespace takt::controller

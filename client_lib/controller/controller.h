@@ -91,13 +91,24 @@ struct Output {
   bool finished = false;  ///< all routines of the program have returned
 };
 
-/// Throws std::runtime_error with file, line and reason when the program cannot be loaded or names something
-/// the cell does not have.
+/// Something a routine did, for those who ask how long it takes: a stretch that the program names,
+/// r:step("NAME"), or one call that moves or waits.
+struct ProgramStep {
+  int robot = -1;
+  std::string name;    ///< given by the program, or the call: "move_line"
+  int line = 0;        ///< of the program
+  bool named = false;  ///< by the program
+  double begin_s = 0.0;
+  double end_s = -1.0;  ///< negative: it goes on
+};
+
 /// Numbers handed to a program by name, in place of the defaults that it states: parameter("NAME", default).
 using Parameters = std::map<std::string, double>;
 
 class Controller {
  public:
+  /// Throws std::runtime_error with file, line and reason when the program cannot be loaded or names something
+  /// the cell does not have.
   Controller(const std::string& program_file, const CellInfo& cell, const Parameters& parameters = {});
   ~Controller();
   Controller(const Controller&) = delete;
@@ -115,6 +126,11 @@ class Controller {
 
   /// Back to the start of the program (after a reset of the cell).
   void restart();
+
+  /// From now on what the routines do is kept (it grows with the program's course; off at first).
+  void keep_steps();
+  /// In the order of their beginnings.
+  const std::vector<ProgramStep>& steps() const;
 
  private:
   struct Impl;

@@ -125,8 +125,23 @@ bool Program::condition_holds(Routine& routine) {
   return holds;
 }
 
+int Program::begin_step(lua_State* L, const Routine& routine, std::string_view name, bool named) {
+  if (context_.steps == nullptr) return -1;
+  lua_Debug place{};
+  if (lua_getstack(L, 1, &place) == 0 || lua_getinfo(L, "l", &place) == 0) place.currentline = 0;
+  context_.steps->push_back(
+      {routine.robot, std::string(name), place.currentline, named, input_->time_s, -1.0});
+  return static_cast<int>(context_.steps->size()) - 1;
+}
+
+void Program::end_step(int& step) {
+  if (step >= 0) (*context_.steps)[static_cast<size_t>(step)].end_s = input_->time_s;
+  step = -1;
+}
+
 void Program::resume(Routine& routine) {
   routine.wait = Wait::nothing;
+  end_step(routine.call);
   current_ = &routine;
   int arguments = 0;
   if (!routine.begun) {
@@ -139,6 +154,7 @@ void Program::resume(Routine& routine) {
   current_ = nullptr;
   if (status == LUA_OK) {
     routine.wait = Wait::finished;
+    end_step(routine.step);
   } else if (status != LUA_YIELD) {
     throw std::runtime_error(in_routine(routine, lua_.error_text(routine.thread)));
   }

@@ -21,6 +21,7 @@ struct ProgramContext {
       nullptr;                                     ///< standing commands, in the order of CellInfo::grippers
   std::vector<DeviceSetPoint>* devices = nullptr;  ///< in the order of CellInfo::devices
   const Parameters* parameters = nullptr;          ///< each of which the program must ask for
+  std::vector<ProgramStep>* steps = nullptr;       ///< null: what routines do is not kept
 };
 
 class Program {
@@ -39,6 +40,7 @@ class Program {
   /// none can go on, so that a signal takes effect in the same period whoever gives it.
   void run(const Input& input);
   bool finished() const;
+  void keep_steps(std::vector<ProgramStep>* steps) { context_.steps = steps; }
 
   const ProgramContext& context() const { return context_; }
   /// That of the update under way, or of the latest one. Throws while the program is loaded: there is none
@@ -62,11 +64,16 @@ class Program {
     double until_s = 0.0;       ///< Wait::time; Wait::condition: when to give up
     int signal = -1;            ///< Wait::signal
     int condition = LUA_NOREF;  ///< Wait::condition: the function, by reference
+    int call = -1, step = -1;   ///< those that go on, in context_.steps; or -1
   };
 
   bool may_go_on(Routine& routine);
   bool condition_holds(Routine& routine);
   void resume(Routine& routine);
+  /// Begins a step of the routine, at the line of `L` that is being executed; returns its place, -1 if none
+  /// are kept.
+  int begin_step(lua_State* L, const Routine& routine, std::string_view name, bool named);
+  void end_step(int& step);
   int signal_id(std::string_view name);
   std::string in_routine(const Routine& routine, const std::string& reason) const;
   void read_period(const std::string& file);

@@ -87,9 +87,10 @@ struct ProgramFunctions {
     return (*program(L).context_.robots)[static_cast<size_t>(routine.robot)];
   }
 
-  static int wait_until_time(lua_State* L, Program::Routine& routine, double time_s) {
-    routine.wait = Wait::time;
-    routine.until_s = time_s;
+  /// The routine waits for this, and goes on when it has come.
+  static int await(lua_State* L, Program::Routine& routine, Wait what, const char* call) {
+    routine.wait = what;
+    routine.call = program(L).begin_step(L, routine, call, false);
     return lua_yield(L, 0);
   }
 
@@ -156,41 +157,39 @@ struct ProgramFunctions {
     Program::Routine& routine = own_routine(L);
     RobotDriver& robot = driver(L, routine);
     robot.move_joints(to_joints(L, 2, robot.arm()), to_joint_motion_options(L, 3), input(L).time_s);
-    routine.wait = Wait::arrival;
-    return lua_yield(L, 0);
+    return await(L, routine, Wait::arrival, "move_joints");
   }
 
   static int move_to(lua_State* L) {
     Program::Routine& routine = own_routine(L);
     driver(L, routine).move_to(to_pose(L, 2), to_joint_motion_options(L, 3), input(L).time_s);
-    routine.wait = Wait::arrival;
-    return lua_yield(L, 0);
+    return await(L, routine, Wait::arrival, "move_to");
   }
 
   static int move_line(lua_State* L) {
     Program::Routine& routine = own_routine(L);
     driver(L, routine).move_line(to_pose(L, 2), to_line_options(L, 3), input(L).time_s);
-    routine.wait = Wait::arrival;
-    return lua_yield(L, 0);
+    return await(L, routine, Wait::arrival, "move_line");
   }
 
   static int wait(lua_State* L) {
     Program::Routine& routine = own_routine(L);
     const double duration = to_number(L, 2, "seconds");
     if (duration < 0.0) throw std::runtime_error("wait: the number of seconds is negative");
-    return wait_until_time(L, routine, input(L).time_s + duration);
+    routine.until_s = input(L).time_s + duration;
+    return await(L, routine, Wait::time, "wait");
   }
 
   static int wait_until(lua_State* L) {
     Program::Routine& routine = own_routine(L);
-    return wait_until_time(L, routine, to_number(L, 2, "time in s"));
+    routine.until_s = to_number(L, 2, "time in s");
+    return await(L, routine, Wait::time, "wait_until");
   }
 
   static int wait_signal(lua_State* L) {
     Program::Routine& routine = own_routine(L);
     routine.signal = program(L).signal_id(to_name(L, 2));
-    routine.wait = Wait::signal;
-    return lua_yield(L, 0);
+    return await(L, routine, Wait::signal, "wait_signal");
   }
 
   static int wait_for(lua_State* L) {
@@ -202,8 +201,15 @@ struct ProgramFunctions {
                                             : input(L).time_s + to_number(L, 3, "seconds to wait at most");
     lua_pushvalue(L, 2);
     routine.condition = luaL_ref(L, LUA_REGISTRYINDEX);
-    routine.wait = Wait::condition;
-    return lua_yield(L, 0);
+    return await(L, routine, Wait::condition, "wait_for");
+  }
+
+  static int step(lua_State* L) {
+    Program::Routine& routine = own_routine(L);
+    const std::string_view name = to_name(L, 2);
+    program(L).end_step(routine.step);
+    routine.step = program(L).begin_step(L, routine, name, true);
+    return 0;
   }
 
   static int index_robot(lua_State* L) {
@@ -226,7 +232,7 @@ struct ProgramFunctions {
       if (lua_rawget(L, -2) == LUA_TNIL) {
         refuse_key("a robot", key,
                    "name, gripper, grippers, tcp, joints, move_joints, move_to, move_line, wait, wait_until, "
-                   "wait_signal, wait_for");
+                   "wait_signal, wait_for, step");
       }
     }
     return 1;
@@ -361,7 +367,8 @@ void open_program_library(lua_State* L) {
       {"move_joints", lua_entry<F::move_joints>}, {"move_to", lua_entry<F::move_to>},
       {"move_line", lua_entry<F::move_line>},     {"wait", lua_entry<F::wait>},
       {"wait_until", lua_entry<F::wait_until>},   {"wait_signal", lua_entry<F::wait_signal>},
-      {"wait_for", lua_entry<F::wait_for>},       {nullptr, nullptr}};
+      {"wait_for", lua_entry<F::wait_for>},       {"step", lua_entry<F::step>},
+      {nullptr, nullptr}};
   const luaL_Reg gripper_methods[] = {{"open", lua_entry<F::open>},
                                       {"close", lua_entry<F::close>},
                                       {"width", lua_entry<F::width>},

@@ -65,7 +65,7 @@ local function place(r, target, jaws, open_s)
 end
 
 routine("Robot1", function(r)
-  -- P into O
+  r:step("P into O")
   local p_seat = O_START * P_IN_O * GRIP_P
   pick(r, P_START * GRIP_P, 0.12, JAWS_P, CLOSE_ON_P_S)
   r:move_line(above(P_START * GRIP_P, 0.15), LIFT)
@@ -73,7 +73,7 @@ routine("Robot1", function(r)
   place(r, p_seat, JAWS_P, OPEN_P_S)
   r:move_line(above(p_seat, 0.12), LIFT)
 
-  -- O, with P in it, into B
+  r:step("O, with P in it, into B")
   local o_seat = B_START * O_IN_B * GRIP_O
   pick(r, O_START * GRIP_O, 0.16, JAWS_O, CLOSE_ON_O_S)
   r:move_line(above(O_START * GRIP_O, 0.16), LIFT)
@@ -87,7 +87,7 @@ routine("Robot1", function(r)
 end)
 
 routine("Robot2", function(r)
-  -- C above B, then into it while P already stands in O
+  r:step("C into B")                       -- while P already stands in O
   local c_seat = B_START * C_IN_B * GRIP_C
   pick(r, C_START * GRIP_C, 0.12, JAWS_C, CLOSE_ON_C_S)
   r:move_line(above(C_START * GRIP_C, 0.15), LIFT)
@@ -99,8 +99,9 @@ routine("Robot2", function(r)
   r:move_to(HOME_2, SWING)
   signal("C is in B, Robot2 is away")
 
-  -- the assembly to Table2
+  r:step("wait for O")
   r:wait_signal("O is in B, Robot1 is away")
+  r:step("assembly to Table2")
   pick(r, B_START * GRIP_B, 0.20, JAWS_B, CLOSE_ON_B_S)
   r:move_line(above(B_START * GRIP_B, 0.10), LIFT)
   r:move_to(above(B_FINAL * GRIP_B, 0.10), LONG_SWING)

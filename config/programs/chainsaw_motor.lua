@@ -23,6 +23,7 @@ local SWING = {speed = 0.35, acceleration_rad_per_s2 = 1.5}
 local DOWN = {speed_m_per_s = 0.1, acceleration_m_per_s2 = 0.5}
 
 routine("Robot", function(r)
+  r:step("grip the motor")
   local pick = MOTOR * GRIP
   r.gripper:width(0.046)
   r:move_to(pick:offset(0, 0, 0.15), SWING)
@@ -31,19 +32,25 @@ routine("Robot", function(r)
   r.gripper:close()
   r:wait(0.5)
   r:wait_until(6.5)
+  r:step("out of the box")
   r:move_line(pick:offset(0, 0, 0.08), {speed_m_per_s = LIFT_SPEED, acceleration_m_per_s2 = 40 * LIFT_SPEED})
   r:move_line(pick:offset(0, 0, 0.18), DOWN)
 
   local seat = SEAT * GRIP                  -- not yet turned
+  r:step("to the housing")
   r:move_to(seat:offset(0, 0, 0.15), SWING)
   r:wait_until(15.5)
+  r:step("into the chamber")
   r:move_line(seat:offset(0, 0, 0.020), {speed_m_per_s = 0.05})    -- the boss 8 mm above its seat
   r:wait_until(19.5)
+  r:step("turn")
   local turned = SEAT * TURN * GRIP
   r:move_line(turned:offset(0, 0, 0.020), {rotation_speed_rad_per_s = 0.6})
   r:wait_until(21.6)
+  r:step("press in")
   r:move_line(turned, {duration_s = 2.2})
   r:wait_until(24.6)
+  r:step("let go")
   r.gripper:width(0.060)
   r:wait(0.5)
   r:move_line(turned:offset(0, 0, 0.15), DOWN)

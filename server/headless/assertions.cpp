@@ -9,6 +9,7 @@
 
 #include "server/headless/device_report.h"
 #include "server/headless/headless_run.h"
+#include "server/headless/svg_plot.h"
 #include "server/scenario/collision_checking.h"
 #include "server/scenario/scenario_reader.h"
 
@@ -143,6 +144,9 @@ void AssertionChecker::judge_number(std::size_t i, double value, const char* wha
   const ScenarioAssertion& assertion = scenario_.assertions[i];
   results_[i].verdict =
       value >= assertion.lower && value <= assertion.upper ? Verdict::passed : Verdict::failed;
+  results_[i].value = value;
+  if (std::isfinite(assertion.lower)) results_[i].lower = assertion.lower;
+  if (std::isfinite(assertion.upper)) results_[i].upper = assertion.upper;
   results_[i].sentence =
       std::string(what) + " is " + number(value) + unit + "; allowed: " + interval(assertion, unit);
 }
@@ -158,6 +162,8 @@ void AssertionChecker::judge_pose(std::size_t i) {
       error.position_m <= assertion.tolerance_m && error.angle_rad <= assertion.tolerance_rad
           ? Verdict::passed
           : Verdict::failed;
+  results_[i].value = error.position_m;
+  results_[i].upper = assertion.tolerance_m;
   results_[i].sentence = assertion.subject + " is " + number(1e3 * error.position_m) + " mm and " +
                          number(error.angle_rad / kDegree) +
                          " deg away; allowed: " + number(1e3 * assertion.tolerance_m) + " mm" +
@@ -228,11 +234,16 @@ std::vector<AssertionResult> AssertionChecker::finish(const Simulation& simulati
 
 nlohmann::ordered_json assertions_json(const std::vector<AssertionResult>& results) {
   nlohmann::ordered_json all = nlohmann::ordered_json::object();
-  for (const AssertionResult& result : results)
-    all[result.name] = {{"check", result.kind},
-                        {"verdict", to_string(result.verdict)},
-                        {"time_s", result.time_s},
-                        {"sentence", result.sentence}};
+  for (const AssertionResult& result : results) {
+    nlohmann::ordered_json& item = all[result.name];
+    item = {{"check", result.kind},
+            {"verdict", to_string(result.verdict)},
+            {"time_s", result.time_s},
+            {"sentence", result.sentence}};
+    if (result.value) item["value"] = *result.value;
+    if (result.lower) item["at_least"] = *result.lower;
+    if (result.upper) item["at_most"] = *result.upper;
+  }
   return all;
 }
 
@@ -242,34 +253,13 @@ void print_assertions(std::ostream& out, const std::vector<AssertionResult>& res
         << result.sentence << " (" << number(result.time_s) << " s)\n";
 }
 
-namespace {
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '&')
-      result += "&amp;";
-    else if (c == '<')
-      result += "&lt;";
-    else if (c == '>')
-      result += "&gt;";
-    else if (c == '"')
-      result += "&quot;";
-    else if (static_cast<unsigned char>(c) >= 0x20)
-      result += c;
-    else
-      result += ' ';
-  }
-  return result;
-}
-}  // namespace
-
 void write_junit(std::ostream& out, const std::string& scenario, double seconds, const std::string& fault,
                  const std::vector<AssertionResult>& results) {
   const auto count = [&](Verdict verdict) {
     return std::count_if(results.begin(), results.end(),
                          [verdict](const AssertionResult& r) { return r.verdict == verdict; });
   };
-  const std::string suite = escaped(scenario);
+  const std::string suite = xml_escaped(scenario);
   out << "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n  <testsuite name=\"" << suite
       << "\" tests=\"" << results.size() + 1 << "\" failures=\"" << count(Verdict::failed) << "\" errors=\""
       << (fault.empty() ? 0 : 1) << "\" skipped=\"" << count(Verdict::skipped) << "\" time=\"" << seconds
@@ -277,17 +267,17 @@ void write_junit(std::ostream& out, const std::string& scenario, double seconds,
   if (fault.empty())
     out << "/>\n";
   else
-    out << ">\n      <error message=\"" << escaped(fault) << "\"/>\n    </testcase>\n";
+    out << ">\n      <error message=\"" << xml_escaped(fault) << "\"/>\n    </testcase>\n";
   for (const AssertionResult& result : results) {
-    out << "    <testcase classname=\"" << suite << "\" name=\"" << escaped(result.name)
+    out << "    <testcase classname=\"" << suite << "\" name=\"" << xml_escaped(result.name)
         << "\" time=\"0\">\n";
     if (result.verdict == Verdict::failed)
-      out << "      <failure type=\"" << result.kind << "\" message=\"" << escaped(result.sentence)
+      out << "      <failure type=\"" << result.kind << "\" message=\"" << xml_escaped(result.sentence)
           << "\"/>\n";
     else if (result.verdict == Verdict::skipped)
-      out << "      <skipped message=\"" << escaped(result.sentence) << "\"/>\n";
+      out << "      <skipped message=\"" << xml_escaped(result.sentence) << "\"/>\n";
     else
-      out << "      <system-out>" << escaped(result.sentence) << "</system-out>\n";
+      out << "      <system-out>" << xml_escaped(result.sentence) << "</system-out>\n";
     out << "    </testcase>\n";
   }
   out << "  </testsuite>\n</testsuites>\n";

@@ -1,6 +1,7 @@
 #pragma once
 // Checks what a scenario demands of a run (section `assertions`) while it runs.
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -20,6 +21,8 @@ struct AssertionResult {
   Verdict verdict = Verdict::skipped;
   std::string sentence;  ///< what was found and what is allowed
   double time_s = 0.0;   ///< of the finding
+  /// Of what is judged by a number (SI units): that number, and what is allowed; absent where there is none.
+  std::optional<double> value{}, lower{}, upper{};
 };
 const char* to_string(AssertionResult::Verdict verdict);
 

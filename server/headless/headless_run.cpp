@@ -15,9 +15,9 @@ namespace {
 double wall_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
-double cpu_seconds() {
+double cpu_seconds(clockid_t clock = CLOCK_PROCESS_CPUTIME_ID) {
   timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  clock_gettime(clock, &t);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 }  // namespace
@@ -30,8 +30,10 @@ class ContactExtremes {
     simulation.read_contacts(samples_);
     for (const ContactSample& sample : samples_) {
       ContactExtreme& most = extremes_[{sample.base, sample.target}];
-      if (most.sample.result.normal_force_N < sample.result.normal_force_N)
-        most = {simulation.time_s(), sample};
+      most.torque_N_m.note(sample.F_base_W.t.norm(), simulation.time_s());
+      if (most.sample.result.normal_force_N >= sample.result.normal_force_N) continue;
+      most.time_s = simulation.time_s();
+      most.sample = sample;
     }
   }
   std::vector<ContactExtreme> take() const {
@@ -63,6 +65,14 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
     }
   };
   ContactExtremes extremes;
+  std::optional<ProcessRecorder> recorder;
+  if (options.process_numbers) recorder.emplace(simulation, scenario.csv_period_s);
+  const auto gather = [&] {
+    if (!recorder) return;
+    const double begin = cpu_seconds(CLOCK_THREAD_CPUTIME_ID);
+    recorder->note(simulation);
+    result.gathering_s += cpu_seconds(CLOCK_THREAD_CPUTIME_ID) - begin;
+  };
   if (options.stage_times) simulation.set_stage_clock(&wall_seconds);
 
   std::optional<AssertionChecker> demands;
@@ -70,10 +80,13 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
 
   const double wall_begin = wall_seconds();
   const double cpu_begin = cpu_seconds();
+  std::optional<InProcessController> controller;
   try {
-    std::optional<InProcessController> controller;
-    if (!options.program.empty())
+    if (!options.program.empty()) {
       controller.emplace(options.program.string(), simulation, scenario.program_parameters);
+      if (recorder) controller->keep_steps();
+    }
+    gather();
     if (observer) observer(simulation);
     if (demands) demands->note(simulation);
     record_marks();
@@ -91,7 +104,8 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
       }
       for (const ConnectionChange& change : simulation.connection_changes()) result.changes.push_back(change);
       for (const CollisionEvent& event : simulation.collision_events()) result.collisions.push_back(event);
-      if (options.contact_extremes) extremes.note(simulation);
+      if (options.contact_extremes && !recorder) extremes.note(simulation);
+      gather();
       if (observer) observer(simulation);
       if (demands) demands->note(simulation);
       record_marks();
@@ -99,14 +113,18 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
   } catch (const std::exception& error) {
     result.fault = error.what();
   }
-  result.cpu_s = cpu_seconds() - cpu_begin;
+  result.cpu_s = cpu_seconds() - cpu_begin - result.gathering_s;
   result.wall_s = wall_seconds() - wall_begin;
+  if (recorder) {
+    result.process = recorder->finish(
+        simulation, controller ? controller->steps() : std::vector<controller::ProgramStep>{});
+  }
   if (demands) result.assertions = demands->finish(simulation, result.fault);
   result.final_state = simulation.make_snapshot();
   result.statistics = simulation.statistics();
   result.surface_contact = result.final_state.contacts.acting;
   result.contact_counts = simulation.contact_counts();
-  result.contact_extremes = extremes.take();
+  result.contact_extremes = result.process ? result.process->contacts : extremes.take();
   return result;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/headless/assertions.h"
+#include "server/headless/process_numbers.h"
 #include "server/scenario/scenario.h"
 #include "server/simulation/simulation.h"
 
@@ -18,17 +19,12 @@ struct HeadlessOptions {
   std::filesystem::path program;  ///< controller program; empty: none
   bool stage_times = false;       ///< measure the stages of a step (costs some of them)
   bool contact_extremes = false;  ///< look at all contacts after every step (costs an evaluation)
+  bool process_numbers = false;   ///< gather HeadlessResult::process, with contact_extremes in it
 };
 
 struct MarkRecord {
   ScenarioMark mark;
   Snapshot snapshot;
-};
-
-/// When two components pressed most upon each other by surface contact.
-struct ContactExtreme {
-  double time_s = 0.0;
-  ContactSample sample;
 };
 
 struct HeadlessResult {
@@ -41,7 +37,9 @@ struct HeadlessResult {
   ContactCallCounts contact_counts;
   std::vector<ContactExtreme> contact_extremes;  ///< of each pair that ever pressed, in the order of pairs
   std::vector<AssertionResult> assertions;       ///< what the scenario demands, in its order
-  double wall_s = 0.0, cpu_s = 0.0;
+  std::optional<ProcessNumbers> process;         ///< if asked for
+  /// Of simulation and program; what gathering `process` took is apart (processor time).
+  double wall_s = 0.0, cpu_s = 0.0, gathering_s = 0.0;
   double controller_s = 0.0;  ///< wall time within the controller program
   std::string fault;          ///< why the run ended early, or empty
 };

@@ -26,6 +26,9 @@ class InProcessController {
   std::span<const Command> commands(const Simulation& simulation);
   bool finished() const { return finished_; }
   double period_s() const { return controller_.period_s(); }
+  /// What the program's routines do, from keep_steps() on.
+  void keep_steps() { controller_.keep_steps(); }
+  const std::vector<controller::ProgramStep>& steps() const { return controller_.steps(); }
 
  private:
   /// Throws std::runtime_error for a signal that cannot be set, or not to this value.

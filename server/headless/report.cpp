@@ -8,6 +8,8 @@
 
 #include "server/headless/contact_report.h"
 #include "server/headless/device_report.h"
+#include "server/headless/html_report.h"
+#include "server/headless/process_report.h"
 #include "server/headless/robot_report.h"
 
 namespace takt {
@@ -171,8 +173,9 @@ double max_position_error_m(const Scenario& scenario, const CellDescription& cel
   return largest;
 }
 
-std::string report_json(const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
-                        const HeadlessResult& result) {
+namespace {
+Json report_document(const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
+                     const HeadlessResult& result) {
   const double simulated = result.final_state.time_s;
   Json report;
   report["scenario"] = scenario.name;
@@ -182,6 +185,7 @@ std::string report_json(const Scenario& scenario, const CellDescription& cell, c
   report["cpu_s"] = result.cpu_s;
   report["wall_s"] = result.wall_s;
   report["controller_s"] = result.controller_s;
+  if (result.process) report["gathering_s"] = result.gathering_s;
   report["real_time_factor"] = simulated > 0.0 ? result.cpu_s / simulated : 0.0;
   report["state_hash"] = hex(result.final_state.state_hash);
   report["fault"] = result.fault.empty() ? Json(nullptr) : Json(result.fault);
@@ -195,6 +199,7 @@ std::string report_json(const Scenario& scenario, const CellDescription& cell, c
   report["robots"] = robots_json(cell, result.final_state);
   if (!cell.devices.empty()) report["devices"] = devices_json(cell, result.final_state);
   report["energy"] = energy_json(cell, result.final_state);
+  if (result.process) report["process"] = process_json(cell, result);
   if (!result.assertions.empty()) report["assertions"] = assertions_json(result.assertions);
   Json changes = Json::array();
   for (const ConnectionChange& change : result.changes) {
@@ -226,7 +231,18 @@ std::string report_json(const Scenario& scenario, const CellDescription& cell, c
   report["solver"]["step_s"] = cell.step_s;
   if (solver_has_error_control(info.solver)) report["solver"]["tolerance"] = scenario.initial_tolerance();
   report["solver"]["work"] = solver_json(result.statistics.solver);
-  return report.dump(2);
+  return report;
+}
+}  // namespace
+
+std::string report_json(const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
+                        const HeadlessResult& result) {
+  return report_document(scenario, cell, info, result).dump(2);
+}
+
+void write_html(std::ostream& out, const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
+                const HeadlessResult& result) {
+  write_html_report(out, report_document(scenario, cell, info, result), result.process->curves);
 }
 
 void print_summary(std::ostream& out, const Scenario& scenario, const CellDescription& cell,

@@ -21,6 +21,10 @@ struct RunInfo {
 std::string report_json(const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
                         const HeadlessResult& result);
 
+/// The same as a page for a browser, with plots. Of a run that gathered process numbers.
+void write_html(std::ostream& out, const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
+                const HeadlessResult& result);
+
 /// Largest distance of a Part from its expected place (m); 0 if none is expected.
 double max_position_error_m(const Scenario& scenario, const CellDescription& cell, const Snapshot& state);
 

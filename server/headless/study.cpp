@@ -1,10 +1,13 @@
 #include "server/headless/study.h"
 
 #include <fcntl.h>
-#include <spawn.h>
+#include <signal.h>
+#include <sys/file.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
@@ -17,8 +20,6 @@
 #include <sstream>
 
 #include "server/scenario/scenario_reader.h"
-
-extern char** environ;
 
 namespace takt {
 
@@ -53,9 +54,17 @@ std::string content(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
-void write_whole(const fs::path& file, const std::string& text) {
+/// A name beside a file that no other process uses, on no other machine either.
+fs::path part_of(const fs::path& file) {
+  char host[65] = "";
+  gethostname(host, sizeof host - 1);
   fs::path part = file;
-  part += ".part";
+  part += std::string(".") + host + "." + std::to_string(getpid()) + ".part";
+  return part;
+}
+
+void write_whole(const fs::path& file, const std::string& text) {
+  const fs::path part = part_of(file);
   std::ofstream out(part, std::ios::binary);
   out << text;
   out.close();
@@ -87,10 +96,45 @@ void claim_directory(const StudyOptions& options) {
         "study again, another --table, or remove the directory");
 }
 
-/// A run as a process of its own; its messages go to a file.
+/// Held while somebody works on the directory: by one process alone, or by tasks of an array job together.
+class DirectoryLock {
+ public:
+  DirectoryLock(const fs::path& directory, bool shared) {
+    descriptor_ = open((directory / "lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    if (descriptor_ < 0) throw std::runtime_error(directory.string() + ": cannot be written");
+    if (flock(descriptor_, (shared ? LOCK_SH : LOCK_EX) | LOCK_NB) != 0) {
+      close(descriptor_);
+      throw ScenarioError(directory.string() +
+                          ": another process is working on this study; wait for it, or end it");
+    }
+  }
+  ~DirectoryLock() { close(descriptor_); }
+  DirectoryLock(const DirectoryLock&) = delete;
+  DirectoryLock& operator=(const DirectoryLock&) = delete;
+
+ private:
+  int descriptor_ = -1;
+};
+
+/// Remains of runs whose study was killed.
+void remove_parts(const StudyOptions& options) {
+  std::vector<fs::path> parts;
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory_of(options)))
+    if (entry.path().extension() == ".part") parts.push_back(entry.path());
+  for (const fs::path& part : parts) fs::remove(part);
+}
+
+/// Its report is there, and whole.
+bool is_done(const StudyOptions& options, int run) {
+  const fs::path file = file_of(options, run, ".json");
+  return fs::exists(file) && Json::accept(content(file));
+}
+
+/// A run as a process of its own, which ends with this one, even if this one is killed; its messages go to a
+/// file.
 pid_t start(const StudyOptions& options, int run) {
   std::vector<std::string> arguments{options.executable.string(), options.scenario, "--quiet", "--report",
-                                     file_of(options, run, ".part").string()};
+                                     part_of(file_of(options, run, ".json")).string()};
   arguments.insert(arguments.end(), options.arguments.begin(), options.arguments.end());
   const std::vector<double> values = study_values(options, run);
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -100,15 +144,17 @@ pid_t start(const StudyOptions& options, int run) {
   std::vector<char*> argv;
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
   const std::string log = file_of(options, run, ".log").string();
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
-  pid_t pid = 0;
-  const int error = posix_spawn(&pid, arguments.front().c_str(), &actions, nullptr, argv.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (error != 0)
-    throw std::runtime_error(arguments.front() + ": cannot be started: " + std::strerror(error));
+  const pid_t parent = getpid(), pid = fork();
+  if (pid < 0) throw std::runtime_error(std::string("fork: ") + std::strerror(errno));
+  if (pid == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != parent) _exit(126);  // it was gone before
+    const int messages = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    if (messages >= 0) dup2(messages, STDERR_FILENO);
+    execv(argv.front(), argv.data());
+    _exit(127);
+  }
   return pid;
 }
 
@@ -162,7 +208,60 @@ void write_results(const StudyOptions& options) {
   write_whole(svg.replace_extension(".svg"), plot.str());
 }
 
+std::string quoted(const std::string& word) {
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+/// The study's own command line.
+std::string command_of(const StudyOptions& options) {
+  std::string command = quoted(options.executable.string()) + " " + quoted(fs::absolute(options.scenario));
+  for (const std::string& argument : options.arguments) command += " " + quoted(argument);
+  for (const VariedKey& key : options.keys)
+    command += " --vary " + quoted(key.key + "=" + exact(key.from) + ":" + exact(key.to) + ":" +
+                                   std::to_string(key.count));
+  command += " --table " + quoted(fs::absolute(options.table));
+  if (!options.plot.empty()) command += " --plot " + quoted(options.plot);
+  return command;
+}
+
 }  // namespace
+
+void write_slurm_job(const StudyOptions& options, const std::filesystem::path& directory) {
+  constexpr int kMostTasks = 1000;  // MaxArraySize of Slurm is 1001 where nothing else is set
+  claim_directory(options);
+  fs::create_directories(directory);
+  const int tasks = std::min(study_runs(options), kMostTasks);
+  const std::string name = fs::path(options.scenario).stem().string();
+  const std::string here = fs::absolute(directory).lexically_normal().string();
+  const std::string command = command_of(options);
+  write_whole(directory / "study.sbatch",
+              "#!/bin/sh\n#SBATCH --job-name=takt-" + name + "\n#SBATCH --array=0-" +
+                  std::to_string(tasks - 1) + "\n#SBATCH --cpus-per-task=1\n#SBATCH --output=" + here +
+                  "/task_%a.log\nexec " + command + " --jobs 1 --task \"$SLURM_ARRAY_TASK_ID/" +
+                  std::to_string(tasks) + "\"\n");
+  write_whole(directory / "table.sbatch",
+              "#!/bin/sh\n#SBATCH --job-name=takt-" + name + "-table\n#SBATCH --output=" + here +
+                  "/table.log\n# Does what tasks have left out, too.\nexec " + command + " --jobs 1\n");
+  const fs::path submit = directory / "submit.sh";
+  write_whole(submit,
+              "#!/bin/sh\n# Again after an interruption: runs that are done are not repeated.\nset -e\n"
+              "cd \"$(dirname \"$0\")\"\njob=$(sbatch --parsable \"$@\" study.sbatch)\n"
+              "table=$(sbatch --parsable --dependency=\"afterany:$job\" \"$@\" table.sbatch)\n"
+              "echo \"array job $job, table by job $table\"\n");
+  fs::permissions(submit, fs::perms::owner_exec | fs::perms::group_exec | fs::perms::others_exec,
+                  fs::perm_options::add);
+}
+
+std::pair<int, int> parse_task(const std::string& text) {
+  int task = 0, tasks = 0;
+  char rest = '\0';
+  if (std::sscanf(text.c_str(), "%d/%d%c", &task, &tasks, &rest) == 2 && task >= 0 && task < tasks &&
+      tasks <= kMostRuns)
+    return {task, tasks};
+  throw ScenarioError("--task: found '" + text + "'; allowed: I/N with 0 <= I < N, e.g. 3/100");
+}
 
 VariedKey parse_varied_key(const std::string& text) {
   const std::size_t equals = text.find('=');
@@ -200,16 +299,19 @@ std::vector<double> study_values(const StudyOptions& options, int run) {
 Table study_table(const StudyOptions& options) {
   Table table;
   for (int run = 0; run < study_runs(options); ++run)
-    if (fs::exists(file_of(options, run, ".json"))) add_row(options, run, table);
+    if (is_done(options, run)) add_row(options, run, table);
   return table;
 }
 
 int run_study(const StudyOptions& options, std::ostream& progress) {
-  const int runs = study_runs(options);
   claim_directory(options);
+  const bool whole = options.tasks == 1;
+  const DirectoryLock lock(directory_of(options), !whole);
+  if (whole) remove_parts(options);
   std::vector<int> missing;
-  for (int run = 0; run < runs; ++run)
-    if (!fs::exists(file_of(options, run, ".json"))) missing.push_back(run);
+  int runs = 0;
+  for (int run = options.task; run < study_runs(options); run += options.tasks, ++runs)
+    if (!is_done(options, run)) missing.push_back(run);
   const int before = runs - static_cast<int>(missing.size());
   if (before > 0) progress << before << " of " << runs << " runs were done before\n" << std::flush;
   std::map<pid_t, int> running;
@@ -236,13 +338,13 @@ int run_study(const StudyOptions& options, std::ostream& progress) {
                 "): " + content(file_of(options, run, ".log"));
       continue;
     }
-    fs::rename(file_of(options, run, ".part"), file_of(options, run, ".json"));
+    fs::rename(part_of(file_of(options, run, ".json")), file_of(options, run, ".json"));
     fs::remove(file_of(options, run, ".log"));
     progress << '\r' << ++done << " of " << runs << " runs" << std::flush;
   }
   if (done > before) progress << '\n';
   if (!refused.empty()) throw ScenarioError(refused);
-  write_results(options);
+  if (whole) write_results(options);
   return before;
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <iosfwd>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "server/headless/table.h"
@@ -28,15 +29,26 @@ struct StudyOptions {
   std::filesystem::path table;  ///< CSV; reports of single runs go into TABLE.runs, the plot to TABLE.svg
   std::string plot;             ///< column; empty: the first contact force, or else the position error
   int jobs = 1;                 ///< processes at once
+  /// Of so many processes that share the runs, this one does run `task`, task + tasks, ... More than one
+  /// task: they may work at the same time, on several machines, and none writes the table.
+  int task = 0, tasks = 1;
 };
 
 int study_runs(const StudyOptions& options);
 /// Values of a run, in the order of the keys; the last key varies fastest.
 std::vector<double> study_values(const StudyOptions& options, int run);
 
-/// Runs what is missing, and writes table and plot. Throws ScenarioError where runs refuse their arguments or
-/// the directory belongs to another study. Returns how many runs were done before.
+/// Runs what is missing, and writes table and plot. Throws ScenarioError where runs refuse their arguments,
+/// the directory belongs to another study, or another process works on it. Returns how many runs were done
+/// before.
 int run_study(const StudyOptions& options, std::ostream& progress);
+
+/// "I/N", a task of so many. Throws ScenarioError.
+std::pair<int, int> parse_task(const std::string& text);
+
+/// Writes what hands the study to Slurm: submit.sh, study.sbatch (an array job, a task for each run, up to
+/// 1000) and table.sbatch (after it). Files of the study are where the table is, which all machines must see.
+void write_slurm_job(const StudyOptions& options, const std::filesystem::path& directory);
 
 /// The table of all reports there are.
 Table study_table(const StudyOptions& options);

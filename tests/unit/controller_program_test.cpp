@@ -74,6 +74,54 @@ TEST(Program, SignalsWorkInTheSamePeriodInBothDirections) {
   EXPECT_NEAR(closing_time("signal('go')" + in_routine("r:wait_signal('go') r.gripper:close()")), 0.0, 0.0);
 }
 
+TEST(Program, TellsWhatItsRoutinesDoAndWhen) {
+  const ProgramFile file(
+      "routine('Robot1', function(r)\n"
+      "  r:step('pick')\n"
+      "  r:wait(0.5)\n"
+      "  r:wait_signal('go')\n"
+      "  r:step('place')\n"
+      "  r:wait_until(3)\n"
+      "end)\n"
+      "routine('Robot2', function(r) r:wait(2) signal('go') r:wait(100) end)\n");
+  const CellInfo cell = block_cell();
+  Controller controller(file.path(), cell);
+  const auto run = [&](double until_s) {
+    IdealPlant plant(controller, cell);
+    plant.run(until_s, [](const Output&) { return false; });
+  };
+  run(1.0);
+  EXPECT_TRUE(controller.steps().empty()) << "nobody has asked for them";
+  controller.restart();
+  controller.keep_steps();
+  run(4.0);
+  struct Expected {
+    int robot;
+    const char* name;
+    int line;
+    bool named;
+    double begin_s, end_s;
+  };
+  const std::vector<Expected> expected{
+      {0, "pick", 2, true, 0.0, 2.0},        {0, "wait", 3, false, 0.0, 0.504},
+      {1, "wait", 8, false, 0.0, 2.0},       {0, "wait_signal", 4, false, 0.504, 2.0},
+      {1, "wait", 8, false, 2.0, -1.0},      {0, "place", 5, true, 2.0, 3.0},
+      {0, "wait_until", 6, false, 2.0, 3.0},
+  };
+  ASSERT_EQ(controller.steps().size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    const ProgramStep& step = controller.steps()[i];
+    EXPECT_EQ(step.robot, expected[i].robot) << i;
+    EXPECT_EQ(step.name, expected[i].name) << i;
+    EXPECT_EQ(step.line, expected[i].line) << i;
+    EXPECT_EQ(step.named, expected[i].named) << i;
+    EXPECT_NEAR(step.begin_s, expected[i].begin_s, 1e-9) << i;
+    EXPECT_NEAR(step.end_s, expected[i].end_s, 1e-9) << i;
+  }
+  controller.restart();
+  EXPECT_TRUE(controller.steps().empty());
+}
+
 TEST(Program, SeesTheCell) {
   const ProgramFile file(
       in_routine("r:wait_for(function(cell) return cell.components.P.partner == 'Gripper1' end)\n"

@@ -1,0 +1,268 @@
+#include "server/headless/html_report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "server/headless/svg_plot.h"
+
+namespace takt {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kMostColumns = 500;  // of a curve as drawn: each with its least and its largest value
+constexpr std::size_t kMostRows = 200;     // of a table
+
+constexpr const char* kStyle = R"(
+body { font: 15px/1.4 sans-serif; max-width: 1100px; margin: 2em auto; padding: 0 1em; color: #222 }
+h1 { font-size: 1.6em } h2 { font-size: 1.2em; margin-top: 1.8em; border-bottom: 1px solid #ccc }
+table { border-collapse: collapse; margin: .6em 0 } td, th { padding: .15em .8em .15em 0; text-align: left }
+td.n, th.n { text-align: right; font-variant-numeric: tabular-nums } tr:nth-child(even) { background: #f5f5f5 }
+.passed { color: #196f3d } .failed, .over { color: #b00020; font-weight: bold } .skipped { color: #777 }
+.bar { display: inline-block; height: .7em; background: #1f77b4 } .bar.over { background: #b00020 }
+)";
+
+std::string number(double value, const char* format = "%.4g") {
+  char text[40];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+std::string text_of(const Json& value) {
+  if (value.is_null()) return "";
+  if (value.is_string()) return value.get<std::string>();
+  if (value.is_number()) return number(value.get<double>());
+  return value.dump();
+}
+
+/// A table, written row by row.
+class HtmlTable {
+ public:
+  HtmlTable(std::ostream& out, const std::vector<std::string>& head) : out_(out) {
+    out_ << "<table><tr>";
+    for (const std::string& name : head) {
+      // "name (unit)": of numbers, "name": of words.
+      numbers_.push_back(name.find('(') != std::string::npos || name == "#");
+      out_ << "<th" << (numbers_.back() ? " class=\"n\"" : "") << ">" << xml_escaped(name) << "</th>";
+    }
+    out_ << "</tr>\n";
+  }
+  ~HtmlTable() {
+    if (rows_ > kMostRows)
+      out_ << "<tr><td colspan=\"" << numbers_.size() << "\">and " << rows_ - kMostRows
+           << " more (the JSON report has all)</td></tr>\n";
+    out_ << "</table>\n";
+  }
+  HtmlTable(const HtmlTable&) = delete;
+  HtmlTable& operator=(const HtmlTable&) = delete;
+
+  /// Cells are HTML already where `raw`.
+  void row(const std::vector<std::string>& cells, bool raw = false) {
+    if (++rows_ > kMostRows) return;
+    out_ << "<tr>";
+    for (std::size_t i = 0; i < cells.size(); ++i)
+      out_ << "<td" << (i < numbers_.size() && numbers_[i] ? " class=\"n\"" : "") << ">"
+           << (raw ? cells[i] : xml_escaped(cells[i])) << "</td>";
+    out_ << "</tr>\n";
+  }
+
+ private:
+  std::ostream& out_;
+  std::vector<bool> numbers_;
+  std::size_t rows_ = 0;
+};
+
+/// Of as many points as there are no more than a picture has columns, the least and the largest of each.
+std::vector<std::pair<double, double>> thinned(const std::vector<std::pair<double, double>>& points) {
+  if (points.size() <= 2 * kMostColumns) return points;
+  std::vector<std::pair<double, double>> few;
+  for (std::size_t c = 0; c < kMostColumns; ++c) {
+    const auto begin = points.begin() + static_cast<std::ptrdiff_t>(c * points.size() / kMostColumns);
+    const auto end = points.begin() + static_cast<std::ptrdiff_t>((c + 1) * points.size() / kMostColumns);
+    const auto [least, most] =
+        std::minmax_element(begin, end, [](const auto& a, const auto& b) { return a.second < b.second; });
+    few.push_back(std::min(*least, *most));  // the earlier one first
+    few.push_back(std::max(*least, *most));
+  }
+  return few;
+}
+
+void write_head(std::ostream& out, const Json& report) {
+  const std::string name = xml_escaped(report["scenario"].get<std::string>());
+  out << "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" << name
+      << "</title><style>" << kStyle << "</style></head><body>\n<h1>" << name << "</h1>\n<p>Level of detail "
+      << report["level_of_detail"] << ", solver " << xml_escaped(text_of(report["solver"]["method"])) << ", "
+      << text_of(report["simulated_s"]) << " s simulated in " << text_of(report["cpu_s"])
+      << " s of computation: real-time factor " << text_of(report["real_time_factor"]) << ". State hash "
+      << text_of(report["state_hash"]) << ".</p>\n";
+  if (!report["fault"].is_null())
+    out << "<p class=\"failed\">The run ended early: " << xml_escaped(text_of(report["fault"])) << "</p>\n";
+}
+
+void write_demands(std::ostream& out, const Json& report) {
+  if (!report.contains("assertions")) return;
+  out << "<h2>Demands</h2>\n";
+  HtmlTable table(out, {"verdict", "demand", "finding", "time (s)"});
+  for (const auto& [name, demand] : report["assertions"].items()) {
+    const std::string verdict = text_of(demand["verdict"]);
+    table.row({"<span class=\"" + verdict + "\">" + verdict + "</span>", xml_escaped(name),
+               xml_escaped(text_of(demand["sentence"])), text_of(demand["time_s"])},
+              true);
+  }
+}
+
+/// Steps as bars over time, a row for each robot.
+void write_timetable(std::ostream& out, const Json& report, const Json& steps) {
+  std::vector<std::string> robots;
+  for (const Json& step : steps) {
+    const std::string robot = step["robot"].get<std::string>();
+    if (std::find(robots.begin(), robots.end(), robot) == robots.end()) robots.push_back(robot);
+  }
+  constexpr double kLeft = 110.0, kWidth = 960.0, kRow = 34.0;
+  const double end_s = std::max(report["simulated_s"].get<double>(), 1e-9);
+  out << "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" << kLeft + kWidth << "\" height=\""
+      << kRow * static_cast<double>(robots.size()) + 24.0
+      << "\" font-family=\"sans-serif\" font-size=\"11\">\n";
+  const char* const colors[] = {"#aec7e8", "#ffbb78", "#98df8a", "#ff9896", "#c5b0d5", "#c7c7c7"};
+  for (std::size_t r = 0; r < robots.size(); ++r) {
+    const double y = kRow * static_cast<double>(r);
+    out << "<text x=\"0\" y=\"" << y + 20 << "\">" << xml_escaped(robots[r]) << "</text>\n";
+    std::size_t k = 0;
+    for (const Json& step : steps) {
+      if (step["robot"] != robots[r]) continue;
+      const double x = kLeft + kWidth * step["begin_s"].get<double>() / end_s;
+      const double w = kWidth * step["duration_s"].get<double>() / end_s;
+      const std::string name = xml_escaped(step["name"].get<std::string>());
+      out << "<rect x=\"" << number(x, "%.1f") << "\" y=\"" << y + 4 << "\" width=\""
+          << number(std::max(w, 0.5), "%.1f") << "\" height=\"24\" fill=\"" << colors[k++ % std::size(colors)]
+          << "\"><title>" << name << ": " << text_of(step["begin_s"]) << " to " << text_of(step["end_s"])
+          << " s</title></rect>\n";
+      if (w > 6.5 * static_cast<double>(name.size()))
+        out << "<text x=\"" << number(x + 3, "%.1f") << "\" y=\"" << y + 20 << "\">" << name << "</text>\n";
+    }
+  }
+  const double y = kRow * static_cast<double>(robots.size()) + 14.0;
+  for (int i = 0; i <= 10; ++i)
+    out << "<text text-anchor=\"" << (i == 10 ? "end" : "middle") << "\" x=\"" << kLeft + 0.1 * kWidth * i
+        << "\" y=\"" << y << "\">" << number(0.1 * i * end_s) << " s</text>\n";
+  out << "</svg>\n";
+}
+
+void write_steps(std::ostream& out, const Json& report) {
+  const Json& process = report["process"];
+  if (process["steps"].empty()) return;
+  out << "<h2>Steps of the program</h2>\n<p>Cycle time " << text_of(process["cycle_time_s"]) << " s.</p>\n";
+  write_timetable(out, report, process["steps"]);
+  std::vector<std::string> head{"robot", "step", "line (#)", "begin (s)", "end (s)", "duration (s)"};
+  for (const auto& [consumer, numbers] : process["consumers"].items()) head.push_back(consumer + " (J)");
+  if (process["consumers"].size() > 1) head.push_back("all (J)");
+  HtmlTable table(out, head);
+  for (const Json& step : process["steps"]) {
+    std::vector<std::string> cells{text_of(step["robot"]),
+                                   text_of(step["name"]),
+                                   text_of(step["line"]),
+                                   number(step["begin_s"].get<double>(), "%.3f"),
+                                   number(step["end_s"].get<double>(), "%.3f"),
+                                   number(step["duration_s"].get<double>(), "%.3f")};
+    if (step.contains("energy_J"))
+      for (const auto& [consumer, energy] : step["energy_J"].items()) cells.push_back(text_of(energy));
+    if (process["consumers"].size() > 1) cells.push_back(text_of(step["total_J"]));
+    table.row(cells);
+  }
+}
+
+void write_loads(std::ostream& out, const Json& report) {
+  const Json& process = report["process"];
+  if (!process["consumers"].empty()) {
+    out << "<h2>Energy</h2>\n";
+    HtmlTable table(out, {"consumer", "energy (J)", "largest power (W)", "at (s)"});
+    for (const auto& [name, c] : process["consumers"].items())
+      table.row(
+          {name, text_of(c["energy_J"]), text_of(c["largest_power_W"]), text_of(c["largest_power_time_s"])});
+  }
+  if (report.contains("contacts") && !report["contacts"]["largest"].empty()) {
+    out << "<h2>Largest contact forces</h2>\n";
+    HtmlTable table(out, {"pair", "normal force (N)", "at (s)", "friction then (N)", "pressure then (Pa)",
+                          "torque (N m)", "at  (s)"});
+    for (const Json& c : report["contacts"]["largest"])
+      table.row({text_of(c["base"]) + " - " + text_of(c["target"]), text_of(c["normal_force_N"]),
+                 text_of(c["time_s"]), text_of(c["friction_force_N"]), text_of(c["largest_pressure_Pa"]),
+                 text_of(c["largest_torque_N_m"]), text_of(c["largest_torque_time_s"])});
+  }
+  if (!process["holding"].empty()) {
+    out << "<h2>Who held what, with the largest force of all that acts on it meanwhile</h2>\n";
+    HtmlTable table(out, {"part", "held by", "force (N)", "at (s)", "torque (N m)", "at  (s)"});
+    for (const Json& h : process["holding"])
+      table.row({text_of(h["part"]), text_of(h["holder"]), text_of(h["largest_force_N"]),
+                 text_of(h["largest_force_time_s"]), text_of(h["largest_torque_N_m"]),
+                 text_of(h["largest_torque_time_s"])});
+  }
+}
+
+void write_margins(std::ostream& out, const Json& report) {
+  out << "<h2>Margins to limits</h2>\n";
+  HtmlTable table(out, {"of", "largest value (#)", "limit (#)", "unit", "at (s)", "used"});
+  for (const Json& m : report["process"]["margins"]) {
+    const double use = m["use"].get<double>();
+    const std::string over = use > 1.0 ? "over" : "";
+    table.row({xml_escaped(text_of(m["of"])), text_of(m["value"]), text_of(m["limit"]), text_of(m["unit"]),
+               text_of(m["time_s"]),
+               "<span class=\"bar " + over +
+                   "\" style=\"width:" + number(std::clamp(120.0 * use, 0.0, 240.0), "%.0f") +
+                   "px\"></span> <span class=\"" + over + "\">" + number(100.0 * use, "%.1f") + " %</span>"},
+              true);
+  }
+}
+
+void write_events(std::ostream& out, const Json& report) {
+  out << "<h2>Collisions</h2>\n";
+  if (report["collisions"].empty()) {
+    out << "<p>None was found, or nothing was checked (collision_checking).</p>\n";
+  } else {
+    HtmlTable table(out, {"time (s)", "what", "pair", "distance (m)"});
+    for (const Json& c : report["collisions"])
+      table.row({text_of(c["time_s"]), text_of(c["kind"]),
+                 text_of(c["pair"][0]) + " - " + text_of(c["pair"][1]), text_of(c["distance_m"])});
+  }
+  out << "<h2>Who took over which part</h2>\n";
+  HtmlTable table(out, {"time (s)", "part", "from", "to"});
+  for (const Json& c : report["connection_changes"])
+    table.row({text_of(c["time_s"]), text_of(c["part"]), text_of(c["from"]), text_of(c["to"])});
+}
+
+void write_curves(std::ostream& out, const std::vector<Curve>& curves) {
+  std::vector<std::string> groups;
+  for (const Curve& curve : curves)
+    if (std::find(groups.begin(), groups.end(), curve.group) == groups.end()) groups.push_back(curve.group);
+  if (!groups.empty()) out << "<h2>Curves</h2>\n";
+  for (const std::string& group : groups) {
+    Plot plot{group, "time (s)", "", "", {}, false, 1060.0, 380.0};
+    std::set<std::string> units;
+    for (const Curve& curve : curves) {
+      if (curve.group != group) continue;
+      plot.lines.push_back({curve.name, thinned(curve.points)});
+      units.insert(curve.unit);
+    }
+    for (const std::string& unit : units) plot.y += (plot.y.empty() ? "" : ", ") + unit;
+    write_svg(out, plot);
+  }
+}
+
+}  // namespace
+
+void write_html_report(std::ostream& out, const Json& report, const std::vector<Curve>& curves) {
+  write_head(out, report);
+  write_demands(out, report);
+  write_steps(out, report);
+  write_loads(out, report);
+  write_margins(out, report);
+  write_curves(out, curves);
+  write_events(out, report);
+  out << "</body></html>\n";
+}
+
+}  // namespace takt

@@ -1,0 +1,116 @@
+#include "server/headless/svg_plot.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <ostream>
+
+namespace takt {
+
+namespace {
+
+std::string number(double value, const char* format = "%.9g") {
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
+
+/// An axis from one end to the other with round numbers.
+struct Axis {
+  double lower = 0.0, upper = 1.0, step = 1.0;
+
+  Axis(double least, double most) {
+    if (!(most > least)) {
+      const double room = least != 0.0 ? 0.1 * std::abs(least) : 1.0;
+      least -= room;
+      most += room;
+    }
+    const double raw = (most - least) / 5.0;
+    const double power = std::pow(10.0, std::floor(std::log10(raw)));
+    step = power;
+    for (const double factor : {2.0, 5.0, 10.0})
+      if (step < raw) step = factor * power;
+    lower = step * std::floor(least / step + 1e-9);
+    upper = step * std::ceil(most / step - 1e-9);
+  }
+  double part(double value) const { return (value - lower) / (upper - lower); }
+};
+
+constexpr double kLeft = 90.0, kRight = 170.0, kTop = 40.0, kBottom = 60.0;
+constexpr std::size_t kMostNames = 18;  // in the legend
+
+}  // namespace
+
+std::string xml_escaped(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '&')
+      result += "&amp;";
+    else if (c == '<')
+      result += "&lt;";
+    else if (c == '>')
+      result += "&gt;";
+    else if (c == '"')
+      result += "&quot;";
+    else
+      result += static_cast<unsigned char>(c) >= 0x20 ? c : ' ';
+  }
+  return result;
+}
+
+void write_svg(std::ostream& out, const Plot& plot) {
+  double x_lower = std::numeric_limits<double>::infinity(), x_upper = -x_lower;
+  double y_lower = x_lower, y_upper = -x_lower;
+  for (const PlotLine& line : plot.lines)
+    for (const auto& [px, py] : line.points) {
+      x_lower = std::min(x_lower, px), x_upper = std::max(x_upper, px);
+      y_lower = std::min(y_lower, py), y_upper = std::max(y_upper, py);
+    }
+  if (!(x_lower <= x_upper)) x_lower = y_lower = 0.0, x_upper = y_upper = 1.0;
+  const Axis across(x_lower, x_upper), up(y_lower, y_upper);
+  const double w = plot.width - kLeft - kRight, h = plot.height - kTop - kBottom;
+  const auto at_x = [&](double value) { return kLeft + w * across.part(value); };
+  const auto at_y = [&](double value) { return kTop + h * (1.0 - up.part(value)); };
+  const auto place = [](double value) { return number(value, "%.1f"); };
+  out << "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" << plot.width << "\" height=\"" << plot.height
+      << "\" font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" "
+         "fill=\"white\"/>\n"
+      << "<text x=\"" << kLeft << "\" y=\"24\" font-size=\"15\">" << xml_escaped(plot.title) << "</text>\n";
+  for (double v = across.lower; v <= across.upper + 1e-9 * across.step; v += across.step)
+    out << "<path d=\"M" << place(at_x(v)) << ' ' << kTop << " V" << kTop + h
+        << "\" stroke=\"#ddd\"/><text text-anchor=\"middle\" x=\"" << place(at_x(v)) << "\" y=\""
+        << kTop + h + 18 << "\">" << number(std::abs(v) < 1e-9 * across.step ? 0.0 : v, "%.6g")
+        << "</text>\n";
+  for (double v = up.lower; v <= up.upper + 1e-9 * up.step; v += up.step)
+    out << "<path d=\"M" << kLeft << ' ' << place(at_y(v)) << " H" << kLeft + w
+        << "\" stroke=\"#ddd\"/><text text-anchor=\"end\" x=\"" << kLeft - 6 << "\" y=\""
+        << place(at_y(v) + 4) << "\">" << number(std::abs(v) < 1e-9 * up.step ? 0.0 : v, "%.6g")
+        << "</text>\n";
+  out << "<text text-anchor=\"middle\" x=\"" << kLeft + w / 2 << "\" y=\"" << plot.height - 14 << "\">"
+      << xml_escaped(plot.x) << "</text>\n<text text-anchor=\"middle\" transform=\"translate(18 "
+      << kTop + h / 2 << ") rotate(-90)\">" << xml_escaped(plot.y) << "</text>\n";
+  constexpr std::array<const char*, 7> kColors{"#1f77b4", "#d62728", "#2ca02c", "#9467bd",
+                                               "#ff7f0e", "#555555", "#17becf"};
+  for (std::size_t l = 0; l < plot.lines.size(); ++l) {
+    const auto& [name, points] = plot.lines[l];
+    const char* color = kColors[l % kColors.size()];
+    out << "<polyline fill=\"none\" stroke-width=\"1.5\" stroke=\"" << color << "\" points=\"";
+    for (const auto& [px, py] : points) out << place(at_x(px)) << ',' << place(at_y(py)) << ' ';
+    out << "\"/>\n";
+    if (plot.markers)
+      for (const auto& [px, py] : points)
+        out << "<circle r=\"2.5\" fill=\"" << color << "\" cx=\"" << place(at_x(px)) << "\" cy=\""
+            << place(at_y(py)) << "\"/>\n";
+    if (!name.empty() && l < kMostNames)
+      out << "<text fill=\"" << color << "\" x=\"" << kLeft + w + 12 << "\" y=\""
+          << kTop + 16.0 * static_cast<double>(l + 1) << "\">" << xml_escaped(name) << "</text>\n";
+  }
+  if (!plot.legend.empty())
+    out << "<text x=\"" << kLeft + w + 12 << "\" y=\"" << kTop - 2 << "\">" << xml_escaped(plot.legend)
+        << "</text>\n";
+  out << "</svg>\n";
+}
+
+}  // namespace takt

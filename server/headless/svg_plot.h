@@ -1,0 +1,28 @@
+#pragma once
+// Curves over one quantity as a picture (SVG), for tables of studies and the page of a run.
+#include <iosfwd>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace takt {
+
+struct PlotLine {
+  std::string name;  ///< in the legend; empty: not there
+  std::vector<std::pair<double, double>> points;
+};
+
+struct Plot {
+  std::string title, x, y;  ///< with units
+  std::string legend;       ///< what the names of the lines are values of; may be empty
+  std::vector<PlotLine> lines;
+  bool markers = false;  ///< a circle at each point
+  double width = 720.0, height = 440.0;
+};
+
+void write_svg(std::ostream& out, const Plot& plot);
+
+/// What stands for itself in XML and HTML is written so that it is read as it is here.
+std::string xml_escaped(const std::string& text);
+
+}  // namespace takt

@@ -1,0 +1,56 @@
+#pragma once
+// Runs of a scenario with a given solver, judged as the thesis' tables do (criteria 5.18, 5.19): "error" ends
+// more than 1 mm off, "instable" was aborted, "broken" lost a connection. What needs more processor time than
+// the limit is stopped and its time extrapolated.
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/simulation/integrator.h"
+
+namespace takt::bench {
+
+struct SolverRow {
+  const char* solver;  ///< empty: as the scenario says
+  double value;        ///< step (s) or tolerance
+  const char* thesis_solver;
+  const char* thesis[3];  ///< per level of detail; empty: not in the thesis
+};
+
+struct SolverRun {
+  std::string file;
+  int level = 1;  ///< 0: as the scenario says
+  double limit_s = 30.0;
+  std::string step;  ///< communication step of solvers with error control (s); empty: the scenario's own
+};
+
+struct Outcome {
+  double cpu_s = 0.0;      ///< extrapolated where the run was stopped
+  double stopped_s = 0.0;  ///< simulated time at which the limit was reached; 0: it was not
+  double simulated_s = 0.0;
+  double error_m = 0.0;
+  bool instable = false, broken = false;
+  int demands = 0, failed_demands = 0;  ///< assertions of the scenario
+  SolverStatistics work;
+
+  const char* mark() const;
+  double real_time_factor() const { return cpu_s / simulated_s; }
+};
+
+Outcome run_solver(const SolverRun& run, const SolverRow& row);
+
+/// "6.6 s", "54 min", "15 h error" in seconds; 0: no time.
+double thesis_seconds(const char* text);
+/// A cell of the table as the thesis prints it: a time, with the mark where it is worth one.
+std::string cell_of_table(const std::optional<Outcome>& outcome);
+
+using Outcomes = std::array<std::optional<Outcome>, 3>;
+/// All rows of which there is an outcome, levels side by side.
+void print_table(const std::string& title, const std::vector<SolverRow>& rows,
+                 const std::vector<Outcomes>& outcomes);
+/// Head of, and one row of the list of runs.
+void print_details_head(const std::string& title);
+void print_details(const SolverRow& row, const char* thesis, const Outcome& outcome);
+
+}  // namespace takt::bench
