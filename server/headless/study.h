@@ -28,6 +28,7 @@ struct StudyOptions {
   std::filesystem::path table;  ///< CSV; reports of single runs go into TABLE.runs, the plot to TABLE.svg
   std::string plot;             ///< column; empty: the first contact force, or else the position error
   int jobs = 1;                 ///< processes at once
+  bool bar = false;  ///< show a bar with the time left on the error output, where that is a terminal
 };
 
 int study_runs(const StudyOptions& options);
