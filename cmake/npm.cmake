@@ -6,6 +6,7 @@
 #   -DTAKT_NPM_RUN=build   and runs that script of package.json, in a copy of the sources
 #   -DTAKT_NPM_WHAT=...    what is missing without it, for the sentence
 find_program(NPM_PROGRAM npm)
+include(${CMAKE_CURRENT_LIST_DIR}/npm_reason.cmake)
 
 function(takt_npm_say sentence)
   message("npm: ${sentence} ${TAKT_NPM_WHAT}")
@@ -25,12 +26,12 @@ function(takt_npm_install)
   endif()
   if(NOT before STREQUAL lock)
     file(COPY ${TAKT_NPM_LOCK_DIR}/package.json ${TAKT_NPM_LOCK_DIR}/package-lock.json DESTINATION ${TAKT_NPM_OUT})
-    execute_process(COMMAND ${NPM_PROGRAM} install --ignore-scripts --no-audit --no-fund --fetch-retries 1
+    execute_process(COMMAND ${NPM_PROGRAM} install --ignore-scripts --no-audit --no-fund --fetch-retries 1 --fetch-retry-mintimeout 1000
         --fetch-timeout 30000 --loglevel error
       WORKING_DIRECTORY ${TAKT_NPM_OUT} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output TIMEOUT 300)
     if(NOT result EQUAL 0)
-      string(STRIP "${output}" output)
-      takt_npm_say("npm install failed (${result}): ${output}\n")
+      takt_npm_reason("${output}" reason)
+      takt_npm_say("npm install failed (${reason}).")
       return()
     endif()
     file(WRITE ${stamp} ${lock})

@@ -4,6 +4,7 @@
 #   -DTAKT_VHACD_INCLUDE_DIR=DIR   a VHACD.h one has already
 #   -DTAKT_WITH_VHACD=OFF          do not look for it
 # Sets TAKT_VHACD_FOUND and TAKT_VHACD_INCLUDE_DIR.
+include(${CMAKE_CURRENT_LIST_DIR}/npm_reason.cmake)
 option(TAKT_WITH_VHACD "Build with V-HACD, fetched by npm pack if no TAKT_VHACD_INCLUDE_DIR is given" ON)
 set(TAKT_VHACD_INCLUDE_DIR "" CACHE PATH "Directory of VHACD.h (version 4); empty: fetched")
 set(takt_vhacd_package vhacd-js-0.0.1)
@@ -22,13 +23,13 @@ function(takt_fetch_vhacd directory)
     endif()
     message(STATUS "Fetching V-HACD: npm pack vhacd-js@0.0.1")
     execute_process(
-      COMMAND ${NPM_PROGRAM} pack vhacd-js@0.0.1 --cache ${directory}/npm_cache --fetch-retries 1 --fetch-timeout 30000 --loglevel error
+      COMMAND ${NPM_PROGRAM} pack vhacd-js@0.0.1 --cache ${directory}/npm_cache --fetch-retries 1 --fetch-retry-mintimeout 1000 --fetch-timeout 30000 --loglevel error
       WORKING_DIRECTORY ${directory} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output TIMEOUT 120)
     file(REMOVE_RECURSE ${directory}/npm_cache)
     if(NOT result EQUAL 0 OR NOT EXISTS ${archive})
-      string(STRIP "${output}" output)
-      message(WARNING "V-HACD is not there: npm pack vhacd-js@0.0.1 failed (${result}). Scenarios with "
-        "`method: vhacd` will be refused; configuring again tries again.\n${output}")
+      takt_npm_reason("${output}" reason)
+      message(WARNING "V-HACD is not there: npm pack vhacd-js@0.0.1 failed (${reason}). Scenarios with "
+        "`method: vhacd` will be refused; configuring again tries again.")
       return()
     endif()
   endif()

@@ -30,6 +30,7 @@ struct Arguments {
   takt::MeshCheckOptions mesh;
   std::vector<std::string> set, pictures, vary, compare, limits;
   std::string table = "study.csv", plot, slurm, task;
+  std::string mcap_compression = "zstd", mcap_pressures;
   int jobs = 0;
   std::optional<int> lod;
   std::optional<double> step, tolerance, duration;
@@ -93,6 +94,12 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--mcap-period", a.mcap_period,
                  "Period of the recorded instants (s); default: as --csv-period")
       ->check(CLI::PositiveNumber);
+  app.add_option("--mcap-compression", a.mcap_compression, "Of that file: zstd (smallest), lz4, none")
+      ->check(CLI::IsMember({"zstd", "lz4", "none"}))
+      ->capture_default_str();
+  app.add_option("--mcap-pressures", a.mcap_pressures,
+                 "Record too how these pairs press at level of detail 3, element by element: names "
+                 "BASE-TARGET, * for any characters, separated by commas");
   app.add_option("--picture", a.pictures, "FILE.png@T: a picture of the cell at simulated time T (s)")
       ->type_size(1)
       ->allow_extra_args(false);
@@ -219,6 +226,17 @@ takt::StepPacer make_pacer(const Arguments& a) {
   };
 }
 
+takt::McapRecordingOptions mcap_options(const Arguments& a, const takt::Scenario& scenario) {
+  takt::McapRecordingOptions options;
+  options.period_s = a.mcap_period.value_or(a.csv_period.value_or(scenario.csv_period_s));
+  options.version = TAKT_VERSION;
+  options.pace = a.pace;
+  options.factor = a.factor;
+  options.compression = takt::recording::compression_named(a.mcap_compression).value();
+  options.pressures = a.mcap_pressures;
+  return options;
+}
+
 int run(const Arguments& a) {
   const takt::Scenario scenario = takt::read_scenario(a.scenario, scenario_options(a));
   takt::HeadlessOptions options;
@@ -245,9 +263,7 @@ int run(const Arguments& a) {
   std::optional<takt::CsvWriter> csv;
   if (!a.csv.empty()) csv.emplace(a.csv, simulation, a.csv_period.value_or(scenario.csv_period_s));
   std::optional<takt::McapRecording> mcap;
-  if (!a.mcap.empty())
-    mcap.emplace(a.mcap, simulation, a.mcap_period.value_or(a.csv_period.value_or(scenario.csv_period_s)),
-                 TAKT_VERSION);
+  if (!a.mcap.empty()) mcap.emplace(a.mcap, simulation, mcap_options(a, scenario));
   const std::vector<Picture> pictures = requested_pictures(a, cell->step_s);
   std::optional<takt::Progress> progress(std::in_place, options.duration_s, a.quiet);
   takt::StepObserver observer;
@@ -325,6 +341,7 @@ int study(const Arguments& a) {
       std::cout << a.slurm << ": " << takt::study_runs(options) << " runs; " << a.slurm << "/submit.sh\n";
     return 0;
   }
+  options.bar = !a.quiet;
   std::ostringstream nobody;
   takt::run_study(options, a.quiet ? static_cast<std::ostream&>(nobody) : std::cerr);
   if (!a.quiet) std::cout << options.table.string() << ": " << takt::study_runs(options) << " runs\n";

@@ -1,12 +1,12 @@
 #include "client_lib/recording/mcap_reader.h"
 
 #include <zlib.h>
-#include <zstd.h>
 
 #include <algorithm>
 #include <optional>
 #include <queue>
 
+#include "client_lib/recording/compression.h"
 #include "client_lib/recording/mcap_format.h"
 
 namespace takt::recording {
@@ -225,18 +225,8 @@ std::string McapReader::uncompressed(const Chunk& chunk) {
   const auto crc = content.take<std::uint32_t>();
   const std::string compression(content.text());
   const std::string_view packed = content.raw(content.take<std::uint64_t>());
-  std::string records;
-  if (compression.empty()) {
-    records = packed;
-  } else if (compression == "zstd") {
-    if (size > kLongest_bytes) throw RecordingError("a chunk is damaged");
-    records.resize(size);
-    const std::size_t got = ZSTD_decompress(records.data(), records.size(), packed.data(), packed.size());
-    if (ZSTD_isError(got) != 0 || got != size) throw RecordingError("a chunk is damaged");
-  } else {
-    throw RecordingError("'" + name_.string() + "' is compressed by '" + compression +
-                         "'; takt reads zstd and what is not compressed ('mcap compress' converts it).");
-  }
+  if (size > kLongest_bytes) throw RecordingError("a chunk is damaged");
+  std::string records = decompress(compression, packed, size);
   if (crc != 0 &&
       crc32(0, reinterpret_cast<const Bytef*>(records.data()), static_cast<uInt>(records.size())) != crc)
     throw RecordingError("a chunk is damaged");

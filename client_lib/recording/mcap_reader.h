@@ -1,6 +1,6 @@
 #pragma once
-// Reads MCAP recordings: takt's own, and others with chunks compressed by zstd or not at all. A file that was
-// cut off, by a crash of its writer or a full disk, is read up to its last whole chunk.
+// Reads MCAP recordings: takt's own, and others with chunks compressed by zstd, lz4 or not at all. A file
+// that was cut off, by a crash of its writer or a full disk, is read up to its last whole chunk.
 #include <cstdint>
 #include <filesystem>
 #include <fstream>

@@ -1,7 +1,6 @@
 #include "client_lib/recording/mcap_writer.h"
 
 #include <zlib.h>
-#include <zstd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -15,8 +14,6 @@ namespace takt::recording {
 using mcap::Record;
 
 namespace {
-
-constexpr int kCompressionLevel = 1;  // a cell at 1 kHz costs the recorder a few percent of one core
 
 std::uint32_t crc_of(std::string_view bytes, std::uint32_t before = 0) {
   // In parts, as zlib counts in 32 bits.
@@ -33,8 +30,8 @@ std::uint32_t crc_of(std::string_view bytes, std::uint32_t before = 0) {
 
 }  // namespace
 
-McapWriter::McapWriter(const std::filesystem::path& file, const std::string& library)
-    : name_(file), file_(std::fopen(file.c_str(), "wb")) {
+McapWriter::McapWriter(const std::filesystem::path& file, const std::string& library, Compression compression)
+    : name_(file), compression_(compression), file_(std::fopen(file.c_str(), "wb")) {
   if (!file_)
     throw RecordingError("The recording '" + file.string() + "' cannot be written: " + std::strerror(errno) +
                          ".");
@@ -103,12 +100,8 @@ void McapWriter::write(std::uint16_t number, std::uint64_t log_time_ns, std::uin
 
 void McapWriter::end_chunk() {
   if (!chunk_has_messages_) return;
-  compressed_.resize(ZSTD_compressBound(chunk_.size()));
-  const std::size_t size =
-      ZSTD_compress(compressed_.data(), compressed_.size(), chunk_.data(), chunk_.size(), kCompressionLevel);
-  if (ZSTD_isError(size) != 0)
-    throw RecordingError("zstd cannot compress a chunk: " + std::string(ZSTD_getErrorName(size)) + ".");
-  compressed_.resize(size);
+  compress(compression_, chunk_, compressed_);
+  const std::size_t size = compressed_.size();
 
   ChunkIndex index{chunk_first_ns_, newest_ns_, place_, 0, 0, size, chunk_.size(), {}};
   append(Record(mcap::kChunk)
@@ -116,7 +109,7 @@ void McapWriter::end_chunk() {
              .put(newest_ns_)
              .put(std::uint64_t{chunk_.size()})
              .put(crc_of(chunk_))
-             .text("zstd")
+             .text(mcap_name(compression_))
              .put(std::uint64_t{size})
              .raw(compressed_)
              .finished());
@@ -180,7 +173,10 @@ std::string McapWriter::summary() {
     record.put(chunk.first_ns).put(chunk.last_ns).put(chunk.place).put(chunk.length);
     record.put(static_cast<std::uint32_t>(chunk.indexes.size() * 10));
     for (const auto& [number, place] : chunk.indexes) record.put(number).put(place);
-    record.put(chunk.index_length).text("zstd").put(chunk.compressed).put(chunk.uncompressed);
+    record.put(chunk.index_length)
+        .text(mcap_name(compression_))
+        .put(chunk.compressed)
+        .put(chunk.uncompressed);
     indices += record.finished();
   }
   group(mcap::kSchema, schemas);

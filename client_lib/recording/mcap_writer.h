@@ -1,7 +1,7 @@
 #pragma once
-// Writes a recording as an MCAP file (https://mcap.dev/spec): chunks compressed by zstd, each with its index,
-// summary at the end; profile `ros2`, schemas `ros2msg`, samples in CDR, so that Foxglove, PlotJuggler and
-// rosbag2 open it. What is in a whole chunk survives a crash of the writer.
+// Writes a recording as an MCAP file (https://mcap.dev/spec): chunks compressed by zstd or lz4, each with its
+// index, summary at the end; profile `ros2`, schemas `ros2msg`, samples in CDR, so that Foxglove, PlotJuggler
+// and rosbag2 open it. What is in a whole chunk survives a crash of the writer.
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "client_lib/recording/compression.h"
 #include "client_lib/recording/message_types.h"
 
 namespace takt::recording {
@@ -21,7 +22,8 @@ class McapWriter {
   static constexpr std::size_t kChunk_bytes = std::size_t{1} << 20U;
 
   /// `library` names the program. Throws RecordingError when the file cannot be written.
-  McapWriter(const std::filesystem::path& file, const std::string& library);
+  McapWriter(const std::filesystem::path& file, const std::string& library,
+             Compression compression = Compression::zstd);
   /// Closes the file if that has not been done; what goes wrong then is not told.
   ~McapWriter();
   McapWriter(const McapWriter&) = delete;
@@ -60,6 +62,7 @@ class McapWriter {
   std::string summary();
 
   std::filesystem::path name_;
+  const Compression compression_;
   std::unique_ptr<std::FILE, CloseFile> file_;
   std::uint64_t place_ = 0;
   std::uint32_t data_crc_ = 0;

@@ -108,12 +108,21 @@ std::string SignalNames::element_name(const Json& element, std::size_t index, co
   return std::to_string(index);
 }
 
+namespace {
+/// Lists of thousands of numbers that belong to a picture (ContactPressure), not signals.
+bool is_picture(const std::string& member) {
+  return member == "corners" || member == "pressures";
+}
+}  // namespace
+
 void SignalNames::walk(const Json& value, const std::string& name, const Place& place, const Number& number,
                        const Text& text) const {
   const auto below = [&](const std::string& last) { return name.empty() ? last : name + "." + last; };
   if (value.is_object()) {
-    for (const auto& [key, member] : value.items())
+    for (const auto& [key, member] : value.items()) {
+      if (is_picture(key)) continue;
       walk(member, below(key), {&value, key, place.named}, number, text);
+    }
   } else if (value.is_array()) {
     const auto described = description_.find(place.list);
     for (std::size_t i = 0; i < value.size(); ++i) {

@@ -84,6 +84,18 @@ void begin_entity(CdrWriter& out, std::uint64_t time_ns, const std::string& fram
   out.count(0);
 }
 
+/// Blue where there is next to no pressure, over green and yellow to red at the largest.
+std::array<double, 3> color_of(double part) {
+  constexpr std::array<std::array<double, 3>, 5> colors{
+      {{0.17, 0.24, 1.0}, {0.09, 0.72, 0.85}, {0.18, 0.75, 0.29}, {0.95, 0.82, 0.11}, {0.89, 0.14, 0.10}}};
+  const double at = std::clamp(part, 0.0, 1.0) * static_cast<double>(colors.size() - 1);
+  const auto i = std::min(static_cast<std::size_t>(at), colors.size() - 2);
+  const double beyond = at - static_cast<double>(i);
+  std::array<double, 3> color{};
+  for (std::size_t k = 0; k < 3; ++k) color[k] = (1.0 - beyond) * colors[i][k] + beyond * colors[i + 1][k];
+  return color;
+}
+
 std::string frame_of(const Json& component) {
   return "takt/" + component.at("name").get<std::string>();
 }
@@ -106,10 +118,13 @@ SceneChannel::SceneChannel(Stream& stream) : stream_(stream) {
   scene_ = add("/takt/scene", "foxglove_msgs/msg/SceneUpdate");
   frames_ = add("/takt/frames", "foxglove_msgs/msg/FrameTransforms");
   forces_ = add("/takt/forces", "foxglove_msgs/msg/SceneUpdate");
+  pressures_ = add("/takt/pressures", "foxglove_msgs/msg/SceneUpdate");
   stream_.on_wanted(this, [this](const Channel& channel, bool wanted) {
-    if (channel.id != scene_ && channel.id != frames_ && channel.id != forces_) return;
+    if (channel.id != scene_ && channel.id != frames_ && channel.id != forces_ && channel.id != pressures_)
+      return;
     const std::lock_guard lock(mutex_);
     wanted_ += wanted ? 1 : -1;
+    if (channel.id == pressures_) pressures_wanted_ += wanted ? 1 : -1;
     changed_.notify_all();
   });
   thread_ = std::thread([this] { run(); });
@@ -132,13 +147,16 @@ void SceneChannel::run() {
       const bool was = follows_state_;
       lock.unlock();
       if (was) stream_.set_wanted(state_channel_, false);
+      follow_pressures(false);
       lock.lock();
       follows_state_ = false;
       changed_.wait(lock, [&] { return over_ || wanted_ > 0; });
       continue;
     }
+    const bool pressures = pressures_wanted_ > 0;
     lock.unlock();
     follow();
+    follow_pressures(pressures);
     lock.lock();
     changed_.wait_for(lock, kPeriod, [&] { return over_ || wanted_ == 0; });
   }
@@ -148,6 +166,7 @@ void SceneChannel::find_sources() {
   for (const Channel& channel : stream_.channels_from(0)) {
     if (channel.type == "takt_msgs/msg/CellDescription") description_channel_ = channel.id;
     if (channel.type == "takt_msgs/msg/CellState") state_channel_ = channel.id;
+    if (channel.type == "takt_msgs/msg/ContactPressures") pressures_channel_ = channel.id;
   }
 }
 
@@ -172,6 +191,22 @@ void SceneChannel::follow() {
   if (state.at("components").size() != description_.at("components").size()) return;
   make_frames(state, sample.time_ns);
   make_forces(state, sample.time_ns);
+}
+
+void SceneChannel::follow_pressures(bool wanted) {
+  if (wanted && pressures_channel_ == 0) find_sources();
+  if (pressures_channel_ == 0) return;
+  if (wanted != follows_pressures_) {
+    stream_.set_wanted(pressures_channel_, wanted);
+    follows_pressures_ = wanted;
+  }
+  if (!wanted || description_.is_null()) return;
+  const Sample sample = stream_.newest(pressures_channel_);
+  if (!sample.bytes || sample.number == pressures_number_) return;
+  pressures_number_ = sample.number;
+  make_pressures(
+      recording::to_json(recording::known_types(), "takt_msgs/msg/ContactPressures", *sample.bytes),
+      sample.time_ns);
 }
 
 void SceneChannel::make_scene(std::uint64_t time_ns) {
@@ -238,6 +273,43 @@ void SceneChannel::make_forces(const Json& state, std::uint64_t time_ns) {
     for (int kind = 0; kind < 7; ++kind) out.count(0);
   }
   stream_.push(forces_, time_ns, out.bytes());
+}
+
+/// One entity of coloured triangles for each pair, in the frame of its base; what pressed before goes.
+void SceneChannel::make_pressures(const Json& sample, std::uint64_t time_ns) {
+  CdrWriter out;
+  out.count(1);
+  put_time(out, time_ns);
+  out.put(std::uint8_t{1});
+  out.put("");
+  const Json &components = description_.at("components"), &pairs = sample.at("pairs");
+  const auto component = [&](const Json& pair, const char* side) -> const Json& {
+    return components.at(pair.at(side).get<std::size_t>());
+  };
+  out.count(pairs.size());
+  for (const Json& pair : pairs) {
+    const Json &base = component(pair, "base"), &target = component(pair, "target");
+    begin_entity(
+        out, time_ns, frame_of(base),
+        "pressure " + base.at("name").get<std::string>() + "-" + target.at("name").get<std::string>());
+    for (int kind = 0; kind < 5; ++kind) out.count(0);
+    out.count(1);
+    put(out, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0});
+    const Json &corners = pair.at("corners"), &pressures = pair.at("pressures");
+    out.count(corners.size() / 3);
+    for (const Json& value : corners) out.put(value.get<double>());
+    put(out, {1.0, 1.0, 1.0, 1.0});
+    out.count(3 * pressures.size());
+    const double largest = std::max(pair.at("largest_pressure").get<double>(), 1e-300);
+    for (const Json& pressure : pressures) {
+      const std::array<double, 3> color = color_of(pressure.get<double>() / largest);
+      for (int corner = 0; corner < 3; ++corner) put(out, {color[0], color[1], color[2], 1.0});
+    }
+    out.count(0);
+    out.count(0);
+    out.count(0);
+  }
+  stream_.push(pressures_, time_ns, out.bytes());
 }
 
 }  // namespace takt::view

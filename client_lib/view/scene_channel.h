@@ -1,7 +1,8 @@
 #pragma once
 // The cell for other programs' 3D views, in Foxglove's own messages: /takt/scene has the shapes, /takt/frames
-// where they are, /takt/forces the resultant forces on Parts as arrows. Made of description and state, while
-// somebody wants them, 20 times a second.
+// where they are, /takt/forces the resultant forces on Parts as arrows, /takt/pressures the elements that
+// press, coloured (of pairs asked for by the request watch_pressures). Made of description, state and
+// pressures, while somebody wants them, 20 times a second.
 #include <array>
 #include <condition_variable>
 #include <cstdint>
@@ -28,18 +29,20 @@ class SceneChannel {
   void make_scene(std::uint64_t time_ns);
   void make_frames(const recording::Json& state, std::uint64_t time_ns);
   void make_forces(const recording::Json& state, std::uint64_t time_ns);
+  void follow_pressures(bool wanted);
+  void make_pressures(const recording::Json& sample, std::uint64_t time_ns);
 
   Stream& stream_;
-  std::uint32_t scene_ = 0, frames_ = 0, forces_ = 0;
-  std::uint32_t description_channel_ = 0, state_channel_ = 0;
-  std::uint64_t description_number_ = 0, state_number_ = 0;
+  std::uint32_t scene_ = 0, frames_ = 0, forces_ = 0, pressures_ = 0;
+  std::uint32_t description_channel_ = 0, state_channel_ = 0, pressures_channel_ = 0;
+  std::uint64_t description_number_ = 0, state_number_ = 0, pressures_number_ = 0;
   recording::Json description_;
-  bool follows_state_ = false;
+  bool follows_state_ = false, follows_pressures_ = false;
 
   std::mutex mutex_;
   std::condition_variable changed_;
   bool over_ = false;
-  int wanted_ = 0;
+  int wanted_ = 0, pressures_wanted_ = 0;
   std::thread thread_;
 };
 

@@ -305,6 +305,15 @@ class WebServer::Impl::Request : public std::enable_shared_from_this<Request> {
       send(http::status::ok, "text/plain; version=0.0.4", owner_.options.metrics());
       return;
     }
+    constexpr std::string_view kFiles = "/files/";
+    if (path.starts_with(kFiles)) {
+      if (const auto file = owner_.options.files.find(std::string_view(path).substr(kFiles.size())))
+        send_content(*file);
+      else
+        send(http::status::not_found, "text/plain",
+             "There is no such mesh file below the folders of takt view --files.\n");
+      return;
+    }
     send_file(path == "/" ? "/index.html" : path);
   }
 
@@ -322,6 +331,10 @@ class WebServer::Impl::Request : public std::enable_shared_from_this<Request> {
       send(http::status::not_found, "text/plain", "There is no such page.\n");
       return;
     }
+    send_content(file);
+  }
+
+  void send_content(const std::filesystem::path& file) {
     std::ostringstream content;
     content << std::ifstream(file, std::ios::binary).rdbuf();
     send(http::status::ok, mime_type(file), content.str());

@@ -12,6 +12,7 @@
 #include <string>
 
 #include "client_lib/view/foxglove.h"
+#include "client_lib/view/robot_files.h"
 #include "client_lib/view/stream.h"
 
 namespace takt::view {
@@ -25,6 +26,7 @@ struct WebOptions {
   std::string address = "127.0.0.1";
   std::uint16_t port = 8765;             ///< 0: any free one
   std::filesystem::path page;            ///< directory of the built page; empty: there is none
+  RobotFiles files;                      ///< below /files/
   std::string name;                      ///< what is shown
   foxglove::Texts metadata;              ///< for the page
   bool control = true;                   ///< false: all are observers

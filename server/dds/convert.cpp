@@ -295,6 +295,30 @@ bool fill(takt_msgs::msg::Contacts& message, const Snapshot& snapshot) {
   return snapshot.contacts.acting;
 }
 
+void fill(takt_msgs::msg::ContactPressures& message, const CellDescription& cell, const Snapshot& snapshot,
+          const std::vector<PressedPair>& pairs) {
+  message.stamp(to_time(snapshot.time_s));
+  message.time(snapshot.time_s);
+  message.step(snapshot.step);
+  message.epoch(snapshot.epoch);
+  message.world(cell.world);
+  message.pairs().resize(pairs.size());
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    takt_msgs::msg::ContactPressure& pair = message.pairs()[i];
+    pair.base(pairs[i].base);
+    pair.target(pairs[i].target);
+    pair.largest_pressure(pairs[i].largest_pressure_Pa);
+    pair.omitted(static_cast<std::uint32_t>(pairs[i].omitted));
+    pair.corners().clear();
+    pair.pressures().clear();
+    for (const PressedElement& element : pairs[i].elements) {
+      for (const Vec3& corner : element.corner_B)
+        for (const double value : corner) pair.corners().push_back(static_cast<float>(value));
+      pair.pressures().push_back(static_cast<float>(element.pressure_Pa));
+    }
+  }
+}
+
 takt_msgs::msg::Status to_message(const LoopStatus& status, const CellDescription& cell) {
   takt_msgs::msg::Status message;
   message.stamp(to_time(status.time_s));

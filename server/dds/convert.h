@@ -8,6 +8,7 @@
 #include "server/runtime/outbox.h"
 #include "server/simulation/cell_description.h"
 #include "server/simulation/command.h"
+#include "server/simulation/pressed_elements.h"
 #include "server/simulation/snapshot.h"
 #include "takt_msgs.h"
 
@@ -51,6 +52,10 @@ bool fill(takt_msgs::msg::Power& message, const CellDescription& cell, const Sna
 /// level of detail 3. It does not allocate.
 takt_msgs::msg::Contacts make_contacts_message(const CellDescription& cell, std::size_t room);
 bool fill(takt_msgs::msg::Contacts& message, const Snapshot& snapshot);
+
+/// Allocates where there are more elements than ever.
+void fill(takt_msgs::msg::ContactPressures& message, const CellDescription& cell, const Snapshot& snapshot,
+          const std::vector<PressedPair>& pairs);
 
 takt_msgs::msg::Status to_message(const LoopStatus& status, const CellDescription& cell);
 /// Sequence number and sender are the caller's to fill in.

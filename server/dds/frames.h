@@ -1,32 +1,23 @@
 #pragma once
-// The cell as a tree of frames for ROS 2 (tf2): `world`; below it every component under its own name, and the
-// base of every robot as <robot>/<base link>; below that the robot's other links as <robot>/<link>, each
-// below the link that the joint before it moves. Two robots of the same type keep their links apart by the
-// prefix (the `frame_prefix` of robot_state_publisher, "TF Prefix" in rviz).
+// Frames of the cell (simulation/cell_frames.h) as messages of tf2.
+#include <vector>
+
 #include "ros2_msgs.h"
-#include "server/simulation/cell_description.h"
-#include "server/simulation/snapshot.h"
+#include "server/simulation/cell_frames.h"
 
 namespace takt {
 
-inline constexpr const char* kWorldFrame = "world";
+tf2_msgs::msg::TFMessage to_message(const std::vector<CellFrame>& frames, double time_s);
 
-/// Name of the link of a robot that everything else hangs on, as a frame.
-std::string base_frame(const RobotDescription& robot);
-
-/// What never moves: bases of robots, links fixed to another link, Grounds (at their poses in `snapshot`).
-tf2_msgs::msg::TFMessage static_frames(const CellDescription& cell, const Snapshot& snapshot);
-
-/// What moves: links behind joints, and components other than Grounds.
-class MovingFrames {
+/// The frames that move, in one message that is filled again and again.
+class MovingFramesMessage {
  public:
-  explicit MovingFrames(const CellDescription& cell);
+  explicit MovingFramesMessage(const CellDescription& cell);
   /// Does not allocate.
-  const tf2_msgs::msg::TFMessage& fill(const Snapshot& snapshot);
-  tf2_msgs::msg::TFMessage& message() { return message_; }
+  tf2_msgs::msg::TFMessage& fill(const Snapshot& snapshot);
 
  private:
-  const CellDescription& cell_;
+  MovingFrames frames_;
   tf2_msgs::msg::TFMessage message_;
 };
 

@@ -53,6 +53,9 @@ void WorldPublisher::make_writers(const TopicNames& topics) {
   const std::size_t contacts_bytes = serialized_bytes<msg::ContactsPubSubType>(contacts_message_);
   contacts_writer_ = participant_.create_writer<msg::ContactsPubSubType>(
       topics.of_cell("contacts"), state_writer_qos(participant_, contacts_bytes));
+  if (loop_.contact_room() > 0)
+    pressures_writer_ = participant_.create_writer<msg::ContactPressuresPubSubType>(
+        topics.of_cell("contact_pressures"), state_writer_qos(participant_, kLargestUnfragmented_bytes + 1));
   clock_writer_ = participant_.create_writer<rosgraph_msgs::msg::ClockPubSubType>(
       TopicNames::clock(), ros_writer_qos(participant_, 1, ros_type_hash::kClock));
   tf_writer_ = participant_.create_writer<tf2_msgs::msg::TFMessagePubSubType>(
@@ -75,8 +78,8 @@ void WorldPublisher::make_writers(const TopicNames& topics) {
 }
 
 void WorldPublisher::remove_writers() {
-  for (dds::DataWriter* writer :
-       {state_writer_, power_writer_, contacts_writer_, clock_writer_, tf_writer_, tf_static_writer_})
+  for (dds::DataWriter* writer : {state_writer_, power_writer_, contacts_writer_, pressures_writer_,
+                                  clock_writer_, tf_writer_, tf_static_writer_})
     participant_.remove(writer);
   for (dds::DataWriter* writer : joint_writers_) participant_.remove(writer);
   for (dds::DataWriter* writer : urdf_writers_) participant_.remove(writer);
@@ -100,6 +103,8 @@ void WorldPublisher::write(const PublishedSnapshot& published) {
     check(clock_writer_->write(&clock_message_, dds::HANDLE_NIL));
   }
   write_frames(snapshot);
+  newest_ = &snapshot;
+  write_pressures();
   present_time_s_ = snapshot.time_s;
   present_step_ = snapshot.step;
   present_epoch_ = snapshot.epoch;
@@ -109,7 +114,7 @@ void WorldPublisher::write(const PublishedSnapshot& published) {
 
 void WorldPublisher::write_frames(const Snapshot& snapshot) {
   if (!static_frames_written_) {
-    tf2_msgs::msg::TFMessage message = static_frames(cell(), snapshot);
+    tf2_msgs::msg::TFMessage message = to_message(static_frames(cell(), snapshot), snapshot.time_s);
     static_frames_written_ = true;
     check(tf_static_writer_->write(&message, dds::HANDLE_NIL));
   }
@@ -117,8 +122,17 @@ void WorldPublisher::write_frames(const Snapshot& snapshot) {
   const std::int64_t now = monotonic_now_ns();
   if (now - frames_written_ns_ < kFrames_ns || !somebody_reads(tf_writer_)) return;
   frames_written_ns_ = now;
-  frames_.fill(snapshot);
-  check(tf_writer_->write(&frames_.message(), dds::HANDLE_NIL));
+  check(tf_writer_->write(&frames_.fill(snapshot), dds::HANDLE_NIL));
+}
+
+/// Of pairs that were asked for, while somebody reads them.
+void WorldPublisher::write_pressures() {
+  if (pressures_writer_ == nullptr) return;
+  PressureWatch& watch = loop_.pressures();
+  const std::int64_t now = monotonic_now_ns();
+  if (!watch.due(now) || !watch.watches(now) || !somebody_reads(pressures_writer_)) return;
+  fill(pressures_message_, cell(), *newest_, watch.look(*newest_, &monotonic_now_ns));
+  check(pressures_writer_->write(&pressures_message_, dds::HANDLE_NIL));
 }
 
 void WorldPublisher::repeat_if_due() {
@@ -126,6 +140,7 @@ void WorldPublisher::repeat_if_due() {
   const std::int64_t now = monotonic_now_ns();
   const std::int64_t interval = now - instant_new_ns_ < kLater_ns ? kRepeat_ns : kRepeatLater_ns;
   if (now - instant_written_ns_ < interval) return;
+  write_pressures();
   check(state_writer_->write(&state_message_, dds::HANDLE_NIL));
   if (power_known_) check(power_writer_->write(&power_message_, dds::HANDLE_NIL));
   if (contacts_known_) check(contacts_writer_->write(&contacts_message_, dds::HANDLE_NIL));

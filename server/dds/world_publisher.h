@@ -41,6 +41,7 @@ class WorldPublisher {
   void make_writers(const TopicNames& topics);
   void remove_writers();
   void write_frames(const Snapshot& snapshot);
+  void write_pressures();
   void check(const DdsReturnCode& result) { refused_ += is_ok(result) ? 0U : 1U; }
 
   RunLoop& loop_;
@@ -49,6 +50,7 @@ class WorldPublisher {
   dds::DataWriter* state_writer_ = nullptr;
   dds::DataWriter* power_writer_ = nullptr;
   dds::DataWriter* contacts_writer_ = nullptr;
+  dds::DataWriter* pressures_writer_ = nullptr;  ///< where there are pairs in surface contact
   dds::DataWriter* clock_writer_ = nullptr;
   dds::DataWriter* tf_writer_ = nullptr;
   dds::DataWriter* tf_static_writer_ = nullptr;
@@ -59,9 +61,11 @@ class WorldPublisher {
   bool power_known_ = false;  ///< some robot has or had dynamics: power is sent with every state
   takt_msgs::msg::Contacts contacts_message_;
   bool contacts_known_ = false;  ///< some process is or was at level 3: contacts are sent with every state
+  takt_msgs::msg::ContactPressures pressures_message_;
+  const Snapshot* newest_ = nullptr;  ///< the outbox's, which it keeps until the next one is taken
   std::vector<sensor_msgs::msg::JointState> joint_messages_;
   rosgraph_msgs::msg::Clock clock_message_;
-  MovingFrames frames_;
+  MovingFramesMessage frames_;
   std::int64_t frames_written_ns_ = 0;
   bool static_frames_written_ = false;
   std::uint64_t refused_ = 0;

@@ -9,6 +9,7 @@
 
 #include "server/geometry/contact_clusters.h"
 #include "server/geometry/contact_surface_data.h"
+#include "server/geometry/element_corners.h"
 
 namespace takt {
 namespace {
@@ -182,25 +183,17 @@ double line_length(const Data& data, std::size_t triangle, const Vec3& p, const 
 }
 
 /// Halves the longest edge until none is longer than `edge_m`; a fixed order of corners gives fixed elements.
-void divide(const std::array<Vec3, 3>& corner, double edge_m, std::vector<std::array<Vec3, 3>>& pieces) {
-  std::vector<std::array<Vec3, 3>> open{corner};
+void divide(const TriangleCorners& corner, double edge_m, std::vector<TriangleCorners>& pieces) {
+  std::vector<TriangleCorners> open{corner};
   while (!open.empty()) {
-    const auto piece = open.back();
+    const TriangleCorners piece = open.back();
     open.pop_back();
-    std::size_t longest = 0;
     double length_m = 0.0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double edge = (piece[(k + 1) % 3] - piece[k]).norm();
-      if (edge > length_m) length_m = edge, longest = k;
-    }
-    if (edge_m <= 0.0 || length_m <= edge_m) {
+    const auto halves = halve_longest_edge(piece, length_m);
+    if (edge_m <= 0.0 || length_m <= edge_m)
       pieces.push_back(piece);
-      continue;
-    }
-    const Vec3 &a = piece[longest], &b = piece[(longest + 1) % 3], &c = piece[(longest + 2) % 3];
-    const Vec3 middle = 0.5 * (a + b);
-    open.push_back({middle, b, c});
-    open.push_back({a, middle, c});
+    else
+      open.insert(open.end(), halves.begin(), halves.end());
   }
 }
 

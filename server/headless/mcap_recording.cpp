@@ -2,12 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+
+#include "server/scenario/contact_pair_names.h"
+#include "server/simulation/cell_model.h"
 
 namespace takt {
 
 using recording::CdrWriter;
 
 namespace {
+
+constexpr double kFrames_s = 0.02, kStatus_s = 0.1;
 
 void put(CdrWriter& out, const Vec3& v) {
   out.put(v.x());
@@ -95,15 +101,29 @@ void put_applied(CdrWriter& out, const std::string& target, std::uint64_t count,
 
 }  // namespace
 
-McapRecording::McapRecording(const std::filesystem::path& file, const Simulation& simulation, double period_s,
-                             const std::string& version)
-    : writer_(file, version),
+McapRecording::McapRecording(const std::filesystem::path& file, const Simulation& simulation,
+                             McapRecordingOptions options)
+    : writer_(file, options.version, options.compression),
       prefix_("/" + (simulation.description().cell.empty() ? "cell" : simulation.description().cell) + "/"),
-      period_s_(period_s) {
+      options_(std::move(options)),
+      frames_(simulation.description()),
+      elements_(simulation.model().contact),
+      began_(std::chrono::steady_clock::now()) {
   const CellDescription& cell = simulation.description();
-  write_description(cell, version);
+  std::vector<std::string> unknown;
+  pressure_pairs_ = find_contact_pairs(simulation.model().contact, cell, options_.pressures, &unknown);
+  if (!unknown.empty())
+    throw std::invalid_argument(
+        "no pair in surface contact is called '" + unknown.front() +
+        "'; names are BASE-TARGET as takt contacts lists them, * stands for any characters");
+  write_description(cell, options_.version);
   state_channel_ = add_channel("state", "takt_msgs/msg/CellState");
   event_channel_ = add_channel("events", "takt_msgs/msg/Event");
+  status_channel_ = add_channel("status", "takt_msgs/msg/Status");
+  tf_channel_ = writer_.add_channel("/tf", recording::known_types(), "tf2_msgs/msg/TFMessage");
+  tf_static_channel_ = writer_.add_channel("/tf_static", recording::known_types(), "tf2_msgs/msg/TFMessage");
+  if (!pressure_pairs_.empty())
+    pressures_channel_ = add_channel("contact_pressures", "takt_msgs/msg/ContactPressures");
   for (const RobotDescription& robot : cell.robots)
     joint_channels_.push_back(add_channel(robot.name + "/joint_states", "sensor_msgs/msg/JointState"));
 }
@@ -142,16 +162,106 @@ void McapRecording::write_description(const CellDescription& cell, const std::st
 }
 
 void McapRecording::record(const Simulation& simulation) {
-  const double step_s = simulation.description().step_s;
-  if (simulation.step_index() < period_boundary_step(next_, period_s_, step_s)) return;
-  while (simulation.step_index() >= period_boundary_step(next_, period_s_, step_s)) ++next_;
+  const CellDescription& cell = simulation.description();
+  const auto due = [&](std::uint64_t& next, double period_s) {
+    if (simulation.step_index() < period_boundary_step(next, period_s, cell.step_s)) return false;
+    while (simulation.step_index() >= period_boundary_step(next, period_s, cell.step_s)) ++next;
+    return true;
+  };
+  if (!due(next_, options_.period_s)) return;
+  const bool first = now_ns_ == 0 && next_frames_ == 0;
   snapshot_ = simulation.make_snapshot();
   now_ns_ = nanoseconds(snapshot_.time_s);
-  const CellDescription& cell = simulation.description();
+  if (first) write_frames(tf_static_channel_, static_frames(cell, snapshot_));
   write_state(cell);
   for (std::size_t robot = 0; robot < cell.robots.size(); ++robot) write_joints(cell, robot);
   write_power(cell);
   write_contacts(cell);
+  if (!pressure_pairs_.empty()) write_pressures(cell);
+  if (due(next_frames_, kFrames_s)) write_frames(tf_channel_, frames_.fill(snapshot_));
+  if (due(next_status_, kStatus_s)) write_status(simulation);
+}
+
+void McapRecording::begin_sample(const CellDescription* of_world) {
+  sample_.clear();
+  put_time(sample_, now_ns_);
+  sample_.put(snapshot_.time_s);
+  sample_.put(snapshot_.step);
+  sample_.put(snapshot_.epoch);
+  if (of_world != nullptr) sample_.put(of_world->world);
+}
+
+void McapRecording::write_frames(std::uint16_t channel, const std::vector<CellFrame>& frames) {
+  sample_.clear();
+  sample_.count(frames.size());
+  for (const CellFrame& frame : frames) {
+    put_time(sample_, now_ns_);
+    sample_.put(frame.parent);
+    sample_.put(frame.name);
+    put(sample_, frame.p);
+    put(sample_, frame.q);
+  }
+  write(channel);
+}
+
+/// Of a run that nobody waits for: there is no lag, no overrun, no latency.
+void McapRecording::write_status(const Simulation& simulation) {
+  constexpr std::uint8_t kPlaying = 1;
+  const CellDescription& cell = simulation.description();
+  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+  begin_sample(&cell);
+  sample_.put(kPlaying);
+  sample_.put(options_.pace);
+  sample_.put(options_.factor);
+  sample_.put(wall_s);
+  sample_.put(wall_s > 0.0 ? snapshot_.time_s / wall_s : 0.0);
+  sample_.put(snapshot_.time_s > 0.0 ? wall_s / snapshot_.time_s : 0.0);
+  sample_.put(0.0);                                                       // lag
+  for (int count = 0; count < 3; ++count) sample_.put(std::uint64_t{0});  // overruns, their runs, rebases
+  for (int quantile = 0; quantile < 9; ++quantile) sample_.put(0.0);      // of steps, wake-ups, latencies
+  std::uint64_t applied = 0;
+  const auto add = [&](const auto& samples) {
+    for (const auto& target : samples) applied += target.commands_applied;
+  };
+  add(snapshot_.robots);
+  add(snapshot_.grippers);
+  add(snapshot_.devices);
+  sample_.put(applied);
+  sample_.put(std::uint64_t{0});  // commands rejected: they end a run
+  const SimulationStatistics& statistics = simulation.statistics();
+  sample_.put(statistics.mpr_calls);
+  sample_.put(statistics.mpr_skipped);
+  sample_.put(simulation.solver().name);
+  sample_.put(statistics.solver.steps);
+  sample_.put(statistics.solver.rejected_steps);
+  sample_.count(cell.processes.size());
+  for (std::size_t i = 0; i < cell.processes.size(); ++i) {
+    sample_.put(cell.processes[i].name);
+    sample_.put(static_cast<std::int32_t>(simulation.process_level(i)));
+  }
+  sample_.count(0);  // waiting for nobody
+  sample_.put("");   // no scheduling was asked for
+  sample_.put(simulation.fault());
+  write(status_channel_);
+}
+
+void McapRecording::write_pressures(const CellDescription& cell) {
+  const std::vector<PressedPair>& pressed = elements_.read(snapshot_, pressure_pairs_);
+  begin_sample(&cell);
+  sample_.count(pressed.size());
+  for (const PressedPair& pair : pressed) {
+    sample_.put(static_cast<std::int32_t>(pair.base));
+    sample_.put(static_cast<std::int32_t>(pair.target));
+    sample_.put(pair.largest_pressure_Pa);
+    sample_.count(9 * pair.elements.size());
+    for (const PressedElement& element : pair.elements)
+      for (const Vec3& corner : element.corner_B)
+        for (const double value : corner) sample_.put(static_cast<float>(value));
+    sample_.count(pair.elements.size());
+    for (const PressedElement& element : pair.elements) sample_.put(static_cast<float>(element.pressure_Pa));
+    sample_.put(static_cast<std::uint32_t>(pair.omitted));
+  }
+  write(pressures_channel_);
 }
 
 void McapRecording::record(const Simulation& simulation, const RecordedEvent& event) {
@@ -171,12 +281,7 @@ void McapRecording::record(const Simulation& simulation, const RecordedEvent& ev
 
 void McapRecording::write_state(const CellDescription& cell) {
   const Snapshot& s = snapshot_;
-  sample_.clear();
-  put_time(sample_, now_ns_);
-  sample_.put(s.time_s);
-  sample_.put(s.step);
-  sample_.put(s.epoch);
-  sample_.put(cell.world);
+  begin_sample(&cell);
   sample_.put(s.state_hash);
   sample_.count(s.components.size());
   for (const ComponentSample& c : s.components) {
@@ -224,8 +329,7 @@ void McapRecording::write_joints(const CellDescription& cell, std::size_t robot)
   const RobotSample& state = snapshot_.robots[robot];
   sample_.clear();
   put_time(sample_, now_ns_);
-  sample_.put(description.links.empty() ? description.name
-                                        : description.name + "/" + description.links.front().name);
+  sample_.put(base_frame(description));
   sample_.count(joints.size());
   for (const JointModel& joint : joints) sample_.put(joint.name);
   put_first(sample_, state.position, joints.size());
@@ -239,11 +343,7 @@ void McapRecording::write_power(const CellDescription& cell) {
   const auto count = std::count_if(snapshot_.robots.begin(), snapshot_.robots.end(), dynamic);
   if (count == 0 && power_channel_ == 0) return;
   if (power_channel_ == 0) power_channel_ = add_channel("power", "takt_msgs/msg/Power");
-  sample_.clear();
-  put_time(sample_, now_ns_);
-  sample_.put(snapshot_.time_s);
-  sample_.put(snapshot_.step);
-  sample_.put(snapshot_.epoch);
+  begin_sample(nullptr);
   sample_.count(static_cast<std::size_t>(count));
   for (std::size_t i = 0; i < snapshot_.robots.size(); ++i) {
     if (!dynamic(snapshot_.robots[i])) continue;
@@ -264,12 +364,7 @@ void McapRecording::write_contacts(const CellDescription& cell) {
   const ContactsSample& contacts = snapshot_.contacts;
   if (!contacts.acting && contacts_channel_ == 0) return;
   if (contacts_channel_ == 0) contacts_channel_ = add_channel("contacts", "takt_msgs/msg/Contacts");
-  sample_.clear();
-  put_time(sample_, now_ns_);
-  sample_.put(snapshot_.time_s);
-  sample_.put(snapshot_.step);
-  sample_.put(snapshot_.epoch);
-  sample_.put(cell.world);
+  begin_sample(&cell);
   sample_.count(contacts.count);
   for (const ContactSample& contact : contacts.pressing()) {
     sample_.put(static_cast<std::int32_t>(contact.base));

@@ -13,15 +13,17 @@ constexpr std::chrono::milliseconds kFirst{500}, kPeriod{100};
 constexpr int kWidth = 30;
 }  // namespace
 
-std::string progress_line(double time_s, double end_s, double wall_s) {
-  const double part = end_s > 0.0 ? std::clamp(time_s / end_s, 0.0, 1.0) : 1.0;
+namespace {
+
+/// `part`: how much is done; `part_here`: of what was to be done when the wall time began.
+std::string line_of(double part, const std::string& what, double part_here, double wall_s) {
   const int full = static_cast<int>(std::floor(part * kWidth));
   std::string bar(static_cast<std::size_t>(full), '=');
   if (full < kWidth) bar += '>';
   bar.resize(static_cast<std::size_t>(kWidth), ' ');
   std::string left;
-  if (part > 0.0) {
-    const double left_s = wall_s * (1.0 - part) / part;
+  if (part_here > 0.0) {
+    const double left_s = wall_s * (1.0 - part_here) / part_here;
     char text[48];
     if (left_s < 100.0)
       std::snprintf(text, sizeof text, ", %.0f s left", std::ceil(left_s));
@@ -29,9 +31,26 @@ std::string progress_line(double time_s, double end_s, double wall_s) {
       std::snprintf(text, sizeof text, ", %.0f min left", std::ceil(left_s / 60.0));
     left = text;
   }
-  char text[96];
-  std::snprintf(text, sizeof text, " %3.0f %%  %.1f of %.1f s", std::floor(100.0 * part), time_s, end_s);
-  return "[" + bar + "]" + text + left;
+  char text[32];
+  std::snprintf(text, sizeof text, " %3.0f %%  ", std::floor(100.0 * part));
+  return "[" + bar + "]" + text + what + left;
+}
+
+}  // namespace
+
+std::string progress_line(double time_s, double end_s, double wall_s) {
+  const double part = end_s > 0.0 ? std::clamp(time_s / end_s, 0.0, 1.0) : 1.0;
+  char what[64];
+  std::snprintf(what, sizeof what, "%.1f of %.1f s", time_s, end_s);
+  return line_of(part, what, part, wall_s);
+}
+
+std::string progress_line(int done, int all, int before, const std::string& what, double wall_s) {
+  const auto part = [](int of, int whole) {
+    return whole > 0 ? std::clamp(static_cast<double>(of) / whole, 0.0, 1.0) : 1.0;
+  };
+  return line_of(part(done, all), std::to_string(done) + " of " + std::to_string(all) + " " + what,
+                 part(done - before, all - before), wall_s);
 }
 
 Progress::Progress(double end_s, bool quiet)
@@ -44,13 +63,22 @@ Progress::~Progress() {
   if (drawn_) std::fputs("\r\033[K", stderr);
 }
 
+double Progress::wall_s() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+}
+
 void Progress::at(double time_s) {
-  const auto now = std::chrono::steady_clock::now();
-  if (!shows_ || now < due_) return;
-  due_ = now + kPeriod;
+  if (shows_ && std::chrono::steady_clock::now() >= due_) draw(progress_line(time_s, end_s_, wall_s()));
+}
+
+void Progress::at(int done, int all, int before, const std::string& what) {
+  if (shows_) draw(progress_line(done, all, before, what, wall_s()));
+}
+
+void Progress::draw(const std::string& line) {
+  due_ = std::chrono::steady_clock::now() + kPeriod;
   drawn_ = true;
-  const double wall_s = std::chrono::duration<double>(now - begin_).count();
-  std::fprintf(stderr, "\r\033[K%s", progress_line(time_s, end_s_, wall_s).c_str());
+  std::fprintf(stderr, "\r\033[K%s", line.c_str());
   std::fflush(stderr);
 }
 

@@ -7,6 +7,9 @@ namespace takt {
 
 /// "[=======>            ]  37 %  15.4 of 42.0 s, 12 s left". `wall_s`: what it took so far.
 std::string progress_line(double time_s, double end_s, double wall_s);
+/// "[=======>            ]  37 %  15 of 42 runs, 12 s left": of which so many were done before the wall time
+/// began.
+std::string progress_line(int done, int all, int before, const std::string& what, double wall_s);
 
 class Progress {
  public:
@@ -19,8 +22,13 @@ class Progress {
 
   bool shows() const { return shows_; }
   void at(double time_s);
+  /// Instead: so many of all of what is counted.
+  void at(int done, int all, int before, const std::string& what);
 
  private:
+  double wall_s() const;
+  void draw(const std::string& line);
+
   const double end_s_;
   const bool shows_;
   const std::chrono::steady_clock::time_point begin_;

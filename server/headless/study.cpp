@@ -19,6 +19,7 @@
 #include <ostream>
 #include <sstream>
 
+#include "server/headless/progress.h"
 #include "server/scenario/scenario_reader.h"
 
 namespace takt {
@@ -317,6 +318,8 @@ int run_study(const StudyOptions& options, std::ostream& progress) {
   std::map<pid_t, int> running;
   std::size_t next = 0;
   int done = before;
+  Progress bar(0.0, !options.bar);
+  bar.at(done, runs, before, "runs");
   std::string refused;
   while (!running.empty() || (next < missing.size() && refused.empty())) {
     if (next < missing.size() && refused.empty() && static_cast<int>(running.size()) < options.jobs) {
@@ -340,9 +343,8 @@ int run_study(const StudyOptions& options, std::ostream& progress) {
     }
     fs::rename(part_of(file_of(options, run, ".json")), file_of(options, run, ".json"));
     fs::remove(file_of(options, run, ".log"));
-    progress << '\r' << ++done << " of " << runs << " runs" << std::flush;
+    bar.at(++done, runs, before, "runs");
   }
-  if (done > before) progress << '\n';
   if (!refused.empty()) throw ScenarioError(refused);
   if (whole) write_results(options);
   return before;

@@ -32,6 +32,7 @@ struct StudyOptions {
   /// Of so many processes that share the runs, this one does run `task`, task + tasks, ... More than one
   /// task: they may work at the same time, on several machines, and none writes the table.
   int task = 0, tasks = 1;
+  bool bar = false;  ///< show a bar with the time left on the error output, where that is a terminal
 };
 
 int study_runs(const StudyOptions& options);

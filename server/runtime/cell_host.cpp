@@ -145,6 +145,13 @@ void CellHost::submit(const ControlRequest& request) {
       mail_->add_reply(std::move(*answer));
       return;
     }
+    if (const auto* to_watch = std::get_if<WatchPressures>(&std::get<HostAction>(*parsed))) {
+      if (loaded)
+        mail_->add_reply(loaded->loop.pressures().watch(request.id, *to_watch, monotonic_now_ns()));
+      else
+        answer_without_world(request);
+      return;
+    }
     const std::string refusal = confine(std::get<HostAction>(*parsed), options_.scenarios);
     if (!refusal.empty()) {
       reply(request.id, ControlResult::failed, refusal);

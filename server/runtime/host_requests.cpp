@@ -92,6 +92,14 @@ Parsed parse_start_recording(const ControlRequest& request) {
       StartRecording{arguments.text("name", "what the recording is called.")});
 }
 
+Parsed parse_watch(const ControlRequest& request) {
+  RequestArguments arguments(request, {"pairs", "for_s"});
+  WatchPressures action;
+  action.pairs = arguments.text("pairs", "names BASE-TARGET, with * for any characters.");
+  action.for_s = arguments.real("for_s", 10.0, 0.0, 86400.0);
+  return arguments.result<HostAction>(action);
+}
+
 /// Nothing: the loop's business.
 std::optional<Parsed> parse_reset(const ControlRequest& request) {
   const auto parsed = parse(request, CellDescription{});
@@ -117,6 +125,7 @@ std::optional<Parsed> parse_host_request(const ControlRequest& request, bool wit
   if (name == "restore_snapshot") return parse_restore(request);
   if (name == "start_recording") return parse_start_recording(request);
   if (name == "stop_recording") return RequestArguments(request, {}).result<HostAction>(StopRecording{});
+  if (name == "watch_pressures") return parse_watch(request);
   if (name == "reset" && with_spawned) return parse_reset(request);
   return std::nullopt;
 }

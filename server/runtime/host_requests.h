@@ -58,12 +58,20 @@ struct StartRecording {
   std::string name;
 };
 struct StopRecording {};
-using HostAction = std::variant<LoadScenario, UnloadScenario, ReloadScenario, SpawnEntity, DeleteEntity,
-                                ResetSpawned, SaveSnapshot, RestoreSnapshot, StartRecording, StopRecording>;
+/// Which pairs are to be sent as contact_pressures, for how long from now on (wall time); answered at once.
+/// Arguments: `pairs`, names BASE-TARGET with * for any characters, separated by commas; `for_s` (10); 0 ends
+/// it.
+struct WatchPressures {
+  std::string pairs;
+  double for_s = 10.0;
+};
+using HostAction =
+    std::variant<LoadScenario, UnloadScenario, ReloadScenario, SpawnEntity, DeleteEntity, ResetSpawned,
+                 SaveSnapshot, RestoreSnapshot, StartRecording, StopRecording, WatchPressures>;
 
-inline constexpr std::array<std::string_view, 9> kHostRequests{
-    "load_scenario", "unload_scenario",  "reload_scenario", "spawn_entity",  "delete_entity",
-    "save_snapshot", "restore_snapshot", "start_recording", "stop_recording"};
+inline constexpr std::array<std::string_view, 10> kHostRequests{
+    "load_scenario", "unload_scenario",  "reload_scenario", "spawn_entity",   "delete_entity",
+    "save_snapshot", "restore_snapshot", "start_recording", "stop_recording", "watch_pressures"};
 
 /// Nothing when the request is none of these. `with_spawned`: something was spawned or deleted, so that a
 /// reset may be one of these.

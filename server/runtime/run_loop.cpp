@@ -22,6 +22,7 @@ RunLoop::RunLoop(Simulation& simulation, RunLoopOptions options)
       buffer_(simulation.description()),
       outbox_(simulation.make_snapshot(), options_.mail ? options_.mail : std::make_shared<Mail>()),
       pacer_(options_.clock != nullptr ? *options_.clock : system_monotonic_clock()),
+      pressures_(simulation.model()),
       registry_(target_count(simulation.description()), simulation.description().step_s),
       state_(options_.start_stopped  ? SimulationState::stopped
              : options_.start_paused ? SimulationState::paused

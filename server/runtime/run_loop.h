@@ -34,6 +34,7 @@
 #include "server/runtime/histogram.h"
 #include "server/runtime/outbox.h"
 #include "server/runtime/pacer.h"
+#include "server/runtime/pressure_watch.h"
 #include "server/runtime/snapshot_file.h"
 #include "server/runtime/wakeup.h"
 #include "server/simulation/simulation.h"
@@ -138,6 +139,8 @@ class RunLoop {
   const CellDescription& cell() const { return simulation_.description(); }
   /// Most contacts that a published snapshot holds.
   std::size_t contact_room() const { return simulation_.contact_room(); }
+  /// Of no concern to the loop: what clients and the writer of samples agree upon.
+  PressureWatch& pressures() { return pressures_; }
 
  private:
   struct Pending {
@@ -208,6 +211,7 @@ class RunLoop {
   CommandBuffer buffer_;
   Outbox outbox_;
   Pacer pacer_;
+  PressureWatch pressures_;
   ControllerRegistry registry_;
 
   std::thread thread_;

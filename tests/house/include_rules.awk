@@ -27,7 +27,7 @@ BEGIN {
   may["server/simulation/"] = simulation
   may["server/scenario/"] = scenario
   may["server/runtime/"] = scenario " server/runtime/"
-  may["server/dds/"] = plant " server/simulation/command.h server/simulation/snapshot.h " \
+  may["server/dds/"] = plant " server/simulation/command.h server/simulation/snapshot.h server/simulation/pressed_elements.h server/simulation/cell_frames.h " \
                        "server/simulation/cell_description.h server/runtime/ server/dds/ idl/transport/ idl/ GENERATED"
   may["server/headless/"] = scenario " server/headless/ client_lib/controller/ client_lib/render/ client_lib/recording/"
   may["server/server_main.cpp"] = "plant_models/ server/ idl/"
@@ -62,6 +62,7 @@ BEGIN {
   library("CLI11", "CLI/", "server/server_main.cpp server/run_main.cpp client_lib/tools/ client_lib/examples/ config/ tests/", "", 0)
   library("pybind11", "pybind11/", "client_lib/python/", "", 0)
   library("zstd", "zstd.h", "client_lib/recording/", "", 0)
+  library("lz4", "lz4.h lz4frame.h", "client_lib/recording/", "", 0)
   library("Boost", "boost/", "client_lib/view/", "", 0)
   library("prometheus-cpp", "prometheus/", "client_lib/view/", "", 0)
   library("KDL", "kdl/", "tests/", "", 0)

@@ -16,6 +16,7 @@
 namespace {
 
 using takt::recording::CdrWriter;
+using takt::recording::Compression;
 using takt::recording::known_types;
 using takt::recording::McapMessage;
 using takt::recording::McapReader;
@@ -40,9 +41,10 @@ std::string event(std::uint64_t number, const std::string& message) {
 }
 
 /// A recording of 12 chunks on two topics, and its size after each.
-std::vector<Flushed> write_recording(const std::filesystem::path& file, std::mt19937& random) {
+std::vector<Flushed> write_recording(const std::filesystem::path& file, std::mt19937& random,
+                                     Compression compression = Compression::zstd) {
   std::vector<Flushed> flushes;
-  McapWriter writer(file, "a test");
+  McapWriter writer(file, "a test", compression);
   const auto events = writer.add_channel("/cell/events", known_types(), "takt_msgs/msg/Event");
   const auto clock = writer.add_channel("/clock", known_types(), "rosgraph_msgs/msg/Clock");
   std::uint64_t number = 0;
@@ -87,11 +89,13 @@ std::uint64_t count_messages(McapReader& reader) {
   return messages;
 }
 
-TEST(McapRecording, CutAtAThousandPlacesIsReadUpToItsLastWholeChunk) {
+class CutRecording : public testing::TestWithParam<Compression> {};
+
+TEST_P(CutRecording, AtAThousandPlacesIsReadUpToItsLastWholeChunk) {
   std::mt19937 random(20240611);
   const takt::test::TemporaryDirectory directory;
   const auto whole = directory / "whole.mcap", cut = directory / "cut.mcap";
-  const std::vector<Flushed> flushes = write_recording(whole, random);
+  const std::vector<Flushed> flushes = write_recording(whole, random, GetParam());
   const std::string bytes = bytes_of(whole);
   // Where each chunk's record ends, read here by hand: behind a flush the next chunk begins.
   std::vector<std::uint64_t> chunk_ends;
@@ -134,11 +138,11 @@ TEST(McapRecording, CutAtAThousandPlacesIsReadUpToItsLastWholeChunk) {
   EXPECT_GT(with_all, 0);
 }
 
-TEST(McapRecording, ADamagedChunkIsToldAndNotHandedOut) {
+TEST_P(CutRecording, ADamagedChunkIsToldAndNotHandedOut) {
   std::mt19937 random(7);
   const takt::test::TemporaryDirectory directory;
   const auto whole = directory / "whole.mcap", damaged = directory / "damaged.mcap";
-  const std::vector<Flushed> flushes = write_recording(whole, random);
+  const std::vector<Flushed> flushes = write_recording(whole, random, GetParam());
   std::string bytes = bytes_of(whole);
   bytes[flushes[4].size + 200] =
       static_cast<char>(bytes[flushes[4].size + 200] ^ 0x10);  // in the sixth chunk
@@ -154,6 +158,46 @@ TEST(McapRecording, ADamagedChunkIsToldAndNotHandedOut) {
   }),
                RecordingError);
   EXPECT_EQ(messages, flushes[4].messages);
+}
+
+INSTANTIATE_TEST_SUITE_P(Compressions, CutRecording,
+                         testing::Values(Compression::zstd, Compression::lz4, Compression::none),
+                         [](const auto& test) {
+                           const auto name = takt::recording::mcap_name(test.param);
+                           return name.empty() ? std::string("none") : std::string(name);
+                         });
+
+/// One byte changed anywhere in a chunk's content: told, or the same bytes (a bit that means nothing).
+TEST(Compression, DamagedLz4IsToldOrTheSame) {
+  std::mt19937 random(11);
+  std::string bytes;
+  for (int i = 0; i < 20000; ++i) bytes.push_back(static_cast<char>('a' + random() % 4));
+  std::string packed;
+  takt::recording::compress(Compression::lz4, bytes, packed);
+  ASSERT_LT(packed.size(), bytes.size());
+  ASSERT_EQ(takt::recording::decompress("lz4", packed, bytes.size()), bytes);
+  int told = 0;
+  const auto read = [&](const std::string& damaged, std::size_t size) {
+    try {
+      EXPECT_EQ(takt::recording::decompress("lz4", damaged, size).size(), size);
+    } catch (const RecordingError&) {
+      ++told;
+    }
+  };
+  for (int i = 0; i < 2000; ++i) {
+    std::string damaged = packed;
+    damaged[random() % packed.size()] ^= static_cast<char>(1U << (random() % 8));
+    read(damaged, bytes.size());
+  }
+  EXPECT_GT(told, 100);
+  told = 0;
+  for (std::size_t length = 0; length < packed.size(); length += 97)
+    read(packed.substr(0, length), bytes.size());
+  EXPECT_EQ(told, static_cast<int>((packed.size() + 96) / 97));
+  EXPECT_THROW(takt::recording::decompress("lz4", packed, bytes.size() - 1), RecordingError);
+  EXPECT_THROW(takt::recording::decompress("lz4", packed, bytes.size() + 1), RecordingError);
+  EXPECT_THROW(takt::recording::decompress("lz4", packed + "x", bytes.size()), RecordingError);
+  EXPECT_THROW(takt::recording::decompress("brotli", packed, bytes.size()), RecordingError);
 }
 
 TEST(McapRecording, AFileThatIsNoneIsRefusedWithItsName) {

@@ -10,6 +10,7 @@
 #include "server/contact/contact_roles.h"
 #include "server/contact/contact_springs.h"
 #include "server/geometry/contact_surface_data.h"
+#include "server/geometry/element_corners.h"
 #include "server/geometry/segment_distance.h"
 #include "tests/support/contact_pairs.h"
 #include "tests/support/hollow_bodies.h"
@@ -33,6 +34,22 @@ TEST(ContactSurface, DividesLongEdgesAndKeepsTheArea) {
     // No triangle with edges up to `edge` is larger than the equilateral one.
     for (const double a : data.area_m2) EXPECT_LE(a, std::sqrt(3.0) / 4.0 * edge * edge);
     EXPECT_GT(static_cast<double>(s->element_count()), area / (std::sqrt(3.0) / 4.0 * edge * edge));
+  }
+}
+
+TEST(ContactSurface, CornersOfElementsAreThoseOfItsPieces) {
+  // A body of slanted triangles, divided and not: each element is its corners' triangle, on the mesh's
+  // triangle.
+  for (const double edge : {0.0, 0.02, 0.0031}) {
+    const auto s = surface(test::lattice_box({0.04, 0.03, 0.02}, std::array<int, 3>{2, 1, 1}), edge);
+    const auto& data = s->data();
+    for (std::size_t e = 0; e < data.element_count(); ++e) {
+      const auto corner = element_corners_B(*s, e);
+      EXPECT_LT(((corner[0] + corner[1] + corner[2]) / 3.0 - data.point(e)).norm(), 1e-15);
+      const Vec3 twice = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
+      EXPECT_NEAR(0.5 * twice.norm(), data.area_m2[e], 1e-15);
+      EXPECT_GT(twice.normalized().dot(data.normal(e)), 1.0 - 1e-12);
+    }
   }
 }
 

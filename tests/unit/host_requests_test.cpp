@@ -49,6 +49,15 @@ TEST(HostRequests, LoadReadsFileOverridesAndLevel) {
   expect_failure("unload_scenario", {{"uri", "a"}}, "it takes none");
 }
 
+TEST(HostRequests, WatchReadsPairsAndHowLong) {
+  const auto watch = action<WatchPressures>("watch_pressures", {{"pairs", "P-*, O-P"}, {"for_s", "2.5"}});
+  EXPECT_EQ(watch.pairs, "P-*, O-P");
+  EXPECT_EQ(watch.for_s, 2.5);
+  EXPECT_EQ(action<WatchPressures>("watch_pressures", {{"pairs", "*"}}).for_s, 10.0);
+  expect_failure("watch_pressures", {}, "'pairs'");
+  expect_failure("watch_pressures", {{"pairs", "*"}, {"for_s", "-1"}}, "'for_s' is '-1'");
+}
+
 TEST(HostRequests, SpawnReadsANewPartOrACopy) {
   const auto made = action<SpawnEntity>("spawn_entity", {{"name", "A"},
                                                          {"uri", "a.obj"},

@@ -20,4 +20,12 @@ TEST(ProgressLine, KnowsNothingAtTheBeginAndIsFullAtTheEnd) {
             "[==============================] 100 %  42.0 of 42.0 s, 0 s left");
 }
 
+TEST(ProgressLine, OfRunsCountsTheTimeOfThoseOfThisTimeOnly) {
+  EXPECT_EQ(progress_line(12, 42, 2, "runs", 30.0),
+            "[========>                     ]  28 %  12 of 42 runs, 90 s left");
+  EXPECT_EQ(progress_line(2, 42, 2, "runs", 0.0), "[=>                            ]   4 %  2 of 42 runs");
+  EXPECT_EQ(progress_line(42, 42, 42, "runs", 1.0),
+            "[==============================] 100 %  42 of 42 runs, 0 s left");
+}
+
 }  // namespace

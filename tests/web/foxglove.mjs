@@ -8,7 +8,7 @@ import {server, start, program, stop, takt, view} from './processes.mjs';
 
 const {FoxgloveClient} = ws;
 
-const running = await server('--paused');
+const running = await server('--paused', '--lod', '3', '--set', 'solver.method=implicit');
 const {child, url} = await view();
 const controller = await start('takt-controller', [program, '--start']);
 const address = url.replace('http', 'ws');
@@ -83,6 +83,17 @@ for (const protocol of ['foxglove.websocket.v1', 'foxglove.sdk.v1']) {
   const force = live.samples.get('/takt/forces').entities.find(({id}) => id === 'force on P');
   const size = Math.hypot(...state.components.P.force);
   assert.ok(Math.abs(length(force.arrows[0]) - 0.01 * size) < 1e-6, `${length(force.arrows[0])} for ${size} N`);
+  // Elements that press, on request, as coloured triangles in the frame of their component.
+  live.subscribe('/takt/pressures');
+  assert.equal((await call('watch_pressures', {pairs: '*-Table1', for_s: '60'})).result, 1);
+  await live.until(() => live.samples.get('/takt/pressures')?.entities.length > 0);
+  for (const entity of live.samples.get('/takt/pressures').entities) {
+    assert.match(entity.id, /^pressure .*Table1/);
+    assert.ok(entity.frame_id.startsWith('takt/'));
+    const [{points, colors}] = entity.triangles;
+    assert.ok(points.length > 0 && points.length % 3 === 0 && colors.length === points.length);
+    assert.ok(colors.some(({r, b}) => r > 0.85 && b < 0.15));
+  }
   assert.equal((await call('set_state', {state: '1'})).result, 1);
   assert.deepEqual(live.problems, []);
   live.client.close();

@@ -1,4 +1,4 @@
-// A recording read by the MCAP project's own reader, its samples by Foxglove's: recording.mjs FILE EXPECTED.json
+// A recording read by the MCAP project's own reader, its samples by Foxglove's: recording.mjs FILE EXPECTED.json COMPRESSION
 // EXPECTED.json is what `takt export FILE --json` says of the same file, one document a line.
 import {readFile, open} from 'node:fs/promises';
 import {strict as assert} from 'node:assert';
@@ -6,9 +6,11 @@ import {McapIndexedReader, McapStreamReader} from '@mcap/core';
 import {parse} from '@foxglove/rosmsg';
 import {MessageReader} from '@foxglove/rosmsg2-serialization';
 import {decompress} from 'fzstd';
+import lz4 from '@foxglove/wasm-lz4';
 
-const [file, expectedFile] = process.argv.slice(2);
-const decompressHandlers = {zstd: (bytes, size) => decompress(bytes, new Uint8Array(Number(size)))};
+const [file, expectedFile, compression] = process.argv.slice(2);
+await lz4.isLoaded;
+const decompressHandlers = {zstd: (bytes, size) => decompress(bytes, new Uint8Array(Number(size))), lz4: (bytes, size) => lz4(bytes, Number(size))};
 const handle = await open(file);
 const readable = {
   size: async () => BigInt((await handle.stat()).size),
@@ -53,6 +55,9 @@ for await (const message of indexed.readMessages()) {
 assert.equal(count, expected.length);
 assert.equal(BigInt(count), indexed.statistics.messageCount);
 assert.ok(count > 0);
+for (const {compression: used} of indexed.chunkIndexes) assert.equal(used, compression);
+// What a server sends is there, by what other programs look for.
+for (const topic of ['/tf', '/tf_static', '/cell/status', '/cell/description', '/cell/state', '/cell/events']) assert.ok(topics.has(topic), topic);
 
 // From its begin to its end, as a program reads it that cannot seek, all checksums checked.
 const stream = new McapStreamReader({decompressHandlers, validateCrcs: true});

@@ -1,22 +1,13 @@
 // takt view in Debian's Chromium: the page of a running cell, its controls, a restart of the server, a recording.
 import {strict as assert} from 'node:assert';
-import {existsSync} from 'node:fs';
-import {chromium} from 'playwright-core';
+import {chromium, executable} from './browser.mjs';
 import {program, server, start, stop, takt, view} from './processes.mjs';
 
-const executablePath = ['/usr/bin/chromium', '/usr/bin/chromium-browser'].find(existsSync);
-if (!executablePath) {
-  console.log('skipped: Chromium is not installed (Debian package chromium)');
-  process.exit(77);
-}
-if (!existsSync(`${process.env.TAKT_BIN}/../share/takt/view/index.html`)) {
-  console.log('skipped: the page was not built, since npm could not be reached');
-  process.exit(77);
-}
+const chromiumHere = executable();
 
 let {child: bridge, url} = await view();  // before there is anything to see
 let running = await server('--paused', '--lod', '3', '--set', 'solver.method=implicit');
-const browser = await chromium.launch({executablePath, args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader']});
+const browser = await chromium.launch(chromiumHere);
 const page = await browser.newPage({viewport: process.env.TAKT_SCREENSHOT ? {width: 1400, height: 860} : {width: 900, height: 560}});
 const problems = [];
 page.on('pageerror', (error) => problems.push(error.message));
@@ -76,6 +67,26 @@ const contact = await ask(() => {
 assert.ok(contact.visible);
 assert.deepEqual(contact.place, contact.c);
 assert.ok(Math.abs(Math.PI * contact.radius ** 2 - contact.area) < 1e-9 || contact.radius === 0.002);
+// Its elements in the colour of their pressure, on request; the cell stands, and they carry what the disc's arrow says.
+await page.selectOption('#pressure', '*');
+await until(() => takt.cell.pressed.size > 0 && takt.last.contact_pressures.pairs.length === takt.last.contacts.contacts.length);
+const pressed = await ask(() => {
+  const pair = takt.last.contact_pressures.pairs[0], contact = takt.last.contacts.contacts.find(({base, target}) => base === pair.base && target === pair.target);
+  const mesh = takt.cell.pressed.get(`${pair.base}-${pair.target}`);
+  const {position, color} = mesh.geometry.attributes, strongest = pair.pressures.indexOf(Math.max(...pair.pressures));
+  return {count: position.count, elements: contact.elements, largest: pair.largest_pressure, told: contact.largest_pressure,
+    strongest: [color.getX(3 * strongest), color.getY(3 * strongest), color.getZ(3 * strongest)],
+    onBase: mesh.parent.name === takt.last.description.components[pair.base].name,
+    discs: takt.cell.patches.some(({disc}) => disc.visible)};
+});
+assert.equal(pressed.count, 3 * pressed.elements);
+assert.equal(pressed.largest, pressed.told);
+assert.ok(pressed.onBase && !pressed.discs);
+assert.ok(pressed.strongest[0] > 0.5 && pressed.strongest[2] < 0.1, `red where the pressure is largest: ${pressed.strongest}`);
+assert.match(await page.locator('#pressures').textContent(), /P-|-P/);
+if (process.env.TAKT_SCREENSHOT) await page.screenshot({path: process.env.TAKT_SCREENSHOT.replace('.png', '_pressures.png')});
+await page.selectOption('#pressure', '');
+await until(() => takt.cell.pressed.size === 0);
 if (process.env.TAKT_SCREENSHOT) await page.screenshot({path: process.env.TAKT_SCREENSHOT});
 
 stage('section and plots');

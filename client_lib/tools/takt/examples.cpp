@@ -42,6 +42,7 @@ const std::map<std::string, std::string>& examples() {
       {"record",
        "  takt record run.mcap               all samples of all topics, until Ctrl-C\n"
        "  takt record run.mcap --period 0.01 --duration 10\n"
+       "  takt record run.mcap --compression lz4 --pressures 'P-*'\n"
        "  takt record run.csv --duration 10\n"
        "  takt record - --until 42 --period 0.1"},
       {"view",

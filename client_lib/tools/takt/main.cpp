@@ -136,6 +136,13 @@ int run(int argc, char** argv) {
                       ->check(CLI::PositiveNumber)
                       ->capture_default_str();
 
+  record->add_option("--compression", record_options.compression, "of FILE.mcap: zstd (smallest), lz4, none")
+      ->check(CLI::IsMember({"zstd", "lz4", "none"}))
+      ->capture_default_str();
+  record->add_option("--pressures", record_options.pressures,
+                     "for FILE.mcap: element by element, how these pairs press at level of detail 3: names "
+                     "BASE-TARGET, * for any characters, separated by commas");
+
   takt::tool::CheckOptions check_options;
   auto* check = add("check", "compare the present positions with those a scenario expects at its end",
                     [&] { return takt::tool::check(common, check_options); });

@@ -58,7 +58,8 @@ class McapRecorder {
         options_(options),
         period_s_(period_s),
         end_s_(options.until_s),
-        writer_(options.file, std::string("takt ") + TAKT_VERSION),
+        writer_(options.file, std::string("takt ") + TAKT_VERSION,
+                recording::compression_named(options.compression).value_or(recording::Compression::zstd)),
         topics_(
             common.client, [this](const RawTopic& topic) { add(topic); },
             [this](const RawTopic& topic, std::string_view sample) { take(topic, sample); }) {}
@@ -66,6 +67,7 @@ class McapRecorder {
   int run() {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(common_.timeout_s);
     int looks = 0;
+    bool asked = options_.pressures.empty();
     std::unique_lock lock(mutex_);
     while (!over_ && failure_.empty() && !interrupted()) {
       changed_.wait_for(lock, kLook);
@@ -75,6 +77,12 @@ class McapRecorder {
         client::Client attempt(common_.client);  // says what there is instead, or finds it after all
         lock.lock();
         if (!described_) throw NoCell("Cell '" + cell + "' does not send its description.");
+      }
+      if (described_ && !asked) {
+        asked = true;
+        lock.unlock();
+        ask_for_pressures();
+        lock.lock();
       }
       if (++looks % kLooksBetweenFlushes == 0) writer_.flush();
       if (isatty(STDERR_FILENO) != 0 && looks % kLooksBetweenFlushes == 0) progress();
@@ -103,6 +111,13 @@ class McapRecorder {
     bool stamped = false, thinned = false;
     double due_s = -1.0e300, newest_s = 0.0;
   };
+
+  /// They are sent while somebody reads them: when this ends, nobody does.
+  void ask_for_pressures() const {
+    constexpr const char* kLongest_s = "86400";
+    (void)client::Client(common_.client)
+        .request("watch_pressures", {{"pairs", options_.pressures}, {"for_s", kLongest_s}});
+  }
 
   void progress() const {
     std::string left;

@@ -38,6 +38,8 @@ void serve(const Common& common, const ViewOptions& options, view::Stream& strea
   web.port = options.port;
   web.page = page_directory(options.page);
   web.control = !options.observer;
+  web.files = view::RobotFiles({options.files.begin(), options.files.end()});
+  web.metadata.emplace_back("files", web.files.any() ? "true" : "false");
   const view::SceneChannel scene(stream);
   const view::WebServer server(stream, std::move(web), std::move(control));
   const std::string host = options.address == "0.0.0.0" ? "localhost" : options.address;
@@ -97,6 +99,14 @@ void declare_view(CLI::App& app, const Common& common, int& result) {
       ->capture_default_str();
   command->add_flag("--observer", options.observer, "all may look, nobody may touch");
   command->add_option("--page", options.page, "directory of the built page")->check(CLI::ExistingDirectory);
+  command
+      ->add_option(
+          "--files", options.files,
+          "folder of mesh files (STL, DAE, OBJ) that robots are drawn with, as their URDF names them "
+          "(relative or package://); may be given several times; nothing else is handed out")
+      ->check(CLI::ExistingDirectory)
+      ->type_size(1)
+      ->allow_extra_args(false);
   command->callback([&] { result = view(common, options); });
 }
 

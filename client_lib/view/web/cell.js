@@ -1,16 +1,26 @@
 // The cell in 3D: components with the meshes of the description, robots from their URDF, forces, contacts, who holds whom.
 import * as THREE from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
+import {ColladaLoader} from 'three/addons/loaders/ColladaLoader.js';
+import {OBJLoader} from 'three/addons/loaders/OBJLoader.js';
+import {STLLoader} from 'three/addons/loaders/STLLoader.js';
 import URDFLoader from 'urdf-loader';
 
 export const STATES = ['free', 'held', 'placed', 'assembled'];
 export const STATE_COLORS = [0x7f8c97, 0xe08214, 0x2c7fb8, 0x2e9e5b];
 const OPEN = 0x9aa7b4, CLOSED = 0xc2561a, FORCE = 0xd6204e, CONTACT = 0x8a2be2, HOLDS = 0x20639b;
 const LONGEST = 0.5;  // m; larger forces are drawn like this, as they would leave the picture
+const COLORS = [0x2b3cff, 0x18b8d8, 0x2fbf4a, 0xf2d21b, 0xe2231a].map((color) => new THREE.Color(color));  // of pressures
 const UP = new THREE.Vector3(0, 1, 0);
 
 function matrixOf({position, rotation: r}) {
   return new THREE.Matrix4().set(r[0], r[1], r[2], position.x, r[3], r[4], r[5], position.y, r[6], r[7], r[8], position.z, 0, 0, 0, 1);
+}
+
+// Of a pressure, from none to the largest one.
+export function colorOf(pressure, largest, color = new THREE.Color()) {
+  const at = Math.min(Math.max(pressure / largest, 0), 1) * (COLORS.length - 1), i = Math.min(Math.floor(at), COLORS.length - 2);
+  return color.copy(COLORS[i]).lerp(COLORS[i + 1], at - i);
 }
 
 class Arrow extends THREE.Group {
@@ -93,16 +103,18 @@ export class Cell {
       return {mesh, own, arrow, line, type: component.type};
     });
     this.grippers = description.grippers;
+    this.missing = new Set();  // mesh files of robots that could not be had
     this.robots = description.robots.map((robot) => {
       const loader = new URDFLoader();
-      loader.loadMeshCb = (path, manager, done) => done(new THREE.Group());  // files of the server; primitives are in the text
+      loader.packages = (name) => `package:${name}`;
+      loader.loadMeshCb = (path, manager, done) => this.loadMesh(path, manager, done);
       let model;
       try {
         model = loader.parse(robot.urdf);
       } catch {
         model = new THREE.Group();
       }
-      model.traverse((part) => { if (part.isMesh) part.material = new THREE.MeshStandardMaterial({color: part.material?.color ?? 0xb8c0c8, roughness: 0.6}); });
+      this.dress(model);
       const base = new THREE.Group();
       base.matrixAutoUpdate = false;
       base.matrix.copy(matrixOf(robot.base));
@@ -111,8 +123,35 @@ export class Cell {
       return {model, joints: robot.joints.map((joint) => joint.name)};
     });
     this.patches = [];
+    this.pressed = new Map();  // pairs whose elements are shown
     this.setSection(this.section, this.cut);
     this.dirty = true;
+  }
+
+  // One material for all that is drawn of robots, in the colour that it has, with the section.
+  dress(model) {
+    const planes = this.section ? [this.plane] : [];
+    model.traverse((part) => {
+      if (!part.isMesh) return;
+      const [material] = [part.material].flat();
+      part.material = new THREE.MeshStandardMaterial({color: material?.color ?? 0xb8c0c8, map: material?.map ?? null, vertexColors: Boolean(material?.vertexColors), roughness: 0.6, side: THREE.DoubleSide, clippingPlanes: planes});
+    });
+  }
+
+  // A mesh file that a URDF names, where takt view has it (--files); the link stays without it else.
+  loadMesh(name, manager, done) {
+    const kind = name.split('.').at(-1).toLowerCase(), loader = {stl: STLLoader, dae: ColladaLoader, obj: OBJLoader}[kind];
+    const missing = () => { this.missing.add(name.replace(/^package:/, 'package://')); this.onMissing?.([...this.missing]); };
+    if (!this.files || !loader) { missing(); done(new THREE.Group()); return; }
+    const [where, path] = name.startsWith('package:') ? ['package', name.slice(8)]
+      : name.startsWith('file://') ? ['absolute', name.slice(7)] : name.startsWith('/') ? ['absolute', name] : ['relative', name];
+    const parts = path.split('/').filter((part) => part !== '').map((part) => (part === '..' ? '(up)' : encodeURIComponent(part)));
+    new loader(manager).load(`files/${where}/${parts.join('/')}`, (loaded) => {
+      const model = kind === 'stl' ? new THREE.Mesh(loaded, new THREE.MeshPhongMaterial({color: 0xb8c0c8})) : (loaded.scene ?? loaded);
+      done(model);  // gives it the material of the URDF
+      this.dress(model);
+      this.dirty = true;
+    }, undefined, () => { missing(); done(new THREE.Group()); });
   }
 
   show(state) {
@@ -165,7 +204,7 @@ export class Cell {
     const largest = Math.max(1, ...wanted.map((contact) => contact.largest_pressure));
     this.patches.forEach(({disc, arrow}, i) => {
       const contact = wanted[i];
-      disc.visible = Boolean(contact);
+      disc.visible = Boolean(contact) && !this.pressed.has(`${contact.base}-${contact.target}`);
       arrow.visible = false;
       if (!contact) return;
       const {center_of_pressure: c, force: f} = contact;
@@ -176,6 +215,42 @@ export class Cell {
       disc.material.color.setHSL(0.66 * (1 - contact.largest_pressure / largest), 1, 0.5);
       arrow.set(disc.position, force.multiplyScalar(this.options.metresPerNewton));
     });
+    this.dirty = true;
+  }
+
+  // Elements that press, each in the colour of its pressure: in the frame of the component that they belong to.
+  // Pairs without any are taken away, as is their disc where elements are shown instead.
+  showPressures({pairs}) {
+    const shown = new Set();
+    for (const {base, target, corners, pressures, largest_pressure: largest} of pairs) {
+      const component = this.components[base];
+      if (!component || !pressures.length) continue;
+      const key = `${base}-${target}`;
+      shown.add(key);
+      let mesh = this.pressed.get(key);
+      if (!mesh) {
+        mesh = new THREE.Mesh(new THREE.BufferGeometry(), new THREE.MeshBasicMaterial({vertexColors: true, side: THREE.DoubleSide, depthTest: false}));
+        mesh.renderOrder = 1;
+        mesh.frustumCulled = false;
+        component.mesh.add(mesh);
+        this.pressed.set(key, mesh);
+      }
+      const colors = new Float32Array(9 * pressures.length), color = new THREE.Color();
+      for (let i = 0; i < pressures.length; ++i) {
+        colorOf(pressures[i], largest, color);
+        for (let k = 0; k < 3; ++k) color.toArray(colors, 9 * i + 3 * k);
+      }
+      mesh.geometry.dispose();
+      mesh.geometry = new THREE.BufferGeometry();
+      mesh.geometry.setAttribute('position', new THREE.BufferAttribute(Float32Array.from(corners), 3));
+      mesh.geometry.setAttribute('color', new THREE.BufferAttribute(colors, 3));
+    }
+    for (const [key, mesh] of this.pressed)
+      if (!shown.has(key)) {
+        mesh.removeFromParent();
+        mesh.geometry.dispose();
+        this.pressed.delete(key);
+      }
     this.dirty = true;
   }
 

@@ -1,4 +1,4 @@
-import {Cell, STATES, STATE_COLORS} from './cell.js';
+import {Cell, STATES, STATE_COLORS, colorOf} from './cell.js';
 import {Link} from './link.js';
 import {Plots} from './plots.js';
 import {Signals} from './signals.js';
@@ -10,6 +10,9 @@ const seconds = (stamp) => stamp.sec + 1e-9 * (stamp.nanosec ?? stamp.nsec);
 const topicOf = (name) => name.replace(/^\/[^/]*\//, '');
 
 const cell = new Cell($('cell'));
+cell.onMissing = (names) => {
+  $('answer').textContent = `${names.length === 1 ? 'The mesh file' : `${names.length} mesh files, among them`} ${names[0]} of a robot ${names.length === 1 ? 'is' : 'are'} not there; start takt view with --files FOLDER.`;
+};
 const signals = new Signals();
 const plots = new Plots($('plots'), () => { remember(); subscribe(); });
 const last = {};       // newest sample of each topic
@@ -28,6 +31,7 @@ const link = new Link(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${loca
     const observer = info.metadata.control !== 'true' || new URLSearchParams(location.search).has('observer');
     for (const control of $('controls').querySelectorAll('button, input, select')) control.disabled = observer;
     $('position').disabled = observer;
+    cell.files = info.metadata.files === 'true';
     subscribed.clear();
     events = [];
     lastEvent = 0n;
@@ -44,18 +48,19 @@ const link = new Link(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${loca
   },
 }, (channel) => {
   const name = topicOf(channel.topic);
-  const wanted = (SHOWN.includes(name) && channel.type !== 'sensor_msgs/msg/JointState') || name === 'playback' || plots.wants(name);
+  const wanted = (SHOWN.includes(name) && channel.type !== 'sensor_msgs/msg/JointState') || name === 'playback' || wantsNow(name);
   if (wanted) subscribed.add(channel.id);
   return wanted;
 });
 const subscribed = new Set();
 
-// Topics that only plots need.
+// Topics that only plots need, or pictures of pressure.
+function wantsNow(name) { return plots.wants(name) || (name === 'contact_pressures' && (playback !== null || $('pressure').value !== '')); }
 function subscribe() {
   if (link.socket.readyState !== WebSocket.OPEN) return;
   const subscriptions = [];
   for (const channel of link.channels.values())
-    if (!subscribed.has(channel.id) && plots.wants(topicOf(channel.topic))) {
+    if (!subscribed.has(channel.id) && wantsNow(topicOf(channel.topic))) {
       subscribed.add(channel.id);
       subscriptions.push({id: channel.id, channelId: channel.id});
     }
@@ -76,7 +81,18 @@ const takes = {
     cell.show(state);
     drawn.state = drawn.graph = true;
   },
-  contacts(contacts) { cell.showContacts(contacts); },
+  contacts(contacts) {
+    cell.showContacts(contacts);
+    listPairs(contacts.contacts.map(({base, target}) => pairName(base, target)));
+  },
+  contact_pressures(sample) {
+    const chosen = $('pressure').value;
+    const pairs = sample.pairs.filter(({base, target}) => chosen === '*' || chosen === pairName(base, target));
+    cell.showPressures({pairs});
+    if (last.contacts) cell.showContacts(last.contacts);
+    pressureLegend(pairs);
+    if (playback) listPairs(sample.pairs.map(({base, target}) => pairName(base, target)));
+  },
   status() { drawn.status = true; },
   events(event) {
     if (event.sequence_number <= lastEvent && event.sequence_number !== 1n) return;
@@ -87,6 +103,7 @@ const takes = {
     drawn.events = true;
   },
   playback(at) {
+    if (!playback) { playback = at; subscribe(); }
     playback = at;
     $('playback').hidden = false;
     if (!$('position').matches(':active')) $('position').value = at.position / Math.max(at.duration, 1e-9);
@@ -214,6 +231,32 @@ $('pace').onchange = $('factor').onchange = () =>
   ask('set_pace', {pace: $('pace').value, ...($('pace').value === 'realtime' ? {factor: $('factor').value} : {})}).catch(() => {});
 $('position').oninput = () => ask('seek', {position: String($('position').value * (playback?.duration ?? 0))}).catch(() => {});
 $('add-plot').onclick = () => { plots.add($('signal').value.trim()); $('signal').value = ''; };
+
+// --- pressures ------------------------------------------------------------------------------------------------------
+const pairName = (base, target) => `${signals.description?.components[base]?.name}-${signals.description?.components[target]?.name}`;
+function listPairs(names) {
+  for (const name of names)
+    if (![...$('pressure').options].some(({value}) => value === name)) $('pressure').append(new Option(name));
+}
+const pressureText = (pascal) => (pascal >= 1e6 ? `${(pascal / 1e6).toPrecision(3)} MPa` : pascal >= 1e3 ? `${(pascal / 1e3).toPrecision(3)} kPa` : `${pascal.toPrecision(3)} Pa`);
+function pressureLegend(pairs) {
+  const scale = [0, 0.25, 0.5, 0.75, 1].map((part) => `#${colorOf(part, 1).getHexString()}`).join();
+  $('pressures').hidden = !pairs.length;
+  $('pressures').replaceChildren(element('i', '', {style: `background:linear-gradient(90deg,${scale})`}), '0 to the largest of each pair:',
+    ...pairs.map((pair) => element('div', `${pairName(pair.base, pair.target)}: ${pressureText(pair.largest_pressure)}, ${pair.pressures.length} elements${pair.omitted ? ` of ${pair.pressures.length + pair.omitted}` : ''}`)));
+}
+// The server sends pressures for as long as somebody goes on asking. In a recording there are those that were asked for then.
+function askForPressures() {
+  const pairs = $('pressure').value;
+  if (pairs && !playback && link.service && !$('play').disabled) ask('watch_pressures', {pairs, for_s: '15'}).catch(() => {});
+}
+setInterval(askForPressures, 5000);
+$('pressure').onchange = () => {
+  if (!$('pressure').value) takes.contact_pressures({pairs: []});
+  else if (last.contact_pressures) takes.contact_pressures(last.contact_pressures);
+  subscribe();
+  askForPressures();
+};
 
 const option = (id, name, value) => { $(id).onchange = () => { cell.options[name] = value($(id)); if (last.state) cell.show(last.state); if (last.contacts) cell.showContacts(last.contacts); remember(); }; };
 option('by-state', 'byState', (box) => box.checked);

@@ -1,0 +1,85 @@
+#include "client_lib/view/robot_files.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <string>
+
+namespace takt::view {
+namespace {
+
+/// Percent-encoded bytes; nothing for what is none, and for a byte 0.
+std::optional<std::string> decoded(std::string_view text) {
+  std::string result;
+  const auto digit = [](char c) {
+    constexpr std::string_view digits = "0123456789abcdef";
+    const auto at = digits.find(static_cast<char>(std::tolower(static_cast<unsigned char>(c))));
+    return at == std::string_view::npos ? -1 : static_cast<int>(at);
+  };
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] != '%') {
+      result.push_back(text[i]);
+      continue;
+    }
+    const int high = i + 2 < text.size() ? digit(text[i + 1]) : -1, low = high < 0 ? -1 : digit(text[i + 2]);
+    if (low < 0 || (high == 0 && low == 0)) return std::nullopt;
+    result.push_back(static_cast<char>(16 * high + low));
+    i += 2;
+  }
+  return result;
+}
+
+bool is_drawable(const std::filesystem::path& file) {
+  constexpr std::array<std::string_view, 8> kinds{".stl", ".dae",  ".obj", ".png",
+                                                  ".jpg", ".jpeg", ".tga", ".bmp"};
+  std::string kind = file.extension().string();
+  std::transform(kind.begin(), kind.end(), kind.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
+}
+
+}  // namespace
+
+RobotFiles::RobotFiles(const std::vector<std::filesystem::path>& folders) {
+  for (const auto& folder : folders) folders_.push_back(std::filesystem::canonical(folder));
+}
+
+std::optional<std::filesystem::path> RobotFiles::allowed(const std::filesystem::path& file) const {
+  std::error_code problem;
+  const auto place = std::filesystem::canonical(file, problem);
+  if (problem || !is_drawable(place) || !std::filesystem::is_regular_file(place, problem))
+    return std::nullopt;
+  for (const auto& folder : folders_) {
+    const auto [end, beyond] = std::mismatch(folder.begin(), folder.end(), place.begin(), place.end());
+    if (end == folder.end()) return place;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::filesystem::path> RobotFiles::find(std::string_view address) const {
+  std::vector<std::string> parts;
+  while (!address.empty()) {
+    const auto slash = address.find('/');
+    auto part = decoded(address.substr(0, slash));
+    if (!part) return std::nullopt;
+    if (!part->empty() && *part != ".") parts.push_back(*part == "(up)" ? ".." : *std::move(part));
+    address.remove_prefix(slash == std::string_view::npos ? address.size() : slash + 1);
+  }
+  if (parts.size() < 2) return std::nullopt;
+  const auto from = [&](std::size_t first) {
+    std::filesystem::path path;
+    for (std::size_t i = first; i < parts.size(); ++i) path /= parts[i];
+    return path;
+  };
+  if (parts[0] == "absolute") return allowed("/" / from(1).relative_path());
+  const bool package = parts[0] == "package";
+  if (!package && parts[0] != "relative") return std::nullopt;
+  for (const auto& folder : folders_) {
+    if (auto file = allowed(folder / from(1).relative_path())) return file;
+    if (package && parts.size() > 2 && folder.filename() == parts[1])
+      if (auto file = allowed(folder / from(2).relative_path())) return file;
+  }
+  return std::nullopt;
+}
+
+}  // namespace takt::view

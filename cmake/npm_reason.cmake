@@ -1,0 +1,13 @@
+# takt_npm_reason(OUTPUT VARIABLE): why npm failed, in a line, out of the many that it writes.
+function(takt_npm_reason output variable)
+  string(REGEX MATCH "reason: [^\n]*" reason "${output}")
+  if(NOT reason)
+    string(REGEX MATCH "npm (error|ERR!) [^\n]*" reason "${output}")
+  endif()
+  if(NOT reason)
+    string(STRIP "${output}" reason)
+    string(SUBSTRING "${reason}" 0 300 reason)
+  endif()
+  string(REGEX REPLACE "^(reason: |npm (error|ERR!) )" "" reason "${reason}")
+  set(${variable} "${reason}" PARENT_SCOPE)
+endfunction()

@@ -1,0 +1,22 @@
+#pragma once
+// Pairs in surface contact by name, as people and clients call them.
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/contact/contact_model.h"
+#include "server/simulation/cell_description.h"
+
+namespace takt {
+
+/// BASE-TARGET.
+std::string contact_pair_name(const CellDescription& cell, const ContactPairModel& pair);
+
+/// Pairs (indices of the model's, ascending) whose name, BASE-TARGET or TARGET-BASE, fits one of the
+/// patterns:
+/// `*` stands for any characters; they are separated by commas. `unknown` gets those that fit none.
+std::vector<std::size_t> find_contact_pairs(const ContactModel& model, const CellDescription& cell,
+                                            std::string_view patterns,
+                                            std::vector<std::string>* unknown = nullptr);
+
+}  // namespace takt

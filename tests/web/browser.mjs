@@ -1,0 +1,18 @@
+// Debian's Chromium for a test; the test is skipped where it or the page is not there.
+import {existsSync} from 'node:fs';
+import {chromium} from 'playwright-core';
+
+export {chromium};
+
+export function executable() {
+  const executablePath = ['/usr/bin/chromium', '/usr/bin/chromium-browser'].find(existsSync);
+  if (!executablePath) {
+    console.log('skipped: Chromium is not installed (Debian package chromium)');
+    process.exit(77);
+  }
+  if (!existsSync(`${process.env.TAKT_BIN}/../share/takt/view/index.html`)) {
+    console.log('skipped: the page was not built, since npm could not be reached');
+    process.exit(77);
+  }
+  return {executablePath, args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader']};
+}
