@@ -88,6 +88,7 @@ if(TARGET takt_python)  # the module is for one version of the interpreter
       "import sys; v = sys.version_info; print(f'python3 (>= {v[0]}.{v[1]}), python3 (<< {v[0]}.{v[1] + 1})', end='')"
     OUTPUT_VARIABLE CPACK_DEBIAN_PACKAGE_DEPENDS)
 endif()
+set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/prerm)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS gnuplot-nox)
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libfastrtps-dev, libfastcdr-dev, libeigen3-dev, nlohmann-json3-dev, libzstd-dev, liblz4-dev, zlib1g-dev")
 include(CPack)

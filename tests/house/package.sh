@@ -21,6 +21,7 @@ field() { dpkg-deb --field "$package" "$1"; }
 for library in libc6 libstdc++6 libyaml-cpp liburdfdom libzstd1 liblz4-1 'python3 (<<'; do
   [[ $(field Depends) == *"$library"* ]] || { echo "the package does not depend on $library: $(field Depends)"; exit 1; }
 done
+dpkg-deb --info "$package" prerm | grep -q __pycache__
 # Nothing outside of /usr.
 if dpkg-deb --contents "$package" | awk '{print $6}' | grep -v '^\./\(usr/.*\)\?$'; then
   echo 'the package has the files above outside of /usr'
