@@ -12,6 +12,8 @@ const running = await server('--paused');
 const {child, url} = await view();
 await start('takt-controller', [program, '--start', '--pace', 'realtime', '--until', '100000']);
 
+while (takt('status').step < 1000) await new Promise((done) => setTimeout(done, 500));
+
 const spent = (pid) => {
   const fields = readFileSync(`/proc/${pid}/stat`, 'utf8').split(') ')[1].split(' ');
   return (Number(fields[11]) + Number(fields[12])) / 100;
@@ -28,7 +30,7 @@ async function open() {
   const page = await (await chromium.newContext({viewport: {width: 400, height: 300}})).newPage();
   await page.goto(url);
   await page.waitForFunction(() => takt.last.state && takt.cell.frames > 0, null, {timeout: 120000});
-  const looker = {frames: 0, bytes: 0, count: () => page.evaluate(() => takt.cell.frames), socket: {close() {}}};
+  const looker = {frames: 0, bytes: 0, count: () => page.evaluate(() => takt.cell.frames), socket: {close: () => page.context().close()}};
   lookers.push(looker);
 }
 function look() {
@@ -50,7 +52,8 @@ function look() {
 }
 
 console.log(`lookers  takt view, % of a core  ${browsers ? 'frames/s each' : 'states/s each'}  kB/s each  server, % of a core  steps overrun of 1000  load of the machine`);
-for (const count of [0, 1, 10]) {
+for (const count of [0, 1, 10, 0]) {  // none again: what else the machine does has changed meanwhile
+  while (lookers.length > count) await lookers.pop().socket.close();
   while (lookers.length < count) browsers ? await open() : look();
   await wait(3);
   const before = takt('status'), began = [spent(child.pid), spent(running.pid)], t = process.hrtime.bigint();
@@ -63,7 +66,6 @@ for (const count of [0, 1, 10]) {
   const load = readFileSync('/proc/loadavg', 'utf8').split(' ')[0];
   console.log(`${String(count).padStart(7)}  ${(100 * (spent(child.pid) - began[0]) / passed).toFixed(1).padStart(23)}  ${mean('frames').toFixed(1).padStart(13)}  ${(mean('bytes') / 1000).toFixed(0).padStart(9)}  ${(100 * (spent(running.pid) - began[1]) / passed).toFixed(1).padStart(19)}  ${(1000 * (after.overruns - before.overruns) / Math.max(after.step - before.step, 1)).toFixed(1).padStart(22)}  ${load.padStart(19)}`);
 }
-for (const {socket} of lookers) socket.close();
 await chromium?.close();
 await stop(child);
 await stop(running);
