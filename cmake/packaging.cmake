@@ -84,8 +84,14 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS python3)
+if(TARGET takt_python)  # the module is for one version of the interpreter
+  execute_process(COMMAND ${TAKT_PYTHON_EXECUTABLE} -c
+      "import sys; v = sys.version_info; print(f'python3 (>= {v[0]}.{v[1]}), python3 (<< {v[0]}.{v[1] + 1})', end='')"
+    OUTPUT_VARIABLE CPACK_DEBIAN_PACKAGE_DEPENDS)
+endif()
+set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/prerm)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS gnuplot-nox)
 if(TARGET takt_client)
-  set(CPACK_DEBIAN_PACKAGE_SUGGESTS "lib${TAKT_FAST_DDS_PACKAGE}-dev, libfastcdr-dev, libeigen3-dev, nlohmann-json3-dev")
+  set(CPACK_DEBIAN_PACKAGE_SUGGESTS "lib${TAKT_FAST_DDS_PACKAGE}-dev, libfastcdr-dev, libeigen3-dev, nlohmann-json3-dev, libzstd-dev, liblz4-dev, zlib1g-dev")
 endif()
 include(CPack)

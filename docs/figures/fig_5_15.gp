@@ -12,7 +12,7 @@ curves = ""
 do for [i = 1:6] {
   column = robot.".".word(joints, i).".torque"
   eval largest
-  curves = curves.sprintf("%s file using 'time':(column('%s') / %.6g) with lines ls %d title '%s'", \
-    i == 1 ? "plot" : ",", column, peak, i, word(joints, i))
+  curves = curves.sprintf("%s file using 'time':(column('%s') / %.6g) with lines ls %d title '%d %s, %.3g N m'", \
+    i == 1 ? "plot" : ",", column, peak, i, i, word(joints, i), peak)
 }
 eval curves

@@ -6,4 +6,5 @@ set xlabel "time (s)"
 set ylabel "power (W)"
 set xrange [0:10000]
 set xtics 1000
+set yrange [0:*]
 plot data."/furnace.csv" using "time":"Furnace.power" with lines ls 1 notitle

@@ -6,6 +6,8 @@ set multiplot layout 3, 1 title "Rotors taken apart: power" noenhanced
 set xrange [0:90]
 set xtics 10
 set ylabel "power (W)"
+set yrange [0:*]
+set lmargin 10
 set title "Robot1" offset 0, -0.7
 plot file using "time":"Robot1.electrical_power" with lines ls 1 notitle
 set title "Furnace1: a cold core comes"

@@ -8,7 +8,8 @@ set title "Block assembly: torques of Robot2 (UR10e, simplified drives)"
 set xlabel "time (s)"
 set ylabel "torque / largest torque of the axis"
 set yrange [0:*]
-set key outside bottom center horizontal maxcols 2
+set key outside bottom center horizontal maxcols 2 spacing 1.2
+set bmargin 6.5
 column = "Robot2.shoulder_lift_joint.torque"
 eval largest
 peak2 = peak
