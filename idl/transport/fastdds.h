@@ -319,17 +319,32 @@ class ChainedTransport : public transports::ChainingTransport {
   bool send(rtps::SenderResource* sender, const std::vector<transports::NetworkBuffer>& buffers,
             std::uint32_t size, rtps::LocatorsIterator* begin, rtps::LocatorsIterator* end,
             const std::chrono::steady_clock::time_point& timeout) final {
+    thread_local std::vector<transports::NetworkBuffer> pieces;
+    pieces.assign(buffers.begin(), buffers.end());
+    // Shared memory of 3.1.2 makes room for the statistics at the end but does not copy them: what stood
+    // there before would be sent.
+    if (in_shared_memory_ && !pieces.empty() && is_statistics(pieces.back())) {
+      size -= pieces.back().size;
+      pieces.pop_back();
+    }
     thread_local std::vector<std::uint8_t> packet;
     packet.clear();
-    for (const auto& buffer : buffers) {
-      const auto* bytes = static_cast<const std::uint8_t*>(buffer.buffer);
-      packet.insert(packet.end(), bytes, bytes + buffer.size);
+    for (const auto& piece : pieces) {
+      const auto* bytes = static_cast<const std::uint8_t*>(piece.buffer);
+      packet.insert(packet.end(), bytes, bytes + piece.size);
     }
     sending(packet);
-    return sender->send(buffers, size, begin, end, timeout);
+    return sender->send(pieces, size, begin, end, timeout);
+  }
+  /// A submessage that only Fast DDS has: 0x80, little endian, 56 bytes behind its head of four.
+  static bool is_statistics(const transports::NetworkBuffer& piece) {
+    constexpr std::uint8_t head[] = {0x80, 0x01, 56, 0};
+    return piece.size == 60 && std::memcmp(piece.buffer, head, sizeof(head)) == 0;
   }
 #endif
   std::shared_ptr<transports::TransportDescriptorInterface> descriptor_;
+  [[maybe_unused]] const bool in_shared_memory_ =
+      dynamic_cast<const transports::SharedMemTransportDescriptor*>(descriptor_.get()) != nullptr;
 };
 
 }  // namespace takt
