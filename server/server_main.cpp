@@ -220,6 +220,8 @@ int main(int argc, char** argv) {
   sigaddset(&signals, SIGINT);
   sigaddset(&signals, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  // A log or snapshot that may grow no further (RLIMIT_FSIZE) fails like one on a full disk.
+  ::signal(SIGXFSZ, SIG_IGN);
 
   Arguments arguments;
   CLI::App app("Simulates the robotic cell of a scenario as a service over DDS.", "takt-server");

@@ -170,7 +170,7 @@ int attack_stock(const Options& options) {
                       MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (shared == MAP_FAILED) return 2;
   auto* thrown = new (shared) std::atomic<std::uint64_t>(0);
-  // A child that neither ends nor goes on hangs.
+  // A child that neither ends nor goes on hangs, or is deaf.
   sigset_t ended;
   sigemptyset(&ended);
   sigaddset(&ended, SIGCHLD);
@@ -181,7 +181,7 @@ int attack_stock(const Options& options) {
     setrlimit(RLIMIT_CORE, &no_core);
     _exit(attack(options, *thrown));
   }
-  const timespec patience{30, 0};
+  const timespec patience{10, 0};
   bool hung = false;
   for (std::uint64_t before = 0; sigtimedwait(&ended, nullptr, &patience) < 0; before = thrown->load()) {
     if (before == 0 || thrown->load() != before) continue;

@@ -189,9 +189,9 @@ TEST(Guard, GoesOnServingUnderMutatedPackets) {
   EXPECT_NE(fuzz.text.find("the service went on serving"), std::string::npos) << fuzz.text;
 }
 
-/// Shows that the test above can fail.
+/// Shows that the test above can fail. Of this seed stock Fast DDS aborts within the first packets.
 TEST(Guard, WithoutItStockFastDdsDiesOfTheSame) {
-  ChildProcess fuzz({kBin + "/takt-guard-fuzz", "--packets", "200000", "--seed", "2", "--no-guard"});
+  ChildProcess fuzz({kBin + "/takt-guard-fuzz", "--packets", "20000", "--seed", "1", "--no-guard"});
   EXPECT_EQ(fuzz.wait(), 0) << fuzz.text;
   EXPECT_NE(fuzz.text.find("without the guard the service "), std::string::npos) << fuzz.text;
 }

@@ -75,7 +75,7 @@ TEST(Recording, OfAFreeRunWithRequestsIsReplayedByTaktRun) {
     client.play();
     swing_arms(client, 5);
     client.request("save_snapshot", {{"name", "here"}});
-    client.request("attach", {{"part", "P"}, {"to", "Table1"}});  // as by a fixture
+    client.request("attach", {{"part", "P"}, {"to", "Gripper1"}});
     swing_arms(client, 3);
     client.set_level_of_detail(2);
     swing_arms(client, 3);

@@ -216,6 +216,56 @@ TEST_F(Supervised, GoesOnFromTheNewestSnapshotAndSaysSo) {
   EXPECT_EQ(server_.wait(), 0) << server_.text;
 }
 
+/// The client lives through the crash and never notices: what it sent to the old server, or while there was
+/// none, is not applied by the new one, and its states go on in a new epoch, at a time that is told.
+TEST_F(Supervised, CommandsOfTheOldLifeAreNotApplied) {
+  const pid_t first = wait_for_child();
+  Client client(options());
+  const auto applied = [](const State& s) { return s.applied.front().count; };
+  const double home = client.state().robot("Robot1").position[5];
+  const auto command = [&](double offset) {
+    std::vector<double> target = client.state().robot("Robot1").position;
+    target[5] = home + offset;
+    client.send_joint_command("Robot1", target);
+  };
+  for (int i = 1; i <= 20; ++i) {
+    const std::uint64_t before = applied(client.state());
+    command(0.001 * i);
+    ASSERT_TRUE(client.wait_for_state([&](const State& s) { return applied(s) > before; }, kGenerous));
+  }
+  // Several periodic snapshots later.
+  const std::uint64_t last = client.state().step;
+  ASSERT_TRUE(client.wait_for_state([&](const State& s) { return s.step > last + 500; }, kGenerous));
+  const State before = client.state();
+  ::kill(first, SIGKILL);
+  for (int i = 0; i < 50; ++i) {
+    try {
+      command(0.5);
+    } catch (const ClientError&) {  // it may know already that nobody is there
+    }
+  }
+  ASSERT_NE(wait_for_child(), first);
+  const auto told = client.wait_for_event([](const Event& e) { return e.code == "restarted"; }, kGenerous);
+  ASSERT_TRUE(told.has_value());
+  expect_words(told->message, {"goes on at", " s (step "});
+  const auto after = client.wait_for_state([&](const State& s) { return s.epoch > before.epoch; }, kGenerous);
+  ASSERT_TRUE(after.has_value());
+  EXPECT_EQ(applied(*after), applied(before));
+  std::uint64_t older = 0;
+  const auto later = client.wait_for_state(
+      [&](const State& s) {
+        older += s.epoch < after->epoch ? 1U : 0U;
+        return s.step > after->step + 300;
+      },
+      kGenerous);
+  ASSERT_TRUE(later.has_value());
+  EXPECT_EQ(older, 0U) << "nothing of the old life is shown any more";
+  EXPECT_EQ(applied(*later), applied(before));
+  EXPECT_NEAR(later->robot("Robot1").position[5], home + 0.02, 0.005);
+  command(0.021);
+  EXPECT_TRUE(client.wait_for_state([&](const State& s) { return applied(s) > applied(before); }, kGenerous));
+}
+
 TEST_F(Supervised, KeepsWhatWasLoadedAndSpawnedMeanwhile) {
   const pid_t first = wait_for_child();
   {

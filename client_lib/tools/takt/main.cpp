@@ -2,6 +2,7 @@
 #include <takt_build_info.h>
 
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <map>
@@ -194,6 +195,7 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a recording that may grow no further fails like one on a full disk
   try {
     return run(argc, argv);
   } catch (const std::exception& error) {  // of the environment: see ClientOptions
