@@ -13,8 +13,10 @@ local function core(x, y, z) return down(x, y, z + 0.15) end
 local CORE_2, STAND_1 = core(-1.10, 0, 0.7), core(-0.217, 1.231, 0.4)
 local STAND_3, MOUNT = core(1.25, 0, 0.4), core(0.85, -0.85, 0.6)
 local COVER, COVER_AWAY = down(-0.05, -1.15, 0.902), down(0.30, -1.15, 0.702)
-local SCREWS = {{down(-0.102, -1.15, 0.910), down(-0.30, -1.35, 0.722)},
-                {down(0.002, -1.15, 0.910), down(-0.25, -1.35, 0.722)}}
+local SCREWS = {{down(-0.102, -1.15, 0.910), down(-0.30, -1.35, 0.726)},
+                {down(0.002, -1.15, 0.910), down(-0.25, -1.35, 0.726)}}
+-- 12.5 turns of 1 mm each, at 10 turns per second; the tool goes up with the screw.
+local DRIVER, DRIVER_SPEED, UNSCREW = device("Screwdriver"), 20 * math.pi, 0.0125
 
 local SWING = {speed = 0.6, acceleration_rad_per_s2 = 2.0}
 local LINE = {speed_m_per_s = 0.4, acceleration_m_per_s2 = 1.0}
@@ -44,6 +46,9 @@ routine("Robot2", function(r)
     r.gripper:width(0.030)
     r:move_to(from:offset(0, 0, 0.08), FAST)
     r:move_line(from, SHORT)
+    DRIVER:set{speed = DRIVER_SPEED}
+    r:move_line(from:offset(0, 0, UNSCREW), {duration_s = 1.3})
+    DRIVER:set{speed = 0}
     r.gripper:close()
     r:wait(0.25)
     r:move_line(from:offset(0, 0, 0.10), SHORT)

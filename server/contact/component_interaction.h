@@ -96,6 +96,9 @@ class ComponentInteraction {
   std::string attach(int part, int component);
   /// The rules decide again. The Part must be attached.
   void detach(int part);
+  /// See Connections.
+  void turn(int part, const ConnectionTurn& turn) { connections_.turn(part, turn); }
+  void set_stiffness(int part, double ratio) { connections_.set_stiffness(part, ratio); }
   /// What a Part is attached to, or -1.
   int attached_to(int part) const { return graph_.holds[static_cast<std::size_t>(part)]; }
   bool attached(int a, int b) const;  ///< either to the other

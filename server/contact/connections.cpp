@@ -17,6 +17,7 @@ Connections::Connections(const std::vector<Component>& components, std::size_t p
       first_(components.size() + 1, 0),
       partner_(components.size(), -1),
       passes_to_(components.size(), -1),
+      stiffness_(components.size(), 1.0),
       decided_(components.size(), 0),
       scale_(components.size(), 1.0),
       renew_(components.size(), Renewal::none),
@@ -34,6 +35,7 @@ Connections::Connections(const std::vector<Component>& components, std::size_t p
   // gains.
   disturbed_.reserve(6 * room + parts_.size());
   changes_.reserve(parts_.size());
+  turning_.reserve(parts_.size());
   softened_.reserve(components.size());
   closed_on_.reserve(room);
 }
@@ -44,12 +46,30 @@ void Connections::reset() {
   std::fill(partner_.begin(), partner_.end(), -1);
   std::fill(passes_to_.begin(), passes_to_.end(), -1);
   std::fill(renew_.begin(), renew_.end(), Renewal::none);
+  std::fill(stiffness_.begin(), stiffness_.end(), 1.0);
   tree_.reset();
   begin_step();
   partner_searches_ = 0;
 }
 
+void Connections::turn(int part, const ConnectionTurn& turn) {
+  for (PairConnection& pair : mutable_of(part)) {
+    turn_offset(turn, pair.connection);
+    disturb(pair);
+  }
+  turning_.push_back(part);
+}
+
+SubstituteParameters Connections::own_gains(int part, double softening) const {
+  const double factor = softening * stiffness_[static_cast<std::size_t>(part)];
+  const SubstituteParameters& own = component(part).substitute;
+  return factor == 1.0 ? own : scaled(own, factor);
+}
+
 void Connections::begin_step() {
+  for (const int part : turning_)
+    for (PairConnection& pair : mutable_of(part)) pair.connection.turn = {};
+  turning_.clear();
   changes_.clear();
   disturbed_.clear();
 }
@@ -116,7 +136,7 @@ PairConnection Connections::close(const ConnectionKey& key, const CellMotion& mo
   const Component& base = component(key.first);
   capture_offset(motion.bodies[static_cast<std::size_t>(key.first)],
                  motion.bodies[static_cast<std::size_t>(key.second)], pair.connection);
-  pair.connection.gains = base.substitute;
+  pair.connection.gains = own_gains(key.first, 1.0);
   // If the sequence of a partner search ends in a Part, nothing holds the assembly: it falls as one and no
   // weight is carried. Which of several connections carries it is decided by hang().
   if (parameters_.algorithm == InteractionAlgorithm::partner_search && parameters_.weight_feed_forward &&
@@ -206,7 +226,7 @@ void Connections::soften_on_free_targets() {
       if (connection.partner != target) continue;
       // Never stiffer than it was: a stretched spring that stiffens would create energy.
       connection.softening = std::min(connection.softening, scale);
-      connection.gains = scaled(component(pair.base).substitute, connection.softening);
+      connection.gains = own_gains(pair.base, connection.softening);
     }
   }
 }
@@ -249,7 +269,7 @@ void Connections::soften_attached(const ContactGraph& graph, std::span<const int
       FreeTargetLoad load(component(target));
       load.add(component(part), connection);
       connection.softening = load.scale();
-      connection.gains = scaled(component(part).substitute, connection.softening);
+      connection.gains = own_gains(part, connection.softening);
     }
   }
 }
@@ -334,7 +354,7 @@ void Connections::soften_free_clusters(const ContactGraph& graph, std::span<cons
                                       scale_[static_cast<std::size_t>(connection.partner)]);
         if (scale >= connection.softening) continue;
         connection.softening = scale;
-        connection.gains = scaled(component(part).substitute, scale);
+        connection.gains = own_gains(part, scale);
         disturb(pair);
       }
     }
@@ -356,6 +376,11 @@ void Connections::evaluate(const CellMotion& motion, std::span<const int> parts,
       const Wrench on_base = substitute_wrench(pair.connection, base, target);
       wrenches[static_cast<std::size_t>(part)] += on_base;
       wrenches[partner] += reaction_on_target(on_base, base, target);
+      if (const ConnectionTurn& turn = pair.connection.turn; turn.driver >= 0) {
+        const Vec3 torque_W = turn.torque_Nm * (base.X_WB.R * turn.axis_B);
+        wrenches[partner].t += torque_W;
+        wrenches[static_cast<std::size_t>(turn.driver)].t -= torque_W;
+      }
     }
   }
   if (parameters_.algorithm == InteractionAlgorithm::partner_search) return;

@@ -88,6 +88,10 @@ class Connections {
   void set_yielding(int palm, const std::optional<BodyInertia>& inertia) {
     yielding_[static_cast<std::size_t>(palm)] = inertia;
   }
+  /// After update(): the Part is turned in its connections during this step. begin_step() ends it.
+  void turn(int part, const ConnectionTurn& turn);
+  /// Factor for the constants of a Part's connections that close from now on (1 if never set).
+  void set_stiffness(int part, double ratio) { stiffness_[static_cast<std::size_t>(part)] = ratio; }
 
   /// Bytes of all of this; load() throws StateError for what save() cannot have written.
   void save(StateWriter& out) const;
@@ -138,6 +142,8 @@ class Connections {
   const PairConnection* find(int base, int target) const;
   std::span<PairConnection> mutable_of(int component);
   void disturb(const PairConnection& pair);
+  /// A Part's own constants with its factor, and softer by `softening`.
+  SubstituteParameters own_gains(int part, double softening) const;
 
   const std::vector<Component>& components_;
   InteractionParameters parameters_;
@@ -147,6 +153,8 @@ class Connections {
   std::vector<std::size_t> first_;    ///< by component: place of its first in list_; and the end
   std::vector<int> partner_;          ///< by component; Parts only
   std::vector<int> passes_to_;  ///< by component: the support whose load a Part that hangs on a Part adds to
+  std::vector<double> stiffness_;  ///< by component: factor for a Part's own constants
+  std::vector<int> turning_;       ///< Parts with a turn in this step
   std::vector<ConnectionKey> wanted_;
   std::vector<char> decided_;  ///< by component: among the Parts of this update
   std::vector<double> scale_;  ///< by component, of this update

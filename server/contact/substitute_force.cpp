@@ -1,6 +1,7 @@
 #include "server/contact/substitute_force.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -11,6 +12,12 @@ void capture_offset(const BodyMotion& base, const BodyMotion& target, Connection
   const Mat3 R_TW = target.X_WB.R.transpose();
   connection.p_TBcm_T = R_TW * (base.p_WBcm - target.X_WB.p);  // (3.1), (3.2)
   connection.R_TB = R_TW * base.X_WB.R;                        // (3.7)
+}
+
+void turn_offset(const ConnectionTurn& turn, Connection& connection) {
+  connection.p_TBcm_T += connection.R_TB * (turn.travel_m * turn.axis_B);
+  connection.R_TB = connection.R_TB * Eigen::AngleAxisd(turn.angle_rad, turn.axis_B).toRotationMatrix();
+  connection.turn = turn;
 }
 
 namespace {
@@ -97,7 +104,11 @@ Wrench substitute_wrench(const Connection& connection, const BodyMotion& base, c
   const Mat3 E = (R_WT * connection.R_TB) * R_WB.transpose();
   const Vec3 alpha_W = 0.5 * Vec3(E(2, 1) - E(1, 2), E(0, 2) - E(2, 0), E(1, 0) - E(0, 1));
   const Vec3 alpha_B = R_WB.transpose() * alpha_W;
-  const Vec3 slip_B = R_WB.transpose() * (target.V_WB.w - base.V_WB.w);                   // (3.11)
+  Vec3 slip_B = R_WB.transpose() * (target.V_WB.w - base.V_WB.w);  // (3.11)
+  if (const ConnectionTurn& turn = connection.turn; turn.driver >= 0) {
+    F.f += connection.gains.d_tr_N_s_per_m * (turn.travel_m / turn.step_s) * (R_WB * turn.axis_B);
+    slip_B += turn.angle_rad / turn.step_s * turn.axis_B;
+  }
   F.t = R_WB * (connection.gains.K_rot_B * alpha_B + connection.gains.D_rot_B * slip_B);  // (3.12), (3.13)
   return F;
 }

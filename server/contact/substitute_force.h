@@ -25,6 +25,15 @@
 
 namespace takt {
 
+/// A Base that is turned in its connection during a step, about an axis through its centre of mass.
+struct ConnectionTurn {
+  Vec3 axis_B = Vec3::UnitZ();
+  double angle_rad = 0.0, travel_m = 0.0;  ///< about and along the axis, of the whole step
+  double step_s = 1.0;
+  double torque_Nm = 0.0;  ///< about the axis, on the Target; the opposite on the driver
+  int driver = -1;         ///< component id, or -1: nothing turns
+};
+
 /// A closed connection of a Part: who holds it and where. Captured between steps, constant during a step.
 struct Connection {
   int partner = -1;                    ///< component id of the Target, or -1: free
@@ -33,10 +42,14 @@ struct Connection {
   SubstituteParameters gains;          ///< constants in force for this connection
   double softening = 1.0;              ///< ratio of these to the Base's own; below 1 on a free Target
   Vec3 feed_forward_W = Vec3::Zero();  ///< constant force on the Base (N): minus its weight, or zero
+  ConnectionTurn turn;                 ///< of the present step
 };
 
 /// Offsets of a connection that closes now.
 void capture_offset(const BodyMotion& base, const BodyMotion& target, Connection& connection);
+
+/// Moves the offset on by `turn`, which says from now on how fast the Base should turn.
+void turn_offset(const ConnectionTurn& turn, Connection& connection);
 
 /// All Bases that one free Target (a Part that is not held itself, or what stands for a Gripper that gives
 /// way) holds, and how much softer their connections must be.

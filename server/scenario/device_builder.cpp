@@ -1,5 +1,8 @@
 #include "server/scenario/device_builder.h"
 
+#include <algorithm>
+
+#include "plant_models/signal_board.h"
 #include "plant_models/thermal/furnace.h"
 #include "plant_models/thermal/heated_part.h"
 
@@ -120,7 +123,63 @@ void add_furnace(const Scenario& scenario, const ScenarioFurnace& furnace, const
       cell);
 }
 
+/// A device of plain numbers: what it tells, what may be commanded, and what else makes it another model.
+int add_board(const std::string& name, std::vector<SignalDescription> signals,
+              const std::vector<double>& initial, std::vector<double> identity, CellModel& cell) {
+  SignalBoardParameters p;
+  p.count = signals.size();
+  std::copy(initial.begin(), initial.end(), p.initial.begin());
+  add_device<SignalBoard>(name, p, std::move(identity), std::move(signals), cell);
+  return cell.further_models.back().device;
+}
+
+void add_thread(const ScenarioPart& part, CellModel& cell) {
+  const ScenarioThread& thread = *part.thread;
+  ThreadModel model;
+  model.part = cell.description.find_component(part.name);
+  model.holder = cell.description.find_component(thread.in);
+  model.law = {thread.pitch_m, thread.length_m, thread.driving_torque_Nm};
+  model.axis_B = thread.axis_B;
+  model.p_BH = thread.p_BH;
+  const Component& component = cell.components[static_cast<std::size_t>(model.part)];
+  model.stiffness_ratio = thread.stiffness_N_per_m / component.substitute.k_tr_N_per_m;
+  std::vector<double> identity{
+      static_cast<double>(model.part), static_cast<double>(model.holder), thread.pitch_m, thread.length_m,
+      thread.driving_torque_Nm,        thread.stiffness_N_per_m};
+  for (const Vec3& v : {model.axis_B, model.p_BH}) identity.insert(identity.end(), v.data(), v.data() + 3);
+  model.device = add_board(thread_device_name(part.name), {told("turns", ""), told("held", "")}, {0.0, 1.0},
+                           std::move(identity), cell);
+  cell.threads.push_back(model);
+}
+
+void add_screwdriver(const ScenarioScrewdriver& driver, CellModel& cell) {
+  ScrewdriverModel model;
+  model.max_torque_Nm = driver.max_torque_Nm;
+  model.reach_m = driver.reach_m;
+  for (const GripperDescription& gripper : cell.description.grippers) {
+    if (gripper.name != driver.gripper) continue;
+    model.palm = gripper.component;
+    model.X_GT = gripper.X_GT;
+  }
+  std::vector<double> identity{static_cast<double>(model.palm), driver.max_torque_Nm, driver.reach_m};
+  identity.insert(identity.end(), model.X_GT.p.data(), model.X_GT.p.data() + 3);
+  identity.insert(identity.end(), model.X_GT.R.data(), model.X_GT.R.data() + 9);
+  const double fastest = driver.max_speed_rad_per_s;
+  model.device = add_board(driver.name,
+                           {{"speed", "rad/s", true, -fastest, fastest},
+                            told("torque", "N m"),
+                            told("engaged", ""),
+                            told("power", "W"),
+                            told("energy", "J")},
+                           {}, std::move(identity), cell);
+  cell.screwdrivers.push_back(model);
+}
+
 }  // namespace
+
+std::string thread_device_name(const std::string& part) {
+  return part + "_thread";
+}
 
 std::string heat_device_name(const std::string& part) {
   return part + "_heat";
@@ -129,6 +188,9 @@ std::string heat_device_name(const std::string& part) {
 void add_devices(const Scenario& scenario, const std::vector<TriangleMesh>& meshes, CellModel& cell) {
   const Candidates candidates = add_heated_parts(scenario, meshes, cell);
   for (const ScenarioFurnace& furnace : scenario.furnaces) add_furnace(scenario, furnace, candidates, cell);
+  for (const ScenarioPart& part : scenario.parts)
+    if (part.thread) add_thread(part, cell);
+  for (const ScenarioScrewdriver& driver : scenario.screwdrivers) add_screwdriver(driver, cell);
 }
 
 }  // namespace takt

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "server/scenario/scenario_reader.h"
+
 namespace takt {
 
 namespace {
@@ -61,7 +63,64 @@ void read_furnace(YamlFields fields, const std::string& name, Scenario& scenario
   scenario.furnaces.push_back(furnace);
 }
 
+/// One of the names of `items` under `key`.
+template <class Items>
+std::string read_name_of(YamlFields& fields, const char* key, const char* kind, const Items& items) {
+  const std::string name = fields.text(key);
+  std::string list;
+  for (const auto& item : items) {
+    if (item.name == name) return name;
+    list += (list.empty() ? "" : ", ") + item.name;
+  }
+  fields.fail(key, "'" + name + "'",
+              std::string("a ") + kind + " of this scenario: " + (list.empty() ? "none" : list));
+}
+
+void read_screwdriver(YamlFields fields, const std::string& name, Scenario& scenario) {
+  ScenarioScrewdriver driver;
+  driver.name = name;
+  driver.gripper = read_name_of(fields, "gripper", "gripper", scenario.grippers);
+  driver.max_speed_rad_per_s = fields.number("max_speed_rad_per_s", positive("rad/s"));
+  driver.max_torque_Nm = fields.number("max_torque_Nm", positive("N m"));
+  driver.reach_m = fields.number_or("reach_m", positive("m"), driver.reach_m);
+  fields.finish();
+  scenario.screwdrivers.push_back(driver);
+}
+
+void check_threads(const Scenario& scenario) {
+  for (const ScenarioPart& part : scenario.parts) {
+    if (!part.thread) continue;
+    const std::string& in = part.thread->in;
+    const auto is_it = [&in](const auto& item) { return item.name == in; };
+    const bool known = std::any_of(scenario.parts.begin(), scenario.parts.end(), is_it) ||
+                       std::any_of(scenario.grounds.begin(), scenario.grounds.end(), is_it);
+    if (!known || in == part.name)
+      throw ScenarioError(part.thread->place + ": found '" + in +
+                          "'; allowed: another part, or a ground, of this scenario");
+    const auto into = std::find_if(scenario.parts.begin(), scenario.parts.end(), is_it);
+    if (into != scenario.parts.end() && into->thread)
+      throw ScenarioError(part.thread->place + ": found '" + in +
+                          "', which has a thread itself; allowed: a part without one, or a ground");
+  }
+}
+
 }  // namespace
+
+ScenarioThread read_thread(YamlFields fields) {
+  ScenarioThread thread;
+  thread.in = fields.text("in");
+  thread.place = fields.place_of(fields.optional("in"), "in");
+  thread.pitch_m = fields.number("pitch_m", positive("m"));
+  thread.length_m = fields.number("length_m", positive("m"));
+  thread.driving_torque_Nm = fields.number("driving_torque_Nm", positive("N m"));
+  thread.axis_B = fields.vector_or("axis", thread.axis_B, "");
+  if (!(thread.axis_B.norm() > 1e-6)) fields.fail("axis", "a vector without direction", "e.g. [0, 0, 1]");
+  thread.axis_B.normalize();
+  thread.p_BH = fields.vector_or("head_m", thread.p_BH, "m");
+  thread.stiffness_N_per_m = fields.number_or("stiffness_N_per_m", positive("N/m"), thread.stiffness_N_per_m);
+  fields.finish();
+  return thread;
+}
 
 ScenarioHeat read_heat(YamlFields fields, double environment_degC) {
   ScenarioHeat heat;
@@ -76,6 +135,8 @@ ScenarioHeat read_heat(YamlFields fields, double environment_degC) {
 
 void read_devices(YamlFields& top, Scenario& scenario) {
   for (auto& [name, fields] : top.entries("furnaces")) read_furnace(fields, name, scenario);
+  for (auto& [name, fields] : top.entries("screwdrivers")) read_screwdriver(fields, name, scenario);
+  check_threads(scenario);
 }
 
 }  // namespace takt

@@ -6,7 +6,8 @@
 namespace takt {
 
 ScenarioHeat read_heat(YamlFields fields, double environment_degC);
-/// Furnaces of the file. Grounds must have been read.
+ScenarioThread read_thread(YamlFields fields);
+/// Furnaces and screwdrivers of the file. Parts, Grounds and Grippers must have been read.
 void read_devices(YamlFields& top, Scenario& scenario);
 
 }  // namespace takt

@@ -45,7 +45,8 @@ struct ScenarioPart {
   // Substitute force of this Part; unset values come from `interaction`.
   std::optional<double> allowed_position_error_m, damping_ratio;
   std::optional<double> rotational_stiffness_N_m_per_rad, rotational_damping_N_m_s_per_rad;
-  std::optional<ScenarioHeat> heat;  ///< unset: it has no temperature
+  std::optional<ScenarioHeat> heat;      ///< unset: it has no temperature
+  std::optional<ScenarioThread> thread;  ///< unset: it is not screwed in
 };
 
 struct ScenarioGround {
@@ -174,6 +175,7 @@ struct Scenario {
   std::vector<ScenarioRobot> robots;
   std::vector<ScenarioGripper> grippers;
   std::vector<ScenarioFurnace> furnaces;
+  std::vector<ScenarioScrewdriver> screwdrivers;
   ScenarioContact contact;
   ScenarioCollisionChecking collision_checking;
   std::filesystem::path controller_program;          ///< empty: none

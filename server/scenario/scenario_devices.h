@@ -17,6 +17,24 @@ struct ScenarioHeat {
   double cooling_W_per_m2_K = 0.0;   ///< to the surroundings; 0: it keeps its temperature
 };
 
+/// A Part that is screwed in (server/simulation/threads.h).
+struct ScenarioThread {
+  std::string in;  ///< a Part or Ground
+  std::string place;
+  double pitch_m = 0.0, length_m = 0.0, driving_torque_Nm = 0.0;
+  Vec3 axis_B = Vec3::UnitZ();     ///< along which it comes out, in the Part's frame
+  Vec3 p_BH = Vec3::Zero();        ///< `head_m`: where a screwdriver meets it
+  double stiffness_N_per_m = 1e6;  ///< at level of detail 3
+};
+
+/// A bit at the tool centre point of a Gripper.
+struct ScenarioScrewdriver {
+  std::string name;
+  std::string gripper;
+  double max_speed_rad_per_s = 0.0, max_torque_Nm = 0.0;
+  double reach_m = 0.01;  ///< from the tool centre point to the head
+};
+
 /// A chamber furnace (plant_models/thermal/furnace.h).
 struct ScenarioFurnace {
   std::string name;

@@ -159,6 +159,7 @@ void read_part(YamlFields fields, const std::string& name, Scenario& scenario) {
       substitute.number_if("rotational_damping_N_m_s_per_rad", positive("N m s/rad"));
   substitute.finish();
   if (fields.has("heat")) part.heat = read_heat(fields.mapping("heat"), scenario.temperature_degC);
+  if (fields.has("thread")) part.thread = read_thread(fields.mapping("thread"));
   fields.finish();
   scenario.parts.push_back(part);
 }
@@ -302,10 +303,15 @@ void check_names(YamlFields& root, const Scenario& scenario) {
     }
   }
   check("furnaces", scenario.furnaces);
+  check("screwdrivers", scenario.screwdrivers);
   std::vector<NamedDevice> heats;
   for (const ScenarioPart& part : scenario.parts)
     if (part.heat) heats.push_back({heat_device_name(part.name)});
   check("parts (heat)", heats);
+  std::vector<NamedDevice> threads;
+  for (const ScenarioPart& part : scenario.parts)
+    if (part.thread) threads.push_back({thread_device_name(part.name)});
+  check("parts (thread)", threads);
 }
 
 struct SolverKeys {
@@ -337,7 +343,8 @@ void choose_solver(const SolverKeys& given, const YamlSource& source, Scenario& 
   take_over(scenario.contact_solver, only);
   if (scenario.dynamics_solver) take_over(*scenario.dynamics_solver, false);
   const Scenario::LevelSolver* initial = scenario.initial_level_solver();
-  if (initial != nullptr && initial->step_s && !overridden("solver.step_s")) scenario.step_s = *initial->step_s;
+  if (initial != nullptr && initial->step_s && !overridden("solver.step_s"))
+    scenario.step_s = *initial->step_s;
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "plant_models/gripper/parallel_gripper.h"
 #include "plant_models/mechanics/rigid_body.h"
+#include "plant_models/mechanics/screw_thread.h"
 #include "plant_models/robot/detailed_drive.h"
 #include "plant_models/robot/dynamic_robot.h"
 #include "plant_models/robot/ideal_servo.h"
@@ -88,6 +89,23 @@ struct FurtherModel {
   std::vector<double> identity{};                     ///< its parameters: what makes it another model
 };
 
+/// A Part that is screwed into another component at the start. See threads.h.
+struct ThreadModel {
+  int part = -1, holder = -1;
+  int device = -1;  ///< that tells about it
+  ScrewThread law;
+  Vec3 axis_B = Vec3::UnitZ();   ///< along which it comes out
+  Vec3 p_BH = Vec3::Zero();      ///< where a screwdriver meets it
+  double stiffness_ratio = 1.0;  ///< of the thread at level 3 to the Part's own spring
+};
+
+/// A Gripper with a bit at its tool centre point T, which points along the z axis of T.
+struct ScrewdriverModel {
+  int palm = -1, device = -1;
+  Pose X_GT;
+  double reach_m = 0.0, max_torque_Nm = 0.0;
+};
+
 struct CellModel {
   CellDescription description;
   double step_s = 0.001;
@@ -107,6 +125,8 @@ struct CellModel {
   std::vector<GripperModel> grippers;
   ContactModel contact;
   std::vector<FurtherModel> further_models;
+  std::vector<ThreadModel> threads;
+  std::vector<ScrewdriverModel> screwdrivers;
   ClearanceModel clearance;
   std::vector<ConvexImport> convex_imports;
   std::vector<ImportNote> import_notes;

@@ -31,6 +31,11 @@ OdeSystem::OdeSystem(std::vector<PlantModel*> models, const ComponentInteraction
     begin += count;
   }
   state_count_ = static_cast<int>(begin);
+  for (std::size_t body = 0; body < body_count; ++body) {
+    const int segment = segment_of_body_[body];
+    if (segment < 0 || segments_[static_cast<std::size_t>(segment)].count == 0)
+      stateless_bodies_.push_back(static_cast<int>(body));
+  }
   active_.reserve(segments_.size());
   active_states_.reserve(segments_.size());
   active_bodies_.reserve(body_count);
@@ -84,6 +89,8 @@ void OdeSystem::update_motion(double t, std::span<const double> x) {
 
 void OdeSystem::evaluate_wrenches() {
   if (!has_contacts()) {
+    // What a Gripper bore before it let go, or before its screwdriver stopped, is not there any more.
+    for (const int body : stateless_bodies_) wrenches_[static_cast<std::size_t>(body)] = {};
     interaction_.evaluate(motion_, awake_, wrenches_);
     return;
   }

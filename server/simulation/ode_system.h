@@ -121,9 +121,10 @@ class OdeSystem {
 
   std::vector<Segment> segments_;
   std::vector<Block> blocks_;
-  std::vector<int> segment_of_body_;  ///< of bodies that may rest; else -1
-  std::vector<int> part_bodies_;      ///< component ids of the models with states
-  std::vector<std::size_t> active_;   ///< segments, in order
+  std::vector<int> segment_of_body_;   ///< of bodies that may rest; else -1
+  std::vector<int> stateless_bodies_;  ///< component ids of all others: Grippers and Grounds
+  std::vector<int> part_bodies_;       ///< component ids of the models with states
+  std::vector<std::size_t> active_;    ///< segments, in order
   std::vector<Range> active_states_;
   std::vector<int> active_bodies_;
   std::vector<int> awake_;  ///< component ids of the Parts among them

@@ -24,6 +24,7 @@ Simulation::Impl::Impl(std::shared_ptr<const CellModel> cell_model)
       interaction(model->components, model->pairs, model->interaction),
       contacts(model->components, model->contact),
       grasping(*model),
+      threads(*model),
       plant(*model, interaction, &contacts),
       resting(model->components, part_bodies(*model)),
       calm(model->components, model->contact.sleeping, model->step_s, contacts, resting),
@@ -46,6 +47,8 @@ void Simulation::Impl::start() {
   step_index = 0;
   interaction.reset();
   contacts.reset();
+  threads.start(interaction);
+  thread_let_go = false;
   process_levels.clear();
   for (const ProcessDescription& process : model->description.processes)
     process_levels.push_back(process.level_of_detail);
@@ -84,7 +87,13 @@ int Simulation::Impl::component_level(int component) const {
   return level;
 }
 
+void Simulation::Impl::choose_threads() {
+  for (std::size_t i = 0; i < threads.models().size(); ++i)
+    threads.set_stiffness(i, component_level(threads.models()[i].part) == 3, interaction);
+}
+
 void Simulation::Impl::choose_forces() {
+  choose_threads();
   if (!model->contact.enabled) return;
   std::vector<int> levels;
   for (std::size_t c = 0; c < model->components.size(); ++c)
@@ -197,6 +206,8 @@ void Simulation::Impl::apply(const DeviceCommand& command) {
 }
 
 void Simulation::Impl::decide() {
+  if (thread_let_go) changed_holds();
+  thread_let_go = false;
   if (model->further_models.empty()) return;
   refresh_motion();
   if (plant.decide(time())) motion_is_current = false;
@@ -219,6 +230,8 @@ void Simulation::Impl::update_connections() {
   }
   grasping.update(time(), model->step_s, system().motion(), plant, interaction, contacts);
   interaction.update_connections(system().motion(), grasping.states(), clock);
+  if (threads.any() && threads.update(model->step_s, system().motion(), plant, interaction))
+    thread_let_go = true;
   history.note(time(), step_index, interaction.changes());
   const bool changed = resting.wake_changed(interaction);
   const bool reached = contacts.any_acting() && calm.wake_reached(system().motion());

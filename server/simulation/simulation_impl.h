@@ -16,6 +16,7 @@
 #include "server/simulation/set_points.h"
 #include "server/simulation/simulation.h"
 #include "server/simulation/state_hash.h"
+#include "server/simulation/threads.h"
 
 namespace takt {
 
@@ -82,6 +83,8 @@ struct Simulation::Impl {
   /// Name and sentence where a component is none, or no Part.
   std::string not_a_part(int component, const char* wanted) const;
   void wake_all();
+  /// How stiff threads are at the present levels of detail.
+  void choose_threads();
   /// After attach and detach: the fault, if one arose.
   std::string changed_holds();
 
@@ -103,6 +106,8 @@ struct Simulation::Impl {
   ComponentInteraction interaction;
   ContactInteraction contacts;
   Grasping grasping;
+  Threads threads;
+  bool thread_let_go = false;  ///< in the last step
   CellPlant plant;
   RestingParts resting;
   CalmParts calm;

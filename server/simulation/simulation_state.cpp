@@ -78,6 +78,12 @@ void Simulation::Impl::save(std::vector<std::byte>& bytes) {
   out.section("CLRN", [&] {
     if (monitor) monitor->save(out);
   });
+  if (threads.any()) {
+    out.section("THRD", [&] {
+      out.put(thread_let_go);
+      threads.save(out);
+    });
+  }
 }
 
 void Simulation::Impl::load(std::span<const std::byte> bytes) {
@@ -136,6 +142,12 @@ void Simulation::Impl::load(std::span<const std::byte> bytes) {
   all.section("CLRN", [&](StateReader& in) {
     if (monitor) monitor->load(in);
   });
+  if (threads.any()) {
+    all.section("THRD", [&](StateReader& in) {
+      thread_let_go = in.flag("'a thread let go'");
+      threads.load(in);
+    });
+  }
   all.expect_end();
   statistics = {};
   motion_is_current = false;

@@ -48,7 +48,7 @@ TEST(CellMeshes, AllAreClosedAndOfTheSizeSaid) {
   const std::map<std::string, double> triangles{
       {"housing", 158572}, {"box", 14728}, {"motor", 4038}, {"jaw", 1224}};
   for (const char* name : {"housing", "box", "motor", "motor_convex", "jaw", "rotor_core", "magnet", "cover",
-                           "screw", "punch_half", "press_mount", "furnace"}) {
+                           "screw", "screw_rack", "fixture", "punch_half", "press_mount", "furnace"}) {
     for (const auto& object : import_mesh_objects(directory.path() / (std::string(name) + ".obj"))) {
       EXPECT_EQ(check_closed(object.mesh).problem, "") << name << " " << object.name;
       const auto wanted = triangles.find(name);

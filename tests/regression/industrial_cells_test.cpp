@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <string>
 
 #include "server/geometry/decomposition_cache.h"
@@ -25,8 +26,10 @@ struct Watched {
   std::string device, first, second;
 };
 
+using Look = std::function<void(const CellDescription&, const Snapshot&)>;
+
 CellRun run(const std::string& name, const ScenarioOptions& options, const Watched& watched = {},
-            bool demands = true) {
+            bool demands = true, const Look& look = {}) {
   const Scenario scenario =
       read_scenario(std::filesystem::path(TAKT_CONFIG_DIR) / "scenarios" / (name + ".yaml"), options);
   Simulation simulation(build_cell(scenario, {user_cache_directory(), nullptr}));
@@ -38,6 +41,10 @@ CellRun run(const std::string& name, const ScenarioOptions& options, const Watch
   headless.program = scenario.controller_program;
   headless.contact_extremes = scenario.begins_with_contact();
   const auto observer = [&](const Simulation& s) {
+    if (look && s.step_index() % 4 == 0) {
+      s.read_snapshot(snapshot);
+      look(done.cell, snapshot);
+    }
     if (watched.device.empty() || s.step_index() % 200 != 0) return;
     s.read_snapshot(snapshot);
     done.history.push_back({s.time_s(),
@@ -100,8 +107,45 @@ TEST(ChainsawScenario, PressFitShowsItsForceWithSurfaceContact) {
   const CellRun done = run("chainsaw_motor", options);
   const ContactExtreme* press = largest(done, "Motor", "Housing");
   ASSERT_NE(press, nullptr);
-  EXPECT_GT(press->time_s, 23.0);  // while it is pressed in
-  EXPECT_LT(press->time_s, 25.8);
+  EXPECT_GT(press->time_s, 22.5);  // while it is pressed in; thesis: 23.8 s
+  EXPECT_LT(press->time_s, 24.9);
+}
+
+// The robot is position-controlled and stops hold the housing: what it is beside the seat, it presses.
+TEST(ChainsawScenario, PressForceGrowsWithTheLateralOffsetOfTheRobot) {
+  double before = 0.0;
+  for (const char* offset : {"0", "0.0005", "0.001"}) {
+    ScenarioOptions options;
+    options.level_of_detail = 3;
+    options.overrides = {"duration_s=24.8", std::string("controller.parameters.lateral_offset_m=") + offset};
+    const CellRun done = run("chainsaw_motor", options, {}, false);
+    const ContactExtreme* press = largest(done, "Motor", "Housing");
+    ASSERT_NE(press, nullptr);
+    EXPECT_GT(press->time_s, 22.5) << offset;
+    EXPECT_GT(press->sample.result.normal_force_N, 1.15 * before) << offset;
+    before = press->sample.result.normal_force_N;
+  }
+}
+
+// The nest's friction follows mu N g(v / v_e), g(s) = s (2 - s): it carries the box from the speed on at
+// which it is the box's weight.
+TEST(ChainsawScenario, BoxStaysWhenTheMotorLeavesItSlowlyAndIsLiftedWhenFast) {
+  const auto highest = [](const char* lift_speed) {
+    ScenarioOptions options;
+    options.level_of_detail = 3;
+    options.overrides = {"duration_s=9",
+                         std::string("controller.parameters.lift_speed_m_per_s=") + lift_speed};
+    double z = 0.0;
+    const CellRun done =
+        run("chainsaw_motor", options, {}, false, [&z](const CellDescription& cell, const Snapshot& now) {
+          z = std::max(z, now.components[static_cast<std::size_t>(cell.find_component("Box"))].p_WB.z());
+        });
+    const auto motor = static_cast<std::size_t>(done.cell.find_component("Motor"));
+    EXPECT_GT(done.result.final_state.components[motor].p_WB.z(), 0.72) << lift_speed;  // it is out
+    return z - 0.7;
+  };
+  EXPECT_LT(highest("0.02"), 1e-4);
+  EXPECT_GT(highest("0.15"), 5e-3);
 }
 
 TEST(RotorScenario, AllSubstituteForcesKeepTheTimetable) {
@@ -116,6 +160,27 @@ TEST(RotorScenario, AllSubstituteForcesKeepTheTimetable) {
       EXPECT_NEAR(power, 658.56, 1e-3) << t;
     }
   }
+}
+
+TEST(RotorScenario, AllDynamicKeepTheTimetable) {
+  ScenarioOptions options;
+  options.level_of_detail = 2;
+  const CellRun done = run("bev_rotor", options, {"Screwdriver", "torque", "engaged"});
+  const auto turned = signal_value(done.cell, done.result.final_state, "Screw2_thread", "turns");
+  EXPECT_NEAR(turned.value(), 12.5, 1e-9);  // 12.5 mm at 1 mm
+  const auto skipped =
+      std::count_if(done.result.assertions.begin(), done.result.assertions.end(),
+                    [](const auto& demand) { return demand.verdict == AssertionResult::Verdict::skipped; });
+  EXPECT_EQ(skipped, 2);  // contact forces
+}
+
+TEST(RotorScenario, AllBySurfaceContactKeepTheTimetable) {
+  ScenarioOptions options;
+  options.level_of_detail = 3;
+  const CellRun done = run("bev_rotor", options);
+  for (const AssertionResult& demand : done.result.assertions)
+    EXPECT_EQ(demand.verdict, AssertionResult::Verdict::passed) << demand.name << ": " << demand.sentence;
+  EXPECT_NE(largest(done, "Core2", "Gripper1/left_jaw"), nullptr);
 }
 
 TEST(RotorScenario, HybridPressesTheMagnetOut) {

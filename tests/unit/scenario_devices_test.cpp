@@ -47,6 +47,15 @@ TEST(ScenarioDevices, FurnacesAreRead) {
   EXPECT_EQ(furnace.max_power_W, 9000.0);
 }
 
+TEST(ScenarioDevices, MistakesAboutThreadsAreAnswered) {
+  const std::string driver =
+      "screwdrivers:\n  Driver: {gripper: Hand, max_speed_rad_per_s: 60, max_torque_Nm: 4}\n";
+  const std::string answer = error_of(driver);
+  EXPECT_THAT(answer, HasSubstr("cell.yaml:4"));
+  EXPECT_THAT(answer, HasSubstr("screwdrivers.Driver.gripper: found 'Hand'"));
+  EXPECT_THAT(answer, HasSubstr("a gripper of this scenario: none"));
+}
+
 TEST(ScenarioDevices, MistakesNameFileLineAndKey) {
   const auto without = [](const std::string& line) {
     std::string text = kFurnace;

@@ -15,6 +15,8 @@ constexpr double kMm = 1e-3;
 constexpr double kPi = std::numbers::pi;
 constexpr int kSideColumns = 3;  // between a slot and the middle between two slots
 constexpr double kStand = 0.350;
+constexpr double kShank = 3 * kMm, kShankClearance = 1 * kMm;  // of the screws, and of what they go through
+constexpr double kScrewCircle = 52 * kMm;                      // radius on which the screws stand
 
 Vec3 on_circle(double radius, double angle) {
   return {radius * std::cos(angle), radius * std::sin(angle), 0.0};
@@ -120,16 +122,47 @@ Solid make_magnet(const RotorParameters& p) {
 
 Solid make_rotor_cover(const RotorParameters& p) {
   const double from = p.shaft_radius, to = 0.075, c = 0.5 * kMm, height = 8 * kMm;
-  const Profile outline{{from, 0.0},      {to - c, 0.0},    {to, c},
-                        {to, height - c}, {to - c, height}, {from, height}};
-  return make_revolved("cover", subdivided(outline, 8 * kMm, true), true, 48);
+  // The holes for the screws' shanks are square: cells left out, wide enough for a shank and its clearance.
+  const double hole = kShank + kShankClearance, reach = std::asin(hole / kScrewCircle);
+  const std::vector<double> r =
+      grid_lines(from, {{kScrewCircle - hole, 2}, {kScrewCircle + hole, 1}, {to - 2.0 * c, 3}, {to, 1}});
+  const std::vector<double> z = grid_lines(0.0, {{c, 1}, {height - c, 2}, {height, 1}});
+  const std::vector<double> angles = grid_lines(-reach, {{reach, 2}, {kPi - reach, 22}});
+  const int n = 2 * (static_cast<int>(angles.size()) - 1), half = n / 2;
+  const int hole_row = line_at(r, kScrewCircle - hole), rim = static_cast<int>(r.size()) - 1,
+            top = static_cast<int>(z.size()) - 1;
+  return make_cell_solid(
+      "cover", {rim, n, top, true, false}, [&](int i, int j, int) { return i != hole_row || j % half >= 2; },
+      [&](int i, int j, int k) {
+        const double angle = angles[static_cast<std::size_t>(j % half)] + (j % n < half ? 0.0 : kPi);
+        // Edges of the rim are chamfered.
+        const double radius = i == rim && (k == 0 || k == top) ? to - c : r[static_cast<std::size_t>(i)];
+        return Vec3(radius * std::cos(angle), radius * std::sin(angle), z[static_cast<std::size_t>(k)]);
+      });
 }
 
 std::vector<Solid> make_screw() {
   const Profile shank{
-      {0.0, -20 * kMm}, {2 * kMm, -20 * kMm}, {3 * kMm, -19 * kMm}, {3 * kMm, 0.0}, {0.0, 0.0}};
+      {0.0, -20 * kMm}, {kShank - kMm, -20 * kMm}, {kShank, -19 * kMm}, {kShank, 0.0}, {0.0, 0.0}};
   const Profile head{{0.0, 0.0}, {6 * kMm, 0.0}, {6 * kMm, 11 * kMm}, {5 * kMm, 12 * kMm}, {0.0, 12 * kMm}};
   return {make_revolved("shank", shank, false, 16), make_revolved("head", head, false, 16)};
+}
+
+Solid make_screw_rack() {
+  const double hole = kShank + kShankClearance, from = 25 * kMm, end = 45 * kMm, side = 20 * kMm;
+  const std::vector<double> x =
+      grid_lines(-end, {{-from - hole, 4}, {-from + hole, 1}, {from - hole, 8}, {from + hole, 1}, {end, 4}});
+  const std::vector<double> y = grid_lines(-side, {{-hole, 4}, {hole, 1}, {side, 4}});
+  const std::vector<double> z = grid_lines(0.0, {{24 * kMm, 2}});
+  const int left = line_at(x, -from - hole), right = line_at(x, from - hole), row = line_at(y, -hole);
+  return make_cell_solid(
+      "screw_rack",
+      {static_cast<int>(x.size()) - 1, static_cast<int>(y.size()) - 1, static_cast<int>(z.size()) - 1},
+      [&](int i, int j, int) { return j != row || (i != left && i != right); },
+      [&](int i, int j, int k) {
+        return Vec3(x[static_cast<std::size_t>(i)], y[static_cast<std::size_t>(j)],
+                    z[static_cast<std::size_t>(k)]);
+      });
 }
 
 Solid make_punch_half(const RotorParameters& p) {
@@ -183,7 +216,10 @@ void make_rotor_meshes(const std::filesystem::path& directory) {
   write_solids(directory, "magnet",
                "20 (tangential, y) x 8 (radial, x) x 80 mm, ends chamfered by 0.5 mm." + origin,
                {make_magnet(p)});
-  write_solids(directory, "cover", "Ring, radii 30 and 75 mm, 8 mm high." + origin, {make_rotor_cover(p)});
+  write_solids(directory, "cover", "Ring, radii 30 and 75 mm, 8 mm high, holes for two screws." + origin,
+               {make_rotor_cover(p)});
+  write_solids(directory, "screw_rack", "90 x 40 x 24 mm with holes for two screws." + origin,
+               {make_screw_rack()});
   write_solids(directory, "screw", "Shank of radius 3 mm, 20 mm down from the origin; head above.",
                make_screw());
   write_solids(directory, "punch_half",

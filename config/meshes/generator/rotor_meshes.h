@@ -26,6 +26,8 @@ Solid make_rotor_core(const RotorParameters& p);
 Solid make_magnet(const RotorParameters& p);
 /// A ring that lies on the core. Origin: centre of the lower face.
 Solid make_rotor_cover(const RotorParameters& p);
+/// A block with holes for two screws, 50 mm apart along x. Origin: centre of the lower face.
+Solid make_screw_rack();
 /// Shank downwards from the origin, head above it.
 std::vector<Solid> make_screw();
 /// Half of a punch that fits a slot: of the press's tool frame, z down, the other half is this one turned
