@@ -11,14 +11,19 @@ namespace takt {
 namespace {
 constexpr std::chrono::milliseconds kFirst{500}, kPeriod{100};
 constexpr int kWidth = 30;
-}  // namespace
 
-std::string progress_line(double time_s, double end_s, double wall_s) {
-  const double part = end_s > 0.0 ? std::clamp(time_s / end_s, 0.0, 1.0) : 1.0;
+std::string bar_of(double part) {
   const int full = static_cast<int>(std::floor(part * kWidth));
   std::string bar(static_cast<std::size_t>(full), '=');
   if (full < kWidth) bar += '>';
   bar.resize(static_cast<std::size_t>(kWidth), ' ');
+  return "[" + bar + "]";
+}
+}  // namespace
+
+std::string progress_line(double time_s, double end_s, double wall_s) {
+  const double part = end_s > 0.0 ? std::clamp(time_s / end_s, 0.0, 1.0) : 1.0;
+  const std::string bar = bar_of(part);
   std::string left;
   if (part > 0.0) {
     const double left_s = wall_s * (1.0 - part) / part;
@@ -31,10 +36,16 @@ std::string progress_line(double time_s, double end_s, double wall_s) {
   }
   char text[96];
   std::snprintf(text, sizeof text, " %3.0f %%  %.1f of %.1f s", std::floor(100.0 * part), time_s, end_s);
-  return "[" + bar + "]" + text + left;
+  return bar + text + left;
 }
 
-Progress::Progress(double end_s, bool quiet)
+std::string import_line(const std::string& component, double part) {
+  char text[16];
+  std::snprintf(text, sizeof text, " %3.0f %%", std::floor(100.0 * std::clamp(part, 0.0, 1.0)));
+  return "Convex parts of " + component + " " + bar_of(std::clamp(part, 0.0, 1.0)) + text;
+}
+
+Progress::Progress(bool quiet, double end_s)
     : end_s_(end_s),
       shows_(!quiet && isatty(STDERR_FILENO) != 0),
       begin_(std::chrono::steady_clock::now()),
@@ -44,14 +55,27 @@ Progress::~Progress() {
   if (drawn_) std::fputs("\r\033[K", stderr);
 }
 
-void Progress::at(double time_s) {
+bool Progress::due() {
   const auto now = std::chrono::steady_clock::now();
-  if (!shows_ || now < due_) return;
+  if (!shows_ || now < due_) return false;
   due_ = now + kPeriod;
+  return true;
+}
+
+void Progress::draw(const std::string& line) {
   drawn_ = true;
-  const double wall_s = std::chrono::duration<double>(now - begin_).count();
-  std::fprintf(stderr, "\r\033[K%s", progress_line(time_s, end_s_, wall_s).c_str());
+  std::fprintf(stderr, "\r\033[K%s", line.c_str());
   std::fflush(stderr);
+}
+
+void Progress::at(double time_s) {
+  if (!due()) return;
+  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  draw(progress_line(time_s, end_s_, wall_s));
+}
+
+void Progress::at_import(const std::string& component, double part) {
+  if (due()) draw(import_line(component, part));
 }
 
 }  // namespace takt

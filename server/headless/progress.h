@@ -8,10 +8,14 @@ namespace takt {
 /// "[=======>            ]  37 %  15.4 of 42.0 s, 12 s left". `wall_s`: what it took so far.
 std::string progress_line(double time_s, double end_s, double wall_s);
 
+/// "Convex parts of Housing [=======>            ]  37 %", as far as that takes long enough to be told.
+std::string import_line(const std::string& component, double part);
+
+/// A line that renews itself and is taken away at the end; on a terminal only.
 class Progress {
  public:
-  /// Shows nothing where the error output is no terminal, or `quiet`.
-  Progress(double end_s, bool quiet);
+  /// Shows nothing where the error output is no terminal, or `quiet`. `end_s` is of at(time_s).
+  explicit Progress(bool quiet, double end_s = 0.0);
   /// Takes the line away.
   ~Progress();
   Progress(const Progress&) = delete;
@@ -19,8 +23,13 @@ class Progress {
 
   bool shows() const { return shows_; }
   void at(double time_s);
+  void at_import(const std::string& component, double part);
 
  private:
+  /// Whether it is time to draw again.
+  bool due();
+  void draw(const std::string& line);
+
   const double end_s_;
   const bool shows_;
   const std::chrono::steady_clock::time_point begin_;

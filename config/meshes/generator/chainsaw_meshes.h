@@ -35,6 +35,6 @@ double box_floor();
 /// Origin: centre of the flange side; the grip face is y = 0.
 Solid make_chainsaw_jaw();
 
-void make_chainsaw_meshes(const std::filesystem::path& directory);
+void make_chainsaw_meshes(const std::filesystem::path& directory, const ChainsawParameters& p = {});
 
 }  // namespace takt::meshes
