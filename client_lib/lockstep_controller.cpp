@@ -25,6 +25,8 @@ LockstepController::LockstepController(Client& cell, LockstepOptions options)
       if (state_.cell->find_robot(target) >= 0) {
         const auto& positions = state_.robot(target).position;
         commands_[target] = Joints{positions, std::vector<double>(positions.size(), 0.0)};
+      } else if (state_.cell->find_device(target) >= 0) {
+        commands_[target] = Signals{};
       } else {
         const int index = state_.cell->find_gripper(target);
         const auto& info = state_.cell->grippers.at(static_cast<std::size_t>(index));
@@ -57,8 +59,7 @@ void LockstepController::close() {
   }
 }
 
-std::variant<LockstepController::Joints, LockstepController::Grip>& LockstepController::standing(
-    const std::string& target) {
+LockstepController::Command& LockstepController::standing(const std::string& target) {
   const auto found = commands_.find(target);
   if (found != commands_.end()) return found->second;
   std::string known;
@@ -70,15 +71,23 @@ std::variant<LockstepController::Joints, LockstepController::Grip>& LockstepCont
 void LockstepController::move(const std::string& robot, const std::vector<double>& positions,
                               const std::vector<double>& velocities) {
   auto* joints = std::get_if<Joints>(&standing(robot));
-  if (joints == nullptr) throw ClientError(ClientError::Kind::invalid, "'" + robot + "' is a gripper.");
+  if (joints == nullptr) throw ClientError(ClientError::Kind::invalid, "'" + robot + "' is no robot.");
   *joints = {positions, velocities.empty() ? std::vector<double>(positions.size(), 0.0) : velocities};
 }
 
 void LockstepController::grip(const std::string& gripper, GripperAction action, double width_m,
                               double max_force_N) {
   auto* grip = std::get_if<Grip>(&standing(gripper));
-  if (grip == nullptr) throw ClientError(ClientError::Kind::invalid, "'" + gripper + "' is a robot.");
+  if (grip == nullptr) throw ClientError(ClientError::Kind::invalid, "'" + gripper + "' is no gripper.");
   *grip = {action, width_m, max_force_N};
+}
+
+void LockstepController::set_signals(const std::string& device,
+                                     const std::map<std::string, double>& signals) {
+  auto* standing_signals = std::get_if<Signals>(&standing(device));
+  if (standing_signals == nullptr)
+    throw ClientError(ClientError::Kind::invalid, "'" + device + "' is no device.");
+  for (const auto& [name, value] : signals) (*standing_signals)[name] = value;
 }
 
 const State& LockstepController::advance() {
@@ -98,6 +107,8 @@ void LockstepController::send() const {
       cell_.send_joint_command(target, joints->positions, joints->velocities, state_.time_s);
     else if (const auto* grip = std::get_if<Grip>(&command))
       cell_.set_gripper(target, grip->action, grip->width_m, grip->max_force_N, state_.time_s);
+    else if (const auto* signals = std::get_if<Signals>(&command))
+      cell_.set_signals(target, *signals, state_.time_s);
   }
 }
 

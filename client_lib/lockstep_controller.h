@@ -1,7 +1,7 @@
 #pragma once
-// takt::LockstepController: commands robots and grippers of a cell at pace lockstep, in step with simulated
-// time. The simulation waits at each multiple of the period until the commands are there, so that a test or a
-// program gives the same bits on any machine, however long it thinks:
+// takt::LockstepController: commands robots, grippers and devices of a cell at pace lockstep, in step with
+// simulated time. The simulation waits at each multiple of the period until the commands are there, so that a
+// test or a program gives the same bits on any machine, however long it thinks:
 //
 //   takt::LockstepController controller(cell, {.targets = {"Robot1", "Gripper1"}});
 //   while (controller.state().time_s < 2.0) {
@@ -23,9 +23,10 @@
 namespace takt::client {
 
 struct LockstepOptions {
-  std::vector<std::string> targets;  ///< robots and grippers that this controller commands; at least one
-  double period_s = 0.008;           ///< of simulated time, at least one step
-  std::string name = "controller";   ///< shown in events and in the status; unique in the cell
+  std::vector<std::string>
+      targets;                      ///< robots, grippers, devices that this controller commands; at least one
+  double period_s = 0.008;          ///< of simulated time, at least one step
+  std::string name = "controller";  ///< shown in events and in the status; unique in the cell
   Seconds patience{60.0};  ///< wall time: both of the server for commands, and of this for an instant
   bool start = true;       ///< set the cell to lockstep and playing; else others do
 };
@@ -53,6 +54,8 @@ class LockstepController {
             const std::vector<double>& velocities = {});
   /// As Client::set_gripper. Stands until the next one; before the first a gripper keeps its width.
   void grip(const std::string& gripper, GripperAction action, double width_m = 0.0, double max_force_N = 0.0);
+  /// As Client::set_signals. What is set stays so, what has not been set is left as it is.
+  void set_signals(const std::string& device, const std::map<std::string, double>& signals);
   /// Answers this boundary with one command for each target, and returns the instant at the next one. Throws
   /// ClientError (lost) when the cell was reset or has another scenario: then a new controller is needed.
   const State& advance();
@@ -65,14 +68,16 @@ class LockstepController {
     GripperAction action = GripperAction::width;
     double width_m = 0.0, max_force_N = 0.0;
   };
-  std::variant<Joints, Grip>& standing(const std::string& target);
+  using Signals = std::map<std::string, double>;  ///< of a device, what was set so far
+  using Command = std::variant<Joints, Grip, Signals>;
+  Command& standing(const std::string& target);
   void send() const;
   void wait_for_boundary();
   [[noreturn]] void give_up() const;
 
   Client& cell_;
   const LockstepOptions options_;
-  std::map<std::string, std::variant<Joints, Grip>> commands_;
+  std::map<std::string, Command> commands_;
   State state_;
   std::uint64_t boundary_ = 0;  ///< number of the present one, or of the next while it is waited for
   bool registered_ = false;

@@ -253,7 +253,11 @@ int run(const Arguments& a) {
               << ", which has a fixed step\n";
   }
 
-  const auto cell = takt::build_cell(scenario, {takt::user_cache_directory(), &monotonic_seconds});
+  std::optional<takt::Progress> progress(std::in_place, a.quiet);
+  const auto cell = takt::build_cell(
+      scenario, {takt::user_cache_directory(), &monotonic_seconds,
+                 [&](const std::string& component, double part) { progress->at_import(component, part); }});
+  progress.reset();
   for (const takt::ImportNote& note : cell->import_notes) {
     std::cerr << "takt-run: note: " << note.sentence << '\n';
   }
@@ -265,7 +269,7 @@ int run(const Arguments& a) {
   std::optional<takt::McapRecording> mcap;
   if (!a.mcap.empty()) mcap.emplace(a.mcap, simulation, mcap_options(a, scenario));
   const std::vector<Picture> pictures = requested_pictures(a, cell->step_s);
-  std::optional<takt::Progress> progress(std::in_place, options.duration_s, a.quiet);
+  progress.emplace(a.quiet, options.duration_s);
   takt::StepObserver observer;
   if (csv || mcap || progress->shows() || !pictures.empty()) {
     observer = [&](const takt::Simulation& s) {

@@ -258,6 +258,7 @@ void bind_lockstep(py::module_& m) {
            py::arg("velocities") = std::vector<double>{})
       .def("grip", &LockstepController::grip, py::arg("gripper"), py::arg("action"), py::arg("width_m") = 0.0,
            py::arg("max_force_N") = 0.0)
+      .def("set_signals", &LockstepController::set_signals, py::arg("device"), py::arg("signals"))
       .def(
           "advance", [](LockstepController& self) { return self.advance(); }, unlocked)
       .def("close", &LockstepController::close, unlocked);

@@ -88,6 +88,20 @@ void grow_to_cover(const std::vector<Vec3>& corners, std::vector<Part>& parts) {
     parts[i].points.insert(parts[i].points.end(), missing[i].begin(), missing[i].end());
 }
 
+/// V-HACD counts in percent, and begins anew in each of its stages.
+class Teller : public VHACD::IVHACD::IUserCallback {
+ public:
+  explicit Teller(const std::function<void(double)>& progress) : progress_(progress) {}
+  void Update(const double overall, const double, const char* const, const char*) override {
+    most_ = std::max(most_, std::min(1.0, 0.01 * overall));
+    progress_(most_);
+  }
+
+ private:
+  const std::function<void(double)>& progress_;
+  double most_ = 0.0;
+};
+
 }  // namespace
 
 bool decomposition_available() {
@@ -100,7 +114,8 @@ std::string decomposition_version() {
          ", takt 1";
 }
 
-std::vector<ConvexShape> decompose(const TriangleMesh& solid, const DecompositionParameters& parameters) {
+std::vector<ConvexShape> decompose(const TriangleMesh& solid, const DecompositionParameters& parameters,
+                                   const std::function<void(double)>& progress) {
   check(parameters);
   std::vector<double> coordinates;
   coordinates.reserve(3 * solid.vertices.size());
@@ -116,6 +131,8 @@ std::vector<ConvexShape> decompose(const TriangleMesh& solid, const Decompositio
   p.m_maxNumVerticesPerCH = static_cast<std::uint32_t>(parameters.max_vertices_per_hull);
   p.m_findBestPlane = parameters.best_plane;
   p.m_asyncACD = false;
+  Teller teller(progress);
+  if (progress) p.m_callback = &teller;
   const auto release = [](VHACD::IVHACD* vhacd) { vhacd->Release(); };
   const std::unique_ptr<VHACD::IVHACD, decltype(release)> vhacd(VHACD::CreateVHACD(), release);
   vhacd->Compute(coordinates.data(), static_cast<std::uint32_t>(solid.vertices.size()), triangles.data(),
@@ -153,7 +170,8 @@ std::string decomposition_version() {
   return "none";
 }
 
-std::vector<ConvexShape> decompose(const TriangleMesh&, const DecompositionParameters& parameters) {
+std::vector<ConvexShape> decompose(const TriangleMesh&, const DecompositionParameters& parameters,
+                                   const std::function<void(double)>&) {
   check(parameters);
   throw std::invalid_argument(
       "this program was built without V-HACD; either install npm (with access to its registry), configure "

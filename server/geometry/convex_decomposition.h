@@ -1,6 +1,7 @@
 #pragma once
 // A solid into convex parts by V-HACD 4 (Mammou; thesis 2.1.1, 5.4.1). This is the only place that knows
 // V-HACD. It runs in the caller's thread alone, so that the same mesh gives the same parts, bit for bit.
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,8 @@ std::string decomposition_version();
 /// cube root of (volume of the bounding box / resolution). Throws std::invalid_argument when parameters are
 /// out of bounds, when there is nothing left of the solid at this resolution, or when the program was built
 /// without V-HACD: the text says what to do.
-std::vector<ConvexShape> decompose(const TriangleMesh& solid, const DecompositionParameters& parameters);
+/// `progress` is told how much is done, from 0 to 1, never less than before.
+std::vector<ConvexShape> decompose(const TriangleMesh& solid, const DecompositionParameters& parameters,
+                                   const std::function<void(double)>& progress = {});
 
 }  // namespace takt

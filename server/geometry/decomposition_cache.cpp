@@ -211,10 +211,11 @@ std::filesystem::path user_cache_directory() {
 }
 
 CachedDecomposition decompose_cached(const TriangleMesh& solid, const DecompositionParameters& parameters,
-                                     const DecompositionCache& cache) {
+                                     const DecompositionCache& cache,
+                                     const std::function<void(double)>& progress) {
   const std::string key = DecompositionCache::key(solid, parameters);
   if (auto known = cache.find(key)) return {std::move(*known), true};
-  CachedDecomposition result{decompose(solid, parameters), false};
+  CachedDecomposition result{decompose(solid, parameters, progress), false};
   cache.store(key, result.shapes);
   return result;
 }

@@ -42,6 +42,7 @@ struct CachedDecomposition {
 
 /// decompose(), but only if the cache has not got it.
 CachedDecomposition decompose_cached(const TriangleMesh& solid, const DecompositionParameters& parameters,
-                                     const DecompositionCache& cache);
+                                     const DecompositionCache& cache,
+                                     const std::function<void(double)>& progress = {});
 
 }  // namespace takt

@@ -6,20 +6,27 @@
 namespace takt {
 
 std::vector<HalfEdge> sorted_half_edges(const TriangleMesh& mesh) {
-  std::vector<HalfEdge> edges;
-  edges.reserve(3 * mesh.triangles.size());
+  // By counting where the edges of each vertex begin; what is left to sort are the few edges of one vertex.
+  std::vector<std::uint32_t> begin(mesh.vertices.size() + 1, 0);
+  for (const auto& t : mesh.triangles)
+    for (std::size_t k = 0; k < 3; ++k) ++begin[std::min(t[k], t[(k + 1) % 3]) + 1];
+  for (std::size_t v = 1; v < begin.size(); ++v) begin[v] += begin[v - 1];
+  std::vector<HalfEdge> edges(3 * mesh.triangles.size());
+  std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const auto& t = mesh.triangles[i];
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t from = t[k];
       const std::uint32_t to = t[(k + 1) % 3];
-      edges.push_back({std::min(from, to), std::max(from, to), static_cast<std::uint32_t>(i), from < to});
+      edges[next[std::min(from, to)]++] = {std::min(from, to), std::max(from, to),
+                                           static_cast<std::uint32_t>(i), from < to};
     }
   }
-  std::sort(edges.begin(), edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
-    if (a.low != b.low) return a.low < b.low;
-    return a.high != b.high ? a.high < b.high : a.triangle < b.triangle;
-  });
+  for (std::size_t v = 0; v + 1 < begin.size(); ++v)
+    std::sort(edges.begin() + begin[v], edges.begin() + begin[v + 1],
+              [](const HalfEdge& a, const HalfEdge& b) {
+                return a.high != b.high ? a.high < b.high : a.triangle < b.triangle;
+              });
   return edges;
 }
 

@@ -11,16 +11,17 @@ namespace takt {
 namespace {
 constexpr std::chrono::milliseconds kFirst{500}, kPeriod{100};
 constexpr int kWidth = 30;
-}  // namespace
 
-namespace {
-
-/// `part`: how much is done; `part_here`: of what was to be done when the wall time began.
-std::string line_of(double part, const std::string& what, double part_here, double wall_s) {
+std::string bar_of(double part) {
   const int full = static_cast<int>(std::floor(part * kWidth));
   std::string bar(static_cast<std::size_t>(full), '=');
   if (full < kWidth) bar += '>';
   bar.resize(static_cast<std::size_t>(kWidth), ' ');
+  return "[" + bar + "]";
+}
+
+/// `part`: how much is done; `part_here`: of what was to be done when the wall time began.
+std::string line_of(double part, const std::string& what, double part_here, double wall_s) {
   std::string left;
   if (part_here > 0.0) {
     const double left_s = wall_s * (1.0 - part_here) / part_here;
@@ -33,7 +34,7 @@ std::string line_of(double part, const std::string& what, double part_here, doub
   }
   char text[32];
   std::snprintf(text, sizeof text, " %3.0f %%  ", std::floor(100.0 * part));
-  return "[" + bar + "]" + text + what + left;
+  return bar_of(part) + text + what + left;
 }
 
 }  // namespace
@@ -53,7 +54,13 @@ std::string progress_line(int done, int all, int before, const std::string& what
                  part(done - before, all - before), wall_s);
 }
 
-Progress::Progress(double end_s, bool quiet)
+std::string import_line(const std::string& component, double part) {
+  char text[16];
+  std::snprintf(text, sizeof text, " %3.0f %%", std::floor(100.0 * std::clamp(part, 0.0, 1.0)));
+  return "Convex parts of " + component + " " + bar_of(std::clamp(part, 0.0, 1.0)) + text;
+}
+
+Progress::Progress(bool quiet, double end_s)
     : end_s_(end_s),
       shows_(!quiet && isatty(STDERR_FILENO) != 0),
       begin_(std::chrono::steady_clock::now()),
@@ -67,8 +74,11 @@ double Progress::wall_s() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
 }
 
-void Progress::at(double time_s) {
-  if (shows_ && std::chrono::steady_clock::now() >= due_) draw(progress_line(time_s, end_s_, wall_s()));
+bool Progress::due() {
+  const auto now = std::chrono::steady_clock::now();
+  if (!shows_ || now < due_) return false;
+  due_ = now + kPeriod;
+  return true;
 }
 
 void Progress::at(int done, int all, int before, const std::string& what) {
@@ -76,10 +86,17 @@ void Progress::at(int done, int all, int before, const std::string& what) {
 }
 
 void Progress::draw(const std::string& line) {
-  due_ = std::chrono::steady_clock::now() + kPeriod;
   drawn_ = true;
   std::fprintf(stderr, "\r\033[K%s", line.c_str());
   std::fflush(stderr);
+}
+
+void Progress::at(double time_s) {
+  if (due()) draw(progress_line(time_s, end_s_, wall_s()));
+}
+
+void Progress::at_import(const std::string& component, double part) {
+  if (due()) draw(import_line(component, part));
 }
 
 }  // namespace takt

@@ -11,10 +11,14 @@ std::string progress_line(double time_s, double end_s, double wall_s);
 /// began.
 std::string progress_line(int done, int all, int before, const std::string& what, double wall_s);
 
+/// "Convex parts of Housing [=======>            ]  37 %", as far as that takes long enough to be told.
+std::string import_line(const std::string& component, double part);
+
+/// A line that renews itself and is taken away at the end; on a terminal only.
 class Progress {
  public:
-  /// Shows nothing where the error output is no terminal, or `quiet`.
-  Progress(double end_s, bool quiet);
+  /// Shows nothing where the error output is no terminal, or `quiet`. `end_s` is of at(time_s).
+  explicit Progress(bool quiet, double end_s = 0.0);
   /// Takes the line away.
   ~Progress();
   Progress(const Progress&) = delete;
@@ -24,9 +28,12 @@ class Progress {
   void at(double time_s);
   /// Instead: so many of all of what is counted.
   void at(int done, int all, int before, const std::string& what);
+  void at_import(const std::string& component, double part);
 
  private:
   double wall_s() const;
+  /// Whether it is time to draw again.
+  bool due();
   void draw(const std::string& line);
 
   const double end_s_;

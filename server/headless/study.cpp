@@ -318,7 +318,7 @@ int run_study(const StudyOptions& options, std::ostream& progress) {
   std::map<pid_t, int> running;
   std::size_t next = 0;
   int done = before;
-  Progress bar(0.0, !options.bar);
+  Progress bar(!options.bar);
   bar.at(done, runs, before, "runs");
   std::string refused;
   while (!running.empty() || (next < missing.size() && refused.empty())) {

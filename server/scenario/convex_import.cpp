@@ -70,7 +70,9 @@ std::vector<ConvexShape> ConvexImporter::shapes(const std::string& component,
       break;
     case ConvexSource::Kind::vhacd:
       try {
-        CachedDecomposition parts = decompose_cached(solid, source.decomposition, cache_);
+        std::function<void(double)> progress;
+        if (options_.progress) progress = [&](double part) { options_.progress(component, part); };
+        CachedDecomposition parts = decompose_cached(solid, source.decomposition, cache_, progress);
         shapes = std::move(parts.shapes);
         import.from_cache = parts.from_cache;
       } catch (const std::invalid_argument& error) {

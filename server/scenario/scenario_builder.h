@@ -2,7 +2,9 @@
 // A Scenario into a CellModel: reads meshes and robots, derives masses, convex shapes, spring constants and
 // pairs.
 #include <filesystem>
+#include <functional>
 #include <memory>
+#include <string>
 
 #include "server/scenario/scenario.h"
 #include "server/scenario/scenario_reader.h"
@@ -14,6 +16,9 @@ namespace takt {
 struct ImportOptions {
   std::filesystem::path cache_directory;  ///< of convex decompositions; empty: none is kept
   double (*clock)() = nullptr;            ///< seconds, for the times in CellModel::convex_imports
+  /// Told of what takes long (a decomposition that is not in the cache): component, and how much of it is
+  /// done, from 0 to 1.
+  std::function<void(const std::string&, double)> progress{};
 };
 
 /// Throws ScenarioError (naming the scenario's key), MeshError or UrdfError (naming file and place).

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "client_lib/client.h"
+#include "client_lib/lockstep_controller.h"
 #include "server/dds/ros_type_hash.h"
 #include "tests/support/child_process.h"
 #include "tests/support/dds_service.h"
@@ -113,6 +114,24 @@ TEST_F(WireCommands, DeviceSignalsGoInAndOut) {
       client_->wait_for_event([](const auto& e) { return e.code == "command_rejected"; }, kGenerous);
   ASSERT_TRUE(refused.has_value());
   EXPECT_NE(refused->message.find("read_only_signal"), std::string::npos) << refused->message;
+}
+
+TEST_F(WireCommands, ALockstepControllerSetsSignalsInStepWithTime) {
+  client::LockstepController controller(*client_, {.targets = {"Chamber", "Gripper1"}, .period_s = 0.01});
+  controller.advance();  // nothing is set yet
+  EXPECT_EQ(controller.state().devices[0][2], 20.0);
+  const double begin_s = controller.state().time_s;
+  controller.set_signals("Chamber", {{"set_point", 120.0}});
+  while (controller.state().time_s < begin_s + 0.5 - 1e-9) controller.advance();
+  EXPECT_NEAR(controller.state().devices[0][2], 120.0 - 100.0 * std::exp(-1.0), 1e-3);
+  controller.set_signals("Chamber", {{"lamp", 1.0}});
+  controller.advance();
+  EXPECT_EQ(controller.state().devices[0][0], 120.0);  // stays
+  EXPECT_EQ(controller.state().devices[0][1], 1.0);
+  EXPECT_THROW(controller.move("Chamber", at(0.0)), ClientError);
+  EXPECT_THROW(controller.grip("Chamber", client::GripperAction::open), ClientError);
+  EXPECT_THROW(controller.set_signals("Gripper1", {{"lamp", 1.0}}), ClientError);
+  EXPECT_THROW(controller.set_signals("Furnace", {{"lamp", 1.0}}), ClientError);
 }
 
 TEST_F(WireCommands, FramesFormATreeFromTheWorldToEveryLink) {

@@ -91,7 +91,7 @@ void run_goals(const Arguments& arguments) {
   std::printf(
       "\nSections 5.4.2 and 5.5.3, with the solvers of our scenario files\n  %-28s %10s %12s %10s %12s %8s "
       "%9s\n",
-      "cell", "time s", "real-time", "goal", "thesis s", "ratio", "demands");
+      "cell", "time s", "real-time", "goal", "thesis s", "ratio", "held");
   std::fflush(stdout);
   for (const Goal& goal : goals) {
     if (arguments.level != 0 && goal.level != arguments.level) continue;

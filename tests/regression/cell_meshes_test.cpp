@@ -2,13 +2,18 @@
 // that their parameters state.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <map>
 #include <numbers>
+#include <sstream>
+#include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "config/meshes/generator/chainsaw_meshes.h"
+#include "config/meshes/generator/mesh_parameters.h"
 #include "config/meshes/generator/rotor_meshes.h"
 #include "server/geometry/mesh_import.h"
 #include "tests/support/temporary_directory.h"
@@ -56,6 +61,48 @@ TEST(CellMeshes, AllAreClosedAndOfTheSizeSaid) {
       EXPECT_NEAR(static_cast<double>(object.mesh.triangles.size()) / wanted->second, 1.0, 0.1) << name;
     }
   }
+}
+
+TEST(CellMeshes, ParametersAreSetByNameWithinTheirBounds) {
+  meshes::CellParameters p;
+  meshes::set_parameter(p, "chainsaw.interference=5e-5");
+  meshes::set_parameter(p, "chainsaw.motor_facets=40");
+  meshes::set_parameter(p, "rotor.clearance=-0.00002");
+  EXPECT_EQ(p.chainsaw.interference, 5e-5);
+  EXPECT_EQ(p.chainsaw.motor_facets, 40);
+  EXPECT_EQ(p.rotor.clearance, -2e-5);
+  for (const char* wrong : {"", "chainsaw.interference", "interference=1e-5", "chainsaw.interference=x",
+                            "chainsaw.interference=1", "chainsaw.motor_facets=40.5", "rotor.slots=1",
+                            "chainsaw.contact_edge=nan"})
+    EXPECT_THROW(meshes::set_parameter(p, wrong), std::invalid_argument) << wrong;
+}
+
+TEST(CellMeshes, AllAreClosedAtTheBoundsOfTheirParameters) {
+  std::ostringstream list;
+  meshes::list_parameters(list, {});
+  std::istringstream lines(list.str());
+  int parameters = 0;
+  for (std::string line; std::getline(lines, line); ++parameters) {
+    const std::string name = line.substr(0, line.find('='));
+    const std::size_t to = line.rfind(" to "), from = line.rfind(", ");
+    for (const std::string& bound : {line.substr(from + 2, to - from - 2), line.substr(to + 4)}) {
+      meshes::CellParameters p;
+      ASSERT_NO_THROW(meshes::set_parameter(p, name + "=" + bound)) << line;
+      std::vector<Solid> solids;
+      if (name.starts_with("chainsaw.")) {
+        p.chainsaw.housing_facets = std::min(p.chainsaw.housing_facets, 120);  // quicker
+        solids = {make_motor(p.chainsaw), make_housing(p.chainsaw), make_open_box(p.chainsaw)};
+      } else {
+        solids = {make_rotor_core(p.rotor), make_magnet(p.rotor), make_rotor_cover(p.rotor)};
+      }
+      for (const Solid& solid : solids) {
+        EXPECT_EQ(check_closed(mesh_of(solid)).problem, "") << solid.name << " with " << name << "=" << bound;
+        EXPECT_GT(volume_properties(mesh_of(solid)).volume, 0.0)
+            << solid.name << " with " << name << "=" << bound;
+      }
+    }
+  }
+  EXPECT_EQ(parameters, 21);
 }
 
 TEST(CellMeshes, PressFitIsAsNarrowAsItsParameterSays) {

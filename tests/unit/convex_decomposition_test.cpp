@@ -214,6 +214,19 @@ TEST_F(Decomposition, SameBitsEveryTime) {
   expect_same_bits(decompose(o, coarse()), decompose(o, coarse()));
 }
 
+TEST_F(Decomposition, ProgressRisesAndChangesNoBit) {
+  std::vector<double> told;
+  const auto parts = decompose(u_shape(), coarse(), [&](double part) { told.push_back(part); });
+  ASSERT_GE(told.size(), 3U);
+  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+  EXPECT_GE(told.front(), 0.0);
+  EXPECT_LE(told.back(), 1.0);
+  EXPECT_GT(told.back(), 0.5);
+  const auto quiet = decompose(u_shape(), coarse());
+  ASSERT_EQ(parts.size(), quiet.size());
+  for (std::size_t i = 0; i < parts.size(); ++i) EXPECT_EQ(parts[i].vertices, quiet[i].vertices) << i;
+}
+
 TEST_F(Decomposition, CacheGivesTheSameBitsBack) {
   const TemporaryDirectory directory;
   const DecompositionCache cache(directory / "a" / "b");  // created when needed

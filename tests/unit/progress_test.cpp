@@ -28,4 +28,10 @@ TEST(ProgressLine, OfRunsCountsTheTimeOfThoseOfThisTimeOnly) {
             "[==============================] 100 %  42 of 42 runs, 0 s left");
 }
 
+TEST(ImportLine, SaysWhatIsDividedAndHowFar) {
+  EXPECT_EQ(takt::import_line("Housing", 0.25),
+            "Convex parts of Housing [=======>                      ]  25 %");
+  EXPECT_EQ(takt::import_line("Box", 1.0), "Convex parts of Box [==============================] 100 %");
+}
+
 }  // namespace

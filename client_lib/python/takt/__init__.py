@@ -71,5 +71,5 @@ class Client(_takt.Client):
         return None
 
     def lockstep(self, targets, period_s=0.008, **options):
-        """A controller of these robots and grippers; sets the cell to lockstep and playing."""
+        """A controller of these robots, grippers and devices; sets the cell to lockstep and playing."""
         return LockstepController(self, targets, period_s, **options)

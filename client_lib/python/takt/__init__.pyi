@@ -196,7 +196,7 @@ class Reply:
     values: Dict[str, str]
 
 class LockstepController:
-    """Commands robots and grippers in step with simulated time; the cell waits for it at every period."""
+    """Commands robots, grippers and devices in step with simulated time; the cell waits for it at every period."""
     def __init__(self, cell: Client, targets: Sequence[str], period_s: float = 0.008, *, name: str = "python",
                  patience: float = 60.0, start: bool = True) -> None: ...
     @property
@@ -206,6 +206,8 @@ class LockstepController:
     def move(self, robot: str, positions: Sequence[float], velocities: Sequence[float] = ()) -> None:
         """Where the robot is to be one period from now; it stays there until another command."""
     def grip(self, gripper: str, action: GripperAction, width_m: float = 0.0, max_force_N: float = 0.0) -> None: ...
+    def set_signals(self, device: str, signals: Dict[str, float]) -> None:
+        """What is set stays so; signals that were never set are left as they are."""
     def advance(self) -> State:
         """Sends the commands of this period; returns the instant at the next one."""
     def close(self) -> None: ...

@@ -3,9 +3,12 @@
 #include <takt_build_info.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <map>
+#include <string>
+#include <vector>
 
 #include "client_lib/tools/takt_controller/session.h"
 
@@ -15,6 +18,7 @@ constexpr const char* kExamples = R"(
 Examples:
   takt-controller config/programs/block_assembly.lua --start
   takt-controller config/programs/block_assembly.lua --pace lockstep --start --until 42
+  takt-controller config/programs/chainsaw_motor.lua --set lateral_offset_m=0.001 --start
 
 Exit codes: 0 the program has finished, 1 it failed or the cell went away, 2 wrong usage.)";
 
@@ -29,6 +33,11 @@ int run(int argc, char** argv) {
   const std::map<std::string, Pace> paces{
       {"realtime", Pace::realtime}, {"free", Pace::free}, {"lockstep", Pace::lockstep}};
   app.add_option("PROGRAM", options.program, "robot program (Lua)")->required()->check(CLI::ExistingFile);
+  std::vector<std::string> parameters;
+  app.add_option("--set", parameters,
+                 "NAME=VALUE: a parameter of the program, in place of the default that it states")
+      ->type_size(1)
+      ->allow_extra_args(false);
   app.add_option("--cell", options.client.cell, "name of the cell (environment: TAKT_CELL)")
       ->capture_default_str();
   app.add_option("--domain", options.client.domain, "DDS domain (environment: TAKT_DOMAIN)")
@@ -59,6 +68,19 @@ int run(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : 2;
   }
   options.client.timeout = takt::client::Seconds{timeout_s};
+  for (const std::string& text : parameters) {
+    const std::size_t equals = text.find('=');
+    double value = 0.0;
+    char rest = '\0';
+    if (equals == std::string::npos || equals == 0 ||
+        std::sscanf(text.c_str() + equals + 1, "%lf%c", &value, &rest) != 1 || !std::isfinite(value)) {
+      std::fprintf(stderr,
+                   "takt-controller: --set: found '%s'; allowed: NAME=VALUE, e.g. speed_m_per_s=0.02\n",
+                   text.c_str());
+      return 2;
+    }
+    options.parameters[text.substr(0, equals)] = value;
+  }
   try {
     return takt::tool::run_session(options);
   } catch (const std::exception& error) {

@@ -37,7 +37,7 @@ class Session {
       : options_(options),
         cell_(options.client),
         info_(cell_.cell()),
-        controller_(options.program, controller_cell(*info_)),
+        controller_(options.program, controller_cell(*info_), options.parameters),
         period_s_(controller_.period_s()) {}
 
   int run() {

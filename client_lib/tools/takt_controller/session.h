@@ -10,6 +10,7 @@ namespace takt::tool {
 
 struct SessionOptions {
   std::string program;
+  controller::Parameters parameters;  ///< of the program
   client::ClientOptions client;
   std::string name = "takt-controller";
   std::optional<client::Pace> pace;

@@ -234,8 +234,7 @@ Solid make_chainsaw_jaw() {
       [](int, int, int) { return true; }, point);
 }
 
-void make_chainsaw_meshes(const std::filesystem::path& directory) {
-  const ChainsawParameters p;
+void make_chainsaw_meshes(const std::filesystem::path& directory, const ChainsawParameters& p) {
   const std::string origin = " Origin: centre of the lower face.";
   write_solids(directory, "motor",
                "Boss of radius 12 mm to be pressed in, body, flange, flats 40 mm across y to grip." + origin,

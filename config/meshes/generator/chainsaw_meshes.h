@@ -38,6 +38,6 @@ std::vector<Solid> make_fixture(const ChainsawParameters& p);
 /// Origin: centre of the flange side; the grip face is y = 0.
 Solid make_chainsaw_jaw();
 
-void make_chainsaw_meshes(const std::filesystem::path& directory);
+void make_chainsaw_meshes(const std::filesystem::path& directory, const ChainsawParameters& p = {});
 
 }  // namespace takt::meshes

@@ -1,6 +1,8 @@
 // takt-make-meshes OUTDIR: writes the meshes of the scenarios as OBJ files (README.md in config/meshes).
 // takt-make-meshes --large OUTDIR: those that are too large to be committed.
-// takt-make-meshes --cells OUTDIR: those of the chainsaw, rotor and furnace cells (too large as well).
+// takt-make-meshes --cells OUTDIR [--set NAME=VALUE]...: those of the chainsaw, rotor and furnace cells (too
+// large as well), with other parameters (clearances, interference, chamfers, element sizes). takt-make-meshes
+// --parameters: their names, defaults, and what is allowed.
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -14,6 +16,7 @@
 #include "config/meshes/generator/chainsaw_meshes.h"
 #include "config/meshes/generator/contact_meshes.h"
 #include "config/meshes/generator/lattice_mesh.h"
+#include "config/meshes/generator/mesh_parameters.h"
 #include "config/meshes/generator/rotor_meshes.h"
 
 namespace takt::meshes {
@@ -101,24 +104,50 @@ void make_all(const std::filesystem::path& directory) {
 }  // namespace
 }  // namespace takt::meshes
 
+namespace {
+
+void make_cells(const std::string& directory, const std::vector<std::string>& settings) {
+  takt::meshes::CellParameters parameters;
+  for (const std::string& text : settings) takt::meshes::set_parameter(parameters, text);
+  std::filesystem::create_directories(directory);
+  takt::meshes::make_chainsaw_meshes(directory, parameters.chainsaw);
+  takt::meshes::make_rotor_meshes(directory, parameters.rotor);
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
-  const bool large = argc == 3 && std::string(argv[1]) == "--large";
-  const bool cells = argc == 3 && std::string(argv[1]) == "--cells";
-  if ((argc != 2 && !large && !cells) || std::string(argv[argc - 1]).starts_with('-')) {
-    std::cerr << "usage: takt-make-meshes [--large | --cells] OUTDIR\n";
+  const std::vector<std::string> words(argv + 1, argv + argc);
+  std::vector<std::string> settings;
+  bool usable = !words.empty();
+  for (std::size_t i = 2; i < words.size(); i += 2) {
+    usable = usable && words[0] == "--cells" && words[i] == "--set" && i + 1 < words.size();
+    if (usable) settings.push_back(words[i + 1]);
+  }
+  const bool named = words.size() > 1 && (words[0] == "--large" || words[0] == "--cells");
+  const bool listed = words.size() == 1 && words[0] == "--parameters";
+  usable = usable &&
+           (named ? !words[1].starts_with('-') : words.size() == 1 && (listed || !words[0].starts_with('-')));
+  if (!usable) {
+    std::cerr << "usage: takt-make-meshes [--large] OUTDIR\n"
+                 "       takt-make-meshes --cells OUTDIR [--set NAME=VALUE]...\n"
+                 "       takt-make-meshes --parameters\n";
     return 2;
   }
   try {
-    if (large) {
-      takt::meshes::make_large_contact_meshes(argv[2]);
-    } else if (cells) {
-      std::filesystem::create_directories(argv[2]);
-      takt::meshes::make_chainsaw_meshes(argv[2]);
-      takt::meshes::make_rotor_meshes(argv[2]);
+    if (listed) {
+      takt::meshes::list_parameters(std::cout, {});
+    } else if (words[0] == "--large") {
+      takt::meshes::make_large_contact_meshes(words[1]);
+    } else if (words[0] == "--cells") {
+      make_cells(words[1], settings);
     } else {
-      takt::meshes::make_all(argv[1]);
-      takt::meshes::make_contact_meshes(std::filesystem::path(argv[1]) / "contact");
+      takt::meshes::make_all(words[0]);
+      takt::meshes::make_contact_meshes(std::filesystem::path(words[0]) / "contact");
     }
+  } catch (const std::invalid_argument& error) {
+    std::cerr << "takt-make-meshes: " << error.what() << '\n';
+    return 2;
   } catch (const std::exception& error) {
     std::cerr << "takt-make-meshes: " << error.what() << '\n';
     return 1;

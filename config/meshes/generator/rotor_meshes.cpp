@@ -205,8 +205,7 @@ std::vector<Solid> make_furnace() {
           make_plain_box("stand", {-0.08, -0.08, floor}, {0.08, 0.08, furnace_stand_z()})};
 }
 
-void make_rotor_meshes(const std::filesystem::path& directory) {
-  const RotorParameters p;
+void make_rotor_meshes(const std::filesystem::path& directory, const RotorParameters& p) {
   const std::string origin = " Origin: centre of the lower face.";
   write_solids(
       directory, "rotor_core",

@@ -40,6 +40,6 @@ std::vector<Solid> make_furnace();
 /// Where what stands in the furnace stands.
 double furnace_stand_z();
 
-void make_rotor_meshes(const std::filesystem::path& directory);
+void make_rotor_meshes(const std::filesystem::path& directory, const RotorParameters& p = {});
 
 }  // namespace takt::meshes

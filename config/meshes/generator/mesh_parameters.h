@@ -1,0 +1,22 @@
+#pragma once
+// Parameters of the large cells' meshes by name, as takt-make-meshes takes them: chainsaw.interference=5e-5.
+#include <iosfwd>
+#include <string>
+
+#include "config/meshes/generator/chainsaw_meshes.h"
+#include "config/meshes/generator/rotor_meshes.h"
+
+namespace takt::meshes {
+
+struct CellParameters {
+  ChainsawParameters chainsaw;
+  RotorParameters rotor;
+};
+
+/// "GROUP.NAME=VALUE". Throws std::invalid_argument that says what is allowed.
+void set_parameter(CellParameters& parameters, const std::string& text);
+
+/// All names with their values and what is allowed, a line each.
+void list_parameters(std::ostream& out, const CellParameters& parameters);
+
+}  // namespace takt::meshes
