@@ -188,7 +188,7 @@ TEST(RotorScenario, HybridPressesTheMagnetOut) {
   const ContactExtreme* tray = largest(done, "Magnet4", "Tray");
   ASSERT_NE(tray, nullptr);
   EXPECT_GT(tray->time_s, 69.0);
-  EXPECT_LT(tray->time_s, 72.0);
+  EXPECT_LT(tray->time_s, 73.0);                           // falling, or still rolling there
   EXPECT_EQ(largest(done, "Core2", "Furnace1"), nullptr);  // contact in the press alone
   const auto energies = consumed_energies(done.cell, done.result.final_state);
   EXPECT_EQ(
