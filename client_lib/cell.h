@@ -250,6 +250,10 @@ struct Status {
   std::string solver;
   /// Of the solver, since the last reset or change of a level of detail.
   std::uint64_t solver_steps = 0, solver_rejected_steps = 0;
+  /// Surface contact, from level of detail 3 on: pairs that press now; since the last reset evaluations made
+  /// and left out, elements with force in them, and candidate lists made anew.
+  std::uint32_t contact_pairs = 0;
+  std::uint64_t contact_calls = 0, contact_calls_skipped = 0, contact_elements = 0, contact_rebuilds = 0;
   std::vector<ProcessStatus> processes;
   std::vector<std::string> waiting_for;  ///< lockstep: controllers whose command is missing
   std::string scheduling;                ///< what was obtained from the operating system

@@ -146,6 +146,11 @@ Status from_wire(const takt_msgs::msg::Status& wire) {
   status.solver = wire.solver();
   status.solver_steps = wire.solver_steps();
   status.solver_rejected_steps = wire.solver_rejected_steps();
+  status.contact_pairs = wire.contact_pairs();
+  status.contact_calls = wire.contact_calls();
+  status.contact_calls_skipped = wire.contact_calls_skipped();
+  status.contact_elements = wire.contact_elements();
+  status.contact_rebuilds = wire.contact_rebuilds();
   for (const auto& process : wire.processes())
     status.processes.push_back({process.name().to_string(), process.level_of_detail()});
   for (const auto& name : wire.waiting_for()) status.waiting_for.emplace_back(name);

@@ -46,6 +46,12 @@ constexpr Figure kFigures[] = {
     {"mpr_skipped", "takt_collision_queries_skipped", "Collision queries that nothing had changed for."},
     {"solver_steps", "takt_solver_steps", "Steps of the solver, accepted."},
     {"solver_rejected_steps", "takt_solver_rejected_steps", "Steps of the solver, rejected."},
+    {"contact_pairs", "takt_contact_pairs", "Pairs that press upon each other now, by surface contact."},
+    {"contact_calls", "takt_contact_evaluations", "Evaluations of a pair's surface contact."},
+    {"contact_calls_skipped", "takt_contact_evaluations_skipped",
+     "Evaluations of surface contact that nothing had changed for."},
+    {"contact_elements", "takt_contact_elements", "Elements with force, over all evaluations."},
+    {"contact_rebuilds", "takt_contact_rebuilds", "Candidate lists of surface contact made anew."},
 };
 constexpr double kSilence_s = 5.0;
 

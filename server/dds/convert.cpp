@@ -362,6 +362,11 @@ takt_msgs::msg::Status to_message(const LoopStatus& status, const CellDescriptio
   }
   message.scheduling(status.scheduling.str());
   message.fault(status.fault.str());
+  message.contact_pairs(status.contact_pairs);
+  message.contact_calls(status.contact_calls.made);
+  message.contact_calls_skipped(status.contact_calls.skipped);
+  message.contact_elements(status.contact_calls.elements);
+  message.contact_rebuilds(status.contact_calls.rebuilds);
   return message;
 }
 

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/contact/contact_interaction.h"
 #include "server/runtime/control.h"
 #include "server/runtime/event.h"
 #include "server/runtime/fixed_text.h"
@@ -43,6 +44,8 @@ struct LoopStatus {
   std::uint64_t mpr_calls = 0, mpr_skipped = 0;
   FixedText<32> solver;
   std::uint64_t solver_steps = 0, solver_rejected_steps = 0;
+  std::uint32_t contact_pairs = 0;  ///< that press in the newest instant
+  ContactCallCounts contact_calls;
   std::array<std::int32_t, 64> process_levels{};  ///< level of detail at present, as far as they fit
   std::uint32_t process_count = 0;
   std::array<FixedText<128>, 16> waiting_for;

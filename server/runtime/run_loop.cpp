@@ -320,6 +320,8 @@ void RunLoop::pause_with(EventRecord event) {
 void RunLoop::publish_instant() {
   PublishedSnapshot& published = outbox_.snapshots.write_buffer();
   simulation_.read_snapshot(published.snapshot);
+  contact_pairs_ = static_cast<std::uint32_t>(published.snapshot.contacts.pressing().size() +
+                                              published.snapshot.contacts.omitted);
   published.number = ++published_;
   outbox_.snapshots.publish();
   outbox_.news.post();

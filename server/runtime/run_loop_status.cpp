@@ -61,6 +61,8 @@ void RunLoop::publish_status(std::int64_t now_ns) {
   status.solver.assign(simulation_.solver().name);
   status.solver_steps = simulation_.statistics().solver.steps;
   status.solver_rejected_steps = simulation_.statistics().solver.rejected_steps;
+  status.contact_pairs = contact_pairs_;
+  status.contact_calls = simulation_.contact_counts();
   status.process_count =
       static_cast<std::uint32_t>(std::min(cell().processes.size(), status.process_levels.size()));
   for (std::size_t p = 0; p < status.process_count; ++p)

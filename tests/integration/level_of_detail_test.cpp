@@ -234,6 +234,21 @@ TEST(ContactsOverDds, LevelThreeWhileRunningAndBack) {
   EXPECT_EQ(explained.wait(), 0) << explained.text;
   EXPECT_NE(explained.text.find("Table1 presses: 2.9"), std::string::npos) << explained.text;
 
+  // The counts of the same run in this process, over the wire.
+  const auto counted = client.wait_for_status([](const Status& s) { return s.step == 300; }, kGenerous);
+  ASSERT_TRUE(counted.has_value());
+  EXPECT_EQ(counted->contact_pairs, 2U);
+  takt::ContactCallCounts counts;
+  ASSERT_TRUE(service.loop->between_steps([&] { counts = service.host.simulation()->contact_counts(); }));
+  EXPECT_GT(counts.made, 300U);
+  EXPECT_EQ(counted->contact_calls, counts.made);
+  EXPECT_EQ(counted->contact_calls_skipped, counts.skipped);
+  EXPECT_EQ(counted->contact_elements, counts.elements);
+  EXPECT_GT(counted->contact_rebuilds, 0U);
+  ChildProcess status(takt({"status"}));
+  EXPECT_EQ(status.wait(), 0) << status.text;
+  EXPECT_NE(status.text.find("surface contact   2 pairs press; "), std::string::npos) << status.text;
+
   client.set_level_of_detail(1);
   ASSERT_TRUE(client.wait_for_contacts([](const Contacts& c) { return c.contacts.empty(); }, kGenerous));
 }

@@ -180,8 +180,8 @@ TEST(SavedState, ForeignBytesAreRefusedWithASentence) {
   EXPECT_EQ(of_other.epoch(), 0U);
 }
 
-/// A Part that spins too fast for the step: its quaternion grows, sooner or later. Whatever save_state() gives
-/// can be restored; what could not be is refused and gives no bytes.
+/// A Part that spins too fast for the step: its quaternion grows, sooner or later. Whatever save_state()
+/// gives can be restored; what could not be is refused and gives no bytes.
 TEST(SavedState, OfARunawayIsRefusedWithAReason) {
   RandomCellOptions options = small_cell(2);
   options.parts = 3;

@@ -2,7 +2,8 @@
 // process of its own, as is the server. What must hold (docs/testing.md): no reliable sample is lost to a
 // client that reads, every request is answered, commands take effect within 3 ms (p99), the loop keeps its
 // miss rate. With --faults three more are among them: one that is frozen for half of the time, one that is
-// killed again and again, one that floods the server with commands and requests.
+// killed again and again, one that floods the server with commands and requests. With --kills N it is another
+// run: clients that watch or command are killed at random moments, four at a time, until N were.
 #include <signal.h>
 #include <unistd.h>
 
@@ -31,6 +32,7 @@ using client::Status;
 struct Options {
   double minutes = 10.0;
   bool faults = false;
+  int kills = 0;
   int realtime_priority = 0;
   unsigned seed = 1;
   // Of the programs that this one starts.
@@ -234,12 +236,11 @@ class Report {
   int missed_ = 0;
 };
 
-int lead(Options options, const std::string& self) {
+/// The command line of the server; names the cell.
+std::vector<std::string> server_command(Options& options, const std::string& self) {
   const std::string bin = std::filesystem::path(self).parent_path().string();
-  const std::string pid = std::to_string(getpid());
-  options.cell = "soak_" + pid;
+  options.cell = "soak_" + std::to_string(getpid());
   options.domain = 100 + getpid() % 100;
-  options.seconds = 60.0 * options.minutes;
   std::vector<std::string> server{bin + "/takt-server",
                                   std::string(TAKT_CONFIG_DIR) + "/scenarios/block_assembly.yaml",
                                   "--cell",
@@ -252,12 +253,110 @@ int lead(Options options, const std::string& self) {
     server.push_back("--realtime-priority");
     server.push_back(std::to_string(options.realtime_priority));
   }
-  ChildProcess service(server);
+  return server;
+}
+
+std::unique_ptr<ChildProcess> start_client(const Options& options, const std::string& self,
+                                           const std::string& role, const std::string& robot) {
+  return std::make_unique<ChildProcess>(
+      std::vector<std::string>{self, "--role", role, "--robot", robot, "--cell", options.cell, "--domain",
+                               std::to_string(options.domain), "--seconds", std::to_string(options.seconds)});
+}
+
+/// Each client lives for up to three seconds from the start of its process, so that some are killed before
+/// they have found the cell, some while they do, most while they are at work.
+int kill_clients(Options options, const std::string& self) {
+  ChildProcess service(server_command(options, self));
+  options.seconds = 1e6;
+  Client cell = connect(options, "leader", 5);
+  const auto steady = start_client(options, self, "command", "Robot1");
+  struct Victim {
+    std::unique_ptr<ChildProcess> process;
+    std::int64_t dies_ns = 0;
+  };
+  std::vector<Victim> victims(4);
+  std::mt19937 dice(options.seed);
+  const std::int64_t begin = monotonic_now_ns(), warm_ns = begin + 10'000'000'000;
+  wait_until(warm_ns);
+  const Status first = cell.status();
+  const Resources at_first = resources(service.pid());
+  std::uint64_t kills = 0, requests = 0, events = 0, missed = 0, applied = 0, standing = 0;
+  double slowest_reply_s = 0.0;
+  client::Percentiles latency;
+  Status last = first;
+  std::int64_t next_look_ns = 0;
+  while (kills < static_cast<std::uint64_t>(options.kills)) {
+    const std::int64_t now = monotonic_now_ns();
+    for (Victim& victim : victims) {
+      if (victim.process && now < victim.dies_ns) continue;
+      if (victim.process) {
+        victim.process->signal(SIGKILL);
+        (void)victim.process->wait();
+        ++kills;
+      }
+      const bool commands = dice() % 2 == 0;
+      victim.process = start_client(options, self, commands ? "command" : "watch", "Robot2");
+      victim.dies_ns = monotonic_now_ns() + 1'000'000 * static_cast<std::int64_t>(dice() % 3000);
+    }
+    if (now >= next_look_ns) {
+      next_look_ns = now + 250'000'000;
+      cell.set_gripper("Gripper1", client::GripperAction::width, 100.0);  // refused, with an event for all
+      const std::int64_t asked = monotonic_now_ns();
+      (void)cell.get_state();
+      ++requests;
+      slowest_reply_s = std::max(slowest_reply_s, 1e-9 * static_cast<double>(monotonic_now_ns() - asked));
+      while (const auto event = cell.next_event(Seconds(0.0))) ++events, missed += event->missed_before;
+      const Status present = cell.status();
+      if (present.wall_time_s > last.wall_time_s && present.step <= last.step) ++standing;
+      last = present;
+      latency = {std::max(latency.p50_s, last.command_latency.p50_s),
+                 std::max(latency.p99_s, last.command_latency.p99_s),
+                 std::max(latency.max_s, last.command_latency.max_s)};
+    }
+    wait_until(now + 5'000'000);
+  }
+  victims.clear();  // killed as well
+  // The server looks for what the dead have left every 20 s.
+  wait_until(monotonic_now_ns() + 45'000'000'000);
+  last = cell.status();
+  applied = cell.state().applied.front().count;
+  const Resources at_last = resources(service.pid());
+  const auto steps = static_cast<double>(last.step - first.step);
+  Report report;
+  report.line("clients killed", static_cast<double>(kills), "");
+  report.line("wall time", last.wall_time_s - first.wall_time_s, "s");
+  report.must_be_zero("server gone or at fault", cell.connected() && last.fault.empty() ? 0U : 1U);
+  report.must_be_zero("reports without a step since the one before", standing);
+  report.must_be_zero("events lost by a client that lived", missed);
+  report.line("events received by it", static_cast<double>(events), "");
+  report.line("requests answered", static_cast<double>(requests), "");
+  report.line("slowest reply", 1e3 * slowest_reply_s, "ms");
+  report.line("commands applied of the robot whose owner lived", static_cast<double>(applied), "");
+  report.line("steps", steps, "");
+  report.line("missed ticks", 100.0 * static_cast<double>(last.overruns - first.overruns) / steps, "%");
+  report.line("schedule re-based", static_cast<double>(last.rebases - first.rebases), "times");
+  report.line("step, p99", 1e6 * last.step_time.p99_s, "us");
+  report.line("step, longest", 1e6 * last.step_time.max_s, "us");
+  report.line("command to effect, p99 (worst of all reports)", 1e3 * latency.p99_s, "ms");
+  report.line("server's memory at the beginning", at_first.resident_MB, "MB");
+  report.line("server's memory, growth", 100.0 * (at_last.resident_MB / at_first.resident_MB - 1.0), "%");
+  report.line("server's file descriptors, more than then",
+              static_cast<double>(at_last.descriptors) - static_cast<double>(at_first.descriptors), "");
+  report.line(
+      "shared memory files, more than then",
+      static_cast<double>(at_last.shared_memory_files) - static_cast<double>(at_first.shared_memory_files),
+      "");
+  service.signal(SIGTERM);
+  report.must_be_zero("exit code of the server", static_cast<std::uint64_t>(service.wait()));
+  return report.missed() == 0 ? 0 : 1;
+}
+
+int lead(Options options, const std::string& self) {
+  ChildProcess service(server_command(options, self));
+  options.seconds = 60.0 * options.minutes;
   Client cell = connect(options, "leader", 5);
   const auto start = [&](const std::string& role, const std::string& robot) {
-    return std::make_unique<ChildProcess>(std::vector<std::string>{
-        self, "--role", role, "--robot", robot, "--cell", options.cell, "--domain",
-        std::to_string(options.domain), "--seconds", std::to_string(options.seconds)});
+    return start_client(options, self, role, robot);
   };
   using Child = std::unique_ptr<ChildProcess>;
   std::vector<Child> commanders, watchers;
@@ -382,6 +481,8 @@ int main(int argc, char** argv) {
   CLI::App app("Sixteen clients of one cell. Exit code 0: every goal was reached.");
   app.add_option("--minutes", options.minutes)->capture_default_str()->check(CLI::Range(0.05, 10000.0));
   app.add_flag("--faults", options.faults, "a frozen, a killed and a flooding client are among them");
+  app.add_option("--kills", options.kills, "instead: so many clients are killed at random moments")
+      ->check(CLI::Range(1, 1000000));
   app.add_option("--realtime-priority", options.realtime_priority,
                  "of the server: 1 to 99 asks for SCHED_FIFO");
   app.add_option("--seed", options.seed, "of when clients are killed")->capture_default_str();
@@ -397,7 +498,8 @@ int main(int argc, char** argv) {
     if (options.role == "command") return command(options);
     if (options.role == "flood") return flood(options);
     if (options.role == "line") return over_the_line(options);
-    return lead(options, std::filesystem::canonical("/proc/self/exe").string());
+    const std::string self = std::filesystem::canonical("/proc/self/exe").string();
+    return options.kills > 0 ? kill_clients(options, self) : lead(options, self);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 2;

@@ -41,6 +41,12 @@ nlohmann::json json_of(const client::Status& s) {
           {"mpr_skipped", s.mpr_skipped},
           {"solver",
            {{"name", s.solver}, {"steps", s.solver_steps}, {"rejected_steps", s.solver_rejected_steps}}},
+          {"contact",
+           {{"pairs", s.contact_pairs},
+            {"calls", s.contact_calls},
+            {"calls_skipped", s.contact_calls_skipped},
+            {"elements", s.contact_elements},
+            {"rebuilds", s.contact_rebuilds}}},
           {"level_of_detail", levels_of(s)},
           {"waiting_for", s.waiting_for},
           {"scheduling", s.scheduling},
@@ -119,6 +125,12 @@ int status(const Common& common) {
               static_cast<unsigned long long>(s.commands_rejected));
   std::printf("  %-17s %llu calls made, %llu skipped\n", "collision",
               static_cast<unsigned long long>(s.mpr_calls), static_cast<unsigned long long>(s.mpr_skipped));
+  if (s.contact_calls + s.contact_calls_skipped > 0)
+    std::printf("  %-17s %u pairs press; %llu evaluations made, %llu skipped, %llu elements, %llu rebuilds\n",
+                "surface contact", s.contact_pairs, static_cast<unsigned long long>(s.contact_calls),
+                static_cast<unsigned long long>(s.contact_calls_skipped),
+                static_cast<unsigned long long>(s.contact_elements),
+                static_cast<unsigned long long>(s.contact_rebuilds));
   std::printf("  %-17s %s\n", "scheduling", s.scheduling.c_str());
   for (const auto& name : s.waiting_for) std::printf("  %-17s %s\n", "waiting for", name.c_str());
   if (!s.fault.empty()) std::printf("  %-17s %s\n", "fault", s.fault.c_str());
