@@ -60,6 +60,13 @@ void Connections::turn(int part, const ConnectionTurn& turn) {
   turning_.push_back(part);
 }
 
+void Connections::set_stiffness(int part, double ratio) {
+  double& stiffness = stiffness_[static_cast<std::size_t>(part)];
+  if (stiffness == ratio) return;
+  stiffness = ratio;
+  if (!of(part).empty()) renew(part, Renewal::own);
+}
+
 SubstituteParameters Connections::own_gains(int part, double softening) const {
   const double factor = softening * stiffness_[static_cast<std::size_t>(part)];
   const SubstituteParameters& own = component(part).substitute;
@@ -297,7 +304,7 @@ void Connections::soften_on_grippers(const ContactGraph& graph, std::span<const 
       Connection& connection = pair.connection;
       if (connection.partner != palm || scale >= connection.softening) continue;
       connection.softening = scale;
-      connection.gains = scaled(component(pair.base).substitute, scale);
+      connection.gains = own_gains(pair.base, scale);
       disturb(pair);
     }
   }

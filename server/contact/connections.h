@@ -90,8 +90,9 @@ class Connections {
   }
   /// After update(): the Part is turned in its connections during this step. begin_step() ends it.
   void turn(int part, const ConnectionTurn& turn);
-  /// Factor for the constants of a Part's connections that close from now on (1 if never set).
-  void set_stiffness(int part, double ratio) { stiffness_[static_cast<std::size_t>(part)] = ratio; }
+  /// Discrete, from the next update() on: factor for the constants of a Part's connections (1 if never set).
+  /// Where it changes they close anew.
+  void set_stiffness(int part, double ratio);
 
   /// Bytes of all of this; load() throws StateError for what save() cannot have written.
   void save(StateWriter& out) const;

@@ -21,7 +21,10 @@ void Connections::save(StateWriter& out) const {
 }
 
 void Connections::load(StateReader& in) {
+  // Set before, by what was loaded before.
+  const std::vector<double> stiffness = stiffness_;
   reset();
+  stiffness_ = stiffness;
   const std::size_t n = components_.size();
   const auto name = [this](int id) { return component(id).name; };
   for (std::size_t i = 0; i < n; ++i) {
@@ -58,7 +61,7 @@ void Connections::load(StateReader& in) {
     connection.R_TB = in.rotation("the orientation of a connection");
     connection.softening = in.number(1e-12, 1.0, "the softening of a connection");
     connection.feed_forward_W = in.vector("the weight that a connection carries");
-    connection.gains = scaled(component(pair.base).substitute, connection.softening);
+    connection.gains = own_gains(pair.base, connection.softening);
     list_.push_back(pair);
   }
   index_list();

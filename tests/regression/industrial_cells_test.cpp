@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "server/geometry/decomposition_cache.h"
 #include "server/headless/device_report.h"
@@ -181,6 +182,25 @@ TEST(RotorScenario, AllBySurfaceContactKeepTheTimetable) {
   for (const AssertionResult& demand : done.result.assertions)
     EXPECT_EQ(demand.verdict, AssertionResult::Verdict::passed) << demand.name << ": " << demand.sentence;
   EXPECT_NE(largest(done, "Core2", "Gripper1/left_jaw"), nullptr);
+}
+
+TEST(RotorScenario, ScrewsInTheirThreadsGoOnToTheBitFromASavedState) {
+  ScenarioOptions options;
+  options.level_of_detail = 3;
+  const Scenario scenario =
+      read_scenario(std::filesystem::path(TAKT_CONFIG_DIR) / "scenarios" / "bev_rotor.yaml", options);
+  const auto cell = build_cell(scenario, {user_cache_directory(), nullptr});
+  Simulation simulation(cell), other(cell);
+  const auto go_on = [](Simulation& s) {
+    for (int i = 0; i < 25; ++i) ASSERT_TRUE(s.step({})) << s.fault();
+  };
+  go_on(simulation);
+  std::vector<std::byte> bytes;
+  ASSERT_EQ(simulation.save_state(bytes), "");
+  go_on(simulation);
+  ASSERT_EQ(other.restore_state(bytes), "");
+  go_on(other);
+  EXPECT_EQ(other.state_hash(), simulation.state_hash());
 }
 
 TEST(RotorScenario, HybridPressesTheMagnetOut) {
