@@ -242,6 +242,13 @@ void McapRecording::write_status(const Simulation& simulation) {
   sample_.count(0);  // waiting for nobody
   sample_.put("");   // no scheduling was asked for
   sample_.put(simulation.fault());
+  const ContactsSample& contacts = snapshot_.contacts;
+  sample_.put(static_cast<std::uint32_t>(contacts.pressing().size() + contacts.omitted));
+  const ContactCallCounts& calls = simulation.contact_counts();
+  sample_.put(calls.made);
+  sample_.put(calls.skipped);
+  sample_.put(calls.elements);
+  sample_.put(calls.rebuilds);
   write(status_channel_);
 }
 

@@ -319,6 +319,10 @@ int run_study(const StudyOptions& options, std::ostream& progress) {
   std::size_t next = 0;
   int done = before;
   Progress bar(!options.bar);
+  const auto tell = [&] {
+    bar.at(done, runs, before, "runs");
+    if (!bar.shows()) progress << done << " of " << runs << " runs\n" << std::flush;
+  };
   bar.at(done, runs, before, "runs");
   std::string refused;
   while (!running.empty() || (next < missing.size() && refused.empty())) {
@@ -343,7 +347,8 @@ int run_study(const StudyOptions& options, std::ostream& progress) {
     }
     fs::rename(part_of(file_of(options, run, ".json")), file_of(options, run, ".json"));
     fs::remove(file_of(options, run, ".log"));
-    bar.at(++done, runs, before, "runs");
+    ++done;
+    tell();
   }
   if (!refused.empty()) throw ScenarioError(refused);
   if (whole) write_results(options);

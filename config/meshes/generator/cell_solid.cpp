@@ -67,7 +67,7 @@ Solid make_cell_solid(const std::string& name, const CellGrid& grid, const Fille
         if (!full(i, j, k - 1)) builder.add_face({i, j, k}, {i, b, k}, {a, b, k}, {a, j, k});
         if (!full(i, j, k + 1)) builder.add_face({i, j, c}, {a, j, c}, {a, b, c}, {i, b, c});
       }
-  return builder.take();
+  return collapsed(builder.take());
 }
 
 std::vector<double> grid_lines(double from, const std::vector<LineSteps>& steps) {

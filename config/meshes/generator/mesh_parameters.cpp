@@ -40,7 +40,7 @@ const std::array<Parameter, 21> kParameters{{
     {"rotor.radius", &R::radius, 0.09, 0.15, "of the core (m)"},
     {"rotor.height", &R::height, 0.10, 0.40, "of the core (m)"},
     {"rotor.shaft_radius", &R::shaft_radius, 0.01, 0.05, "of the core's bore (m)"},
-    {"rotor.slots", &R::slots, 2, 12, "for magnets"},
+    {"rotor.slots", &R::slots, 3, 12, "for magnets"},
     {"rotor.slot_radius", &R::slot_radius, 0.06, 0.08, "of the slots' inner faces (m)"},
     {"rotor.magnet_width", &R::magnet_width, 0.005, 0.030, "tangential (m)"},
     {"rotor.magnet_thickness", &R::magnet_thickness, 0.002, 0.010, "radial (m)"},

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdlib>
+#include <limits>
 #include <numbers>
+#include <numeric>
 #include <ostream>
 
 namespace takt::meshes {
@@ -40,7 +42,7 @@ Solid make_tube(const std::string& name, const TubeGrid& grid, const GridPoint& 
       solid.triangles.push_back({a, b, c});
       solid.triangles.push_back({a, c, d});
     }
-  if (grid.closed) return solid;
+  if (grid.closed) return collapsed(std::move(solid));
   const auto first = static_cast<std::uint32_t>(solid.vertices.size());
   solid.vertices.push_back(grid.first_pole);
   solid.vertices.push_back(grid.last_pole);
@@ -48,7 +50,46 @@ Solid make_tube(const std::string& name, const TubeGrid& grid, const GridPoint& 
     solid.triangles.push_back({first, at(0, column + 1), at(0, column)});
     solid.triangles.push_back({first + 1, at(grid.rows - 1, column), at(grid.rows - 1, column + 1)});
   }
-  return solid;
+  return collapsed(std::move(solid));
+}
+
+Solid collapsed(Solid solid) {
+  const auto nm = [&](std::uint32_t i) {
+    const Vec3& v = solid.vertices[i];
+    return std::array<std::int64_t, 3>{std::llround(v.x() * 1e9), std::llround(v.y() * 1e9),
+                                       std::llround(v.z() * 1e9)};
+  };
+  std::vector<std::uint32_t> same(solid.vertices.size());
+  std::iota(same.begin(), same.end(), 0U);
+  const auto first = [&](std::uint32_t i) {
+    while (same[i] != i) i = same[i];
+    return i;
+  };
+  bool any = false;
+  for (const auto& t : solid.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = first(t[k]), b = first(t[(k + 1) % 3]);
+      if (a == b || nm(a) != nm(b)) continue;
+      same[std::max(a, b)] = std::min(a, b);
+      any = true;
+    }
+  }
+  if (!any) return solid;
+  Solid result{solid.name, {}, {}};
+  std::vector<std::uint32_t> place(solid.vertices.size(), std::numeric_limits<std::uint32_t>::max());
+  for (const auto& t : solid.triangles) {
+    std::array<std::uint32_t, 3> c{first(t[0]), first(t[1]), first(t[2])};
+    if (c[0] == c[1] || c[1] == c[2] || c[2] == c[0]) continue;
+    for (std::uint32_t& corner : c) {
+      if (place[corner] == std::numeric_limits<std::uint32_t>::max()) {
+        place[corner] = static_cast<std::uint32_t>(result.vertices.size());
+        result.vertices.push_back(solid.vertices[corner]);
+      }
+      corner = place[corner];
+    }
+    result.triangles.push_back(c);
+  }
+  return result;
 }
 
 Profile subdivided(const Profile& profile, double edge, bool closed) {

@@ -46,6 +46,10 @@ Profile subdivided(const Profile& profile, double edge, bool closed);
 /// begins and ends on the axis and runs upwards outside; a closed one runs counter-clockwise in (radius, z).
 Solid make_revolved(const std::string& name, const Profile& profile, bool closed, int facets);
 
+/// The solid without triangles that have lost their area, as where two lines of a grid fall on one another:
+/// the ends of edges shorter than what is written (1 nm) become one corner. Unchanged if there are none.
+Solid collapsed(Solid solid);
+
 /// Writes the object as OBJ in metres, nine decimals, each line of `header` as a comment first.
 void write_obj(std::ostream& out, const std::vector<std::string>& header, const Solid& solid);
 /// The same with several objects.
