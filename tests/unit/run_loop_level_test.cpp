@@ -218,13 +218,16 @@ void expect_pause_and_event(std::string_view solver, test::FailureKind kind, con
 /// A Part that spins too fast for the step: its quaternion grows, and at last diverges.
 TEST(RunLoopFault, PeriodicSnapshotsOfARunawayAreRefusedWithAnEvent) {
   const auto model = test::service_model();
-  model->parts.front().V_WB_initial.w.z() = 1e4;
   Simulation simulation(model);
   RunLoopOptions options = paused();
   options.save_every_s = 1e-9;  // after every step
   RunLoop loop(simulation, options);
   LoopReader reader(loop);
   loop.start();
+  ASSERT_EQ(reader.request("step", {{"steps", "10"}}).result, ControlResult::ok);
+  const std::string part = loop.cell().components[static_cast<std::size_t>(model->parts.front().body)].name;
+  ASSERT_EQ(reader.request("set_entity_state", {{"entity", part}, {"angular_velocity", "0 0 10000"}}).result,
+            ControlResult::ok);
   ASSERT_EQ(reader.request("set_state", {{"state", "1"}}).result, ControlResult::ok);
   ASSERT_TRUE(reader.wait_for_event(EventCode::simulation_fault));
   ASSERT_EQ(reader.count(EventCode::save_refused), 1U) << "told once";
