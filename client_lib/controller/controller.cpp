@@ -50,7 +50,9 @@ struct Controller::Impl {
     grippers.assign(cell.grippers.size(), {});
     devices.clear();
     for (size_t i = 0; i < cell.devices.size(); ++i) devices.push_back({static_cast<int>(i), {}, {}});
-    program.emplace(text, file, ProgramContext{&cell, &robots, &grippers, &devices, &parameters, keeps_steps ? &steps : nullptr});
+    program.emplace(
+        text, file,
+        ProgramContext{&cell, &robots, &grippers, &devices, &parameters, keeps_steps ? &steps : nullptr});
     for (RobotDriver& robot : robots) robot.set_period(program->period_s());
     driven_robots = program->driven_robots();
     driven_devices = program->driven_devices();

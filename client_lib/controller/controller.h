@@ -107,8 +107,8 @@ using Parameters = std::map<std::string, double>;
 
 class Controller {
  public:
-  /// Throws std::runtime_error with file, line and reason when the program cannot be loaded or names something
-  /// the cell does not have.
+  /// Throws std::runtime_error with file, line and reason when the program cannot be loaded or names
+  /// something the cell does not have.
   Controller(const std::string& program_file, const CellInfo& cell, const Parameters& parameters = {});
   ~Controller();
   Controller(const Controller&) = delete;

@@ -363,12 +363,15 @@ struct DeviceFunctions {
 
 void open_program_library(lua_State* L) {
   using F = ProgramFunctions;
-  const luaL_Reg robot_methods[] = {
-      {"move_joints", lua_entry<F::move_joints>}, {"move_to", lua_entry<F::move_to>},
-      {"move_line", lua_entry<F::move_line>},     {"wait", lua_entry<F::wait>},
-      {"wait_until", lua_entry<F::wait_until>},   {"wait_signal", lua_entry<F::wait_signal>},
-      {"wait_for", lua_entry<F::wait_for>},       {"step", lua_entry<F::step>},
-      {nullptr, nullptr}};
+  const luaL_Reg robot_methods[] = {{"move_joints", lua_entry<F::move_joints>},
+                                    {"move_to", lua_entry<F::move_to>},
+                                    {"move_line", lua_entry<F::move_line>},
+                                    {"wait", lua_entry<F::wait>},
+                                    {"wait_until", lua_entry<F::wait_until>},
+                                    {"wait_signal", lua_entry<F::wait_signal>},
+                                    {"wait_for", lua_entry<F::wait_for>},
+                                    {"step", lua_entry<F::step>},
+                                    {nullptr, nullptr}};
   const luaL_Reg gripper_methods[] = {{"open", lua_entry<F::open>},
                                       {"close", lua_entry<F::close>},
                                       {"width", lua_entry<F::width>},
