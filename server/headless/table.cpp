@@ -1,24 +1,17 @@
 #include "server/headless/table.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <ostream>
 #include <utility>
 
+#include "server/headless/number_text.h"
 #include "server/headless/svg_plot.h"
 
 namespace takt {
 
 namespace {
-
-std::string number(double value, const char* format = "%.9g") {
-  std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), format, value);
-  return text.data();
-}
 
 /// What separates cells, or breaks lines, is quoted.
 std::string quoted(const std::string& text) {
@@ -36,7 +29,7 @@ void Table::set(const std::string& column, const std::string& value) {
 }
 
 void Table::set(const std::string& column, double value) {
-  set(column, number(value));
+  set(column, number_text(value));
 }
 
 std::string Table::cell(std::size_t row, const std::string& column) const {

@@ -28,8 +28,8 @@ if dpkg-deb --contents "$package" | awk '{print $6}' | grep -v '^\./\(usr/.*\)\?
   exit 1
 fi
 
-dpkg-deb --extract "$package" "$place/root"
-root=$place/root/usr
+dpkg-deb --extract "$package" "$place/unpacked"
+root=$place/unpacked/usr
 for program in takt takt-server takt-run takt-controller; do
   "$root/bin/$program" --version >/dev/null
   [[ ! -e $build/share/man/man1/$program.1 ]] || grep -q '^\.TH' "$root/share/man/man1/$program.1"

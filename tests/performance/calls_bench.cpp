@@ -4,10 +4,9 @@
 // Wall times say something of a machine with two idle cores only.
 // What needs more processor time than the limit is stopped, its figures are extrapolated and marked "~".
 //   bench_calls [SCENARIO.yaml] [--solver NAME] [--limit SECONDS (60; 0: none)] [--step SECONDS (0.008)]
+#include <CLI/CLI.hpp>
 #include <cstdio>
-#include <cstdlib>
 #include <ctime>
-#include <exception>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -16,8 +15,11 @@
 #include "server/headless/report.h"
 #include "server/runtime/worker_pool.h"
 #include "server/scenario/scenario_builder.h"
+#include "tests/performance/solver_runs.h"
 
 namespace {
+
+using takt::bench::RunOptions;
 
 struct Row {
   const char* solver;
@@ -40,42 +42,14 @@ constexpr Row kRows[] = {
     {"cvode", true, true, ""},
 };
 
-struct Arguments {
-  std::string file = TAKT_CONFIG_DIR "/scenarios/block_assembly.yaml";
-  std::string step = "0.008";  ///< communication step (s)
-  std::string solver;          ///< this one only; empty: all
-  double limit_s = 60.0;
-};
-
-Arguments read_arguments(int argc, char** argv) {
-  Arguments arguments;
-  for (int i = 1; i < argc; ++i) {
-    const std::string key = argv[i];
-    if (key.rfind("--", 0) != 0) {
-      arguments.file = key;
-      continue;
-    }
-    const char* value = i + 1 < argc ? argv[++i] : "";
-    if (key == "--solver")
-      arguments.solver = value;
-    else if (key == "--limit")
-      arguments.limit_s = std::atof(value);
-    else if (key == "--step")
-      arguments.step = value;
-    else
-      throw std::invalid_argument("unknown option '" + key + "'; there are --solver, --limit, --step");
-  }
-  return arguments;
-}
-
-void run(const Arguments& arguments, const Row& row) {
-  takt::ScenarioOptions options;
-  options.level_of_detail = 3;
-  options.overrides = {std::string("solver.method=") + row.solver, "solver.tolerance=2e-6",
-                       "solver.step_s=" + arguments.step,
-                       std::string("contact.optimize_calls=") + (row.optimize ? "true" : "false"),
-                       std::string("contact.parallel=") + (row.parallel ? "true" : "false")};
-  const takt::Scenario scenario = takt::read_scenario(arguments.file, options);
+void run(const RunOptions& options, const Row& row) {
+  takt::ScenarioOptions scenario_options;
+  scenario_options.level_of_detail = 3;
+  scenario_options.overrides = {std::string("solver.method=") + row.solver, "solver.tolerance=2e-6",
+                                "solver.step_s=" + options.step,
+                                std::string("contact.optimize_calls=") + (row.optimize ? "true" : "false"),
+                                std::string("contact.parallel=") + (row.parallel ? "true" : "false")};
+  const takt::Scenario scenario = takt::read_scenario(options.file, scenario_options);
   const auto cell = takt::build_cell(scenario);
   std::optional<takt::WorkerPool> pool;
   takt::Simulation simulation(cell);
@@ -88,7 +62,7 @@ void run(const Arguments& arguments, const Row& row) {
   const takt::HeadlessResult result =
       takt::run_headless(simulation, scenario, headless, {}, [&](double time_s) {
         const double used_s = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
-        if (arguments.limit_s <= 0.0 || used_s < arguments.limit_s) return;
+        if (options.limit_s <= 0.0 || used_s < options.limit_s) return;
         stopped_s = time_s;
         throw std::runtime_error("limit of processor time");
       });
@@ -120,25 +94,25 @@ void run(const Arguments& arguments, const Row& row) {
   std::fflush(stdout);
 }
 
-void run_all(const Arguments& arguments) {
-  std::printf("%s at LoD 3, tolerance 2e-6, communication step %s s\n", arguments.file.c_str(),
-              arguments.step.c_str());
+void run_all(const RunOptions& options) {
+  std::printf("%s at LoD 3, tolerance 2e-6, communication step %s s\n", options.file.c_str(),
+              options.step.c_str());
   std::printf("%-7s %-4s %-4s %9s %9s %11s %11s %9s  %-16s  %s\n", "solver", "opt", "par", "wall s", "cpu s",
               "calls 1e6", "skipped 1e6", "error mm", "state hash", "thesis: time, calls 1e6");
   std::fflush(stdout);
   for (const Row& row : kRows) {
-    if (arguments.solver.empty() || arguments.solver == row.solver) run(arguments, row);
+    if (options.wants(row.solver)) run(options, row);
   }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    run_all(read_arguments(argc, argv));
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "bench_calls: %s\n", error.what());
-    return 1;
-  }
-  return 0;
+  RunOptions options;
+  options.file = TAKT_CONFIG_DIR "/scenarios/block_assembly.yaml";
+  options.step = "0.008";
+  CLI::App app("Table 5.4 of the thesis, ours beside it", "bench_calls");
+  app.add_option("scenario", options.file, "Scenario file");
+  takt::bench::add_run_options(app, options, false);
+  return takt::bench::run_bench(app, argc, argv, [&] { run_all(options); });
 }

@@ -3,10 +3,10 @@
 // all beside the thesis' figures (i7-11700K, Dymola), and our goals: reached or missed.
 //   bench_cells [table] [goals] [--lod N] [--solver NAME] [--limit SECONDS (60; 0: none)] [--step SECONDS]
 // Without `table` or `goals`: both.
+#include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <ctime>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -41,30 +41,6 @@ const std::vector<SolverRow> kRows{
     {"esdirk", 1e-6, "Esdirk45a", {"11.5 s", "12.2 s", "197 s"}},
 };
 
-struct Arguments {
-  bool table = false, goals = false;
-  int level = 0;       ///< this one only; 0: all
-  std::string solver;  ///< this one only; empty: all
-  std::string step;
-  double limit_s = 60.0;
-};
-
-void run_table(const Arguments& arguments) {
-  std::vector<Outcomes> outcomes(kRows.size());
-  for (const int level : {1, 2, 3}) {
-    if (arguments.level != 0 && level != arguments.level) continue;
-    print_details_head("Chainsaw, LoD " + std::to_string(level));
-    const auto k = static_cast<std::size_t>(level - 1);
-    for (std::size_t i = 0; i < kRows.size(); ++i) {
-      const SolverRow& row = kRows[i];
-      if (!arguments.solver.empty() && arguments.solver != row.solver) continue;
-      outcomes[i][k] = run_solver({kChainsaw, level, arguments.limit_s, arguments.step}, row);
-      print_details(row, row.thesis[k], *outcomes[i][k]);
-    }
-  }
-  print_table("Table 5.5: computation time for 30 s, ours and (thesis)", kRows, outcomes);
-}
-
 struct Goal {
   const char* what;
   const std::string& file;
@@ -78,7 +54,7 @@ void print_mark(bool reached) {
   std::printf("  %s\n", reached ? "reached" : "MISSED");
 }
 
-void run_goals(const Arguments& arguments) {
+void run_goals(const RunOptions& options) {
   const Goal goals[] = {
       {"chainsaw, LoD 1", kChainsaw, 1, 0.01, 6.4, "Rkfix2, 1 ms"},
       {"chainsaw, LoD 2", kChainsaw, 2, 0.05, 8.8, "Cvode, 5e-7"},
@@ -94,7 +70,7 @@ void run_goals(const Arguments& arguments) {
       "cell", "time s", "real-time", "goal", "thesis s", "ratio", "held");
   std::fflush(stdout);
   for (const Goal& goal : goals) {
-    if (arguments.level != 0 && goal.level != arguments.level) continue;
+    if (!options.wants_level(goal.level)) continue;
     const Outcome o = run_solver({goal.file, goal.level, 0.0, ""}, {"", 0.0, "", {"", "", ""}});
     // A magnet that falls out of the press has lost its partner as it should: demands tell.
     const bool sound = !o.instable && o.failed_demands == 0 && o.error_m <= 1e-3;
@@ -134,42 +110,24 @@ void run_import() {
   print_mark(contact_s <= 2.0);
 }
 
-Arguments read_arguments(int argc, char** argv) {
-  Arguments arguments;
-  for (int i = 1; i < argc; ++i) {
-    const std::string key = argv[i];
-    if (key == "table" || key == "goals") {
-      (key == "table" ? arguments.table : arguments.goals) = true;
-      continue;
-    }
-    const char* value = i + 1 < argc ? argv[++i] : "";
-    if (key == "--lod")
-      arguments.level = std::atoi(value);
-    else if (key == "--solver")
-      arguments.solver = value;
-    else if (key == "--limit")
-      arguments.limit_s = std::atof(value);
-    else if (key == "--step")
-      arguments.step = value;
-    else
-      throw std::invalid_argument("unknown word '" + key +
-                                  "'; there are table, goals, --lod, --solver, --limit, --step");
-  }
-  if (!arguments.table && !arguments.goals) arguments.table = arguments.goals = true;
-  return arguments;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    const Arguments arguments = read_arguments(argc, argv);
-    if (arguments.goals) run_goals(arguments);
-    if (arguments.goals) run_import();
-    if (arguments.table) run_table(arguments);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "bench_cells: %s\n", error.what());
-    return 1;
-  }
-  return 0;
+  RunOptions options;
+  options.file = kChainsaw;
+  std::vector<std::string> words;
+  CLI::App app("The industrial cells of the thesis, beside its times", "bench_cells");
+  app.add_option("words", words, "table, goals; none: both")->check(CLI::IsMember({"table", "goals"}));
+  add_run_options(app, options, true);
+  return run_bench(app, argc, argv, [&] {
+    const auto wants = [&](const char* word) {
+      return words.empty() || std::find(words.begin(), words.end(), word) != words.end();
+    };
+    if (wants("goals")) {
+      run_goals(options);
+      run_import();
+    }
+    if (wants("table"))
+      run_rows(options, kRows, "Chainsaw", "Table 5.5: computation time for 30 s, ours and (thesis)");
+  });
 }

@@ -1,6 +1,5 @@
 // What security costs: a writer at 1 kHz and a reader of samples of 2 KB, without and with it, over shared
 // memory and the guard as between server and client. One-way latency and CPU time of both ends together.
-#include <time.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -8,6 +7,7 @@
 #include <condition_variable>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <mutex>
 #include <vector>
@@ -88,8 +88,7 @@ Cost measure(std::uint32_t domain, const std::string& writer_identity, const std
   const auto run = [&](int count) {
     std::int64_t next = monotonic_now_ns();
     for (int i = 0; i < count; ++i, next += period_ns) {
-      const timespec until{next / 1'000'000'000, next % 1'000'000'000};
-      clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
+      system_monotonic_clock().sleep_until_ns(next);
       send();
     }
     (void)writer->wait_for_acknowledgments(DdsDuration(2, 0));

@@ -1,5 +1,6 @@
 #include "tests/performance/solver_runs.h"
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -18,6 +19,27 @@ struct LimitReached : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 }  // namespace
+
+void add_run_options(CLI::App& app, RunOptions& options, bool with_level) {
+  if (with_level)
+    app.add_option("--lod", options.level, "This level of detail only")->check(CLI::Range(1, 3));
+  app.add_option("--solver", options.solver, "This solver only");
+  app.add_option("--limit", options.limit_s, "Processor time after which a run is stopped (s); 0: none")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  app.add_option("--step", options.step, "Communication step of solvers with error control (s)");
+}
+
+int run_bench(CLI::App& app, int argc, char** argv, const std::function<void()>& run) {
+  CLI11_PARSE(app, argc, argv);
+  try {
+    run();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), error.what());
+    return 1;
+  }
+  return 0;
+}
 
 const char* Outcome::mark() const {
   if (instable) return "instable";
@@ -94,6 +116,22 @@ void print_details(const SolverRow& row, const char* thesis, const Outcome& o) {
   if (o.stopped_s > 0.0) std::printf("  stopped at %.3f s", o.stopped_s);
   std::printf("\n");
   std::fflush(stdout);
+}
+
+void run_rows(const RunOptions& options, const std::vector<SolverRow>& rows, const std::string& scenario,
+              const std::string& title) {
+  std::vector<Outcomes> outcomes(rows.size());
+  for (const int level : {1, 2, 3}) {
+    if (!options.wants_level(level)) continue;
+    print_details_head(scenario + ", LoD " + std::to_string(level));
+    const auto k = static_cast<std::size_t>(level - 1);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (!options.wants(rows[i].solver)) continue;
+      outcomes[i][k] = run_solver({options.file, level, options.limit_s, options.step}, rows[i]);
+      print_details(rows[i], rows[i].thesis[k], *outcomes[i][k]);
+    }
+  }
+  print_table(title, rows, outcomes);
 }
 
 std::string cell_of_table(const std::optional<Outcome>& o) {

@@ -3,11 +3,16 @@
 // more than 1 mm off, "instable" was aborted, "broken" lost a connection. What needs more processor time than
 // the limit is stopped and its time extrapolated.
 #include <array>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "server/simulation/integrator.h"
+
+namespace CLI {
+class App;
+}
 
 namespace takt::bench {
 
@@ -24,6 +29,22 @@ struct SolverRun {
   double limit_s = 30.0;
   std::string step;  ///< communication step of solvers with error control (s); empty: the scenario's own
 };
+
+/// What is said on the command line of a bench of solvers.
+struct RunOptions {
+  std::string file;
+  std::string step;    ///< communication step of solvers with error control (s); empty: the scenario's own
+  std::string solver;  ///< this one only; empty: all
+  int level = 0;       ///< this level of detail only; 0: all
+  double limit_s = 60.0;
+
+  bool wants(const char* name) const { return solver.empty() || solver == name; }
+  bool wants_level(int n) const { return level == 0 || level == n; }
+};
+/// --solver, --limit, --step; with_level: --lod. What the options hold is their default.
+void add_run_options(CLI::App& app, RunOptions& options, bool with_level);
+/// Reads the command line and runs; the program's exit code, with what is wrong in one line on stderr.
+int run_bench(CLI::App& app, int argc, char** argv, const std::function<void()>& run);
 
 struct Outcome {
   double cpu_s = 0.0;      ///< extrapolated where the run was stopped
@@ -52,5 +73,8 @@ void print_table(const std::string& title, const std::vector<SolverRow>& rows,
 /// Head of, and one row of the list of runs.
 void print_details_head(const std::string& title);
 void print_details(const SolverRow& row, const char* thesis, const Outcome& outcome);
+/// Runs what the options leave of the rows at levels 1 to 3, printing each, then the table.
+void run_rows(const RunOptions& options, const std::vector<SolverRow>& rows, const std::string& scenario,
+              const std::string& title);
 
 }  // namespace takt::bench

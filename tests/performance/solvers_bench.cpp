@@ -3,9 +3,7 @@
 // "error" ends more than 1 mm off, "instable" was aborted, "broken" lost a connection. What needs more
 // processor time than the limit is stopped and its time extrapolated: "~".
 //   bench_solvers [SCENARIO.yaml] [--lod N] [--solver NAME] [--limit SECONDS (30; 0: none)] [--step SECONDS]
-#include <cstdio>
-#include <cstdlib>
-#include <stdexcept>
+#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
@@ -46,61 +44,16 @@ const std::vector<SolverRow> kRows{
     {"esdirk", 1e-2, "Esdirk45a", {"4.1 s error", "4.3 s error", "235 s error"}},
 };
 
-struct Arguments {
-  std::string file = TAKT_CONFIG_DIR "/scenarios/block_assembly.yaml";
-  std::string step;    ///< communication step of solvers with error control (s); empty: the scenario's own
-  std::string solver;  ///< this one only; empty: all
-  int level = 0;       ///< this one only; 0: all
-  double limit_s = 30.0;
-};
-
-Arguments read_arguments(int argc, char** argv) {
-  Arguments arguments;
-  for (int i = 1; i < argc; ++i) {
-    const std::string key = argv[i];
-    if (key.rfind("--", 0) != 0) {
-      arguments.file = key;
-      continue;
-    }
-    const char* value = i + 1 < argc ? argv[++i] : "";
-    if (key == "--lod")
-      arguments.level = std::atoi(value);
-    else if (key == "--solver")
-      arguments.solver = value;
-    else if (key == "--limit")
-      arguments.limit_s = std::atof(value);
-    else if (key == "--step")
-      arguments.step = value;
-    else
-      throw std::invalid_argument("unknown option '" + key + "'; there are --lod, --solver, --limit, --step");
-  }
-  return arguments;
-}
-
-void run_all(const Arguments& arguments) {
-  std::vector<Outcomes> outcomes(kRows.size());
-  for (const int level : {1, 2, 3}) {
-    if (arguments.level != 0 && level != arguments.level) continue;
-    print_details_head("LoD " + std::to_string(level));
-    const auto k = static_cast<std::size_t>(level - 1);
-    for (std::size_t i = 0; i < kRows.size(); ++i) {
-      const SolverRow& row = kRows[i];
-      if (!arguments.solver.empty() && arguments.solver != row.solver) continue;
-      outcomes[i][k] = run_solver({arguments.file, level, arguments.limit_s, arguments.step}, row);
-      print_details(row, row.thesis[k], *outcomes[i][k]);
-    }
-  }
-  print_table("Table 5.1: computation time for 42 s, ours and (thesis)", kRows, outcomes);
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    run_all(read_arguments(argc, argv));
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "bench_solvers: %s\n", error.what());
-    return 1;
-  }
-  return 0;
+  RunOptions options;
+  options.file = TAKT_CONFIG_DIR "/scenarios/block_assembly.yaml";
+  options.limit_s = 30.0;
+  CLI::App app("Table 5.1 of the thesis, ours beside it", "bench_solvers");
+  app.add_option("scenario", options.file, "Scenario file");
+  add_run_options(app, options, true);
+  return run_bench(app, argc, argv, [&] {
+    run_rows(options, kRows, "Block scenario", "Table 5.1: computation time for 42 s, ours and (thesis)");
+  });
 }

@@ -42,9 +42,7 @@ struct Options {
 };
 
 void wait_until(std::int64_t when_ns) {
-  const timespec when{when_ns / 1'000'000'000, when_ns % 1'000'000'000};
-  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &when, nullptr) == EINTR) {
-  }
+  system_monotonic_clock().sleep_until_ns(when_ns);
 }
 
 Client connect(const Options& options, const std::string& name, std::uint32_t strength = 1) {
@@ -236,6 +234,18 @@ class Report {
   int missed_ = 0;
 };
 
+/// What the server holds at the end, against the beginning.
+void report_growth(Report& report, const Resources& first, const Resources& last) {
+  const auto more = [](std::size_t now, std::size_t then) {
+    return static_cast<double>(now) - static_cast<double>(then);
+  };
+  report.line("server's memory at the beginning", first.resident_MB, "MB");
+  report.line("server's memory, growth", 100.0 * (last.resident_MB / first.resident_MB - 1.0), "%");
+  report.line("server's file descriptors, more than then", more(last.descriptors, first.descriptors), "");
+  report.line("shared memory files, more than then",
+              more(last.shared_memory_files, first.shared_memory_files), "");
+}
+
 /// The command line of the server; names the cell.
 std::vector<std::string> server_command(Options& options, const std::string& self) {
   const std::string bin = std::filesystem::path(self).parent_path().string();
@@ -338,14 +348,7 @@ int kill_clients(Options options, const std::string& self) {
   report.line("step, p99", 1e6 * last.step_time.p99_s, "us");
   report.line("step, longest", 1e6 * last.step_time.max_s, "us");
   report.line("command to effect, p99 (worst of all reports)", 1e3 * latency.p99_s, "ms");
-  report.line("server's memory at the beginning", at_first.resident_MB, "MB");
-  report.line("server's memory, growth", 100.0 * (at_last.resident_MB / at_first.resident_MB - 1.0), "%");
-  report.line("server's file descriptors, more than then",
-              static_cast<double>(at_last.descriptors) - static_cast<double>(at_first.descriptors), "");
-  report.line(
-      "shared memory files, more than then",
-      static_cast<double>(at_last.shared_memory_files) - static_cast<double>(at_first.shared_memory_files),
-      "");
+  report_growth(report, at_first, at_last);
   service.signal(SIGTERM);
   report.must_be_zero("exit code of the server", static_cast<std::uint64_t>(service.wait()));
   return report.missed() == 0 ? 0 : 1;
@@ -453,14 +456,7 @@ int lead(Options options, const std::string& self) {
   report.line("wake-up, p99 (worst of all reports)", 1e6 * wake_up.p99_s, "us");
   report.line("command to effect, p99 (worst of all reports)", 1e3 * latency.p99_s, "ms", 3.0);
   report.line("command to effect, longest", 1e3 * latency.max_s, "ms");
-  report.line("server's memory at the beginning", at_first.resident_MB, "MB");
-  report.line("server's memory, growth", 100.0 * (at_last.resident_MB / at_first.resident_MB - 1.0), "%");
-  report.line("server's file descriptors, more than then",
-              static_cast<double>(at_last.descriptors) - static_cast<double>(at_first.descriptors), "");
-  report.line(
-      "shared memory files, more than then",
-      static_cast<double>(at_last.shared_memory_files) - static_cast<double>(at_first.shared_memory_files),
-      "");
+  report_growth(report, at_first, at_last);
   if (options.faults) {
     report.line("clients killed", static_cast<double>(kills), "");
     report.line("commands of the flood", static_cast<double>(result_of(*flooder).a), "");
