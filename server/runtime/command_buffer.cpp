@@ -64,11 +64,16 @@ std::optional<Rejection> CommandBuffer::append(const Command& command, std::uint
                        " commands already wait for the next step."};
 }
 
-void CommandBuffer::take_all(std::vector<ReceivedCommand>& out) {
+void CommandBuffer::take_all(std::vector<ReceivedCommand>& out, bool may_wait) {
   out.clear();
   if (empty_.load(std::memory_order_acquire)) return;
   if (out.capacity() < capacity_) out.reserve(capacity_);
-  const std::lock_guard lock(mutex_);
+  std::unique_lock lock(mutex_, std::defer_lock);
+  if (may_wait) {
+    lock.lock();
+  } else if (!lock.try_lock()) {
+    return;
+  }
   waiting_.swap(out);
   empty_.store(true, std::memory_order_relaxed);
 }

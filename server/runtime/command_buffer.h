@@ -40,8 +40,10 @@ class CommandBuffer {
   std::optional<Rejection> append(const Command& command, std::uint64_t sender, std::int64_t received_ns);
 
   /// Loop thread. Replaces the contents of `out` by all commands since the last call, in the order of
-  /// arrival. Does not allocate as long as `out` keeps the storage it was given here.
-  void take_all(std::vector<ReceivedCommand>& out);
+  /// arrival. Does not allocate as long as `out` keeps the storage it was given here. `may_wait` false: when
+  /// another thread is just appending, nothing is taken, and the next call takes it all. So a loop in real
+  /// time is not held up by a thread that lost its processor half-way.
+  void take_all(std::vector<ReceivedCommand>& out, bool may_wait = true);
 
   /// Loop thread: the present simulated time, for the rule about stamps.
   void set_present_ns(std::int64_t present_ns) { present_ns_.store(present_ns, std::memory_order_relaxed); }

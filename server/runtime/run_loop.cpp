@@ -113,7 +113,9 @@ void RunLoop::run() {
 }
 
 void RunLoop::collect_commands() {
-  buffer_.take_all(incoming_);
+  // Whoever is just appending wakes the loop afterwards. Only where steps are counted, not timed, a command
+  // that was there before a step must be in it.
+  buffer_.take_all(incoming_, pace_ == Pace::lockstep || state_ != SimulationState::playing);
   for (ReceivedCommand& received : incoming_) {
     const int target = target_of(cell(), received.command);
     if (pace_ == Pace::lockstep && !accept_in_lockstep(target, received)) continue;

@@ -87,7 +87,7 @@ Validated<JointCommand> validate(const CellDescription& cell, const RawJointComm
     while (j < count && arm.joints[j].name != raw.names[i]) ++j;
     if (j == count) {
       return reject(RejectionCode::unknown_joint, raw.robot,
-                    raw.robot + " has no joint '" + raw.names[i] +
+                    raw.robot + " has no joint '" + raw.names[i].substr(0, 100) +
                         "'; joints: " + list_names(arm.joints, [](const auto& joint) { return joint.name; }));
     }
     if (seen[j]) {

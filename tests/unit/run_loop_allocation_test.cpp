@@ -1,11 +1,8 @@
-// In steady state the step loop allocates nothing: counted by replacing the global operator new, in the
-// loop's thread.
+// In steady state the step loop allocates nothing: counted in the loop's thread.
 #include <gtest/gtest.h>
 
 #include <array>
-#include <cstdlib>
 #include <memory>
-#include <new>
 
 #include "server/headless/in_process_controller.h"
 #include "server/runtime/log_recorder.h"
@@ -14,40 +11,14 @@
 #include "tests/support/loop_reader.h"
 #include "tests/support/ode_models.h"
 #include "tests/support/service_cell.h"
+#include "tests/support/step_path_counts.h"
 #include "tests/support/temporary_directory.h"
-
-namespace {
-thread_local bool counting = false;
-thread_local std::uint64_t allocations = 0;
-
-void* counted(std::size_t size) {
-  if (counting) ++allocations;
-  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
-  throw std::bad_alloc();
-}
-}  // namespace
-
-void* operator new(std::size_t size) {
-  return counted(size);
-}
-void* operator new[](std::size_t size) {
-  return counted(size);
-}
-void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete[](void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-void operator delete[](void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
 
 namespace takt {
 namespace {
+
+using test::allocations;
+using test::counting;
 
 TEST(SolverAllocation, NoneInAStepAfterTheFirst) {
   // Of our own; SUNDIALS takes its memory by malloc, when it is made and at its first step.

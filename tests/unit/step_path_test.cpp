@@ -1,0 +1,114 @@
+// The step path in steady state: commands in, a step, the snapshot out to a reader. It allocates nothing,
+// takes no lock, makes no system call but to wake who waits for news, never waits, and faults no page.
+#include <gtest/gtest.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <memory>
+#include <mutex>
+
+#include "server/runtime/run_loop.h"
+#include "tests/support/loop_reader.h"
+#include "tests/support/service_cell.h"
+#include "tests/support/step_path_counts.h"
+
+namespace takt {
+namespace {
+
+struct Counts {
+  std::uint64_t steps = 0, allocations = 0, locks = 0, calls = 0, wakes = 0;
+  std::int64_t page_faults = 0, waits = 0;
+  std::uint64_t commands = 0;
+  std::string listed;
+};
+
+/// Runs the loop freely, while commands come in and snapshots are fetched, and counts in its thread from
+/// `warm` steps on.
+Counts counted_run(const std::shared_ptr<const CellModel>& model, std::uint64_t warm, std::uint64_t end) {
+  Simulation simulation(model);
+  Counts counts;
+  test::SystemCallCount calls;
+  test::ThreadUsage before;
+  RunLoopOptions options;
+  options.pace = Pace::free;
+  options.start_paused = true;
+  options.on_instant = [&](const Simulation& now) {
+    if (now.step_index() == warm) {
+      test::allocations = test::locks = 0;
+      before = test::thread_usage();
+      calls.begin();
+      test::counting = true;
+    } else if (now.step_index() == end) {
+      test::counting = false;
+      calls.end();
+      const test::ThreadUsage after = test::thread_usage();
+      counts = {end - warm,
+                test::allocations,
+                test::locks,
+                calls.others(),
+                calls.wakes(),
+                after.page_faults - before.page_faults,
+                after.waits - before.waits,
+                0,
+                calls.listed()};
+    }
+  };
+  RunLoop loop(simulation, options);
+  test::LoopReader reader(loop);
+  loop.start();
+  reader.submit("set_state", {{"state", "playing"}});
+  EXPECT_TRUE(reader.wait_until([&] {
+    // Other requests than this are no part of a step.
+    if (reader.snapshot && reader.snapshot->step > 0)
+      (void)loop.append(test::swing(0, reader.snapshot->time_s), 1, monotonic_now_ns());
+    return reader.snapshot && reader.snapshot->step >= end;
+  }));
+  loop.stop();
+  Snapshot snapshot = simulation.make_snapshot();
+  simulation.read_snapshot(snapshot);
+  counts.commands = snapshot.robots[0].commands_applied;
+  return counts;
+}
+
+TEST(StepPathCounts, CountWhatIsThere) {
+  if (!test::SystemCallCount::possible()) GTEST_SKIP() << "needs Linux 5.11 on x86-64";
+  std::mutex mutex;
+  test::SystemCallCount calls;
+  test::allocations = test::locks = 0;
+  calls.begin();
+  test::counting = true;
+  const std::unique_ptr<int> one(new int(1));
+  mutex.lock();
+  mutex.unlock();
+  syscall(SYS_getppid);
+  syscall(SYS_getppid);
+  test::counting = false;
+  calls.end();
+  syscall(SYS_getppid);
+  EXPECT_EQ(test::allocations, 1U);
+  EXPECT_EQ(test::locks, 1U);
+  EXPECT_EQ(calls.others(), 2U) << calls.listed();
+  const auto before = test::thread_usage();
+  const std::size_t size = 1U << 22U;
+  const std::unique_ptr<char[]> fresh(new char[size]);
+  for (std::size_t i = 0; i < size; i += 4096) const_cast<volatile char*>(fresh.get())[i] = 1;
+  EXPECT_GT(test::thread_usage().page_faults - before.page_faults, 0);
+}
+
+TEST(StepPath, OfAMillionStepsAllocatesLocksWaitsAndFaultsNothing) {
+  if (!test::SystemCallCount::possible()) GTEST_SKIP() << "needs Linux 5.11 on x86-64";
+  const Counts counts = counted_run(test::service_model(), 2000, 1'002'000);
+  ASSERT_EQ(counts.steps, 1'000'000U);
+  EXPECT_EQ(counts.allocations, 0U);
+  EXPECT_EQ(counts.locks, 0U);
+  EXPECT_EQ(counts.calls, 0U) << counts.listed;
+  // None of its own; a machine that is short of memory may take a page away.
+  EXPECT_LE(counts.page_faults, 10);
+  EXPECT_LE(counts.waits, 10);
+  EXPECT_GT(counts.wakes, 0U) << "nobody read";
+  EXPECT_GT(counts.commands, 100U);
+  RecordProperty("page_faults", std::to_string(counts.page_faults));
+}
+
+}  // namespace
+}  // namespace takt
