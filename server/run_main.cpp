@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <cstdio>
 #include <fstream>
 #include <iostream>
 #include <thread>
@@ -29,6 +30,7 @@ struct Arguments {
   std::string scenario, solver, pace = "free", report, html, junit, csv, mcap, program, check_mesh, replay;
   takt::MeshCheckOptions mesh;
   std::vector<std::string> set, pictures, vary, compare, limits;
+  std::string picture_view;
   std::string table = "study.csv", plot, slurm, task;
   std::string mcap_compression = "zstd", mcap_pressures;
   int jobs = 0;
@@ -103,6 +105,9 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--picture", a.pictures, "FILE.png@T: a picture of the cell at simulated time T (s)")
       ->type_size(1)
       ->allow_extra_args(false);
+  app.add_option("--picture-view", a.picture_view,
+                 "X,Y,Z:X,Y,Z: where pictures are taken from, and what is in their middle (m); default: all of "
+                 "the cell");
   app.add_option("--set", a.set, "key=value: replace a value of the scenario, e.g. parts.P.mass_kg=0.4")
       ->type_size(1)
       ->allow_extra_args(false);
@@ -197,6 +202,20 @@ std::vector<Picture> requested_pictures(const Arguments& a, double step_s) {
   return pictures;
 }
 
+std::optional<takt::PictureView> picture_view(const Arguments& a) {
+  if (a.picture_view.empty()) return {};
+  takt::PictureView view;
+  takt::Vec3 &e = view.eye_W, &t = view.target_W;
+  char rest = '\0';
+  if (std::sscanf(a.picture_view.c_str(), "%lf,%lf,%lf:%lf,%lf,%lf%c", &e.x(), &e.y(), &e.z(), &t.x(), &t.y(),
+                  &t.z(), &rest) != 6 ||
+      !e.allFinite() || !t.allFinite() || (e - t).head<2>().norm() < 1e-6) {
+    throw takt::ScenarioError("--picture-view: found '" + a.picture_view +
+                              "'; allowed: X,Y,Z:X,Y,Z in m, not straight from above, e.g. 0.9,1.6,1.7:0,0,0.8");
+  }
+  return view;
+}
+
 /// What happened in the last step, as takt-server tells it.
 void record_events(takt::McapRecording& recording, const takt::Simulation& s) {
   const auto record = [&](const takt::EventRecord& event) {
@@ -269,6 +288,7 @@ int run(const Arguments& a) {
   std::optional<takt::McapRecording> mcap;
   if (!a.mcap.empty()) mcap.emplace(a.mcap, simulation, mcap_options(a, scenario));
   const std::vector<Picture> pictures = requested_pictures(a, cell->step_s);
+  const std::optional<takt::PictureView> view = picture_view(a);
   progress.emplace(a.quiet, options.duration_s);
   takt::StepObserver observer;
   if (csv || mcap || progress->shows() || !pictures.empty()) {
@@ -281,7 +301,7 @@ int run(const Arguments& a) {
       }
       for (const Picture& picture : pictures) {
         if (picture.step == s.step_index())
-          takt::write_picture(s.description(), s.make_snapshot(), picture.file);
+          takt::write_picture(s.description(), s.make_snapshot(), picture.file, view);
       }
     };
   }

@@ -18,6 +18,7 @@
 #include "server/dds/dds_adapter.h"
 #include "server/dds/topic_names.h"
 #include "server/geometry/decomposition_cache.h"
+#include "server/headless/progress.h"
 #include "server/runtime/cell_host.h"
 #include "server/runtime/supervisor.h"
 #include "server/simulation/simulation.h"
@@ -115,7 +116,8 @@ takt::Pace pace_of(const std::string& name) {
   return takt::Pace::realtime;
 }
 
-takt::HostOptions host_options(const Arguments& arguments) {
+/// `progress` is there while an import takes long.
+takt::HostOptions host_options(const Arguments& arguments, std::optional<takt::Progress>& progress) {
   takt::HostOptions options;
   options.cell = arguments.cell;
   options.loop.pace = pace_of(arguments.pace);
@@ -132,15 +134,22 @@ takt::HostOptions host_options(const Arguments& arguments) {
   options.scenarios = arguments.scenarios;
   options.version = std::string("takt-server ") + TAKT_VERSION;
   options.cache_directory = takt::user_cache_directory();
-  options.on_note = [](const std::string& sentence) {
+  options.on_note = [&progress](const std::string& sentence) {
+    progress.reset();
     std::fprintf(stderr, "takt-server: note: %s\n", sentence.c_str());
+  };
+  options.on_import = [&progress](const std::string& component, double part) {
+    if (!progress) progress.emplace(false);
+    progress->at_import(component, part);
+    if (part >= 1.0) progress.reset();
   };
   return options;
 }
 
 /// Runs until a signal or the loop itself ends it.
 int serve(const Arguments& arguments, const sigset_t& signals, const std::string& crash) {
-  takt::CellHost host(host_options(arguments));
+  std::optional<takt::Progress> progress;
+  takt::CellHost host(host_options(arguments, progress));
   takt::DdsAdapter adapter(host, {"takt-server " + arguments.cell, arguments.domain, arguments.profiles,
                                   arguments.profile, arguments.secure});
   const pthread_t main_thread = pthread_self();
@@ -158,9 +167,11 @@ int serve(const Arguments& arguments, const sigset_t& signals, const std::string
       host.open_empty();
     }
   } catch (const std::exception& error) {
+    progress.reset();
     std::fprintf(stderr, "takt-server: %s\n", error.what());
     return kBadInput;
   }
+  progress.reset();
   const takt::RunLoop* loop = host.loop();
   const std::string what = loop == nullptr ? "no scenario" : "scenario " + loop->cell().scenario;
   std::printf("takt-server: cell '%s' ready: %s, pace %s, domain %u\n", arguments.cell.c_str(), what.c_str(),

@@ -44,10 +44,15 @@ void look_at_cell(const CellDescription& cell, const Snapshot& snapshot, render:
 
 }  // namespace
 
-void write_picture(const CellDescription& cell, const Snapshot& snapshot, const std::string& png_file) {
+void write_picture(const CellDescription& cell, const Snapshot& snapshot, const std::string& png_file,
+                   const std::optional<PictureView>& view) {
   render::Scene scene;
   render::Camera camera;
   look_at_cell(cell, snapshot, camera);
+  if (view) {
+    camera.eye_W = view->eye_W;
+    camera.target_W = view->target_W;
+  }
   render::add_floor(scene, Vec3(camera.target_W.x(), camera.target_W.y(), 0.0), 4.0, 0.25);
   for (std::size_t i = 0; i < cell.components.size(); ++i) {
     const render::Mesh mesh = component_mesh(cell.components[i], snapshot.components[i]);

@@ -1,5 +1,6 @@
 #pragma once
 // A picture of the cell at one instant, drawn from the simulation's own description and snapshot.
+#include <optional>
 #include <string>
 
 #include "server/simulation/cell_description.h"
@@ -7,7 +8,13 @@
 
 namespace takt {
 
-/// Writes a PNG. Throws std::runtime_error when it cannot be written.
-void write_picture(const CellDescription& cell, const Snapshot& snapshot, const std::string& png_file);
+/// Where pictures are taken from, and what is in their middle, in the world (m).
+struct PictureView {
+  Vec3 eye_W, target_W;
+};
+
+/// Writes a PNG; without a view the whole cell is in it. Throws std::runtime_error when it cannot be written.
+void write_picture(const CellDescription& cell, const Snapshot& snapshot, const std::string& png_file,
+                   const std::optional<PictureView>& view = {});
 
 }  // namespace takt

@@ -20,21 +20,23 @@ std::string bar_of(double part) {
   return "[" + bar + "]";
 }
 
+/// ", 12 s left"; nothing while nothing is done.
+std::string left_of(double part, double wall_s) {
+  if (!(part > 0.0)) return "";
+  const double left_s = wall_s * (1.0 - part) / part;
+  char text[48];
+  if (left_s < 100.0)
+    std::snprintf(text, sizeof text, ", %.0f s left", std::ceil(left_s));
+  else
+    std::snprintf(text, sizeof text, ", %.0f min left", std::ceil(left_s / 60.0));
+  return text;
+}
+
 /// `part`: how much is done; `part_here`: of what was to be done when the wall time began.
 std::string line_of(double part, const std::string& what, double part_here, double wall_s) {
-  std::string left;
-  if (part_here > 0.0) {
-    const double left_s = wall_s * (1.0 - part_here) / part_here;
-    char text[48];
-    if (left_s < 100.0)
-      std::snprintf(text, sizeof text, ", %.0f s left", std::ceil(left_s));
-    else
-      std::snprintf(text, sizeof text, ", %.0f min left", std::ceil(left_s / 60.0));
-    left = text;
-  }
   char text[32];
   std::snprintf(text, sizeof text, " %3.0f %%  ", std::floor(100.0 * part));
-  return bar_of(part) + text + what + left;
+  return bar_of(part) + text + what + left_of(part_here, wall_s);
 }
 
 }  // namespace
@@ -54,10 +56,11 @@ std::string progress_line(int done, int all, int before, const std::string& what
                  part(done - before, all - before), wall_s);
 }
 
-std::string import_line(const std::string& component, double part) {
+std::string import_line(const std::string& component, double part, double wall_s) {
+  const double done = std::clamp(part, 0.0, 1.0);
   char text[16];
-  std::snprintf(text, sizeof text, " %3.0f %%", std::floor(100.0 * std::clamp(part, 0.0, 1.0)));
-  return "Convex parts of " + component + " " + bar_of(std::clamp(part, 0.0, 1.0)) + text;
+  std::snprintf(text, sizeof text, " %3.0f %%", std::floor(100.0 * done));
+  return "Convex parts of " + component + " " + bar_of(done) + text + left_of(done, wall_s);
 }
 
 Progress::Progress(bool quiet, double end_s)
@@ -96,7 +99,12 @@ void Progress::at(double time_s) {
 }
 
 void Progress::at_import(const std::string& component, double part) {
-  if (due()) draw(import_line(component, part));
+  if (component != importing_) {
+    importing_ = component;
+    import_begin_ = std::chrono::steady_clock::now();
+  }
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - import_begin_;
+  if (due()) draw(import_line(component, part, took.count()));
 }
 
 }  // namespace takt

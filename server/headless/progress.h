@@ -11,8 +11,9 @@ std::string progress_line(double time_s, double end_s, double wall_s);
 /// began.
 std::string progress_line(int done, int all, int before, const std::string& what, double wall_s);
 
-/// "Convex parts of Housing [=======>            ]  37 %", as far as that takes long enough to be told.
-std::string import_line(const std::string& component, double part);
+/// "Convex parts of Housing [=======>            ]  37 %, 12 s left", as far as that takes long enough to be
+/// told. `wall_s`: what this component took so far.
+std::string import_line(const std::string& component, double part, double wall_s);
 
 /// A line that renews itself and is taken away at the end; on a terminal only.
 class Progress {
@@ -28,6 +29,7 @@ class Progress {
   void at(double time_s);
   /// Instead: so many of all of what is counted.
   void at(int done, int all, int before, const std::string& what);
+  /// Instead: how much of a component's import is done.
   void at_import(const std::string& component, double part);
 
  private:
@@ -41,6 +43,8 @@ class Progress {
   const std::chrono::steady_clock::time_point begin_;
   std::chrono::steady_clock::time_point due_;
   bool drawn_ = false;
+  std::string importing_;
+  std::chrono::steady_clock::time_point import_begin_{};
 };
 
 }  // namespace takt

@@ -198,6 +198,15 @@ std::string plotted_column(const StudyOptions& options, const Table& table) {
   return "real_time_factor";
 }
 
+/// What is drawn is in the table: asked as soon as one run is done, not after all of them. Pairs that press are
+/// columns of their own, and which of them do may differ from run to run.
+void check_plotted_column(const StudyOptions& options, int done_run) {
+  if (options.plot.find('|') != std::string::npos) return;
+  Table table;
+  add_row(options, done_run, table);
+  plotted_column(options, table);
+}
+
 void write_results(const StudyOptions& options) {
   const Table table = study_table(options);
   std::ostringstream csv, plot;
@@ -325,6 +334,11 @@ int run_study(const StudyOptions& options, std::ostream& progress) {
   };
   bar.at(done, runs, before, "runs");
   std::string refused;
+  for (int run = options.task, i = 0; i < runs && before > 0; run += options.tasks, ++i) {
+    if (!is_done(options, run)) continue;
+    check_plotted_column(options, run);
+    break;
+  }
   while (!running.empty() || (next < missing.size() && refused.empty())) {
     if (next < missing.size() && refused.empty() && static_cast<int>(running.size()) < options.jobs) {
       const int run = missing[next++];
@@ -347,7 +361,13 @@ int run_study(const StudyOptions& options, std::ostream& progress) {
     }
     fs::rename(part_of(file_of(options, run, ".json")), file_of(options, run, ".json"));
     fs::remove(file_of(options, run, ".log"));
-    ++done;
+    if (++done == before + 1 && before == 0) {
+      try {
+        check_plotted_column(options, run);
+      } catch (const ScenarioError& error) {
+        refused = error.what();
+      }
+    }
     tell();
   }
   if (!refused.empty()) throw ScenarioError(refused);

@@ -64,6 +64,8 @@ struct HostOptions {
   /// Called with what a person must be told about imported meshes and robots, by the thread that reads them;
   /// it goes out as an event too.
   std::function<void(const std::string& sentence)> on_note{};
+  /// Called by the same thread while an import takes long: component, and how much of it is done, 0 to 1.
+  std::function<void(const std::string& component, double part)> on_import{};
 };
 
 class CellHost {
