@@ -44,13 +44,28 @@ else()
   message(STATUS "Manual pages: not made (help2man is needed)")
 endif()
 if(TARGET takt)
-  set(words ${CMAKE_BINARY_DIR}/share/bash-completion/completions/takt)
-  add_custom_command(OUTPUT ${words}
-    COMMAND ${CMAKE_COMMAND} -E make_directory ${CMAKE_BINARY_DIR}/share/bash-completion/completions
-    COMMAND sh -c "$<TARGET_FILE:takt> completion bash > ${words}"
-    DEPENDS takt COMMENT "Completion for bash" VERBATIM)
-  add_custom_target(takt_completion ALL DEPENDS ${words})
-  install(FILES ${words} DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
+  # Each shell looks for a file of the program's name; one file knows all of them.
+  set(completions)
+  function(takt_completion shell file folder)
+    set(words ${CMAKE_BINARY_DIR}/share/completions/${shell}/${file})
+    add_custom_command(OUTPUT ${words}
+      COMMAND ${CMAKE_COMMAND} -E make_directory ${CMAKE_BINARY_DIR}/share/completions/${shell}
+      COMMAND sh -c "$<TARGET_FILE:takt> completion ${shell} > ${words}"
+      DEPENDS takt COMMENT "Completion for ${shell}" VERBATIM)
+    set(completions ${completions} ${words} PARENT_SCOPE)
+    if(shell STREQUAL "zsh")
+      install(FILES ${words} DESTINATION ${CMAKE_INSTALL_DATADIR}/${folder})
+    else()
+      foreach(program ${takt_programs})
+        string(REPLACE takt ${program} name ${file})
+        install(FILES ${words} DESTINATION ${CMAKE_INSTALL_DATADIR}/${folder} RENAME ${name})
+      endforeach()
+    endif()
+  endfunction()
+  takt_completion(bash takt bash-completion/completions)
+  takt_completion(zsh _takt zsh/vendor-completions)
+  takt_completion(fish takt.fish fish/vendor_completions.d)
+  add_custom_target(takt_completion ALL DEPENDS ${completions})
 endif()
 
 # For one's own clients: find_package(takt), link takt::takt_client, #include "client_lib/client.h".

@@ -105,9 +105,10 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--picture", a.pictures, "FILE.png@T: a picture of the cell at simulated time T (s)")
       ->type_size(1)
       ->allow_extra_args(false);
-  app.add_option("--picture-view", a.picture_view,
-                 "X,Y,Z:X,Y,Z: where pictures are taken from, and what is in their middle (m); default: all of "
-                 "the cell");
+  app.add_option(
+      "--picture-view", a.picture_view,
+      "X,Y,Z:X,Y,Z: where pictures are taken from, and what is in their middle (m); default: all of "
+      "the cell");
   app.add_option("--set", a.set, "key=value: replace a value of the scenario, e.g. parts.P.mass_kg=0.4")
       ->type_size(1)
       ->allow_extra_args(false);
@@ -210,8 +211,9 @@ std::optional<takt::PictureView> picture_view(const Arguments& a) {
   if (std::sscanf(a.picture_view.c_str(), "%lf,%lf,%lf:%lf,%lf,%lf%c", &e.x(), &e.y(), &e.z(), &t.x(), &t.y(),
                   &t.z(), &rest) != 6 ||
       !e.allFinite() || !t.allFinite() || (e - t).head<2>().norm() < 1e-6) {
-    throw takt::ScenarioError("--picture-view: found '" + a.picture_view +
-                              "'; allowed: X,Y,Z:X,Y,Z in m, not straight from above, e.g. 0.9,1.6,1.7:0,0,0.8");
+    throw takt::ScenarioError(
+        "--picture-view: found '" + a.picture_view +
+        "'; allowed: X,Y,Z:X,Y,Z in m, not straight from above, e.g. 0.9,1.6,1.7:0,0,0.8");
   }
   return view;
 }

@@ -198,8 +198,8 @@ std::string plotted_column(const StudyOptions& options, const Table& table) {
   return "real_time_factor";
 }
 
-/// What is drawn is in the table: asked as soon as one run is done, not after all of them. Pairs that press are
-/// columns of their own, and which of them do may differ from run to run.
+/// What is drawn is in the table: asked as soon as one run is done, not after all of them. Pairs that press
+/// are columns of their own, and which of them do may differ from run to run.
 void check_plotted_column(const StudyOptions& options, int done_run) {
   if (options.plot.find('|') != std::string::npos) return;
   Table table;

@@ -31,7 +31,8 @@ TEST(ProgressLine, OfRunsCountsTheTimeOfThoseOfThisTimeOnly) {
 TEST(ImportLine, SaysWhatIsDividedAndHowFar) {
   EXPECT_EQ(takt::import_line("Housing", 0.25, 4.0),
             "Convex parts of Housing [=======>                      ]  25 %, 12 s left");
-  EXPECT_EQ(takt::import_line("Box", 1.0, 3.0), "Convex parts of Box [==============================] 100 %, 0 s left");
+  EXPECT_EQ(takt::import_line("Box", 1.0, 3.0),
+            "Convex parts of Box [==============================] 100 %, 0 s left");
 }
 
 }  // namespace

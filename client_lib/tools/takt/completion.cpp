@@ -1,7 +1,9 @@
-// takt completion bash: words for the shell, from the same tree that reads the command line.
+// takt completion bash, zsh or fish: words for the shell, from the same tree that reads the command line. The
+// other programs have no commands: their options are asked of their --help when they are wanted.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <string>
+#include <vector>
 
 #include "client_lib/tools/takt/commands.h"
 
@@ -25,49 +27,158 @@ bool takes_file(const CLI::App& app) {
   return false;
 }
 
-std::string bash_script(const CLI::App& app) {
-  std::string names, cases, with_files;
+/// In single quotes of a shell; `colon`: what a colon is written as.
+std::string quoted(const std::string& text, const std::string& colon = ":") {
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? std::string("'\\''") : c == ':' ? colon : std::string(1, c);
+  return out + "'";
+}
+
+struct Words {
+  std::string names;       ///< of all commands
+  std::string cases;       ///< "NAME) words+=' --option' ;;", one a line
+  std::string with_files;  ///< names of commands that take one, separated by |
+};
+
+Words words_of(const CLI::App& app) {
+  Words words;
   for (const CLI::App* command : app.get_subcommands({})) {
-    names += " " + command->get_name();
-    cases += "    " + command->get_name() + ") words+='" + options_of(*command) + "' ;;\n";
-    if (takes_file(*command)) with_files += (with_files.empty() ? "" : "|") + command->get_name();
+    words.names += " " + command->get_name();
+    words.cases += "    " + command->get_name() + ") words+='" + options_of(*command) + "' ;;\n";
+    if (takes_file(*command)) words.with_files += (words.with_files.empty() ? "" : "|") + command->get_name();
   }
+  return words;
+}
+
+std::string bash_script(const CLI::App& app) {
+  const Words words = words_of(app);
   return "# bash completion of takt, made by: takt completion bash\n"
          "_takt() {\n"
          "  local cur=${COMP_WORDS[COMP_CWORD]} prev=${COMP_WORDS[COMP_CWORD-1]} command='' word\n"
          "  local commands='" +
-         names + "' words='" + options_of(app) +
+         words.names + "' words='" + options_of(app) +
          "'\n"
          "  for word in \"${COMP_WORDS[@]:1:COMP_CWORD-1}\"; do\n"
          "    [[ \" $commands \" == *\" $word \"* ]] && { command=$word; break; }\n"
          "  done\n"
          "  case $prev in\n"
-         "    --profiles|--secure|--mesh) compopt -o filenames; mapfile -t COMPREPLY < <(compgen -f -- "
-         "\"$cur\"); "
-         "return ;;\n"
+         "    --profiles|--secure|--mesh|--page|--files|--csv|-o|--output) compopt -o filenames; mapfile -t "
+         "COMPREPLY < <(compgen -f -- \"$cur\"); return ;;\n"
          "  esac\n"
          "  case $command in\n"
          "    '') words+=\" $commands\" ;;\n" +
-         cases +
+         words.cases +
          "  esac\n"
          "  mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$cur\")\n"
          "  case $command in\n"
          "    " +
-         with_files +
+         words.with_files +
          ") [[ $cur == -* ]] || { compopt -o filenames; "
          "mapfile -t COMPREPLY < <(compgen -f -- \"$cur\"); } ;;\n"
          "  esac\n"
          "}\n"
-         "complete -F _takt takt\n";
+         "complete -F _takt takt\n"
+         "_takt_program() {\n"
+         "  if [[ $2 == -* ]]; then\n"
+         "    mapfile -t COMPREPLY < <(compgen -W \"$(\"$1\" --help 2>&1 | grep -oE -e '--[a-z][a-z-]+')\" "
+         "-- "
+         "\"$2\")\n"
+         "  else\n"
+         "    compopt -o filenames; mapfile -t COMPREPLY < <(compgen -f -- \"$2\")\n"
+         "  fi\n"
+         "}\n"
+         "complete -F _takt_program takt-server takt-controller takt-run\n";
+}
+
+std::string zsh_script(const CLI::App& app) {
+  const Words words = words_of(app);
+  std::string described;
+  for (const CLI::App* command : app.get_subcommands({}))
+    described += "    " +
+                 quoted(command->get_name() + ":" + command->get_description(), "\\:")
+                     .replace(1 + command->get_name().size(), 2, ":") +
+                 "\n";
+  return "#compdef takt takt-server takt-controller takt-run\n"
+         "# zsh completion of takt, made by: takt completion zsh\n"
+         "_takt() {\n"
+         "  if [[ $service != takt ]]; then _gnu_generic; return; fi\n"
+         "  local -a commands\n"
+         "  commands=(\n" +
+         described +
+         "  )\n"
+         "  local command='' word options='" +
+         options_of(app) +
+         "'\n"
+         "  local -a names\n"
+         "  names=(" +
+         words.names +
+         " )\n"
+         "  for word in ${words[2,CURRENT-1]}; do\n"
+         "    if (( ${names[(Ie)$word]} )); then command=$word; break; fi\n"
+         "  done\n"
+         "  case $command in\n" +
+         [&] {
+           std::string cases = words.cases;
+           for (std::size_t at = 0; (at = cases.find("words+=", at)) != std::string::npos;)
+             cases.replace(at, 7, "options+=");
+           return cases;
+         }() +
+         "  esac\n"
+         "  if [[ $PREFIX == -* ]]; then compadd -- ${=options}; return; fi\n"
+         "  case $command in\n"
+         "    '') _describe 'command' commands ;;\n"
+         "    completion) compadd bash zsh fish ;;\n"
+         "    pace) compadd realtime free lockstep ;;\n"
+         "    " +
+         words.with_files +
+         ") _files ;;\n"
+         "  esac\n"
+         "}\n"
+         "if [[ $funcstack[1] == _takt ]]; then _takt \"$@\"; else compdef _takt takt takt-server "
+         "takt-controller "
+         "takt-run; fi\n";
+}
+
+std::string fish_script(const CLI::App& app) {
+  std::string names, lines;
+  const auto options = [&](const CLI::App& of, const std::string& when) {
+    for (const CLI::Option* option : of.get_options()) {
+      std::string words;
+      for (const std::string& name : option->get_lnames()) words += " -l " + name;
+      for (const std::string& name : option->get_snames()) words += " -s " + name;
+      if (words.empty()) continue;
+      lines += "complete -c takt" + when + words + (option->get_expected_min() > 0 ? " -r" : "") + " -d " +
+               quoted(option->get_description()) + "\n";
+    }
+  };
+  for (const CLI::App* command : app.get_subcommands({})) names += " " + command->get_name();
+  options(app, "");
+  for (const CLI::App* command : app.get_subcommands({})) {
+    lines += "complete -c takt -f -n 'not __fish_seen_subcommand_from" + names + "' -a " +
+             command->get_name() + " -d " + quoted(command->get_description()) + "\n";
+    const std::string seen = " -n '__fish_seen_subcommand_from " + command->get_name() + "'";
+    if (takes_file(*command)) lines += "complete -c takt -F" + seen + "\n";
+    options(*command, seen);
+  }
+  return "# fish completion of takt, made by: takt completion fish\ncomplete -c takt -f\n" + lines +
+         "for program in takt-server takt-controller takt-run\n"
+         "  complete -c $program -a \"($program --help 2>&1 | string match -ra -- '--[a-z][a-z-]+')\"\n"
+         "end\n";
 }
 
 }  // namespace
 
 void declare_completion(CLI::App& app, int& result) {
+  static std::string shell;
   auto* command = app.add_subcommand("completion", "words for the shell to complete: takt completion bash");
-  command->add_option("SHELL", "the shell; there is bash")->required()->check(CLI::IsMember({"bash"}));
+  command->add_option("SHELL", shell, "the shell: bash, zsh or fish")
+      ->required()
+      ->check(CLI::IsMember({"bash", "zsh", "fish"}));
   command->callback([&app, &result] {
-    std::fputs(bash_script(app).c_str(), stdout);
+    const std::string script = shell == "zsh"    ? zsh_script(app)
+                               : shell == "fish" ? fish_script(app)
+                                                 : bash_script(app);
+    std::fputs(script.c_str(), stdout);
     result = kOk;
   });
 }

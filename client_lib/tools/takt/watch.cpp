@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stdexcept>
 
 #include "client_lib/tools/takt/commands.h"
@@ -112,9 +113,12 @@ void csv_row(std::FILE* file, const client::State& state) {
 
 }  // namespace
 
-int watch(const Common& common, const WatchOptions& options) {
-  Session session(common);
-  const Client& cell = *session;
+namespace {
+
+/// Follows one server; an exit code, or nothing when it has gone and is to be waited for.
+std::optional<int> watch_one(const Common& common, const WatchOptions& options,
+                             std::optional<Session>& session) {
+  const Client& cell = **session;
   const bool live = isatty(STDOUT_FILENO) != 0 && !common.json;
   std::string shown;
   const auto reached = [&](const client::State& s) {
@@ -145,14 +149,45 @@ int watch(const Common& common, const WatchOptions& options) {
                   common.json ? json_of(*state, status).dump().c_str() : live_line(*state, status).c_str());
     std::fflush(stdout);
     shown = what;
+    if (over && !options.until_s && status.fault.empty()) return {};
     if (over) return reached(*state) || (!options.until_s && status.fault.empty()) ? 0 : 1;
   }
 }
 
-int events(const Common& common, const EventsOptions& options) {
-  Session session(common);
-  Client& cell = *session;
-  for (std::uint64_t n = 0; !options.count || n < *options.count; ++n) {
+/// Calls follow() with a cell until it gives an exit code. When the server goes away, that of a bounded run
+/// is as told by the error; else it is waited for.
+template <typename Follow>
+int follow(const Common& common, bool bounded, Follow follow_one) {
+  std::optional<Session> session(std::in_place, common);
+  for (;;) {
+    try {
+      if (const std::optional<int> code = follow_one(session)) return *code;
+    } catch (const ClientError& error) {
+      if (error.kind() != ClientError::Kind::lost || bounded) throw;
+    }
+    std::fprintf(stderr, "%stakt: the cell has gone away; waiting for it (Ctrl-C ends this).\n",
+                 isatty(STDOUT_FILENO) != 0 ? "\n" : "");
+    for (session.reset(); !session;) {
+      try {
+        session.emplace(common);
+      } catch (const NoCell&) {  // not yet
+      }
+    }
+  }
+}
+
+}  // namespace
+
+int watch(const Common& common, const WatchOptions& options) {
+  return follow(common, options.until_s.has_value(),
+                [&](std::optional<Session>& session) { return watch_one(common, options, session); });
+}
+
+namespace {
+
+std::optional<int> events_of(const Common& common, const EventsOptions& options, std::uint64_t& n,
+                             Client& cell) {
+  for (; !options.count || n < *options.count; ++n) {
     const auto event = cell.next_event(Seconds{kForever_s});
     if (!event) return 1;
     if (common.json) {
@@ -179,6 +214,14 @@ int events(const Common& common, const EventsOptions& options) {
     std::fflush(stdout);
   }
   return 0;
+}
+
+}  // namespace
+
+int events(const Common& common, const EventsOptions& options) {
+  std::uint64_t n = 0;
+  return follow(common, options.count.has_value(),
+                [&](std::optional<Session>& session) { return events_of(common, options, n, **session); });
 }
 
 int record(const Common& common, const RecordOptions& options) {

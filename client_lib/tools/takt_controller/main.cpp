@@ -20,6 +20,9 @@ Examples:
   takt-controller config/programs/block_assembly.lua --pace lockstep --start --until 42
   takt-controller config/programs/chainsaw_motor.lua --set lateral_offset_m=0.001 --start
 
+When the cell goes away it waits for it, and starts the program again from its beginning; with --until it ends with
+exit code 1 instead. A cell that goes on from a snapshot is left alone until it is reset.
+
 Exit codes: 0 the program has finished, 1 it failed or the cell went away, 2 wrong usage.)";
 
 int run(int argc, char** argv) {

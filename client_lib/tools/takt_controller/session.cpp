@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <map>
 #include <stdexcept>
 
@@ -30,6 +31,10 @@ Pose pose(const client::Transform& wire) {
   return X;
 }
 
+/// A cell that is found again with no more simulated time than this was started anew, one with more goes on
+/// from a snapshot; a program is not begun in the middle of that.
+constexpr double kFresh_s = 2.0;
+
 /// Commands one cell by one program.
 class Session {
  public:
@@ -40,7 +45,8 @@ class Session {
         controller_(options.program, controller_cell(*info_), options.parameters),
         period_s_(controller_.period_s()) {}
 
-  int run() {
+  /// `again`: the cell was lost before. One that goes on in the middle is left alone until it is reset.
+  int run(bool again) {
     std::vector<std::string> targets;
     for (const int robot : controller_.driven_robots()) targets.push_back(robot_name(robot));
     for (const int gripper : controller_.driven_grippers()) targets.push_back(gripper_name(gripper));
@@ -50,7 +56,14 @@ class Session {
     try {
       if (options_.pace) cell_.set_pace(*options_.pace);
       begin_at(cell_.state());
-      if (options_.start) cell_.play();
+      if (again && cell_.state().time_s > kFresh_s) {
+        next_boundary_ = std::numeric_limits<double>::infinity();
+        std::printf("The cell goes on at %.3f s; %s begins when it is reset (takt reset).\n",
+                    cell_.state().time_s, options_.program.c_str());
+        std::fflush(stdout);
+      } else if (options_.start && (!again || info_->world <= 1)) {  // what somebody has loaded is not begun
+        cell_.play();
+      }
       while (one_boundary()) {
       }
     } catch (...) {
@@ -95,7 +108,10 @@ class Session {
     if (!state) return false;  // the program has finished and somebody has paused the cell
     newest_sample_ = state->sample_number;
     if (state->cell != info_)
-      throw std::runtime_error("The server was started again; the program does not go on in the middle.");
+      throw ClientError(
+          ClientError::Kind::lost,
+          "The server was started again, or loaded something else; the program does not go on in the "
+          "middle.");
     if (state->epoch != epoch_) {
       std::printf("The cell was reset; %s starts again.\n", options_.program.c_str());
       controller_.restart();
@@ -225,7 +241,23 @@ controller::Input controller_input(const client::State& state) {
 }
 
 int run_session(const SessionOptions& options) {
-  return Session(options).run();
+  std::optional<Session> session(std::in_place, options);
+  for (bool again = false;; again = true) {
+    try {
+      return session->run(again);
+    } catch (const ClientError& error) {
+      if (error.kind() != ClientError::Kind::lost || options.until_s) throw;
+      std::printf("%s %s waits for it and starts again.\n", error.what(), options.program.c_str());
+      std::fflush(stdout);
+    }
+    for (session.reset(); !session;) {
+      try {
+        session.emplace(options);
+      } catch (const ClientError& error) {
+        if (error.kind() != ClientError::Kind::not_found) throw;
+      }
+    }
+  }
 }
 
 }  // namespace takt::tool

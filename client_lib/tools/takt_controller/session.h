@@ -18,8 +18,9 @@ struct SessionOptions {
   std::optional<double> until_s;  ///< simulated time
 };
 
-/// Returns 0 when the program has finished (and `until_s` is reached). Throws with the program's, the
-/// client's or the server's own words when it has not.
+/// Returns 0 when the program has finished (and `until_s` is reached). When the cell goes away it waits for
+/// it and starts the program again, unless `until_s` is given. Throws with the program's, the client's or the
+/// server's own words when it has not.
 int run_session(const SessionOptions& options);
 
 /// The cell as the controller library wants it; poses and matrices are taken over bit by bit. Throws
