@@ -69,12 +69,19 @@ class GuardTransport final : public ChainedTransport {
     guard_->count(report.flaw);
     if (report.flaw != PacketFlaw::none) return;
     guard_->heard().note(packet);
-    if (report.fragments) copy.clear_behind(report.size);
-    next->OnDataReceived(packet.data(), static_cast<std::uint32_t>(report.size), local, remote);
+    const auto deliver = [&](std::span<std::uint8_t> bytes) {
+      next->OnDataReceived(bytes.data(), static_cast<std::uint32_t>(bytes.size()), local, remote);
+    };
+    if (!report.fragments) return deliver(packet.first(report.size));
+    copy.clear_behind(report.size);
+    deliver(packet.first(guard_->fragments().take(packet.first(report.size), deliver)));
   }
 
  private:
-  void sending(std::span<const std::uint8_t> packet) override { guard_->memory().note(packet); }
+  void sending(std::span<const std::uint8_t> packet) override {
+    guard_->memory().note(packet);
+    guard_->fragments().sending(packet);
+  }
 
   std::shared_ptr<PacketGuard> guard_;
 };

@@ -9,6 +9,7 @@
 
 #include "idl/transport/fastdds.h"
 #include "idl/transport/heard.h"
+#include "idl/transport/rtps_fragments.h"
 #include "idl/transport/rtps_guard.h"
 #include "idl/transport/rtps_packet_memory.h"
 
@@ -17,10 +18,12 @@ namespace takt {
 /// What the guard of one participant has seen. Any thread.
 class PacketGuard {
  public:
-  explicit PacketGuard(const GuardLimits& limits) : limits_(limits) {}
+  explicit PacketGuard(const GuardLimits& limits)
+      : limits_(limits), fragments_(limits.largest_sample_bytes) {}
 
   const GuardLimits& limits() const { return limits_; }
   PacketMemory& memory() { return memory_; }
+  FragmentAssembly& fragments() { return fragments_; }
   HeardParticipants& heard() const { return heard_; }
   void count(PacketFlaw flaw) {
     counts_[static_cast<std::size_t>(flaw)].fetch_add(1, std::memory_order_relaxed);
@@ -38,6 +41,7 @@ class PacketGuard {
  private:
   const GuardLimits limits_;
   PacketMemory memory_;
+  FragmentAssembly fragments_;
   mutable HeardParticipants heard_;
   std::array<std::atomic<std::uint64_t>, kPacketFlaws> counts_{};
 };

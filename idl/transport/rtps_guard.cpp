@@ -251,9 +251,7 @@ class PacketInspector {
     cursor.skip(4);
     if (!cursor.ok()) return PacketFlaw::submessage;
     const bool range = is_sequence_number(first) && last >= first - 1 && last <= kLargestSequenceNumber;
-    if (!range || !follows(writer, std::max(first, last))) return PacketFlaw::sequence_number;
-    if (memory_ != nullptr) memory_->left_behind({sender_, writer, first});
-    return PacketFlaw::none;
+    return range && follows(writer, std::max(first, last)) ? PacketFlaw::none : PacketFlaw::sequence_number;
   }
 
   PacketFlaw check_acknowledgement(WireCursor& cursor) {
@@ -274,9 +272,6 @@ class PacketInspector {
     if (!read_number_set(cursor, false, set)) return PacketFlaw::number_set;
     const bool range = set.base >= start && set.base - start <= kLongestGap;
     const std::int64_t last = set.base + set.highest;
-    // Fast DDS removes a half-assembled sample that a gap covers, and goes on using it.
-    if (memory_ != nullptr && memory_->fragments_within({sender_, writer, start}, last))
-      return PacketFlaw::fragment;
     return range && follows(writer, last) ? PacketFlaw::none : PacketFlaw::sequence_number;
   }
 
@@ -306,8 +301,6 @@ class PacketInspector {
     if (!follows(writer, number)) return PacketFlaw::sequence_number;
     const PacketFlaw before = check_before_data(cursor, has_inline, reader, writer, body);
     if (before != PacketFlaw::none) return before;
-    if (memory_ != nullptr && !is_builtin(writer) && memory_->fragmented({sender_, writer, number}))
-      return PacketFlaw::fragment;
     const Bytes payload = body.subspan(cursor.position());
     // A topic without keys has neither keys nor samples without data; Fast DDS takes both for samples.
     constexpr std::uint32_t writer_without_key = 0x03;
@@ -339,9 +332,6 @@ class PacketInspector {
     const Bytes payload = body.subspan(cursor.position());
     const PacketFlaw flaw = check_fragment(fragment, payload.size(), limits_.largest_sample_bytes);
     if (flaw != PacketFlaw::none) return flaw;
-    if (memory_ != nullptr &&
-        !memory_->admit({sender_, writer, number}, fragment.size, fragment.sample_bytes))
-      return PacketFlaw::fragment;
     return fragment.first > 1 || is_encapsulation(payload) ? PacketFlaw::none : PacketFlaw::payload;
   }
 

@@ -55,46 +55,6 @@ std::uint64_t PacketMemory::key_of(const Sample& sample) {
                static_cast<std::uint64_t>(sample.sequence_number) * 0x9e3779b97f4a7c15ULL + sample.writer);
 }
 
-bool PacketMemory::admit(const Sample& sample, std::uint16_t fragment_bytes, std::uint32_t sample_bytes) {
-  any_received_.store(true, std::memory_order_relaxed);
-  const std::lock_guard lock(mutex_);
-  const std::int64_t number = sample.sequence_number;
-  if (Writer* writer = writers_.find(writer_key_of(sample))) {
-    if (too_old(*writer, number)) return false;
-    const bool first = writer->fragments_to < writer->fragments_from;
-    writer->fragments_from = first ? number : std::min(writer->fragments_from, number);
-    writer->fragments_to = first ? number : std::max(writer->fragments_to, number);
-  }
-  const std::uint64_t key = key_of(sample);
-  if (const Received* known = received_.find(key))
-    return known->fragment_bytes == fragment_bytes && known->sample_bytes == sample_bytes;
-  Received& entry = received_.insert(key);
-  entry.sample_bytes = sample_bytes;
-  entry.fragment_bytes = fragment_bytes;
-  return true;
-}
-
-bool PacketMemory::fragmented(const Sample& sample) {
-  if (!any_received_.load(std::memory_order_relaxed)) return false;
-  const std::lock_guard lock(mutex_);
-  const Writer* writer = writers_.find(writer_key_of(sample));
-  return (writer != nullptr && too_old(*writer, sample.sequence_number)) ||
-         received_.find(key_of(sample)) != nullptr;
-}
-
-bool PacketMemory::fragments_within(const Sample& sample, std::int64_t last) {
-  const std::lock_guard lock(mutex_);
-  const Writer* writer = writers_.find(writer_key_of(sample));
-  return writer != nullptr && writer->fragments_from <= last &&
-         sample.sequence_number <= writer->fragments_to;
-}
-
-void PacketMemory::left_behind(const Sample& sample) {
-  const std::lock_guard lock(mutex_);
-  if (Writer* writer = writers_.find(writer_key_of(sample)))
-    writer->fragments_from = std::max(writer->fragments_from, sample.sequence_number);
-}
-
 bool PacketMemory::follows(const Sample& sample) {
   const std::uint64_t key = writer_key_of(sample);
   const std::int64_t number = sample.sequence_number;

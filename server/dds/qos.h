@@ -1,7 +1,7 @@
 #pragma once
-// QoS of each topic (interfaces.md). Everywhere: keep last, never keep all (one frozen reader would block a
-// writer); memory that grows with the samples, since the largest possible sample is far larger than any real
-// one; no data sharing, which brings nothing at these sizes and does not go with security.
+// QoS of each topic (interfaces.md). Writers keep last, never all (one frozen reader would block them);
+// memory that grows with the samples, since the largest possible sample is far larger than any real one; no
+// data sharing, which brings nothing at these sizes and does not go with security.
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -27,12 +27,18 @@ inline dds::DataWriterQos writer(const Participant& participant, dds::Reliabilit
   beat_soon(qos);
   return qos;
 }
+/// Samples of all senders together that wait for a missing one.
+inline constexpr int kMostWaiting = 1000;
 inline dds::DataReaderQos reader(const Participant& participant, int depth) {
   dds::DataReaderQos qos = participant.default_reader_qos();
   qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
   qos.durability().kind = dds::VOLATILE_DURABILITY_QOS;
-  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
-  qos.history().depth = depth;
+  // Samples are taken as they come; only those after a missing one wait. Of keep last, 2.9.1 loses memory for
+  // each that is older than all that wait (DataReaderHistory.cpp, received_change_keep_last), and hears
+  // nobody any more once max_samples are lost. Keep all refuses what does not fit.
+  qos.history().kind = dds::KEEP_ALL_HISTORY_QOS;
+  qos.resource_limits().max_samples = kMostWaiting;
+  qos.resource_limits().max_samples_per_instance = kMostWaiting;
   qos.resource_limits().allocated_samples = depth < 16 ? depth : 16;
   qos.endpoint().history_memory_policy = kGrowingMemory;
   qos.data_sharing().off();

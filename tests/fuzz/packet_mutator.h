@@ -120,18 +120,36 @@ class PacketMutator {
     }
   }
 
-  /// Data that was received once is not read again: gives it the next number of its writer.
+  /// Data that was received once is not read again: gives it the next number of its writer, now and then one
+  /// that has been. What speaks of numbers (heartbeats, gaps) speaks of those around it.
   void renumber(Bytes& packet) {
     for (const Submessage& sub : submessages(packet)) {
-      if ((sub.id != 0x15 && sub.id != 0x16) || sub.end - sub.body < 20 || (sub.flags & 1U) == 0) continue;
-      const auto at = packet.begin() + static_cast<std::ptrdiff_t>(sub.body);
-      const std::uint32_t writer = static_cast<std::uint32_t>(at[8]) << 24U |
-                                   static_cast<std::uint32_t>(at[9]) << 16U |
-                                   static_cast<std::uint32_t>(at[10]) << 8U | at[11];
-      std::uint32_t& next = numbers_.try_emplace(writer, 20U).first->second;
-      const std::uint32_t number = next++;
-      for (unsigned i = 0; i < 4; ++i) at[16 + i] = static_cast<std::uint8_t>(number >> 8U * i);
+      const std::size_t size = sub.end - sub.body;
+      if ((sub.flags & 1U) == 0 || size < 20) continue;
+      const auto writer_at = [&](std::size_t at) -> std::uint32_t& {
+        std::uint32_t writer = 0;
+        for (std::size_t i = 0; i < 4; ++i) writer = writer << 8U | packet[sub.body + at + i];
+        return numbers_.try_emplace(writer, 20U).first->second;
+      };
+      if (sub.id == 0x15 || sub.id == 0x16) {
+        std::uint32_t& next = writer_at(8);
+        const std::uint32_t number = below(16) == 0 ? back(next, 4) : next++;
+        write(packet, sub.body + 16, number, 4);
+      } else if (sub.id == 0x07 && size >= 28) {
+        const std::uint32_t last = back(writer_at(4), 4), first = back(last, 40);
+        write(packet, sub.body + 12, first, 4);
+        write(packet, sub.body + 20, last, 4);
+        if (below(2) == 0) write(packet, sub.body + 24, beats_ += 1, 4);
+      } else if (sub.id == 0x08 && size >= 28) {
+        const std::uint32_t base = back(writer_at(4), 4), start = back(base, 4);
+        write(packet, sub.body + 12, start, 4);
+        write(packet, sub.body + 20, base, 4);
+      }
     }
+  }
+  std::uint32_t back(std::uint32_t number, std::size_t most) {
+    const auto by = static_cast<std::uint32_t>(below(most));
+    return number > by ? number - by : 1;
   }
 
   void mutate(Bytes& packet) {
@@ -196,6 +214,7 @@ class PacketMutator {
 
   std::vector<Recorded> seeds_;
   std::map<std::uint32_t, std::uint32_t> numbers_;
+  std::uint32_t beats_ = 100;
   std::mt19937_64 random_;
 };
 

@@ -185,43 +185,6 @@ TEST(RtpsGuardRequests, ForFragmentsThatWereSent) {
   EXPECT_EQ(flaw_of(request(5, 0, 1, 0x80000000), {}, &sent), "number_set") << "they count from 1";
 }
 
-TEST(RtpsGuardSamples, FragmentsOfOneSampleFitEachOther) {
-  PacketMemory memory;
-  const auto fragment = [&](std::int64_t number, std::uint32_t first, unsigned size,
-                            std::uint32_t sample_bytes) {
-    return flaw_of(Packet()
-                       .submessage(0x16, 0,
-                                   Wire()
-                                       .u16(0)
-                                       .u16(28)
-                                       .id(0)
-                                       .id(kWriter)
-                                       .sequence(number)
-                                       .u32(first)
-                                       .u16(1)
-                                       .u16(size)
-                                       .u32(sample_bytes)
-                                       .u32(0x100)
-                                       .fill(size))
-                       .wire.bytes,
-                   {}, &memory);
-  };
-  const auto whole = [&](std::int64_t number) {
-    return flaw_of(Packet().data(kReader, kWriter, 4, sample(), number).wire.bytes, {}, &memory);
-  };
-  EXPECT_EQ(fragment(5, 1, 1000, 2500), "none");
-  EXPECT_EQ(fragment(5, 2, 1000, 2500), "none");
-  EXPECT_EQ(fragment(5, 2, 800, 2500), "fragment") << "smaller pieces than the first";
-  EXPECT_EQ(fragment(5, 2, 1000, 2600), "fragment") << "of a larger sample";
-  EXPECT_EQ(fragment(6, 1, 800, 2600), "none");
-  EXPECT_EQ(whole(5), "fragment") << "half of it has come already";
-  EXPECT_EQ(whole(7), "none");
-  EXPECT_EQ(fragment(6 + PacketMemory::kFragmentsBack, 1, 1000, 2500), "none");
-  EXPECT_EQ(fragment(5, 1, 1000, 2500), "fragment") << "too far back to be sure";
-  EXPECT_EQ(fragment(6, 2, 800, 2600), "none");
-  EXPECT_EQ(whole(5), "fragment");
-}
-
 TEST(RtpsGuardSamples, WhatIsInUseIsNotForgotten) {
   struct Entry {
     std::uint64_t key = 0, value = 0;
@@ -236,41 +199,6 @@ TEST(RtpsGuardSamples, WhatIsInUseIsNotForgotten) {
   EXPECT_EQ(entries.find(2), nullptr);
   for (std::uint64_t key = 200; key < 204; ++key) entries.insert(key);
   EXPECT_EQ(entries.find(1), nullptr) << "four others in between";
-}
-
-TEST(RtpsGuardSamples, AGapDoesNotCoverFragments) {
-  PacketMemory memory;
-  const auto inspect = [&](const Packet& packet) { return flaw_of(packet.wire.bytes, {}, &memory); };
-  const auto gap = [&](std::int64_t start, std::int64_t base) {
-    return inspect(
-        Packet().submessage(0x08, 0, Wire().id(kReader).id(kWriter).sequence(start).sequence(base).u32(0)));
-  };
-  EXPECT_EQ(gap(1, 5), "none");
-  for (const std::int64_t number : {7, 9})
-    EXPECT_EQ(inspect(Packet().submessage(0x16, 0,
-                                          Wire()
-                                              .u16(0)
-                                              .u16(28)
-                                              .id(0)
-                                              .id(kWriter)
-                                              .sequence(number)
-                                              .u32(1)
-                                              .u16(1)
-                                              .u16(1000)
-                                              .u32(2500)
-                                              .u32(0x100)
-                                              .fill(1000))),
-              "none");
-  EXPECT_EQ(gap(5, 6), "none");
-  EXPECT_EQ(gap(5, 7), "fragment");
-  EXPECT_EQ(gap(9, 12), "fragment");
-  EXPECT_EQ(gap(10, 12), "none");
-  // The writer has nothing before 9 any more.
-  EXPECT_EQ(
-      inspect(Packet().submessage(0x07, 2, Wire().id(kReader).id(kWriter).sequence(9).sequence(12).u32(1))),
-      "none");
-  EXPECT_EQ(gap(5, 8), "none");
-  EXPECT_EQ(gap(5, 9), "fragment");
 }
 
 TEST(RtpsGuardSamples, ATopicWithoutKeysHasNone) {

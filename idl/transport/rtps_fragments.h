@@ -1,0 +1,67 @@
+#pragma once
+// Puts samples that come in fragments together, so that Fast DDS gets each as one piece of data. With half a
+// sample in its history 2.9.1 goes on using changes that it has released: a gap over such a sample, the same
+// number in one piece, fragments that contradict each other (StatefulReader.cpp: processGapMsg removes past
+// the instance's list, change_received releases what is in it). Without halves there is none of this.
+// Whoever lacks one fragment asks for the sample, gets all of them again, and what was there counts.
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <vector>
+
+namespace takt {
+
+/// Of one participant. Any thread. Bounded: the newest samples are kept, a sender first pushes out its own.
+class FragmentAssembly {
+ public:
+  using Deliver = std::function<void(std::span<std::uint8_t> packet)>;
+  static constexpr std::size_t kMostSamples = 64, kMostOfOneSender = 16;
+
+  explicit FragmentAssembly(std::uint32_t largest_sample_bytes);
+
+  /// A packet that this participant sends: who it is.
+  void sending(std::span<const std::uint8_t> packet);
+  /// `packet` has no flaw (rtps_guard.h). Takes the fragments out of it and hands over what has become whole,
+  /// as packets of their own. Returns how many bytes of `packet` are left for Fast DDS. Fragments between a
+  /// prefix and a postfix of security stay: who sent them has proved who he is.
+  std::size_t take(std::span<std::uint8_t> packet, const Deliver& deliver);
+
+  /// Half-assembled samples, and bytes that they take.
+  std::size_t samples() const;
+  std::size_t held_bytes() const;
+
+ private:
+  using Prefix = std::array<std::uint8_t, 12>;
+  struct Piece;
+  struct Sample {
+    Prefix sender{};
+    std::uint32_t writer = 0;
+    std::int64_t number = 0;
+    std::uint32_t bytes = 0;
+    std::uint16_t fragment_bytes = 0;
+    std::uint32_t missing = 0;  ///< fragments
+    std::uint64_t used = 0;     ///< when, counted in fragments
+    std::unique_ptr<std::uint8_t[]> packet;
+    std::vector<bool> has;
+  };
+  /// The packet, once its sample is whole.
+  std::unique_ptr<std::uint8_t[]> add(const Piece& piece);
+  Sample& sample_of(const Piece& piece);
+  void make_room(const Prefix& sender, std::size_t bytes);
+  bool is_own(std::span<const std::uint8_t> destination) const;
+
+  const std::size_t most_bytes_;
+  mutable std::mutex mutex_;  // guards all below but knows_itself_
+  std::vector<Sample> samples_;
+  std::size_t held_bytes_ = 0;
+  std::uint64_t count_ = 0;
+  Prefix self_{};
+  std::atomic<bool> knows_itself_{false};
+};
+
+}  // namespace takt
