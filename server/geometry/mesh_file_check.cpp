@@ -1,5 +1,6 @@
 #include "server/geometry/mesh_file_check.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
@@ -11,6 +12,8 @@
 namespace takt {
 namespace {
 
+/// Cutting a polygon into triangles takes time with the square of its corners.
+constexpr std::size_t kMostCorners = 10000;
 constexpr std::string_view kBlanks = " \t\r\v\f";
 
 std::string at_line(std::size_t line) {
@@ -99,6 +102,9 @@ std::string face_fault(const std::vector<std::string_view>& words, std::size_t l
                        std::int64_t total) {
   if (words.size() < 4)
     return at_line(line) + "a face needs three vertices or more, found " + std::to_string(words.size() - 1);
+  if (words.size() > kMostCorners + 1)
+    return at_line(line) + "a face has " + std::to_string(words.size() - 1) + " corners; allowed are " +
+           std::to_string(kMostCorners);
   for (std::size_t i = 1; i < words.size(); ++i) {
     const std::string_view word = words[i].substr(0, words[i].find('/'));
     std::int64_t index = 0;
@@ -188,9 +194,9 @@ std::uint32_t little_endian_u32(std::string_view bytes, std::size_t offset) {
   return value;
 }
 
+constexpr std::size_t kHeader = 84, kFacet = 50;  // of binary STL
+
 std::string find_stl_fault(std::string_view content) {
-  constexpr std::size_t kHeader = 84;
-  constexpr std::size_t kFacet = 50;
   const std::uint64_t facets = content.size() >= kHeader ? little_endian_u32(content, 80) : 0;
   const std::uint64_t expected = kHeader + kFacet * facets;
   // Some writers start a binary header with "solid" too, so the size decides first, as in assimp.
@@ -231,6 +237,65 @@ std::string find_glb_fault(std::string_view content) {
 }
 
 }  // namespace
+
+std::string geometry_of_obj(std::string_view content) {
+  std::string result;
+  result.reserve(content.size());
+  std::vector<std::string_view> words;
+  for (LineReader reader(content, true); reader.next(words);) {
+    if (words.empty()) continue;
+    const std::string_view kind = words[0];
+    if (kind != "v" && kind != "f" && kind != "o" && kind != "g") continue;
+    // Of a vertex a fourth number is a weight; more than that are colours.
+    const std::size_t used = kind == "v" && words.size() > 5 ? 4 : words.size();
+    result += kind;
+    for (std::size_t i = 1; i < used; ++i) {
+      result += ' ';
+      result += kind == "f" ? words[i].substr(0, words[i].find('/')) : words[i];
+    }
+    result += '\n';
+  }
+  return result;
+}
+
+std::string geometry_of_stl(std::string_view content) {
+  if (content.size() >= kHeader &&
+      content.size() == kHeader + kFacet * std::uint64_t{little_endian_u32(content, 80)}) {
+    std::string result(content);
+    std::fill_n(result.begin(), 80, '\0');
+    for (std::size_t facet = kHeader; facet < result.size(); facet += kFacet)
+      std::fill_n(result.begin() + static_cast<std::ptrdiff_t>(facet + 48), 2, '\0');
+    return result;
+  }
+  std::string result;
+  result.reserve(content.size());
+  std::vector<std::string_view> words;
+  for (LineReader reader(content, false); reader.next(words);) {
+    if (words.empty()) continue;
+    if (words[0] == "solid") {
+      const std::size_t begin = result.size();
+      result += "solid";
+      for (std::size_t i = 1; i < words.size(); ++i) result.append(" ").append(words[i]);
+      // assimp knows a text by having no other characters.
+      for (std::size_t i = begin; i < result.size(); ++i) {
+        char& c = result[i];
+        c = c == '\n' || (c >= ' ' && c <= '~') ? c : '_';
+      }
+    } else if (words[0] == "endsolid") {
+      result += "endsolid";
+    } else if (words[0] == "facet") {
+      result += "facet normal 0 0 0\nouter loop";
+    } else if (words[0] == "vertex") {
+      for (std::size_t i = 0; i < 4; ++i) result.append(i == 0 ? "" : " ").append(words[i]);
+    } else if (words[0] == "endfacet") {
+      result += "endloop\nendfacet";
+    } else {
+      continue;
+    }
+    result += '\n';
+  }
+  return result;
+}
 
 std::string find_mesh_file_fault(MeshFormat format, std::string_view content) {
   if (content.find_first_not_of(" \t\r\n") == std::string_view::npos) return "the file is empty";

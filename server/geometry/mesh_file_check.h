@@ -14,4 +14,11 @@ enum class MeshFormat { obj, stl, glb };
 /// files that are complete.
 std::string find_mesh_file_fault(MeshFormat format, std::string_view content);
 
+/// An OBJ file without fault as vertices, faces of vertex numbers, objects and groups alone: all of it that
+/// was checked. assimp takes any line for a face that begins with an f, and reads normals and texture
+/// coordinates that are not there.
+std::string geometry_of_obj(std::string_view content);
+/// The same of an STL file: solids and corners. Normals and colours are left out.
+std::string geometry_of_stl(std::string_view content);
+
 }  // namespace takt

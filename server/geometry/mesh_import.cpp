@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <assimp/DefaultLogger.hpp>
+#include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
 #include <assimp/LogStream.hpp>
 #include <bit>
@@ -20,6 +21,7 @@
 #include <string_view>
 #include <unordered_map>
 
+#include "server/geometry/glb_file_check.h"
 #include "server/geometry/mesh_file_check.h"
 
 namespace takt {
@@ -51,6 +53,15 @@ class AssimpWarnings {
     std::string text;
   };
   Stream stream_;
+};
+
+/// A mesh file may name others (the materials of OBJ): assimp would open whatever is named, a device too.
+class NoFiles final : public Assimp::IOSystem {
+ public:
+  bool Exists(const char*) const override { return false; }
+  char getOsSeparator() const override { return '/'; }
+  Assimp::IOStream* Open(const char*, const char*) override { return nullptr; }
+  void Close(Assimp::IOStream*) override {}
 };
 
 std::string read_file(const std::filesystem::path& file) {
@@ -191,12 +202,20 @@ std::vector<NamedMesh> import_mesh_objects(const std::filesystem::path& file, do
     throw MeshError("mesh file " + file.string() + ": the scale is " + std::to_string(scale) +
                     ", it must be positive and finite.");
   const Format format = format_of(file);
-  const std::string content = read_file(file);
+  std::string content = read_file(file);
   const std::string fault = find_mesh_file_fault(format.format, content);
   if (!fault.empty()) fail(file, fault + ".");
+  if (format.format == MeshFormat::obj) content = geometry_of_obj(content);
+  if (format.format == MeshFormat::stl) content = geometry_of_stl(content);
+  if (format.format == MeshFormat::glb) {
+    CheckedGlb checked = check_glb(content);
+    if (!checked.fault.empty()) fail(file, checked.fault + ".");
+    content = std::move(checked.content);
+  }
 
   const AssimpWarnings warnings;
   Assimp::Importer importer;
+  importer.SetIOHandler(new NoFiles);  // the importer deletes it
   const aiScene* scene =
       importer.ReadFileFromMemory(content.data(), content.size(), aiProcess_Triangulate, format.extension);
   if (scene == nullptr || scene->mRootNode == nullptr)

@@ -117,6 +117,27 @@ long line_nested_too_deep(std::string_view text) {
   return 0;
 }
 
+/// Line of the first byte that is no text in UTF-8, or 0. TinyXML 2.6.2 reads past the end of a text that is
+/// cut within a character, and stops at a zero byte without a word.
+long line_of_no_text(std::string_view text) {
+  long line = 1;
+  for (std::size_t at = 0; at < text.size();) {
+    const auto byte = static_cast<unsigned char>(text[at]);
+    const std::size_t length = byte < 0x80                   ? 1
+                               : byte >= 0xC2 && byte < 0xE0 ? 2
+                               : byte >= 0xE0 && byte < 0xF0 ? 3
+                               : byte >= 0xF0 && byte < 0xF5 ? 4
+                                                             : 0;
+    if (byte == 0 || length == 0 || text.size() - at < length) return line;
+    for (std::size_t i = 1; i < length; ++i) {
+      if ((static_cast<unsigned char>(text[at + i]) & 0xC0U) != 0x80) return line;
+    }
+    if (byte == '\n') ++line;
+    at += length;
+  }
+  return 0;
+}
+
 class ArmReader {
  public:
   explicit ArmReader(const std::filesystem::path& file) : file_(file.string()) {}
@@ -157,6 +178,9 @@ class ArmReader {
       refuse("line " + std::to_string(line) + ": elements are nested deeper than " +
              std::to_string(kDeepestNesting));
     }
+    if (const long line = line_of_no_text(text))
+      refuse("line " + std::to_string(line) +
+             ": there are bytes that are no text in UTF-8, which it must be");
     // urdfdom keeps the place of a syntax error to itself, so the same XML reader is asked first.
     TiXmlDocument document;
     document.Parse(text.c_str(), nullptr, TIXML_ENCODING_UTF8);
