@@ -102,6 +102,21 @@ await page.click('#add-plot');
 await page.click('#play');
 await until(() => takt.plots.plots.some(({name, x}) => name.endsWith('elbow_joint') && x.length > 20));
 
+stage('link to the view');
+// The address has what one looks at, and a page that is opened with it looks at the same.
+await page.selectOption('#follow', 'P');
+await page.uncheck('#forces');
+await page.click('#link');
+const visitor = await browser.newPage({viewport: {width: 500, height: 400}});
+await visitor.goto(page.url());
+await visitor.waitForFunction(() => takt.last.state && takt.cell.frames > 0, null, {timeout: 60000});
+assert.deepEqual(await visitor.evaluate(() => takt.cell.options), await ask(() => takt.cell.options));
+assert.equal(await visitor.locator('#follow').inputValue(), 'P');
+assert.ok(!(await visitor.isChecked('#forces')));
+await visitor.close();
+await page.selectOption('#follow', '');
+await page.check('#forces');
+
 stage('observer');
 // An observer looks, and cannot touch.
 const observer = await browser.newPage({viewport: {width: 500, height: 400}});
