@@ -96,7 +96,8 @@ export class Cell {
       mesh.name = component.name;
       this.world.add(mesh);
       const arrow = new Arrow(FORCE), line = new THREE.Line(
-        new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), new THREE.Vector3()]), new THREE.LineBasicMaterial({color: HOLDS, depthTest: false}));
+        new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), new THREE.Vector3()]), new THREE.LineBasicMaterial({color: HOLDS, depthTest: false, transparent: true}));
+      line.renderOrder = 2;  // after what is in front of it
       line.visible = false;
       line.frustumCulled = false;
       this.marks.add(arrow, line);

@@ -299,7 +299,7 @@ $('screenshot').onclick = async () => {
 const mark = (color, name, kind = '') => [element('i', '', {class: kind, style: `background:#${color.toString(16).padStart(6, '0')}`}), name];
 const line = (...children) => { const made = element('div', ''); made.append(...children); return made; };
 $('legend').replaceChildren(line('parts', ...STATES.flatMap((name, i) => mark(STATE_COLORS[i], name))), line('grippers', ...mark(OPEN, 'open'), ...mark(CLOSED, 'closed')),
-  line('arrows', ...mark(FORCE, 'force on a part', 'line'), ...mark(CONTACT, 'contact', 'line'), ...mark(HOLDS, 'who holds whom', 'line')));
+  line('marks', ...mark(FORCE, 'force on a part', 'line'), ...mark(CONTACT, 'contact', 'line'), ...mark(HOLDS, 'who holds whom', 'line')));
 
 // For tests, and for whoever wants to ask the page.
 window.takt = {cell, link, last, plots, place: (name) => cell.place(name)};
