@@ -80,7 +80,7 @@ const pressed = await ask(() => {
     discs: takt.cell.patches.some(({disc}) => disc.visible)};
 });
 assert.equal(pressed.count, 3 * pressed.elements);
-assert.equal(pressed.largest, pressed.told);
+assert.ok(Math.abs(pressed.largest - pressed.told) <= 1e-9 * pressed.told, `${pressed.largest} Pa is not ${pressed.told} Pa`);
 assert.ok(pressed.onBase && !pressed.discs);
 assert.ok(pressed.strongest[0] > 0.5 && pressed.strongest[2] < 0.1, `red where the pressure is largest: ${pressed.strongest}`);
 assert.match(await page.locator('#pressures').textContent(), /P-|-P/);
