@@ -1,13 +1,15 @@
-// What looking costs: processor time of takt view with one who looks, and the overruns of the server's steps with none,
-// one, ten. ./dev bench view [SECONDS] [--browser]. Those who look are WebSockets that ask for what the page asks for; with
-// --browser pages of one Chromium, which draws with the processor here. Printed, not judged: it depends on what else the
-// machine does.
+// What looking costs: processor time of takt view, and the overruns of the server's steps, with nobody who looks, one and
+// ten; all in one run, with nobody in between, since what else the machine does changes. ./dev bench view [SECONDS]
+// [--pages | --sockets]. Sockets ask for what the page asks for, at its rate; pages are real ones, of one Chromium that draws
+// with the processor here and so takes what the server needs, and draw FRAMES times per second (--frames N; 0: as often as
+// they can) for that reason. Printed, not judged: it depends on the machine.
 import {readFileSync} from 'node:fs';
 import WebSocket from 'ws';
 import {server, start, stop, program, takt, view} from './processes.mjs';
 
-const browsers = process.argv.includes('--browser');
-const seconds = Number(process.argv.slice(2).find((argument) => argument !== '--browser') ?? 15);
+const given = process.argv.slice(2), valueOf = (name, otherwise) => (given.includes(name) ? Number(given[given.indexOf(name) + 1]) : otherwise);
+const seconds = Number(given.find((argument, i) => /^[0-9.]+$/.test(argument) && given[i - 1] !== '--frames') ?? 15);
+const framesPerSecond = valueOf('--frames', 2);
 const running = await server('--paused');
 const {child, url} = await view();
 await start('takt-controller', [program, '--start', '--pace', 'realtime', '--until', '100000']);
@@ -21,15 +23,25 @@ const spent = (pid) => {
 const wait = (s) => new Promise((done) => setTimeout(done, 1000 * s));
 const lookers = [];
 let chromium = null;
-if (browsers) {
+if (!given.includes('--sockets')) {
   const found = await import('./browser.mjs');
-  chromium = await found.chromium.launch(found.executable());
+  const {executablePath, args} = found.executable(true) ?? {};
+  if (executablePath) chromium = await found.chromium.launch({executablePath, args: [...args, '--disable-gpu']});
+  else console.log('no pages: Chromium is not installed, or the page was not built');
 }
 // A page in a context of its own; frames are those that it has drawn.
 async function open() {
-  const page = await (await chromium.newContext({viewport: {width: 400, height: 300}})).newPage();
-  await page.goto(url);
-  await page.waitForFunction(() => takt.last.state && takt.cell.frames > 0, null, {timeout: 120000});
+  const page = await (await chromium.newContext({viewport: {width: 320, height: 240}})).newPage();
+  if (framesPerSecond > 0)
+    await page.addInitScript((rate) => { window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 1000 / rate); }, framesPerSecond);
+  try {
+    await page.goto(url, {timeout: 60000});
+    await page.waitForFunction(() => takt.last.state && takt.cell.frames > 0, null, {timeout: 60000});
+  } catch (error) {
+    console.log(`this machine does not get a page more open within a minute: ${error.message.split('\n')[0]}`);
+    await page.context().close();
+    return false;
+  }
   const looker = {frames: 0, bytes: 0, count: () => page.evaluate(() => takt.cell.frames), socket: {close: () => page.context().close()}};
   lookers.push(looker);
 }
@@ -51,20 +63,33 @@ function look() {
   lookers.push(looker);
 }
 
-console.log(`lookers  takt view, % of a core  ${browsers ? 'frames/s each' : 'states/s each'}  kB/s each  server, % of a core  steps overrun of 1000  load of the machine`);
-for (const count of [0, 1, 10, 0]) {  // none again: what else the machine does has changed meanwhile
-  while (lookers.length > count) await lookers.pop().socket.close();
-  while (lookers.length < count) browsers ? await open() : look();
+const busy = () => {  // processor time of the whole machine, s
+  const fields = readFileSync('/proc/stat', 'utf8').split('\n')[0].split(/\s+/).slice(1, 9).map(Number);
+  return (fields.reduce((sum, value) => sum + value, 0) - fields[3] - fields[4]) / 100;
+};
+const columns = [['who looks', 12], ['takt view, % of a core', 22], ['server, % of a core', 19], ['machine, % of a core', 20], ['steps overrun of 1000', 21], ['wake-up p99, ms', 15], ['samples or frames/s each', 24], ['kB/s each', 9]];
+console.log(columns.map(([name, width]) => name.padStart(width)).join('  '));
+const rows = [];
+if (!given.includes('--pages')) rows.push([0], [1, look, 'socket'], [10, look, 'socket']);
+if (chromium) rows.push([0], [1, open, 'page'], [10, open, 'page']);
+for (const [wanted, add, kind] of [...rows, [0]]) {
+  if (wanted < 2) while (lookers.length) await lookers.pop().socket.close();
+  while (lookers.length < wanted && (await add()) !== false);
+  const count = lookers.length;
   await wait(3);
-  const before = takt('status'), began = [spent(child.pid), spent(running.pid)], t = process.hrtime.bigint();
+  const pages = kind === 'page';
+  const before = takt('status'), began = [spent(child.pid), spent(running.pid), busy()], t = process.hrtime.bigint();
   for (const looker of lookers) looker.frames = looker.bytes = 0;
-  if (browsers) for (const looker of lookers) looker.frames = -(await looker.count());
+  if (pages) for (const looker of lookers) looker.frames = -(await looker.count());
   await wait(seconds);
-  if (browsers) for (const looker of lookers) looker.frames += await looker.count();
+  if (pages) for (const looker of lookers) looker.frames += await looker.count();
   const passed = Number(process.hrtime.bigint() - t) / 1e9, after = takt('status');
   const mean = (member) => (lookers.length ? lookers.reduce((sum, looker) => sum + looker[member], 0) / lookers.length / passed : 0);
-  const load = readFileSync('/proc/loadavg', 'utf8').split(' ')[0];
-  console.log(`${String(count).padStart(7)}  ${(100 * (spent(child.pid) - began[0]) / passed).toFixed(1).padStart(23)}  ${mean('frames').toFixed(1).padStart(13)}  ${(mean('bytes') / 1000).toFixed(0).padStart(9)}  ${(100 * (spent(running.pid) - began[1]) / passed).toFixed(1).padStart(19)}  ${(1000 * (after.overruns - before.overruns) / Math.max(after.step - before.step, 1)).toFixed(1).padStart(22)}  ${load.padStart(19)}`);
+  const percent = (now, i) => (100 * (now - began[i]) / passed).toFixed(1);
+  const row = [count ? `${count} ${kind}${count > 1 ? 's' : ''}` : 'nobody', percent(spent(child.pid), 0), percent(spent(running.pid), 1), percent(busy(), 2),
+    (1000 * (after.overruns - before.overruns) / Math.max(after.step - before.step, 1)).toFixed(2), (1000 * after.wake_up.p99).toFixed(3),
+    count ? mean('frames').toFixed(1) : '', count && !pages ? (mean('bytes') / 1000).toFixed(0) : ''];
+  console.log(row.map((value, i) => value.padStart(columns[i][1])).join('  '));
 }
 await chromium?.close();
 await stop(child);

@@ -8,8 +8,8 @@ import URDFLoader from 'urdf-loader';
 
 export const STATES = ['free', 'held', 'placed', 'assembled'];
 export const STATE_COLORS = [0x7f8c97, 0xe08214, 0x2c7fb8, 0x2e9e5b];
-const OPEN = 0x9aa7b4, CLOSED = 0xc2561a, FORCE = 0xd6204e, CONTACT = 0x8a2be2, HOLDS = 0x20639b;
-const LONGEST = 0.5;  // m; larger forces are drawn like this, as they would leave the picture
+export const OPEN = 0x9aa7b4, CLOSED = 0xc2561a, FORCE = 0xd6204e, CONTACT = 0x8a2be2, HOLDS = 0x20639b;
+const LONGEST = 0.25;  // m; larger forces are drawn like this, as they would leave the picture
 const COLORS = [0x2b3cff, 0x18b8d8, 0x2fbf4a, 0xf2d21b, 0xe2231a].map((color) => new THREE.Color(color));  // of pressures
 const UP = new THREE.Vector3(0, 1, 0);
 
@@ -27,8 +27,8 @@ class Arrow extends THREE.Group {
   constructor(color) {
     super();
     const material = new THREE.MeshStandardMaterial({color});
-    this.shaft = new THREE.Mesh(new THREE.CylinderGeometry(0.006, 0.006, 1, 12), material);
-    this.tip = new THREE.Mesh(new THREE.ConeGeometry(0.016, 0.04, 16), material);
+    this.shaft = new THREE.Mesh(new THREE.CylinderGeometry(0.004, 0.004, 1, 12), material);
+    this.tip = new THREE.Mesh(new THREE.ConeGeometry(0.012, 0.04, 16), material);
     this.add(this.shaft, this.tip);
     this.visible = false;
   }
@@ -96,7 +96,8 @@ export class Cell {
       mesh.name = component.name;
       this.world.add(mesh);
       const arrow = new Arrow(FORCE), line = new THREE.Line(
-        new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), new THREE.Vector3()]), new THREE.LineBasicMaterial({color: HOLDS, depthTest: false}));
+        new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), new THREE.Vector3()]), new THREE.LineBasicMaterial({color: HOLDS, depthTest: false, transparent: true}));
+      line.renderOrder = 2;  // after what is in front of it
       line.visible = false;
       line.frustumCulled = false;
       this.marks.add(arrow, line);
@@ -272,7 +273,7 @@ export class Cell {
 
   view() {
     const round = (vector) => vector.toArray().map((value) => Number(value.toFixed(3)));
-    return {camera: round(this.camera.position), target: round(this.orbit.target), section: this.section, cut: this.cut};
+    return {camera: round(this.camera.position), target: round(this.orbit.target), section: this.section, cut: this.cut, options: this.options};
   }
   setView({camera, target, section, cut}) {
     if (camera) this.camera.position.fromArray(camera);

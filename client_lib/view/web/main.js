@@ -1,4 +1,4 @@
-import {Cell, STATES, STATE_COLORS, colorOf} from './cell.js';
+import {Cell, STATES, STATE_COLORS, OPEN, CLOSED, FORCE, CONTACT, HOLDS, colorOf} from './cell.js';
 import {Link} from './link.js';
 import {Plots} from './plots.js';
 import {Signals} from './signals.js';
@@ -21,6 +21,14 @@ let events = [], lastEvent = 0n, playback = null;
 // What the link to this view says, else what is useful to begin with.
 const asked = (() => { try { return JSON.parse(decodeURIComponent(location.hash.slice(1)) || '{}'); } catch { return {}; } })();
 cell.setView(asked);
+for (const [id, name, factor] of [['by-state', 'byState'], ['forces', 'forces'], ['contacts', 'contacts'], ['holding', 'holding'], ['scale', 'metresPerNewton', 1000]]) {
+  const value = asked.options?.[name];
+  if (typeof value !== (factor ? 'number' : 'boolean')) continue;
+  cell.options[name] = value;
+  if (factor) $(id).value = Number((factor * value).toPrecision(6));
+  else $(id).checked = value;
+}
+if (typeof asked.options?.follow === 'string') cell.options.follow = asked.options.follow;
 
 const link = new Link(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/`, {
   open(info) {
@@ -74,6 +82,8 @@ const takes = {
     plots.clear();
     const names = description.components.map(({name}) => name);
     $('follow').replaceChildren(new Option('nothing', ''), ...names.map((name) => new Option(name)));
+    if (names.includes(cell.options.follow)) $('follow').value = cell.options.follow;
+    else cell.options.follow = '';
     if (last.state) takes.state(last.state);
     if (!plots.plots.length) (asked.plots ?? firstPlots(description)).forEach((name) => plots.add(name));
   },
@@ -277,14 +287,19 @@ function remember() {
 cell.orbit.addEventListener('end', remember);
 $('link').onclick = () => {
   remember();
-  navigator.clipboard?.writeText(location.href).then(() => { $('answer').textContent = 'The address of this view is on the clipboard.'; }, () => {});
+  const here = () => { $('answer').textContent = 'The address above is that of this view: copy it from there.'; };
+  if (!navigator.clipboard) here();  // browsers give it to pages of this machine and of https only
+  else navigator.clipboard.writeText(location.href).then(() => { $('answer').textContent = 'The address of this view is on the clipboard.'; }, here);
 };
 $('screenshot').onclick = async () => {
   const save = element('a', '', {download: `takt_${(last.state?.time ?? 0).toFixed(3)}s.png`, href: URL.createObjectURL(await cell.picture())});
   save.click();
   URL.revokeObjectURL(save.href);
 };
-$('legend').replaceChildren('parts', ...STATES.flatMap((name, i) => [element('i', '', {style: `background:#${STATE_COLORS[i].toString(16).padStart(6, '0')}`}), name]));
+const mark = (color, name, kind = '') => [element('i', '', {class: kind, style: `background:#${color.toString(16).padStart(6, '0')}`}), name];
+const line = (...children) => { const made = element('div', ''); made.append(...children); return made; };
+$('legend').replaceChildren(line('parts', ...STATES.flatMap((name, i) => mark(STATE_COLORS[i], name))), line('grippers', ...mark(OPEN, 'open'), ...mark(CLOSED, 'closed')),
+  line('marks', ...mark(FORCE, 'force on a part', 'line'), ...mark(CONTACT, 'contact', 'line'), ...mark(HOLDS, 'who holds whom', 'line')));
 
 // For tests, and for whoever wants to ask the page.
 window.takt = {cell, link, last, plots, place: (name) => cell.place(name)};
