@@ -36,7 +36,8 @@ std::shared_ptr<CellHost::World> CellHost::make_world(std::shared_ptr<CellModel>
 }
 
 std::shared_ptr<CellHost::World> CellHost::build(const Scenario& scenario) {
-  auto model = std::make_shared<CellModel>(*build_cell(scenario, {options_.cache_directory, nullptr, options_.on_import}));
+  auto model = std::make_shared<CellModel>(
+      *build_cell(scenario, {options_.cache_directory, nullptr, options_.on_import}));
   for (const ImportNote& note : model->import_notes) {
     if (options_.on_note) options_.on_note(note.sentence);
     mail_->events.post({Severity::warning, "import_note", note.component, "", note.sentence});

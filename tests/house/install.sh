@@ -22,7 +22,7 @@ bash -n "$place/usr/share/bash-completion/completions/takt"
 grep -q -- --port "$place/usr/share/bash-completion/completions/takt"
 grep -q '_takt_program takt-server takt-controller takt-run' "$place/usr/share/bash-completion/completions/takt-run"
 # Every command has its words in every shell.
-"$place/usr/bin/takt" --help | awk '/^Subcommands:/ { on = 1; next } on && /^  [a-z]/ { print $1 } on && /^$/ { exit }' >"$place/commands"
+"$place/usr/bin/takt" --help | awk '/^Subcommands:/ { on = 1; next } on && /^  [a-z]/ { print $1 } on && /^$/ { on = 0 }' >"$place/commands"
 [[ $(wc -l <"$place/commands") -gt 30 ]]
 while read -r command; do
   for words in bash-completion/completions/takt zsh/vendor-completions/_takt fish/vendor_completions.d/takt.fish; do
