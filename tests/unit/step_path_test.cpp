@@ -77,7 +77,7 @@ TEST(StepPathCounts, CountWhatIsThere) {
   test::allocations = test::locks = 0;
   calls.begin();
   test::counting = true;
-  const std::unique_ptr<int> one(new int(1));
+  ::operator delete(::operator new(1));
   mutex.lock();
   mutex.unlock();
   syscall(SYS_getppid);
