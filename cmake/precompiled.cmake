@@ -21,8 +21,8 @@ function(takt_precompile target)
     list(APPEND headers ${TAKT_${kind}_HEADERS})
   endforeach()
   target_precompile_headers(${target} PRIVATE ${headers})
-  # gcc 12 takes what it inlines from precompiled headers for ours and warns of std::string's own copies.
-  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
+  # gcc (12 and 14) takes what it inlines from precompiled headers for ours and warns of std::string's own copies.
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     target_compile_options(${target} PRIVATE -Wno-array-bounds -Wno-restrict -Wno-stringop-overflow
       -Wno-stringop-overread)
   endif()

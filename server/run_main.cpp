@@ -2,10 +2,13 @@
 #include <takt_build_info.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <chrono>
+#include <cinttypes>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
+#include <nlohmann/json.hpp>
 #include <thread>
 #include <tuple>
 
@@ -39,7 +42,7 @@ struct Arguments {
   std::optional<double> csv_period, mcap_period;
   double factor = 1.0;
   int threads = 1;
-  bool stage_times = false, quiet = false;
+  bool stage_times = false, quiet = false, json = false;
 };
 
 void declare(CLI::App& app, Arguments& a) {
@@ -141,10 +144,14 @@ void declare(CLI::App& app, Arguments& a) {
       ->excludes(slurm);
   app.add_flag("--stage-times", a.stage_times, "Measure the stages of a step");
   app.add_flag("--quiet", a.quiet, "Print nothing but errors");
+  auto* json = app.add_flag(
+      "--json", a.json, "Print the report of a run as JSON in place of words (of --replay: what it found)");
+  for (const char* other : {"--check-mesh", "--compare", "--vary"}) json->excludes(app.get_option(other));
   app.footer(
       "Examples:\n"
       "  takt-run config/scenarios/block_assembly.yaml\n"
       "  takt-run config/scenarios/block_assembly.yaml --step 0.005 --report run.json\n"
+      "  takt-run config/scenarios/block_assembly.yaml --json | jq .state_hash\n"
       "  takt-run config/scenarios/block_assembly.yaml --set interaction.weight_feed_forward=false\n"
       "  takt-run config/scenarios/block_assembly.yaml --vary interaction.damping_ratio=0.5:1.5:11 --table "
       "d.csv\n"
@@ -264,7 +271,7 @@ int run(const Arguments& a) {
   options.duration_s = a.duration.value_or(scenario.duration_s);
   options.program = a.program.empty() ? scenario.controller_program : std::filesystem::path(a.program);
   options.stage_times = a.stage_times;
-  options.process_numbers = !a.report.empty() || !a.html.empty();
+  options.process_numbers = a.json || !a.report.empty() || !a.html.empty();
   if (!(options.duration_s > 0.0)) {
     throw takt::ScenarioError("--duration: found " + std::to_string(options.duration_s) +
                               "; allowed: a number > 0 s, here or as duration_s in " + a.scenario);
@@ -333,7 +340,10 @@ int run(const Arguments& a) {
     out.close();
     if (!out) throw std::runtime_error(a.junit + ": cannot be written");
   }
-  if (!a.quiet) takt::print_summary(std::cout, scenario, cell->description, result);
+  if (a.json)
+    std::cout << takt::report_json(scenario, cell->description, info, result) << '\n';
+  else if (!a.quiet)
+    takt::print_summary(std::cout, scenario, cell->description, result);
   if (!result.fault.empty()) {
     std::cerr << "takt-run: " << result.fault << '\n';
     return 1;
@@ -388,6 +398,19 @@ int replay(const Arguments& a) {
     return takt::load_logged_world(world, takt::user_cache_directory(), a.scenario);
   };
   const takt::ReplayResult result = takt::replay(a.replay, options);
+  if (a.json) {
+    std::array<char, 17> hash{};
+    std::snprintf(hash.data(), hash.size(), "%016" PRIx64, result.state_hash);
+    std::cout << nlohmann::json{{"difference", result.difference},   {"early_end", result.early_end},
+                                {"recorded_by", result.version},     {"cell", result.cell},
+                                {"scenarios", result.worlds},        {"steps", result.steps},
+                                {"commands", result.commands},       {"requests", result.requests},
+                                {"checkpoints", result.checkpoints}, {"last_step", result.step},
+                                {"state_hash", hash.data()}}
+                     .dump(2)
+              << '\n';
+    return result.difference.empty() ? 0 : 1;
+  }
   if (!result.difference.empty()) {
     std::cerr << "takt-run: " << result.difference << '\n';
     return 1;

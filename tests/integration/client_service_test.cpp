@@ -201,6 +201,10 @@ TEST(TaktCommand, ExitCodesTellUsageFromFailure) {
   const std::string domain = std::to_string(takt::test::test_domain());
   ChildProcess usage({kBin + "/takt", "no_such_command"});
   EXPECT_EQ(usage.wait(), 2) << usage.text;
+  ChildProcess json_usage({kBin + "/takt", "--json", "spawn"});
+  EXPECT_EQ(json_usage.wait(), 2);
+  EXPECT_NE(json_usage.text.find(R"({"error":"NAME is required","kind":"usage"})"), std::string::npos)
+      << json_usage.text;
   ChildProcess help({kBin + "/takt", "--help"});
   EXPECT_EQ(help.wait(), 0);
   EXPECT_NE(help.text.find("takt record"), std::string::npos) << help.text;

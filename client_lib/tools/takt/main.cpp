@@ -2,10 +2,13 @@
 #include <takt_build_info.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <map>
+#include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "client_lib/tools/takt/commands.h"
 #include "client_lib/tools/takt/record_all.h"
@@ -185,7 +188,11 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? takt::tool::kOk : takt::tool::kUsage;
+    if (error.get_exit_code() == 0) return app.exit(error);  // help, version
+    if (common.json || std::find(argv, argv + argc, std::string_view("--json")) != argv + argc)
+      std::printf("%s\n", nlohmann::json{{"error", error.what()}, {"kind", "usage"}}.dump().c_str());
+    app.exit(error);
+    return takt::tool::kUsage;
   } catch (const std::exception& error) {
     return takt::tool::report_error(common.json, error);
   }
