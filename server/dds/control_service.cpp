@@ -1,13 +1,21 @@
 #include "server/dds/control_service.h"
 
-#include "server/dds/bounded_request.h"
-
 #include <utility>
 
+#include "server/dds/bounded_request.h"
 #include "server/dds/qos.h"
 #include "takt_msgsPubSubTypes.h"
 
 namespace takt {
+namespace {
+
+std::size_t bytes_of(const ControlReply& reply) {
+  std::size_t bytes = sizeof(reply) + reply.message.size();
+  for (const auto& [name, value] : reply.values) bytes += name.size() + value.size();
+  return bytes;
+}
+
+}  // namespace
 
 void ControlService::listen(Participant& participant, const TopicNames& topics) {
   writer_ = participant.create_writer<takt_msgs::msg::ControlReplyPubSubType>(
@@ -31,7 +39,7 @@ void ControlService::received(const takt_msgs::msg::ControlRequest& message) {
     const Key key(message.client_id().to_string(), message.sequence_number());
     const auto [place, is_new] = requests_.try_emplace(key);
     if (!is_new) {
-      if (place->second.reply) asked_again_.push_back(*place->second.reply);
+      if (place->second.reply) asked_again_.push_back({key, *place->second.reply});
       host_.mail().news.post();
       return;
     }
@@ -39,12 +47,7 @@ void ControlService::received(const takt_msgs::msg::ControlRequest& message) {
     place->second.id = request.id;
     keys_[request.id] = key;
     order_.push_back(key);
-    if (order_.size() > kRemembered) {
-      const auto oldest = requests_.find(order_.front());
-      keys_.erase(oldest->second.id);
-      requests_.erase(oldest);
-      order_.pop_front();
-    }
+    forget_old();
   }
   request.request = message.request().to_string();
   for (const auto& argument : message.arguments()) {
@@ -53,30 +56,45 @@ void ControlService::received(const takt_msgs::msg::ControlRequest& message) {
   host_.submit(request);
 }
 
+void ControlService::forget_old() {
+  while (order_.size() > 1 && (order_.size() > kRemembered || reply_bytes_ > kMostReplyBytes)) {
+    const auto oldest = requests_.find(order_.front());
+    if (oldest->second.reply) reply_bytes_ -= bytes_of(*oldest->second.reply);
+    keys_.erase(oldest->second.id);
+    requests_.erase(oldest);
+    order_.pop_front();
+  }
+}
+
 void ControlService::write_replies(std::span<const ControlReply> replies) {
-  std::vector<takt_msgs::msg::ControlReply> messages;
+  std::vector<Answer> answers;
   {
     const std::lock_guard lock(mutex_);
-    messages.swap(asked_again_);
+    answers.swap(asked_again_);
     for (const ControlReply& reply : replies) {
       const auto key = keys_.find(reply.id);
       if (key == keys_.end()) continue;  // of a service, or forgotten: a thousand requests ago
-      takt_msgs::msg::ControlReply message;
-      message.client_id(key->second.first);
-      message.sequence_number(key->second.second);
-      message.result(static_cast<std::int32_t>(reply.result));
-      message.message(reply.message);
-      for (const auto& [name, value] : reply.values) {
-        takt_msgs::msg::Argument argument;
-        argument.name(name);
-        argument.value(value);
-        message.values().push_back(argument);
-      }
-      requests_[key->second].reply = message;
-      messages.push_back(message);
+      answers.push_back({key->second, reply});
+      auto& answered = requests_[key->second].reply;
+      if (answered) reply_bytes_ -= bytes_of(*answered);
+      answered = reply;
+      reply_bytes_ += bytes_of(reply);
     }
+    forget_old();
   }
-  for (auto& message : messages) {
+  takt_msgs::msg::ControlReply message;
+  for (const auto& [key, reply] : answers) {
+    message.client_id(key.first);
+    message.sequence_number(key.second);
+    message.result(static_cast<std::int32_t>(reply.result));
+    message.message(reply.message);
+    message.values().clear();
+    for (const auto& [name, value] : reply.values) {
+      takt_msgs::msg::Argument argument;
+      argument.name(name);
+      argument.value(value);
+      message.values().push_back(argument);
+    }
     // A reply that DDS refuses now is sent again when the client asks again.
     (void)written(*writer_, message);
   }

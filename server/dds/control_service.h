@@ -20,8 +20,8 @@ namespace takt {
 
 class ControlService final : public dds::DataReaderListener {
  public:
-  /// So many of the newest requests are remembered.
-  static constexpr std::size_t kRemembered = 1000;
+  /// So many of the newest requests are remembered, fewer if their replies are larger than that together.
+  static constexpr std::size_t kRemembered = 1000, kMostReplyBytes = std::size_t{16} << 20U;
 
   explicit ControlService(CellHost& host) : host_(host) {}
 
@@ -37,10 +37,16 @@ class ControlService final : public dds::DataReaderListener {
   using Key = std::pair<std::string, std::uint64_t>;  // client id, sequence number
   struct Request {
     std::uint64_t id = 0;
-    std::optional<takt_msgs::msg::ControlReply> reply;
+    std::optional<ControlReply> reply;  ///< not the message of DDS: its texts take all the room they may have
+  };
+  struct Answer {
+    Key key;
+    ControlReply reply;
   };
 
   void received(const takt_msgs::msg::ControlRequest& message);
+  /// Under the lock.
+  void forget_old();
 
   CellHost& host_;
   dds::DataWriter* writer_ = nullptr;
@@ -49,7 +55,8 @@ class ControlService final : public dds::DataReaderListener {
   std::map<Key, Request> requests_;
   std::map<std::uint64_t, Key> keys_;
   std::deque<Key> order_;  // oldest first
-  std::vector<takt_msgs::msg::ControlReply> asked_again_;
+  std::size_t reply_bytes_ = 0;
+  std::vector<Answer> asked_again_;
 };
 
 }  // namespace takt

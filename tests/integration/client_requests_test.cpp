@@ -7,6 +7,7 @@
 #include "client_lib/lockstep_controller.h"
 #include "tests/support/hosted_service.h"
 #include "tests/support/hosting_client.h"
+#include "tests/support/process_resources.h"
 #include "tests/support/scripted_cell.h"
 
 namespace {
@@ -51,6 +52,20 @@ TEST(ClientRequests, StateIsNeverOlderThanTheReply) {
   EXPECT_EQ(client.status().state, SimulationState::paused);
   client.set_state(SimulationState::stopped);
   EXPECT_EQ(client.state().step, 0U);
+}
+
+TEST(ClientRequests, ThatAreRememberedTakeWhatTheirRepliesTake) {
+  HostedService service;
+  Client client(client_options());
+  const auto ask = [&](int times) {
+    for (int i = 0; i < times; ++i) (void)client.get_state();
+  };
+  ask(50);
+  const double before = takt::test::process_resources().allocated_bytes;
+  constexpr int kRequests = 500;
+  ask(kRequests);
+  const double more = takt::test::process_resources().allocated_bytes - before;
+  EXPECT_LT(more / kRequests, 5000.0);  // of DDS, a reply takes 37 000
 }
 
 TEST(ClientRequests, LoadingReturnsTheNewDescription) {
