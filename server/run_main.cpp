@@ -2,10 +2,7 @@
 #include <takt_build_info.h>
 
 #include <CLI/CLI.hpp>
-#include <array>
 #include <chrono>
-#include <cinttypes>
-#include <cstdio>
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -26,6 +23,7 @@
 #include "server/runtime/worker_pool.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/simulation/integrator.h"
+#include "server/simulation/state_hash.h"
 
 namespace {
 
@@ -399,14 +397,17 @@ int replay(const Arguments& a) {
   };
   const takt::ReplayResult result = takt::replay(a.replay, options);
   if (a.json) {
-    std::array<char, 17> hash{};
-    std::snprintf(hash.data(), hash.size(), "%016" PRIx64, result.state_hash);
-    std::cout << nlohmann::json{{"difference", result.difference},   {"early_end", result.early_end},
-                                {"recorded_by", result.version},     {"cell", result.cell},
-                                {"scenarios", result.worlds},        {"steps", result.steps},
-                                {"commands", result.commands},       {"requests", result.requests},
-                                {"checkpoints", result.checkpoints}, {"last_step", result.step},
-                                {"state_hash", hash.data()}}
+    std::cout << nlohmann::json{{"difference", result.difference},
+                                {"early_end", result.early_end},
+                                {"recorded_by", result.version},
+                                {"cell", result.cell},
+                                {"scenarios", result.worlds},
+                                {"steps", result.steps},
+                                {"commands", result.commands},
+                                {"requests", result.requests},
+                                {"checkpoints", result.checkpoints},
+                                {"last_step", result.step},
+                                {"state_hash", takt::hash_text(result.state_hash)}}
                      .dump(2)
               << '\n';
     return result.difference.empty() ? 0 : 1;
@@ -421,7 +422,7 @@ int replay(const Arguments& a) {
               << result.requests << " requests.\n";
     if (!result.early_end.empty()) std::cout << "Note: " << result.early_end << ".\n";
     std::cout << "The same bits at all " << result.checkpoints << " checkpoints; the last one: step "
-              << result.step << ", state hash " << std::hex << result.state_hash << std::dec << ".\n";
+              << result.step << ", state hash " << takt::hash_text(result.state_hash) << ".\n";
   }
   return 0;
 }

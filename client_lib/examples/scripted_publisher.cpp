@@ -78,7 +78,7 @@ int main(int argc, char** argv) try {
     return 1;
   }
   const auto end = cell.state();
-  std::printf("%s joint %zu: %.4f rad before, %.4f rad after, at %.3f s, hash %016llx\n", robot.c_str(),
+  std::printf("%s joint %zu: %.4f rad before, %.4f rad after, at %.3f s, hash 0x%016llx\n", robot.c_str(),
               swing.joint, swing.start.at(swing.joint), end.robot(robot).position.at(swing.joint), end.time_s,
               static_cast<unsigned long long>(end.state_hash));
   return 0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "idl/transport/rtps_submessage.h"
 #include "idl/transport/wire_cursor.h"
 
 namespace takt {
@@ -9,23 +10,13 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
-constexpr std::size_t kHeader = 20, kSubmessage = 4, kTimestamp = 8;
+constexpr std::size_t kTimestamp = 8;
 constexpr std::size_t kDataBeforeQos = 20, kFragmentBeforeQos = 32;
 constexpr std::size_t kMostQos = 1024;  // those of a reply have 36
 /// Room before a sample for all that stands before the data of a packet.
-constexpr std::size_t kRoom = kHeader + kSubmessage + kTimestamp + kSubmessage + kDataBeforeQos + kMostQos;
+constexpr std::size_t kRoom =
+    kRtpsHeaderBytes + kSubmessageHeadBytes + kTimestamp + kSubmessageHeadBytes + kDataBeforeQos + kMostQos;
 constexpr std::size_t kLeastMost = std::size_t{64} << 20U;
-
-enum Submessage : std::uint8_t {
-  kPad = 0x01,
-  kInfoTimestamp = 0x09,
-  kInfoSource = 0x0c,
-  kInfoDestination = 0x0e,
-  kData = 0x15,
-  kDataFragment = 0x16,
-  kSecurePrefix = 0x31,
-  kSecurePostfix = 0x32,
-};
 
 /// Bytes of the list up to and with its end.
 std::size_t size_of_list(Bytes bytes, bool big_endian) {
@@ -53,8 +44,8 @@ struct FragmentAssembly::Piece {
 
   std::uint32_t fragments() const { return (sample_bytes - 1) / fragment_bytes + 1; }
   std::size_t room() const {
-    return kHeader + (timestamp.empty() ? 0 : kSubmessage + kTimestamp) + kSubmessage + kDataBeforeQos +
-           qos.size();
+    return kRtpsHeaderBytes + (timestamp.empty() ? 0 : kSubmessageHeadBytes + kTimestamp) +
+           kSubmessageHeadBytes + kDataBeforeQos + qos.size();
   }
   /// Of the DATA_FRAG submessage with this body.
   void read(Bytes body, std::uint8_t submessage_flags) {
@@ -107,7 +98,7 @@ FragmentAssembly::FragmentAssembly(std::uint32_t largest_sample_bytes)
 
 void FragmentAssembly::sending(Bytes packet) {
   constexpr std::size_t prefix = 8;
-  if (knows_itself_.load(std::memory_order_relaxed) || packet.size() < kHeader) return;
+  if (knows_itself_.load(std::memory_order_relaxed) || packet.size() < kRtpsHeaderBytes) return;
   const std::lock_guard lock(mutex_);
   std::copy_n(packet.begin() + prefix, self_.size(), self_.begin());
   knows_itself_.store(true, std::memory_order_release);
@@ -120,31 +111,26 @@ bool FragmentAssembly::is_own(Bytes destination) const {
 }
 
 std::size_t FragmentAssembly::take(std::span<std::uint8_t> packet, const Deliver& deliver) {
-  std::array<std::uint8_t, kHeader> header{};
-  std::copy_n(packet.begin(), kHeader, header.begin());
+  std::array<std::uint8_t, kRtpsHeaderBytes> header{};
+  std::copy_n(packet.begin(), kRtpsHeaderBytes, header.begin());
   bool ours = true, secured = false;
   Piece piece;
   piece.header = header;
-  std::size_t at = kHeader;
-  while (at + kSubmessage <= packet.size()) {
-    const std::uint8_t id = packet[at], flags = packet[at + 1];
-    const std::size_t rest = packet.size() - at - kSubmessage;
-    std::size_t length = WireCursor(packet.subspan(at + 2, 2), (flags & 1U) == 0).u16();
-    const bool open = length == 0 && id != kInfoTimestamp && id != kPad;
-    if (open) length = rest;
-    if (length > rest) break;
-    const Bytes body = packet.subspan(at + kSubmessage, length);
+  std::size_t at = kRtpsHeaderBytes;
+  while (const auto submessage = submessage_at(packet, at)) {
+    const std::uint8_t id = submessage->id, flags = submessage->flags;
+    const Bytes body = packet.subspan(at + kSubmessageHeadBytes, submessage->body_bytes);
     constexpr std::uint8_t invalid = 2;
     if (id == kInfoDestination && body.size() >= 12) {
       ours = is_own(body.first(12));
     } else if (id == kInfoSource && body.size() == 20) {
       std::copy(body.begin() + 4, body.end(), header.begin() + 4);  // version, vendor, prefix
     } else if (id == kInfoTimestamp) {
-      const bool usable = (flags & invalid) == 0 && length == kTimestamp;
-      piece.timestamp = usable ? Bytes(packet.subspan(at, kSubmessage + kTimestamp)) : Bytes{};
+      const bool usable = (flags & invalid) == 0 && body.size() == kTimestamp;
+      piece.timestamp = usable ? Bytes(packet.subspan(at, kSubmessageHeadBytes + kTimestamp)) : Bytes{};
     } else if (id == kSecurePrefix || id == kSecurePostfix) {
       secured = id == kSecurePrefix;
-    } else if (id == kDataFragment && !secured && body.size() >= kFragmentBeforeQos) {
+    } else if (id == kDataFrag && !secured && body.size() >= kFragmentBeforeQos) {
       std::copy_n(header.begin() + 8, piece.sender.size(), piece.sender.begin());
       piece.read(body, flags);
       const bool wanted = ours && !piece.key && piece.qos.size() <= kMostQos;
@@ -153,10 +139,10 @@ std::size_t FragmentAssembly::take(std::span<std::uint8_t> packet, const Deliver
         std::uint8_t* begin = piece.write_head(data);
         deliver({begin, data + piece.sample_bytes});
       }
-      if (open) return at;
+      if (submessage->open) return at;
       packet[at] = kPad;
     }
-    at += kSubmessage + length;
+    at += kSubmessageHeadBytes + body.size();
   }
   return packet.size();
 }

@@ -4,6 +4,7 @@
 
 #include "idl/transport/rtps_packet_memory.h"
 #include "idl/transport/rtps_parameters.h"
+#include "idl/transport/rtps_submessage.h"
 #include "idl/transport/wire_cursor.h"
 
 namespace takt {
@@ -11,33 +12,12 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
-constexpr std::size_t kHeaderBytes = 20;
 /// No writer gets this far: 4000 years at 1 kHz. Leaves room for sums without overflow.
 constexpr std::int64_t kLargestSequenceNumber = std::int64_t{1} << 47U;
 /// Fast DDS walks over each number of a gap.
 constexpr std::int64_t kLongestGap = std::int64_t{1} << 16U;
 /// Shorter fragments do not hold the list of missing ones that Fast DDS keeps inside them.
 constexpr std::uint16_t kShortestFragment = 8;
-
-enum Submessage : std::uint8_t {
-  kPad = 0x01,
-  kAckNack = 0x06,
-  kHeartbeat = 0x07,
-  kGap = 0x08,
-  kInfoTimestamp = 0x09,
-  kInfoSource = 0x0c,
-  kInfoDestination = 0x0e,
-  kNackFrag = 0x12,
-  kHeartbeatFrag = 0x13,
-  kData = 0x15,
-  kDataFrag = 0x16,
-  kFastDdsStatistics = 0x80,
-  kSecureBody = 0x30,
-  kSecurePrefix = 0x31,
-  kSecurePostfix = 0x32,
-  kSecureRtpsPrefix = 0x33,
-  kSecureRtpsPostfix = 0x34,
-};
 
 constexpr std::uint32_t kUnknownEntity = 0;
 constexpr std::uint32_t kParticipantWriter = 0x000100c2, kParticipantSecureWriter = 0xff0101c2;
@@ -121,41 +101,37 @@ class PacketInspector {
 
  private:
   PacketFlaw check_packet() {
-    if (packet_.size() < kHeaderBytes) return PacketFlaw::too_short;
+    if (packet_.size() < kRtpsHeaderBytes) return PacketFlaw::too_short;
     constexpr std::array<std::uint8_t, 4> magic{'R', 'T', 'P', 'S'};
     if (!std::equal(magic.begin(), magic.end(), packet_.begin())) return PacketFlaw::not_rtps;
     if (packet_[4] != 2) return PacketFlaw::version;
     std::copy_n(packet_.begin() + 8, sender_.size(), sender_.begin());
     const bool fast_dds = packet_[6] == 1 && packet_[7] == 15;
     report_.size = packet_.size();
-    std::size_t at = kHeaderBytes;
+    std::size_t at = kRtpsHeaderBytes;
     while (at < packet_.size()) {
-      constexpr std::size_t header = 4;
-      if (packet_.size() - at < header) return PacketFlaw::submessage;
-      const std::uint8_t id = packet_[at], flags = packet_[at + 1];
-      const bool big_endian = (flags & 1U) == 0;
-      WireCursor size(packet_.subspan(at + 2, 2), big_endian);
-      std::size_t length = size.u16();
-      const std::size_t rest = packet_.size() - at - header;
-      if (length > rest) return PacketFlaw::submessage;
-      if (length == 0 && id != kInfoTimestamp && id != kPad) length = rest;  // the last one may leave it open
-      if (length % 4 != 0 && length != rest) return PacketFlaw::alignment;
-      if (id == kFastDdsStatistics && fast_dds) {
-        if (length != rest) return PacketFlaw::submessage;
+      const auto submessage = submessage_at(packet_, at);
+      if (!submessage) return PacketFlaw::submessage;
+      offset_ = at + kSubmessageHeadBytes;
+      const std::size_t end = offset_ + submessage->body_bytes;
+      const bool last = end == packet_.size();
+      if (submessage->body_bytes % 4 != 0 && !last) return PacketFlaw::alignment;
+      if (submessage->id == kFastDdsStatistics && fast_dds) {
+        if (!last) return PacketFlaw::submessage;
         report_.size = at;
         break;
       }
-      offset_ = at + header;
-      const PacketFlaw flaw = check_submessage(id, flags, packet_.subspan(offset_, length), big_endian);
+      const PacketFlaw flaw = check_submessage(*submessage, packet_.subspan(offset_, submessage->body_bytes));
       if (flaw != PacketFlaw::none) return flaw;
-      at = offset_ + length;
+      at = end;
     }
     return prefixes_open_ ? PacketFlaw::submessage : PacketFlaw::none;
   }
 
-  PacketFlaw check_submessage(std::uint8_t id, std::uint8_t flags, Bytes body, bool big_endian) {
-    WireCursor cursor(body, big_endian);
-    switch (id) {
+  PacketFlaw check_submessage(const Submessage& submessage, Bytes body) {
+    const std::uint8_t flags = submessage.flags;
+    WireCursor cursor(body, submessage.big_endian());
+    switch (submessage.id) {
       case kData:
         return check_data(cursor, flags, body);
       case kDataFrag:
@@ -176,7 +152,7 @@ class PacketInspector {
         return is_sequence_number(number) ? PacketFlaw::none : PacketFlaw::sequence_number;
       }
       case kInfoTimestamp:
-        return check_timestamp(flags, body, big_endian);
+        return check_timestamp(flags, body, submessage.big_endian());
       case kInfoDestination:
         return body.size() >= 12 ? PacketFlaw::none : PacketFlaw::submessage;
       case kInfoSource:
@@ -189,7 +165,7 @@ class PacketInspector {
       case kSecurePostfix:
       case kSecureRtpsPrefix:
       case kSecureRtpsPostfix:
-        return check_encrypted(id, body);
+        return check_encrypted(submessage.id, body);
       default:
         return PacketFlaw::none;  // of other vendors or versions: skipped by all
     }
@@ -216,7 +192,7 @@ class PacketInspector {
     if (!limits_.encrypted) return PacketFlaw::encrypted;
     constexpr std::size_t transformation = 20, tag = 20, own_tag = 20;
     WireCursor cursor(body, true);  // lengths inside are big-endian always
-    const bool first = offset_ == kHeaderBytes + 4;
+    const bool first = offset_ == kRtpsHeaderBytes + kSubmessageHeadBytes;
     switch (id) {
       case kSecureBody:
         cursor.skip(cursor.u32());

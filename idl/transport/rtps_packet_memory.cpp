@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "idl/transport/rtps_submessage.h"
 #include "idl/transport/wire_cursor.h"
 
 namespace takt {
@@ -19,17 +20,11 @@ std::size_t PacketMemory::slot(std::uint32_t writer, std::int64_t sequence_numbe
 }
 
 void PacketMemory::note(std::span<const std::uint8_t> packet) {
-  constexpr std::size_t header_bytes = 20;
-  constexpr std::uint8_t data_fragment = 0x16;
-  std::size_t at = header_bytes;
-  while (at + 4 <= packet.size()) {
-    const bool big_endian = (packet[at + 1] & 1U) == 0;
-    WireCursor size(packet.subspan(at + 2, 2), big_endian);
-    std::size_t length = size.u16();
-    const std::size_t rest = packet.size() - at - 4;
-    if (length == 0 || length > rest) length = rest;
-    if (packet[at] == data_fragment) {
-      WireCursor cursor(packet.subspan(at + 4, length), big_endian);
+  std::size_t at = kRtpsHeaderBytes;
+  while (const auto submessage = submessage_at(packet, at)) {
+    at += kSubmessageHeadBytes;
+    if (submessage->id == kDataFrag) {
+      WireCursor cursor(packet.subspan(at, submessage->body_bytes), submessage->big_endian());
       cursor.skip(8);
       const std::uint32_t writer = cursor.entity_id();
       const std::int64_t number = cursor.sequence_number();
@@ -40,7 +35,7 @@ void PacketMemory::note(std::span<const std::uint8_t> packet) {
         sent_[slot(writer, number)] = {writer, (sample_bytes - 1) / fragment_bytes + 1, number};
       }
     }
-    at += 4 + length;
+    at += submessage->body_bytes;
   }
 }
 
@@ -50,13 +45,8 @@ std::uint32_t PacketMemory::count(std::uint32_t writer, std::int64_t sequence_nu
   return entry.writer == writer && entry.sequence_number == sequence_number ? entry.fragments : 0;
 }
 
-std::uint64_t PacketMemory::key_of(const Sample& sample) {
-  return mixed(sample.sender,
-               static_cast<std::uint64_t>(sample.sequence_number) * 0x9e3779b97f4a7c15ULL + sample.writer);
-}
-
 bool PacketMemory::follows(const Sample& sample) {
-  const std::uint64_t key = writer_key_of(sample);
+  const std::uint64_t key = mixed(sample.sender, sample.writer);
   const std::int64_t number = sample.sequence_number;
   const std::lock_guard lock(mutex_);
   Writer* known = writers_.find(key);

@@ -53,10 +53,6 @@ class PacketMemory {
   };
   static constexpr std::size_t kSent = 1024;
   static std::size_t slot(std::uint32_t writer, std::int64_t sequence_number);
-  static std::uint64_t key_of(const Sample& sample);
-  static std::uint64_t writer_key_of(const Sample& sample) {
-    return key_of({sample.sender, sample.writer, 0});
-  }
   mutable std::mutex mutex_;  // guards all below
   std::array<Sent, kSent> sent_{};
   NewestEntries<Writer, 1024> writers_;

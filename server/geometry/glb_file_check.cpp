@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "server/geometry/mesh_file_check.h"
+
 namespace takt {
 namespace {
 
@@ -21,12 +23,6 @@ constexpr std::size_t kHeader = 12, kChunkHeader = 8;
 constexpr std::uint64_t kMostNumber = 0xFFFFFFFF;
 constexpr std::uint64_t kByte = 5121, kShort = 5123, kInt = 5125, kFloat = 5126;
 constexpr std::uint64_t kTriangles = 4, kStrip = 5, kFan = 6;
-
-std::uint32_t u32(std::string_view bytes, std::size_t at) {
-  std::uint32_t value = 0;
-  std::memcpy(&value, bytes.data() + at, sizeof(value));
-  return value;
-}
 
 void put_u32(std::string& bytes, std::size_t value) {
   const auto number = static_cast<std::uint32_t>(value);
@@ -100,8 +96,8 @@ class GlbCheck {
     for (std::size_t at = kHeader; at < content.size();) {
       if (content.size() - at < kChunkHeader)
         throw Fault("a chunk at byte " + std::to_string(at) + " is cut");
-      const std::size_t length = u32(content, at);
-      const std::uint32_t type = u32(content, at + 4);
+      const std::size_t length = mesh_file_u32(content, at);
+      const std::uint32_t type = mesh_file_u32(content, at + 4);
       if (length > content.size() - at - kChunkHeader)
         throw Fault("the chunk at byte " + std::to_string(at) + " announces " + std::to_string(length) +
                     " bytes, but there are " + std::to_string(content.size() - at - kChunkHeader));

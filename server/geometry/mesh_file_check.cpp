@@ -188,19 +188,22 @@ std::string find_ascii_stl_fault(std::string_view content) {
   return {};
 }
 
-std::uint32_t little_endian_u32(std::string_view bytes, std::size_t offset) {
-  std::uint32_t value = 0;
-  std::memcpy(&value, bytes.data() + offset, sizeof(value));
-  return value;
-}
-
 constexpr std::size_t kHeader = 84, kFacet = 50;  // of binary STL
 
+std::uint64_t announced_facets(std::string_view content) {
+  return content.size() >= kHeader ? mesh_file_u32(content, 80) : 0;
+}
+std::uint64_t announced_bytes(std::string_view content) {
+  return kHeader + kFacet * announced_facets(content);
+}
+/// Some writers start a binary header with "solid" too, so the size decides, as in assimp.
+bool is_binary_stl(std::string_view content) {
+  return content.size() == announced_bytes(content);
+}
+
 std::string find_stl_fault(std::string_view content) {
-  const std::uint64_t facets = content.size() >= kHeader ? little_endian_u32(content, 80) : 0;
-  const std::uint64_t expected = kHeader + kFacet * facets;
-  // Some writers start a binary header with "solid" too, so the size decides first, as in assimp.
-  if (content.size() < kHeader || content.size() != expected) {
+  const std::uint64_t facets = announced_facets(content);
+  if (!is_binary_stl(content)) {
     const std::size_t begin = content.find_first_not_of(" \t\r\n");
     if (begin != std::string_view::npos && content.substr(begin).starts_with("solid"))
       return find_ascii_stl_fault(content);
@@ -208,8 +211,8 @@ std::string find_stl_fault(std::string_view content) {
       return "a binary STL file has a header of 84 bytes, this file has " + std::to_string(content.size()) +
              " bytes; a text STL file starts with the word solid";
     return "the header announces " + std::to_string(facets) + " triangles, that is " +
-           std::to_string(expected) + " bytes, but the file has " + std::to_string(content.size()) +
-           " bytes: it is truncated or has extra data";
+           std::to_string(announced_bytes(content)) + " bytes, but the file has " +
+           std::to_string(content.size()) + " bytes: it is truncated or has extra data";
   }
   if (facets == 0) return "there are no triangles";
   for (std::uint64_t i = 0; i < facets; ++i) {
@@ -227,9 +230,9 @@ std::string find_glb_fault(std::string_view content) {
   if (content.size() < 20 || !content.starts_with("glTF"))
     return "a GLB file starts with the word glTF and a header of 20 bytes, this file does not (" +
            std::to_string(content.size()) + " bytes)";
-  const std::uint32_t version = little_endian_u32(content, 4);
+  const std::uint32_t version = mesh_file_u32(content, 4);
   if (version != 2) return "glTF version " + std::to_string(version) + " is not supported, only 2";
-  const std::uint32_t length = little_endian_u32(content, 8);
+  const std::uint32_t length = mesh_file_u32(content, 8);
   if (length != content.size())
     return "the header announces " + std::to_string(length) + " bytes, but the file has " +
            std::to_string(content.size()) + " bytes: it is truncated or has extra data";
@@ -237,6 +240,12 @@ std::string find_glb_fault(std::string_view content) {
 }
 
 }  // namespace
+
+std::uint32_t mesh_file_u32(std::string_view content, std::size_t offset) {
+  std::uint32_t value = 0;
+  std::memcpy(&value, content.data() + offset, sizeof(value));
+  return value;
+}
 
 std::string geometry_of_obj(std::string_view content) {
   std::string result;
@@ -259,8 +268,7 @@ std::string geometry_of_obj(std::string_view content) {
 }
 
 std::string geometry_of_stl(std::string_view content) {
-  if (content.size() >= kHeader &&
-      content.size() == kHeader + kFacet * std::uint64_t{little_endian_u32(content, 80)}) {
+  if (is_binary_stl(content)) {
     std::string result(content);
     std::fill_n(result.begin(), 80, '\0');
     for (std::size_t facet = kHeader; facet < result.size(); facet += kFacet)

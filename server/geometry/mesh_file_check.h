@@ -2,6 +2,8 @@
 // What must hold of a mesh file before it is given to assimp, which reads over some faults (a coordinate
 // `nan`, a face out of range in GLB) and reports others without their place. Text only: no file is opened
 // here.
+#include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -20,5 +22,9 @@ std::string find_mesh_file_fault(MeshFormat format, std::string_view content);
 std::string geometry_of_obj(std::string_view content);
 /// The same of an STL file: solids and corners. Normals and colours are left out.
 std::string geometry_of_stl(std::string_view content);
+
+/// The number at `offset`, as binary STL and GLB write it (little-endian, as takt's machines are). The
+/// content goes that far.
+std::uint32_t mesh_file_u32(std::string_view content, std::size_t offset);
 
 }  // namespace takt

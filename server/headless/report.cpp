@@ -11,6 +11,7 @@
 #include "server/headless/html_report.h"
 #include "server/headless/process_report.h"
 #include "server/headless/robot_report.h"
+#include "server/simulation/state_hash.h"
 
 namespace takt {
 
@@ -23,12 +24,6 @@ Json json(const Vec3& v) {
 }
 Json json(const Quat& q) {
   return Json::array({q.x(), q.y(), q.z(), q.w()});
-}
-
-std::string hex(std::uint64_t value) {
-  char text[19];
-  std::snprintf(text, sizeof text, "0x%016llx", static_cast<unsigned long long>(value));
-  return text;
 }
 
 Json name_or_null(const CellDescription& cell, int component) {
@@ -187,7 +182,7 @@ Json report_document(const Scenario& scenario, const CellDescription& cell, cons
   report["controller_s"] = result.controller_s;
   if (result.process) report["gathering_s"] = result.gathering_s;
   report["real_time_factor"] = simulated > 0.0 ? result.cpu_s / simulated : 0.0;
-  report["state_hash"] = hex(result.final_state.state_hash);
+  report["state_hash"] = hash_text(result.final_state.state_hash);
   report["fault"] = result.fault.empty() ? Json(nullptr) : Json(result.fault);
   if (!scenario.expected.empty()) {
     report["max_error_m"] = max_position_error_m(scenario, cell, result.final_state);
@@ -251,7 +246,7 @@ void print_summary(std::ostream& out, const Scenario& scenario, const CellDescri
   out << std::fixed << std::setprecision(3) << scenario.name << ": " << result.final_state.time_s
       << " s simulated in " << result.cpu_s << " s of computation, real-time factor " << std::setprecision(5)
       << (result.final_state.time_s > 0.0 ? result.cpu_s / result.final_state.time_s : 0.0) << ", state hash "
-      << hex(result.final_state.state_hash) << '\n';
+      << hash_text(result.final_state.state_hash) << '\n';
   if (!scenario.expected.empty()) {
     out << "Part        position (m)                       expected (m)                       error (mm)  "
            "held by\n";

@@ -361,7 +361,7 @@ int run_study(const StudyOptions& options, std::ostream& progress) {
     }
     fs::rename(part_of(file_of(options, run, ".json")), file_of(options, run, ".json"));
     fs::remove(file_of(options, run, ".log"));
-    if (++done == before + 1 && before == 0) {
+    if (++done == 1) {
       try {
         check_plotted_column(options, run);
       } catch (const ScenarioError& error) {

@@ -1,6 +1,5 @@
 #include "server/runtime/replay.h"
 
-#include <cinttypes>
 #include <cstdio>
 #include <cstring>
 #include <map>
@@ -11,15 +10,10 @@
 #include "server/scenario/scenario_builder.h"
 #include "server/simulation/model_hash.h"
 #include "server/simulation/simulation.h"
+#include "server/simulation/state_hash.h"
 
 namespace takt {
 namespace {
-
-std::string hexadecimal(std::uint64_t value) {
-  char text[20];
-  std::snprintf(text, sizeof(text), "%016" PRIx64, value);
-  return text;
-}
 
 class Replay {
  public:
@@ -223,8 +217,8 @@ class Replay {
       throw LogError(name_ + " is of the scenario '" + world.scenario + "', but '" + scenario + "' was read");
     const std::uint64_t hash = model_hash(*model);
     if (hash != world.model)
-      throw LogError(name_ + " is of another model (" + hexadecimal(world.model) + ") of the scenario '" +
-                     scenario + "' than what was read now (" + hexadecimal(hash) +
+      throw LogError(name_ + " is of another model (" + hash_text(world.model) + ") of the scenario '" +
+                     scenario + "' than what was read now (" + hash_text(hash) +
                      "): shapes, masses, constants and solver must be as they were");
     simulation_ = std::make_unique<Simulation>(model);
     if (options_.executor != nullptr) simulation_->set_executor(options_.executor);
@@ -299,7 +293,7 @@ class Replay {
       }
     }
     differ(step, "at step " + std::to_string(simulation_->step_index()) + " the hash of the state was " +
-                     hexadecimal(hash) + ", and is " + hexadecimal(simulation_->state_hash()));
+                     hash_text(hash) + ", and is " + hash_text(simulation_->state_hash()));
   }
 
   void differ(std::uint64_t step, const std::string& how) {

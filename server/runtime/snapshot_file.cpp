@@ -7,13 +7,12 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cinttypes>
-#include <cstdio>
 #include <cstring>
 #include <utility>
 
 #include "server/simulation/model_hash.h"
 #include "server/simulation/simulation.h"
+#include "server/simulation/state_hash.h"
 
 namespace takt {
 
@@ -48,12 +47,6 @@ std::string quoted(const std::filesystem::path& file) {
 
 SnapshotResult system_error(SnapshotError error, const std::filesystem::path& file, const char* what) {
   return {error, quoted(file) + " cannot be " + what + ": " + std::strerror(errno)};
-}
-
-std::string hexadecimal(std::uint64_t value) {
-  char text[20];
-  std::snprintf(text, sizeof(text), "%016" PRIx64, value);
-  return text;
 }
 
 /// Closes a descriptor that is left behind.
@@ -179,10 +172,10 @@ SnapshotResult check_identity(const std::filesystem::path& file, const SnapshotI
     return {SnapshotError::other_scenario, quoted(file) + " is of the scenario '" + found.scenario +
                                                "', but '" + wanted.scenario + "' is loaded"};
   if (found.model != wanted.model)
-    return {SnapshotError::other_scenario,
-            quoted(file) + " is of another model (" + hexadecimal(found.model) + ") of the scenario '" +
-                wanted.scenario + "' than the one loaded (" + hexadecimal(wanted.model) +
-                "): shapes, masses, constants and solver must be the same"};
+    return {SnapshotError::other_scenario, quoted(file) + " is of another model (" + hash_text(found.model) +
+                                               ") of the scenario '" + wanted.scenario +
+                                               "' than the one loaded (" + hash_text(wanted.model) +
+                                               "): shapes, masses, constants and solver must be the same"};
   return {};
 }
 

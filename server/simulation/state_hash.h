@@ -2,10 +2,20 @@
 // A 64-bit hash chained over the bits of successive states: equal hashes at a step mean that everything up to
 // there was equal, bit for bit. Not cryptographic.
 #include <bit>
+#include <cinttypes>
 #include <cstdint>
+#include <cstdio>
 #include <span>
+#include <string>
 
 namespace takt {
+
+/// As it is told everywhere, to be compared as text: "0x" and 16 digits.
+inline std::string hash_text(std::uint64_t hash) {
+  char text[19];
+  std::snprintf(text, sizeof text, "0x%016" PRIx64, hash);
+  return text;
+}
 
 class StateHash {
  public:

@@ -44,6 +44,9 @@ class Session {
   std::unique_ptr<Client> client_;
 };
 
+/// "0x" and 16 digits, as in the reports of takt-run.
+std::string hash_text(std::uint64_t hash);
+
 /// The sentence of a reply, or all of it as JSON.
 int report(const Common& common, const client::Reply& reply);
 /// Tells an error (with `json` on standard output too) and returns the exit code for it.
@@ -53,7 +56,7 @@ int report_error(bool json, const std::exception& error);
 void declare_content(CLI::App& app, const Common& common, int& result);
 /// Examples at the end of each command's help: examples.cpp.
 void add_examples(CLI::App& app);
-/// `takt completion bash`: completion.cpp.
+/// `takt completion SHELL`: completion.cpp.
 void declare_completion(CLI::App& app, int& result);
 
 struct WatchOptions {

@@ -2,6 +2,7 @@
 // other programs have no commands: their options are asked of their --help when they are wanted.
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -27,31 +28,36 @@ bool takes_file(const CLI::App& app) {
   return false;
 }
 
-/// In single quotes of a shell; `colon`: what a colon is written as.
-std::string quoted(const std::string& text, const std::string& colon = ":") {
-  std::string out = "'";
-  for (const char c : text) out += c == '\'' ? std::string("'\\''") : c == ':' ? colon : std::string(1, c);
-  return out + "'";
+std::string replaced(const std::string& text, char what, const std::string& by) {
+  std::string out;
+  for (const char c : text) out += c == what ? by : std::string(1, c);
+  return out;
+}
+
+/// In single quotes of a shell.
+std::string quoted(const std::string& text) {
+  return "'" + replaced(text, '\'', "'\\''") + "'";
 }
 
 struct Words {
   std::string names;       ///< of all commands
-  std::string cases;       ///< "NAME) words+=' --option' ;;", one a line
+  std::string cases;       ///< "NAME) VARIABLE+=' --option' ;;", one a line
   std::string with_files;  ///< names of commands that take one, separated by |
 };
 
-Words words_of(const CLI::App& app) {
+/// `variable`: of the script, which takes up the options of the command that was given.
+Words words_of(const CLI::App& app, const std::string& variable) {
   Words words;
   for (const CLI::App* command : app.get_subcommands({})) {
     words.names += " " + command->get_name();
-    words.cases += "    " + command->get_name() + ") words+='" + options_of(*command) + "' ;;\n";
+    words.cases += "    " + command->get_name() + ") " + variable + "+='" + options_of(*command) + "' ;;\n";
     if (takes_file(*command)) words.with_files += (words.with_files.empty() ? "" : "|") + command->get_name();
   }
   return words;
 }
 
 std::string bash_script(const CLI::App& app) {
-  const Words words = words_of(app);
+  const Words words = words_of(app, "words");
   return "# bash completion of takt, made by: takt completion bash\n"
          "_takt() {\n"
          "  local cur=${COMP_WORDS[COMP_CWORD]} prev=${COMP_WORDS[COMP_CWORD-1]} command='' word\n"
@@ -91,13 +97,11 @@ std::string bash_script(const CLI::App& app) {
 }
 
 std::string zsh_script(const CLI::App& app) {
-  const Words words = words_of(app);
+  const Words words = words_of(app, "options");
   std::string described;
   for (const CLI::App* command : app.get_subcommands({}))
-    described += "    " +
-                 quoted(command->get_name() + ":" + command->get_description(), "\\:")
-                     .replace(1 + command->get_name().size(), 2, ":") +
-                 "\n";
+    described +=
+        "    " + quoted(command->get_name() + ":" + replaced(command->get_description(), ':', "\\:")) + "\n";
   return "#compdef takt takt-server takt-controller takt-run\n"
          "# zsh completion of takt, made by: takt completion zsh\n"
          "_takt() {\n"
@@ -117,12 +121,7 @@ std::string zsh_script(const CLI::App& app) {
          "    if (( ${names[(Ie)$word]} )); then command=$word; break; fi\n"
          "  done\n"
          "  case $command in\n" +
-         [&] {
-           std::string cases = words.cases;
-           for (std::size_t at = 0; (at = cases.find("words+=", at)) != std::string::npos;)
-             cases.replace(at, 7, "options+=");
-           return cases;
-         }() +
+         words.cases +
          "  esac\n"
          "  if [[ $PREFIX == -* ]]; then compadd -- ${=options}; return; fi\n"
          "  case $command in\n"
@@ -169,15 +168,15 @@ std::string fish_script(const CLI::App& app) {
 }  // namespace
 
 void declare_completion(CLI::App& app, int& result) {
-  static std::string shell;
-  auto* command = app.add_subcommand("completion", "words for the shell to complete: takt completion bash");
-  command->add_option("SHELL", shell, "the shell: bash, zsh or fish")
+  const auto shell = std::make_shared<std::string>();  // lives as long as the command
+  auto* command = app.add_subcommand("completion", "words for the shell to complete, for bash, zsh or fish");
+  command->add_option("SHELL", *shell, "the shell: bash, zsh or fish")
       ->required()
       ->check(CLI::IsMember({"bash", "zsh", "fish"}));
-  command->callback([&app, &result] {
-    const std::string script = shell == "zsh"    ? zsh_script(app)
-                               : shell == "fish" ? fish_script(app)
-                                                 : bash_script(app);
+  command->callback([&app, &result, shell] {
+    const std::string script = *shell == "zsh"    ? zsh_script(app)
+                               : *shell == "fish" ? fish_script(app)
+                                                  : bash_script(app);
     std::fputs(script.c_str(), stdout);
     result = kOk;
   });

@@ -34,7 +34,7 @@ json head(const char* kind, const Sample& sample) {
 
 json line_of(const client::State& state) {
   json line = head("state", state);
-  line["state_hash"] = std::to_string(state.state_hash);
+  line["state_hash"] = hash_text(state.state_hash);
   const client::CellInfo& info = *state.cell;
   for (std::size_t i = 0; i < state.components.size(); ++i) {
     const auto& c = state.components[i];

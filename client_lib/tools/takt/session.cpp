@@ -1,4 +1,5 @@
 // What all commands share: the way to the cell, replies, errors.
+#include <cinttypes>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -37,6 +38,12 @@ std::unique_ptr<Client> connect(const client::ClientOptions& options) {
 }  // namespace
 
 Session::Session(const Common& common) : client_(connect(common.client)) {}
+
+std::string hash_text(std::uint64_t hash) {
+  char text[19];
+  std::snprintf(text, sizeof text, "0x%016" PRIx64, hash);
+  return text;
+}
 
 int report(const Common& common, const client::Reply& reply) {
   if (common.json)

@@ -35,10 +35,8 @@ int state(const Common& common) {
   const client::State s = cell.state();
   const auto& info = *s.cell;
   if (common.json) {
-    nlohmann::json document{{"time", s.time_s},
-                            {"step", s.step},
-                            {"epoch", s.epoch},
-                            {"state_hash", std::to_string(s.state_hash)}};
+    nlohmann::json document{
+        {"time", s.time_s}, {"step", s.step}, {"epoch", s.epoch}, {"state_hash", hash_text(s.state_hash)}};
     for (std::size_t i = 0; i < s.components.size(); ++i) {
       const auto& c = s.components[i];
       document["components"][info.components[i].name] = {{"position", json_of(c.position_m)},
@@ -62,9 +60,8 @@ int state(const Common& common) {
     std::printf("%s\n", document.dump(2).c_str());
     return 0;
   }
-  std::printf("time %.3f s, step %llu, epoch %u, hash %016llx\n\n", s.time_s,
-              static_cast<unsigned long long>(s.step), s.epoch,
-              static_cast<unsigned long long>(s.state_hash));
+  std::printf("time %.3f s, step %llu, epoch %u, hash %s\n\n", s.time_s,
+              static_cast<unsigned long long>(s.step), s.epoch, hash_text(s.state_hash).c_str());
   std::printf("%-24s %10s %10s %10s   %8s %8s %8s   %-10s %s\n", "component", "x [m]", "y [m]", "z [m]",
               "roll [°]", "pitch", "yaw", "state", "held by");
   for (std::size_t i = 0; i < s.components.size(); ++i) {
