@@ -125,34 +125,60 @@ int flood(const Options& options) {
   return 0;
 }
 
-/// Over a line that loses packets or is cut (network.sh): commands at 100 Hz, states, events, requests; a
-/// line for each second of wall time.
+/// Over a line that loses, repeats and delays packets or is cut (network.sh): commands at 100 Hz, states,
+/// events, requests; a line for each second of wall time. The stamp of the n-th command is n ms, so that each
+/// state says which command was the newest applied: of n commands no more than n may have been applied, and
+/// none after a newer one.
 int over_the_line(const Options& options) {
   Client cell = connect(options, "far", 10);
   const auto info = cell.cell();
-  std::vector<double> home = cell.state().robots[0].position;
-  std::uint64_t sent = 0, states = 0, missed = 0, events = 0, answered = 0, unanswered = 0, newest = 0,
-                applied = 0;
-  double slowest_s = 0.0;
+  const std::string robot = info->robots[0].name;
+  const std::vector<double> home = cell.state().robots[0].position;
+  std::uint64_t sent = 0, states = 0, missed = 0, events = 0, answered = 0, unanswered = 0, newest = 0;
+  std::uint64_t applied = cell.state().applied.front().count, number = 0;  // count, and number of the newest
+  std::uint64_t twice = 0, old = 0, refused = 0;
+  std::vector<std::int64_t> sent_ns{0};
+  double slowest_s = 0.0, effect_s = 0.0;
+  Status status = cell.status();
+  const auto look_at_applied = [&](const client::AppliedCommand& now) {
+    const auto newest_number =
+        static_cast<std::uint64_t>(std::llround(1e3 * std::max(0.0, now.newest_stamp_s)));
+    const std::uint64_t more = now.count - applied;
+    const std::uint64_t most = newest_number > number ? newest_number - number : 0;
+    if (newest_number < number) ++old;
+    if (more > most) twice += more - most;
+    if (newest_number > number && newest_number < sent_ns.size())
+      effect_s = std::max(effect_s, 1e-9 * static_cast<double>(monotonic_now_ns() - sent_ns[newest_number]));
+    applied = now.count;
+    number = newest_number;
+  };
   std::printf(
-      "# time states commands_sent commands_applied events events_missed answered unanswered slowest_ms\n");
+      "# time states commands_sent commands_applied events events_missed answered unanswered slowest_ms "
+      "applied_twice applied_old refused effect_ms steps rebases\n");
   at_rate(100.0, options.seconds, [&](double t) {
     std::vector<double> q = home;
     q[0] += 0.01 * std::sin(t);
+    ++sent;
+    sent_ns.push_back(monotonic_now_ns());
     try {
-      cell.send_joint_command(info->robots[0].name, q);
-      const auto state = cell.state();
-      states += state.step != newest ? 1U : 0U;
-      newest = state.step;
-      applied = state.applied.front().count;
+      cell.send_joint_command(robot, q, {}, 1e-3 * static_cast<double>(sent));
+      const auto state = cell.wait_for_state([](const auto&) { return true; }, Seconds(0.0));
+      if (state && state->step != newest) {
+        ++states;
+        look_at_applied(state->applied.front());
+        newest = state->step;
+      }
       while (const auto event = cell.next_event(Seconds(0.0))) {
         ++events;
         missed += event->missed_before;
+        if (event->code == "command_rejected" && event->subject == robot) ++refused;
       }
       if (sent % 10 == 0) cell.set_gripper("Gripper1", client::GripperAction::width, 100.0);
+      if (const auto now = cell.wait_for_status([](const auto&) { return true; }, Seconds(0.0)))
+        status = *now;
     } catch (const ClientError&) {  // the cell is out of reach
     }
-    if (++sent % 20 == 0) {
+    if (sent % 20 == 0) {
       const std::int64_t asked = monotonic_now_ns();
       try {
         (void)cell.request("get_state", {}, Seconds(0.2));
@@ -163,13 +189,16 @@ int over_the_line(const Options& options) {
       slowest_s = std::max(slowest_s, 1e-9 * static_cast<double>(monotonic_now_ns() - asked));
     }
     if (sent % 100 == 0) {
-      std::printf("%lld %" PRIu64 " %" PRIu64 " %" PRIu64 " %" PRIu64 " %" PRIu64 " %" PRIu64 " %" PRIu64
-                  " %.1f\n",
-                  static_cast<long long>(std::time(nullptr)), states, sent, applied, events, missed, answered,
-                  unanswered, 1e3 * slowest_s);
+      timespec now{};
+      clock_gettime(CLOCK_REALTIME, &now);
+      std::printf("%.3f", static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec));
+      for (const std::uint64_t count : {states, sent, applied, events, missed, answered, unanswered})
+        std::printf(" %" PRIu64, count);
+      std::printf(" %.1f %" PRIu64 " %" PRIu64 " %" PRIu64 " %.1f %" PRIu64 " %" PRIu64 "\n", 1e3 * slowest_s,
+                  twice, old, refused, 1e3 * effect_s, status.step, status.rebases);
       std::fflush(stdout);
       states = 0;
-      slowest_s = 0.0;
+      slowest_s = effect_s = 0.0;
     }
   });
   const Status last = cell.status();
