@@ -80,6 +80,7 @@ const takes = {
     signals.describe(description);
     cell.describe(description);
     plots.clear();
+    offerDescribed(description);
     const names = description.components.map(({name}) => name);
     $('follow').replaceChildren(new Option('nothing', ''), ...names.map((name) => new Option(name)));
     if (names.includes(cell.options.follow)) $('follow').value = cell.options.follow;
@@ -129,20 +130,38 @@ function firstPlots(description) {
   return chosen;
 }
 
-const listed = new Set();
-function plot(name, sample) {
-  if (!listed.has(name) && signals.description) {  // names for the list, once per topic
-    listed.add(name);
-    if (['state', 'power', 'contacts', 'status'].includes(name) || name.endsWith('joint_states'))
-      signals.each(name, sample, (full) => {
-        if (!/\.(stamp|epoch|world|state_hash)/.test(full)) $('signals').append(new Option(full));
-      });
+// Names to choose from: once per topic, and whenever other pairs press.
+const listed = new Map(), offered = new Set();
+function offer(full) {
+  if (offered.has(full) || /\.(stamp|epoch|world|state_hash)/.test(full)) return;
+  offered.add(full);
+  $('signals').append(new Option(full));
+}
+function offerNames(name, sample) {
+  if (!['state', 'contacts', 'status'].includes(name)) return;
+  const key = name === 'contacts' ? sample.contacts.map(({base, target}) => pairName(base, target)).join() : '';
+  if (listed.get(name) === key) return;
+  listed.set(name, key);
+  signals.each(name, sample, offer);
+}
+// Of topics that are received only while a plot needs them.
+function offerDescribed({robots}) {
+  listed.clear();
+  offered.clear();
+  $('signals').replaceChildren();
+  for (const {name, joints} of robots) {
+    for (const number of ['mechanical_total', 'electrical_power', 'mechanical_energy', 'electrical_energy']) offer(`power.consumers.${name}.${number}`);
+    for (const kind of ['position', 'velocity', 'effort'])
+      for (const joint of joints) offer(`${name}/joint_states.${kind}.${joint.name}`);
   }
+}
+function plot(name, sample) {
+  if (signals.description) offerNames(name, sample);
   if (!plots.wants(name)) return;
   const values = new Map();
   signals.each(name, sample, (full, value) => { if (plots.has(full)) values.set(full, value); });
   const stamp = sample.header?.stamp ?? sample.stamp;
-  plots.take(sample.time ?? (stamp ? seconds(stamp) : 0), sample.epoch ?? 0, values);
+  plots.take(sample.time ?? (stamp ? seconds(stamp) : 0), sample.epoch, values);
 }
 
 // --- drawing: what has changed, at most once a frame ----------------------------------------------------------------
@@ -294,7 +313,7 @@ $('link').onclick = () => {
 $('screenshot').onclick = async () => {
   const save = element('a', '', {download: `takt_${(last.state?.time ?? 0).toFixed(3)}s.png`, href: URL.createObjectURL(await cell.picture())});
   save.click();
-  URL.revokeObjectURL(save.href);
+  setTimeout(() => URL.revokeObjectURL(save.href), 60000);  // some browsers read it only after the click
 };
 const mark = (color, name, kind = '') => [element('i', '', {class: kind, style: `background:#${color.toString(16).padStart(6, '0')}`}), name];
 const line = (...children) => { const made = element('div', ''); made.append(...children); return made; };
