@@ -9,9 +9,12 @@ const SHOWN = ['description', 'status', 'events', 'state', 'contacts'];
 const seconds = (stamp) => stamp.sec + 1e-9 * (stamp.nanosec ?? stamp.nsec);
 const topicOf = (name) => name.replace(/^\/[^/]*\//, '');
 
+// The last answer, whole where the pointer rests on it: there may be no room for all of it.
+function tell(sentence) { $('answer').textContent = $('answer').title = sentence; }
+
 const cell = new Cell($('cell'));
 cell.onMissing = (names) => {
-  $('answer').textContent = `${names.length === 1 ? 'The mesh file' : `${names.length} mesh files, among them`} ${names[0]} of a robot ${names.length === 1 ? 'is' : 'are'} not there; start takt view with --files FOLDER.`;
+  tell(`${names.length === 1 ? 'The mesh file' : `${names.length} mesh files, among them`} ${names[0]} of a robot ${names.length === 1 ? 'is' : 'are'} not there; start takt view with --files FOLDER.`);
 };
 const signals = new Signals();
 const plots = new Plots($('plots'), () => { remember(); subscribe(); });
@@ -248,8 +251,8 @@ requestAnimationFrame(draw);
 
 // --- controls -------------------------------------------------------------------------------------------------------
 function ask(request, args) {
-  return link.call(request, args).then((reply) => { $('answer').textContent = reply.message; return reply; },
-    (error) => { $('answer').textContent = error.message; throw error; });
+  return link.call(request, args).then((reply) => { tell(reply.message); return reply; },
+    (error) => { tell(error.message); throw error; });
 }
 const on = (id, request, args = () => ({})) => { $(id).onclick = () => ask(request, args()).catch(() => {}); };
 on('play', 'set_state', () => ({state: '1'}));
@@ -306,9 +309,9 @@ function remember() {
 cell.orbit.addEventListener('end', remember);
 $('link').onclick = () => {
   remember();
-  const here = () => { $('answer').textContent = 'The address above is that of this view: copy it from there.'; };
+  const here = () => tell('The address above is that of this view: copy it from there.');
   if (!navigator.clipboard) here();  // browsers give it to pages of this machine and of https only
-  else navigator.clipboard.writeText(location.href).then(() => { $('answer').textContent = 'The address of this view is on the clipboard.'; }, here);
+  else navigator.clipboard.writeText(location.href).then(() => tell('The address of this view is on the clipboard.'), here);
 };
 $('screenshot').onclick = async () => {
   const save = element('a', '', {download: `takt_${(last.state?.time ?? 0).toFixed(3)}s.png`, href: URL.createObjectURL(await cell.picture())});
