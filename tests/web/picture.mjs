@@ -26,7 +26,7 @@ async function go(time, far) {
   await until((step) => takt.last.state.step === BigInt(step), state.step);
   return distance(from, state.components.P.position);
 }
-await page.fill('#factor', '3');
+await page.fill('#factor', '2');
 await page.locator('#factor').blur();
 await go(4.2, 0);
 await until(() => document.querySelector('#graph').textContent.includes('Gripper1'));

@@ -62,7 +62,7 @@ const names = [electrical, contact, lifting, torque, jointState];
 await page.click('#step');
 await until((wanted) => { const there = [...document.querySelector('#signals').options].map(({value}) => value); return wanted.every((name) => there.includes(name)); }, names);
 for (const name of names) await add(page, name);
-const recorder = await recording('seen.mcap', '1');
+const recorder = await recording('seen.mcap', '2');
 const controller = await start('takt-controller', [program]);
 await page.click('#play');
 assert.equal(await recorder.ended, 0, recorder.text);
