@@ -17,7 +17,7 @@ LinkProfile profile_of(const ClientOptions& options) {
 
 struct RawTopics::Known : public dds::DataReaderListener {
   RawTopic topic;
-  bool reliable = false, exclusive = false;
+  bool exclusive = false;
   const OnSample* on_sample = nullptr;
   dds::DataReader* reader = nullptr;
   std::string buffer;
@@ -45,8 +45,7 @@ class RawTopics::Watch : public DiscoveryListener {
     auto& known = owner_.topics_[name];
     if (known) return;
     known = std::make_unique<Known>();
-    known->topic = {name, type, writer.latched};
-    known->reliable = writer.reliable;
+    known->topic = {name, type, writer.latched, writer.reliable};
     known->exclusive = writer.exclusive;
     known->on_sample = &owner_.on_sample_;
     owner_.told_.push_back(name);
@@ -97,7 +96,8 @@ void RawTopics::open(const std::string& name, int depth) {
     known = found->second.get();
   }
   dds::DataReaderQos qos = reader_qos(link_->subscriber(), Channel::state);
-  qos.reliability().kind = known->reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
+  qos.reliability().kind =
+      known->topic.reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
   qos.durability().kind =
       known->topic.latched ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
   qos.ownership().kind = known->exclusive ? dds::EXCLUSIVE_OWNERSHIP_QOS : dds::SHARED_OWNERSHIP_QOS;
@@ -124,10 +124,10 @@ RawPublisher::RawPublisher(const ClientOptions& options)
 
 RawPublisher::~RawPublisher() = default;
 
-void RawPublisher::add(const RawTopic& topic, bool reliable) {
+void RawPublisher::add(const RawTopic& topic) {
   if (writers_.contains(topic.name)) return;
   dds::DataWriterQos qos = control_writer_qos(link_.publisher());
-  qos.reliability().kind = reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
+  qos.reliability().kind = topic.reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
   if (topic.latched) {
     qos.durability().kind = dds::TRANSIENT_LOCAL_DURABILITY_QOS;
     qos.history().depth = 1;

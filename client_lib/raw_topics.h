@@ -23,6 +23,7 @@ struct RawTopic {
   std::string name;      ///< ROS 2 name: /cell/state
   std::string type;      ///< pkg/msg/Name
   bool latched = false;  ///< late joiners get the newest sample
+  bool reliable = true;  ///< what was lost is sent again
 };
 
 class RawTopics {
@@ -69,7 +70,7 @@ class RawPublisher {
   RawPublisher& operator=(const RawPublisher&) = delete;
 
   /// Makes the writer of a topic (ROS 2 name). Throws ClientError (transport).
-  void add(const RawTopic& topic, bool reliable);
+  void add(const RawTopic& topic);
   /// False where DDS refused it.
   bool write(const std::string& topic, std::string_view sample);
 

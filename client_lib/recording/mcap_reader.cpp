@@ -96,6 +96,10 @@ void McapReader::note_channel(std::string_view bytes) {
   schema_of_[channel.number] = content.take<std::uint16_t>();
   channel.topic = content.text();
   channel.encoding = content.text();
+  for (Content metadata(content.text()); !metadata.empty();) {
+    const std::string key(metadata.text());
+    channel.metadata[key] = metadata.text();
+  }
   channels_.insert_or_assign(channel.number, std::move(channel));
 }
 

@@ -22,6 +22,7 @@ struct McapChannel {
   std::string type;      ///< pkg/msg/Name
   std::string encoding;  ///< of its messages: cdr
   std::string schema_encoding, schema;
+  std::map<std::string, std::string> metadata;  ///< as rosbag2 knows it: offered_qos_profiles
 };
 
 struct McapMessage {

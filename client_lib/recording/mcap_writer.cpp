@@ -58,7 +58,7 @@ void McapWriter::append(std::string_view bytes) {
 }
 
 std::uint16_t McapWriter::add_channel(const std::string& topic, const MessageTypes& types,
-                                      const std::string& type) {
+                                      const std::string& type, const OfferedQos& qos) {
   const auto [schema, is_new] = schemas_.emplace(type, static_cast<std::uint16_t>(schemas_.size() + 1));
   Channel channel;
   channel.schema_record = Record(mcap::kSchema)
@@ -68,8 +68,19 @@ std::uint16_t McapWriter::add_channel(const std::string& topic, const MessageTyp
                               .text(types.ros2msg(type))
                               .finished();
   const auto number = static_cast<std::uint16_t>(channels_.size() + 1);
-  channel.record =
-      Record(mcap::kChannel).put(number).put(schema->second).text(topic).text("cdr").text("").finished();
+  std::string metadata;
+  for (const std::string& text : {std::string(kOfferedQosProfiles), offered_qos_profiles(qos)}) {
+    const auto length = static_cast<std::uint32_t>(text.size());
+    metadata.append(reinterpret_cast<const char*>(&length), sizeof(length));
+    metadata.append(text);
+  }
+  channel.record = Record(mcap::kChannel)
+                       .put(number)
+                       .put(schema->second)
+                       .text(topic)
+                       .text("cdr")
+                       .text(metadata)
+                       .finished();
   channels_.push_back(std::move(channel));
   return number;
 }

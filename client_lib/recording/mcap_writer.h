@@ -13,6 +13,7 @@
 
 #include "client_lib/recording/compression.h"
 #include "client_lib/recording/message_types.h"
+#include "client_lib/recording/offered_qos.h"
 
 namespace takt::recording {
 
@@ -29,8 +30,10 @@ class McapWriter {
   McapWriter(const McapWriter&) = delete;
   McapWriter& operator=(const McapWriter&) = delete;
 
-  /// A topic (ROS 2 name) and the type of its messages, described by `types`. Returns the channel's number.
-  std::uint16_t add_channel(const std::string& topic, const MessageTypes& types, const std::string& type);
+  /// A topic (ROS 2 name), the type of its messages, described by `types`, and what its writer offers.
+  /// Returns the channel's number.
+  std::uint16_t add_channel(const std::string& topic, const MessageTypes& types, const std::string& type,
+                            const OfferedQos& qos);
   /// Times in ns; a message is never logged before the one written before it. Throws RecordingError.
   void write(std::uint16_t channel, std::uint64_t log_time_ns, std::uint64_t publish_time_ns,
              std::string_view sample);

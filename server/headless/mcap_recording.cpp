@@ -120,8 +120,8 @@ McapRecording::McapRecording(const std::filesystem::path& file, const Simulation
   state_channel_ = add_channel("state", "takt_msgs/msg/CellState");
   event_channel_ = add_channel("events", "takt_msgs/msg/Event");
   status_channel_ = add_channel("status", "takt_msgs/msg/Status");
-  tf_channel_ = writer_.add_channel("/tf", recording::known_types(), "tf2_msgs/msg/TFMessage");
-  tf_static_channel_ = writer_.add_channel("/tf_static", recording::known_types(), "tf2_msgs/msg/TFMessage");
+  tf_channel_ = add_channel("/tf", "tf2_msgs/msg/TFMessage");
+  tf_static_channel_ = add_channel("/tf_static", "tf2_msgs/msg/TFMessage");
   if (!pressure_pairs_.empty())
     pressures_channel_ = add_channel("contact_pressures", "takt_msgs/msg/ContactPressures");
   for (const RobotDescription& robot : cell.robots)
@@ -129,7 +129,8 @@ McapRecording::McapRecording(const std::filesystem::path& file, const Simulation
 }
 
 std::uint16_t McapRecording::add_channel(const std::string& name, const std::string& type) {
-  return writer_.add_channel(prefix_ + name, recording::known_types(), type);
+  const std::string topic = name.front() == '/' ? name : prefix_ + name;
+  return writer_.add_channel(topic, recording::known_types(), type, recording::qos_of_server(topic));
 }
 
 void McapRecording::write(std::uint16_t channel) {

@@ -46,6 +46,7 @@ class McapRecording {
   std::uint64_t message_count() const { return writer_.message_count(); }
 
  private:
+  /// `name`: within the cell, or of the whole topic, with / at its begin.
   std::uint16_t add_channel(const std::string& name, const std::string& type);
   void write(std::uint16_t channel);
   /// Begins a sample as all begin that belong to an instant: stamp, time, step, epoch, and of most the world.

@@ -45,8 +45,8 @@ std::vector<Flushed> write_recording(const std::filesystem::path& file, std::mt1
                                      Compression compression = Compression::zstd) {
   std::vector<Flushed> flushes;
   McapWriter writer(file, "a test", compression);
-  const auto events = writer.add_channel("/cell/events", known_types(), "takt_msgs/msg/Event");
-  const auto clock = writer.add_channel("/clock", known_types(), "rosgraph_msgs/msg/Clock");
+  const auto events = writer.add_channel("/cell/events", known_types(), "takt_msgs/msg/Event", {});
+  const auto clock = writer.add_channel("/clock", known_types(), "rosgraph_msgs/msg/Clock", {});
   std::uint64_t number = 0;
   for (int chunk = 0; chunk < 12; ++chunk) {
     const int count = 20 + static_cast<int>(random() % 80);

@@ -4,6 +4,25 @@ import {chromium} from 'playwright-core';
 
 export {chromium};
 
+// Opens the page of takt view once it shows a cell: the page, and short words for what tests do with it. What it says of
+// errors is kept in `problems`.
+export async function visit(browser, url, viewport = {width: 900, height: 560}) {
+  const page = await (await browser.newContext({viewport, acceptDownloads: true})).newPage();
+  const problems = [];
+  page.on('pageerror', (error) => problems.push(error.message));
+  page.on('console', (message) => { if (message.type() === 'error' && !message.text().includes('WebSocket')) problems.push(message.text()); });
+  const until = (condition, argument) => page.waitForFunction(condition, argument, {timeout: 60000, polling: 50});
+  const ask = (what, argument) => page.evaluate(what, argument);
+  await page.goto(url);
+  await until(() => takt.last.state && takt.last.status && takt.cell.frames > 0);
+  // The picture of the cell alone, without the tools in front of it, once what was asked for is drawn: PNG in base64.
+  const pixels = () => page.evaluate(async () => {
+    await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+    return document.querySelector('#cell').toDataURL('image/png').split(',')[1];
+  });
+  return {page, problems, until, ask, pixels};
+}
+
 // `optional`: nothing then, instead.
 export function executable(optional = false) {
   const executablePath = ['/usr/bin/chromium', '/usr/bin/chromium-browser'].find(existsSync);

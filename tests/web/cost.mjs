@@ -1,20 +1,24 @@
 // What looking costs: processor time of takt view, and the overruns of the server's steps, with nobody who looks, one and
 // ten; all in one run, with nobody in between, since what else the machine does changes. ./dev bench view [SECONDS]
-// [--pages | --sockets]. Sockets ask for what the page asks for, at its rate; pages are real ones, of one Chromium that draws
+// [--pages | --sockets] [--realtime-priority N]. Sockets ask for what the page asks for, at its rate; pages are real ones, of one Chromium that draws
 // with the processor here and so takes what the server needs, and draw FRAMES times per second (--frames N; 0: as often as
-// they can) for that reason. Printed, not judged: it depends on the machine.
+// they can) for that reason. --realtime-priority N is handed to takt-server: with it the pages get what its steps leave.
+// Printed, not judged: it depends on the machine.
 import {readFileSync} from 'node:fs';
 import WebSocket from 'ws';
 import {server, start, stop, program, takt, view} from './processes.mjs';
 
 const given = process.argv.slice(2), valueOf = (name, otherwise) => (given.includes(name) ? Number(given[given.indexOf(name) + 1]) : otherwise);
-const seconds = Number(given.find((argument, i) => /^[0-9.]+$/.test(argument) && given[i - 1] !== '--frames') ?? 15);
+const seconds = Number(given.find((argument, i) => /^[0-9.]+$/.test(argument) && !['--frames', '--realtime-priority'].includes(given[i - 1])) ?? 15);
 const framesPerSecond = valueOf('--frames', 2);
-const running = await server('--paused');
+const priority = valueOf('--realtime-priority', 0);
+const running = await server('--paused', ...(priority > 0 ? ['--realtime-priority', String(priority)] : []));
 const {child, url} = await view();
 await start('takt-controller', [program, '--start', '--pace', 'realtime', '--until', '100000']);
 
 while (takt('status').step < 1000) await new Promise((done) => setTimeout(done, 500));
+// What was asked for, and what the machine granted.
+console.log(`real-time priority ${priority || 'none'}: ${takt('status').scheduling || 'the usual scheduling'}`);
 
 const spent = (pid) => {
   const fields = readFileSync(`/proc/${pid}/stat`, 'utf8').split(') ')[1].split(' ');

@@ -2,7 +2,8 @@
 import {spawn, execFileSync} from 'node:child_process';
 import {readFileSync} from 'node:fs';
 
-const bin = process.env.TAKT_BIN, sources = process.env.TAKT_SOURCES;
+const bin = process.env.TAKT_BIN;
+export const sources = process.env.TAKT_SOURCES;
 export const scenario = `${sources}/config/scenarios/block_assembly.yaml`;
 export const program = `${sources}/config/programs/block_assembly.lua`;
 

@@ -27,6 +27,10 @@ for (const channel of indexed.channelsById.values()) {
   const schema = indexed.schemasById.get(channel.schemaId);
   assert.equal(schema.encoding, 'ros2msg');
   assert.equal(channel.messageEncoding, 'cdr');
+  // For rosbag2: instants are sent best effort, and what late joiners need is latched.
+  const [, reliability, durability] = channel.metadata.get('offered_qos_profiles').match(/^- history: 3\n[^]*\n {2}reliability: ([12])\n {2}durability: ([12])\n/);
+  assert.equal(reliability, /\/(state|power|contacts)$/.test(channel.topic) ? '2' : '1', channel.topic);
+  assert.equal(durability, /\/(description|status|tf_static)$/.test(channel.topic) ? '1' : '2', channel.topic);
   readers.set(channel.id, new MessageReader(parse(new TextDecoder().decode(schema.data), {ros2: true})));
 }
 

@@ -89,33 +89,12 @@ await page.selectOption('#pressure', '');
 await until(() => takt.cell.pressed.size === 0);
 if (process.env.TAKT_SCREENSHOT) await page.screenshot({path: process.env.TAKT_SCREENSHOT});
 
-stage('section and plots');
-// A section cuts the picture, a plot that was asked for fills.
-const whole = await pixels();
-await page.selectOption('#section', 'x');
-await until(() => takt.cell.section === 'x');
-await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
-assert.notEqual(await pixels(), whole);
-await page.selectOption('#section', '');
+stage('plots');
+// A plot that was asked for fills.
 await page.fill('#signal', 'Robot1/joint_states.velocity.elbow_joint');
 await page.click('#add-plot');
 await page.click('#play');
 await until(() => takt.plots.plots.some(({name, x}) => name.endsWith('elbow_joint') && x.length > 20));
-
-stage('link to the view');
-// The address has what one looks at, and a page that is opened with it looks at the same.
-await page.selectOption('#follow', 'P');
-await page.uncheck('#forces');
-await page.click('#link');
-const visitor = await browser.newPage({viewport: {width: 500, height: 400}});
-await visitor.goto(page.url());
-await visitor.waitForFunction(() => takt.last.state && takt.cell.frames > 0, null, {timeout: 60000});
-assert.deepEqual(await visitor.evaluate(() => takt.cell.options), await ask(() => takt.cell.options));
-assert.equal(await visitor.locator('#follow').inputValue(), 'P');
-assert.ok(!(await visitor.isChecked('#forces')));
-await visitor.close();
-await page.selectOption('#follow', '');
-await page.check('#forces');
 
 stage('observer');
 // An observer looks, and cannot touch.

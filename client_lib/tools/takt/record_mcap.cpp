@@ -142,7 +142,8 @@ class McapRecorder {
       {
         const std::lock_guard lock(mutex_);
         Channel& channel = channels_[topic.name];
-        channel.number = writer_.add_channel(topic.name, recording::known_types(), topic.type);
+        channel.number = writer_.add_channel(topic.name, recording::known_types(), topic.type,
+                                             {topic.reliable, topic.latched});
         channel.stamped = begins_with_stamp(topic.type);
         channel.thinned = period_s_ && channel.stamped && topic.type != "takt_msgs/msg/Status";
       }
@@ -239,11 +240,8 @@ int replay(const Common& common, const ReplayOptions& options) {
   };
   for (const auto& [number, channel] : file.channels()) {
     if (channel.encoding != "cdr" || (is_command(channel.topic) && !options.commands)) continue;
-    const bool latched = channel.topic.ends_with("/description") || channel.topic.ends_with("/status") ||
-                         channel.topic.ends_with("/robot_description") || channel.topic == "/tf_static";
-    const bool instant = channel.topic.ends_with("/state") || channel.topic.ends_with("/contacts") ||
-                         channel.topic.ends_with("/power");
-    publisher.add({channel.topic, channel.type, latched}, !instant);
+    const recording::OfferedQos qos = recording::qos_of_server(channel.topic);
+    publisher.add({channel.topic, channel.type, qos.latched, qos.reliable});
     ++added;
   }
   if (added == 0) throw std::runtime_error("'" + options.file + "' has no samples that DDS could send.");

@@ -230,7 +230,7 @@ export class Cell {
       shown.add(key);
       let mesh = this.pressed.get(key);
       if (!mesh) {
-        mesh = new THREE.Mesh(new THREE.BufferGeometry(), new THREE.MeshBasicMaterial({vertexColors: true, side: THREE.DoubleSide, depthTest: false}));
+        mesh = new THREE.Mesh(new THREE.BufferGeometry(), new THREE.MeshBasicMaterial({vertexColors: true, side: THREE.DoubleSide, depthTest: false, clippingPlanes: this.section ? [this.plane] : []}));
         mesh.renderOrder = 1;
         mesh.frustumCulled = false;
         component.mesh.add(mesh);

@@ -9,9 +9,12 @@ const SHOWN = ['description', 'status', 'events', 'state', 'contacts'];
 const seconds = (stamp) => stamp.sec + 1e-9 * (stamp.nanosec ?? stamp.nsec);
 const topicOf = (name) => name.replace(/^\/[^/]*\//, '');
 
+// The last answer, whole where the pointer rests on it: there may be no room for all of it.
+function tell(sentence) { $('answer').textContent = $('answer').title = sentence; }
+
 const cell = new Cell($('cell'));
 cell.onMissing = (names) => {
-  $('answer').textContent = `${names.length === 1 ? 'The mesh file' : `${names.length} mesh files, among them`} ${names[0]} of a robot ${names.length === 1 ? 'is' : 'are'} not there; start takt view with --files FOLDER.`;
+  tell(`${names.length === 1 ? 'The mesh file' : `${names.length} mesh files, among them`} ${names[0]} of a robot ${names.length === 1 ? 'is' : 'are'} not there; start takt view with --files FOLDER.`);
 };
 const signals = new Signals();
 const plots = new Plots($('plots'), () => { remember(); subscribe(); });
@@ -80,6 +83,7 @@ const takes = {
     signals.describe(description);
     cell.describe(description);
     plots.clear();
+    offerDescribed(description);
     const names = description.components.map(({name}) => name);
     $('follow').replaceChildren(new Option('nothing', ''), ...names.map((name) => new Option(name)));
     if (names.includes(cell.options.follow)) $('follow').value = cell.options.follow;
@@ -129,20 +133,38 @@ function firstPlots(description) {
   return chosen;
 }
 
-const listed = new Set();
-function plot(name, sample) {
-  if (!listed.has(name) && signals.description) {  // names for the list, once per topic
-    listed.add(name);
-    if (['state', 'power', 'contacts', 'status'].includes(name) || name.endsWith('joint_states'))
-      signals.each(name, sample, (full) => {
-        if (!/\.(stamp|epoch|world|state_hash)/.test(full)) $('signals').append(new Option(full));
-      });
+// Names to choose from: once per topic, and whenever other pairs press.
+const listed = new Map(), offered = new Set();
+function offer(full) {
+  if (offered.has(full) || /\.(stamp|epoch|world|state_hash)/.test(full)) return;
+  offered.add(full);
+  $('signals').append(new Option(full));
+}
+function offerNames(name, sample) {
+  if (!['state', 'contacts', 'status'].includes(name)) return;
+  const key = name === 'contacts' ? sample.contacts.map(({base, target}) => pairName(base, target)).join() : '';
+  if (listed.get(name) === key) return;
+  listed.set(name, key);
+  signals.each(name, sample, offer);
+}
+// Of topics that are received only while a plot needs them.
+function offerDescribed({robots}) {
+  listed.clear();
+  offered.clear();
+  $('signals').replaceChildren();
+  for (const {name, joints} of robots) {
+    for (const number of ['mechanical_total', 'electrical_power', 'mechanical_energy', 'electrical_energy']) offer(`power.consumers.${name}.${number}`);
+    for (const kind of ['position', 'velocity', 'effort'])
+      for (const joint of joints) offer(`${name}/joint_states.${kind}.${joint.name}`);
   }
+}
+function plot(name, sample) {
+  if (signals.description) offerNames(name, sample);
   if (!plots.wants(name)) return;
   const values = new Map();
   signals.each(name, sample, (full, value) => { if (plots.has(full)) values.set(full, value); });
   const stamp = sample.header?.stamp ?? sample.stamp;
-  plots.take(sample.time ?? (stamp ? seconds(stamp) : 0), sample.epoch ?? 0, values);
+  plots.take(sample.time ?? (stamp ? seconds(stamp) : 0), sample.epoch, values);
 }
 
 // --- drawing: what has changed, at most once a frame ----------------------------------------------------------------
@@ -229,8 +251,8 @@ requestAnimationFrame(draw);
 
 // --- controls -------------------------------------------------------------------------------------------------------
 function ask(request, args) {
-  return link.call(request, args).then((reply) => { $('answer').textContent = reply.message; return reply; },
-    (error) => { $('answer').textContent = error.message; throw error; });
+  return link.call(request, args).then((reply) => { tell(reply.message); return reply; },
+    (error) => { tell(error.message); throw error; });
 }
 const on = (id, request, args = () => ({})) => { $(id).onclick = () => ask(request, args()).catch(() => {}); };
 on('play', 'set_state', () => ({state: '1'}));
@@ -287,14 +309,14 @@ function remember() {
 cell.orbit.addEventListener('end', remember);
 $('link').onclick = () => {
   remember();
-  const here = () => { $('answer').textContent = 'The address above is that of this view: copy it from there.'; };
+  const here = () => tell('The address above is that of this view: copy it from there.');
   if (!navigator.clipboard) here();  // browsers give it to pages of this machine and of https only
-  else navigator.clipboard.writeText(location.href).then(() => { $('answer').textContent = 'The address of this view is on the clipboard.'; }, here);
+  else navigator.clipboard.writeText(location.href).then(() => tell('The address of this view is on the clipboard.'), here);
 };
 $('screenshot').onclick = async () => {
   const save = element('a', '', {download: `takt_${(last.state?.time ?? 0).toFixed(3)}s.png`, href: URL.createObjectURL(await cell.picture())});
   save.click();
-  URL.revokeObjectURL(save.href);
+  setTimeout(() => URL.revokeObjectURL(save.href), 60000);  // some browsers read it only after the click
 };
 const mark = (color, name, kind = '') => [element('i', '', {class: kind, style: `background:#${color.toString(16).padStart(6, '0')}`}), name];
 const line = (...children) => { const made = element('div', ''); made.append(...children); return made; };

@@ -40,9 +40,12 @@ export class Plots {
   // The topics that are needed.
   wants(topic) { return this.plots.some((plot) => plot.name.startsWith(`${topic}.`)); }
 
+  // `epoch` is not known of all topics: joint states have the form that ROS 2 gave them.
   take(time, epoch, values) {
-    if (epoch !== this.epoch) this.clear();  // the cell was reset: time begins anew
-    this.epoch = epoch;
+    if (epoch !== undefined) {
+      if (epoch !== this.epoch) this.clear();  // the cell was reset: time begins anew
+      this.epoch = epoch;
+    }
     for (const plot of this.plots) {
       const value = values.get(plot.name);
       if (value === undefined) continue;

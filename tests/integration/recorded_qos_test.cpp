@@ -1,0 +1,132 @@
+// What recordings say of the QoS of their topics is what the server's writers offer, as discovery tells of
+// them.
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <condition_variable>
+#include <map>
+#include <mutex>
+
+#include "client_lib/raw_topics.h"
+#include "client_lib/recording/mcap_reader.h"
+#include "client_lib/recording/offered_qos.h"
+#include "tests/support/child_process.h"
+#include "tests/support/hosted_service.h"
+#include "tests/support/hosting_client.h"
+
+namespace {
+
+using takt::recording::McapReader;
+using takt::recording::OfferedQos;
+using takt::test::ChildProcess;
+using takt::test::HostedService;
+using takt::test::kGenerous;
+
+const std::string kBin = TAKT_BIN_DIR;
+
+/// What the server writes, without what is named after robots, and without contact_pressures, which it writes
+/// where bodies can press only.
+const std::vector<std::string> kTopics{"description", "status", "events", "state", "power", "contacts"};
+const std::vector<std::string> kOfAllCells{"/clock", "/tf", "/tf_static"};
+
+/// As discovery tells of them, once all that are named are there.
+std::map<std::string, OfferedQos> offered(const std::vector<std::string>& wanted) {
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::map<std::string, OfferedQos> found;
+  const auto complete = [&] {
+    return std::all_of(wanted.begin(), wanted.end(),
+                       [&](const auto& topic) { return found.contains(topic); });
+  };
+  takt::client::RawTopics topics(
+      takt::test::client_options(),
+      [&](const takt::client::RawTopic& topic) {
+        const std::lock_guard lock(mutex);
+        found[topic.name] = {topic.reliable, topic.latched};
+        changed.notify_all();
+      },
+      [](const takt::client::RawTopic&, std::string_view) {});
+  std::unique_lock lock(mutex);
+  EXPECT_TRUE(changed.wait_for(lock, kGenerous, complete)) << found.size() << " topics found";
+  return found;
+}
+
+/// The profile as rosbag2 reads it: one, of numbers, with everything that its reader asks for.
+OfferedQos profile_of(const takt::recording::McapChannel& channel) {
+  const YAML::Node profiles = YAML::Load(channel.metadata.at("offered_qos_profiles"));
+  EXPECT_TRUE(profiles.IsSequence() && profiles.size() == 1) << channel.topic;
+  const YAML::Node profile = profiles[0];
+  EXPECT_EQ(profile["history"].as<int>(), 3) << channel.topic;
+  EXPECT_EQ(profile["depth"].as<int>(), 0) << channel.topic;
+  EXPECT_EQ(profile["liveliness"].as<int>(), 1) << channel.topic;
+  EXPECT_FALSE(profile["avoid_ros_namespace_conventions"].as<bool>()) << channel.topic;
+  for (const char* duration : {"deadline", "lifespan", "liveliness_lease_duration"}) {
+    EXPECT_EQ(profile[duration]["sec"].as<std::uint64_t>(), 9223372036U) << channel.topic;
+    EXPECT_EQ(profile[duration]["nsec"].as<std::uint64_t>(), 854775807U) << channel.topic;
+  }
+  const int reliability = profile["reliability"].as<int>(), durability = profile["durability"].as<int>();
+  EXPECT_TRUE(reliability == 1 || reliability == 2) << channel.topic;
+  EXPECT_TRUE(durability == 1 || durability == 2) << channel.topic;
+  return {reliability == 1, durability == 1};
+}
+
+/// Compares all channels of a file; returns how many there are.
+std::size_t compare(const McapReader& file, const std::map<std::string, OfferedQos>& writers) {
+  for (const auto& [number, channel] : file.channels()) {
+    const auto writer = writers.find(channel.topic);
+    if (writer == writers.end()) {
+      ADD_FAILURE() << channel.topic << " is recorded, but no server writes it";
+    } else {
+      EXPECT_EQ(profile_of(channel), writer->second) << channel.topic;
+    }
+  }
+  return file.channels().size();
+}
+
+TEST(RecordedQos, IsWhatTheServersWritersOffer) {
+  HostedService service;
+  const std::string prefix = "/" + takt::test::test_cell() + "/";
+  std::vector<std::string> wanted = kOfAllCells;
+  for (const std::string& topic : kTopics) wanted.push_back(prefix + topic);
+  for (const char* robot : {"Robot1", "Robot2"})
+    for (const char* topic : {"/joint_states", "/robot_description"})
+      wanted.push_back(prefix + robot + topic);
+  const std::map<std::string, OfferedQos> writers = offered(wanted);
+  for (const auto& [topic, qos] : writers) EXPECT_EQ(takt::recording::qos_of_server(topic), qos) << topic;
+  EXPECT_EQ(takt::recording::qos_of_server(prefix + "contact_pressures"), writers.at(prefix + "contacts"));
+  EXPECT_EQ(takt::recording::qos_of_server(prefix + "Robot1/joint_commands"), OfferedQos{});
+
+  // takt record notes what discovery says. What is on the disk after a second has the description.
+  const auto recorded = service.directory / "recorded.mcap";
+  ChildProcess record({kBin + "/takt", "--cell", takt::test::test_cell(), "--domain",
+                       std::to_string(takt::test::test_domain()), "record", recorded.string(), "--until",
+                       "0.05"});
+  takt::Client client(takt::test::client_options());
+  const auto described = [&] {
+    try {
+      const McapReader begun(recorded);
+      return begun.channel(prefix + "description") != nullptr && begun.channel(prefix + "state") != nullptr;
+    } catch (const takt::recording::RecordingError&) {
+      return false;  // nothing is there yet
+    }
+  };
+  for (int i = 0; i < 100000 && !described(); ++i)
+    (void)client.wait_for_status(
+        [n = client.status().sample_number](const auto& s) { return s.sample_number > n; }, kGenerous);
+  client.step(60);
+  EXPECT_EQ(record.wait(), 0) << record.text;
+  EXPECT_GT(compare(McapReader(recorded), writers), 3U);
+
+  // takt-run, which has no writers, notes what the server's would offer. Its cell is called "cell".
+  std::map<std::string, OfferedQos> of_cell;
+  for (const auto& [topic, qos] : writers)
+    of_cell[topic.starts_with(prefix) ? "/cell/" + topic.substr(prefix.size()) : topic] = qos;
+  const auto simulated = service.directory / "simulated.mcap";
+  ChildProcess run({kBin + "/takt-run", service.two_robots().string(), "--lod", "2", "--duration", "0.05",
+                    "--quiet", "--mcap", simulated.string()});
+  EXPECT_EQ(run.wait(), 0) << run.text;
+  EXPECT_GT(compare(McapReader(simulated), of_cell), 6U);
+}
+
+}  // namespace

@@ -1,0 +1,147 @@
+// Plots of takt view in Debian's Chromium: power, contact force, joint torque and temperature fill with the numbers that
+// other clients get over DDS, and go on after a reset.
+import {strict as assert} from 'node:assert';
+import {execFileSync} from 'node:child_process';
+import {existsSync, statSync} from 'node:fs';
+import {chromium, executable, visit} from './browser.mjs';
+import {program, server, sources, start, stop, takt, view} from './processes.mjs';
+
+const browser = await chromium.launch(executable());
+const begun = Date.now();
+const stage = (what) => console.log(`${((Date.now() - begun) / 1000).toFixed(1)} s: ${what}`);
+
+const add = async (page, name) => {
+  await page.fill('#signal', name);
+  await page.click('#add-plot');
+};
+const filled = (until, names, count) =>
+  until(([wanted, n]) => wanted.every((name) => takt.plots.plots.some((plot) => plot.name === name && plot.x.length >= n)), [names, count]);
+// Of a plot: its numbers, those that its chart has, the newest one in words, and how much of its colour is on its canvas.
+const read = (ask, name) => ask((wanted) => {
+  const plot = takt.plots.plots.find((other) => other.name === wanted), canvas = plot.holder.querySelector('canvas');
+  const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+  const colour = plot.chart.series[1].stroke();
+  const [r, g, b] = [1, 3, 5].map((i) => parseInt(colour.slice(i, i + 2), 16));
+  let drawn = 0;
+  for (let i = 0; i < data.length; i += 4)
+    if (data[i + 3] > 128 && Math.abs(data[i] - r) + Math.abs(data[i + 1] - g) + Math.abs(data[i + 2] - b) < 60) ++drawn;
+  return {x: [...plot.x], y: [...plot.y], chart: plot.chart.data.map((values) => [...values]), newest: plot.newest.textContent, drawn};
+}, name);
+// A line as long as the plot is wide, at least.
+function assertDrawn(name, plot) {
+  assert.deepEqual(plot.chart, [plot.x, plot.y], `${name}: the chart has other numbers`);
+  assert.equal(plot.newest, plot.y.at(-1).toPrecision(5), name);
+  assert.ok(plot.drawn > 100, `${name}: ${plot.drawn} pixels of its line`);
+}
+const drawn = (ask) => ask(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+// A recorder that hears the cell: what it has written is read back.
+async function recording(file, until) {
+  const recorder = await start('takt', ['record', file, '--until', until]);
+  while (!existsSync(file) || statSync(file).size < 20000) await new Promise((resolve) => setTimeout(resolve, 20));
+  return recorder;
+}
+function exported(file) {
+  const lines = execFileSync(`${process.env.TAKT_BIN}/takt`, ['--json', 'export', file], {encoding: 'utf8', maxBuffer: 1 << 30}).trim().split('\n').map((line) => JSON.parse(line));
+  return (topic, value) => lines.filter((line) => line.topic === `/web_test/${topic}`).map(({sample}) => [sample.time, value(sample)]);
+}
+// What another client got at the same times. Samples are sent best effort, so not all times are common.
+function compare(name, plot, samples) {
+  const told = new Map(samples), common = plot.x.filter((time) => told.has(time));
+  for (const time of common) assert.equal(plot.y[plot.x.indexOf(time)], told.get(time), `${name} at ${time} s`);
+  assert.ok(common.length > 20, `${name}: ${common.length} common times of ${samples.length}`);
+}
+stage('power, contact force, torque');
+const running = await server('--paused', '--lod', '3', '--set', 'solver.method=implicit');
+const {child: bridge, url} = await view();
+const {page, problems, until, ask} = await visit(browser, url);
+const contact = 'contacts.contacts.P-Table1.normal_force', lifting = 'contacts.contacts.P-Table1.force.z';
+const electrical = 'power.consumers.Robot1.electrical_power', torque = 'state.robots.Robot1.effort.shoulder_lift_joint';
+const jointState = 'Robot1/joint_states.effort.shoulder_lift_joint';
+const names = [electrical, contact, lifting, torque, jointState];
+// All of them are there to choose from, contacts from when they press: after the first step.
+await page.click('#step');
+await until((wanted) => { const there = [...document.querySelector('#signals').options].map(({value}) => value); return wanted.every((name) => there.includes(name)); }, names);
+for (const name of names) await add(page, name);
+const recorder = await recording('seen.mcap', '2');
+const controller = await start('takt-controller', [program]);
+await page.click('#play');
+assert.equal(await recorder.ended, 0, recorder.text);
+await page.click('#pause');
+await until(() => takt.last.status.state === 2);
+const heard = exported('seen.mcap');
+const state = takt('state');
+await until((step) => takt.last.state.step === BigInt(step), state.step);
+await until(([wanted, time]) => wanted.every((name) => takt.plots.plots.some((plot) => plot.name === name && Math.abs(plot.x.at(-1) - time) < 1e-6)), [names, state.time]);
+await drawn(ask);
+const plots = {};
+for (const name of names) {
+  plots[name] = await read(ask, name);
+  assert.ok(plots[name].x.length > 20, `${name}: ${plots[name].x.length} numbers`);
+  assertDrawn(name, plots[name]);
+}
+const description = await ask(() => ({components: takt.last.description.components.map(({name}) => name), joints: takt.last.description.robots[0].joints.map(({name}) => name)}));
+const [base, target] = ['P', 'Table1'].map((name) => description.components.indexOf(name)), joint = description.joints.indexOf('shoulder_lift_joint');
+const recordedPair = ({contacts}) => contacts.find((one) => one.base === base && one.target === target);
+compare(electrical, plots[electrical], heard('power', ({consumers}) => consumers.find(({name}) => name === 'Robot1').electrical_power));
+compare(contact, plots[contact], heard('contacts', (sample) => recordedPair(sample).normal_force));
+compare(lifting, plots[lifting], heard('contacts', (sample) => recordedPair(sample).force.z));
+compare(torque, plots[torque], heard('state', (sample) => sample.robots[0].effort[joint]));
+// Where the cell stands now, of all of them.
+assert.equal(plots[electrical].y.at(-1), takt('power').consumers.Robot1.electrical_power);
+assert.equal(plots[contact].y.at(-1), takt('contacts').contacts.find((one) => one.base === 'P' && one.target === 'Table1').normal_force);
+assert.equal(plots[torque].y.at(-1), state.robots.Robot1.effort[joint]);
+assert.equal(plots[jointState].y.at(-1), state.robots.Robot1.effort[joint]);
+// What lies on the table presses with its weight, 0.3 kg; the arm works against gravity; a robot at LoD 2 or 3 draws power.
+assert.ok(Math.abs(plots[contact].y.at(-1) - 0.3 * 9.80665) < 0.02, `${plots[contact].y.at(-1)} N`);
+assert.ok(Math.max(...plots[torque].y) - Math.min(...plots[torque].y) > 1, 'the torque of a moving arm changes');
+assert.ok(Math.min(...plots[electrical].y) > 50);
+
+stage('reset');
+// After it time begins anew, in all of them, whether their topic counts resets or not.
+await stop(controller);
+await page.click('#reset');
+await until(() => takt.last.state.epoch === 1 && takt.last.state.time === 0);
+await page.click('#play');
+await filled(until, names, 20);
+assert.ok(await ask(() => takt.plots.plots.every(({x}) => x[0] < 0.5 && x.every((value, i) => i === 0 || value > x[i - 1]))));
+assert.deepEqual(problems, []);
+await page.context().close();
+await stop(running);
+await stop(bridge);
+
+stage('temperature');
+// A rotor core put into the furnace, which is hot.
+const furnace = await start('takt-server', [`${sources}/config/scenarios/furnace.yaml`, '--cell', process.env.TAKT_CELL, '--paused']);
+const {child: second, url: oven} = await view();
+const kitchen = await visit(browser, oven);
+takt('move', 'Rotor', '--at', '1.15', '0', '0.4');
+const heat = 'state.devices.Rotor_heat.signals.temperature', air = 'state.devices.Furnace.signals.air_temperature';
+await kitchen.until((wanted) => { const there = [...document.querySelector('#signals').options].map(({value}) => value); return wanted.every((name) => there.includes(name)); }, [heat, air]);
+for (const name of [heat, air]) await add(kitchen.page, name);
+const second_recorder = await recording('oven.mcap', '600');
+await kitchen.page.fill('#factor', '200');
+await kitchen.page.locator('#factor').blur();
+await kitchen.page.click('#play');
+assert.equal(await second_recorder.ended, 0, second_recorder.text);
+await filled(kitchen.until, [heat, air], 30);
+await kitchen.page.click('#pause');
+await kitchen.until(() => takt.last.status.state === 2);
+await drawn(kitchen.ask);
+const devices = await kitchen.ask(() => takt.last.description.devices.map(({name, signals}) => ({name, signals})));
+const signal = (device, name) => [devices.findIndex((other) => other.name === device), devices.find((other) => other.name === device).signals.indexOf(name)];
+const samples = exported('oven.mcap');
+for (const [name, [i, k]] of [[heat, signal('Rotor_heat', 'temperature')], [air, signal('Furnace', 'air_temperature')]]) {
+  const plot = await read(kitchen.ask, name);
+  assertDrawn(name, plot);
+  compare(name, plot, samples('state', ({devices: all}) => all[i].signals[k]));
+  if (name === heat) {
+    assert.equal(plot.y[0], 20);
+    assert.ok(plot.y.every((value, n) => n === 0 || value > plot.y[n - 1]) && plot.y.at(-1) < 300, 'it gets warmer, never as warm as the air');
+  }
+}
+assert.deepEqual(kitchen.problems, []);
+await browser.close();
+await stop(second);
+await stop(furnace);
+console.log('plots have the numbers of DDS, before and after a reset');
+process.exit(0);
