@@ -44,8 +44,13 @@ ParticipantNumbers& participant_numbers() {
   return numbers;
 }
 
-/// A description with its meshes.
-constexpr std::uint32_t kLargestSampleReceived_bytes = 256U << 20U;
+/// A description with its meshes is large, and lost fragments of it have to be asked for one by one.
+GuardLimits guard_limits() {
+  GuardLimits limits;
+  limits.largest_sample_bytes = 256U << 20U;
+  limits.most_fragments_joined = FragmentAssembly::kMostSentAgain;
+  return limits;
+}
 
 [[noreturn]] void fail(const std::string& sentence) {
   throw ClientError(ClientError::Kind::transport, sentence);
@@ -135,7 +140,7 @@ Link::Link(int domain, const std::string& name, const LinkProfile& profile,
   } catch (const SecurityError& error) {
     fail(error.what());
   }
-  guard_ = guard_transports(qos, static_cast<std::uint32_t>(domain), secured, kLargestSampleReceived_bytes);
+  guard_ = guard_transports(qos, static_cast<std::uint32_t>(domain), secured, guard_limits());
   auto* factory = dds::DomainParticipantFactory::get_instance();
   // A number can be taken by another process. Fast DDS 2.9.1 never frees one whose participant it failed to
   // create, so such a number is not given back, and another one is drawn.

@@ -128,7 +128,7 @@ std::string PacketGuard::summary() const {
 }
 
 std::shared_ptr<PacketGuard> guard_transports(dds::DomainParticipantQos& qos, std::uint32_t domain,
-                                              bool encrypted, std::uint32_t largest_sample_bytes) {
+                                              bool encrypted, GuardLimits limits) {
   auto& transports = qos.transport();
   if (transports.use_builtin_transports) {
     transports.user_transports.push_back(std::make_shared<transports::SharedMemTransportDescriptor>());
@@ -136,8 +136,6 @@ std::shared_ptr<PacketGuard> guard_transports(dds::DomainParticipantQos& qos, st
     transports.use_builtin_transports = false;
   }
   const auto& wire = qos.wire_protocol();
-  GuardLimits limits;
-  limits.largest_sample_bytes = largest_sample_bytes;
   limits.encrypted = encrypted;
   limits.relayed_discovery =
       wire.builtin.discovery_config.discoveryProtocol != DdsDiscoveryProtocol::SIMPLE ||

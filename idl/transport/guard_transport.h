@@ -19,7 +19,7 @@ namespace takt {
 class PacketGuard {
  public:
   explicit PacketGuard(const GuardLimits& limits)
-      : limits_(limits), fragments_(limits.largest_sample_bytes) {}
+      : limits_(limits), fragments_(limits.largest_sample_bytes, limits.most_fragments_joined) {}
 
   const GuardLimits& limits() const { return limits_; }
   PacketMemory& memory() { return memory_; }
@@ -47,9 +47,9 @@ class PacketGuard {
 };
 
 /// Puts a guard in front of each transport of these QoS (the builtin ones are first made explicit) and bounds
-/// how many participants and endpoints are remembered. `largest_sample_bytes`: of samples that come in
-/// fragments.
+/// how many participants and endpoints are remembered. Of `limits` the sizes of samples count, the rest is
+/// found out.
 std::shared_ptr<PacketGuard> guard_transports(dds::DomainParticipantQos& qos, std::uint32_t domain,
-                                              bool encrypted, std::uint32_t largest_sample_bytes);
+                                              bool encrypted, GuardLimits limits = {});
 
 }  // namespace takt

@@ -91,8 +91,9 @@ struct FragmentAssembly::Piece {
   }
 };
 
-FragmentAssembly::FragmentAssembly(std::uint32_t largest_sample_bytes)
-    : most_bytes_(std::max(kLeastMost, 2 * (std::size_t{largest_sample_bytes} + kRoom))) {
+FragmentAssembly::FragmentAssembly(std::uint32_t largest_sample_bytes, std::uint32_t most_fragments)
+    : most_bytes_(std::max(kLeastMost, 2 * (std::size_t{largest_sample_bytes} + kRoom))),
+      most_fragments_(most_fragments) {
   samples_.reserve(kMostSamples);
 }
 
@@ -133,14 +134,16 @@ std::size_t FragmentAssembly::take(std::span<std::uint8_t> packet, const Deliver
     } else if (id == kDataFrag && !secured && body.size() >= kFragmentBeforeQos) {
       std::copy_n(header.begin() + 8, piece.sender.size(), piece.sender.begin());
       piece.read(body, flags);
-      const bool wanted = ours && !piece.key && piece.qos.size() <= kMostQos;
-      if (const auto whole = wanted ? add(piece) : nullptr) {
-        std::uint8_t* data = whole.get() + kRoom;
-        std::uint8_t* begin = piece.write_head(data);
-        deliver({begin, data + piece.sample_bytes});
+      if (piece.fragments() <= most_fragments_) {
+        const bool wanted = ours && !piece.key && piece.qos.size() <= kMostQos;
+        if (const auto whole = wanted ? add(piece) : nullptr) {
+          std::uint8_t* data = whole.get() + kRoom;
+          std::uint8_t* begin = piece.write_head(data);
+          deliver({begin, data + piece.sample_bytes});
+        }
+        if (submessage->open) return at;
+        packet[at] = kPad;
       }
-      if (submessage->open) return at;
-      packet[at] = kPad;
     }
     at += kSubmessageHeadBytes + body.size();
   }

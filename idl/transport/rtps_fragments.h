@@ -3,7 +3,9 @@
 // sample in its history 2.9.1 goes on using changes that it has released: a gap over such a sample, the same
 // number in one piece, fragments that contradict each other (StatefulReader.cpp: processGapMsg removes past
 // the instance's list, change_received releases what is in it). Without halves there is none of this.
-// Whoever lacks one fragment asks for the sample, gets all of them again, and what was there counts.
+// Whoever lacks one fragment asks for the sample, gets all of them again, and what was there counts. But of a
+// sample that it has sent once, 2.9.1 sends no more than the first 256 fragments again (ChangeForReader.h),
+// so that one of more has to be left to its reader, which asks for single fragments.
 #include <array>
 #include <atomic>
 #include <cstddef>
@@ -22,7 +24,10 @@ class FragmentAssembly {
   using Deliver = std::function<void(std::span<std::uint8_t> packet)>;
   static constexpr std::size_t kMostSamples = 64, kMostOfOneSender = 16;
 
-  explicit FragmentAssembly(std::uint32_t largest_sample_bytes);
+  static constexpr std::uint32_t kMostSentAgain = 256;  ///< fragments
+
+  /// `most_fragments`: samples of more are not taken.
+  explicit FragmentAssembly(std::uint32_t largest_sample_bytes, std::uint32_t most_fragments = 0xFFFFFFFF);
 
   /// A packet that this participant sends: who it is.
   void sending(std::span<const std::uint8_t> packet);
@@ -56,6 +61,7 @@ class FragmentAssembly {
   bool is_own(std::span<const std::uint8_t> destination) const;
 
   const std::size_t most_bytes_;
+  const std::uint32_t most_fragments_;
   mutable std::mutex mutex_;  // guards all below but knows_itself_
   std::vector<Sample> samples_;
   std::size_t held_bytes_ = 0;

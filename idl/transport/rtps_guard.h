@@ -45,6 +45,8 @@ std::string_view to_string(PacketFlaw flaw);
 
 struct GuardLimits {
   std::uint32_t largest_sample_bytes = 1U << 20U;  ///< of samples that come in fragments
+  /// Samples of more fragments are left to Fast DDS to put together (rtps_fragments.h).
+  std::uint32_t most_fragments_joined = 0xFFFFFFFF;
   /// Ports in shared memory that a peer may announce. Each that is written to becomes a file.
   std::uint32_t first_shared_memory_port = 7400, last_shared_memory_port = 65535;
   std::uint32_t longest_lease_s = 3600;

@@ -8,8 +8,6 @@
 namespace takt {
 namespace {
 
-// Requests and trajectories come in fragments when they are long.
-constexpr std::uint32_t kLargestSampleReceived_bytes = 1U << 20U;
 // A description with its meshes takes megabytes: the segment has to hold it beside what else is on the way.
 constexpr std::uint32_t kSharedMemorySegment_bytes = 8U << 20U;
 
@@ -62,8 +60,8 @@ Participant::Participant(const ParticipantOptions& options, dds::DomainParticipa
   dds::DomainParticipantQos qos = participant_qos(options);
   if (options.prepare) options.prepare(qos);
   if (options.guard) {
-    guard_ = guard_transports(qos, options.domain, !options.secure_directory.empty(),
-                              kLargestSampleReceived_bytes);
+    // Requests and trajectories come in fragments when they are long, but not beyond the guard's 1 MiB.
+    guard_ = guard_transports(qos, options.domain, !options.secure_directory.empty());
   }
   // The participant's listener hears of discovery only; the data goes to the listeners of the readers.
   participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(

@@ -375,5 +375,20 @@ TEST(DdsDescription, OfMegabytesReachesALateJoiner) {
   EXPECT_EQ(inbox->messages().front().components()[0].vertices(), mesh.vertices);
 }
 
+/// More fragments than a request for missing ones can name (256), and more than shared memory has room for.
+TEST(DdsDescription, OfMillionsOfTrianglesReachesOtherProcesses) {
+  auto model = test::service_model();
+  auto& mesh = model->description.components[0];
+  const std::size_t triangles = 2'000'000;
+  mesh.vertices.assign(triangles * 3 / 2, 0.5F);  // 36 MB
+  mesh.triangles.assign(triangles * 3, 7U);
+  DdsService service(paused(), model);
+  for (int i = 0; i < 3; ++i) {
+    test::ChildProcess looker({std::string(TAKT_BIN_DIR) + "/takt", "state", "--json", "--timeout", "60",
+                               "--cell", test::test_cell(), "--domain", std::to_string(test::test_domain())});
+    EXPECT_EQ(looker.wait(), 0) << looker.text;
+  }
+}
+
 }  // namespace
 }  // namespace takt

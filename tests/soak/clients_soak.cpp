@@ -21,6 +21,7 @@
 
 #include "client_lib/client.h"
 #include "server/runtime/monotonic_clock.h"
+#include "tests/soak/soak_report.h"
 #include "tests/support/child_process.h"
 
 namespace takt::test {
@@ -222,57 +223,6 @@ Result result_of(ChildProcess& child) {
   std::istringstream(child.text.substr(at + 7)) >> result.a >> result.b >> result.c;
   result.good = true;
   return result;
-}
-
-struct Resources {
-  double resident_MB = 0.0;
-  std::size_t descriptors = 0, shared_memory_files = 0;
-};
-Resources resources(int pid) {
-  const std::string process = "/proc/" + std::to_string(pid);
-  std::ifstream file(process + "/statm");
-  std::uint64_t total = 0, resident = 0;
-  file >> total >> resident;
-  const auto count = [](const std::string& directory) {
-    std::error_code error;
-    return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(directory, error),
-                                                  std::filesystem::directory_iterator()));
-  };
-  return {static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6,
-          count(process + "/fd"), count("/dev/shm")};
-}
-
-class Report {
- public:
-  void line(const char* what, double value, const char* unit, double limit = 0.0) {
-    const bool good = limit <= 0.0 || value <= limit;
-    if (!good) ++missed_;
-    if (limit > 0.0) {
-      std::printf("%-52s %12.4g %-4s (goal %g%s)\n", what, value, unit, limit, good ? "" : ", MISSED");
-    } else {
-      std::printf("%-52s %12.4g %s\n", what, value, unit);
-    }
-  }
-  void must_be_zero(const char* what, std::uint64_t value) {
-    if (value != 0) ++missed_;
-    std::printf("%-52s %12" PRIu64 "      (goal 0%s)\n", what, value, value == 0 ? "" : ", MISSED");
-  }
-  int missed() const { return missed_; }
-
- private:
-  int missed_ = 0;
-};
-
-/// What the server holds at the end, against the beginning.
-void report_growth(Report& report, const Resources& first, const Resources& last) {
-  const auto more = [](std::size_t now, std::size_t then) {
-    return static_cast<double>(now) - static_cast<double>(then);
-  };
-  report.line("server's memory at the beginning", first.resident_MB, "MB");
-  report.line("server's memory, growth", 100.0 * (last.resident_MB / first.resident_MB - 1.0), "%");
-  report.line("server's file descriptors, more than then", more(last.descriptors, first.descriptors), "");
-  report.line("shared memory files, more than then",
-              more(last.shared_memory_files, first.shared_memory_files), "");
 }
 
 /// The command line of the server; names the cell.

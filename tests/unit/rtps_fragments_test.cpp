@@ -138,6 +138,16 @@ TEST(RtpsFragmentsOfSome, AForgedOneDoesNotSpoilTheRest) {
   EXPECT_EQ(seen[0], in_one_piece(fragments, whole, 5));
 }
 
+TEST(RtpsFragmentsOfSome, OfMoreFragmentsThanAreSentAgainAreLeftToTheReader) {
+  constexpr std::uint32_t most = 4;
+  FragmentAssembly assembly(1U << 20U, most);
+  const Fragments fragments;
+  const Bytes few = sample(most * kFragment, 1), many = sample(most * kFragment + 1, 1);
+  EXPECT_FALSE(has_fragment(one(assembly, fragments, few, 1, 1).back()));
+  EXPECT_TRUE(has_fragment(one(assembly, fragments, many, 2, 1).back()));
+  EXPECT_EQ(assembly.samples(), 1U);
+}
+
 TEST(RtpsFragmentsOfSome, AreBounded) {
   FragmentAssembly assembly(1U << 20U);
   const Fragments fragments;
