@@ -266,6 +266,40 @@ TEST_F(Supervised, CommandsOfTheOldLifeAreNotApplied) {
   EXPECT_TRUE(client.wait_for_state([&](const State& s) { return applied(s) > applied(before); }, kGenerous));
 }
 
+/// Robot programs begin with the cell. One that goes on in the middle is left alone until somebody resets it.
+TEST_F(Supervised, AControllerBeginsAgainOnlyWhenACellThatWentOnIsReset) {
+  const pid_t first = wait_for_child();
+  directory_.write(
+      "program.lua",
+      "period_s = 0.008\nroutine('Robot1', function(r)\n  while true do r:wait(0.1) end\nend)\n");
+  takt::test::ChildProcess controller({std::string(TAKT_BIN_DIR) + "/takt-controller",
+                                       (directory_ / "program.lua").string(), "--cell", cell_, "--domain",
+                                       std::to_string(takt::test::test_domain()), "--start"});
+  Client client(options());
+  const auto applied = [](const State& s) { return s.applied.front().count; };
+  // Later than what counts as just begun (2 s), and with snapshots of then.
+  const auto before =
+      client.wait_for_state([&](const State& s) { return s.time_s > 2.5 && applied(s) > 100; }, kGenerous);
+  ASSERT_TRUE(before.has_value());
+  ::kill(first, SIGKILL);
+  ASSERT_NE(wait_for_child(), first);
+  ASSERT_TRUE(controller.wait_for_output("begins when it is reset")) << controller.text;
+  controller.text.clear();
+  const auto after =
+      client.wait_for_state([&](const State& s) { return s.epoch > before->epoch; }, kGenerous);
+  ASSERT_TRUE(after.has_value());
+  const auto later =
+      client.wait_for_state([&](const State& s) { return s.step > after->step + 300; }, kGenerous);
+  ASSERT_TRUE(later.has_value());
+  EXPECT_EQ(applied(*later), applied(*after));
+  client.reset();
+  client.play();
+  ASSERT_TRUE(controller.wait_for_output("starts again.")) << controller.text;
+  const auto again = client.wait_for_state(
+      [&](const State& s) { return s.epoch > later->epoch && applied(s) > 10; }, kGenerous);
+  EXPECT_TRUE(again.has_value());
+}
+
 TEST_F(Supervised, KeepsWhatWasLoadedAndSpawnedMeanwhile) {
   const pid_t first = wait_for_child();
   {

@@ -50,7 +50,7 @@ std::uint64_t applied(const State& state) {
 
 /// One life of the server and the way into the next.
 struct Restart {
-  double lost_s = 0.0;     ///< simulated time that the snapshot is older than the last state seen
+  double lost_s = 0.0;     ///< simulated time by which the snapshot is older than the last state seen
   double seen_s = 0.0;     ///< from the kill until the last client saw the new epoch
   double applied_s = 0.0;  ///< from the kill until a command took effect again
 };
@@ -80,18 +80,14 @@ class Cell {
     Restart restart;
     std::vector<bool> seen(watchers_.size(), false);
     bool commands_again = false;
-    std::uint64_t applied_first = 0;
-    std::optional<State> after;
+    std::optional<std::uint64_t> applied_first;  // by the new server's first state
     while (!commands_again || std::count(seen.begin(), seen.end(), false) > 0) {
       if (seconds_since(killed) > 60.0)
         throw std::runtime_error("A client did not find the server again in 60 s.");
       command();
       const auto now = newer(*commander_, before.epoch);
-      if (now && !after) {
-        after = now;
-        applied_first = applied(*now);
-      }
-      if (now && !commands_again && applied(*now) > applied_first) {
+      if (now && !applied_first) applied_first = applied(*now);
+      if (now && !commands_again && applied(*now) > *applied_first) {
         commands_again = true;
         restart.applied_s = seconds_since(killed);
       }
@@ -101,7 +97,7 @@ class Cell {
         restart.seen_s = seconds_since(killed);
       }
     }
-    restart.lost_s = before.time_s - after->time_s;
+    restart.lost_s = before.time_s - restored_time_s();
     server_ = wait_for_server(*supervisor_);
     return restart;
   }
@@ -120,6 +116,15 @@ class Cell {
     options.timeout = Seconds(60.0);
     options.name = name;
     return std::make_unique<Client>(options);
+  }
+  /// Where the new server says that it goes on.
+  double restored_time_s() const {
+    const auto told = commander_->wait_for_event([](const auto& event) { return event.code == "restarted"; },
+                                                 Seconds(10.0));
+    const std::string words = "goes on at ";
+    const std::size_t at = told ? told->message.find(words) : std::string::npos;
+    if (at == std::string::npos) throw std::runtime_error("The server did not say where it goes on.");
+    return std::stod(told->message.substr(at + words.size()));
   }
   /// A state of a later epoch, if one is there.
   static std::optional<State> newer(const Client& client, std::uint32_t epoch) {
@@ -156,6 +161,7 @@ class Cell {
 
 int run(const Options& options) {
   Cell cell(options);
+  const Resources first = cell.held();
   std::vector<Restart> all;
   for (int i = 0; i < options.kills; ++i) {
     all.push_back(cell.live_and_die());
@@ -174,7 +180,7 @@ int run(const Options& options) {
   report.line("snapshot older than the last state, at most", worst(&Restart::lost_s), "s", 1.0);
   report.line("all clients see it again after, at most", worst(&Restart::seen_s), "s", 3.0);
   report.line("commands take effect again after, at most", worst(&Restart::applied_s), "s", 3.0);
-  report.line("shared memory files at the end", static_cast<double>(cell.held().shared_memory_files), "");
+  report_growth(report, first, cell.held());
   report.must_be_zero("exit code of the supervisor", static_cast<std::uint64_t>(cell.end()));
   return report.missed() == 0 ? 0 : 1;
 }

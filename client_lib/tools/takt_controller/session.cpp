@@ -114,6 +114,7 @@ class Session {
           "middle.");
     if (state->epoch != epoch_) {
       std::printf("The cell was reset; %s starts again.\n", options_.program.c_str());
+      std::fflush(stdout);
       controller_.restart();
       finished_ = false;
       begin_at(*state);
