@@ -74,6 +74,8 @@ class Cell {
   Restart live_and_die() {
     const double life_s = kLeastLife_s + 1e-3 * static_cast<double>(dice_() % 2000);
     for (const std::int64_t begin = monotonic_now_ns(); seconds_since(begin) < life_s;) command();
+    while (commander_->next_event(Seconds(0.0))) {  // a restart is told again to those who come later
+    }
     const State before = commander_->state();
     kill(server_, SIGKILL);
     const std::int64_t killed = monotonic_now_ns();
