@@ -38,7 +38,7 @@ for end in "$a ta$id 10.177.0.1" "$b tb$id 10.177.0.2"; do
   ip -n "$ns" link set "$device" txqueuelen 10000 multicast on up
   ip -n "$ns" link set lo up
   ip -n "$ns" route add 239.0.0.0/8 dev "$device"
-  ip netns exec "$ns" sysctl -qw net.ipv4.ipfrag_time="${TAKT_IPFRAG_TIME:-1}"  # docs/network.md, "Lossy lines"
+  ip netns exec "$ns" sysctl -qw net.ipv4.ipfrag_time="${TAKT_IPFRAG_TIME:-1}"  # docs/network.md, "Lines that lose packets"
 done
 
 profiles=$config/dds/profiles.xml
@@ -97,4 +97,4 @@ for phase in "${phases[@]}"; do
 done
 wait $client || { cat "$work/client.log" >&2; exit 1; }
 grep '^#' "$work/client.log" | tail -n 1
-awk -v phases="$work/phases" -v phase_s="$phase_s" -f "$here/network_report.awk" "$work/client.log"
+awk -v phases="$work/phases" -f "$here/network_report.awk" "$work/client.log"
