@@ -107,68 +107,24 @@ bool Client::wait_for_connection(Seconds timeout) const {
 
 std::optional<State> Client::wait_for_state(const std::function<bool(const State&)>& predicate,
                                             Seconds timeout) const {
-  const auto deadline = Impl::deadline_after(timeout);
-  std::uint64_t seen = 0;
-  std::unique_lock lock(impl_->mutex);
-  const auto news = [&] { return impl_->state && impl_->state->sample_number != seen; };
-  while (impl_->wait(lock, deadline, news)) {
-    const std::shared_ptr<const State> newest = impl_->state;
-    seen = newest->sample_number;
-    lock.unlock();  // the predicate may use this client
-    if (predicate(*newest)) return *newest;
-    lock.lock();
-  }
-  return std::nullopt;
+  return impl_->wait_for_sample<State>(impl_->state, predicate, timeout);
 }
 
 std::optional<Status> Client::wait_for_status(const std::function<bool(const Status&)>& predicate,
                                               Seconds timeout) const {
-  const auto deadline = Impl::deadline_after(timeout);
-  std::uint64_t seen = 0;
-  std::unique_lock lock(impl_->mutex);
-  const auto news = [&] { return impl_->status && impl_->status->sample_number != seen; };
-  while (impl_->wait(lock, deadline, news)) {
-    const Status newest = *impl_->status;
-    seen = newest.sample_number;
-    lock.unlock();
-    if (predicate(newest)) return newest;
-    lock.lock();
-  }
-  return std::nullopt;
+  return impl_->wait_for_sample<Status>(impl_->status, predicate, timeout);
 }
 
 std::optional<Power> Client::wait_for_power(const std::function<bool(const Power&)>& predicate,
                                             Seconds timeout) {
   impl_->listen_to_power();
-  const auto deadline = Impl::deadline_after(timeout);
-  std::uint64_t seen = 0;
-  std::unique_lock lock(impl_->mutex);
-  const auto news = [&] { return impl_->power && impl_->power->sample_number != seen; };
-  while (impl_->wait(lock, deadline, news)) {
-    const Power newest = *impl_->power;
-    seen = newest.sample_number;
-    lock.unlock();
-    if (predicate(newest)) return newest;
-    lock.lock();
-  }
-  return std::nullopt;
+  return impl_->wait_for_sample<Power>(impl_->power, predicate, timeout);
 }
 
 std::optional<Contacts> Client::wait_for_contacts(const std::function<bool(const Contacts&)>& predicate,
                                                   Seconds timeout) {
   impl_->listen_to_contacts();
-  const auto deadline = Impl::deadline_after(timeout);
-  std::uint64_t seen = 0;
-  std::unique_lock lock(impl_->mutex);
-  const auto news = [&] { return impl_->contacts && impl_->contacts->sample_number != seen; };
-  while (impl_->wait(lock, deadline, news)) {
-    const Contacts newest = *impl_->contacts;
-    seen = newest.sample_number;
-    lock.unlock();
-    if (predicate(newest)) return newest;
-    lock.lock();
-  }
-  return std::nullopt;
+  return impl_->wait_for_sample<Contacts>(impl_->contacts, predicate, timeout);
 }
 
 std::optional<Event> Client::next_event(Seconds timeout) {

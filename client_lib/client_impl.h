@@ -71,6 +71,13 @@ struct Client::Impl {
   template <typename Ready>
   bool wait(std::unique_lock<std::mutex>& lock, Clock::time_point deadline, Ready ready) const;
 
+  /// Without the mutex. The first of the samples that come into `newest` (a member below: optional or shared
+  /// pointer, empty before the first) which the predicate accepts; nothing when the time is over.
+  template <typename Sample, typename Newest>
+  std::optional<Sample> wait_for_sample(const Newest& newest,
+                                        const std::function<bool(const Sample&)>& predicate,
+                                        Seconds timeout) const;
+
   static Clock::duration to_clock(Seconds duration) {
     // Longer than a century means forever; it must not overflow the clock.
     return std::chrono::duration_cast<Clock::duration>(std::min(duration, Seconds{3.0e9}));
@@ -141,6 +148,32 @@ bool Client::Impl::wait(std::unique_lock<std::mutex>& lock, Clock::time_point de
     changed.wait_until(lock, wake + std::chrono::milliseconds{1});
     if (const auto late = Clock::now(); late > wake + grace) benefit_of_doubt = late + grace;
   }
+}
+
+template <typename Sample>
+std::shared_ptr<const Sample> shared(const std::shared_ptr<const Sample>& sample) {
+  return sample;
+}
+template <typename Sample>
+std::shared_ptr<const Sample> shared(const std::optional<Sample>& sample) {
+  return std::make_shared<const Sample>(*sample);
+}
+
+template <typename Sample, typename Newest>
+std::optional<Sample> Client::Impl::wait_for_sample(const Newest& newest,
+                                                    const std::function<bool(const Sample&)>& predicate,
+                                                    Seconds timeout) const {
+  const auto deadline = deadline_after(timeout);
+  std::uint64_t seen = 0;
+  std::unique_lock lock(mutex);
+  while (wait(lock, deadline, [&] { return newest && newest->sample_number != seen; })) {
+    const std::shared_ptr<const Sample> held = shared(newest);
+    seen = held->sample_number;
+    lock.unlock();  // the predicate may use this client
+    if (predicate(*held)) return *held;
+    lock.lock();
+  }
+  return std::nullopt;
 }
 
 }  // namespace takt::client

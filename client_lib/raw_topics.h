@@ -60,7 +60,7 @@ class RawTopics {
   std::thread thread_;
 };
 
-/// Publishes samples as bytes: replay. The writers are those of a server (QoS as in its table).
+/// Publishes samples as bytes: replay. Each writer is reliable and latched as its topic says.
 class RawPublisher {
  public:
   /// Throws ClientError (transport).

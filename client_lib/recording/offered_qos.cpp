@@ -1,9 +1,27 @@
 #include "client_lib/recording/offered_qos.h"
 
+#include <yaml-cpp/yaml.h>
+
 #include <algorithm>
 #include <array>
 
 namespace takt::recording {
+namespace {
+
+/// One policy of a profile: the first of `names` (what rmw counts from 1), the second, or another word that
+/// rmw knows, which says nothing of the writer.
+bool is_first(const YAML::Node& policy, const std::array<std::string_view, 2>& names) {
+  const auto text = policy.as<std::string>();
+  if (text == "1" || text == names[0]) return true;
+  constexpr std::array<std::string_view, 8> others{"2", "0",       "3",       "4",
+                                                   "5", "unknown", "default", "system_default"};
+  if (text == names[1] || text == "best_available" ||
+      std::find(others.begin(), others.end(), text) != others.end())
+    return false;
+  throw YAML::RepresentationException(policy.Mark(), "no policy of rmw: " + text);
+}
+
+}  // namespace
 
 OfferedQos qos_of_server(std::string_view topic) {
   // The last level says it: those of a cell are /CELL/NAME, those of a robot /CELL/ROBOT/NAME.
@@ -26,6 +44,21 @@ std::string offered_qos_profiles(const OfferedQos& qos) {
          "\n  durability: " + (qos.latched ? "1" : "2") + "\n" + duration("deadline") + duration("lifespan") +
          "  liveliness: 1\n" + duration("liveliness_lease_duration") +
          "  avoid_ros_namespace_conventions: false";
+}
+
+std::optional<OfferedQos> read_offered_qos(const std::string& profiles) {
+  try {
+    const YAML::Node list = YAML::Load(profiles);
+    if (!list.IsSequence() || list.size() == 0) return std::nullopt;
+    OfferedQos strongest{false, false};
+    for (const YAML::Node& profile : list) {
+      strongest.reliable |= is_first(profile["reliability"], {"reliable", "best_effort"});
+      strongest.latched |= is_first(profile["durability"], {"transient_local", "volatile"});
+    }
+    return strongest;
+  } catch (const YAML::Exception&) {
+    return std::nullopt;
+  }
 }
 
 }  // namespace takt::recording

@@ -50,10 +50,14 @@ class CommandArbiter {
     if (exclusive_heard_ == id) exclusive_heard_ = 0;
   }
 
+  /// Whether this sender is the one that is heard.
+  bool owns(std::uint64_t id) const {
+    return find(id) != nullptr && (exclusive_heard_ == id || shared_owner_ == id);
+  }
   /// Whether this sender owned the target until now and somebody else is there who may have it.
   bool would_pass_on(std::uint64_t id) const {
+    if (!owns(id)) return false;
     const Sender* owner = find(id);
-    if (owner == nullptr || (exclusive_heard_ != id && shared_owner_ != id)) return false;
     return std::any_of(senders_.begin(), senders_.end(),
                        [&](const Sender& other) { return other.id != id && !together(other, *owner); });
   }

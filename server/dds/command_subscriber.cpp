@@ -137,6 +137,7 @@ void CommandSubscriber::open(Participant& participant, RunLoop& loop) {
     loop_ = &loop;
     participant_ = &participant;
     arbiters_.assign(static_cast<std::size_t>(targets), {});
+    silent_owners_.clear();
     gone_.clear();
     for (const auto& [guid, writer] : writers_) {
       if (auto event = unheard(guid, writer.topic, cell)) news.push_back(std::move(*event));
@@ -267,20 +268,36 @@ void CommandSubscriber::look_after_owners() {
       if (target < 0) continue;
       CommandArbiter& arbiter = arbiters_[static_cast<std::size_t>(target)];
       const std::uint64_t sender = senders_.id(guid);
-      const bool passes_on = arbiter.would_pass_on(sender);
+      if (arbiter.owns(sender)) silent_owners_[target] = guid;
       arbiter.vanished(sender);
-      if (!passes_on) continue;
-      freed.insert(target);
-      const std::string name(target_name(loop_->cell(), target));
-      char silence[32];
-      std::snprintf(silence, sizeof(silence), "%.1f s", silent_s);
-      news.push_back({Severity::warning, "owner_silent", name, text_of(guid),
-                      "Nothing was heard of this sender of commands for " + name + " for " + silence +
-                          "; another one may command it now."});
     }
+    free_targets_of_silent_owners(freed, news);
   }
   if (!freed.empty()) renew_readers(freed);
   for (AdapterEvent& event : news) events_.post(std::move(event));
+}
+
+// Of an owner that is silent its target is freed when somebody else is there who may have it, now or later:
+// one that is alone and comes back, or is forgotten by DDS, goes on as ever.
+void CommandSubscriber::free_targets_of_silent_owners(std::set<int>& freed, std::vector<AdapterEvent>& news) {
+  std::erase_if(silent_owners_, [&](const auto& owner) {
+    const auto& [target, guid] = owner;
+    const auto found = writers_.find(guid);
+    if (found == writers_.end() || !found->second.silent) return true;
+    const bool wanted = std::any_of(writers_.begin(), writers_.end(), [&](const auto& other) {
+      return !other.second.silent && other.first.guidPrefix != guid.guidPrefix &&
+             target_of_topic(other.second.topic) == target;
+    });
+    if (!wanted) return false;
+    freed.insert(target);
+    const std::string name(target_name(loop_->cell(), target));
+    char silence[32];
+    std::snprintf(silence, sizeof(silence), "%.1f s", heard_->silent_s(prefix_of(guid)));
+    news.push_back({Severity::warning, "owner_silent", name, text_of(guid),
+                    "Nothing was heard of this sender of commands for " + name + " for " + silence +
+                        "; another one may command it now."});
+    return true;
+  });
 }
 
 // In DDS an exclusive reader keeps to its strongest sender for as long as that one's participant is

@@ -66,6 +66,8 @@ class CommandSubscriber {
   void listen(int target, Kind kind);
   void renew_readers(const std::set<int>& targets);
   int target_of_topic(const std::string& topic) const;
+  /// With mutex_ held. Adds the targets that are free now, with an event for each.
+  void free_targets_of_silent_owners(std::set<int>& freed, std::vector<AdapterEvent>& news);
   dds::DataReader* make_reader(const std::string& topic, const Listening& made);
 
   /// To be called with mutex_ held. See CommandArbiter::appeared.
@@ -102,6 +104,7 @@ class CommandSubscriber {
   std::mutex mutex_;
   std::vector<CommandArbiter> arbiters_;  // guarded by mutex_; per target
   std::map<DdsGuid, Writer> writers_;     // guarded by mutex_; command writers discovered
+  std::map<int, DdsGuid> silent_owners_;  // guarded by mutex_; by target that exclusive readers keep for them
   std::set<DdsGuid> gone_;                ///< unmatched: what is still under way from them does not count
 };
 

@@ -1,5 +1,7 @@
 #include "server/dds/control_service.h"
 
+#include <functional>
+#include <string>
 #include <utility>
 
 #include "server/dds/bounded_request.h"
@@ -13,6 +15,14 @@ std::size_t bytes_of(const ControlReply& reply) {
   std::size_t bytes = sizeof(reply) + reply.message.size();
   for (const auto& [name, value] : reply.values) bytes += name.size() + value.size();
   return bytes;
+}
+
+/// What is asked for: the same when a client asks again.
+std::size_t content_of(const takt_msgs::msg::ControlRequest& message) {
+  std::string text = message.request().to_string();
+  for (const auto& argument : message.arguments())
+    text += '\0' + argument.name().to_string() + '\0' + argument.value().to_string();
+  return std::hash<std::string>{}(text);
 }
 
 }  // namespace
@@ -37,12 +47,26 @@ void ControlService::received(const takt_msgs::msg::ControlRequest& message) {
   {
     const std::lock_guard lock(mutex_);
     const Key key(message.client_id().to_string(), message.sequence_number());
+    const auto refuse = [&](const char* why) {
+      if (asked_again_.size() < kRemembered)
+        asked_again_.push_back({key, {0, ControlResult::failed, why, {}}});
+      host_.mail().news.post();
+    };
+    if (key.first.empty())
+      return refuse("The request has no client_id; each run of a client needs one of its own.");
+    const std::size_t content = content_of(message);
     const auto [place, is_new] = requests_.try_emplace(key);
     if (!is_new) {
+      if (place->second.content != content)
+        return refuse(
+            "Another request came with this client_id and sequence_number; each request needs a number of "
+            "its "
+            "own, and each run of a client an id of its own.");
       if (place->second.reply) asked_again_.push_back({key, *place->second.reply});
       host_.mail().news.post();
       return;
     }
+    place->second.content = content;
     request.id = ++newest_id_;
     place->second.id = request.id;
     keys_[request.id] = key;

@@ -37,6 +37,7 @@ class ControlService final : public dds::DataReaderListener {
   using Key = std::pair<std::string, std::uint64_t>;  // client id, sequence number
   struct Request {
     std::uint64_t id = 0;
+    std::size_t content = 0;            ///< what was asked for, see content_of()
     std::optional<ControlReply> reply;  ///< not the message of DDS: its texts take all the room they may have
   };
   struct Answer {

@@ -61,6 +61,13 @@ takt_msgs::msg::ComponentDescription to_message(const ComponentDescription& comp
   return message;
 }
 
+/// Sequences of our types are bounded (idl/takt_msgs.idl): readers refuse longer ones whole.
+void require_room(std::size_t count, std::size_t most, const std::string& what) {
+  if (count > most)
+    throw DdsError("The cell has " + std::to_string(count) + " " + what + "; its messages have room for " +
+                   std::to_string(most) + ".");
+}
+
 takt_msgs::msg::RobotDescription to_message(const RobotDescription& robot) {
   takt_msgs::msg::RobotDescription message;
   message.name(fitting<128>(robot.name, "The robot's name"));
@@ -118,6 +125,11 @@ takt_msgs::msg::CellDescription to_message(const CellDescription& cell, const st
   message.step_size(cell.step_s);
   message.level_of_detail(cell.level_of_detail);
   message.gravity(to_vector(cell.gravity_m_per_s2));
+  require_room(cell.components.size(), 4096, "components");
+  require_room(cell.robots.size(), 64, "robots");
+  require_room(cell.grippers.size(), 64, "grippers");
+  require_room(cell.devices.size(), 64, "devices (furnaces, screwdrivers, heated and threaded Parts)");
+  require_room(cell.processes.size(), 64, "processes");
   for (const auto& component : cell.components) message.components().push_back(to_message(component));
   for (const auto& robot : cell.robots) message.robots().push_back(to_message(robot));
   for (const auto& gripper : cell.grippers) message.grippers().push_back(to_message(gripper));

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <iomanip>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "server/headless/device_report.h"
 #include "server/headless/headless_run.h"
+#include "server/headless/number_text.h"
 #include "server/headless/svg_plot.h"
 #include "server/scenario/collision_checking.h"
 #include "server/scenario/scenario_reader.h"
@@ -38,18 +38,12 @@ const char* name_of(Kind kind) {
   return "no_collision";
 }
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
-
 std::string interval(const ScenarioAssertion& assertion, const std::string& unit) {
   const bool above = std::isfinite(assertion.lower), below = std::isfinite(assertion.upper);
   std::string text;
-  if (above) text += "at least " + number(assertion.lower) + unit;
+  if (above) text += "at least " + number_text(assertion.lower, "%.6g") + unit;
   if (above && below) text += " and ";
-  if (below) text += "at most " + number(assertion.upper) + unit;
+  if (below) text += "at most " + number_text(assertion.upper, "%.6g") + unit;
   return text;
 }
 
@@ -135,7 +129,7 @@ void AssertionChecker::note_collisions(const Simulation& simulation) {
       results_[i].time_s = event.time_s;
       results_[i].sentence = cell_.checked_bodies[static_cast<std::size_t>(event.a)] + " and " +
                              cell_.checked_bodies[static_cast<std::size_t>(event.b)] + " overlap by " +
-                             number(-1e3 * event.distance_m) + " mm";
+                             number_text(-1e3 * event.distance_m, "%.6g") + " mm";
     }
   }
 }
@@ -147,8 +141,8 @@ void AssertionChecker::judge_number(std::size_t i, double value, const char* wha
   results_[i].value = value;
   if (std::isfinite(assertion.lower)) results_[i].lower = assertion.lower;
   if (std::isfinite(assertion.upper)) results_[i].upper = assertion.upper;
-  results_[i].sentence =
-      std::string(what) + " is " + number(value) + unit + "; allowed: " + interval(assertion, unit);
+  results_[i].sentence = std::string(what) + " is " + number_text(value, "%.6g") + unit +
+                         "; allowed: " + interval(assertion, unit);
 }
 
 void AssertionChecker::judge_pose(std::size_t i) {
@@ -164,10 +158,11 @@ void AssertionChecker::judge_pose(std::size_t i) {
           : Verdict::failed;
   results_[i].value = error.position_m;
   results_[i].upper = assertion.tolerance_m;
-  results_[i].sentence = assertion.subject + " is " + number(1e3 * error.position_m) + " mm and " +
-                         number(error.angle_rad / kDegree) +
-                         " deg away; allowed: " + number(1e3 * assertion.tolerance_m) + " mm" +
-                         (angle_counts ? " and " + number(assertion.tolerance_rad / kDegree) + " deg" : "");
+  results_[i].sentence =
+      assertion.subject + " is " + number_text(1e3 * error.position_m, "%.6g") + " mm and " +
+      number_text(error.angle_rad / kDegree, "%.6g") +
+      " deg away; allowed: " + number_text(1e3 * assertion.tolerance_m, "%.6g") + " mm" +
+      (angle_counts ? " and " + number_text(assertion.tolerance_rad / kDegree, "%.6g") + " deg" : "");
 }
 
 void AssertionChecker::judge_holder(std::size_t i) {
@@ -226,8 +221,9 @@ std::vector<AssertionResult> AssertionChecker::finish(const Simulation& simulati
     }
     results_[i].verdict = Verdict::failed;
     results_[i].time_s = simulation.time_s();
-    results_[i].sentence = "the run ended at " + number(simulation.time_s()) + " s" +
-                           (due_s < 0.0 ? ", before its end" : ", before " + number(due_s) + " s");
+    results_[i].sentence =
+        "the run ended at " + number_text(simulation.time_s(), "%.6g") + " s" +
+        (due_s < 0.0 ? ", before its end" : ", before " + number_text(due_s, "%.6g") + " s");
   }
   return results_;
 }
@@ -250,7 +246,7 @@ nlohmann::ordered_json assertions_json(const std::vector<AssertionResult>& resul
 void print_assertions(std::ostream& out, const std::vector<AssertionResult>& results) {
   for (const AssertionResult& result : results)
     out << std::left << std::setw(8) << to_string(result.verdict) << std::right << result.name << ": "
-        << result.sentence << " (" << number(result.time_s) << " s)\n";
+        << result.sentence << " (" << number_text(result.time_s, "%.6g") << " s)\n";
 }
 
 void write_junit(std::ostream& out, const std::string& scenario, double seconds, const std::string& fault,

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <iomanip>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "server/headless/number_text.h"
 #include "server/scenario/scenario_reader.h"
 
 namespace takt {
@@ -30,12 +30,6 @@ constexpr std::array<NamedLimit, 8> kLimits{{{"time_s", &ComparisonLimits::time_
                                              {"force", &ComparisonLimits::force},
                                              {"use", &ComparisonLimits::use},
                                              {"least_force_N", &ComparisonLimits::least_force_N}}};
-
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.5g", value);
-  return text;
-}
 
 std::string level_of(const Json& report) {
   return "LoD " + std::to_string(report["level_of_detail"].get<int>());
@@ -324,8 +318,9 @@ Comparison compare_reports(const Json& a, const Json& b, const ComparisonLimits&
 void print_comparison(std::ostream& out, const Json& a, const Json& b, const Comparison& comparison,
                       const ComparisonLimits& limits) {
   constexpr std::size_t kMost = 20;
-  out << a["scenario"].get<std::string>() << ": " << level_of(a) << " (" << number(a["cpu_s"].get<double>())
-      << " s of computation) and " << level_of(b) << " (" << number(b["cpu_s"].get<double>()) << " s)\n";
+  out << a["scenario"].get<std::string>() << ": " << level_of(a) << " ("
+      << number_text(a["cpu_s"].get<double>(), "%.5g") << " s of computation) and " << level_of(b) << " ("
+      << number_text(b["cpu_s"].get<double>(), "%.5g") << " s)\n";
   for (const std::string& sentence : comparison.contradictions) out << "!! " << sentence << '\n';
   out << "Largest differences (!! counts):\n"
       << std::left << std::setw(58) << "   quantity" << std::right << std::setw(12) << "first"
@@ -335,9 +330,12 @@ void print_comparison(std::ostream& out, const Json& a, const Json& b, const Com
     if (d.counts()) ++counting;
     if (told >= kMost || (told >= 8 && !d.counts())) continue;
     ++told;
-    const auto value = [](const std::optional<double>& v) { return v ? number(*v) : std::string("-"); };
+    const auto value = [](const std::optional<double>& v) {
+      return v ? number_text(*v, "%.5g") : std::string("-");
+    };
     const auto amount = [&](double v) {
-      return d.share ? number(100.0 * v) + " %" : number(v) + (d.unit.empty() ? "" : " " + d.unit);
+      return d.share ? number_text(100.0 * v, "%.5g") + " %"
+                     : number_text(v, "%.5g") + (d.unit.empty() ? "" : " " + d.unit);
     };
     out << (d.counts() ? "!! " : "   ") << std::left << std::setw(55)
         << d.of + (d.unit.empty() ? "" : " (" + d.unit + ")") << std::right << std::setw(12) << value(d.a)
@@ -347,7 +345,8 @@ void print_comparison(std::ostream& out, const Json& a, const Json& b, const Com
   if (comparison.differences.size() > told)
     out << "   and " << comparison.differences.size() - told << " more (--report lists all)\n";
   out << "Judged by:";
-  for (const NamedLimit& limit : kLimits) out << ' ' << limit.name << '=' << number(limits.*limit.value);
+  for (const NamedLimit& limit : kLimits)
+    out << ' ' << limit.name << '=' << number_text(limits.*limit.value, "%.5g");
   out << " (--limit NAME=VALUE)\n" << comparison.verdict << ".\n";
 }
 

@@ -2,23 +2,21 @@
 
 #include <nlohmann/json.hpp>
 
+#include "server/headless/vector_json.h"
+
 namespace takt {
 
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json json(const Vec3& v) {
-  return Json::array({v.x(), v.y(), v.z()});
-}
-
-Json json(const CellDescription& cell, const ContactSample& sample) {
+Json contact_json(const CellDescription& cell, const ContactSample& sample) {
   const auto name = [&](int component) { return cell.components[static_cast<std::size_t>(component)].name; };
   return {{"base", name(sample.base)},
           {"target", name(sample.target)},
-          {"force_on_base_N", json(sample.F_base_W.f)},
-          {"torque_on_base_N_m", json(sample.F_base_W.t)},
-          {"center_of_pressure_m", json(sample.p_WC)},
+          {"force_on_base_N", vector_json(sample.F_base_W.f)},
+          {"torque_on_base_N_m", vector_json(sample.F_base_W.t)},
+          {"center_of_pressure_m", vector_json(sample.p_WC)},
           {"elements", sample.result.elements},
           {"area_m2", sample.result.area_m2},
           {"normal_force_N", sample.result.normal_force_N},
@@ -31,7 +29,7 @@ Json json(const CellDescription& cell, const ContactSample& sample) {
 
 Json contacts_json(const CellDescription& cell, const Snapshot& state) {
   Json pairs = Json::array();
-  for (const ContactSample& sample : state.contacts.pressing()) pairs.push_back(json(cell, sample));
+  for (const ContactSample& sample : state.contacts.pressing()) pairs.push_back(contact_json(cell, sample));
   return {{"pressing", state.contacts.count + state.contacts.omitted}, {"pairs", std::move(pairs)}};
 }
 
@@ -39,7 +37,7 @@ Json contacts_json(const CellDescription& cell, const HeadlessResult& result) {
   Json all = contacts_json(cell, result.final_state);
   Json largest = Json::array();
   for (const ContactExtreme& extreme : result.contact_extremes) {
-    Json item = json(cell, extreme.sample);
+    Json item = contact_json(cell, extreme.sample);
     item["time_s"] = extreme.time_s;
     item["largest_torque_N_m"] = extreme.torque_N_m.value;
     item["largest_torque_time_s"] = extreme.torque_N_m.time_s;

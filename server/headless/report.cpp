@@ -11,6 +11,7 @@
 #include "server/headless/html_report.h"
 #include "server/headless/process_report.h"
 #include "server/headless/robot_report.h"
+#include "server/headless/vector_json.h"
 #include "server/simulation/state_hash.h"
 
 namespace takt {
@@ -18,13 +19,6 @@ namespace takt {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json json(const Vec3& v) {
-  return Json::array({v.x(), v.y(), v.z()});
-}
-Json json(const Quat& q) {
-  return Json::array({q.x(), q.y(), q.z(), q.w()});
-}
 
 Json name_or_null(const CellDescription& cell, int component) {
   return component < 0 ? Json(nullptr) : Json(cell.components[static_cast<std::size_t>(component)].name);
@@ -43,18 +37,18 @@ Json components_json(const CellDescription& cell, const Snapshot& state, const S
     const ComponentSample& sample = state.components[i];
     Json item;
     item["type"] = to_string(cell.components[i].type);
-    item["position"] = json(sample.p_WB);
-    item["orientation"] = json(sample.q_WB);
-    item["force"] = json(sample.F_Bo_W.f);
-    item["torque"] = json(sample.F_Bo_W.t);
+    item["position"] = vector_json(sample.p_WB);
+    item["orientation"] = rotation_json(sample.q_WB);
+    item["force"] = vector_json(sample.F_Bo_W.f);
+    item["torque"] = vector_json(sample.F_Bo_W.t);
     item["state"] = to_string(sample.state);
     item["partner"] = name_or_null(cell, sample.partner);
     const ExpectedPose* expected =
         scenario != nullptr ? expected_pose(*scenario, cell.components[i].name) : nullptr;
     if (expected != nullptr) {
       const PoseError error = pose_error(sample, expected->X_WB);
-      item["expected_position"] = json(expected->X_WB.p);
-      item["expected_orientation"] = json(expected->X_WB.quaternion());
+      item["expected_position"] = vector_json(expected->X_WB.p);
+      item["expected_orientation"] = rotation_json(expected->X_WB.quaternion());
       item["error_m"] = error.position_m;
       item["orientation_error_rad"] = error.angle_rad;
     }
@@ -102,7 +96,7 @@ Json collisions_json(const CellDescription& cell, const HeadlessResult& result) 
                    {"limit_m", event.limit_m},
                    {"distance_m", event.distance_m},
                    {"depth_m", std::max(0.0, -event.distance_m)},
-                   {"position_m", json(event.p_W)},
+                   {"position_m", vector_json(event.p_W)},
                    {"duration_s", event.duration_s}});
   }
   return all;

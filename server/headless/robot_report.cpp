@@ -2,15 +2,13 @@
 
 #include <nlohmann/json.hpp>
 
+#include "server/headless/vector_json.h"
+
 namespace takt {
 
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json json(const Vec3& v) {
-  return Json::array({v.x(), v.y(), v.z()});
-}
 
 Json values(const JointArray& array, std::size_t count) {
   return Json(std::vector<double>(array.begin(), array.begin() + static_cast<std::ptrdiff_t>(count)));
@@ -30,10 +28,10 @@ Json robots_json(const CellDescription& cell, const Snapshot& state) {
     if (sample.level_of_detail > 1) {
       item["torque"] = values(sample.effort, joints);
       // Of gripper and load on the flange, about the flange's origin, world axes.
-      item["flange_force_N"] = json(sample.flange_load_W.f);
-      item["flange_torque_N_m"] = json(sample.flange_load_W.t);
-      item["base_force_N"] = json(sample.base_reaction_W.f);
-      item["base_torque_N_m"] = json(sample.base_reaction_W.t);
+      item["flange_force_N"] = vector_json(sample.flange_load_W.f);
+      item["flange_torque_N_m"] = vector_json(sample.flange_load_W.t);
+      item["base_force_N"] = vector_json(sample.base_reaction_W.f);
+      item["base_torque_N_m"] = vector_json(sample.base_reaction_W.t);
       item["mechanical_power_W"] = sample.power.mechanical_total_W;
       item["electrical_power_W"] = sample.power.electrical_W;
       item["mechanical_energy_J"] = sample.power.mechanical_energy_J;

@@ -218,7 +218,7 @@ void write_results(const StudyOptions& options) {
   write_whole(svg.replace_extension(".svg"), plot.str());
 }
 
-std::string quoted(const std::string& word) {
+std::string shell_word(const std::string& word) {
   std::string text = "'";
   for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return text + "'";
@@ -226,13 +226,14 @@ std::string quoted(const std::string& word) {
 
 /// The study's own command line.
 std::string command_of(const StudyOptions& options) {
-  std::string command = quoted(options.executable.string()) + " " + quoted(fs::absolute(options.scenario));
-  for (const std::string& argument : options.arguments) command += " " + quoted(argument);
+  std::string command =
+      shell_word(options.executable.string()) + " " + shell_word(fs::absolute(options.scenario));
+  for (const std::string& argument : options.arguments) command += " " + shell_word(argument);
   for (const VariedKey& key : options.keys)
-    command += " --vary " + quoted(key.key + "=" + exact(key.from) + ":" + exact(key.to) + ":" +
-                                   std::to_string(key.count));
-  command += " --table " + quoted(fs::absolute(options.table));
-  if (!options.plot.empty()) command += " --plot " + quoted(options.plot);
+    command += " --vary " + shell_word(key.key + "=" + exact(key.from) + ":" + exact(key.to) + ":" +
+                                       std::to_string(key.count));
+  command += " --table " + shell_word(fs::absolute(options.table));
+  if (!options.plot.empty()) command += " --plot " + shell_word(options.plot);
   return command;
 }
 

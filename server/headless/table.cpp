@@ -14,7 +14,7 @@ namespace takt {
 namespace {
 
 /// What separates cells, or breaks lines, is quoted.
-std::string quoted(const std::string& text) {
+std::string cell_text(const std::string& text) {
   if (text.find_first_of(",\"\n") == std::string::npos) return text;
   std::string result = "\"";
   for (const char c : text) result += c == '"' ? std::string("\"\"") : std::string(1, c);
@@ -38,11 +38,11 @@ std::string Table::cell(std::size_t row, const std::string& column) const {
 }
 
 void Table::write_csv(std::ostream& out) const {
-  for (std::size_t c = 0; c < columns_.size(); ++c) out << (c > 0 ? "," : "") << quoted(columns_[c]);
+  for (std::size_t c = 0; c < columns_.size(); ++c) out << (c > 0 ? "," : "") << cell_text(columns_[c]);
   out << '\n';
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     for (std::size_t c = 0; c < columns_.size(); ++c)
-      out << (c > 0 ? "," : "") << quoted(cell(r, columns_[c]));
+      out << (c > 0 ? "," : "") << cell_text(cell(r, columns_[c]));
     out << '\n';
   }
 }

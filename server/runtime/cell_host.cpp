@@ -285,6 +285,8 @@ std::variant<std::shared_ptr<CellHost::World>, HostRefusal> CellHost::try_build(
   }
   try {
     return build(source);
+  } catch (const MissingFileError& error) {
+    return refused(ControlResult::missing_assets, error);
   } catch (const ScenarioError& error) {
     return refused(ControlResult::resource_parse_error, error);
   } catch (const MeshError& error) {

@@ -73,11 +73,11 @@ void CellHost::reset_spawned(const Job& job, const ResetSpawned& request) {
   const auto loaded = changeable(job.request.id);
   if (!loaded) return;
   const Scenario original = *loaded->as_loaded;
-  exchange_content(job, original, !request.spawned_only, {},
-                   request.spawned_only
-                       ? "What was spawned is gone, and what was deleted is back."
-                       : "The cell is back in its initial state, with the Parts of its scenario.",
-                   {{"epoch", "0"}});
+  const std::string done = request.spawned_only
+                               ? "What was spawned is gone, and what was deleted is back."
+                               : "The cell is back in its initial state, with the Parts of its scenario.";
+  if (exchange_content(job, original, !request.spawned_only, {}, done, {{"epoch", "0"}}))
+    tell(Severity::information, "reset", done);
 }
 
 }  // namespace takt

@@ -68,7 +68,7 @@ void CellHost::start_recording(const Job& job, const StartRecording& request) {
           "This server keeps no recordings of requests; --recordings DIR says where to.");
     return;
   }
-  if (const std::string refusal = SessionStore::refused_name(request.name); !refusal.empty()) {
+  if (const std::string refusal = SessionStore::refused_name(request.name, "recording"); !refusal.empty()) {
     reply(id, ControlResult::failed, refusal);
     return;
   }

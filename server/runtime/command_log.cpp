@@ -12,9 +12,9 @@
 namespace takt {
 namespace {
 
-constexpr std::array<char, 8> kMagic{'T', 'A', 'K', 'T', 'L', 'O', 'G', '\n'};
+constexpr std::array<char, 8> kLogMagic{'T', 'A', 'K', 'T', 'L', 'O', 'G', '\n'};
 constexpr std::uint32_t kFormat = 1;
-constexpr std::size_t kFileHeadSize = kMagic.size() + sizeof(kFormat);
+constexpr std::size_t kFileHeadSize = kLogMagic.size() + sizeof(kFormat);
 constexpr std::size_t kLeastContent = 1 + sizeof(std::uint64_t);
 constexpr std::size_t kMostText = 1U << 20U;
 constexpr std::size_t kMostItems = 100000;
@@ -34,8 +34,8 @@ std::uint32_t crc(std::uint32_t before, const void* from, std::size_t size) {
 
 std::vector<std::byte> LogFraming::file_head() {
   std::vector<std::byte> head(kFileHeadSize);
-  std::memcpy(head.data(), kMagic.data(), kMagic.size());
-  std::memcpy(head.data() + kMagic.size(), &kFormat, sizeof(kFormat));
+  std::memcpy(head.data(), kLogMagic.data(), kLogMagic.size());
+  std::memcpy(head.data() + kLogMagic.size(), &kFormat, sizeof(kFormat));
   return head;
 }
 
@@ -106,13 +106,13 @@ LogReader::LogReader(const std::filesystem::path& file)
   std::array<char, kFileHeadSize> head{};
   in_.read(head.data(), head.size());
   const auto found = static_cast<std::size_t>(in_.gcount());
-  const std::size_t compared = std::min(found, kMagic.size());
-  if (std::memcmp(head.data(), kMagic.data(), compared) != 0)
+  const std::size_t compared = std::min(found, kLogMagic.size());
+  if (std::memcmp(head.data(), kLogMagic.data(), compared) != 0)
     throw LogError(name_ + " is no log of takt: it begins otherwise");
   torn_ = found < kFileHeadSize;
   if (torn_) return;
   std::uint32_t format = 0;
-  std::memcpy(&format, head.data() + kMagic.size(), sizeof(format));
+  std::memcpy(&format, head.data() + kLogMagic.size(), sizeof(format));
   if (format != kFormat)
     throw LogError(name_ + " has format " + std::to_string(format) + "; this program reads format " +
                    std::to_string(kFormat));

@@ -37,6 +37,7 @@ enum class ControlResult : std::int32_t {
   name_invalid = 102,          ///< spawn_entity
   resource_parse_error = 103,  ///< load_scenario: the scenario file
   no_resource = 104,           ///< spawn_entity: no such mesh file
+  missing_assets = 104,        ///< load_scenario: a file that it names is not there
   unsupported_assets = 105,    ///< load_scenario: a mesh or a robot that it names
   spawn_parse_error = 106,     ///< spawn_entity: the mesh, or what it is to be
 };

@@ -20,6 +20,15 @@ std::string ControllerRegistry::add(const RegisterController& request, std::uint
   }
   const auto same_name = [&](const Controller& controller) { return controller.name == request.name; };
   auto place = std::find_if(controllers_.begin(), controllers_.end(), same_name);
+  std::vector<int> targets = request.targets;
+  std::sort(targets.begin(), targets.end());
+  if (place != controllers_.end() && place->targets != targets) {
+    std::string others;
+    for (const int target : place->targets)
+      others += (others.empty() ? "" : ", ") + std::string(target_name(cell, target));
+    return "There is a controller '" + request.name + "' already, for " + others.substr(0, 300) +
+           "; choose another name, or unregister that one first.";
+  }
   if (place == controllers_.end()) {
     if (controllers_.size() == kMaxControllers) {
       return "There are already " + std::to_string(kMaxControllers) + " controllers, which is the limit.";
@@ -30,8 +39,7 @@ std::string ControllerRegistry::add(const RegisterController& request, std::uint
   controller.name = request.name;
   controller.period_s = request.period_s;
   controller.timeout_s = request.timeout_s;
-  controller.targets = request.targets;
-  std::sort(controller.targets.begin(), controller.targets.end());
+  controller.targets = std::move(targets);
   find_boundary(controller, present_step);
   *place = std::move(controller);
   index_targets();

@@ -23,13 +23,14 @@ class ControllerRegistry {
     std::vector<int> targets;         ///< in ascending order
     std::uint64_t boundary = 0;       ///< number of the next boundary
     std::uint64_t boundary_step = 0;  ///< and the step it lies at
+    bool late_told = false;           ///< that it is late at this boundary
   };
 
   ControllerRegistry(int target_count, double step_s);
 
-  /// Adds a controller whose next boundary is the first at or after `present_step`; one of the same name is
-  /// replaced. Returns a sentence when that is not possible: too many controllers, or a target that another
-  /// one has declared.
+  /// Adds a controller whose next boundary is the first at or after `present_step`; one of the same name and
+  /// the same targets is replaced (it was started anew). Returns a sentence when that is not possible: too
+  /// many controllers, another one of that name, or a target that another one has declared.
   std::string add(const RegisterController& request, std::uint64_t present_step, const CellDescription& cell);
   bool remove(const std::string& name);
 

@@ -9,6 +9,9 @@
 namespace takt {
 namespace {
 
+/// As for what set_entity_state puts elsewhere.
+constexpr double kFurthest_m = 1e9;
+
 using Parsed = std::variant<HostAction, ControlReply>;
 
 std::filesystem::path path_of(std::string uri) {
@@ -65,6 +68,8 @@ Parsed parse_spawn(const ControlRequest& request) {
   }
   const GivenPose pose = read_pose(arguments);
   if (!pose.p) arguments.fail("needs the argument 'position': three numbers in m.");
+  if (pose.p && !(pose.p->cwiseAbs().maxCoeff() <= kFurthest_m))
+    arguments.fail_value("position", arguments.find("position"), "three numbers from -1e9 to 1e9 m");
   action.X_WB = {pose.R.value_or(Mat3::Identity()), pose.p.value_or(Vec3::Zero())};
   return arguments.result<HostAction>(action);
 }

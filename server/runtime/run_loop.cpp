@@ -79,6 +79,7 @@ void RunLoop::run() {
       continue;
     }
     if (requests_waiting_.load(std::memory_order_acquire)) execute_requests();
+    if (hold_.load(std::memory_order_relaxed)) continue;
     answer_question();
     collect_commands();
     if (!may_step()) {
@@ -179,7 +180,8 @@ bool RunLoop::boundary_commands_present() {
     return false;
   }
   const std::uint64_t step = simulation_.step_index();
-  for (const auto& controller : registry_.controllers()) {
+  std::optional<EventRecord> timeout;
+  for (auto& controller : registry_.controllers()) {
     if (controller.boundary_step != step) continue;
     const auto missing = std::find_if(controller.targets.begin(), controller.targets.end(), [&](int target) {
       return !pending_[static_cast<std::size_t>(target)].present &&
@@ -187,9 +189,12 @@ bool RunLoop::boundary_commands_present() {
     });
     if (missing == controller.targets.end()) continue;
     waiting_for_[waiting_count_++].assign(controller.name);
-    wait_for_controller(controller, *missing);
-    if (state_ != SimulationState::playing && single_steps_left_ == 0) break;  // its time-out has passed
+    if (auto ended = wait_for_controller(controller, *missing)) {
+      if (timeout) emit(*timeout);  // each of them is named; the last one pauses
+      timeout = ended;
+    }
   }
+  if (timeout) pause_with(*timeout);
   return waiting_count_ == 0;
 }
 
@@ -198,11 +203,12 @@ bool RunLoop::covered_by_trajectory(int target, double time_s) const {
   return simulation_.trajectory_end_s(static_cast<std::size_t>(target)) > time_s + 0.5 * cell().step_s;
 }
 
-void RunLoop::wait_for_controller(const ControllerRegistry::Controller& controller, int missing_target) {
+std::optional<EventRecord> RunLoop::wait_for_controller(ControllerRegistry::Controller& controller,
+                                                        int missing_target) {
   const std::int64_t now = monotonic_now_ns();
   if (wait_began_ns_ == 0) {
     wait_began_ns_ = now;
-    late_announced_ = false;
+    for (auto& each : registry_.controllers()) each.late_told = false;
     wait_in_status_ = false;
   }
   const std::int64_t waited = now - wait_began_ns_;
@@ -218,12 +224,14 @@ void RunLoop::wait_for_controller(const ControllerRegistry::Controller& controll
     late.code = EventCode::controller_timeout;
     late.severity = Severity::error;
     late.y = controller.timeout_s;
-    pause_with(late);
-  } else if (waited >= kLateAfter_ns && !late_announced_) {
-    late_announced_ = true;
+    return late;
+  }
+  if (waited >= kLateAfter_ns && !controller.late_told) {
+    controller.late_told = true;
     late.y = static_cast<double>(waited) * 1e-9;
     emit(late);
   }
+  return std::nullopt;
 }
 
 void RunLoop::gather_batch() {

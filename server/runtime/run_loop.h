@@ -193,7 +193,9 @@ class RunLoop {
   bool may_step();
   bool boundary_commands_present();
   bool covered_by_trajectory(int target, double time_s) const;
-  void wait_for_controller(const ControllerRegistry::Controller& controller, int missing_target);
+  /// Tells that it is late; the event of its time-out when that is over.
+  std::optional<EventRecord> wait_for_controller(ControllerRegistry::Controller& controller,
+                                                 int missing_target);
   void take_step();
   void gather_batch();
   void finish_boundaries(std::uint64_t step);
@@ -248,7 +250,7 @@ class RunLoop {
   std::int64_t next_save_ns_ = 0;
 
   std::int64_t wait_began_ns_ = 0;  ///< at the present boundary; 0: not waiting
-  bool late_announced_ = false, wait_in_status_ = false;
+  bool wait_in_status_ = false;
   std::array<FixedText<128>, 16> waiting_for_;
   std::uint32_t waiting_count_ = 0;
 

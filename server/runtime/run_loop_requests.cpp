@@ -73,8 +73,20 @@ void RunLoop::stand_held() {
 void RunLoop::begin_like(const RunLoop& other, SimulationState state) {
   begin_with(other.pace_, other.factor_);
   state_ = state;
-  registry_ = other.registry_;
-  registry_.restart(0);
+  // Numbers of targets differ where a Part with a device of its own came or went; names stay.
+  for (const ControllerRegistry::Controller& controller : other.registry_.controllers()) {
+    RegisterController again{controller.name, controller.period_s, controller.timeout_s, {}};
+    for (const int target : controller.targets)
+      if (const int here = find_target(cell(), target_name(other.cell(), target)); here >= 0)
+        again.targets.push_back(here);
+    if (again.targets.empty()) {
+      EventRecord removed = event(EventCode::controller_unregistered, Severity::warning);
+      removed.text.assign(controller.name);
+      emit(removed);
+    } else {
+      (void)registry_.add(again, 0, cell());
+    }
+  }
 }
 
 void RunLoop::refuse_what_waits() {
@@ -108,6 +120,13 @@ void RunLoop::execute_requests() {
       visit_ = nullptr;
     }
     visited_.notify_all();
+    if (hold_.load()) {  // they came together with hold(): those who come after it wait as well
+      const std::lock_guard lock(requests_mutex_);
+      requests_.insert(requests_.begin(), std::make_move_iterator(requests.begin()),
+                       std::make_move_iterator(requests.end()));
+      requests_waiting_.store(!requests_.empty(), std::memory_order_relaxed);
+      return;
+    }
   }
   changed_since_save_ = true;
   for (const PendingAction& request : requests) {

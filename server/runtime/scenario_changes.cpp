@@ -3,19 +3,43 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "server/scenario/device_builder.h"
+
 namespace takt {
 namespace {
+
+/// Names of the devices that come with a Part.
+std::vector<std::string> devices_of(const ScenarioPart& part) {
+  std::vector<std::string> names;
+  if (part.heat) names.push_back(heat_device_name(part.name));
+  if (part.thread) names.push_back(thread_device_name(part.name));
+  return names;
+}
 
 bool is_taken(const Scenario& scenario, const std::string& name) {
   const auto has = [&](const auto& items) {
     return std::any_of(items.begin(), items.end(), [&](const auto& item) { return item.name == name; });
   };
-  return has(scenario.parts) || has(scenario.grounds) || has(scenario.robots) || has(scenario.grippers);
+  return has(scenario.parts) || has(scenario.grounds) || has(scenario.robots) || has(scenario.grippers) ||
+         has(scenario.furnaces) || has(scenario.screwdrivers) ||
+         std::any_of(scenario.parts.begin(), scenario.parts.end(), [&](const ScenarioPart& part) {
+           const auto names = devices_of(part);
+           return std::find(names.begin(), names.end(), name) != names.end();
+         });
 }
+
+/// The name, and those of the devices that the Part brings along.
+bool is_taken_by_another(const Scenario& scenario, ScenarioPart part, const std::string& name) {
+  part.name = name;
+  const auto devices = devices_of(part);
+  return is_taken(scenario, name) ||
+         std::any_of(devices.begin(), devices.end(), [&](const auto& d) { return is_taken(scenario, d); });
+}
+
+constexpr std::size_t kLongest = 64;
 
 /// As the reader of scenarios asks for it.
 bool is_name(const std::string& name) {
-  constexpr std::size_t kLongest = 64;
   const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
   const auto fits = [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_'; };
   return !name.empty() && name.size() <= kLongest && letter(name.front()) &&
@@ -37,6 +61,7 @@ std::variant<ScenarioPart, HostRefusal> new_part(const Scenario& scenario, const
                          "There is no Part '" + request.copy_of.substr(0, 100) + "' to copy."};
     }
     part = *original;
+    part.thread.reset();  // the copy is elsewhere, not in the threaded hole of the original
     if (request.mass_kg && part.inertia_kg_m2) *part.inertia_kg_m2 *= *request.mass_kg / part.mass_kg;
   } else {
     std::error_code unreadable;
@@ -58,25 +83,28 @@ std::variant<ScenarioPart, HostRefusal> new_part(const Scenario& scenario, const
 
 std::variant<ChangedScenario, HostRefusal> changed(const Scenario& scenario, const SpawnEntity& request) {
   std::string name = request.name;
-  for (int number = 2; request.allow_renaming && is_taken(scenario, name); ++number) {
-    name = request.name + "_" + std::to_string(number);
-  }
   if (!is_name(name)) {
     return HostRefusal{
         ControlResult::name_invalid,
         "The name '" + name.substr(0, 100) +
             "' is not possible; allowed are a letter, then letters, digits and underscores, at most 64."};
   }
-  if (is_taken(scenario, name)) {
+  auto part = new_part(scenario, request);
+  if (auto* refusal = std::get_if<HostRefusal>(&part)) return *refusal;
+  auto& wanted = std::get<ScenarioPart>(part);
+  for (int number = 2; request.allow_renaming && is_taken_by_another(scenario, wanted, name); ++number) {
+    const std::string end = "_" + std::to_string(number);
+    name = request.name.substr(0, kLongest - end.size()) + end;
+  }
+  if (is_taken_by_another(scenario, wanted, name)) {
     return HostRefusal{
         ControlResult::name_not_unique,
         "There is a '" + name + "' in this cell already; allow_renaming true finds another name."};
   }
-  auto part = new_part(scenario, request);
-  if (auto* refusal = std::get_if<HostRefusal>(&part)) return *refusal;
-  std::get<ScenarioPart>(part).name = name;
+  wanted.name = name;
   ChangedScenario result{scenario, name};
-  result.scenario.parts.push_back(std::get<ScenarioPart>(std::move(part)));
+  std::erase(result.scenario.deleted, name);
+  result.scenario.parts.push_back(std::move(wanted));
   for (ScenarioProcess& process : result.scenario.processes) {
     const auto& members = process.members;
     const bool home = request.copy_of.empty() ||
@@ -97,7 +125,16 @@ std::variant<ChangedScenario, HostRefusal> changed(const Scenario& scenario, con
                  : HostRefusal{ControlResult::not_found,
                                "There is no Part '" + name.substr(0, 128) + "' in this cell."};
   }
+  std::string screws;
+  for (const ScenarioPart& part : scenario.parts)
+    if (part.thread && part.thread->in == name) screws += (screws.empty() ? "" : ", ") + part.name;
+  if (!screws.empty()) {
+    return HostRefusal{ControlResult::failed, "'" + name +
+                                                  "' cannot go while something is screwed into it: " +
+                                                  screws.substr(0, 300) + "; delete that first."};
+  }
   ChangedScenario result{scenario, name};
+  result.scenario.deleted.push_back(name);
   std::erase_if(result.scenario.parts, [&](const ScenarioPart& part) { return part.name == name; });
   std::erase_if(result.scenario.expected, [&](const ExpectedPose& pose) { return pose.part == name; });
   for (ScenarioProcess& process : result.scenario.processes) std::erase(process.members, name);

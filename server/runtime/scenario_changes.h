@@ -20,8 +20,10 @@ struct ChangedScenario {
   std::string entity;  ///< the Part that came or went
 };
 
-/// The Part belongs to the process of what it is a copy of, else to the first one.
+/// The Part belongs to the process of what it is a copy of, else to the first one. A copy of a Part that is
+/// screwed in is not.
 std::variant<ChangedScenario, HostRefusal> changed(const Scenario& scenario, const SpawnEntity& request);
+/// What rules of the scenario say of the Part counts no more. Refused while something is screwed into it.
 std::variant<ChangedScenario, HostRefusal> changed(const Scenario& scenario, const DeleteEntity& request);
 
 /// With everything that these requests spawn and delete, in turn. Throws std::runtime_error with the sentence

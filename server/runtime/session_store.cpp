@@ -17,7 +17,7 @@ using nlohmann::json;
 
 constexpr const char* kSuffix = ".snapshot";
 constexpr const char* kSession = "session.json";
-constexpr int kVersion = 1;
+constexpr int kSessionVersion = 1;
 
 /// 0: not the name of a periodic one.
 std::uint64_t number_of(const std::filesystem::path& file) {
@@ -29,7 +29,7 @@ std::uint64_t number_of(const std::filesystem::path& file) {
 }
 
 std::string text_of(const Session& session) {
-  json document{{"version", kVersion},
+  json document{{"version", kSessionVersion},
                 {"state", static_cast<int>(session.state)},
                 {"pace", to_string(session.pace)},
                 {"factor", session.factor},
@@ -47,7 +47,7 @@ std::string text_of(const Session& session) {
 }
 
 Session session_of(const json& document) {
-  if (document.at("version") != kVersion) throw std::runtime_error("other version");
+  if (document.at("version") != kSessionVersion) throw std::runtime_error("other version");
   Session session;
   const int state = document.at("state").get<int>();
   if (state < 0 || state > static_cast<int>(SimulationState::quitting))
@@ -96,7 +96,7 @@ SessionStore::SessionStore(const std::filesystem::path& directory, const std::st
   if (!known.empty()) next_number_ = number_of(known.front()) + 1;
 }
 
-std::string SessionStore::refused_name(const std::string& name) {
+std::string SessionStore::refused_name(const std::string& name, const std::string& what) {
   constexpr std::size_t kLongest = 100;
   const auto fits = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
@@ -105,7 +105,7 @@ std::string SessionStore::refused_name(const std::string& name) {
   if (!name.empty() && name.size() <= kLongest && name.front() != '.' &&
       std::all_of(name.begin(), name.end(), fits))
     return {};
-  return "A snapshot cannot be called '" + name.substr(0, kLongest) +
+  return "A " + what + " cannot be called '" + name.substr(0, kLongest) +
          "'; allowed are letters, digits, _, - and ., at most 100, no . first: it is a name, not a path.";
 }
 

@@ -40,7 +40,7 @@ class SessionStore {
   SessionStore(const std::filesystem::path& directory, const std::string& cell);
 
   /// Why no snapshot can have this name, in a sentence; empty: it can. A name is no path.
-  static std::string refused_name(const std::string& name);
+  static std::string refused_name(const std::string& name, const std::string& what = "snapshot");
   std::filesystem::path file_of(const std::string& name) const;
 
   /// Newest first.

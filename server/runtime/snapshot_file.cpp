@@ -17,8 +17,8 @@
 namespace takt {
 
 namespace {
-constexpr char kMagic[8] = {'T', 'A', 'K', 'T', 'S', 'N', 'A', 'P'};
-constexpr std::uint32_t kVersion = 1;
+constexpr char kSnapshotMagic[8] = {'T', 'A', 'K', 'T', 'S', 'N', 'A', 'P'};
+constexpr std::uint32_t kSnapshotVersion = 1;
 constexpr std::size_t kMostNameLetters = 4096;
 constexpr std::uint64_t kLargestState = 1ULL << 32U;
 
@@ -96,8 +96,8 @@ SnapshotIdentity identity_of(const Simulation& simulation) {
 SnapshotResult write_snapshot_file(const std::filesystem::path& file, const SnapshotIdentity& identity,
                                    std::span<const std::byte> state) {
   Header header{};
-  std::memcpy(header.magic, kMagic, sizeof(kMagic));
-  header.version = kVersion;
+  std::memcpy(header.magic, kSnapshotMagic, sizeof(kSnapshotMagic));
+  header.version = kSnapshotVersion;
   header.model = identity.model, header.step = identity.step, header.time_s = identity.time_s;
   const std::string_view name = std::string_view(identity.scenario).substr(0, kMostNameLetters);
   header.name_length = name.size(), header.state_length = state.size();
@@ -134,8 +134,8 @@ SnapshotResult read_snapshot_file(const std::filesystem::path& file, SnapshotFil
   Header header{};
   const ssize_t head = read_all(in.get(), &header, sizeof(header));
   if (head < 0) return system_error(SnapshotError::not_readable, file, "read");
-  const auto begins_right = std::min(static_cast<std::size_t>(head), sizeof(kMagic));
-  if (begins_right == 0 || std::memcmp(header.magic, kMagic, begins_right) != 0)
+  const auto begins_right = std::min(static_cast<std::size_t>(head), sizeof(kSnapshotMagic));
+  if (begins_right == 0 || std::memcmp(header.magic, kSnapshotMagic, begins_right) != 0)
     return {
         SnapshotError::not_a_snapshot,
         quoted(file) + (begins_right == 0 ? " is empty" : " is no snapshot of takt: it begins otherwise")};
@@ -145,9 +145,10 @@ SnapshotResult read_snapshot_file(const std::filesystem::path& file, SnapshotFil
   const auto length = static_cast<std::uint64_t>(status.st_size);
   if (head < static_cast<ssize_t>(sizeof(header)))
     return damaged("it ends after " + std::to_string(length) + " bytes, within its head");
-  if (header.version != kVersion)
+  if (header.version != kSnapshotVersion)
     return {SnapshotError::other_version, quoted(file) + " has format " + std::to_string(header.version) +
-                                              "; this program reads format " + std::to_string(kVersion)};
+                                              "; this program reads format " +
+                                              std::to_string(kSnapshotVersion)};
   if (header.name_length > kMostNameLetters || header.state_length > kLargestState)
     return damaged("the lengths in its head cannot be");
   const std::uint64_t expected = sizeof(header) + header.name_length + header.state_length;

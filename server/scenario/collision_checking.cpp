@@ -111,11 +111,12 @@ bool fits(const ScenarioCheckedPair& rule, const CheckedBody& a, const CheckedBo
   throw ScenarioError(rule.place + ": found " + found + "; allowed: " + allowed);
 }
 
-void require_known_names(const std::vector<ScenarioCheckedPair>& rules,
+void require_known_names(const Scenario& scenario, const std::vector<ScenarioCheckedPair>& rules,
                          const std::vector<CheckedBody>& bodies) {
   for (const ScenarioCheckedPair& rule : rules) {
     for (const std::string& name : rule.pair) {
-      if (std::any_of(bodies.begin(), bodies.end(),
+      if (fits_a_deleted_part(scenario, name) ||
+          std::any_of(bodies.begin(), bodies.end(),
                       [&](const CheckedBody& body) { return fits_pattern(body.name, name); }))
         continue;
       std::string list;
@@ -128,6 +129,11 @@ void require_known_names(const std::vector<ScenarioCheckedPair>& rules,
 }
 
 }  // namespace
+
+bool fits_a_deleted_part(const Scenario& scenario, std::string_view pattern) {
+  return std::any_of(scenario.deleted.begin(), scenario.deleted.end(),
+                     [&](const std::string& name) { return fits_pattern(name, pattern); });
+}
 
 bool fits_pattern(std::string_view name, std::string_view pattern) {
   std::size_t n = 0, p = 0, after_star = std::string_view::npos, taken = 0;
@@ -181,8 +187,8 @@ void add_collision_checking(const Scenario& scenario, CellModel& cell) {
   add_links(scenario, cell);
   add_components(scenario, cell);
   const std::vector<CheckedBody>& bodies = cell.clearance.bodies;
-  require_known_names(checking.limits, bodies);
-  require_known_names(checking.ignore, bodies);
+  require_known_names(scenario, checking.limits, bodies);
+  require_known_names(scenario, checking.ignore, bodies);
   std::vector<bool> used(checking.limits.size(), false);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     for (std::size_t j = i + 1; j < bodies.size(); ++j) {
@@ -206,6 +212,7 @@ void add_collision_checking(const Scenario& scenario, CellModel& cell) {
   for (std::size_t k = 0; k < used.size(); ++k) {
     if (used[k]) continue;
     const ScenarioCheckedPair& rule = checking.limits[k];
+    if (fits_a_deleted_part(scenario, rule.pair[0]) || fits_a_deleted_part(scenario, rule.pair[1])) continue;
     refuse(
         rule, "[" + rule.pair[0] + ", " + rule.pair[1] + "], which fits no checked pair",
         "a pair of a robot link or gripper with a ground, a part, another robot's link or gripper, or a link "

@@ -76,8 +76,9 @@ bool fits(const ScenarioContactPair& rule, const std::string& a, const std::stri
 }
 
 void require_known(const Scenario& scenario, const CellModel& cell) {
-  const auto known = [&cell](const std::string& name) {
-    return std::any_of(cell.components.begin(), cell.components.end(),
+  const auto known = [&](const std::string& name) {
+    return fits_a_deleted_part(scenario, name) ||
+           std::any_of(cell.components.begin(), cell.components.end(),
                        [&](const Component& c) { return fits_pattern(c.name, name); });
   };
   const auto refuse = [&cell](const std::string& place, const std::string& name) {

@@ -171,6 +171,7 @@ struct Scenario {
   bool skip_resting = true;        ///< false: every pair and every Part anew in every step
   double max_volume_error = 0.05;  ///< of the convex shapes of a component, as a share; more is told
   std::vector<ScenarioPart> parts;
+  std::vector<std::string> deleted;  ///< by request: Parts that the file has, and its rules may name
   std::vector<ScenarioGround> grounds;
   std::vector<ScenarioRobot> robots;
   std::vector<ScenarioGripper> grippers;

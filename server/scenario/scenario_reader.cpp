@@ -350,6 +350,9 @@ void choose_solver(const SolverKeys& given, const YamlSource& source, Scenario& 
 }  // namespace
 
 Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions& options) {
+  std::error_code unknown;
+  if (std::filesystem::is_directory(file, unknown))
+    throw ScenarioError(file.string() + ": a directory; a scenario is a file, NAME.yaml");
   YamlSource source{file, {}};
   YAML::Node root;
   try {

@@ -16,6 +16,12 @@ class ScenarioError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Of a scenario that names a file which is not there.
+class MissingFileError : public ScenarioError {
+ public:
+  using ScenarioError::ScenarioError;
+};
+
 struct ScenarioOptions {
   /// "key=value" with a dotted key as in the file, e.g. "parts.P.mass_kg=0.4"; the value is YAML.
   std::vector<std::string> overrides;

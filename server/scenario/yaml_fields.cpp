@@ -234,8 +234,9 @@ std::filesystem::path YamlFields::existing_file(const YAML::Node& node, const st
   const std::filesystem::path given = node.Scalar();
   const std::filesystem::path file = given.is_absolute() ? given : source_->file.parent_path() / given;
   if (!std::filesystem::is_regular_file(file)) {
-    fail_at(node, key, "'" + given.string() + "', which does not exist (looked for " + file.string() + ")",
-            "an existing file, by a path relative to the scenario file");
+    throw MissingFileError(place_of(node, key) + ": found '" + given.string() +
+                           "', which does not exist (looked for " + file.string() +
+                           "); allowed: an existing file, by a path relative to the scenario file");
   }
   return file;
 }

@@ -12,7 +12,6 @@ namespace takt {
 namespace {
 
 constexpr double kRounding_s = 1e-9;
-constexpr double kLongest_s = 1e9;
 
 /// Position and velocity of the path at time t after its start. Before its first point it leads there from
 /// `begin`. At a point the velocity is that of the piece to come.
@@ -282,7 +281,7 @@ void SetPoints::load(StateReader& in) {
   const auto get = [&](Following& following) {
     if (!in.flag("'follows a trajectory'")) return;
     const auto get_point = [&](JointPathPoint& point) {
-      point.t = in.number(-kLongest_s, kLongest_s, "the time of a trajectory's point");
+      point.t = in.number(-kLongestTime_s, kLongestTime_s, "the time of a trajectory's point");
       for (JointArray* values : {&point.q, &point.qd, &point.qdd})
         in.numbers(*values, "a trajectory's point");
     };
@@ -290,7 +289,7 @@ void SetPoints::load(StateReader& in) {
     const int order = in.integer(1, 5, "the order of a trajectory");
     if (order % 2 == 0) in.fail("the order of a trajectory is " + std::to_string(order));
     path->order = static_cast<PathOrder>(order);
-    following.start_s = in.number(-kLongest_s, kLongest_s, "the start of a trajectory");
+    following.start_s = in.number(-kLongestTime_s, kLongestTime_s, "the start of a trajectory");
     get_point(following.begin);
     const std::size_t next = in.size(kMostTrajectoryPoints, "points passed");
     path->points.resize(in.size(kMostTrajectoryPoints, "points of a trajectory"));
@@ -314,7 +313,7 @@ void SetPoints::load(StateReader& in) {
     r.period_s = in.number("the period of a set-point");
     r.brakes = in.flag("'brakes'");
     r.brake_begin_s = in.number("the time of braking");
-    r.brake_duration_s = in.number(r.brakes ? 1e-12 : 0.0, kLongest_s, "the duration of braking");
+    r.brake_duration_s = in.number(r.brakes ? 1e-12 : 0.0, kLongestTime_s, "the duration of braking");
     in.numbers(r.q, "a position"), in.numbers(r.v, "a velocity");
   }
   notices_.clear();

@@ -65,7 +65,14 @@ class TrajectoryCheck {
                                : "be after that of the point before, " +
                                      number(raw_.points[i - 1].time_from_start_s) + " s"));
     }
-    if (!raw.effort.empty() && raw.effort.size() != n) return wrong_count(where, "effort", raw.effort.size());
+    if (point.t > kLongestTime_s) {
+      return fault(RejectionCode::out_of_range, "the time of " + where + " is " + number(point.t) +
+                                                    " s; allowed is up to " + number(kLongestTime_s) + " s");
+    }
+    if (!raw.effort.empty()) {
+      if (raw.effort.size() != n) return wrong_count(where, "effort", raw.effort.size());
+      if (auto found = effort(raw, where)) return found;
+    }
     struct Field {
       const char* name;
       const std::vector<double>& values;
@@ -142,6 +149,21 @@ class TrajectoryCheck {
   }
 
  private:
+  std::optional<Rejection> effort(const RawTrajectoryPoint& raw, const std::string& where) const {
+    for (std::size_t k = 0; k < raw.effort.size(); ++k) {
+      const JointModel& joint = arm_.joints[joint_[k]];
+      const std::string what =
+          "effort of joint '" + joint.name + "' at " + where + " is " + number(raw.effort[k]);
+      if (!std::isfinite(raw.effort[k])) return fault(RejectionCode::not_finite, "the " + what);
+      if (std::abs(raw.effort[k]) <= joint.max_effort) continue;
+      const std::string unit = joint.type == JointType::revolute ? " N m" : " N";
+      return fault(RejectionCode::effort_out_of_range, "the " + what + unit + ", outside [" +
+                                                           number(-joint.max_effort) + ", " +
+                                                           number(joint.max_effort) + "]" + unit);
+    }
+    return std::nullopt;
+  }
+
   Rejection wrong_count(const std::string& where, const char* field, std::size_t found) const {
     return fault(RejectionCode::wrong_count,
                  "'" + std::string(field) + "' of " + where + " has " + std::to_string(found) +
@@ -164,6 +186,12 @@ Validated<TrajectoryCommand> validate(const CellDescription& cell, const RawTraj
   }
   TrajectoryCheck check(raw, cell.robots[static_cast<std::size_t>(robot)].arm);
   if (!std::isfinite(raw.stamp_s)) return check.fault(RejectionCode::not_finite, "its stamp is not finite");
+  if (std::abs(raw.stamp_s) > kLongestTime_s) {
+    return check.fault(RejectionCode::out_of_range,
+                       "its stamp is " + number(raw.stamp_s) +
+                           " s; needed is the simulated time at which it begins, at most " +
+                           number(kLongestTime_s) + " s, or 0 for now (is it the time of a wall clock?)");
+  }
   auto path = std::make_shared<JointPath>();
   if (raw.points.empty()) return TrajectoryCommand{robot, raw.stamp_s, std::move(path)};
   if (raw.points.size() > kMostTrajectoryPoints) {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "client_lib/client.h"
+#include "tests/support/hosting_client.h"
 #include "tests/support/scripted_cell.h"
 
 namespace {
@@ -14,12 +15,11 @@ using takt::ClientError;
 using takt::client::GripperAction;
 using takt::client::Seconds;
 using takt::client::SimulationState;
+using takt::test::kGenerous;
 using takt::test::kTestDomain;
 using takt::test::ScriptedCell;
 using takt::test::small_description;
 using takt::test::unique_cell_name;
-
-constexpr Seconds kGenerous{60.0};
 
 class ClientCommand : public testing::Test {
  protected:

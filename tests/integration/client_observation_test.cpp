@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "client_lib/client.h"
+#include "tests/support/hosting_client.h"
 #include "tests/support/scripted_cell.h"
 
 namespace {
@@ -13,13 +14,12 @@ using takt::ClientError;
 using takt::client::Event;
 using takt::client::Seconds;
 using takt::client::State;
+using takt::test::kGenerous;
 using takt::test::kTestDomain;
 using takt::test::ScriptedCell;
 using takt::test::small_description;
 using takt::test::small_state;
 using takt::test::unique_cell_name;
-
-constexpr Seconds kGenerous{60.0};
 
 class ClientObservation : public testing::Test {
  protected:

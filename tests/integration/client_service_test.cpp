@@ -7,8 +7,10 @@
 
 #include "client_lib/client.h"
 #include "client_lib/tools/takt_controller/session.h"
+#include "tests/support/built_programs.h"
 #include "tests/support/child_process.h"
 #include "tests/support/dds_service.h"
+#include "tests/support/hosting_client.h"
 
 namespace {
 
@@ -21,10 +23,10 @@ using takt::client::SimulationState;
 using takt::client::State;
 using takt::test::ChildProcess;
 using takt::test::DdsService;
-
-constexpr Seconds kGenerous{60.0};
-const std::string kBin = TAKT_BIN_DIR;
-const std::string kConfig = TAKT_CONFIG_DIR;
+using takt::test::kBin;
+using takt::test::kBlockScenario;
+using takt::test::kConfig;
+using takt::test::kGenerous;
 
 takt::ClientOptions options_for(const std::string& cell) {
   takt::ClientOptions options;
@@ -35,7 +37,7 @@ takt::ClientOptions options_for(const std::string& cell) {
   return options;
 }
 
-takt::RunLoopOptions paused() {
+takt::RunLoopOptions paused_loop() {
   takt::RunLoopOptions options;
   options.start_paused = true;
   return options;
@@ -48,7 +50,7 @@ std::string contents(const std::filesystem::path& file) {
 }
 
 TEST(ClientAndService, DescriptionIsThatOfTheCellBitByBit) {
-  const DdsService service(paused());
+  const DdsService service(paused_loop());
   const Client client(options_for(takt::test::test_cell()));
   const auto cell = client.cell();
   const auto& truth = service.model->description;
@@ -74,7 +76,7 @@ TEST(ClientAndService, DescriptionIsThatOfTheCellBitByBit) {
 }
 
 TEST(ClientAndService, StepsResetsAndTellsItsState) {
-  const DdsService service(paused());
+  const DdsService service(paused_loop());
   Client client(options_for(takt::test::test_cell()));
   EXPECT_EQ(client.get_state(), SimulationState::paused);
   client.step(25);
@@ -97,7 +99,7 @@ TEST(ClientAndService, StepsResetsAndTellsItsState) {
 }
 
 TEST(ClientAndService, CommandsMoveTheCellAndRefusedOnesAreToldInAnEvent) {
-  const DdsService service(paused());
+  const DdsService service(paused_loop());
   Client client(options_for(takt::test::test_cell()));
   const std::vector<double> start = client.state().robot("Robot1").position;
   std::vector<double> target = start;
@@ -129,8 +131,8 @@ TEST(ClientAndService, CommandsMoveTheCellAndRefusedOnesAreToldInAnEvent) {
 
 TEST(ClientAndService, AKilledServerIsNoticed) {
   const std::string cell = takt::test::test_cell() + "_killed";
-  ChildProcess server({kBin + "/takt-server", kConfig + "/scenarios/block_assembly.yaml", "--cell", cell,
-                       "--domain", std::to_string(takt::test::test_domain()), "--paused"});
+  ChildProcess server({kBin + "/takt-server", kBlockScenario, "--cell", cell, "--domain",
+                       std::to_string(takt::test::test_domain()), "--paused"});
   ASSERT_TRUE(server.wait_for_output("ready")) << server.text;
   takt::ClientOptions options = options_for(cell);
   options.silence_limit = Seconds{2.0};
@@ -147,7 +149,7 @@ TEST(ClientAndService, AKilledServerIsNoticed) {
 
 /// The block assembly over DDS in lockstep against the same program in one process without DDS.
 TEST(ClientAndService, BlockAssemblyInLockstepEqualsTheRunInOneProcess) {
-  const std::string scenario = kConfig + "/scenarios/block_assembly.yaml";
+  const std::string scenario = kBlockScenario;
   const auto report =
       std::filesystem::temp_directory_path() / ("takt_report_" + std::to_string(getpid()) + ".json");
   ChildProcess run({kBin + "/takt-run", scenario, "--report", report.string()});
@@ -160,7 +162,7 @@ TEST(ClientAndService, BlockAssemblyInLockstepEqualsTheRunInOneProcess) {
   ChildProcess server({kBin + "/takt-server", scenario, "--cell", cell, "--domain", domain, "--paused"});
   ASSERT_TRUE(server.wait_for_output("ready")) << server.text;
   takt::tool::SessionOptions session;
-  session.program = kConfig + "/programs/block_assembly.lua";
+  session.program = kConfig / "programs" / "block_assembly.lua";
   session.client = options_for(cell);
   session.pace = takt::client::Pace::lockstep;
   session.start = true;
@@ -185,7 +187,7 @@ TEST(ClientAndService, BlockAssemblyInLockstepEqualsTheRunInOneProcess) {
 }
 
 TEST(ClientAndService, AFaultyProgramEndsWithItsPlace) {
-  const DdsService service(paused());
+  const DdsService service(paused_loop());
   const auto program =
       std::filesystem::temp_directory_path() / ("takt_program_" + std::to_string(getpid()) + ".lua");
   std::ofstream(program) << "local x = 1\nerror('this program is broken')\n";
@@ -215,7 +217,7 @@ TEST(TaktCommand, ExitCodesTellUsageFromFailure) {
 }
 
 TEST(ClientAndService, ExplainsAPartWithoutChangingTheRun) {
-  const DdsService service(paused());
+  const DdsService service(paused_loop());
   Client client(options_for(takt::test::test_cell()));
   client.step(30);
   const auto part = client.explain_part("P");
@@ -267,7 +269,7 @@ TEST(ClientAndService, ExplainsAPartWithoutChangingTheRun) {
 }
 
 TEST(TaktCommand, ExplainTellsAPersonAndAProgram) {
-  const DdsService service(paused());
+  const DdsService service(paused_loop());
   Client(options_for(takt::test::test_cell())).step(30);
   const std::string domain = std::to_string(takt::test::test_domain());
   const auto takt = [&](std::vector<std::string> arguments) {
@@ -293,7 +295,7 @@ TEST(TaktCommand, ExplainTellsAPersonAndAProgram) {
 }
 
 TEST(TaktCommand, RecordWritesOneRowPerPeriod) {
-  const DdsService service(paused());
+  const DdsService service(paused_loop());
   Client client(options_for(takt::test::test_cell()));
   ChildProcess record({kBin + "/takt", "record", "-", "--until", "0.05", "--period", "0.01", "--cell",
                        takt::test::test_cell(), "--domain", std::to_string(takt::test::test_domain())});

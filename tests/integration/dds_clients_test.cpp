@@ -5,18 +5,18 @@
 #include <fstream>
 
 #include "server/runtime/monotonic_clock.h"
+#include "tests/support/built_programs.h"
 #include "tests/support/child_process.h"
 #include "tests/support/dds_service.h"
 
 namespace takt {
 namespace {
 
+using takt::test::kBin;
 using test::ChildProcess;
 using test::DdsService;
 using test::RawCellClient;
 namespace msg = takt_msgs::msg;
-
-const std::string kBin = TAKT_BIN_DIR;
 
 /// Steps in lockstep pace, where the loop waits for every instant to be written: whatever delays the writer,
 /// delays a step. A write to a frozen reader that blocks, blocks for the 100 ms of DDS' max_blocking_time,

@@ -288,6 +288,24 @@ TEST_F(DdsCommands, AfterTheOwnerIsKilledTheNextTakesOver) {
   EXPECT_NEAR(robot1_position(20), 0.01, 1e-12);
 }
 
+TEST(DdsControl, RepliesGoToWhoAsked) {
+  DdsService service(paused());
+  RawCellClient client;
+  // The same number for something else: two clients of one id, or one that was started again.
+  client.write("step", {{"steps", "5"}}, 6000);
+  ASSERT_TRUE(client.wait_for_replies(6000, 1));
+  client.write("step", {{"steps", "7"}}, 6000);
+  ASSERT_TRUE(client.wait_for_replies(6000, 2));
+  EXPECT_EQ(client.replies().back().result(), 4);
+  EXPECT_NE(client.replies().back().message().to_string().find("an id of its own"), std::string::npos);
+  EXPECT_EQ(client.value(client.request("get_state"), "step"), "5");
+  client.write("step", {{"steps", "3"}}, 6001, "");
+  ASSERT_TRUE(client.wait_for_replies(6001, 1));
+  EXPECT_EQ(client.replies().back().result(), 4);
+  EXPECT_NE(client.replies().back().message().to_string().find("client_id"), std::string::npos);
+  EXPECT_EQ(client.value(client.request("get_state"), "step"), "5");
+}
+
 TEST(DdsControl, RequestsAreAnsweredOnce) {
   DdsService service(paused());
   RawCellClient client;

@@ -8,6 +8,7 @@
 #include "server/scenario/scenario_builder.h"
 #include "tests/support/child_process.h"
 #include "tests/support/dds_service.h"
+#include "tests/support/hosting_client.h"
 
 namespace {
 
@@ -22,8 +23,7 @@ using takt::client::State;
 using takt::client::Status;
 using takt::test::ChildProcess;
 using takt::test::DdsService;
-
-constexpr Seconds kGenerous{60.0};
+using takt::test::kGenerous;
 
 takt::ClientOptions options() {
   takt::ClientOptions options;

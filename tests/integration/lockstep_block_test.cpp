@@ -9,19 +9,21 @@
 #include "client_lib/client.h"
 #include "server/headless/headless_run.h"
 #include "server/scenario/scenario_builder.h"
+#include "tests/support/built_programs.h"
 #include "tests/support/child_process.h"
 
 namespace takt::test {
 namespace {
 
-const std::filesystem::path kConfig = TAKT_CONFIG_DIR;
-const std::string kScenario = kConfig / "scenarios" / "block_assembly.yaml";
+using takt::test::kBin;
+using takt::test::kBlockScenario;
+using takt::test::kConfig;
+
 const std::string kProgram = kConfig / "programs" / "block_assembly.lua";
-const std::string kBin = TAKT_BIN_DIR;
 
 /// State hash after every step of the run in one process.
 std::vector<std::uint64_t> hashes_in_process() {
-  const Scenario scenario = read_scenario(kScenario);
+  const Scenario scenario = read_scenario(kBlockScenario);
   Simulation simulation(build_cell(scenario));
   HeadlessOptions options;
   options.duration_s = scenario.duration_s;
@@ -40,7 +42,7 @@ TEST(LockstepBlockScenario, HasTheBitsOfTheInProcessRunTenTimesInARow) {
   for (int round = 0; round < 10; ++round) {
     const std::string cell_name = "lockstep_" + std::to_string(getpid()) + "_" + std::to_string(round);
     ChildProcess server(
-        {kBin + "/takt-server", kScenario, "--paused", "--cell", cell_name, "--domain", domain});
+        {kBin + "/takt-server", kBlockScenario, "--paused", "--cell", cell_name, "--domain", domain});
     ASSERT_TRUE(server.wait_for_output("ready")) << server.text;
     client::ClientOptions options;
     options.cell = cell_name;

@@ -10,6 +10,7 @@
 
 #include "idl/transport/profiles.h"
 #include "server/dds/bounded_request.h"
+#include "tests/support/built_programs.h"
 #include "tests/support/child_process.h"
 #include "tests/support/dds_service.h"
 #include "tests/support/identities.h"
@@ -18,11 +19,10 @@
 namespace takt {
 namespace {
 
+using takt::test::kBin;
+using takt::test::kConfig;
 using test::ChildProcess;
 using test::make_identities;
-
-const std::string kBin = TAKT_BIN_DIR;
-const std::filesystem::path kConfig = TAKT_CONFIG_DIR;
 
 struct Outcome {
   int code;

@@ -10,10 +10,13 @@
 
 #include "client_lib/raw_topics.h"
 #include "client_lib/recording/mcap_reader.h"
+#include "client_lib/recording/mcap_writer.h"
 #include "client_lib/recording/offered_qos.h"
+#include "tests/support/built_programs.h"
 #include "tests/support/child_process.h"
 #include "tests/support/hosted_service.h"
 #include "tests/support/hosting_client.h"
+#include "tests/support/temporary_directory.h"
 
 namespace {
 
@@ -21,9 +24,8 @@ using takt::recording::McapReader;
 using takt::recording::OfferedQos;
 using takt::test::ChildProcess;
 using takt::test::HostedService;
+using takt::test::kBin;
 using takt::test::kGenerous;
-
-const std::string kBin = TAKT_BIN_DIR;
 
 /// What the server writes, without what is named after robots, and without contact_pressures, which it writes
 /// where bodies can press only.
@@ -127,6 +129,60 @@ TEST(RecordedQos, IsWhatTheServersWritersOffer) {
                     "--quiet", "--mcap", simulated.string()});
   EXPECT_EQ(run.wait(), 0) << run.text;
   EXPECT_GT(compare(McapReader(simulated), of_cell), 6U);
+}
+
+TEST(RecordedQos, IsReadInAllItsForms) {
+  using takt::recording::read_offered_qos;
+  for (const bool reliable : {false, true})
+    for (const bool latched : {false, true}) {
+      const OfferedQos qos{reliable, latched};
+      EXPECT_EQ(read_offered_qos(takt::recording::offered_qos_profiles(qos)), qos);
+    }
+  const auto profile = [](const std::string& reliability, const std::string& durability) {
+    return "- history: keep_last\n  depth: 1\n  reliability: " + reliability +
+           "\n  durability: " + durability + "\n";
+  };
+  EXPECT_EQ(read_offered_qos(profile("reliable", "transient_local")), (OfferedQos{true, true}));
+  EXPECT_EQ(read_offered_qos(profile("best_effort", "volatile")), (OfferedQos{false, false}));
+  // Two writers of one topic: readers of either find what they ask for.
+  EXPECT_EQ(read_offered_qos(profile("best_effort", "volatile") + profile("reliable", "volatile")),
+            (OfferedQos{true, false}));
+  EXPECT_EQ(read_offered_qos(profile("1", "2") + profile("2", "1")), (OfferedQos{true, true}));
+  for (const char* wrong : {"", "[]", "- {}", "reliable", "- reliability: 1", "- [", "{: "})
+    EXPECT_EQ(read_offered_qos(wrong), std::nullopt) << wrong;
+  EXPECT_EQ(read_offered_qos(profile("sometimes", "volatile")), std::nullopt);
+}
+
+/// A file of another program: its names say nothing of its QoS, or something else.
+TEST(RecordedQos, IsOfferedAgainByAReplay) {
+  const takt::test::TemporaryDirectory directory;
+  const auto file = directory / "foreign.mcap";
+  const std::string prefix = "/" + takt::test::test_cell() + "/";
+  const std::map<std::string, OfferedQos> written{{prefix + "latched", {true, true}},
+                                                  {prefix + "state", {true, false}},
+                                                  {prefix + "quick", {false, false}}};
+  {
+    takt::recording::McapWriter writer(file, "a program of its own");
+    for (const auto& [topic, qos] : written) {
+      const auto channel =
+          writer.add_channel(topic, takt::recording::known_types(), "rosgraph_msgs/msg/Clock", qos);
+      // Two samples a long time apart, so that the replay is there to be looked at.
+      for (const std::uint64_t time_ns : {1ULL, 600'000'000'000ULL})
+        writer.write(channel, time_ns, time_ns, std::string("\0\1\0\0\5\0\0\0\6\0\0\0", 12));
+    }
+    writer.close();
+  }
+  ChildProcess replay(
+      {kBin + "/takt", "--domain", std::to_string(takt::test::test_domain()), "replay", file.string()});
+  std::vector<std::string> wanted;
+  for (const auto& [topic, qos] : written) wanted.push_back(topic);
+  const auto found = offered(wanted);
+  for (const auto& [topic, qos] : written) {
+    ASSERT_TRUE(found.contains(topic)) << topic;
+    EXPECT_EQ(found.at(topic), qos) << topic;
+  }
+  replay.signal(SIGINT);
+  EXPECT_EQ(replay.wait(), 0) << replay.text;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "client_lib/client.h"
+#include "tests/support/built_programs.h"
 #include "tests/support/child_process.h"
 #include "tests/support/hosted_service.h"
 #include "tests/support/hosting_client.h"
@@ -20,10 +21,9 @@ using takt::test::ChildProcess;
 using takt::test::client_options;
 using takt::test::expect_words;
 using takt::test::HostedService;
+using takt::test::kBin;
 using takt::test::kGenerous;
 using takt::test::refusal;
-
-const std::string kBin = TAKT_BIN_DIR;
 
 std::string hexadecimal(std::uint64_t value) {
   std::ostringstream text;

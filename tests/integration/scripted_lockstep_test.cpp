@@ -9,20 +9,22 @@
 #include "client_lib/lockstep_controller.h"
 #include "server/headless/headless_run.h"
 #include "server/scenario/scenario_builder.h"
+#include "tests/support/built_programs.h"
 #include "tests/support/child_process.h"
 #include "tests/support/temporary_directory.h"
 
 namespace takt::test {
 namespace {
 
-const std::filesystem::path kConfig = TAKT_CONFIG_DIR;
-const std::string kScenario = kConfig / "scenarios" / "block_assembly.yaml";
-const std::string kBin = TAKT_BIN_DIR;
+using takt::test::kBin;
+using takt::test::kBlockScenario;
+using takt::test::kConfig;
+
 constexpr int kPeriods = 250;
 constexpr double kPeriod_s = 0.008;
 
 /// The motion as a robot program.
-constexpr const char* kProgram = R"(
+constexpr const char* kScript = R"(
 period_s = 0.008
 routine("Robot2", function(r)
   local start = r.joints
@@ -39,8 +41,8 @@ end)
 
 std::uint64_t hash_in_process() {
   const TemporaryDirectory directory;
-  directory.write("motion.lua", kProgram);
-  const Scenario scenario = read_scenario(kScenario);
+  directory.write("motion.lua", kScript);
+  const Scenario scenario = read_scenario(kBlockScenario);
   Simulation simulation(build_cell(scenario));
   HeadlessOptions options;
   options.duration_s = kPeriods * kPeriod_s;
@@ -71,7 +73,8 @@ TEST(ScriptedLockstep, HasTheBitsOfTheSameMotionInOneProcess) {
   const std::uint64_t expected = hash_in_process();
   const std::string name = "scripted_" + std::to_string(getpid());
   const std::string domain = std::to_string(10 + getpid() % 80);
-  ChildProcess server({kBin + "/takt-server", kScenario, "--paused", "--cell", name, "--domain", domain});
+  ChildProcess server(
+      {kBin + "/takt-server", kBlockScenario, "--paused", "--cell", name, "--domain", domain});
   ASSERT_TRUE(server.wait_for_output("ready")) << server.text;
   ClientOptions options;
   options.cell = name;

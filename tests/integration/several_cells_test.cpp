@@ -6,6 +6,7 @@
 #include "client_lib/client.h"
 #include "tests/support/child_process.h"
 #include "tests/support/dds_service.h"
+#include "tests/support/hosting_client.h"
 
 namespace {
 
@@ -14,8 +15,7 @@ using takt::ClientOptions;
 using takt::client::Seconds;
 using takt::client::SimulationState;
 using takt::test::ChildProcess;
-
-constexpr Seconds kGenerous{60.0};
+using takt::test::kGenerous;
 
 TEST(SeveralCells, InOneDomainKnowNothingOfEachOther) {
   const std::string domain = std::to_string(takt::test::test_domain());

@@ -8,18 +8,19 @@
 #include "server/dds/ros_type_hash.h"
 #include "tests/support/child_process.h"
 #include "tests/support/dds_service.h"
+#include "tests/support/hosting_client.h"
 #include "tests/support/test_device.h"
 
 namespace takt {
 namespace {
 
 using client::Seconds;
+using takt::test::kGenerous;
 using test::DdsService;
 using test::RawCellClient;
 namespace msg = takt_msgs::msg;
 
 constexpr double kQuarter = 1.5707963267948966;
-constexpr Seconds kGenerous{60.0};
 
 RunLoopOptions free_paused() {
   RunLoopOptions options;
@@ -207,6 +208,31 @@ TEST_F(WireCommands, RobotsOfAFrozenOwnerPassToTheNextWithinASecondOrTwo) {
       client_->wait_for_event([](const auto& e) { return e.code == "owner_silent"; }, kGenerous);
   ASSERT_TRUE(told.has_value());
   EXPECT_EQ(told->subject, "Robot1");
+  owner.signal(SIGCONT);
+}
+
+/// A controller that died, and is started anew later than its silence was noticed. DDS itself would wait for
+/// the end of the dead participant's lease, and tell nobody.
+TEST_F(WireCommands, RobotsOfAnOwnerThatFrozeAlonePassToWhoComesLater) {
+  test::ChildProcess owner({std::string(TAKT_BIN_DIR) + "/takt-test-commander",
+                            std::to_string(test::test_domain()), test::test_cell(), "Robot1", "0.02",
+                            "lease"});
+  ASSERT_TRUE(owner.wait_for_output("ready")) << owner.text;
+  step_until_applied(0, 1);
+  owner.signal(SIGSTOP);
+  const double frozen_s = client_->status().wall_time_s;
+  ASSERT_TRUE(
+      client_->wait_for_status([&](const auto& s) { return s.wall_time_s > frozen_s + 3.0; }, kGenerous));
+  bool taken_over = false;
+  for (int attempt = 0; attempt < 6000 && !taken_over; ++attempt) {
+    client_->send_joint_command("Robot1", at(0.01));
+    client_->step(1);
+    taken_over =
+        client_->wait_for_state([](const client::State& s) { return s.applied[0].count >= 2; }, Seconds{0.01})
+            .has_value();
+  }
+  EXPECT_TRUE(taken_over);
+  EXPECT_TRUE(client_->wait_for_event([](const auto& e) { return e.code == "owner_silent"; }, kGenerous));
   owner.signal(SIGCONT);
 }
 

@@ -8,11 +8,11 @@
 #include "server/contact/connections.h"
 #include "server/simulation/simulation.h"
 #include "tests/support/box_cell.h"
+#include "tests/support/constants.h"
 
 namespace takt::test {
 namespace {
 
-constexpr double kGravity = 9.80665;
 constexpr std::array kAlgorithms{InteractionAlgorithm::substitute_force,
                                  InteractionAlgorithm::extended_substitute_force,
                                  InteractionAlgorithm::partner_search};
@@ -131,11 +131,11 @@ TEST(InteractionAlgorithms, SeriesSagAddsUp) {  // (3.24), (3.25)
     const Snapshot s = simulation.make_snapshot();
     EXPECT_EQ(sample(s, r.c).partner, r.b);
     EXPECT_EQ(sample(s, r.b).partner, r.table);
-    const double k_bt = translational_stiffness(1.0, kGravity, 1e-4);
-    const double k_cb = translational_stiffness(0.5, kGravity, 1e-4);
-    const double sag_b = 1.5 * kGravity / k_bt;
+    const double k_bt = translational_stiffness(1.0, kGravity_m_s2, 1e-4);
+    const double k_cb = translational_stiffness(0.5, kGravity_m_s2, 1e-4);
+    const double sag_b = 1.5 * kGravity_m_s2 / k_bt;
     EXPECT_NEAR(sample(s, r.b).p_WB.z(), -sag_b, 1e-10) << name(algorithm);
-    EXPECT_NEAR(sample(s, r.c).p_WB.z(), 0.06 - (sag_b + 0.5 * kGravity / k_cb), 1e-10);
+    EXPECT_NEAR(sample(s, r.c).p_WB.z(), 0.06 - (sag_b + 0.5 * kGravity_m_s2 / k_cb), 1e-10);
   }
 }
 
@@ -153,14 +153,14 @@ TEST(InteractionAlgorithms, FeedForwardCarriesAChainWithItsMoment) {
     ASSERT_EQ(simulation.connections().size(), 2U);
     const Wrench on_b = simulation.pair_wrench(simulation.connections()[0]);
     const Wrench on_c = simulation.pair_wrench(simulation.connections()[1]);
-    EXPECT_NEAR(on_b.f.z(), 1.5 * kGravity, 1e-9);
-    EXPECT_NEAR(on_b.t.y(), -0.06 * 0.5 * kGravity, 1e-9);  // against (0.06, 0, z) x (0, 0, -m g)
-    EXPECT_NEAR(on_c.f.z(), 0.5 * kGravity, 1e-9);
+    EXPECT_NEAR(on_b.f.z(), 1.5 * kGravity_m_s2, 1e-9);
+    EXPECT_NEAR(on_b.t.y(), -0.06 * 0.5 * kGravity_m_s2, 1e-9);  // against (0.06, 0, z) x (0, 0, -m g)
+    EXPECT_NEAR(on_c.f.z(), 0.5 * kGravity_m_s2, 1e-9);
     EXPECT_NEAR(on_c.t.norm(), 0.0, 1e-9);
     // The table feels both weights where they are.
     const Wrench& on_table = sample(s, r.table).F_Bo_W;
-    EXPECT_NEAR(on_table.f.z(), -1.5 * kGravity, 1e-9);
-    EXPECT_NEAR(on_table.t.y(), 0.06 * 0.5 * kGravity, 1e-9);
+    EXPECT_NEAR(on_table.f.z(), -1.5 * kGravity_m_s2, 1e-9);
+    EXPECT_NEAR(on_table.t.y(), 0.06 * 0.5 * kGravity_m_s2, 1e-9);
   }
 }
 
@@ -189,7 +189,7 @@ TEST(InteractionAlgorithms, FeedForwardHoldsAChainInAGripperInAnyPose) {
     EXPECT_LT((in_palm(b) - b_before).norm(), 1e-8);
     EXPECT_LT((in_palm(c) - c_before).norm(), 1e-8);
     const Wrench& load = sample(simulation.make_snapshot(), palm).F_Bo_W;
-    EXPECT_NEAR(load.f.z(), -1.5 * kGravity, 1e-9);
+    EXPECT_NEAR(load.f.z(), -1.5 * kGravity_m_s2, 1e-9);
   }
 }
 
@@ -207,12 +207,12 @@ TEST(InteractionAlgorithms, ParallelConnectionsStiffen) {  // (3.28), (3.29)
     run(simulation, 5000);
     EXPECT_EQ(simulation.connections().size(), 5U);  // P-B, P-O, O-B, both on the table
     const Snapshot s = simulation.make_snapshot();
-    const double k_p = translational_stiffness(0.3, kGravity, 1e-4);
-    const double k_b = translational_stiffness(1.0, kGravity, 1e-4);
-    const double sag_b = (1.0 + 0.5 * 0.3) * kGravity / k_b;
+    const double k_p = translational_stiffness(0.3, kGravity_m_s2, 1e-4);
+    const double k_b = translational_stiffness(1.0, kGravity_m_s2, 1e-4);
+    const double sag_b = (1.0 + 0.5 * 0.3) * kGravity_m_s2 / k_b;
     EXPECT_NEAR(sample(s, b).p_WB.z(), -sag_b, 1e-10) << name(algorithm);
     EXPECT_NEAR(sample(s, o).p_WB.z(), -sag_b, 1e-10);
-    EXPECT_NEAR(sample(s, p).p_WB.z(), 0.06 - sag_b - 0.3 * kGravity / (k_p + k_p), 1e-10);
+    EXPECT_NEAR(sample(s, p).p_WB.z(), 0.06 - sag_b - 0.3 * kGravity_m_s2 / (k_p + k_p), 1e-10);
   }
 }
 
@@ -251,7 +251,7 @@ TEST(InteractionAlgorithms, AFreeClusterFallsAsOneAndIsCaughtWithFullStiffness) 
     run(simulation, 500);
     EXPECT_EQ(simulation.connections().size(), 16U + 24U + 18U);  // plate, sides, edges
     const Snapshot s = simulation.make_snapshot();
-    const double fall = 0.5 * kGravity * 0.25;
+    const double fall = 0.5 * kGravity_m_s2 * 0.25;
     EXPECT_NEAR(sample(s, plate).p_WB.z(), 3.0 - fall, 1e-9);
     EXPECT_EQ(sample(s, plate).partner, -1);
     for (const int cube : cubes) {
@@ -275,7 +275,7 @@ TEST(InteractionAlgorithms, AFreeClusterFallsAsOneAndIsCaughtWithFullStiffness) 
     for (const PairConnection& closed : caught.connections()) EXPECT_EQ(closed.connection.softening, 1.0);
     const Snapshot end = caught.make_snapshot();
     EXPECT_LT(sample(end, b).V_WB.v.norm(), 1e-9);
-    EXPECT_NEAR(caught.pair_wrench(caught.connections()[0]).f.z(), 1.5 * kGravity, 1e-6);
+    EXPECT_NEAR(caught.pair_wrench(caught.connections()[0]).f.z(), 1.5 * kGravity_m_s2, 1e-6);
     EXPECT_EQ(sample(end, c).partner, b);
   }
 }

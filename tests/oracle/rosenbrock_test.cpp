@@ -93,7 +93,7 @@ TEST(Rosenbrock, TheTransformedMethodIsTheSame) {
 
 constexpr double kNoTolerance = 1e9;  // every step is good: as large as the communication step
 
-double nonlinear_order(NonlinearModel::Jacobian jacobian) {
+double rosenbrock_order(NonlinearModel::Jacobian jacobian) {
   const auto error = [jacobian](double h) {
     NonlinearModel model(jacobian);
     LooseSystem loose({&model});
@@ -108,7 +108,7 @@ double nonlinear_order(NonlinearModel::Jacobian jacobian) {
 TEST(Rosenbrock, OrderThreeWithAnyJacobian) {
   using Jacobian = NonlinearModel::Jacobian;
   for (const Jacobian jacobian : {Jacobian::none, Jacobian::zero, Jacobian::wrong, Jacobian::exact})
-    EXPECT_NEAR(nonlinear_order(jacobian), 3.0, 0.25) << static_cast<int>(jacobian);
+    EXPECT_NEAR(rosenbrock_order(jacobian), 3.0, 0.25) << static_cast<int>(jacobian);
 }
 
 TEST(Rosenbrock, StiffEquationsFollowTheirReferenceInLargeSteps) {
@@ -172,7 +172,7 @@ struct SpinningParts {
   SolverStatistics statistics;
 };
 
-double distance(const std::vector<double>& a, const std::vector<double>& b) {
+double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
   double d = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i)
     if (const double each = std::abs(a[i] - b[i]); !(each <= d)) d = each;
@@ -188,7 +188,8 @@ double order_on_parts(const std::string& name, double h) {
   };
   const auto exact = state({"rk4", 0.0, 0.0}, 5e-5);
   const SolverParameters parameters{name, kNoTolerance, 0.0, SystemMatrix::coupled};
-  return std::log2(distance(state(parameters, h), exact) / distance(state(parameters, 0.5 * h), exact));
+  return std::log2(largest_difference(state(parameters, h), exact) /
+                   largest_difference(state(parameters, 0.5 * h), exact));
 }
 
 TEST(CoupledSolvers, OrderOnTwoPartsThatHoldEachOther) {
@@ -218,7 +219,8 @@ double order_on_arm(const std::string& name, double h) {
   };
   const auto exact = state({"rk4", 0.0, 0.0}, 2e-5);
   const SolverParameters parameters{name, kNoTolerance, 0.0, SystemMatrix::coupled};
-  return std::log2(distance(state(parameters, h), exact) / distance(state(parameters, 0.5 * h), exact));
+  return std::log2(largest_difference(state(parameters, h), exact) /
+                   largest_difference(state(parameters, 0.5 * h), exact));
 }
 
 TEST(CoupledSolvers, OrderOnASwingingArm) {
@@ -234,17 +236,17 @@ TEST(CoupledSolvers, TakeStiffChainsInLargeSteps) {
   ASSERT_EQ(exact.interaction->connections().size(), 2U);
   ASSERT_TRUE(exact.run({"rk4", 0.0, 0.0}, 2e-5, kEnd));
   ASSERT_TRUE(adaptive.run({"rosenbrock", 1e-4, 0.0}, kLarge, kEnd));
-  EXPECT_LT(distance(adaptive.x, exact.x), 2e-3);
+  EXPECT_LT(largest_difference(adaptive.x, exact.x), 2e-3);
   // The fastest mode, 990 1/s, leaves explicit methods 2 ms.
   EXPECT_GE(adaptive.statistics.largest_step_s, 0.004);
   EXPECT_LT(adaptive.statistics.steps, 300U);
   ASSERT_TRUE(fixed.run({"implicit", 0.0, 0.0, SystemMatrix::coupled}, 0.004, kEnd));
-  EXPECT_LT(distance(fixed.x, exact.x), 2e-2);
+  EXPECT_LT(largest_difference(fixed.x, exact.x), 2e-2);
   static_cast<void>(explicit_one.run({"rk2", 0.0, 0.0}, 0.004, kEnd));
-  EXPECT_FALSE(distance(explicit_one.x, exact.x) < 1.0);
+  EXPECT_FALSE(largest_difference(explicit_one.x, exact.x) < 1.0);
   // Nor does it help to be implicit inside models only.
   static_cast<void>(separate.run({"implicit", 0.0, 0.0, SystemMatrix::separate}, 0.004, kEnd));
-  EXPECT_FALSE(distance(separate.x, exact.x) < 1.0);
+  EXPECT_FALSE(largest_difference(separate.x, exact.x) < 1.0);
 }
 
 TEST(CoupledSolvers, NewtonConvergesWithTheCoupledMatrix) {
@@ -254,7 +256,7 @@ TEST(CoupledSolvers, NewtonConvergesWithTheCoupledMatrix) {
   for (const char* name : {"cvode", "esdirk", "esdirk4", "ida"}) {
     SpinningParts parts(1e-4, algorithm, 3);
     ASSERT_TRUE(parts.run({name, 1e-8, 0.0, SystemMatrix::coupled}, 0.008, 0.256)) << name;
-    EXPECT_LT(distance(parts.x, exact.x), 1e-5) << name;
+    EXPECT_LT(largest_difference(parts.x, exact.x), 1e-5) << name;
     EXPECT_GT(parts.statistics.jacobians, 0U);
     // No finite differences: one evaluation per Jacobian.
     EXPECT_LT(parts.statistics.evaluations,

@@ -6,7 +6,7 @@
 namespace takt {
 namespace {
 
-std::vector<RoundedShape> box(const Vec3& half) {
+std::vector<RoundedShape> box_shape(const Vec3& half) {
   ConvexShape shape = ConvexShape::from_points(std::vector<Vec3>(8, Vec3::Zero()));
   shape.become_box(-half, half);
   return {{shape, 0.0}};
@@ -23,7 +23,7 @@ BodyDistance distance(const std::vector<RoundedShape>& a, const Pose& X_WA,
 }
 
 TEST(BodyDistanceOracle, BoxesFaceToFaceAndCornerToCorner) {
-  const auto a = box({0.1, 0.2, 0.3}), b = box({0.2, 0.1, 0.1});
+  const auto a = box_shape({0.1, 0.2, 0.3}), b = box_shape({0.2, 0.1, 0.1});
   EXPECT_NEAR(distance(a, at(0, 0, 0), b, at(0.5, 0, 0)).distance_m, 0.2, 1e-10);
   const BodyDistance corner = distance(a, at(0, 0, 0), b, at(0.3 + 0.03, 0.3 + 0.04, 0.4 + 0.12));
   EXPECT_NEAR(corner.distance_m, 0.13, 1e-10);  // 3, 4, 12, 13
@@ -32,7 +32,7 @@ TEST(BodyDistanceOracle, BoxesFaceToFaceAndCornerToCorner) {
 
 TEST(BodyDistanceOracle, DepthAndPlaceOfAnOverlap) {
   // A block of 20 mm pushed 3 mm into a table top at z = 0.7.
-  const auto table = box({0.45, 0.35, 0.02}), block = box({0.01, 0.01, 0.01});
+  const auto table = box_shape({0.45, 0.35, 0.02}), block = box_shape({0.01, 0.01, 0.01});
   const BodyDistance found = distance(table, at(0, 0, 0.68), block, at(0.1, -0.2, 0.7 + 0.01 - 0.003));
   EXPECT_NEAR(found.distance_m, -0.003, 1e-10);
   EXPECT_NEAR(found.p_W.z(), 0.7 - 0.0015, 1e-9);
@@ -41,7 +41,7 @@ TEST(BodyDistanceOracle, DepthAndPlaceOfAnOverlap) {
 }
 
 TEST(BodyDistanceOracle, BallsAreExact) {
-  const auto a = ball(0.05), b = ball(0.02), cube = box({0.1, 0.1, 0.1});
+  const auto a = ball(0.05), b = ball(0.02), cube = box_shape({0.1, 0.1, 0.1});
   const BodyDistance apart = distance(a, at(0, 0, 0), b, at(0.06, 0.08, 0));
   EXPECT_NEAR(apart.distance_m, 0.1 - 0.07, 1e-12);
   EXPECT_NEAR((apart.p_W - Vec3(0.6, 0.8, 0) * 0.065).norm(), 0.0, 1e-12);
@@ -53,7 +53,7 @@ TEST(BodyDistanceOracle, BallsAreExact) {
 }
 
 TEST(BodyDistanceOracle, BoundsHoldAllShapes) {
-  std::vector<RoundedShape> shapes = box({0.1, 0.2, 0.3});
+  std::vector<RoundedShape> shapes = box_shape({0.1, 0.2, 0.3});
   shapes.push_back({ConvexShape::from_points({Vec3(1.0, 0.0, 0.0)}), 0.25});
   const ShapeBounds bounds = bounds_of(shapes);
   EXPECT_NEAR(bounds.reach_m, 1.25, 1e-12);

@@ -9,13 +9,12 @@
 #include "plant_models/mechanics/rigid_body.h"
 #include "server/simulation/rk2_integrator.h"
 #include "tests/support/box_cell.h"
+#include "tests/support/constants.h"
 
 namespace takt::test {
 namespace {
 
-constexpr double kGravity = 9.80665;
-
-const ComponentSample& sample(const Snapshot& snapshot, int id) {
+const ComponentSample& sample_of(const Snapshot& snapshot, int id) {
   return snapshot.components[static_cast<size_t>(id)];
 }
 
@@ -25,12 +24,12 @@ TEST(Simulation, FreeFallIsExact) {
   Simulation simulation(cell.build());
   for (int i = 0; i < 500; ++i) ASSERT_TRUE(simulation.step({}));
   const Snapshot s = simulation.make_snapshot();
-  EXPECT_EQ(sample(s, part).partner, -1);
-  EXPECT_EQ(sample(s, part).state, PartState::free);
-  EXPECT_NEAR(sample(s, part).p_WB.z(), 5.0 - 0.5 * kGravity * 0.25,
+  EXPECT_EQ(sample_of(s, part).partner, -1);
+  EXPECT_EQ(sample_of(s, part).state, PartState::free);
+  EXPECT_NEAR(sample_of(s, part).p_WB.z(), 5.0 - 0.5 * kGravity_m_s2 * 0.25,
               1e-12);  // a parabola is exact at order two
-  EXPECT_NEAR(sample(s, part).V_WB.v.z(), -kGravity * 0.5, 1e-12);
-  EXPECT_EQ(sample(s, part).p_WB.x(), 0.1);
+  EXPECT_NEAR(sample_of(s, part).V_WB.v.z(), -kGravity_m_s2 * 0.5, 1e-12);
+  EXPECT_EQ(sample_of(s, part).p_WB.x(), 0.1);
 }
 
 TEST(Simulation, AnAssemblyThatIsLetGoFallsAsOneWithoutGainingEnergy) {
@@ -41,13 +40,13 @@ TEST(Simulation, AnAssemblyThatIsLetGoFallsAsOneWithoutGainingEnergy) {
   Simulation simulation(cell.build());
   for (int i = 0; i < 500; ++i) ASSERT_TRUE(simulation.step({}));
   const Snapshot s = simulation.make_snapshot();
-  EXPECT_EQ(sample(s, b).partner, -1);
-  EXPECT_EQ(sample(s, p).partner, b);
-  EXPECT_EQ(sample(s, c).partner, b);
-  const double fall = 0.5 * kGravity * 0.25;
-  EXPECT_NEAR(sample(s, b).p_WB.z(), 3.0 - fall, 1e-9);
-  EXPECT_NEAR(sample(s, p).p_WB.z(), 3.06 - fall, 1e-9);
-  EXPECT_NEAR(sample(s, c).p_WB.z(), 3.06 - fall, 1e-9);
+  EXPECT_EQ(sample_of(s, b).partner, -1);
+  EXPECT_EQ(sample_of(s, p).partner, b);
+  EXPECT_EQ(sample_of(s, c).partner, b);
+  const double fall = 0.5 * kGravity_m_s2 * 0.25;
+  EXPECT_NEAR(sample_of(s, b).p_WB.z(), 3.0 - fall, 1e-9);
+  EXPECT_NEAR(sample_of(s, p).p_WB.z(), 3.06 - fall, 1e-9);
+  EXPECT_NEAR(sample_of(s, c).p_WB.z(), 3.06 - fall, 1e-9);
 }
 
 TEST(Simulation, ManyPartsOnALightBaseFallAsOne) {
@@ -63,12 +62,12 @@ TEST(Simulation, ManyPartsOnALightBaseFallAsOne) {
   Simulation simulation(cell.build());
   for (int i = 0; i < 500; ++i) ASSERT_TRUE(simulation.step({})) << simulation.fault();
   const Snapshot s = simulation.make_snapshot();
-  const double fall = 0.5 * kGravity * 0.25;
-  EXPECT_NEAR(sample(s, plate).p_WB.z(), 3.0 - fall, 1e-9);
-  EXPECT_LE(sample(s, plate).V_WB.w.norm(), 1e-9);
+  const double fall = 0.5 * kGravity_m_s2 * 0.25;
+  EXPECT_NEAR(sample_of(s, plate).p_WB.z(), 3.0 - fall, 1e-9);
+  EXPECT_LE(sample_of(s, plate).V_WB.w.norm(), 1e-9);
   for (const int cube : cubes) {
-    EXPECT_EQ(sample(s, cube).partner, plate);
-    EXPECT_NEAR(sample(s, cube).p_WB.z(), 3.005 - fall, 1e-9);
+    EXPECT_EQ(sample_of(s, cube).partner, plate);
+    EXPECT_NEAR(sample_of(s, cube).p_WB.z(), 3.005 - fall, 1e-9);
   }
 }
 
@@ -136,7 +135,7 @@ TEST(Simulation, SecondOrderConvergence) {
     const Command commands[] = {close, move};
     EXPECT_TRUE(simulation.step(commands));
     while (simulation.time_s() < 0.064 - 1e-9) EXPECT_TRUE(simulation.step({}));
-    return Vec3(sample(simulation.make_snapshot(), part).p_WB);
+    return Vec3(sample_of(simulation.make_snapshot(), part).p_WB);
   };
   const Vec3 reference = end_position(0.064 / 4096);
   const double coarse = (end_position(0.064 / 128) - reference).norm();
@@ -148,7 +147,7 @@ TEST(Simulation, SecondOrderConvergence) {
 TEST(Simulation, LargestStableStepIsTheClosedForm) {
   // Double real pole at -w, w = sqrt(g / error): Runge-Kutta of order two is stable up to h = 2 / w = 6.39
   // ms.
-  const double limit = 2.0 / std::sqrt(kGravity / 1e-4);
+  const double limit = 2.0 / std::sqrt(kGravity_m_s2 / 1e-4);
   const auto settles = [](double h) {
     BoxCell cell;
     cell.step(h).feed_forward(false).ground("T", {1, 1, 0.1}, at(0, 0, -0.1));
@@ -157,7 +156,7 @@ TEST(Simulation, LargestStableStepIsTheClosedForm) {
     for (int i = 0; i < 4000; ++i) {
       if (!simulation.step({})) return false;
     }
-    return std::abs(sample(simulation.make_snapshot(), part).p_WB.z() + 1e-4) < 1e-6;
+    return std::abs(sample_of(simulation.make_snapshot(), part).p_WB.z() + 1e-4) < 1e-6;
   };
   EXPECT_TRUE(settles(0.97 * limit));
   EXPECT_FALSE(settles(1.03 * limit));
@@ -173,7 +172,7 @@ TEST(Simulation, NonFiniteStateIsNeverAccepted) {
   bool running = true;
   for (int i = 0; i < 5000 && running; ++i) running = simulation.step({});
   const Snapshot s = simulation.make_snapshot();
-  EXPECT_TRUE(sample(s, part).p_WB.allFinite());
+  EXPECT_TRUE(sample_of(s, part).p_WB.allFinite());
   if (!running) {
     EXPECT_NE(simulation.fault().find("non-finite"), std::string::npos) << simulation.fault();
     const std::uint64_t hash = simulation.state_hash();
@@ -251,7 +250,7 @@ TEST(Grasping, JawsStopWhereTheyTouchAndOnContactWaitsForBoth) {
     }
     const double t = simulation.time_s();
     if (t > 0.1 && t < 0.69) {
-      EXPECT_EQ(sample(simulation.make_snapshot(), part).partner, table) << t;
+      EXPECT_EQ(sample_of(simulation.make_snapshot(), part).partner, table) << t;
     }
   }
   EXPECT_NEAR(held_since, 0.7, 0.002);
@@ -259,7 +258,7 @@ TEST(Grasping, JawsStopWhereTheyTouchAndOnContactWaitsForBoth) {
   EXPECT_NEAR(s.grippers[0].width_m, 0.08, 1e-6);
   const Command open = GripperCommand{0, -1.0, GripperAction::open, 0.0, 0.0};
   ASSERT_TRUE(simulation.step({&open, 1}));
-  EXPECT_EQ(sample(simulation.make_snapshot(), part).partner, table);
+  EXPECT_EQ(sample_of(simulation.make_snapshot(), part).partner, table);
 }
 
 TEST(Grasping, OnlyPartsBetweenTheJawsAreHeld) {
@@ -274,11 +273,11 @@ TEST(Grasping, OnlyPartsBetweenTheJawsAreHeld) {
   ASSERT_TRUE(simulation.step({&close, 1}));
   for (int i = 0; i < 100; ++i) ASSERT_TRUE(simulation.step({}));
   const Snapshot s = simulation.make_snapshot();
-  EXPECT_EQ(sample(s, inside).partner, palm);
-  EXPECT_EQ(sample(s, beside).partner, table);
-  EXPECT_EQ(sample(s, below).partner, table);
-  EXPECT_EQ(sample(s, inside).state, PartState::grasped);
-  EXPECT_EQ(sample(s, beside).state, PartState::placed);
+  EXPECT_EQ(sample_of(s, inside).partner, palm);
+  EXPECT_EQ(sample_of(s, beside).partner, table);
+  EXPECT_EQ(sample_of(s, below).partner, table);
+  EXPECT_EQ(sample_of(s, inside).state, PartState::grasped);
+  EXPECT_EQ(sample_of(s, beside).state, PartState::placed);
 }
 
 }  // namespace

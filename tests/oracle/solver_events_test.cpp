@@ -9,9 +9,6 @@
 namespace takt::test {
 namespace {
 
-const std::vector<std::string> kAdaptive{"cvode", "esdirk", "esdirk4", "ida"};
-const std::vector<std::string> kErrorControlled{"rosenbrock", "cvode", "esdirk", "esdirk4", "ida"};
-
 TEST(SolverEvents, BouncesAreLocated) {
   for (const std::string& name : kAdaptive) {
     BouncingModel ball;

@@ -12,9 +12,6 @@ namespace {
 
 using Jacobian = NonlinearModel::Jacobian;
 
-const std::vector<std::string> kAdaptive{"cvode", "esdirk", "esdirk4", "ida"};
-const std::vector<std::string> kErrorControlled{"rosenbrock", "cvode", "esdirk", "esdirk4", "ida"};
-
 double nonlinear_error(const std::string& name, Jacobian jacobian, double h, double tolerance = 1e-6) {
   NonlinearModel model(jacobian);
   LooseSystem loose({&model});

@@ -6,26 +6,25 @@
 
 #include "server/simulation/simulation.h"
 #include "tests/support/box_cell.h"
+#include "tests/support/constants.h"
 
 namespace takt::test {
 namespace {
 
-constexpr double kGravity = 9.80665;
-
-void run(Simulation& simulation, int steps) {
+void run_steps(Simulation& simulation, int steps) {
   for (int i = 0; i < steps; ++i) ASSERT_TRUE(simulation.step({})) << simulation.fault();
 }
 
 TEST(SubstituteParameters, SpringConstantsOfTheThesis) {
-  const double k = translational_stiffness(0.3, kGravity, 0.0001);
+  const double k = translational_stiffness(0.3, kGravity_m_s2, 0.0001);
   EXPECT_NEAR(k, 29419.95, 1e-6);                                 // (5.8)
   EXPECT_NEAR(translational_damping(0.3, k, 1.0), 187.89, 0.01);  // (5.10)
-  EXPECT_NEAR(translational_stiffness(1.0, kGravity, 0.0001), 98066.5, 1e-6);
+  EXPECT_NEAR(translational_stiffness(1.0, kGravity_m_s2, 0.0001), 98066.5, 1e-6);
 }
 
 TEST(SubstituteParameters, RotationHasTheSamePolesInEveryAxis) {
   const Mat3 I = box_inertia(0.8, {0.08, 0.05, 0.2});
-  const SubstituteParameters p = substitute_parameters(0.8, I, kGravity, 1e-4, 1.0);
+  const SubstituteParameters p = substitute_parameters(0.8, I, kGravity_m_s2, 1e-4, 1.0);
   const double omega_squared = p.k_tr_N_per_m / 0.8;
   EXPECT_TRUE(p.K_rot_B.isApprox(I * omega_squared, 1e-14));
   EXPECT_TRUE(p.D_rot_B.isApprox(I * 2.0 * std::sqrt(omega_squared), 1e-14));
@@ -36,7 +35,7 @@ TEST(SubstituteForce, ThesisLawSagsByWeightOverStiffness) {  // (3.19) to (3.21)
   cell.feed_forward(false).ground("T", {1, 1, 0.1}, at(0, 0, -0.1));
   const int part = cell.part("B", 1.0, 4, {0.2, 0.1, 0.06}, at(0, 0, 0));
   Simulation simulation(cell.build());
-  run(simulation, 1000);
+  run_steps(simulation, 1000);
   EXPECT_NEAR(simulation.make_snapshot().components[static_cast<size_t>(part)].p_WB.z(), -0.0001, 1e-10);
 }
 
@@ -45,7 +44,7 @@ TEST(SubstituteForce, FeedForwardDoesNotSagAtAll) {
   cell.ground("T", {1, 1, 0.1}, at(0, 0, -0.1));
   const int part = cell.part("B", 1.0, 4, {0.2, 0.1, 0.06}, at(0, 0, 0));
   Simulation simulation(cell.build());
-  run(simulation, 1000);
+  run_steps(simulation, 1000);
   EXPECT_LT(std::abs(simulation.make_snapshot().components[static_cast<size_t>(part)].p_WB.z()), 1e-15);
 }
 
@@ -56,14 +55,14 @@ TEST(SubstituteForce, SingleConnectionsDoNotAddUp) {  // (3.30), (3.31): C on B 
   const int b = cell.part("B", 1.0, 4, {0.2, 0.1, 0.06}, at(0, 0, 0));
   const int c = cell.part("C", 0.5, 3, {0.06, 0.08, 0.08}, at(0, 0, 0.06));
   Simulation simulation(cell.build());
-  run(simulation, 1000);
+  run_steps(simulation, 1000);
   const Snapshot snapshot = simulation.make_snapshot();
   EXPECT_EQ(snapshot.components[static_cast<size_t>(b)].partner, table);
   EXPECT_EQ(snapshot.components[static_cast<size_t>(c)].partner, table);
   EXPECT_NEAR(snapshot.components[static_cast<size_t>(b)].p_WB.z(), -0.0001, 1e-10);
   EXPECT_NEAR(snapshot.components[static_cast<size_t>(c)].p_WB.z(), 0.06 - 0.0001, 1e-10);
   // The table carries both weights.
-  EXPECT_NEAR(snapshot.components[static_cast<size_t>(table)].F_Bo_W.f.z(), -1.5 * kGravity, 1e-6);
+  EXPECT_NEAR(snapshot.components[static_cast<size_t>(table)].F_Bo_W.f.z(), -1.5 * kGravity_m_s2, 1e-6);
 }
 
 TEST(SubstituteForce, ChainOfConnectionsAddsUpAndParallelOnesStiffen) {  // (3.22) to (3.25), (3.29)
@@ -87,14 +86,14 @@ TEST(SubstituteForce, ChainOfConnectionsAddsUpAndParallelOnesStiffen) {  // (3.2
   const auto body = [&](int id) -> const BodyMotion& { return motion.bodies[static_cast<size_t>(id)]; };
   capture_offset(body(b), body(table), b_on_t);
   capture_offset(body(c), body(b), c_on_b);
-  const double sag_b = 1.5 * kGravity / b_on_t.gains.k_tr_N_per_m;          // (3.24)
-  const double sag_c = sag_b + 0.5 * kGravity / c_on_b.gains.k_tr_N_per_m;  // (3.25)
+  const double sag_b = 1.5 * kGravity_m_s2 / b_on_t.gains.k_tr_N_per_m;          // (3.24)
+  const double sag_c = sag_b + 0.5 * kGravity_m_s2 / c_on_b.gains.k_tr_N_per_m;  // (3.25)
   place(b, -sag_b), place(c, 0.06 - sag_c);
   const Wrench on_c = substitute_wrench(c_on_b, body(c), body(b));
   const Wrench on_b = substitute_wrench(b_on_t, body(b), body(table));
   const Wrench back_on_b = reaction_on_target(on_c, body(c), body(b));
-  EXPECT_NEAR(on_c.f.z(), 0.5 * kGravity, 1e-9);
-  EXPECT_NEAR(on_b.f.z() + back_on_b.f.z(), 1.0 * kGravity, 1e-9);
+  EXPECT_NEAR(on_c.f.z(), 0.5 * kGravity_m_s2, 1e-9);
+  EXPECT_NEAR(on_b.f.z() + back_on_b.f.z(), 1.0 * kGravity_m_s2, 1e-9);
 
   // Two connections of the same Part in parallel: twice the force at the same deflection (3.29).
   Connection second = c_on_b;
@@ -120,11 +119,11 @@ TEST(SubstituteForce, ReturnsFromADisplacementCriticallyDamped) {  // (A.9) with
   body.write_motion(0, x.data(), motion);
   Connection connection;
   connection.gains = model->components[static_cast<size_t>(part)].substitute;
-  connection.feed_forward_W = Vec3(0, 0, kGravity);
+  connection.feed_forward_W = Vec3(0, 0, kGravity_m_s2);
   capture_offset(motion.bodies[static_cast<size_t>(part)], motion.bodies[0], connection);
   const double z0 = x[2];
   x[2] += 1e-3;
-  const double w = std::sqrt(kGravity / 1e-4);
+  const double w = std::sqrt(kGravity_m_s2 / 1e-4);
   std::vector<Wrench> wrenches(2);
   const double h = 1e-6;
   for (int i = 0; i < 10000; ++i) {
@@ -147,12 +146,12 @@ TEST(SubstituteForce, GripperFeelsWeightAndLeverArmOfItsLoad) {
   Simulation simulation(cell.build());
   const Command close = GripperCommand{0, -1.0, GripperAction::close, 0.0, 0.0};
   ASSERT_TRUE(simulation.step({&close, 1}));
-  run(simulation, 500);
+  run_steps(simulation, 500);
   const Snapshot snapshot = simulation.make_snapshot();
   EXPECT_EQ(snapshot.components[static_cast<size_t>(part)].partner, palm);
   const Wrench& F = snapshot.components[static_cast<size_t>(palm)].F_Bo_W;
-  EXPECT_NEAR(F.f.z(), -0.5 * kGravity, 1e-9);
-  EXPECT_NEAR(F.t.y(), 0.01 * 0.5 * kGravity, 1e-9);  // r x f = (0.01, 0, z) x (0, 0, -m g)
+  EXPECT_NEAR(F.f.z(), -0.5 * kGravity_m_s2, 1e-9);
+  EXPECT_NEAR(F.t.y(), 0.01 * 0.5 * kGravity_m_s2, 1e-9);  // r x f = (0.01, 0, z) x (0, 0, -m g)
   EXPECT_NEAR(F.t.x(), 0.0, 1e-9);
 }
 
@@ -177,7 +176,7 @@ TEST(SubstituteForce, WeightFollowsInAnyOrientationWithoutSagOrJump) {
   turn.position = {0, 0, 0, 3.0, 0, 0};
   const Command command = turn;
   ASSERT_TRUE(simulation.step({&command, 1}));
-  run(simulation, 4000);
+  run_steps(simulation, 4000);
   EXPECT_LT((relative() - before).norm(), 1e-9);
 }
 

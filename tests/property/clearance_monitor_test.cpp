@@ -14,7 +14,7 @@ namespace {
 constexpr int kLinks = 3, kParts = 3, kGrounds = 2;
 constexpr int kComponents = kParts + kGrounds + 2;  // and one gripper for each robot
 
-ConvexShape random_shape(test::Random& random) {
+ConvexShape random_hull(test::Random& random) {
   const Vec3 stretch(random.uniform(0.05, 0.4), random.uniform(0.05, 0.4), random.uniform(0.05, 0.4));
   return ConvexShape::from_points(random.points(stretch, random.integer(0, 1) == 0));
 }
@@ -25,7 +25,7 @@ ClearanceModel random_model(test::Random& random) {
   const auto body = [&](const char* name, int robot, int joint, int component, bool moves, bool is_part) {
     CheckedBody b{name, robot, joint, component, moves, is_part, {}};
     for (int i = random.integer(1, 3); i > 0; --i)
-      b.shapes.push_back({random_shape(random), random.integer(0, 2) == 0 ? 0.03 : 0.0});
+      b.shapes.push_back({random_hull(random), random.integer(0, 2) == 0 ? 0.03 : 0.0});
     model.bodies.push_back(b);
   };
   for (int r = 0; r < 2; ++r)

@@ -22,16 +22,16 @@ std::shared_ptr<const ContactSurface> mesh(const char* name) {
   return surface(import_solid(std::string(TAKT_CONFIG_DIR "/meshes/") + name + ".obj"));
 }
 
-struct Scene {
+struct SearchScene {
   const char* name;
   std::shared_ptr<const ContactSurface> base, target;
   Pose near;
   double shift_m, turn_rad;  ///< how far poses go
 };
 
-std::vector<Scene> scenes() {
+std::vector<SearchScene> search_scenes() {
   const auto hole = mesh("contact/hole"), peg = mesh("contact/peg_100um"), B = mesh("B"), C = mesh("C");
-  std::vector<Scene> list;
+  std::vector<SearchScene> list;
   list.push_back({"peg in the hole", peg, hole, {Mat3::Identity(), Vec3(0.0, 0.0, 0.012)}, 2.5e-4, 4e-3});
   list.push_back({"peg on the floor", peg, hole, {Mat3::Identity(), Vec3(0.0, 0.0, 1e-5)}, 2e-4, 3e-3});
   list.push_back({"peg on the rim", peg, hole, {Mat3::Identity(), Vec3(0.0, 0.0, 0.0285)}, 3e-3, 0.1});
@@ -57,7 +57,7 @@ std::vector<Scene> scenes() {
 }
 
 TEST(ContactSearch, FindsWhatEveryFaceSays) {
-  for (const Scene& s : scenes()) {
+  for (const SearchScene& s : search_scenes()) {
     const auto &base = s.base->data(), &target = s.target->data();
     Random random(31);
     ContactSearch search(base, target);

@@ -25,12 +25,6 @@ double highest(const std::vector<Vec3>& points, const Vec3& d) {
   return h;
 }
 
-std::vector<Vec3> to_world(const std::vector<Vec3>& points, const Pose& X_WB) {
-  std::vector<Vec3> result;
-  for (const Vec3& p : points) result.push_back(X_WB * p);
-  return result;
-}
-
 /// Normal and points must tell the same story as the distance.
 void expect_consistent(const ConvexDistance& d, const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
   EXPECT_NEAR(d.normal_W.norm(), 1.0, 1e-12);
@@ -58,12 +52,12 @@ void compare(Random& random, const Vec3& stretch_a, const Vec3& stretch_b, Tally
   X_WB.p = X_WA * a.center_B - X_WB.R * b.center_B +
            random.direction() * random.uniform(0.0, 1.0) * (a.radius + b.radius);
   if (random.integer(0, 2) == 0) {
-    const test::Gap gap = test::separating_gap(to_world(pa, X_WA), to_world(pb, X_WB));
+    const test::Gap gap = test::separating_gap(test::to_world(pa, X_WA), test::to_world(pb, X_WB));
     X_WB.p +=
         gap.axis * (random.log_uniform(1e-9, 1e-3) * (random.integer(0, 1) == 1 ? 1.0 : -1.0) - gap.value);
   }
-  const auto wa = to_world(pa, X_WA);
-  const auto wb = to_world(pb, X_WB);
+  const auto wa = test::to_world(pa, X_WA);
+  const auto wb = test::to_world(pb, X_WB);
   const double gap = test::separating_gap(wa, wb).value;
   const double expected = gap > 0.0 ? test::brute_force_distance(wa, wb) : gap;
   const ConvexDistance result = convex_distance(a, X_WA, b, X_WB);
@@ -124,8 +118,8 @@ TEST(ConvexDistance, ManyVertices) {
     const ConvexShape shape = ConvexShape::from_points(points);
     const Pose X_WA{random.rotation(), random.direction()};
     const Pose X_WB{random.rotation(), X_WA.p + random.uniform(0.0, 0.2) * random.direction()};
-    const auto wa = to_world(points, X_WA);
-    const auto wb = to_world(points, X_WB);
+    const auto wa = test::to_world(points, X_WA);
+    const auto wb = test::to_world(points, X_WB);
     const ConvexDistance result = convex_distance(shape, X_WA, shape, X_WB);
     EXPECT_LT(result.error, 1e-8);
     expect_consistent(result, wa, wb);

@@ -32,12 +32,6 @@ int number_of_pairs() {
   return text == nullptr ? 100000 : std::max(1, std::atoi(text));
 }
 
-std::vector<Vec3> to_world(const std::vector<Vec3>& points, const Pose& X_WB) {
-  std::vector<Vec3> result;
-  for (const Vec3& p : points) result.push_back(X_WB * p);
-  return result;
-}
-
 /// FCL's distance, -1 when the shapes overlap. Not its GJKSolver_indep: that one is wrong by millimetres in
 /// 0.5 % of these pairs, as brute force shows.
 double fcl_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
@@ -64,8 +58,8 @@ struct Counts {
 };
 
 /// Places b so that it is near a, in half of the cases within 1e-3 of touching, and compares the verdicts.
-void compare(Random& random, const Vec3& stretch_a, const Vec3& stretch_b, double scale, double margin_limit,
-             Counts& counts) {
+void compare_overlap(Random& random, const Vec3& stretch_a, const Vec3& stretch_b, double scale,
+                     double margin_limit, Counts& counts) {
   const auto pa = random.points(scale * stretch_a, random.integer(0, 1) == 1);
   const auto pb = random.points(scale * stretch_b, random.integer(0, 1) == 1);
   const ConvexShape a = ConvexShape::from_points(pa);
@@ -75,13 +69,13 @@ void compare(Random& random, const Vec3& stretch_a, const Vec3& stretch_b, doubl
   const double reach = a.radius + b.radius;
   X_WB.p = X_WA * a.center_B - X_WB.R * b.center_B + random.direction() * random.uniform(0.0, 1.0) * reach;
   if (random.integer(0, 1) == 1) {
-    const test::Gap gap = test::separating_gap(to_world(pa, X_WA), to_world(pb, X_WB));
+    const test::Gap gap = test::separating_gap(test::to_world(pa, X_WA), test::to_world(pb, X_WB));
     const double wanted = random.log_uniform(1e-8, 1e-3) * scale * (random.integer(0, 1) == 1 ? 1.0 : -1.0);
     X_WB.p += gap.axis * (wanted - gap.value);
   }
   const double margin = random.integer(0, 2) == 0 ? 0.0 : random.uniform(0.0, margin_limit * scale);
-  const auto wa = to_world(pa, X_WA);
-  const auto wb = to_world(pb, X_WB);
+  const auto wa = test::to_world(pa, X_WA);
+  const auto wb = test::to_world(pb, X_WB);
   const double gap = test::separating_gap(wa, wb).value;
   const double distance = gap > 0.0 ? test::brute_force_distance(wa, wb) : gap;
   const bool verdict = convex_overlap(a, X_WA, b, X_WB, margin);
@@ -105,7 +99,7 @@ void compare(Random& random, const Vec3& stretch_a, const Vec3& stretch_b, doubl
   }
 }
 
-void report(const char* name, const Counts& counts) {
+void report_counts(const char* name, const Counts& counts) {
   ::testing::Test::RecordProperty(std::string(name) + "_pairs", counts.pairs);
   std::cout << name << ": " << counts.pairs << " pairs, " << counts.overlapping << " overlapping, "
             << counts.in_band << " within the band, " << counts.wrong << " wrong\n";
@@ -121,9 +115,9 @@ TEST(ConvexOverlap, AgreesWithSeparatingAxesAndFclOnRandomPairs) {
   for (int i = 0; i < number_of_pairs(); ++i) {
     const Vec3 sa(random.uniform(0.1, 1.0), random.uniform(0.1, 1.0), random.uniform(0.1, 1.0));
     const Vec3 sb(random.uniform(0.1, 1.0), random.uniform(0.1, 1.0), random.uniform(0.1, 1.0));
-    compare(random, sa, sb, 1.0, 0.05, counts);
+    compare_overlap(random, sa, sb, 1.0, 0.05, counts);
   }
-  report("random", counts);
+  report_counts("random", counts);
 }
 
 TEST(ConvexOverlap, AgreesOnFlatAndNeedleShapes) {
@@ -135,9 +129,9 @@ TEST(ConvexOverlap, AgreesOnFlatAndNeedleShapes) {
     };
     const Vec3 sa = stretch();
     const Vec3 sb = stretch();
-    compare(random, sa, sb, 1.0, 0.01, counts);
+    compare_overlap(random, sa, sb, 1.0, 0.01, counts);
   }
-  report("degenerate", counts);
+  report_counts("degenerate", counts);
 }
 
 TEST(ConvexOverlap, AgreesOnShapesOfVeryDifferentSize) {
@@ -145,17 +139,17 @@ TEST(ConvexOverlap, AgreesOnShapesOfVeryDifferentSize) {
   Counts counts;
   for (int i = 0; i < number_of_pairs() / 10; ++i) {
     const double ratio = random.log_uniform(1e-3, 1.0);
-    compare(random, Vec3::Ones(), Vec3::Constant(ratio), 1.0, 0.01, counts);
+    compare_overlap(random, Vec3::Ones(), Vec3::Constant(ratio), 1.0, 0.01, counts);
   }
-  report("size_ratio", counts);
+  report_counts("size_ratio", counts);
 }
 
 TEST(ConvexOverlap, AgreesOnHugeShapes) {
   Random random(4);
   Counts counts;
   for (int i = 0; i < number_of_pairs() / 100; ++i)
-    compare(random, Vec3::Ones(), Vec3::Ones(), 1000.0, 0.01, counts);
-  report("huge", counts);
+    compare_overlap(random, Vec3::Ones(), Vec3::Ones(), 1000.0, 0.01, counts);
+  report_counts("huge", counts);
 }
 
 TEST(ConvexOverlap, TinyShapesAreJudgedRelativeToTheirSize) {

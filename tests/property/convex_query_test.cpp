@@ -50,13 +50,13 @@ ConvexShape random_shape(Random& random) {
   }
 }
 
-struct Tally {
+struct QueryTally {
   long queries = 0, overlapping = 0, wrong = 0;
   QueryCounts counts;
 };
 
 void ask(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b, const Pose& X_WB, double margin,
-         ConvexHint& hint, Tally& tally) {
+         ConvexHint& hint, QueryTally& tally) {
   const bool plain = convex_overlap(a, X_WA, b, X_WB, margin);
   const bool verdict = convex_overlap(a, X_WA, b, X_WB, margin, hint, tally.counts);
   ++tally.queries;
@@ -67,7 +67,7 @@ void ask(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b, const Pos
                   << b.vertices.size();
 }
 
-void report(const char* name, const Tally& tally) {
+void report_queries(const char* name, const QueryTally& tally) {
   std::cout << name << ": " << tally.queries << " queries, " << tally.overlapping << " overlapping, by hint "
             << tally.counts.by_hint << ", by search " << tally.counts.by_search << ", by MPR "
             << tally.counts.by_mpr << ", wrong " << tally.wrong << "\n";
@@ -90,7 +90,7 @@ double random_margin(Random& random) {
 
 TEST(ConvexQuery, CoherentMotionHasTheVerdictsOfIndependentQueries) {
   Random random(21);
-  Tally tally;
+  QueryTally tally;
   while (tally.queries < number_of_queries()) {
     const ConvexShape a = random_shape(random);
     const ConvexShape b = random_shape(random);
@@ -116,14 +116,14 @@ TEST(ConvexQuery, CoherentMotionHasTheVerdictsOfIndependentQueries) {
       X_WB = step * X_WB;
     }
   }
-  report("coherent", tally);
+  report_queries("coherent", tally);
   // The memory must be of use, else this test shows nothing.
   EXPECT_GT(tally.counts.by_hint, static_cast<std::uint64_t>(tally.queries) / 2);
 }
 
 TEST(ConvexQuery, JumpsAndForeignHintsDoNotMatter) {
   Random random(22);
-  Tally tally;
+  QueryTally tally;
   while (tally.queries < number_of_queries()) {
     const ConvexShape a = random_shape(random);
     const ConvexShape b = random_shape(random);
@@ -134,13 +134,13 @@ TEST(ConvexQuery, JumpsAndForeignHintsDoNotMatter) {
       ask(a, X_WA, b, X_WB, random_margin(random), hint, tally);
     }
   }
-  report("jumps", tally);
+  report_queries("jumps", tally);
 }
 
 TEST(ConvexQuery, NearTouchingTheVerdictsAreThoseOfIndependentQueries) {
   // Distances within 1e-3 to 1e-12 m of the margin, approached from hints of both kinds.
   Random random(23);
-  Tally tally;
+  QueryTally tally;
   while (tally.queries < number_of_queries() / 4) {
     const auto pa = random.points(Vec3(0.1, 0.2, 0.15), random.integer(0, 1) == 1);
     const auto pb = random.points(Vec3(0.2, 0.1, 0.1), random.integer(0, 1) == 1);
@@ -161,7 +161,7 @@ TEST(ConvexQuery, NearTouchingTheVerdictsAreThoseOfIndependentQueries) {
       ask(a, X_WA, b, X_WB, margin, hint, tally);
     }
   }
-  report("near_touching", tally);
+  report_queries("near_touching", tally);
 }
 
 TEST(ConvexQuery, TheMemoryAnswersWhatRests) {

@@ -19,13 +19,13 @@ namespace {
 constexpr int kSubsteps = 40;  // in a millisecond, the step for which commands and oracles are made
 static_assert(kSubsteps * kChainStep_s == kStep_s);
 
-struct Trial {
+struct AlgorithmTrial {
   unsigned seed;
   InteractionAlgorithm algorithm;
   bool feed_forward;
 };
 
-std::shared_ptr<const CellModel> model_of(const RandomCell& cell, const Trial& trial) {
+std::shared_ptr<const CellModel> model_of(const RandomCell& cell, const AlgorithmTrial& trial) {
   auto model = under_algorithm(cell, trial.algorithm);
   model->interaction.weight_feed_forward = trial.feed_forward;
   return model;
@@ -137,7 +137,7 @@ void check_rules(const RandomCell& cell, const Simulation& simulation, const Sna
   }
 }
 
-void run_trial(const Trial& trial, int& picks) {
+void run_algorithm_trial(const AlgorithmTrial& trial, int& picks) {
   SCOPED_TRACE(std::string(to_string(trial.algorithm)) +
                (trial.feed_forward ? ", feed-forward" : ", thesis' law") + ", seed " +
                std::to_string(trial.seed));
@@ -188,7 +188,7 @@ TEST(InteractionAlgorithms, BalanceRulesAndEnergyOfRandomAssemblies) {
         InteractionAlgorithm::partner_search}) {
     for (const bool feed_forward : {true, false}) {
       for (const unsigned seed : {11U, 12U}) {
-        run_trial({seed, algorithm, feed_forward}, picks);
+        run_algorithm_trial({seed, algorithm, feed_forward}, picks);
         if (HasFatalFailure()) return;
       }
     }

@@ -10,24 +10,25 @@ namespace takt::test {
 namespace {
 
 const std::vector<std::string> kAdaptive{"cvode", "esdirk", "esdirk4", "ida"};
-constexpr double kTolerance = 1e-6, kStep = 0.02;
-constexpr int kSteps = 5;
+constexpr double kSolverTolerance = 1e-6, kSolverStep = 0.02;
+constexpr int kSolverSteps = 5;
 
 TEST(SolverFailures, OneBadValueAtAnyCallIsRecovered) {
   for (const std::string& name : kAdaptive) {
     FaultyModel good;
     LooseSystem reference({&good});
-    const auto solver = reference.solver(name, kTolerance);
-    ASSERT_TRUE(reference.run(*solver, kStep, kSteps));
+    const auto solver = reference.solver(name, kSolverTolerance);
+    ASSERT_TRUE(reference.run(*solver, kSolverStep, kSolverSteps));
     const long calls = good.calls;
     ASSERT_GT(calls, 50) << name;
     for (long k = 1; k <= calls; ++k) {
       FaultyModel model;
       model.first_bad = model.last_bad = k;
       LooseSystem loose({&model});
-      const auto s = loose.solver(name, kTolerance);
-      ASSERT_TRUE(loose.run(*s, kStep, kSteps)) << name << " call " << k << ": " << s->failure();
-      EXPECT_NEAR(loose.x[0], FaultyModel::position(kStep * kSteps), 3e-4) << name << " call " << k;
+      const auto s = loose.solver(name, kSolverTolerance);
+      ASSERT_TRUE(loose.run(*s, kSolverStep, kSolverSteps)) << name << " call " << k << ": " << s->failure();
+      EXPECT_NEAR(loose.x[0], FaultyModel::position(kSolverStep * kSolverSteps), 3e-4)
+          << name << " call " << k;
     }
   }
 }
@@ -40,10 +41,11 @@ TEST(SolverFailures, ManyBadValuesInARowAreRecoveredOrEndWithAReason) {
         FaultyModel model;
         model.first_bad = k, model.last_bad = k + length;
         LooseSystem loose({&model});
-        const auto s = loose.solver(name, kTolerance);
-        if (loose.run(*s, kStep, kSteps)) {
+        const auto s = loose.solver(name, kSolverTolerance);
+        if (loose.run(*s, kSolverStep, kSolverSteps)) {
           ++recovered;
-          EXPECT_NEAR(loose.x[0], FaultyModel::position(kStep * kSteps), 1e-3) << name << " call " << k;
+          EXPECT_NEAR(loose.x[0], FaultyModel::position(kSolverStep * kSolverSteps), 1e-3)
+              << name << " call " << k;
         } else {
           EXPECT_NE(s->failure(), "") << name << " call " << k;
         }
@@ -60,8 +62,8 @@ TEST(SolverFailures, BadValuesThatStayEndWithAReason) {
       FaultyModel model;
       model.first_bad = k, model.last_bad = std::numeric_limits<long>::max();
       LooseSystem loose({&model});
-      const auto s = loose.solver(name, kTolerance);
-      ASSERT_FALSE(loose.run(*s, kStep, kSteps)) << name << " call " << k;
+      const auto s = loose.solver(name, kSolverTolerance);
+      ASSERT_FALSE(loose.run(*s, kSolverStep, kSolverSteps)) << name << " call " << k;
       EXPECT_NE(s->failure().find("no step succeeded"), std::string::npos) << s->failure();
       EXPECT_LT(model.calls, 5000) << name;
       // And after a reset it works again.
@@ -69,8 +71,8 @@ TEST(SolverFailures, BadValuesThatStayEndWithAReason) {
       loose.system().initial_state(loose.x);
       s->reset();
       EXPECT_EQ(s->failure(), "");
-      ASSERT_TRUE(loose.run(*s, kStep, kSteps)) << name;
-      EXPECT_NEAR(loose.x[0], FaultyModel::position(kStep * kSteps), 3e-4) << name;
+      ASSERT_TRUE(loose.run(*s, kSolverStep, kSolverSteps)) << name;
+      EXPECT_NEAR(loose.x[0], FaultyModel::position(kSolverStep * kSolverSteps), 3e-4) << name;
     }
   }
 }

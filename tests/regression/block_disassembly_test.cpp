@@ -132,7 +132,7 @@ const WatchedRun& watched() {
   static const WatchedRun r = watched_run();
   return r;
 }
-const BlockRun& reference() {
+const BlockRun& whole_disassembly() {
   return watched().run;
 }
 
@@ -183,9 +183,10 @@ TEST(BlockDisassembly, StartsWhereTheAssemblyEndsAndEndsWhereItStarts) {
 }
 
 TEST(BlockDisassembly, EndsAtTheAnalyticPlacesAndNoPartIsEverLost) {
-  expect_ends_where_the_assembly_starts(reference());
-  for (const ExpectedPose& expected : reference().scenario.expected) {
-    EXPECT_EQ(reference().sample(reference().result.final_state, expected.part).state, PartState::placed)
+  expect_ends_where_the_assembly_starts(whole_disassembly());
+  for (const ExpectedPose& expected : whole_disassembly().scenario.expected) {
+    EXPECT_EQ(whole_disassembly().sample(whole_disassembly().result.final_state, expected.part).state,
+              PartState::placed)
         << expected.part;
   }
 }
@@ -211,11 +212,11 @@ TEST(BlockDisassembly, PartsChangeHandsAsIntendedAndAtNoOtherTime) {
   expect("C", "Gripper2", "Table1", kOpenC_s);
   expect("P", "Table1", "Gripper1", kCloseP_s);
   expect("P", "Gripper1", "Table1", kOpenP_s);
-  EXPECT_THAT(changes(reference()), testing::UnorderedElementsAreArray(expected));
+  EXPECT_THAT(changes(whole_disassembly()), testing::UnorderedElementsAreArray(expected));
 }
 
 TEST(BlockDisassembly, RobotsRestWhenPartsChangeHands) {
-  const BlockRun& r = reference();
+  const BlockRun& r = whole_disassembly();
   int looked_at = 0;
   for (const ConnectionChange& c : r.result.changes) {
     for (const int holder : {c.from, c.to}) {
@@ -231,7 +232,7 @@ TEST(BlockDisassembly, RobotsRestWhenPartsChangeHands) {
 }
 
 TEST(BlockDisassembly, PassesThroughItsMarks) {
-  const BlockRun& r = reference();
+  const BlockRun& r = whole_disassembly();
   const auto is_in = [&](double t, const char* part, const char* base, const Vec3& seat) {
     EXPECT_LE((r.relative(r.mark(t), part, base) - seat).norm(), 1e-6)
         << part << " in " << base << " at " << t;
@@ -263,10 +264,12 @@ TEST(BlockDisassembly, TouchesNothingButWhatItMustAndOnlyThen) {
   }
   std::set<std::string> expected{"B Table2", "B C",      "B O",      "O P",
                                  "B Table1", "O Table1", "C Table1", "P Table1"};
-  const auto& grippers = reference().cell->description.grippers;
+  const auto& grippers = whole_disassembly().cell->description.grippers;
   const auto jaw = [&](std::size_t gripper, bool left) {
     const auto& g = grippers[gripper];
-    return reference().cell->components[static_cast<std::size_t>(left ? g.left_jaw : g.right_jaw)].name;
+    return whole_disassembly()
+        .cell->components[static_cast<std::size_t>(left ? g.left_jaw : g.right_jaw)]
+        .name;
   };
   struct Grip {
     std::size_t gripper;
@@ -319,7 +322,7 @@ TEST(BlockDisassembly, RobotsKeepClearOfEachOtherAndOfTheTables) {
 }
 
 TEST(BlockDisassembly, SteadyLoads) {
-  const BlockRun& r = reference();
+  const BlockRun& r = whole_disassembly();
   struct Load {
     double time_s;
     const char* gripper;
@@ -344,7 +347,7 @@ TEST(BlockDisassembly, PlainHullsWorkToo) {
   // than they touch B itself. A gripper is preferred to a table, and nothing rests on what is higher up.
   const WatchedRun hulls = watched_run({"parts.O.convex=hull", "parts.B.convex=hull"});
   expect_ends_where_the_assembly_starts(hulls.run);
-  EXPECT_EQ(changes(hulls.run), changes(reference()));
+  EXPECT_EQ(changes(hulls.run), changes(whole_disassembly()));
   EXPECT_EQ(watched().watch.touches().count("B P"), 0U);
   ASSERT_EQ(hulls.watch.touches().count("B P"), 1U);
   for (const char* pair : {"B P", "B O"}) {
@@ -376,7 +379,7 @@ TEST(BlockDisassembly, HoldsUpToTheThesisLargestStep) {
 
 TEST(BlockDisassembly, SameBitsInEveryRun) {
   const BlockRun second = test::run_block_scenario("block_disassembly");
-  EXPECT_EQ(second.result.final_state.state_hash, reference().result.final_state.state_hash);
+  EXPECT_EQ(second.result.final_state.state_hash, whole_disassembly().result.final_state.state_hash);
 }
 
 }  // namespace

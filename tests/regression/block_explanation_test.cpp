@@ -36,7 +36,7 @@ struct ExplainedRun {
 };
 
 /// `hulls`: plain convex hulls as in the thesis, where P overlaps that of B.
-ExplainedRun run(bool hulls) {
+ExplainedRun run_explained(bool hulls) {
   ExplainedRun result;
   ScenarioOptions options;
   if (hulls) options.overrides = {"parts.O.convex=hull", "parts.B.convex=hull"};
@@ -61,11 +61,11 @@ ExplainedRun run(bool hulls) {
 }
 
 const ExplainedRun& with_hulls() {
-  static const ExplainedRun r = run(true);
+  static const ExplainedRun r = run_explained(true);
   return r;
 }
 const ExplainedRun& with_decomposition() {
-  static const ExplainedRun r = run(false);
+  static const ExplainedRun r = run_explained(false);
   return r;
 }
 

@@ -20,10 +20,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kPi = std::numbers::pi;
-const fs::path kMeshes = fs::path(TAKT_CONFIG_DIR) / "meshes" / "contact";
+const fs::path kContactMeshes = fs::path(TAKT_CONFIG_DIR) / "meshes" / "contact";
 
 TriangleMesh committed(const std::string& name) {
-  return import_solid(kMeshes / (name + ".obj"));
+  return import_solid(kContactMeshes / (name + ".obj"));
 }
 
 /// Area of n flats at distance 1 from their centre.

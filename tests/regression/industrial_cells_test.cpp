@@ -29,8 +29,8 @@ struct Watched {
 
 using Look = std::function<void(const CellDescription&, const Snapshot&)>;
 
-CellRun run(const std::string& name, const ScenarioOptions& options, const Watched& watched = {},
-            bool demands = true, const Look& look = {}) {
+CellRun run_cell(const std::string& name, const ScenarioOptions& options, const Watched& watched = {},
+                 bool demands = true, const Look& look = {}) {
   const Scenario scenario =
       read_scenario(std::filesystem::path(TAKT_CONFIG_DIR) / "scenarios" / (name + ".yaml"), options);
   Simulation simulation(build_cell(scenario, {user_cache_directory(), nullptr}));
@@ -76,7 +76,7 @@ const ContactExtreme* largest(const CellRun& done, const std::string& a, const s
 }
 
 TEST(FurnaceScenario, TheRotorIsHeatedByBeingThere) {
-  const CellRun done = run("furnace", {}, {"Furnace", "power", "air_temperature"});
+  const CellRun done = run_cell("furnace", {}, {"Furnace", "power", "air_temperature"});
   double first = 0.0, second = 0.0, coldest = 300.0;
   for (const auto& [t, power, air] : done.history) {
     if (t > 1000.0 && t < 1200.0) first = std::max(first, power);
@@ -94,7 +94,7 @@ TEST(ChainsawScenario, MotorIsInItsSeatByKinematicsAndByDynamics) {
   for (const int level : {1, 2}) {
     ScenarioOptions options;
     options.level_of_detail = level;
-    const CellRun done = run("chainsaw_motor", options);
+    const CellRun done = run_cell("chainsaw_motor", options);
     const auto skipped =
         std::count_if(done.result.assertions.begin(), done.result.assertions.end(),
                       [](const auto& demand) { return demand.verdict == AssertionResult::Verdict::skipped; });
@@ -105,7 +105,7 @@ TEST(ChainsawScenario, MotorIsInItsSeatByKinematicsAndByDynamics) {
 TEST(ChainsawScenario, PressFitShowsItsForceWithSurfaceContact) {
   ScenarioOptions options;
   options.level_of_detail = 3;
-  const CellRun done = run("chainsaw_motor", options);
+  const CellRun done = run_cell("chainsaw_motor", options);
   const ContactExtreme* press = largest(done, "Motor", "Housing");
   ASSERT_NE(press, nullptr);
   EXPECT_GT(press->time_s, 22.5);  // while it is pressed in; thesis: 23.8 s
@@ -119,7 +119,7 @@ TEST(ChainsawScenario, PressForceGrowsWithTheLateralOffsetOfTheRobot) {
     ScenarioOptions options;
     options.level_of_detail = 3;
     options.overrides = {"duration_s=24.8", std::string("controller.parameters.lateral_offset_m=") + offset};
-    const CellRun done = run("chainsaw_motor", options, {}, false);
+    const CellRun done = run_cell("chainsaw_motor", options, {}, false);
     const ContactExtreme* press = largest(done, "Motor", "Housing");
     ASSERT_NE(press, nullptr);
     EXPECT_GT(press->time_s, 22.5) << offset;
@@ -137,8 +137,8 @@ TEST(ChainsawScenario, BoxStaysWhenTheMotorLeavesItSlowlyAndIsLiftedWhenFast) {
     options.overrides = {"duration_s=9",
                          std::string("controller.parameters.lift_speed_m_per_s=") + lift_speed};
     double z = 0.0;
-    const CellRun done =
-        run("chainsaw_motor", options, {}, false, [&z](const CellDescription& cell, const Snapshot& now) {
+    const CellRun done = run_cell(
+        "chainsaw_motor", options, {}, false, [&z](const CellDescription& cell, const Snapshot& now) {
           z = std::max(z, now.components[static_cast<std::size_t>(cell.find_component("Box"))].p_WB.z());
         });
     const auto motor = static_cast<std::size_t>(done.cell.find_component("Motor"));
@@ -152,7 +152,7 @@ TEST(ChainsawScenario, BoxStaysWhenTheMotorLeavesItSlowlyAndIsLiftedWhenFast) {
 TEST(RotorScenario, AllSubstituteForcesKeepTheTimetable) {
   ScenarioOptions options;
   options.level_of_detail = 1;
-  const CellRun done = run("bev_rotor", options, {"Furnace1", "power", "parts_inside"});
+  const CellRun done = run_cell("bev_rotor", options, {"Furnace1", "power", "parts_inside"});
   for (const auto& [t, power, inside] : done.history) {
     if (t > 36.0) {
       EXPECT_EQ(inside, 1.0) << t;
@@ -166,7 +166,7 @@ TEST(RotorScenario, AllSubstituteForcesKeepTheTimetable) {
 TEST(RotorScenario, AllDynamicKeepTheTimetable) {
   ScenarioOptions options;
   options.level_of_detail = 2;
-  const CellRun done = run("bev_rotor", options, {"Screwdriver", "torque", "engaged"});
+  const CellRun done = run_cell("bev_rotor", options, {"Screwdriver", "torque", "engaged"});
   const auto turned = signal_value(done.cell, done.result.final_state, "Screw2_thread", "turns");
   EXPECT_NEAR(turned.value(), 12.5, 1e-9);  // 12.5 mm at 1 mm
   const auto skipped =
@@ -178,7 +178,7 @@ TEST(RotorScenario, AllDynamicKeepTheTimetable) {
 TEST(RotorScenario, AllBySurfaceContactKeepTheTimetable) {
   ScenarioOptions options;
   options.level_of_detail = 3;
-  const CellRun done = run("bev_rotor", options);
+  const CellRun done = run_cell("bev_rotor", options);
   for (const AssertionResult& demand : done.result.assertions)
     EXPECT_EQ(demand.verdict, AssertionResult::Verdict::passed) << demand.name << ": " << demand.sentence;
   EXPECT_NE(largest(done, "Core2", "Gripper1/left_jaw"), nullptr);
@@ -204,7 +204,7 @@ TEST(RotorScenario, ScrewsInTheirThreadsGoOnToTheBitFromASavedState) {
 }
 
 TEST(RotorScenario, HybridPressesTheMagnetOut) {
-  const CellRun done = run("bev_rotor", {});
+  const CellRun done = run_cell("bev_rotor", {});
   const ContactExtreme* tray = largest(done, "Magnet4", "Tray");
   ASSERT_NE(tray, nullptr);
   EXPECT_GT(tray->time_s, 69.0);
@@ -222,7 +222,7 @@ TEST(RotorScenario, HybridPressesTheMagnetOut) {
 TEST(RotorScenario, TheAdhesiveHoldsAMagnetThatIsCold) {
   ScenarioOptions options;
   options.overrides = {"parts.Core4.heat.temperature_degC=20"};
-  const CellRun done = run("bev_rotor", options, {}, false);
+  const CellRun done = run_cell("bev_rotor", options, {}, false);
   EXPECT_EQ(largest(done, "Magnet4", "Tray"), nullptr);
   const auto magnet = static_cast<std::size_t>(done.cell.find_component("Magnet4"));
   // Where the core holds it, 5 mm above its lower face; the press has pushed with all it has.

@@ -13,17 +13,17 @@
 namespace takt {
 namespace {
 
-struct Switch {
+struct LevelSwitch {
   double time_s;
   int level;
-  /// Within half a second after it: largest distance of a component from its place in the run at level 1. At
-  /// level 2 this includes the way that a drive lags behind its set-points.
+  /// Within half a second after it: largest distance of a component from its place in the run at
+  /// level 1. At level 2 this includes the way that a drive lags behind its set-points.
   double allowed_transient_m;
 };
 
 // To level 2 drives start with the load they have (without: 0.1 mm at 21 s, 0.2 mm at 31.5 and 35 s).
 // From level 2 to 1 between two set-points (every 8 ms) a moving arm waits for the next one: up to 0.73 mm.
-const std::vector<Switch> kSwitches{
+const std::vector<LevelSwitch> kSwitches{
     {0.0, 2, 5e-4},  {1.0, 1, 1e-4},   // before the first motion; in motion, on a set-point
     {3.9, 2, 5e-4},  {4.6, 1, 1e-4},   // Gripper1 closes on P; P is lifted
     {6.0, 2, 5e-5},  {7.5, 1, 8e-4},   // P and C in the grippers; between two set-points
@@ -40,7 +40,7 @@ struct SwitchedRun {
   Snapshot end;
   double largest_jump_m = 0.0, largest_turn_rad = 0.0;  ///< of any component, at the instants of a switch
   double largest_speed_jump_m_per_s = 0.0;              ///< of a Part
-  std::map<double, double> transient_m;                 ///< by time of the switch: see Switch
+  std::map<double, double> transient_m;                 ///< by time of the switch: see LevelSwitch
   std::string fault;
 };
 
@@ -68,8 +68,8 @@ double largest_distance(const Snapshot& a, const Snapshot& b) {
   return largest;
 }
 
-SwitchedRun run(const Block& block, const std::vector<Switch>& switches, int start_level,
-                Paths* paths = nullptr, const Paths* without = nullptr) {
+SwitchedRun run_switched(const Block& block, const std::vector<LevelSwitch>& switches, int start_level,
+                         Paths* paths = nullptr, const Paths* without = nullptr) {
   SwitchedRun r;
   Simulation simulation(block.cell);
   EXPECT_EQ(simulation.set_level_of_detail(-1, start_level), "");
@@ -123,14 +123,14 @@ class LevelOfDetailSwitch : public testing::TestWithParam<std::string> {};
 TEST_P(LevelOfDetailSwitch, NothingJumpsAndTheAssemblyEndsAsEver) {
   const Block block(GetParam());
   Paths path;
-  const SwitchedRun kinematic = run(block, {}, 1, &path);
+  const SwitchedRun kinematic = run_switched(block, {}, 1, &path);
   ASSERT_EQ(kinematic.fault, "");
-  const SwitchedRun switched = run(block, kSwitches, 1, nullptr, &path);
+  const SwitchedRun switched = run_switched(block, kSwitches, 1, nullptr, &path);
   ASSERT_EQ(switched.fault, "");
   EXPECT_LE(switched.largest_jump_m, 1e-9);
   EXPECT_LE(switched.largest_turn_rad, 1e-9);
   EXPECT_LE(switched.largest_speed_jump_m_per_s, 1e-9);
-  for (const Switch& s : kSwitches)
+  for (const LevelSwitch& s : kSwitches)
     EXPECT_LE(switched.transient_m.at(s.time_s), s.allowed_transient_m)
         << "at " << s.time_s << " s to " << s.level;
   EXPECT_LE(max_position_error_m(block.scenario, block.cell->description, switched.end), 1e-4);
@@ -141,7 +141,7 @@ TEST_P(LevelOfDetailSwitch, NothingJumpsAndTheAssemblyEndsAsEver) {
     EXPECT_EQ(switched.changes[i].from, kinematic.changes[i].from) << i;
     EXPECT_EQ(switched.changes[i].to, kinematic.changes[i].to) << i;
   }
-  EXPECT_EQ(run(block, kSwitches, 1).end.state_hash, switched.end.state_hash);
+  EXPECT_EQ(run_switched(block, kSwitches, 1).end.state_hash, switched.end.state_hash);
 }
 
 // rk4: explicit steps; implicit: with the model's Jacobian; cvode: a method with a memory of earlier steps.
@@ -178,10 +178,11 @@ TEST(LevelOfDetail, EnergiesGoOnWhereTheyWereWhenTheRobotIsDynamicAgain) {
   EXPECT_EQ(power(0).electrical_energy_J, 0.0);
 }
 
-/// Explicit steps of 20 ms are too large for the drives: the run must end before anything is not a number.
+/// Explicit steps of 20 ms are too large for the drives: the run must end before anything is not a
+/// number.
 TEST(LevelOfDetail, AStepThatIsTooLargeEndsWithAFaultAndKeepsTheLastState) {
   const Block block("rk2", "0.02");
-  const SwitchedRun r = run(block, {}, 2);
+  const SwitchedRun r = run_switched(block, {}, 2);
   EXPECT_NE(r.fault.find("of Robot"), std::string::npos) << r.fault;
   EXPECT_NE(r.fault.find("the last accepted state is kept"), std::string::npos) << r.fault;
   for (const ComponentSample& c : r.end.components) {

@@ -70,7 +70,7 @@ const Motion& second_implementation() {
   return motion;
 }
 
-std::string scenario_file(const std::string& name) {
+std::string r3_scenario(const std::string& name) {
   return std::string(TAKT_CONFIG_DIR) + "/scenarios/" + name + ".yaml";
 }
 
@@ -82,7 +82,7 @@ struct R3Run {
 R3Run run_r3(const std::vector<std::string>& overrides) {
   ScenarioOptions options;
   options.overrides = overrides;
-  const Scenario scenario = read_scenario(scenario_file("robot_r3"), options);
+  const Scenario scenario = read_scenario(r3_scenario("robot_r3"), options);
   const auto cell = build_cell(scenario);
   Simulation simulation(cell);
   HeadlessOptions headless;
@@ -181,7 +181,7 @@ TEST(RobotR3Tolerance, SmallerToleranceComesCloser) {
 }
 
 TEST(RobotR3Scenario, StartsInThePublishedState) {
-  const Simulation simulation(load_cell(scenario_file("robot_r3")));
+  const Simulation simulation(load_cell(r3_scenario("robot_r3")));
   const Snapshot snapshot = simulation.make_snapshot();
   const RobotSample& robot = snapshot.robots[0];
   ASSERT_EQ(robot.level_of_detail, 2);
@@ -204,7 +204,7 @@ TEST(RobotR3Scenario, StartsInThePublishedState) {
 
 // Link 1 has a tensor as no body has it (only what turns about its axis counts): told to who uses the robot.
 TEST(RobotR3Scenario, DoubtfulInertiasAreToldByTheProgramAndInTheReport) {
-  const auto cell = load_cell(scenario_file("robot_r3"));
+  const auto cell = load_cell(r3_scenario("robot_r3"));
   ASSERT_EQ(cell->import_notes.size(), 1U);
   const ImportNote& note = cell->import_notes[0];
   EXPECT_EQ(note.component, "r3");
@@ -214,7 +214,7 @@ TEST(RobotR3Scenario, DoubtfulInertiasAreToldByTheProgramAndInTheReport) {
 
   const test::TemporaryDirectory directory;
   const std::filesystem::path file = directory / "report.json";
-  test::ChildProcess run({std::string(TAKT_BIN_DIR) + "/takt-run", scenario_file("robot_r3"), "--duration",
+  test::ChildProcess run({std::string(TAKT_BIN_DIR) + "/takt-run", r3_scenario("robot_r3"), "--duration",
                           "0.004", "--report", file.string()});
   EXPECT_EQ(run.wait(), 0) << run.text;
   EXPECT_NE(run.text.find("takt-run: note: " + note.sentence), std::string::npos) << run.text;
@@ -225,7 +225,7 @@ TEST(RobotR3Scenario, DoubtfulInertiasAreToldByTheProgramAndInTheReport) {
 
 TEST(RobotR3Scenario, RobotsWithPossibleInertiasGetNoNote) {
   for (const char* name : {"block_assembly", "block_assembly_kr16"})
-    EXPECT_TRUE(load_cell(scenario_file(name))->import_notes.empty()) << name;
+    EXPECT_TRUE(load_cell(r3_scenario(name))->import_notes.empty()) << name;
 }
 
 // The equations of one axis as scalars, in the relative form of the published facts.
@@ -285,7 +285,7 @@ struct SingleAxis {
 };
 
 TEST(RobotR3SingleAxis, WholeMotion) {
-  const auto cell = load_cell(scenario_file("robot_r3_single_axis"));
+  const auto cell = load_cell(r3_scenario("robot_r3_single_axis"));
   Simulation simulation(cell);
   SingleAxis axis;
   axis.switch_mode(0.0);
@@ -315,7 +315,7 @@ TEST(RobotR3SingleAxis, WholeMotion) {
 TEST(RobotR3Csv, HasItsColumnsByQuantity) {
   const test::TemporaryDirectory directory;
   const auto file = directory.path() / "r3.csv";
-  const Scenario scenario = read_scenario(scenario_file("robot_r3"));
+  const Scenario scenario = read_scenario(r3_scenario("robot_r3"));
   Simulation simulation(build_cell(scenario));
   CsvWriter csv(file, simulation, scenario.csv_period_s);
   csv.record(simulation);

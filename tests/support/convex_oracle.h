@@ -11,6 +11,12 @@
 
 namespace takt::test {
 
+inline std::vector<Vec3> to_world(const std::vector<Vec3>& points, const Pose& X_WB) {
+  std::vector<Vec3> result;
+  for (const Vec3& p : points) result.push_back(X_WB * p);
+  return result;
+}
+
 /// The largest gap between the shapes over the axes that can separate them: positive if they are apart (then
 /// a lower bound of the distance), minus the penetration depth if not. Also the axis, from a to b.
 struct Gap {

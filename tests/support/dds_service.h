@@ -103,9 +103,10 @@ class RawCellClient {
     }
     return reply;
   }
-  void write(const std::string& name, const Arguments& arguments, std::uint64_t sequence) {
+  void write(const std::string& name, const Arguments& arguments, std::uint64_t sequence,
+             const std::string& client_id = "raw") {
     msg::ControlRequest message;
-    message.client_id("raw");
+    message.client_id(client_id);
     message.sequence_number(sequence);
     message.request(name);
     for (const auto& [key, value] : arguments) {
@@ -116,6 +117,7 @@ class RawCellClient {
     }
     requests_.writer->write(&message);
   }
+  std::vector<msg::ControlReply> replies() { return replies_->messages(); }
   std::size_t replies_with(std::uint64_t sequence) {
     std::size_t count = 0;
     for (const auto& reply : replies_->messages()) count += reply.sequence_number() == sequence ? 1U : 0U;

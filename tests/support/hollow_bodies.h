@@ -40,6 +40,11 @@ inline TriangleMesh box_mesh(const Vec3& size, const Vec3& offset = Vec3::Zero()
   return mesh;
 }
 
+/// 100 x 80 x 60 mm, its bottom at z = 0.
+inline TriangleMesh block_mesh() {
+  return box_mesh({0.1, 0.08, 0.06});
+}
+
 /// A U: 100 mm wide (x), 80 mm high (y), 50 mm deep (z); legs and floor 20 mm thick, open towards +y. Volume
 /// 220 000 mm^3, its pocket 180 000 mm^3.
 inline TriangleMesh u_shape() {

@@ -3,11 +3,16 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "server/simulation/integrator.h"
 
 namespace takt::test {
+
+/// Names of solvers: those of SUNDIALS, and all that control their error.
+inline const std::vector<std::string> kAdaptive{"cvode", "esdirk", "esdirk4", "ida"};
+inline const std::vector<std::string> kErrorControlled{"rosenbrock", "cvode", "esdirk", "esdirk4", "ida"};
 
 /// Models as one OdeSystem: no connections; `bodies` Parts that touch nothing.
 class LooseSystem {

@@ -99,7 +99,8 @@ struct RawWriter {
 
 class RawDdsClient {
  public:
-  explicit RawDdsClient(std::uint32_t domain) {
+  /// A short lease, so that a client that was killed is missed soon.
+  explicit RawDdsClient(std::uint32_t domain, std::int32_t lease_s = 2) {
     // Samples inside one process shall take the same way as those between processes.
     deliver_through_transports();
 
@@ -109,8 +110,7 @@ class RawDdsClient {
     const auto udp = std::make_shared<transports::UDPv4TransportDescriptor>();
     udp->interfaceWhiteList.emplace_back("127.0.0.1");
     qos.transport().user_transports = {shared_memory, udp};
-    // A short one, so that a client that was killed is missed soon.
-    qos.wire_protocol().builtin.discovery_config.leaseDuration = DdsDuration(2, 0);
+    qos.wire_protocol().builtin.discovery_config.leaseDuration = DdsDuration(lease_s, 0);
     qos.wire_protocol().builtin.discovery_config.leaseDuration_announcementperiod =
         DdsDuration(0, 500'000'000);
     participant_ = fdds::DomainParticipantFactory::get_instance()->create_participant(domain, qos);

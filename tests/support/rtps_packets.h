@@ -6,6 +6,9 @@
 
 namespace takt::test {
 
+/// Entities of users, as DDS names them.
+inline constexpr std::uint32_t kWriter = 0x00000103, kReader = 0x00000204;
+
 /// Bytes in either byte order.
 class Wire {
  public:

@@ -6,12 +6,12 @@
 
 #include "server/runtime/event.h"
 #include "server/simulation/simulation.h"
+#include "tests/support/constants.h"
 #include "tests/support/service_cell.h"
 
 namespace takt {
 namespace {
 
-constexpr double kQuarter = 1.5707963267948966;
 constexpr double kSpeed = 0.5, kDeadline_s = 0.05, kAcceleration = 2.0;
 
 class CommandDeadline : public ::testing::Test {
@@ -41,8 +41,12 @@ class CommandDeadline : public ::testing::Test {
       JointCommand command;
       command.robot = 0;
       command.has_velocity = true;
-      command.position = {
-          begin + speed * (simulation_->time_s() + 0.008), -kQuarter, kQuarter, -kQuarter, -kQuarter, 0.0};
+      command.position = {begin + speed * (simulation_->time_s() + 0.008),
+                          -test::kQuarterTurn_rad,
+                          test::kQuarterTurn_rad,
+                          -test::kQuarterTurn_rad,
+                          -test::kQuarterTurn_rad,
+                          0.0};
       command.velocity = {speed};
       step({command});
     }
@@ -105,7 +109,12 @@ TEST_F(CommandDeadline, BrakingStaysWithinTheLimitsOfPosition) {
   const double upper = model_->description.robots[0].arm.joints[0].upper;
   JointCommand near;
   near.robot = 0;
-  near.position = {upper - 0.23, -kQuarter, kQuarter, -kQuarter, -kQuarter, 0.0};
+  near.position = {upper - 0.23,
+                   -test::kQuarterTurn_rad,
+                   test::kQuarterTurn_rad,
+                   -test::kQuarterTurn_rad,
+                   -test::kQuarterTurn_rad,
+                   0.0};
   model_->robots[0].q_initial = near.position;
   simulation_ = std::make_unique<Simulation>(model_);
   simulation_->watch_deadlines(true);

@@ -46,7 +46,7 @@ TEST(ControllerDevices, AreSetAndReadByNameAndStand) {
   EXPECT_EQ(at(0.040, 101.0).device, 1);
 }
 
-std::string error_of(const std::string& text, const Parameters& parameters = {}) {
+std::string device_error_of(const std::string& text, const Parameters& parameters = {}) {
   const ProgramFile program(text);
   const CellInfo cell = cell_with_oven();
   try {
@@ -60,15 +60,16 @@ std::string error_of(const std::string& text, const Parameters& parameters = {})
 
 TEST(ControllerDevices, MistakesAreAnswered) {
   const std::string end = "routine('Robot1', function(r) end)";
-  EXPECT_THAT(error_of("device('Stove') " + end), HasSubstr("no device 'Stove'; it has Lamp, Oven"));
-  EXPECT_THAT(error_of("local o = device('Oven') o:set{door = 1} " + end), HasSubstr("while routines run"));
-  EXPECT_THAT(error_of("routine('Robot1', function(r) device('Oven') end)"),
+  EXPECT_THAT(device_error_of("device('Stove') " + end), HasSubstr("no device 'Stove'; it has Lamp, Oven"));
+  EXPECT_THAT(device_error_of("local o = device('Oven') o:set{door = 1} " + end),
+              HasSubstr("while routines run"));
+  EXPECT_THAT(device_error_of("routine('Robot1', function(r) device('Oven') end)"),
               HasSubstr("while the program is loaded"));
-  EXPECT_THAT(error_of("local o = device('Oven') routine('Robot1', function(r) o:set{lid = 1} end)"),
+  EXPECT_THAT(device_error_of("local o = device('Oven') routine('Robot1', function(r) o:set{lid = 1} end)"),
               HasSubstr("set_temperature, door, temperature"));
-  EXPECT_THAT(error_of("local o = device('Oven') routine('Robot1', function(r) o:set(1) end)"),
+  EXPECT_THAT(device_error_of("local o = device('Oven') routine('Robot1', function(r) o:set(1) end)"),
               HasSubstr("a table {SIGNAL = value"));
-  EXPECT_THAT(error_of("routine('Robot1', function(r) local t = cell.devices.Oven.heat end)"),
+  EXPECT_THAT(device_error_of("routine('Robot1', function(r) local t = cell.devices.Oven.heat end)"),
               HasSubstr("signal of Oven called 'heat'"));
 }
 
@@ -76,9 +77,9 @@ TEST(ControllerParameters, ReplaceTheDefaultsThatAProgramStates) {
   const std::string text = R"(
     local offset = parameter("offset_m", 0.25)
     routine("Robot1", function(r) if offset ~= 0.25 then error("offset " .. offset) end end))";
-  EXPECT_EQ(error_of(text), "");
-  EXPECT_THAT(error_of(text, {{"offset_m", 0.5}}), HasSubstr("offset 0.5"));
-  EXPECT_THAT(error_of(text, {{"ofset_m", 0.5}}),
+  EXPECT_EQ(device_error_of(text), "");
+  EXPECT_THAT(device_error_of(text, {{"offset_m", 0.5}}), HasSubstr("offset 0.5"));
+  EXPECT_THAT(device_error_of(text, {{"ofset_m", 0.5}}),
               HasSubstr("the program has no parameter 'ofset_m'; it has offset_m"));
 }
 

@@ -10,7 +10,7 @@
 namespace takt::controller {
 namespace {
 
-constexpr double kPeriod_s = 0.008;
+constexpr double kSample_s = 0.008;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 void expect_smooth_within(const MotionProfile& profile, const ProfileLimits& limits) {
@@ -35,7 +35,7 @@ void expect_smooth_within(const MotionProfile& profile, const ProfileLimits& lim
 
 TEST(MotionProfile, KeepsLimitsAndIsTwiceDifferentiable) {
   for (const ProfileLimits limits : {ProfileLimits{0.5, 1.0}, {2.0, 0.3}, {0.1, 5.0}, {1.0, 1.5}}) {
-    expect_smooth_within(MotionProfile::fastest(limits, kPeriod_s), limits);
+    expect_smooth_within(MotionProfile::fastest(limits, kSample_s), limits);
   }
 }
 
@@ -50,8 +50,8 @@ TEST(MotionProfile, EndsExactlyAfterWholePeriods) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> value(0.05, 5.0);
   for (int i = 0; i < 1000; ++i) {
-    const MotionProfile profile = MotionProfile::fastest({value(random), value(random)}, kPeriod_s);
-    EXPECT_EQ(profile.duration_s(), static_cast<double>(profile.periods()) * kPeriod_s);
+    const MotionProfile profile = MotionProfile::fastest({value(random), value(random)}, kSample_s);
+    EXPECT_EQ(profile.duration_s(), static_cast<double>(profile.periods()) * kSample_s);
     const MotionProfile::Sample end = profile.at_period(profile.periods());
     EXPECT_EQ(end.s, 1.0);
     EXPECT_EQ(end.speed, 0.0);
@@ -59,19 +59,19 @@ TEST(MotionProfile, EndsExactlyAfterWholePeriods) {
     EXPECT_LT(profile.at_period(profile.periods() - 1).s, 1.0);
     EXPECT_NEAR(
         profile.at_period(profile.periods() / 2).s +
-            profile.at_time(profile.duration_s() - static_cast<double>(profile.periods() / 2) * kPeriod_s).s,
+            profile.at_time(profile.duration_s() - static_cast<double>(profile.periods() / 2) * kSample_s).s,
         1.0, 1e-12);
   }
 }
 
 TEST(MotionProfile, NothingToDoTakesOnePeriod) {
-  EXPECT_EQ(MotionProfile::fastest({kInfinity, kInfinity}, kPeriod_s).periods(), 1);
+  EXPECT_EQ(MotionProfile::fastest({kInfinity, kInfinity}, kSample_s).periods(), 1);
 }
 
 TEST(MotionProfile, LastsAsLongAsAsked) {
   const ProfileLimits limits{0.5, 1.0};  // 2.75 s at least
-  EXPECT_FALSE(MotionProfile::lasting(2.7, limits, kPeriod_s).has_value());
-  const auto profile = MotionProfile::lasting(4.0, limits, kPeriod_s);
+  EXPECT_FALSE(MotionProfile::lasting(2.7, limits, kSample_s).has_value());
+  const auto profile = MotionProfile::lasting(4.0, limits, kSample_s);
   ASSERT_TRUE(profile.has_value());
   EXPECT_EQ(profile->periods(), 500);
   expect_smooth_within(*profile, limits);

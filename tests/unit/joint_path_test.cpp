@@ -8,14 +8,13 @@
 #include <limits>
 
 #include "server/simulation/simulation.h"
+#include "tests/support/constants.h"
 #include "tests/support/service_cell.h"
 
 namespace takt {
 namespace {
 
 using ::testing::HasSubstr;
-
-constexpr double kQuarter = 1.5707963267948966;
 
 TEST(JointPath, PiecesMeetTheirEndsAndReproducePolynomials) {
   // q(t) = 1 + 2 t - t^2 + 0.5 t^3 - 0.25 t^4 + 0.125 t^5, from 0.5 to 2.
@@ -65,7 +64,12 @@ class Trajectory : public ::testing::Test {
   }
   const ArmModel& arm() const { return model_->description.robots[0].arm; }
   static std::vector<double> at(double first) {
-    return {first, -kQuarter, kQuarter, -kQuarter, -kQuarter, 0.0};
+    return {first,
+            -test::kQuarterTurn_rad,
+            test::kQuarterTurn_rad,
+            -test::kQuarterTurn_rad,
+            -test::kQuarterTurn_rad,
+            0.0};
   }
   static std::vector<double> moving(double first) { return {first, 0.0, 0.0, 0.0, 0.0, 0.0}; }
   Rejection refused(const RawTrajectory& wrong) const {
@@ -124,6 +128,21 @@ TEST_F(Trajectory, EveryFaultHasItsCodeAndSentence) {
   wrong = fine;
   wrong.stamp_s = std::numeric_limits<double>::infinity();
   EXPECT_EQ(refused(wrong).code, RejectionCode::not_finite);
+  wrong = fine;
+  wrong.stamp_s = 1.79e9;  // of a wall clock
+  EXPECT_EQ(refused(wrong).code, RejectionCode::out_of_range);
+  EXPECT_THAT(refused(wrong).message, HasSubstr("wall clock"));
+  wrong = fine;
+  wrong.points[1].time_from_start_s = 2e9;
+  EXPECT_EQ(refused(wrong).code, RejectionCode::out_of_range);
+  EXPECT_THAT(refused(wrong).message, HasSubstr("the time of point 2"));
+  wrong = fine;
+  wrong.points[1].effort = moving(0.0);
+  wrong.points[1].effort[1] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(refused(wrong).code, RejectionCode::not_finite);
+  EXPECT_THAT(refused(wrong).message, HasSubstr("effort of joint"));
+  wrong.points[1].effort[1] = 1e6;
+  EXPECT_EQ(refused(wrong).code, RejectionCode::effort_out_of_range);
   wrong = fine;
   wrong.points[1].positions[0] = 7.0;
   EXPECT_EQ(refused(wrong).code, RejectionCode::out_of_range);
@@ -199,7 +218,9 @@ TEST_F(Trajectory, ALaterStartWaitsAndANewerCommandReplaces) {
   // A set-point takes over, at once.
   JointCommand command;
   command.robot = 0;
-  command.position = {0.1, -kQuarter, kQuarter, -kQuarter, -kQuarter, 0.0};
+  command.position = {
+      0.1, -test::kQuarterTurn_rad, test::kQuarterTurn_rad, -test::kQuarterTurn_rad, -test::kQuarterTurn_rad,
+      0.0};
   step({command});
   EXPECT_LT(simulation_.trajectory_end_s(0), 0.0);
   ASSERT_EQ(notices_.size(), 2U);

@@ -20,11 +20,6 @@ namespace {
 using ::testing::HasSubstr;
 using Kind = MeshFindingKind;
 
-/// 100 x 80 x 60 mm in 12 triangles.
-TriangleMesh box() {
-  return box_mesh({0.1, 0.08, 0.06});
-}
-
 TriangleMesh committed(const std::string& name) {
   return import_solid(std::string(TAKT_CONFIG_DIR) + "/meshes/" + name + ".obj");
 }
@@ -53,7 +48,7 @@ TEST(MeshCare, ABallHasNothingToTell) {
 }
 
 TEST(MeshCare, SharpEdgesAreCountedAndMeasured) {
-  const auto findings = find_contact_risks(box(), {});
+  const auto findings = find_contact_risks(block_mesh(), {});
   const MeshFinding* sharp = find(findings, Kind::sharp_edges);
   ASSERT_NE(sharp, nullptr);
   EXPECT_EQ(sharp->count, 12U);
@@ -82,7 +77,7 @@ TEST(MeshCare, AKnifeIsAWarning) {
 }
 
 TEST(MeshCare, CoarseFacesAreToldAndTheRemedyHelps) {
-  const auto findings = find_contact_risks(box(), options_of("Box"));
+  const auto findings = find_contact_risks(block_mesh(), options_of("Box"));
   const MeshFinding* coarse = find(findings, Kind::coarse);
   ASSERT_NE(coarse, nullptr);
   EXPECT_EQ(coarse->severity, MeshSeverity::warning);
@@ -90,18 +85,18 @@ TEST(MeshCare, CoarseFacesAreToldAndTheRemedyHelps) {
   EXPECT_NEAR(coarse->figure, 1.0, 1e-12);  // two triangles
   EXPECT_THAT(coarse->remedy, HasSubstr("set contact.components.Box.element_edge_m to "));
   const double edge = edge_of(*coarse);
-  EXPECT_EQ(find(find_contact_risks(refine_to_edge(box(), edge), {}), Kind::coarse), nullptr);
+  EXPECT_EQ(find(find_contact_risks(refine_to_edge(block_mesh(), edge), {}), Kind::coarse), nullptr);
   // The same without doing it, as it will be done for contact.
   ContactMeshOptions divided;
   divided.element_edge_m = edge;
-  EXPECT_EQ(find(find_contact_risks(box(), divided), Kind::coarse), nullptr);
+  EXPECT_EQ(find(find_contact_risks(block_mesh(), divided), Kind::coarse), nullptr);
   divided.element_edge_m = 3.0 * edge;
-  EXPECT_NE(find(find_contact_risks(box(), divided), Kind::coarse), nullptr);
-  EXPECT_NE(find(find_contact_risks(refine_to_edge(box(), 3.0 * edge), {}), Kind::coarse), nullptr);
+  EXPECT_NE(find(find_contact_risks(block_mesh(), divided), Kind::coarse), nullptr);
+  EXPECT_NE(find(find_contact_risks(refine_to_edge(block_mesh(), 3.0 * edge), {}), Kind::coarse), nullptr);
   // What only is pressed into may be coarse.
   ContactMeshOptions target;
   target.carries_elements = false;
-  EXPECT_EQ(find(find_contact_risks(box(), target), Kind::coarse), nullptr);
+  EXPECT_EQ(find(find_contact_risks(block_mesh(), target), Kind::coarse), nullptr);
 }
 
 TEST(MeshCare, MeshesMadeForContactAreFineEnough) {
@@ -125,7 +120,7 @@ TEST(MeshCare, NeedlesAreTold) {
   // Cut into like pieces they stay needles, as the remedy says; made anew they are gone.
   EXPECT_NE(find(find_contact_risks(refine_to_edge(rod, 0.05), {}), Kind::needles), nullptr);
   EXPECT_EQ(find(find_contact_risks(box_mesh({0.1, 0.004, 0.004}), {}), Kind::needles), nullptr);
-  EXPECT_EQ(find(find_contact_risks(box(), {}), Kind::needles), nullptr);
+  EXPECT_EQ(find(find_contact_risks(block_mesh(), {}), Kind::needles), nullptr);
 }
 
 TEST(MeshCare, ABodyFarFromItsOriginIsTold) {

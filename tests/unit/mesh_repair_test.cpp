@@ -26,11 +26,6 @@ using ::testing::HasSubstr;
 using Kind = MeshFindingKind;
 using Severity = MeshSeverity;
 
-/// 100 x 80 x 60 mm, its bottom at z = 0.
-TriangleMesh box() {
-  return box_mesh({0.1, 0.08, 0.06});
-}
-
 void add(TriangleMesh& mesh, const TriangleMesh& other, bool inside_out = false) {
   const auto offset = static_cast<std::uint32_t>(mesh.vertices.size());
   mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
@@ -58,7 +53,7 @@ void expect_box(const RepairedMesh& repaired) {
 }
 
 TEST(MeshRepair, ASoundMeshStaysAsItIs) {
-  for (const TriangleMesh& mesh : {box(), u_shape()}) {
+  for (const TriangleMesh& mesh : {block_mesh(), u_shape()}) {
     const RepairedMesh repaired = repair_mesh(mesh);
     EXPECT_TRUE(repaired.findings.empty());
     EXPECT_EQ(repaired.problem, "");
@@ -67,7 +62,7 @@ TEST(MeshRepair, ASoundMeshStaysAsItIs) {
 }
 
 TEST(MeshRepair, DuplicateFacesGo) {
-  TriangleMesh mesh = box();
+  TriangleMesh mesh = block_mesh();
   const auto t = mesh.triangles[3], u = mesh.triangles[7];
   mesh.triangles.push_back({t[1], t[2], t[0]});
   mesh.triangles.push_back({u[0], u[2], u[1]});  // the other way round
@@ -99,7 +94,7 @@ TEST(MeshRepair, AWallInsideIsNeededByNobodyAndGoes) {
 }
 
 TEST(MeshRepair, FacesWithoutAreaGo) {
-  TriangleMesh twice = box();
+  TriangleMesh twice = block_mesh();
   twice.triangles.push_back({2, 2, 5});
   const RepairedMesh repaired = repair_mesh(twice);
   expect_box(repaired);
@@ -107,7 +102,7 @@ TEST(MeshRepair, FacesWithoutAreaGo) {
   EXPECT_EQ(only(repaired).count, 1U);
 
   // A vertex in the middle of an edge that only one of its two triangles knows, and the flat face between.
-  TriangleMesh line = box();
+  TriangleMesh line = block_mesh();
   const auto t = line.triangles[0];
   const auto middle = static_cast<std::uint32_t>(line.vertices.size());
   line.vertices.emplace_back(0.5 * (line.vertices[t[0]] + line.vertices[t[1]]));
@@ -126,7 +121,7 @@ TEST(MeshRepair, FacesWithoutAreaGo) {
 
 TEST(MeshRepair, AFlatFaceThatCannotGoIsRefused) {
   // Two vertices in one place: the flat face between them has nothing to be turned into.
-  TriangleMesh mesh = box();
+  TriangleMesh mesh = block_mesh();
   const auto t = mesh.triangles[0];
   const auto copy = static_cast<std::uint32_t>(mesh.vertices.size());
   mesh.vertices.push_back(mesh.vertices[t[1]]);
@@ -141,7 +136,7 @@ TEST(MeshRepair, AFlatFaceThatCannotGoIsRefused) {
 }
 
 TEST(MeshRepair, OpenEdgesAreRefusedWithNumberLengthAndPlace) {
-  TriangleMesh mesh = box();
+  TriangleMesh mesh = block_mesh();
   mesh.triangles.erase(mesh.triangles.begin());  // of the bottom: 100, 80 and their diagonal
   const RepairedMesh repaired = repair_mesh(mesh);
   EXPECT_THAT(repaired.problem, HasSubstr("the surface has a hole there"));
@@ -155,7 +150,7 @@ TEST(MeshRepair, OpenEdgesAreRefusedWithNumberLengthAndPlace) {
 }
 
 TEST(MeshRepair, EdgesOfMoreThanTwoFacesAreRefused) {
-  TriangleMesh mesh = box();  // and a fin on its first edge
+  TriangleMesh mesh = block_mesh();  // and a fin on its first edge
   mesh.vertices.emplace_back(0.0, 0.0, 0.2);
   mesh.triangles.push_back({0, 1, static_cast<std::uint32_t>(mesh.vertices.size() - 1)});
   const RepairedMesh repaired = repair_mesh(mesh);
@@ -169,7 +164,7 @@ TEST(MeshRepair, EdgesOfMoreThanTwoFacesAreRefused) {
 }
 
 TEST(MeshRepair, FacesTurnedAgainstTheirNeighboursAreTurnedBack) {
-  TriangleMesh mesh = box();
+  TriangleMesh mesh = block_mesh();
   for (const std::size_t i : {2U, 3U, 9U}) std::swap(mesh.triangles[i][0], mesh.triangles[i][1]);
   const RepairedMesh repaired = repair_mesh(mesh);
   expect_box(repaired);
@@ -179,7 +174,7 @@ TEST(MeshRepair, FacesTurnedAgainstTheirNeighboursAreTurnedBack) {
 }
 
 TEST(MeshRepair, AShellInsideOutIsTurnedWithItsCavities) {
-  TriangleMesh mesh = box();
+  TriangleMesh mesh = block_mesh();
   add(mesh, box_mesh({0.02, 0.02, 0.02}, {0.0, 0.0, 0.01}), true);
   const double volume = volume_properties(mesh).volume;
   EXPECT_EQ(only(repair_mesh(mesh)).kind, Kind::cavities);
@@ -200,7 +195,7 @@ TEST(MeshRepair, AShellInsideOutIsTurnedWithItsCavities) {
 }
 
 TEST(MeshRepair, ASolidInsideAnotherIsToldButNotOneInACavity) {
-  TriangleMesh mesh = box();
+  TriangleMesh mesh = block_mesh();
   add(mesh, box_mesh({0.04, 0.04, 0.04}, {0.0, 0.0, 0.01}));
   const RepairedMesh twice = repair_mesh(mesh);
   EXPECT_EQ(twice.problem, "");
@@ -208,7 +203,7 @@ TEST(MeshRepair, ASolidInsideAnotherIsToldButNotOneInACavity) {
   EXPECT_EQ(only(twice).severity, Severity::warning);
   EXPECT_NEAR(only(twice).figure, 6.4e-5, 1e-15);
 
-  TriangleMesh rattle = box();
+  TriangleMesh rattle = block_mesh();
   add(rattle, box_mesh({0.04, 0.04, 0.04}, {0.0, 0.0, 0.01}), true);
   add(rattle, box_mesh({0.02, 0.02, 0.02}, {0.0, 0.0, 0.02}));
   EXPECT_EQ(only(repair_mesh(rattle)).kind, Kind::cavities);
@@ -222,7 +217,7 @@ TEST(MeshRepair, WhatEnclosesNothingGoesOrIsRefused) {
   EXPECT_EQ(only(repair_mesh(sheet)).kind, Kind::encloses_nothing);
   EXPECT_EQ(only(repair_mesh(sheet)).severity, Severity::refused);
   EXPECT_THAT(repair_mesh(sheet).problem, HasSubstr("encloses nothing"));
-  TriangleMesh mesh = box();
+  TriangleMesh mesh = block_mesh();
   add(mesh, sheet);
   const RepairedMesh repaired = repair_mesh(mesh);
   expect_box(repaired);
@@ -254,10 +249,10 @@ TEST(MeshRepair, ASurfaceWithOneSideIsRefused) {
 
 TEST(MeshRepair, WhatIsNoMeshIsRefused) {
   EXPECT_EQ(only(repair_mesh({})).kind, Kind::bad_vertex);
-  TriangleMesh missing = box();
+  TriangleMesh missing = block_mesh();
   missing.triangles[1][0] = 99;
   EXPECT_THAT(only(repair_mesh(missing)).sentence, HasSubstr("triangle 1 refers to vertex 99"));
-  TriangleMesh infinite = box();
+  TriangleMesh infinite = block_mesh();
   infinite.vertices[2].x() = std::numeric_limits<double>::infinity();
   EXPECT_EQ(only(repair_mesh(infinite)).severity, Severity::refused);
 }
@@ -306,7 +301,7 @@ TEST(MeshRepair, RandomDamageIsUndone) {
 
 TEST(ImportAndRepair, RepairsEachObjectOrAllAsOneSurface) {
   const TemporaryDirectory directory;
-  TriangleMesh inside_out = box();
+  TriangleMesh inside_out = block_mesh();
   turn_all(inside_out);
   directory.write("two.obj",
                   obj_text("a", inside_out) + obj_text("b", box_mesh({0.1, 0.1, 0.1}, {1, 0, 0}), 8));
@@ -315,7 +310,7 @@ TEST(ImportAndRepair, RepairsEachObjectOrAllAsOneSurface) {
   EXPECT_EQ(only(two).kind, Kind::inside_out);
 
   // One surface in two groups, one of them turned.
-  TriangleMesh low = box(), high = box();
+  TriangleMesh low = block_mesh(), high = block_mesh();
   low.triangles.resize(6);
   high.triangles.erase(high.triangles.begin(), high.triangles.begin() + 6);
   turn_all(high);
@@ -323,7 +318,7 @@ TEST(ImportAndRepair, RepairsEachObjectOrAllAsOneSurface) {
   const RepairedMesh groups = import_repaired_solid(directory / "groups.obj");
   EXPECT_NEAR(volume_properties(groups.mesh).volume, 4.8e-4, 1e-12);
 
-  TriangleMesh open = box();
+  TriangleMesh open = block_mesh();
   open.triangles.pop_back();
   directory.write("open.obj", obj_text("o", open));
   try {

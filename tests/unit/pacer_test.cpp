@@ -1,11 +1,10 @@
 #include "server/runtime/pacer.h"
+#include "tests/support/constants.h"
 
 #include <gtest/gtest.h>
 
 namespace takt {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 /// Time passes only by sleeping, by a fixed lateness per wake-up, and when the test says so.
 class FakeClock final : public MonotonicClock {
@@ -29,8 +28,8 @@ class PacerTest : public testing::Test {
 TEST_F(PacerTest, StepsFollowAnAbsoluteSchedule) {
   pacer_.anchor(0.001, 1.0);
   for (int i = 0; i < 1000; ++i) {
-    EXPECT_EQ(pacer_.wait(kMs), Pacer::Result::due);
-    EXPECT_EQ(clock_.now, begin_ + i * kMs);
+    EXPECT_EQ(pacer_.wait(test::kMillisecond_ns), Pacer::Result::due);
+    EXPECT_EQ(clock_.now, begin_ + i * test::kMillisecond_ns);
     clock_.now += 300'000;  // computation
   }
   EXPECT_EQ(pacer_.figures().overruns, 0U);
@@ -39,8 +38,8 @@ TEST_F(PacerTest, StepsFollowAnAbsoluteSchedule) {
 TEST_F(PacerTest, LateWakeUpsDoNotAddUp) {
   clock_.lateness = 70'000;
   pacer_.anchor(0.001, 1.0);
-  for (int i = 0; i < 1000; ++i) pacer_.wait(kMs);
-  EXPECT_EQ(clock_.now, begin_ + 999 * kMs + 70'000);
+  for (int i = 0; i < 1000; ++i) pacer_.wait(test::kMillisecond_ns);
+  EXPECT_EQ(clock_.now, begin_ + 999 * test::kMillisecond_ns + 70'000);
   EXPECT_EQ(pacer_.figures().lag_ns, 70'000);
   EXPECT_EQ(pacer_.wake_up().count(), 999U);
   EXPECT_NEAR(pacer_.wake_up().quantile_s(0.5), 70e-6, 0.1 * 70e-6);
@@ -48,35 +47,35 @@ TEST_F(PacerTest, LateWakeUpsDoNotAddUp) {
 
 TEST_F(PacerTest, TheFactorScalesWallTime) {
   pacer_.anchor(0.001, 4.0);
-  for (int i = 0; i < 401; ++i) pacer_.wait(kMs);
-  EXPECT_EQ(clock_.now, begin_ + 100 * kMs);
+  for (int i = 0; i < 401; ++i) pacer_.wait(test::kMillisecond_ns);
+  EXPECT_EQ(clock_.now, begin_ + 100 * test::kMillisecond_ns);
 }
 
 TEST_F(PacerTest, AStepSizeThatIsNoWholeNanosecondDoesNotDrift) {
   pacer_.anchor(1.0 / 3000.0, 1.0);
-  for (int i = 0; i < 3'000'001; ++i) pacer_.wait(kMs);
-  EXPECT_EQ(clock_.now, begin_ + 1'000'000 * kMs);
+  for (int i = 0; i < 3'000'001; ++i) pacer_.wait(test::kMillisecond_ns);
+  EXPECT_EQ(clock_.now, begin_ + 1'000'000 * test::kMillisecond_ns);
 }
 
 TEST_F(PacerTest, LongSleepsAreCut) {
   pacer_.anchor(0.001, 0.01);  // a step every 100 ms
-  EXPECT_EQ(pacer_.wait(10 * kMs), Pacer::Result::due);
-  for (int i = 0; i < 9; ++i) EXPECT_EQ(pacer_.wait(10 * kMs), Pacer::Result::not_due);
-  EXPECT_EQ(pacer_.wait(10 * kMs), Pacer::Result::due);
-  EXPECT_EQ(clock_.now, begin_ + 100 * kMs);
+  EXPECT_EQ(pacer_.wait(10 * test::kMillisecond_ns), Pacer::Result::due);
+  for (int i = 0; i < 9; ++i) EXPECT_EQ(pacer_.wait(10 * test::kMillisecond_ns), Pacer::Result::not_due);
+  EXPECT_EQ(pacer_.wait(10 * test::kMillisecond_ns), Pacer::Result::due);
+  EXPECT_EQ(clock_.now, begin_ + 100 * test::kMillisecond_ns);
 }
 
 TEST_F(PacerTest, ASmallLagIsCaughtUpWithoutSkippingAStep) {
   pacer_.anchor(0.001, 1.0);
-  pacer_.wait(kMs);
-  clock_.now += 50 * kMs;  // steps 1 to 50 are due or overdue now
+  pacer_.wait(test::kMillisecond_ns);
+  clock_.now += 50 * test::kMillisecond_ns;  // steps 1 to 50 are due or overdue now
   int without_sleep = 0;
-  while (clock_.now == begin_ + 50 * kMs) {
-    EXPECT_EQ(pacer_.wait(kMs), Pacer::Result::due);
-    if (clock_.now == begin_ + 50 * kMs) ++without_sleep;
+  while (clock_.now == begin_ + 50 * test::kMillisecond_ns) {
+    EXPECT_EQ(pacer_.wait(test::kMillisecond_ns), Pacer::Result::due);
+    if (clock_.now == begin_ + 50 * test::kMillisecond_ns) ++without_sleep;
   }
   EXPECT_EQ(without_sleep, 50);
-  EXPECT_EQ(clock_.now, begin_ + 51 * kMs);
+  EXPECT_EQ(clock_.now, begin_ + 51 * test::kMillisecond_ns);
   EXPECT_EQ(pacer_.figures().overruns, 49U);  // the one due exactly now is not late
   EXPECT_EQ(pacer_.figures().longest_overrun_run, 49U);
   EXPECT_EQ(pacer_.figures().rebases, 0U);
@@ -85,25 +84,25 @@ TEST_F(PacerTest, ASmallLagIsCaughtUpWithoutSkippingAStep) {
 
 TEST_F(PacerTest, BehindIsHowLongTheNextStepIsOverdueNow) {
   pacer_.anchor(0.001, 1.0);
-  pacer_.wait(kMs);
+  pacer_.wait(test::kMillisecond_ns);
   EXPECT_EQ(pacer_.behind_ns(), 0);
   clock_.now += 700'000;
   EXPECT_EQ(pacer_.behind_ns(), 0) << "the next one is due in 0.3 ms";
-  clock_.now += 20 * kMs;  // a step of 20.7 ms
+  clock_.now += 20 * test::kMillisecond_ns;  // a step of 20.7 ms
   EXPECT_EQ(pacer_.behind_ns(), 19'700'000);
   EXPECT_EQ(pacer_.figures().lag_ns, 0) << "the newest one began in time";
-  pacer_.wait(kMs);
+  pacer_.wait(test::kMillisecond_ns);
   EXPECT_EQ(pacer_.behind_ns(), 18'700'000);
 }
 
 TEST_F(PacerTest, ALargeLagMovesTheScheduleOnce) {
   pacer_.anchor(0.001, 1.0);
-  pacer_.wait(kMs);
-  clock_.now += 200 * kMs;
-  EXPECT_EQ(pacer_.wait(kMs), Pacer::Result::rebased);
-  EXPECT_EQ(pacer_.figures().lag_ns, 199 * kMs);
-  EXPECT_EQ(pacer_.wait(kMs), Pacer::Result::due);
-  EXPECT_EQ(clock_.now, begin_ + 201 * kMs);
+  pacer_.wait(test::kMillisecond_ns);
+  clock_.now += 200 * test::kMillisecond_ns;
+  EXPECT_EQ(pacer_.wait(test::kMillisecond_ns), Pacer::Result::rebased);
+  EXPECT_EQ(pacer_.figures().lag_ns, 199 * test::kMillisecond_ns);
+  EXPECT_EQ(pacer_.wait(test::kMillisecond_ns), Pacer::Result::due);
+  EXPECT_EQ(clock_.now, begin_ + 201 * test::kMillisecond_ns);
   EXPECT_EQ(pacer_.figures().rebases, 1U);
   EXPECT_EQ(pacer_.figures().overruns, 1U);
 }

@@ -17,7 +17,7 @@ namespace {
 
 using Pixel = std::array<int, 3>;
 
-Pixel at(const Image& image, int x, int y) {
+Pixel pixel_at(const Image& image, int x, int y) {
   const std::size_t first =
       3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x));
   return {image.rgb[first], image.rgb[first + 1], image.rgb[first + 2]};
@@ -34,7 +34,8 @@ Mesh wall(double x, double half, const Color& color, double y = 0.0) {
   return mesh;
 }
 
-/// 90 degrees of view at distance 1 from the origin: the plane x = 0 shows y, z in -1..1 on 100 x 100 pixels.
+/// 90 degrees of view at distance 1 from the origin: the plane x = 0 shows y, z in -1..1 on 100 x 100
+/// pixels.
 Camera front_camera() {
   Camera camera;
   camera.eye_W = Vec3(1.0, 0.0, 0.0);
@@ -56,12 +57,12 @@ TEST(Render, NearTriangleHidesFarOneWhateverTheOrder) {
     Scene scene;
     scene.meshes = meshes;
     const Image image = rasterise(scene, front_camera());
-    EXPECT_EQ(at(image, 50, 50), kRedPixel);
-    EXPECT_EQ(at(image, 26, 50), kRedPixel);
-    EXPECT_EQ(at(image, 23, 50), kBluePixel);
-    EXPECT_EQ(at(image, 11, 50), kBluePixel);
-    EXPECT_NE(at(image, 8, 50), kBluePixel);  // background
-    EXPECT_NE(at(image, 8, 50), kRedPixel);
+    EXPECT_EQ(pixel_at(image, 50, 50), kRedPixel);
+    EXPECT_EQ(pixel_at(image, 26, 50), kRedPixel);
+    EXPECT_EQ(pixel_at(image, 23, 50), kBluePixel);
+    EXPECT_EQ(pixel_at(image, 11, 50), kBluePixel);
+    EXPECT_NE(pixel_at(image, 8, 50), kBluePixel);  // background
+    EXPECT_NE(pixel_at(image, 8, 50), kRedPixel);
   }
 }
 
@@ -70,8 +71,8 @@ TEST(Render, PictureIsNotMirrored) {
   scene.meshes = {wall(0.0, 0.1, kRed, 0.5), wall(0.0, 0.1, kBlue)};
   scene.meshes[1].X_WB.p = Vec3(0.0, 0.0, 0.5);
   const Image image = rasterise(scene, front_camera());
-  EXPECT_EQ(at(image, 75, 50), kRedPixel);   // seen from +x, +y is to the right
-  EXPECT_EQ(at(image, 50, 25), kBluePixel);  // +z is up
+  EXPECT_EQ(pixel_at(image, 75, 50), kRedPixel);   // seen from +x, +y is to the right
+  EXPECT_EQ(pixel_at(image, 50, 25), kBluePixel);  // +z is up
 }
 
 TEST(Render, IntersectingWallsMeetWhereGeometrySays) {
@@ -82,8 +83,8 @@ TEST(Render, IntersectingWallsMeetWhereGeometrySays) {
   Scene scene;
   scene.meshes = {wall(0.0, 0.9, kBlue), turned};
   const Image image = rasterise(scene, front_camera());
-  EXPECT_EQ(at(image, 52, 50), kRedPixel);
-  EXPECT_EQ(at(image, 47, 50), kBluePixel);
+  EXPECT_EQ(pixel_at(image, 52, 50), kRedPixel);
+  EXPECT_EQ(pixel_at(image, 47, 50), kBluePixel);
 }
 
 TEST(Render, TriangleThroughTheEyePlaneIsClipped) {
@@ -96,9 +97,9 @@ TEST(Render, TriangleThroughTheEyePlaneIsClipped) {
   scene.meshes = {floor};
   const Image image = rasterise(scene, front_camera());
   for (int x = 0; x < 100; x += 9) {
-    EXPECT_EQ(at(image, x, 99), kRedPixel);
-    EXPECT_EQ(at(image, x, 53), kRedPixel);
-    EXPECT_NE(at(image, x, 45), kRedPixel);
+    EXPECT_EQ(pixel_at(image, x, 99), kRedPixel);
+    EXPECT_EQ(pixel_at(image, x, 53), kRedPixel);
+    EXPECT_NE(pixel_at(image, x, 45), kRedPixel);
   }
 }
 
@@ -109,10 +110,10 @@ TEST(Render, AntiAliasingMixesAtABorder) {
   scene.meshes = {half};
   Camera camera = front_camera();
   camera.samples_per_axis = 4;
-  const Pixel mixed = at(rasterise(scene, camera), 50, 50);
+  const Pixel mixed = pixel_at(rasterise(scene, camera), 50, 50);
   EXPECT_EQ(mixed[0], 188);  // half the light, in sRGB
-  EXPECT_EQ(at(rasterise(scene, camera), 49, 50)[0], 0);
-  EXPECT_EQ(at(rasterise(scene, camera), 51, 50)[0], 255);
+  EXPECT_EQ(pixel_at(rasterise(scene, camera), 49, 50)[0], 0);
+  EXPECT_EQ(pixel_at(rasterise(scene, camera), 51, 50)[0], 255);
 }
 
 TEST(Render, LinesLieOnTheSurfaceThatCarriesThemAndBehindOthers) {
@@ -120,9 +121,9 @@ TEST(Render, LinesLieOnTheSurfaceThatCarriesThemAndBehindOthers) {
   scene.meshes = {wall(0.0, 0.9, kBlue), wall(0.5, 0.1, {0.0, 1.0, 0.0})};
   scene.lines.push_back({Vec3(0.0, -0.8, 0.0), Vec3(0.0, 0.8, 0.0), kRed, 3.0});
   const Image image = rasterise(scene, front_camera());
-  EXPECT_EQ(at(image, 20, 50), kRedPixel);
-  EXPECT_EQ(at(image, 20, 54), kBluePixel);
-  EXPECT_EQ(at(image, 50, 50), (Pixel{0, 255, 0}));
+  EXPECT_EQ(pixel_at(image, 20, 50), kRedPixel);
+  EXPECT_EQ(pixel_at(image, 20, 54), kBluePixel);
+  EXPECT_EQ(pixel_at(image, 50, 50), (Pixel{0, 255, 0}));
 }
 
 TEST(Render, ShadowFallsAwayFromTheLight) {
@@ -137,7 +138,7 @@ TEST(Render, ShadowFallsAwayFromTheLight) {
   // Straight down the picture's right is world x; one pixel is 0.06 m at the floor.
   const auto brightness = [&](double x, double y) {
     const Image image = rasterise(scene, camera);
-    return at(image, static_cast<int>(50 + (x + 0.4) / 0.06), static_cast<int>(50 - y / 0.06))[1];
+    return pixel_at(image, static_cast<int>(50 + (x + 0.4) / 0.06), static_cast<int>(50 - y / 0.06))[1];
   };
   const int in_shadow = brightness(-1.0, 0.0), in_light = brightness(-1.0, 0.8);
   EXPECT_LT(in_shadow, in_light - 40);

@@ -11,11 +11,12 @@
 namespace takt {
 namespace {
 
+using test::kReader;
+using test::kWriter;
 using test::Packet;
 using test::Wire;
 using Bytes = std::vector<std::uint8_t>;
 
-constexpr std::uint32_t kWriter = 0x00000103, kReader = 0x00000204;
 constexpr std::uint16_t kFragment = 1000;
 
 Bytes sample(std::size_t size, std::uint8_t first) {

@@ -13,15 +13,16 @@ namespace {
 
 using test::endpoint;
 using test::guid;
+using test::kReader;
 using test::kSedpWriter;
 using test::kSpdpWriter;
+using test::kWriter;
 using test::Packet;
 using test::participant;
 using test::Wire;
 using Bytes = std::vector<std::uint8_t>;
 
 constexpr std::uint32_t kNow_s = 0x60000000;
-constexpr std::uint32_t kWriter = 0x00000103, kReader = 0x00000204;
 
 std::string flaw_of(const Bytes& packet, const GuardLimits& limits = {}, PacketMemory* sent = nullptr) {
   return std::string(to_string(inspect_packet(packet, limits, sent).flaw));
@@ -39,7 +40,7 @@ std::string participant_flaw(unsigned id, const Bytes& value, bool big = false) 
 std::string endpoint_flaw(unsigned id, const Bytes& value, bool big = false) {
   return flaw_of(Packet(big).data(0, kSedpWriter, 4, ended(endpoint(big).parameter(id, value))));
 }
-Bytes sample() {
+Bytes small_sample() {
   return {0, 1, 0, 0, 1, 2, 3, 4};
 }
 
@@ -53,8 +54,9 @@ INSTANTIATE_TEST_SUITE_P(ByteOrders, RtpsGuard, testing::Bool());
 
 TEST_P(RtpsGuard, LetsPassWhatIsInOrder) {
   EXPECT_EQ(flaw_of(packet()), "none");
-  EXPECT_EQ(flaw_of(packet().submessage(0x09, 0, wire().u32(1).u32(2)).data(kReader, kWriter, 4, sample())),
-            "none");
+  EXPECT_EQ(
+      flaw_of(packet().submessage(0x09, 0, wire().u32(1).u32(2)).data(kReader, kWriter, 4, small_sample())),
+      "none");
   EXPECT_EQ(flaw_of(packet().data(0, kSpdpWriter, 4, ended(participant(GetParam())))), "none");
   EXPECT_EQ(flaw_of(packet().data(0, kSedpWriter, 4, ended(endpoint(GetParam())))), "none");
   EXPECT_EQ(
@@ -82,7 +84,7 @@ TEST_P(RtpsGuard, PropertiesAsCycloneDdsSendsThem) {
 }
 
 TEST_P(RtpsGuard, Framing) {
-  Bytes good = packet().data(kReader, kWriter, 4, sample()).wire.bytes;
+  Bytes good = packet().data(kReader, kWriter, 4, small_sample()).wire.bytes;
   EXPECT_EQ(flaw_of(Bytes(good.begin(), good.begin() + 19)), "too_short");
   const auto with = [&](std::size_t at, std::uint8_t value) {
     Bytes changed = good;
@@ -101,14 +103,14 @@ TEST_P(RtpsGuard, Framing) {
   EXPECT_EQ(flaw_of(packet().submessage(0x0c, 0, wire().fill(16))), "submessage");
   EXPECT_EQ(flaw_of(packet().submessage(0x09, 0, wire().fill(4))), "submessage");
   EXPECT_EQ(flaw_of(packet().submessage(
-                0x15, 4, wire().u16(0).u16(0xfff0).id(kReader).id(kWriter).sequence(1).add(sample()))),
+                0x15, 4, wire().u16(0).u16(0xfff0).id(kReader).id(kWriter).sequence(1).add(small_sample()))),
             "submessage")
       << "a negative jump to the data";
 }
 
 TEST_P(RtpsGuard, SequenceNumbersAndSets) {
   for (const std::int64_t number : {std::int64_t{0}, std::int64_t{-1}, std::int64_t{1} << 62U})
-    EXPECT_EQ(flaw_of(packet().data(kReader, kWriter, 4, sample(), number)), "sequence_number");
+    EXPECT_EQ(flaw_of(packet().data(kReader, kWriter, 4, small_sample(), number)), "sequence_number");
   const auto heartbeat = [&](std::int64_t first, std::int64_t last) {
     return flaw_of(
         packet().submessage(0x07, 0, wire().id(kReader).id(kWriter).sequence(first).sequence(last).u32(1)));
@@ -203,11 +205,11 @@ TEST(RtpsGuardSamples, WhatIsInUseIsNotForgotten) {
 
 TEST(RtpsGuardSamples, ATopicWithoutKeysHasNone) {
   Wire with_key;
-  with_key.parameter(0x70, Bytes(16, 9)).u16(1).u16(0).add(sample());
+  with_key.parameter(0x70, Bytes(16, 9)).u16(1).u16(0).add(small_sample());
   Bytes cleaned = Packet().data(kReader, kWriter, 6, with_key.bytes).wire.bytes;
   EXPECT_EQ(to_string(clean_packet(cleaned, {}, nullptr, kNow_s).flaw), "none");
   Wire without;
-  without.parameter(0, Bytes(16, 9)).u16(1).u16(0).add(sample());
+  without.parameter(0, Bytes(16, 9)).u16(1).u16(0).add(small_sample());
   EXPECT_EQ(cleaned, Packet().data(kReader, kWriter, 6, without.bytes).wire.bytes);
   EXPECT_EQ(flaw_of(Packet().data(kReader, kWriter, 8, Bytes(16, 9))), "payload") << "a key alone";
   EXPECT_EQ(flaw_of(Packet().data(kReader, kWriter, 0, {})), "payload") << "nothing at all";
@@ -217,7 +219,7 @@ TEST(RtpsGuardSamples, ATopicWithoutKeysHasNone) {
 TEST(RtpsGuardSamples, NumbersOfAWriterDoNotLeap) {
   PacketMemory memory;
   const auto data = [&](std::int64_t number, std::uint32_t writer = kWriter) {
-    return flaw_of(Packet().data(kReader, writer, 4, sample(), number).wire.bytes, {}, &memory);
+    return flaw_of(Packet().data(kReader, writer, 4, small_sample(), number).wire.bytes, {}, &memory);
   };
   const auto confirmed = [&](std::int64_t number, std::uint32_t writer) {
     EXPECT_EQ(data(number, writer), "sequence_number");
@@ -290,12 +292,12 @@ TEST_P(RtpsGuard, DiscoveryParameters) {
   EXPECT_EQ(flaw_of(packet().data(0, 0x000200c2, 4,
                                   wire().u8(0).u8(big ? 0 : 1).fill(2).fill(16).u32(99).fill(4).bytes)),
             "payload");
-  EXPECT_EQ(flaw_of(packet().data(0x000100c7, kWriter, 4, sample())), "identity")
+  EXPECT_EQ(flaw_of(packet().data(0x000100c7, kWriter, 4, small_sample())), "identity")
       << "a user's writer to discovery";
   EXPECT_EQ(flaw_of(packet().data(kReader, kWriter, 4, {0, 99, 0, 0, 1, 2, 3, 4})), "payload")
       << "no such encoding";
   Wire bad_inline = wire();
-  bad_inline.parameter(0x70, Bytes(8, 7)).u16(1).u16(0).add(sample());
+  bad_inline.parameter(0x70, Bytes(8, 7)).u16(1).u16(0).add(small_sample());
   EXPECT_EQ(flaw_of(packet().data(kReader, kWriter, 6, bad_inline.bytes)), "inline_qos");
 }
 
@@ -320,7 +322,7 @@ TEST_P(RtpsGuard, TimestampsFromTheFutureBecomeThePresent) {
   const auto with_time = [&](std::uint32_t seconds, std::uint32_t fraction) {
     return packet()
         .submessage(0x09, 0, wire().u32(seconds).u32(fraction))
-        .data(kReader, kWriter, 4, sample())
+        .data(kReader, kWriter, 4, small_sample())
         .wire.bytes;
   };
   const auto cleaned = [&](std::uint32_t seconds, std::uint32_t fraction) {
@@ -363,13 +365,13 @@ TEST_P(RtpsGuard, EncryptedPacketsOnlyWithSecurity) {
 }
 
 TEST_P(RtpsGuard, StatisticsOfFastDdsAreCutOff) {
-  const Packet plain = packet().data(kReader, kWriter, 4, sample());
+  const Packet plain = packet().data(kReader, kWriter, 4, small_sample());
   Packet with = plain;
   with.submessage(0x80, 0, wire().fill(56));
   EXPECT_EQ(flaw_of(with), "none");
   EXPECT_EQ(inspect_packet(with.wire.bytes, {}, nullptr).size, plain.wire.bytes.size());
   EXPECT_EQ(inspect_packet(plain.wire.bytes, {}, nullptr).size, plain.wire.bytes.size());
-  EXPECT_EQ(flaw_of(with.data(kReader, kWriter, 4, sample())), "submessage") << "not at the end";
+  EXPECT_EQ(flaw_of(with.data(kReader, kWriter, 4, small_sample())), "submessage") << "not at the end";
 }
 
 TEST(RtpsGuardRelays, ADiscoveryServerSpeaksForOthers) {

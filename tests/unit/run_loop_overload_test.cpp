@@ -7,13 +7,12 @@
 #include <mutex>
 
 #include "server/runtime/run_loop.h"
+#include "tests/support/constants.h"
 #include "tests/support/loop_reader.h"
 #include "tests/support/service_cell.h"
 
 namespace takt {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 /// Of the loop's thread alone. Time passes by sleeping, and by what the steps take.
 class WorkClock final : public MonotonicClock {
@@ -28,7 +27,7 @@ class WorkClock final : public MonotonicClock {
 std::int64_t work_ns(std::uint64_t step) {
   const std::uint64_t place = step % 1000;
   if (place > 100 && place <= 150) return 1'800'000;
-  if (place == 600) return 161 * kMs;
+  if (place == 600) return 161 * test::kMillisecond_ns;
   return 200'000;
 }
 
@@ -48,8 +47,9 @@ TEST(Overload, IsCaughtUpOrRebasedAndNoStepIsLeftOut) {
     wrong_times += s.time_s() != static_cast<double>(step) * 0.001 ? 1U : 0U;
     if (step == 0) return;
     // This step began now, at its time or as soon as the one before it was done.
-    const std::int64_t behind = clock.now - (schedule_ns + static_cast<std::int64_t>(step - 1) * kMs);
-    if (behind > 50 * kMs) {
+    const std::int64_t behind =
+        clock.now - (schedule_ns + static_cast<std::int64_t>(step - 1) * test::kMillisecond_ns);
+    if (behind > 50 * test::kMillisecond_ns) {
       ++moved;
       schedule_ns += behind;
     }
@@ -58,8 +58,8 @@ TEST(Overload, IsCaughtUpOrRebasedAndNoStepIsLeftOut) {
     if ((place <= 100 || (place > 250 && place < 600) || place > 700) && behind != 0) ++late_when_calm;
     clock.now += work_ns(step);
     const std::lock_guard lock(mutex);
-    truth_s[step] =
-        1e-9 * static_cast<double>(clock.now - (schedule_ns + static_cast<std::int64_t>(step) * kMs));
+    truth_s[step] = 1e-9 * static_cast<double>(clock.now - (schedule_ns + static_cast<std::int64_t>(step) *
+                                                                              test::kMillisecond_ns));
   };
   RunLoop loop(simulation, options);
   test::LoopReader reader(loop);

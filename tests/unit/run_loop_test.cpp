@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <memory>
+#include <set>
+#include <string>
+#include <thread>
 #include <vector>
 
 #include "tests/support/loop_reader.h"
@@ -224,6 +228,46 @@ TEST_F(RunLoopTest, LockstepWaitsForEveryTargetAndThenPauses) {
   EXPECT_EQ(reader_->count(EventCode::controller_late), 1U);
   loop_->stop();
   EXPECT_EQ(simulation_.step_index(), 0U);
+}
+
+TEST_F(RunLoopTest, EachOfSeveralLateControllersIsNamed) {
+  start({.pace = Pace::lockstep, .start_paused = true});
+  for (const char* robot : {"Robot1", "Robot2"})
+    expect_ok(reader_->request("register_controller", {{"name", std::string("of_") + robot},
+                                                       {"period_s", "0.008"},
+                                                       {"timeout_s", "1.2"},
+                                                       {"targets", robot}}));
+  expect_ok(reader_->request("set_state", {{"state", "1"}}));
+  const auto named = [&](EventCode code) {
+    std::set<std::string> names;
+    for (const EventRecord& event : reader_->events)
+      if (event.code == code) names.emplace(event.text.view());
+    return names;
+  };
+  const std::set<std::string> both{"of_Robot1", "of_Robot2"};
+  EXPECT_TRUE(reader_->wait_until([&] { return named(EventCode::controller_timeout) == both; }));
+  EXPECT_EQ(named(EventCode::controller_late), both);
+  EXPECT_EQ(reader_->count(EventCode::controller_late), 2U);
+  EXPECT_EQ(reader_->request("get_state").values[0].second, "2");
+}
+
+TEST_F(RunLoopTest, WhatIsAskedOfALoopThatIsHeldIsNotDone) {
+  start({.start_paused = true});
+  for (int round = 0; round < 300; ++round) {
+    expect_ok(reader_->request("set_state", {{"state", "2"}}));
+    std::uint64_t play = 0;
+    std::thread asking([&] { play = reader_->submit("set_state", {{"state", "1"}}); });
+    const auto held = loop_->hold();
+    asking.join();
+    ASSERT_TRUE(held.has_value());
+    // Either it came before, and the one who holds the loop knows, or it is done afterwards.
+    reader_->read();
+    const bool answered = std::any_of(reader_->replies.begin(), reader_->replies.end(),
+                                      [&](const ControlReply& reply) { return reply.id == play; });
+    EXPECT_EQ(answered, *held == SimulationState::playing) << "round " << round;
+    loop_->release();
+    ASSERT_TRUE(reader_->reply_to(play));
+  }
 }
 
 TEST_F(RunLoopTest, LockstepWithoutAControllerWaitsAndSaysSo) {

@@ -4,18 +4,22 @@
 #include <cmath>
 
 #include "server/runtime/run_loop.h"
+#include "tests/support/constants.h"
 #include "tests/support/loop_reader.h"
 #include "tests/support/service_cell.h"
 
 namespace takt {
 namespace {
 
-constexpr double kQuarter = 1.5707963267948966;
-
 Command trajectory(const CellDescription& cell, double first, double time_s, double stamp_s) {
   RawTrajectory raw{"Robot1", stamp_s, {}, {}};
   for (const JointModel& joint : cell.robots[0].arm.joints) raw.names.push_back(joint.name);
-  raw.points.push_back({{first, -kQuarter, kQuarter, -kQuarter, -kQuarter, 0.0}, {}, {}, {}, time_s});
+  raw.points.push_back({{first, -test::kQuarterTurn_rad, test::kQuarterTurn_rad, -test::kQuarterTurn_rad,
+                         -test::kQuarterTurn_rad, 0.0},
+                        {},
+                        {},
+                        {},
+                        time_s});
   return std::get<TrajectoryCommand>(validate(cell, raw));
 }
 

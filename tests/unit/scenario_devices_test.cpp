@@ -20,15 +20,15 @@ const std::string kFurnace = R"(
     control: {gain_W_per_K: 2000, integral_time_s: 600, max_power_W: 9000}
 )";
 
-Scenario read(const std::string& text) {
+Scenario read_scenario_text(const std::string& text) {
   const test::TemporaryDirectory directory;
   directory.write("cell.yaml", "takt_scenario: 1\nname: cell\n" + text);
   return read_scenario(directory.path() / "cell.yaml");
 }
 
-std::string error_of(const std::string& text) {
+std::string scenario_error_of(const std::string& text) {
   try {
-    read(text);
+    read_scenario_text(text);
   } catch (const ScenarioError& error) {
     return error.what();
   }
@@ -36,7 +36,8 @@ std::string error_of(const std::string& text) {
 }
 
 TEST(ScenarioDevices, FurnacesAreRead) {
-  const Scenario scenario = read("world: {temperature_degC: 25}\nfurnaces:\n  Oven:" + kFurnace);
+  const Scenario scenario =
+      read_scenario_text("world: {temperature_degC: 25}\nfurnaces:\n  Oven:" + kFurnace);
   EXPECT_EQ(scenario.temperature_degC, 25.0);
   ASSERT_EQ(scenario.furnaces.size(), 1U);
   const ScenarioFurnace& furnace = scenario.furnaces[0];
@@ -50,7 +51,7 @@ TEST(ScenarioDevices, FurnacesAreRead) {
 TEST(ScenarioDevices, MistakesAboutThreadsAreAnswered) {
   const std::string driver =
       "screwdrivers:\n  Driver: {gripper: Hand, max_speed_rad_per_s: 60, max_torque_Nm: 4}\n";
-  const std::string answer = error_of(driver);
+  const std::string answer = scenario_error_of(driver);
   EXPECT_THAT(answer, HasSubstr("cell.yaml:4"));
   EXPECT_THAT(answer, HasSubstr("screwdrivers.Driver.gripper: found 'Hand'"));
   EXPECT_THAT(answer, HasSubstr("a gripper of this scenario: none"));
@@ -62,52 +63,55 @@ TEST(ScenarioDevices, MistakesNameFileLineAndKey) {
     text.erase(text.find(line), line.size());
     return text;
   };
-  EXPECT_THAT(error_of("furnaces:\n  Oven:" + without("mass_kg: 200")), HasSubstr("furnaces.Oven.mass_kg"));
-  EXPECT_THAT(error_of("furnaces:\n  Oven:" + kFurnace + "    colour: 1\n"), HasSubstr("colour"));
-  EXPECT_THAT(error_of("furnaces:\n  Oven:" + kFurnace + "    ground: Floor\n"),
+  EXPECT_THAT(scenario_error_of("furnaces:\n  Oven:" + without("mass_kg: 200")),
+              HasSubstr("furnaces.Oven.mass_kg"));
+  EXPECT_THAT(scenario_error_of("furnaces:\n  Oven:" + kFurnace + "    colour: 1\n"), HasSubstr("colour"));
+  EXPECT_THAT(scenario_error_of("furnaces:\n  Oven:" + kFurnace + "    ground: Floor\n"),
               HasSubstr("a ground of this scenario: none"));
-  EXPECT_THAT(error_of("furnaces:\n  Oven:" + kFurnace + "    max_set_temperature_degC: 250\n"),
+  EXPECT_THAT(scenario_error_of("furnaces:\n  Oven:" + kFurnace + "    max_set_temperature_degC: 250\n"),
               HasSubstr("cell.yaml:10"));  // the set temperature's line
-  EXPECT_THAT(error_of("furnaces:\n  9Oven:" + kFurnace), HasSubstr("the name '9Oven'"));
-  EXPECT_THAT(
-      error_of("processes: {all: {level_of_detail: 1, members: [Oven]}}\nfurnaces:\n  Oven:" + kFurnace),
-      HasSubstr("the member 'Oven'"));
+  EXPECT_THAT(scenario_error_of("furnaces:\n  9Oven:" + kFurnace), HasSubstr("the name '9Oven'"));
+  EXPECT_THAT(scenario_error_of(
+                  "processes: {all: {level_of_detail: 1, members: [Oven]}}\nfurnaces:\n  Oven:" + kFurnace),
+              HasSubstr("the member 'Oven'"));
 }
 
 TEST(ScenarioDevices, DemandsAreReadOrRefused) {
   const std::string oven = "furnaces:\n  Oven:" + kFurnace + "assertions:\n";
   const Scenario scenario =
-      read(oven +
-           "  hot: {check: signal, device: Oven, signal: temperature, above: 299, time_s: 5}\n"
-           "  thrifty: {check: energy, of: Oven, below: 1.0e+6}\n");
+      read_scenario_text(oven +
+                         "  hot: {check: signal, device: Oven, signal: temperature, above: 299, time_s: 5}\n"
+                         "  thrifty: {check: energy, of: Oven, below: 1.0e+6}\n");
   ASSERT_EQ(scenario.assertions.size(), 2U);
   EXPECT_EQ(scenario.assertions[0].name, "hot");
   EXPECT_EQ(scenario.assertions[0].time_s, 5.0);
   EXPECT_EQ(scenario.assertions[0].lower, 299.0);
   EXPECT_EQ(scenario.assertions[1].upper, 1e6);
-  EXPECT_THAT(error_of(oven + "  a: {check: warm}\n"), HasSubstr("contact_force, pose, held_by"));
-  EXPECT_THAT(error_of(oven + "  a: {check: energy, of: Oven}\n"), HasSubstr("neither 'above' nor 'below'"));
-  EXPECT_THAT(error_of(oven + "  a: {check: energy, of: Stove, below: 1}\n"), HasSubstr("Oven"));
-  EXPECT_THAT(error_of(oven + "  a: {check: pose, part: P, tolerance_m: 1}\n"),
+  EXPECT_THAT(scenario_error_of(oven + "  a: {check: warm}\n"), HasSubstr("contact_force, pose, held_by"));
+  EXPECT_THAT(scenario_error_of(oven + "  a: {check: energy, of: Oven}\n"),
+              HasSubstr("neither 'above' nor 'below'"));
+  EXPECT_THAT(scenario_error_of(oven + "  a: {check: energy, of: Stove, below: 1}\n"), HasSubstr("Oven"));
+  EXPECT_THAT(scenario_error_of(oven + "  a: {check: pose, part: P, tolerance_m: 1}\n"),
               HasSubstr("a part of this scenario"));
-  EXPECT_THAT(error_of(oven + "  a: {check: no_collision}\n"), HasSubstr("collision_checking"));
-  EXPECT_THAT(error_of(oven + "  a: {check: contact_force, pair: [A], below: 1}\n"), HasSubstr("two names"));
+  EXPECT_THAT(scenario_error_of(oven + "  a: {check: no_collision}\n"), HasSubstr("collision_checking"));
+  EXPECT_THAT(scenario_error_of(oven + "  a: {check: contact_force, pair: [A], below: 1}\n"),
+              HasSubstr("two names"));
 }
 
 TEST(ScenarioDevices, FrictionOverTemperatureIsATable) {
   const std::string begin = "contact:\n  pairs:\n    - {pair: [A, B], friction_at_degC: ";
-  const Scenario scenario = read(begin + "[[20, 30], [280, 0.6]]}\n");
+  const Scenario scenario = read_scenario_text(begin + "[[20, 30], [280, 0.6]]}\n");
   ASSERT_EQ(scenario.contact.pairs.size(), 1U);
   ASSERT_EQ(scenario.contact.pairs[0].friction_at_degC.size(), 2U);
   EXPECT_EQ(scenario.contact.pairs[0].friction_at_degC[1][1], 0.6);
   for (const char* wrong : {"0.6", "[]", "[20]", "[[20, 30], [20, 1]]", "[[20, -1]]", "[[20, x]]"})
-    EXPECT_THAT(error_of(begin + wrong + "}\n"), HasSubstr("rising temperatures")) << wrong;
+    EXPECT_THAT(scenario_error_of(begin + wrong + "}\n"), HasSubstr("rising temperatures")) << wrong;
 }
 
 TEST(ScenarioDevices, ProgramParametersAreNumbers) {
-  const Scenario scenario = read("controller: {parameters: {offset_m: 0.5}}\n");
+  const Scenario scenario = read_scenario_text("controller: {parameters: {offset_m: 0.5}}\n");
   EXPECT_EQ(scenario.program_parameters.at("offset_m"), 0.5);
-  EXPECT_THAT(error_of("controller: {parameters: {offset_m: far}}\n"),
+  EXPECT_THAT(scenario_error_of("controller: {parameters: {offset_m: far}}\n"),
               HasSubstr("controller.parameters.offset_m"));
 }
 

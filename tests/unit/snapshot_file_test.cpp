@@ -18,7 +18,7 @@
 namespace takt::test {
 namespace {
 
-std::string read(const std::filesystem::path& file) {
+std::string bytes_of(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
 }
@@ -59,17 +59,17 @@ TEST_F(SnapshotFiles, BringAStateBack) {
 
 TEST_F(SnapshotFiles, AreReplacedAsAWholeAndLeaveNothingBeside) {
   ASSERT_TRUE(save_snapshot_file(file, *simulation).good());
-  const std::string first = read(file);
+  const std::string first = bytes_of(file);
   ASSERT_TRUE(simulation->step({}));
   ASSERT_TRUE(save_snapshot_file(file, *simulation).good());
-  EXPECT_NE(read(file), first);
+  EXPECT_NE(bytes_of(file), first);
   const auto entries = std::filesystem::directory_iterator(file.parent_path());
   EXPECT_EQ(std::distance(begin(entries), end(entries)), 1);
 }
 
 TEST_F(SnapshotFiles, TornOnesAreRefusedWhereverTheyEnd) {
   ASSERT_TRUE(save_snapshot_file(file, *simulation).good());
-  const std::string whole = read(file);
+  const std::string whole = bytes_of(file);
   Simulation target(model);
   const std::uint64_t before = target.state_hash();
   for (std::size_t length = 0; length < whole.size(); length += length < 80 ? 1 : 37) {
@@ -86,7 +86,7 @@ TEST_F(SnapshotFiles, TornOnesAreRefusedWhereverTheyEnd) {
 
 TEST_F(SnapshotFiles, AnyFlippedBitIsFound) {
   ASSERT_TRUE(save_snapshot_file(file, *simulation).good());
-  const std::string whole = read(file);
+  const std::string whole = bytes_of(file);
   SnapshotFile content;
   for (std::size_t at = 0; at < whole.size(); at += at < 80 ? 1 : 101) {
     for (const int bit : {1, 16, 64}) {
@@ -121,7 +121,7 @@ TEST_F(SnapshotFiles, OfAnotherScenarioOrModelAreRefused) {
 
 TEST_F(SnapshotFiles, OfARunawayAreNotWrittenAndTheOldOneStays) {
   ASSERT_TRUE(save_snapshot_file(file, *simulation).good());
-  const std::string good = read(file);
+  const std::string good = bytes_of(file);
   auto spinning = std::make_shared<CellModel>(*model);
   spinning->parts.front().V_WB_initial.w.z() = 1e4;  // too fast for the step: the quaternion grows
   Simulation runaway(spinning);
@@ -131,7 +131,7 @@ TEST_F(SnapshotFiles, OfARunawayAreNotWrittenAndTheOldOneStays) {
   EXPECT_NE(result.message.find("could not be restored"), std::string::npos) << result.message;
   EXPECT_FALSE(std::filesystem::exists(directory / "other.snapshot"));
   EXPECT_EQ(save_snapshot_file(file, runaway).error, SnapshotError::refused);
-  EXPECT_EQ(read(file), good);
+  EXPECT_EQ(bytes_of(file), good);
 }
 
 TEST_F(SnapshotFiles, MissingUnreadableAndUnwritableOnesAreNamed) {

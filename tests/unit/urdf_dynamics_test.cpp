@@ -15,7 +15,7 @@ using testing::HasSubstr;
 
 const std::string kLimit = "<limit lower='-1' upper='2' velocity='3' effort='4'/>";
 
-std::string link(const std::string& name, const std::string& inside = "") {
+std::string link_with(const std::string& name, const std::string& inside = "") {
   return "<link name='" + name + "'>" + inside + "</link>\n";
 }
 
@@ -27,8 +27,8 @@ std::string body(double mass = 2.0) {
   return inertial(std::to_string(mass), "ixx='0.1' iyy='0.2' izz='0.2' ixy='0' ixz='0' iyz='0'");
 }
 
-std::string joint(const std::string& name, const std::string& type, const std::string& parent,
-                  const std::string& child, const std::string& inside = kLimit) {
+std::string joint_with(const std::string& name, const std::string& type, const std::string& parent,
+                       const std::string& child, const std::string& inside = kLimit) {
   return "<joint name='" + name + "' type='" + type + "'><parent link='" + parent + "'/><child link='" +
          child + "'/>" + inside + "</joint>\n";
 }
@@ -60,14 +60,15 @@ class UrdfDynamics : public testing::Test {
 TEST_F(UrdfDynamics, ReadsATreeWithBranchesFixedLinksAndMimicJoints) {
   const std::string half_turn = "<origin xyz='0 0 1' rpy='0 0 3.141592653589793'/>";
   const UrdfTree file = read(
-      link("base", body()) + link("arm", body()) + link("hand", body(1.0)) + link("finger_1", body()) +
-      link("finger_2", body()) + link("wheel", body()) +
-      joint("j_arm", "revolute", "base", "arm", "<origin xyz='1 0 0'/><axis xyz='0 0 2'/>" + kLimit) +
-      joint("j_hand", "fixed", "arm", "hand", half_turn) +
-      joint("j_1", "prismatic", "hand", "finger_1", "<origin xyz='0.5 0 0'/><axis xyz='0 1 0'/>" + kLimit) +
-      joint("j_2", "prismatic", "hand", "finger_2",
-            "<axis xyz='0 -1 0'/><mimic joint='j_1' multiplier='-2' offset='0.1'/>" + kLimit) +
-      joint("j_wheel", "continuous", "base", "wheel", ""));
+      link_with("base", body()) + link_with("arm", body()) + link_with("hand", body(1.0)) +
+      link_with("finger_1", body()) + link_with("finger_2", body()) + link_with("wheel", body()) +
+      joint_with("j_arm", "revolute", "base", "arm", "<origin xyz='1 0 0'/><axis xyz='0 0 2'/>" + kLimit) +
+      joint_with("j_hand", "fixed", "arm", "hand", half_turn) +
+      joint_with("j_1", "prismatic", "hand", "finger_1",
+                 "<origin xyz='0.5 0 0'/><axis xyz='0 1 0'/>" + kLimit) +
+      joint_with("j_2", "prismatic", "hand", "finger_2",
+                 "<axis xyz='0 -1 0'/><mimic joint='j_1' multiplier='-2' offset='0.1'/>" + kLimit) +
+      joint_with("j_wheel", "continuous", "base", "wheel", ""));
   ASSERT_EQ(file.tree.joint_count(), 4);
   const auto& joints = file.tree.joints;
   EXPECT_EQ(joints[0].joint.name, "j_arm");
@@ -103,7 +104,7 @@ TEST_F(UrdfDynamics, ReadsATreeWithBranchesFixedLinksAndMimicJoints) {
 
 TEST_F(UrdfDynamics, RefusesInertiasThatAreNot) {
   const auto with = [](const std::string& inside) {
-    return link("base") + link("arm", inside) + joint("j", "revolute", "base", "arm");
+    return link_with("base") + link_with("arm", inside) + joint_with("j", "revolute", "base", "arm");
   };
   const std::string good = "ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'";
   EXPECT_EQ(error_of(with(inertial("1", good))), "no error");
@@ -134,42 +135,45 @@ TEST_F(UrdfDynamics, RefusesInertiasThatAreNot) {
 }
 
 TEST_F(UrdfDynamics, RefusesBadTrees) {
-  const std::string links = link("base") + link("a", body()) + link("b", body());
-  const std::string first = joint("j1", "revolute", "base", "a");
+  const std::string links = link_with("base") + link_with("a", body()) + link_with("b", body());
+  const std::string first = joint_with("j1", "revolute", "base", "a");
+  EXPECT_THAT(error_of(links + first + joint_with("j2", "revolute", "a", "b") +
+                       joint_with("j3", "revolute", "base", "b")),
+              AllOf(HasSubstr("link 'b' is the child of two joints"), HasSubstr("'j2' and 'j3'")));
+  EXPECT_THAT(error_of(links + first + joint_with("j2", "revolute", "a", "base")),
+              HasSubstr("lead back to it"));
   EXPECT_THAT(
-      error_of(links + first + joint("j2", "revolute", "a", "b") + joint("j3", "revolute", "base", "b")),
-      AllOf(HasSubstr("link 'b' is the child of two joints"), HasSubstr("'j2' and 'j3'")));
-  EXPECT_THAT(error_of(links + first + joint("j2", "revolute", "a", "base")), HasSubstr("lead back to it"));
-  EXPECT_THAT(error_of(link("root", body()) + joint("j", "revolute", "root", "x") + link("x", body())),
-              HasSubstr("there is no link 'base'; the file has the links root, x"));
-  EXPECT_THAT(error_of(links + first + joint("j2", "floating", "a", "b", "")),
+      error_of(link_with("root", body()) + joint_with("j", "revolute", "root", "x") + link_with("x", body())),
+      HasSubstr("there is no link 'base'; the file has the links root, x"));
+  EXPECT_THAT(error_of(links + first + joint_with("j2", "floating", "a", "b", "")),
               AllOf(HasSubstr("line 6"), HasSubstr("joint 'j2' (floating): the type is not allowed")));
-  EXPECT_THAT(error_of(links + first + joint("j2", "revolute", "a", "b", "<axis xyz='0 0 0'/>" + kLimit)),
-              AllOf(HasSubstr("joint 'j2'"), HasSubstr("a vector with a direction")));
-  EXPECT_THAT(error_of(links + first + joint("j2", "revolute", "a", "b", "")),
+  EXPECT_THAT(
+      error_of(links + first + joint_with("j2", "revolute", "a", "b", "<axis xyz='0 0 0'/>" + kLimit)),
+      AllOf(HasSubstr("joint 'j2'"), HasSubstr("a vector with a direction")));
+  EXPECT_THAT(error_of(links + first + joint_with("j2", "revolute", "a", "b", "")),
               AllOf(HasSubstr("j2"), HasSubstr("limit")));
-  const std::string endless = links + first + joint("j2", "continuous", "a", "b", "");
+  const std::string endless = links + first + joint_with("j2", "continuous", "a", "b", "");
   EXPECT_EQ(error_of(endless), "no error");
   EXPECT_THAT(error_of(endless, {true, true}),
               AllOf(HasSubstr("line 6"), HasSubstr("joint 'j2' (continuous): it turns without end")));
   const auto mimic = [&](const std::string& source) {
-    return links + joint("j1", "revolute", "base", "a", kLimit + "<mimic joint='" + source + "'/>") +
-           joint("j2", "revolute", "a", "b", kLimit + "<mimic joint='j1'/>");
+    return links + joint_with("j1", "revolute", "base", "a", kLimit + "<mimic joint='" + source + "'/>") +
+           joint_with("j2", "revolute", "a", "b", kLimit + "<mimic joint='j1'/>");
   };
   EXPECT_THAT(error_of(mimic("j9")), AllOf(HasSubstr("joint 'j1': <mimic>"), HasSubstr("'j9'")));
   EXPECT_THAT(error_of(mimic("j1")), HasSubstr("lead back to it"));
   EXPECT_THAT(error_of(mimic("j2")), HasSubstr("lead back to it"));
-  std::string many = link("base");
+  std::string many = link_with("base");
   for (int i = 0; i <= kMaxJoints; ++i) {
     const std::string n = std::to_string(i + 1);
-    many += link("l" + n, body()) + joint("j" + n, "revolute", "base", "l" + n);
+    many += link_with("l" + n, body()) + joint_with("j" + n, "revolute", "base", "l" + n);
   }
   EXPECT_THAT(error_of(many), HasSubstr("joint 'j17' (revolute): it is moving joint number 17"));
 }
 
 TEST_F(UrdfDynamics, RefusesMeshesThatAreNotThere) {
   const auto with = [](const std::string& file) {
-    return link("base", "<visual><geometry><mesh filename='" + file + "'/></geometry></visual>");
+    return link_with("base", "<visual><geometry><mesh filename='" + file + "'/></geometry></visual>");
   };
   EXPECT_THAT(
       error_of(with("no_such_mesh.stl")),

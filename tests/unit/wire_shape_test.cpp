@@ -33,7 +33,7 @@ class Bytes {
   std::vector<std::uint8_t> bytes_;
 };
 
-Bytes trajectory(bool big, std::uint64_t claimed_points) {
+Bytes trajectory_bytes(bool big, std::uint64_t claimed_points) {
   Bytes bytes(big);
   bytes.number(3, 4).number(5, 4).text("frame").number(2, 4).text("a").text("joint").number(claimed_points,
                                                                                             4);
@@ -48,11 +48,11 @@ constexpr WireShape kTrajectory = "44s[s][[8][8][8][8]44]";
 
 TEST(WireShape, WhatIsWholeIsTakenInBothByteOrders) {
   for (const bool big : {false, true}) {
-    Bytes good = trajectory(big, 2);
+    Bytes good = trajectory_bytes(big, 2);
     EXPECT_TRUE(has_shape(good.all(), kTrajectory));
-    EXPECT_FALSE(has_shape(trajectory(big, 3).all(), kTrajectory)) << "one point is missing";
-    EXPECT_FALSE(has_shape(trajectory(big, 0xFFFFFFFF).all(), kTrajectory));
-    EXPECT_FALSE(has_shape(trajectory(big, 100'000'000).all(), kTrajectory));
+    EXPECT_FALSE(has_shape(trajectory_bytes(big, 3).all(), kTrajectory)) << "one point is missing";
+    EXPECT_FALSE(has_shape(trajectory_bytes(big, 0xFFFFFFFF).all(), kTrajectory));
+    EXPECT_FALSE(has_shape(trajectory_bytes(big, 100'000'000).all(), kTrajectory));
     // Cut anywhere.
     std::vector<std::uint8_t> cut = good.all();
     while (!cut.empty()) {
@@ -68,7 +68,7 @@ TEST(WireShape, WhatIsWholeIsTakenInBothByteOrders) {
 TEST(WireShape, ClaimsAreNeverLargerThanTheSample) {
   std::mt19937 dice(7);
   for (int round = 0; round < 200'000; ++round) {
-    Bytes bytes = trajectory(dice() % 2 == 0, dice() % 4);
+    Bytes bytes = trajectory_bytes(dice() % 2 == 0, dice() % 4);
     for (unsigned i = 0; i < 1 + dice() % 4; ++i)
       bytes.all()[dice() % bytes.all().size()] = static_cast<std::uint8_t>(dice());
     (void)has_shape(bytes.all(), kTrajectory);  // the sanitizers look on

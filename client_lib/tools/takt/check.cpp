@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "client_lib/tools/takt/commands.h"
+#include "client_lib/tools/takt/vector_json.h"
 
 namespace takt::tool {
 namespace {
@@ -32,10 +33,6 @@ double angle_rad(const Quaternion& a, const Quaternion& b) {
   const double chord = std::hypot(std::hypot(a.x - sign * b.x, a.y - sign * b.y),
                                   std::hypot(a.z - sign * b.z, a.w - sign * b.w));
   return 4.0 * std::asin(std::fmin(1.0, chord / 2.0));
-}
-
-nlohmann::json json_of(const Vector3& v) {
-  return {v.x, v.y, v.z};
 }
 
 struct Expected {
@@ -154,8 +151,8 @@ int check(const Common& common, const CheckOptions& options) {
     const bool holds = error_m <= expectation.tolerance_m && 0.1 * turn_rad <= expectation.tolerance_m;
     all_hold = all_hold && holds;
     if (common.json)
-      document["parts"][part.part] = {{"position", json_of(found.position_m)},
-                                      {"expected_position", json_of(part.position_m)},
+      document["parts"][part.part] = {{"position", found.position_m},
+                                      {"expected_position", part.position_m},
                                       {"error_m", error_m},
                                       {"error_rad", turn_rad},
                                       {"ok", holds}};

@@ -88,11 +88,8 @@ int watch(const Common& common, const WatchOptions& options);
 int events(const Common& common, const EventsOptions& options);
 int record(const Common& common, const RecordOptions& options);
 int check(const Common& common, const CheckOptions& options);
-struct PowerOptions {
-  bool watch = false;
-  std::optional<double> until_s;
-};
-struct ContactsOptions {
+/// Of `takt power` and `takt contacts`.
+struct FollowOptions {
   bool watch = false;
   std::optional<double> until_s;
 };
@@ -101,8 +98,8 @@ struct LodOptions {
   std::string process = "all";
 };
 
-int power(const Common& common, const PowerOptions& options);
-int contacts(const Common& common, const ContactsOptions& options);
+int power(const Common& common, const FollowOptions& options);
+int contacts(const Common& common, const FollowOptions& options);
 int level_of_detail(const Common& common, const LodOptions& options);
 int step(const Common& common, std::uint64_t steps);
 int set_state(const Common& common, client::SimulationState state);

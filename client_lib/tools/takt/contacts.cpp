@@ -5,25 +5,20 @@
 #include <stdexcept>
 
 #include "client_lib/tools/takt/commands.h"
+#include "client_lib/tools/takt/follow.h"
+#include "client_lib/tools/takt/vector_json.h"
 
 namespace takt::tool {
 namespace {
-
-/// Following prints at most one block per so much simulated time.
-constexpr double kInterval_s = 0.1;
-
-nlohmann::json json_of(const client::Vector3& v) {
-  return {v.x, v.y, v.z};
-}
 
 nlohmann::json json_of(const client::Contacts& contacts) {
   nlohmann::json list = nlohmann::json::array();
   for (const auto& c : contacts.contacts)
     list.push_back({{"base", c.base},
                     {"target", c.target},
-                    {"force", json_of(c.force_N)},
-                    {"torque", json_of(c.torque_Nm)},
-                    {"center_of_pressure", json_of(c.center_of_pressure_m)},
+                    {"force", c.force_N},
+                    {"torque", c.torque_Nm},
+                    {"center_of_pressure", c.center_of_pressure_m},
                     {"elements", c.elements},
                     {"area", c.area_m2},
                     {"normal_force", c.normal_force_N},
@@ -60,31 +55,19 @@ void print(const Common& common, const client::Contacts& contacts) {
 
 }  // namespace
 
-int contacts(const Common& common, const ContactsOptions& options) {
+int contacts(const Common& common, const FollowOptions& options) {
   Session session(common);
   Client& cell = *session;
-  const bool follow = options.watch || options.until_s.has_value();
   const auto processes = cell.status().processes;
   if (std::all_of(processes.begin(), processes.end(), [](const auto& p) { return p.level_of_detail < 3; }))
     throw std::runtime_error(
         "There is no surface contact: every process is below level of detail 3. 'takt lod 3' changes that.");
-  // At the end of a motion the state stands and is repeated; only what is new is printed.
-  double due_s = -1.0;
-  std::uint32_t epoch = 0;
-  for (bool first = true;;) {
-    const auto sample = cell.wait_for_contacts(
-        [&](const client::Contacts& c) {
-          return first || c.epoch != epoch || c.time_s >= due_s - 1e-9 ||
-                 (options.until_s && c.time_s >= *options.until_s - 1e-9);
-        },
-        client::Seconds{first ? common.timeout_s : 1.0e9});
-    if (!sample) throw std::runtime_error("The cell has sent no contacts within the time allowed.");
-    print(common, *sample);
-    if (!follow || (options.until_s && sample->time_s >= *options.until_s - 1e-9)) return 0;
-    first = false;
-    epoch = sample->epoch;
-    due_s = sample->time_s + kInterval_s;
-  }
+  return follow<client::Contacts>(
+      common, options, "contacts",
+      [&](const auto& predicate, client::Seconds timeout) {
+        return cell.wait_for_contacts(predicate, timeout);
+      },
+      [&](const client::Contacts& sample) { print(common, sample); });
 }
 
 }  // namespace takt::tool

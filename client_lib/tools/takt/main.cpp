@@ -84,13 +84,13 @@ int run(int argc, char** argv) {
       ->add_option("PART", part, "name of a component")
       ->required();
 
-  takt::tool::PowerOptions power_options;
+  takt::tool::FollowOptions power_options;
   auto* power = add("power", "what each robot draws (level of detail 2)",
                     [&] { return takt::tool::power(common, power_options); });
   power->add_flag("--watch", power_options.watch, "follow it");
   power->add_option("--until", power_options.until_s, "follow it up to this simulated time, s");
 
-  takt::tool::ContactsOptions contacts_options;
+  takt::tool::FollowOptions contacts_options;
   auto* contacts = add("contacts", "what presses upon what, and how (level of detail 3)",
                        [&] { return takt::tool::contacts(common, contacts_options); });
   contacts->add_flag("--watch", contacts_options.watch, "follow it");

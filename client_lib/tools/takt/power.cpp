@@ -5,12 +5,10 @@
 #include <stdexcept>
 
 #include "client_lib/tools/takt/commands.h"
+#include "client_lib/tools/takt/follow.h"
 
 namespace takt::tool {
 namespace {
-
-/// Following prints at most one block per so much simulated time.
-constexpr double kInterval_s = 0.1;
 
 nlohmann::json json_of(const client::Power& power) {
   nlohmann::json document{{"time", power.time_s}, {"step", power.step}, {"epoch", power.epoch}};
@@ -38,31 +36,17 @@ void print(const Common& common, const client::Power& power) {
 
 }  // namespace
 
-int power(const Common& common, const PowerOptions& options) {
+int power(const Common& common, const FollowOptions& options) {
   Session session(common);
   Client& cell = *session;
-  const bool follow = options.watch || options.until_s.has_value();
   const auto processes = cell.status().processes;
   if (std::all_of(processes.begin(), processes.end(), [](const auto& p) { return p.level_of_detail < 2; }))
     throw std::runtime_error(
         "No robot has a power: every process is at level of detail 1. 'takt lod 2' changes that.");
-  // At the end of a motion the state stands and is repeated; only what is new is printed.
-  double due_s = -1.0;
-  std::uint32_t epoch = 0;
-  for (bool first = true;;) {
-    const auto sample = cell.wait_for_power(
-        [&](const client::Power& p) {
-          return first || p.epoch != epoch || p.time_s >= due_s - 1e-9 ||
-                 (options.until_s && p.time_s >= *options.until_s - 1e-9);
-        },
-        client::Seconds{first ? common.timeout_s : 1.0e9});
-    if (!sample) throw std::runtime_error("The cell has sent no power within the time allowed.");
-    print(common, *sample);
-    if (!follow || (options.until_s && sample->time_s >= *options.until_s - 1e-9)) return 0;
-    first = false;
-    epoch = sample->epoch;
-    due_s = sample->time_s + kInterval_s;
-  }
+  return follow<client::Power>(
+      common, options, "power",
+      [&](const auto& predicate, client::Seconds timeout) { return cell.wait_for_power(predicate, timeout); },
+      [&](const client::Power& sample) { print(common, sample); });
 }
 
 }  // namespace takt::tool

@@ -1,4 +1,5 @@
 #include "client_lib/tools/takt/record_all.h"
+#include "client_lib/tools/takt/vector_json.h"
 
 #include <algorithm>
 #include <atomic>
@@ -21,11 +22,7 @@ using client::Seconds;
 using nlohmann::json;
 
 /// How long a stream that is silent waits before it looks whether the recording is over.
-constexpr Seconds kLook{0.1};
-
-json list(const client::Vector3& v) {
-  return {v.x, v.y, v.z};
-}
+constexpr Seconds kWait{0.1};
 
 template <typename Sample>
 json head(const char* kind, const Sample& sample) {
@@ -40,12 +37,12 @@ json line_of(const client::State& state) {
     const auto& c = state.components[i];
     if (info.components[i].type == client::ComponentType::ground) continue;
     line["components"][info.components[i].name] = {
-        {"position", list(c.position_m)},
+        {"position", c.position_m},
         {"orientation", {c.orientation.x, c.orientation.y, c.orientation.z, c.orientation.w}},
-        {"linear_velocity", list(c.linear_velocity)},
-        {"angular_velocity", list(c.angular_velocity)},
-        {"force", list(c.force_N)},
-        {"torque", list(c.torque_Nm)},
+        {"linear_velocity", c.linear_velocity},
+        {"angular_velocity", c.angular_velocity},
+        {"force", c.force_N},
+        {"torque", c.torque_Nm},
         {"state", to_string(c.state)},
         {"partner", state.partner_of(info.components[i].name)}};
   }
@@ -67,9 +64,9 @@ json line_of(const client::Contacts& contacts) {
   for (const auto& c : contacts.contacts)
     line["contacts"].push_back({{"base", c.base},
                                 {"target", c.target},
-                                {"force", list(c.force_N)},
-                                {"torque", list(c.torque_Nm)},
-                                {"center_of_pressure", list(c.center_of_pressure_m)},
+                                {"force", c.force_N},
+                                {"torque", c.torque_Nm},
+                                {"center_of_pressure", c.center_of_pressure_m},
                                 {"area", c.area_m2},
                                 {"normal_force", c.normal_force_N},
                                 {"friction_force", c.friction_force_N},
@@ -119,18 +116,18 @@ class Recording {
     std::vector<std::thread> threads;
     threads.emplace_back([this] {
       follow([&] {
-        next_sample<client::State>(states_, [&](const auto& p) { return cell_.wait_for_state(p, kLook); });
+        next_sample<client::State>(states_, [&](const auto& p) { return cell_.wait_for_state(p, kWait); });
       });
     });
     threads.emplace_back([this] {
       follow([&] {
         next_sample<client::Contacts>(contacts_,
-                                      [&](const auto& p) { return cell_.wait_for_contacts(p, kLook); });
+                                      [&](const auto& p) { return cell_.wait_for_contacts(p, kWait); });
       });
     });
     threads.emplace_back([this] {
       follow([&] {
-        next_sample<client::Power>(powers_, [&](const auto& p) { return cell_.wait_for_power(p, kLook); });
+        next_sample<client::Power>(powers_, [&](const auto& p) { return cell_.wait_for_power(p, kWait); });
       });
     });
     threads.emplace_back([this] { follow([&] { next_event(); }); });
@@ -200,7 +197,7 @@ class Recording {
   }
 
   void next_event() {
-    const auto event = cell_.next_event(kLook);
+    const auto event = cell_.next_event(kWait);
     if (!event) return;
     events_.missed += event->missed_before;
     ++events_.written;

@@ -228,6 +228,21 @@ int record_mcap(const Common& common, const RecordOptions& options, std::optiona
   return McapRecorder(common, options, period_s).run();
 }
 
+namespace {
+
+/// What the recorded writer offered, as the file says it; where it says nothing, as a server would.
+recording::OfferedQos qos_of(const recording::McapChannel& channel) {
+  const auto profiles = channel.metadata.find(std::string(recording::kOfferedQosProfiles));
+  if (profiles == channel.metadata.end() || profiles->second.empty())
+    return recording::qos_of_server(channel.topic);
+  if (const auto qos = recording::read_offered_qos(profiles->second)) return *qos;
+  std::fprintf(stderr, "takt: note: the QoS profiles of %s cannot be read; it is sent as a server would.\n",
+               channel.topic.c_str());
+  return recording::qos_of_server(channel.topic);
+}
+
+}  // namespace
+
 int replay(const Common& common, const ReplayOptions& options) {
   note_interruptions();
   recording::McapReader file(options.file);
@@ -240,7 +255,7 @@ int replay(const Common& common, const ReplayOptions& options) {
   };
   for (const auto& [number, channel] : file.channels()) {
     if (channel.encoding != "cdr" || (is_command(channel.topic) && !options.commands)) continue;
-    const recording::OfferedQos qos = recording::qos_of_server(channel.topic);
+    const recording::OfferedQos qos = qos_of(channel);
     publisher.add({channel.topic, channel.type, qos.latched, qos.reliable});
     ++added;
   }

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client_lib/tools/takt/commands.h"
+#include "client_lib/tools/takt/vector_json.h"
 
 namespace takt::tool {
 namespace {
@@ -20,13 +21,6 @@ Vector3 rpy_deg(const Quaternion& q) {
           degree * std::atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))};
 }
 
-nlohmann::json json_of(const Vector3& v) {
-  return {v.x, v.y, v.z};
-}
-nlohmann::json json_of(const Quaternion& q) {
-  return {q.x, q.y, q.z, q.w};
-}
-
 }  // namespace
 
 int state(const Common& common) {
@@ -39,12 +33,12 @@ int state(const Common& common) {
         {"time", s.time_s}, {"step", s.step}, {"epoch", s.epoch}, {"state_hash", hash_text(s.state_hash)}};
     for (std::size_t i = 0; i < s.components.size(); ++i) {
       const auto& c = s.components[i];
-      document["components"][info.components[i].name] = {{"position", json_of(c.position_m)},
-                                                         {"orientation", json_of(c.orientation)},
-                                                         {"linear_velocity", json_of(c.linear_velocity)},
-                                                         {"angular_velocity", json_of(c.angular_velocity)},
-                                                         {"force", json_of(c.force_N)},
-                                                         {"torque", json_of(c.torque_Nm)},
+      document["components"][info.components[i].name] = {{"position", c.position_m},
+                                                         {"orientation", c.orientation},
+                                                         {"linear_velocity", c.linear_velocity},
+                                                         {"angular_velocity", c.angular_velocity},
+                                                         {"force", c.force_N},
+                                                         {"torque", c.torque_Nm},
                                                          {"type", to_string(info.components[i].type)},
                                                          {"state", to_string(c.state)},
                                                          {"partner", s.partner_of(info.components[i].name)}};

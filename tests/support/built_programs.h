@@ -1,0 +1,12 @@
+#pragma once
+// Where the tests find what was built, and what it is run with.
+#include <filesystem>
+#include <string>
+
+namespace takt::test {
+
+inline const std::string kBin = TAKT_BIN_DIR;
+inline const std::filesystem::path kConfig = TAKT_CONFIG_DIR;
+inline const std::string kBlockScenario = kConfig / "scenarios" / "block_assembly.yaml";
+
+}  // namespace takt::test
