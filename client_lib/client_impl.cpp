@@ -316,7 +316,24 @@ void Client::Impl::send(const std::string& device, takt_msgs::msg::DeviceCommand
   write(sender, &sample, "a command for '" + device + "'");
 }
 
+/// What has no room in the type could not be read by the server, which would never answer.
+void require_room(const std::string& name, const Arguments& arguments) {
+  const auto within = [&](const std::string& what, std::size_t found, std::size_t most) {
+    if (found > most)
+      throw ClientError(ClientError::Kind::invalid, "The request '" + name.substr(0, 64) + "' has " + what +
+                                                        " " + std::to_string(found) + "; at most " +
+                                                        std::to_string(most) + " are possible.");
+  };
+  within("a name with characters:", name.size(), 64);
+  within("arguments:", arguments.size(), 64);
+  for (const auto& [key, value] : arguments) {
+    within("an argument whose name has characters:", key.size(), 64);
+    within("the argument '" + key + "' with characters:", value.size(), 4096);
+  }
+}
+
 std::uint64_t Client::Impl::write_request(const std::string& name, const Arguments& arguments) {
+  require_room(name, arguments);
   takt_msgs::msg::ControlRequest request;
   request.client_id(id);
   request.request(name);

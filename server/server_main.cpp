@@ -6,13 +6,17 @@
 #include <takt_build_info.h>
 
 #include <CLI/CLI.hpp>
+#include <atomic>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "server/dds/dds_adapter.h"
@@ -20,6 +24,7 @@
 #include "server/geometry/decomposition_cache.h"
 #include "server/headless/progress.h"
 #include "server/runtime/cell_host.h"
+#include "server/runtime/session_store.h"
 #include "server/runtime/supervisor.h"
 #include "server/simulation/simulation.h"
 
@@ -51,6 +56,7 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
   app.add_option("SCENARIO", arguments.scenario,
                  "scenario file (YAML); without one the server waits for the request load_scenario");
   app.add_option("--cell", arguments.cell, "name of this server: first level of every topic")
+      ->envname("TAKT_CELL")
       ->capture_default_str();
   app.add_option(
          "--pace", arguments.pace,
@@ -58,7 +64,7 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
       ->check(CLI::IsMember({"realtime", "free", "lockstep"}))
       ->option_text("realtime|free|lockstep");
   app.add_option("--factor", arguments.factor, "simulated seconds per second of wall time, for realtime")
-      ->check(CLI::Range(0.001, 1000.0))
+      ->check(CLI::Range(takt::kSlowestPace, takt::kFastestPace))
       ->capture_default_str();
   app.add_flag("--paused", arguments.paused, "start paused");
   app.add_flag("--pause-at-end", arguments.pause_at_end,
@@ -146,6 +152,47 @@ takt::HostOptions host_options(const Arguments& arguments, std::optional<takt::P
   return options;
 }
 
+/// To the main thread: the scenario has been opened, or refused.
+constexpr int kOpened = SIGUSR1;
+
+/// Opens in a thread of its own, so that a signal ends the server while a scenario is being imported too.
+/// False when one did. Throws what `open` throws.
+bool open_until_signal(const std::function<void()>& open, takt::CellHost& host, const sigset_t& signals,
+                       const std::atomic<bool>& ended_itself) {
+  const pthread_t main_thread = pthread_self();
+  std::exception_ptr failure;
+  std::thread opening([&] {
+    try {
+      open();
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    pthread_kill(main_thread, kOpened);
+  });
+  sigset_t awaited = signals;
+  sigaddset(&awaited, kOpened);
+  int number = 0;
+  sigwait(&awaited, &number);
+  const bool ended = number != kOpened && !ended_itself.load();
+  if (ended) host.give_up();
+  if (number != kOpened) {
+    // What the import is just at may take long, and looks at nothing meanwhile.
+    constexpr timespec kPatience{3, 0};
+    sigset_t opened;
+    sigemptyset(&opened);
+    sigaddset(&opened, kOpened);
+    if (sigtimedwait(&opened, nullptr, &kPatience) != kOpened && ended) {
+      std::printf("takt-server: ended while a scenario was being read\n");
+      std::fflush(nullptr);
+      ::_exit(0);
+    }
+  }
+  opening.join();
+  if (ended) return false;
+  if (failure) std::rethrow_exception(failure);
+  return true;
+}
+
 /// Runs until a signal or the loop itself ends it.
 int serve(const Arguments& arguments, const sigset_t& signals, const std::string& crash) {
   std::optional<takt::Progress> progress;
@@ -153,18 +200,31 @@ int serve(const Arguments& arguments, const sigset_t& signals, const std::string
   takt::DdsAdapter adapter(host, {"takt-server " + arguments.cell, arguments.domain, arguments.profiles,
                                   arguments.profile, arguments.secure});
   const pthread_t main_thread = pthread_self();
-  host.set_on_quit([main_thread] { pthread_kill(main_thread, SIGTERM); });
+  std::atomic<bool> ended_itself{false};
+  host.set_on_quit([main_thread, &ended_itself] {
+    ended_itself.store(true);
+    pthread_kill(main_thread, SIGTERM);
+  });
   std::optional<takt::WorldSource> source;
   if (!arguments.scenario.empty()) {
     source.emplace(takt::WorldSource{arguments.scenario, {arguments.overrides, arguments.level_of_detail}});
   }
-  try {
+  const auto open = [&] {
     if (!crash.empty()) {
       host.resume(crash, source);
     } else if (source) {
       host.open(*source);
     } else {
       host.open_empty();
+    }
+  };
+  try {
+    if (!open_until_signal(open, host, signals, ended_itself)) {
+      progress.reset();
+      std::printf("takt-server: cell '%s' ended before its scenario was read\n", arguments.cell.c_str());
+      host.stop();
+      adapter.stop();
+      return 0;
     }
   } catch (const std::exception& error) {
     progress.reset();
@@ -178,8 +238,10 @@ int serve(const Arguments& arguments, const sigset_t& signals, const std::string
               arguments.pace.c_str(), arguments.domain);
   std::fflush(stdout);
 
-  int signal = 0;
-  sigwait(&signals, &signal);
+  if (!ended_itself.load()) {
+    int number = 0;
+    sigwait(&signals, &number);
+  }
   host.stop();
   adapter.stop();
   const takt::Simulation* simulation = host.simulation();
@@ -204,11 +266,20 @@ int serve_or_say_why(const Arguments& arguments, const sigset_t& signals, const 
   }
 }
 
-/// Of the supervisor, for snapshots that nobody said a place for.
+/// Of the supervisor, for snapshots that nobody said a place for. Its name has the process in it, so that the
+/// next one can remove what is left of one that was killed.
 struct TemporaryDirectory {
   TemporaryDirectory() {
-    std::string name =
-        (std::filesystem::temp_directory_path() / "takt_snapshots_").string() + std::string(6, 'X');
+    const std::filesystem::path all = std::filesystem::temp_directory_path();
+    const std::string kind = "takt_snapshots_";
+    std::error_code unreadable;
+    for (const auto& entry : std::filesystem::directory_iterator(all, unreadable)) {
+      const std::string found = entry.path().filename().string();
+      const pid_t of = found.starts_with(kind) ? std::atoi(found.c_str() + kind.size()) : 0;
+      if (of > 0 && ::kill(of, 0) != 0 && errno == ESRCH)
+        std::filesystem::remove_all(entry.path(), unreadable);
+    }
+    std::string name = (all / (kind + std::to_string(::getpid()) + "_")).string() + std::string(6, 'X');
     if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error(name + " cannot be made");
     path = name;
     owner = ::getpid();
@@ -228,9 +299,10 @@ int main(int argc, char** argv) {
   // All threads inherit this mask: the signals that end the server are taken by sigwait alone.
   sigset_t signals;
   sigemptyset(&signals);
-  sigaddset(&signals, SIGINT);
-  sigaddset(&signals, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  for (const int number : takt::ending_signals()) sigaddset(&signals, number);
+  sigset_t blocked = signals;
+  sigaddset(&blocked, kOpened);
+  pthread_sigmask(SIG_BLOCK, &blocked, nullptr);
   // A log or snapshot that may grow no further (RLIMIT_FSIZE) fails like one on a full disk.
   ::signal(SIGXFSZ, SIG_IGN);
 
@@ -262,6 +334,14 @@ int main(int argc, char** argv) {
   if (arguments.snapshot_every_s && arguments.snapshots.empty()) {
     std::fprintf(stderr, "takt-server: --snapshot-every needs --snapshots DIR\n");
     return kBadInput;
+  }
+  if (!arguments.snapshots.empty()) {
+    try {
+      const takt::SessionStore store(arguments.snapshots, arguments.cell);
+    } catch (const std::exception& error) {
+      std::fprintf(stderr, "takt-server: %s\n", error.what());
+      return kBadInput;
+    }
   }
   if (!arguments.supervised) return serve_or_say_why(arguments, signals, "");
   std::optional<TemporaryDirectory> own;

@@ -1,5 +1,6 @@
 #include "server/dds/dds_adapter.h"
 
+#include <cstdio>
 #include <limits>
 
 #include "server/dds/convert.h"
@@ -23,11 +24,16 @@ const std::string& checked(const std::string& name, const char* what) {
 }  // namespace
 
 DdsAdapter::DdsAdapter(CellHost& host, ParticipantOptions options)
-    : commands_(host.mail().events, senders_, TopicNames(checked(host.cell(), "The cell's name"))),
+    : host_(host),
+      commands_(host.mail().events, senders_, TopicNames(checked(host.cell(), "The cell's name"))),
       control_(host),
       services_(host) {
   const TopicNames topics(host.cell());
   participant_ = std::make_unique<Participant>(options, this);
+  {
+    const std::lock_guard lock(own_mutex_);
+    own_ = participant_->guid();
+  }
   commands_.listen_for(participant_->guard(), participant_->guid());
   publisher_ =
       std::make_unique<StatePublisher>(host, *participant_, topics, senders_, commands_, control_, services_);
@@ -73,6 +79,19 @@ void DdsAdapter::idle(const CellDescription& cell) {
 
 void DdsAdapter::on_writer(const DiscoveredWriter& writer) {
   using News = DiscoveredWriter::News;
+  if (writer.topic == TopicNames(host_.cell()).of_cell("status")) {
+    {
+      const std::lock_guard lock(own_mutex_);
+      if (writer.news != News::appeared || (own_ && own_->guidPrefix == writer.guid.guidPrefix)) return;
+    }
+    const std::string sentence = "Another server on this domain is called '" + host_.cell() +
+                                 "' too: clients hear now the one, now the other. Give one of them another "
+                                 "name (--cell), or another domain.";
+    std::fprintf(stderr, "takt-server: %s\n", sentence.c_str());
+    host_.mail().events.post(
+        {Severity::error, "cell_name_taken", host_.cell(), text_of(writer.guid), sentence});
+    return;
+  }
   if (writer.news == News::appeared)
     commands_.writer_discovered(writer.guid, writer.topic, writer.ownership_strength, lease_s(writer.lease));
   else if (writer.news == News::gone)

@@ -2,6 +2,8 @@
 // The service's DDS end: one participant, commands in, samples out. Shows whatever scenario a CellHost has
 // loaded.
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <string>
 
 #include "server/dds/command_subscriber.h"
@@ -39,6 +41,9 @@ class DdsAdapter final : public DiscoveryListener, public WorldObserver {
  private:
   void on_writer(const DiscoveredWriter& writer) override;
 
+  CellHost& host_;
+  std::mutex own_mutex_;
+  std::optional<DdsGuid> own_;  ///< guarded by own_mutex_; none while the participant is being made
   Senders senders_;
   CommandSubscriber commands_;
   ControlService control_;

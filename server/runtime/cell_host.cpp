@@ -36,8 +36,15 @@ std::shared_ptr<CellHost::World> CellHost::make_world(std::shared_ptr<CellModel>
 }
 
 std::shared_ptr<CellHost::World> CellHost::build(const Scenario& scenario) {
-  auto model = std::make_shared<CellModel>(
-      *build_cell(scenario, {options_.cache_directory, nullptr, options_.on_import}));
+  const auto on_import = [this](const std::string& component, double part) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (stop_) throw std::runtime_error("The server ends; the import was given up.");
+    }
+    if (options_.on_import) options_.on_import(component, part);
+  };
+  auto model =
+      std::make_shared<CellModel>(*build_cell(scenario, {options_.cache_directory, nullptr, on_import}));
   for (const ImportNote& note : model->import_notes) {
     if (options_.on_note) options_.on_note(note.sentence);
     mail_->events.post({Severity::warning, "import_note", note.component, "", note.sentence});
@@ -56,22 +63,23 @@ std::shared_ptr<CellHost::World> CellHost::build(const WorldSource& source) {
 }
 
 void CellHost::open(const WorldSource& source) {
-  if (store_) store_->forget();
   auto first = build(source);
+  if (store_) store_->begin();
   open_log();
   exchange(std::move(first));
   opened();
 }
 
 void CellHost::open(std::shared_ptr<const CellModel> model) {
-  if (store_) store_->forget();
+  auto first = make_world(std::make_shared<CellModel>(*model), 0.0);
+  if (store_) store_->begin();
   open_log();
-  exchange(make_world(std::make_shared<CellModel>(*model), 0.0));
+  exchange(std::move(first));
   opened();
 }
 
 void CellHost::open_empty() {
-  if (store_) store_->forget();
+  if (store_) store_->begin();
   open_log();
   exchange(nullptr);
   opened();
@@ -309,6 +317,11 @@ void CellHost::unload(std::uint64_t id) {
   tell(Severity::information, "scenario_unloaded", message);
   reply(id, ControlResult::ok, message,
         {{"state", std::to_string(static_cast<int>(SimulationState::no_world))}});
+}
+
+void CellHost::give_up() {
+  const std::lock_guard lock(mutex_);
+  stop_ = true;
 }
 
 void CellHost::stop() {

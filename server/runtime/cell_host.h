@@ -97,6 +97,8 @@ class CellHost {
 
   /// Any thread. The reply comes through mail().
   void submit(const ControlRequest& request);
+  /// Any thread, while another one opens: the import ends as soon as it looks. stop() has to follow.
+  void give_up();
   /// Ends the loaded loop and the host's thread; what is being read is read to its end before. May be called
   /// more than once.
   void stop();
@@ -153,6 +155,7 @@ class CellHost {
   void end_recording();
   void start_recording(const Job& job, const StartRecording& request);
   void stop_recording(const Job& job);
+  bool is_own_log() const;  ///< what is being recorded is HostOptions::log
   /// nullptr: none. `kept_state`: pace and controllers stay, and the new loop starts in that state.
   void exchange(std::shared_ptr<World> next, std::optional<SimulationState> kept_state = std::nullopt);
   /// As above; false when the new one could not be shown and nothing is loaded now, which was replied.

@@ -74,7 +74,8 @@ void CellHost::start_recording(const Job& job, const StartRecording& request) {
   }
   if (recorder_) {
     reply(id, ControlResult::incorrect_state,
-          "It is being recorded already, to " + recorder_->file().string() + "; stop_recording ends that.");
+          "It is being recorded already, to " + recorder_->file().string() +
+              (is_own_log() ? ", the log of the server." : "; stop_recording ends that."));
     return;
   }
   try {
@@ -111,10 +112,22 @@ void CellHost::start_recording(const Job& job, const StartRecording& request) {
   reply(id, ControlResult::ok, message, {{"uri", recorder_->file().string()}});
 }
 
+bool CellHost::is_own_log() const {
+  return recorder_ && !options_.log.empty() &&
+         std::filesystem::absolute(recorder_->file()) == std::filesystem::absolute(options_.log);
+}
+
 void CellHost::stop_recording(const Job& job) {
   const std::uint64_t id = job.request.id;
   if (!recorder_) {
     reply(id, ControlResult::incorrect_state, "Nothing is being recorded.");
+    return;
+  }
+  if (is_own_log()) {
+    reply(id, ControlResult::incorrect_state,
+          "What is recorded is the log of the server (--log " + recorder_->file().string() +
+              "), which ends with the server." +
+              (recorder_->failure().empty() ? "" : " It has failed: " + recorder_->failure()));
     return;
   }
   if (const auto loaded = world()) {

@@ -175,7 +175,7 @@ std::variant<ControlAction, ControlReply> parse(const ControlRequest& request, c
     } else {
       arguments.fail_value("pace", &pace, "realtime, free or lockstep");
     }
-    action.factor = arguments.real("factor", 1.0, 0.001, 1000.0);
+    action.factor = arguments.real("factor", 1.0, kSlowestPace, kFastestPace);
     return arguments.result<ControlAction>(action);
   }
   if (name == "register_controller") return parse_register(request, cell);

@@ -13,6 +13,9 @@
 
 namespace takt {
 
+/// Simulated against wall time.
+inline constexpr double kSlowestPace = 0.001, kFastestPace = 1000.0;
+
 enum class Pace : std::uint8_t { realtime, free, lockstep };
 std::string_view to_string(Pace pace);
 

@@ -56,6 +56,8 @@ Session session_of(const json& document) {
   for (const Pace pace : {Pace::realtime, Pace::free, Pace::lockstep})
     if (document.at("pace") == to_string(pace)) session.pace = pace;
   session.factor = document.at("factor").get<double>();
+  if (!(session.factor >= kSlowestPace && session.factor <= kFastestPace))
+    throw std::runtime_error("impossible pace");
   if (!document.at("scenario").is_null()) {
     WorldSource source;
     source.file = document.at("scenario").get<std::string>();
@@ -162,10 +164,20 @@ std::optional<Session> SessionStore::read() const {
   }
 }
 
-void SessionStore::forget() {
-  std::error_code gone_already;
-  for (const auto& file : periodic()) std::filesystem::remove(file, gone_already);
-  std::filesystem::remove(periodic_directory_ / kSession, gone_already);
+void SessionStore::begin() {
+  std::error_code error;
+  const auto files = periodic();
+  if (!files.empty()) {
+    for (std::size_t i = kKeptEarlier; i > 1; --i)
+      std::filesystem::rename(file_of(earlier_name(i - 1)), file_of(earlier_name(i)), error);
+    std::filesystem::rename(files.front(), file_of(earlier_name(1)), error);
+  }
+  for (const auto& file : periodic()) std::filesystem::remove(file, error);
+  std::filesystem::remove(periodic_directory_ / kSession, error);
+}
+
+std::string SessionStore::earlier_name(std::size_t i) {
+  return i == 1 ? "earlier" : "earlier_" + std::to_string(i);
 }
 
 }  // namespace takt

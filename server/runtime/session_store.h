@@ -1,6 +1,6 @@
 #pragma once
 // The directory of a cell's snapshots (--snapshots DIR, then the cell's name), on the disk:
-//   NAME.snapshot              what was saved by request
+//   NAME.snapshot              what was saved by request; earlier.snapshot: see SessionStore::begin()
 //   periodic/NUMBER.snapshot   the newest periodic ones; the higher the number, the newer
 //   periodic/session.json      what they belong to: how to load the cell again, and whether it played
 // Files are replaced atomically, so that whenever the server dies there is the one of before or the new one.
@@ -34,7 +34,7 @@ struct Session {
 
 class SessionStore {
  public:
-  static constexpr std::size_t kKeptPeriodic = 3;
+  static constexpr std::size_t kKeptPeriodic = 3, kKeptEarlier = 3;
 
   /// Makes the directories. Throws std::runtime_error with a sentence when that is not possible.
   SessionStore(const std::filesystem::path& directory, const std::string& cell);
@@ -52,10 +52,13 @@ class SessionStore {
   std::string write(const Session& session);
   /// Nothing when there is none that can be read.
   std::optional<Session> read() const;
-  /// A server begins that does not go on from before.
-  void forget();
+  /// A server begins that does not go on from before. The newest periodic snapshot of the one before can be
+  /// restored by the name earlier, those of the ones before that as earlier_2 and earlier_3.
+  void begin();
 
  private:
+  static std::string earlier_name(std::size_t i);
+
   std::filesystem::path directory_, periodic_directory_;
   mutable std::mutex mutex_;
   std::string written_;            // guarded by mutex_; the session's text

@@ -38,13 +38,21 @@ std::string crash_of(int status) {
 
 }  // namespace
 
+std::vector<int> ending_signals() {
+  std::vector<int> signals{SIGINT, SIGTERM};
+  struct sigaction hang_up {};
+  if (::sigaction(SIGHUP, nullptr, &hang_up) == 0 && hang_up.sa_handler != SIG_IGN) signals.push_back(SIGHUP);
+  return signals;
+}
+
 int supervise(const std::function<int(const std::string& crash)>& serve, const SupervisorOptions& options) {
   const auto note = [&](const std::string& sentence) {
     if (options.on_note) options.on_note(sentence);
   };
   sigset_t waited, before;
   ::sigemptyset(&waited);
-  for (const int number : {SIGINT, SIGTERM, SIGCHLD}) ::sigaddset(&waited, number);
+  for (const int number : ending_signals()) ::sigaddset(&waited, number);
+  ::sigaddset(&waited, SIGCHLD);
   ::pthread_sigmask(SIG_BLOCK, &waited, &before);
 
   std::deque<std::int64_t> crashes_ns;

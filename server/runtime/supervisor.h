@@ -7,6 +7,7 @@
 // Should the parent die, the kernel ends the child too, so that none is left behind.
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace takt {
 
@@ -21,9 +22,13 @@ struct SupervisorOptions {
 /// The exit code of a child that is to be started again.
 inline constexpr int kCrashed = 1;
 
+/// That are to end the server: SIGINT, SIGTERM, and SIGHUP (the terminal is closed) unless it is ignored
+/// (nohup).
+std::vector<int> ending_signals();
+
 /// Runs `serve` in a child process, again and again; `crash` says how the one before ended ("was killed by
-/// signal 11 (Segmentation fault)"), empty for the first. Call it before any thread is started, with SIGINT
-/// and SIGTERM blocked. Returns the exit code for the process.
+/// signal 11 (Segmentation fault)"), empty for the first. Call it before any thread is started, with
+/// ending_signals() blocked. Returns the exit code for the process.
 int supervise(const std::function<int(const std::string& crash)>& serve, const SupervisorOptions& options);
 
 }  // namespace takt

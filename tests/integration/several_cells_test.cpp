@@ -6,6 +6,7 @@
 #include "client_lib/client.h"
 #include "tests/support/child_process.h"
 #include "tests/support/dds_service.h"
+#include "tests/support/hosted_service.h"
 #include "tests/support/hosting_client.h"
 
 namespace {
@@ -62,6 +63,19 @@ TEST(SeveralCells, InOneDomainKnowNothingOfEachOther) {
   EXPECT_EQ(servers[0]->wait(), 0);
   cells[2]->step(50);
   EXPECT_EQ(cells[2]->state().step, 150U);
+}
+
+TEST(SeveralCells, ANameThatIsTakenIsTold) {
+  takt::test::HostedService service;
+  takt::Client client(takt::test::client_options());
+  takt::test::ChildProcess second({std::string(TAKT_BIN_DIR) + "/takt-server", "--cell",
+                                   takt::test::test_cell(), "--domain",
+                                   std::to_string(takt::test::test_domain())});
+  const auto told =
+      client.wait_for_event([](const auto& e) { return e.code == "cell_name_taken"; }, kGenerous);
+  ASSERT_TRUE(told.has_value());
+  EXPECT_EQ(told->subject, takt::test::test_cell());
+  EXPECT_TRUE(second.wait_for_output("another name (--cell)")) << second.text;
 }
 
 }  // namespace

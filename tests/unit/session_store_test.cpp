@@ -83,8 +83,33 @@ TEST(SessionStore, KeepsTheNewestThreePeriodicSnapshotsAcrossRuns) {
   ASSERT_TRUE(read_snapshot_file(files[0], newest).good());
   EXPECT_EQ(newest.identity.step, 30U);
   EXPECT_EQ(newest.state, state);
-  store.forget();
-  EXPECT_TRUE(store.periodic().empty());
+}
+
+TEST(SessionStore, ANewBeginningKeepsTheNewestOfEarlierOnesByName) {
+  const test::TemporaryDirectory directory;
+  SessionStore store(directory.path(), "cell");
+  const auto step_of = [&](const char* name) {
+    SnapshotFile content;
+    return read_snapshot_file(store.file_of(name), content).good() ? static_cast<int>(content.identity.step)
+                                                                   : -1;
+  };
+  store.begin();
+  EXPECT_EQ(step_of("earlier"), -1);
+  const std::vector<std::byte> state(100, std::byte{7});
+  for (std::uint64_t run = 1; run <= 5; ++run) {
+    for (std::uint64_t step = 0; step < 3; ++step)
+      ASSERT_TRUE(store.write_periodic({"scenario", 1, 10 * run + step, 0.0}, state).good());
+    ASSERT_EQ(store.write({}), "");
+    store.begin();
+    EXPECT_TRUE(store.periodic().empty());
+    EXPECT_FALSE(store.read().has_value());
+  }
+  // A server that ended before it saved anything changes nothing.
+  store.begin();
+  EXPECT_EQ(step_of("earlier"), 52);
+  EXPECT_EQ(step_of("earlier_2"), 42);
+  EXPECT_EQ(step_of("earlier_3"), 32);
+  EXPECT_EQ(step_of("earlier_4"), -1);
 }
 
 TEST(SessionStore, ADirectoryThatCannotBeMadeIsSaid) {

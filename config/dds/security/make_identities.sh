@@ -15,12 +15,18 @@ shift
 from=20200101000000Z until=20400101000000Z roles=()
 while (($#)); do
   case $1 in
-    --from) from=${2:?} ;;
-    --until) until=${2:?} ;;
-    --role) roles+=("${2:?}") ;;
+    --from | --until | --role) [[ ${2:-} ]] || die "$1 needs a value" ;;
     *) die "unknown option '$1'" ;;
   esac
+  case $1 in
+    --from) from=$2 ;;
+    --until) until=$2 ;;
+    --role) roles+=("$2") ;;
+  esac
   shift 2
+done
+for time in "$from" "$until"; do
+  [[ $time =~ ^[0-9]{14}Z$ ]] || die "'$time' is no time; allowed: YYYYMMDDHHMMSSZ, e.g. 20301231235959Z"
 done
 ((${#roles[@]})) || roles=(server controller observer)
 for role in "${roles[@]}"; do
@@ -72,8 +78,9 @@ sign() { run smime -sign -in "$1" -text -out "$2" -signer "$ca/ca.pem" -inkey "$
 
 sign "$here/governance.xml" "$ca/governance.p7s"
 for role in "${roles[@]}"; do
-  to=$directory/$role
-  mkdir -p "$to"
+  # In a folder of its own until all of it is there: an identity that is in use stays whole.
+  to=$directory/.new_$role
+  rm -rf "$to" && mkdir -p "$to"
   key "$to/identity_key.pem"
   run req -new -config "$ca/openssl.cnf" -subj "/O=takt/CN=takt $role" -key "$to/identity_key.pem" -out "$ca/$role.csr"
   run ca -batch -notext -config "$ca/openssl.cnf" -startdate "$from" -enddate "$until" -in "$ca/$role.csr" \
@@ -82,5 +89,8 @@ for role in "${roles[@]}"; do
   cp "$ca/ca.pem" "$to/identity_ca.pem"
   cp "$ca/ca.pem" "$to/permissions_ca.pem"
   cp "$ca/governance.p7s" "$to/"
+  mkdir -p "$directory/$role"
+  mv "$to"/* "$directory/$role/"
+  rmdir "$to"
 done
 printf 'made %s: %s\n' "$directory" "${roles[*]}"
