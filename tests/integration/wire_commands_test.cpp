@@ -100,7 +100,16 @@ TEST_F(WireCommands, DeviceSignalsGoInAndOut) {
   const auto cell = client_->cell();
   ASSERT_EQ(cell->devices.size(), 1U);
   EXPECT_EQ(cell->devices[0].name, "Chamber");
-  EXPECT_EQ(cell->devices[0].signals, (std::vector<std::string>{"set_point", "lamp", "temperature"}));
+  const std::vector<client::SignalInfo>& signals = cell->devices[0].signals;
+  const std::vector<SignalDescription>& truth = service_.model->description.devices[0].signals;
+  ASSERT_EQ(signals.size(), truth.size());
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    EXPECT_EQ(signals[i].name, truth[i].name);
+    EXPECT_EQ(signals[i].unit, truth[i].unit) << truth[i].name;
+    EXPECT_EQ(signals[i].commanded, truth[i].commanded) << truth[i].name;
+    EXPECT_EQ(signals[i].lower, truth[i].lower) << truth[i].name;
+    EXPECT_EQ(signals[i].upper, truth[i].upper) << truth[i].name;
+  }
   client_->set_signals("Chamber", {{"set_point", 120.0}, {"lamp", 1.0}});
   step_until_applied(4, 1);
   client_->step(500);
