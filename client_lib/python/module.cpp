@@ -257,13 +257,20 @@ void bind_client(py::module_& m) {
       py::arg("domain") = -1, py::arg("duration") = 2.0);
 }
 
+/// Without the lock: Ctrl-C comes out as KeyboardInterrupt.
+void raise_pending_signals() {
+  const py::gil_scoped_acquire locked;
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+}
+
 void bind_lockstep(py::module_& m) {
   const py::call_guard<py::gil_scoped_release> unlocked;
   py::class_<LockstepController>(m, "LockstepController")
       .def(py::init([](Client& cell, std::vector<std::string> targets, double period_s,
                        const std::string& name, double patience, bool start) {
              return std::make_unique<LockstepController>(
-                 cell, LockstepOptions{std::move(targets), period_s, name, Seconds{patience}, start});
+                 cell, LockstepOptions{std::move(targets), period_s, name, Seconds{patience}, start,
+                                       &raise_pending_signals});
            }),
            py::arg("cell"), py::arg("targets"), py::arg("period_s") = 0.008, py::kw_only(),
            py::arg("name") = "python", py::arg("patience") = 60.0, py::arg("start") = true,

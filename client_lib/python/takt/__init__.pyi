@@ -242,7 +242,8 @@ class LockstepController:
     def set_signals(self, device: str, signals: Dict[str, float]) -> None:
         """What is set stays so; signals that were never set are left as they are."""
     def advance(self) -> State:
-        """Sends the commands of this period; returns the instant at the next one."""
+        """Sends the commands of this period; returns the instant at the next one. CellTimeout: it did not come within
+        `patience` (s of wall time), with the reason; like Ctrl-C that leaves it waiting for the same instant."""
     def close(self) -> None: ...
     def __enter__(self) -> LockstepController: ...
     def __exit__(self, *exception: object) -> None: ...
