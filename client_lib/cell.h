@@ -89,9 +89,18 @@ struct GripperInfo {
   double jaw_speed_m_per_s = 0.0;
 };
 
+/// A named value of a device: temperature, door, energy, ...
+struct SignalInfo {
+  std::string name;
+  std::string unit;                 ///< as the server names it (degC, W, rad/s, ...); empty: a pure number
+  bool commanded = false;           ///< clients may set it
+  double lower = 0.0, upper = 0.0;  ///< of what may be set, in `unit`; 0 where nothing may
+};
+
+/// What is neither robot nor gripper: a furnace, a screwdriver, the temperature of a Part.
 struct DeviceInfo {
   std::string name;
-  std::vector<std::string> signals;
+  std::vector<SignalInfo> signals;
 };
 
 struct CellInfo {

@@ -71,6 +71,21 @@ GripperInfo gripper_info(const takt_msgs::msg::GripperDescription& wire) {
   return info;
 }
 
+DeviceInfo device_info(const takt_msgs::msg::DeviceDescription& wire) {
+  DeviceInfo info;
+  info.name = wire.name();
+  for (const auto& signal : wire.signals()) info.signals.emplace_back().name = signal;
+  for (std::size_t i = 0; i < std::min(info.signals.size(), wire.properties().size()); ++i) {
+    const auto& properties = wire.properties()[i];
+    SignalInfo& signal = info.signals[i];
+    signal.unit = properties.unit();
+    signal.commanded = properties.commanded();
+    signal.lower = properties.lower();
+    signal.upper = properties.upper();
+  }
+  return info;
+}
+
 }  // namespace
 
 builtin_interfaces::msg::Time to_wire_time(double time_s) {
@@ -97,11 +112,7 @@ CellInfo from_wire(const takt_msgs::msg::CellDescription& wire) {
   for (const auto& component : wire.components()) info.components.push_back(component_info(component));
   for (const auto& robot : wire.robots()) info.robots.push_back(robot_info(robot));
   for (const auto& gripper : wire.grippers()) info.grippers.push_back(gripper_info(gripper));
-  for (const auto& device : wire.devices()) {
-    DeviceInfo& added = info.devices.emplace_back();
-    added.name = device.name();
-    for (const auto& signal : device.signals()) added.signals.emplace_back(signal);
-  }
+  for (const auto& device : wire.devices()) info.devices.push_back(device_info(device));
   return info;
 }
 
@@ -195,7 +206,8 @@ std::optional<Contacts> from_wire(const takt_msgs::msg::Contacts& wire, const Ce
 
 std::optional<State> from_wire(const takt_msgs::msg::CellState& wire, std::shared_ptr<const CellInfo> cell) {
   if (wire.world() != cell->world || wire.components().size() != cell->components.size() ||
-      wire.robots().size() != cell->robots.size() || wire.grippers().size() != cell->grippers.size())
+      wire.robots().size() != cell->robots.size() || wire.grippers().size() != cell->grippers.size() ||
+      wire.devices().size() != cell->devices.size())
     return std::nullopt;
   State state;
   state.time_s = wire.time();
@@ -223,7 +235,11 @@ std::optional<State> from_wire(const takt_msgs::msg::CellState& wire, std::share
   }
   for (const auto& gripper : wire.grippers())
     state.grippers.push_back({gripper.width(), gripper.force(), gripper.closed()});
-  for (const auto& device : wire.devices()) state.devices.push_back(device.signals());
+  for (std::size_t i = 0; i < wire.devices().size(); ++i) {
+    const auto& signals = wire.devices()[i].signals();
+    if (signals.size() != cell->devices[i].signals.size()) return std::nullopt;
+    state.devices.push_back(signals);
+  }
   for (const auto& applied : wire.applied())
     state.applied.push_back(
         {applied.target().to_string(), applied.count(), from_wire_time(applied.newest_stamp())});

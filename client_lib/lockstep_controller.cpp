@@ -1,13 +1,26 @@
 #include "client_lib/lockstep_controller.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <cstdio>
 
 namespace takt::client {
 namespace {
 
 /// Far below any step and far above the rounding of times.
 constexpr double kTimeTolerance_s = 1e-9;
+
+using Clock = std::chrono::steady_clock;
+/// The longest time between two calls of `while_waiting`. A server that seems silent is waited for a little
+/// longer at a time, so that the client itself tells whether it is gone.
+constexpr Seconds kSlice{0.2}, kSliceOfDoubt{0.5};
+
+std::string seconds_text(double seconds) {
+  char digits[32];
+  std::snprintf(digits, sizeof digits, "%.9g", seconds);
+  return digits;
+}
 
 }  // namespace
 
@@ -91,9 +104,12 @@ void LockstepController::set_signals(const std::string& device,
 }
 
 const State& LockstepController::advance() {
-  send();
-  answered_ = true;
-  ++boundary_;
+  if (!answered_) {  // else the wait for the next boundary was given up
+    sent_ = commands_;
+    send();
+    answered_ = true;
+    ++boundary_;
+  }
   wait_for_boundary();
   for (auto& [target, command] : commands_)
     if (auto* joints = std::get_if<Joints>(&command))
@@ -102,7 +118,7 @@ const State& LockstepController::advance() {
 }
 
 void LockstepController::send() const {
-  for (const auto& [target, command] : commands_) {
+  for (const auto& [target, command] : sent_) {
     if (const auto* joints = std::get_if<Joints>(&command))
       cell_.send_joint_command(target, joints->positions, joints->velocities, state_.time_s);
     else if (const auto* grip = std::get_if<Grip>(&command))
@@ -113,10 +129,14 @@ void LockstepController::send() const {
 }
 
 void LockstepController::wait_for_boundary() {
+  const auto begin = Clock::now();
   const double due_s = static_cast<double>(boundary_) * options_.period_s - kTimeTolerance_s;
   const auto exchanged = [&](const State& s) { return s.cell != state_.cell || s.epoch != state_.epoch; };
   std::uint64_t seen = state_.sample_number;
   for (;;) {
+    const Seconds left = options_.patience - (Clock::now() - begin);
+    const Seconds slice =
+        options_.while_waiting ? std::min(left, cell_.connected() ? kSlice : kSliceOfDoubt) : left;
     const auto next = cell_.wait_for_state(
         [&](const State& s) {
           if (s.time_s >= due_s || exchanged(s)) return true;
@@ -124,14 +144,13 @@ void LockstepController::wait_for_boundary() {
           seen = std::max(seen, s.sample_number);
           return repeated;
         },
-        options_.patience);
-    if (!next) give_up();
-    if (exchanged(*next))
+        slice);
+    if (next && exchanged(*next))
       throw ClientError(ClientError::Kind::lost,
                         std::string("The cell ") +
                             (next->cell != state_.cell ? "has another scenario" : "was reset") +
                             "; its controllers have to begin anew.");
-    if (next->time_s >= due_s) {
+    if (next && next->time_s >= due_s) {
       state_ = *next;
       answered_ = false;
       // At another pace than lockstep boundaries may have passed meanwhile.
@@ -139,17 +158,20 @@ void LockstepController::wait_for_boundary() {
           boundary_, static_cast<std::uint64_t>((state_.time_s + kTimeTolerance_s) / options_.period_s));
       return;
     }
-    send();  // the instant that was answered has come once more: the commands may not have arrived
+    if (Clock::now() - begin >= options_.patience) give_up();
+    if (options_.while_waiting) options_.while_waiting();
+    if (next) send();  // the instant that was answered has come once more: the commands may not have arrived
   }
 }
 
 void LockstepController::give_up() const {
   const Status status = cell_.status();
-  std::string sentence = "The cell does not come to " +
-                         std::to_string(static_cast<double>(boundary_) * options_.period_s) +
-                         " s: it stands at " + std::to_string(status.time_s) + " s and is " +
-                         std::string(to_string(status.state));
-  for (const auto& name : status.waiting_for) sentence += ", waiting for " + name;
+  std::string sentence =
+      "The cell did not come to " + seconds_text(static_cast<double>(boundary_) * options_.period_s) +
+      " s of simulated time within " + seconds_text(options_.patience.count()) + " s: it stands at " +
+      seconds_text(status.time_s) + " s and is " + std::string(to_string(status.state));
+  for (std::size_t i = 0; i < status.waiting_for.size(); ++i)
+    sentence += (i == 0 ? ", waiting for " : " and ") + status.waiting_for[i];
   if (!status.fault.empty()) sentence += ", with the fault: " + status.fault;
   throw ClientError(ClientError::Kind::timeout, sentence + ".");
 }

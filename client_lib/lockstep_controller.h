@@ -11,6 +11,7 @@
 //
 // A complete program is examples/scripted_publisher.cpp --lockstep.
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -27,8 +28,12 @@ struct LockstepOptions {
       targets;                      ///< robots, grippers, devices that this controller commands; at least one
   double period_s = 0.008;          ///< of simulated time, at least one step
   std::string name = "controller";  ///< shown in events and in the status; unique in the cell
-  Seconds patience{60.0};  ///< wall time: both of the server for commands, and of this for an instant
-  bool start = true;       ///< set the cell to lockstep and playing; else others do
+  /// Wall time: both of the server for the commands of one boundary, and of this for the instant at one, also
+  /// while the cell is paused.
+  Seconds patience{60.0};
+  bool start = true;  ///< set the cell to lockstep and playing; else others do
+  /// Called at least every 0.2 s while an instant is waited for; what it throws ends the wait.
+  std::function<void()> while_waiting{};
 };
 
 class LockstepController {
@@ -57,7 +62,10 @@ class LockstepController {
   /// As Client::set_signals. What is set stays so, what has not been set is left as it is.
   void set_signals(const std::string& device, const std::map<std::string, double>& signals);
   /// Answers this boundary with one command for each target, and returns the instant at the next one. Throws
-  /// ClientError (lost) when the cell was reset or has another scenario: then a new controller is needed.
+  /// ClientError: lost when the cell was reset or has another scenario (then a new controller is needed);
+  /// timeout when the instant does not come within the patience, with what the status says of it (paused,
+  /// waiting for whom, fault). After a timeout, or what `while_waiting` threw, it may be called again: it
+  /// waits on for the same instant, and what was commanded meanwhile is sent at that.
   const State& advance();
 
  private:
@@ -77,7 +85,8 @@ class LockstepController {
 
   Client& cell_;
   const LockstepOptions options_;
-  std::map<std::string, Command> commands_;
+  std::map<std::string, Command> commands_;  ///< standing, for the next answer
+  std::map<std::string, Command> sent_;      ///< the answer to the newest boundary that was answered
   State state_;
   std::uint64_t boundary_ = 0;  ///< number of the present one, or of the next while it is waited for
   bool registered_ = false;

@@ -86,6 +86,16 @@ void bind_description(py::module_& m) {
       .def_readonly("max_width_m", &GripperInfo::max_width_m)
       .def_readonly("max_force_N", &GripperInfo::max_force_N)
       .def_readonly("jaw_speed_m_per_s", &GripperInfo::jaw_speed_m_per_s);
+  py::class_<SignalInfo>(m, "SignalInfo")
+      .def_readonly("name", &SignalInfo::name)
+      .def_readonly("unit", &SignalInfo::unit)
+      .def_readonly("commanded", &SignalInfo::commanded)
+      .def_readonly("lower", &SignalInfo::lower)
+      .def_readonly("upper", &SignalInfo::upper);
+  py::class_<DeviceInfo>(m, "DeviceInfo")
+      .def_readonly("name", &DeviceInfo::name)
+      .def_property_readonly("signals",
+                             [](const DeviceInfo& self) { return by_name(self.signals, self.signals); });
   py::class_<CellInfo, std::shared_ptr<CellInfo>>(m, "CellInfo")
       .def_readonly("cell", &CellInfo::cell)
       .def_readonly("scenario", &CellInfo::scenario)
@@ -96,7 +106,9 @@ void bind_description(py::module_& m) {
                              [](const CellInfo& self) { return by_name(self.components, self.components); })
       .def_property_readonly("robots", [](const CellInfo& self) { return by_name(self.robots, self.robots); })
       .def_property_readonly("grippers",
-                             [](const CellInfo& self) { return by_name(self.grippers, self.grippers); });
+                             [](const CellInfo& self) { return by_name(self.grippers, self.grippers); })
+      .def_property_readonly("devices",
+                             [](const CellInfo& self) { return by_name(self.devices, self.devices); });
 }
 
 void bind_state(py::module_& m) {
@@ -117,6 +129,10 @@ void bind_state(py::module_& m) {
       .def_readonly("width_m", &GripperState::width_m)
       .def_readonly("force_N", &GripperState::force_N)
       .def_readonly("closed", &GripperState::closed);
+  py::class_<AppliedCommand>(m, "AppliedCommand")
+      .def_readonly("target", &AppliedCommand::target)
+      .def_readonly("count", &AppliedCommand::count)
+      .def_readonly("newest_stamp_s", &AppliedCommand::newest_stamp_s);
   py::class_<State>(m, "State")
       .def_readonly("time_s", &State::time_s)
       .def_readonly("step", &State::step)
@@ -130,6 +146,21 @@ void bind_state(py::module_& m) {
                              [](const State& self) { return by_name(self.cell->robots, self.robots); })
       .def_property_readonly("grippers",
                              [](const State& self) { return by_name(self.cell->grippers, self.grippers); })
+      .def_property_readonly("devices",
+                             [](const State& self) {
+                               py::dict result;
+                               for (std::size_t i = 0; i < self.devices.size(); ++i)
+                                 result[py::str(self.cell->devices[i].name)] =
+                                     by_name(self.cell->devices[i].signals, self.devices[i]);
+                               return result;
+                             })
+      .def_property_readonly("applied",
+                             [](const State& self) {
+                               py::dict result;
+                               for (const AppliedCommand& applied : self.applied)
+                                 result[py::str(applied.target)] = py::cast(applied);
+                               return result;
+                             })
       .def("component", &State::component, py::arg("name"))
       .def("robot", &State::robot, py::arg("name"))
       .def("gripper", &State::gripper, py::arg("name"))

@@ -184,6 +184,18 @@ auto waiter(Wait wait) {
 }
 
 void bind_client(py::module_& m) {
+  py::class_<TrajectoryPoint>(m, "TrajectoryPoint")
+      .def(py::init([](double time_s, std::vector<double> positions, std::vector<double> velocities,
+                       std::vector<double> accelerations) {
+             return TrajectoryPoint{time_s, std::move(positions), std::move(velocities),
+                                    std::move(accelerations)};
+           }),
+           py::arg("time_s"), py::arg("positions"), py::arg("velocities") = std::vector<double>{},
+           py::arg("accelerations") = std::vector<double>{})
+      .def_readonly("time_s", &TrajectoryPoint::time_s)
+      .def_readonly("positions", &TrajectoryPoint::positions)
+      .def_readonly("velocities", &TrajectoryPoint::velocities)
+      .def_readonly("accelerations", &TrajectoryPoint::accelerations);
   py::class_<Client, std::shared_ptr<Client>> c(m, "Client");
   const py::call_guard<py::gil_scoped_release> unlocked;
   c.def(py::init(&connect), py::arg("cell") = "", py::arg("domain") = -1, py::kw_only(),
@@ -222,6 +234,10 @@ void bind_client(py::module_& m) {
           },
           py::arg("robot"), py::arg("positions"), py::arg("velocities") = std::vector<double>{},
           py::arg("stamp_s") = py::none(), unlocked)
+      .def("send_trajectory", &Client::send_trajectory, py::arg("robot"), py::arg("points"),
+           py::arg("start_s") = py::none(), unlocked)
+      .def("set_signals", &Client::set_signals, py::arg("device"), py::arg("signals"),
+           py::arg("stamp_s") = py::none(), unlocked)
       .def("set_gripper", &Client::set_gripper, py::arg("gripper"), py::arg("action"),
            py::arg("width_m") = 0.0, py::arg("max_force_N") = 0.0, py::arg("stamp_s") = py::none(), unlocked);
   bind_requests(c);
@@ -241,13 +257,20 @@ void bind_client(py::module_& m) {
       py::arg("domain") = -1, py::arg("duration") = 2.0);
 }
 
+/// Without the lock: Ctrl-C comes out as KeyboardInterrupt.
+void raise_pending_signals() {
+  const py::gil_scoped_acquire locked;
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+}
+
 void bind_lockstep(py::module_& m) {
   const py::call_guard<py::gil_scoped_release> unlocked;
   py::class_<LockstepController>(m, "LockstepController")
       .def(py::init([](Client& cell, std::vector<std::string> targets, double period_s,
                        const std::string& name, double patience, bool start) {
              return std::make_unique<LockstepController>(
-                 cell, LockstepOptions{std::move(targets), period_s, name, Seconds{patience}, start});
+                 cell, LockstepOptions{std::move(targets), period_s, name, Seconds{patience}, start,
+                                       &raise_pending_signals});
            }),
            py::arg("cell"), py::arg("targets"), py::arg("period_s") = 0.008, py::kw_only(),
            py::arg("name") = "python", py::arg("patience") = 60.0, py::arg("start") = true,

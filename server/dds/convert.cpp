@@ -106,6 +106,20 @@ takt_msgs::msg::GripperDescription to_message(const GripperDescription& gripper)
   return message;
 }
 
+takt_msgs::msg::DeviceDescription to_message(const DeviceDescription& device) {
+  takt_msgs::msg::DeviceDescription message;
+  message.name(fitting<128>(device.name, "The device's name"));
+  for (const SignalDescription& signal : device.signals) {
+    message.signals().emplace_back(fitting<128>(signal.name, "The signal's name"));
+    auto& properties = message.properties().emplace_back();
+    properties.unit(fitting<32>(signal.unit, "The signal's unit"));
+    properties.commanded(signal.commanded);
+    properties.lower(signal.lower);
+    properties.upper(signal.upper);
+  }
+  return message;
+}
+
 }  // namespace
 
 builtin_interfaces::msg::Time to_time(double time_s) {
@@ -133,12 +147,7 @@ takt_msgs::msg::CellDescription to_message(const CellDescription& cell, const st
   for (const auto& component : cell.components) message.components().push_back(to_message(component));
   for (const auto& robot : cell.robots) message.robots().push_back(to_message(robot));
   for (const auto& gripper : cell.grippers) message.grippers().push_back(to_message(gripper));
-  for (const auto& device : cell.devices) {
-    auto& described = message.devices().emplace_back();
-    described.name(fitting<128>(device.name, "The device's name"));
-    for (const auto& signal : device.signals)
-      described.signals().emplace_back(fitting<128>(signal.name, "The signal's name"));
-  }
+  for (const auto& device : cell.devices) message.devices().push_back(to_message(device));
   return message;
 }
 

@@ -93,6 +93,19 @@ void put(CdrWriter& out, const GripperDescription& gripper) {
     out.put(value);
 }
 
+void put(CdrWriter& out, const DeviceDescription& device) {
+  out.put(device.name);
+  out.count(device.signals.size());
+  for (const SignalDescription& signal : device.signals) out.put(signal.name);
+  out.count(device.signals.size());
+  for (const SignalDescription& signal : device.signals) {
+    out.put(signal.unit);
+    out.put(static_cast<std::uint8_t>(signal.commanded));
+    out.put(signal.lower);
+    out.put(signal.upper);
+  }
+}
+
 void put_applied(CdrWriter& out, const std::string& target, std::uint64_t count, double newest_stamp_s) {
   out.put(target);
   out.put(count);
@@ -153,12 +166,7 @@ void McapRecording::write_description(const CellDescription& cell, const std::st
   list(cell.components);
   list(cell.robots);
   list(cell.grippers);
-  sample_.count(cell.devices.size());
-  for (const DeviceDescription& device : cell.devices) {
-    sample_.put(device.name);
-    sample_.count(device.signals.size());
-    for (const SignalDescription& signal : device.signals) sample_.put(signal.name);
-  }
+  list(cell.devices);
   write(add_channel("description", "takt_msgs/msg/CellDescription"));
 }
 

@@ -1,6 +1,7 @@
 // Trajectories, device commands and standard topics over DDS; who may command when the owner falls silent.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 
 #include "client_lib/client.h"
@@ -100,7 +101,16 @@ TEST_F(WireCommands, DeviceSignalsGoInAndOut) {
   const auto cell = client_->cell();
   ASSERT_EQ(cell->devices.size(), 1U);
   EXPECT_EQ(cell->devices[0].name, "Chamber");
-  EXPECT_EQ(cell->devices[0].signals, (std::vector<std::string>{"set_point", "lamp", "temperature"}));
+  const std::vector<client::SignalInfo>& signals = cell->devices[0].signals;
+  const std::vector<SignalDescription>& truth = service_.model->description.devices[0].signals;
+  ASSERT_EQ(signals.size(), truth.size());
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    EXPECT_EQ(signals[i].name, truth[i].name);
+    EXPECT_EQ(signals[i].unit, truth[i].unit) << truth[i].name;
+    EXPECT_EQ(signals[i].commanded, truth[i].commanded) << truth[i].name;
+    EXPECT_EQ(signals[i].lower, truth[i].lower) << truth[i].name;
+    EXPECT_EQ(signals[i].upper, truth[i].upper) << truth[i].name;
+  }
   client_->set_signals("Chamber", {{"set_point", 120.0}, {"lamp", 1.0}});
   step_until_applied(4, 1);
   client_->step(500);
@@ -133,6 +143,51 @@ TEST_F(WireCommands, ALockstepControllerSetsSignalsInStepWithTime) {
   EXPECT_THROW(controller.grip("Chamber", client::GripperAction::open), ClientError);
   EXPECT_THROW(controller.set_signals("Gripper1", {{"lamp", 1.0}}), ClientError);
   EXPECT_THROW(controller.set_signals("Furnace", {{"lamp", 1.0}}), ClientError);
+}
+
+/// What advance() says when it gives up; empty if it does not.
+std::string timeout_of(client::LockstepController& controller) {
+  try {
+    controller.advance();
+  } catch (const ClientError& error) {
+    EXPECT_EQ(error.kind(), ClientError::Kind::timeout) << error.what();
+    return error.what();
+  }
+  return "";
+}
+
+TEST_F(WireCommands, ALockstepControllerGivesUpWhileAnotherIsSilent) {
+  int looks = 0;
+  client::LockstepController controller(*client_, {.targets = {"Gripper1"},
+                                                   .period_s = 0.01,
+                                                   .name = "patient",
+                                                   .patience = Seconds{2.0},
+                                                   .while_waiting = [&] { ++looks; }});
+  controller.advance();
+  client::LockstepController silent(
+      *client_, {.targets = {"Chamber"}, .period_s = 0.01, .name = "silent", .patience = kGenerous});
+  const auto begin = std::chrono::steady_clock::now();
+  const std::string late = timeout_of(controller);
+  const Seconds waited = std::chrono::steady_clock::now() - begin;
+  EXPECT_NE(late.find("did not come to 0.02 s"), std::string::npos) << late;
+  EXPECT_NE(late.find("it stands at 0.01 s and is playing, waiting for silent"), std::string::npos) << late;
+  EXPECT_GE(waited.count(), 2.0);
+  EXPECT_LT(waited.count(), 20.0);  // the server repeats the instant all the time
+  EXPECT_GE(looks, 1);
+  // The other answers after all: both go on, and no boundary was passed over.
+  EXPECT_EQ(timeout_of(silent), "");
+  EXPECT_NEAR(controller.advance().time_s, 0.02, 1e-12);
+  EXPECT_NEAR(silent.state().time_s, 0.02, 1e-12);
+}
+
+TEST_F(WireCommands, ALockstepControllerGivesUpOnAPausedCell) {
+  client::LockstepController controller(
+      *client_, {.targets = {"Gripper1"}, .period_s = 0.01, .patience = Seconds{1.0}});
+  client_->pause();
+  const std::string late = timeout_of(controller);
+  EXPECT_NE(late.find("it stands at 0 s and is paused."), std::string::npos) << late;
+  client_->resume();
+  EXPECT_NEAR(controller.advance().time_s, 0.01, 1e-12);
 }
 
 TEST_F(WireCommands, FramesFormATreeFromTheWorldToEveryLink) {

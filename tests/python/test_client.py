@@ -2,6 +2,7 @@
 
 import ast
 import json
+import signal
 import subprocess
 import threading
 from pathlib import Path
@@ -89,6 +90,27 @@ def test_an_error_in_a_predicate_comes_out(cell):
 
 def test_a_wait_ends_with_none(cell):
     assert cell.wait_for_state(lambda s: False, timeout=0.05) is None
+
+
+def test_ctrl_c_ends_the_wait_for_a_boundary(server, cell):
+    """A controller waits for another that is silent; afterwards it can go on waiting."""
+    silent = {"name": "silent", "period_s": "0.008", "timeout_s": "600", "targets": "Robot2"}
+    cell.request("register_controller", silent)
+    with server.client() as watcher, cell.lockstep(["Robot1"], 0.008, patience=600) as controller:
+
+        def interrupt_once_it_waits():
+            # The cell waits for the other alone: advance() has sent its commands.
+            if watcher.wait_for_status(lambda s: s.waiting_for == ["silent"], timeout=300) is not None:
+                signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
+
+        helper = threading.Thread(target=interrupt_once_it_waits)
+        watcher.wait_for_status(lambda s: "python" in s.waiting_for, timeout=60)
+        helper.start()
+        with pytest.raises(KeyboardInterrupt):
+            controller.advance()
+        helper.join()
+        cell.request("unregister_controller", {"name": "silent"})
+        assert controller.advance().time_s == pytest.approx(0.008)
 
 
 def test_killed_server_is_noticed(config):

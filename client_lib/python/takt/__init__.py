@@ -16,6 +16,7 @@ Ctrl-C ends it.
 
 from . import _takt
 from ._takt import (
+    AppliedCommand,
     CellError,
     CellInfo,
     CellTimeout,
@@ -24,6 +25,7 @@ from ._takt import (
     ComponentType,
     Contact,
     Contacts,
+    DeviceInfo,
     EntityInfo,
     EntityState,
     Event,
@@ -43,16 +45,18 @@ from ._takt import (
     RobotInfo,
     RobotState,
     Severity,
+    SignalInfo,
     SimulationState,
     State,
     Status,
+    TrajectoryPoint,
     list_cells,
 )
 from .server import Server, ServerError, program_path
 
 
 class LockstepController(_takt.LockstepController):
-    """Commands robots and grippers in step with simulated time; leave it by `with` or close()."""
+    """Commands robots, grippers and devices in step with simulated time; leave it by `with` or close()."""
 
     def __enter__(self):
         return self

@@ -69,6 +69,17 @@ class GripperInfo:
     max_width_m: float
     max_force_N: float
     jaw_speed_m_per_s: float
+class SignalInfo:
+    """A named value of a device. `lower` and `upper`, in `unit`, are of what may be commanded; 0 where nothing may."""
+    name: str
+    unit: str
+    commanded: bool
+    lower: float
+    upper: float
+class DeviceInfo:
+    """What is neither robot nor gripper: a furnace, a screwdriver, the temperature of a Part."""
+    name: str
+    signals: Dict[str, SignalInfo]
 class CellInfo:
     """What a cell consists of; another object when another scenario is loaded."""
     cell: str
@@ -79,6 +90,7 @@ class CellInfo:
     components: Dict[str, ComponentInfo]
     robots: Dict[str, RobotInfo]
     grippers: Dict[str, GripperInfo]
+    devices: Dict[str, DeviceInfo]
 
 class ComponentState:
     position_m: List[float]
@@ -97,6 +109,11 @@ class GripperState:
     width_m: float
     force_N: float
     closed: bool
+class AppliedCommand:
+    """What was applied of the commands for one robot, gripper or device since the last reset."""
+    target: str
+    count: int
+    newest_stamp_s: float
 class State:
     """One instant. `state_hash` is chained over all steps since the last reset: equal runs have equal hashes."""
     time_s: float
@@ -108,6 +125,9 @@ class State:
     components: Dict[str, ComponentState]
     robots: Dict[str, RobotState]
     grippers: Dict[str, GripperState]
+    devices: Dict[str, Dict[str, float]]
+    """Values of the signals: state.devices["Furnace"]["temperature"], in the unit of its SignalInfo."""
+    applied: Dict[str, AppliedCommand]
     def component(self, name: str) -> ComponentState: ...
     def robot(self, name: str) -> RobotState: ...
     def gripper(self, name: str) -> GripperState: ...
@@ -195,6 +215,19 @@ class Reply:
     message: str
     values: Dict[str, str]
 
+class TrajectoryPoint:
+    """Positions (rad, m) of all joints, and how they are passed, at a time from the start of the trajectory."""
+    def __init__(self, time_s: float, positions: Sequence[float], velocities: Sequence[float] = (),
+                 accelerations: Sequence[float] = ()) -> None: ...
+    @property
+    def time_s(self) -> float: ...
+    @property
+    def positions(self) -> List[float]: ...
+    @property
+    def velocities(self) -> List[float]: ...
+    @property
+    def accelerations(self) -> List[float]: ...
+
 class LockstepController:
     """Commands robots, grippers and devices in step with simulated time; the cell waits for it at every period."""
     def __init__(self, cell: Client, targets: Sequence[str], period_s: float = 0.008, *, name: str = "python",
@@ -209,7 +242,8 @@ class LockstepController:
     def set_signals(self, device: str, signals: Dict[str, float]) -> None:
         """What is set stays so; signals that were never set are left as they are."""
     def advance(self) -> State:
-        """Sends the commands of this period; returns the instant at the next one."""
+        """Sends the commands of this period; returns the instant at the next one. CellTimeout: it did not come within
+        `patience` (s of wall time), with the reason; like Ctrl-C that leaves it waiting for the same instant."""
     def close(self) -> None: ...
     def __enter__(self) -> LockstepController: ...
     def __exit__(self, *exception: object) -> None: ...
@@ -240,6 +274,12 @@ class Client:
     def wait_for_event(self, predicate: Callable[[Event], bool], timeout: float) -> Optional[Event]: ...
     def send_joint_command(self, robot: str, positions: Sequence[float], velocities: Sequence[float] = (),
                            stamp_s: Optional[float] = None) -> None: ...
+    def send_trajectory(self, robot: str, points: Sequence[TrajectoryPoint],
+                        start_s: Optional[float] = None) -> None:
+        """Linear through positions, cubic with velocities, quintic with accelerations; its end is the event
+        trajectory_done. Without points: stop."""
+    def set_signals(self, device: str, signals: Mapping[str, float], stamp_s: Optional[float] = None) -> None:
+        """Sets signals of a device (info.devices: which, within which limits); the others stay as they are."""
     def set_gripper(self, gripper: str, action: GripperAction, width_m: float = 0.0, max_force_N: float = 0.0,
                     stamp_s: Optional[float] = None) -> None: ...
     def lockstep(self, targets: Sequence[str], period_s: float = 0.008, *, name: str = "python",

@@ -69,7 +69,8 @@ nlohmann::json json_of(const client::CellInfo& info) {
           {"world", info.world},
           {"components", names(info.components)},
           {"robots", names(info.robots)},
-          {"grippers", names(info.grippers)}};
+          {"grippers", names(info.grippers)},
+          {"devices", names(info.devices)}};
 }
 
 int say_loaded(const Common& common, const client::CellInfo& info) {

@@ -19,7 +19,8 @@ const std::map<std::string, std::string>& examples() {
        "  takt status --json | jq .real_time_factor"},
       {"state",
        "  takt state\n"
-       "  takt state --json | jq '.components.P.position'"},
+       "  takt state --json | jq '.components.P.position'\n"
+       "  takt state --json | jq '.devices.Furnace | .signals.temperature, .units.temperature, .limits'"},
       {"explain",
        "  takt explain P                     why P is held, by whom, since when\n"
        "  takt explain Gripper1 --json       what Gripper1 holds"},

@@ -22,7 +22,7 @@ Examples:
   takt list                              which cells there are
   takt status                            how the cell is doing: time, pace, real-time factor, faults
   takt watch                             a live line: time, real-time factor, who holds which Part
-  takt state --json                      positions, orientations, states, partners
+  takt state --json                      positions, orientations, states, partners, signals of devices
   takt explain P                         who holds the Part P, by which rule, since when, what it touches
   takt pause; takt step 100; takt resume
   takt load my.yaml; takt play           another scenario in the running server
@@ -76,7 +76,8 @@ int run(int argc, char** argv) {
     return takt::tool::list(common);
   });
   add("status", "how the cell is doing", [&] { return takt::tool::status(common); });
-  add("state", "where every component is, and who holds it", [&] { return takt::tool::state(common); });
+  add("state", "where every component is, and who holds it; joints, jaws, signals of devices",
+      [&] { return takt::tool::state(common); });
 
   std::string part;
   add("explain", "why a Part is held as it is (or what a Gripper or Ground holds)",
@@ -126,11 +127,11 @@ int run(int argc, char** argv) {
                        : takt::tool::record(common, record_options);
   });
   record
-      ->add_option(
-          "FILE", record_options.file,
-          "file to write: FILE.mcap for all samples of all topics; else positions, joints and "
-          "partners as a table, '-' is standard output; with --json states, contacts, power and events, "
-          "one document a line")
+      ->add_option("FILE", record_options.file,
+                   "file to write: FILE.mcap for all samples of all topics; else positions, joints, signals "
+                   "of devices and partners as a table, '-' is standard output; with --json states, "
+                   "contacts, power and events, "
+                   "one document a line")
       ->required();
   record->add_option("--duration", record_options.duration_s, "end after this much simulated time, s");
   record->add_option("--until", record_options.until_s, "end at this simulated time, s");

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "client_lib/tools/takt/interruption.h"
+#include "client_lib/tools/takt/signals_json.h"
 
 namespace takt::tool {
 namespace {
@@ -54,6 +55,8 @@ json line_of(const client::State& state) {
     line["grippers"][info.grippers[i].name] = {{"width", state.grippers[i].width_m},
                                                {"force", state.grippers[i].force_N},
                                                {"closed", state.grippers[i].closed}};
+  for (std::size_t i = 0; i < state.devices.size(); ++i)
+    line["devices"][info.devices[i].name]["signals"] = signals_json(info.devices[i], state.devices[i]);
   return line;
 }
 

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client_lib/tools/takt/commands.h"
+#include "client_lib/tools/takt/signals_json.h"
 #include "client_lib/tools/takt/vector_json.h"
 
 namespace takt::tool {
@@ -19,6 +20,26 @@ Vector3 rpy_deg(const Quaternion& q) {
   return {degree * std::atan2(2.0 * (q.w * q.x + q.y * q.z), 1.0 - 2.0 * (q.x * q.x + q.y * q.y)),
           degree * std::asin(sin_pitch),
           degree * std::atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))};
+}
+
+nlohmann::json json_of(const client::DeviceInfo& device, const std::vector<double>& values) {
+  nlohmann::json document{{"signals", signals_json(device, values)}};
+  for (const client::SignalInfo& signal : device.signals) {
+    document["units"][signal.name] = signal.unit;
+    if (signal.commanded) document["limits"][signal.name] = {signal.lower, signal.upper};
+  }
+  return document;
+}
+
+/// One line a signal; those that can be commanded with their limits.
+void print(const client::DeviceInfo& device, const std::vector<double>& values) {
+  for (std::size_t k = 0; k < device.signals.size(); ++k) {
+    const client::SignalInfo& signal = device.signals[k];
+    std::printf("%-24s %-24s %12.6g %-8s", device.name.c_str(), signal.name.c_str(), values[k],
+                signal.unit.c_str());
+    if (signal.commanded) std::printf(" can be set: %g to %g", signal.lower, signal.upper);
+    std::printf("\n");
+  }
 }
 
 }  // namespace
@@ -51,6 +72,8 @@ int state(const Common& common) {
       document["grippers"][info.grippers[i].name] = {{"width", s.grippers[i].width_m},
                                                      {"force", s.grippers[i].force_N},
                                                      {"closed", s.grippers[i].closed}};
+    for (std::size_t i = 0; i < s.devices.size(); ++i)
+      document["devices"][info.devices[i].name] = json_of(info.devices[i], s.devices[i]);
     std::printf("%s\n", document.dump(2).c_str());
     return 0;
   }
@@ -75,6 +98,7 @@ int state(const Common& common) {
   for (std::size_t i = 0; i < s.grippers.size(); ++i)
     std::printf("%-24s width %.2f mm, %s\n", info.grippers[i].name.c_str(), 1e3 * s.grippers[i].width_m,
                 s.grippers[i].closed ? "closed" : "open");
+  for (std::size_t i = 0; i < s.devices.size(); ++i) print(info.devices[i], s.devices[i]);
   return 0;
 }
 

@@ -93,6 +93,9 @@ void csv_header(std::FILE* file, const client::CellInfo& info) {
     for (const auto& joint : robot.joints)
       std::fprintf(file, ",%s.%s", robot.name.c_str(), joint.name.c_str());
   for (const auto& gripper : info.grippers) std::fprintf(file, ",%s.width", gripper.name.c_str());
+  for (const auto& device : info.devices)
+    for (const auto& signal : device.signals)
+      std::fprintf(file, ",%s.%s", device.name.c_str(), signal.name.c_str());
   std::fprintf(file, "\n");
 }
 
@@ -108,6 +111,8 @@ void csv_row(std::FILE* file, const client::State& state) {
   for (const auto& robot : state.robots)
     for (const double q : robot.position) std::fprintf(file, ",%.17g", q);
   for (const auto& gripper : state.grippers) std::fprintf(file, ",%.17g", gripper.width_m);
+  for (const auto& signals : state.devices)
+    for (const double value : signals) std::fprintf(file, ",%.17g", value);
   std::fprintf(file, "\n");
 }
 

@@ -158,7 +158,7 @@ class Session {
       const client::DeviceInfo& device = info_->devices.at(static_cast<std::size_t>(set_point.device));
       std::map<std::string, double> signals;
       for (std::size_t i = 0; i < set_point.signals.size(); ++i)
-        signals[device.signals.at(static_cast<std::size_t>(set_point.signals[i]))] = set_point.values[i];
+        signals[device.signals.at(static_cast<std::size_t>(set_point.signals[i])).name] = set_point.values[i];
       cell_.set_signals(device.name, signals, time_s_);
     }
   }
@@ -216,7 +216,11 @@ controller::CellInfo controller_cell(const client::CellInfo& info) {
     cell.grippers.push_back({gripper.name, gripper.robot, pose(gripper.X_FG) * pose(gripper.X_GT),
                              gripper.max_width_m, gripper.max_force_N});
   }
-  for (const auto& device : info.devices) cell.devices.push_back({device.name, device.signals});
+  for (const auto& device : info.devices) {
+    auto& added = cell.devices.emplace_back();
+    added.name = device.name;
+    for (const auto& signal : device.signals) added.signals.push_back(signal.name);
+  }
   for (const auto& component : info.components) cell.components.push_back(component.name);
   return cell;
 }
