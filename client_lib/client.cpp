@@ -99,10 +99,18 @@ bool Client::connected() const {
 }
 
 bool Client::wait_for_connection(Seconds timeout) const {
+  impl_->require_own_process();
+  const auto deadline = Impl::deadline_after(timeout);
   std::unique_lock lock(impl_->mutex);
-  return impl_->changed.wait_until(lock, Impl::deadline_after(timeout), [&] {
-    return !impl_->gone && impl_->status && !impl_->silent(Clock::now());
-  });
+  for (;;) {
+    if (!impl_->gone && impl_->status && !impl_->silent(Clock::now())) return true;
+    if (Clock::now() >= deadline) return false;
+    impl_->changed.wait_until(lock, std::min(deadline, Clock::now() + std::chrono::milliseconds{200}));
+    if (!impl_->options.while_waiting) continue;
+    lock.unlock();
+    impl_->options.while_waiting();
+    lock.lock();
+  }
 }
 
 std::optional<State> Client::wait_for_state(const std::function<bool(const State&)>& predicate,

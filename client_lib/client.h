@@ -71,6 +71,9 @@ struct ClientOptions {
   /// Directory with this client's identity and permissions (docs/network.md); empty: no security.
   std::string secure_directory = default_secure_directory();
 
+  /// Called by every call that waits, in its thread, at least each 0.2 s; what it throws ends the wait.
+  std::function<void()> while_waiting{};
+
   static std::string default_cell();              ///< environment TAKT_CELL, else "cell"
   static int default_domain();                    ///< environment TAKT_DOMAIN, else 0
   static std::string default_secure_directory();  ///< environment TAKT_SECURE, else none

@@ -287,6 +287,7 @@ Client::Impl::Sender& Client::Impl::sender_for(const std::string& topic, const d
 }
 
 void Client::Impl::write(Sender& sender, void* sample, const std::string& what) {
+  require_own_process();
   if (!is_ok(sender.writer->write(sample, dds::HANDLE_NIL)))
     throw ClientError(ClientError::Kind::transport,
                       "DDS could not send " + what + " to cell '" + options.cell + "'.");

@@ -67,6 +67,12 @@ struct Client::Impl {
   }
   bool from_this_server(const GuidPrefix& from);
   void keep(Event event);
+  /// DDS does not survive fork(): of its threads there is none in the new process. Throws there.
+  void require_own_process() const {
+    if (link.is_of_this_process()) return;
+    throw ClientError(ClientError::Kind::invalid,
+                      "This client was made before fork(); the new process needs one of its own.");
+  }
   bool silent(Clock::time_point now) const { return now > heard + to_clock(options.silence_limit); }
   template <typename Ready>
   bool wait(std::unique_lock<std::mutex>& lock, Clock::time_point deadline, Ready ready) const;
@@ -132,6 +138,9 @@ struct Client::Impl {
 template <typename Ready>
 bool Client::Impl::wait(std::unique_lock<std::mutex>& lock, Clock::time_point deadline, Ready ready) const {
   constexpr auto grace = std::chrono::milliseconds{300};
+  require_own_process();
+  // Of all the waits of a thread: those for one sample after the other are short each.
+  thread_local Clock::time_point looked = Clock::now();
   auto benefit_of_doubt = Clock::now() + grace;
   for (;;) {
     if (ready()) return true;
@@ -144,9 +153,16 @@ bool Client::Impl::wait(std::unique_lock<std::mutex>& lock, Clock::time_point de
               std::to_string(std::chrono::duration_cast<std::chrono::seconds>(now - heard).count()) +
               " s (killed, stopped, or the machine is overloaded).");
     if (now >= deadline) return false;
-    const auto wake = std::min(deadline, std::max(heard + to_clock(options.silence_limit), benefit_of_doubt));
+    auto wake = std::min(deadline, std::max(heard + to_clock(options.silence_limit), benefit_of_doubt));
+    if (options.while_waiting) wake = std::min(wake, now + std::chrono::milliseconds{200});
     changed.wait_until(lock, wake + std::chrono::milliseconds{1});
     if (const auto late = Clock::now(); late > wake + grace) benefit_of_doubt = late + grace;
+    if (options.while_waiting && Clock::now() >= looked + std::chrono::milliseconds{200}) {
+      lock.unlock();
+      options.while_waiting();
+      lock.lock();
+      looked = Clock::now();
+    }
   }
 }
 

@@ -1,5 +1,7 @@
 #include "client_lib/dds_link.h"
 
+#include <unistd.h>
+
 #include <mutex>
 #include <random>
 #include <set>
@@ -129,7 +131,8 @@ dds::DataWriterQos command_writer_qos(const dds::Publisher& publisher, std::uint
 }
 
 Link::Link(int domain, const std::string& name, const LinkProfile& profile,
-           dds::DomainParticipantListener* listener) {
+           dds::DomainParticipantListener* listener)
+    : process_(::getpid()) {
   if (domain < 0 || domain > 232)
     throw ClientError(ClientError::Kind::invalid,
                       "DDS domain " + std::to_string(domain) + " does not exist; allowed are 0 to 232.");
@@ -170,7 +173,12 @@ Link::Link(int domain, const std::string& name, const LinkProfile& profile,
   }
 }
 
+bool Link::is_of_this_process() const {
+  return ::getpid() == process_;
+}
+
 Link::~Link() {
+  if (!is_of_this_process()) return;
   participant_->set_listener(nullptr);
   participant_->delete_contained_entities();
   dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);

@@ -1,5 +1,7 @@
 #pragma once
 // The Fast DDS entities of a client: participant, readers, writers, with the QoS of the service.
+#include <sys/types.h>
+
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -51,8 +53,12 @@ class Link {
   dds::DataWriter* create_writer(const std::string& topic, dds::TypeSupport type,
                                  const dds::DataWriterQos& qos, dds::DataWriterListener* listener);
   void remove(dds::DataReader* reader);
+  /// False after fork() in the new process, where nothing of it works; there it is left as it is when it is
+  /// destroyed: what it would say goodbye to belongs to the other process.
+  bool is_of_this_process() const;
 
  private:
+  const pid_t process_;
   dds::Topic* topic(const std::string& name, dds::TypeSupport type);
   int number_ = -1;  ///< of the participant, see dds_link.cpp
   std::shared_ptr<PacketGuard> guard_;

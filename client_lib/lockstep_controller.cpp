@@ -12,10 +12,6 @@ namespace {
 constexpr double kTimeTolerance_s = 1e-9;
 
 using Clock = std::chrono::steady_clock;
-/// The longest time between two calls of `while_waiting`. A server that seems silent is waited for a little
-/// longer at a time, so that the client itself tells whether it is gone.
-constexpr Seconds kSlice{0.2}, kSliceOfDoubt{0.5};
-
 std::string seconds_text(double seconds) {
   char digits[32];
   std::snprintf(digits, sizeof digits, "%.9g", seconds);
@@ -135,8 +131,6 @@ void LockstepController::wait_for_boundary() {
   std::uint64_t seen = state_.sample_number;
   for (;;) {
     const Seconds left = options_.patience - (Clock::now() - begin);
-    const Seconds slice =
-        options_.while_waiting ? std::min(left, cell_.connected() ? kSlice : kSliceOfDoubt) : left;
     const auto next = cell_.wait_for_state(
         [&](const State& s) {
           if (s.time_s >= due_s || exchanged(s)) return true;
@@ -144,7 +138,7 @@ void LockstepController::wait_for_boundary() {
           seen = std::max(seen, s.sample_number);
           return repeated;
         },
-        slice);
+        left);
     if (next && exchanged(*next))
       throw ClientError(ClientError::Kind::lost,
                         std::string("The cell ") +
@@ -159,7 +153,6 @@ void LockstepController::wait_for_boundary() {
       return;
     }
     if (Clock::now() - begin >= options_.patience) give_up();
-    if (options_.while_waiting) options_.while_waiting();
     if (next) send();  // the instant that was answered has come once more: the commands may not have arrived
   }
 }

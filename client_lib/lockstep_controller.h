@@ -11,7 +11,6 @@
 //
 // A complete program is examples/scripted_publisher.cpp --lockstep.
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -32,8 +31,6 @@ struct LockstepOptions {
   /// while the cell is paused.
   Seconds patience{60.0};
   bool start = true;  ///< set the cell to lockstep and playing; else others do
-  /// Called at least every 0.2 s while an instant is waited for; what it throws ends the wait.
-  std::function<void()> while_waiting{};
 };
 
 class LockstepController {
@@ -64,8 +61,8 @@ class LockstepController {
   /// Answers this boundary with one command for each target, and returns the instant at the next one. Throws
   /// ClientError: lost when the cell was reset or has another scenario (then a new controller is needed);
   /// timeout when the instant does not come within the patience, with what the status says of it (paused,
-  /// waiting for whom, fault). After a timeout, or what `while_waiting` threw, it may be called again: it
-  /// waits on for the same instant, and what was commanded meanwhile is sent at that.
+  /// waiting for whom, fault). After a timeout, or what ClientOptions::while_waiting threw, it may be called
+  /// again: it waits on for the same instant, and what was commanded meanwhile is sent at that.
   const State& advance();
 
  private:

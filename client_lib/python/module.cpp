@@ -1,8 +1,8 @@
 // The Python module takt._takt: takt::Client for Python. What a user sees is takt/__init__.py, typed in
 // takt/__init__.pyi.
 //
-// Every call that may wait does so without the interpreter's lock, in slices, so that Ctrl-C and other
-// threads get their turn. Predicates take the lock while they run.
+// Every call that may wait does so without the interpreter's lock, so that other threads get their turn, and
+// looks for Ctrl-C each 0.2 s (ClientOptions::while_waiting). Predicates take the lock while they run.
 #include "client_lib/python/module.h"
 
 #include "client_lib/lockstep_controller.h"
@@ -12,23 +12,10 @@ namespace {
 
 using namespace client;
 
-constexpr Seconds kSlice{0.2};
-
-/// Calls `wait(slice)` without the lock until it returns something or the timeout has passed.
-template <typename Wait>
-auto in_slices(double timeout_s, Wait wait) {
-  using Clock = std::chrono::steady_clock;
-  const auto begin = Clock::now();
-  for (;;) {
-    const double left_s = timeout_s - std::chrono::duration<double>(Clock::now() - begin).count();
-    const Seconds slice = std::max(Seconds{0.0}, std::min(kSlice, Seconds{left_s}));
-    auto result = [&] {
-      const py::gil_scoped_release unlocked;
-      return wait(slice);
-    }();
-    if (result || left_s <= slice.count()) return result;
-    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-  }
+/// Without the interpreter's lock: Ctrl-C comes out as KeyboardInterrupt.
+void raise_pending_signals() {
+  const py::gil_scoped_acquire locked;
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
 }
 
 std::optional<Seconds> seconds(std::optional<double> value) {
@@ -50,6 +37,7 @@ std::shared_ptr<Client> connect(const std::string& cell, int domain, double time
   options.profiles_file = profiles_file;
   options.profile = profile;
   if (!secure_directory.empty()) options.secure_directory = secure_directory;
+  options.while_waiting = &raise_pending_signals;
   const py::gil_scoped_release unlocked;
   return std::make_shared<Client>(options);
 }
@@ -179,7 +167,8 @@ void bind_requests(py::class_<Client, std::shared_ptr<Client>>& c) {
 template <typename Sample, typename Wait>
 auto waiter(Wait wait) {
   return [wait](Client& self, const Predicate<Sample>& predicate, double timeout) {
-    return in_slices(timeout, [&](Seconds slice) { return (self.*wait)(predicate, slice); });
+    const py::gil_scoped_release unlocked;
+    return (self.*wait)(predicate, Seconds{timeout});
   };
 }
 
@@ -209,10 +198,8 @@ void bind_client(py::module_& m) {
       .def_property_readonly("connected", &Client::connected)
       .def(
           "wait_for_connection",
-          [](Client& self, double timeout) {
-            return in_slices(timeout, [&](Seconds slice) { return self.wait_for_connection(slice); });
-          },
-          py::arg("timeout"))
+          [](Client& self, double timeout) { return self.wait_for_connection(Seconds{timeout}); },
+          py::arg("timeout"), unlocked)
       .def("wait_for_state", waiter<State>(&Client::wait_for_state), py::arg("predicate"), py::arg("timeout"))
       .def("wait_for_status", waiter<Status>(&Client::wait_for_status), py::arg("predicate"),
            py::arg("timeout"))
@@ -220,11 +207,8 @@ void bind_client(py::module_& m) {
       .def("wait_for_contacts", waiter<Contacts>(&Client::wait_for_contacts), py::arg("predicate"),
            py::arg("timeout"))
       .def(
-          "next_event",
-          [](Client& self, double timeout) {
-            return in_slices(timeout, [&](Seconds slice) { return self.next_event(slice); });
-          },
-          py::arg("timeout"))
+          "next_event", [](Client& self, double timeout) { return self.next_event(Seconds{timeout}); },
+          py::arg("timeout"), unlocked)
       .def("wait_for_event", waiter<Event>(&Client::wait_for_event), py::arg("predicate"), py::arg("timeout"))
       .def(
           "send_joint_command",
@@ -257,20 +241,13 @@ void bind_client(py::module_& m) {
       py::arg("domain") = -1, py::arg("duration") = 2.0);
 }
 
-/// Without the lock: Ctrl-C comes out as KeyboardInterrupt.
-void raise_pending_signals() {
-  const py::gil_scoped_acquire locked;
-  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-}
-
 void bind_lockstep(py::module_& m) {
   const py::call_guard<py::gil_scoped_release> unlocked;
   py::class_<LockstepController>(m, "LockstepController")
       .def(py::init([](Client& cell, std::vector<std::string> targets, double period_s,
                        const std::string& name, double patience, bool start) {
              return std::make_unique<LockstepController>(
-                 cell, LockstepOptions{std::move(targets), period_s, name, Seconds{patience}, start,
-                                       &raise_pending_signals});
+                 cell, LockstepOptions{std::move(targets), period_s, name, Seconds{patience}, start});
            }),
            py::arg("cell"), py::arg("targets"), py::arg("period_s") = 0.008, py::kw_only(),
            py::arg("name") = "python", py::arg("patience") = 60.0, py::arg("start") = true,

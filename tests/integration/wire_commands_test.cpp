@@ -241,8 +241,7 @@ TEST_F(WireCommands, FramesFormATreeFromTheWorldToEveryLink) {
 
 TEST_F(WireCommands, RobotsOfAFrozenOwnerPassToTheNextWithinASecondOrTwo) {
   test::ChildProcess owner({std::string(TAKT_BIN_DIR) + "/takt-test-commander",
-                            std::to_string(test::test_domain()), test::test_cell(), "Robot1", "0.02",
-                            "lease"});
+                            std::to_string(test::test_domain()), test::test_cell(), "Robot1", "0.02", "2"});
   ASSERT_TRUE(owner.wait_for_output("ready")) << owner.text;
   step_until_applied(0, 1);
   client_->send_joint_command("Robot1", at(0.01));  // weaker: not heard
@@ -270,8 +269,7 @@ TEST_F(WireCommands, RobotsOfAFrozenOwnerPassToTheNextWithinASecondOrTwo) {
 /// the end of the dead participant's lease, and tell nobody.
 TEST_F(WireCommands, RobotsOfAnOwnerThatFrozeAlonePassToWhoComesLater) {
   test::ChildProcess owner({std::string(TAKT_BIN_DIR) + "/takt-test-commander",
-                            std::to_string(test::test_domain()), test::test_cell(), "Robot1", "0.02",
-                            "lease"});
+                            std::to_string(test::test_domain()), test::test_cell(), "Robot1", "0.02", "30"});
   ASSERT_TRUE(owner.wait_for_output("ready")) << owner.text;
   step_until_applied(0, 1);
   owner.signal(SIGSTOP);

@@ -2,6 +2,7 @@
 
 import ast
 import json
+import os
 import signal
 import subprocess
 import threading
@@ -111,6 +112,65 @@ def test_ctrl_c_ends_the_wait_for_a_boundary(server, cell):
         helper.join()
         cell.request("unregister_controller", {"name": "silent"})
         assert controller.advance().time_s == pytest.approx(0.008)
+
+
+@pytest.mark.parametrize("ask", [lambda cell: cell.step(5, timeout=600),
+                                 lambda cell: cell.request("step", {"steps": "5"}, timeout=600),
+                                 lambda cell: cell.wait_for_event(lambda e: False, timeout=600)])
+def test_ctrl_c_ends_each_wait(server, cell, ask):
+    """In lockstep a step waits for the controllers that are registered; this one sends nothing."""
+    cell.set_pace(takt.Pace.lockstep)
+    cell.request("register_controller", {"name": "silent", "period_s": "0.008", "timeout_s": "600", "targets": "Robot1"})
+    with server.client() as watcher:
+        seen = set()
+
+        def interrupt_some_statuses_later():
+            watcher.wait_for_status(lambda s: seen.add(s.sample_number) or len(seen) > 5, timeout=300)
+            signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
+
+        helper = threading.Thread(target=interrupt_some_statuses_later)
+        helper.start()
+        with pytest.raises(KeyboardInterrupt):
+            ask(cell)
+        helper.join()
+    cell.request("unregister_controller", {"name": "silent"})
+
+
+def test_a_forked_child_leaves_its_parents_client_alone(server, cell):
+    child = os.fork()
+    if child == 0:
+        code = 1
+        try:
+            cell.get_state()
+        except takt.Invalid as error:
+            code = 0 if "fork" in str(error) else 2
+        except BaseException:
+            code = 3
+        del cell
+        os._exit(code)
+    assert os.waitpid(child, 0)[1] == 0
+    cell.step(3)
+    assert cell.state.step == 3
+
+
+def test_a_stopped_server_is_lost_after_the_silence_limit(server):
+    """Stopped by a signal: DDS itself remembers it for longer."""
+    with server.client(silence_limit=1.0) as cell:
+        process = server._process
+        process.send_signal(signal.SIGSTOP)
+        try:
+            with pytest.raises(takt.Lost, match="silent for 1 s"):
+                cell.wait_for_state(lambda s: False, timeout=60)
+        finally:
+            process.send_signal(signal.SIGCONT)
+
+
+def test_a_server_that_is_not_there_can_be_stopped():
+    server = takt.Server("nowhere.yaml")
+    with pytest.raises(takt.ServerError, match="nowhere.yaml"):
+        server.start()
+    server.stop()
+    server.kill()
 
 
 def test_killed_server_is_noticed(config):

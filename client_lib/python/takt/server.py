@@ -1,16 +1,20 @@
 """takt-server as a child process, for tests."""
 
 import collections
+import ctypes
 import itertools
 import os
 import random
 import shutil
+import signal
 import socket
 import subprocess
 import threading
 from pathlib import Path
 
 _numbers = itertools.count(1)
+_prctl = ctypes.CDLL(None).prctl
+_PR_SET_PDEATHSIG = 1
 
 
 class ServerError(RuntimeError):
@@ -39,6 +43,11 @@ def _free_domain():
             except OSError:
                 continue
     return domain
+
+
+def _end_with_parent():
+    """In the child: the kernel ends it when this process is gone, also by kill -9."""
+    _prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
 
 
 class Server:
@@ -86,13 +95,14 @@ class Server:
         return Client(self.cell, self.domain, **options)
 
     def start(self):
-        self._process = subprocess.Popen(self._command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self._process = subprocess.Popen(self._command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                                         preexec_fn=_end_with_parent)
         for line in self._process.stdout:
             self._lines.append(line)
             if " ready: " in line:
                 break
         else:
-            code = self._process.wait()
+            code = self._finish()
             raise ServerError(f"takt-server ended with code {code}:\n{self.output}")
         # The pipe must not fill up.
         self._reader = threading.Thread(target=self._lines.extend, args=(self._process.stdout,), daemon=True)
@@ -101,19 +111,26 @@ class Server:
 
     def kill(self):
         """Ends it without notice, as a crash does."""
-        self._process.kill()
-        self._finish()
+        if self._process is not None:
+            self._process.kill()
+            self._finish()
 
-    def stop(self):
-        """Ends it; returns its exit code."""
+    def stop(self, timeout=30.0):
+        """Ends it; returns its exit code. One that does not end within `timeout` seconds is killed."""
         if self._process is None:
             return 0
         self._process.terminate()
+        try:
+            self._process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
         return self._finish()
 
     def _finish(self):
         code = self._process.wait()
-        self._reader.join()
+        if self._reader is not None:
+            self._reader.join()
+            self._reader = None
         self._process.stdout.close()
         self._process = None
         return code

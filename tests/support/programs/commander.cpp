@@ -1,7 +1,7 @@
 // A controller that is there to be killed: commands one robot, exclusively and strongly, to one pose.
-// Usage: takt-test-commander DOMAIN CELL ROBOT FIRST_JOINT [lease]. Sends, prints "ready", and stays until it
-// is killed. With `lease` it promises a sign of life every second, as takt's own clients do; DDS itself would
-// not miss it for half a minute.
+// Usage: takt-test-commander DOMAIN CELL ROBOT FIRST_JOINT [LEASE_S]. Sends, prints "ready", and stays until
+// it is killed. With a lease it promises a sign of life every second, as takt's own clients do; DDS itself
+// misses it after that many seconds.
 #include <unistd.h>
 
 #include <cstdio>
@@ -12,7 +12,8 @@
 
 int main(int argc, char** argv) {
   if (argc != 5 && argc != 6) return 2;
-  takt::test::RawDdsClient client(static_cast<std::uint32_t>(std::atoi(argv[1])), argc == 6 ? 30 : 2);
+  takt::test::RawDdsClient client(static_cast<std::uint32_t>(std::atoi(argv[1])),
+                                  argc == 6 ? std::atoi(argv[5]) : 2);
   const std::string topic = std::string("rt/") + argv[2] + "/" + argv[3] + "/joint_commands";
   auto writer = client.write<sensor_msgs::msg::JointStatePubSubType>(topic, true, 9, argc == 6 ? 1.0 : 0.0);
   if (!writer.matches->wait_for(1)) return 1;
