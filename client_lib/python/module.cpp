@@ -217,11 +217,12 @@ void bind_client(py::module_& m) {
       .def(
           "send_joint_command",
           [](Client& self, const std::string& robot, const std::vector<double>& positions,
-             const std::vector<double>& velocities, std::optional<double> stamp_s) {
-            self.send_joint_command(robot, positions, velocities, stamp_s);
+             const std::vector<double>& velocities, std::optional<double> stamp_s,
+             const std::vector<double>& efforts) {
+            self.send_joint_command(robot, positions, velocities, stamp_s, efforts);
           },
           py::arg("robot"), py::arg("positions"), py::arg("velocities") = std::vector<double>{},
-          py::arg("stamp_s") = py::none(), unlocked)
+          py::arg("stamp_s") = py::none(), py::arg("efforts") = std::vector<double>{}, unlocked)
       .def("set_gripper", &Client::set_gripper, py::arg("gripper"), py::arg("action"),
            py::arg("width_m") = 0.0, py::arg("max_force_N") = 0.0, py::arg("stamp_s") = py::none(), unlocked);
   bind_requests(c);
