@@ -154,30 +154,38 @@ std::optional<Event> Client::wait_for_event(const std::function<bool(const Event
 }
 
 void Client::send_joint_command(const std::string& robot, const std::vector<double>& positions,
-                                const std::vector<double>& velocities, std::optional<double> stamp_s) {
+                                const std::vector<double>& velocities, std::optional<double> stamp_s,
+                                const std::vector<double>& efforts) {
   const auto known = cell();
   const int index = known->find_robot(robot);
   if (index < 0)
     throw ClientError(ClientError::Kind::not_found,
                       "The cell has no robot '" + robot + "'; it has " + names_of(known->robots) + ".");
   const auto& joints = known->robots[static_cast<std::size_t>(index)].joints;
-  if (positions.size() != joints.size() || (!velocities.empty() && velocities.size() != joints.size()))
+  const auto none_or_all = [&](const std::vector<double>& values) {
+    return values.empty() || values.size() == joints.size();
+  };
+  if (positions.size() != joints.size() || !none_or_all(velocities) || !none_or_all(efforts))
     throw ClientError(ClientError::Kind::invalid,
                       "Robot '" + robot + "' has " + std::to_string(joints.size()) + " joints (" +
                           names_of(joints) + "); the command has " + std::to_string(positions.size()) +
-                          " positions and " + std::to_string(velocities.size()) +
-                          " velocities (none, or one for each joint).");
+                          " positions, " + std::to_string(velocities.size()) + " velocities and " +
+                          std::to_string(efforts.size()) +
+                          " efforts (of the latter two none, or one for each joint).");
   for (std::size_t i = 0; i < joints.size(); ++i) {
     require_finite(positions[i], "The position of joint '" + joints[i].name + "' of robot '" + robot + "'");
     if (!velocities.empty())
       require_finite(velocities[i],
                      "The velocity of joint '" + joints[i].name + "' of robot '" + robot + "'");
+    if (!efforts.empty())
+      require_finite(efforts[i], "The effort of joint '" + joints[i].name + "' of robot '" + robot + "'");
   }
   sensor_msgs::msg::JointState sample;
   sample.header().stamp(stamp(stamp_s));
   for (const auto& joint : joints) sample.name().push_back(joint.name);
   sample.position(positions);
   sample.velocity(velocities);
+  sample.effort(efforts);
   impl_->send(robot, sample);
 }
 
@@ -197,12 +205,12 @@ void Client::send_trajectory(const std::string& robot, const std::vector<Traject
     if (!(point.time_s >= 0.0 && point.time_s <= 2147483647.0))
       throw ClientError(ClientError::Kind::invalid, "The time of " + where + ", " + text(point.time_s) +
                                                         " s, is not between 0 and 2147483647 s.");
-    for (const auto* values : {&point.positions, &point.velocities, &point.accelerations}) {
+    for (const auto* values : {&point.positions, &point.velocities, &point.accelerations, &point.efforts}) {
       if (values->size() != joints.size() && !(values->empty() && values != &point.positions))
         throw ClientError(ClientError::Kind::invalid,
                           "Robot '" + robot + "' has " + std::to_string(joints.size()) + " joints (" +
                               names_of(joints) + "); " + where + " has " + std::to_string(values->size()) +
-                              " positions, velocities or accelerations.");
+                              " positions, velocities, accelerations or efforts.");
       for (const double value : *values) require_finite(value, "A value of " + where);
     }
     auto& sent = sample.points().emplace_back();
@@ -212,6 +220,7 @@ void Client::send_trajectory(const std::string& robot, const std::vector<Traject
     sent.positions(point.positions);
     sent.velocities(point.velocities);
     sent.accelerations(point.accelerations);
+    sent.effort(point.efforts);
   }
   impl_->send(robot, sample);
 }

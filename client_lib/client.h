@@ -82,10 +82,10 @@ struct ClientOptions {
 enum class GripperAction : std::uint8_t { open = 0, close = 1, width = 2 };
 
 /// Positions (rad, m) of all joints in the order of RobotInfo::joints, and how they are passed. `velocities`
-/// and `accelerations` may be empty; the velocities of the last point must be 0.
+/// and `accelerations` may be empty; the velocities of the last point must be 0. `efforts` (N m, N) too.
 struct TrajectoryPoint {
   double time_s = 0.0;  ///< from the start, ascending
-  std::vector<double> positions, velocities{}, accelerations{};
+  std::vector<double> positions, velocities{}, accelerations{}, efforts{};
 };
 
 enum class Pace { realtime, free, lockstep };
@@ -160,13 +160,17 @@ class Client {
   /// Set-point of all joints of a robot, in the order of RobotInfo::joints: be there, with these velocities,
   /// one command period from now. Without velocities they follow from successive positions. `stamp_s` is the
   /// simulated time the sender means; without, the command takes effect when it arrives. The first command
-  /// for a robot waits until the server listens, so that it is not lost. Throws ClientError: not_found,
-  /// invalid; timeout when nobody listens. The server checks limits itself and tells of a refusal in an event
+  /// for a robot waits until the server listens, so that it is not lost. `efforts` (none, or N m or N at each
+  /// joint) are added to what the drives' controllers want, at level of detail 2 and 3, until the next
+  /// command of this robot, a missed deadline or a reset. Throws ClientError: not_found, invalid; timeout
+  /// when nobody listens. The server checks limits itself and tells of a refusal in an event
   /// (command_rejected).
   void send_joint_command(const std::string& robot, const std::vector<double>& positions,
-                          const std::vector<double>& velocities = {}, std::optional<double> stamp_s = {});
+                          const std::vector<double>& velocities = {}, std::optional<double> stamp_s = {},
+                          const std::vector<double>& efforts = {});
   /// A motion of all joints through points, from where the robot is: linear through positions alone, cubic
-  /// with velocities, quintic with accelerations too (all points have them or none). It starts at `start_s`
+  /// with velocities, quintic with accelerations too (all points have them or none); efforts, as above, are
+  /// linear from point to point, and those of the last stay. It starts at `start_s`
   /// (simulated time), or when it arrives; what is past then is left out. A set-point or another trajectory
   /// replaces it; one without points stops the robot. Its end is told in the event trajectory_done. In
   /// lockstep nothing else is due for this robot until then. Otherwise as above.

@@ -213,11 +213,12 @@ void bind_client(py::module_& m) {
       .def(
           "send_joint_command",
           [](Client& self, const std::string& robot, const std::vector<double>& positions,
-             const std::vector<double>& velocities, std::optional<double> stamp_s) {
-            self.send_joint_command(robot, positions, velocities, stamp_s);
+             const std::vector<double>& velocities, std::optional<double> stamp_s,
+             const std::vector<double>& efforts) {
+            self.send_joint_command(robot, positions, velocities, stamp_s, efforts);
           },
           py::arg("robot"), py::arg("positions"), py::arg("velocities") = std::vector<double>{},
-          py::arg("stamp_s") = py::none(), unlocked)
+          py::arg("stamp_s") = py::none(), py::arg("efforts") = std::vector<double>{}, unlocked)
       .def("send_trajectory", &Client::send_trajectory, py::arg("robot"), py::arg("points"),
            py::arg("start_s") = py::none(), unlocked)
       .def("set_signals", &Client::set_signals, py::arg("device"), py::arg("signals"),

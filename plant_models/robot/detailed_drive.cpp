@@ -59,6 +59,10 @@ double DetailedDrive::motor_speed_of(double qd, const double* z) const {
   return parameters_.elastic_gear ? z[motor_speed] : parameters_.gear_ratio * qd;
 }
 
+double DetailedDrive::feed_forward_current_A(const JointReference& reference) const {
+  return reference.feed_forward / (parameters_.gear_ratio * parameters_.motor_constant_Nm_per_A);
+}
+
 double DetailedDrive::spring_torque(double qd, const double* z) const {
   const DetailedDriveParameters& p = parameters_;
   return p.gear_stiffness_Nm_per_rad * z[deflection] +
@@ -86,7 +90,8 @@ void DetailedDrive::initial_state(const JointReference& reference, double tau, d
   z[current_controller] = -(p.resistance_ohm * z[current] + k * speed) / p.power_stage_gain;
   // i' = vC' = 0 needs i_ref = i. At the reference, u is what the wind-up of the gear leaves.
   const double angle_error = p.position_at_joint ? 0.0 : psi;
-  z[integrator] = z[current] / p.speed_gain_As_per_rad - p.position_gain_per_s * angle_error;
+  z[integrator] = (z[current] - feed_forward_current_A(reference)) / p.speed_gain_As_per_rad -
+                  p.position_gain_per_s * angle_error;
   if (has_modes()) z[mode_index()] = static_cast<double>(mode);
 }
 
@@ -114,7 +119,8 @@ void DetailedDrive::derivatives(const JointReference& reference, double q, doubl
   const bool wind_up_counts = p.elastic_gear && !p.position_at_joint;
   const double angle_error = n * (reference.q - q) + (wind_up_counts ? z[deflection] : 0.0);
   const double u = n * reference.qd + p.position_gain_per_s * angle_error - speed;
-  const double wanted_current = p.speed_gain_As_per_rad * (z[integrator] + u);
+  const double wanted_current =
+      p.speed_gain_As_per_rad * (z[integrator] + u) + feed_forward_current_A(reference);
   zdot[integrator] = u / p.speed_integral_time_s;
   zdot[current_controller] = (z[current] - wanted_current) * w * R / (2.0 * g * D);
   zdot[current] = (-g * z[current_controller] - R * z[current] - k * speed) / p.inductance_H();

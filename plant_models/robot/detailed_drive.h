@@ -4,8 +4,9 @@
 // Modelica Standard Library; n gear ratio, phi_m and om_m angle and speed of the motor:
 //
 //   controller   u = n qd_ref + kp (n q_ref - phi_m) - om_m          [rad/s]
-//                x' = u / Ts,   i_ref = ks (x + u)                   [x: rad/s, A]
-//                n q takes the place of phi_m in u where the position is measured at the joint
+//                x' = u / Ts,   i_ref = ks (x + u) + tau_ff / (n k)  [x: rad/s, A]
+//                n q takes the place of phi_m in u where the position is measured at the joint;
+//                tau_ff, at the joint, is the feed-forward of the reference (not in the r3 robot; 0 without)
 //   current      vC' = (i - i_ref) w R / (2 g D),  L = R / (2 D w)   [vC: V]
 //                L i' = -g vC - R i - k om_m
 //   elastic      psi = n q - phi_m,  tau_s = c psi + d (n qd - om_m)
@@ -84,6 +85,7 @@ class DetailedDrive final : public Drive {
   int mode_index() const { return parameters_.elastic_gear ? 5 : 3; }
   double spring_torque(double qd, const double* z) const;
   double motor_speed_of(double qd, const double* z) const;
+  double feed_forward_current_A(const JointReference& reference) const;
   DetailedDriveParameters parameters_;
 };
 

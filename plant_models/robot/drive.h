@@ -20,6 +20,9 @@ namespace takt {
 /// What the controller of a joint wants at one time.
 struct JointReference {
   double q = 0.0, qd = 0.0, qdd = 0.0;  ///< rad, rad/s, rad/s^2 (m for prismatic)
+  /// Torque that the sender of set-points wants besides what the controller finds, at the joint and in the
+  /// sense of q (N m or N). Constant during a step: it enters no Jacobian and no rate.
+  double feed_forward = 0.0;
 };
 
 struct DriveOutput {
@@ -79,8 +82,8 @@ class Drive {
   /// Inertia rigidly geared to the joint (kg m^2 or kg); constant.
   virtual double armature() const { return 0.0; }
   /// States in equilibrium with the motion `reference`, giving the joint torque `tau` besides friction and on
-  /// top of what the armature takes at the acceleration reference.qdd. At
-  /// rest true friction sticks with zero torque, so `tau` is what the arm needs to hold still.
+  /// top of what the armature takes at the acceleration reference.qdd; reference.feed_forward is a part of
+  /// it. At rest true friction sticks with zero torque, so `tau` is what the arm needs to hold still.
   virtual void initial_state(const JointReference& reference, double tau, double* z) const = 0;
 
   virtual DriveOutput output(const JointReference& reference, double q, double qd, const double* z) const = 0;

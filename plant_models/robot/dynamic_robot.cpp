@@ -123,7 +123,7 @@ void DynamicRobot::Impl::references(double t, std::array<JointReference, kMaxJoi
   reference.joint_state(t, position.data(), velocity.data());
   reference.joint_acceleration(t, acceleration.data());
   for (size_t i = 0; i < static_cast<size_t>(arm); ++i)
-    references[i] = {position[i], velocity[i], acceleration[i]};
+    references[i] = {position[i], velocity[i], acceleration[i], reference.feed_forward()[i]};
   auto next = static_cast<size_t>(arm);
   for (const ParallelGripper* gripper : grippers) {
     for (const auto side : {ParallelGripper::left, ParallelGripper::right})
@@ -278,9 +278,10 @@ void DynamicRobot::Impl::balance_drives(const JointArray& qdd, double* x) {
   tree.inverse_dynamics(qdd.data(), tau.data(), w);
   for (int i = 0; i < joints; ++i) {
     const auto k = static_cast<size_t>(i);
+    const double feed_forward = i < arm ? reference.feed_forward()[k] : 0.0;
     // Drives bring their own armature.
-    drive(i).initial_state({x[i], x[joints + i], qdd[k]}, tau[k] - tree.model().joints[k].armature * qdd[k],
-                           x + z_begin[k]);
+    drive(i).initial_state({x[i], x[joints + i], qdd[k], feed_forward},
+                           tau[k] - tree.model().joints[k].armature * qdd[k], x + z_begin[k]);
   }
   x[states - 2] = x[states - 1] = 0.0;
 }

@@ -4,7 +4,8 @@
 // whatever hangs on it, so the error decays critically damped with the servo's frequency w and the load has
 // no influence on the motion. The torque is what the arm's dynamics need for that (computed torque). With a
 // limit to the torque the joint yields where the limit is reached: then it is driven by just that much. This
-// is also the servo of a gripper's jaws: position control until the grip force is reached.
+// is also the servo of a gripper's jaws: position control until the grip force is reached. A feed-forward of
+// the reference changes nothing: what it is for, the servo has from the dynamics already.
 //
 // Explicit solvers of order two are stable for steps up to 2 / w.
 #include "plant_models/robot/drive.h"

@@ -1,7 +1,8 @@
 #pragma once
 // A commanded motion of all joints of a robot: points with positions, and where given velocities and
 // accelerations, joined piece by piece by polynomials: linear through positions alone, cubic (Hermite) with
-// velocities, quintic with accelerations too. Positions in rad or m, times in s.
+// velocities, quintic with accelerations too; torques for the drives, where given, go linearly from point to
+// point. Positions in rad or m, torques in N m or N, times in s.
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -15,6 +16,7 @@ enum class PathOrder : std::uint8_t { linear = 1, cubic = 3, quintic = 5 };
 struct JointPathPoint {
   double t = 0.0;  ///< from the start of the path
   JointArray q{}, qd{}, qdd{};
+  JointArray feed_forward{};  ///< torques at the joints; zero where the path has none
 };
 
 /// One joint between two points: a polynomial in u, from 0 to 1.
@@ -36,6 +38,7 @@ double value_outside(const PathPiece& piece, double lower, double upper);
 
 struct JointPath {
   PathOrder order = PathOrder::linear;
+  bool has_feed_forward = false;
   std::vector<JointPathPoint> points;  ///< times ascending
 };
 

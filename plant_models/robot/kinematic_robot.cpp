@@ -19,6 +19,7 @@ void KinematicRobot::reset() {
   segment_ = {};
   segment_.q0 = segment_.q1 = parameters_.q_initial;
   has_previous_ = false;
+  feed_forward_ = {};
   rest_time_ = 0.0;
   on_trajectory_ = !trajectory_.empty();
   if (on_trajectory_) {
@@ -26,6 +27,11 @@ void KinematicRobot::reset() {
     segment_.q0 = segment_.q1 = trajectory_.back().q;
   }
   ++revision_;
+}
+
+void KinematicRobot::set_feed_forward(const double* torques) {
+  feed_forward_ = {};
+  if (torques != nullptr) std::copy_n(torques, parameters_.arm.joints.size(), feed_forward_.begin());
 }
 
 void KinematicRobot::continue_from(double t, const double* q, const double* qd) {
@@ -180,7 +186,7 @@ void KinematicRobot::set_point(double t, double period_s, const double* position
 void KinematicRobot::save(StateWriter& out) const {
   out.put(segment_.t0), out.put(segment_.duration);
   for (const JointArray* values :
-       {&segment_.q0, &segment_.v0, &segment_.q1, &segment_.v1, &previous_set_point_})
+       {&segment_.q0, &segment_.v0, &segment_.q1, &segment_.v1, &previous_set_point_, &feed_forward_})
     out.put(std::span<const double>(*values));
   out.put(on_trajectory_), out.put(has_previous_);
   out.put(previous_set_point_time_), out.put(rest_time_);
@@ -191,6 +197,7 @@ void KinematicRobot::load(StateReader& in) {
   segment_.duration = in.number(1e-9, 1e9, "the period of a set-point");
   for (JointArray* values : {&segment_.q0, &segment_.v0, &segment_.q1, &segment_.v1, &previous_set_point_})
     in.numbers(*values, "a set-point");
+  in.numbers(feed_forward_, "a feed-forward");
   on_trajectory_ = in.flag("'on a trajectory'");
   if (on_trajectory_ && trajectory_.empty()) in.fail("it follows a trajectory, but the robot has none");
   has_previous_ = in.flag("'has a set-point'");

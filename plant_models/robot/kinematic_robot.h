@@ -7,6 +7,9 @@
 // comes, the velocity fades to zero within one more period. A set-point that would need more than a joint's
 // rated velocity takes as long as that velocity allows.
 //
+// Beside the motion it keeps the torques that were sent as feed-forward for drives that follow it (LoD 2 and
+// 3); they do not move it.
+//
 // Instead of set-points a robot may follow a motion known beforehand (set_trajectory), until the first
 // set-point comes.
 #include <cstdint>
@@ -31,6 +34,9 @@ class KinematicRobot final : public PlantModel {
   /// Discrete: call only between accepted steps. `velocity` may be null: then it follows from successive
   /// set-points.
   void set_point(double t, double period_s, const double* position, const double* velocity);
+  /// Discrete: torques at the joints (N m or N) from here on, constant until they are set again. Null: zero.
+  void set_feed_forward(const double* torques);
+  const JointArray& feed_forward() const { return feed_forward_; }
   void reset();
   /// Discrete: the motion goes on from here, smoothly to where it was going (a trajectory: straight to its
   /// end). For a robot that was moved by its drives and is kinematic from now on.
@@ -41,7 +47,8 @@ class KinematicRobot final : public PlantModel {
   void set_trajectory(std::vector<TrajectoryKnot> knots);
   /// The next corner of the trajectory. Set-points are no time events.
   double next_time_event(double t) const override;
-  /// Set-points and interpolation. A trajectory is part of the model; whether it is followed is saved.
+  /// Set-points, interpolation and feed-forward. A trajectory is part of the model; whether it is followed is
+  /// saved.
   void save(StateWriter& out) const override;
   void load(StateReader& in) override;
 
@@ -65,6 +72,7 @@ class KinematicRobot final : public PlantModel {
   std::vector<TrajectoryKnot> trajectory_;
   bool on_trajectory_ = false;
   JointArray previous_set_point_{};
+  JointArray feed_forward_{};
   double previous_set_point_time_ = -1.0;
   bool has_previous_ = false;
   double rest_time_ = 0.0;

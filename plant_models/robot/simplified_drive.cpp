@@ -33,7 +33,8 @@ SimplifiedDrive::Control SimplifiedDrive::control(const JointReference& referenc
   const SimplifiedDriveParameters& p = parameters_;
   Control c;
   c.u = reference.qd - qd + p.position_gain_per_s * (reference.q - q);
-  c.torque = p.inertia() * (p.speed_gain_per_s * (c.u + x / p.integral_time_s) + reference.qdd);
+  c.torque = p.inertia() * (p.speed_gain_per_s * (c.u + x / p.integral_time_s) + reference.qdd) +
+             reference.feed_forward;
   c.limited_torque = std::clamp(c.torque, -p.max_torque, p.max_torque);
   return c;
 }
@@ -41,7 +42,8 @@ SimplifiedDrive::Control SimplifiedDrive::control(const JointReference& referenc
 void SimplifiedDrive::initial_state(const JointReference& reference, double tau, double* z) const {
   const SimplifiedDriveParameters& p = parameters_;
   const double wanted = std::clamp(tau + p.armature() * reference.qdd, -p.max_torque, p.max_torque);
-  z[0] = p.integral_time_s / p.speed_gain_per_s * (wanted / p.inertia() - reference.qdd);
+  z[0] = p.integral_time_s / p.speed_gain_per_s *
+         ((wanted - reference.feed_forward) / p.inertia() - reference.qdd);
 }
 
 DriveOutput SimplifiedDrive::output(const JointReference& reference, double q, double qd,

@@ -70,9 +70,12 @@ void encode(Sink& out, const JointCommand& command) {
   out.put(command.stamp_s);
   out.put(command.period_s);
   out.put(static_cast<std::uint8_t>(command.has_velocity ? 1 : 0));
+  out.put(static_cast<std::uint8_t>(command.has_effort ? 1 : 0));
   out.put(static_cast<std::uint8_t>(command.position.size()));
   for (const double q : command.position) out.put(q);
   for (const double v : command.velocity) out.put(v);
+  if (!command.has_effort) return;
+  for (const double tau : command.effort) out.put(tau);
 }
 template <typename Sink>
 void encode(Sink& out, const GripperCommand& command) {
@@ -87,11 +90,14 @@ void encode(Sink& out, const TrajectoryCommand& command) {
   out.put(static_cast<std::int32_t>(command.robot));
   out.put(command.stamp_s);
   out.put(static_cast<std::uint8_t>(command.path->order));
+  out.put(static_cast<std::uint8_t>(command.path->has_feed_forward ? 1 : 0));
   out.put(static_cast<std::uint32_t>(command.path->points.size()));
   for (const JointPathPoint& point : command.path->points) {
     out.put(point.t);
     for (const JointArray* values : {&point.q, &point.qd, &point.qdd})
       for (const double value : *values) out.put(value);
+    if (!command.path->has_feed_forward) continue;
+    for (const double tau : point.feed_forward) out.put(tau);
   }
 }
 template <typename Sink>

@@ -89,10 +89,13 @@ class Replay {
         command.stamp_s = content.get<double>();
         command.period_s = content.get<double>();
         command.has_velocity = content.flag("whether there are velocities");
+        command.has_effort = content.flag("whether there are efforts");
         content.integer(static_cast<int>(command.position.size()), static_cast<int>(command.position.size()),
                         "the number of joints");
         for (double& q : command.position) q = content.get<double>();
         for (double& v : command.velocity) v = content.get<double>();
+        if (command.has_effort)
+          for (double& tau : command.effort) tau = content.get<double>();
         add(command);
         return;
       }
@@ -112,12 +115,15 @@ class Replay {
         command.stamp_s = content.get<double>();
         auto path = std::make_shared<JointPath>();
         path->order = static_cast<PathOrder>(content.integer(1, 5, "the order of the trajectory"));
+        path->has_feed_forward = content.flag("whether the trajectory has efforts");
         path->points.resize(static_cast<std::size_t>(content.integer<std::int32_t>(
             0, static_cast<int>(kMostTrajectoryPoints), "the number of points")));
         for (JointPathPoint& point : path->points) {
           point.t = content.get<double>();
           for (JointArray* values : {&point.q, &point.qd, &point.qdd})
             for (double& value : *values) value = content.get<double>();
+          if (!path->has_feed_forward) continue;
+          for (double& tau : point.feed_forward) tau = content.get<double>();
         }
         command.path = std::move(path);
         add(command);

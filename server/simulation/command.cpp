@@ -81,6 +81,7 @@ Validated<JointCommand> validate(const CellDescription& cell, const RawJointComm
   command.robot = robot;
   command.stamp_s = raw.stamp_s;
   command.has_velocity = !raw.velocity.empty();
+  command.has_effort = !raw.effort.empty();
   std::array<bool, kMaxJoints> seen{};
   for (std::size_t i = 0; i < count; ++i) {
     std::size_t j = 0;
@@ -123,6 +124,7 @@ Validated<JointCommand> validate(const CellDescription& cell, const RawJointComm
     }
     command.position[j] = raw.position[i];
     if (command.has_velocity) command.velocity[j] = raw.velocity[i];
+    if (command.has_effort) command.effort[j] = raw.effort[i];
   }
   return command;
 }

@@ -28,8 +28,12 @@ struct JointCommand {
   double stamp_s = -1.0;      ///< simulated time the sender meant; negative: none given
   double period_s = 0.0;      ///< the sender's command period; 0: the robot's own (RobotDescription)
   bool has_velocity = false;  ///< velocities were sent; otherwise they follow from successive positions
+  bool has_effort = false;    ///< efforts were sent; otherwise they are zero from here on
   JointArray position{};      ///< rad or m, in the order of the robot's joints
   JointArray velocity{};      ///< rad/s or m/s
+  /// Feed-forward of the drives (LoD 2 and 3), at the joints: N m or N. It holds at once, and until the next
+  /// command of the robot, a missed deadline or a reset.
+  JointArray effort{};
 };
 
 /// `open` lets go. `close` holds by the gripper's grasp rule. `width` sends the jaws to a width: a larger one
@@ -46,7 +50,8 @@ struct GripperCommand {
 
 /// A motion of all joints of one robot from where it is, through the points of the path. It starts at the
 /// stamp, or when the command takes effect; what of it lies in the past then is left out. Until it starts,
-/// what the robot does goes on. A set-point or another trajectory replaces it.
+/// what the robot does goes on. A set-point or another trajectory replaces it. The efforts of its points are
+/// the drives' feed-forward while it lasts; those of the last point stay.
 struct TrajectoryCommand {
   int robot = -1;                         ///< index into CellDescription::robots
   double stamp_s = -1.0;                  ///< simulated time of the start; negative: at once
@@ -118,7 +123,8 @@ struct RawGripperCommand {
 /// Points as they came in. `velocities` and `accelerations` are empty, or as long as `positions`; either all
 /// points have them or none.
 struct RawTrajectoryPoint {
-  std::vector<double> positions, velocities, accelerations, effort;
+  std::vector<double> positions, velocities, accelerations;
+  std::vector<double> effort;  ///< N m or N, as `velocities` empty or as long as `positions`
   double time_from_start_s = 0.0;
 };
 struct RawTrajectory {

@@ -13,24 +13,28 @@ namespace {
 
 constexpr double kRounding_s = 1e-9;
 
-/// Position and velocity of the path at time t after its start. Before its first point it leads there from
-/// `begin`. At a point the velocity is that of the piece to come.
-void evaluate(const JointPath& path, const JointPathPoint& begin, std::size_t next, double t, std::size_t n,
-              JointArray& q, JointArray& qd) {
+/// Position, velocity and torques of the path at time t after its start. Before its first point it leads
+/// there from `begin`. At a point the velocity is that of the piece to come.
+JointPathPoint evaluate(const JointPath& path, const JointPathPoint& begin, std::size_t next, double t,
+                        std::size_t n) {
   const JointPathPoint& last = path.points.back();
+  JointPathPoint at;
+  at.t = t;
   if (t >= last.t - kRounding_s) {
-    q = last.q;
-    qd = {};
-    return;
+    at.q = last.q;
+    at.feed_forward = last.feed_forward;
+    return at;
   }
   const JointPathPoint& from = next == 0 ? begin : path.points[next - 1];
   const JointPathPoint& to = path.points[next];
   const double u = std::clamp((t - from.t) / (to.t - from.t), 0.0, 1.0);
   for (std::size_t j = 0; j < n; ++j) {
     const PathPiece piece = path_piece(path.order, from, to, j);
-    q[j] = piece.position(u);
-    qd[j] = piece.velocity(u);
+    at.q[j] = piece.position(u);
+    at.qd[j] = piece.velocity(u);
+    at.feed_forward[j] = (1.0 - u) * from.feed_forward[j] + u * to.feed_forward[j];
   }
+  return at;
 }
 
 /// First point later than t.
@@ -81,7 +85,7 @@ void SetPoints::commanded(std::size_t robot, double t, std::uint64_t step, doubl
 }
 
 void SetPoints::follow(const TrajectoryCommand& command, double t, std::uint64_t step,
-                       const KinematicRobot& reference) {
+                       KinematicRobot& reference) {
   const auto robot = static_cast<std::size_t>(command.robot);
   Robot& r = robots_[robot];
   if (command.path->points.empty()) {
@@ -118,6 +122,7 @@ bool SetPoints::take_over(std::size_t robot, Following& following, double t, std
   begin.t = t - following.start_s;
   reference.joint_state(t, begin.q.data(), begin.qd.data());
   if (path.order == PathOrder::quintic) reference.joint_acceleration(t, begin.qdd.data());
+  if (path.has_feed_forward) begin.feed_forward = reference.feed_forward();
   following.next = point_after(path, 0, begin.t);
   const ArmModel& arm = reference.parameters().arm;
   MotionNotice refusal{.kind = MotionNotice::Kind::trajectory_refused};
@@ -132,8 +137,7 @@ bool SetPoints::take_over(std::size_t robot, Following& following, double t, std
   };
   if (following.next > 0) {
     // The path has begun already: the robot must be where it leads along, as far as one step can take it.
-    JointArray q{}, qd{};
-    evaluate(path, begin, following.next, begin.t, arm.joints.size(), q, qd);
+    const JointArray q = evaluate(path, begin, following.next, begin.t, arm.joints.size()).q;
     for (std::size_t j = 0; j < arm.joints.size(); ++j) {
       const double room = arm.joints[j].max_velocity * cell_.step_s + kRounding_s;
       if (std::abs(begin.q[j] - q[j]) > room) return refuse(j, begin.q[j], q[j] - room, q[j] + room, false);
@@ -176,6 +180,7 @@ void SetPoints::feed(double t, std::uint64_t step, bool watch, std::span<Kinemat
       if (ends) {
         note({.kind = MotionNotice::Kind::deadline_missed, .value = silent_s}, t, step, i);
         r.streams = false;
+        robots[i].set_feed_forward(nullptr);
         if (stops) brake_from(i, t, robots[i]);
       }
     }
@@ -188,9 +193,10 @@ void SetPoints::move_along(std::size_t robot, double t, std::uint64_t step, Kine
   const double h = cell_.step_s;
   const double then = t + h - r.now.start_s;
   r.now.next = point_after(*r.now.path, r.now.next, then);
-  JointArray q{}, qd{};
-  evaluate(*r.now.path, r.now.begin, r.now.next, then, reference.parameters().arm.joints.size(), q, qd);
-  reference.set_point(t, h, q.data(), qd.data());
+  const JointPathPoint at =
+      evaluate(*r.now.path, r.now.begin, r.now.next, then, reference.parameters().arm.joints.size());
+  reference.set_point(t, h, at.q.data(), at.qd.data());
+  reference.set_feed_forward(at.feed_forward.data());
   if (then < r.now.path->points.back().t - kRounding_s) return;
   note({.kind = MotionNotice::Kind::trajectory_done}, t + h, step + 1, robot);
   r.now = {};
@@ -232,8 +238,9 @@ double SetPoints::room_time(std::size_t robot, const JointArray& q, const JointA
   return shortest;
 }
 
-void SetPoints::brake_from(std::size_t robot, double t, const KinematicRobot& reference) {
+void SetPoints::brake_from(std::size_t robot, double t, KinematicRobot& reference) {
   Robot& r = robots_[robot];
+  reference.set_feed_forward(nullptr);
   reference.joint_state(t, r.q.data(), r.v.data());
   // All joints stop together, so that the robot stays on its path; harder where a limit is too near.
   r.brake_begin_s = t;
@@ -261,10 +268,11 @@ void SetPoints::save(StateWriter& out) const {
     if (!following.path) return;
     const auto put_point = [&](const JointPathPoint& point) {
       out.put(point.t);
-      for (const JointArray* values : {&point.q, &point.qd, &point.qdd})
+      for (const JointArray* values : {&point.q, &point.qd, &point.qdd, &point.feed_forward})
         out.put(std::span<const double>(*values));
     };
-    out.put(following.path->order), out.put(following.start_s);
+    out.put(following.path->order), out.put(following.path->has_feed_forward);
+    out.put(following.start_s);
     put_point(following.begin);
     out.put_size(following.next), out.put_size(following.path->points.size());
     for (const JointPathPoint& point : following.path->points) put_point(point);
@@ -282,13 +290,14 @@ void SetPoints::load(StateReader& in) {
     if (!in.flag("'follows a trajectory'")) return;
     const auto get_point = [&](JointPathPoint& point) {
       point.t = in.number(-kLongestTime_s, kLongestTime_s, "the time of a trajectory's point");
-      for (JointArray* values : {&point.q, &point.qd, &point.qdd})
+      for (JointArray* values : {&point.q, &point.qd, &point.qdd, &point.feed_forward})
         in.numbers(*values, "a trajectory's point");
     };
     auto path = std::make_shared<JointPath>();
     const int order = in.integer(1, 5, "the order of a trajectory");
     if (order % 2 == 0) in.fail("the order of a trajectory is " + std::to_string(order));
     path->order = static_cast<PathOrder>(order);
+    path->has_feed_forward = in.flag("'a trajectory has torques'");
     following.start_s = in.number(-kLongestTime_s, kLongestTime_s, "the start of a trajectory");
     get_point(following.begin);
     const std::size_t next = in.size(kMostTrajectoryPoints, "points passed");

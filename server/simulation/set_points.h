@@ -4,7 +4,9 @@
 //
 // A trajectory is a function of time; in every step its position and velocity at the end of the step become
 // the robot's set-point, reached exactly then. So a path of cubic pieces is reproduced as it is, and where
-// velocities jump (linear pieces) they change within one step. What is done depends on simulated time and
+// velocities jump (linear pieces) they change within one step. The torques of its points, interpolated for
+// the end of the step, are the feed-forward during it. Feed-forward ends with what brought it: braking, a
+// missed deadline and a trajectory without torques set it to zero. What is done depends on simulated time and
 // on commands alone.
 #include <cstdint>
 #include <memory>
@@ -30,7 +32,7 @@ class SetPoints {
   /// A set-point with this period was applied.
   void commanded(std::size_t robot, double t, std::uint64_t step, double period_s);
   /// Takes the trajectory over, or says why not in a notice.
-  void follow(const TrajectoryCommand& command, double t, std::uint64_t step, const KinematicRobot& robot);
+  void follow(const TrajectoryCommand& command, double t, std::uint64_t step, KinematicRobot& robot);
   /// Before the step from t on: set-points for its end. `watch`: deadlines count.
   void feed(double t, std::uint64_t step, bool watch, std::span<KinematicRobot> robots);
 
@@ -70,7 +72,7 @@ class SetPoints {
   /// A stream that is late, at a robot that brakes at its deadline: on at the same velocity. False where it
   /// must brake now to stay within its limits.
   bool goes_on(std::size_t robot, double t, KinematicRobot& reference) const;
-  void brake_from(std::size_t robot, double t, const KinematicRobot& reference);
+  void brake_from(std::size_t robot, double t, KinematicRobot& reference);
   void move_on(std::size_t robot, double t, KinematicRobot& reference);
   /// Shortest by the accelerations, longest by the room to the position limits.
   double braking_time(std::size_t robot, const JointArray& v) const;

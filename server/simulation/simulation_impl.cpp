@@ -160,7 +160,9 @@ void Simulation::Impl::apply(const JointCommand& command) {
   // Commands are validated at the boundary; this is the second line of defence, for callers that make their
   // own.
   for (std::size_t j = 0; j < robot.parameters().arm.joints.size(); ++j) {
-    if (std::isfinite(command.position[j]) && std::isfinite(command.velocity[j])) continue;
+    if (std::isfinite(command.position[j]) && std::isfinite(command.velocity[j]) &&
+        std::isfinite(command.effort[j]))
+      continue;
     fault = "the set-point of joint '" + robot.parameters().arm.joints[j].name + "' of " +
             model->description.robots[static_cast<std::size_t>(command.robot)].name +
             " at t = " + std::to_string(time()) +
@@ -173,6 +175,7 @@ void Simulation::Impl::apply(const JointCommand& command) {
           : model->description.robots[static_cast<std::size_t>(command.robot)].command_period_s;
   robot.set_point(time(), period, command.position.data(),
                   command.has_velocity ? command.velocity.data() : nullptr);
+  robot.set_feed_forward(command.has_effort ? command.effort.data() : nullptr);
   set_points.commanded(static_cast<std::size_t>(command.robot), time(), step_index, period);
   robot_commands[static_cast<std::size_t>(command.robot)].note(command.stamp_s);
 }

@@ -69,9 +69,11 @@ class TrajectoryCheck {
       return fault(RejectionCode::out_of_range, "the time of " + where + " is " + number(point.t) +
                                                     " s; allowed is up to " + number(kLongestTime_s) + " s");
     }
-    if (!raw.effort.empty()) {
+    if (!raw.effort.empty() || !first.effort.empty()) {
       if (raw.effort.size() != n) return wrong_count(where, "effort", raw.effort.size());
       if (auto found = effort(raw, where)) return found;
+      if (first.effort.empty()) return wrong_count(where, "effort", raw.effort.size());
+      for (std::size_t k = 0; k < n; ++k) point.feed_forward[joint_[k]] = raw.effort[k];
     }
     struct Field {
       const char* name;
@@ -204,6 +206,7 @@ Validated<TrajectoryCommand> validate(const CellDescription& cell, const RawTraj
   for (std::size_t i = 0; i < raw.points.size(); ++i) {
     if (auto fault = check.point(i, path->points[i])) return *std::move(fault);
   }
+  path->has_feed_forward = !raw.points.front().effort.empty();
   const bool velocities = !raw.points.front().velocities.empty();
   path->order = !velocities                                ? PathOrder::linear
                 : raw.points.front().accelerations.empty() ? PathOrder::cubic

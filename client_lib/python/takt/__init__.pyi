@@ -273,7 +273,8 @@ class Client:
     def next_event(self, timeout: float) -> Optional[Event]: ...
     def wait_for_event(self, predicate: Callable[[Event], bool], timeout: float) -> Optional[Event]: ...
     def send_joint_command(self, robot: str, positions: Sequence[float], velocities: Sequence[float] = (),
-                           stamp_s: Optional[float] = None) -> None: ...
+                           stamp_s: Optional[float] = None, efforts: Sequence[float] = ()) -> None:
+        """Efforts (N m or N at the joints) are the feed-forward of the drives at level of detail 2 and 3."""
     def send_trajectory(self, robot: str, points: Sequence[TrajectoryPoint],
                         start_s: Optional[float] = None) -> None:
         """Linear through positions, cubic with velocities, quintic with accelerations; its end is the event
