@@ -7,7 +7,7 @@ cd "$1"
 export LC_ALL=C
 
 existing() { for folder in "$@"; do [[ -e $folder ]] && printf '%s\n' "$folder"; done; true; }
-mapfile -t rooms < <(existing plant_models server client_lib idl config tests)
+mapfile -t rooms < <(existing plant_models command_line server client_lib idl config tests)
 mapfile -t sources < <(find "${rooms[@]}" -type f \( -name '*.h' -o -name '*.cpp' \) | sort)
 mapfile -t texts < <(find . \( -name .git -o -path ./build -o -name .cache \) -prune -o -type f -print | sed 's|^\./||' |
   grep -Ev '\.(png|stl|STL|glb|obj|csv|json|svg)$' | sort)

@@ -13,7 +13,7 @@ BEGIN {
   # Rooms, most specific first; each with the prefixes of what it may include. Arrows never turn back.
   rooms = split("plant_models/ idl/transport/ server/geometry/ server/components/ server/contact/ server/simulation/ server/scenario/ " \
                 "server/runtime/ server/dds/ server/headless/ server/server_main.cpp server/run_main.cpp client_lib/controller/ " \
-                "client_lib/render/ client_lib/recording/ client_lib/ idl/ config/", room, " ")
+                "client_lib/render/ client_lib/recording/ client_lib/tools/ client_lib/ idl/ config/ command_line/", room, " ")
   plant = "plant_models/"
   geometry = plant " server/geometry/"
   components = geometry " server/components/"
@@ -30,12 +30,14 @@ BEGIN {
   may["server/dds/"] = plant " server/simulation/command.h server/simulation/snapshot.h server/simulation/pressed_elements.h server/simulation/cell_frames.h " \
                        "server/simulation/cell_description.h server/runtime/ server/dds/ idl/transport/ idl/ GENERATED"
   may["server/headless/"] = scenario " server/headless/ client_lib/controller/ client_lib/render/ client_lib/recording/"
-  may["server/server_main.cpp"] = "plant_models/ server/ idl/"
-  may["server/run_main.cpp"] = may["server/headless/"] " server/runtime/"
+  may["server/server_main.cpp"] = "plant_models/ server/ idl/ command_line/"
+  may["server/run_main.cpp"] = may["server/headless/"] " server/runtime/ command_line/"
   may["client_lib/controller/"] = plant " client_lib/controller/"
   may["client_lib/render/"] = plant " client_lib/render/"
   may["client_lib/recording/"] = "client_lib/recording/"
   may["client_lib/"] = plant " client_lib/ idl/transport/ idl/ GENERATED"
+  may["client_lib/tools/"] = "command_line/ " may["client_lib/"]  # its end says GENERATED
+  may["command_line/"] = "command_line/"
   may["idl/transport/"] = "idl/transport/"
   may["idl/"] = "idl/ GENERATED"
   may["config/"] = plant " config/"
