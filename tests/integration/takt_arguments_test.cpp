@@ -98,7 +98,7 @@ TEST(TaktStep, ThatIsNotWaitedForGoesOnAndThatIsSaid) {
   options.loop.pace = takt::Pace::realtime;
   HostedService service(true, options);
   Client client(client_options());
-  ChildProcess step(of_this_cell({"step", "1000000", "--timeout", "2"}));
+  ChildProcess step(of_this_cell({"step", "1000000000", "--timeout", "2"}));
   EXPECT_EQ(step.wait(), 1) << step.text;
   expect_words(step.text, {"has not answered 'step'", "goes on with it; 'takt pause' ends it"});
   ChildProcess pause(of_this_cell({"pause"}));
