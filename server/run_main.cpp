@@ -9,6 +9,8 @@
 #include <thread>
 #include <tuple>
 
+#include "idl/command_line/numbers.h"
+#include "idl/command_line/output.h"
 #include "server/geometry/decomposition_cache.h"
 #include "server/headless/comparison.h"
 #include "server/headless/headless_run.h"
@@ -54,20 +56,24 @@ void declare(CLI::App& app, Arguments& a) {
                  "one instead of the file that was recorded")
       ->excludes(check_mesh);
   app.add_option("--mesh-scale", a.mesh.scale, "With --check-mesh: lengths are multiplied by this")
-      ->needs(check_mesh);
+      ->needs(check_mesh)
+      ->check(takt::command_line::positive());
   app.add_option("--element-edge", a.mesh.element_edge_m,
                  "With --check-mesh: as if divided to this edge for contact (m)")
       ->needs(check_mesh)
-      ->check(CLI::NonNegativeNumber);
-  app.add_option("--lod", a.lod, "Level of detail of every process");
+      ->check(takt::command_line::not_negative());
+  app.add_option("--lod", a.lod, "Level of detail of every process")
+      ->check(takt::command_line::whole_number_from(1, 3));
   app.add_option("--solver", a.solver, "Solver: rk2, rk4, implicit, rosenbrock, cvode, esdirk, esdirk4, ida");
-  app.add_option("--step", a.step, "Step size (s)");
-  app.add_option("--tolerance", a.tolerance, "Relative tolerance of solvers with error control");
-  app.add_option("--duration", a.duration, "Simulated time (s); default: the scenario's");
+  app.add_option("--step", a.step, "Step size (s)")->check(takt::command_line::positive());
+  app.add_option("--tolerance", a.tolerance, "Relative tolerance of solvers with error control")
+      ->check(takt::command_line::positive());
+  app.add_option("--duration", a.duration, "Simulated time (s); default: the scenario's")
+      ->check(takt::command_line::positive());
   app.add_option("--pace", a.pace, "free: as fast as possible; realtime")
       ->check(CLI::IsMember({"free", "realtime"}));
   app.add_option("--factor", a.factor, "Simulated seconds per second in realtime pace")
-      ->check(CLI::PositiveNumber);
+      ->check(takt::command_line::positive());
   app.add_option("--program", a.program, "Controller program instead of the scenario's");
   app.add_option("--report", a.report, "Write the report (JSON) to this file");
   app.add_option("--html", a.html,
@@ -89,14 +95,14 @@ void declare(CLI::App& app, Arguments& a) {
                  "Write the verdicts on the scenario's assertions to this file (JUnit XML)");
   app.add_option("--csv", a.csv, "Write positions, forces and joints to this file");
   app.add_option("--csv-period", a.csv_period, "Period of the rows (s); default: the scenario's")
-      ->check(CLI::PositiveNumber);
+      ->check(takt::command_line::positive());
   app.add_option(
       "--mcap", a.mcap,
       "Record to this file (MCAP), as takt record does of a running cell: takt view, export, plot, "
       "replay; Foxglove, PlotJuggler and rosbag2 open it");
   app.add_option("--mcap-period", a.mcap_period,
                  "Period of the recorded instants (s); default: as --csv-period")
-      ->check(CLI::PositiveNumber);
+      ->check(takt::command_line::positive());
   app.add_option("--mcap-compression", a.mcap_compression, "Of that file: zstd (smallest), lz4, none")
       ->check(CLI::IsMember({"zstd", "lz4", "none"}))
       ->capture_default_str();
@@ -115,7 +121,7 @@ void declare(CLI::App& app, Arguments& a) {
       ->allow_extra_args(false);
   app.add_option("--threads", a.threads,
                  "Threads for the collision checks; the bits are the same with any number")
-      ->check(CLI::Range(1, 64))
+      ->check(takt::command_line::whole_number_from(1, 64))
       ->capture_default_str();
   CLI::Option* vary = app.add_option("--vary", a.vary,
                                      "key=from:to:n: n runs with values of this key (as for --set); with "
@@ -128,7 +134,7 @@ void declare(CLI::App& app, Arguments& a) {
       ->needs(vary);
   app.add_option("--jobs", a.jobs, "With --vary: runs at once; default: one for each core")
       ->needs(vary)
-      ->check(CLI::Range(1, 256));
+      ->check(takt::command_line::whole_number_from(1, 256));
   CLI::Option* slurm =
       app.add_option("--slurm", a.slurm,
                      "With --vary: write an array job for Slurm into this directory instead of "
@@ -427,6 +433,14 @@ int replay(const Arguments& a) {
   return 0;
 }
 
+int do_what_is_wanted(const Arguments& a) {
+  if (!a.check_mesh.empty()) return takt::print_mesh_check(std::cout, a.check_mesh, a.mesh) ? 0 : 2;
+  if (!a.compare.empty()) return compare(a);
+  if (!a.replay.empty()) return replay(a);
+  if (!a.vary.empty()) return study(a);
+  return run(a);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -445,13 +459,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    if (!arguments.check_mesh.empty()) {
-      return takt::print_mesh_check(std::cout, arguments.check_mesh, arguments.mesh) ? 0 : 2;
-    }
-    if (!arguments.compare.empty()) return compare(arguments);
-    if (!arguments.replay.empty()) return replay(arguments);
-    if (!arguments.vary.empty()) return study(arguments);
-    return run(arguments);
+    return takt::command_line::with_output_written("takt-run", do_what_is_wanted(arguments));
   } catch (const std::exception& error) {
     std::cerr << "takt-run: " << error.what() << '\n';
     return 2;

@@ -19,6 +19,7 @@
 #include <thread>
 #include <vector>
 
+#include "idl/command_line/numbers.h"
 #include "server/dds/dds_adapter.h"
 #include "server/dds/topic_names.h"
 #include "server/geometry/decomposition_cache.h"
@@ -64,14 +65,14 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
       ->check(CLI::IsMember({"realtime", "free", "lockstep"}))
       ->option_text("realtime|free|lockstep");
   app.add_option("--factor", arguments.factor, "simulated seconds per second of wall time, for realtime")
-      ->check(CLI::Range(takt::kSlowestPace, takt::kFastestPace))
+      ->check(takt::command_line::number_from(takt::kSlowestPace, takt::kFastestPace))
       ->capture_default_str();
   app.add_flag("--paused", arguments.paused, "start paused");
   app.add_flag("--pause-at-end", arguments.pause_at_end,
                "pause when the scenario's duration has been simulated");
   app.add_flag("--exit-at-end", arguments.exit_at_end, "end when the scenario's duration has been simulated");
   app.add_option("--domain", arguments.domain, "DDS domain")
-      ->check(CLI::Range(0, 232))
+      ->check(takt::command_line::whole_number_from(0, 232))
       ->envname("TAKT_DOMAIN")
       ->capture_default_str();
   app.add_option("--profiles", arguments.profiles, "Fast DDS profiles (XML); without: this machine only")
@@ -84,10 +85,10 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
       ->envname("TAKT_SECURE");
   app.add_option("--realtime-priority", arguments.realtime_priority,
                  "1 to 99: ask for SCHED_FIFO with this priority and for locked memory")
-      ->check(CLI::Range(0, 99));
+      ->check(takt::command_line::whole_number_from(0, 99));
   app.add_option("--threads", arguments.threads,
                  "threads for the collision checks; the bits are the same with any number")
-      ->check(CLI::Range(1, 64))
+      ->check(takt::command_line::whole_number_from(1, 64))
       ->capture_default_str();
   app.add_option("--snapshots", arguments.snapshots,
                  "directory of snapshots (save_snapshot, restore_snapshot); those of this cell are in a "
@@ -96,7 +97,7 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
          "--snapshot-every", arguments.snapshot_every_s,
          "wall time (s) between periodic snapshots, of which the newest 3 are kept; with --supervised "
          "0.5 unless given")
-      ->check(CLI::Range(0.05, 86400.0));
+      ->check(takt::command_line::number_from(0.05, 86400.0));
   app.add_flag(
       "--supervised", arguments.supervised,
       "start again after a crash, from the newest periodic snapshot; gives up after 5 crashes in 60 s");
@@ -109,7 +110,8 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
       ->check(CLI::ExistingDirectory);
   app.add_option("--recordings", arguments.recordings,
                  "directory of such files made by request (start_recording)");
-  app.add_option("--lod", arguments.level_of_detail, "level of detail of every process");
+  app.add_option("--lod", arguments.level_of_detail, "level of detail of every process")
+      ->check(takt::command_line::whole_number_from(1, 3));
   app.add_option("--set", arguments.overrides, "override a key of the scenario, e.g. solver.step_s=0.0005")
       ->option_text("KEY=VALUE ...")
       ->allow_extra_args(false);

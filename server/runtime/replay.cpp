@@ -31,12 +31,16 @@ class Replay {
       }
     }
     if (!result_.difference.empty()) return std::move(result_);
-    if (!begun_ && !reader_.torn()) throw LogError(name_ + " is empty");
+    if (!begun_)
+      throw LogError(name_ + (reader_.torn() ? " was cut off within its first record" : " is empty"));
     if (reader_.torn()) {
       result_.early_end = name_ + " was cut off after byte " + std::to_string(reader_.read_bytes());
     } else if (result_.early_end.empty() && !result_.complete) {
       result_.early_end = name_ + " was not ended in order";
     }
+    if (result_.checkpoints == 0)
+      throw LogError(name_ + " has no checkpoint: there is nothing to compare with" +
+                     (result_.early_end.empty() ? "" : "; " + result_.early_end));
     // What was recorded behind the last checkpoint was simulated, but there is nothing to compare it with.
     if (simulation_ && !batch_.empty()) take_step();
     return std::move(result_);

@@ -40,7 +40,8 @@ struct ReplayResult {
   std::string early_end;
 };
 
-/// Throws LogError for a log that cannot be read or does not fit to the scenario, and what load() throws.
+/// Throws LogError for a log that cannot be read, has no checkpoint or does not fit to the scenario, and what
+/// load() throws.
 ReplayResult replay(const std::filesystem::path& log, const ReplayOptions& options);
 
 }  // namespace takt

@@ -13,7 +13,7 @@ BEGIN {
   # Rooms, most specific first; each with the prefixes of what it may include. Arrows never turn back.
   rooms = split("plant_models/ idl/transport/ server/geometry/ server/components/ server/contact/ server/simulation/ server/scenario/ " \
                 "server/runtime/ server/dds/ server/headless/ server/server_main.cpp server/run_main.cpp client_lib/controller/ " \
-                "client_lib/render/ client_lib/recording/ client_lib/ idl/ config/", room, " ")
+                "client_lib/render/ client_lib/recording/ client_lib/tools/ client_lib/ idl/command_line/ idl/ config/", room, " ")
   plant = "plant_models/"
   geometry = plant " server/geometry/"
   components = geometry " server/components/"
@@ -31,11 +31,13 @@ BEGIN {
                        "server/simulation/cell_description.h server/runtime/ server/dds/ idl/transport/ idl/ GENERATED"
   may["server/headless/"] = scenario " server/headless/ client_lib/controller/ client_lib/render/ client_lib/recording/"
   may["server/server_main.cpp"] = "plant_models/ server/ idl/"
-  may["server/run_main.cpp"] = may["server/headless/"] " server/runtime/"
+  may["server/run_main.cpp"] = may["server/headless/"] " server/runtime/ idl/command_line/"
   may["client_lib/controller/"] = plant " client_lib/controller/"
   may["client_lib/render/"] = plant " client_lib/render/"
   may["client_lib/recording/"] = "client_lib/recording/"
   may["client_lib/"] = plant " client_lib/ idl/transport/ idl/ GENERATED"
+  may["client_lib/tools/"] = "idl/command_line/ " may["client_lib/"]  # its end says GENERATED
+  may["idl/command_line/"] = "idl/command_line/"
   may["idl/transport/"] = "idl/transport/"
   may["idl/"] = "idl/ GENERATED"
   may["config/"] = plant " config/"
@@ -88,7 +90,7 @@ FNR == 1 {
 
   third_party = 0
   for (i = 1; i <= libraries; ++i) third_party = third_party || starts_any(target, lib_prefixes[i])
-  if (!third_party && (quoted || starts_any(target, "plant_models/ idl/transport/ server/ client_lib/"))) {
+  if (!third_party && (quoted || starts_any(target, "plant_models/ idl/transport/ idl/command_line/ server/ client_lib/"))) {
     # Generated code (idl/*.idl) is included by its bare name, with or without its suffix.
     generated = target ~ /^[a-z0-9_]*_msgs(PubSubTypes)?\.h(pp)?$/
     if (target ~ /(^|\/)\.\.?\//) complain("includes are relative to the repository's root: " target)

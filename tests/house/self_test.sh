@@ -56,6 +56,7 @@ expect server/runtime/a.cpp:1 server/runtime/a.cpp '#include "server/dds/partici
 expect server/dds/a.cpp:1 server/dds/a.cpp '#include "server/contact/search.h"\n'
 expect client_lib/a.cpp:1 client_lib/a.cpp '#include "server/simulation/snapshot.h"\n'
 expect client_lib/tools/takt/a.cpp:1 client_lib/tools/takt/a.cpp '#include <server/simulation/snapshot.h>\n'
+expect idl/command_line/a.cpp:1 idl/command_line/a.cpp '#include "client_lib/client.h"\n'
 expect client_lib/controller/a.cpp:1 client_lib/controller/a.cpp '#include "client_lib/client.h"\n'
 expect client_lib/controller/a.cpp:1 client_lib/controller/a.cpp '#include "takt_msgs.h"\n'
 expect client_lib/render/a.cpp:1 client_lib/render/a.cpp '#include "server/geometry/mesh.h"\n'

@@ -44,6 +44,9 @@ class Session {
   std::unique_ptr<Client> client_;
 };
 
+/// On standard error: of what follows a cell and has no end, when the server goes away.
+void say_that_the_cell_has_gone();
+
 /// "0x" and 16 digits, as in the reports of takt-run.
 std::string hash_text(std::uint64_t hash);
 

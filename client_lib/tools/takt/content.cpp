@@ -4,10 +4,12 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "client_lib/tools/takt/commands.h"
+#include "idl/command_line/numbers.h"
 
 namespace takt::tool {
 namespace {
@@ -39,11 +41,14 @@ struct Place {
   void declare(CLI::App& command, bool position_required) {
     command.add_option("--at", position, "x y z of its frame in the world, m")
         ->expected(3)
+        ->check(command_line::finite())
         ->required(position_required);
-    auto* angles =
-        command.add_option("--rpy-deg", rpy_deg, "roll pitch yaw about fixed axes, degrees")->expected(3);
+    auto* angles = command.add_option("--rpy-deg", rpy_deg, "roll pitch yaw about fixed axes, degrees")
+                       ->expected(3)
+                       ->check(command_line::finite());
     command.add_option("--quaternion", quaternion, "orientation x y z w instead")
         ->expected(4)
+        ->check(command_line::finite())
         ->excludes(angles);
   }
   std::optional<Quaternion> orientation() const {
@@ -122,7 +127,7 @@ void declare_scenarios(CLI::App& app, const Common& common, int& result) {
       ->option_text("KEY=VALUE ...")
       ->allow_extra_args(false);
   command->add_option("--lod", load->options.level_of_detail, "level of detail of every process")
-      ->check(CLI::Range(1, 3));
+      ->check(command_line::whole_number_from(1, 3));
   command->callback([&common, &result, load] {
     Session cell(common);
     result = say_loaded(common, *cell->load_scenario(as_the_server_sees_it(load->file), load->options));
@@ -156,10 +161,12 @@ void declare_parts(CLI::App& app, const Common& common, int& result) {
   to_spawn->add_option("NAME", wanted.name, "what the new Part is called")->required();
   auto* mesh = to_spawn->add_option("--mesh", wanted.mesh, "mesh file: OBJ, STL or GLB");
   to_spawn->add_option("--copy-of", wanted.copy_of, "or the Part that it is like")->excludes(mesh);
-  to_spawn->add_option("--mass", wanted.mass_kg, "kg; needed with --mesh");
+  to_spawn->add_option("--mass", wanted.mass_kg, "kg; needed with --mesh")->check(command_line::positive());
   to_spawn->add_option("--scale", wanted.mesh_scale, "lengths of the mesh are multiplied by this")
-      ->needs(mesh);
-  to_spawn->add_option("--hierarchy", wanted.hierarchy, "higher is further down the assembly");
+      ->needs(mesh)
+      ->check(command_line::positive());
+  to_spawn->add_option("--hierarchy", wanted.hierarchy, "higher is further down the assembly")
+      ->check(command_line::whole_number_from(0, std::numeric_limits<int>::max()));
   to_spawn->add_flag("--rename", wanted.allow_renaming, "add a number to a name that is taken");
   spawn->place.declare(*to_spawn, true);
   to_spawn->callback([&common, &result, spawn] {
@@ -187,8 +194,12 @@ void declare_parts(CLI::App& app, const Common& common, int& result) {
   auto* to_move = app.add_subcommand("move", "put a Part elsewhere while the cell is paused or stopped");
   to_move->add_option("PART", move->part, "name of the Part")->required();
   move->place.declare(*to_move, false);
-  to_move->add_option("--velocity", move->velocity, "of its origin in the world, m/s")->expected(3);
-  to_move->add_option("--angular-velocity", move->angular_velocity, "in the world, rad/s")->expected(3);
+  to_move->add_option("--velocity", move->velocity, "of its origin in the world, m/s")
+      ->expected(3)
+      ->check(command_line::finite());
+  to_move->add_option("--angular-velocity", move->angular_velocity, "in the world, rad/s")
+      ->expected(3)
+      ->check(command_line::finite());
   to_move->callback([&common, &result, move] {
     client::EntityPlacement placement;
     if (!move->place.position.empty()) placement.position_m = vector(move->place.position);

@@ -138,7 +138,15 @@ int status(const Common& common) {
 }
 
 int step(const Common& common, std::uint64_t steps) {
-  return report(common, Session(common)->request("step", {{"steps", std::to_string(steps)}}));
+  Session cell(common);
+  cell->get_state();  // from here on the server is known to get what it is asked
+  try {
+    return report(common, cell->request("step", {{"steps", std::to_string(steps)}}));
+  } catch (const ClientError& error) {
+    if (error.kind() != ClientError::Kind::timeout) throw;
+    throw ClientError(ClientError::Kind::timeout,
+                      std::string(error.what()) + " The server goes on with it; 'takt pause' ends it.");
+  }
 }
 
 int set_state(const Common& common, client::SimulationState state) {

@@ -8,12 +8,16 @@
 #include <exception>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
 #include <string_view>
 
 #include "client_lib/tools/takt/commands.h"
 #include "client_lib/tools/takt/record_all.h"
 #include "client_lib/tools/takt/recordings.h"
 #include "client_lib/tools/takt/view.h"
+#include "idl/command_line/numbers.h"
+#include "idl/command_line/output.h"
 
 namespace {
 
@@ -38,8 +42,36 @@ With --json every command writes one JSON document, those that follow something 
 
 Exit codes: 0 ok; 1 refused or failed, or not as expected; 2 wrong usage; 3 no such cell, or it went away.)";
 
+const std::map<std::string, takt::client::Pace> kPaces{{"realtime", takt::client::Pace::realtime},
+                                                       {"free", takt::client::Pace::free},
+                                                       {"lockstep", takt::client::Pace::lockstep}};
+
+/// The reader of the command line says only that it wants one.
+std::optional<std::string> unknown_command(const CLI::App& app) {
+  if (!app.get_subcommands().empty()) return std::nullopt;
+  for (const std::string& word : app.remaining())
+    if (!word.starts_with('-'))
+      return "There is no command '" + word + "'; takt --help lists those there are.";
+  return std::nullopt;
+}
+
+/// Tells what is wrong with the command line, or what was asked for: help, version. Returns the exit code.
+int answer(const CLI::App& app, const CLI::ParseError& error, bool json) {
+  if (error.get_exit_code() == 0) return app.exit(error);
+  const std::optional<std::string> unknown = unknown_command(app);
+  if (json)
+    std::printf("%s\n", nlohmann::json{{"error", unknown.value_or(error.what())}, {"kind", "usage"}}
+                            .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)
+                            .c_str());
+  if (unknown)
+    std::fprintf(stderr, "takt: %s\n", unknown->c_str());
+  else
+    app.exit(error);
+  return takt::tool::kUsage;
+}
+
 int run(int argc, char** argv) {
-  using takt::client::Pace;
+  namespace numbers = takt::command_line;
   using takt::client::SimulationState;
   CLI::App app{"Look at a running takt cell and control it."};
   app.footer(kExamples);
@@ -52,10 +84,10 @@ int run(int argc, char** argv) {
   app.add_option("--cell", common.client.cell, "name of the cell (environment: TAKT_CELL)")
       ->capture_default_str();
   app.add_option("--domain", common.client.domain, "DDS domain (environment: TAKT_DOMAIN)")
-      ->check(CLI::Range(0, 232))
+      ->check(numbers::whole_number_from(0, 232))
       ->capture_default_str();
   auto* timeout = app.add_option("--timeout", common.timeout_s, "longest wait for an answer, s of wall time")
-                      ->check(CLI::PositiveNumber)
+                      ->check(numbers::positive())
                       ->capture_default_str();
   app.add_option("--profiles", common.client.profiles_file, "Fast DDS profiles (XML)")
       ->check(CLI::ExistingFile);
@@ -89,13 +121,15 @@ int run(int argc, char** argv) {
   auto* power = add("power", "what each robot draws (level of detail 2)",
                     [&] { return takt::tool::power(common, power_options); });
   power->add_flag("--watch", power_options.watch, "follow it");
-  power->add_option("--until", power_options.until_s, "follow it up to this simulated time, s");
+  power->add_option("--until", power_options.until_s, "follow it up to this simulated time, s")
+      ->check(numbers::not_negative());
 
   takt::tool::FollowOptions contacts_options;
   auto* contacts = add("contacts", "what presses upon what, and how (level of detail 3)",
                        [&] { return takt::tool::contacts(common, contacts_options); });
   contacts->add_flag("--watch", contacts_options.watch, "follow it");
-  contacts->add_option("--until", contacts_options.until_s, "follow it up to this simulated time, s");
+  contacts->add_option("--until", contacts_options.until_s, "follow it up to this simulated time, s")
+      ->check(numbers::not_negative());
 
   takt::tool::LodOptions lod_options;
   auto* lod = add("lod", "change the level of detail of a process, or of all",
@@ -103,18 +137,19 @@ int run(int argc, char** argv) {
   lod->add_option("LEVEL", lod_options.level,
                   "1: kinematic robots; 2: robots with drives and masses; 3: and surface contact")
       ->required()
-      ->check(CLI::Range(1, 3));
+      ->check(numbers::whole_number_from(1, 3));
   lod->add_option("PROCESS", lod_options.process, "name of the process")->capture_default_str();
 
   takt::tool::WatchOptions watch_options;
-  add("watch", "follow time, pace and partners (one line that renews itself on a terminal)", [&] {
-    return takt::tool::watch(common, watch_options);
-  })->add_option("--until", watch_options.until_s, "end at this simulated time, s");
+  add("watch", "follow time, pace and partners (one line that renews itself on a terminal)",
+      [&] { return takt::tool::watch(common, watch_options); })
+      ->add_option("--until", watch_options.until_s, "end at this simulated time, s")
+      ->check(numbers::not_negative());
 
   takt::tool::EventsOptions events_options;
-  add("events", "follow the events from now on", [&] {
-    return takt::tool::events(common, events_options);
-  })->add_option("--count", events_options.count, "end after this many");
+  add("events", "follow the events from now on", [&] { return takt::tool::events(common, events_options); })
+      ->add_option("--count", events_options.count, "end after this many")
+      ->check(numbers::whole_number_from(1));
 
   takt::tool::RecordOptions record_options;
   CLI::Option* record_period = nullptr;
@@ -133,12 +168,14 @@ int run(int argc, char** argv) {
                    "contacts, power and events, "
                    "one document a line")
       ->required();
-  record->add_option("--duration", record_options.duration_s, "end after this much simulated time, s");
-  record->add_option("--until", record_options.until_s, "end at this simulated time, s");
+  record->add_option("--duration", record_options.duration_s, "end after this much simulated time, s")
+      ->check(numbers::positive());
+  record->add_option("--until", record_options.until_s, "end at this simulated time, s")
+      ->check(numbers::not_negative());
   record_period = record
                       ->add_option("--period", record_options.period_s,
                                    "simulated time between rows, s; for FILE.mcap: without it every sample")
-                      ->check(CLI::PositiveNumber)
+                      ->check(numbers::positive())
                       ->capture_default_str();
 
   record->add_option("--compression", record_options.compression, "of FILE.mcap: zstd (smallest), lz4, none")
@@ -158,7 +195,7 @@ int run(int argc, char** argv) {
   std::uint64_t steps = 1;
   add("step", "advance a paused cell", [&] { return takt::tool::step(common, steps); })
       ->add_option("N", steps, "number of steps")
-      ->check(CLI::PositiveNumber)
+      ->check(numbers::whole_number_from(1))
       ->capture_default_str();
   add("play", "let the cell run", [&] { return takt::tool::set_state(common, SimulationState::playing); });
   add("pause", "stop the cell where it is",
@@ -168,16 +205,14 @@ int run(int argc, char** argv) {
   add("reset", "back to the initial state", [&] { return takt::tool::reset(common); });
   add("quit", "end the server", [&] { return takt::tool::set_state(common, SimulationState::quitting); });
 
-  Pace pace = Pace::realtime;
+  std::string pace;
   double factor = 1.0;
-  auto* set_pace =
-      add("pace", "how fast simulated time runs", [&] { return takt::tool::pace(common, pace, factor); });
-  const std::map<std::string, Pace> paces{
-      {"realtime", Pace::realtime}, {"free", Pace::free}, {"lockstep", Pace::lockstep}};
+  auto* set_pace = add("pace", "how fast simulated time runs",
+                       [&] { return takt::tool::pace(common, kPaces.at(pace), factor); });
   set_pace->add_option("PACE", pace, "realtime, free or lockstep")
       ->required()
-      ->transform(CLI::CheckedTransformer(paces, CLI::ignore_case));
-  set_pace->add_option("--factor", factor, "simulated / wall time (realtime)")->check(CLI::PositiveNumber);
+      ->transform(CLI::IsMember({"realtime", "free", "lockstep"}, CLI::ignore_case));
+  set_pace->add_option("--factor", factor, "simulated / wall time (realtime)")->check(numbers::positive());
 
   takt::tool::declare_content(app, common, result);
   takt::tool::declare_view(app, common, result);
@@ -189,11 +224,8 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);  // help, version
-    if (common.json || std::find(argv, argv + argc, std::string_view("--json")) != argv + argc)
-      std::printf("%s\n", nlohmann::json{{"error", error.what()}, {"kind", "usage"}}.dump().c_str());
-    app.exit(error);
-    return takt::tool::kUsage;
+    return answer(app, error,
+                  common.json || std::find(argv, argv + argc, std::string_view("--json")) != argv + argc);
   } catch (const std::exception& error) {
     return takt::tool::report_error(common.json, error);
   }
@@ -205,7 +237,7 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);  // a recording that may grow no further fails like one on a full disk
   try {
-    return run(argc, argv);
+    return takt::command_line::with_output_written("takt", run(argc, argv));
   } catch (const std::exception& error) {  // of the environment: see ClientOptions
     std::fprintf(stderr, "takt: %s\n", error.what());
     return takt::tool::kUsage;

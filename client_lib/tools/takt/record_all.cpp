@@ -106,15 +106,16 @@ struct Count {
 class Recording {
  public:
   Recording(const Common& common, const RecordOptions& options)
-      : cell_(common.client),
+      : session_(common),
         options_(options),
+        bounded_(options.until_s || options.duration_s),
+        start_s_(cell_.state().time_s),
         file_(options.file == "-" ? stdout : std::fopen(options.file.c_str(), "w"), &close) {
     if (!file_) throw std::runtime_error("The file '" + options.file + "' cannot be written.");
   }
 
   int run() {
-    const client::State first = cell_.state();
-    end_s_ = options_.duration_s ? first.time_s + *options_.duration_s : 1.0e300;
+    end_s_ = options_.duration_s ? start_s_ + *options_.duration_s : 1.0e300;
     if (options_.until_s) end_s_ = std::min(end_s_, *options_.until_s);
     std::vector<std::thread> threads;
     threads.emplace_back([this] {
@@ -143,19 +144,20 @@ class Recording {
                    {"contacts", figures(contacts_.count)},
                    {"power", figures(powers_.count)},
                    {"events", figures(events_)}};
-    if (failure_.empty() || !broken_) write(end);
+    write(end);
     std::fprintf(stderr,
                  "%llu states (%llu missed), %llu contacts (%llu), %llu power (%llu), %llu events (%llu).\n",
                  number(states_.count.written), number(states_.count.missed), number(contacts_.count.written),
                  number(contacts_.count.missed), number(powers_.count.written), number(powers_.count.missed),
                  number(events_.written), number(events_.missed));
-    if (!failure_.empty()) throw std::runtime_error(failure_);
+    if (failure_) std::rethrow_exception(failure_);
     return 0;
   }
 
  private:
   struct Stream {
     std::uint64_t newest = 0;  ///< number of the sample; 0: none yet
+    double time_s = -1.0;      ///< of that sample
     double due_s = -1.0;
     std::uint32_t epoch = 0;
     Count count;
@@ -170,13 +172,23 @@ class Recording {
     try {
       while (!over_.load()) {
         if (interrupted()) over_.store(true);
-        once();
+        try {
+          once();
+        } catch (const ClientError& error) {
+          if (error.kind() != ClientError::Kind::lost || bounded_) throw;
+          wait_for_the_next_server();
+        }
       }
-    } catch (const std::exception& error) {
+    } catch (const std::exception&) {
       const std::lock_guard lock(mutex_);
-      if (failure_.empty()) failure_ = error.what();
+      if (!failure_) failure_ = std::current_exception();
       over_.store(true);
     }
+  }
+
+  void wait_for_the_next_server() {
+    if (!gone_.exchange(true)) say_that_the_cell_has_gone();
+    if (cell_.wait_for_connection(kWait)) gone_.store(false);
   }
 
   template <typename Sample, typename Wait>
@@ -187,7 +199,9 @@ class Recording {
     stream.newest = sample->sample_number;
     // The server repeats an instant while it stands still.
     const bool at_end = sample->time_s >= end_s_ - 1e-9;
-    const bool another = stream.count.written == 0 || sample->epoch != stream.epoch;
+    const bool another =
+        stream.count.written == 0 || sample->epoch != stream.epoch || sample->time_s < stream.time_s;
+    stream.time_s = sample->time_s;
     if (another || sample->time_s >= stream.due_s - 1e-9) {
       stream.due_s = sample->time_s + options_.period_s;
       stream.epoch = sample->epoch;
@@ -214,27 +228,33 @@ class Recording {
     if (std::fputs(text.c_str(), file_.get()) < 0 || std::fflush(file_.get()) != 0) {
       broken_ = true;
       over_.store(true);
-      failure_ = "The file '" + options_.file + "' cannot be written on.";
+      failure_ = std::make_exception_ptr(
+          std::runtime_error("The file '" + options_.file + "' cannot be written on."));
     }
   }
 
-  client::Client cell_;
+  Session session_;
+  Client& cell_ = *session_;
   RecordOptions options_;
+  const bool bounded_;
+  const double start_s_;
   std::unique_ptr<std::FILE, void (*)(std::FILE*)> file_;
   double end_s_ = 0.0;
   std::atomic<bool> over_{false};
+  std::atomic<bool> gone_{false};      ///< the server, and that it is waited for has been said
   Stream states_, contacts_, powers_;  // each of one thread
   Count events_;                       // of one thread
   std::mutex mutex_;
-  bool broken_ = false;  // guarded by mutex_
-  std::string failure_;  // guarded by mutex_
+  bool broken_ = false;         // guarded by mutex_
+  std::exception_ptr failure_;  // guarded by mutex_
 };
 
 }  // namespace
 
 int record_all(const Common& common, const RecordOptions& options) {
+  Recording recording(common, options);
   note_interruptions();
-  return Recording(common, options).run();
+  return recording.run();
 }
 
 }  // namespace takt::tool

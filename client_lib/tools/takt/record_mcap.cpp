@@ -28,6 +28,8 @@ using std::chrono::milliseconds;
 constexpr milliseconds kLook{100};
 /// What a crash of the recorder may cost.
 constexpr int kLooksBetweenFlushes = 10;
+/// A server from which no status came for so long counts as gone; it sends ten a second.
+constexpr std::chrono::seconds kSilenceLimit{5};
 /// Samples that may wait while a chunk is compressed and written.
 constexpr int kDepth = 1000;
 
@@ -58,6 +60,8 @@ class McapRecorder {
         options_(options),
         period_s_(period_s),
         end_s_(options.until_s),
+        asked_(options.pressures.empty()),
+        heard_(std::chrono::steady_clock::now() + time_to_find_it(common)),
         writer_(options.file, std::string("takt ") + TAKT_VERSION,
                 recording::compression_named(options.compression).value_or(recording::Compression::zstd)),
         topics_(
@@ -65,21 +69,13 @@ class McapRecorder {
             [this](const RawTopic& topic, std::string_view sample) { take(topic, sample); }) {}
 
   int run() {
-    const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(common_.timeout_s);
     int looks = 0;
-    bool asked = options_.pressures.empty();
     std::unique_lock lock(mutex_);
     while (!over_ && failure_.empty() && !interrupted()) {
       changed_.wait_for(lock, kLook);
-      if (!described_ && std::chrono::steady_clock::now() > deadline) {
-        const std::string cell = common_.client.cell;
-        lock.unlock();
-        client::Client attempt(common_.client);  // says what there is instead, or finds it after all
-        lock.lock();
-        if (!described_) throw NoCell("Cell '" + cell + "' does not send its description.");
-      }
-      if (described_ && !asked) {
-        asked = true;
+      if (!over_ && note_silence()) break;
+      if (described_ && !asked_) {
+        asked_ = true;
         lock.unlock();
         ask_for_pressures();
         lock.lock();
@@ -87,10 +83,15 @@ class McapRecorder {
       if (++looks % kLooksBetweenFlushes == 0) writer_.flush();
       if (isatty(STDERR_FILENO) != 0 && looks % kLooksBetweenFlushes == 0) progress();
     }
+    const bool lost = gone_ && bounded() && !over_;
     over_ = true;
     if (!failure_.empty()) throw std::runtime_error(failure_);
     writer_.close();
     if (isatty(STDERR_FILENO) != 0) std::fputs("\r\033[K", stderr);
+    if (lost)
+      throw ClientError(ClientError::Kind::lost, "Cell '" + common_.client.cell +
+                                                     "' has gone away; what came before is in '" +
+                                                     options_.file + "'.");
     if (common_.json)
       std::printf("%s\n", nlohmann::json{{"file", options_.file},
                                          {"samples", writer_.message_count()},
@@ -111,6 +112,25 @@ class McapRecorder {
     bool stamped = false, thinned = false;
     double due_s = -1.0e300, newest_s = 0.0;
   };
+
+  static std::chrono::steady_clock::duration time_to_find_it(const Common& common) {
+    constexpr double kMost_s = 3.0e9;  // the clock must not overflow
+    return std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+        client::Seconds{std::min(common.timeout_s, kMost_s)});
+  }
+
+  bool bounded() const { return options_.until_s || options_.duration_s; }
+
+  /// Whether the recording ends because the server has gone; one without an end waits for the next server.
+  bool note_silence() {
+    if (std::chrono::steady_clock::now() - heard_ < kSilenceLimit) return false;
+    if (bounded()) return gone_ = true;
+    if (!gone_) say_that_the_cell_has_gone();
+    gone_ = true;
+    described_ = false;
+    asked_ = options_.pressures.empty();  // the next server has not been asked
+    return false;
+  }
 
   /// They are sent while somebody reads them: when this ends, nobody does.
   void ask_for_pressures() const {
@@ -170,6 +190,10 @@ class McapRecorder {
         if (topic.type == "takt_msgs/msg/CellState") note_time(time_s);
       }
       if (topic.type == "takt_msgs/msg/CellDescription") described_ = true;
+      if (topic.type == "takt_msgs/msg/Status") {
+        heard_ = std::chrono::steady_clock::now();
+        gone_ = false;
+      }
       writer_.write(channel.number, now_ns, publish_ns, sample);
       if (at_end_) {
         over_ = true;
@@ -211,10 +235,12 @@ class McapRecorder {
   Common common_;
   RecordOptions options_;
   std::optional<double> period_s_, end_s_, first_s_;
+  bool asked_;                                   ///< for pressures, or there is nothing to ask for
+  std::chrono::steady_clock::time_point heard_;  ///< when the newest status came
   double time_s_ = 0.0;
   std::mutex mutex_;
   std::condition_variable changed_;
-  bool over_ = false, described_ = false, at_end_ = false;
+  bool over_ = false, described_ = false, at_end_ = false, gone_ = false;
   std::string failure_;
   std::map<std::string, Channel> channels_;
   recording::McapWriter writer_;
@@ -224,6 +250,7 @@ class McapRecorder {
 }  // namespace
 
 int record_mcap(const Common& common, const RecordOptions& options, std::optional<double> period_s) {
+  { const Session cell(common); }  // a file that is there is replaced only when there is something to record
   note_interruptions();
   return McapRecorder(common, options, period_s).run();
 }

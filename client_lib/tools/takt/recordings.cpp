@@ -1,9 +1,11 @@
 #include "client_lib/tools/takt/recordings.h"
 
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -11,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client_lib/recording/signals.h"
+#include "idl/command_line/numbers.h"
 
 namespace takt::tool {
 namespace {
@@ -22,6 +25,38 @@ McapReader open(const std::string& file) {
   McapReader reader(file);
   if (!reader.cut_off().empty()) std::fprintf(stderr, "takt: note: %s\n", reader.cut_off().c_str());
   return reader;
+}
+
+/// By whatever name: opened for writing, it would be gone before it is read.
+void refuse_recording_itself(const std::string& recording, const std::filesystem::path& output) {
+  std::error_code not_there;
+  if (std::filesystem::equivalent(recording, output, not_there))
+    throw std::runtime_error("'" + output.string() + "' is the recording itself; it is not written over.");
+}
+
+/// While it lives, a pipe that nobody reads is an error of the write, not the end of the program.
+class BrokenPipesAreErrors {
+ public:
+  BrokenPipesAreErrors() : before_(std::signal(SIGPIPE, SIG_IGN)) {}
+  ~BrokenPipesAreErrors() { std::signal(SIGPIPE, before_); }
+  BrokenPipesAreErrors(const BrokenPipesAreErrors&) = delete;
+  BrokenPipesAreErrors& operator=(const BrokenPipesAreErrors&) = delete;
+
+ private:
+  void (*before_)(int);
+};
+
+/// Throws with the reason when there is no picture afterwards.
+void draw(const std::string& script, const std::filesystem::path& picture) {
+  const BrokenPipesAreErrors guard;
+  std::FILE* gnuplot = popen("gnuplot", "w");
+  if (gnuplot == nullptr) throw std::runtime_error("gnuplot cannot be started.");
+  const bool written = std::fwrite(script.data(), 1, script.size(), gnuplot) == script.size();
+  const int status = pclose(gnuplot);
+  constexpr int kNotFound = 127;  // of the shell
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kNotFound)
+    throw std::runtime_error("gnuplot, which draws pictures, is not installed (Debian package gnuplot-nox).");
+  if (status != 0 || !written) throw std::runtime_error("gnuplot could not draw '" + picture.string() + "'.");
 }
 
 [[noreturn]] void no_signal(McapReader& reader, const std::vector<std::string>& patterns) {
@@ -150,6 +185,7 @@ int export_recording(const Common& common, const ExportOptions& options) {
     if (common.json) return export_json(reader);
     throw std::runtime_error("Into what? --csv FILE, --json, or --list for the signals there are.");
   }
+  refuse_recording_itself(options.file, options.csv);
   const auto& patterns = options.signals.empty() ? instants : options.signals;
   std::vector<std::string> names = recording::signal_names(reader, patterns);
   if (names.empty()) no_signal(reader, patterns);
@@ -171,6 +207,16 @@ int export_recording(const Common& common, const ExportOptions& options) {
 }
 
 int plot(const Common& common, const PlotOptions& options) {
+  const std::filesystem::path output = options.output.empty()
+                                           ? std::filesystem::path(options.file).replace_extension(".png")
+                                           : std::filesystem::path(options.output);
+  const std::string kind = output.extension().string();
+  if (kind != ".png" && kind != ".svg")
+    throw std::runtime_error("The picture '" + output.string() + "' must end in .png or .svg.");
+  const std::filesystem::path folder = output.parent_path();
+  if (!folder.empty() && !std::filesystem::is_directory(folder))
+    throw std::runtime_error("The folder '" + folder.string() + "' for the picture is not there.");
+  refuse_recording_itself(options.file, output);
   McapReader reader = open(options.file);
   struct Curve {
     std::string points;
@@ -194,12 +240,6 @@ int plot(const Common& common, const PlotOptions& options) {
     throw std::runtime_error(std::to_string(order.size()) + " signals fit; a picture shows at most " +
                              std::to_string(kMostCurves) + ". 'takt export " + options.file +
                              " --list' shows their names.");
-  const std::filesystem::path output = options.output.empty()
-                                           ? std::filesystem::path(options.file).replace_extension(".png")
-                                           : std::filesystem::path(options.output);
-  const std::string kind = output.extension().string();
-  if (kind != ".png" && kind != ".svg")
-    throw std::runtime_error("The picture '" + output.string() + "' must end in .png or .svg.");
   const auto quoted = [](std::string text) {
     for (std::size_t i = 0; i < text.size(); ++i)
       if (text[i] == '\'') text.insert(i++, 1, '\'');
@@ -214,12 +254,7 @@ int plot(const Common& common, const PlotOptions& options) {
               quoted(name);
   script += "\n";
   for (const std::string& name : order) script += curves[name].points + "e\n";
-  std::FILE* gnuplot = popen("gnuplot", "w");
-  const bool written =
-      gnuplot != nullptr && std::fwrite(script.data(), 1, script.size(), gnuplot) == script.size();
-  if (gnuplot == nullptr || pclose(gnuplot) != 0 || !written)
-    throw std::runtime_error("gnuplot did not draw '" + output.string() +
-                             "'; is it installed (Debian package gnuplot-nox)?");
+  draw(script, output);
   if (common.json)
     std::printf("%s\n", nlohmann::json{{"picture", output.string()}, {"signals", order}}.dump().c_str());
   else
@@ -235,7 +270,7 @@ void declare_recordings(CLI::App& app, const Common& common, int& result) {
       ->required()
       ->check(CLI::ExistingFile);
   replay_command->add_option("--rate", replay_options.rate, "times as fast as recorded")
-      ->check(CLI::PositiveNumber)
+      ->check(command_line::positive())
       ->capture_default_str();
   replay_command->add_flag("--commands", replay_options.commands,
                            "commands that controllers sent too: a server that runs would follow them");
@@ -264,7 +299,14 @@ void declare_recordings(CLI::App& app, const Common& common, int& result) {
       ->required();
   plot_command->add_option("-o,--output", plot_options.output,
                            "picture (.png, .svg); default: FILE with .png");
-  plot_command->add_option("--size", plot_options.size, "width,height of the picture")->capture_default_str();
+  plot_command->add_option("--size", plot_options.size, "width,height of the picture, in pixels")
+      ->check([](const std::string& text) {
+        int width = 0, height = 0, length = 0;
+        const bool good = std::sscanf(text.c_str(), "%5d,%5d%n", &width, &height, &length) == 2 &&
+                          length == static_cast<int>(text.size()) && width > 0 && height > 0;
+        return good ? std::string() : "found '" + text + "'; allowed: WIDTH,HEIGHT, e.g. 1200,700";
+      })
+      ->capture_default_str();
   plot_command->callback([&] { result = plot(common, plot_options); });
 }
 

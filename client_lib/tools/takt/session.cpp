@@ -1,4 +1,6 @@
 // What all commands share: the way to the cell, replies, errors.
+#include <unistd.h>
+
 #include <cinttypes>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -38,6 +40,11 @@ std::unique_ptr<Client> connect(const client::ClientOptions& options) {
 }  // namespace
 
 Session::Session(const Common& common) : client_(connect(common.client)) {}
+
+void say_that_the_cell_has_gone() {
+  std::fprintf(stderr, "%stakt: the cell has gone away; waiting for it (Ctrl-C ends this).\n",
+               isatty(STDOUT_FILENO) != 0 ? "\n" : "");
+}
 
 std::string hash_text(std::uint64_t hash) {
   char text[19];

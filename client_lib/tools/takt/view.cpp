@@ -11,6 +11,7 @@
 #include "client_lib/view/metrics.h"
 #include "client_lib/view/scene_channel.h"
 #include "client_lib/view/web_server.h"
+#include "idl/command_line/numbers.h"
 
 namespace takt::tool {
 namespace {
@@ -91,7 +92,9 @@ void declare_view(CLI::App& app, const Common& common, int& result) {
   auto* command = app.add_subcommand("view", "show the running cell, or a recording, in the browser");
   command->add_option("FILE", options.file, "recording (MCAP); without: the running cell")
       ->check(CLI::ExistingFile);
-  command->add_option("--port", options.port, "port to listen on; 0: any free one")->capture_default_str();
+  command->add_option("--port", options.port, "port to listen on; 0: any free one")
+      ->check(command_line::whole_number_from(0, 65535))
+      ->capture_default_str();
   command
       ->add_option("--address", options.address,
                    "address to listen on; 127.0.0.1: this machine only, 0.0.0.0: every network (who can "

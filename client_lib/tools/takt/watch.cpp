@@ -17,7 +17,7 @@ namespace {
 
 using client::Seconds;
 
-/// A person ends what follows a cell; it ends of itself only when the server goes away.
+/// A person ends what follows a cell.
 constexpr double kForever_s = 1.0e9;
 /// How often a server sends its status.
 constexpr Seconds kStatusInterval{0.1};
@@ -130,6 +130,16 @@ std::optional<int> watch_one(const Common& common, const WatchOptions& options,
     return options.until_s && s.time_s >= *options.until_s - 1e-9;
   };
   for (std::uint64_t seen = 0;;) {
+    if (cell.cell()->scenario.empty()) {
+      std::printf("%s%s\n", live ? "\r\033[K" : "",
+                  common.json ? nlohmann::json{{"state", to_string(cell.status().state)}}.dump().c_str()
+                              : "no scenario");
+      if (std::fflush(stdout) != 0) return kFailed;
+      (void)cell.wait_for_status([&](const auto&) { return !cell.cell()->scenario.empty(); },
+                                 Seconds{kForever_s});
+      shown.clear();
+      continue;
+    }
     // On a terminal the line is renewed with every status; elsewhere there is one line for each change, which
     // shows in a state first (those repeat while the cell stands still, so that a pause shows too).
     std::optional<client::State> state;
@@ -143,7 +153,8 @@ std::optional<int> watch_one(const Common& common, const WatchOptions& options,
                               kStatusInterval * 5);
     }
     const client::Status status = cell.status();
-    if (!state) state = cell.state();
+    if (!state) state = cell.wait_for_state([](const auto&) { return true; }, kStatusInterval * 5);
+    if (!state) continue;  // it was unloaded meanwhile, or has just been loaded
     const bool over =
         reached(*state) || status.state == client::SimulationState::quitting || !status.fault.empty();
     const std::string what = summary(*state, status);
@@ -152,7 +163,7 @@ std::optional<int> watch_one(const Common& common, const WatchOptions& options,
     else if (over || what != shown)
       std::printf("%s\n",
                   common.json ? json_of(*state, status).dump().c_str() : live_line(*state, status).c_str());
-    std::fflush(stdout);
+    if (std::fflush(stdout) != 0) return kFailed;
     shown = what;
     if (over && !options.until_s && status.fault.empty()) return {};
     if (over) return reached(*state) || (!options.until_s && status.fault.empty()) ? 0 : 1;
@@ -170,8 +181,7 @@ int follow(const Common& common, bool bounded, Follow follow_one) {
     } catch (const ClientError& error) {
       if (error.kind() != ClientError::Kind::lost || bounded) throw;
     }
-    std::fprintf(stderr, "%stakt: the cell has gone away; waiting for it (Ctrl-C ends this).\n",
-                 isatty(STDOUT_FILENO) != 0 ? "\n" : "");
+    say_that_the_cell_has_gone();
     for (session.reset(); !session;) {
       try {
         session.emplace(common);
@@ -216,7 +226,7 @@ std::optional<int> events_of(const Common& common, const EventsOptions& options,
                   std::string(to_string(event->severity)).c_str(), colour.end, event->code.c_str(),
                   event->message.c_str());
     }
-    std::fflush(stdout);
+    if (std::fflush(stdout) != 0) return kFailed;
   }
   return 0;
 }
@@ -235,11 +245,11 @@ int record(const Common& common, const RecordOptions& options) {
   const auto close = [](std::FILE* f) {
     if (f != stdout) std::fclose(f);
   };
+  client::State state = cell.state();
   const bool to_stdout = options.file == "-";
   const std::unique_ptr<std::FILE, decltype(close)> file(
       to_stdout ? stdout : std::fopen(options.file.c_str(), "w"), close);
   if (!file) throw std::runtime_error("The file '" + options.file + "' cannot be written.");
-  client::State state = cell.state();
   const double start_s = state.time_s;
   const std::uint32_t epoch = state.epoch;
   double end_s = options.duration_s ? start_s + *options.duration_s : 1.0e300;
@@ -247,6 +257,7 @@ int record(const Common& common, const RecordOptions& options) {
   csv_header(file.get(), *state.cell);
   std::uint64_t rows = 0;
   double latest_row_s = start_s;
+  int code = kOk;
   for (double k = 0.0;;) {
     csv_row(file.get(), state);
     if (std::fflush(file.get()) != 0)
@@ -261,14 +272,15 @@ int record(const Common& common, const RecordOptions& options) {
         Seconds{kForever_s});
     if (!next) return 1;
     if (next->epoch != epoch || next->cell != state.cell) {
-      std::fprintf(stderr, "takt: the cell was reset; the recording ends before that.\n");
+      std::fprintf(stderr, "takt: the cell was reset or loaded anew; the recording ends before that.\n");
+      if (options.until_s || options.duration_s) code = kFailed;
       break;
     }
     state = *next;
   }
   std::fprintf(stderr, "%llu rows, %.3f s to %.3f s.\n", static_cast<unsigned long long>(rows), start_s,
                latest_row_s);
-  return 0;
+  return code;
 }
 
 }  // namespace takt::tool

@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "client_lib/tools/takt_controller/session.h"
+#include "idl/command_line/numbers.h"
+#include "idl/command_line/output.h"
 
 namespace {
 
@@ -44,19 +46,20 @@ int run(int argc, char** argv) {
   app.add_option("--cell", options.client.cell, "name of the cell (environment: TAKT_CELL)")
       ->capture_default_str();
   app.add_option("--domain", options.client.domain, "DDS domain (environment: TAKT_DOMAIN)")
-      ->check(CLI::Range(0, 232))
+      ->check(takt::command_line::whole_number_from(0, 232))
       ->capture_default_str();
-  app.add_option("--pace", options.pace,
-                 "set the pace of the cell: realtime, free or lockstep (default: leave it)")
-      ->transform(CLI::CheckedTransformer(paces, CLI::ignore_case));
+  std::string pace;
+  app.add_option("--pace", pace, "set the pace of the cell: realtime, free or lockstep (default: leave it)")
+      ->transform(CLI::IsMember({"realtime", "free", "lockstep"}, CLI::ignore_case));
   app.add_flag("--start", options.start, "set the cell playing when all is ready");
   app.add_option("--until", options.until_s,
-                 "go on to this simulated time, s, when the program has finished (its robots hold still)");
+                 "go on to this simulated time, s, when the program has finished (its robots hold still)")
+      ->check(takt::command_line::not_negative());
   app.add_option("--name", options.name, "what the controller is called in events and status")
       ->capture_default_str();
   app.add_option("--timeout", timeout_s,
                  "longest wait for an answer; in lockstep also the cell's patience, s of wall time")
-      ->check(CLI::PositiveNumber)
+      ->check(takt::command_line::positive())
       ->capture_default_str();
   app.add_option("--profiles", options.client.profiles_file, "Fast DDS profiles (XML)")
       ->check(CLI::ExistingFile);
@@ -70,6 +73,7 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
+  if (!pace.empty()) options.pace = paces.at(pace);
   options.client.timeout = takt::client::Seconds{timeout_s};
   for (const std::string& text : parameters) {
     const std::size_t equals = text.find('=');
@@ -96,7 +100,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
-    return run(argc, argv);
+    return takt::command_line::with_output_written("takt-controller", run(argc, argv));
   } catch (const std::exception& error) {  // of the environment: see ClientOptions
     std::fprintf(stderr, "takt-controller: %s\n", error.what());
     return 2;
