@@ -309,10 +309,12 @@ JointCommand meaning(const Generator& generator, int robot, const sensor_msgs::m
   command.robot = robot;
   command.stamp_s = time_of(message.header().stamp());
   command.has_velocity = !message.velocity().empty();
+  command.has_effort = !message.effort().empty();
   for (std::size_t i = 0; i < message.name().size(); ++i) {
     const std::size_t place = generator.place(message.name()[i]);
     command.position[place] = message.position()[i];
     if (command.has_velocity) command.velocity[place] = message.velocity()[i];
+    if (command.has_effort) command.effort[place] = message.effort()[i];
   }
   return command;
 }

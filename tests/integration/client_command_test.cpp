@@ -54,12 +54,13 @@ class ClientCommand : public testing::Test {
 TEST_F(ClientCommand, TheFirstJointCommandArrivesExactly) {
   connect();
   server_->listen_to_joints("Robot2");
-  client_->send_joint_command("Robot2", {0.1, -1.0 / 3.0}, {1e-300, 2.0}, 12.000000008);
+  client_->send_joint_command("Robot2", {0.1, -1.0 / 3.0}, {1e-300, 2.0}, 12.000000008, {-7.5, 1.0 / 3.0});
   const auto received = server_->wait_for_joint_commands(1);
   ASSERT_EQ(received.size(), 1U);
   EXPECT_EQ(received[0].name(), (std::vector<std::string>{"shoulder", "elbow"}));
   EXPECT_EQ(received[0].position(), (std::vector<double>{0.1, -1.0 / 3.0}));
   EXPECT_EQ(received[0].velocity(), (std::vector<double>{1e-300, 2.0}));
+  EXPECT_EQ(received[0].effort(), (std::vector<double>{-7.5, 1.0 / 3.0}));
   EXPECT_EQ(received[0].header().stamp().sec(), 12);
   EXPECT_EQ(received[0].header().stamp().nanosec(), 8U);
 }
@@ -102,6 +103,15 @@ TEST_F(ClientCommand, WrongCommandsAreRefusedHereAndNotSent) {
               client_->send_joint_command("Robot1", {0.0, 0.0}, {}, -1.0);
             }).kind(),
             ClientError::Kind::invalid);
+  EXPECT_EQ(error_of([&] {
+              client_->send_joint_command("Robot1", {0.0, 0.0}, {}, {}, {1.0});
+            }).kind(),
+            ClientError::Kind::invalid);
+  const ClientError effort = error_of([&] {
+    client_->send_joint_command("Robot1", {0.0, 0.0}, {}, {}, {1.0, nan});
+  });
+  EXPECT_EQ(effort.kind(), ClientError::Kind::invalid);
+  EXPECT_NE(std::string(effort.what()).find("effort of joint 'elbow'"), std::string::npos) << effort.what();
   EXPECT_EQ(error_of([&] { client_->set_gripper("Gripper9", GripperAction::open); }).kind(),
             ClientError::Kind::not_found);
   EXPECT_EQ(error_of([&] { client_->set_gripper("Gripper1", GripperAction::width, INFINITY); }).kind(),

@@ -61,7 +61,7 @@ TEST(Drive, JacobiansAreThoseOfFiniteDifferences) {
     const int n = drive->state_count();
     const DrivePattern pattern = drive->pattern();
     for (int k = 0; k < 30; ++k) {
-      const JointReference r{number(random), number(random), number(random)};
+      const JointReference r{number(random), number(random), number(random), number(random)};
       double q = number(random), qd = number(random), z[kMax] = {};
       for (int c = 0; c < n; ++c) z[c] = number(random);
       const int real_states = drive->has_modes() ? n - 1 : n;
@@ -104,8 +104,9 @@ TEST(Drive, JacobiansAreThoseOfFiniteDifferences) {
 // At constant speed everything is in equilibrium, friction included.
 TEST(Drive, InitialStatesAreEquilibria) {
   for (const auto& drive : all_drives()) {
-    for (const double qd : {0.0, 0.3, -0.3}) {
-      const JointReference r{0.4, qd, 0.0};
+    for (const auto& [qd, feed_forward] :
+         {std::pair{0.0, 0.0}, {0.3, 0.0}, {-0.3, 0.0}, {0.0, 2.5}, {0.3, -2.5}, {-0.3, 7.5}}) {
+      const JointReference r{0.4, qd, 0.0, feed_forward};
       double z[kMax] = {}, zdot[kMax] = {};
       const double tau = 4.0;
       drive->initial_state(r, tau, z);

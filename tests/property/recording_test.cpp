@@ -49,13 +49,15 @@ std::shared_ptr<CellModel> recorded_model() {
   return model;
 }
 
-Command trajectory(const CellDescription& cell, double first, double time_s, bool with_velocities) {
+Command trajectory(const CellDescription& cell, double first, double time_s, bool with_velocities,
+                   bool with_efforts) {
   RawTrajectory raw{cell.robots[0].name, -1.0, {}, {}};
   for (const JointModel& joint : cell.robots[0].arm.joints) raw.names.push_back(joint.name);
   const auto point = [&](double q, double t) {
     const JointCommand at = swing(0, q);
     RawTrajectoryPoint result{{at.position.begin(), at.position.end()}, {}, {}, {}, t};
     result.positions.resize(raw.names.size());
+    if (with_efforts) result.effort.assign(raw.names.size(), 100.0 * q);
     if (with_velocities) result.velocities.assign(raw.names.size(), 0.0);
     raw.points.push_back(result);
   };
@@ -126,9 +128,10 @@ std::uint64_t random_run(const std::shared_ptr<const CellModel>& model, LogRecor
         break;
       }
       case 9:
-        (void)loop.append(trajectory(loop.cell(), 1e-3 * static_cast<double>(below(40)),
-                                     0.05 + 1e-3 * static_cast<double>(below(100)), below(2) == 0),
-                          1, monotonic_now_ns());
+        (void)loop.append(
+            trajectory(loop.cell(), 1e-3 * static_cast<double>(below(40)),
+                       0.05 + 1e-3 * static_cast<double>(below(100)), below(2) == 0, below(2) == 0),
+            1, monotonic_now_ns());
         break;
       case 7: {
         GripperCommand command;
@@ -140,6 +143,8 @@ std::uint64_t random_run(const std::shared_ptr<const CellModel>& model, LogRecor
       default: {
         JointCommand command = swing(static_cast<int>(below(2)), 1e-3 * static_cast<double>(below(40)));
         command.stamp_s = -1.0;
+        command.has_effort = below(2) == 0;
+        if (command.has_effort) command.effort[below(6)] = static_cast<double>(below(20)) - 10.0;
         (void)loop.append(command, 1, monotonic_now_ns());
       }
     }
@@ -197,7 +202,7 @@ std::uint64_t with_another_command(const std::filesystem::path& from, const std:
     std::memcpy(&content[1], &entry.step, sizeof(entry.step));
     if (entry.kind == LogKind::joint_command && !done) {
       // A middle bit of the second joint.
-      constexpr std::size_t kBeforePositions = 4 + 8 + 8 + 1 + 1;
+      constexpr std::size_t kBeforePositions = 4 + 8 + 8 + 1 + 1 + 1;
       entry.content[kBeforePositions + 8 + 4] ^= std::byte{1};
       altered = entry.step;
       done = true;
@@ -216,7 +221,7 @@ TEST(Recording, ReplayTellsTheStepOfTheFirstDifferenceAndRefusesOtherModels) {
   const auto file = directory / "run";
   {
     LogRecorder recorder(file, options(1000));
-    random_run(model, &recorder, 21, 40);
+    random_run(model, &recorder, 22, 40);
   }
   const std::uint64_t altered = with_another_command(file, directory / "altered");
   const ReplayResult result = replay_of(directory / "altered", model);
@@ -237,6 +242,25 @@ TEST(Recording, ReplayTellsTheStepOfTheFirstDifferenceAndRefusesOtherModels) {
     ADD_FAILURE() << "another model was replayed";
   } catch (const LogError& error) {
     EXPECT_NE(std::string(error.what()).find("another model"), std::string::npos) << error.what();
+  }
+}
+
+TEST(Recording, AnotherFormatIsRefusedWithASentence) {
+  const TemporaryDirectory directory;
+  const auto file = directory / "run";
+  {
+    LogRecorder recorder(file, options());
+    random_run(service_model(), &recorder, 4, 3);
+  }
+  std::string bytes = read_bytes(file);
+  bytes[8] = 1;  // the format, behind eight letters; of logs without efforts
+  write_bytes(file, bytes);
+  try {
+    LogReader reader(file);
+    ADD_FAILURE() << "a log of another format was read";
+  } catch (const LogError& error) {
+    EXPECT_NE(std::string(error.what()).find("has format 1; this program reads format 2"), std::string::npos)
+        << error.what();
   }
 }
 

@@ -193,6 +193,7 @@ inline sensor_msgs::msg::JointState to_message(const ArmModel& arm, const JointC
     message.name().push_back(arm.joints[i].name);
     message.position().push_back(command.position[i]);
     if (command.has_velocity) message.velocity().push_back(command.velocity[i]);
+    if (command.has_effort) message.effort().push_back(command.effort[i]);
   }
   return message;
 }

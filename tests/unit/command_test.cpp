@@ -55,6 +55,12 @@ TEST(JointCommandValidation, NamesSelectJointsInAnyOrder) {
   EXPECT_EQ(command.position[1], 0.5);
   EXPECT_EQ(command.velocity[0], 2.0);
   EXPECT_EQ(command.velocity[1], 1.0);
+  EXPECT_FALSE(command.has_effort);
+  raw.effort = {-4.0, 3.0};
+  const auto pushing = std::get<JointCommand>(validate(cell(), raw));
+  EXPECT_TRUE(pushing.has_effort);
+  EXPECT_EQ(pushing.effort[0], 3.0);
+  EXPECT_EQ(pushing.effort[1], -4.0);
 }
 
 TEST(JointCommandValidation, EveryFaultHasItsCodeAndSentence) {
@@ -90,6 +96,9 @@ TEST(JointCommandValidation, EveryFaultHasItsCodeAndSentence) {
     EXPECT_EQ(rejection(raw).code, RejectionCode::not_finite);
     raw = good();
     raw.velocity = {0.0, bad};
+    EXPECT_EQ(rejection(raw).code, RejectionCode::not_finite);
+    raw = good();
+    raw.effort = {bad, 0.0};
     EXPECT_EQ(rejection(raw).code, RejectionCode::not_finite);
     raw = good();
     raw.stamp_s = bad;

@@ -144,6 +144,12 @@ TEST_F(Trajectory, EveryFaultHasItsCodeAndSentence) {
   wrong.points[1].effort[1] = 1e6;
   EXPECT_EQ(refused(wrong).code, RejectionCode::effort_out_of_range);
   wrong = fine;
+  wrong.points[0].effort = moving(0.0);  // in one point, but not in the other
+  EXPECT_EQ(refused(wrong).code, RejectionCode::wrong_count);
+  EXPECT_THAT(refused(wrong).message, HasSubstr("'effort' of point 2 has 0 entries"));
+  std::swap(wrong.points[0].effort, wrong.points[1].effort);
+  EXPECT_EQ(refused(wrong).code, RejectionCode::wrong_count);
+  wrong = fine;
   wrong.points[1].positions[0] = 7.0;
   EXPECT_EQ(refused(wrong).code, RejectionCode::out_of_range);
   EXPECT_THAT(refused(wrong).message, HasSubstr("between points 1 and 2"));
