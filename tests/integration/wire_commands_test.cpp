@@ -158,11 +158,11 @@ std::string timeout_of(client::LockstepController& controller) {
 
 TEST_F(WireCommands, ALockstepControllerGivesUpWhileAnotherIsSilent) {
   int looks = 0;
-  client::LockstepController controller(*client_, {.targets = {"Gripper1"},
-                                                   .period_s = 0.01,
-                                                   .name = "patient",
-                                                   .patience = Seconds{2.0},
-                                                   .while_waiting = [&] { ++looks; }});
+  client::ClientOptions options = test::client_options();
+  options.while_waiting = [&] { ++looks; };
+  takt::Client looking(options);
+  client::LockstepController controller(
+      looking, {.targets = {"Gripper1"}, .period_s = 0.01, .name = "patient", .patience = Seconds{2.0}});
   controller.advance();
   client::LockstepController silent(
       *client_, {.targets = {"Chamber"}, .period_s = 0.01, .name = "silent", .patience = kGenerous});
@@ -172,7 +172,6 @@ TEST_F(WireCommands, ALockstepControllerGivesUpWhileAnotherIsSilent) {
   EXPECT_NE(late.find("did not come to 0.02 s"), std::string::npos) << late;
   EXPECT_NE(late.find("it stands at 0.01 s and is playing, waiting for silent"), std::string::npos) << late;
   EXPECT_GE(waited.count(), 2.0);
-  EXPECT_LT(waited.count(), 20.0);  // the server repeats the instant all the time
   EXPECT_GE(looks, 1);
   // The other answers after all: both go on, and no boundary was passed over.
   EXPECT_EQ(timeout_of(silent), "");
