@@ -169,7 +169,7 @@ int run(int argc, char** argv) {
                    "one document a line")
       ->required();
   record->add_option("--duration", record_options.duration_s, "end after this much simulated time, s")
-      ->check(numbers::positive());
+      ->check(numbers::not_negative());
   record->add_option("--until", record_options.until_s, "end at this simulated time, s")
       ->check(numbers::not_negative());
   record_period = record
