@@ -261,8 +261,10 @@ TEST_F(WireCommands, RobotsOfAFrozenOwnerPassToTheNextWithinASecondOrTwo) {
       client_->wait_for_event([](const auto& e) { return e.code == "owner_silent"; }, kGenerous);
   ASSERT_TRUE(told.has_value());
   EXPECT_EQ(told->subject, "Robot1");
-  owner.signal(SIGCONT);
 }
+
+// The frozen process is killed as it is at the end: continued, it takes the ports of this one for dead and
+// has them made anew, which Fast DDS 2.9.1 does not survive while it closes them.
 
 /// A controller that died, and is started anew later than its silence was noticed. DDS itself would wait for
 /// the end of the dead participant's lease, and tell nobody.
@@ -285,7 +287,6 @@ TEST_F(WireCommands, RobotsOfAnOwnerThatFrozeAlonePassToWhoComesLater) {
   }
   EXPECT_TRUE(taken_over);
   EXPECT_TRUE(client_->wait_for_event([](const auto& e) { return e.code == "owner_silent"; }, kGenerous));
-  owner.signal(SIGCONT);
 }
 
 }  // namespace
