@@ -133,30 +133,33 @@ struct Client::Impl {
 };
 
 /// Waits until ready() or the deadline; false when the deadline passed. Throws when the server is gone or has
-/// been silent too long. A process that was stopped for a while finds everything silent when it is continued;
-/// what waits in its sockets is given a moment to come in.
+/// been silent too long. A process that was stopped for a while finds everything silent when it is continued:
+/// what waits in its sockets is given a moment to come in, and after a long stop the server one to be found
+/// anew.
 template <typename Ready>
 bool Client::Impl::wait(std::unique_lock<std::mutex>& lock, Clock::time_point deadline, Ready ready) const {
-  constexpr auto grace = std::chrono::milliseconds{300};
+  constexpr std::chrono::milliseconds late{300}, emptying{1000}, rediscovery{8000};
   require_own_process();
   // Of all the waits of a thread: those for one sample after the other are short each.
   thread_local Clock::time_point looked = Clock::now();
-  auto benefit_of_doubt = Clock::now() + grace;
+  auto doubtful_until = Clock::now() + late;
   for (;;) {
     if (ready()) return true;
-    if (gone) throw ClientError(ClientError::Kind::lost, where() + " has gone away.");
     const auto now = Clock::now();
-    if (silent(now) && now > benefit_of_doubt)
+    const auto found_until = link.returned() + rediscovery;
+    if (gone && now > found_until) throw ClientError(ClientError::Kind::lost, where() + " has gone away.");
+    doubtful_until = std::max(doubtful_until, found_until);
+    if (silent(now) && now > doubtful_until)
       throw ClientError(
           ClientError::Kind::lost,
           where() + " has been silent for " +
               std::to_string(std::chrono::duration_cast<std::chrono::seconds>(now - heard).count()) +
               " s (killed, stopped, or the machine is overloaded).");
     if (now >= deadline) return false;
-    auto wake = std::min(deadline, std::max(heard + to_clock(options.silence_limit), benefit_of_doubt));
+    auto wake = std::min(deadline, std::max(heard + to_clock(options.silence_limit), doubtful_until));
     if (options.while_waiting) wake = std::min(wake, now + std::chrono::milliseconds{200});
     changed.wait_until(lock, wake + std::chrono::milliseconds{1});
-    if (const auto late = Clock::now(); late > wake + grace) benefit_of_doubt = late + grace;
+    if (const auto awake = Clock::now(); awake > wake + late) doubtful_until = awake + emptying;
     if (options.while_waiting && Clock::now() >= looked + std::chrono::milliseconds{200}) {
       lock.unlock();
       options.while_waiting();

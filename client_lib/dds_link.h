@@ -2,6 +2,7 @@
 // The Fast DDS entities of a client: participant, readers, writers, with the QoS of the service.
 #include <sys/types.h>
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -56,6 +57,9 @@ class Link {
   /// False after fork() in the new process, where nothing of it works; there it is left as it is when it is
   /// destroyed: what it would say goodbye to belongs to the other process.
   bool is_of_this_process() const;
+  /// When this process was last found to have been stopped for longer than servers remember it (then DDS
+  /// finds them anew, which takes seconds); the clock's epoch: never.
+  std::chrono::steady_clock::time_point returned() const { return guard_->returned(); }
 
  private:
   const pid_t process_;

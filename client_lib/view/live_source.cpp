@@ -91,10 +91,27 @@ void LiveSource::run() {
   }
 }
 
+void LiveSource::reach() {
+  constexpr client::Seconds patience{3.0};
+  if (!client_) client_ = std::make_unique<client::Client>(options_);
+  const auto begun = std::chrono::steady_clock::now();
+  for (;;) {
+    try {
+      client_->get_state();
+      return;
+    } catch (const client::ClientError& error) {
+      const client::Seconds waited = std::chrono::steady_clock::now() - begun;
+      if (error.kind() != client::ClientError::Kind::lost || waited >= patience ||
+          !client_->wait_for_connection(patience - waited))
+        throw;
+    }
+  }
+}
+
 Answer LiveSource::request(const std::string& name, const Arguments& arguments) {
   client::Arguments texts(arguments.begin(), arguments.end());
   try {
-    if (!client_) client_ = std::make_unique<client::Client>(options_);
+    reach();
     const client::Reply reply = client_->request(name, texts);
     return {1, reply.message, {reply.values.begin(), reply.values.end()}};
   } catch (const client::ClientError& error) {

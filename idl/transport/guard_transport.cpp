@@ -63,6 +63,7 @@ class GuardTransport final : public ChainedTransport {
 
   void receive(transports::TransportReceiverInterface* next, const rtps::octet* data, std::uint32_t size,
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
+    if (guard_->deaf()) return;
     thread_local PacketCopy copy;
     const std::span<std::uint8_t> packet = copy.take({data, size}, guard_->limits().largest_sample_bytes);
     const PacketReport report = clean_packet(packet, guard_->limits(), &guard_->memory(), now_s());
@@ -142,7 +143,10 @@ std::shared_ptr<PacketGuard> guard_transports(dds::DomainParticipantQos& qos, st
       std::getenv("ROS_DISCOVERY_SERVER") != nullptr;
   limits.first_shared_memory_port = wire.port.portBase + wire.port.domainIDGain * domain;
   limits.last_shared_memory_port = limits.first_shared_memory_port + 2U * wire.port.domainIDGain;
-  auto guard = std::make_shared<PacketGuard>(limits);
+  std::optional<std::chrono::nanoseconds> lease;
+  if (const auto& own = wire.builtin.discovery_config.leaseDuration; !is_infinite(own))
+    lease = std::chrono::seconds(own.seconds) + std::chrono::nanoseconds(own.nanosec);
+  auto guard = std::make_shared<PacketGuard>(limits, lease);
   for (auto& descriptor : transports.user_transports)
     descriptor = std::make_shared<GuardTransportDescriptor>(descriptor, guard);
   bound_what_is_remembered(qos);

@@ -5,8 +5,10 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "idl/transport/absence.h"
 #include "idl/transport/fastdds.h"
 #include "idl/transport/heard.h"
 #include "idl/transport/rtps_fragments.h"
@@ -18,13 +20,22 @@ namespace takt {
 /// What the guard of one participant has seen. Any thread.
 class PacketGuard {
  public:
-  explicit PacketGuard(const GuardLimits& limits)
-      : limits_(limits), fragments_(limits.largest_sample_bytes, limits.most_fragments_joined) {}
+  /// `lease`: after such a silence participants forget each other; none: never.
+  PacketGuard(const GuardLimits& limits, std::optional<std::chrono::nanoseconds> lease)
+      : limits_(limits), fragments_(limits.largest_sample_bytes, limits.most_fragments_joined) {
+    if (lease) absence_.emplace(*lease);
+  }
 
   const GuardLimits& limits() const { return limits_; }
   PacketMemory& memory() { return memory_; }
   FragmentAssembly& fragments() { return fragments_; }
   HeardParticipants& heard() const { return heard_; }
+  /// The process was stopped for long: nothing comes in for a moment (absence.h).
+  bool deaf() { return absence_ && absence_->deaf(); }
+  /// When that was noticed last; the clock's epoch: never.
+  AbsenceWatch::Clock::time_point returned() {
+    return absence_ ? absence_->returned() : AbsenceWatch::Clock::time_point{};
+  }
   void count(PacketFlaw flaw) {
     counts_[static_cast<std::size_t>(flaw)].fetch_add(1, std::memory_order_relaxed);
   }
@@ -43,6 +54,7 @@ class PacketGuard {
   PacketMemory memory_;
   FragmentAssembly fragments_;
   mutable HeardParticipants heard_;
+  std::optional<AbsenceWatch> absence_;
   std::array<std::atomic<std::uint64_t>, kPacketFlaws> counts_{};
 };
 

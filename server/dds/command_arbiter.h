@@ -54,13 +54,6 @@ class CommandArbiter {
   bool owns(std::uint64_t id) const {
     return find(id) != nullptr && (exclusive_heard_ == id || shared_owner_ == id);
   }
-  /// Whether this sender owned the target until now and somebody else is there who may have it.
-  bool would_pass_on(std::uint64_t id) const {
-    if (!owns(id)) return false;
-    const Sender* owner = find(id);
-    return std::any_of(senders_.begin(), senders_.end(),
-                       [&](const Sender& other) { return other.id != id && !together(other, *owner); });
-  }
   bool knows(std::uint64_t id) const {
     return std::any_of(senders_.begin(), senders_.end(),
                        [&](const Sender& sender) { return sender.id == id; });

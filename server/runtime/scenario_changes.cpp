@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "server/scenario/device_builder.h"
+#include "server/scenario/scenario_names.h"
 
 namespace takt {
 namespace {
@@ -34,16 +35,6 @@ bool is_taken_by_another(const Scenario& scenario, ScenarioPart part, const std:
   const auto devices = devices_of(part);
   return is_taken(scenario, name) ||
          std::any_of(devices.begin(), devices.end(), [&](const auto& d) { return is_taken(scenario, d); });
-}
-
-constexpr std::size_t kLongest = 64;
-
-/// As the reader of scenarios asks for it.
-bool is_name(const std::string& name) {
-  const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
-  const auto fits = [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_'; };
-  return !name.empty() && name.size() <= kLongest && letter(name.front()) &&
-         std::all_of(name.begin(), name.end(), fits);
 }
 
 const ScenarioPart* find_part(const Scenario& scenario, const std::string& name) {
@@ -83,18 +74,17 @@ std::variant<ScenarioPart, HostRefusal> new_part(const Scenario& scenario, const
 
 std::variant<ChangedScenario, HostRefusal> changed(const Scenario& scenario, const SpawnEntity& request) {
   std::string name = request.name;
-  if (!is_name(name)) {
+  if (!is_scenario_name(name)) {
     return HostRefusal{
         ControlResult::name_invalid,
-        "The name '" + name.substr(0, 100) +
-            "' is not possible; allowed are a letter, then letters, digits and underscores, at most 64."};
+        "The name '" + name.substr(0, 100) + "' is not possible; allowed are " + kAllowedScenarioNames + "."};
   }
   auto part = new_part(scenario, request);
   if (auto* refusal = std::get_if<HostRefusal>(&part)) return *refusal;
   auto& wanted = std::get<ScenarioPart>(part);
   for (int number = 2; request.allow_renaming && is_taken_by_another(scenario, wanted, name); ++number) {
     const std::string end = "_" + std::to_string(number);
-    name = request.name.substr(0, kLongest - end.size()) + end;
+    name = request.name.substr(0, kLongestScenarioName - end.size()) + end;
   }
   if (is_taken_by_another(scenario, wanted, name)) {
     return HostRefusal{

@@ -12,6 +12,7 @@
 #include "server/scenario/device_builder.h"
 #include "server/scenario/device_fields.h"
 #include "server/scenario/dynamics_fields.h"
+#include "server/scenario/scenario_names.h"
 #include "server/scenario/yaml_fields.h"
 #include "server/simulation/integrator.h"
 
@@ -269,21 +270,12 @@ struct NamedDevice {
   std::string name;
 };
 
-// Names become levels of DDS topics and keys of reports.
 void check_names(YamlFields& root, const Scenario& scenario) {
-  const auto letter = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); };
-  const auto fits = [&](const std::string& name) {
-    return !name.empty() && name.size() <= 64 && letter(name.front()) &&
-           std::all_of(name.begin(), name.end(),
-                       [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_'; });
-  };
   std::set<std::string> names;
   const auto check = [&](const char* group, const auto& items) {
     for (const auto& item : items) {
-      if (!fits(item.name)) {
-        root.fail(group, "the name '" + item.name + "'",
-                  "a letter, then letters, digits and underscores, at most 64");
-      }
+      if (!is_scenario_name(item.name))
+        root.fail(group, "the name '" + item.name + "'", kAllowedScenarioNames);
       if (!names.insert(item.name).second) {
         root.fail(group, "the name '" + item.name + "' again",
                   "names that are unique among parts, grounds, robots, grippers and devices");

@@ -21,6 +21,7 @@
 
 #include "client_lib/client.h"
 #include "server/runtime/monotonic_clock.h"
+#include "tests/soak/bare_loop.h"
 #include "tests/soak/soak_report.h"
 #include "tests/support/child_process.h"
 
@@ -356,6 +357,7 @@ int lead(Options options, const std::string& self) {
   wait_until(begin + static_cast<std::int64_t>(1e9 * warm_up_s));
   const Status first = cell.status();
   const Resources at_first = resources(service.pid());
+  BareLoop bare(options.realtime_priority);
 
   std::mt19937 dice(options.seed);
   std::uint64_t requests = 0, wrong = 0, kills = 0;
@@ -395,6 +397,7 @@ int lead(Options options, const std::string& self) {
     }
     wait_until(asked + 50'000'000);
   }
+  const BareLoop::Figures machine = bare.figures();
   const Resources at_last = resources(service.pid());
   const bool running = cell.connected() && last.fault.empty();
 
@@ -428,6 +431,8 @@ int lead(Options options, const std::string& self) {
   report.line("steps", steps, "");
   report.line("missed ticks", 100.0 * static_cast<double>(last.overruns - first.overruns) / steps, "%",
               options.realtime_priority > 0 ? 0.1 : 1.0);
+  report.line("missed by a loop that does nothing, beside it", machine.missed_percent, "%");
+  report.line("longest lag of that loop", 1e3 * machine.longest_lag_s, "ms");
   report.line("schedule re-based", static_cast<double>(last.rebases - first.rebases), "times");
   report.line("simulated / wall time", (last.time_s - first.time_s) / wall_s, "");
   report.line("step, p99 (worst of all reports)", 1e6 * step.p99_s, "us", 500.0);

@@ -28,7 +28,7 @@ TEST(CommandArbiter, OneParticipantMayUseBothTopics) {
     EXPECT_TRUE(arbiter.offered(1, 0).heard);
     EXPECT_TRUE(arbiter.offered(2, 0).heard);
     EXPECT_TRUE(arbiter.offered(1, 0).heard);
-    EXPECT_FALSE(arbiter.would_pass_on(1)) << "nobody else is there";
+    EXPECT_TRUE(arbiter.owns(1));
   }
 }
 
@@ -42,10 +42,11 @@ TEST(CommandArbiter, SharedSendersDoNotInterleaveAcrossTopics) {
   EXPECT_TRUE(refused.tell);
   EXPECT_EQ(refused.owner, 1U);
   EXPECT_FALSE(arbiter.offered(2, 10).tell) << "once a second";
-  EXPECT_TRUE(arbiter.would_pass_on(1));
-  EXPECT_FALSE(arbiter.would_pass_on(2));
+  EXPECT_TRUE(arbiter.owns(1));
+  EXPECT_FALSE(arbiter.owns(2));
   arbiter.vanished(1);
   EXPECT_TRUE(arbiter.offered(2, 20).heard);
+  EXPECT_TRUE(arbiter.owns(2));
 }
 
 TEST(CommandArbiter, TheStrongerIsHeardAcrossTopicsOnceItHasSpoken) {

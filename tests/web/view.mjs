@@ -12,7 +12,8 @@ const page = await browser.newPage({viewport: process.env.TAKT_SCREENSHOT ? {wid
 const problems = [];
 page.on('pageerror', (error) => problems.push(error.message));
 page.on('console', (message) => { if (message.type() === 'error' && !message.text().includes('WebSocket')) problems.push(message.text()); });
-const until = (condition, argument) => page.waitForFunction(condition, argument, {timeout: 60000, polling: 50});
+const until = (condition, argument) => page.waitForFunction(condition, argument, {timeout: 60000, polling: 50})
+  .catch(async (error) => { throw new Error(`${error.message}\nthe page says: ${await page.locator('body').innerText()}`); });
 const ask = (what, argument) => page.evaluate(what, argument);
 const pixels = async () => (await page.locator('#cell').screenshot()).toString('base64');
 

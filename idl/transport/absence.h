@@ -1,0 +1,94 @@
+#pragma once
+// A process that was stopped (a debugger, SIGSTOP, a machine that stood still) for longer than others
+// remember it. They have forgotten it; what waits in its sockets tells it that they are there. Each side of
+// DDS would then hold another opinion, and Fast DDS does not get out of that: of two participants that know
+// each other's GUID the one that was forgotten stays deaf (seen with 2.9.1; tests/python/test_frozen.py). So
+// a process that was away lets nothing in until DDS in it has forgotten the others too; then both find each
+// other anew.
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <thread>
+
+namespace takt {
+
+/// What follows from regular signs of life of the process. Any thread; times in ns of one steady clock.
+class Absence {
+ public:
+  /// Others forget who is silent for `lease_ns`, and are forgotten after as long.
+  Absence(std::int64_t lease_ns, std::int64_t now_ns) : lease_ns_(lease_ns), alive_ns_(now_ns) {}
+
+  /// Due at least every tenth of the lease.
+  void tick(std::int64_t now_ns) {
+    (void)deaf(now_ns);
+    alive_ns_.store(now_ns);
+  }
+  /// Nothing is to be let in now. Finds out itself whether a tick is overdue: after a stop it may be asked
+  /// before the next one.
+  bool deaf(std::int64_t now_ns) {
+    const std::int64_t alive = alive_ns_.load();
+    if (now_ns - alive > 7 * (lease_ns_ / 10)) {
+      // DDS here heard others until at most one tick after the last, and forgets them a lease later. A moment
+      // is added, for the threads that do it.
+      const std::int64_t forgotten = alive + lease_ns_ + lease_ns_ / 5;
+      raise(deaf_until_ns_, std::max(forgotten, now_ns + lease_ns_ / 5));
+      raise(returned_ns_, now_ns);
+    }
+    return now_ns < deaf_until_ns_.load();
+  }
+  /// When the process was last found to have been away so long; 0: never.
+  std::int64_t returned_ns() const { return returned_ns_.load(); }
+
+ private:
+  static void raise(std::atomic<std::int64_t>& value, std::int64_t to) {
+    std::int64_t present = value.load();
+    while (present < to && !value.compare_exchange_weak(present, to)) {
+    }
+  }
+  const std::int64_t lease_ns_;
+  std::atomic<std::int64_t> alive_ns_, deaf_until_ns_{0}, returned_ns_{0};
+};
+
+/// The same with a thread that gives the signs of life.
+class AbsenceWatch {
+ public:
+  using Clock = std::chrono::steady_clock;
+  explicit AbsenceWatch(std::chrono::nanoseconds lease)
+      : absence_(lease.count(), now_ns()), thread_([this, period = lease / 10] { run(period); }) {}
+  ~AbsenceWatch() {
+    {
+      const std::lock_guard lock(mutex_);
+      over_ = true;
+    }
+    ended_.notify_all();
+    thread_.join();
+  }
+  AbsenceWatch(const AbsenceWatch&) = delete;
+  AbsenceWatch& operator=(const AbsenceWatch&) = delete;
+
+  bool deaf() { return absence_.deaf(now_ns()); }
+  /// When the process was last found to have been away for longer than others remember it; the epoch: never.
+  Clock::time_point returned() {
+    (void)deaf();
+    return Clock::time_point(std::chrono::nanoseconds(absence_.returned_ns()));
+  }
+
+ private:
+  static std::int64_t now_ns() {
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch()).count();
+  }
+  void run(std::chrono::nanoseconds period) {
+    std::unique_lock lock(mutex_);
+    while (!ended_.wait_for(lock, period, [this] { return over_; })) absence_.tick(now_ns());
+  }
+
+  Absence absence_;
+  std::mutex mutex_;
+  std::condition_variable ended_;
+  bool over_ = false;
+  std::thread thread_;  // last: it uses the rest
+};
+
+}  // namespace takt

@@ -1,0 +1,61 @@
+// What takt view puts between the page and a running cell.
+#include "client_lib/view/live_source.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <future>
+#include <memory>
+
+#include "tests/support/child_process.h"
+#include "tests/support/dds_service.h"
+#include "tests/support/hosting_client.h"
+
+namespace {
+
+using takt::test::ChildProcess;
+
+std::unique_ptr<ChildProcess> paused_server() {
+  return std::make_unique<ChildProcess>(std::vector<std::string>{
+      std::string(TAKT_BIN_DIR) + "/takt-server",
+      std::string(TAKT_CONFIG_DIR) + "/scenarios/block_assembly.yaml", "--cell", takt::test::test_cell(),
+      "--domain", std::to_string(takt::test::test_domain()), "--paused"});
+}
+
+TEST(LiveSource, ARequestReachesTheServerThatIsJustBeingStartedAgain) {
+  auto server = paused_server();
+  takt::client::ClientOptions options;
+  options.cell = takt::test::test_cell();
+  options.domain = static_cast<int>(takt::test::test_domain());
+  options.timeout = takt::test::kGenerous;
+  takt::view::Stream stream;
+  takt::view::LiveSource source(options, stream);
+  ASSERT_EQ(source.request("step", {{"steps", "3"}}).result, 1);
+
+  for (int restart = 0; restart < 3; ++restart) {
+    server->signal(SIGTERM);
+    ASSERT_EQ(server->wait(), 0);
+    auto answer = std::async(std::launch::async, [&] { return source.request("step", {{"steps", "2"}}); });
+    server = paused_server();
+    const takt::view::Answer got = answer.get();
+    EXPECT_EQ(got.result, 1) << got.message;
+    EXPECT_THAT(got.values, testing::Contains(testing::Pair("step", "2")));  // once, and by the new server
+  }
+}
+
+TEST(LiveSource, ARequestToACellThatIsGoneIsAnsweredSo) {
+  auto server = paused_server();
+  takt::client::ClientOptions options;
+  options.cell = takt::test::test_cell();
+  options.domain = static_cast<int>(takt::test::test_domain());
+  takt::view::Stream stream;
+  takt::view::LiveSource source(options, stream);
+  ASSERT_EQ(source.request("get_state", {}).result, 1);
+  server->signal(SIGTERM);
+  ASSERT_EQ(server->wait(), 0);
+  const takt::view::Answer answer = source.request("step", {});
+  EXPECT_EQ(answer.result, 4);
+  EXPECT_NE(answer.message.find("gone away"), std::string::npos) << answer.message;
+}
+
+}  // namespace
