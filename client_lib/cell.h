@@ -69,6 +69,12 @@ struct JointInfo {
          max_effort = 0.0;  ///< rad or m and their rates, N m or N
 };
 
+/// What a robot does when its set-points stay away for longer than it allows.
+enum class SafeAction : std::uint8_t {
+  hold,  ///< stays at the last set-point
+  stop,  ///< brakes on its path
+};
+
 struct RobotInfo {
   std::string name;
   std::string urdf;  ///< text of the robot's URDF file
@@ -76,6 +82,9 @@ struct RobotInfo {
   Transform X_JF;                 ///< flange in the frame of the last joint
   Transform X_WR;                 ///< base in the world
   double command_period_s = 0.0;  ///< set-points are interpolated over this time
+  /// A stream of set-points that is silent for longer (simulated) is followed by the safe action; 0: never.
+  double command_deadline_s = 0.0;
+  SafeAction safe_action = SafeAction::hold;
 };
 
 struct GripperInfo {

@@ -266,6 +266,7 @@ class Client {
 struct FoundCell {
   std::string name;
   std::optional<Status> status;  ///< nothing: it is announced but did not say how it is
+  int servers = 1;               ///< more than one: a mistake, they answer alike; `status` is of one of them
 };
 
 /// The cells on a domain, found within the given wall time (all of it is waited, for there is no telling who

@@ -53,6 +53,8 @@ RobotInfo robot_info(const takt_msgs::msg::RobotDescription& wire) {
   info.X_JF = transform(wire.flange());
   info.X_WR = transform(wire.base());
   info.command_period_s = wire.command_period();
+  info.command_deadline_s = wire.command_deadline();
+  info.safe_action = enumerator(wire.safe_action(), SafeAction::stop, SafeAction::stop);
   return info;
 }
 

@@ -1,8 +1,6 @@
 #include "client_lib/discovery.h"
 
-#include <algorithm>
 #include <condition_variable>
-#include <set>
 #include <string_view>
 
 #include "client_lib/client.h"
@@ -28,10 +26,16 @@ void CellWatch::on_writer(const DiscoveredWriter& writer) {
 }
 
 std::vector<std::string> CellWatch::names() const {
+  std::vector<std::string> names;
+  for (const auto& [name, count] : servers()) names.push_back(name);
+  return names;
+}
+
+std::map<std::string, int> CellWatch::servers() const {
   const std::lock_guard lock(mutex_);
-  std::set<std::string> names;
-  for (const auto& [guid, name] : cells_) names.insert(name);
-  return {names.begin(), names.end()};
+  std::map<std::string, int> servers;
+  for (const auto& [guid, name] : cells_) ++servers[name];
+  return servers;
 }
 
 std::vector<FoundCell> list_cells(int domain, Seconds duration, const std::string& profiles_file,
@@ -74,9 +78,10 @@ std::vector<FoundCell> list_cells(int domain, Seconds duration, const std::strin
   } while (changed.wait_until(lock, deadline, [&] { return announced; }));
 
   std::vector<FoundCell> cells;
-  const auto alive = watch.names();
+  const auto alive = watch.servers();
   for (const auto& [name, status] : found)
-    if (std::find(alive.begin(), alive.end(), name) != alive.end()) cells.push_back({name, status});
+    if (const auto servers = alive.find(name); servers != alive.end())
+      cells.push_back({name, status, servers->second});
   return cells;
 }
 

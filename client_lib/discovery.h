@@ -17,6 +17,8 @@ class CellWatch : public DiscoveryListener {
   explicit CellWatch(std::function<void()> on_new = {}) : on_new_(std::move(on_new)) {}
   void on_writer(const DiscoveredWriter& writer) override;
   std::vector<std::string> names() const;
+  /// By name, how many servers there are of it.
+  std::map<std::string, int> servers() const;
 
  private:
   std::function<void()> on_new_;

@@ -78,10 +78,11 @@ LockstepController::Command& LockstepController::standing(const std::string& tar
 }
 
 void LockstepController::move(const std::string& robot, const std::vector<double>& positions,
-                              const std::vector<double>& velocities) {
+                              const std::vector<double>& velocities, const std::vector<double>& efforts) {
   auto* joints = std::get_if<Joints>(&standing(robot));
   if (joints == nullptr) throw ClientError(ClientError::Kind::invalid, "'" + robot + "' is no robot.");
-  *joints = {positions, velocities.empty() ? std::vector<double>(positions.size(), 0.0) : velocities};
+  *joints = {positions, velocities.empty() ? std::vector<double>(positions.size(), 0.0) : velocities,
+             efforts};
 }
 
 void LockstepController::grip(const std::string& gripper, GripperAction action, double width_m,
@@ -116,7 +117,7 @@ const State& LockstepController::advance() {
 void LockstepController::send() const {
   for (const auto& [target, command] : sent_) {
     if (const auto* joints = std::get_if<Joints>(&command))
-      cell_.send_joint_command(target, joints->positions, joints->velocities, state_.time_s);
+      cell_.send_joint_command(target, joints->positions, joints->velocities, state_.time_s, joints->efforts);
     else if (const auto* grip = std::get_if<Grip>(&command))
       cell_.set_gripper(target, grip->action, grip->width_m, grip->max_force_N, state_.time_s);
     else if (const auto* signals = std::get_if<Signals>(&command))

@@ -50,10 +50,11 @@ class LockstepController {
   const State& state() const { return state_; }
   double period_s() const { return options_.period_s; }
 
-  /// Where the robot is to be one period from now, and how fast (none: standing). It is sent by advance();
-  /// without a new one the robot stays there.
+  /// Where the robot is to be one period from now, how fast (none: standing), and what is added to its drives
+  /// (as Client::send_joint_command). It is sent by advance(); without a new one the robot stays there, with
+  /// the same efforts.
   void move(const std::string& robot, const std::vector<double>& positions,
-            const std::vector<double>& velocities = {});
+            const std::vector<double>& velocities = {}, const std::vector<double>& efforts = {});
   /// As Client::set_gripper. Stands until the next one; before the first a gripper keeps its width.
   void grip(const std::string& gripper, GripperAction action, double width_m = 0.0, double max_force_N = 0.0);
   /// As Client::set_signals. What is set stays so, what has not been set is left as it is.
@@ -67,7 +68,7 @@ class LockstepController {
 
  private:
   struct Joints {
-    std::vector<double> positions, velocities;
+    std::vector<double> positions, velocities, efforts{};
   };
   struct Grip {
     GripperAction action = GripperAction::width;

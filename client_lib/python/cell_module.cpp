@@ -49,6 +49,9 @@ void bind_enums(py::module_& m) {
       .value("information", Severity::information)
       .value("warning", Severity::warning)
       .value("error", Severity::error);
+  py::enum_<SafeAction>(m, "SafeAction")
+      .value("hold", SafeAction::hold)
+      .value("stop", SafeAction::stop);
   py::enum_<GripperAction>(m, "GripperAction")
       .value("open", GripperAction::open)
       .value("close", GripperAction::close)
@@ -80,7 +83,9 @@ void bind_description(py::module_& m) {
       .def_readonly("name", &RobotInfo::name)
       .def_readonly("urdf", &RobotInfo::urdf)
       .def_readonly("joints", &RobotInfo::joints)
-      .def_readonly("command_period_s", &RobotInfo::command_period_s);
+      .def_readonly("command_period_s", &RobotInfo::command_period_s)
+      .def_readonly("command_deadline_s", &RobotInfo::command_deadline_s)
+      .def_readonly("safe_action", &RobotInfo::safe_action);
   py::class_<GripperInfo>(m, "GripperInfo")
       .def_readonly("name", &GripperInfo::name)
       .def_readonly("max_width_m", &GripperInfo::max_width_m)

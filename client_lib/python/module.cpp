@@ -256,7 +256,7 @@ void bind_lockstep(py::module_& m) {
       .def_property_readonly("state", [](const LockstepController& self) { return self.state(); })
       .def_property_readonly("period_s", &LockstepController::period_s)
       .def("move", &LockstepController::move, py::arg("robot"), py::arg("positions"),
-           py::arg("velocities") = std::vector<double>{})
+           py::arg("velocities") = std::vector<double>{}, py::arg("efforts") = std::vector<double>{})
       .def("grip", &LockstepController::grip, py::arg("gripper"), py::arg("action"), py::arg("width_m") = 0.0,
            py::arg("max_force_N") = 0.0)
       .def("set_signals", &LockstepController::set_signals, py::arg("device"), py::arg("signals"))

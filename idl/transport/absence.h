@@ -23,25 +23,28 @@ class Absence {
   /// Due at least every tenth of the lease.
   void tick(std::int64_t now_ns) {
     (void)deaf(now_ns);
+    const bool regular = !overdue(now_ns);
     alive_ns_.store(now_ns);
+    if (regular && ticks_to_come_.load() > 0) --ticks_to_come_;
   }
   /// Nothing is to be let in now. Finds out itself whether a tick is overdue: after a stop it may be asked
   /// before the next one.
   bool deaf(std::int64_t now_ns) {
-    const std::int64_t alive = alive_ns_.load();
-    if (now_ns - alive > 7 * (lease_ns_ / 10)) {
+    if (overdue(now_ns)) {
       // DDS here heard others until at most one tick after the last, and forgets them a lease later. A moment
-      // is added, for the threads that do it.
-      const std::int64_t forgotten = alive + lease_ns_ + lease_ns_ / 5;
+      // is added for the threads that do it, longer where ticks show that threads have to wait.
+      const std::int64_t forgotten = alive_ns_.load() + lease_ns_ + lease_ns_ / 5;
       raise(deaf_until_ns_, std::max(forgotten, now_ns + lease_ns_ / 5));
       raise(returned_ns_, now_ns);
+      ticks_to_come_.store(3);
     }
-    return now_ns < deaf_until_ns_.load();
+    return now_ns < deaf_until_ns_.load() || ticks_to_come_.load() > 0;
   }
   /// When the process was last found to have been away so long; 0: never.
   std::int64_t returned_ns() const { return returned_ns_.load(); }
 
  private:
+  bool overdue(std::int64_t now_ns) const { return now_ns - alive_ns_.load() > 7 * (lease_ns_ / 10); }
   static void raise(std::atomic<std::int64_t>& value, std::int64_t to) {
     std::int64_t present = value.load();
     while (present < to && !value.compare_exchange_weak(present, to)) {
@@ -49,6 +52,7 @@ class Absence {
   }
   const std::int64_t lease_ns_;
   std::atomic<std::int64_t> alive_ns_, deaf_until_ns_{0}, returned_ns_{0};
+  std::atomic<int> ticks_to_come_{0};  ///< before anything comes in again
 };
 
 /// The same with a thread that gives the signs of life.

@@ -81,6 +81,8 @@ void put(CdrWriter& out, const RobotDescription& robot) {
   put(out, robot.arm.X_JF);
   put(out, robot.X_WR);
   out.put(robot.command_period_s);
+  out.put(robot.command_deadline.deadline_s);
+  out.put(static_cast<std::uint8_t>(robot.command_deadline.action));
 }
 
 void put(CdrWriter& out, const GripperDescription& gripper) {

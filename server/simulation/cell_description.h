@@ -27,7 +27,7 @@ struct ComponentDescription {
   std::array<float, 4> color{0.7F, 0.7F, 0.7F, 1.0F};  ///< r, g, b, a in 0..1
 };
 
-/// What a robot does when its commands stay away for longer than it allows.
+/// What a robot does when its commands stay away for longer than it allows (as on the wire).
 enum class SafeAction : std::uint8_t {
   hold,  ///< stays at the last set-point
   stop,  ///< goes on as it was until the deadline, then brakes as its acceleration allows, on its path

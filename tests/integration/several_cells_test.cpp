@@ -76,6 +76,10 @@ TEST(SeveralCells, ANameThatIsTakenIsTold) {
   ASSERT_TRUE(told.has_value());
   EXPECT_EQ(told->subject, takt::test::test_cell());
   EXPECT_TRUE(second.wait_for_output("another name (--cell)")) << second.text;
+  const auto found = takt::list_cells(static_cast<int>(takt::test::test_domain()));
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].name, takt::test::test_cell());
+  EXPECT_EQ(found[0].servers, 2);
 }
 
 }  // namespace

@@ -255,3 +255,13 @@ def test_bash_completes_the_words_of_takt():
     assert completed("st") == ["status", "state", "step"]
     assert completed("--json", "spawn", "--co") == ["--copy-of"]
     assert completed("pace", "--f") == ["--factor"]
+
+
+def test_robots_say_what_they_do_when_commands_stay_away(config):
+    overrides = [f"robots.Robot1.{field}" for field in
+                 ("command_deadline_s=0.5", "safe_action=stop", "max_acceleration_rad_per_s2=5")]
+    with takt.Server(config / "scenarios" / "block_assembly.yaml", overrides=overrides) as server:
+        with server.client() as cell:
+            robots = cell.info.robots
+            assert (robots["Robot1"].command_deadline_s, robots["Robot1"].safe_action) == (0.5, takt.SafeAction.stop)
+            assert (robots["Robot2"].command_deadline_s, robots["Robot2"].safe_action) == (0.0, takt.SafeAction.hold)

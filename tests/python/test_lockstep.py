@@ -96,3 +96,25 @@ def test_whole_assembly_by_its_controller_program(config, tmp_path):
             assert controller.wait() == 0
         assert end is not None and end.step == 12000
         assert end.state_hash == int(expected["state_hash"], 16)
+
+
+def test_efforts_stand_until_the_next_motion(config):
+    """At level of detail 2 they are added to what the drives do: 100 N m push the shoulder forward."""
+    with takt.Server(config / "scenarios" / "block_assembly.yaml", lod=2) as server, server.client() as cell:
+        def hold(efforts, every_period):
+            with cell.lockstep(["Robot1"], PERIOD_S) as controller:
+                robot = controller.state.robot("Robot1")
+                place = list(robot.position)
+                for k in range(12):
+                    if k == 0 or every_period:
+                        controller.move("Robot1", place, efforts=efforts)
+                    controller.advance()
+                end = controller.state
+            cell.reset()
+            return end.robot("Robot1").position[0] - place[0], end.state_hash
+
+        pushed = [100.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+        without, with_them = hold([], False), hold(pushed, False)
+        assert with_them[0] - without[0] > 1e-5
+        assert hold(pushed, True) == with_them
+        assert hold([], True) == without

@@ -44,6 +44,7 @@ from ._takt import (
     Reply,
     RobotInfo,
     RobotState,
+    SafeAction,
     Severity,
     SignalInfo,
     SimulationState,

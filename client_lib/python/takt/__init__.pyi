@@ -34,6 +34,9 @@ class Severity:
     information: "Severity"
     warning: "Severity"
     error: "Severity"
+class SafeAction:
+    hold: "SafeAction"
+    stop: "SafeAction"
 class GripperAction:
     open: "GripperAction"
     close: "GripperAction"
@@ -64,6 +67,8 @@ class RobotInfo:
     urdf: str
     joints: List[JointInfo]
     command_period_s: float
+    command_deadline_s: float
+    safe_action: SafeAction
 class GripperInfo:
     name: str
     max_width_m: float
@@ -236,8 +241,9 @@ class LockstepController:
     def state(self) -> State: ...
     @property
     def period_s(self) -> float: ...
-    def move(self, robot: str, positions: Sequence[float], velocities: Sequence[float] = ()) -> None:
-        """Where the robot is to be one period from now; it stays there until another command."""
+    def move(self, robot: str, positions: Sequence[float], velocities: Sequence[float] = (),
+             efforts: Sequence[float] = ()) -> None:
+        """Where the robot is to be one period from now; it stays there, with the same efforts, until another command."""
     def grip(self, gripper: str, action: GripperAction, width_m: float = 0.0, max_force_N: float = 0.0) -> None: ...
     def set_signals(self, device: str, signals: Dict[str, float]) -> None:
         """What is set stays so; signals that were never set are left as they are."""

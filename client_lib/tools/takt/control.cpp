@@ -67,8 +67,9 @@ int list(const Common& common) {
   if (common.json) {
     auto document = nlohmann::json::array();
     for (const auto& cell : cells)
-      document.push_back(
-          {{"cell", cell.name}, {"status", cell.status ? json_of(*cell.status) : nlohmann::json()}});
+      document.push_back({{"cell", cell.name},
+                          {"servers", cell.servers},
+                          {"status", cell.status ? json_of(*cell.status) : nlohmann::json()}});
     std::printf("%s\n", document.dump().c_str());
     return cells.empty() ? kNoCell : kOk;
   }
@@ -79,6 +80,9 @@ int list(const Common& common) {
                   cell.status->pace.c_str());
     else
       std::printf("%-20s announced, but gives no status\n", cell.name.c_str());
+    if (cell.servers > 1)
+      std::printf("%-20s %d servers have this name; give the others another one (takt-server --cell)\n", "",
+                  cell.servers);
   }
   if (cells.empty()) std::fprintf(stderr, "takt: no cell was found on domain %d.\n", common.client.domain);
   return cells.empty() ? kNoCell : kOk;
