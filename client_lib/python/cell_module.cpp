@@ -49,9 +49,7 @@ void bind_enums(py::module_& m) {
       .value("information", Severity::information)
       .value("warning", Severity::warning)
       .value("error", Severity::error);
-  py::enum_<SafeAction>(m, "SafeAction")
-      .value("hold", SafeAction::hold)
-      .value("stop", SafeAction::stop);
+  py::enum_<SafeAction>(m, "SafeAction").value("hold", SafeAction::hold).value("stop", SafeAction::stop);
   py::enum_<GripperAction>(m, "GripperAction")
       .value("open", GripperAction::open)
       .value("close", GripperAction::close)

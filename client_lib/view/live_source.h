@@ -29,8 +29,8 @@ class LiveSource {
  private:
   void add(const client::RawTopic& topic);
   void run();
-  /// Until the cell answers something harmless: its server may just have been started again, and what the page
-  /// already shows, the client for requests may still have to find. A request itself is sent once.
+  /// Until the cell answers something harmless: its server may just have been started again, and what the
+  /// page already shows, the client for requests may still have to find. A request itself is sent once.
   void reach();
 
   const client::ClientOptions options_;
