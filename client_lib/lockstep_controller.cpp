@@ -11,7 +11,7 @@ namespace {
 /// Far below any step and far above the rounding of times.
 constexpr double kTimeTolerance_s = 1e-9;
 
-using Clock = std::chrono::steady_clock;
+using SteadyClock = std::chrono::steady_clock;
 std::string seconds_text(double seconds) {
   char digits[32];
   std::snprintf(digits, sizeof digits, "%.9g", seconds);
@@ -126,12 +126,12 @@ void LockstepController::send() const {
 }
 
 void LockstepController::wait_for_boundary() {
-  const auto begin = Clock::now();
+  const auto begin = SteadyClock::now();
   const double due_s = static_cast<double>(boundary_) * options_.period_s - kTimeTolerance_s;
   const auto exchanged = [&](const State& s) { return s.cell != state_.cell || s.epoch != state_.epoch; };
   std::uint64_t seen = state_.sample_number;
   for (;;) {
-    const Seconds left = options_.patience - (Clock::now() - begin);
+    const Seconds left = options_.patience - (SteadyClock::now() - begin);
     const auto next = cell_.wait_for_state(
         [&](const State& s) {
           if (s.time_s >= due_s || exchanged(s)) return true;
@@ -153,7 +153,7 @@ void LockstepController::wait_for_boundary() {
           boundary_, static_cast<std::uint64_t>((state_.time_s + kTimeTolerance_s) / options_.period_s));
       return;
     }
-    if (Clock::now() - begin >= options_.patience) give_up();
+    if (SteadyClock::now() - begin >= options_.patience) give_up();
     if (next) send();  // the instant that was answered has come once more: the commands may not have arrived
   }
 }

@@ -34,7 +34,7 @@ class ParallelGripper final : public PlantModel {
   /// Discrete: this jaw goes no further than `coordinate_m`, where it touches something; blocked() tells
   /// afterwards.
   void stop_jaw(double t, Side side, double coordinate_m);
-  void reset();
+  void reset() override;
   /// Discrete: a jaw travels on from this coordinate to where it was going.
   void continue_from(double t, Side side, double coordinate_m);
 

@@ -37,7 +37,7 @@ class KinematicRobot final : public PlantModel {
   /// Discrete: torques at the joints (N m or N) from here on, constant until they are set again. Null: zero.
   void set_feed_forward(const double* torques);
   const JointArray& feed_forward() const { return feed_forward_; }
-  void reset();
+  void reset() override;
   /// Discrete: the motion goes on from here, smoothly to where it was going (a trajectory: straight to its
   /// end). For a robot that was moved by its drives and is kinematic from now on.
   void continue_from(double t, const double* q, const double* qd);

@@ -281,7 +281,8 @@ void CommandSubscriber::look_after_owners() {
 // one that is alone and comes back, or is forgotten by DDS, goes on as ever.
 void CommandSubscriber::free_targets_of_silent_owners(std::set<int>& freed, std::vector<AdapterEvent>& news) {
   std::erase_if(silent_owners_, [&](const auto& owner) {
-    const auto& [target, guid] = owner;
+    const int target = owner.first;
+    const auto& guid = owner.second;
     const auto found = writers_.find(guid);
     if (found == writers_.end() || !found->second.silent) return true;
     const bool wanted = std::any_of(writers_.begin(), writers_.end(), [&](const auto& other) {

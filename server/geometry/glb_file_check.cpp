@@ -22,7 +22,7 @@ constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 constexpr std::size_t kHeader = 12, kChunkHeader = 8;
 constexpr std::uint64_t kMostNumber = 0xFFFFFFFF;
 constexpr std::uint64_t kByte = 5121, kShort = 5123, kInt = 5125, kFloat = 5126;
-constexpr std::uint64_t kTriangles = 4, kStrip = 5, kFan = 6;
+constexpr std::uint64_t kTriangles = 4, kFan = 6;  // 5: strip
 
 void put_u32(std::string& bytes, std::size_t value) {
   const auto number = static_cast<std::uint32_t>(value);

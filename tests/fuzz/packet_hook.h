@@ -63,6 +63,8 @@ class PacketHook {
  private:
   static constexpr std::size_t kMostRecorded = 2000;
   struct Channel {
+    Channel(std::size_t number, Receiver* receiver, const rtps::Locator_t& here, const rtps::Locator_t& there)
+        : index(number), next(receiver), local(here), remote(there) {}
     std::size_t index;
     Receiver* next;
     rtps::Locator_t local, remote;

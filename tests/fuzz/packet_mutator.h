@@ -51,7 +51,7 @@ class PacketMutator {
     for (std::size_t at = 20; at + 4 <= packet.size();) {
       const std::uint8_t flags = packet[at + 1];
       std::size_t length =
-          (flags & 1U) != 0 ? packet[at + 2] | packet[at + 3] << 8U : packet[at + 2] << 8U | packet[at + 3];
+          (flags & 1U) != 0 ? packet[at + 2] + 256U * packet[at + 3] : 256U * packet[at + 2] + packet[at + 3];
       if (at + 4 + length > packet.size()) break;
       if (length == 0 && packet[at] != 0x09) length = packet.size() - at - 4;
       found.push_back({at, at + 4, at + 4 + length, packet[at], flags});

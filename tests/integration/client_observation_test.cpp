@@ -157,7 +157,7 @@ TEST_F(ClientObservation, WaitForStateEndsWithNothingAtItsTimeout) {
 
 TEST_F(ClientObservation, EventsComeInOrderAndGapsAreCounted) {
   connect();
-  for (const std::uint64_t number : {5, 6, 6, 9, 8, 10}) server_->publish_event(number, "number");
+  for (const std::uint64_t number : {5U, 6U, 6U, 9U, 8U, 10U}) server_->publish_event(number, "number");
   server_->publish_event(11, "last");
   const auto first = client_->next_event(kGenerous);
   ASSERT_TRUE(first.has_value());

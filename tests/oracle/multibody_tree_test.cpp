@@ -97,7 +97,7 @@ TEST(MultibodyTree, MassMatrixAndForwardDynamicsOfArmsAreThoseOfKdl) {
     MultibodyTree::Workspace w;
     const KDL::Chain chain = test::kdl_chain(robot.model);
     KDL::ChainDynParam parameters(chain, test::kdl(robot.model.gravity_R));
-    KDL::JntSpaceInertiaMatrix M_kdl(static_cast<unsigned>(n));
+    KDL::JntSpaceInertiaMatrix M_kdl(n);
     KDL::JntArray gravity(static_cast<unsigned>(n)), coriolis(static_cast<unsigned>(n));
     MultibodyTree::MassMatrix M;
     double worst_M = 0.0, worst_qdd = 0.0;

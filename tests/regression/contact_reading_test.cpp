@@ -58,10 +58,10 @@ TEST_F(ContactReading, PressingIsNoCollisionAndTheReportTellsOfIt) {
   ASSERT_EQ(result.fault, "");
   const auto id = [&](const char* name) { return cell->description.find_component(name); };
   for (const auto& [jaw, part] : {std::pair("Gripper1/left_jaw", "P"), std::pair("Gripper2/left_jaw", "C")}) {
-    const auto pressed =
-        std::find_if(result.contact_extremes.begin(), result.contact_extremes.end(), [&](const auto& e) {
-          return std::minmax(e.sample.base, e.sample.target) == std::minmax(id(jaw), id(part));
-        });
+    const int a = id(jaw), b = id(part);
+    const auto pressed = std::find_if(
+        result.contact_extremes.begin(), result.contact_extremes.end(),
+        [&](const auto& e) { return std::minmax(e.sample.base, e.sample.target) == std::minmax(a, b); });
     ASSERT_NE(pressed, result.contact_extremes.end()) << jaw;
     // Deep enough for the monitor, which would tell of it when the gripper lets go.
     EXPECT_GT(pressed->sample.result.largest_penetration_m, 5.0 * ClearanceMonitor::kTouching_m) << jaw;

@@ -71,8 +71,8 @@ Bytes in_one_piece(const Fragments& fragments, const Bytes& whole, std::int64_t 
 bool has_fragment(const Bytes& packet) {
   for (std::size_t at = 20; at + 4 <= packet.size();) {
     if (packet[at] == 0x16) return true;
-    const std::size_t length = (packet[at + 1] & 1U) != 0 ? packet[at + 2] | packet[at + 3] << 8U
-                                                          : packet[at + 2] << 8U | packet[at + 3];
+    const std::size_t length = (packet[at + 1] & 1U) != 0 ? packet[at + 2] + 256U * packet[at + 3]
+                                                          : 256U * packet[at + 2] + packet[at + 3];
     if (length == 0) break;
     at += 4 + length;
   }
