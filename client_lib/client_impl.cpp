@@ -78,7 +78,14 @@ void Client::Impl::connect() {
     sentence += " does not answer; ";
     for (const auto& name : names)
       sentence += (&name == &names.front() ? "found there: '" : ", '") + name + "'";
-    if (names.empty()) sentence += "no takt-server was found there (is it running, on this domain?)";
+    if (names.empty())
+      sentence +=
+          options.secure_directory.empty()
+              ? "no takt-server was found there (is it running, on this domain? A secured one shows itself "
+                "to "
+                "nobody without an identity: --secure)"
+              : "no takt-server was found there (is it running, on this domain, secured, and of the same "
+                "authority as this identity?)";
   }
   char waited[48];
   std::snprintf(waited, sizeof(waited), " (waited %.1f s).", options.timeout.count());

@@ -9,6 +9,7 @@
 #include "client_lib/client.h"
 #include "idl/transport/profiles.h"
 #include "idl/transport/security.h"
+#include "idl/transport/this_machine.h"
 
 namespace takt::client {
 namespace {
@@ -70,11 +71,13 @@ dds::DomainParticipantQos participant_qos(const std::string& name, const LinkPro
     qos.name(name);
     return qos;
   }
+  if (profile.profile != LinkProfile::kDefaultProfile)
+    throw ClientError(ClientError::Kind::invalid, "The DDS profile '" + profile.profile +
+                                                      "' is asked for, but no profiles file is named.");
   qos.name(name);
-  // This machine only: shared memory, and UDP bound to the loopback address.
+  // This machine only.
   qos.transport().use_builtin_transports = false;
-  auto udp = std::make_shared<transports::UDPv4TransportDescriptor>();
-  udp->interfaceWhiteList.emplace_back("127.0.0.1");
+  auto udp = std::make_shared<ThisMachineUdp>();
   // A description of megabytes comes as a burst of fragments when the server's shared memory is out of reach.
   udp->receiveBufferSize = 4U << 20U;
   qos.transport().user_transports.push_back(std::make_shared<transports::SharedMemTransportDescriptor>());

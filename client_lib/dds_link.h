@@ -35,7 +35,8 @@ dds::DataWriterQos command_writer_qos(const dds::Publisher& publisher, std::uint
 struct LinkProfile {
   std::string profiles_file;     ///< Fast DDS profiles (XML); empty: this machine only
   std::string secure_directory;  ///< idl/transport/security.h; empty: no security
-  std::string profile = "takt_client";
+  std::string profile = kDefaultProfile;
+  static constexpr const char* kDefaultProfile = "takt_client";
 };
 
 /// One participant and everything below it. Throws ClientError (transport) when an entity cannot be made.

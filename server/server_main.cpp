@@ -75,9 +75,11 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
       ->check(takt::command_line::whole_number_from(0, 232))
       ->envname("TAKT_DOMAIN")
       ->capture_default_str();
-  app.add_option("--profiles", arguments.profiles, "Fast DDS profiles (XML); without: this machine only")
-      ->check(CLI::ExistingFile);
+  auto* profiles =
+      app.add_option("--profiles", arguments.profiles, "Fast DDS profiles (XML); without: this machine only")
+          ->check(CLI::ExistingFile);
   app.add_option("--profile", arguments.profile, "participant profile to use of that file")
+      ->needs(profiles)
       ->capture_default_str();
   app.add_option("--secure", arguments.secure,
                  "directory with the identity and permissions of a server (docs/network.md)")

@@ -9,6 +9,8 @@
 #include <new>
 #include <span>
 
+#include "idl/transport/this_machine.h"
+
 namespace takt {
 namespace {
 
@@ -58,12 +60,14 @@ class PacketCopy {
 class GuardTransport final : public ChainedTransport {
  public:
   GuardTransport(const transports::ChainingTransportDescriptor& descriptor,
-                 std::shared_ptr<PacketGuard> guard)
-      : ChainedTransport(descriptor), guard_(std::move(guard)) {}
+                 std::shared_ptr<PacketGuard> guard, bool this_machine_only)
+      : ChainedTransport(descriptor), guard_(std::move(guard)) {
+    if (this_machine_only) local_.emplace();
+  }
 
   void receive(transports::TransportReceiverInterface* next, const rtps::octet* data, std::uint32_t size,
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
-    if (guard_->deaf()) return;
+    if (guard_->deaf() || is_foreign(remote)) return;
     thread_local PacketCopy copy;
     const std::span<std::uint8_t> packet = copy.take({data, size}, guard_->limits().largest_sample_bytes);
     const PacketReport report = clean_packet(packet, guard_->limits(), &guard_->memory(), now_s());
@@ -78,24 +82,49 @@ class GuardTransport final : public ChainedTransport {
     deliver(packet.first(guard_->fragments().take(packet.first(report.size), deliver)));
   }
 
+  /// The addresses at which others are to reach this participant. Fast DDS leaves out loopback where there is
+  /// another interface; who listens to nothing else would not be heard.
+  rtps::LocatorList_t NormalizeLocator(const rtps::Locator_t& locator) override {
+    rtps::LocatorList_t addresses = low_level_transport_->NormalizeLocator(locator);
+    const bool any = std::all_of(locator.address + kIpv4Place, locator.address + 16,
+                                 [](rtps::octet part) { return part == 0; });
+    if (!local_ || locator.kind != LOCATOR_KIND_UDPv4 || !any) return addresses;
+    rtps::Locator_t loopback = locator;
+    std::copy(kLoopback.begin(), kLoopback.end(), loopback.address + kIpv4Place);
+    if (std::find(addresses.begin(), addresses.end(), loopback) == addresses.end())
+      addresses.push_back(loopback);
+    return addresses;
+  }
+
  private:
+  static constexpr std::size_t kIpv4Place = 12;  ///< in a locator's address
+  bool is_foreign(const rtps::Locator_t& remote) {
+    if (!local_ || remote.kind != LOCATOR_KIND_UDPv4) return false;
+    Ipv4 address{};
+    std::copy_n(remote.address + kIpv4Place, address.size(), address.begin());
+    return !local_->has(address);
+  }
   void sending(std::span<const std::uint8_t> packet) override {
     guard_->memory().note(packet);
     guard_->fragments().sending(packet);
   }
 
   std::shared_ptr<PacketGuard> guard_;
+  std::optional<LocalAddresses> local_;
 };
 
 struct GuardTransportDescriptor final : public transports::ChainingTransportDescriptor {
   GuardTransportDescriptor(std::shared_ptr<transports::TransportDescriptorInterface> low_level,
                            std::shared_ptr<PacketGuard> packet_guard)
-      : ChainingTransportDescriptor(std::move(low_level)), guard(std::move(packet_guard)) {}
+      : ChainingTransportDescriptor(low_level),
+        guard(std::move(packet_guard)),
+        this_machine_only(dynamic_cast<const ThisMachineUdp*>(low_level.get()) != nullptr) {}
   transports::TransportInterface* create_transport() const override {
-    return new GuardTransport(*this, guard);
+    return new GuardTransport(*this, guard, this_machine_only);
   }
 
   std::shared_ptr<PacketGuard> guard;
+  bool this_machine_only;
 };
 
 void bound_what_is_remembered(dds::DomainParticipantQos& qos) {

@@ -4,6 +4,7 @@
 
 #include "idl/transport/profiles.h"
 #include "idl/transport/security.h"
+#include "idl/transport/this_machine.h"
 
 namespace takt {
 namespace {
@@ -16,8 +17,7 @@ dds::DomainParticipantQos this_machine_only() {
   qos.transport().use_builtin_transports = false;
   const auto shared_memory = std::make_shared<transports::SharedMemTransportDescriptor>();
   shared_memory->segment_size(kSharedMemorySegment_bytes);
-  const auto udp = std::make_shared<transports::UDPv4TransportDescriptor>();
-  udp->interfaceWhiteList.emplace_back("127.0.0.1");
+  const auto udp = std::make_shared<ThisMachineUdp>();
   udp->sendBufferSize = 1U << 20U;
   udp->receiveBufferSize = 1U << 20U;
   qos.transport().user_transports = {shared_memory, udp};
@@ -132,7 +132,9 @@ dds::DataWriter* Participant::create_writer(const std::string& name, dds::TypeSu
   auto* writer = publisher_->create_datawriter(
       topic(name, type), qos, listener,
       listener == nullptr ? dds::StatusMask::none() : dds::StatusMask::publication_matched());
-  if (writer == nullptr) throw DdsError("DDS refused a writer of the topic '" + name + "'.");
+  if (writer == nullptr)
+    throw DdsError("DDS refused a writer of the topic '" + name +
+                   "' (with --secure: is the identity one of a server?).");
   return writer;
 }
 

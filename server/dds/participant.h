@@ -23,7 +23,7 @@ struct ParticipantOptions {
   std::string name;          ///< shown to other participants
   std::uint32_t domain = 0;  ///< 0..232
   /// Fast DDS profiles (XML) with a participant profile of the name `profile`. Empty: this machine only, by
-  /// shared memory and by UDP on the loopback interface.
+  /// shared memory and UDP (idl/transport/this_machine.h).
   std::string profiles_file;
   std::string profile = "takt_server";
   /// Identity, permissions and governance (idl/transport/security.h). Empty: no security.

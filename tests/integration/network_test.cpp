@@ -8,7 +8,9 @@
 #include <fstream>
 #include <sstream>
 
+#include "client_lib/client.h"
 #include "idl/transport/profiles.h"
+#include "idl/transport/this_machine.h"
 #include "server/dds/bounded_request.h"
 #include "tests/support/built_programs.h"
 #include "tests/support/child_process.h"
@@ -86,10 +88,49 @@ class Discovery : public Programs {
     const Outcome status = takt(client, "status");
     EXPECT_EQ(status.code, 0);
     EXPECT_NE(status.text.find("paused"), std::string::npos) << status.text;
+    // Those that look for topics or cells which they do not know yet.
+    const Outcome list = takt(client, "list", "3");
+    EXPECT_EQ(list.code, 0) << list.text;
+    EXPECT_NE(list.text.find(test::test_cell()), std::string::npos) << list.text;
     // Shows that it was this way of discovery and no other.
     EXPECT_EQ(takt({}, "status", default_client_sees_it ? "20" : "2").code == 0, default_client_sees_it);
   }
 };
+
+/// Without a profile a server is found by clients that know nothing but loopback; stock participants: all
+/// tests with RawDdsClient.
+TEST_F(Discovery, WithoutAProfileByClientsOnLoopbackAlone) {
+  serve({});
+  const Outcome status = takt({"--profiles", profiles(), "--profile", "takt_client"}, "status");
+  EXPECT_EQ(status.code, 0) << status.text;
+}
+
+TEST(ThisMachine, IsKnownByItsAddressesAndNobodyElseIs) {
+  LocalAddresses addresses;
+  const auto local = local_ipv4_addresses();
+  ASSERT_FALSE(local.empty());
+  EXPECT_EQ(local.front(), kLoopback);
+  for (const Ipv4& address : local) EXPECT_TRUE(addresses.has(address));
+  EXPECT_TRUE(addresses.has({127, 3, 2, 1}));
+  // Asked again and again, as by packets of a stranger: looked up at most once a second.
+  for (int i = 0; i < 100000; ++i) EXPECT_FALSE(addresses.has({203, 0, 113, 7}));
+  EXPECT_FALSE(addresses.has({0, 0, 0, 0}));
+  EXPECT_FALSE(addresses.has({239, 255, 0, 1}));
+}
+
+TEST_F(Discovery, AProfileWithoutAFileIsRefused) {
+  const Outcome status = takt({"--profile", "takt_client_network"}, "status");
+  EXPECT_EQ(status.code, 2) << status.text;
+  EXPECT_NE(status.text.find("--profiles"), std::string::npos) << status.text;
+  ClientOptions options;
+  options.profile = "takt_client_network";
+  try {
+    const Client client(options);
+    FAIL();
+  } catch (const ClientError& error) {
+    EXPECT_EQ(error.kind(), ClientError::Kind::invalid) << error.what();
+  }
+}
 
 TEST_F(Discovery, ByMulticastOnLoopback) {
   works("", true);

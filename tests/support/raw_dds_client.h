@@ -104,12 +104,8 @@ class RawDdsClient {
     // Samples inside one process shall take the same way as those between processes.
     deliver_through_transports();
 
+    // Transports as Fast DDS has them by default, which is how ROS 2 tools come.
     fdds::DomainParticipantQos qos;
-    qos.transport().use_builtin_transports = false;
-    const auto shared_memory = std::make_shared<transports::SharedMemTransportDescriptor>();
-    const auto udp = std::make_shared<transports::UDPv4TransportDescriptor>();
-    udp->interfaceWhiteList.emplace_back("127.0.0.1");
-    qos.transport().user_transports = {shared_memory, udp};
     qos.wire_protocol().builtin.discovery_config.leaseDuration = DdsDuration(lease_s, 0);
     qos.wire_protocol().builtin.discovery_config.leaseDuration_announcementperiod =
         DdsDuration(0, 500'000'000);

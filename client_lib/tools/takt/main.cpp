@@ -89,9 +89,10 @@ int run(int argc, char** argv) {
   auto* timeout = app.add_option("--timeout", common.timeout_s, "longest wait for an answer, s of wall time")
                       ->check(numbers::positive())
                       ->capture_default_str();
-  app.add_option("--profiles", common.client.profiles_file, "Fast DDS profiles (XML)")
-      ->check(CLI::ExistingFile);
+  auto* profiles = app.add_option("--profiles", common.client.profiles_file, "Fast DDS profiles (XML)")
+                       ->check(CLI::ExistingFile);
   app.add_option("--profile", common.client.profile, "name of the profile in that file")
+      ->needs(profiles)
       ->capture_default_str();
   app.add_option("--secure", common.client.secure_directory,
                  "directory with identity and permissions (environment: TAKT_SECURE)")

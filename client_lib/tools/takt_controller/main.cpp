@@ -61,9 +61,10 @@ int run(int argc, char** argv) {
                  "longest wait for an answer; in lockstep also the cell's patience, s of wall time")
       ->check(takt::command_line::positive())
       ->capture_default_str();
-  app.add_option("--profiles", options.client.profiles_file, "Fast DDS profiles (XML)")
-      ->check(CLI::ExistingFile);
+  auto* profiles = app.add_option("--profiles", options.client.profiles_file, "Fast DDS profiles (XML)")
+                       ->check(CLI::ExistingFile);
   app.add_option("--profile", options.client.profile, "name of the profile in that file")
+      ->needs(profiles)
       ->capture_default_str();
   app.add_option("--secure", options.client.secure_directory,
                  "directory with identity and permissions (environment: TAKT_SECURE)")
