@@ -323,7 +323,7 @@ class ChainedTransport : public transports::ChainingTransport {
     pieces.assign(buffers.begin(), buffers.end());
     // Shared memory of 3.1.2 makes room for the statistics at the end but does not copy them: what stood
     // there before would be sent.
-    if (in_shared_memory_ && !pieces.empty() && is_statistics(pieces.back())) {
+    if (kind() == LOCATOR_KIND_SHM && !pieces.empty() && is_statistics(pieces.back())) {
       size -= pieces.back().size;
       pieces.pop_back();
     }
@@ -343,8 +343,6 @@ class ChainedTransport : public transports::ChainingTransport {
   }
 #endif
   std::shared_ptr<transports::TransportDescriptorInterface> descriptor_;
-  [[maybe_unused]] const bool in_shared_memory_ =
-      dynamic_cast<const transports::SharedMemTransportDescriptor*>(descriptor_.get()) != nullptr;
 };
 
 }  // namespace takt

@@ -70,7 +70,8 @@ class GuardTransport final : public ChainedTransport {
     if (guard_->deaf() || is_foreign(remote)) return;
     thread_local PacketCopy copy;
     const std::span<std::uint8_t> packet = copy.take({data, size}, guard_->limits().largest_sample_bytes);
-    const PacketReport report = clean_packet(packet, guard_->limits(), &guard_->memory(), now_s());
+    const PacketWay way = local.kind == LOCATOR_KIND_SHM ? PacketWay::shared_memory : PacketWay::network;
+    const PacketReport report = clean_packet(packet, guard_->limits(), &guard_->memory(), now_s(), way);
     guard_->count(report.flaw);
     if (report.flaw != PacketFlaw::none) return;
     guard_->heard().note(packet);

@@ -19,6 +19,9 @@ constexpr std::int64_t kLongestGap = std::int64_t{1} << 16U;
 /// Shorter fragments do not hold the list of missing ones that Fast DDS keeps inside them.
 constexpr std::uint16_t kShortestFragment = 8;
 
+constexpr std::size_t kSenderAt = 8;          ///< after magic, version and vendor
+constexpr std::size_t kStatisticsBytes = 60;  ///< of Fast DDS, at the end
+
 constexpr std::uint32_t kUnknownEntity = 0;
 constexpr std::uint32_t kParticipantWriter = 0x000100c2, kParticipantSecureWriter = 0xff0101c2;
 constexpr std::uint32_t kLivelinessWriter = 0x000200c2, kLivelinessSecureWriter = 0xff0200c2;
@@ -91,8 +94,8 @@ bool is_encapsulation(Bytes payload) {
 class PacketInspector {
  public:
   PacketInspector(Bytes packet, const GuardLimits& limits, PacketMemory* memory, std::uint8_t* rewrite,
-                  std::uint32_t now_s)
-      : packet_(packet), limits_(limits), memory_(memory), rewrite_(rewrite), now_s_(now_s) {}
+                  std::uint32_t now_s, PacketWay way)
+      : packet_(packet), limits_(limits), memory_(memory), rewrite_(rewrite), now_s_(now_s), way_(way) {}
 
   PacketReport inspect() {
     report_.flaw = check_packet();
@@ -105,11 +108,27 @@ class PacketInspector {
     constexpr std::array<std::uint8_t, 4> magic{'R', 'T', 'P', 'S'};
     if (!std::equal(magic.begin(), magic.end(), packet_.begin())) return PacketFlaw::not_rtps;
     if (packet_[4] != 2) return PacketFlaw::version;
-    std::copy_n(packet_.begin() + 8, sender_.size(), sender_.begin());
-    const bool fast_dds = packet_[6] == 1 && packet_[7] == 15;
+    std::copy_n(packet_.begin() + kSenderAt, sender_.size(), sender_.begin());
     report_.size = packet_.size();
+    const PacketFlaw flaw = check_submessages();
+    if (flaw == PacketFlaw::none || tail_ == 0) return flaw;
+    cut_tail();
+    return PacketFlaw::none;
+  }
+
+  PacketFlaw check_submessages() {
+    const Bytes from = packet_.subspan(kSenderAt, sender_.size());
+    const bool fast_dds = packet_[6] == 1 && packet_[7] == 15;
+    const bool may_have_tail = fast_dds && way_ == PacketWay::shared_memory;
     std::size_t at = kRtpsHeaderBytes;
     while (at < packet_.size()) {
+      if (may_have_tail && !prefixes_open_ && packet_.size() - at == kStatisticsBytes) {
+        tail_ = at;
+        if (packet_[at] == 0 || (memory_ != nullptr && memory_->leaves_tails(from))) {
+          cut_tail();
+          break;
+        }
+      }
       const auto submessage = submessage_at(packet_, at);
       if (!submessage) return PacketFlaw::submessage;
       offset_ = at + kSubmessageHeadBytes;
@@ -126,6 +145,13 @@ class PacketInspector {
       at = end;
     }
     return prefixes_open_ ? PacketFlaw::submessage : PacketFlaw::none;
+  }
+
+  /// Shared memory of Fast DDS 3.1.2 sends whatever stood there before in the place of its statistics. Who
+  /// has done so once does it always.
+  void cut_tail() {
+    report_.size = tail_;
+    if (memory_ != nullptr) memory_->note_tail(packet_.subspan(kSenderAt, sender_.size()));
   }
 
   PacketFlaw check_submessage(const Submessage& submessage, Bytes body) {
@@ -387,9 +413,11 @@ class PacketInspector {
   PacketMemory* memory_;
   std::uint8_t* rewrite_;
   std::uint32_t now_s_;
+  PacketWay way_;
   PacketReport report_;
   GuidPrefixBytes sender_{};
   std::size_t offset_ = 0;      ///< of the present submessage's body
+  std::size_t tail_ = 0;        ///< where what may be no submessages begins; 0: nowhere
   bool prefixes_open_ = false;  ///< an encrypted submessage has begun and not ended
 };
 
@@ -421,14 +449,15 @@ std::string_view to_string(PacketFlaw flaw) {
   return index < names.size() ? names[index] : "unknown";
 }
 
-PacketReport inspect_packet(Bytes packet, const GuardLimits& limits, PacketMemory* memory) noexcept {
+PacketReport inspect_packet(Bytes packet, const GuardLimits& limits, PacketMemory* memory,
+                            PacketWay way) noexcept {
   constexpr auto kAnyTime = static_cast<std::uint32_t>(-1);
-  return PacketInspector(packet, limits, memory, nullptr, kAnyTime).inspect();
+  return PacketInspector(packet, limits, memory, nullptr, kAnyTime, way).inspect();
 }
 
 PacketReport clean_packet(std::span<std::uint8_t> packet, const GuardLimits& limits, PacketMemory* memory,
-                          std::uint32_t now_s) noexcept {
-  return PacketInspector(packet, limits, memory, packet.data(), now_s).inspect();
+                          std::uint32_t now_s, PacketWay way) noexcept {
+  return PacketInspector(packet, limits, memory, packet.data(), now_s, way).inspect();
 }
 
 }  // namespace takt

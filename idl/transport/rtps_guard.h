@@ -56,23 +56,28 @@ struct GuardLimits {
 
 class PacketMemory;
 
+/// How a packet came. Those of Fast DDS 3.1.2 in shared memory end with 60 bytes of other packets, in the
+/// place of its statistics (Fast-DDS #5759); they are cut off.
+enum class PacketWay : std::uint8_t { network, shared_memory };
+
 struct PacketReport {
   PacketFlaw flaw = PacketFlaw::none;
   bool hides = false;      ///< has something that clean_packet() takes out
   bool fragments = false;  ///< has data in fragments
-  /// What Fast DDS is to see: its own statistics at the end, which it reads with asserts, are cut off.
+  /// What Fast DDS is to see: its own statistics at the end, which it reads with asserts, are cut off, and
+  /// so is what stands in their place.
   std::size_t size = 0;
 };
 
 /// `memory` may be null: then fragments and requests for them are checked each by itself only.
 PacketReport inspect_packet(std::span<const std::uint8_t> packet, const GuardLimits& limits,
-                            PacketMemory* memory) noexcept;
+                            PacketMemory* memory, PacketWay way = PacketWay::network) noexcept;
 
 /// The same, and takes out on the way what nobody here needs and what has brought Fast DDS down or made it
 /// deaf: type objects, type information, content filters and data sharing become padding, source timestamps
 /// after `now_s` (s since 1970) become that (a history keeps what has the latest: one from the future shuts
 /// out all others). Of use if there is no flaw.
 PacketReport clean_packet(std::span<std::uint8_t> packet, const GuardLimits& limits, PacketMemory* memory,
-                          std::uint32_t now_s) noexcept;
+                          std::uint32_t now_s, PacketWay way = PacketWay::network) noexcept;
 
 }  // namespace takt

@@ -72,4 +72,16 @@ bool PacketMemory::same_as_before(std::uint64_t endpoint, std::uint64_t unchangi
   return true;
 }
 
+void PacketMemory::note_tail(std::span<const std::uint8_t> sender) {
+  const std::uint64_t key = mixed(sender, 0);
+  const std::lock_guard lock(mutex_);
+  if (leaving_tails_.find(key) == nullptr) leaving_tails_.insert(key);
+}
+
+bool PacketMemory::leaves_tails(std::span<const std::uint8_t> sender) {
+  const std::uint64_t key = mixed(sender, 0);
+  const std::lock_guard lock(mutex_);
+  return leaving_tails_.find(key) != nullptr;
+}
+
 }  // namespace takt

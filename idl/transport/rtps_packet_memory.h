@@ -37,6 +37,10 @@ class PacketMemory {
   /// `endpoint` and `unchanging` as in ListReport.
   bool same_as_before(std::uint64_t endpoint, std::uint64_t unchanging);
 
+  /// Senders (GUID prefix) whose packets in shared memory end with what are no submessages (PacketWay).
+  void note_tail(std::span<const std::uint8_t> sender);
+  bool leaves_tails(std::span<const std::uint8_t> sender);
+
  private:
   struct Sent {
     std::uint32_t writer = 0, fragments = 0;
@@ -51,12 +55,16 @@ class PacketMemory {
   struct Endpoint {
     std::uint64_t key = 0, unchanging = 0;
   };
+  struct Sender {
+    std::uint64_t key = 0;
+  };
   static constexpr std::size_t kSent = 1024;
   static std::size_t slot(std::uint32_t writer, std::int64_t sequence_number);
   mutable std::mutex mutex_;  // guards all below
   std::array<Sent, kSent> sent_{};
   NewestEntries<Writer, 1024> writers_;
   NewestEntries<Endpoint, 4096> endpoints_;
+  NewestEntries<Sender, 128> leaving_tails_;
 };
 
 }  // namespace takt

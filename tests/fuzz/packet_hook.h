@@ -93,6 +93,11 @@ class HookTransport final : public ChainedTransport {
     hook_->opened(local);
     return ChainingTransport::OpenInputChannel(local, receiver, size);
   }
+  /// What is sent passes by: of two chained transports Fast DDS does not know its own senders again, opens
+  /// one more for each address that it is told, and sends every packet by all of them.
+  bool OpenOutputChannel(transports::SendResourceList& senders, const rtps::Locator_t& remote) override {
+    return low_level_transport_->OpenOutputChannel(senders, remote);
+  }
   void receive(transports::TransportReceiverInterface* next, const rtps::octet* data, std::uint32_t size,
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
     hook_->received(next, data, size, local, remote);

@@ -374,6 +374,57 @@ TEST_P(RtpsGuard, StatisticsOfFastDdsAreCutOff) {
   EXPECT_EQ(flaw_of(with.data(kReader, kWriter, 4, small_sample())), "submessage") << "not at the end";
 }
 
+TEST_P(RtpsGuard, WhatStandsInThePlaceOfStatisticsInSharedMemoryIsCutOff) {
+  const Packet plain = packet().data(kReader, kWriter, 4, small_sample());
+  const std::size_t size = plain.wire.bytes.size();
+  const Wire acknowledgement = wire().id(kReader).id(kWriter).sequence(3).u32(256).fill(32).u32(1);
+  const auto with = [&](const Bytes& tail) {
+    Bytes bytes = plain.wire.bytes;
+    bytes.insert(bytes.end(), tail.begin(), tail.end());
+    return bytes;
+  };
+  const Bytes genuine = Packet(plain).submessage(0x06, 2, acknowledgement).wire.bytes;
+  const auto asked = [](const Bytes& bytes, PacketMemory* memory = nullptr,
+                        PacketWay way = PacketWay::shared_memory) {
+    const PacketReport report = inspect_packet(bytes, {}, memory, way);
+    return report.flaw == PacketFlaw::none ? std::to_string(report.size)
+                                           : std::string(to_string(report.flaw));
+  };
+  const std::string whole = std::to_string(size), longer = std::to_string(size + 60);
+  const Bytes framing = wire().u8(0x55).u8(0).u16(0x7777).fill(56, 9).bytes;
+  const Bytes content = wire().u8(0x07).u8(GetParam() ? 0 : 1).u16(56).fill(56, 0xee).bytes;
+  const Bytes nothing = Wire().fill(60).bytes;
+  for (const Bytes& stale : {framing, content, nothing}) EXPECT_EQ(asked(with(stale)), whole);
+  EXPECT_EQ(asked(plain.wire.bytes), whole);
+  EXPECT_EQ(asked(with(framing), nullptr, PacketWay::network), "submessage");
+  EXPECT_EQ(asked(with(Bytes(framing.begin(), framing.end() - 4))), "submessage") << "of another length";
+  Bytes of_others = with(framing);
+  of_others[7] = 16;
+  EXPECT_EQ(asked(of_others), "submessage") << "of another vendor";
+  Bytes bad = with(framing);
+  bad[size - 8] = 0xff;
+  EXPECT_EQ(asked(bad), "payload") << "what stands before is looked at";
+  // Old bytes may look like a submessage. They are none of a sender that has left others before.
+  for (const Bytes& stale : {framing, nothing}) {
+    PacketMemory memory;
+    EXPECT_EQ(asked(genuine, &memory), longer);
+    EXPECT_EQ(asked(with(stale), &memory), whole);
+    EXPECT_EQ(asked(genuine, &memory), whole);
+    EXPECT_EQ(asked(genuine, &memory, PacketWay::network), longer);
+    Bytes another = genuine;
+    another[8] = 99;
+    EXPECT_EQ(asked(another, &memory), longer);
+  }
+}
+
+TEST_P(RtpsGuard, NothingIsCutOffBetweenPrefixAndPostfix) {
+  GuardLimits secured;
+  secured.encrypted = true;
+  const Packet begun = packet().submessage(0x31, 0, wire().fill(20));
+  Bytes bytes = Packet(begun).submessage(0x55, 0, wire().fill(56)).wire.bytes;
+  EXPECT_EQ(to_string(inspect_packet(bytes, secured, nullptr, PacketWay::shared_memory).flaw), "submessage");
+}
+
 TEST(RtpsGuardRelays, ADiscoveryServerSpeaksForOthers) {
   GuardLimits relayed;
   relayed.relayed_discovery = true;
