@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "client_lib/recording/json_text.h"
+
 namespace takt::view {
 
 using recording::McapMessage;
@@ -17,6 +19,8 @@ namespace {
 /// Before a place that was sought, how far back what was newest then is looked for.
 constexpr std::uint64_t kWindow_ns = 2'000'000'000;
 constexpr std::uint64_t kTell_ns = 50'000'000;
+constexpr double kLongestWait_s =
+    1e8;  ///< a rate may be as small as it likes, a time on the clock not as late
 
 bool is_event(const recording::McapChannel& channel) {
   return channel.type == "takt_msgs/msg/Event";
@@ -104,29 +108,44 @@ void FileSource::tell() {
   const nlohmann::json document{{"position", seconds(position_ns_ - reader_.first_ns())},
                                 {"duration", seconds(reader_.last_ns() - reader_.first_ns())},
                                 {"playing", playing_},
-                                {"rate", rate_}};
-  stream_.push(playback_channel_, position_ns_, document.dump());
+                                {"rate", rate_},
+                                {"problem", problem_}};
+  stream_.push(playback_channel_, position_ns_, recording::json_text(document));
 }
 
 void FileSource::run() {
   std::unique_lock lock(mutex_);
   for (;;) {
-    if (sought_) {
-      sought_ = false;
-      const std::uint64_t position_ns = position_ns_;
-      lock.unlock();
-      show_instant(position_ns);
-      lock.lock();
-    }
-    tell();
     const std::uint64_t seen = changes_;
-    if (playing_ && position_ns_ < reader_.last_ns()) play_on(lock);
-    if (position_ns_ >= reader_.last_ns() && seen == changes_) {
+    try {
+      show(lock, seen);
+    } catch (const std::exception& error) {  // the file was changed under our hands, e.g. by a full disk
+      if (!lock.owns_lock()) lock.lock();
+      problem_ = error.what();
       playing_ = false;
       tell();
     }
     changed_.wait(lock, [&] { return over_ || changes_ != seen; });
     if (over_) return;
+  }
+}
+
+/// What was asked for last, until something else is: change number `seen` is the last that this knows.
+void FileSource::show(std::unique_lock<std::mutex>& lock, std::uint64_t seen) {
+  problem_.clear();
+  if (sought_) {
+    sought_ = false;
+    const std::uint64_t position_ns = position_ns_;
+    lock.unlock();
+    show_instant(position_ns);
+    lock.lock();
+    if (changes_ != seen) return;
+  }
+  tell();
+  if (playing_ && position_ns_ < reader_.last_ns()) play_on(lock);
+  if (position_ns_ >= reader_.last_ns() && seen == changes_) {
+    playing_ = false;
+    tell();
   }
 }
 
@@ -139,8 +158,9 @@ void FileSource::play_on(std::unique_lock<std::mutex>& lock) {
   lock.unlock();
   reader_.read(
       [&](const McapMessage& message) {
-        const auto due = begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
-                                     1e-9 * static_cast<double>(message.log_time_ns - begin_ns) / rate));
+        const double wait_s = 1e-9 * static_cast<double>(message.log_time_ns - begin_ns) / rate;
+        const auto due = begin + std::chrono::duration_cast<Clock::duration>(
+                                     std::chrono::duration<double>(std::min(wait_s, kLongestWait_s)));
         std::unique_lock waiting(mutex_);
         if (changed_.wait_until(waiting, due, [&] { return changes_ != seen; })) return false;
         stream_.push(channels_.at(message.channel->number), message.log_time_ns, message.sample);

@@ -36,6 +36,7 @@ class FileSource {
   };
   void look_through();
   void run();
+  void show(std::unique_lock<std::mutex>& lock, std::uint64_t seen);
   void play_on(std::unique_lock<std::mutex>& lock);
   void show_instant(std::uint64_t position_ns);
   void tell();
@@ -51,6 +52,7 @@ class FileSource {
   bool over_ = false, playing_ = true, sought_ = true;
   double rate_ = 1.0;
   std::uint64_t position_ns_ = 0;
+  std::string problem_;        ///< why it cannot be played on, or empty
   std::uint64_t changes_ = 0;  ///< counts requests
   std::thread thread_;
 };

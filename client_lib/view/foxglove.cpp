@@ -3,14 +3,14 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "client_lib/recording/json_text.h"
+
 namespace takt::view::foxglove {
 namespace {
 
 using nlohmann::json;
-
-std::string text_of(const json& message) {
-  return message.dump(-1, ' ', false, json::error_handler_t::replace);
-}
+using recording::json_text;
+using recording::read_json;
 
 template <typename Integer>
 void append(std::string& bytes, Integer value) {
@@ -26,7 +26,7 @@ std::string server_info(const std::string& name, const std::string& session, con
                {"capabilities", {"services"}}, {"supportedEncodings", {"json"}},
                {"sessionId", session},         {"metadata", json::object()}};
   for (const auto& [key, value] : metadata) message["metadata"][key] = value;
-  return text_of(message);
+  return json_text(message);
 }
 
 std::string advertise(std::span<const Channel> channels) {
@@ -38,7 +38,7 @@ std::string advertise(std::span<const Channel> channels) {
                                    {"schemaName", channel.type},
                                    {"schemaEncoding", channel.schema_encoding},
                                    {"schema", channel.schema}});
-  return text_of(message);
+  return json_text(message);
 }
 
 std::string advertise_control() {
@@ -53,26 +53,26 @@ std::string advertise_control() {
     return json{{"encoding", "json"},
                 {"schemaName", name},
                 {"schemaEncoding", "jsonschema"},
-                {"schema", what.dump()}};
+                {"schema", json_text(what)}};
   };
-  return text_of({{"op", "advertiseServices"},
-                  {"services",
-                   {{{"id", kControlService},
-                     {"name", "/control"},
-                     {"type", "takt.Control"},
-                     {"request", part("takt.ControlRequest", schema)},
-                     {"response", part("takt.ControlReply", reply)},
-                     {"requestSchema", schema.dump()},
-                     {"responseSchema", reply.dump()}}}}});
+  return json_text(json{{"op", "advertiseServices"},
+                        {"services",
+                         {{{"id", kControlService},
+                           {"name", "/control"},
+                           {"type", "takt.Control"},
+                           {"request", part("takt.ControlRequest", schema)},
+                           {"response", part("takt.ControlReply", reply)},
+                           {"requestSchema", json_text(schema)},
+                           {"responseSchema", json_text(reply)}}}}});
 }
 
 std::string status(int level, const std::string& message) {
-  return text_of({{"op", "status"}, {"level", level}, {"message", message}});
+  return json_text(json{{"op", "status"}, {"level", level}, {"message", message}});
 }
 
 std::string service_failure(std::uint32_t service, std::uint32_t call, const std::string& message) {
-  return text_of(
-      {{"op", "serviceCallFailure"}, {"serviceId", service}, {"callId", call}, {"message", message}});
+  return json_text(
+      json{{"op", "serviceCallFailure"}, {"serviceId", service}, {"callId", call}, {"message", message}});
 }
 
 std::array<char, kSampleHead_bytes> sample_head(std::uint32_t subscription, std::uint64_t time_ns) {
@@ -91,13 +91,14 @@ std::string service_response(std::uint32_t service, std::uint32_t call, const An
   append(bytes, call);
   append(bytes, static_cast<std::uint32_t>(encoding.size()));
   bytes += encoding;
-  bytes += text_of(reply);
+  bytes += json_text(reply);
   return bytes;
 }
 
 std::optional<ClientMessage> read_text(std::string_view text) {
-  const json message = json::parse(text, nullptr, false);
-  if (!message.is_object()) return std::nullopt;
+  const std::optional<json> parsed = read_json(text);
+  if (!parsed || !parsed->is_object()) return std::nullopt;
+  const json& message = *parsed;
   ClientMessage read;
   try {
     const std::string op = message.value("op", "");
@@ -114,7 +115,7 @@ std::optional<ClientMessage> read_text(std::string_view text) {
   return read;
 }
 
-std::optional<ServiceCall> read_binary(std::string_view message) {
+std::optional<ServiceCall> read_binary(std::string_view message, bool may_control) {
   if (message.empty() || message[0] != kServiceRequestOpcode) return std::nullopt;
   message.remove_prefix(1);
   const auto take = [&](std::uint32_t& value) {
@@ -129,19 +130,24 @@ std::optional<ServiceCall> read_binary(std::string_view message) {
     return std::nullopt;
   const std::string_view encoding = message.substr(0, length);
   message.remove_prefix(length);
+  if (!may_control) {
+    call.problem = "Observers may look, not touch.";
+    return call;
+  }
   if (call.service != kControlService) {
     call.problem = "There is no such service.";
     return call;
   }
-  const json body = json::parse(message, nullptr, false);
-  if (encoding != "json" || !body.is_object() || !body.value("request", json()).is_string()) {
+  const std::optional<json> parsed = encoding == "json" ? read_json(message) : std::nullopt;
+  if (!parsed || !parsed->is_object() || !parsed->contains("request") || !parsed->at("request").is_string()) {
     call.problem = "A request in JSON is wanted: {\"request\": \"play\", \"arguments\": {}}.";
     return call;
   }
-  call.request = body["request"];
+  const json& body = *parsed;
+  call.request = body.at("request").get<std::string>();
   if (const auto arguments = body.find("arguments"); arguments != body.end() && arguments->is_object())
     for (const auto& [key, value] : arguments->items())
-      call.arguments.emplace_back(key, value.is_string() ? value.get<std::string>() : value.dump());
+      call.arguments.emplace_back(key, value.is_string() ? value.get<std::string>() : json_text(value));
   return call;
 }
 

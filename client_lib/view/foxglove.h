@@ -49,7 +49,7 @@ struct ServiceCall {
   Arguments arguments;
   std::string problem;  ///< why it cannot be answered, or empty
 };
-/// Nothing for a binary message that is no call.
-std::optional<ServiceCall> read_binary(std::string_view message);
+/// Nothing for a binary message that is no call. What an observer asks for is refused unread.
+std::optional<ServiceCall> read_binary(std::string_view message, bool may_control = true);
 
 }  // namespace takt::view::foxglove

@@ -1,6 +1,7 @@
 #include "client_lib/view/live_source.h"
 
 #include <chrono>
+#include <cstdio>
 
 #include "client_lib/recording/message_types.h"
 
@@ -25,8 +26,7 @@ LiveSource::LiveSource(const client::ClientOptions& options, Stream& stream)
     : options_(options), stream_(stream) {
   stream_.on_wanted(this, [this](const Channel& channel, bool wanted) {
     const std::lock_guard lock(mutex_);
-    wanted_.emplace_back(channel.topic, wanted);
-    changed_.notify_all();
+    want(channel.topic, wanted);
   });
   topics_ = std::make_unique<client::RawTopics>(
       options, [this](const client::RawTopic& topic) { add(topic); },
@@ -66,27 +66,38 @@ void LiveSource::add(const client::RawTopic& topic) {
   channel.each_counts = topic.type == "takt_msgs/msg/Event";
   const std::lock_guard lock(mutex_);
   channels_[topic.name] = stream_.add_channel(std::move(channel));
-  if (!always_open(topic)) return;
-  wanted_.emplace_back(topic.name, true);
+  if (always_open(topic)) want(topic.name, true);
+}
+
+/// With the lock.
+void LiveSource::want(const std::string& topic, bool wanted) {
+  wanted_[topic].by += wanted ? 1 : -1;
+  to_follow_.insert(topic);
   changed_.notify_all();
 }
 
 /// Opens and closes topics: that calls DDS, which may take its time.
 void LiveSource::run() {
   std::unique_lock lock(mutex_);
-  std::map<std::string, int> opened;
   for (;;) {
-    changed_.wait(lock, [&] { return over_ || !wanted_.empty(); });
+    changed_.wait(lock, [&] { return over_ || !to_follow_.empty(); });
     if (over_) return;
-    const auto [topic, wanted] = wanted_.front();
-    wanted_.pop_front();
-    int& count = opened[topic];
-    count += wanted ? 1 : -1;
+    const std::string topic = to_follow_.extract(to_follow_.begin()).value();
+    const bool open = wanted_[topic].by > 0;
+    if (open == wanted_[topic].open) continue;
+    wanted_[topic].open = open;
     lock.unlock();
-    if (wanted && count == 1)
-      topics_->open(topic, topic.ends_with("/events") ? 1000 : 1);
-    else if (!wanted && count == 0)
-      topics_->close(topic);
+    try {
+      if (open)
+        topics_->open(topic, topic.ends_with("/events") ? 1000 : 1);
+      else
+        topics_->close(topic);
+    } catch (const client::ClientError& error) {  // the others can be seen all the same
+      std::fprintf(stderr, "takt: note: '%s' cannot be shown: %s\n", topic.c_str(), error.what());
+      lock.lock();
+      wanted_[topic].open = false;  // tried again when somebody comes
+      continue;
+    }
     lock.lock();
   }
 }

@@ -2,10 +2,10 @@
 // A running cell as a stream: its topics as they are sent, from when somebody wants them, and its control. It
 // is a client like any other; it stays through every stop and start of the server.
 #include <condition_variable>
-#include <deque>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <thread>
 
@@ -27,7 +27,12 @@ class LiveSource {
   Answer request(const std::string& name, const Arguments& arguments);
 
  private:
+  struct Wanted {
+    int by = 0;  ///< how many; more than one where it is always open
+    bool open = false;
+  };
   void add(const client::RawTopic& topic);
+  void want(const std::string& topic, bool wanted);
   void run();
   /// Until the cell answers something harmless: its server may just have been started again, and what the
   /// page already shows, the client for requests may still have to find. A request itself is sent once.
@@ -39,8 +44,10 @@ class LiveSource {
   std::condition_variable changed_;
   bool over_ = false;
   std::map<std::string, std::uint32_t> channels_;
-  std::deque<std::pair<std::string, bool>> wanted_;  ///< topics to open or close
-  std::unique_ptr<client::Client> client_;           ///< made when the first request comes
+  // Each topic once, however often somebody comes and goes before DDS has followed.
+  std::map<std::string, Wanted> wanted_;
+  std::set<std::string> to_follow_;         ///< of these topics, wanted_ has changed
+  std::unique_ptr<client::Client> client_;  ///< made when the first request comes
   std::unique_ptr<client::RawTopics> topics_;
   std::thread thread_;
 };

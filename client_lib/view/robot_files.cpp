@@ -40,19 +40,24 @@ bool is_drawable(const std::filesystem::path& file) {
 
 }  // namespace
 
+std::optional<std::filesystem::path> file_below(const std::filesystem::path& folder,
+                                                const std::filesystem::path& file) {
+  std::error_code problem, gone;
+  const auto place = std::filesystem::canonical(file, problem),
+             top = std::filesystem::canonical(folder, gone);
+  if (problem || gone || !std::filesystem::is_regular_file(place, problem)) return std::nullopt;
+  if (std::mismatch(top.begin(), top.end(), place.begin(), place.end()).first != top.end())
+    return std::nullopt;
+  return place;
+}
+
 RobotFiles::RobotFiles(const std::vector<std::filesystem::path>& folders) {
   for (const auto& folder : folders) folders_.push_back(std::filesystem::canonical(folder));
 }
 
 std::optional<std::filesystem::path> RobotFiles::allowed(const std::filesystem::path& file) const {
-  std::error_code problem;
-  const auto place = std::filesystem::canonical(file, problem);
-  if (problem || !is_drawable(place) || !std::filesystem::is_regular_file(place, problem))
-    return std::nullopt;
-  for (const auto& folder : folders_) {
-    const auto [end, beyond] = std::mismatch(folder.begin(), folder.end(), place.begin(), place.end());
-    if (end == folder.end()) return place;
-  }
+  for (const auto& folder : folders_)
+    if (auto place = file_below(folder, file)) return is_drawable(*place) ? std::move(place) : std::nullopt;
   return std::nullopt;
 }
 

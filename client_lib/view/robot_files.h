@@ -8,6 +8,10 @@
 
 namespace takt::view {
 
+/// The file, links followed, if there is one and it is below the folder, links followed too.
+std::optional<std::filesystem::path> file_below(const std::filesystem::path& folder,
+                                                const std::filesystem::path& file);
+
 class RobotFiles {
  public:
   RobotFiles() = default;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <exception>
 
 #include "client_lib/recording/cdr.h"
 
@@ -155,8 +157,14 @@ void SceneChannel::run() {
     }
     const bool pressures = pressures_wanted_ > 0;
     lock.unlock();
-    follow();
-    follow_pressures(pressures);
+    try {
+      follow();
+      follow_pressures(pressures);
+    } catch (const std::exception& error) {
+      // Anybody in the network may send such a sample, and the next is a whole one again: told once.
+      if (!complained_) std::fprintf(stderr, "takt: note: a sample cannot be drawn: %s\n", error.what());
+      complained_ = true;
+    }
     lock.lock();
     changed_.wait_for(lock, kPeriod, [&] { return over_ || wanted_ == 0; });
   }

@@ -38,6 +38,7 @@ class SceneChannel {
   std::uint64_t description_number_ = 0, state_number_ = 0, pressures_number_ = 0;
   recording::Json description_;
   bool follows_state_ = false, follows_pressures_ = false;
+  bool complained_ = false;  ///< of a sample that is not what it says it is
 
   std::mutex mutex_;
   std::condition_variable changed_;

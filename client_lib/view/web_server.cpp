@@ -1,5 +1,6 @@
 #include "client_lib/view/web_server.h"
 
+#include <algorithm>
 #include <array>
 #include <boost/asio/bind_executor.hpp>
 #include <boost/asio/io_context.hpp>
@@ -9,14 +10,17 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
+#include <chrono>
 #include <condition_variable>
+#include <cstdio>
 #include <deque>
-#include <fstream>
 #include <map>
 #include <mutex>
 #include <set>
-#include <sstream>
 #include <thread>
+#include <vector>
+
+#include "client_lib/view/web_request.h"
 
 namespace takt::view {
 
@@ -30,66 +34,53 @@ using boost::system::error_code;
 namespace {
 
 constexpr std::size_t kMostSessions = 200;
+constexpr std::size_t kMostRequests = 200;  ///< connections that are not, or not yet, sessions
+constexpr std::chrono::milliseconds kAcceptPause{100};
 constexpr std::size_t kLongestMessage_bytes = 1U << 20U;
-constexpr std::size_t kMostWaiting = 4000;  ///< messages for one that does not read
-
-std::string_view text_of(beast::string_view text) {
-  return {text.data(), text.size()};
-}
-
-const char* mime_type(const std::filesystem::path& file) {
-  const std::string kind = file.extension().string();
-  if (kind == ".html") return "text/html; charset=utf-8";
-  if (kind == ".js") return "text/javascript; charset=utf-8";
-  if (kind == ".css") return "text/css; charset=utf-8";
-  if (kind == ".svg") return "image/svg+xml";
-  if (kind == ".json" || kind == ".map") return "application/json";
-  if (kind == ".txt") return "text/plain; charset=utf-8";
-  return "application/octet-stream";
-}
-
-/// Host without its port.
-std::string_view host_name(std::string_view host) {
-  if (host.starts_with('[')) return host.substr(0, host.find(']') + 1);
-  return host.substr(0, host.find(':'));
-}
-
-bool is_loopback_name(std::string_view host) {
-  return host == "localhost" || host == "127.0.0.1" || host == "[::1]";
-}
-
-constexpr const char* kNoPage =
-    "<!doctype html><title>takt view</title><p>takt was built without the page of takt view, since npm could "
-    "not "
-    "be reached then. Build once more with npm and a network; Foxglove can connect to this address all the "
-    "same.</p>";
+constexpr std::size_t kKeptBuffer_bytes = 1U << 16U;
+// Of one session: what is on its way to one that does not read, and what it has asked and is not answered
+// yet.
+constexpr std::size_t kMostWaiting = 4000;
+constexpr std::size_t kMostSaid_bytes = 32U << 20U;
+constexpr std::size_t kMostAsked = 100;
+// Of all, those that have gone since included.
+constexpr std::size_t kMostCalls = 1000;
+constexpr std::size_t kMostCalls_bytes = 32U << 20U;
 
 }  // namespace
 
-struct WebServer::Impl {
+struct WebServer::Impl final : WebRequest::Sessions {
   class Session;
-  class Request;
 
   Impl(Stream& s, WebOptions o, Control c) : stream(s), options(std::move(o)), control(std::move(c)) {}
 
   void listen();
   void accept();
+  void welcome(tcp::socket&& socket);
+  void run();
+  bool full() const override { return entering + sessions.size() >= kMostSessions; }
+  void enter(tcp::socket&& socket, const WebRequest::Message& request, bool may_control) override;
   void tick();
   void work();
   void add(const std::shared_ptr<Session>& session);
   void remove(const std::shared_ptr<Session>& session);
-  void ask(const std::shared_ptr<Session>& session, foxglove::ServiceCall call);
-  bool host_is_ours(std::string_view host) const {
-    return !is_loopback_name(options.address) || is_loopback_name(host_name(host));
-  }
+  struct Asked {
+    std::weak_ptr<Session> session;
+    foxglove::ServiceCall call;
+    std::size_t bytes = 0;
+  };
+  /// False when too many wait already.
+  bool ask(Asked asked_for);
 
   Stream& stream;
   const WebOptions options;
   const Control control;
   asio::io_context context{1};
   tcp::acceptor acceptor{context};
-  asio::steady_timer timer{context};
+  asio::steady_timer timer{context}, accept_timer{context};
   bool ticking = false;
+  std::vector<std::weak_ptr<WebRequest>> requests;  ///< in the order in which they came
+  std::size_t entering = 0;                         ///< sessions whose handshake is not over
   std::set<std::shared_ptr<Session>> sessions;
   std::uint64_t session_count = 0;
   std::thread thread;
@@ -97,7 +88,8 @@ struct WebServer::Impl {
   // Requests are answered in a thread of their own: an answer may take seconds.
   std::mutex mutex;
   std::condition_variable asked;
-  std::deque<std::pair<std::weak_ptr<Session>, foxglove::ServiceCall>> calls;
+  std::deque<Asked> calls;
+  std::size_t calls_bytes = 0;
   bool over = false;
   std::thread worker;
 };
@@ -107,11 +99,12 @@ class WebServer::Impl::Session : public std::enable_shared_from_this<Session> {
  public:
   Session(Impl& owner, tcp::socket&& socket) : owner_(owner), socket_(std::move(socket)) {}
 
-  void run(const http::request<http::string_body>& request, bool may_control) {
+  void run(const WebRequest::Message& request, bool may_control) {
     may_control_ = may_control;
     socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
     socket_.read_message_max(kLongestMessage_bytes);
-    const std::string_view offered = text_of(request[http::field::sec_websocket_protocol]);
+    const beast::string_view field = request[http::field::sec_websocket_protocol];
+    const std::string_view offered(field.data(), field.size());
     std::string chosen;
     for (const std::string_view protocol : foxglove::kProtocols)
       if (chosen.empty() && offered.find(protocol) != std::string_view::npos) chosen = protocol;
@@ -119,16 +112,38 @@ class WebServer::Impl::Session : public std::enable_shared_from_this<Session> {
       response.set(http::field::server, "takt");
       if (!chosen.empty()) response.set(http::field::sec_websocket_protocol, chosen);
     }));
+    ++owner_.entering;
     socket_.async_accept(request, [self = shared_from_this()](error_code error) {
+      --self->owner_.entering;
       if (error) return;
       self->owner_.add(self);
-      self->greet();
-      self->read();
+      self->without_harm([&] {
+        self->greet();
+        self->read();
+      });
     });
   }
 
   void say(std::string text, bool binary = false) {
-    queue({{}, 0, std::make_shared<const std::string>(std::move(text)), binary});
+    said_bytes_ += text.size();
+    queue({{}, 0, std::make_shared<const std::string>(std::move(text)), binary, true});
+  }
+
+  void take_answer(std::string response, std::size_t call_bytes) {
+    --asked_;
+    asked_bytes_ -= call_bytes;
+    say(std::move(response), true);
+  }
+
+  /// Whatever goes wrong with one session ends that session, and nothing else.
+  template <typename Function>
+  void without_harm(Function&& function) {
+    try {
+      function();
+    } catch (const std::exception&) {
+      beast::get_lowest_layer(socket_).close();
+      asio::post(owner_.context, [self = shared_from_this()] { self->owner_.remove(self); });
+    }
   }
 
   /// What is new of what is wanted; nothing while older things are still on their way.
@@ -141,7 +156,7 @@ class WebServer::Impl::Session : public std::enable_shared_from_this<Session> {
       for (const Sample& sample : samples_) {
         watched.number = sample.number;
         queue({foxglove::sample_head(watched.subscription, sample.time_ns), foxglove::kSampleHead_bytes,
-               sample.bytes, true});
+               sample.bytes, true, false});
       }
     }
   }
@@ -158,6 +173,7 @@ class WebServer::Impl::Session : public std::enable_shared_from_this<Session> {
     std::size_t head_size = 0;
     std::shared_ptr<const std::string> body;
     bool binary = false;
+    bool said = false;  ///< to this one alone, unlike a sample
   };
   struct Watched {
     std::uint32_t subscription = 0;
@@ -185,14 +201,17 @@ class WebServer::Impl::Session : public std::enable_shared_from_this<Session> {
         self->owner_.remove(self);
         return;
       }
-      const auto data = self->buffer_.cdata();
-      const std::string_view message(static_cast<const char*>(data.data()), data.size());
-      if (self->socket_.got_text())
-        self->take_text(message);
-      else if (auto call = foxglove::read_binary(message))
-        self->take(*std::move(call));
-      self->buffer_.consume(self->buffer_.size());
-      self->read();
+      self->without_harm([&] {
+        const auto data = self->buffer_.cdata();
+        const std::string_view message(static_cast<const char*>(data.data()), data.size());
+        if (self->socket_.got_text())
+          self->take_text(message);
+        else if (auto call = foxglove::read_binary(message, self->may_control_))
+          self->take(*std::move(call), message.size());
+        self->buffer_.consume(self->buffer_.size());
+        if (self->buffer_.capacity() > kKeptBuffer_bytes) self->buffer_.shrink_to_fit();
+        self->read();
+      });
     });
   }
 
@@ -220,16 +239,24 @@ class WebServer::Impl::Session : public std::enable_shared_from_this<Session> {
         }
   }
 
-  void take(foxglove::ServiceCall call) {
-    if (!may_control_) call.problem = "Observers may look, not touch.";
-    if (call.problem.empty())
-      owner_.ask(shared_from_this(), std::move(call));
-    else
-      say(foxglove::service_failure(call.service, call.call, call.problem));
+  void take(foxglove::ServiceCall call, std::size_t bytes) {
+    const std::uint32_t service = call.service, number = call.call;
+    std::string problem = call.problem;
+    const bool patient =
+        asked_ == 0 || (asked_ < kMostAsked && asked_bytes_ + bytes <= kLongestMessage_bytes);
+    if (problem.empty() && !(patient && owner_.ask({shared_from_this(), std::move(call), bytes})))
+      problem = "Too many requests wait for their answer already.";
+    if (!problem.empty()) {
+      say(foxglove::service_failure(service, number, problem));
+      return;
+    }
+    ++asked_;
+    asked_bytes_ += bytes;
   }
 
   void queue(Waiting message) {
-    if (waiting_.size() > kMostWaiting) {  // the connection is there, but nobody reads
+    // The connection is there, but nobody reads.
+    if (waiting_.size() > kMostWaiting || (!waiting_.empty() && said_bytes_ > kMostSaid_bytes)) {
       beast::get_lowest_layer(socket_).close();
       return;
     }
@@ -245,8 +272,10 @@ class WebServer::Impl::Session : public std::enable_shared_from_this<Session> {
     socket_.async_write(parts, [self = shared_from_this()](error_code error, std::size_t) {
       if (error) {
         self->waiting_.clear();
+        self->said_bytes_ = 0;
         return;  // read() ends too, and tidies up
       }
+      if (self->waiting_.front().said) self->said_bytes_ -= self->waiting_.front().body->size();
       self->waiting_.pop_front();
       if (!self->waiting_.empty()) self->write();
     });
@@ -258,110 +287,8 @@ class WebServer::Impl::Session : public std::enable_shared_from_this<Session> {
   std::deque<Waiting> waiting_;
   std::map<std::uint32_t, Watched> watched_;
   std::vector<Sample> samples_;
-  std::size_t advertised_ = 0;
+  std::size_t advertised_ = 0, said_bytes_ = 0, asked_ = 0, asked_bytes_ = 0;
   bool may_control_ = false;
-};
-
-/// A connection until it is known what is wanted: a file, or a WebSocket.
-class WebServer::Impl::Request : public std::enable_shared_from_this<Request> {
- public:
-  Request(Impl& owner, tcp::socket&& socket) : owner_(owner), stream_(std::move(socket)) {}
-
-  void read() {
-    request_ = {};
-    stream_.expires_after(std::chrono::seconds(30));
-    http::async_read(stream_, buffer_, request_, [self = shared_from_this()](error_code error, std::size_t) {
-      if (!error) self->answer();
-    });
-  }
-
- private:
-  void answer() {
-    const std::string_view host = text_of(request_[http::field::host]);
-    if (!owner_.host_is_ours(host)) {
-      send(http::status::forbidden, "text/plain", "takt view answers on this machine only.\n");
-      return;
-    }
-    if (websocket::is_upgrade(request_)) {
-      if (owner_.sessions.size() >= kMostSessions) {
-        send(http::status::service_unavailable, "text/plain", "Too many look already.\n");
-        return;
-      }
-      const std::string_view origin = text_of(request_[http::field::origin]);
-      const bool same = origin.empty() || (origin.find("://") != std::string_view::npos &&
-                                           origin.substr(origin.find("://") + 3) == host);
-      stream_.expires_never();
-      std::make_shared<Session>(owner_, stream_.release_socket())
-          ->run(request_, owner_.options.control && same);
-      return;
-    }
-    if (request_.method() != http::verb::get && request_.method() != http::verb::head) {
-      send(http::status::method_not_allowed, "text/plain", "GET is what there is.\n");
-      return;
-    }
-    std::string path(text_of(request_.target()));
-    path = path.substr(0, path.find_first_of("?#"));
-    if (path == "/metrics" && owner_.options.metrics) {
-      send(http::status::ok, "text/plain; version=0.0.4", owner_.options.metrics());
-      return;
-    }
-    constexpr std::string_view kFiles = "/files/";
-    if (path.starts_with(kFiles)) {
-      if (const auto file = owner_.options.files.find(std::string_view(path).substr(kFiles.size())))
-        send_content(*file);
-      else
-        send(http::status::not_found, "text/plain",
-             "There is no such mesh file below the folders of takt view --files.\n");
-      return;
-    }
-    send_file(path == "/" ? "/index.html" : path);
-  }
-
-  void send_file(const std::string& path) {
-    if (owner_.options.page.empty()) {
-      const bool start = path == "/index.html";
-      send(start ? http::status::ok : http::status::not_found, "text/html; charset=utf-8",
-           start ? kNoPage : "");
-      return;
-    }
-    const std::filesystem::path file = owner_.options.page / path.substr(1);
-    std::error_code problem;
-    if (path.find("..") != std::string::npos || path.find('\0') != std::string::npos ||
-        !std::filesystem::is_regular_file(file, problem)) {
-      send(http::status::not_found, "text/plain", "There is no such page.\n");
-      return;
-    }
-    send_content(file);
-  }
-
-  void send_content(const std::filesystem::path& file) {
-    std::ostringstream content;
-    content << std::ifstream(file, std::ios::binary).rdbuf();
-    send(http::status::ok, mime_type(file), content.str());
-  }
-
-  void send(http::status status, const char* type, std::string body) {
-    response_ = {};
-    response_.result(status);
-    response_.version(request_.version());
-    response_.set(http::field::server, "takt");
-    response_.set(http::field::content_type, type);
-    response_.set(http::field::cache_control, "no-cache");
-    response_.set("X-Content-Type-Options", "nosniff");
-    response_.keep_alive(request_.keep_alive());
-    const bool head = request_.method() == http::verb::head;
-    response_.body() = head ? std::string() : std::move(body);
-    response_.prepare_payload();
-    http::async_write(stream_, response_, [self = shared_from_this()](error_code error, std::size_t) {
-      if (!error && self->response_.keep_alive()) self->read();
-    });
-  }
-
-  Impl& owner_;
-  beast::tcp_stream stream_;
-  beast::flat_buffer buffer_{1U << 16U};
-  http::request<http::string_body> request_;
-  http::response<http::string_body> response_;
 };
 
 void WebServer::Impl::listen() {
@@ -386,13 +313,56 @@ void WebServer::Impl::listen() {
 void WebServer::Impl::accept() {
   acceptor.async_accept([this](error_code error, tcp::socket socket) {
     if (!acceptor.is_open()) return;
-    if (!error) {
-      error_code ignored;
-      socket.set_option(tcp::no_delay(true), ignored);
-      std::make_shared<Request>(*this, std::move(socket))->read();
+    if (error) {
+      // Mostly for want of file descriptors: at once it would fail again, and take a whole core for that.
+      accept_timer.expires_after(kAcceptPause);
+      accept_timer.async_wait([this](error_code cancelled) {
+        if (!cancelled) accept();
+      });
+      return;
+    }
+    try {
+      welcome(std::move(socket));
+    } catch (const std::exception&) {  // this one goes; there will be room for the next
     }
     accept();
   });
+}
+
+void WebServer::Impl::welcome(tcp::socket&& socket) {
+  std::erase_if(requests, [](const auto& request) { return request.expired(); });
+  if (requests.size() >= kMostRequests) {
+    // The one that has been silent for longest goes first: whoever opens connections and leaves them
+    // keeps nobody out.
+    auto leaving = std::find_if(requests.begin(), requests.end(), [](const auto& request) {
+      const auto there = request.lock();
+      return there && there->idle();
+    });
+    if (leaving == requests.end()) leaving = requests.begin();
+    if (const auto there = leaving->lock()) there->close();
+    requests.erase(leaving);
+  }
+  error_code ignored;
+  socket.set_option(tcp::no_delay(true), ignored);
+  const auto request = std::make_shared<WebRequest>(options, *this, std::move(socket));
+  requests.push_back(request);
+  request->read();
+}
+
+void WebServer::Impl::enter(tcp::socket&& socket, const WebRequest::Message& request, bool may_control) {
+  std::make_shared<Session>(*this, std::move(socket))->run(request, may_control);
+}
+
+/// Handlers deal with their own exceptions; what still gets here is dropped with its connection.
+void WebServer::Impl::run() {
+  for (;;) {
+    try {
+      context.run();
+      return;
+    } catch (const std::exception& error) {
+      std::fprintf(stderr, "takt: note: a visitor was dropped (%s).\n", error.what());
+    }
+  }
 }
 
 void WebServer::Impl::add(const std::shared_ptr<Session>& session) {
@@ -416,15 +386,18 @@ void WebServer::Impl::tick() {
       std::chrono::duration<double>(1.0 / options.largest_rate_Hz)));
   timer.async_wait([this](error_code error) {
     if (error) return;
-    for (const auto& session : sessions) session->offer();
+    for (const auto& session : sessions) session->without_harm([&] { session->offer(); });
     tick();
   });
 }
 
-void WebServer::Impl::ask(const std::shared_ptr<Session>& session, foxglove::ServiceCall call) {
+bool WebServer::Impl::ask(Asked asked_for) {
   const std::lock_guard lock(mutex);
-  calls.emplace_back(session, std::move(call));
+  if (calls.size() >= kMostCalls || calls_bytes + asked_for.bytes > kMostCalls_bytes) return false;
+  calls_bytes += asked_for.bytes;
+  calls.push_back(std::move(asked_for));
   asked.notify_one();
+  return true;
 }
 
 void WebServer::Impl::work() {
@@ -432,8 +405,9 @@ void WebServer::Impl::work() {
   for (;;) {
     asked.wait(lock, [&] { return over || !calls.empty(); });
     if (over) return;
-    auto [session, call] = std::move(calls.front());
+    auto [session, call, bytes] = std::move(calls.front());
     calls.pop_front();
+    calls_bytes -= bytes;
     lock.unlock();
     Answer answer;
     try {
@@ -441,9 +415,10 @@ void WebServer::Impl::work() {
     } catch (const std::exception& error) {
       answer = {4, error.what(), {}};
     }
-    asio::post(context, [session = std::move(session),
-                         response = foxglove::service_response(call.service, call.call, answer)] {
-      if (const auto alive = session.lock()) alive->say(response, true);
+    asio::post(context, [session = std::move(session), bytes = bytes,
+                         response = foxglove::service_response(call.service, call.call, answer)]() mutable {
+      if (const auto alive = session.lock())
+        alive->without_harm([&] { alive->take_answer(std::move(response), bytes); });
     });
     lock.lock();
   }
@@ -453,7 +428,7 @@ WebServer::WebServer(Stream& stream, WebOptions options, Control control)
     : impl_(std::make_unique<Impl>(stream, std::move(options), std::move(control))) {
   impl_->listen();
   impl_->accept();
-  impl_->thread = std::thread([this] { impl_->context.run(); });
+  impl_->thread = std::thread([this] { impl_->run(); });
   impl_->worker = std::thread([this] { impl_->work(); });
 }
 

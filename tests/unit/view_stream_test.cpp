@@ -3,6 +3,7 @@
 
 #include <cstring>
 
+#include "client_lib/recording/json_text.h"
 #include "client_lib/view/foxglove.h"
 #include "client_lib/view/stream.h"
 
@@ -106,6 +107,36 @@ TEST(FoxgloveProtocol, ReadsCallsHoweverTheyAreCutOff) {
   }
   call[1] = 9;
   EXPECT_NE(foxglove::read_binary(call)->problem, "");
+}
+
+std::string called(std::size_t levels) {
+  return std::string("\x02\x01\x00\x00\x00\x05\x00\x00\x00\x04\x00\x00\x00json", 17) +
+         R"({"request": "x", "arguments": {"a": )" + std::string(levels, '[') + std::string(levels, ']') +
+         "}}";
+}
+
+TEST(FoxgloveProtocol, RefusesWhatIsNestedTooDeepAndWhatObserversAsk) {
+  EXPECT_EQ(foxglove::read_binary(called(30))->problem, "");
+  EXPECT_NE(foxglove::read_binary(called(31))->problem, "");
+  EXPECT_NE(foxglove::read_binary(called(400'000))->problem, "");
+  const auto observed = foxglove::read_binary(called(400'000), false);
+  EXPECT_EQ(observed->problem, "Observers may look, not touch.");
+  EXPECT_EQ(observed->call, 5U);
+  EXPECT_FALSE(foxglove::read_text(R"({"op": "x", "a": )" + std::string(400'000, '[') +
+                                   std::string(400'000, ']') + "}"));
+  EXPECT_FALSE(foxglove::read_text(std::string(1'000'000, '[')));
+  EXPECT_FALSE(foxglove::read_text(R"({"op": "subscribe")" + std::string("\xff") + "}"));
+}
+
+TEST(JsonText, TakesWhatIsNoUtf8) {
+  using takt::recording::json_text;
+  EXPECT_EQ(json_text(nlohmann::json{{"name",
+                                      "a\xff"
+                                      "b"}}),
+            "{\"name\":\"a\xef\xbf\xbd"
+            "b\"}");
+  EXPECT_EQ(json_text(nlohmann::ordered_json{{"b", 1}, {"a", "\xc3"}}, 1),
+            "{\n \"b\": 1,\n \"a\": \"\xef\xbf\xbd\"\n}");
 }
 
 TEST(FoxgloveProtocol, WritesSamplesWithTheirSubscriptionAndTime) {

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
 #include "client_lib/tools/takt/vector_json.h"
 
@@ -164,7 +165,7 @@ int check(const Common& common, const CheckOptions& options) {
   }
   document["ok"] = all_hold;
   if (common.json)
-    std::printf("%s\n", document.dump(2).c_str());
+    std::printf("%s\n", recording::json_text(document, 2).c_str());
   else
     std::printf("%s\n",
                 all_hold ? "All Parts are where they should be." : "Not all Parts are where they should be.");

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
 #include "client_lib/tools/takt/follow.h"
 #include "client_lib/tools/takt/vector_json.h"
@@ -34,7 +35,7 @@ nlohmann::json json_of(const client::Contacts& contacts) {
 
 void print(const Common& common, const client::Contacts& contacts) {
   if (common.json) {
-    std::printf("%s\n", json_of(contacts).dump().c_str());
+    std::printf("%s\n", recording::json_text(json_of(contacts)).c_str());
   } else if (contacts.contacts.empty()) {
     std::printf("%9.3f s  nothing presses\n", contacts.time_s);
   } else {

@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
 #include "idl/command_line/numbers.h"
 
@@ -26,7 +27,7 @@ std::string as_the_server_sees_it(const std::string& file) {
 
 int say(const Common& common, const std::string& sentence, nlohmann::json document) {
   document["message"] = sentence;
-  std::printf("%s\n", common.json ? document.dump().c_str() : sentence.c_str());
+  std::printf("%s\n", common.json ? recording::json_text(document).c_str() : sentence.c_str());
   return 0;
 }
 
@@ -97,7 +98,7 @@ int entities(const Common& common, const std::string& filter, const std::string&
                       {"hierarchy", part ? nlohmann::json(entity.hierarchy) : nlohmann::json()},
                       {"mass", part ? nlohmann::json(entity.mass_kg) : nlohmann::json()}});
     }
-    std::printf("%s\n", list.dump().c_str());
+    std::printf("%s\n", recording::json_text(list).c_str());
     return 0;
   }
   for (const auto& entity : found) {

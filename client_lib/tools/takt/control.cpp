@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
 
 namespace takt::tool {
@@ -70,7 +71,7 @@ int list(const Common& common) {
       document.push_back({{"cell", cell.name},
                           {"servers", cell.servers},
                           {"status", cell.status ? json_of(*cell.status) : nlohmann::json()}});
-    std::printf("%s\n", document.dump().c_str());
+    std::printf("%s\n", recording::json_text(document).c_str());
     return cells.empty() ? kNoCell : kOk;
   }
   for (const auto& cell : cells) {
@@ -97,7 +98,7 @@ int status(const Common& common) {
     document["cell"] = info->cell;
     document["scenario"] = info->scenario;
     document["server_version"] = info->server_version;
-    std::printf("%s\n", document.dump(2).c_str());
+    std::printf("%s\n", recording::json_text(document, 2).c_str());
     return 0;
   }
   std::printf("Cell '%s', scenario %s, step %g ms, server %s\n", info->cell.c_str(), info->scenario.c_str(),

@@ -2,7 +2,9 @@
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
+#include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
 
 namespace takt::tool {
@@ -92,7 +94,9 @@ void print_pressing(const PartExplanation& e) {
 int explain(const Common& common, const std::string& part) {
   const PartExplanation e = Session(common)->explain_part(part);
   if (common.json) {
-    std::printf("%s\n", nlohmann::json::parse(e.document).dump(2).c_str());
+    const auto document = recording::read_json(e.document);
+    if (!document) throw std::runtime_error("The server's explanation of '" + part + "' is no JSON.");
+    std::printf("%s\n", recording::json_text(*document, 2).c_str());
     return 0;
   }
   std::printf("At %.3f s (step %llu): %s\n", e.time_s, static_cast<unsigned long long>(e.step),

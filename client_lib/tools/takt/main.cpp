@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 
+#include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
 #include "client_lib/tools/takt/record_all.h"
 #include "client_lib/tools/takt/recordings.h"
@@ -60,8 +61,8 @@ int answer(const CLI::App& app, const CLI::ParseError& error, bool json) {
   if (error.get_exit_code() == 0) return app.exit(error);
   const std::optional<std::string> unknown = unknown_command(app);
   if (json)
-    std::printf("%s\n", nlohmann::json{{"error", unknown.value_or(error.what())}, {"kind", "usage"}}
-                            .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)
+    std::printf("%s\n", takt::recording::json_text(
+                            nlohmann::json{{"error", unknown.value_or(error.what())}, {"kind", "usage"}})
                             .c_str());
   if (unknown)
     std::fprintf(stderr, "takt: %s\n", unknown->c_str());

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
 #include "client_lib/tools/takt/follow.h"
 
@@ -24,7 +25,7 @@ nlohmann::json json_of(const client::Power& power) {
 
 void print(const Common& common, const client::Power& power) {
   if (common.json) {
-    std::printf("%s\n", json_of(power).dump().c_str());
+    std::printf("%s\n", recording::json_text(json_of(power)).c_str());
   } else {
     for (const auto& c : power.consumers)
       std::printf("%9.3f s  %-16s mechanical %9.2f W %10.2f J   electrical %9.2f W %10.2f J\n", power.time_s,

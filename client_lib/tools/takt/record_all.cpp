@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/interruption.h"
 #include "client_lib/tools/takt/signals_json.h"
 
@@ -222,7 +223,7 @@ class Recording {
   }
 
   void write(const json& line) {
-    const std::string text = line.dump(-1, ' ', false, json::error_handler_t::replace) + '\n';
+    const std::string text = recording::json_text(line) + '\n';
     const std::lock_guard lock(mutex_);
     if (broken_) return;
     if (std::fputs(text.c_str(), file_.get()) < 0 || std::fflush(file_.get()) != 0) {

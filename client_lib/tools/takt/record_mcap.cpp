@@ -12,6 +12,7 @@
 
 #include "client_lib/raw_topics.h"
 #include "client_lib/recording/cdr.h"
+#include "client_lib/recording/json_text.h"
 #include "client_lib/recording/mcap_reader.h"
 #include "client_lib/recording/mcap_writer.h"
 #include "client_lib/tools/takt/interruption.h"
@@ -93,11 +94,10 @@ class McapRecorder {
                                                      "' has gone away; what came before is in '" +
                                                      options_.file + "'.");
     if (common_.json)
-      std::printf("%s\n", nlohmann::json{{"file", options_.file},
-                                         {"samples", writer_.message_count()},
-                                         {"topics", channels_.size()},
-                                         {"time", time_s_}}
-                              .dump()
+      std::printf("%s\n", recording::json_text(nlohmann::json{{"file", options_.file},
+                                                              {"samples", writer_.message_count()},
+                                                              {"topics", channels_.size()},
+                                                              {"time", time_s_}})
                               .c_str());
     else
       std::fprintf(stderr, "%llu samples of %zu topics, up to %.3f s of simulated time: %s\n",

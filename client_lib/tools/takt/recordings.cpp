@@ -12,6 +12,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "client_lib/recording/json_text.h"
 #include "client_lib/recording/signals.h"
 #include "idl/command_line/numbers.h"
 
@@ -152,7 +153,7 @@ int list_contents(const Common& common, McapReader& reader, const std::vector<st
                             {"signals", names}};
     for (const auto& [number, channel] : reader.channels())
       document["topics"].push_back({{"topic", channel.topic}, {"type", channel.type}});
-    std::printf("%s\n", document.dump(2).c_str());
+    std::printf("%s\n", recording::json_text(document, 2).c_str());
     return kOk;
   }
   for (const auto& name : names) std::printf("%s\n", name.c_str());
@@ -168,7 +169,7 @@ int export_json(McapReader& reader) {
                          {"log_time_ns", message.log_time_ns},
                          {"publish_time_ns", message.publish_time_ns}};
     line["sample"] = recording::to_json(reader.types(), message.channel->type, message.sample);
-    std::printf("%s\n", line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+    std::printf("%s\n", recording::json_text(line).c_str());
     return true;
   });
   return kOk;
@@ -199,8 +200,9 @@ int export_recording(const Common& common, const ExportOptions& options) {
   });
   const std::uint64_t rows = table.finish();
   if (common.json && options.csv != "-")
-    std::printf("%s\n",
-                nlohmann::json{{"file", options.csv}, {"rows", rows}, {"signals", names}}.dump().c_str());
+    std::printf("%s\n", recording::json_text(
+                            nlohmann::json{{"file", options.csv}, {"rows", rows}, {"signals", names}})
+                            .c_str());
   else
     std::fprintf(stderr, "%llu rows of %zu signals.\n", static_cast<unsigned long long>(rows), names.size());
   return kOk;
@@ -256,7 +258,9 @@ int plot(const Common& common, const PlotOptions& options) {
   for (const std::string& name : order) script += curves[name].points + "e\n";
   draw(script, output);
   if (common.json)
-    std::printf("%s\n", nlohmann::json{{"picture", output.string()}, {"signals", order}}.dump().c_str());
+    std::printf(
+        "%s\n",
+        recording::json_text(nlohmann::json{{"picture", output.string()}, {"signals", order}}).c_str());
   else
     std::printf("%s: %zu signals\n", output.string().c_str(), order.size());
   return kOk;

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
 
 namespace takt::tool {
@@ -54,7 +55,9 @@ std::string hash_text(std::uint64_t hash) {
 
 int report(const Common& common, const client::Reply& reply) {
   if (common.json)
-    std::printf("%s\n", nlohmann::json{{"message", reply.message}, {"values", reply.values}}.dump().c_str());
+    std::printf(
+        "%s\n",
+        recording::json_text(nlohmann::json{{"message", reply.message}, {"values", reply.values}}).c_str());
   else
     std::printf("%s\n", reply.message.c_str());
   return kOk;
@@ -71,7 +74,7 @@ int report_error(bool json, const std::exception& error) {
                                                                       : "failed";
     if (of_client != nullptr && of_client->kind() == ClientError::Kind::refused)
       document["result"] = of_client->result();
-    std::printf("%s\n", document.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+    std::printf("%s\n", recording::json_text(document).c_str());
   }
   std::fprintf(stderr, "takt: %s\n", error.what());
   return no_cell ? kNoCell : kFailed;

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
 #include "client_lib/tools/takt/signals_json.h"
 #include "client_lib/tools/takt/vector_json.h"
@@ -74,7 +75,7 @@ int state(const Common& common) {
                                                      {"closed", s.grippers[i].closed}};
     for (std::size_t i = 0; i < s.devices.size(); ++i)
       document["devices"][info.devices[i].name] = json_of(info.devices[i], s.devices[i]);
-    std::printf("%s\n", document.dump(2).c_str());
+    std::printf("%s\n", recording::json_text(document, 2).c_str());
     return 0;
   }
   std::printf("time %.3f s, step %llu, epoch %u, hash %s\n\n", s.time_s,

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "client_lib/view/addresses.h"
 #include "client_lib/view/file_source.h"
 #include "client_lib/view/live_source.h"
 #include "client_lib/view/metrics.h"
@@ -43,7 +44,7 @@ void serve(const Common& common, const ViewOptions& options, view::Stream& strea
   web.metadata.emplace_back("files", web.files.any() ? "true" : "false");
   const view::SceneChannel scene(stream);
   const view::WebServer server(stream, std::move(web), std::move(control));
-  const std::string host = options.address == "0.0.0.0" ? "localhost" : options.address;
+  const std::string host = view::host_in_url(options.address);
   if (common.json)
     std::printf("{\"url\": \"http://%s:%u/\"}\n", host.c_str(), server.port());
   else

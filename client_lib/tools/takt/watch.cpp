@@ -10,6 +10,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
 
 namespace takt::tool {
@@ -131,9 +132,11 @@ std::optional<int> watch_one(const Common& common, const WatchOptions& options,
   };
   for (std::uint64_t seen = 0;;) {
     if (cell.cell()->scenario.empty()) {
-      std::printf("%s%s\n", live ? "\r\033[K" : "",
-                  common.json ? nlohmann::json{{"state", to_string(cell.status().state)}}.dump().c_str()
-                              : "no scenario");
+      std::printf(
+          "%s%s\n", live ? "\r\033[K" : "",
+          common.json
+              ? recording::json_text(nlohmann::json{{"state", to_string(cell.status().state)}}).c_str()
+              : "no scenario");
       if (std::fflush(stdout) != 0) return kFailed;
       (void)cell.wait_for_status([&](const auto&) { return !cell.cell()->scenario.empty(); },
                                  Seconds{kForever_s});
@@ -161,8 +164,8 @@ std::optional<int> watch_one(const Common& common, const WatchOptions& options,
     if (live)
       std::printf("\r\033[K%s%s", cut_to_terminal(live_line(*state, status)).c_str(), over ? "\n" : "");
     else if (over || what != shown)
-      std::printf("%s\n",
-                  common.json ? json_of(*state, status).dump().c_str() : live_line(*state, status).c_str());
+      std::printf("%s\n", common.json ? recording::json_text(json_of(*state, status)).c_str()
+                                      : live_line(*state, status).c_str());
     if (std::fflush(stdout) != 0) return kFailed;
     shown = what;
     if (over && !options.until_s && status.fault.empty()) return {};
@@ -206,18 +209,17 @@ std::optional<int> events_of(const Common& common, const EventsOptions& options,
     const auto event = cell.next_event(Seconds{kForever_s});
     if (!event) return 1;
     if (common.json) {
-      std::printf("%s\n", nlohmann::json{{"sequence_number", event->sequence_number},
-                                         {"missed_before", event->missed_before},
-                                         {"time", event->time_s},
-                                         {"step", event->step},
-                                         {"epoch", event->epoch},
-                                         {"severity", to_string(event->severity)},
-                                         {"code", event->code},
-                                         {"subject", event->subject},
-                                         {"sender", event->sender},
-                                         {"message", event->message}}
-                              .dump()
-                              .c_str());
+      const nlohmann::json document{{"sequence_number", event->sequence_number},
+                                    {"missed_before", event->missed_before},
+                                    {"time", event->time_s},
+                                    {"step", event->step},
+                                    {"epoch", event->epoch},
+                                    {"severity", to_string(event->severity)},
+                                    {"code", event->code},
+                                    {"subject", event->subject},
+                                    {"sender", event->sender},
+                                    {"message", event->message}};
+      std::printf("%s\n", recording::json_text(document).c_str());
     } else {
       if (event->missed_before > 0)
         std::printf("(%llu events were lost here)\n", static_cast<unsigned long long>(event->missed_before));

@@ -1,0 +1,35 @@
+#pragma once
+// JSON with texts of others in it: names and messages come from the wire, from files and from whoever types
+// them. They may be no UTF-8, which dump() alone throws at, and nested so deep that to write them overflows
+// the stack.
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace takt::recording {
+
+/// Bytes that are no UTF-8 become U+FFFD. `indent` as of dump(): below 0, all is on one line.
+template <typename Document>
+std::string json_text(const Document& document, int indent = -1) {
+  return document.dump(indent, ' ', false, Document::error_handler_t::replace);
+}
+
+/// Objects and lists within each other; no message of ours has half as many.
+inline constexpr int kDeepestJson = 32;
+
+/// Nothing for what is no JSON, and for what is nested deeper than that.
+inline std::optional<nlohmann::json> read_json(std::string_view text) {
+  using Event = nlohmann::json::parse_event_t;
+  bool deep = false;
+  // What the function refuses is not kept: however deep the text is, no deep document is made of it.
+  const auto shallow = [&deep](int depth, Event event, const nlohmann::json&) {
+    deep = deep || (depth >= kDeepestJson && (event == Event::object_start || event == Event::array_start));
+    return !deep;
+  };
+  nlohmann::json document = nlohmann::json::parse(text.begin(), text.end(), shallow, false);
+  if (deep || document.is_discarded()) return std::nullopt;
+  return document;
+}
+
+}  // namespace takt::recording
