@@ -60,6 +60,7 @@ void StatePublisher::close() {
     world_->loop().outbox().writer_attached.store(false);
     world = std::move(world_);
     nothing_.scenario.clear();
+    world_->finish();
     nothing_.world = world->cell().world;
     idle_status_ns_ = 0;
   }
@@ -110,6 +111,7 @@ void StatePublisher::run() {
   }
   // A client that waits for a reply or an event should have it before the server is gone.
   (void)event_writer_->wait_for_acknowledgments(DdsDuration(0, 200'000'000));
+    if (world_) world_->finish();
 }
 
 void StatePublisher::write_news(bool with_status) {
