@@ -6,6 +6,7 @@
 #include "server/dds/convert.h"
 #include "server/dds/topic_names.h"
 
+#include "server/runtime/plain_text.h"
 namespace takt {
 namespace {
 
@@ -22,6 +23,12 @@ const std::string& checked(const std::string& name, const char* what) {
 }
 
 }  // namespace
+const std::string& plain(const std::string& name, const char* what) {
+  if (is_plain(name)) return name;
+  throw DdsError(std::string(what) + " '" + plain_text(name, 60) +
+                 "' is no text; over DDS it must be UTF-8 without control characters.");
+}
+
 
 DdsAdapter::DdsAdapter(CellHost& host, ParticipantOptions options)
     : host_(host),
@@ -55,7 +62,10 @@ void DdsAdapter::stop() {
 }
 
 void DdsAdapter::check(const CellDescription& cell) {
-  for (const auto& robot : cell.robots) (void)checked(robot.name, "The robot's name");
+  for (const auto& robot : cell.robots) {
+    (void)checked(robot.name, "The robot's name");
+    for (const auto& link : robot.links) (void)plain(link.name, "The link's name");
+  }
   for (const auto& gripper : cell.grippers) (void)checked(gripper.name, "The gripper's name");
   for (const auto& device : cell.devices) (void)checked(device.name, "The device's name");
   (void)to_message(cell, TAKT_VERSION);
