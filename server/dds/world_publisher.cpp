@@ -58,12 +58,11 @@ void WorldPublisher::make_writers(const TopicNames& topics) {
     pressures_writer_ = participant_.create_writer<msg::ContactPressuresPubSubType>(
         topics.of_cell("contact_pressures"), state_writer_qos(participant_, kLargestUnfragmented_bytes + 1));
   clock_writer_ = participant_.create_writer<rosgraph_msgs::msg::ClockPubSubType>(
-      TopicNames::clock(), ros_writer_qos(participant_, 1, ros_type_hash::kClock));
+      topics.clock(), ros_writer_qos(participant_, 1, ros_type_hash::kClock));
   tf_writer_ = participant_.create_writer<tf2_msgs::msg::TFMessagePubSubType>(
-      TopicNames::tf(), ros_writer_qos(participant_, 100, ros_type_hash::kTFMessage));
+      topics.tf(), ros_writer_qos(participant_, 100, ros_type_hash::kTFMessage));
   tf_static_writer_ = participant_.create_writer<tf2_msgs::msg::TFMessagePubSubType>(
-      TopicNames::tf_static(),
-      with_type_hash(latched_writer_qos(participant_, true), ros_type_hash::kTFMessage));
+      topics.tf_static(), with_type_hash(latched_writer_qos(participant_, true), ros_type_hash::kTFMessage));
   for (const RobotDescription& robot : cell().robots) {
     joint_writers_.push_back(participant_.create_writer<sensor_msgs::msg::JointStatePubSubType>(
         topics.of(robot.name, "joint_states"), ros_writer_qos(participant_, 10, ros_type_hash::kJointState)));
