@@ -42,6 +42,7 @@ struct Arguments {
   bool paused = false, pause_at_end = false, exit_at_end = false;
   std::uint32_t domain = 0;
   std::string profiles, profile = "takt_server", secure;
+  bool own_clock_and_tf = false;
   int realtime_priority = 0;
   int threads = 1;
   std::filesystem::path snapshots;
@@ -85,6 +86,9 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
                  "directory with the identity and permissions of a server (docs/network.md)")
       ->check(CLI::ExistingDirectory)
       ->envname("TAKT_SECURE");
+  app.add_flag("--own-clock-and-tf", arguments.own_clock_and_tf,
+               "for ROS tools of several cells on one domain: clock, tf and tf_static below the cell's name, "
+               "as /CELL/clock, instead of /clock");
   app.add_option("--realtime-priority", arguments.realtime_priority,
                  "1 to 99: ask for SCHED_FIFO with this priority and for locked memory")
       ->check(takt::command_line::whole_number_from(0, 99));
@@ -201,8 +205,10 @@ bool open_until_signal(const std::function<void()>& open, takt::CellHost& host, 
 int serve(const Arguments& arguments, const sigset_t& signals, const std::string& crash) {
   std::optional<takt::Progress> progress;
   takt::CellHost host(host_options(arguments, progress));
-  takt::DdsAdapter adapter(host, {"takt-server " + arguments.cell, arguments.domain, arguments.profiles,
-                                  arguments.profile, arguments.secure});
+  takt::DdsAdapter adapter(host,
+                           {"takt-server " + arguments.cell, arguments.domain, arguments.profiles,
+                            arguments.profile, arguments.secure},
+                           arguments.own_clock_and_tf);
   const pthread_t main_thread = pthread_self();
   std::atomic<bool> ended_itself{false};
   host.set_on_quit([main_thread, &ended_itself] {

@@ -36,6 +36,24 @@ std::string policy_name(dds::QosPolicyId_t policy) {
   }
 }
 
+/// A type as people know it: std_msgs/msg/String for std_msgs::msg::dds_::String_. Another one as it is.
+std::string ros_name(const std::string& type) {
+  constexpr std::string_view kMark = "::dds_::";
+  const auto mark = type.find(kMark);
+  if (mark == std::string::npos || !type.ends_with('_')) return "'" + type + "'";
+  std::string name = type.substr(0, mark);
+  if (const auto colons = name.find("::"); colons != std::string::npos) name.replace(colons, 2, "/");
+  const std::size_t last = mark + kMark.size();
+  return name + "/" + type.substr(last, type.size() - last - 1);
+}
+
+template <typename Item>
+std::string names_of(const std::vector<Item>& items) {
+  std::string names;
+  for (const Item& item : items) names += (names.empty() ? "" : ", ") + item.name;
+  return names.empty() ? "none" : names;
+}
+
 }  // namespace
 
 /// Listens to one topic with one kind of ownership.
@@ -139,8 +157,8 @@ void CommandSubscriber::open(Participant& participant, RunLoop& loop) {
     arbiters_.assign(static_cast<std::size_t>(targets), {});
     silent_owners_.clear();
     gone_.clear();
-    for (const auto& [guid, writer] : writers_) {
-      if (auto event = unheard(guid, writer.topic, cell)) news.push_back(std::move(*event));
+    for (auto& [guid, writer] : writers_) {
+      if (auto event = unheard(guid, writer, cell)) news.push_back(std::move(*event));
     }
   }
   for (AdapterEvent& event : news) events_.post(std::move(event));
@@ -188,6 +206,28 @@ dds::DataReader* CommandSubscriber::make_reader(const std::string& topic, const 
   return participant_->create_reader<takt_msgs::msg::DeviceCommandPubSubType>(topic, qos, listener);
 }
 
+const std::string& CommandSubscriber::type_of(Kind kind) {
+  static const std::string joints =
+      dds::TypeSupport(new sensor_msgs::msg::JointStatePubSubType).get_type_name();
+  static const std::string trajectory =
+      dds::TypeSupport(new trajectory_msgs::msg::JointTrajectoryPubSubType).get_type_name();
+  static const std::string gripper =
+      dds::TypeSupport(new takt_msgs::msg::GripperCommandPubSubType).get_type_name();
+  static const std::string device =
+      dds::TypeSupport(new takt_msgs::msg::DeviceCommandPubSubType).get_type_name();
+  switch (kind) {
+    case Kind::joints:
+      return joints;
+    case Kind::trajectory:
+      return trajectory;
+    case Kind::gripper:
+      return gripper;
+    case Kind::device:
+      break;
+  }
+  return device;
+}
+
 std::string_view CommandSubscriber::topic_of(Kind kind) {
   if (kind == Kind::joints) return kJointCommands;
   return kind == Kind::trajectory ? kJointTrajectory : kCommand;
@@ -203,40 +243,57 @@ void CommandSubscriber::close() {
   loop_ = nullptr;
 }
 
-void CommandSubscriber::writer_discovered(const DdsGuid& guid, const std::string& topic,
-                                          std::uint32_t strength, double lease_s) {
+void CommandSubscriber::writer_discovered(const Discovered& discovered) {
+  const std::string& topic = discovered.topic;
   if (topics_.name_in(topic, kJointCommands).empty() && topics_.name_in(topic, kJointTrajectory).empty() &&
       topics_.name_in(topic, kCommand).empty())
     return;
   std::optional<AdapterEvent> event;
   {
     const std::lock_guard lock(mutex_);
-    Writer& writer = writers_[guid] = {topic, strength, lease_s, false};
-    if (heard_ != nullptr) watch(guid, writer);
-    if (loop_ != nullptr) event = unheard(guid, topic, loop_->cell());
+    Writer& writer = writers_[discovered.guid] = {
+        topic, discovered.type, discovered.strength, discovered.lease_s, false, false};
+    if (heard_ != nullptr) watch(discovered.guid, writer);
+    if (loop_ != nullptr) event = unheard(discovered.guid, writer, loop_->cell());
   }
   if (event) events_.post(std::move(*event));
 }
 
-std::optional<AdapterEvent> CommandSubscriber::unheard(const DdsGuid& guid, const std::string& topic,
+std::optional<AdapterEvent> CommandSubscriber::unheard(const DdsGuid& guid, Writer& writer,
                                                        const CellDescription& cell) const {
+  const std::string& topic = writer.topic;
   std::string robot = topics_.name_in(topic, kJointCommands);
-  if (robot.empty()) robot = topics_.name_in(topic, kJointTrajectory);
-  const std::string gripper = topics_.name_in(topic, kCommand);
-  const auto event = [&](const char* code, const std::string& name, const Rejection& rejection) {
-    return AdapterEvent{Severity::warning, code, name, text_of(guid),
-                        "Nobody listens to the topic " + topic + ": " + rejection.message + "."};
+  Kind kind = Kind::joints;
+  if (robot.empty()) {
+    robot = topics_.name_in(topic, kJointTrajectory);
+    kind = Kind::trajectory;
+  }
+  const std::string other = topics_.name_in(topic, kCommand);
+  const auto event = [&](const char* code, const std::string& name, const std::string& sentence) {
+    return AdapterEvent{Severity::warning, code, name, text_of(guid), sentence};
   };
+  const std::string nobody = "Nobody listens to the topic " + topic + ": ";
   // Validation knows best what is there and how to say what is not.
   if (!robot.empty() && cell.find_robot(robot) < 0) {
     const auto verdict = validate(cell, RawJointCommand{robot, -1.0, {}, {}, {}, {}});
-    return event("unknown_robot", robot, std::get<Rejection>(verdict));
+    return event("unknown_robot", robot, nobody + std::get<Rejection>(verdict).message + ".");
   }
-  if (!gripper.empty() && cell.find_gripper(gripper) < 0 && cell.find_device(gripper) < 0) {
-    const auto verdict = validate(cell, RawGripperCommand{gripper, -1.0, 0, 0.0, 0.0});
-    return event("unknown_gripper", gripper, std::get<Rejection>(verdict));
+  if (!other.empty()) {
+    kind = cell.find_gripper(other) < 0 ? Kind::device : Kind::gripper;
+    if (kind == Kind::device && cell.find_device(other) < 0) {
+      const bool for_device = writer.type == type_of(Kind::device);
+      return event(for_device ? "unknown_device" : "unknown_gripper", other,
+                   nobody + "there is no gripper or device '" + other + "' in this cell; grippers: " +
+                       names_of(cell.grippers) + "; devices: " + names_of(cell.devices) + ".");
+    }
   }
-  return std::nullopt;
+  if (writer.type_told || writer.type == type_of(kind)) return std::nullopt;
+  writer.type_told = true;
+  const std::string& name = other.empty() ? robot : other;
+  return event("wrong_type", name,
+               "Nothing that this sender writes for " + name + " is heard: its type is " +
+                   ros_name(writer.type) + ", but the topic " + topic + " takes " + ros_name(type_of(kind)) +
+                   ".");
 }
 
 void CommandSubscriber::writer_removed(const DdsGuid& guid) {

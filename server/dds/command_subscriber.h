@@ -38,11 +38,15 @@ class CommandSubscriber {
   /// Removes the readers; after it the loop is not used any more. May be called more than once.
   void close();
 
+  struct Discovered {
+    DdsGuid guid;
+    std::string topic, type;
+    std::uint32_t strength = 0;
+    double lease_s = 0.0;  ///< within which it promises a sign of life; infinity: never
+  };
   /// A writer of any topic was discovered. Called by the participant's listener, before a reader of that
   /// topic is told.
-  /// `lease_s`: within which it promises a sign of life; infinity: never.
-  void writer_discovered(const DdsGuid& guid, const std::string& topic, std::uint32_t strength,
-                         double lease_s);
+  void writer_discovered(const Discovered& discovered);
   void writer_removed(const DdsGuid& guid);
 
   /// Publishing thread, often: takes the targets of senders that have not kept their promise of a sign of
@@ -63,6 +67,7 @@ class CommandSubscriber {
     dds::DataReader* reader = nullptr;
   };
   static std::string_view topic_of(Kind kind);
+  static const std::string& type_of(Kind kind);
   void listen(int target, Kind kind);
   void renew_readers(const std::set<int>& targets);
   int target_of_topic(const std::string& topic) const;
@@ -81,15 +86,16 @@ class CommandSubscriber {
   void reject(const Rejection& rejection, const DdsGuid& guid);
 
   struct Writer {
-    std::string topic;
+    std::string topic, type;
     std::uint32_t strength = 0;
     double lease_s = 0.0;
-    bool silent = false;  ///< has not kept it; no sender until it is heard of again
+    bool silent = false;     ///< has not kept it; no sender until it is heard of again
+    bool type_told = false;  ///< that it is the wrong one
   };
   void watch(const DdsGuid& guid, Writer& writer);
-  /// Of a command writer on a topic that nobody listens to: an event says so.
-  std::optional<AdapterEvent> unheard(const DdsGuid& guid, const std::string& topic,
-                                      const CellDescription& cell) const;
+  /// Of a command writer on a topic that nobody listens to, or of another type than is listened to: an event
+  /// says so.
+  std::optional<AdapterEvent> unheard(const DdsGuid& guid, Writer& writer, const CellDescription& cell) const;
 
   HeardParticipants* heard_ = nullptr;  // guarded by mutex_
   DdsGuid own_;                         // guarded by mutex_

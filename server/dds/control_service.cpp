@@ -6,10 +6,14 @@
 
 #include "server/dds/bounded_request.h"
 #include "server/dds/qos.h"
+#include "server/runtime/plain_text.h"
 #include "takt_msgsPubSubTypes.h"
 
 namespace takt {
 namespace {
+
+// Of the type of a reply (idl/takt_msgs.idl).
+constexpr std::size_t kMostOfMessage = 1024, kMostOfValue = 4096;
 
 std::size_t bytes_of(const ControlReply& reply) {
   std::size_t bytes = sizeof(reply) + reply.message.size();
@@ -49,9 +53,11 @@ void ControlService::received(const takt_msgs::msg::ControlRequest& message) {
     const Key key(message.client_id().to_string(), message.sequence_number());
     const auto refuse = [&](const char* why) {
       if (asked_again_.size() < kRemembered)
-        asked_again_.push_back({key, {0, ControlResult::failed, why, {}}});
+        asked_again_.push_back({{plain_text(key.first), key.second}, {0, ControlResult::failed, why, {}}});
       host_.mail().news.post();
     };
+    if (!is_plain(key.first))
+      return refuse("The client_id is no text; it must be UTF-8 without control characters.");
     if (key.first.empty())
       return refuse("The request has no client_id; each run of a client needs one of its own.");
     const std::size_t content = content_of(message);
@@ -77,6 +83,8 @@ void ControlService::received(const takt_msgs::msg::ControlRequest& message) {
   for (const auto& argument : message.arguments()) {
     request.arguments.emplace_back(argument.name().to_string(), argument.value().to_string());
   }
+  if (std::string fault = fault_of_texts(request); !fault.empty())
+    return host_.mail().add_reply({request.id, ControlResult::failed, std::move(fault), {}});
   host_.submit(request);
 }
 
@@ -107,7 +115,8 @@ void ControlService::write_replies(std::span<const ControlReply> replies) {
     forget_old();
   }
   takt_msgs::msg::ControlReply message;
-  for (const auto& [key, reply] : answers) {
+  for (const auto& [key, answer] : answers) {
+    const ControlReply reply = plain_reply(answer, kMostOfMessage, kMostOfValue);
     message.client_id(key.first);
     message.sequence_number(key.second);
     message.result(static_cast<std::int32_t>(reply.result));

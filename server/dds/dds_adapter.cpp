@@ -1,10 +1,12 @@
 #include "server/dds/dds_adapter.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <limits>
 
 #include "server/dds/convert.h"
 #include "server/dds/topic_names.h"
+#include "server/runtime/plain_text.h"
 
 namespace takt {
 namespace {
@@ -21,23 +23,29 @@ const std::string& checked(const std::string& name, const char* what) {
       "' cannot be part of a topic name; allowed are letters, digits and underscores, no digit first.");
 }
 
+const std::string& plain(const std::string& name, const char* what) {
+  if (is_plain(name)) return name;
+  throw DdsError(std::string(what) + " '" + plain_text(name, 60) +
+                 "' is no text; over DDS it must be UTF-8 without control characters.");
+}
+
 }  // namespace
 
-DdsAdapter::DdsAdapter(CellHost& host, ParticipantOptions options)
+DdsAdapter::DdsAdapter(CellHost& host, ParticipantOptions options, bool own_clock_and_tf)
     : host_(host),
-      commands_(host.mail().events, senders_, TopicNames(checked(host.cell(), "The cell's name"))),
+      topics_(checked(host.cell(), "The cell's name"), own_clock_and_tf),
+      commands_(host.mail().events, senders_, topics_),
       control_(host),
       services_(host) {
-  const TopicNames topics(host.cell());
   participant_ = std::make_unique<Participant>(options, this);
   {
     const std::lock_guard lock(own_mutex_);
     own_ = participant_->guid();
   }
   commands_.listen_for(participant_->guard(), participant_->guid());
-  publisher_ =
-      std::make_unique<StatePublisher>(host, *participant_, topics, senders_, commands_, control_, services_);
-  control_.listen(*participant_, topics);
+  publisher_ = std::make_unique<StatePublisher>(host, *participant_, topics_, senders_, commands_, control_,
+                                                services_);
+  control_.listen(*participant_, topics_);
   services_.serve(*participant_, host.cell());
   host.set_observer(this);
   publisher_->start();
@@ -55,7 +63,10 @@ void DdsAdapter::stop() {
 }
 
 void DdsAdapter::check(const CellDescription& cell) {
-  for (const auto& robot : cell.robots) (void)checked(robot.name, "The robot's name");
+  for (const auto& robot : cell.robots) {
+    (void)checked(robot.name, "The robot's name");
+    for (const auto& link : robot.links) (void)plain(link.name, "The link's name");
+  }
   for (const auto& gripper : cell.grippers) (void)checked(gripper.name, "The gripper's name");
   for (const auto& device : cell.devices) (void)checked(device.name, "The device's name");
   (void)to_message(cell, TAKT_VERSION);
@@ -77,13 +88,15 @@ void DdsAdapter::idle(const CellDescription& cell) {
   publisher_->describe(cell);
 }
 
+bool DdsAdapter::is_own(const DdsGuid& writer) {
+  const std::lock_guard lock(own_mutex_);
+  return own_ && own_->guidPrefix == writer.guidPrefix;
+}
+
 void DdsAdapter::on_writer(const DiscoveredWriter& writer) {
   using News = DiscoveredWriter::News;
-  if (writer.topic == TopicNames(host_.cell()).of_cell("status")) {
-    {
-      const std::lock_guard lock(own_mutex_);
-      if (writer.news != News::appeared || (own_ && own_->guidPrefix == writer.guid.guidPrefix)) return;
-    }
+  if (writer.topic == topics_.of_cell("status")) {
+    if (writer.news != News::appeared || is_own(writer.guid)) return;
     const std::string sentence = "Another server on this domain is called '" + host_.cell() +
                                  "' too: clients hear now the one, now the other. Give one of them another "
                                  "name (--cell), or another domain.";
@@ -92,10 +105,34 @@ void DdsAdapter::on_writer(const DiscoveredWriter& writer) {
         {Severity::error, "cell_name_taken", host_.cell(), text_of(writer.guid), sentence});
     return;
   }
+  // Frames come from many nodes; time has one source.
+  if (writer.topic == topics_.clock() && !topics_.clock_is_own()) {
+    if (writer.news == News::appeared && !is_own(writer.guid)) tell_shared_clock(writer.guid);
+    return;
+  }
   if (writer.news == News::appeared)
-    commands_.writer_discovered(writer.guid, writer.topic, writer.ownership_strength, lease_s(writer.lease));
+    commands_.writer_discovered(
+        {writer.guid, writer.topic, writer.type, writer.ownership_strength, lease_s(writer.lease)});
   else if (writer.news == News::gone)
     commands_.writer_removed(writer.guid);
+}
+
+/// Once for each participant: its writer comes anew with every scenario.
+void DdsAdapter::tell_shared_clock(const DdsGuid& writer) {
+  constexpr std::size_t kRemembered = 256;
+  {
+    const std::lock_guard lock(own_mutex_);
+    const auto same = [&](const DdsGuid& other) { return other.guidPrefix == writer.guidPrefix; };
+    if (std::any_of(other_clocks_.begin(), other_clocks_.end(), same)) return;
+    if (other_clocks_.size() == kRemembered) other_clocks_.erase(other_clocks_.begin());
+    other_clocks_.push_back(writer);
+  }
+  const std::string sentence =
+      "Something else on this domain writes /clock too, as another takt-server does: ROS nodes get now the "
+      "one's time and frames, now the other's. Give each cell a domain of its own (--domain), or one of them "
+      "--own-clock-and-tf.";
+  std::fprintf(stderr, "takt-server: %s\n", sentence.c_str());
+  host_.mail().events.post({Severity::warning, "clock_shared", host_.cell(), text_of(writer), sentence});
 }
 
 }  // namespace takt

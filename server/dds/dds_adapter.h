@@ -5,6 +5,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "server/dds/command_subscriber.h"
 #include "server/dds/control_service.h"
@@ -13,6 +14,7 @@
 #include "server/dds/ros_services.h"
 #include "server/dds/senders.h"
 #include "server/dds/state_publisher.h"
+#include "server/dds/topic_names.h"
 #include "server/runtime/cell_host.h"
 
 namespace takt {
@@ -20,8 +22,9 @@ namespace takt {
 class DdsAdapter final : public DiscoveryListener, public WorldObserver {
  public:
   /// Make it before the host opens anything, so that the first instant is sent. The host must outlive it.
-  /// Throws DdsError, also when the cell's name cannot be part of a topic.
-  DdsAdapter(CellHost& host, ParticipantOptions options);
+  /// `own_clock_and_tf`: see TopicNames. Throws DdsError, also when the cell's name cannot be part of a
+  /// topic.
+  DdsAdapter(CellHost& host, ParticipantOptions options, bool own_clock_and_tf = false);
   ~DdsAdapter() override;
 
   /// Sends what is left, then leaves the domain. Stop the host first.
@@ -40,10 +43,14 @@ class DdsAdapter final : public DiscoveryListener, public WorldObserver {
 
  private:
   void on_writer(const DiscoveredWriter& writer) override;
+  bool is_own(const DdsGuid& writer);
+  void tell_shared_clock(const DdsGuid& writer);
 
   CellHost& host_;
+  const TopicNames topics_;
   std::mutex own_mutex_;
-  std::optional<DdsGuid> own_;  ///< guarded by own_mutex_; none while the participant is being made
+  std::optional<DdsGuid> own_;         ///< guarded by own_mutex_; none while the participant is being made
+  std::vector<DdsGuid> other_clocks_;  ///< guarded by own_mutex_; told, of each participant one, newest last
   Senders senders_;
   CommandSubscriber commands_;
   ControlService control_;

@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "server/dds/convert.h"
+
 namespace takt::ros {
 namespace {
 
@@ -177,6 +179,9 @@ Question ask(const srv::GetEntityState_Request& request) {
 Question ask(const srv::SetEntityState_Request& request) {
   const auto& state = request.state();
   if (!is_world(state.header().frame_id())) return wrong_frame(state.header().frame_id());
+  if (request.set_acceleration())
+    return refuse(ControlResult::unsupported,
+                  "An acceleration cannot be set: it follows from the forces. Leave set_acceleration false.");
   TextArguments arguments{{"entity", request.entity()}};
   if (request.set_pose()) {
     arguments.emplace_back("position", position_of(state.pose()));
@@ -297,10 +302,7 @@ void respond(const ControlReply& reply, const std::string&, srv::GetEntityState_
   response.result(result_of(reply));
   if (reply.result != ControlResult::ok) return;
   auto& state = response.state();
-  const double time_s = numbers(reply, "time", 1)[0];
-  const double whole = std::floor(time_s);
-  state.header().stamp().sec(static_cast<std::int32_t>(whole));
-  state.header().stamp().nanosec(static_cast<std::uint32_t>(std::min(999999999.0, (time_s - whole) * 1e9)));
+  state.header().stamp(to_time(numbers(reply, "time", 1)[0]));
   state.header().frame_id("world");
   const auto p = numbers(reply, "position", 3), q = numbers(reply, "orientation", 4);
   const auto v = numbers(reply, "linear_velocity", 3), w = numbers(reply, "angular_velocity", 3);

@@ -5,6 +5,7 @@
 #include "server/dds/convert.h"
 #include "server/dds/qos.h"
 #include "server/runtime/monotonic_clock.h"
+#include "server/runtime/plain_text.h"
 #include "takt_msgsPubSubTypes.h"
 
 namespace takt {
@@ -14,6 +15,8 @@ constexpr std::int64_t kLongestSleep_ns = 20'000'000;  // so that standing insta
 constexpr std::int64_t kIdleStatus_ns = 100'000'000;
 constexpr std::int64_t kAnnounced_ns = 15'000'000'000;
 constexpr std::int64_t kLookAfterOwners_ns = 50'000'000;
+// Of the type of an event (idl/takt_msgs.idl).
+constexpr std::size_t kMostOfCode = 64, kMostOfName = 128, kMostOfSentence = 1024;
 
 }  // namespace
 
@@ -57,6 +60,7 @@ void StatePublisher::close() {
     const std::lock_guard lock(mutex_);
     if (!world_) return;
     write_news(false);
+    world_->finish();
     world_->loop().outbox().writer_attached.store(false);
     world = std::move(world_);
     nothing_.scenario.clear();
@@ -107,6 +111,7 @@ void StatePublisher::run() {
   {
     const std::lock_guard lock(mutex_);
     write_news(true);
+    if (world_) world_->finish();
   }
   // A client that waits for a reply or an event should have it before the server is gone.
   (void)event_writer_->wait_for_acknowledgments(DdsDuration(0, 200'000'000));
@@ -183,10 +188,10 @@ void StatePublisher::write_event(const AdapterEvent& event) {
   message.step(world_ ? world_->present_step() : 0);
   message.epoch(world_ ? world_->present_epoch() : 0);
   message.severity(static_cast<std::uint8_t>(event.severity));
-  message.code(event.code);
-  message.subject(event.subject);
-  message.sender(event.sender);
-  message.message(event.message);
+  message.code(plain_text(event.code, kMostOfCode));
+  message.subject(plain_text(event.subject, kMostOfName));
+  message.sender(plain_text(event.sender, kMostOfName));
+  message.message(plain_text(event.message, kMostOfSentence));
   write_event(message);
 }
 

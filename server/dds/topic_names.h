@@ -7,15 +7,19 @@ namespace takt {
 
 class TopicNames {
  public:
-  explicit TopicNames(const std::string& cell) : prefix_("rt/" + cell + "/") {}
+  /// ROS 2 tools expect one source of time and one tree of frames on a domain, /clock and /tf; of several
+  /// cells on one domain all but one have `own_clock_and_tf`, theirs are /<cell>/clock and so on.
+  explicit TopicNames(const std::string& cell, bool own_clock_and_tf = false)
+      : prefix_("rt/" + cell + "/"), ros_prefix_(own_clock_and_tf ? prefix_ : "rt/") {}
 
   std::string of_cell(std::string_view topic) const { return prefix_ + std::string(topic); }
   std::string of(std::string_view robot_or_gripper, std::string_view topic) const {
     return prefix_ + std::string(robot_or_gripper) + "/" + std::string(topic);
   }
-  static std::string clock() { return "rt/clock"; }
-  static std::string tf() { return "rt/tf"; }
-  static std::string tf_static() { return "rt/tf_static"; }
+  std::string clock() const { return ros_prefix_ + "clock"; }
+  std::string tf() const { return ros_prefix_ + "tf"; }
+  std::string tf_static() const { return ros_prefix_ + "tf_static"; }
+  bool clock_is_own() const { return ros_prefix_ == prefix_; }
 
   /// The robot, gripper or device in a topic name of the form rt/<cell>/<name>/<last>; empty when it has
   /// another form.
@@ -30,7 +34,7 @@ class TopicNames {
   }
 
  private:
-  std::string prefix_;
+  std::string prefix_, ros_prefix_;
 };
 
 inline constexpr std::string_view kJointCommands = "joint_commands";

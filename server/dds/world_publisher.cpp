@@ -6,6 +6,7 @@
 #include "server/dds/convert.h"
 #include "server/dds/qos.h"
 #include "server/runtime/monotonic_clock.h"
+#include "server/runtime/plain_text.h"
 #include "takt_msgsPubSubTypes.h"
 
 namespace takt {
@@ -57,12 +58,11 @@ void WorldPublisher::make_writers(const TopicNames& topics) {
     pressures_writer_ = participant_.create_writer<msg::ContactPressuresPubSubType>(
         topics.of_cell("contact_pressures"), state_writer_qos(participant_, kLargestUnfragmented_bytes + 1));
   clock_writer_ = participant_.create_writer<rosgraph_msgs::msg::ClockPubSubType>(
-      TopicNames::clock(), ros_writer_qos(participant_, 1, ros_type_hash::kClock));
+      topics.clock(), ros_writer_qos(participant_, 1, ros_type_hash::kClock));
   tf_writer_ = participant_.create_writer<tf2_msgs::msg::TFMessagePubSubType>(
-      TopicNames::tf(), ros_writer_qos(participant_, 100, ros_type_hash::kTFMessage));
+      topics.tf(), ros_writer_qos(participant_, 100, ros_type_hash::kTFMessage));
   tf_static_writer_ = participant_.create_writer<tf2_msgs::msg::TFMessagePubSubType>(
-      TopicNames::tf_static(),
-      with_type_hash(latched_writer_qos(participant_, true), ros_type_hash::kTFMessage));
+      topics.tf_static(), with_type_hash(latched_writer_qos(participant_, true), ros_type_hash::kTFMessage));
   for (const RobotDescription& robot : cell().robots) {
     joint_writers_.push_back(participant_.create_writer<sensor_msgs::msg::JointStatePubSubType>(
         topics.of(robot.name, "joint_states"), ros_writer_qos(participant_, 10, ros_type_hash::kJointState)));
@@ -71,7 +71,7 @@ void WorldPublisher::make_writers(const TopicNames& topics) {
         topics.of(robot.name, "robot_description"),
         with_type_hash(latched_writer_qos(participant_, true), ros_type_hash::kString)));
     std_msgs::msg::String urdf;
-    urdf.data(robot.urdf);
+    urdf.data(plain_text(robot.urdf, robot.urdf.size(), Lines::kept));
     if (!written(*urdf_writers_.back(), urdf))
       throw DdsError("DDS refused to send the URDF of '" + robot.name + "'.");
   }
@@ -93,36 +93,44 @@ void WorldPublisher::write(const PublishedSnapshot& published) {
   if (power_known_) check(power_writer_->write(&power_message_, dds::HANDLE_NIL));
   contacts_known_ = fill(contacts_message_, snapshot) || contacts_known_;
   if (contacts_known_) check(contacts_writer_->write(&contacts_message_, dds::HANDLE_NIL));
-  for (std::size_t robot = 0; robot < joint_writers_.size(); ++robot) {
-    if (!somebody_reads(joint_writers_[robot])) continue;
-    fill(joint_messages_[robot], snapshot, robot);
-    check(joint_writers_[robot]->write(&joint_messages_[robot], dds::HANDLE_NIL));
-  }
-  if (somebody_reads(clock_writer_)) {
-    clock_message_.clock(to_time(snapshot.time_s));
-    check(clock_writer_->write(&clock_message_, dds::HANDLE_NIL));
-  }
-  write_frames(snapshot);
   newest_ = &snapshot;
+  write_robots_and_clock();
+  write_static_frames();
+  frames_skipped_ = true;
+  write_frames(monotonic_now_ns());
   write_pressures();
   present_time_s_ = snapshot.time_s;
   present_step_ = snapshot.step;
   present_epoch_ = snapshot.epoch;
   instant_written_ = true;
-  instant_new_ns_ = instant_written_ns_ = monotonic_now_ns();
+  instant_new_ns_ = instant_written_ns_ = ros_written_ns_ = monotonic_now_ns();
 }
 
-void WorldPublisher::write_frames(const Snapshot& snapshot) {
-  if (!static_frames_written_) {
-    tf2_msgs::msg::TFMessage message = to_message(static_frames(cell(), snapshot), snapshot.time_s);
-    static_frames_written_ = true;
-    check(tf_static_writer_->write(&message, dds::HANDLE_NIL));
+void WorldPublisher::write_robots_and_clock() {
+  for (std::size_t robot = 0; robot < joint_writers_.size(); ++robot) {
+    if (!somebody_reads(joint_writers_[robot])) continue;
+    fill(joint_messages_[robot], *newest_, robot);
+    check(joint_writers_[robot]->write(&joint_messages_[robot], dds::HANDLE_NIL));
   }
-  // Listeners look between frames: more of them than they can keep would only push older ones out.
-  const std::int64_t now = monotonic_now_ns();
-  if (now - frames_written_ns_ < kFrames_ns || !somebody_reads(tf_writer_)) return;
-  frames_written_ns_ = now;
-  check(tf_writer_->write(&frames_.fill(snapshot), dds::HANDLE_NIL));
+  if (!somebody_reads(clock_writer_)) return;
+  clock_message_.clock(to_time(newest_->time_s));
+  check(clock_writer_->write(&clock_message_, dds::HANDLE_NIL));
+}
+
+void WorldPublisher::write_static_frames() {
+  if (static_frames_written_) return;
+  tf2_msgs::msg::TFMessage message = to_message(static_frames(cell(), *newest_), newest_->time_s);
+  static_frames_written_ = true;
+  check(tf_static_writer_->write(&message, dds::HANDLE_NIL));
+}
+
+/// Listeners look between frames: more of them than they can keep would only push older ones out. What is
+/// skipped now is sent later, when no newer instant has come by then.
+void WorldPublisher::write_frames(std::int64_t now_ns) {
+  if (now_ns - frames_written_ns_ < kFrames_ns || !somebody_reads(tf_writer_)) return;
+  frames_written_ns_ = now_ns;
+  frames_skipped_ = false;
+  check(tf_writer_->write(&frames_.fill(*newest_), dds::HANDLE_NIL));
 }
 
 /// Of pairs that were asked for, while somebody reads them.
@@ -136,8 +144,15 @@ void WorldPublisher::write_pressures() {
 }
 
 void WorldPublisher::repeat_if_due() {
-  if (!instant_written_ || !loop_.outbox().standing_at_boundary.load(std::memory_order_relaxed)) return;
+  if (!instant_written_) return;
   const std::int64_t now = monotonic_now_ns();
+  if (frames_skipped_) write_frames(now);
+  if (!loop_.outbox().standing_at_boundary.load(std::memory_order_relaxed)) return;
+  if (now - ros_written_ns_ >= kRepeatLater_ns) {
+    ros_written_ns_ = now;
+    write_robots_and_clock();
+    write_frames(now);
+  }
   const std::int64_t interval = now - instant_new_ns_ < kLater_ns ? kRepeat_ns : kRepeatLater_ns;
   if (now - instant_written_ns_ < interval) return;
   write_pressures();
@@ -145,6 +160,12 @@ void WorldPublisher::repeat_if_due() {
   if (power_known_) check(power_writer_->write(&power_message_, dds::HANDLE_NIL));
   if (contacts_known_) check(contacts_writer_->write(&contacts_message_, dds::HANDLE_NIL));
   instant_written_ns_ = now;
+}
+
+void WorldPublisher::finish() {
+  if (!frames_skipped_) return;
+  frames_written_ns_ = 0;
+  write_frames(monotonic_now_ns());
 }
 
 std::uint64_t WorldPublisher::take_refused() {

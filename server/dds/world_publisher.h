@@ -26,8 +26,10 @@ class WorldPublisher {
 
   void write(const PublishedSnapshot& published);
   /// While the simulation stands, its newest instant is repeated: the state is sent best effort, and who has
-  /// lost it or has only just come would get none.
+  /// lost it or has only just come would get none. Frames that came too soon to be sent go out when they may.
   void repeat_if_due();
+  /// Nothing comes after the newest instant: its frames are sent now, if they were not.
+  void finish();
 
   /// Samples that DDS refused since the last call.
   std::uint64_t take_refused();
@@ -40,7 +42,9 @@ class WorldPublisher {
  private:
   void make_writers(const TopicNames& topics);
   void remove_writers();
-  void write_frames(const Snapshot& snapshot);
+  void write_robots_and_clock();
+  void write_static_frames();
+  void write_frames(std::int64_t now_ns);
   void write_pressures();
   void check(const DdsReturnCode& result) { refused_ += is_ok(result) ? 0U : 1U; }
 
@@ -67,6 +71,7 @@ class WorldPublisher {
   rosgraph_msgs::msg::Clock clock_message_;
   MovingFramesMessage frames_;
   std::int64_t frames_written_ns_ = 0;
+  bool frames_skipped_ = false;  ///< those of the newest instant have not been sent
   bool static_frames_written_ = false;
   std::uint64_t refused_ = 0;
   double present_time_s_ = 0.0;
@@ -75,6 +80,7 @@ class WorldPublisher {
   bool instant_written_ = false;
   std::int64_t instant_written_ns_ = 0;  ///< the newest instant, first or repeated
   std::int64_t instant_new_ns_ = 0;      ///< the newest instant, when it was new
+  std::int64_t ros_written_ns_ = 0;      ///< joint states and clock, first or repeated
 };
 
 }  // namespace takt

@@ -14,9 +14,12 @@ class FixedText {
   FixedText() = default;
   explicit FixedText(std::string_view text) { assign(text); }
 
-  /// What does not fit is cut off.
+  /// What does not fit is cut off, between characters of UTF-8.
   void assign(std::string_view text) {
     size_ = std::min(text.size(), Capacity);
+    if (size_ < text.size())
+      for (int i = 0; i < 3 && size_ > 0 && (static_cast<unsigned char>(text[size_]) & 0xC0U) == 0x80U; ++i)
+        --size_;
     std::copy_n(text.begin(), size_, characters_.begin());
   }
   void clear() { size_ = 0; }

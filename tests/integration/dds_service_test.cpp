@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "server/runtime/plain_text.h"
 #include "tests/support/child_process.h"
 #include "tests/support/dds_service.h"
 #include "tests/support/loop_reader.h"
@@ -222,7 +223,55 @@ TEST_F(DdsCommands, ForRobotsThatAreNotThereAreTold) {
   msg::Event event;
   ASSERT_TRUE(client_.wait_for_event("unknown_robot", "Robot9", "robots: Robot1, Robot2", &event));
   EXPECT_EQ(event.sender().to_string(), ghost.guid());
-  ASSERT_TRUE(client_.wait_for_event("unknown_gripper", "Hand", "grippers: Gripper1, Gripper2"));
+  ASSERT_TRUE(
+      client_.wait_for_event("unknown_gripper", "Hand", "grippers: Gripper1, Gripper2; devices: none."));
+  const auto oven = client_.dds.write<msg::DeviceCommandPubSubType>(client_.topic("Oven/command"));
+  ASSERT_TRUE(
+      client_.wait_for_event("unknown_device", "Oven", "there is no gripper or device 'Oven'", &event));
+  EXPECT_EQ(event.sender().to_string(), oven.guid());
+}
+
+TEST_F(DdsCommands, OfAWrongTypeAreTold) {
+  const auto text =
+      client_.dds.write<std_msgs::msg::StringPubSubType>(client_.topic("Robot2/joint_commands"));
+  msg::Event event;
+  ASSERT_TRUE(client_.wait_for_event("wrong_type", "Robot2", "std_msgs/msg/String", &event));
+  EXPECT_EQ(event.sender().to_string(), text.guid());
+  EXPECT_EQ(event.severity(), 1);
+  EXPECT_NE(event.message().to_string().find("takes sensor_msgs/msg/JointState."), std::string::npos)
+      << event.message().to_string();
+  const auto gripper = client_.dds.write<msg::DeviceCommandPubSubType>(client_.topic("Gripper2/command"));
+  ASSERT_TRUE(client_.wait_for_event("wrong_type", "Gripper2", "takes takt_msgs/msg/GripperCommand."));
+  const auto path = client_.dds.write<JointStateType>(client_.topic("Robot1/joint_trajectory"));
+  ASSERT_TRUE(client_.wait_for_event("wrong_type", "Robot1", "takes trajectory_msgs/msg/JointTrajectory."));
+  // Those of the right types are not among them.
+  EXPECT_EQ(client_.count_events("wrong_type"), 3U);
+}
+
+/// Programs that read events as JSON or in Python take text in UTF-8 only, and terminals obey the rest.
+TEST_F(DdsCommands, WithBytesThatAreNoTextAreToldInText) {
+  auto bad = good();
+  bad.name()[0] = "x\"\\\n\xFF\x1B[2J";
+  expect_rejected(bad, "has no joint 'x\"\\???[2J'");
+  bad.name()[0] = std::string(99, 'x') + "\xC3\xA4";  // cut within a character
+  expect_rejected(bad, "xx?'");
+  const auto reply = client_.request("sto\xFFp", {{"a\nb", "1"}});
+  EXPECT_EQ(reply.result(), 4);
+  EXPECT_NE(reply.message().to_string().find("'sto?p' is no text"), std::string::npos);
+  const auto value = client_.request("explain_part", {{"part", "P\xED\xA0\x80"}});
+  EXPECT_EQ(value.result(), 4);
+  EXPECT_NE(value.message().to_string().find("is no text: 'P?"), std::string::npos)
+      << value.message().to_string();
+  client_.write("step", {}, 7000, "raw\xFF");
+  ASSERT_TRUE(client_.wait_for_replies(7000, 1));
+  EXPECT_EQ(client_.replies().back().client_id(), "raw?");
+  EXPECT_EQ(client_.replies().back().result(), 4);
+  for (const auto& event : client_.events->messages()) {
+    for (const std::string& text :
+         {event.subject().to_string(), event.sender().to_string(), event.message().to_string()})
+      EXPECT_TRUE(is_plain(text)) << text;
+  }
+  for (const auto& one : client_.replies()) EXPECT_TRUE(is_plain(one.message().to_string(), Lines::kept));
 }
 
 TEST_F(DdsCommands, OfTwoSharedSendersTheFirstIsHeardUntilItGoes) {

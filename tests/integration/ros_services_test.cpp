@@ -6,6 +6,8 @@
 #include <map>
 
 #include "ros2_service_msgsPubSubTypes.h"
+#include "server/dds/convert.h"
+#include "server/dds/ros_service_messages.h"
 #include "tests/support/hosted_service.h"
 
 namespace {
@@ -188,6 +190,17 @@ TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
   const auto after = get->call(which);
   EXPECT_EQ(after.state().pose().position().x(), 0.31);
   EXPECT_NEAR(after.state().pose().orientation().w(), before.state().pose().orientation().w(), 1e-15);
+  there.set_acceleration(true);
+  const auto no_acceleration = set->call(there);
+  EXPECT_EQ(no_acceleration.result().result(), 0);
+  EXPECT_NE(no_acceleration.result().error_message().find("set_acceleration"), std::string::npos);
+  there.set_acceleration(false);
+  which.entity("C\xFF\n");
+  const auto no_text = get->call(which);
+  EXPECT_EQ(no_text.result().result(), 4);
+  EXPECT_NE(no_text.result().error_message().find("is no text: 'C?"), std::string::npos);
+  there.state().header().frame_id("base\xFF");
+  EXPECT_NE(set->call(there).result().error_message().find("'base?'"), std::string::npos);
   there.state().header().frame_id("base");
   EXPECT_EQ(set->call(there).result().result(), 0);
   which.entity("nobody");
@@ -218,6 +231,18 @@ TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
   gone.entity("C_2");
   EXPECT_EQ(remove->call(gone).result().result(), 1);
   EXPECT_EQ(remove->call(gone).result().result(), 2);
+}
+
+/// A node looks up frames and clock by this stamp: a nanosecond less is another instant.
+TEST(RosServices, StampsAreThoseOfTheClock) {
+  for (int step = 0; step <= 20'000; ++step) {
+    const double time_s = step * 0.001;
+    const takt::ControlReply reply{1, takt::ControlResult::ok, "", {{"time", takt::exact_text(time_s)}}};
+    srv::GetEntityState_Response response;
+    takt::ros::respond(reply, "", response);
+    ASSERT_EQ(response.state().header().stamp(), takt::to_time(time_s)) << step;
+    ASSERT_EQ(response.state().header().stamp().nanosec() % 1'000'000, 0U) << step;
+  }
 }
 
 TEST(RosServices, TwoCallersGetTheirOwnReplies) {

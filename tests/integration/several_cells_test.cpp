@@ -1,6 +1,7 @@
 // Several servers side by side on one host and in one domain: told apart by the names of their cells.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "client_lib/client.h"
@@ -63,6 +64,63 @@ TEST(SeveralCells, InOneDomainKnowNothingOfEachOther) {
   EXPECT_EQ(servers[0]->wait(), 0);
   cells[2]->step(50);
   EXPECT_EQ(cells[2]->state().step, 150U);
+}
+
+/// One source of time is what ROS tools expect of a domain: a second one is told, and can be put elsewhere.
+TEST(SeveralCells, AClockThatIsSharedIsToldAndCanBeTheCellsOwn) {
+  const std::string domain = std::to_string(takt::test::test_domain());
+  const auto server = [&](const std::string& name, std::vector<std::string> more = {}) {
+    std::vector<std::string> command{std::string(TAKT_BIN_DIR) + "/takt-server",
+                                     std::string(TAKT_CONFIG_DIR) + "/scenarios/block_assembly.yaml",
+                                     "--cell",
+                                     name,
+                                     "--domain",
+                                     domain,
+                                     "--paused"};
+    command.insert(command.end(), more.begin(), more.end());
+    return std::make_unique<ChildProcess>(command);
+  };
+  takt::test::HostedService service;
+  takt::test::RawCellClient client;
+
+  const std::string own_name = takt::test::test_cell() + "_own";
+  const auto own = server(own_name, {"--own-clock-and-tf"});
+  const auto any = [](const auto& messages) { return !messages.empty(); };
+  const std::string own_topics = "rt/" + own_name + "/";
+  const auto clock =
+      client.dds.read<rosgraph_msgs::msg::ClockPubSubType>(own_topics + "clock", true, false, 10);
+  const auto frames =
+      client.dds.read<tf2_msgs::msg::TFMessagePubSubType>(own_topics + "tf", true, false, 100);
+  const auto fixed =
+      client.dds.read<tf2_msgs::msg::TFMessagePubSubType>(own_topics + "tf_static", true, true, 1);
+  EXPECT_TRUE(clock->wait_until(any) && frames->wait_until(any) && fixed->wait_until(any));
+
+  const auto shared = server(takt::test::test_cell() + "_shared");
+  takt::test::msg::Event event;
+  ASSERT_TRUE(client.wait_for_event("clock_shared", takt::test::test_cell(), "--own-clock-and-tf", &event));
+  EXPECT_EQ(event.severity(), 1);
+  EXPECT_TRUE(shared->wait_for_output("writes /clock too")) << shared->text;
+  EXPECT_EQ(client.count_events("clock_shared"), 1U) << "of the one that has its own";
+
+  // With each scenario the writers come anew; it was said before.
+  ClientOptions options;
+  options.cell = takt::test::test_cell() + "_shared";
+  options.domain = static_cast<int>(takt::test::test_domain());
+  options.timeout = options.silence_limit = kGenerous;
+  Client other(options);
+  other.reload_scenario();
+  other.set_state(SimulationState::quitting);
+  EXPECT_EQ(shared->wait(), 0);
+  // A third one is another one.
+  const auto third = server(takt::test::test_cell() + "_third");
+  EXPECT_TRUE(client.events->wait_until([&](const auto& events) {
+    return std::count_if(events.begin(), events.end(),
+                         [](const auto& e) { return e.code() == "clock_shared"; }) >= 2;
+  }));
+  EXPECT_EQ(client.count_events("clock_shared"), 2U);
+  own->signal(SIGTERM);
+  EXPECT_EQ(own->wait(), 0);
+  EXPECT_EQ(own->text.find("/clock too"), std::string::npos) << own->text;
 }
 
 TEST(SeveralCells, ANameThatIsTakenIsTold) {

@@ -1,0 +1,85 @@
+// The topics that ROS 2 tools read, /clock, /tf and joint states: who joins a cell that stands gets them too,
+// and the last instant is among them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "server/dds/convert.h"
+#include "tests/support/dds_service.h"
+
+namespace takt {
+namespace {
+
+using test::DdsService;
+using test::RawCellClient;
+using test::RawDdsClient;
+
+using JointStates = sensor_msgs::msg::JointStatePubSubType;
+using Clocks = rosgraph_msgs::msg::ClockPubSubType;
+using Frames = tf2_msgs::msg::TFMessagePubSubType;
+
+RunLoopOptions free_and_paused() {
+  RunLoopOptions options;
+  options.pace = Pace::free;
+  options.start_paused = true;
+  return options;
+}
+
+/// As a node of ROS 2 reads.
+struct RosNode {
+  explicit RosNode(const std::string& own = "rt/")
+      : clock(dds.read<Clocks>(own + "clock", false, false, 1)),
+        frames(dds.read<Frames>(own + "tf", true, false, 100)),
+        fixed_frames(dds.read<Frames>(own + "tf_static", true, true, 1)),
+        joints(dds.read<JointStates>(RawCellClient::topic("Robot2/joint_states"), true, false, 10)) {}
+
+  bool has_come_to(double time_s) {
+    const auto wanted = to_time(time_s);
+    return clock->wait_for([&](const auto& m) { return m.clock() == wanted; }) &&
+           joints->wait_for([&](const auto& m) { return m.header().stamp() == wanted; }) &&
+           frames->wait_for([&](const auto& m) {
+             return std::all_of(m.transforms().begin(), m.transforms().end(),
+                                [&](const auto& frame) { return frame.header().stamp() == wanted; });
+           });
+  }
+
+  RawDdsClient dds{test::test_domain()};
+  std::shared_ptr<test::Inbox<rosgraph_msgs::msg::Clock>> clock;
+  std::shared_ptr<test::Inbox<tf2_msgs::msg::TFMessage>> frames, fixed_frames;
+  std::shared_ptr<test::Inbox<sensor_msgs::msg::JointState>> joints;
+};
+
+TEST(RosTopics, OfACellThatStandsReachWhoComesLater) {
+  const DdsService service(free_and_paused());
+  RawCellClient client;
+  ASSERT_EQ(client.request("step", {{"steps", "30"}}).result(), 1);
+  RosNode node;
+  EXPECT_TRUE(node.has_come_to(0.03));
+  // And goes on: whoever lost one gets the next.
+  node.clock->forget();
+  node.frames->forget();
+  node.joints->forget();
+  EXPECT_TRUE(node.has_come_to(0.03));
+}
+
+TEST(RosTopics, EndWithTheLastInstant) {
+  const DdsService service(free_and_paused());
+  RawCellClient client;
+  RosNode node;
+  ASSERT_TRUE(node.has_come_to(0.0));
+  // Many instants within the 20 ms between two messages of frames, and a pause after them.
+  for (int hundreds = 1; hundreds <= 3; ++hundreds) {
+    ASSERT_EQ(client.request("step", {{"steps", "100"}}).result(), 1);
+    EXPECT_TRUE(node.has_come_to(0.1 * hundreds));
+  }
+  // So too when time goes back.
+  node.clock->forget();
+  node.frames->forget();
+  node.joints->forget();
+  ASSERT_EQ(client.request("step", {{"steps", "1"}}).result(), 1);
+  ASSERT_EQ(client.request("reset").result(), 1);
+  EXPECT_TRUE(node.has_come_to(0.0));
+}
+
+}  // namespace
+}  // namespace takt
