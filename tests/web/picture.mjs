@@ -118,8 +118,9 @@ await until(() => /address/.test(document.querySelector('#answer').textContent))
 assert.notDeepEqual(await ask(() => takt.cell.view().camera), followed.camera);
 const visitor = await visit(browser, page.url(), wide);
 await visitor.until(() => takt.plots.plots.length === 2);
-const looks = (who) => who.ask(() => ({view: takt.cell.view(), section: document.querySelector('#section').value, cut: Number(document.querySelector('#cut').value),
-  holding: document.querySelector('#holding').checked, plots: takt.plots.plots.map(({name}) => name)}));
+// As JSON: -0 is 0 in an address, and the same place.
+const looks = async (who) => JSON.parse(JSON.stringify(await who.ask(() => ({view: takt.cell.view(), section: document.querySelector('#section').value, cut: Number(document.querySelector('#cut').value),
+  holding: document.querySelector('#holding').checked, plots: takt.plots.plots.map(({name}) => name)}))));
 assert.deepEqual(await looks(visitor), await looks({ask}));
 assert.equal((await looks(visitor)).plots[1], 'state.components.C.position.x');
 assert.ok(!(await visitor.page.locator('#cut').isHidden()));
