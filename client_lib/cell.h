@@ -196,17 +196,19 @@ struct Event {
   std::string message;  ///< a whole sentence
 };
 
-/// What a robot draws, from level of detail 2 on.
+/// What a robot draws, from level of detail 2 on, or a device with signals `power` and `energy`, always.
 struct PowerConsumer {
-  std::string name;                  ///< the robot
-  std::vector<double> mechanical_W;  ///< of each drive on its joint; arm, then left and right jaw
+  std::string name;  ///< the robot or device
+  /// Of each drive on its joint; arm, then left and right jaw. Empty for devices, whose other mechanical
+  /// values are 0.
+  std::vector<double> mechanical_W;
   double mechanical_total_W = 0.0;   ///< their sum
   double electrical_W = 0.0;         ///< idle power included
   double mechanical_energy_J = 0.0;  ///< of all the time at level of detail 2 since the last reset
   double electrical_energy_J = 0.0;
 };
 
-/// Power of all robots that have dynamics at an instant.
+/// Power of all robots that have dynamics at an instant, then of the devices.
 struct Power {
   double time_s = 0.0;
   std::uint64_t step = 0;

@@ -136,9 +136,9 @@ class Client {
   [[nodiscard]] std::optional<Status> wait_for_status(const std::function<bool(const Status&)>& predicate,
                                                       Seconds timeout) const;
 
-  /// What the robots draw, from the newest sample on that fulfils the predicate; nothing when the timeout
-  /// passed before, e.g. because no robot has been at level of detail 2 since the server started. Received
-  /// from the first call on.
+  /// What robots and devices draw, from the newest sample on that fulfils the predicate; nothing when the
+  /// timeout passed before, e.g. because no robot has been at level of detail 2 since the server started and
+  /// no device draws anything. Received from the first call on.
   [[nodiscard]] std::optional<Power> wait_for_power(const std::function<bool(const Power&)>& predicate,
                                                     Seconds timeout);
 

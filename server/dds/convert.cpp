@@ -262,7 +262,7 @@ void fill(sensor_msgs::msg::JointState& message, const Snapshot& snapshot, std::
 
 takt_msgs::msg::Power make_power_message(const CellDescription& cell) {
   takt_msgs::msg::Power message;
-  message.consumers().reserve(cell.robots.size());
+  message.consumers().reserve(cell.robots.size() + cell.devices.size());
   return message;
 }
 
@@ -273,6 +273,7 @@ bool fill(takt_msgs::msg::Power& message, const CellDescription& cell, const Sna
   message.epoch(snapshot.epoch);
   std::size_t count = 0;
   for (const RobotSample& sample : snapshot.robots) count += sample.level_of_detail > 1 ? 1U : 0U;
+  for (const DeviceDescription& device : cell.devices) count += device.meter() ? 1U : 0U;
   message.consumers().resize(count);
   std::size_t place = 0;
   for (std::size_t i = 0; i < snapshot.robots.size(); ++i) {
@@ -289,6 +290,17 @@ bool fill(takt_msgs::msg::Power& message, const CellDescription& cell, const Sna
     consumer.electrical_power(sample.power.electrical_W);
     consumer.mechanical_energy(sample.power.mechanical_energy_J);
     consumer.electrical_energy(sample.power.electrical_energy_J);
+  }
+  for (std::size_t i = 0; i < cell.devices.size(); ++i) {
+    const auto meter = cell.devices[i].meter();
+    if (!meter) continue;
+    takt_msgs::msg::PowerConsumer& consumer = message.consumers()[place++];
+    consumer.name(cell.devices[i].name);
+    consumer.mechanical_power().clear();
+    consumer.mechanical_total(0.0);
+    consumer.electrical_power(snapshot.devices[i].signals[meter->power]);
+    consumer.mechanical_energy(0.0);
+    consumer.electrical_energy(snapshot.devices[i].signals[meter->energy]);
   }
   return count > 0;
 }

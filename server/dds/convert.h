@@ -43,8 +43,9 @@ void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const
 sensor_msgs::msg::JointState make_joint_states_message(const RobotDescription& robot);
 void fill(sensor_msgs::msg::JointState& message, const Snapshot& snapshot, std::size_t robot);
 
-/// The message has room for every robot; fill() lists those that have dynamics at this instant and says
-/// whether there is one. It does not allocate from the second time on.
+/// The message has room for every robot and device; fill() lists the robots that have dynamics at this
+/// instant, then the devices with a meter, and says whether there is one. It does not allocate from the
+/// second time on.
 takt_msgs::msg::Power make_power_message(const CellDescription& cell);
 bool fill(takt_msgs::msg::Power& message, const CellDescription& cell, const Snapshot& snapshot);
 

@@ -62,7 +62,7 @@ class WorldPublisher {
 
   takt_msgs::msg::CellState state_message_;
   takt_msgs::msg::Power power_message_;
-  bool power_known_ = false;  ///< some robot has or had dynamics: power is sent with every state
+  bool power_known_ = false;  ///< there is or was a consumer: power is sent with every state
   takt_msgs::msg::Contacts contacts_message_;
   bool contacts_known_ = false;  ///< some process is or was at level 3: contacts are sent with every state
   takt_msgs::msg::ContactPressures pressures_message_;

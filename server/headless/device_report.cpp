@@ -36,10 +36,10 @@ std::vector<ConsumedEnergy> consumed_energies(const CellDescription& cell, const
     if (robot.level_of_detail > 1)
       all.push_back({cell.robots[r].name, robot.power.electrical_energy_J, robot.power.electrical_W});
   }
-  for (const DeviceDescription& device : cell.devices) {
-    const auto energy = signal_value(cell, state, device.name, "energy");
-    const auto power = signal_value(cell, state, device.name, "power");
-    if (energy && power) all.push_back({device.name, *energy, *power});
+  for (std::size_t d = 0; d < cell.devices.size(); ++d) {
+    const auto& signals = state.devices[d].signals;
+    if (const auto meter = cell.devices[d].meter())
+      all.push_back({cell.devices[d].name, signals[meter->energy], signals[meter->power]});
   }
   return all;
 }

@@ -358,7 +358,9 @@ void McapRecording::write_joints(const CellDescription& cell, std::size_t robot)
 
 void McapRecording::write_power(const CellDescription& cell) {
   const auto dynamic = [](const RobotSample& robot) { return robot.level_of_detail > 1; };
-  const auto count = std::count_if(snapshot_.robots.begin(), snapshot_.robots.end(), dynamic);
+  const auto metered = [](const DeviceDescription& device) { return device.meter().has_value(); };
+  const auto count = std::count_if(snapshot_.robots.begin(), snapshot_.robots.end(), dynamic) +
+                     std::count_if(cell.devices.begin(), cell.devices.end(), metered);
   if (count == 0 && power_channel_ == 0) return;
   if (power_channel_ == 0) power_channel_ = add_channel("power", "takt_msgs/msg/Power");
   begin_sample(nullptr);
@@ -374,6 +376,14 @@ void McapRecording::write_power(const CellDescription& cell) {
     for (const double value :
          {power.mechanical_total_W, power.electrical_W, power.mechanical_energy_J, power.electrical_energy_J})
       sample_.put(value);
+  }
+  for (std::size_t i = 0; i < cell.devices.size(); ++i) {
+    const auto meter = cell.devices[i].meter();
+    if (!meter) continue;
+    const auto& signals = snapshot_.devices[i].signals;
+    sample_.put(cell.devices[i].name);
+    sample_.count(0);  // drives
+    for (const double value : {0.0, signals[meter->power], 0.0, signals[meter->energy]}) sample_.put(value);
   }
   write(power_channel_);
 }

@@ -2,7 +2,9 @@
 // What a client needs to know of a loaded cell without reading any file: names, kinds, limits, geometry.
 // Constant from load to unload. Indices into these vectors are the ids used in commands and snapshots.
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -63,6 +65,12 @@ struct SignalDescription {
 struct DeviceDescription {
   std::string name;
   std::vector<SignalDescription> signals;  ///< at most kMaxSignals
+
+  /// Places of its signals `power` (W) and `energy` (J): what has both is a consumer of electrical energy.
+  struct Meter {
+    std::size_t power, energy;
+  };
+  std::optional<Meter> meter() const;
 };
 
 struct GripperDescription {

@@ -186,6 +186,12 @@ int find_by_name(const Items& items, std::string_view name) {
 }
 }  // namespace
 
+std::optional<DeviceDescription::Meter> DeviceDescription::meter() const {
+  const int power = find_by_name(signals, "power"), energy = find_by_name(signals, "energy");
+  if (power < 0 || energy < 0) return std::nullopt;
+  return Meter{static_cast<std::size_t>(power), static_cast<std::size_t>(energy)};
+}
+
 int CellDescription::find_component(std::string_view name) const {
   return find_by_name(components, name);
 }

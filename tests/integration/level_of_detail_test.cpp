@@ -5,10 +5,12 @@
 #include <cmath>
 
 #include "client_lib/client.h"
+#include "server/headless/device_report.h"
 #include "server/scenario/scenario_builder.h"
 #include "tests/support/child_process.h"
 #include "tests/support/dds_service.h"
 #include "tests/support/hosting_client.h"
+#include "tests/support/test_device.h"
 
 namespace {
 
@@ -132,6 +134,44 @@ TEST(LevelOfDetailOverDds, JawsTellTheForceOfTheirDrives) {
   EXPECT_LT(moving.gripper("Gripper1").width_m, 0.07);
   EXPECT_GT(moving.gripper("Gripper1").force_N, 0.0);
   EXPECT_LE(moving.gripper("Gripper1").force_N, 150.0);
+}
+
+/// Furnaces and screwdrivers draw power whatever the level of detail is.
+TEST(LevelOfDetail, DevicesAreConsumersOfPowerAsInTheReport) {
+  const auto model = model_with_idle_power();
+  takt::test::add_chamber(*model);  // has no meter
+  takt::test::add_heater(*model);
+  DdsService service(loop_options(true), model);
+  Client client(options());
+  client.step(1000);
+  const auto at_end = [](const Power& p) { return p.step == 1000; };
+  const auto alone = client.wait_for_power(at_end, kGenerous);
+  ASSERT_TRUE(alone.has_value());
+  ASSERT_EQ(alone->consumers.size(), 1U);
+  EXPECT_EQ(alone->consumers[0].name, "Heater");
+  EXPECT_TRUE(alone->consumers[0].mechanical_W.empty());
+  EXPECT_EQ(alone->consumers[0].electrical_W, 650.0);
+  EXPECT_NEAR(alone->consumers[0].electrical_energy_J, 650.0, 1e-6);
+  ChildProcess person({std::string(TAKT_BIN_DIR) + "/takt", "power", "--cell", takt::test::test_cell(),
+                       "--domain", std::to_string(takt::test::test_domain())});
+  EXPECT_EQ(person.wait(), 0) << person.text;
+  EXPECT_NE(person.text.find("electrical    650.00 W     650.00 J"), std::string::npos) << person.text;
+
+  client.set_level_of_detail(2);
+  client.step(1000);
+  const auto all = client.wait_for_power([](const Power& p) { return p.step == 2000; }, kGenerous);
+  ASSERT_TRUE(all.has_value());
+  service.stop();
+  takt::Snapshot snapshot = service.simulation().make_snapshot();
+  service.simulation().read_snapshot(snapshot);
+  const auto reported = takt::consumed_energies(model->description, snapshot);
+  ASSERT_EQ(all->consumers.size(), 3U);
+  ASSERT_EQ(reported.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(all->consumers[i].name, reported[i].consumer);
+    EXPECT_EQ(all->consumers[i].electrical_energy_J, reported[i].energy_J);
+    EXPECT_EQ(all->consumers[i].electrical_W, reported[i].power_W);
+  }
 }
 
 TEST(TaktCommand, LodAndPower) {

@@ -47,4 +47,35 @@ inline void add_chamber(CellModel& cell, const std::string& name = "Chamber") {
                                        {"temperature", "C", false, 0.0, 0.0}}});
 }
 
+/// Draws what its signal says, and counts it.
+class Heater final : public DeviceModel {
+ public:
+  enum Signal { power, energy };
+
+  int state_count() const override { return 1; }
+  void initial_state(double* x) const override { x[0] = 0.0; }
+  void write_motion(double, const double*, CellMotion&) const override {}
+  void derivatives(double, const double*, const CellMotion&, std::span<const Wrench>,
+                   double* xdot) const override {
+    xdot[0] = power_W_;
+  }
+  void set_signal(double, int, double value) override { power_W_ = value; }
+  void read_signals(double, const double* x, const CellMotion&, std::span<double> signals) const override {
+    signals[power] = power_W_;
+    signals[energy] = x[0];
+  }
+  void save(StateWriter& out) const override { out.put(power_W_); }
+  void load(StateReader& in) override { power_W_ = in.number("the power"); }
+
+ private:
+  double power_W_ = 650.0;
+};
+
+inline void add_heater(CellModel& cell, const std::string& name = "Heater") {
+  cell.further_models.push_back(
+      {name, [] { return std::make_unique<Heater>(); }, static_cast<int>(cell.description.devices.size())});
+  cell.description.devices.push_back(
+      {name, {{"power", "W", true, 0.0, 1000.0}, {"energy", "J", false, 0.0, 0.0}}});
+}
+
 }  // namespace takt::test

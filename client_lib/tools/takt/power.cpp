@@ -1,4 +1,4 @@
-// takt power: what the robots draw.
+// takt power: what robots and devices draw.
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -27,12 +27,24 @@ void print(const Common& common, const client::Power& power) {
   if (common.json) {
     std::printf("%s\n", recording::json_text(json_of(power)).c_str());
   } else {
-    for (const auto& c : power.consumers)
-      std::printf("%9.3f s  %-16s mechanical %9.2f W %10.2f J   electrical %9.2f W %10.2f J\n", power.time_s,
-                  c.name.c_str(), c.mechanical_total_W, c.mechanical_energy_J, c.electrical_W,
-                  c.electrical_energy_J);
+    for (const auto& c : power.consumers) {
+      std::printf("%9.3f s  %-16s ", power.time_s, c.name.c_str());
+      if (c.mechanical_W.empty())
+        std::printf("%37s", "");  // devices have none
+      else
+        std::printf("mechanical %9.2f W %10.2f J   ", c.mechanical_total_W, c.mechanical_energy_J);
+      std::printf("electrical %9.2f W %10.2f J\n", c.electrical_W, c.electrical_energy_J);
+    }
   }
   std::fflush(stdout);
+}
+
+bool has_meter(const client::DeviceInfo& device) {
+  const auto has = [&](const char* name) {
+    return std::any_of(device.signals.begin(), device.signals.end(),
+                       [&](const auto& signal) { return signal.name == name; });
+  };
+  return has("power") && has("energy");
 }
 
 }  // namespace
@@ -41,9 +53,13 @@ int power(const Common& common, const FollowOptions& options) {
   Session session(common);
   Client& cell = *session;
   const auto processes = cell.status().processes;
-  if (std::all_of(processes.begin(), processes.end(), [](const auto& p) { return p.level_of_detail < 2; }))
+  const auto shown = cell.cell();
+  if (std::all_of(processes.begin(), processes.end(), [](const auto& p) { return p.level_of_detail < 2; }) &&
+      std::none_of(shown->devices.begin(), shown->devices.end(), has_meter))
     throw std::runtime_error(
-        "No robot has a power: every process is at level of detail 1. 'takt lod 2' changes that.");
+        "Nothing has a power: no device draws any, and of robots there is none while every process is at "
+        "level "
+        "of detail 1. 'takt lod 2' changes that.");
   return follow<client::Power>(
       common, options, "power",
       [&](const auto& predicate, client::Seconds timeout) { return cell.wait_for_power(predicate, timeout); },

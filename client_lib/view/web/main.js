@@ -148,7 +148,7 @@ function offerNames(name, sample) {
   signals.each(name, sample, offer);
 }
 // Of topics that are received only while a plot needs them.
-function offerDescribed({robots}) {
+function offerDescribed({robots, devices}) {
   listed.clear();
   offered.clear();
   $('signals').replaceChildren();
@@ -157,6 +157,9 @@ function offerDescribed({robots}) {
     for (const kind of ['position', 'velocity', 'effort'])
       for (const joint of joints) offer(`${name}/joint_states.${kind}.${joint.name}`);
   }
+  for (const {name, signals: of} of devices ?? [])
+    if (of.includes('power') && of.includes('energy'))
+      for (const number of ['electrical_power', 'electrical_energy']) offer(`power.consumers.${name}.${number}`);
 }
 function plot(name, sample) {
   if (signals.description) offerNames(name, sample);
