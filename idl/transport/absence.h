@@ -44,7 +44,8 @@ class Absence {
   std::int64_t returned_ns() const { return returned_ns_.load(); }
 
  private:
-  bool overdue(std::int64_t now_ns) const { return now_ns - alive_ns_.load() > 7 * (lease_ns_ / 10); }
+  /// After a shorter stop others still know this process, and nothing may be done that only one side sees.
+  bool overdue(std::int64_t now_ns) const { return now_ns - alive_ns_.load() > 11 * (lease_ns_ / 10); }
   static void raise(std::atomic<std::int64_t>& value, std::int64_t to) {
     std::int64_t present = value.load();
     while (present < to && !value.compare_exchange_weak(present, to)) {

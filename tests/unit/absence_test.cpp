@@ -59,15 +59,23 @@ TEST(Absence, OnAStarvedMachineItTakesLonger) {
   EXPECT_FALSE(absence.deaf(36 * kSecond));
 }
 
-/// Others may have forgotten this process just before it would have forgotten them.
-TEST(Absence, AStopOfAboutALeaseLastsUntilBothHaveForgotten) {
-  for (std::int64_t stop = 4 * kSecond; stop <= 6 * kSecond; stop += kSecond / 4) {
+/// While others still know it, it must not forget them.
+TEST(Absence, AStopOfLessThanALeaseIsLetPass) {
+  for (std::int64_t stop = 3 * kSecond; stop <= 5 * kSecond; stop += kSecond / 4) {
+    Absence absence(kLease, 10 * kSecond);
+    EXPECT_EQ(heard_again_ns(absence, 10 * kSecond + stop), 10 * kSecond + stop);
+    EXPECT_EQ(absence.returned_ns(), 0);
+  }
+}
+
+TEST(Absence, AStopOfALittleMoreLastsUntilBothHaveForgotten) {
+  for (std::int64_t stop = 23 * kSecond / 4; stop <= 7 * kSecond; stop += kSecond / 4) {
     Absence absence(kLease, 10 * kSecond);
     const std::int64_t back = 10 * kSecond + stop;
     const std::int64_t heard = heard_again_ns(absence, back);
     // The last that was heard before came at most one tick after the last one.
     EXPECT_GE(heard, 10 * kSecond + kSecond / 2 + kLease) << stop;
-    EXPECT_LE(heard, std::max(back, 10 * kSecond + kLease) + 3 * kSecond / 2) << stop;
+    EXPECT_LE(heard, back + 3 * kSecond / 2) << stop;
   }
 }
 
