@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "server/geometry/convex_decomposition.h"
 #include "server/geometry/decomposition_cache.h"
 #include "server/headless/device_report.h"
 #include "server/headless/headless_run.h"
@@ -90,7 +91,15 @@ TEST(FurnaceScenario, TheRotorIsHeatedByBeingThere) {
   EXPECT_NEAR(temperature.value(), 281.05, 0.1);
 }
 
-TEST(ChainsawScenario, MotorIsInItsSeatByKinematicsAndByDynamics) {
+/// Its box and its motor are convex parts by V-HACD.
+class ChainsawScenario : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!decomposition_available()) GTEST_SKIP() << "built without V-HACD";
+  }
+};
+
+TEST_F(ChainsawScenario, MotorIsInItsSeatByKinematicsAndByDynamics) {
   for (const int level : {1, 2}) {
     ScenarioOptions options;
     options.level_of_detail = level;
@@ -102,7 +111,7 @@ TEST(ChainsawScenario, MotorIsInItsSeatByKinematicsAndByDynamics) {
   }
 }
 
-TEST(ChainsawScenario, PressFitShowsItsForceWithSurfaceContact) {
+TEST_F(ChainsawScenario, PressFitShowsItsForceWithSurfaceContact) {
   ScenarioOptions options;
   options.level_of_detail = 3;
   const CellRun done = run_cell("chainsaw_motor", options);
@@ -113,7 +122,7 @@ TEST(ChainsawScenario, PressFitShowsItsForceWithSurfaceContact) {
 }
 
 // The robot is position-controlled and stops hold the housing: what it is beside the seat, it presses.
-TEST(ChainsawScenario, PressForceGrowsWithTheLateralOffsetOfTheRobot) {
+TEST_F(ChainsawScenario, PressForceGrowsWithTheLateralOffsetOfTheRobot) {
   double before = 0.0;
   for (const char* offset : {"0", "0.0005", "0.001"}) {
     ScenarioOptions options;
@@ -130,7 +139,7 @@ TEST(ChainsawScenario, PressForceGrowsWithTheLateralOffsetOfTheRobot) {
 
 // The nest's friction follows mu N g(v / v_e), g(s) = s (2 - s): it carries the box from the speed on at
 // which it is the box's weight.
-TEST(ChainsawScenario, BoxStaysWhenTheMotorLeavesItSlowlyAndIsLiftedWhenFast) {
+TEST_F(ChainsawScenario, BoxStaysWhenTheMotorLeavesItSlowlyAndIsLiftedWhenFast) {
   const auto highest = [](const char* lift_speed) {
     ScenarioOptions options;
     options.level_of_detail = 3;
