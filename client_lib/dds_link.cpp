@@ -2,50 +2,14 @@
 
 #include <unistd.h>
 
-#include <mutex>
-#include <random>
-#include <set>
-
 #include "client_lib/client.h"
+#include "client_lib/participant_numbers.h"
 #include "idl/transport/profiles.h"
 #include "idl/transport/security.h"
 #include "idl/transport/this_machine.h"
 
 namespace takt::client {
 namespace {
-
-/// Numbers of participants, from which their ports follow. A client that was killed leaves its ports in
-/// shared memory behind, and a server goes on writing into them for a while; who takes the same number next
-/// hears nothing meanwhile. So clients draw their numbers: above those of servers, and such that the ports of
-/// the highest domain exist.
-class ParticipantNumbers {
- public:
-  /// Unique within this process, where DDS does not share them. -1 (DDS chooses) when there are no more.
-  int draw() {
-    constexpr int smallest = 10, count = 50;
-    const std::lock_guard lock(mutex_);
-    std::random_device chance;
-    const int first = static_cast<int>(chance() % count);
-    for (int i = 0; i < count; ++i) {
-      const int number = smallest + (first + i) % count;
-      if (taken_.insert(number).second) return number;
-    }
-    return -1;
-  }
-  void give_back(int number) {
-    const std::lock_guard lock(mutex_);
-    taken_.erase(number);
-  }
-
- private:
-  std::mutex mutex_;
-  std::set<int> taken_;
-};
-
-ParticipantNumbers& participant_numbers() {
-  static ParticipantNumbers numbers;
-  return numbers;
-}
 
 /// A description with its meshes is large, and lost fragments of it have to be asked for one by one.
 GuardLimits guard_limits() {
@@ -133,8 +97,7 @@ dds::DataWriterQos command_writer_qos(const dds::Publisher& publisher, std::uint
   return qos;
 }
 
-Link::Link(int domain, const std::string& name, const LinkProfile& profile,
-           dds::DomainParticipantListener* listener)
+Link::Link(int domain, const std::string& name, const LinkProfile& profile, DiscoveryListener* listener)
     : process_(::getpid()) {
   if (domain < 0 || domain > 232)
     throw ClientError(ClientError::Kind::invalid,
@@ -147,13 +110,15 @@ Link::Link(int domain, const std::string& name, const LinkProfile& profile,
     fail(error.what());
   }
   guard_ = guard_transports(qos, static_cast<std::uint32_t>(domain), secured, guard_limits());
+  if (listener == nullptr) listener = &no_listener_;
+  guard_->follow(*listener);
   auto* factory = dds::DomainParticipantFactory::get_instance();
   // A number can be taken by another process. Fast DDS 2.9.1 never frees one whose participant it failed to
   // create, so such a number is not given back, and another one is drawn.
   constexpr int kAttempts = 5;
   for (int attempt = 0; attempt < (secured ? 1 : kAttempts) && participant_ == nullptr; ++attempt) {
     if (profile.profiles_file.empty())
-      number_ = qos.wire_protocol().participant_id = participant_numbers().draw();
+      number_ = qos.wire_protocol().participant_id = ParticipantNumbers::of_process().draw();
     // Discovery only: data goes to the listeners of readers and writers.
     participant_ = factory->create_participant(static_cast<dds::DomainId_t>(domain), qos, listener,
                                                dds::StatusMask::none());
@@ -185,7 +150,7 @@ Link::~Link() {
   participant_->set_listener(nullptr);
   participant_->delete_contained_entities();
   dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
-  participant_numbers().give_back(number_);
+  ParticipantNumbers::of_process().give_back(number_);
 }
 
 dds::Topic* Link::topic(const std::string& name, dds::TypeSupport type) {

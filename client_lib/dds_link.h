@@ -43,7 +43,7 @@ struct LinkProfile {
 class Link {
  public:
   Link(int domain, const std::string& name, const LinkProfile& profile,
-       dds::DomainParticipantListener* listener = nullptr);
+       DiscoveryListener* listener = nullptr);
   ~Link();
   Link(const Link&) = delete;
   Link& operator=(const Link&) = delete;
@@ -67,6 +67,7 @@ class Link {
   dds::Topic* topic(const std::string& name, dds::TypeSupport type);
   int number_ = -1;  ///< of the participant, see dds_link.cpp
   std::shared_ptr<PacketGuard> guard_;
+  DiscoveryListener no_listener_;
   dds::DomainParticipant* participant_ = nullptr;
   dds::Publisher* publisher_ = nullptr;
   dds::Subscriber* subscriber_ = nullptr;

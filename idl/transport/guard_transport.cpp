@@ -137,6 +137,14 @@ void bound_what_is_remembered(dds::DomainParticipantQos& qos) {
 
 }  // namespace
 
+void PacketGuard::follow(DiscoveryListener& listener) {
+  listener.when_gone([guard = shared_from_this()](const DdsGuid& gone) {
+    std::array<std::uint8_t, 16> bytes{};
+    std::copy_n(gone.entityId.value, 4, std::copy_n(gone.guidPrefix.value, 12, bytes.begin()));
+    guard->memory_.forget(bytes);
+  });
+}
+
 std::uint64_t PacketGuard::dropped() const {
   std::uint64_t sum = 0;
   for (std::size_t i = 0; i < kPacketFlaws; ++i) {

@@ -18,13 +18,16 @@
 namespace takt {
 
 /// What the guard of one participant has seen. Any thread.
-class PacketGuard {
+class PacketGuard : public std::enable_shared_from_this<PacketGuard> {
  public:
   /// `lease`: after such a silence participants forget each other; none: never.
   PacketGuard(const GuardLimits& limits, std::optional<std::chrono::nanoseconds> lease)
       : limits_(limits), fragments_(limits.largest_sample_bytes, limits.most_fragments_joined) {
     if (lease) absence_.emplace(*lease);
   }
+
+  /// Forgets whom DDS forgets. Before the participant is made; the listener keeps the guard alive.
+  void follow(DiscoveryListener& listener);
 
   const GuardLimits& limits() const { return limits_; }
   PacketMemory& memory() { return memory_; }

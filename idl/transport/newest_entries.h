@@ -30,6 +30,16 @@ class NewestEntries {
     return set.front();
   }
 
+  /// Looks at all; what becomes empty is taken again first.
+  template <typename Condition>
+  void erase_if(Condition condition) {
+    for (Set& set : sets_) {
+      const auto rest = std::remove_if(
+          set.begin(), set.end(), [&](const Entry& entry) { return entry.key != 0 && condition(entry); });
+      std::fill(rest, set.end(), Entry{});
+    }
+  }
+
  private:
   static constexpr std::size_t kWays = 4;
   using Set = std::array<Entry, kWays>;

@@ -403,9 +403,9 @@ class PacketInspector {
                                                rewrite_ == nullptr ? nullptr : rewrite_ + offset + 4);
     report_.hides = report_.hides || list.hides;
     if (list.flaw != PacketFlaw::none || kind != ListKind::endpoint || memory_ == nullptr ||
-        list.endpoint == 0)
+        list.endpoint.guid == 0)
       return list.flaw;
-    return memory_->same_as_before(list.endpoint, list.unchanging) ? PacketFlaw::none : PacketFlaw::changed;
+    return memory_->same_as_before(list.endpoint) ? PacketFlaw::none : PacketFlaw::changed;
   }
 
   Bytes packet_;

@@ -65,11 +65,23 @@ bool PacketMemory::follows(const Sample& sample) {
   return true;
 }
 
-bool PacketMemory::same_as_before(std::uint64_t endpoint, std::uint64_t unchanging) {
+bool PacketMemory::same_as_before(const EndpointTraits& endpoint) {
   const std::lock_guard lock(mutex_);
-  if (const Endpoint* known = endpoints_.find(endpoint)) return known->unchanging == unchanging;
-  endpoints_.insert(endpoint).unchanging = unchanging;
+  if (const Endpoint* known = endpoints_.find(endpoint.guid)) return known->unchanging == endpoint.unchanging;
+  Endpoint& entry = endpoints_.insert(endpoint.guid);
+  entry.participant = endpoint.participant;
+  entry.unchanging = endpoint.unchanging;
   return true;
+}
+
+void PacketMemory::forget(std::span<const std::uint8_t> guid) {
+  constexpr std::size_t prefix_bytes = 12;
+  constexpr std::uint8_t participant_kind = 0xc1;
+  const std::uint64_t participant = mixed(guid.first(prefix_bytes), 0), endpoint = mixed(guid, 0);
+  const bool whole = guid.back() == participant_kind;
+  const std::lock_guard lock(mutex_);
+  endpoints_.erase_if(
+      [&](const Endpoint& e) { return whole ? e.participant == participant : e.key == endpoint; });
 }
 
 void PacketMemory::note_tail(std::span<const std::uint8_t> sender) {

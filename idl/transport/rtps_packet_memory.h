@@ -13,6 +13,12 @@ namespace takt {
 /// Bytes mixed up to a number, only to tell them apart.
 std::uint64_t mixed(std::span<const std::uint8_t> bytes, std::uint64_t seed);
 
+/// What an announcement says of an endpoint, mixed up: its GUID, the GUID prefix, and what never changes
+/// about it (names, reliability, durability, ownership). All 0: it is no announcement of one.
+struct EndpointTraits {
+  std::uint64_t guid = 0, participant = 0, unchanging = 0;
+};
+
 class PacketMemory {
  public:
   // --- own samples: a request for the hundredth of three fragments is told from a good one.
@@ -34,8 +40,10 @@ class PacketMemory {
   bool follows(const Sample& sample);
 
   /// An endpoint does not change what never changes: Fast DDS believes it, and ends on an assertion later.
-  /// `endpoint` and `unchanging` as in ListReport.
-  bool same_as_before(std::uint64_t endpoint, std::uint64_t unchanging);
+  bool same_as_before(const EndpointTraits& endpoint);
+  /// DDS has forgotten this endpoint, or this participant and with it its endpoints: under the same GUID
+  /// something else may come. `guid`: 16 bytes.
+  void forget(std::span<const std::uint8_t> guid);
 
   /// Senders (GUID prefix) whose packets in shared memory end with what are no submessages (PacketWay).
   void note_tail(std::span<const std::uint8_t> sender);
@@ -53,7 +61,7 @@ class PacketMemory {
     int confirmed = 0;
   };
   struct Endpoint {
-    std::uint64_t key = 0, unchanging = 0;
+    std::uint64_t key = 0, participant = 0, unchanging = 0;
   };
   struct Sender {
     std::uint64_t key = 0;

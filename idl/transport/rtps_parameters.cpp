@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "idl/transport/rtps_packet_memory.h"
 #include "idl/transport/wire_cursor.h"
 
 namespace takt {
@@ -275,18 +274,19 @@ void remember(std::uint16_t id, Bytes value, ListReport& report) {
   switch (id) {
     case 0x005a:
     case 0x0070:
-      report.endpoint = mixed(value, 0);
+      report.endpoint.guid = mixed(value, 0);
+      report.endpoint.participant = mixed(value.first(std::tuple_size_v<GuidPrefixBytes>), 0);
       break;
     case 0x0005:  // topic
     case 0x0007:  // type
-      report.unchanging += mixed(value, id);
+      report.endpoint.unchanging += mixed(value, id);
       break;
     case 0x001a:  // reliability, durability, ownership: their kinds
     case 0x001d:
     case 0x001f:
     case 0x0043:  // expects inline QoS
     case 0x8005:  // no positive acknowledgements
-      report.unchanging += mixed(value.first(1), id);
+      report.endpoint.unchanging += mixed(value.first(1), id);
       break;
     default:
       break;

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "idl/transport/rtps_guard.h"
+#include "idl/transport/rtps_packet_memory.h"
 
 namespace takt {
 
@@ -24,9 +25,7 @@ struct ListReport {
   PacketFlaw flaw = PacketFlaw::none;
   bool hides = false;
   std::size_t size = 0;  ///< bytes up to and with the sentinel
-  /// Of an endpoint: who it is, and what never changes about it (names, reliability, durability, ownership),
-  /// mixed up.
-  std::uint64_t endpoint = 0, unchanging = 0;
+  EndpointTraits endpoint;
 };
 
 /// `bytes` starts with the first parameter. `rewrite`: the same bytes, writable, or null; then what is to be

@@ -37,7 +37,7 @@ DdsAdapter::DdsAdapter(CellHost& host, ParticipantOptions options, bool own_cloc
       commands_(host.mail().events, senders_, topics_),
       control_(host),
       services_(host) {
-  participant_ = std::make_unique<Participant>(options, this);
+  participant_ = std::make_unique<Participant>(options, *this);
   {
     const std::lock_guard lock(own_mutex_);
     own_ = participant_->guid();

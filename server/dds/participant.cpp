@@ -53,7 +53,7 @@ dds::DomainParticipantQos participant_qos(const ParticipantOptions& options) {
 
 }  // namespace
 
-Participant::Participant(const ParticipantOptions& options, dds::DomainParticipantListener* listener) {
+Participant::Participant(const ParticipantOptions& options, DiscoveryListener& listener) {
   if (options.domain > 232) {
     throw DdsError("DDS domain " + std::to_string(options.domain) + " does not exist; allowed are 0 to 232.");
   }
@@ -62,10 +62,11 @@ Participant::Participant(const ParticipantOptions& options, dds::DomainParticipa
   if (options.guard) {
     // Requests and trajectories come in fragments when they are long, but not beyond the guard's 1 MiB.
     guard_ = guard_transports(qos, options.domain, !options.secure_directory.empty());
+    guard_->follow(listener);
   }
   // The participant's listener hears of discovery only; the data goes to the listeners of the readers.
   participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
-      options.domain, qos, listener, dds::StatusMask::none());
+      options.domain, qos, &listener, dds::StatusMask::none());
   if (participant_ == nullptr && !options.secure_directory.empty()) {
     throw DdsError(
         "DDS refused a participant with the identity in '" + options.secure_directory +

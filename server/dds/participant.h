@@ -36,8 +36,8 @@ struct ParticipantOptions {
 
 class Participant {
  public:
-  /// `listener` may be null; it must outlive the participant. Throws DdsError.
-  Participant(const ParticipantOptions& options, dds::DomainParticipantListener* listener);
+  /// The listener must outlive the participant. Throws DdsError.
+  Participant(const ParticipantOptions& options, DiscoveryListener& listener);
   ~Participant();
   Participant(const Participant&) = delete;
   Participant& operator=(const Participant&) = delete;

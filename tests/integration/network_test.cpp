@@ -16,6 +16,7 @@
 #include "tests/support/child_process.h"
 #include "tests/support/dds_service.h"
 #include "tests/support/identities.h"
+#include "tests/support/raw_dds_client.h"
 #include "tests/support/temporary_directory.h"
 
 namespace takt {
@@ -103,6 +104,33 @@ TEST_F(Discovery, WithoutAProfileByClientsOnLoopbackAlone) {
   serve({});
   const Outcome status = takt({"--profiles", profiles(), "--profile", "takt_client"}, "status");
   EXPECT_EQ(status.code, 0) << status.text;
+}
+
+/// A process that leaves and comes again under the same number has the same GUIDs, and its readers listen to
+/// other topics than those of the same GUIDs before.
+TEST_F(Discovery, OfAParticipantThatComesAgainUnderItsGuid) {
+  serve({});
+  constexpr std::int32_t lease_s = 2, number = 77;
+  const auto any = [](const auto& samples) { return !samples.empty(); };
+  const std::string cell = "rt/" + test::test_cell();
+  const auto status = [&](test::RawDdsClient& client) {
+    return client.read<takt_msgs::msg::StatusPubSubType>(cell + "/status", true, true, 1);
+  };
+  const auto state = [&](test::RawDdsClient& client) {
+    return client.read<takt_msgs::msg::CellStatePubSubType>(cell + "/state", false, false, 1);
+  };
+  {
+    test::RawDdsClient client(test::test_domain(), lease_s, number);
+    const auto first = status(client);
+    const auto second = state(client);
+    EXPECT_TRUE(first->wait_until(any));
+    EXPECT_TRUE(second->wait_until(any));
+  }
+  test::RawDdsClient client(test::test_domain(), lease_s, number);
+  const auto first = state(client);
+  const auto second = status(client);
+  EXPECT_TRUE(first->wait_until(any));
+  EXPECT_TRUE(second->wait_until(any));
 }
 
 TEST(ThisMachine, IsKnownByItsAddressesAndNobodyElseIs) {

@@ -99,8 +99,9 @@ struct RawWriter {
 
 class RawDdsClient {
  public:
-  /// A short lease, so that a client that was killed is missed soon.
-  explicit RawDdsClient(std::uint32_t domain, std::int32_t lease_s = 2) {
+  /// A short lease, so that a client that was killed is missed soon. `number`: its ports and the end of its
+  /// GUID follow from it; -1: DDS chooses.
+  explicit RawDdsClient(std::uint32_t domain, std::int32_t lease_s = 2, std::int32_t number = -1) {
     // Samples inside one process shall take the same way as those between processes.
     deliver_through_transports();
 
@@ -109,6 +110,7 @@ class RawDdsClient {
     qos.wire_protocol().builtin.discovery_config.leaseDuration = DdsDuration(lease_s, 0);
     qos.wire_protocol().builtin.discovery_config.leaseDuration_announcementperiod =
         DdsDuration(0, 500'000'000);
+    qos.wire_protocol().participant_id = number;
     participant_ = fdds::DomainParticipantFactory::get_instance()->create_participant(domain, qos);
     if (participant_ == nullptr) throw std::runtime_error("no participant");
     publisher_ = participant_->create_publisher(fdds::PUBLISHER_QOS_DEFAULT);

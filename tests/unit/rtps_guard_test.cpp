@@ -242,9 +242,10 @@ TEST(RtpsGuardSamples, NumbersOfAWriterDoNotLeap) {
 
 TEST(RtpsGuardSamples, AnEndpointStaysWhatItIs) {
   PacketMemory memory;
-  const auto announced = [&](const std::string& topic, unsigned reliability, unsigned deadline_s) {
+  const auto announced = [&](const std::string& topic, unsigned reliability, unsigned deadline_s,
+                             std::uint32_t reader = kReader) {
     Wire list;
-    list.u8(0).u8(3).fill(2).parameter(0x5a, guid(7, kReader)).parameter(0x05, Wire().text(topic).bytes);
+    list.u8(0).u8(3).fill(2).parameter(0x5a, guid(7, reader)).parameter(0x05, Wire().text(topic).bytes);
     list.parameter(0x1a, Wire().u8(reliability).fill(3).u32(0).u32(0).bytes);
     list.parameter(0x23, Wire().u32(deadline_s).u32(0).bytes);
     return flaw_of(Packet().data(0, 0x000004c2, 4, ended(list)).wire.bytes, {}, &memory);
@@ -253,6 +254,17 @@ TEST(RtpsGuardSamples, AnEndpointStaysWhatItIs) {
   EXPECT_EQ(announced("a", 1, 2), "none") << "a deadline may change";
   EXPECT_EQ(announced("a", 2, 1), "changed");
   EXPECT_EQ(announced("b", 1, 1), "changed");
+
+  EXPECT_EQ(announced("a", 1, 1, kReader + 0x100), "none");
+  memory.forget(guid(8, 0x000001c1));
+  EXPECT_EQ(announced("b", 1, 1), "changed") << "another participant has gone";
+  memory.forget(guid(7, kReader));
+  EXPECT_EQ(announced("b", 1, 1), "none") << "it has gone, and its GUID came again";
+  EXPECT_EQ(announced("a", 1, 1), "changed");
+  EXPECT_EQ(announced("b", 1, 1, kReader + 0x100), "changed") << "its neighbour is still there";
+  memory.forget(guid(7, 0x000001c1));
+  EXPECT_EQ(announced("a", 1, 1), "none") << "its participant has gone";
+  EXPECT_EQ(announced("b", 1, 1, kReader + 0x100), "none");
 }
 
 TEST_P(RtpsGuard, DiscoveryParameters) {
