@@ -4,6 +4,7 @@
 
 #include "client_lib/client.h"
 #include "client_lib/participant_numbers.h"
+#include "idl/transport/identity_fault.h"
 #include "idl/transport/profiles.h"
 #include "idl/transport/security.h"
 #include "idl/transport/this_machine.h"
@@ -124,11 +125,7 @@ Link::Link(int domain, const std::string& name, const LinkProfile& profile, Disc
                                                dds::StatusMask::none());
   }
   if (participant_ == nullptr && secured)
-    fail("DDS refused the identity in '" + profile.secure_directory +
-         "': certificate, permissions or governance are not valid (expired, of another authority, tampered "
-         "with, or "
-         "not for domain " +
-         std::to_string(domain) + "); the messages of Fast DDS beside this one say more.");
+    fail(refused_identity(profile.secure_directory, static_cast<std::uint32_t>(domain)));
   if (participant_ == nullptr)
     fail("DDS cannot start on domain " + std::to_string(domain) +
          " (is /dev/shm writable, are the UDP ports of the domain free?).");

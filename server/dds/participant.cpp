@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "idl/transport/identity_fault.h"
 #include "idl/transport/profiles.h"
 #include "idl/transport/security.h"
 #include "idl/transport/this_machine.h"
@@ -67,13 +68,8 @@ Participant::Participant(const ParticipantOptions& options, DiscoveryListener& l
   // The participant's listener hears of discovery only; the data goes to the listeners of the readers.
   participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
       options.domain, qos, &listener, dds::StatusMask::none());
-  if (participant_ == nullptr && !options.secure_directory.empty()) {
-    throw DdsError(
-        "DDS refused a participant with the identity in '" + options.secure_directory +
-        "': certificate, permissions or governance are not valid (expired, of another authority, tampered "
-        "with, or not for domain " +
-        std::to_string(options.domain) + "); the messages of Fast DDS beside this one say more.");
-  }
+  if (participant_ == nullptr && !options.secure_directory.empty())
+    throw DdsError(refused_identity(options.secure_directory, options.domain));
   if (participant_ == nullptr) {
     throw DdsError("DDS refused a participant on domain " + std::to_string(options.domain) +
                    ": another one may occupy its ports, or no network interface allows it.");
