@@ -3,6 +3,7 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <optional>
 #include <queue>
 
@@ -248,7 +249,15 @@ void McapReader::read(const std::function<bool(const McapMessage&)>& function, s
   std::size_t next_chunk = 0;
   const auto load = [&](const Chunk& chunk) {
     auto added = std::make_unique<Loaded>();
-    added->bytes = uncompressed(chunk);
+    try {
+      added->bytes = uncompressed(chunk);
+    } catch (const RecordingError& damage) {
+      const auto seconds = [&](std::uint64_t ns) { return 1e-9 * static_cast<double>(ns - first_ns_); };
+      char span[64];
+      std::snprintf(span, sizeof span, "%.3f to %.3f s", seconds(chunk.first_ns), seconds(chunk.last_ns));
+      throw RecordingError("'" + name_.string() + "': " + damage.what() + ": what was recorded from " + span +
+                           " after its begin cannot be read.");
+    }
     each_record(added->bytes, [&](std::uint8_t opcode, std::string_view content, std::uint64_t place) {
       if (opcode != mcap::kMessage) return;
       Content message(content);

@@ -1,5 +1,6 @@
 // takt view in Debian's Chromium: the page of a running cell, its controls, a restart of the server, a recording.
 import {strict as assert} from 'node:assert';
+import {closeSync, fstatSync, openSync, writeSync} from 'node:fs';
 import {chromium, executable} from './browser.mjs';
 import {program, server, start, stop, takt, view} from './processes.mjs';
 
@@ -148,6 +149,17 @@ await seek(0.25);
 await film.waitForFunction(() => Math.abs(takt.last.state.time - 3) < 0.02, null, {timeout: 60000});
 await film.click('#play');
 await film.waitForFunction(() => takt.last.state.time > 3.5, null, {timeout: 60000});
+// What of it is damaged is told, and the rest can be seen.
+await film.click('#pause');
+const file = openSync('run.mcap', 'r+'), {size} = fstatSync(file);
+writeSync(file, Buffer.alloc(Math.floor(0.2 * size)), 0, undefined, Math.floor(0.4 * size));
+closeSync(file);
+await seek(0.5);
+await film.waitForFunction(() => document.querySelector('#place').textContent.includes('cannot be played from here'), null, {timeout: 60000});
+assert.match(await film.locator('#answer').textContent(), /run\.mcap/);
+await seek(0.1);
+await film.waitForFunction(() => Math.abs(takt.last.state.time - 1.2) < 0.02, null, {timeout: 60000});
+assert.doesNotMatch(await film.locator('#place').textContent(), /cannot/);
 await browser.close();
 await stop(player.child);
 console.log('the page shows the cell, controls it, heals, and plays a recording');

@@ -121,7 +121,9 @@ const takes = {
     playback = at;
     $('playback').hidden = false;
     if (!$('position').matches(':active')) $('position').value = at.position / Math.max(at.duration, 1e-9);
-    $('place').textContent = `${at.position.toFixed(1)} of ${at.duration.toFixed(1)} s, ${at.playing ? `${at.rate} x` : 'paused'}`;
+    $('place').textContent = `${at.position.toFixed(1)} of ${at.duration.toFixed(1)} s, ${at.playing ? `${at.rate} x` : at.problem ? 'cannot be played from here' : 'paused'}`;
+    $('place').title = at.problem;
+    if (at.problem) tell(at.problem);
   },
 };
 
