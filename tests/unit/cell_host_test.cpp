@@ -48,8 +48,8 @@ class Hosted : public testing::Test {
 
 TEST_F(Hosted, WithoutAScenarioAnswersWhatItCan) {
   begin();
-  expect_reply(request("spawn_entity", {{"name", "X"}, {"copy_of", "A"}, {"position", "9 9 9"}}), Result::incorrect_state,
-               "The server is loading its first scenario");
+  expect_reply(request("spawn_entity", {{"name", "X"}, {"copy_of", "A"}, {"position", "9 9 9"}}),
+               Result::incorrect_state, "The server is loading its first scenario");
   expect_reply(request("reset"), Result::incorrect_state, "A scenario is being loaded; ask again");
   EXPECT_EQ(value_in(request("get_state"), "state"), "5");
   host_->open_empty();
@@ -64,8 +64,8 @@ TEST_F(Hosted, WithoutAScenarioAnswersWhatItCan) {
   const char* nothing_loaded = "No scenario is loaded; load_scenario loads one.";
   for (const char* name : {"reset", "get_entities"})
     expect_reply(request(name), Result::incorrect_state, nothing_loaded);
-  expect_reply(request("spawn_entity", {{"name", "X"}, {"copy_of", "A"}, {"position", "9 9 9"}}), Result::incorrect_state,
-               nothing_loaded);
+  expect_reply(request("spawn_entity", {{"name", "X"}, {"copy_of", "A"}, {"position", "9 9 9"}}),
+               Result::incorrect_state, nothing_loaded);
   expect_reply(request("delete_entity", {{"entity", "A"}}), Result::incorrect_state, nothing_loaded);
   expect_reply(request("watch_pressures", {{"pairs", "*"}}), Result::incorrect_state, nothing_loaded);
   expect_reply(request("unload_scenario"), Result::no_world_loaded, "No scenario is loaded.");
@@ -116,10 +116,11 @@ TEST_F(Hosted, RefusalsOfFilesSayWhichKindOfMistake) {
 
 TEST_F(Hosted, NotesOfImportsAreToldToo) {
   // The cube with one face turned: mended, and told.
-  directory_.write("cube.obj",
-                   "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
-                   "f 1 3 4\nf 1 3 2\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8\nf 3 8 7\n"
-                   "f 4 1 5\nf 4 5 8\n");
+  directory_.write(
+      "cube.obj",
+      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+      "f 1 3 4\nf 1 3 2\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8\nf 3 8 7\n"
+      "f 4 1 5\nf 4 5 8\n");
   std::vector<std::string> notes;
   options_.on_note = [&notes](const std::string& sentence) { notes.push_back(sentence); };
   open();
@@ -134,7 +135,8 @@ TEST_F(Hosted, ACellFromNoFileIsNeitherChangedNorReloaded) {
   begin();
   host_->open(load_cell(file_));
   const char* no_file = "The loaded cell came from no scenario file; nothing can be spawned or deleted.";
-  expect_reply(request("spawn_entity", {{"name", "X"}, {"copy_of", "A"}, {"position", "9 9 9"}}), Result::incorrect_state, no_file);
+  expect_reply(request("spawn_entity", {{"name", "X"}, {"copy_of", "A"}, {"position", "9 9 9"}}),
+               Result::incorrect_state, no_file);
   expect_reply(request("delete_entity", {{"entity", "A"}}), Result::incorrect_state, no_file);
   expect_reply(request("reload_scenario"), Result::no_world_loaded, "loaded from a file");
   // Its recording says so, and cannot be replayed without being told what it was.
@@ -153,14 +155,18 @@ TEST_F(Hosted, ACellFromNoFileIsNeitherChangedNorReloaded) {
 
 TEST_F(Hosted, PartsComeAndGoOnlyWhileItIsStopped) {
   open();
-  expect_reply(request("spawn_entity", {{"name", "X"}, {"copy_of", "A"}, {"position", "9 9 9"}}), Result::incorrect_state,
+  expect_reply(request("spawn_entity", {{"name", "X"}, {"copy_of", "A"}, {"position", "9 9 9"}}),
+               Result::incorrect_state,
                "only while the simulation is stopped (set_state 0, which resets it); it is paused.");
   ASSERT_EQ(request("set_state", {{"state", "0"}}).result, Result::ok);
   directory_.write("bad.obj", "v 0 0 0\nv 1 0 0\nf 1 2\n");
-  expect_reply(request("spawn_entity",
-                       {{"name", "X"}, {"uri", (directory_ / "bad.obj").string()}, {"mass_kg", "1"}, {"position", "9 9 9"}}),
+  expect_reply(request("spawn_entity", {{"name", "X"},
+                                        {"uri", (directory_ / "bad.obj").string()},
+                                        {"mass_kg", "1"},
+                                        {"position", "9 9 9"}}),
                Result::spawn_parse_error, "bad.obj");
-  const ControlReply spawned = request("spawn_entity", {{"name", "X"}, {"copy_of", "A"}, {"position", "9 9 9"}});
+  const ControlReply spawned =
+      request("spawn_entity", {{"name", "X"}, {"copy_of", "A"}, {"position", "9 9 9"}});
   expect_reply(spawned, Result::ok, "X is there now.");
   EXPECT_EQ(value_in(spawned, "world"), "2");
   expect_reply(request("delete_entity", {{"entity", "B"}}), Result::ok, "B is gone.");
@@ -294,10 +300,12 @@ TEST_F(Hosted, TheLogOfTheServerHoldsWhatWasSpawnedAndDeleted) {
   options_.recordings = directory_ / "recordings";
   source_options_.level_of_detail = 1;
   open();
-  expect_reply(request("start_recording", {{"name", "r"}}), Result::incorrect_state, "the log of the server.");
+  expect_reply(request("start_recording", {{"name", "r"}}), Result::incorrect_state,
+               "the log of the server.");
   expect_reply(request("stop_recording"), Result::incorrect_state, "which ends with the server.");
   ASSERT_EQ(request("set_state", {{"state", "0"}}).result, Result::ok);
-  ASSERT_EQ(request("spawn_entity", {{"name", "X"}, {"copy_of", "A"}, {"position", "9 9 9"}}).result, Result::ok);
+  ASSERT_EQ(request("spawn_entity", {{"name", "X"}, {"copy_of", "A"}, {"position", "9 9 9"}}).result,
+            Result::ok);
   ASSERT_EQ(request("delete_entity", {{"entity", "B"}}).result, Result::ok);
   ASSERT_EQ(request("step", {{"steps", "5"}}).result, Result::ok);
   host_->stop();

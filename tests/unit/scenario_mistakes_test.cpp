@@ -115,14 +115,16 @@ TEST(ScenarioMistakes, InRobotsAndTheirDrivesAreNamed) {
       {"robots:\n  R: {urdf: r.urdf, initial_joints_rad: [0], initial_joints_deg: [0]}\n",
        {"cell.yaml:4:", "robots.R.initial_joints_rad", "initial_joints_deg as well", "one of"}},
       {drives("model: magic"), {"cell.yaml:4:", "robots.R.drives.model", "'magic'", "ideal, simplified"}},
-      {drives("model: ideal, gear_ratio: 100"), {"robots.R.drives.gear_ratio", "an unknown key", "bandwidth"}},
+      {drives("model: ideal, gear_ratio: 100"),
+       {"robots.R.drives.gear_ratio", "an unknown key", "bandwidth"}},
       {drives("bandwidth_rad_per_s: [20, -1]"), {"robots.R.drives.bandwidth_rad_per_s", "-1", "> 0 rad/s"}},
       {drives("gear_ratio: [100, 0]"), {"robots.R.drives.gear_ratio", "found 0", "other than 0"}},
       {drives(kDetailed + ", bandwidth_rad_per_s: 20"), {"bandwidth_rad_per_s", "an unknown key"}},
       {drives(kDetailed + ", friction: glue"), {"drives.friction", "'glue'", "stiction, regularised, none"}},
       {drives(kDetailed + ", position_encoder: belt"), {"position_encoder", "'belt'", "motor, joint"}},
       {drives(kDetailed + ", breakaway_factor: 0.5"), {"drives.breakaway_factor", "0.5", ">= 1"}},
-      {detailed_without("gear_ratio"), {"cell.yaml:4:", "drives.gear_ratio", "missing", "one for each joint"}},
+      {detailed_without("gear_ratio"),
+       {"cell.yaml:4:", "drives.gear_ratio", "missing", "one for each joint"}},
       {detailed_without("motor_inertia_kg_m2"), {"drives.motor_inertia_kg_m2", "missing"}},
       {detailed_without("torque_constant_N_m_per_A"), {"drives.torque_constant_N_m_per_A", "missing"}},
       {detailed_without("current_loop_rad_per_s"), {"drives.current_loop_rad_per_s", "missing"}},
@@ -194,7 +196,8 @@ TEST(ScenarioMistakes, InDevicesAreNamed) {
   expect_named({
       {ground + furnace,
        {"cell.yaml:7:", "furnaces.Oven.ground", "'Floor'", "a ground of this scenario: Base, Wall"}},
-      {"parts:\n" + screw("B"), {"cell.yaml:4:", "parts.A.thread.in", "found 'B'", "another part, or a ground"}},
+      {"parts:\n" + screw("B"),
+       {"cell.yaml:4:", "parts.A.thread.in", "found 'B'", "another part, or a ground"}},
       {"parts:\n" + screw("A"), {"parts.A.thread.in", "found 'A'", "another part, or a ground"}},
       {"parts:\n" + screw("B") + part_with("thread: {in: C, " + thread + "}", "B") + part_with("", "C"),
        {"cell.yaml:4:", "parts.A.thread.in", "found 'B', which has a thread itself"}},
@@ -209,8 +212,8 @@ TEST(ScenarioMistakes, InDevicesAreNamed) {
   });
   // A thread in a ground, and one in a part without one, are read.
   const Scenario scenario =
-      scenario_of("parts:\n" + screw("Base", ", axis: [0, 0, 2]") + part_with("thread: {in: C, " + thread + "}", "B") +
-                  part_with("", "C") + ground);
+      scenario_of("parts:\n" + screw("Base", ", axis: [0, 0, 2]") +
+                  part_with("thread: {in: C, " + thread + "}", "B") + part_with("", "C") + ground);
   ASSERT_TRUE(scenario.parts[0].thread && scenario.parts[1].thread);
   EXPECT_EQ(scenario.parts[0].thread->in, "Base");
   EXPECT_EQ(scenario.parts[0].thread->axis_B, Vec3::UnitZ());
@@ -247,13 +250,13 @@ TEST(ScenarioMistakes, OnTheCommandLineAreNamed) {
   const std::string text = one_part("");
   EXPECT_THAT(mistake_in(text, {"=1"}), HasSubstr("--set =1: found no '='"));
   EXPECT_THAT(mistake_in(text, {"parts=[1"}), HasSubstr("--set parts=[1: the value is not valid YAML"));
-  EXPECT_THAT(mistake_in(text, {"name.first=x"}),
-              HasSubstr("--set name.first=x: 'name' is not a mapping; allowed: the keys of the scenario file"));
+  EXPECT_THAT(
+      mistake_in(text, {"name.first=x"}),
+      HasSubstr("--set name.first=x: 'name' is not a mapping; allowed: the keys of the scenario file"));
   // What was replaced as a whole is the command line's, with all that is in it; what stands beside it is not.
   EXPECT_THAT(mistake_in(text, {"parts.A={mesh: a.obj, mass_kg: -1, hierarchy: 2}"}),
               HasSubstr("--set: parts.A.mass_kg: found -1"));
-  EXPECT_THAT(mistake_in(one_part("mesh_scale: 0"), {"parts.A.mass_kg=2"}),
-              HasSubstr("cell.yaml:4:"));
+  EXPECT_THAT(mistake_in(one_part("mesh_scale: 0"), {"parts.A.mass_kg=2"}), HasSubstr("cell.yaml:4:"));
   // Null has no keys yet: they are made.
   EXPECT_EQ(scenario_of("world:\n", {"world.temperature_degC=30"}).temperature_degC, 30.0);
 }
@@ -272,7 +275,8 @@ TEST(ScenarioChoices, OfDrivesAreRead) {
   EXPECT_EQ(drives_of(kDetailed + ", friction: regularised").friction, Drives::Friction::regularised);
   EXPECT_EQ(drives_of(kDetailed).friction, Drives::Friction::stiction);
   const ScenarioRobot stops =
-      scenario_of(one_robot("safe_action: stop, command_deadline_s: 0.1, max_acceleration_rad_per_s2: [1, 2]"))
+      scenario_of(
+          one_robot("safe_action: stop, command_deadline_s: 0.1, max_acceleration_rad_per_s2: [1, 2]"))
           .robots.at(0);
   EXPECT_TRUE(stops.deadline.stops);
   EXPECT_EQ(stops.deadline.max_acceleration_rad_per_s2.values, (std::vector<double>{1, 2}));
@@ -284,10 +288,11 @@ TEST(ScenarioChoices, OfConvexPartsSolversAndMembersAreRead) {
   const ConvexSource of_file = scenario_of(one_part("convex: {method: file, file: a.obj}")).parts[0].convex;
   EXPECT_EQ(of_file.kind, ConvexSource::Kind::file);
   EXPECT_EQ(of_file.file.filename(), "a.obj");
-  const Scenario scenario = scenario_of(one_part("center_of_mass_m: [1, 2, 3], inertia_kg_m2: [1, 2, 3, 0.1, 0, 0], "
-                                                 "pose: {rpy_rad: [0, 0, 1]}, color: [1, 0, 0, 0.5]") +
-                                        "solver: {matrix: separate}\n"
-                                        "processes:\n  P: {level_of_detail: 1, members: all}\n");
+  const Scenario scenario =
+      scenario_of(one_part("center_of_mass_m: [1, 2, 3], inertia_kg_m2: [1, 2, 3, 0.1, 0, 0], "
+                           "pose: {rpy_rad: [0, 0, 1]}, color: [1, 0, 0, 0.5]") +
+                  "solver: {matrix: separate}\n"
+                  "processes:\n  P: {level_of_detail: 1, members: all}\n");
   EXPECT_EQ(scenario.parts[0].center_of_mass_m, Vec3(1, 2, 3));
   ASSERT_TRUE(scenario.parts[0].inertia_kg_m2.has_value());
   EXPECT_EQ((*scenario.parts[0].inertia_kg_m2)(0, 1), 0.1);
