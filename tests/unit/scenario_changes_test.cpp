@@ -61,7 +61,6 @@ TEST(ScenarioChanges, NamesAreTakenByWhateverIsThere) {
   for (const std::string& name :
        {std::string("A"), std::string("Floor"), std::string("Arm"), std::string("Hand"), std::string("Oven"),
         std::string("Driver"), heat_device_name("A"), thread_device_name("A")}) {
-    if (name.find('/') != std::string::npos) continue;  // no name of a Part can be this
     const HostRefusal refusal = refusal_of_change(copy_of("B", name));
     EXPECT_EQ(refusal.result, ControlResult::name_not_unique);
     expect_words_in(refusal.message, "There is a '" + name + "' in this cell already");
@@ -69,6 +68,12 @@ TEST(ScenarioChanges, NamesAreTakenByWhateverIsThere) {
     renamed.allow_renaming = true;
     EXPECT_EQ(std::get<ChangedScenario>(changed(scenario, renamed)).entity, name + "_2");
   }
+  // The device that would come with it is taken, though its name is not.
+  Scenario crowded = scenario;
+  crowded.grounds[0].name = heat_device_name("X");
+  EXPECT_EQ(std::get<HostRefusal>(changed(crowded, copy_of("A", "X"))).result,
+            ControlResult::name_not_unique);
+  EXPECT_EQ(std::get<ChangedScenario>(changed(crowded, copy_of("B", "X"))).entity, "X");
   const HostRefusal wrong = refusal_of_change(copy_of("B", "no name"));
   EXPECT_EQ(wrong.result, ControlResult::name_invalid);
   expect_words_in(wrong.message, "The name 'no name' is not possible");
