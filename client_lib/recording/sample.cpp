@@ -5,9 +5,15 @@
 namespace takt::recording {
 namespace {
 
-Json read_struct(const MessageTypes& types, const MessageType& type, CdrReader& reader);
+/// The types one is inside of: a schema of a damaged or foreign file may hold itself, without end.
+struct Inside {
+  const MessageType* type;
+  const Inside* outer;
+};
 
-Json read_single(const MessageTypes& types, const Field& field, CdrReader& reader) {
+Json read_struct(const MessageTypes& types, const MessageType& type, CdrReader& reader, const Inside* outer);
+
+Json read_single(const MessageTypes& types, const Field& field, CdrReader& reader, const Inside& inside) {
   switch (field.kind) {
     case Kind::boolean:
       return reader.take<std::uint8_t>() != 0;
@@ -34,23 +40,26 @@ Json read_single(const MessageTypes& types, const Field& field, CdrReader& reade
     case Kind::string:
       return std::string(reader.take_string());
     case Kind::message:
-      return read_struct(types, types.at(field.message), reader);
+      return read_struct(types, types.at(field.message), reader, &inside);
   }
   return {};
 }
 
-Json read_field(const MessageTypes& types, const Field& field, CdrReader& reader) {
-  if (!field.sequence && field.count == 0) return read_single(types, field, reader);
+Json read_field(const MessageTypes& types, const Field& field, CdrReader& reader, const Inside& inside) {
+  if (!field.sequence && field.count == 0) return read_single(types, field, reader, inside);
   const std::size_t count = field.sequence ? reader.take<std::uint32_t>() : field.count;
   if (count > reader.left()) throw RecordingError("A sample ends before its last member.");
   Json list = Json::array();
-  for (std::size_t i = 0; i < count; ++i) list.push_back(read_single(types, field, reader));
+  for (std::size_t i = 0; i < count; ++i) list.push_back(read_single(types, field, reader, inside));
   return list;
 }
 
-Json read_struct(const MessageTypes& types, const MessageType& type, CdrReader& reader) {
+Json read_struct(const MessageTypes& types, const MessageType& type, CdrReader& reader, const Inside* outer) {
+  for (const Inside* at = outer; at != nullptr; at = at->outer)
+    if (at->type == &type) throw RecordingError("The message type '" + type.name + "' holds itself.");
+  const Inside inside{&type, outer};
   Json object = Json::object();
-  for (const Field& field : type.fields) object[field.name] = read_field(types, field, reader);
+  for (const Field& field : type.fields) object[field.name] = read_field(types, field, reader, inside);
   return object;
 }
 
@@ -58,7 +67,7 @@ Json read_struct(const MessageTypes& types, const MessageType& type, CdrReader& 
 
 Json to_json(const MessageTypes& types, const std::string& type, std::string_view sample) {
   CdrReader reader(sample);
-  return read_struct(types, types.at(type), reader);
+  return read_struct(types, types.at(type), reader, nullptr);
 }
 
 /// Where in a sample one is.

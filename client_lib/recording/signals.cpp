@@ -36,7 +36,14 @@ std::optional<double> sample_time_s(const Json& sample) {
   if (const auto header = sample.find("header"); header != sample.end()) holder = &*header;
   const auto stamp = holder->find("stamp");
   if (stamp == holder->end() || !stamp->is_object()) return std::nullopt;
-  return stamp->value("sec", 0.0) + 1e-9 * stamp->value("nanosec", 0.0);
+  double time_s = 0.0;
+  for (const auto& [key, unit_s] : {std::pair{"sec", 1.0}, {"nanosec", 1e-9}}) {
+    const auto part = stamp->find(key);
+    if (part == stamp->end()) continue;
+    if (!part->is_number()) return std::nullopt;  // another's member of that name
+    time_s += part->get<double>() * unit_s;
+  }
+  return time_s;
 }
 
 void read_signals(McapReader& recording, const std::vector<std::string>& patterns,
@@ -55,7 +62,7 @@ void read_signals(McapReader& recording, const std::vector<std::string>& pattern
       return true;
     }
     sample.time_s = sample_time_s(json).value_or(static_cast<double>(message.log_time_ns) * 1e-9);
-    if (const auto epoch = json.find("epoch"); epoch != json.end())
+    if (const auto epoch = json.find("epoch"); epoch != json.end() && epoch->is_number_unsigned())
       sample.epoch = epoch->get<std::uint32_t>();
     names.visit(json, [&](const std::string& name, double value) {
       std::string full = sample.topic + "." + name;

@@ -1,6 +1,7 @@
 #include "server/runtime/allowed_files.h"
 #include "server/runtime/cell_host_world.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "server/geometry/mesh_import.h"
@@ -196,10 +197,12 @@ void CellHost::answer_without_world(const ControlRequest& request) {
   const auto parsed = parse(request, CellDescription{});
   const auto* action = std::get_if<ControlAction>(&parsed);
   const auto* to_state = action == nullptr ? nullptr : std::get_if<SetState>(action);
+  const bool is_of_host =
+      std::find(kHostRequests.begin(), kHostRequests.end(), request.request) != kHostRequests.end();
   if (to_state != nullptr && to_state->state == SimulationState::quitting) {
     reply(request.id, ControlResult::ok, "The server ends.", {{"state", "3"}});
     if (on_quit_) on_quit_();
-  } else if (!is_known_request(request.request)) {
+  } else if (!is_known_request(request.request) && !is_of_host) {
     mail_->add_reply(unknown_request_reply(request));
   } else if (request.request == "get_features") {
     mail_->add_reply(features_reply(request.id));

@@ -102,7 +102,24 @@ TEST_F(UrdfCollision, AMeshIsScaledAndFoundBesideTheUrdf) {
   EXPECT_NEAR(hull.box.center_B.z(), 1.15, 1e-7);
 }
 
+TEST_F(UrdfCollision, AMeshMayBeNamedAsAFileAndAnOriginMayTurnOnly) {
+  directory_.write("wedge.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  const auto links = read(robot("", collision("<box size='0.2 0.4 0.6'/>", "rpy='0 0 1.5707963267948966'"),
+                                collision("<mesh filename='file://wedge.obj'/>"), ""));
+  EXPECT_NEAR((links.at(0).shapes.at(0).core.box.half_B - Vec3(0.2, 0.1, 0.3)).norm(), 0.0, 1e-12);
+  EXPECT_EQ(links.at(1).shapes.at(0).core.vertices.size(), 4U);
+}
+
 TEST_F(UrdfCollision, MistakesAreAnsweredWithTheirPlace) {
+  EXPECT_THAT(error(collision("<mesh filename='arm.stl' scale='1 0 1'/>")), HasSubstr("arm.stl"));
+  directory_.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 3 2\n");
+  EXPECT_THAT(error(collision("<mesh filename='flat.obj' scale='1 -1 1'/>")),
+              AllOf(HasSubstr("r.urdf: line 5"), HasSubstr("link 'arm'"), HasSubstr("<mesh>: scale"),
+                    HasSubstr("found '1 -1 1'"), HasSubstr("3 finite numbers > 0")));
+  EXPECT_THAT(error(collision("<cylinder radius='0' length='1'/>")),
+              AllOf(HasSubstr("<cylinder>: radius: found '0'"), HasSubstr("a finite number > 0")));
+  EXPECT_THAT(error(collision("<cylinder radius='1' length='-2'/>")),
+              HasSubstr("<cylinder>: length: found '-2'"));
   EXPECT_THAT(error(collision("<mesh filename='package://ur/elbow.stl'/>")),
               AllOf(HasSubstr("r.urdf: line 5"), HasSubstr("link 'arm'"), HasSubstr("package://ur/elbow.stl"),
                     HasSubstr("relative to the URDF file")));

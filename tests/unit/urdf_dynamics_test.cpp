@@ -163,12 +163,33 @@ TEST_F(UrdfDynamics, RefusesBadTrees) {
   EXPECT_THAT(error_of(mimic("j9")), AllOf(HasSubstr("joint 'j1': <mimic>"), HasSubstr("'j9'")));
   EXPECT_THAT(error_of(mimic("j1")), HasSubstr("lead back to it"));
   EXPECT_THAT(error_of(mimic("j2")), HasSubstr("lead back to it"));
+  // A mimic of a mimic is none of itself.
+  EXPECT_EQ(error_of(links + link_with("c", body()) + first +
+                     joint_with("j2", "revolute", "a", "b", kLimit + "<mimic joint='j1'/>") +
+                     joint_with("j3", "revolute", "b", "c", kLimit + "<mimic joint='j2'/>")),
+            "no error");
   std::string many = link_with("base");
   for (int i = 0; i <= kMaxJoints; ++i) {
     const std::string n = std::to_string(i + 1);
     many += link_with("l" + n, body()) + joint_with("j" + n, "revolute", "base", "l" + n);
   }
   EXPECT_THAT(error_of(many), HasSubstr("joint 'j17' (revolute): it is moving joint number 17"));
+}
+
+TEST_F(UrdfDynamics, RefusesLimitsBetweenWhichNothingIs) {
+  const auto with = [](const std::string& limits) {
+    return link_with("base") + link_with("arm", body()) +
+           joint_with("j", "revolute", "base", "arm", "<limit " + limits + "/>");
+  };
+  EXPECT_THAT(
+      error_of(with("lower='1' upper='1' velocity='1' effort='1'")),
+      AllOf(HasSubstr("line 4"), HasSubstr("joint 'j' (revolute): <limit>: found lower '1', upper '1'"),
+            HasSubstr("lower must be below upper")));
+  EXPECT_THAT(error_of(with("lower='-1' upper='1' velocity='0' effort='1'")),
+              AllOf(HasSubstr("velocity: found '0'"), HasSubstr("allowed: > 0")));
+  EXPECT_THAT(error_of(with("lower='-1' upper='1' velocity='1' effort='-1'")),
+              AllOf(HasSubstr("effort: found '-1'"), HasSubstr("allowed: >= 0")));
+  EXPECT_EQ(error_of(with("lower='-1' upper='1' velocity='1' effort='0'")), "no error");
 }
 
 TEST_F(UrdfDynamics, RefusesMeshesThatAreNotThere) {

@@ -1,0 +1,157 @@
+// GLB files field by field: what cannot be is refused with the place in the file, what may be otherwise is
+// read. And the words for what is found about meshes.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+
+#include "server/geometry/mesh_finding.h"
+#include "server/geometry/mesh_import.h"
+#include "tests/support/temporary_directory.h"
+
+namespace takt {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+const std::string kTetrahedronJson =
+    R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)"
+    R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],"buffers":[{"byteLength":72}],)"
+    R"("bufferViews":[{"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":24}],)"
+    R"("accessors":[{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"},)"
+    R"({"bufferView":1,"componentType":5123,"count":12,"type":"SCALAR"}]})";
+
+class GlbFile : public testing::Test {
+ protected:
+  static void append_u32(std::string& bytes, std::size_t value) {
+    const auto number = static_cast<std::uint32_t>(value);
+    bytes.append(reinterpret_cast<const char*>(&number), sizeof(number));
+  }
+  static std::string chunk(const std::string& type, std::string content, char filler) {
+    content.resize((content.size() + 3) / 4 * 4, filler);
+    std::string bytes;
+    append_u32(bytes, content.size());
+    return bytes + type + content;
+  }
+  static std::string tetrahedron_data() {
+    const std::array<float, 12> corners{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    const std::array<std::uint16_t, 12> triangles{0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+    std::string data(sizeof(corners) + sizeof(triangles), '\0');
+    std::memcpy(data.data(), corners.data(), sizeof(corners));
+    std::memcpy(data.data() + sizeof(corners), triangles.data(), sizeof(triangles));
+    return data;
+  }
+  static std::string whole(const std::string& chunks) {
+    std::string bytes = "glTF";
+    append_u32(bytes, 2);
+    append_u32(bytes, 12 + chunks.size());
+    return bytes + chunks;
+  }
+  static std::string binary() { return chunk(std::string("BIN\0", 4), tetrahedron_data(), '\0'); }
+  /// The tetrahedron with a piece of its JSON replaced.
+  static std::string with(const std::string& old_text, const std::string& new_text) {
+    std::string json = kTetrahedronJson;
+    const auto at = json.find(old_text);
+    EXPECT_NE(at, std::string::npos) << old_text;
+    if (at != std::string::npos) json.replace(at, old_text.size(), new_text);
+    return whole(chunk("JSON", json, ' ') + binary());
+  }
+  /// What importing it is answered with; else how many triangles it has.
+  std::string answer(const std::string& bytes) {
+    directory_.write("a.glb", bytes);
+    try {
+      return std::to_string(import_mesh_objects(directory_ / "a.glb").at(0).mesh.triangles.size());
+    } catch (const MeshError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("a.glb"));
+      return error.what();
+    }
+  }
+  const test::TemporaryDirectory directory_;
+};
+
+TEST_F(GlbFile, MistakesAreToldWithTheirPlace) {
+  struct Row {
+    const char *old_text, *new_text, *words;
+  };
+  const Row rows[] = {
+      {R"("nodes":[{"mesh":0}])", R"("nodes":5)", "nodes is no list"},
+      {R"([{"nodes":[0]}])", R"([{"nodes":0}])", "the scene: its nodes is no list"},
+      {R"([{"nodes":[0]}])", R"([{"nodes":[-1]}])", "the scene: its nodes must be whole numbers"},
+      {R"([{"nodes":[0]}])", R"([{"nodes":[3]}])", "the scene refers to nodes[3], of which there are 1"},
+      {R"([{"nodes":[0]}])", R"([{"nodes":[0,0]}])", "nodes[0] is there twice"},
+      {R"("scene":0)", R"("scene":2)", "the file refers to scenes[2], of which there are 1"},
+      {R"({"mesh":0})", R"({"mesh":0,"children":{}})", "nodes[0]: its children is no list"},
+      {R"({"mesh":0})", R"({"mesh":0,"children":["x"]})", "nodes[0]: its children must be whole numbers"},
+      {R"({"mesh":0})", R"({"mesh":0,"translation":5})", "nodes[0]: its translation must be 3 numbers"},
+      {R"({"mesh":0})", R"({"mesh":0,"scale":[1,2]})", "nodes[0]: its scale must be 3 numbers"},
+      {R"({"mesh":0})", R"({"mesh":0,"rotation":[0,0,0,"w"]})", "nodes[0]: its rotation must be 4 numbers"},
+      {R"({"mesh":0})", R"({"mesh":-1})", "nodes[0]: its mesh must be a whole number below 2^32"},
+      {R"({"mesh":0})", R"({"mesh":4294967296})", "nodes[0]: its mesh must be a whole number below 2^32"},
+      {R"("primitives":[{)", R"("primitives":[],"x":[{)", "meshes[0] has no primitives"},
+      {R"("primitives":[{)", R"("primitives":5,"x":[{)", "meshes[0] has no primitives"},
+      {R"("primitives":[{)", R"("x":[{)", "meshes[0] has no primitives"},
+      {R"("indices":1)", R"("indices":1,"mode":1)", "meshes[0].primitives[0]: lines and points are not"},
+      {R"("indices":1)", R"("indices":1,"mode":7)", "meshes[0].primitives[0]: the mode 7 is unknown"},
+      {R"("attributes":{)", R"("x":{)", "meshes[0].primitives[0] has no attributes"},
+      {R"("POSITION":0)", R"("NORMAL":0)", "meshes[0].primitives[0] has no POSITION"},
+      {R"("count":4)", R"("count":4,"sparse":{})", "accessors[0]: sparse accessors are not supported"},
+      {R"("count":4)", R"("count":0)", "accessors[0]: its count is 0"},
+      {R"("count":4)", R"("count":5)", "accessors[0]: 5 items of 12 bytes"},
+      {R"("type":"VEC3")", R"("type":"VEC2")", "accessors[0]: positions are VEC3 of 5126"},
+      {R"("byteLength":48)", R"("byteLength":48,"byteStride":8)", "accessors[0]: 4 items of 12 bytes"},
+      {R"("byteLength":48)", R"("byteLength":48,"byteStride":300)", "byteStride must be at most 252"},
+      {R"("byteLength":48)", R"("byteLength":4800)", "bufferViews[0]: 4800 bytes from byte 0"},
+      {R"({"byteLength":72})", R"({"byteLength":72,"uri":"a.bin"})", "does not lie in this file"},
+  };
+  for (const Row& row : rows) EXPECT_THAT(answer(with(row.old_text, row.new_text)), HasSubstr(row.words));
+}
+
+TEST_F(GlbFile, ChunksMustBeWholeAndBeginWithTheDescription) {
+  const std::string json = chunk("JSON", kTetrahedronJson, ' ');
+  EXPECT_THAT(answer(whole(json + binary() + "rest")),
+              AllOf(HasSubstr("a chunk at byte"), HasSubstr("is cut")));
+  EXPECT_THAT(answer(whole(binary() + json)), HasSubstr("the first chunk is no JSON"));
+  std::string too_long = chunk("MORE", "abcd", ' ');
+  too_long[0] = 100;
+  EXPECT_THAT(answer(whole(json + binary() + too_long)), HasSubstr("announces 100 bytes, but there are 4"));
+  EXPECT_THAT(answer(whole(json)), HasSubstr("do not fit into the 0 bytes of the file's data"));
+}
+
+TEST_F(GlbFile, WhatMayBeOtherwiseIsRead) {
+  EXPECT_EQ(answer(whole(chunk("JSON", kTetrahedronJson, ' ') + binary())), "4");
+  EXPECT_EQ(answer(with(R"({"mesh":0})", R"({"mesh":0,"name":5})")), "4");
+  EXPECT_EQ(answer(with(R"("meshes":[{)", R"("meshes":[{"name":5,)")), "4");
+  EXPECT_EQ(answer(with(R"("byteLength":48)", R"("byteLength":48,"byteStride":12)")), "4");
+  EXPECT_EQ(answer(with(R"("byteLength":24)", R"("byteLength":24,"byteStride":2)")), "4");
+  EXPECT_EQ(answer(whole(chunk("JSON", kTetrahedronJson, ' ') + binary() +
+                         chunk(std::string("BIN\0", 4), "other data", '\0') + chunk("MORE", "abcd", ' '))),
+            "4");
+}
+
+TEST(MeshFindings, HaveWordsOfTheirOwn) {
+  using Kind = MeshFindingKind;
+  const std::pair<Kind, const char*> words[] = {
+      {Kind::bad_vertex, "bad vertex"},
+      {Kind::zero_area_faces, "faces without area"},
+      {Kind::duplicate_faces, "duplicate faces"},
+      {Kind::open_edges, "open edges"},
+      {Kind::crowded_edges, "edges of more than two faces"},
+      {Kind::not_orientable, "surface with one side"},
+      {Kind::mixed_orientation, "mixed orientation"},
+      {Kind::inside_out, "inside out"},
+      {Kind::encloses_nothing, "encloses nothing"},
+      {Kind::cavities, "cavities"},
+      {Kind::nested_solids, "solids inside others"},
+      {Kind::needles, "needle triangles"},
+      {Kind::sharp_edges, "sharp edges"},
+      {Kind::coarse, "coarse for contact"},
+      {Kind::far_from_origin, "far from the origin"},
+  };
+  for (const auto& [kind, text] : words) EXPECT_EQ(to_string(kind), text);
+}
+
+}  // namespace
+}  // namespace takt

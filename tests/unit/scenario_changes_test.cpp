@@ -1,0 +1,203 @@
+// Parts that come and go, by the scenario: whose names are taken, what a copy keeps, and what is replayed of
+// it. And requests about what is there: what each must and may say.
+#include "server/runtime/scenario_changes.h"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+#include "server/runtime/control.h"
+#include "server/scenario/device_builder.h"
+
+namespace takt {
+namespace {
+
+/// One of each kind; A is warm and screwed into B.
+Scenario one_of_each() {
+  Scenario scenario;
+  scenario.parts.resize(2);
+  scenario.parts[0].name = "A";
+  scenario.parts[0].heat.emplace();
+  scenario.parts[0].thread.emplace();
+  scenario.parts[0].thread->in = "B";
+  scenario.parts[0].mass_kg = 2.0;
+  scenario.parts[0].inertia_kg_m2 = Mat3::Identity();
+  scenario.parts[1].name = "B";
+  scenario.grounds.resize(1);
+  scenario.grounds[0].name = "Floor";
+  scenario.robots.resize(1);
+  scenario.robots[0].name = "Arm";
+  scenario.grippers.resize(1);
+  scenario.grippers[0].name = "Hand";
+  scenario.furnaces.resize(1);
+  scenario.furnaces[0].name = "Oven";
+  scenario.screwdrivers.resize(1);
+  scenario.screwdrivers[0].name = "Driver";
+  scenario.processes = {{"first", 1, false, {"B"}}, {"second", 1, false, {"A"}}};
+  return scenario;
+}
+
+SpawnEntity copy_of(const std::string& original, const std::string& name) {
+  SpawnEntity request;
+  request.name = name;
+  request.copy_of = original;
+  return request;
+}
+
+template <typename Request>
+HostRefusal refusal_of_change(const Request& request) {
+  auto result = changed(one_of_each(), request);
+  if (auto* refusal = std::get_if<HostRefusal>(&result)) return *refusal;
+  ADD_FAILURE() << "it was done";
+  return {};
+}
+
+void expect_words_in(const std::string& text, const std::string& words) {
+  EXPECT_NE(text.find(words), std::string::npos) << words << " is not in: " << text;
+}
+
+TEST(ScenarioChanges, NamesAreTakenByWhateverIsThere) {
+  const Scenario scenario = one_of_each();
+  for (const std::string& name :
+       {std::string("A"), std::string("Floor"), std::string("Arm"), std::string("Hand"), std::string("Oven"),
+        std::string("Driver"), heat_device_name("A"), thread_device_name("A")}) {
+    const HostRefusal refusal = refusal_of_change(copy_of("B", name));
+    EXPECT_EQ(refusal.result, ControlResult::name_not_unique);
+    expect_words_in(refusal.message, "There is a '" + name + "' in this cell already");
+    SpawnEntity renamed = copy_of("B", name);
+    renamed.allow_renaming = true;
+    EXPECT_EQ(std::get<ChangedScenario>(changed(scenario, renamed)).entity, name + "_2");
+  }
+  // The device that would come with it is taken, though its name is not.
+  Scenario crowded = scenario;
+  crowded.grounds[0].name = heat_device_name("X");
+  EXPECT_EQ(std::get<HostRefusal>(changed(crowded, copy_of("A", "X"))).result,
+            ControlResult::name_not_unique);
+  EXPECT_EQ(std::get<ChangedScenario>(changed(crowded, copy_of("B", "X"))).entity, "X");
+  const HostRefusal wrong = refusal_of_change(copy_of("B", "no name"));
+  EXPECT_EQ(wrong.result, ControlResult::name_invalid);
+  expect_words_in(wrong.message, "The name 'no name' is not possible");
+  const HostRefusal nothing = refusal_of_change(copy_of("Q", "X"));
+  EXPECT_EQ(nothing.result, ControlResult::not_found);
+  expect_words_in(nothing.message, "There is no Part 'Q' to copy.");
+  SpawnEntity lacking;
+  lacking.name = "X";
+  lacking.mesh = "no/such/mesh.obj";
+  EXPECT_EQ(refusal_of_change(lacking).result, ControlResult::no_resource);
+}
+
+TEST(ScenarioChanges, ACopyIsOfTheProcessOfItsOriginalAndHeavierAsAWhole) {
+  SpawnEntity request = copy_of("A", "X");
+  request.mass_kg = 6.0;
+  request.hierarchy = 7;
+  const auto result = std::get<ChangedScenario>(changed(one_of_each(), request));
+  const ScenarioPart& part = result.scenario.parts.back();
+  EXPECT_EQ(part.name, "X");
+  EXPECT_EQ(part.mass_kg, 6.0);
+  EXPECT_EQ(part.hierarchy, 7);
+  EXPECT_EQ((*part.inertia_kg_m2)(0, 0), 3.0) << "of the same shape, three times as heavy";
+  EXPECT_FALSE(part.thread.has_value());
+  EXPECT_TRUE(part.heat.has_value());
+  EXPECT_EQ(result.scenario.processes[0].members, std::vector<std::string>{"B"});
+  EXPECT_EQ(result.scenario.processes[1].members, (std::vector<std::string>{"A", "X"}));
+  request.mass_kg.reset();
+  const auto as_heavy = std::get<ChangedScenario>(changed(one_of_each(), request));
+  EXPECT_EQ((*as_heavy.scenario.parts.back().inertia_kg_m2)(0, 0), 1.0);
+}
+
+TEST(ScenarioChanges, OnlyPartsThatHoldNothingGo) {
+  const HostRefusal held = refusal_of_change(DeleteEntity{"B"});
+  EXPECT_EQ(held.result, ControlResult::failed);
+  expect_words_in(held.message, "'B' cannot go while something is screwed into it: A; delete that first.");
+  for (const char* other : {"Floor", "Arm", "Hand", "Oven", "Driver", "Hand/jaw"}) {
+    const HostRefusal refusal = refusal_of_change(DeleteEntity{other});
+    EXPECT_EQ(refusal.result, ControlResult::failed);
+    expect_words_in(refusal.message, std::string("'") + other + "' is no Part; only Parts can be deleted.");
+  }
+  EXPECT_EQ(refusal_of_change(DeleteEntity{"Q"}).result, ControlResult::not_found);
+  const auto gone = std::get<ChangedScenario>(changed(one_of_each(), DeleteEntity{"A"}));
+  EXPECT_EQ(gone.scenario.deleted, std::vector<std::string>{"A"});
+  EXPECT_TRUE(gone.scenario.processes[1].members.empty());
+}
+
+TEST(ScenarioChanges, AreTakenFromRequestsInTurn) {
+  const std::vector<ControlRequest> requests{
+      {0, "spawn_entity", {{"name", "X"}, {"copy_of", "B"}, {"position", "1 2 3"}}},
+      {0, "reset", {}},
+      {0, "save_snapshot", {{"name", "s"}}},
+      {0, "spawn_entity", {{"name", "Y"}}},  // not well-formed: it was refused then too
+      {0, "delete_entity", {{"entity", "A"}}}};
+  const Scenario result = with_changes(one_of_each(), requests);
+  ASSERT_EQ(result.parts.size(), 2U);
+  EXPECT_EQ(result.parts[0].name, "B");
+  EXPECT_EQ(result.parts[1].name, "X");
+  EXPECT_EQ(result.parts[1].X_WB.p, Vec3(1, 2, 3));
+  try {
+    with_changes(one_of_each(), std::vector<ControlRequest>{{0, "delete_entity", {{"entity", "Q"}}}});
+    ADD_FAILURE() << "it was done";
+  } catch (const std::runtime_error& error) {
+    expect_words_in(error.what(), "There is no Part 'Q' in this cell.");
+  }
+}
+
+CellDescription parts_and_table() {
+  CellDescription cell;
+  cell.components.resize(2);
+  cell.components[0].name = "P";
+  cell.components[1].name = "Table";
+  return cell;
+}
+
+TEST(EntityRequests, SayWhatTheyLack) {
+  struct Row {
+    const char* request;
+    TextArguments arguments;
+    ControlResult result;
+    const char* words;
+  };
+  const Row rows[] = {
+      {"get_entities", {{"category", "robot"}}, ControlResult::failed, "part, gripper or ground"},
+      {"get_entity_state", {}, ControlResult::failed, "'entity'"},
+      {"get_entity_state", {{"entity", "Q"}}, ControlResult::not_found, "Q"},
+      {"set_entity_state", {{"entity", "P"}}, ControlResult::failed, "needs a position, an orientation"},
+      {"set_entity_state", {{"position", "1 2 3"}}, ControlResult::failed, "'entity'"},
+      {"set_entity_state", {{"entity", "Q"}, {"position", "1 2 3"}}, ControlResult::not_found, "Q"},
+      {"set_entity_state", {{"entity", "P"}, {"position", "1 2"}}, ControlResult::failed, "'position'"},
+      {"set_entity_state", {{"entity", "P"}, {"linear_velocity", "x"}}, ControlResult::failed, "linear_vel"},
+      {"attach", {{"part", "P"}}, ControlResult::failed, "'to'"},
+      {"attach", {{"part", "Q"}, {"to", "P"}}, ControlResult::not_found, "Q"},
+      {"attach", {{"part", "P"}, {"to", "Q"}}, ControlResult::not_found, "Q"},
+      {"detach", {}, ControlResult::failed, "'part'"},
+      {"detach", {{"part", "Q"}}, ControlResult::not_found, "Q"},
+  };
+  for (const Row& row : rows) {
+    const auto parsed = parse({5, row.request, row.arguments}, parts_and_table());
+    const auto* reply = std::get_if<ControlReply>(&parsed);
+    ASSERT_NE(reply, nullptr) << row.request << " was accepted, though " << row.words;
+    EXPECT_EQ(reply->id, 5U);
+    EXPECT_EQ(reply->result, row.result) << reply->message;
+    expect_words_in(reply->message, row.words);
+  }
+}
+
+TEST(EntityRequests, SetAnythingOfAStateAlone) {
+  const auto action = [](const TextArguments& more) {
+    TextArguments arguments{{"entity", "P"}};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return std::get<SetEntityState>(
+        std::get<ControlAction>(parse({5, "set_entity_state", arguments}, parts_and_table())));
+  };
+  EXPECT_EQ(action({{"position", "1 2 3"}}).p_WB, Vec3(1, 2, 3));
+  EXPECT_TRUE(action({{"orientation", "0 0 0 1"}}).R_WB->isApprox(Mat3::Identity()));
+  EXPECT_EQ(action({{"linear_velocity", "1 0 0"}}).linear_velocity, Vec3(1, 0, 0));
+  const SetEntityState turning = action({{"angular_velocity", "0 0 2"}});
+  EXPECT_EQ(turning.angular_velocity, Vec3(0, 0, 2));
+  EXPECT_FALSE(turning.p_WB || turning.R_WB || turning.linear_velocity);
+  for (const char* category : {"part", "gripper", "ground"}) {
+    const auto parsed = parse({5, "get_entities", {{"category", category}}}, parts_and_table());
+    EXPECT_EQ(std::get<GetEntities>(std::get<ControlAction>(parsed)).category, category);
+  }
+}
+
+}  // namespace
+}  // namespace takt
