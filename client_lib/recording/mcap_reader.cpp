@@ -53,14 +53,24 @@ McapReader::McapReader(const std::filesystem::path& file) : name_(file), file_(f
   if (!file_ || problem) throw RecordingError("The recording '" + file.string() + "' cannot be read.");
   if (size_ < mcap::kMagic.size() || record_at(0, mcap::kMagic.size()) != mcap::kMagic)
     throw RecordingError("'" + file.string() + "' is no MCAP recording.");
-  if (!read_summary()) scan();
-  finish_channels();
+  try {
+    if (!read_summary()) scan();
+    finish_channels();
+  } catch (const RecordingError& damage) {
+    throw RecordingError(with_name(damage.what()));
+  }
   std::stable_sort(chunks_.begin(), chunks_.end(),
                    [](const Chunk& a, const Chunk& b) { return a.first_ns < b.first_ns; });
   if (!chunks_.empty()) {
     first_ns_ = chunks_.front().first_ns;
     for (const Chunk& chunk : chunks_) last_ns_ = std::max(last_ns_, chunk.last_ns);
   }
+}
+
+/// Of a recording whose name the sentence may not say.
+std::string McapReader::with_name(const std::string& sentence) const {
+  const std::string name = "'" + name_.string() + "'";
+  return sentence.starts_with(name) ? sentence : name + ": " + sentence;
 }
 
 std::string McapReader::record_at(std::uint64_t place, std::uint64_t length) {
@@ -255,8 +265,9 @@ void McapReader::read(const std::function<bool(const McapMessage&)>& function, s
       const auto seconds = [&](std::uint64_t ns) { return 1e-9 * static_cast<double>(ns - first_ns_); };
       char span[64];
       std::snprintf(span, sizeof span, "%.3f to %.3f s", seconds(chunk.first_ns), seconds(chunk.last_ns));
-      throw RecordingError("'" + name_.string() + "': " + damage.what() + ": what was recorded from " + span +
-                           " after its begin cannot be read.");
+      std::string told = with_name(damage.what());
+      if (told.ends_with('.')) told.pop_back();
+      throw RecordingError(told + "; what was recorded from " + span + " after its begin cannot be read.");
     }
     each_record(added->bytes, [&](std::uint8_t opcode, std::string_view content, std::uint64_t place) {
       if (opcode != mcap::kMessage) return;

@@ -68,6 +68,7 @@ class McapReader {
 
   bool read_summary();
   void scan();
+  std::string with_name(const std::string& sentence) const;
   std::string record_at(std::uint64_t place, std::uint64_t length);
   std::string uncompressed(const Chunk& chunk);
   void note_schema(std::string_view content);

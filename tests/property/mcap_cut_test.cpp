@@ -163,7 +163,7 @@ TEST_P(CutRecording, ADamagedChunkIsToldAndNotHandedOut) {
     told = error.what();
   }
   EXPECT_THAT(told,
-              testing::MatchesRegex("'.*damaged\\.mcap': a chunk is damaged: what was recorded from .* to "
+              testing::MatchesRegex("'.*damaged\\.mcap': a chunk is damaged; what was recorded from .* to "
                                     ".* s after its begin cannot be read\\."));
   EXPECT_EQ(messages, flushes[4].messages);
 }
