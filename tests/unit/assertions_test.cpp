@@ -23,6 +23,7 @@ class Assertions : public ::testing::Test {
     cell_.ground("Table", {1.0, 1.0, 0.1}, test::at(0.0, 0.0, -0.1));
     cell_.part("Box", 1.0, 1, {0.1, 0.1, 0.1}, test::at(0.0, 0.0, 0.5));
     test::add_chamber(cell_.model());
+    scenario_.assertions.reserve(8);  // what demand() hands out stays where it is
   }
   ScenarioAssertion& demand(Kind kind, const std::string& subject, double time_s = -1.0) {
     ScenarioAssertion& added = scenario_.assertions.emplace_back();
