@@ -2,6 +2,9 @@
 
 #include <unistd.h>
 
+#include <set>
+#include <vector>
+
 #include "client_lib/client.h"
 #include "client_lib/participant_numbers.h"
 #include "idl/transport/identity_fault.h"
@@ -51,6 +54,22 @@ dds::DomainParticipantQos participant_qos(const std::string& name, const LinkPro
   qos.wire_protocol().builtin.discovery_config.leaseDuration = DdsDuration(5, 0);
   qos.wire_protocol().builtin.discovery_config.leaseDuration_announcementperiod = DdsDuration(1, 0);
   return qos;
+}
+
+/// Others in this process may have taken one: then Fast DDS 2.9.1 fails to make ours, and deletes the one
+/// that it finds under its GUID, which is theirs.
+int draw_number(int domain) {
+  std::set<int> theirs;
+  for (const auto* other : dds::DomainParticipantFactory::get_instance()->lookup_participants(
+           static_cast<dds::DomainId_t>(domain))) {
+    const auto& prefix = other->guid().guidPrefix.value;
+    theirs.insert(prefix[8] | prefix[9] << 8);
+  }
+  std::vector<int> unfit;
+  int number = ParticipantNumbers::of_process().draw();
+  for (; theirs.contains(number); number = ParticipantNumbers::of_process().draw()) unfit.push_back(number);
+  for (const int drawn : unfit) ParticipantNumbers::of_process().give_back(drawn);
+  return number;
 }
 
 }  // namespace
@@ -118,8 +137,7 @@ Link::Link(int domain, const std::string& name, const LinkProfile& profile, Disc
   // create, so such a number is not given back, and another one is drawn.
   constexpr int kAttempts = 5;
   for (int attempt = 0; attempt < (secured ? 1 : kAttempts) && participant_ == nullptr; ++attempt) {
-    if (profile.profiles_file.empty())
-      number_ = qos.wire_protocol().participant_id = ParticipantNumbers::of_process().draw();
+    if (profile.profiles_file.empty()) number_ = qos.wire_protocol().participant_id = draw_number(domain);
     // Discovery only: data goes to the listeners of readers and writers.
     participant_ = factory->create_participant(static_cast<dds::DomainId_t>(domain), qos, listener,
                                                dds::StatusMask::none());

@@ -5,6 +5,10 @@
 
 #include <set>
 
+#include "client_lib/dds_link.h"
+#include "tests/support/dds_service.h"
+#include "tests/support/raw_dds_client.h"
+
 namespace takt {
 namespace {
 
@@ -33,6 +37,29 @@ TEST(ParticipantNumbers, OfTwoProcessesAreDrawnByChance) {
   std::set<int> firsts;
   for (int i = 0; i < 100; ++i) firsts.insert(ParticipantNumbers().draw());
   EXPECT_GT(firsts.size(), 10U);
+}
+
+/// Fast DDS 2.9.1 would delete the other one.
+TEST(ParticipantNumbers, OfOthersInTheProcessAreLeftToThem) {
+  const int domain = static_cast<int>(test::test_domain());
+  auto& numbers = ParticipantNumbers::of_process();
+  std::vector<int> held;
+  for (int number = numbers.draw(); number >= 0; number = numbers.draw()) held.push_back(number);
+  ASSERT_FALSE(held.empty());
+  test::RawDdsClient other(test::test_domain(), 2, held.back());
+  numbers.give_back(held.back());  // now the only one there is
+  {
+    const client::Link link(domain, "beside", {});
+    const auto participants = dds::DomainParticipantFactory::get_instance()->lookup_participants(
+        static_cast<dds::DomainId_t>(domain));
+    EXPECT_EQ(participants.size(), 2U);
+  }
+  EXPECT_EQ(dds::DomainParticipantFactory::get_instance()
+                ->lookup_participants(static_cast<dds::DomainId_t>(domain))
+                .size(),
+            1U);
+  held.pop_back();
+  for (const int number : held) numbers.give_back(number);
 }
 
 }  // namespace
