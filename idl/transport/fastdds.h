@@ -184,27 +184,32 @@ struct DiscoveredWriter {
   bool latched, reliable, exclusive;  ///< late joiners get the newest; nothing is lost; the strongest wins
 };
 
-/// Hears of the writers of others, and of participants, readers and writers of others that DDS has forgotten:
-/// they left, or were silent for their lease.
+/// Hears of the writers of others; of other participants that have come; and of participants, readers and
+/// writers of others that DDS has forgotten: they left, or were silent for their lease.
 class DiscoveryListener : public dds::DomainParticipantListener {
  public:
+  /// A participant has come, before DDS listens to it; it was silent for its lease; a participant or an
+  /// endpoint has left.
+  enum class Presence { come, silent, left };
+  using Follower = std::function<void(const DdsGuid&, Presence)>;
   virtual void on_writer(const DiscoveredWriter&) {}
-  /// Before it is given to a participant. Runs in threads of DDS.
-  void when_gone(std::function<void(const DdsGuid&)> gone) { gone_ = std::move(gone); }
+  /// Before it is given to a participant. `follower` runs in threads of DDS.
+  void follow(Follower follower) { follower_ = std::move(follower); }
 
  private:
 #if TAKT_FAST_DDS_MAJOR == 2
   void on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryInfo&& info) final {
     using Info = rtps::ParticipantDiscoveryInfo;
-    if (info.status == Info::REMOVED_PARTICIPANT || info.status == Info::DROPPED_PARTICIPANT)
-      tell_gone(info.info.m_guid);
+    if (info.status == Info::DISCOVERED_PARTICIPANT) tell(info.info.m_guid, Presence::come);
+    if (info.status == Info::DROPPED_PARTICIPANT) tell(info.info.m_guid, Presence::silent);
+    if (info.status == Info::REMOVED_PARTICIPANT) tell(info.info.m_guid, Presence::left);
   }
   void on_subscriber_discovery(dds::DomainParticipant*, rtps::ReaderDiscoveryInfo&& info) final {
-    if (info.status == rtps::ReaderDiscoveryInfo::REMOVED_READER) tell_gone(info.info.guid());
+    if (info.status == rtps::ReaderDiscoveryInfo::REMOVED_READER) tell(info.info.guid(), Presence::left);
   }
   void on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryInfo&& info) final {
     using Info = rtps::WriterDiscoveryInfo;
-    if (info.status == Info::REMOVED_WRITER) tell_gone(info.info.guid());
+    if (info.status == Info::REMOVED_WRITER) tell(info.info.guid(), Presence::left);
     const auto& qos = info.info.m_qos;
     on_writer({news_of(info.status == Info::DISCOVERED_WRITER, info.status == Info::CHANGED_QOS_WRITER),
                info.info.guid(), info.info.topicName().to_string(), info.info.typeName().to_string(),
@@ -217,16 +222,18 @@ class DiscoveryListener : public dds::DomainParticipantListener {
   void on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryStatus status,
                                 const dds::ParticipantBuiltinTopicData& info, bool&) final {
     using Status = rtps::ParticipantDiscoveryStatus;
-    if (status == Status::REMOVED_PARTICIPANT || status == Status::DROPPED_PARTICIPANT) tell_gone(info.guid);
+    if (status == Status::DISCOVERED_PARTICIPANT) tell(info.guid, Presence::come);
+    if (status == Status::DROPPED_PARTICIPANT) tell(info.guid, Presence::silent);
+    if (status == Status::REMOVED_PARTICIPANT) tell(info.guid, Presence::left);
   }
   void on_data_reader_discovery(dds::DomainParticipant*, rtps::ReaderDiscoveryStatus status,
                                 const dds::SubscriptionBuiltinTopicData& info, bool&) final {
-    if (status == rtps::ReaderDiscoveryStatus::REMOVED_READER) tell_gone(info.guid);
+    if (status == rtps::ReaderDiscoveryStatus::REMOVED_READER) tell(info.guid, Presence::left);
   }
   void on_data_writer_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryStatus status,
                                 const dds::PublicationBuiltinTopicData& info, bool&) final {
     using Status = rtps::WriterDiscoveryStatus;
-    if (status == Status::REMOVED_WRITER) tell_gone(info.guid);
+    if (status == Status::REMOVED_WRITER) tell(info.guid, Presence::left);
     on_writer({news_of(status == Status::DISCOVERED_WRITER, status == Status::CHANGED_QOS_WRITER), info.guid,
                info.topic_name.to_string(), info.type_name.to_string(), info.ownership_strength.value,
                info.liveliness.lease_duration, info.durability.kind != dds::VOLATILE_DURABILITY_QOS,
@@ -238,10 +245,10 @@ class DiscoveryListener : public dds::DomainParticipantListener {
     using News = DiscoveredWriter::News;
     return appeared ? News::appeared : changed ? News::changed : News::gone;
   }
-  void tell_gone(const DdsGuid& guid) const {
-    if (gone_) gone_(guid);
+  void tell(const DdsGuid& guid, Presence presence) const {
+    if (follower_) follower_(guid, presence);
   }
-  std::function<void(const DdsGuid&)> gone_;
+  Follower follower_;
 };
 
 /// A type of DDS whose values are the bytes of samples (std::string), with the head of four that says how

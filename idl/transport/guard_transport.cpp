@@ -9,6 +9,7 @@
 #include <new>
 #include <span>
 
+#include "idl/transport/rtps_submessage.h"
 #include "idl/transport/this_machine.h"
 
 namespace takt {
@@ -70,6 +71,8 @@ class GuardTransport final : public ChainedTransport {
     if (guard_->deaf() || is_foreign(remote)) return;
     thread_local PacketCopy copy;
     const std::span<std::uint8_t> packet = copy.take({data, size}, guard_->limits().largest_sample_bytes);
+    const std::unique_lock one_at_a_time =
+        speaks_of_discovery(packet) ? std::unique_lock(guard_->discovery()) : std::unique_lock<std::mutex>();
     const PacketWay way = local.kind == LOCATOR_KIND_SHM ? PacketWay::shared_memory : PacketWay::network;
     const PacketReport report = clean_packet(packet, guard_->limits(), &guard_->memory(), now_s(), way);
     guard_->count(report.flaw);
@@ -138,10 +141,18 @@ void bound_what_is_remembered(dds::DomainParticipantQos& qos) {
 }  // namespace
 
 void PacketGuard::follow(DiscoveryListener& listener) {
-  listener.when_gone([guard = shared_from_this()](const DdsGuid& gone) {
+  using Presence = DiscoveryListener::Presence;
+  listener.follow([guard = shared_from_this()](const DdsGuid& guid, Presence presence) {
     std::array<std::uint8_t, 16> bytes{};
-    std::copy_n(gone.entityId.value, 4, std::copy_n(gone.guidPrefix.value, 12, bytes.begin()));
-    guard->memory_.forget(bytes);
+    std::copy_n(guid.entityId.value, 4, std::copy_n(guid.guidPrefix.value, 12, bytes.begin()));
+    switch (presence) {
+      case Presence::come:
+        return guard->memory_.know(bytes);
+      case Presence::silent:
+        return guard->memory_.forget_silent(bytes);
+      case Presence::left:
+        return guard->memory_.forget(bytes);
+    }
   });
 }
 

@@ -9,7 +9,7 @@
 namespace takt {
 
 /// `Entry` has a member `key`, 0 when it is empty.
-template <typename Entry, std::size_t Sets>
+template <typename Entry, std::size_t Sets, std::size_t Ways = 4>
 class NewestEntries {
  public:
   /// Null if it is not known. Finding is using.
@@ -23,11 +23,19 @@ class NewestEntries {
   }
   /// In place of the one that was not used for longest; empty but for its key.
   Entry& insert(std::uint64_t key) {
+    return *insert_for(key, [](const Entry&) { return true; });
+  }
+  /// In place of such a one that `expendable` lets go; null if there is neither one nor room.
+  template <typename Condition>
+  Entry* insert_for(std::uint64_t key, Condition expendable) {
     auto& set = set_of(key);
-    std::rotate(set.begin(), set.end() - 1, set.end());
+    const auto victim = std::find_if(set.rbegin(), set.rend(),
+                                     [&](const Entry& entry) { return entry.key == 0 || expendable(entry); });
+    if (victim == set.rend()) return nullptr;
+    std::rotate(set.begin(), victim.base() - 1, victim.base());
     set.front() = {};
     set.front().key = key;
-    return set.front();
+    return &set.front();
   }
 
   /// Looks at all; what becomes empty is taken again first.
@@ -41,8 +49,7 @@ class NewestEntries {
   }
 
  private:
-  static constexpr std::size_t kWays = 4;
-  using Set = std::array<Entry, kWays>;
+  using Set = std::array<Entry, Ways>;
   Set& set_of(std::uint64_t key) { return sets_[(key >> 20U) % Sets]; }
   std::array<Set, Sets> sets_{};
 };

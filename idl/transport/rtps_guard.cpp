@@ -31,10 +31,6 @@ constexpr std::uint32_t kTopicsWriter = 0x000002c2;
 constexpr std::uint32_t kPublicationsWriter = 0x000003c2, kPublicationsSecureWriter = 0xff0003c2;
 constexpr std::uint32_t kSubscriptionsWriter = 0x000004c2, kSubscriptionsSecureWriter = 0xff0004c2;
 
-bool is_builtin(std::uint32_t entity) {
-  return (entity & 0xc0U) == 0xc0U;
-}
-
 bool is_sequence_number(std::int64_t number) {
   return number > 0 && number <= kLargestSequenceNumber;
 }

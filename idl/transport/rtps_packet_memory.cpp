@@ -1,11 +1,23 @@
 #include "idl/transport/rtps_packet_memory.h"
 
 #include <algorithm>
+#include <ctime>
 
 #include "idl/transport/rtps_submessage.h"
 #include "idl/transport/wire_cursor.h"
 
 namespace takt {
+namespace {
+
+constexpr std::size_t kGuidPrefixBytes = 12;
+
+}  // namespace
+
+std::uint32_t uptime_s() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC_COARSE, &now);
+  return static_cast<std::uint32_t>(now.tv_sec);
+}
 
 std::uint64_t mixed(std::span<const std::uint8_t> bytes, std::uint64_t seed) {
   std::uint64_t key = 0xcbf29ce484222325ULL ^ seed;  // FNV-1a, and the bits stirred once more at the end
@@ -66,22 +78,50 @@ bool PacketMemory::follows(const Sample& sample) {
 }
 
 bool PacketMemory::same_as_before(const EndpointTraits& endpoint) {
+  const std::uint32_t now_s = now_s_();
   const std::lock_guard lock(mutex_);
-  if (const Endpoint* known = endpoints_.find(endpoint.guid)) return known->unchanging == endpoint.unchanging;
-  Endpoint& entry = endpoints_.insert(endpoint.guid);
-  entry.participant = endpoint.participant;
-  entry.unchanging = endpoint.unchanging;
+  Endpoint* entry = endpoints_.find(endpoint.guid);
+  if (entry == nullptr) {
+    entry = endpoints_.insert_for(endpoint.guid, [&](const Endpoint& other) {
+      return other.gone || participants_.find(other.participant) == nullptr;
+    });
+    if (entry == nullptr) return false;
+    entry->participant = endpoint.participant;
+    entry->unchanging = endpoint.unchanging;
+  }
+  if (entry->unchanging != endpoint.unchanging) return false;
+  entry->gone = false;
+  entry->announced_s = now_s;
   return true;
 }
 
-void PacketMemory::forget(std::span<const std::uint8_t> guid) {
-  constexpr std::size_t prefix_bytes = 12;
-  constexpr std::uint8_t participant_kind = 0xc1;
-  const std::uint64_t participant = mixed(guid.first(prefix_bytes), 0), endpoint = mixed(guid, 0);
-  const bool whole = guid.back() == participant_kind;
+void PacketMemory::know(std::span<const std::uint8_t> guid) {
+  const std::uint64_t participant = mixed(guid.first(kGuidPrefixBytes), 0);
   const std::lock_guard lock(mutex_);
+  if (participants_.find(participant) == nullptr) participants_.insert(participant);
+}
+
+void PacketMemory::forget(std::span<const std::uint8_t> guid) {
+  constexpr std::uint8_t participant_kind = 0xc1;
+  const std::lock_guard lock(mutex_);
+  if (guid.back() == participant_kind) {
+    forget(mixed(guid.first(kGuidPrefixBytes), 0), static_cast<std::uint32_t>(-1));
+  } else if (Endpoint* endpoint = endpoints_.find(mixed(guid, 0))) {
+    endpoint->gone = true;
+  }
+}
+
+void PacketMemory::forget_silent(std::span<const std::uint8_t> guid) {
+  constexpr std::uint32_t recent_s = 2;
+  const std::uint32_t now_s = now_s_();
+  const std::lock_guard lock(mutex_);
+  forget(mixed(guid.first(kGuidPrefixBytes), 0), now_s - std::min(now_s, recent_s + 1));
+}
+
+void PacketMemory::forget(std::uint64_t participant, std::uint32_t announced_until_s) {
   endpoints_.erase_if(
-      [&](const Endpoint& e) { return whole ? e.participant == participant : e.key == endpoint; });
+      [&](const Endpoint& e) { return e.participant == participant && e.announced_s <= announced_until_s; });
+  participants_.erase_if([&](const Sender& p) { return p.key == participant; });
 }
 
 void PacketMemory::note_tail(std::span<const std::uint8_t> sender) {

@@ -1,6 +1,7 @@
 #include "idl/transport/rtps_parameters.h"
 
 #include <algorithm>
+#include <array>
 
 #include "idl/transport/wire_cursor.h"
 
@@ -186,8 +187,10 @@ PacketFlaw check_locator(WireCursor& cursor, const GuardLimits& limits) {
 }
 
 PacketFlaw check_guid(std::uint16_t id, Bytes value, const ListContext& context) {
-  const std::uint8_t entity_kind = value[15];
-  if (context.kind == ListKind::participant && id == 0x0050 && entity_kind != 0xc1)
+  // There is one participant of a GUID prefix. Fast DDS would take others for more, with the same endpoints.
+  constexpr std::array<std::uint8_t, 4> participant{0, 0, 1, 0xc1};
+  const bool names_one = context.kind == ListKind::participant && (id == 0x0050 || id == 0x0070);
+  if (names_one && !std::equal(participant.begin(), participant.end(), value.begin() + 12))
     return PacketFlaw::identity;
   if (context.sender == nullptr) return PacketFlaw::none;
   return flaw_unless(std::equal(context.sender->begin(), context.sender->end(), value.begin()),
@@ -270,28 +273,32 @@ PacketFlaw check_inline(std::uint16_t id, Bytes value, const ListContext& contex
   }
 }
 
-void remember(std::uint16_t id, Bytes value, ListReport& report) {
-  switch (id) {
-    case 0x005a:
-    case 0x0070:
-      report.endpoint.guid = mixed(value, 0);
-      report.endpoint.participant = mixed(value.first(std::tuple_size_v<GuidPrefixBytes>), 0);
-      break;
-    case 0x0005:  // topic
-    case 0x0007:  // type
-      report.endpoint.unchanging += mixed(value, id);
-      break;
-    case 0x001a:  // reliability, durability, ownership: their kinds
-    case 0x001d:
-    case 0x001f:
-    case 0x0043:  // expects inline QoS
-    case 0x8005:  // no positive acknowledgements
-      report.endpoint.unchanging += mixed(value.first(1), id);
-      break;
-    default:
-      break;
+/// What an endpoint says of itself. Of a parameter that comes twice the last counts, as for Fast DDS.
+class EndpointReading {
+ public:
+  void read(std::uint16_t id, Bytes value) {
+    if (id == 0x005a || id == 0x0070) {
+      traits_.guid = mixed(value, 0);
+      traits_.participant = mixed(value.first(std::tuple_size_v<GuidPrefixBytes>), 0);
+    }
+    const auto found = std::find(kUnchanging.begin(), kUnchanging.end(), id);
+    if (found == kUnchanging.end()) return;
+    const std::uint64_t said = mixed(found < kUnchanging.begin() + kNames ? value : value.first(1), id);
+    std::uint64_t& before = values_[static_cast<std::size_t>(found - kUnchanging.begin())];
+    traits_.unchanging += said - before;
+    before = said;
   }
-}
+  const EndpointTraits& traits() const { return traits_; }
+
+ private:
+  /// Topic and type; the kinds of reliability, durability and ownership; whether it expects inline QoS, and
+  /// gives no positive acknowledgements.
+  static constexpr std::size_t kNames = 2;
+  static constexpr std::array<std::uint16_t, 7> kUnchanging{0x0005, 0x0007, 0x001a, 0x001d,
+                                                            0x001f, 0x0043, 0x8005};
+  std::array<std::uint64_t, kUnchanging.size()> values_{};
+  EndpointTraits traits_;
+};
 
 }  // namespace
 
@@ -302,6 +309,7 @@ ListReport inspect_parameters(Bytes bytes, bool big_endian, const ListContext& c
   const bool discovery = context.kind != ListKind::inline_qos;
   const PacketFlaw broken = discovery ? PacketFlaw::parameter_list : PacketFlaw::inline_qos;
   WireCursor cursor(bytes, big_endian);
+  EndpointReading endpoint;
   std::size_t locators = 0;
   bool named = false;  // says of whom it speaks
   for (std::size_t i = 0; i < kMostParameters; ++i) {
@@ -313,6 +321,7 @@ ListReport inspect_parameters(Bytes bytes, bool big_endian, const ListContext& c
     }
     if (id == sentinel) {
       report.size = cursor.position();
+      report.endpoint = endpoint.traits();
       const bool complete = !discovery || named;
       if (!complete) report.flaw = PacketFlaw::identity;
       return report;
@@ -338,7 +347,7 @@ ListReport inspect_parameters(Bytes bytes, bool big_endian, const ListContext& c
       named = named || id == 0x0070 || id == (context.kind == ListKind::participant ? 0x0050 : 0x005a);
     }
     if (report.flaw != PacketFlaw::none) return report;
-    if (context.kind == ListKind::endpoint) remember(id, value, report);
+    if (context.kind == ListKind::endpoint) endpoint.read(id, value);
   }
   report.flaw = broken;
   return report;

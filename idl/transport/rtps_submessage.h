@@ -52,4 +52,27 @@ inline std::optional<Submessage> submessage_at(std::span<const std::uint8_t> pac
   return found;
 }
 
+/// Entities of the protocol itself, which bring discovery, liveliness and security, have such ids.
+inline bool is_builtin(std::uint32_t entity) {
+  return (entity & 0xc0U) == 0xc0U;
+}
+
+/// Does it bring data of builtin writers, or say which of it there is: what may change whom DDS knows? Not
+/// told of what is encrypted.
+inline bool speaks_of_discovery(std::span<const std::uint8_t> packet) {
+  std::size_t at = kRtpsHeaderBytes;
+  while (const auto submessage = submessage_at(packet, at)) {
+    at += kSubmessageHeadBytes;
+    const bool data = submessage->id == kData || submessage->id == kDataFrag;
+    if (data || submessage->id == kHeartbeat || submessage->id == kGap) {
+      WireCursor cursor(packet.subspan(at, submessage->body_bytes), submessage->big_endian());
+      if (data) cursor.skip(4);
+      const std::uint32_t reader = cursor.entity_id(), writer = cursor.entity_id();
+      if (cursor.ok() && (is_builtin(reader) || is_builtin(writer))) return true;
+    }
+    at += submessage->body_bytes;
+  }
+  return false;
+}
+
 }  // namespace takt

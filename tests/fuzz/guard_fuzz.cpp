@@ -1,7 +1,7 @@
 // Throws mutated RTPS packets at a service with matched endpoints and watches that it goes on serving. The
 // packets are those of a real client, recorded where they come in and put in at the same place, so that none
-// is lost; every 64th also goes over UDP. With --no-guard the same is done to stock Fast DDS in a child
-// process, which is to die of it.
+// is lost; some also go over UDP, which has threads of its own. With --no-guard the same is done to stock
+// Fast DDS in a child process, which is to die of it.
 #include <arpa/inet.h>
 #include <malloc.h>
 #include <signal.h>
@@ -28,7 +28,7 @@ namespace takt::test {
 namespace {
 
 struct Options {
-  std::uint64_t packets = 100'000, seed = 1;
+  std::uint64_t packets = 100'000, seed = 1, udp_every = 64;
   bool guard = true;
 };
 
@@ -137,7 +137,8 @@ int attack(const Options& options, std::atomic<std::uint64_t>& thrown) {
     for (std::uint64_t i = 1; i <= options.packets && result == 0; ++i) {
       const PacketMutator::Packet packet = mutator.next();
       hook->inject(packet.channel, packet.bytes);
-      if (i % 64 == 0 && !ports.empty()) udp.send(packet.bytes, ports[(i / 64) % ports.size()]);
+      if (i % options.udp_every == 0 && !ports.empty())
+        udp.send(packet.bytes, ports[(i / options.udp_every) % ports.size()]);
       thrown.store(i, std::memory_order_relaxed);
       if (i % 10'000 == 0) {
         recorded.client.forget();
@@ -208,6 +209,9 @@ int main(int argc, char** argv) {
   CLI::App app("Mutated RTPS packets against the service. 0: it went on serving (with --no-guard: it died).");
   app.add_option("--packets", options.packets, "how many")->capture_default_str();
   app.add_option("--seed", options.seed, "of the mutations")->capture_default_str();
+  app.add_option("--udp-every", options.udp_every, "which of them go over UDP too")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   app.add_flag("--no-guard", no_guard, "stock Fast DDS, in a child process that is to die");
   CLI11_PARSE(app, argc, argv);
   options.guard = !no_guard;

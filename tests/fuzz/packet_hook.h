@@ -54,7 +54,7 @@ class PacketHook {
     if (local.kind == LOCATOR_KIND_UDPv4 && !rtps::IPLocator::isMulticast(local))
       udp_ports_.push_back(static_cast<std::uint16_t>(local.port));
   }
-  /// Where this participant alone listens.
+  /// Where this participant alone listens: not the ports of others, at which it has only tried.
   std::vector<std::uint16_t> udp_ports() {
     const std::lock_guard lock(mutex_);
     return udp_ports_;
@@ -90,8 +90,9 @@ class HookTransport final : public ChainedTransport {
       : ChainedTransport(descriptor), hook_(std::move(hook)) {}
   bool OpenInputChannel(const rtps::Locator_t& local, PacketHook::Receiver* receiver,
                         std::uint32_t size) override {
+    if (!ChainingTransport::OpenInputChannel(local, receiver, size)) return false;
     hook_->opened(local);
-    return ChainingTransport::OpenInputChannel(local, receiver, size);
+    return true;
   }
   /// What is sent passes by: of two chained transports Fast DDS does not know its own senders again, opens
   /// one more for each address that it is told, and sends every packet by all of them.

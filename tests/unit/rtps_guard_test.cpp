@@ -6,6 +6,7 @@
 #include <random>
 
 #include "idl/transport/rtps_packet_memory.h"
+#include "idl/transport/rtps_submessage.h"
 #include "tests/support/rtps_packets.h"
 
 namespace takt {
@@ -240,31 +241,125 @@ TEST(RtpsGuardSamples, NumbersOfAWriterDoNotLeap) {
   EXPECT_EQ(flaw_of(Packet().submessage(0x07, 0, leap).wire.bytes, {}, &memory), "sequence_number");
 }
 
-TEST(RtpsGuardSamples, AnEndpointStaysWhatItIs) {
-  PacketMemory memory;
-  const auto announced = [&](const std::string& topic, unsigned reliability, unsigned deadline_s,
-                             std::uint32_t reader = kReader) {
+/// Announcements of readers by participant `n`, inspected one after the other.
+class RtpsGuardEndpoints : public testing::Test {
+ protected:
+  std::string announced(const std::string& topic, unsigned reliability, unsigned deadline_s,
+                        std::uint32_t reader = kReader, std::uint8_t n = 7) {
     Wire list;
-    list.u8(0).u8(3).fill(2).parameter(0x5a, guid(7, reader)).parameter(0x05, Wire().text(topic).bytes);
+    list.u8(0).u8(3).fill(2).parameter(0x5a, guid(n, reader)).parameter(0x05, Wire().text(topic).bytes);
     list.parameter(0x1a, Wire().u8(reliability).fill(3).u32(0).u32(0).bytes);
     list.parameter(0x23, Wire().u32(deadline_s).u32(0).bytes);
-    return flaw_of(Packet().data(0, 0x000004c2, 4, ended(list)).wire.bytes, {}, &memory);
-  };
+    Bytes packet = Packet().data(0, 0x000004c2, 4, ended(list)).wire.bytes;
+    const Bytes own = guid(n, reader);
+    std::copy_n(own.begin(), 12, packet.begin() + 8);
+    return flaw_of(packet, {}, &memory);
+  }
+  /// Readers 0 to `count` of a participant: how many are let through.
+  std::uint32_t let_through(std::uint32_t count, std::uint8_t n) {
+    std::uint32_t passed = 0;
+    for (std::uint32_t i = 0; i < count; ++i)
+      passed += announced("a", 1, 1, i << 8U | 4U, n) == "none" ? 1U : 0U;
+    return passed;
+  }
+  static Bytes participant_of(std::uint8_t n) { return guid(n, 0x000001c1); }
+  static inline std::uint32_t now_s = 0;
+  PacketMemory memory{[] { return now_s; }};
+};
+
+TEST_F(RtpsGuardEndpoints, StayWhatTheyAre) {
   EXPECT_EQ(announced("a", 1, 1), "none");
   EXPECT_EQ(announced("a", 1, 2), "none") << "a deadline may change";
   EXPECT_EQ(announced("a", 2, 1), "changed");
   EXPECT_EQ(announced("b", 1, 1), "changed");
 
   EXPECT_EQ(announced("a", 1, 1, kReader + 0x100), "none");
-  memory.forget(guid(8, 0x000001c1));
+  memory.forget(participant_of(8));
   EXPECT_EQ(announced("b", 1, 1), "changed") << "another participant has gone";
   memory.forget(guid(7, kReader));
-  EXPECT_EQ(announced("b", 1, 1), "none") << "it has gone, and its GUID came again";
+  EXPECT_EQ(announced("b", 1, 1), "changed") << "it alone has gone, and may come again as it was";
+  EXPECT_EQ(announced("a", 1, 1), "none");
+  memory.forget(participant_of(7));
+  EXPECT_EQ(announced("b", 1, 1), "none") << "its participant has gone, and its GUID came again";
   EXPECT_EQ(announced("a", 1, 1), "changed");
-  EXPECT_EQ(announced("b", 1, 1, kReader + 0x100), "changed") << "its neighbour is still there";
-  memory.forget(guid(7, 0x000001c1));
-  EXPECT_EQ(announced("a", 1, 1), "none") << "its participant has gone";
   EXPECT_EQ(announced("b", 1, 1, kReader + 0x100), "none");
+}
+
+TEST_F(RtpsGuardEndpoints, StayWhatTheyAreIfTheyWereAnnouncedInTheMomentOfTheirParticipantsSilence) {
+  now_s = 1;
+  EXPECT_EQ(announced("a", 1, 1), "none");
+  EXPECT_EQ(announced("a", 1, 1, kReader + 0x100), "none");
+  now_s = 100;
+  EXPECT_EQ(announced("a", 1, 1), "none");
+  EXPECT_EQ(announced("b", 1, 1, kReader + 0x100), "changed") << "which is no announcement";
+  memory.forget_silent(participant_of(7));
+  EXPECT_EQ(announced("b", 1, 1), "changed");
+  EXPECT_EQ(announced("b", 1, 1, kReader + 0x100), "none");
+  now_s = 103;
+  memory.forget_silent(participant_of(7));
+  EXPECT_EQ(announced("b", 1, 1), "none");
+}
+
+TEST_F(RtpsGuardEndpoints, AreWhatTheySayLast) {
+  const auto twice = [&](unsigned first, unsigned second) {
+    Wire list;
+    list.u8(0).u8(3).fill(2).parameter(0x5a, guid(7, kReader)).parameter(0x05, Wire().text("a").bytes);
+    for (const unsigned reliability : {first, second})
+      list.parameter(0x1a, Wire().u8(reliability).fill(3).u32(0).u32(0).bytes);
+    return flaw_of(Packet().data(0, 0x000004c2, 4, ended(list)).wire.bytes, {}, &memory);
+  };
+  EXPECT_EQ(twice(1, 2), "none");
+  EXPECT_EQ(twice(2, 2), "none");
+  EXPECT_EQ(twice(2, 1), "changed");
+}
+
+TEST_F(RtpsGuardEndpoints, OfWhomDdsKnowsAreNotForgottenForOthers) {
+  constexpr std::uint32_t many = 100'000;
+  memory.know(participant_of(7));
+  EXPECT_EQ(announced("a", 1, 1), "none");
+  EXPECT_EQ(let_through(many, 8), many) << "DDS does not know them, nor listen to them";
+  EXPECT_EQ(announced("b", 1, 1), "changed");
+
+  memory.know(participant_of(9));
+  const std::uint32_t room = let_through(many, 9);
+  EXPECT_GT(room, 10'000U);
+  EXPECT_LT(room, many);
+  EXPECT_EQ(announced("b", 1, 1), "changed");
+  memory.forget(participant_of(9));
+  EXPECT_GT(let_through(many, 10), room);
+  EXPECT_EQ(announced("b", 1, 1), "changed");
+}
+
+TEST_F(RtpsGuardEndpoints, ThatHaveGoneLeaveTheirPlaceToOthers) {
+  memory.know(participant_of(7));
+  for (std::uint32_t i = 0; i < 100'000; ++i) {
+    ASSERT_EQ(announced("a", 1, 1, i << 8U | 4U), "none") << i;
+    memory.forget(guid(7, i << 8U | 4U));
+  }
+}
+
+TEST(RtpsSubmessages, WhatSpeaksOfDiscoveryIsKnown) {
+  for (const bool big : {false, true}) {
+    const auto speaks = [](const Packet& packet) { return speaks_of_discovery(packet.wire.bytes); };
+    const auto data = [&](std::uint32_t reader, std::uint32_t writer) {
+      return Packet(big).data(reader, writer, 4, small_sample());
+    };
+    EXPECT_FALSE(speaks(Packet(big)));
+    EXPECT_FALSE(speaks(data(kReader, kWriter)));
+    EXPECT_TRUE(speaks(data(0, kSpdpWriter)));
+    EXPECT_TRUE(speaks(data(0, kSedpWriter)));
+    EXPECT_TRUE(speaks(data(kReader, kWriter).data(0, kSedpWriter, 4, small_sample()))) << "the second one";
+    for (const unsigned id : {0x07U, 0x08U}) {
+      const auto about = [&](std::uint32_t writer) {
+        return Packet(big).submessage(id, 0, Wire(big).id(0).id(writer).sequence(1).sequence(1).u32(1));
+      };
+      EXPECT_TRUE(speaks(about(kSedpWriter)));
+      EXPECT_FALSE(speaks(about(kWriter)));
+    }
+    Bytes cut = data(0, kSedpWriter).wire.bytes;
+    cut.resize(kRtpsHeaderBytes + kSubmessageHeadBytes + 8);
+    EXPECT_FALSE(speaks_of_discovery(cut));
+  }
 }
 
 TEST_P(RtpsGuard, DiscoveryParameters) {
@@ -274,6 +369,10 @@ TEST_P(RtpsGuard, DiscoveryParameters) {
   EXPECT_EQ(participant_flaw(0x62, wire().u32(400).fill(4).bytes, big), "text");
   EXPECT_EQ(participant_flaw(0x50, guid(8, 0x000001c1), big), "identity") << "of another participant";
   EXPECT_EQ(participant_flaw(0x50, guid(7, 0x00000102), big), "identity") << "not a participant";
+  for (const unsigned id : {0x50U, 0x70U}) {
+    EXPECT_EQ(participant_flaw(id, guid(7, 0x000001c1), big), "none");
+    EXPECT_EQ(participant_flaw(id, guid(7, 0x010001c1), big), "identity") << "a second one of the prefix";
+  }
   EXPECT_EQ(participant_flaw(0x02, wire().u32(0x7fffffff).u32(0xffffffff).bytes, big), "lease");
   EXPECT_EQ(participant_flaw(0x02, wire().u32(0).u32(0).bytes, big), "lease");
   EXPECT_EQ(participant_flaw(0x32, wire().u32(1).u32(70000).fill(16).bytes, big), "locator");

@@ -1,0 +1,89 @@
+// What the guard lets into Fast DDS at the same time, by two threads that receive as those of Fast DDS do.
+#include "idl/transport/guard_transport.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <future>
+#include <thread>
+
+#include "tests/support/rtps_packets.h"
+
+namespace takt {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// In place of Fast DDS, behind the guard.
+class Behind final : public transports::TransportReceiverInterface {
+ public:
+  std::function<void()> received;
+
+ private:
+  void OnDataReceived(const rtps::octet*, const std::uint32_t, const rtps::Locator_t&,
+                      const rtps::Locator_t&) override {
+    received();
+  }
+};
+
+class GuardThreads : public testing::Test {
+ protected:
+  void SetUp() override {
+    dds::DomainParticipantQos qos;
+    guard_ = guard_transports(qos, 0, false);
+    transport_.reset(dynamic_cast<transports::ChainingTransport*>(
+        qos.transport().user_transports.back()->create_transport()));
+    ASSERT_NE(transport_, nullptr);
+  }
+  void receive(const Bytes& packet) {
+    transport_->receive(&behind_, packet.data(), static_cast<std::uint32_t>(packet.size()), local_, local_);
+  }
+  static Bytes discovery() {
+    auto list = test::participant(false);
+    return test::Packet().data(0, test::kSpdpWriter, 4, list.u16(1).u16(0).bytes).wire.bytes;
+  }
+  static Bytes sample() {
+    return test::Packet().data(test::kReader, test::kWriter, 4, {0, 1, 0, 0, 1, 2, 3, 4}).wire.bytes;
+  }
+
+  std::shared_ptr<PacketGuard> guard_;
+  std::unique_ptr<transports::ChainingTransport> transport_;
+  Behind behind_;
+  rtps::Locator_t local_{LOCATOR_KIND_UDPv4, 7410};
+};
+
+TEST_F(GuardThreads, PacketsOfDiscoveryGoInOneAtATime) {
+  std::atomic<int> inside{0}, most{0}, count{0};
+  behind_.received = [&] {
+    const int now = ++inside;
+    if (now > most) most = now;
+    std::this_thread::yield();
+    ++count;
+    --inside;
+  };
+  const auto receive_many = [&] {
+    for (int i = 0; i < 20'000; ++i) receive(discovery());
+  };
+  std::thread other(receive_many);
+  receive_many();
+  other.join();
+  EXPECT_EQ(count, 40'000) << guard_->summary();
+  EXPECT_EQ(most, 1);
+}
+
+TEST_F(GuardThreads, SamplesDoNotWaitForDiscovery) {
+  std::promise<void> sample_came, discovery_came;
+  bool first = true;
+  behind_.received = [&] {
+    if (!std::exchange(first, false)) return sample_came.set_value();
+    discovery_came.set_value();
+    EXPECT_EQ(sample_came.get_future().wait_for(std::chrono::seconds(60)), std::future_status::ready);
+  };
+  std::thread other([&] { receive(discovery()); });
+  discovery_came.get_future().wait();
+  receive(sample());
+  other.join();
+}
+
+}  // namespace
+}  // namespace takt
