@@ -11,10 +11,6 @@ namespace {
 
 using Kind = ScenarioAssertion::Kind;
 
-NumberRange positive(const char* unit) {
-  return {.lower = 0.0, .lower_open = true, .unit = unit};
-}
-
 template <class Items>
 void add_names(const Items& items, std::vector<std::string>& names) {
   for (const auto& item : items) names.push_back(item.name);

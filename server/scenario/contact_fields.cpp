@@ -6,13 +6,6 @@ namespace takt {
 
 namespace {
 
-NumberRange positive(const char* unit) {
-  return {.lower = 0.0, .lower_open = true, .unit = unit};
-}
-NumberRange not_negative(const char* unit) {
-  return {.lower = 0.0, .unit = unit};
-}
-
 StatedContact read_stated(YamlFields& fields) {
   StatedContact s;
   s.youngs_modulus_Pa = fields.number_if("youngs_modulus_Pa", positive("Pa"));

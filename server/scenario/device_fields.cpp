@@ -8,12 +8,6 @@ namespace takt {
 
 namespace {
 
-NumberRange positive(const char* unit) {
-  return {.lower = 0.0, .lower_open = true, .unit = unit};
-}
-NumberRange not_negative(const char* unit) {
-  return {.lower = 0.0, .unit = unit};
-}
 constexpr NumberRange kTemperature{.lower = -273.0, .upper = 5000.0, .unit = "degC"};
 
 /// The name of a Ground under `key`, or empty.

@@ -15,13 +15,6 @@ void read_values(YamlFields& fields, const char* key, const NumberRange& range, 
     values.values = {fields.number(key, range)};
 }
 
-NumberRange positive(const char* unit) {
-  return {.lower = 0.0, .lower_open = true, .unit = unit};
-}
-NumberRange not_negative(const char* unit) {
-  return {.lower = 0.0, .unit = unit};
-}
-
 void require(YamlFields& fields, const char* key, const JointValues& values, const char* what) {
   if (!values.given()) fields.required(key, what);
 }

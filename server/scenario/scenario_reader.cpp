@@ -21,12 +21,6 @@ namespace takt {
 namespace {
 
 const NumberRange kPositive{.lower = 0.0, .lower_open = true};
-NumberRange positive(const char* unit) {
-  return {.lower = 0.0, .lower_open = true, .unit = unit};
-}
-NumberRange not_negative(const char* unit) {
-  return {.lower = 0.0, .unit = unit};
-}
 
 // --set: replaces one value of the tree. Missing keys are created; whether they are known is checked when
 // they are read.

@@ -28,6 +28,12 @@ struct NumberRange {
   const char* unit = "";
   std::string text() const;
 };
+inline NumberRange positive(const char* unit) {
+  return {.lower = 0.0, .lower_open = true, .unit = unit};
+}
+inline NumberRange not_negative(const char* unit) {
+  return {.lower = 0.0, .unit = unit};
+}
 
 class YamlFields {
  public:

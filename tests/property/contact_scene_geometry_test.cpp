@@ -14,13 +14,13 @@
 namespace takt {
 namespace {
 
-using Mesh = fcl::BVHModel<fcl::OBBRSSd>;
+using BoxedMesh = fcl::BVHModel<fcl::OBBRSSd>;
 
 constexpr double kPi = std::numbers::pi;
 
-std::shared_ptr<Mesh> committed(const std::string& name) {
+std::shared_ptr<BoxedMesh> committed(const std::string& name) {
   const TriangleMesh solid = import_solid(std::string(TAKT_CONFIG_DIR) + "/meshes/contact/" + name + ".obj");
-  auto mesh = std::make_shared<Mesh>();
+  auto mesh = std::make_shared<BoxedMesh>();
   mesh->beginModel();
   for (const auto& t : solid.triangles)
     mesh->addTriangle(solid.vertices[t[0]], solid.vertices[t[1]], solid.vertices[t[2]]);
@@ -29,7 +29,7 @@ std::shared_ptr<Mesh> committed(const std::string& name) {
 }
 
 /// Do the surfaces cut each other, the first body at X, the second at its origin?
-bool surfaces_meet(const std::shared_ptr<Mesh>& a, const Pose& X, const std::shared_ptr<Mesh>& b) {
+bool surfaces_meet(const std::shared_ptr<BoxedMesh>& a, const Pose& X, const std::shared_ptr<BoxedMesh>& b) {
   fcl::Transform3d T = fcl::Transform3d::Identity();
   T.linear() = X.R;
   T.translation() = X.p;
@@ -39,8 +39,8 @@ bool surfaces_meet(const std::shared_ptr<Mesh>& a, const Pose& X, const std::sha
 }
 
 /// Height at which a body that comes down from `high` meets the other one; it does so above `low`.
-double first_touch(const std::shared_ptr<Mesh>& a, Pose X, const std::shared_ptr<Mesh>& b, double low,
-                   double high) {
+double first_touch(const std::shared_ptr<BoxedMesh>& a, Pose X, const std::shared_ptr<BoxedMesh>& b,
+                   double low, double high) {
   const auto meets = [&](double z) {
     X.p.z() = z;
     return surfaces_meet(a, X, b);
