@@ -7,11 +7,6 @@
 #include "idl/transport/wire_cursor.h"
 
 namespace takt {
-namespace {
-
-constexpr std::size_t kGuidPrefixBytes = 12;
-
-}  // namespace
 
 std::uint32_t uptime_s() {
   timespec now{};
@@ -24,6 +19,11 @@ std::uint64_t mixed(std::span<const std::uint8_t> bytes, std::uint64_t seed) {
   for (const std::uint8_t byte : bytes) key = (key ^ byte) * 0x100000001b3ULL;
   key = (key ^ key >> 32U) * 0x9e3779b97f4a7c15ULL;
   return (key ^ key >> 29U) | 1U;
+}
+
+std::uint64_t participant_key(std::span<const std::uint8_t> guid) {
+  constexpr std::size_t prefix_bytes = 12;
+  return mixed(guid.first(prefix_bytes), 0);
 }
 
 std::size_t PacketMemory::slot(std::uint32_t writer, std::int64_t sequence_number) {
@@ -96,7 +96,7 @@ bool PacketMemory::same_as_before(const EndpointTraits& endpoint) {
 }
 
 void PacketMemory::know(std::span<const std::uint8_t> guid) {
-  const std::uint64_t participant = mixed(guid.first(kGuidPrefixBytes), 0);
+  const std::uint64_t participant = participant_key(guid);
   const std::lock_guard lock(mutex_);
   if (participants_.find(participant) == nullptr) participants_.insert(participant);
 }
@@ -105,7 +105,7 @@ void PacketMemory::forget(std::span<const std::uint8_t> guid) {
   constexpr std::uint8_t participant_kind = 0xc1;
   const std::lock_guard lock(mutex_);
   if (guid.back() == participant_kind) {
-    forget(mixed(guid.first(kGuidPrefixBytes), 0), static_cast<std::uint32_t>(-1));
+    forget(participant_key(guid), static_cast<std::uint32_t>(-1));
   } else if (Endpoint* endpoint = endpoints_.find(mixed(guid, 0))) {
     endpoint->gone = true;
   }
@@ -115,7 +115,7 @@ void PacketMemory::forget_silent(std::span<const std::uint8_t> guid) {
   constexpr std::uint32_t recent_s = 2;
   const std::uint32_t now_s = now_s_();
   const std::lock_guard lock(mutex_);
-  forget(mixed(guid.first(kGuidPrefixBytes), 0), now_s - std::min(now_s, recent_s + 1));
+  forget(participant_key(guid), now_s - std::min(now_s, recent_s + 1));
 }
 
 void PacketMemory::forget(std::uint64_t participant, std::uint32_t announced_until_s) {

@@ -13,6 +13,9 @@ namespace takt {
 /// Bytes mixed up to a number, only to tell them apart.
 std::uint64_t mixed(std::span<const std::uint8_t> bytes, std::uint64_t seed);
 
+/// Of the participant that a GUID of 16 bytes, or its prefix, belongs to.
+std::uint64_t participant_key(std::span<const std::uint8_t> guid);
+
 /// What an announcement says of an endpoint, mixed up: its GUID, the GUID prefix, and what never changes
 /// about it (names, reliability, durability, ownership). All 0: it is no announcement of one.
 struct EndpointTraits {

@@ -279,7 +279,7 @@ class EndpointReading {
   void read(std::uint16_t id, Bytes value) {
     if (id == 0x005a || id == 0x0070) {
       traits_.guid = mixed(value, 0);
-      traits_.participant = mixed(value.first(std::tuple_size_v<GuidPrefixBytes>), 0);
+      traits_.participant = participant_key(value);
     }
     const auto found = std::find(kUnchanging.begin(), kUnchanging.end(), id);
     if (found == kUnchanging.end()) return;
