@@ -37,7 +37,10 @@ TEST(LiveSource, ARequestReachesTheServerThatIsJustBeingStartedAgain) {
     ASSERT_EQ(server->wait(), 0);
     auto answer = std::async(std::launch::async, [&] { return source.request("step", {{"steps", "2"}}); });
     server = paused_server();
-    const takt::view::Answer got = answer.get();
+    takt::view::Answer got = answer.get();
+    // It may be there before its scenario is, and says so.
+    while (got.message.find("being loaded; ask again") != std::string::npos)
+      got = source.request("step", {{"steps", "2"}});
     EXPECT_EQ(got.result, 1) << got.message;
     EXPECT_THAT(got.values, testing::Contains(testing::Pair("step", "2")));  // once, and by the new server
   }
