@@ -109,5 +109,9 @@ std::string State::partner_of(std::string_view name) const {
   const int partner = component(name).partner;
   return partner < 0 ? "" : cell->components.at(static_cast<std::size_t>(partner)).name;
 }
+std::string State::part_present(std::string_view name) const {
+  const int part = gripper(name).part;
+  return part < 0 ? "" : cell->components.at(static_cast<std::size_t>(part)).name;
+}
 
 }  // namespace takt::client

@@ -146,10 +146,16 @@ struct RobotState {
   std::vector<double> motor_power_W;  ///< mechanical, of each joint's drive; empty below level of detail 2
 };
 
+/// `closed` is what was commanded; all else is measured.
 struct GripperState {
-  double width_m = 0.0;
-  double force_N = 0.0;  ///< of the jaws' drives, mean of both; 0 below level of detail 2
-  bool closed = false;
+  double width_m = 0.0;  ///< between the grip faces, never negative
+  /// Of the jaws' drives, mean of both; at levels of detail 1 and 2 that with which they press on what they
+  /// hold, where they hold something.
+  double force_N = 0.0;
+  bool closed = false;       ///< the last command closes the jaws, or they hold something
+  bool moving = false;       ///< a jaw is faster than 1 mm/s against the palm
+  bool in_position = false;  ///< the jaws stand, 0.1 mm from the commanded width at most
+  int part = -1;             ///< index of the component that both jaws touch and hold, or -1
 };
 
 struct AppliedCommand {
@@ -181,6 +187,8 @@ struct State {
   const GripperState& gripper(std::string_view name) const;
   /// Name of the component that holds `name`, or "" when nothing does.
   std::string partner_of(std::string_view name) const;
+  /// Name of the Part that both jaws of a gripper touch and hold (of several the first), or "".
+  std::string part_present(std::string_view gripper) const;
 };
 
 struct Event {

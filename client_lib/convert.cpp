@@ -235,8 +235,11 @@ std::optional<State> from_wire(const takt_msgs::msg::CellState& wire, std::share
     if (robot.position().size() != cell->robots[i].joints.size()) return std::nullopt;
     state.robots.push_back({robot.position(), robot.velocity(), robot.effort(), robot.motor_power()});
   }
-  for (const auto& gripper : wire.grippers())
-    state.grippers.push_back({gripper.width(), gripper.force(), gripper.closed()});
+  for (const auto& gripper : wire.grippers()) {
+    if (gripper.part() >= count) return std::nullopt;
+    state.grippers.push_back({gripper.width(), gripper.force(), gripper.closed(), gripper.moving(),
+                              gripper.in_position(), std::max(gripper.part(), -1)});
+  }
   for (std::size_t i = 0; i < wire.devices().size(); ++i) {
     const auto& signals = wire.devices()[i].signals();
     if (signals.size() != cell->devices[i].signals.size()) return std::nullopt;

@@ -37,6 +37,7 @@ PartExplanation::Contact contact(const json& value) {
   PartExplanation::Contact result;
   result.a = name(value.at("a"));
   result.b = name(value.at("b"));
+  result.by_surface = value.value("surface_contact", false);
   result.measured = !value.at("distance").is_null();
   if (!result.measured) return result;
   result.distance_m = value.at("distance").get<double>();

@@ -22,7 +22,8 @@ struct PartExplanation {
   };
   struct Contact {
     std::string a, b;
-    bool measured = false;    ///< false: there were too many to measure all
+    bool measured = false;    ///< false: too many to measure all, or surfaces that do not press
+    bool by_surface = false;  ///< surface contact acts: the distance is minus the largest penetration
     double distance_m = 0.0;  ///< negative: they overlap by so much
     Vector3 position_m;       ///< midway between the nearest points, or the deepest
     Vector3 normal;           ///< from a to b

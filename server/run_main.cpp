@@ -229,16 +229,23 @@ std::optional<takt::PictureView> picture_view(const Arguments& a) {
   return view;
 }
 
-/// What happened in the last step, as takt-server tells it.
+void record_event(takt::McapRecording& recording, const takt::Simulation& s, const takt::EventRecord& event) {
+  const takt::EventText text = takt::describe(event, s.description());
+  recording.record(s, {static_cast<std::uint8_t>(event.severity), std::string(takt::to_string(event.code)),
+                       text.subject, text.message, event.time_s, event.step});
+}
+
+/// What happened in the last step, as takt-server tells it. What the initial state decided belongs to the
+/// first step.
 void record_events(takt::McapRecording& recording, const takt::Simulation& s) {
-  const auto record = [&](const takt::EventRecord& event) {
-    const takt::EventText text = takt::describe(event, s.description());
-    recording.record(s, {static_cast<std::uint8_t>(event.severity), std::string(takt::to_string(event.code)),
-                         text.subject, text.message});
-  };
+  if (s.step_index() == 0) return;
+  const auto record = [&](const takt::EventRecord& event) { record_event(recording, s, event); };
   for (const takt::ConnectionChange& change : s.connection_changes()) {
     takt::EventRecord event;
     event.code = takt::EventCode::connection_changed;
+    event.time_s = change.time_s;
+    event.step = change.step;
+    event.epoch = s.epoch();
     event.a = change.part;
     event.b = change.from;
     event.c = change.to;
@@ -247,6 +254,7 @@ void record_events(takt::McapRecording& recording, const takt::Simulation& s) {
   for (const takt::MotionNotice& notice : s.motion_notices()) record(takt::motion_record(notice, s.epoch()));
   for (const takt::CollisionEvent& found : s.collision_events())
     record(takt::collision_record(found, s.epoch()));
+  for (const takt::WeakGrip& grip : s.weak_grips()) record(takt::weak_grip_record(grip, s.epoch()));
 }
 
 takt::StepPacer make_pacer(const Arguments& a) {
@@ -309,8 +317,8 @@ int run(const Arguments& a) {
       progress->at(s.time_s());
       if (csv) csv->record(s);
       if (mcap) {
-        mcap->record(s);
         record_events(*mcap, s);
+        mcap->record(s);
       }
       for (const Picture& picture : pictures) {
         if (picture.step == s.step_index())
@@ -322,7 +330,10 @@ int run(const Arguments& a) {
       takt::run_headless(simulation, scenario, options, observer, make_pacer(a));
   progress.reset();
   if (csv) csv->close();
-  if (mcap) mcap->close();
+  if (mcap) {
+    if (!simulation.fault().empty()) record_event(*mcap, simulation, takt::fault_record(simulation));
+    mcap->close();
+  }
 
   const takt::RunInfo info{scenario.initial_solver(), cell->description.level_of_detail, a.pace,
                            cell->convex_imports, cell->import_notes};
@@ -352,9 +363,7 @@ int run(const Arguments& a) {
     std::cerr << "takt-run: " << result.fault << '\n';
     return 1;
   }
-  for (const takt::AssertionResult& demand : result.assertions)
-    if (demand.verdict == takt::AssertionResult::Verdict::failed) return 3;
-  return 0;
+  return takt::verdict(result) == "failed" ? 3 : 0;
 }
 
 int study(const Arguments& a) {

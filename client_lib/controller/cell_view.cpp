@@ -82,18 +82,22 @@ int index_grippers(lua_State* L) {
   return 1;
 }
 
+/// Nil for none.
+void push_component_name(lua_State* L, int component) {
+  const std::vector<std::string>& names = cell_info(L).components;
+  if (component < 0 || static_cast<size_t>(component) >= names.size())
+    lua_pushnil(L);
+  else
+    lua_pushstring(L, names[static_cast<size_t>(component)].c_str());
+}
+
 int index_component_state(lua_State* L) {
   const Input::Component& state = input(L).components[static_cast<size_t>(to_handle(L, kComponentStateType))];
   const std::string_view key = to_name(L, 2);
   if (key == "pose") {
     push_pose(L, Pose::from_quaternion(state.p_WB, state.q_WB));
   } else if (key == "partner") {
-    const std::vector<std::string>& names = cell_info(L).components;
-    if (state.partner < 0 || static_cast<size_t>(state.partner) >= names.size()) {
-      lua_pushnil(L);
-    } else {
-      lua_pushstring(L, names[static_cast<size_t>(state.partner)].c_str());
-    }
+    push_component_name(L, state.partner);
   } else {
     refuse_key("a component", key, "pose, partner");
   }
@@ -121,8 +125,16 @@ int index_gripper_state(lua_State* L) {
     lua_pushnumber(L, state.width_m);
   } else if (key == "closed") {
     lua_pushboolean(L, state.closed ? 1 : 0);
+  } else if (key == "moving") {
+    lua_pushboolean(L, state.moving ? 1 : 0);
+  } else if (key == "in_position") {
+    lua_pushboolean(L, state.in_position ? 1 : 0);
+  } else if (key == "force_N") {
+    lua_pushnumber(L, state.force_N);
+  } else if (key == "part_present") {
+    push_component_name(L, state.part);
   } else {
-    refuse_key("the state of a gripper", key, "width_m, closed");
+    refuse_key("the state of a gripper", key, "width_m, force_N, moving, in_position, part_present, closed");
   }
   return 1;
 }

@@ -44,7 +44,10 @@ struct Input {
   };
   struct Gripper {
     double width_m = 0.0;
-    bool closed = false;
+    bool closed = false;  ///< commanded; the rest is measured
+    bool moving = false, in_position = false;
+    int part = -1;  ///< index into CellInfo::components, or -1
+    double force_N = 0.0;
   };
   struct Component {
     Vec3 p_WB = Vec3::Zero();

@@ -1,7 +1,10 @@
 #include "client_lib/controller/lua_pose.h"
 
 #include <cmath>
+#include <cstdio>
+#include <iostream>
 #include <new>
+#include <numbers>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -16,9 +19,32 @@ namespace {
 constexpr char kPoseType[] = "pose";
 static_assert(std::is_trivially_destructible_v<Pose>, "poses are collected without a destructor");
 
+/// One note for each line of the program: an angle beyond a full turn is rather in degrees.
+void note_angle(lua_State* L, const char* name, double value) {
+  if (std::abs(value) <= 2.0 * std::numbers::pi * (1.0 + 1e-9)) return;
+  luaL_where(L, 1);
+  const std::string place = lua_tostring(L, -1);
+  lua_pop(L, 1);
+  const std::string key = "takt.angle " + place + name;
+  const bool known = lua_getfield(L, LUA_REGISTRYINDEX, key.c_str()) != LUA_TNIL;
+  lua_pop(L, 1);
+  if (known) return;
+  lua_pushboolean(L, 1);
+  lua_setfield(L, LUA_REGISTRYINDEX, key.c_str());
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "%s = %.6g is more than a full turn; angles are in radians: %s = math.rad(%.6g), and half a "
+                "turn is math.pi",
+                name, value, name, value);
+  std::clog << "note: " << place << text << "\n";
+}
+
 int make_pose(lua_State* L) {
   double x = 0.0, y = 0.0, z = 0.0, roll = 0.0, pitch = 0.0, yaw = 0.0;
   read_options(L, 1, {{"x", &x}, {"y", &y}, {"z", &z}, {"roll", &roll}, {"pitch", &pitch}, {"yaw", &yaw}});
+  note_angle(L, "roll", roll);
+  note_angle(L, "pitch", pitch);
+  note_angle(L, "yaw", yaw);
   push_pose(L, {rotation_from_rpy({roll, pitch, yaw}), {x, y, z}});
   return 1;
 }

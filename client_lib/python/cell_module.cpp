@@ -131,7 +131,9 @@ void bind_state(py::module_& m) {
   py::class_<GripperState>(m, "GripperState")
       .def_readonly("width_m", &GripperState::width_m)
       .def_readonly("force_N", &GripperState::force_N)
-      .def_readonly("closed", &GripperState::closed);
+      .def_readonly("closed", &GripperState::closed)
+      .def_readonly("moving", &GripperState::moving)
+      .def_readonly("in_position", &GripperState::in_position);
   py::class_<AppliedCommand>(m, "AppliedCommand")
       .def_readonly("target", &AppliedCommand::target)
       .def_readonly("count", &AppliedCommand::count)
@@ -175,6 +177,14 @@ void bind_state(py::module_& m) {
             return partner;
           },
           py::arg("name"))
+      .def(
+          "part_present",
+          [](const State& self, const std::string& gripper) -> std::optional<std::string> {
+            std::string part = self.part_present(gripper);
+            if (part.empty()) return std::nullopt;
+            return part;
+          },
+          py::arg("gripper"))
       .def("__repr__", [](const State& self) {
         return "<takt.State at " + std::to_string(self.time_s) + " s, step " + std::to_string(self.step) +
                ", epoch " + std::to_string(self.epoch) + ">";

@@ -53,6 +53,8 @@ class ParallelGripper final : public PlantModel {
   double width(double t) const { return coordinate(t, left) + coordinate(t, right); }
   bool closing(double t, Side side) const;
   bool moving(double t) const;
+  /// Where a jaw goes, or stands.
+  double target(Side side) const { return tracks_[static_cast<size_t>(side)].target; }
   bool blocked(Side side) const { return tracks_[static_cast<size_t>(side)].blocked; }
   const ParallelGripperParameters& parameters() const { return parameters_; }
 

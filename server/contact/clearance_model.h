@@ -1,14 +1,16 @@
 #pragma once
 // What a cell checks for collisions of robot programs, and what such a check has to say. Nothing here ever
 // acts on the simulation: these are the report pairs (thesis 3.2.2, Fig. 3.4), extended from grippers to the
-// links of robots.
+// links of robots, and to Parts with Parts and Grounds, which are judged by their meshes.
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "plant_models/spatial.h"
 #include "server/geometry/rounded_shape.h"
+#include "server/geometry/solid_overlap.h"
 
 namespace takt {
 
@@ -21,11 +23,17 @@ struct CheckedBody {
   bool moves = true;   ///< false: Grounds, and links that stand with the base
   bool is_part = false;
   std::vector<RoundedShape> shapes;  ///< in the component's frame, the joint's frame J, or the base R
+  std::shared_ptr<const SolidProbe> solid{};  ///< of Parts and Grounds
 };
 
 struct CheckedPair {
   int a = -1, b = -1;    ///< indices into ClearanceModel::bodies, a < b
   double limit_m = 0.0;  ///< closer than this is told; 0: only overlapping
+  /// A Part with a Part or a Ground: where convex shapes overlap, the meshes decide how deep. Not looked at
+  /// while one holds the other by a substitute force, or one and the same component holds both.
+  bool by_solids = false;
+  double touching_m = 1e-5;             ///< overlaps less deep than this are touching
+  double touching_by_contact_m = 1e-5;  ///< by_solids: the same, while surface contact acts between the two
 };
 
 struct ClearanceModel {

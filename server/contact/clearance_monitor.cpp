@@ -38,7 +38,7 @@ ClearanceMonitor::ClearanceMonitor(const ClearanceModel& model, std::vector<Pose
       by_contact_(model.pairs.size(), 0),
       body_of_component_(component_count, -1),
       robot_of_component_(component_count, -1),
-      holder_(component_count, -1) {
+      partner_(component_count, -1) {
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const CheckedBody& body = model.bodies[i];
     bodies_[i].bounds = bounds_of(body.shapes);
@@ -64,7 +64,7 @@ void ClearanceMonitor::reset() {
     body.path_m = body.wake_m = 0.0;
   }
   std::fill(pairs_.begin(), pairs_.end(), Pair{});
-  std::fill(holder_.begin(), holder_.end(), -1);
+  std::fill(partner_.begin(), partner_.end(), -1);
   events_.clear();
   counts_ = {};
   updates_ = 0;
@@ -72,7 +72,7 @@ void ClearanceMonitor::reset() {
 }
 
 void ClearanceMonitor::save(StateWriter& out) const {
-  for (const int robot : holder_) out.put(robot);
+  for (const int partner : partner_) out.put(partner);
   out.put_size(open_pairs_);
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     const Pair& pair = pairs_[i];
@@ -84,7 +84,7 @@ void ClearanceMonitor::save(StateWriter& out) const {
 
 void ClearanceMonitor::load(StateReader& in) {
   reset();
-  for (int& robot : holder_) robot = in.index(base_poses_.size(), "a robot that holds");
+  for (int& partner : partner_) partner = in.index(partner_.size(), "a partner");
   open_pairs_ = in.size(pairs_.size(), "pairs that are too close");
   for (std::size_t i = 0; i < open_pairs_; ++i) {
     const auto index = in.get<std::uint64_t>();
@@ -128,8 +128,7 @@ void ClearanceMonitor::update(double time_s, std::uint64_t step, const CellMotio
     if (i >= 0) advance(i, motion.bodies[static_cast<std::size_t>(component)].X_WB);
   }
   for (const PartnerChange& change : changes) {
-    holder_[static_cast<std::size_t>(change.part)] =
-        change.to >= 0 ? robot_of_component_[static_cast<std::size_t>(change.to)] : -1;
+    partner_[static_cast<std::size_t>(change.part)] = change.to;
   }
   if (first) {  // Grounds and Parts at rest may not be among `moved` after a reset
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
@@ -180,10 +179,41 @@ bool ClearanceMonitor::held_by_own_gripper(const CheckedPair& pair) const {
   const CheckedBody& a = model_.bodies[static_cast<std::size_t>(pair.a)];
   const CheckedBody& b = model_.bodies[static_cast<std::size_t>(pair.b)];
   const auto holds = [this](const CheckedBody& part, const CheckedBody& other) {
-    return part.is_part && other.robot >= 0 &&
-           holder_[static_cast<std::size_t>(part.component)] == other.robot;
+    if (!part.is_part || other.robot < 0) return false;
+    const int partner = partner_[static_cast<std::size_t>(part.component)];
+    return partner >= 0 && robot_of_component_[static_cast<std::size_t>(partner)] == other.robot;
   };
   return holds(a, b) || holds(b, a);
+}
+
+bool ClearanceMonitor::held_together(const CheckedPair& pair) const {
+  const int a = model_.bodies[static_cast<std::size_t>(pair.a)].component;
+  const int b = model_.bodies[static_cast<std::size_t>(pair.b)].component;
+  const int holds_a = partner_[static_cast<std::size_t>(a)], holds_b = partner_[static_cast<std::size_t>(b)];
+  return holds_a == b || holds_b == a || (holds_a >= 0 && holds_a == holds_b);
+}
+
+double ClearanceMonitor::touching_m(std::size_t index) const {
+  const CheckedPair& pair = model_.pairs[index];
+  return by_contact_[index] != 0 ? pair.touching_by_contact_m : pair.touching_m;
+}
+
+BodyDistance ClearanceMonitor::measure(std::size_t index) const {
+  const CheckedPair& checked = model_.pairs[index];
+  const CheckedBody& a = model_.bodies[static_cast<std::size_t>(checked.a)];
+  const CheckedBody& b = model_.bodies[static_cast<std::size_t>(checked.b)];
+  const Pose X_WA = pose_in_world(checked.a), X_WB = pose_in_world(checked.b);
+  BodyDistance found = body_distance(a.shapes, bodies_[static_cast<std::size_t>(checked.a)].bounds, X_WA,
+                                     b.shapes, bodies_[static_cast<std::size_t>(checked.b)].bounds, X_WB,
+                                     checked.limit_m + std::max(kFar_m, 2.0 * model_.hysteresis_m));
+  if (!checked.by_solids || !(found.distance_m < 0.0)) return found;
+  const double touching = touching_m(index);
+  const SolidOverlap overlap = solid_overlap(*a.solid, X_WA, *b.solid, X_WB, touching);
+  found.distance_m = -overlap.depth_m;
+  if (overlap.depth_m > 0.0) found.p_W = overlap.p_W;
+  // No deeper than this at present, so that as much may still be added before it must be looked at again.
+  found.at_least_m = checked.limit_m + 0.5 * touching;
+  return found;
 }
 
 Pose ClearanceMonitor::pose_in_world(int index) const {
@@ -199,13 +229,19 @@ void ClearanceMonitor::look(int index, const Instant& now, bool ask) {
   const Body& a = bodies_[static_cast<std::size_t>(checked.a)];
   const Body& b = bodies_[static_cast<std::size_t>(checked.b)];
   const double left = pair.spare_m - (a.path_m - pair.path_a_m) - (b.path_m - pair.path_b_m);
-  if (!ask && left > kWorthSharing_m) {
+  // Of Parts that touch as much as the overlap that counts is left.
+  const double worth_sharing_m =
+      checked.by_solids ? std::min(kWorthSharing_m, 0.1 * touching_m(static_cast<std::size_t>(index)))
+                        : kWorthSharing_m;
+  if (!ask && left > worth_sharing_m) {
     wait(index);
     return;
   }
   pair.looked_at = updates_;
   pair.path_a_m = a.path_m, pair.path_b_m = b.path_m;
-  if (by_contact_[static_cast<std::size_t>(index)] != 0 || held_by_own_gripper(checked)) {
+  const bool by_contact = by_contact_[static_cast<std::size_t>(index)] != 0;
+  if (checked.by_solids ? !by_contact && held_together(checked)
+                        : by_contact || held_by_own_gripper(checked)) {
     if (pair.open) close(index, now);
     pair.spare_m = pair.wake_a_m = pair.wake_b_m = kNever;
     return;
@@ -217,16 +253,13 @@ void ClearanceMonitor::look(int index, const Instant& now, bool ask) {
   if (!ask) {
     pair.spare_m =
         pair.asked_spare_m - displacement(pair.X_LS, X_LS, std::min(a.bounds.reach_m, b.bounds.reach_m));
-    if (pair.spare_m > kWorthSharing_m) {
+    if (pair.spare_m > worth_sharing_m) {
       wait(index);
       return;
     }
   }
   ++counts_.pairs_asked;
-  const BodyDistance found =
-      body_distance(model_.bodies[static_cast<std::size_t>(checked.a)].shapes, a.bounds, X_WA,
-                    model_.bodies[static_cast<std::size_t>(checked.b)].shapes, b.bounds, X_WB,
-                    checked.limit_m + std::max(kFar_m, 2.0 * model_.hysteresis_m));
+  const BodyDistance found = measure(static_cast<std::size_t>(index));
   counts_.distances += found.queries;
   judge(index, found, now);
   // While a pair is close, each of its motions counts: the least distance is wanted.
@@ -260,7 +293,7 @@ void ClearanceMonitor::judge(int index, const BodyDistance& found, const Instant
   Pair& pair = pairs_[static_cast<std::size_t>(index)];
   const double limit = model_.pairs[static_cast<std::size_t>(index)].limit_m;
   const double d = found.distance_m;
-  const bool overlaps = d < -kTouching_m;
+  const bool overlaps = d < -touching_m(static_cast<std::size_t>(index));
   if (pair.open) {
     if (d < pair.least_m) pair.least_m = d, pair.least_p_W = found.p_W;
   } else {

@@ -29,8 +29,9 @@ struct ClearanceCounts {
 
 class ClearanceMonitor {
  public:
-  /// Overlaps less deep than this (m) are touching: jaws that hold, parts that were just released.
-  static constexpr double kTouching_m = 1e-5;
+  /// Overlaps less deep than this (m) are touching: jaws that hold, parts that were just released. Of pairs
+  /// that say nothing else.
+  static constexpr double kTouching_m = CheckedPair{}.touching_m;
 
   /// `model` must outlive the monitor. `base_poses`: X_WR by robot.
   ClearanceMonitor(const ClearanceModel& model, std::vector<Pose> base_poses, std::size_t component_count,
@@ -45,7 +46,8 @@ class ClearanceMonitor {
   void load(StateReader& in);
 
   /// Pairs of components that act by surface contact from the next update on. Where one of the two is a Part,
-  /// they are meant to touch and press: nothing is told of them.
+  /// they are meant to touch and press: of a Gripper and a Part nothing is told, of a Part and a Part or
+  /// Ground what is deeper than the layer that gives way.
   void set_by_contact(std::span<const std::pair<int, int>> components);
 
   /// Brings events() up to date for an instant. `moved`: components that may have moved since the last call;
@@ -91,6 +93,9 @@ class ClearanceMonitor {
   void tell(CollisionEvent::Kind kind, int pair, double distance_m, const Vec3& p_W, const Instant& now);
   void wait(int pair);
   bool held_by_own_gripper(const CheckedPair& pair) const;
+  bool held_together(const CheckedPair& pair) const;
+  double touching_m(std::size_t pair) const;
+  BodyDistance measure(std::size_t pair) const;
   Pose pose_in_world(int body) const;
 
   const ClearanceModel& model_;
@@ -103,7 +108,7 @@ class ClearanceMonitor {
   std::vector<int> body_of_component_;   ///< or -1
   std::vector<int> links_;               ///< bodies that are moving links, by robot
   std::vector<int> robot_of_component_;  ///< grippers: the robot that carries them; else -1
-  std::vector<int> holder_;              ///< by component: the robot whose gripper holds the Part, or -1
+  std::vector<int> partner_;             ///< by component: what the Part hangs on, or -1
   std::vector<int> woken_;
   std::vector<CollisionEvent> events_;
   ClearanceCounts counts_;

@@ -4,7 +4,30 @@
 #include <numeric>
 #include <utility>
 
+#include "server/geometry/convex_distance.h"
+
 namespace takt {
+
+namespace {
+// Bodies that approach by less than this in a step are at rest to each other.
+constexpr double kRested_m = 1e-7;
+
+/// Of the convex shapes of two components that touch: the pair that overlaps deepest. Does not allocate.
+ConvexDistance deepest(const CollisionWorld& world, int a, int b) {
+  ConvexDistance result;
+  result.distance = 1.0;
+  for (const ConvexShape& shape_a : world.shapes(a)) {
+    const Aabb box_a = shape_a.box.at(world.pose(a), 0.0);
+    if (!box_a.overlaps(world.aabb(b))) continue;
+    for (const ConvexShape& shape_b : world.shapes(b)) {
+      if (!shape_b.box.at(world.pose(b), 0.0).overlaps(box_a)) continue;
+      const ConvexDistance found = convex_distance(shape_a, world.pose(a), shape_b, world.pose(b));
+      if (found.distance < result.distance) result = found;
+    }
+  }
+  return result;
+}
+}  // namespace
 
 ComponentInteraction::ComponentInteraction(const std::vector<Component>& components,
                                            const std::vector<ComponentPair>& pairs,
@@ -13,7 +36,7 @@ ComponentInteraction::ComponentInteraction(const std::vector<Component>& compone
       parameters_(parameters),
       world_(components, parameters.contact_margin_m, parameters.skip_resting),
       queries_(pairs.size()),
-      grasp_active_(components.size(), 0),
+      holds_(components.size()),
       graph_(components.size()),
       connections_(components, pairs.size(), parameters),
       shown_search_(components.size()),
@@ -30,6 +53,7 @@ ComponentInteraction::ComponentInteraction(const std::vector<Component>& compone
   verdicts_.resize(pairs_.size());
   in_contact_.resize(pairs_.size(), 0);
   by_contact_.resize(pairs_.size(), 0);
+  held_.resize(pairs_.size(), 0);
   for (std::size_t i = 0; i < components.size(); ++i) {
     graph_.vertices[i] = {components[i].type, components[i].hierarchy};
     graph_.neighbours[i].reserve(components.size());
@@ -42,15 +66,20 @@ ComponentInteraction::ComponentInteraction(const std::vector<Component>& compone
       world_.set_shape(static_cast<int>(i), ConvexShape::from_points(std::vector<Vec3>(8, Vec3::Zero())));
     }
   }
+  for (std::size_t i = 0; i < components.size(); ++i)
+    if (components[i].role == GripperRole::palm) holds_[i].reserve(parts_.size());
   shown_graph_ = graph_;
   shown_changes_.reserve(components.size());
   for (auto* list : {&work_, &found_, &toggled_, &changed_parts_}) list->reserve(2 * components.size());
+  touched_.reserve(std::min(pairs_.size(), 64 * components.size()));
+  pushed_out_.reserve(components.size());
 }
 
 void ComponentInteraction::reset() {
   std::fill(verdicts_.begin(), verdicts_.end(), PairVerdict{});
   std::fill(in_contact_.begin(), in_contact_.end(), 0);
-  std::fill(grasp_active_.begin(), grasp_active_.end(), 0);
+  std::fill(held_.begin(), held_.end(), 0);
+  for (std::vector<int>& held : holds_) held.clear();
   connections_.reset();
   graph_.clear_contacts();
   shown_graph_.clear_contacts();
@@ -62,6 +91,7 @@ void ComponentInteraction::reset() {
   refused_pose_ = -1;
   toggled_.clear();
   changed_parts_.clear();
+  touched_.clear();
   std::fill(reached_.begin(), reached_.end(), 0);  // marks of a step that ended half-way, in a fault
   known_calls_ = 0;
   counts_ = {};
@@ -86,7 +116,7 @@ void ComponentInteraction::set_by_contact(const std::vector<std::pair<int, int>>
 
 bool ComponentInteraction::active(std::size_t pair) const {
   const auto target = static_cast<std::size_t>(pairs_[pair].target);
-  return components_[target].type != ComponentType::gripper || grasp_active_[target] != 0;
+  return components_[target].type != ComponentType::gripper || held_[pair] != 0;
 }
 
 void ComponentInteraction::update_poses(const CellMotion& motion, std::span<const int> moved, Clock clock) {
@@ -108,13 +138,39 @@ void ComponentInteraction::update_connections(const CellMotion& motion, std::spa
   connections_.begin_step();
   shown_changes_.clear();
   for (const GraspState& grasp : grasps) {
-    const auto palm = static_cast<std::size_t>(grasp.palm);
-    if ((grasp_active_[palm] != 0) != grasp.active) toggled_.push_back(grasp.palm);
-    grasp_active_[palm] = grasp.active ? 1 : 0;
-    if (grasp.active) world_.set_box(grasp.palm, grasp.lower_G, grasp.upper_G);
+    set_held(grasp);
+    if (!grasp.held.empty()) world_.set_box(grasp.palm, grasp.lower_G, grasp.upper_G);
   }
   detect(clock);
   connect(clock, motion);
+}
+
+void ComponentInteraction::set_held(const GraspState& grasp) {
+  std::vector<int>& present = holds_[static_cast<std::size_t>(grasp.palm)];
+  if (present == grasp.held) return;
+  const auto mark = [&](int part, char held) {
+    if (const int pair = find_pair(part, grasp.palm); pair >= 0) held_[static_cast<std::size_t>(pair)] = held;
+  };
+  for (const int part : present) mark(part, 0);
+  for (const int part : grasp.held) mark(part, 1);
+  present.assign(grasp.held.begin(), grasp.held.end());
+  toggled_.push_back(grasp.palm);
+}
+
+bool ComponentInteraction::gripped(int part, int palm) const {
+  const int pair = find_pair(part, palm);
+  return pair >= 0 && in_contact_[static_cast<std::size_t>(pair)] != 0;
+}
+
+std::span<const int> ComponentInteraction::parts_between(int palm, const Vec3& lower_G, const Vec3& upper_G) {
+  world_.set_box(palm, lower_G, upper_G);
+  const Pose X_WG = world_.pose(palm);
+  static_cast<void>(parts_near_sweep(palm, X_WG, X_WG));
+  if (!begun_) found_.assign(parts_.begin(), parts_.end());
+  std::erase_if(found_, [&](int part) {
+    return !world_.boxes_overlap(part, palm) || !world_.shapes_overlap(part, palm, counts_);
+  });
+  return found_;
 }
 
 void ComponentInteraction::detect(Clock clock) {
@@ -272,6 +328,7 @@ void ComponentInteraction::set_contact(std::size_t pair, bool contact) {
       graph.remove_contact(p.base, p.target);
   };
   if (by_contact_[pair] == 0) note(graph_);
+  if (contact && by_contact_[pair] == 0 && !is_gripper(p.target)) touched_.push_back(pair);
   if (any_by_contact_) note(shown_graph_);
   mark_changed(p.base);
   mark_changed(p.target);
@@ -293,9 +350,59 @@ void ComponentInteraction::connect(Clock clock, const CellMotion& motion) {
   std::sort(changed_parts_.begin(), changed_parts_.end());
   for (const int part : changed_parts_) reached_[static_cast<std::size_t>(part)] = 0;
   connections_.update(graph_, changed_parts_, motion);
+  push_out(motion);
   if (any_by_contact_) show_partners();
   changed_parts_.clear();
   if (clock != nullptr) stage_times_.partner_search_s += clock() - begin;
+}
+
+bool ComponentInteraction::caught(int part) const {
+  const std::span<const PartnerChange> changes = connections_.changes();
+  return std::any_of(changes.begin(), changes.end(), [&](const PartnerChange& change) {
+    return change.part == part && change.to >= 0 && !is_gripper(change.to);
+  });
+}
+
+void ComponentInteraction::push_out(const CellMotion& motion) {
+  if (parameters_.step_s > 0.0) {
+    std::sort(touched_.begin(), touched_.end());
+    pushed_out_.clear();
+    for (const std::size_t pair : touched_) push_out(pairs_[pair], motion);
+  }
+  touched_.clear();
+}
+
+/// What began to touch in this step was apart before it: it is no deeper than the two have approached since.
+/// Deeper overlaps are those of shapes that do not stand for the solid; they stay.
+void ComponentInteraction::push_out(const ComponentPair& pair, const CellMotion& motion) {
+  const bool search = parameters_.algorithm == InteractionAlgorithm::partner_search;
+  const bool base_caught = caught(pair.base), target_caught = caught(pair.target);
+  if (search && !base_caught && !target_caught) return;
+  const BodyMotion& base = motion.bodies[static_cast<std::size_t>(pair.base)];
+  const BodyMotion& target = motion.bodies[static_cast<std::size_t>(pair.target)];
+  const ConvexDistance found = deepest(world_, pair.base, pair.target);
+  if (!(found.distance < 0.0)) return;
+  const auto velocity = [&](const BodyMotion& body) { return body.V_WB.at(found.point_A_W - body.X_WB.p); };
+  const double approach = (velocity(base) - velocity(target)).dot(found.normal_W) * parameters_.step_s;
+  const double depth = std::min(-found.distance, approach);
+  if (!(depth > kRested_m)) return;
+  const auto push = [&](int part, int other, const Vec3& away_W) {
+    auto earlier = std::find_if(pushed_out_.begin(), pushed_out_.end(),
+                                [part](const auto& pushed) { return pushed.first == part; });
+    if (earlier == pushed_out_.end()) earlier = pushed_out_.insert(pushed_out_.end(), {part, Vec3::Zero()});
+    const double left = depth - earlier->second.dot(away_W);
+    if (!(left > 0.0)) return;
+    earlier->second += left * away_W;
+    connections_.shift(part, other, left * away_W, motion);
+  };
+  if (!search) {
+    push(pair.base, pair.target, -found.normal_W);
+    if (!is_gripper(pair.target)) push(pair.target, pair.base, found.normal_W);
+  } else if (base_caught) {
+    push(pair.base, -1, -found.normal_W);
+  } else {
+    push(pair.target, -1, found.normal_W);
+  }
 }
 
 void ComponentInteraction::show_partners() {

@@ -26,7 +26,7 @@ class StateWriter;
 /// What the interaction must know of a gripper at one time.
 struct GraspState {
   int palm = -1;                ///< component that Parts are held by
-  bool active = false;          ///< Parts in the grasp volume are held
+  std::vector<int> held{};      ///< Parts that it holds while they are in the grasp volume, ascending
   Vec3 lower_G = Vec3::Zero();  ///< grasp volume: the space between the jaws, in G
   Vec3 upper_G = Vec3::Zero();
 };
@@ -51,6 +51,10 @@ class ComponentInteraction {
   /// Parts (ascending) that may touch a component pushed straight from one pose to another; others are
   /// certainly apart. Valid until the next call.
   std::span<const int> parts_near_sweep(int component, const Pose& from, const Pose& to);
+  /// Parts (ascending) in a grasp volume, which becomes the palm's shape. Valid until the next call of either.
+  std::span<const int> parts_between(int palm, const Vec3& lower_G, const Vec3& upper_G);
+  /// What the last update_connections() found: the gripper holds the Part, which is in its grasp volume.
+  bool gripped(int part, int palm) const;
   /// Discrete stage, second half: contacts at these poses, connections, offsets of those that close.
   void update_connections(const CellMotion& motion, std::span<const GraspState> grasps, Clock clock);
   /// Parts that hang on another component than before this step.
@@ -150,6 +154,10 @@ class ComponentInteraction {
     std::size_t pair;
   };
   bool active(std::size_t pair) const;
+  bool is_gripper(int component) const {
+    return components_[static_cast<std::size_t>(component)].type == ComponentType::gripper;
+  }
+  void set_held(const GraspState& grasp);
   void detect(Clock clock);
   void detect_moved();
   void detect_all();
@@ -162,6 +170,9 @@ class ComponentInteraction {
   int find_pair(int a, int b) const;
   void connect(Clock clock, const CellMotion& motion);
   void show_partners();
+  void push_out(const CellMotion& motion);
+  void push_out(const ComponentPair& pair, const CellMotion& motion);
+  bool caught(int part) const;
   void mark_changed(int component);
   void add_attached_edge(int part);
   void rebuild_graphs();
@@ -175,7 +186,8 @@ class ComponentInteraction {
   PairQueries queries_;             ///< of this step, where they are worth sharing among threads
   bool sharing_ = false;            ///< they are, in this step
   std::vector<char> in_contact_;    ///< by pair: touching and the gripper, if any, holds
-  std::vector<char> grasp_active_;  ///< by component
+  std::vector<char> held_;                  ///< by pair: of a Part and the palm that holds it
+  std::vector<std::vector<int>> holds_;     ///< by component: Parts that a palm holds, ascending
   ContactGraph graph_;
   Connections connections_;
 
@@ -194,12 +206,14 @@ class ComponentInteraction {
   std::vector<std::vector<Near>> near_;  ///< by component
   std::vector<int> work_, found_;
   int refused_pose_ = -1;
-  std::vector<int> toggled_;          ///< palms that began or ceased to hold
+  std::vector<int> toggled_;          ///< palms that hold other Parts than before
   std::uint64_t known_calls_ = 0;     ///< calls behind all present verdicts
   std::uint64_t retested_calls_ = 0;  ///< of those, made in this step
   std::vector<int>
       changed_parts_;  ///< Parts whose contacts changed, and then all that a search may lead to them
   std::vector<char> reached_;
+  std::vector<std::size_t> touched_;              ///< pairs that began to touch in this step
+  std::vector<std::pair<int, Vec3>> pushed_out_;  ///< Parts, in this step, and how far
 
   DetectionCounts counts_;
   StageTimes stage_times_;

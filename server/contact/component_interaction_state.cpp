@@ -107,8 +107,10 @@ void ComponentInteraction::save(StateWriter& out) const {
   const std::size_t n = components_.size();
   for (std::size_t i = 0; i < n; ++i) out.put(world_.pose(static_cast<int>(i)));
   for (std::size_t i = 0; i < n; ++i) {
-    out.put(grasp_active_[i] != 0);
-    if (grasp_active_[i] == 0) continue;
+    if (components_[i].role != GripperRole::palm) continue;
+    out.put_size(holds_[i].size());
+    for (const int part : holds_[i]) out.put(part);
+    if (holds_[i].empty()) continue;
     const std::vector<Vec3>& corners = world_.shapes(static_cast<int>(i)).front().vertices;
     out.put(corners.front()), out.put(corners.back());
   }
@@ -124,10 +126,19 @@ void ComponentInteraction::save(StateWriter& out) const {
 void ComponentInteraction::load(StateReader& in) {
   const std::size_t n = components_.size();
   for (std::size_t i = 0; i < n; ++i) world_.set_pose(static_cast<int>(i), in.pose("a pose"));
+  std::fill(held_.begin(), held_.end(), 0);
+  for (std::vector<int>& held : holds_) held.clear();
   for (std::size_t i = 0; i < n; ++i) {
-    grasp_active_[i] = in.flag("'holds'") ? 1 : 0;
-    if (grasp_active_[i] == 0) continue;
-    if (components_[i].role != GripperRole::palm) in.fail(components_[i].name + " holds, but is no gripper");
+    if (components_[i].role != GripperRole::palm) continue;
+    for (std::size_t k = in.size(parts_.size(), "held Parts"); k > 0; --k) {
+      const int part = in.index(n, "a held Part");
+      const int pair = part == -1 ? -1 : find_pair(part, static_cast<int>(i));
+      if (pair < 0 || (!holds_[i].empty() && holds_[i].back() >= part))
+        in.fail("what " + components_[i].name + " holds is no Part, or not in order");
+      holds_[i].push_back(part);
+      held_[static_cast<std::size_t>(pair)] = 1;
+    }
+    if (holds_[i].empty()) continue;
     const Vec3 lower_G = in.vector("a grasp volume"), upper_G = in.vector("a grasp volume");
     world_.set_box(static_cast<int>(i), lower_G, upper_G);
   }

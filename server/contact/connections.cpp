@@ -60,6 +60,16 @@ void Connections::turn(int part, const ConnectionTurn& turn) {
   turning_.push_back(part);
 }
 
+void Connections::shift(int part, int target, const Vec3& shift_W, const CellMotion& motion) {
+  for (PairConnection& pair : mutable_of(part)) {
+    Connection& connection = pair.connection;
+    if (target != -1 && connection.partner != target) continue;
+    const Pose& X_WT = motion.bodies[static_cast<std::size_t>(connection.partner)].X_WB;
+    connection.p_TBcm_T += X_WT.R.transpose() * shift_W;
+    disturb(pair);
+  }
+}
+
 void Connections::set_stiffness(int part, double ratio) {
   double& stiffness = stiffness_[static_cast<std::size_t>(part)];
   if (stiffness == ratio) return;
@@ -414,6 +424,7 @@ Wrench Connections::pair_wrench(const PairConnection& pair, const CellMotion& mo
   const BodyMotion& base = motion.bodies[static_cast<std::size_t>(pair.base)];
   const int target = pair.connection.partner;
   Wrench result = substitute_wrench(pair.connection, base, motion.bodies[static_cast<std::size_t>(target)]);
+  if (parameters_.algorithm == InteractionAlgorithm::partner_search) return result;
   // Loads of Parts whose sequence of carriers runs through this connection, either way.
   for (const int part : parts_) {
     if (passes_to_[static_cast<std::size_t>(part)] == -1) continue;

@@ -45,6 +45,9 @@ struct InteractionParameters {
   bool weight_feed_forward = true;     ///< false: the thesis' law, where the spring carries the weight
   bool skip_resting = true;  ///< false: every pair and every Part anew in every step; the bits are the same
   InteractionAlgorithm algorithm = InteractionAlgorithm::partner_search;
+  /// Between two discrete stages (s). A Part that falls is inside of what catches it by what it falls in that
+  /// time: so far it is pushed out. 0: it stays as deep as it is.
+  double step_s = 0.0;
 };
 
 /// A Part now hangs on another component than before.
@@ -90,6 +93,9 @@ class Connections {
   }
   /// After update(): the Part is turned in its connections during this step. begin_step() ends it.
   void turn(int part, const ConnectionTurn& turn);
+  /// After update(): the Part (a Base) is held further along `shift_W` (m) than it is: by the connection with
+  /// this Target, or by all of them (-1). Nothing where there is none.
+  void shift(int part, int target, const Vec3& shift_W, const CellMotion& motion);
   /// Discrete, from the next update() on: factor for the constants of a Part's connections (1 if never set).
   /// Where it changes they close anew.
   void set_stiffness(int part, double ratio);

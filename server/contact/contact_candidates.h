@@ -1,10 +1,10 @@
 #pragma once
-// Which elements of a cluster may meet which faces of the Target while the two move relative to each other by
-// no more than a motion bound: what the evaluations between two walks through the bounding hierarchy need.
+// Which elements of a cluster may be inside the Target, and which of its faces may be closest to them, while
+// the two move relative to each other by no more than a motion bound: what the evaluations between two walks
+// through the bounding hierarchy need.
 //
-// With any lists that are valid for a pose an element gets the same depth, to the last bit: depths are always
-// taken from the plane of the patch in the frame of the Base, extra candidates are not met, and of several
-// hits the nearest counts. This holds for solids that do not overlap themselves.
+// With any lists that are valid for a pose an element gets the same depth, to the last bit: faces too many
+// are further away than the closest one, and of equally close faces the one of lowest number counts.
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -15,24 +15,21 @@ namespace takt {
 
 class ContactCandidates {
  public:
-  /// Elements that can only meet the inside of one patch, far from rims: the depth is that of its plane.
+  /// Elements whose closest point on the Target can only be inside of one patch: the depth is that below
+  /// its plane.
   struct PlaneGroup {
     std::int32_t plane = -1;  ///< place in `patches`
     std::size_t begin = 0, end = 0;
   };
-  /// Faces of one patch that an element may meet.
-  struct FaceGroup {
-    std::int32_t plane = -1;
-    std::size_t begin = 0, end = 0;  ///< in `faces`
+  /// A face that may be closest to an element.
+  struct Near {
+    std::int32_t face = -1, plane = -1;
+    double at_least_m = 0.0;  ///< its distance when the lists were made, less rounding
   };
   /// An element that needs a look at single faces.
-  struct Ray {
+  struct Single {
     std::int32_t slot = -1;
-    std::size_t group_begin = 0, group_end = 0;
-    std::size_t rim_begin = 0, rim_end = 0;
-    /// Its line crosses the surface near its beginning once, inside or not: where it is within one face,
-    /// there is no other to look at.
-    bool single = false;
+    std::size_t begin = 0, end = 0;  ///< in `near`, ascending distances
   };
 
   /// What making lists needs for a time. One serves the lists of all clusters.
@@ -40,7 +37,7 @@ class ContactCandidates {
 
   /// Valid for this pose? False before the first rebuild().
   bool cover(const Pose& X_TB) const { return valid_ && moved_m(X_TB) <= bound_m_; }
-  /// What no point of the lines has moved beyond since the lists were made; not a number for such a pose.
+  /// What no centroid has moved beyond since the lists were made; not a number for such a pose.
   double moved_m(const Pose& X_TB) const;
   double bound_m() const { return bound_m_; }
   /// `above`: patches; what is above all their planes is outside of the Target (FreeRegion), and so are
@@ -54,32 +51,16 @@ class ContactCandidates {
   std::vector<std::int32_t> element;  ///< per slot, ascending
   std::vector<std::int32_t> patches;  ///< that occur
   std::vector<PlaneGroup> plane_groups;
-  std::vector<std::int32_t> plane_slot;  ///< per element of the groups, and its data:
-  std::vector<double> px, py, pz, nx, ny, nz, line_m;
-  std::vector<Ray> rays;  ///< ascending slots
-  std::vector<FaceGroup> face_groups;
-  std::vector<std::int32_t> faces;
-  std::vector<std::int32_t> rims;
+  std::vector<std::int32_t> plane_slot;  ///< per element of the groups, and its centroid:
+  std::vector<double> px, py, pz;
+  std::vector<Single> singles;  ///< ascending slots
+  std::vector<Near> near;
 
  private:
-  /// Bounds the turn of the Base between rebuilds, so that a line that leaves through a patch keeps doing so.
-  static constexpr double kLargestTurn = 0.05;  // rad, roughly: bound over radius
-  static constexpr std::int32_t kNothing = -1, kSeveral = -2;
-  /// Penetration line at the pose of the lists, axes of T.
-  struct Line {
-    Vec3 p, d;
-    double length_m, fade_m;
-  };
   struct Build;
 
   void finish(const ContactSurface::Data& base, Work& work);
   void add_element(const Build& build, std::int32_t index);
-  std::int32_t start_patch(const Build& build, const Line& line, bool& steep) const;
-  bool simple(const Build& build, const Line& line, std::int32_t patch) const;
-  bool local(const Build& build, const Line& line) const;
-  void gather(const Build& build, const Line& line, double length_m) const;
-  std::int32_t first_patch(const Build& build, const Line& line, bool& outside) const;
-  void add_ray(const Build& build, const Line& line, std::int32_t index, double length_m, bool single);
   std::int32_t local_patch(const Build& build, std::int32_t patch);
 
   bool valid_ = false;
@@ -92,13 +73,14 @@ class ContactCandidates {
 class ContactCandidates::Work {
  private:
   friend class ContactCandidates;
-  struct Near {
-    std::int32_t face, patch;
+  struct Found {
+    double distance_m;
+    std::int32_t face;
   };
   struct Simple {
     std::int32_t plane, slot;
   };
-  std::vector<Near> near_;
+  std::vector<Found> found_;
   std::vector<Simple> simple_;
   std::vector<std::int32_t> local_;  ///< per patch of the Target its place in `patches`, or -1
 };

@@ -136,6 +136,11 @@ bool CollisionWorld::overlaps_at(int a, const Pose& X_WA, int b, DetectionCounts
   return overlap(a, X_WA, b, 0.0, counts);
 }
 
+bool CollisionWorld::touches_at(int a, const Pose& X_WA, int b, DetectionCounts& counts) {
+  if (!entry(a).box.at(X_WA, 0.5 * margin_).overlaps(entry(b).aabb)) return false;
+  return overlap(a, X_WA, b, margin_, counts);
+}
+
 bool begin_verdict(const CollisionWorld& world, int base, int target, PairVerdict& verdict,
                    DetectionCounts& counts) {
   const std::uint64_t version_base = world.version(base);

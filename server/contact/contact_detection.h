@@ -47,6 +47,8 @@ class CollisionWorld {
   bool shapes_overlap(int a, int b, DetectionCounts& counts);
   /// The same for component `a` at another pose and without margin (jaws looking ahead).
   bool overlaps_at(int a, const Pose& X_WA, int b, DetectionCounts& counts);
+  /// With margin: whether component `a` at another pose touches `b`.
+  bool touches_at(int a, const Pose& X_WA, int b, DetectionCounts& counts);
   double margin() const { return margin_; }
   const std::vector<ConvexShape>& shapes(int component) const { return entry(component).shapes; }
   const Pose& pose(int component) const { return entry(component).X_WB; }

@@ -123,42 +123,32 @@ TAKT_LANE_INLINE void add_outer(const V4 (&m)[6], const V4 (&row)[6], const V4 (
 template <bool kStick>
 TAKT_LANE_INLINE void tangent(const Twist& V_B, const ElementRows& rows, Mat6& K, Mat6& D) {
   const V4 zero{};
-  const V4x3 v0{zero + V_B.v.x(), zero + V_B.v.y(), zero + V_B.v.z()};
   const V4x3 w{zero + V_B.w.x(), zero + V_B.w.y(), zero + V_B.w.z()};
   FullSums full;
   SymmetricSums normal, along;
   PointSums k_point, d_point;
+  // Sums of the elements' forces, and of p f^T.
+  V4 forces[3]{}, turned[9]{};
   for (std::size_t i = 0; i < rows.padded(); i += 4) {
-    V4x3 p, n, g, h, t, change;
-    V4 depth, fn, kn, cn, kt, ct, ktt, ctt;
+    V4x3 p, n, t, change, f;
+    V4 kn, cn, kt, ct, ktt, ctt;
     lanes::load(rows[Rows::kPx] + i, rows[Rows::kPy] + i, rows[Rows::kPz] + i, p);
     lanes::load(rows[Rows::kNx] + i, rows[Rows::kNy] + i, rows[Rows::kNz] + i, n);
-    lanes::load(rows[Rows::kGx] + i, rows[Rows::kGy] + i, rows[Rows::kGz] + i, g);
-    lanes::load(rows[Rows::kHx] + i, rows[Rows::kHy] + i, rows[Rows::kHz] + i, h);
     lanes::load(rows[Rows::kTx] + i, rows[Rows::kTy] + i, rows[Rows::kTz] + i, t);
     lanes::load(rows[Rows::kFx] + i, rows[Rows::kFy] + i, rows[Rows::kFz] + i, change);
-    lanes::load(rows[Rows::kDepth] + i, depth), lanes::load(rows[Rows::kForce] + i, fn);
+    lanes::load(rows[Rows::kSx] + i, rows[Rows::kSy] + i, rows[Rows::kSz] + i, f);
     lanes::load(rows[Rows::kKn] + i, kn), lanes::load(rows[Rows::kCn] + i, cn);
     lanes::load(rows[Rows::kKt] + i, kt), lanes::load(rows[Rows::kCt] + i, ct);
     lanes::load(rows[Rows::kKtt] + i, ktt), lanes::load(rows[Rows::kCtt] + i, ctt);
 
-    // The normal force with displacement: penetration and fade at the point met, and the normal velocity,
-    // whose normal turns and whose point moves on in the field of velocities.
-    const V4x3 met{p.x - depth * n.x, p.y - depth * n.y, p.z - depth * n.z};
-    const V4x3 slope{kn * g.x + fn * h.x, kn * g.y + fn * h.y, kn * g.z + fn * h.z};
-    V4 row[6];
-    screw(slope, met, row);
-    V4x3 v, n_w, n_v, p_nw;
-    lanes::cross(w, p, v);
-    v.x += v0.x, v.y += v0.y, v.z += v0.z;
+    // The normal force with displacement of the centroid: penetration, and the normal velocity of a
+    // point that moves on in the field of velocities. The normal belongs to the Target.
+    V4x3 n_w;
     lanes::cross(n, w, n_w);
-    lanes::cross(n, v, n_v);
-    lanes::cross(p, n_w, p_nw);
-    row[0] += cn * n_w.x, row[1] += cn * n_w.y, row[2] += cn * n_w.z;
-    row[3] += cn * (n_v.x + p_nw.x), row[4] += cn * (n_v.y + p_nw.y), row[5] += cn * (n_v.z + p_nw.z);
-
+    const V4x3 slope{kn * n.x + cn * n_w.x, kn * n.y + cn * n_w.y, kn * n.z + cn * n_w.z};
+    V4 row[6], force[6], s[6], scaled[6], sliding[6];
+    screw(slope, p, row);
     // What the force does with it: against the normal, and friction that follows.
-    V4 force[6], s[6], scaled[6], sliding[6];
     screw({change.x - n.x, change.y - n.y, change.z - n.z}, p, force);
     screw(n, p, s);
     for (int j = 0; j < 6; ++j) scaled[j] = cn * s[j];
@@ -169,6 +159,10 @@ TAKT_LANE_INLINE void tangent(const Twist& V_B, const ElementRows& rows, Mat6& K
     add_symmetric<kStick>(sliding, ktt, ctt, along);
     if constexpr (kStick) add_point(kt, p, k_point);
     add_point(ct, p, d_point);
+    forces[0] += f.x, forces[1] += f.y, forces[2] += f.z;
+    turned[0] += p.x * f.x, turned[1] += p.x * f.y, turned[2] += p.x * f.z;
+    turned[3] += p.y * f.x, turned[4] += p.y * f.y, turned[5] += p.y * f.z;
+    turned[6] += p.z * f.x, turned[7] += p.z * f.y, turned[8] += p.z * f.z;
   }
   K.setZero(), D.setZero();
   fold(normal.k, K), fold(along.k, K), fold(normal.d, D), fold(along.d, D);
@@ -179,6 +173,12 @@ TAKT_LANE_INLINE void tangent(const Twist& V_B, const ElementRows& rows, Mat6& K
       K(i, j) += lanes::total(full.k[6 * i + j]);
       D(i, j) += lanes::total(full.d[6 * i + j]);
     }
+  // Forces keep their directions while their points move with the Base: dM = (a + w x p) x f.
+  const double x = lanes::total(forces[0]), y = lanes::total(forces[1]), z = lanes::total(forces[2]);
+  K(3, 1) += z, K(3, 2) -= y, K(4, 0) -= z, K(4, 2) += x, K(5, 0) += y, K(5, 1) -= x;
+  const double trace = lanes::total(turned[0]) + lanes::total(turned[4]) + lanes::total(turned[8]);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) K(3 + i, 3 + j) += lanes::total(turned[3 * i + j]) - (i == j ? trace : 0.0);
 }
 
 TAKT_LANE_VARIANTS void regularised_secant(const ElementRows& rows, Mat6& K, Mat6& D) {

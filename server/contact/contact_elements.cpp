@@ -11,7 +11,7 @@ using Rows = ElementRows;
 
 struct Sums {
   V4 fx{}, fy{}, fz{}, tx{}, ty{}, tz{}, wx{}, wy{}, wz{};
-  V4 elements{}, area{}, normal{}, friction{}, pressure{}, depth{};
+  V4 elements{}, area{}, normal{}, friction{}, pressure{}, depth{}, energy{};
 };
 
 /// Four elements from `i` on.
@@ -89,12 +89,14 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
       change = {per_force * vt.x, per_force * vt.y, per_force * vt.z};
     }
   }
+  const V4 energy = (0.5 * law.stiffness_Pa_per_m) * area * u * u;
   const V4x3 f{ft.x - fn * n.x, ft.y - fn * n.y, ft.z - fn * n.z};
   V4x3 m;
   lanes::cross(p, f, m);
   sums.fx += f.x, sums.fy += f.y, sums.fz += f.z;
   sums.tx += m.x, sums.ty += m.y, sums.tz += m.z;
   sums.wx += fn * p.x, sums.wy += fn * p.y, sums.wz += fn * p.z;
+  sums.energy += energy;
   sums.elements += on ? zero + 1.0 : zero;
   sums.area += on ? area : zero;
   sums.normal += fn;
@@ -120,6 +122,8 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
         lanes::store(t.z, rows[Rows::kTz] + i);
     lanes::store(change.x, rows[Rows::kFx] + i), lanes::store(change.y, rows[Rows::kFy] + i);
     lanes::store(change.z, rows[Rows::kFz] + i);
+    lanes::store(f.x, rows[Rows::kSx] + i), lanes::store(f.y, rows[Rows::kSy] + i),
+        lanes::store(f.z, rows[Rows::kSz] + i);
   }
 }
 
@@ -134,6 +138,7 @@ TAKT_LANE_INLINE void all_forces(const ContactLaw& law, const Twist& V_B, Elemen
   totals.f_B = {lanes::total(sums.fx), lanes::total(sums.fy), lanes::total(sums.fz)};
   totals.t_B = {lanes::total(sums.tx), lanes::total(sums.ty), lanes::total(sums.tz)};
   totals.weighted_p_B = {lanes::total(sums.wx), lanes::total(sums.wy), lanes::total(sums.wz)};
+  totals.elastic_energy_J = lanes::total(sums.energy);
   totals.elements = lanes::total(sums.elements);
   totals.area_m2 = lanes::total(sums.area);
   totals.normal_force_N = lanes::total(sums.normal);
@@ -200,42 +205,17 @@ ElementTotals element_forces(const ContactLaw& law, const Twist& V_B, ElementDet
   return totals;
 }
 
-TAKT_LANE_VARIANTS void plane_crossings(const Vec3& normal, double offset, std::size_t count,
-                                        const double* px, const double* py, const double* pz,
-                                        const double* nx, const double* ny, const double* nz, double* at) {
-  const double x = normal.x(), y = normal.y(), z = normal.z();
-  std::size_t i = 0;
-  for (; i + 4 <= count; i += 4) {
-    V4x3 p, n;
-    lanes::load(px + i, py + i, pz + i, p);
-    lanes::load(nx + i, ny + i, nz + i, n);
-    // The operations of plane_depth, in its order.
-    const V4 t = (offset - (x * p.x + y * p.y + z * p.z)) / -(x * n.x + y * n.y + z * n.z);
-    lanes::store(t, at + i);
-  }
-  for (; i < count; ++i) at[i] = plane_depth(x, y, z, offset, px[i], py[i], pz[i], nx[i], ny[i], nz[i]);
-}
-
 TAKT_LANE_VARIANTS void plane_depths(const Vec3& normal, double offset, std::size_t count, const double* px,
-                                     const double* py, const double* pz, const double* nx, const double* ny,
-                                     const double* nz, const double* line_m, double* depth) {
+                                     const double* py, const double* pz, double* depth) {
   const double x = normal.x(), y = normal.y(), z = normal.z();
-  const V4 zero{};
   std::size_t i = 0;
   for (; i + 4 <= count; i += 4) {
-    V4x3 p, n;
-    V4 line;
+    V4x3 p;
     lanes::load(px + i, py + i, pz + i, p);
-    lanes::load(nx + i, ny + i, nz + i, n);
-    lanes::load(line_m + i, line);
     // The operations of plane_depth, in its order.
-    const V4 t = (offset - (x * p.x + y * p.y + z * p.z)) / -(x * n.x + y * n.y + z * n.z);
-    lanes::store(t > 0.0 && t <= line ? t : zero, depth + i);
+    lanes::store(offset - (x * p.x + y * p.y + z * p.z), depth + i);
   }
-  for (; i < count; ++i) {
-    const double t = plane_depth(x, y, z, offset, px[i], py[i], pz[i], nx[i], ny[i], nz[i]);
-    depth[i] = t > 0.0 && t <= line_m[i] ? t : 0.0;
-  }
+  for (; i < count; ++i) depth[i] = plane_depth(x, y, z, offset, px[i], py[i], pz[i]);
 }
 
 }  // namespace takt

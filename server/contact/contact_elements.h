@@ -14,12 +14,11 @@
 
 namespace takt {
 
-/// Distance along the line from p against the outward unit normal n to the plane `normal` . x = `offset`.
-/// Used alike for many elements and for one, so that both give the same bits.
+/// Depth of p below the plane `normal` . x = `offset`; negative above. Used alike for many elements and for
+/// one, so that both give the same bits.
 inline double plane_depth(double normal_x, double normal_y, double normal_z, double offset, double px,
-                          double py, double pz, double nx, double ny, double nz) {
-  return (offset - (normal_x * px + normal_y * py + normal_z * pz)) /
-         -(normal_x * nx + normal_y * ny + normal_z * nz);
+                          double py, double pz) {
+  return offset - (normal_x * px + normal_y * py + normal_z * pz);
 }
 
 /// Rows of numbers of the elements in contact.
@@ -28,21 +27,15 @@ class ElementRows {
   enum Row : std::size_t {
     kPx,
     kPy,
-    kPz,  ///< beginning of the line
+    kPz,  ///< centroid
     kNx,
     kNy,
-    kNz,  ///< outward normal
+    kNz,  ///< into the Target: gradient of the penetration with the centroid
     kArea,
-    kDepth,  ///< area with the fade at rims; penetration
+    kDepth,  ///< penetration
     kXx,
     kXy,
-    kXz,  ///< stick: displacement since the spring was without stretch
-    kGx,
-    kGy,
-    kGz,  ///< tangent: gradient of the penetration with displacement
-    kHx,
-    kHy,
-    kHz,        ///< tangent: gradient of the logarithm of the faded area
+    kXz,        ///< stick: displacement since the spring was without stretch
     kForce,     ///< result: normal force
     kPressure,  ///< result: normal force per area
     // Results for the Jacobian: what multiplies normal and tangential displacement (k) and velocity (c).
@@ -59,6 +52,10 @@ class ElementRows {
     kFx,
     kFy,
     kFz,
+    // The whole force on the element.
+    kSx,
+    kSy,
+    kSz,
     kRows
   };
   /// Room for `count` elements, padded to whole groups; what was there is lost.
@@ -79,6 +76,7 @@ struct ElementTotals {
   Vec3 f_B = Vec3::Zero(), t_B = Vec3::Zero();  ///< on the Base, about its origin
   double elements = 0.0, area_m2 = 0.0, normal_force_N = 0.0, friction_force_N = 0.0;
   double largest_pressure_Pa = 0.0, largest_penetration_m = 0.0;
+  double elastic_energy_J = 0.0;     ///< of all elements inside, those too that (2.20) keeps from pulling
   Vec3 weighted_p_B = Vec3::Zero();  ///< sum of normal force times position
 };
 
@@ -86,18 +84,13 @@ struct ElementTotals {
 ElementTotals element_forces(const ContactLaw& law, const Twist& V_B, ElementDetail detail,
                              ElementRows& rows);
 
-/// After element_forces with the same detail. `K`, `D` at the origin of B, axes of B, without the turning of
-/// the forces with the Base.
+/// After element_forces with the same detail. `K`, `D` at the point of the Target where the origin of B is,
+/// axes of B.
 void element_jacobian(const ContactLaw& law, const Twist& V_B, ElementDetail detail, const ElementRows& rows,
                       Mat6& K, Mat6& D);
 
-/// at[k] = plane_depth of element k, wherever that is.
-void plane_crossings(const Vec3& normal, double offset, std::size_t count, const double* px, const double* py,
-                     const double* pz, const double* nx, const double* ny, const double* nz, double* at);
-
-/// depth[k] = plane_depth of element k if that is in (0, line_m[k]], else 0.
+/// depth[k] = plane_depth of element k.
 void plane_depths(const Vec3& normal, double offset, std::size_t count, const double* px, const double* py,
-                  const double* pz, const double* nx, const double* ny, const double* nz,
-                  const double* line_m, double* depth);
+                  const double* pz, double* depth);
 
 }  // namespace takt

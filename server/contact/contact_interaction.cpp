@@ -1,6 +1,7 @@
 #include "server/contact/contact_interaction.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <stdexcept>
 
@@ -15,13 +16,18 @@ struct ContactInteraction::Pair {
   RelativeMotion at;
   bool known = false;
   bool uncounted = false;  ///< made for somebody who looks on
+  bool deep = false;       ///< some evaluation since passing() found it beyond `deep_m`
+  double deep_m;
   ContactResult result;
   std::uint64_t made = 0, skipped = 0, apart = 0;
 
   Pair(const ContactPairModel& pair, const ContactModel& cell)
       : model(&pair),
         contact(cell.surfaces[static_cast<std::size_t>(pair.base)],
-                cell.surfaces[static_cast<std::size_t>(pair.target)], pair.law) {}
+                cell.surfaces[static_cast<std::size_t>(pair.target)], pair.law),
+        deep_m(0.25 * cell.surfaces[static_cast<std::size_t>(pair.target)]->wall_m()) {}
+
+  void note_depth() { deep = deep || result.largest_penetration_m > deep_m; }
 };
 
 namespace {
@@ -185,6 +191,10 @@ RelativeMotion ContactInteraction::motion_of(const ContactPairModel& pair, const
 
 bool ContactInteraction::boxes_apart(const ContactPairModel& pair, const CellMotion& motion,
                                      double margin_m) const {
+  return gap_m(pair, motion) > margin_m;
+}
+
+double ContactInteraction::gap_m(const ContactPairModel& pair, const CellMotion& motion) const {
   const auto world_box = [&motion](int component, const ContactSurface& surface) {
     const Aabb& box = surface.bounds_B();
     const Pose& X = body(motion, component).X_WB;
@@ -194,12 +204,55 @@ bool ContactInteraction::boxes_apart(const ContactPairModel& pair, const CellMot
   };
   const Aabb a = world_box(pair.base, *model_.surfaces[static_cast<std::size_t>(pair.base)]);
   const Aabb b = world_box(pair.target, *model_.surfaces[static_cast<std::size_t>(pair.target)]);
-  return ((a.lower - b.upper).array() > margin_m).any() || ((b.lower - a.upper).array() > margin_m).any();
+  return (a.lower - b.upper).cwiseMax(b.lower - a.upper).maxCoeff();
 }
 
-void ContactInteraction::update(const CellMotion& motion, double reach_m) {
+double ContactInteraction::speed_m_per_s(const ContactPairModel& pair, const CellMotion& motion) const {
+  const BodyMotion& base = body(motion, pair.base);
+  const BodyMotion& target = body(motion, pair.target);
+  const Vec3 v = base.V_WB.v - target.V_WB.at(base.X_WB.p - target.X_WB.p);
+  return v.norm() + (base.V_WB.w - target.V_WB.w).norm() * radius_m(pair.base);
+}
+
+double ContactInteraction::seeing_step_s(const CellMotion& motion, double most_s) {
+  constexpr double kDeepShare = 0.2;  // of the quarter
+  double step_s = most_s;
+  for (const std::size_t i : moving_) {
+    Pair& pair = pairs_[i];
+    const double speed = speed_m_per_s(*pair.model, motion);
+    if (!(speed * step_s > kDeepShare * pair.deep_m)) continue;
+    const double gap = gap_m(*pair.model, motion);
+    double far_m = std::max(0.0, gap) + pair.deep_m;
+    if (gap < 0.0) {
+      look_at_pair(pair, motion);
+      if (pair.result.largest_penetration_m > pair.deep_m) far_m = kDeepShare * pair.deep_m;
+    }
+    step_s = std::min(step_s, far_m / speed);
+  }
+  return step_s;
+}
+
+ContactInteraction::Passing ContactInteraction::passing(const CellMotion& motion) {
+  Passing found;
+  for (const std::size_t i : moving_) {
+    Pair& pair = pairs_[i];
+    if (!pair.deep) continue;
+    pair.deep = false;
+    look_at_pair(pair, motion);
+    const double wall_m = pair.contact.passed_wall_m(motion_of(*pair.model, motion));
+    if (!(wall_m > 0.0) || found.base >= 0) continue;
+    found = {pair.model->base, pair.model->target, wall_m, pair.result.largest_penetration_m,
+             speed_m_per_s(*pair.model, motion)};
+  }
+  return found;
+}
+
+void ContactInteraction::update(const CellMotion& motion, double step_s) {
+  constexpr double kFastest_m_per_s = 10.0, kFaster = 2.0;
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     if (acting_[i] == 0 || still_[i] != 0) continue;
+    const double reach_m =
+        step_s * std::max(kFastest_m_per_s, kFaster * speed_m_per_s(*pairs_[i].model, motion));
     is_near_[i] = boxes_apart(*pairs_[i].model, motion, reach_m) ? 0 : 1;
     if (is_near_[i] == 0) ++pairs_[i].apart;
   }
@@ -229,6 +282,7 @@ void ContactInteraction::evaluate_pair(Pair& pair, const CellMotion& motion) con
   }
   ++pair.made;
   pair.contact.evaluate(now, pair.result);
+  pair.note_depth();
   pair.at = now;
   pair.known = true;
   pair.uncounted = false;
@@ -295,6 +349,7 @@ void ContactInteraction::linearise(const CellMotion& motion, Linearisation linea
     ContactJacobian J;
     ++pair.made;
     pair.contact.evaluate(now, linearisation, pair.result, J);
+    pair.note_depth();
     pair.at = now;
     pair.known = true;
     pair.uncounted = false;
@@ -343,14 +398,22 @@ std::vector<ElementPressure> ContactInteraction::pressures(std::size_t pair, con
   return pairs_[pair].contact.pressures(motion_of(*pairs_[pair].model, motion));
 }
 
-bool ContactInteraction::pressed(const CellMotion& motion, int component) {
+void ContactInteraction::list_pushed(const CellMotion& motion, int component, const Vec3& direction_W,
+                                     std::vector<int>& others) {
+  constexpr double kLeastShare = 0.5;
+  others.clear();
   for (const std::size_t i : near_) {
     Pair& pair = pairs_[i];
     if (pair.model->base != component && pair.model->target != component) continue;
     evaluate_pair(pair, motion);
-    if (pair.result.elements > 0) return true;
+    if (pair.result.elements == 0) continue;
+    const bool is_base = pair.model->base == component;
+    const Vec3 on_base_W = body(motion, pair.model->target).X_WB.R * pair.result.F_B_T.f;
+    const Vec3 on_other_W = is_base ? Vec3(-on_base_W) : on_base_W;
+    if (on_other_W.dot(direction_W) <= kLeastShare * on_other_W.norm()) continue;
+    others.push_back(is_base ? pair.model->target : pair.model->base);
   }
-  return false;
+  std::sort(others.begin(), others.end());
 }
 
 ContactCallCounts ContactInteraction::counts() const {

@@ -53,9 +53,21 @@ class ContactInteraction {
   /// be reset or thrown away.
   void save(StateWriter& out) const;
   void load(StateReader& in);
-  /// Discrete: pairs whose bounds could meet before the next call, if nothing moves further than
-  /// `reach_m` until then. Evaluations look at those alone.
-  void update(const CellMotion& motion, double reach_m);
+  /// Discrete: pairs whose bounds could meet within `step_s`, if nothing gets much faster than it is, and at
+  /// 10 m/s if it is slow. Evaluations look at those alone.
+  void update(const CellMotion& motion, double step_s);
+  /// How long a step (s), up to `most_s`, shows every body that goes through another one: no acting pair goes
+  /// further in it than a quarter of its Target's walls beyond where their bounds meet, or a twentieth where
+  /// it is deeper than that quarter.
+  double seeing_step_s(const CellMotion& motion, double most_s);
+  /// A pair of which one body is about to leave the other one on its far side.
+  struct Passing {
+    int base = -1, target = -1;  ///< component ids; -1: there is none
+    double wall_m = 0.0, depth_m = 0.0;
+    double speed_m_per_s = 0.0;  ///< of the base's centre relative to the target
+  };
+  /// Looks only at pairs that an evaluation since the last call found deep.
+  Passing passing(const CellMotion& motion);
   /// Discrete, at an accepted point: springs of the stick law.
   void accept(const CellMotion& motion);
 
@@ -88,8 +100,10 @@ class ContactInteraction {
   /// All of them; allocates where there are more than ever.
   void read(const CellMotion& motion, std::vector<ContactSample>& samples);
   std::vector<ElementPressure> pressures(std::size_t pair, const CellMotion& motion);
-  /// The component is pressed upon by any other at this motion.
-  bool pressed(const CellMotion& motion, int component);
+  /// What the component pushes along this direction (of length 1) at this motion, ascending: at least half of
+  /// the force of the pair on the other one.
+  void list_pushed(const CellMotion& motion, int component, const Vec3& direction_W,
+                   std::vector<int>& others);
 
   ContactCallCounts counts() const;
   void set_executor(Executor* executor) { executor_ = executor; }
@@ -109,6 +123,10 @@ class ContactInteraction {
   void look_at_pair(Pair& pair, const CellMotion& motion) const;
   RelativeMotion motion_of(const ContactPairModel& pair, const CellMotion& motion) const;
   bool boxes_apart(const ContactPairModel& pair, const CellMotion& motion, double margin_m) const;
+  /// Between the bounds of a pair, along the axis on which they are furthest apart; negative: they meet.
+  double gap_m(const ContactPairModel& pair, const CellMotion& motion) const;
+  /// No point of the Base is faster relative to the Target.
+  double speed_m_per_s(const ContactPairModel& pair, const CellMotion& motion) const;
 
   const std::vector<Component>& components_;
   const ContactModel& model_;

@@ -14,9 +14,7 @@ constexpr double kLargestBound_m = 1e-3, kSmallestBound_m = 2e-5;
 constexpr double kAgain_m = 2e-4;
 /// Leaves have no more elements.
 constexpr std::size_t kLeaf = 64;
-/// Planes are left through for certain only by lines that are not too oblique to them.
-constexpr double kSteep = 0.5;
-/// Beginnings higher above a plane than this are far from where it meets another one.
+/// Centroids higher above a plane than this are far from where it meets another one.
 constexpr double kHigh_m = 1e-6;
 
 /// Lists are short where the bound is a fraction of what is flat of the Target, and of its faces.
@@ -83,14 +81,13 @@ bool ContactSearch::find(const Pose& X_TB, const Pose& X_BT) {
   X_BT_ = X_BT;
   made_ = false;
   hits_ = 0;
-  normals_.clear(), fades_.clear();
+  normals_.clear(), bends_.clear();
   if (!regions_.empty()) visit(0, nullptr);
   return made_;
 }
 
 void ContactSearch::travel(const Pose& X_TB) {
-  // Lists reach a little beyond the body.
-  const double reach_m = base_.radius_m + 5.0 * kLargestBound_m;
+  const double reach_m = base_.radius_m + kLargestBound_m;
   travelled_m_ += std::sqrt(0.5 * (X_TB.R - X_TB_.R).squaredNorm()) * reach_m +
                   (X_TB * base_.box.center_B - X_TB_ * base_.box.center_B).norm();
 }
@@ -159,69 +156,54 @@ void ContactSearch::visit(std::size_t index, const Planes* from) {
 void ContactSearch::make_room(std::size_t count) {
   if (hits_ + count <= elements_.size()) return;
   const std::size_t size = 2 * (hits_ + count) + 64;
-  elements_.resize(size), normal_.resize(size), fade_.resize(size);
-  depths_m_.resize(size), areas_m2_.resize(size);
+  elements_.resize(size), normal_.resize(size), depths_m_.resize(size);
 }
 
-// In a solid region. False where planes alone do not tell.
+// In a solid region: outside of the Target is what is above all planes, a convex set. The depth below the
+// plane that a centroid is deepest below is the distance to that set if the foot on this plane belongs to it.
+// False where planes alone do not tell.
 bool ContactSearch::solid_leaf(const ContactCluster& cluster, const Planes& planes) {
   std::array<std::size_t, FreeRegion::kMaxPlanes> through, beside;
   std::size_t ways = 0, sides = 0;
-  const double cone_sin = std::sqrt(std::max(0.0, 1.0 - cluster.cone_cos * cluster.cone_cos));
   for (std::size_t i = 0; i < planes.count(); ++i) {
     const double low_m = planes.lowest_m(cluster, i);
-    const double cosine = -planes.normal_B[i].dot(cluster.axes_B.col(2));
-    const double sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
     const bool covered = (planes.region->covered >> i & 1U) != 0;
-    const bool steep =
-        covered && cluster.cone_cos > 0.0 && cosine * cluster.cone_cos - sine * cone_sin >= kSteep;
-    if (!steep) {
-      if (!(low_m > tolerance_.clear_m)) return false;
-      if (low_m <= planes.region->deepest_m + tolerance_.tie_m) beside[sides++] = i;
-    } else if (!(low_m > kHigh_m)) {
-      through[ways++] = i;
+    if (!(low_m > kHigh_m)) {
+      if (!covered && !(low_m > tolerance_.clear_m)) return false;
+      if (covered) through[ways++] = i;
     }
+    if (low_m <= planes.region->deepest_m + tolerance_.tie_m) beside[sides++] = i;
   }
   if (ways == 0) return true;
   const std::size_t begin = cluster.begin, count = cluster.end - cluster.begin;
-  std::array<double, kLeaf> depth, second;
+  std::array<double, kLeaf> depth;
   std::array<std::uint8_t, kLeaf> way{};
-  const auto depths_through = [&](std::size_t plane, double* out) {
-    plane_crossings(planes.normal_B[plane], planes.offset_m[plane], count, base_.px.data() + begin,
-                    base_.py.data() + begin, base_.pz.data() + begin, base_.nx.data() + begin,
-                    base_.ny.data() + begin, base_.nz.data() + begin, out);
+  const auto depths_below = [&](std::size_t plane, double* out) {
+    plane_depths(planes.normal_B[plane], planes.offset_m[plane], count, base_.px.data() + begin,
+                 base_.py.data() + begin, base_.pz.data() + begin, out);
   };
-  depths_through(through[0], depth.data());
-  if (ways > 1) {
-    // The line is inside until it comes above the last plane.
-    second.fill(-1.0);
-    std::array<double, kLeaf> other;
-    for (std::size_t w = 1; w < ways; ++w) {
-      depths_through(through[w], other.data());
-      for (std::size_t k = 0; k < count; ++k) {
-        if (other[k] > depth[k]) {
-          second[k] = depth[k];
-          depth[k] = other[k];
-          way[k] = static_cast<std::uint8_t>(w);
-        } else {
-          second[k] = std::max(second[k], other[k]);
-        }
-      }
+  depths_below(through[0], depth.data());
+  std::array<double, kLeaf> other;
+  for (std::size_t w = 1; w < ways; ++w) {
+    depths_below(through[w], other.data());
+    for (std::size_t k = 0; k < count; ++k) {
+      if (!(other[k] > depth[k])) continue;
+      depth[k] = other[k];
+      way[k] = static_cast<std::uint8_t>(w);
     }
   }
   double deepest_m = 0.0;
   for (std::size_t k = 0; k < count; ++k) deepest_m = std::max(deepest_m, depth[k]);
   if (deepest_m > planes.region->deepest_m) return false;
   if (!(deepest_m > 0.0)) return true;
-  if (ways > 1 || sides > 0) {
+  if (sides > 1 || ways > 1) {
     for (std::size_t k = 0; k < count; ++k) {
-      const double t = depth[k];
-      if (!(t > 0.0)) continue;
-      if (ways > 1 && t - second[k] < tolerance_.tie_m) return false;
+      if (!(depth[k] > 0.0)) continue;
+      const std::size_t own = through[way[k]];
+      const Vec3 foot = base_.point(begin + k) + depth[k] * planes.normal_B[own];
       for (std::size_t s = 0; s < sides; ++s) {
         const std::size_t i = beside[s];
-        if (planes.normal_B[i].dot(base_.point(begin + k)) - planes.offset_m[i] < t + tolerance_.tie_m)
-          return false;
+        if (i != own && planes.normal_B[i].dot(foot) - planes.offset_m[i] < tolerance_.tie_m) return false;
       }
     }
   }
@@ -232,10 +214,8 @@ bool ContactSearch::solid_leaf(const ContactCluster& cluster, const Planes& plan
     const std::size_t e = begin + k;
     elements_[hits] = static_cast<std::int32_t>(e);
     depths_m_[hits] = depth[k];
-    areas_m2_[hits] = base_.area_m2[e];
     normal_[hits] = normal + static_cast<std::int32_t>(way[k]);
-    fade_[hits] = -1;
-    hits += depth[k] > 0.0 && depth[k] <= base_.line_m[e] ? 1 : 0;
+    hits += depth[k] > 0.0 ? 1 : 0;
   }
   if (hits > hits_)
     for (std::size_t w = 0; w < ways; ++w) normals_.push_back(planes.normal_B[through[w]]);
@@ -271,7 +251,7 @@ void ContactSearch::open_leaf(std::size_t index, const Planes* planes) {
                                                  planes->region->least_bound_m())
       above = planes->region->all();
     lists.rebuild(base_, target_, cluster, X_TB_, open->bound_m, above, work_);
-    open->depths.prepare(base_, lists);
+    open->depths.prepare(lists);
     open->uses = 1;
     open->until_m = travelled_m_ + lists.bound_m();
     made_ = true;
@@ -279,7 +259,7 @@ void ContactSearch::open_leaf(std::size_t index, const Planes* planes) {
   open->depths.find(base_, target_, lists, X_TB_, X_BT_);
   open->quiet_until_m = -1.0;
   if (open->depths.hits().empty()) {
-    const double quiet_m = std::min(open->depths.quiet_m(lists), lists.bound_m() - lists.moved_m(X_TB_));
+    const double quiet_m = std::min(0.999 * open->depths.quiet_m(), lists.bound_m() - lists.moved_m(X_TB_));
     if (quiet_m > 0.0) open->quiet_until_m = travelled_m_ + quiet_m;
     return;
   }
@@ -288,14 +268,9 @@ void ContactSearch::open_leaf(std::size_t index, const Planes* planes) {
     const auto slot = static_cast<std::size_t>(hit);
     elements_[hits_] = lists.element[slot];
     depths_m_[hits_] = open->depths.depth_m(slot);
-    areas_m2_[hits_] = open->depths.area_m2(slot);
     normal_[hits_] = static_cast<std::int32_t>(normals_.size());
-    normals_.push_back(open->depths.plane(slot).normal_B);
-    fade_[hits_] = -1;
-    if (open->depths.fades(slot)) {
-      fade_[hits_] = static_cast<std::int32_t>(fades_.size());
-      fades_.push_back(open->depths.fade_T(slot));
-    }
+    normals_.push_back(open->depths.normal_B(slot));
+    if (const ContactDepths::Bend* bend = open->depths.bend(slot)) bends_.push_back({hits_, bend->edge_B});
     ++hits_;
   }
 }

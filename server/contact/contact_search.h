@@ -4,7 +4,7 @@
 // cluster. Inside solid regions penetrations follow from their planes, elsewhere from candidate lists that
 // each leaf of the tree keeps for itself.
 //
-// Regions and lists change no bit: depths are always taken from the plane of the patch in the frame of the
+// Regions and lists change no bit: depths below a patch are always taken from its plane in the frame of the
 // Base, and where rounding might decide between two faces the faces themselves are asked.
 #include <cstdint>
 #include <memory>
@@ -26,16 +26,18 @@ class ContactSearch {
   bool find(const Pose& X_TB, const Pose& X_BT);
   void forget();
 
-  /// Elements whose line begins in the Target and leaves it again within its length, ascending.
+  /// Elements whose centroid is inside the Target, ascending.
   std::span<const std::int32_t> elements() const { return {elements_.data(), hits_}; }
   // Of the same:
   std::span<const double> depths_m() const { return {depths_m_.data(), hits_}; }
-  std::span<const double> areas_m2() const { return {areas_m2_.data(), hits_}; }  ///< times rim_weight
+  /// Outward normal of the Target at the point closest to the centroid.
   const Vec3& normal_B(std::size_t hit) const { return normals_[static_cast<std::size_t>(normal_[hit])]; }
-  /// Gradient of the logarithm of the weight with the point met, axes of T (1/m); null: does not fade.
-  const Vec3* fade_T(std::size_t hit) const {
-    return fade_[hit] < 0 ? nullptr : &fades_[static_cast<std::size_t>(fade_[hit])];
-  }
+  /// An element whose closest point is on an edge, or on a vertex (edge_B zero).
+  struct Bend {
+    std::size_t hit;
+    Vec3 edge_B;
+  };
+  std::span<const Bend> bends() const { return bends_; }
 
  private:
   struct Planes;
@@ -62,9 +64,10 @@ class ContactSearch {
   ContactCandidates::Work work_;
 
   std::size_t hits_ = 0;
-  std::vector<std::int32_t> elements_, normal_, fade_;  ///< longer than there are hits
-  std::vector<double> depths_m_, areas_m2_;
-  std::vector<Vec3> normals_, fades_;
+  std::vector<std::int32_t> elements_, normal_;  ///< longer than there are hits
+  std::vector<double> depths_m_;
+  std::vector<Vec3> normals_;
+  std::vector<Bend> bends_;
 };
 
 }  // namespace takt

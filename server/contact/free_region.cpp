@@ -15,10 +15,6 @@ constexpr double kDeep_m = 2e-3, kDeepest_m = 5e-4;
 /// Pieces looked at singly before the search is given up: parts of the cluster need less.
 constexpr int kPatience = 150, kStrangers = 30;
 
-double square(double x) {
-  return x * x;
-}
-
 class Search {
  public:
   Search(const ContactSurface::Data& base, const ContactSurface::Data& target, const ContactCluster& cluster,
@@ -55,9 +51,8 @@ class Search {
       if (!add_planes(full, left)) return false;
     }
     left = false;
-    // Lines go along the last axis.
-    const double aside = cluster_.cone_cos > 0.0 ? std::sqrt(1.0 - square(cluster_.cone_cos)) + 1e-3 : 1.0;
-    reach(bound_m + deepest_m_ * Vec3(aside, aside, 1.0));
+    // The closest point may be anywhere around.
+    reach(bound_m + Vec3::Constant(deepest_m_));
     if (!add_planes(full, left) || full) {
       crowded_ = true;
       return false;
@@ -68,11 +63,6 @@ class Search {
 
   bool solid() {
     if (region_.count == 0) return false;
-    if (!target_.rims.empty()) {
-      const Vec3 half = abs_half_ + Vec3::Constant(base_.largest_fade_m + deepest_m_);
-      const auto enter = [&](const BodyBox& box, std::int32_t) { return touches(box, half); };
-      if (!target_.rim_tree.walk(enter, [](std::int32_t) { return false; })) return false;
-    }
     int looked = 0;
     const auto enter = [&](const BodyBox& box, std::int32_t label) {
       if (!touches(box, abs_half_) || hidden(box)) return false;
@@ -248,7 +238,7 @@ class Search {
     // A point known from a narrower reach tells as well.
     if (known_ && above_all(-1, outside_, 1)) return true;
     outside_ = center_;
-    known_ = above_all(-1, outside_, kRounds) && beyond_surface(outside_);
+    known_ = above_all(-1, outside_, kRounds) && target_.signed_distance_m(outside_) > 0.0;
     deeper_ = deeper_ || (!known_ && region_.count == 0);
     return known_;
   }
@@ -266,53 +256,6 @@ class Search {
       there = there || inside;
     });
     return there;
-  }
-
-  bool beyond_surface(const Vec3& y) const {
-    for (int k = 0; k < 3; ++k)
-      if (std::abs(y[k] - target_.box.center_B[k]) > target_.box.half_B[k]) return true;
-    // Directions that are along nothing in particular; the first surface met tells the side, if met squarely.
-    const std::array<Vec3, 3> directions{Vec3(0.31, 0.53, 0.79), Vec3(-0.67, 0.29, -0.68),
-                                         Vec3(0.23, -0.89, 0.39)};
-    for (const Vec3& direction : directions) {
-      const Vec3 d = direction.normalized();
-      double nearest = 4.0 * target_.radius_m;
-      const double all_m = nearest;
-      bool sure = true, out = true;
-      target_.face_tree.visit_segment(y, y + all_m * d, 1e-8, [&](std::int32_t index) {
-        const ContactFace& face = target_.faces[static_cast<std::size_t>(index)];
-        const ContactPatch& p = plane(face.patch);
-        const double along = p.normal.dot(d);
-        if (std::abs(along) < 1e-12) return;
-        const double t = (p.offset_m - p.normal.dot(y)) / along;
-        if (!(t > -1e-9 && t <= nearest + 1e-9)) return;
-        const Vec3 x = y + t * d;
-        double margin = INFINITY;
-        for (std::size_t k = 0; k < 3; ++k)
-          margin = std::min(margin, face.inward[k].dot(x) + face.shift_m[k]);
-        if (margin < -1e-8) return;
-        // Inside a patch it does not matter which face it is.
-        bool edge = margin < 1e-8;
-        if (edge) {
-          edge = false;
-          for (std::size_t k = 0; k < 3; ++k)
-            edge = edge || (face.inward[k].dot(x) + face.shift_m[k] < 1e-8 &&
-                            target_.faces[static_cast<std::size_t>(face.neighbour[k])].patch != face.patch);
-        }
-        const bool squarely = !edge && std::abs(along) > 0.01 && t > 1e-9;
-        if (t > nearest - 1e-8 && nearest < all_m) {
-          // About as far as the other one: they must agree.
-          sure = sure && squarely && out == (along < 0.0);
-          nearest = std::min(nearest, t);
-        } else {
-          sure = squarely;
-          out = along < 0.0;
-          nearest = t;
-        }
-      });
-      if (sure) return out;
-    }
-    return false;
   }
 
   const ContactSurface::Data& base_;

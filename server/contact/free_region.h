@@ -1,15 +1,15 @@
 #pragma once
 // Where a cluster of the Base's elements cannot touch the Target, said by a few planes.
 //
-// A region holds while no beginning of the cluster's penetration lines moves by more than `bound_m` along the
-// axes of the cluster's box. Within that reach (the box, grown) each face of the Target belongs to one of the
+// A region holds while no centroid of the cluster's elements moves by more than `bound_m` along the axes of
+// the cluster's box. Within that reach (the box, grown) each face of the Target belongs to one of the
 // planes or is below one of them. What is above all planes is a convex set without any face, and one point of
 // it is known to be outside of the Target: so all of it is. Planes do not care for sliding, so that a peg
 // that slides along the wall of its hole needs no new one for long.
 //
 // The region is solid if, moreover, the faces of each plane are above all other planes, all other faces are
-// deep below one of them, and no rim is near that could fade an element. Then everything a little below any
-// of the planes is inside: a line leaves the Target where it comes above the last of them.
+// deep below one of them. Then everything a little below any of the planes is inside, and the closest point
+// of the surface is on the border of what is above all planes.
 #include <array>
 #include <cstdint>
 #include <span>
@@ -48,8 +48,8 @@ struct PlaneTolerance {
   explicit PlaneTolerance(const ContactSurface::Data& target)
       : flat_m(1e-8 * target.radius_m + 1e-9), clear_m(3.0 * flat_m), tie_m(10.0 * flat_m) {}
   double flat_m;   ///< faces are on their plane within this
-  double clear_m;  ///< beginnings that are this much above a plane are above it
-  double tie_m;    ///< crossings that differ by less may belong to either face
+  double clear_m;  ///< centroids that are this much above a plane are above it
+  double tie_m;    ///< points closer than this to where two planes meet may belong to either
 };
 
 /// Looks for the widest region about the cluster at this pose, with `solid` for a solid one first.

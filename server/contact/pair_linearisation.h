@@ -9,10 +9,10 @@
 namespace takt {
 
 /// The tangent is the derivative, for Newton's method. Of surface contact it contains: penetration along the
-/// Target's own normal, damping that grows with penetration, normal velocity of a normal that turns and of a
-/// point that moves on, the fade of area at rims, friction that follows the normal force, points and forces
-/// that turn and move with the Base. Left out: how direction and speed of sliding change with displacement
-/// (of the order mu f_n per rad).
+/// Target's normal and the turn of that normal about edges and vertices, damping that grows with penetration,
+/// normal velocity of a point that moves on, friction that follows the normal
+/// force, points that move with the Base. Left out: how direction and speed of sliding change with
+/// displacement (of the order mu f_n per rad).
 ///
 /// The secant is symmetric, negative semidefinite and stable at any step size: stiffness and damping of each
 /// element along its normal; friction by -mu f_n / |v_t| instead of its slope and not following the normal

@@ -70,8 +70,9 @@ struct PolygonalContact::Impl {
         search(base, target) {}
 
   bool boxes_apart(const Pose& X_TB) const;
-  std::size_t find_elements(const RelativeMotion& motion, ElementDetail detail, Twist& V_B);
-  void fill_rows(const Pose& X_BT, ElementDetail detail);
+  std::size_t find_elements(const RelativeMotion& motion, Twist& V_B);
+  void fill_rows(const Pose& X_BT);
+  void add_bends(ElementDetail detail, Mat6& K) const;
   bool evaluate(const RelativeMotion& motion, ElementDetail detail, ContactResult& result, Twist& V_B);
 };
 
@@ -89,24 +90,25 @@ bool PolygonalContact::Impl::boxes_apart(const Pose& X_TB) const {
   return false;
 }
 
-void PolygonalContact::Impl::fill_rows(const Pose& X_BT, ElementDetail detail) {
+void PolygonalContact::Impl::fill_rows(const Pose& X_BT) {
   const auto hits = search.elements();
   using R = ElementRows;
-  // Positions and normals are fixed in the Base: they stay in the rows as long as the same elements are hit.
+  // Centroids and areas are fixed in the Base: they stay in the rows as long as the same elements are hit.
   if (!std::equal(hits.begin(), hits.end(), filled.begin(), filled.end())) {
     filled.assign(hits.begin(), hits.end());
     rows.resize(hits.size());
-    double *px = rows[R::kPx], *py = rows[R::kPy], *pz = rows[R::kPz];
-    double *nx = rows[R::kNx], *ny = rows[R::kNy], *nz = rows[R::kNz];
+    double *px = rows[R::kPx], *py = rows[R::kPy], *pz = rows[R::kPz], *area = rows[R::kArea];
     for (std::size_t i = 0; i < hits.size(); ++i) {
       const auto e = static_cast<std::size_t>(hits[i]);
-      px[i] = base.px[e], py[i] = base.py[e], pz[i] = base.pz[e];
-      nx[i] = base.nx[e], ny[i] = base.ny[e], nz[i] = base.nz[e];
+      px[i] = base.px[e], py[i] = base.py[e], pz[i] = base.pz[e], area[i] = base.area_m2[e];
     }
   }
+  double *nx = rows[R::kNx], *ny = rows[R::kNy], *nz = rows[R::kNz];
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    const Vec3& m = search.normal_B(i);
+    nx[i] = -m.x(), ny[i] = -m.y(), nz[i] = -m.z();
+  }
   const double *px = rows[R::kPx], *py = rows[R::kPy], *pz = rows[R::kPz];
-  const double *nx = rows[R::kNx], *ny = rows[R::kNy], *nz = rows[R::kNz];
-  std::copy(search.areas_m2().begin(), search.areas_m2().end(), rows[R::kArea]);
   std::copy(search.depths_m().begin(), search.depths_m().end(), rows[R::kDepth]);
   if (law.friction_law == FrictionLaw::stick) {
     double *x = rows[R::kXx], *y = rows[R::kXy], *z = rows[R::kXz];
@@ -120,32 +122,35 @@ void PolygonalContact::Impl::fill_rows(const Pose& X_BT, ElementDetail detail) {
       x[i] = px[i] - anchor_B.x(), y[i] = py[i] - anchor_B.y(), z[i] = pz[i] - anchor_B.z();
     }
   }
-  if (detail != ElementDetail::tangent) return;
-  double *gx = rows[R::kGx], *gy = rows[R::kGy], *gz = rows[R::kGz];
-  double *hx = rows[R::kHx], *hy = rows[R::kHy], *hz = rows[R::kHz];
-  for (std::size_t i = 0; i < hits.size(); ++i) {
-    // Depth: t = (offset - m . p) / (m . d) with d = -n; its gradient with the displacement of the Base at
-    // the point met is -m / (m . d). The point met moves along with the Base and slides along the line.
-    const Vec3& m = search.normal_B(i);
-    const double over = 1.0 / (m.x() * nx[i] + m.y() * ny[i] + m.z() * nz[i]);
-    gx[i] = over * m.x(), gy[i] = over * m.y(), gz[i] = over * m.z();
-    hx[i] = hy[i] = hz[i] = 0.0;
-    if (const Vec3* fade_T = search.fade_T(i)) {
-      const Vec3 fade = X_BT.R * *fade_T;
-      const double along = fade.x() * nx[i] + fade.y() * ny[i] + fade.z() * nz[i];
-      hx[i] = fade.x() - along * gx[i], hy[i] = fade.y() - along * gy[i], hz[i] = fade.z() - along * gz[i];
-    }
+}
+
+/// Where the closest point of the Target is on an edge or a vertex, the normal turns as the element moves
+/// sideways by v: by v / u. The secant has the stiffness of the elastic part, so that it never drives.
+void PolygonalContact::Impl::add_bends(ElementDetail detail, Mat6& K) const {
+  using R = ElementRows;
+  for (const ContactSearch::Bend& bend : search.bends()) {
+    const std::size_t i = bend.hit;
+    if (!(rows[R::kForce][i] > 0.0)) continue;
+    const double k = detail == ElementDetail::tangent ? rows[R::kForce][i] / rows[R::kDepth][i]
+                                                      : law.stiffness_Pa_per_m * rows[R::kArea][i];
+    const Vec3 n(rows[R::kNx][i], rows[R::kNy][i], rows[R::kNz][i]);
+    const Vec3 p(rows[R::kPx][i], rows[R::kPy][i], rows[R::kPz][i]);
+    const Mat3 across = k * (Mat3::Identity() - n * n.transpose() - bend.edge_B * bend.edge_B.transpose());
+    const Mat3 lever = cross_matrix(p);
+    K.topLeftCorner<3, 3>() -= across;
+    K.topRightCorner<3, 3>() += product(across, lever);
+    K.bottomLeftCorner<3, 3>() -= product(lever, across);
+    K.bottomRightCorner<3, 3>() += product(product(lever, across), lever);
   }
 }
 
 /// Number of elements that penetrate; their rows are filled.
-std::size_t PolygonalContact::Impl::find_elements(const RelativeMotion& motion, ElementDetail detail,
-                                                  Twist& V_B) {
+std::size_t PolygonalContact::Impl::find_elements(const RelativeMotion& motion, Twist& V_B) {
   if (boxes_apart(motion.X_TB)) return 0;
   const Pose X_BT = motion.X_TB.inverse();
   counts.rebuilds += search.find(motion.X_TB, X_BT) ? 1 : 0;
   if (search.elements().empty()) return 0;
-  fill_rows(X_BT, detail);
+  fill_rows(X_BT);
   V_B.v = X_BT.R * motion.V_TB_T.v;
   V_B.w = X_BT.R * motion.V_TB_T.w;
   return search.elements().size();
@@ -155,8 +160,9 @@ bool PolygonalContact::Impl::evaluate(const RelativeMotion& motion, ElementDetai
                                       ContactResult& result, Twist& V_B) {
   ++counts.evaluations;
   result = ContactResult{};
-  if (find_elements(motion, detail, V_B) == 0) return false;
+  if (find_elements(motion, V_B) == 0) return false;
   const ElementTotals totals = element_forces(law, V_B, detail, rows);
+  result.elastic_energy_J = totals.elastic_energy_J;
   result.elements = static_cast<int>(totals.elements);
   if (result.elements == 0) return false;
   const Pose& X = motion.X_TB;
@@ -199,15 +205,9 @@ void PolygonalContact::evaluate(const RelativeMotion& motion, Linearisation line
     return;
   }
   element_jacobian(impl_->law, V_B, detail, impl_->rows, jacobian.K, jacobian.D);
+  impl_->add_bends(detail, jacobian.K);
   move_to_target(motion.X_TB, jacobian.K);
   move_to_target(motion.X_TB, jacobian.D);
-  if (tangent) {
-    // Forces turn with the Base and their points move with it.
-    const Mat3 f = cross_matrix(result.F_B_T.f);
-    jacobian.K.topRightCorner<3, 3>() -= f;
-    jacobian.K.bottomLeftCorner<3, 3>() -= f;
-    jacobian.K.bottomRightCorner<3, 3>() -= cross_matrix(result.F_B_T.t);
-  }
 }
 
 bool PolygonalContact::accept(const RelativeMotion& motion) {
@@ -215,7 +215,7 @@ bool PolygonalContact::accept(const RelativeMotion& motion) {
   if (m.law.friction_law != FrictionLaw::stick) return false;
   m.next_springs.clear();
   Twist V_B;
-  if (m.find_elements(motion, ElementDetail::forces, V_B) > 0) {
+  if (m.find_elements(motion, V_B) > 0) {
     element_forces(m.law, V_B, ElementDetail::forces, m.rows);
     using R = ElementRows;
     const auto hits = m.search.elements();
@@ -229,7 +229,7 @@ bool PolygonalContact::accept(const RelativeMotion& motion) {
       while (spring != m.springs.end() && spring->element < element) ++spring;
       ContactSpring kept{element, x_T};
       if (spring != m.springs.end() && spring->element == element) {
-        const Vec3 n_T = motion.X_TB.R * m.base.normal(e);
+        const Vec3 n_T = motion.X_TB.R * m.search.normal_B(i);
         const Vec3 stretch = x_T - spring->anchor_T;
         const double tangential = (stretch - stretch.dot(n_T) * n_T).norm();
         const double force = m.law.tangential_stiffness_Pa_per_m * m.rows[R::kArea][i] * tangential;
@@ -265,7 +265,7 @@ void PolygonalContact::restore(std::span<const double> kept) {
 std::vector<ElementPressure> PolygonalContact::pressures(const RelativeMotion& motion) {
   std::vector<ElementPressure> result;
   Twist V_B;
-  if (impl_->find_elements(motion, ElementDetail::forces, V_B) == 0) return result;
+  if (impl_->find_elements(motion, V_B) == 0) return result;
   element_forces(impl_->law, V_B, ElementDetail::forces, impl_->rows);
   const auto hits = impl_->search.elements();
   using R = ElementRows;
@@ -276,6 +276,22 @@ std::vector<ElementPressure> PolygonalContact::pressures(const RelativeMotion& m
                       impl_->rows[R::kDepth][i], impl_->rows[R::kPressure][i]});
   }
   return result;
+}
+
+double PolygonalContact::passed_wall_m(const RelativeMotion& motion) {
+  if (impl_->boxes_apart(motion.X_TB)) return 0.0;
+  const Pose X_BT = motion.X_TB.inverse();
+  ContactSearch& search = impl_->search;
+  search.find(motion.X_TB, X_BT);
+  const auto depths = search.depths_m();
+  if (depths.empty()) return 0.0;
+  const auto deepest = std::max_element(depths.begin(), depths.end());
+  const auto hit = static_cast<std::size_t>(deepest - depths.begin());
+  const Vec3 x_T = motion.X_TB * impl_->base.point(static_cast<std::size_t>(search.elements()[hit]));
+  const Vec3 inward_T = -(motion.X_TB.R * search.normal_B(hit));
+  const double further_m = (1.0 / kPassing - 1.0) * *deepest;
+  const double beyond_m = impl_->target.signed_distance_m(x_T + further_m * inward_T);
+  return beyond_m > 0.0 ? *deepest + further_m : 0.0;
 }
 
 const ContactCounts& PolygonalContact::counts() const {

@@ -1,7 +1,12 @@
 #pragma once
 // Polygonal Contact Model between two closed triangle meshes, convex or not (thesis 2.2.2 and 4.3; Hippmann
-// 2004, 2024): elements of the Base's surface, each with a penetration line made beforehand, press into the
-// Target's surface; each is a spring, damper and friction element by (2.17) to (2.21).
+// 2004, 2024): elements of the Base's surface press into the Target's surface; each is a spring, damper and
+// friction element by (2.17) to (2.21).
+//
+// The penetration u of an element is the distance of its centroid from the closest point of the Target's
+// surface, if it is inside, and its force acts along the Target's normal there: the wrench of a pair without
+// friction and damping is minus the gradient of one energy of the relative pose, sum (K/b) A u^2 / 2,
+// whatever the meshes (docs/decisions.md). u is continuous for any motion.
 //
 // B is the frame of the Base, T that of the Target. Results are functions of pose, twist and stick anchors
 // alone: what is kept between calls (candidate lists, valid while a motion bound holds) only saves time and
@@ -34,7 +39,8 @@ struct ContactResult {
   double friction_force_N = 0.0;
   double largest_pressure_Pa = 0.0;
   double largest_penetration_m = 0.0;
-  Vec3 p_TC = Vec3::Zero();  ///< centre of pressure; zero where nothing presses
+  double elastic_energy_J = 0.0;  ///< sum (K/b) A u^2 / 2
+  Vec3 p_TC = Vec3::Zero();       ///< centre of pressure; zero where nothing presses
 };
 
 /// About the origin of T, axes of T; see PairLinearisation.
@@ -81,6 +87,11 @@ class PolygonalContact {
   void restore(std::span<const double> kept);
 
   std::vector<ElementPressure> pressures(const RelativeMotion& motion);
+  /// How thick the Target is where the deepest element is in it (m), or 0 if that element is still on the
+  /// side where it came in: nearer to it than kPassing of the thickness. Beyond half of it contact pushes the
+  /// element out on the other side.
+  double passed_wall_m(const RelativeMotion& motion);
+  static constexpr double kPassing = 0.44;
   const ContactCounts& counts() const;
   const ContactLaw& law() const;
   /// Discrete: another coefficient of friction, >= 0, from now on.

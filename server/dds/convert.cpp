@@ -235,6 +235,9 @@ void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const
     gripper.width(sample.width_m);
     gripper.force(sample.force_N);
     gripper.closed(sample.closed);
+    gripper.moving(sample.moving);
+    gripper.in_position(sample.in_position);
+    gripper.part(sample.part);
     auto& applied = message.applied()[cell.robots.size() + i];
     applied.count(sample.commands_applied);
     applied.newest_stamp(to_time(sample.newest_stamp_s));

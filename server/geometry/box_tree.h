@@ -55,6 +55,35 @@ class BoxTree {
     }
   }
 
+  /// Calls visit(thing) for things whose boxes are no further from p than a limit, nearer boxes first as far
+  /// as the tree tells: `limit2`, squared (m^2), may be lowered by visit while the walk goes on.
+  template <typename Visit>
+  void visit_near(const Vec3& p, const double& limit2, const Visit& visit) const {
+    if (empty()) return;
+    struct Open {
+      std::int32_t index;
+      double distance2;
+    };
+    std::array<Open, kDepth> stack;
+    std::size_t size = 0;
+    stack[size++] = {0, squared_distance(p, nodes_.front().box)};
+    while (size > 0) {
+      const Open open = stack[--size];
+      if (!(open.distance2 <= limit2)) continue;
+      const Node& node = nodes_[static_cast<std::size_t>(open.index)];
+      if (node.thing >= 0) {
+        visit(node.thing);
+        continue;
+      }
+      const Open first{open.index + 1,
+                       squared_distance(p, nodes_[static_cast<std::size_t>(open.index) + 1].box)};
+      const Open second{node.second, squared_distance(p, nodes_[static_cast<std::size_t>(node.second)].box)};
+      const bool first_nearer = first.distance2 <= second.distance2;
+      stack[size++] = first_nearer ? second : first;
+      stack[size++] = first_nearer ? first : second;
+    }
+  }
+
   /// Per thing a number of what it belongs to: nodes whose things have it in common are labelled with it.
   void label(const std::vector<std::int32_t>& labels);
   /// Goes down where enter(box, label) is true (label -1: things differ, or are not labelled), and calls
@@ -113,6 +142,15 @@ class BoxTree {
     double width;
     bool slanted;
   };
+
+  static double squared_distance(const Vec3& p, const BodyBox& box) {
+    double sum = 0.0;
+    for (int k = 0; k < 3; ++k) {
+      const double beyond = std::abs(p[k] - box.center_B[k]) - box.half_B[k];
+      if (beyond > 0.0) sum += beyond * beyond;
+    }
+    return sum;
+  }
 
   std::int32_t build(const std::vector<Aabb>& boxes, std::vector<std::int32_t>::iterator begin,
                      std::vector<std::int32_t>::iterator end);

@@ -30,8 +30,7 @@ class Builder {
       auto old = values;
       for (std::size_t i = 0; i < order_.size(); ++i) values[i] = old[order_[i]];
     };
-    for (auto* values : {&data_.px, &data_.py, &data_.pz, &data_.nx, &data_.ny, &data_.nz, &data_.area_m2,
-                         &data_.line_m, &data_.fade_m})
+    for (auto* values : {&data_.px, &data_.py, &data_.pz, &data_.nx, &data_.ny, &data_.nz, &data_.area_m2})
       reorder(*values);
     reorder(data_.triangle);
   }

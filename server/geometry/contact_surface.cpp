@@ -82,47 +82,18 @@ void find_patches(Data& data, const std::vector<Vec3>& normals, const std::vecto
   }
 }
 
-/// Regions without sharp edges inside, and the sharp convex edges between them.
-void find_rims(Data& data, const std::vector<Vec3>& normals) {
-  std::vector<std::int32_t> open;
-  std::int32_t region = 0;
-  const auto smooth = [&](std::size_t a, std::int32_t b) {
-    return normals[a].dot(normals[static_cast<std::size_t>(b)]) >= kSharpCosine;
-  };
-  for (std::size_t seed = 0; seed < data.faces.size(); ++seed) {
-    if (data.faces[seed].region >= 0) continue;
-    data.faces[seed].region = region;
-    open.assign(1, static_cast<std::int32_t>(seed));
-    while (!open.empty()) {
-      const auto face = static_cast<std::size_t>(open.back());
-      open.pop_back();
-      for (const std::int32_t next : data.faces[face].neighbour) {
-        ContactFace& other = data.faces[static_cast<std::size_t>(next)];
-        if (other.region >= 0 || !smooth(face, next)) continue;
-        other.region = region;
-        open.push_back(next);
-      }
-    }
-    ++region;
-  }
-  data.patch_region.resize(data.patches.size());
-  for (const ContactFace& face : data.faces)
-    data.patch_region[static_cast<std::size_t>(face.patch)] = face.region;
-  for (ContactFace& face : data.faces) face.rim = {-1, -1, -1};
-  for (std::size_t i = 0; i < data.faces.size(); ++i) {
-    ContactFace& face = data.faces[i];
+void find_vertex_normals(Data& data) {
+  constexpr std::int32_t kNone = -2;
+  data.vertex_normal.assign(data.vertices.size(), Vec3::Zero());
+  data.vertex_patch.assign(data.vertices.size(), kNone);
+  for (const ContactFace& face : data.faces) {
+    const auto corner = data.corners(face);
+    const Vec3& normal = data.patches[static_cast<std::size_t>(face.patch)].normal;
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::int32_t next = face.neighbour[k];
-      if (next < static_cast<std::int32_t>(i) || smooth(i, next)) continue;
-      ContactFace& other = data.faces[static_cast<std::size_t>(next)];
-      const std::uint32_t from = face.vertex[k], to = face.vertex[(k + 1) % 3];
-      for (std::size_t j = 0; j < 3; ++j) {
-        if (other.vertex[j] != to || other.vertex[(j + 1) % 3] != from) continue;
-        const Vec3& opposite = data.vertices[other.vertex[(j + 2) % 3]];
-        if (normals[i].dot(opposite - data.vertices[from]) >= 0.0) continue;  // concave
-        face.rim[k] = other.rim[j] = static_cast<std::int32_t>(data.rims.size());
-        data.rims.push_back({data.vertices[from], data.vertices[to], {face.region, other.region}});
-      }
+      const Vec3 a = corner[(k + 1) % 3] - corner[k], b = corner[(k + 2) % 3] - corner[k];
+      data.vertex_normal[face.vertex[k]] += std::atan2(a.cross(b).norm(), a.dot(b)) * normal;
+      std::int32_t& patch = data.vertex_patch[face.vertex[k]];
+      patch = patch == kNone || patch == face.patch ? face.patch : -1;
     }
   }
 }
@@ -160,26 +131,8 @@ void make_faces(const TriangleMesh& mesh, Data& data) {
       data.radius_m = std::max(data.radius_m, (data.vertices[v] - data.box.center_B).norm());
   connect_faces(data);
   find_patches(data, normals, areas);
-  find_rims(data, normals);
-  boxes.clear();
-  for (const ContactRim& rim : data.rims) boxes.push_back({rim.a.cwiseMin(rim.b), rim.a.cwiseMax(rim.b)});
-  data.rim_tree = BoxTree(boxes);
+  find_vertex_normals(data);
   make_pieces(data);
-}
-
-/// Half the way to where the line leaves the body again, at most `longest`.
-double line_length(const Data& data, std::size_t triangle, const Vec3& p, const Vec3& d, double longest) {
-  double wall_m = 2.0 * longest;
-  data.face_tree.visit_segment(p, p + wall_m * d, 2.0 * kEdgeWidth_m, [&](std::int32_t index) {
-    if (index == static_cast<std::int32_t>(triangle)) return;
-    const ContactFace& face = data.faces[static_cast<std::size_t>(index)];
-    const ContactPatch& plane = data.patches[static_cast<std::size_t>(face.patch)];
-    const double along = plane.normal.dot(d);
-    if (!(along > 0.0)) return;
-    const double t = (plane.offset_m - plane.normal.dot(p)) / along;
-    if (t > 0.0 && t < wall_m && data.pierces(face, p, d, p + t * d)) wall_m = t;
-  });
-  return 0.5 * wall_m;
 }
 
 /// Halves the longest edge until none is longer than `edge_m`; a fixed order of corners gives fixed elements.
@@ -197,10 +150,12 @@ void divide(const TriangleCorners& corner, double edge_m, std::vector<TriangleCo
   }
 }
 
-[[noreturn]] void refuse_edge(double edge_m) {
+[[noreturn]] void refuse_edge(const Data& data, double edge_m) {
+  const Vec3 size = 2.0 * data.box.half_B;
   std::ostringstream text;
   text << "an element edge of " << edge_m << " m makes more than " << kMaxElements
-       << " contact elements; choose a longer one";
+       << " contact elements of a mesh of " << size.x() << " x " << size.y() << " x " << size.z()
+       << " m; choose a longer one (element_edge_m), or, of a file in millimetres, mesh_scale: 0.001";
   throw std::invalid_argument(text.str());
 }
 
@@ -210,65 +165,138 @@ void make_elements(Data& data, const ContactSurfaceOptions& options) {
   const double largest_piece_m2 = 0.4330127 * options.element_edge_m * options.element_edge_m;
   if (options.element_edge_m > 0.0 &&
       data.surface_area_m2 > largest_piece_m2 * static_cast<double>(kMaxElements))
-    refuse_edge(options.element_edge_m);
+    refuse_edge(data, options.element_edge_m);
   for (std::size_t i = 0; i < data.faces.size(); ++i) {
     const auto corner = data.corners(data.faces[i]);
     const Vec3 normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized();
     pieces.clear();
     divide(corner, options.element_edge_m, pieces);
-    if (data.element_count() + pieces.size() > kMaxElements) refuse_edge(options.element_edge_m);
+    if (data.element_count() + pieces.size() > kMaxElements) refuse_edge(data, options.element_edge_m);
     for (const auto& piece : pieces) {
       const Vec3 p = (piece[0] + piece[1] + piece[2]) / 3.0;
       const double area = 0.5 * (piece[1] - piece[0]).cross(piece[2] - piece[0]).norm();
-      const double line = line_length(data, i, p, -normal, options.line_length_m);
       data.px.push_back(p.x()), data.py.push_back(p.y()), data.pz.push_back(p.z());
       data.nx.push_back(normal.x()), data.ny.push_back(normal.y()), data.nz.push_back(normal.z());
       data.area_m2.push_back(area);
-      data.line_m.push_back(line);
-      data.fade_m.push_back(0.5 * std::sqrt(area));
       data.triangle.push_back(static_cast<std::uint32_t>(i));
-      data.largest_fade_m = std::max(data.largest_fade_m, data.fade_m.back());
     }
   }
   make_clusters(data);
 }
 
+/// How far the body goes on from a point of its surface along the inward normal, by spheres that fit inside.
+double thickness_m(const Data& data, const Vec3& p, const Vec3& n) {
+  const double least_m = 1e-3 * data.radius_m, most_m = 2.0 * data.radius_m;
+  double s = least_m;
+  while (s < most_m) {
+    const double inside_m = -data.signed_distance_m(p - s * n);
+    if (!(inside_m > 0.0)) break;
+    s += std::max(inside_m, least_m);
+  }
+  return s;
+}
+
+/// Edges are thin everywhere: a twentieth of the surface does not count.
+void find_wall(Data& data) {
+  constexpr std::size_t kSamples = 300;
+  std::vector<double> found;
+  const std::size_t stride = std::max<std::size_t>(1, data.element_count() / kSamples);
+  for (std::size_t e = 0; e < data.element_count(); e += stride)
+    found.push_back(thickness_m(data, data.point(e), data.normal(e)));
+  if (found.empty()) return;
+  const auto at = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 20);
+  std::nth_element(found.begin(), at, found.end());
+  data.wall_m = *at;
+}
+
 }  // namespace
 
-bool ContactSurface::Data::pierces(const ContactFace& face, const Vec3& p, const Vec3& d,
-                                   const Vec3& x) const {
+ClosestOnFace ContactSurface::Data::closest_on_face(const ContactFace& face, const Vec3& x) const {
+  using Feature = ClosestOnFace::Feature;
+  ClosestOnFace found;
   std::array<double, 3> margin;
-  for (std::size_t k = 0; k < 3; ++k) {
-    margin[k] = face.inward[k].dot(x) + face.shift_m[k];
-    if (!(margin[k] > -kEdgeWidth_m)) return false;
+  for (std::size_t k = 0; k < 3; ++k) margin[k] = face.inward[k].dot(x) + face.shift_m[k];
+  if (margin[0] >= 0.0 && margin[1] >= 0.0 && margin[2] >= 0.0) {
+    const ContactPatch& plane = patches[static_cast<std::size_t>(face.patch)];
+    const double height = plane.normal.dot(x) - plane.offset_m;
+    found.q = x - height * plane.normal;
+    found.squared_m2 = height * height;
+    return found;
   }
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (margin[k] > kEdgeWidth_m) continue;
-    const ContactFace& beyond = faces[static_cast<std::size_t>(face.neighbour[k])];
-    if (beyond.patch == face.patch) continue;
-    const double along = patches[static_cast<std::size_t>(face.patch)].normal.dot(d);
-    if (along * patches[static_cast<std::size_t>(beyond.patch)].normal.dot(d) > 0.0) continue;
-    // The line's moment about the edge, the same number for both faces but for its sign.
-    const std::uint32_t from = face.vertex[k], to = face.vertex[(k + 1) % 3];
-    const Vec3 a = vertices[std::min(from, to)] - p, b = vertices[std::max(from, to)] - p;
-    const double moment = from < to ? d.dot(a.cross(b)) : -d.dot(a.cross(b));
-    if (along > 0.0 ? moment < 0.0 : moment > 0.0) return false;
+  // Beyond an edge: on one of those that it is beyond.
+  found.squared_m2 = INFINITY;
+  for (std::uint8_t k = 0; k < 3; ++k) {
+    if (margin[k] >= 0.0) continue;
+    // The same bits from both faces of the edge.
+    const auto next = static_cast<std::uint8_t>((k + 1) % 3);
+    const bool forward = face.vertex[k] < face.vertex[next];
+    const Vec3& a = vertices[face.vertex[forward ? k : next]];
+    const Vec3& b = vertices[face.vertex[forward ? next : k]];
+    const Vec3 ab = b - a;
+    const double along = ab.dot(x - a), length2 = ab.squaredNorm();
+    const bool at_a = along <= 0.0, at_b = along >= length2;
+    const Vec3 q = at_a ? a : at_b ? b : Vec3(a + along / length2 * ab);
+    const double squared = (x - q).squaredNorm();
+    if (!(squared < found.squared_m2)) continue;
+    found.squared_m2 = squared;
+    found.q = q;
+    found.feature = at_a || at_b ? Feature::vertex : Feature::edge;
+    found.number = found.feature == Feature::edge ? k : at_a == forward ? k : next;
   }
-  return true;
+  return found;
+}
+
+bool ContactSurface::Data::inside(const ContactFace& face, const ClosestOnFace& closest,
+                                  const Vec3& x) const {
+  using Feature = ClosestOnFace::Feature;
+  const auto normal = [this](const ContactFace& f) {
+    return patches[static_cast<std::size_t>(f.patch)].normal;
+  };
+  if (closest.feature == Feature::inside) {
+    const ContactPatch& plane = patches[static_cast<std::size_t>(face.patch)];
+    return plane.normal.dot(x) < plane.offset_m;
+  }
+  if (closest.feature == Feature::edge) {
+    const ContactFace& beyond = faces[static_cast<std::size_t>(face.neighbour[closest.number])];
+    return (x - closest.q).dot(normal(face) + normal(beyond)) < 0.0;
+  }
+  return (x - closest.q).dot(vertex_normal[face.vertex[closest.number]]) < 0.0;
+}
+
+double ContactSurface::Data::signed_distance_m(const Vec3& x) const {
+  double nearest2 = INFINITY;
+  std::int32_t nearest = -1;
+  ClosestOnFace best;
+  face_tree.visit_near(x, nearest2, [&](std::int32_t index) {
+    const ClosestOnFace closest = closest_on_face(faces[static_cast<std::size_t>(index)], x);
+    if (!(closest.squared_m2 < nearest2 || (closest.squared_m2 == nearest2 && index < nearest))) return;
+    nearest2 = closest.squared_m2;
+    nearest = index;
+    best = closest;
+  });
+  if (nearest < 0) return INFINITY;
+  const double distance = std::sqrt(nearest2);
+  return inside(faces[static_cast<std::size_t>(nearest)], best, x) ? -distance : distance;
+}
+
+double default_element_edge_m(const TriangleMesh& mesh) {
+  constexpr double kShare = 1.0 / 7.0;
+  if (mesh.vertices.empty()) return 0.0;
+  Vec3 lower = mesh.vertices.front(), upper = lower;
+  for (const Vec3& v : mesh.vertices) lower = lower.cwiseMin(v), upper = upper.cwiseMax(v);
+  return kShare * (upper - lower).norm();
 }
 
 ContactSurface::ContactSurface(const TriangleMesh& mesh, const ContactSurfaceOptions& options)
     : data_(std::make_unique<Data>()) {
   const MeshCheck check = check_closed(mesh);
   if (!check.ok()) throw std::invalid_argument("a contact surface needs a closed mesh: " + check.problem);
-  if (!(options.line_length_m > 0.0 && std::isfinite(options.line_length_m)))
-    throw std::invalid_argument("line_length_m is " + std::to_string(options.line_length_m) +
-                                "; it must be positive");
   if (!(options.element_edge_m >= 0.0 && std::isfinite(options.element_edge_m)))
     throw std::invalid_argument("element_edge_m is " + std::to_string(options.element_edge_m) +
                                 "; it must be positive, or 0 for the triangles as they are");
   make_faces(mesh, *data_);
   make_elements(*data_, options);
+  find_wall(*data_);
 }
 
 ContactSurface::~ContactSurface() = default;
@@ -281,6 +309,12 @@ std::size_t ContactSurface::face_count() const {
 }
 double ContactSurface::area_m2() const {
   return data_->surface_area_m2;
+}
+double ContactSurface::patch_area_m2() const {
+  return data_->surface_area_m2 / static_cast<double>(data_->patches.size());
+}
+double ContactSurface::wall_m() const {
+  return data_->wall_m;
 }
 const Aabb& ContactSurface::bounds_B() const {
   return data_->bounds;

@@ -1,7 +1,7 @@
 #pragma once
 // The surface of a component prepared for surface contact, once per mesh and independent of any partner: as
-// Base its elements (position, inward normal, area, length of the penetration line), as Target its faces with
-// a bounding hierarchy. (Hippmann 2024; thesis 2.2.2.)
+// Base its elements (centroid, area), as Target its faces with a bounding hierarchy. (Hippmann 2024; thesis
+// 2.2.2.)
 #include <memory>
 #include <vector>
 
@@ -10,11 +10,13 @@
 
 namespace takt {
 
+/// The longest edge of elements where none is asked for: a share of the body's diagonal, so that a cube of
+/// twelve triangles stands on its corners and edges and not on its centroids.
+double default_element_edge_m(const TriangleMesh& mesh);
+
 struct ContactSurfaceOptions {
   /// Triangles of the Base with a longer edge are divided until none has one (0: the mesh as it is).
   double element_edge_m = 0.0;
-  /// Longest penetration line. Each line also ends half-way to the opposite wall of its own body.
-  double line_length_m = 0.02;
   bool operator==(const ContactSurfaceOptions&) const = default;
 };
 
@@ -27,6 +29,9 @@ class ContactSurface {
   std::size_t element_count() const;
   std::size_t face_count() const;  ///< triangles as Target
   double area_m2() const;          ///< of all elements together: the mesh's own
+  double patch_area_m2() const;    ///< mean, of what is flat: triangles of one plane count as one
+  /// Thickness of the body behind its surface, along the inward normal: exceeded nearly everywhere (m).
+  double wall_m() const;
   const Aabb& bounds_B() const;
 
   struct Data;  ///< what PolygonalContact reads (contact_surface_data.h)

@@ -18,9 +18,7 @@ struct ContactPatch {
 struct ContactFace {
   std::array<std::uint32_t, 3> vertex{};
   std::int32_t patch = -1;
-  std::int32_t region = -1;                 ///< faces connected by edges that are not sharp
   std::array<std::int32_t, 3> neighbour{};  ///< face beyond the edge from vertex k to k+1
-  std::array<std::int32_t, 3> rim{};        ///< that edge's number if it is sharp and convex, else -1
   /// Signed distance of a point of the plane to edge k, positive inside: inward[k] . x + shift_m[k].
   std::array<Vec3, 3> inward;
   std::array<double, 3> shift_m{};
@@ -33,14 +31,17 @@ struct ContactPiece {
   std::uint32_t begin = 0, end = 0;  ///< in piece_faces
 };
 
-/// A sharp convex edge.
-struct ContactRim {
-  Vec3 a = Vec3::Zero(), b = Vec3::Zero();
-  std::array<std::int32_t, 2> region{};  ///< of the faces on both sides
+/// The point of a face closest to another point, and where on the face it is.
+struct ClosestOnFace {
+  enum class Feature : std::uint8_t { inside, edge, vertex };
+  Feature feature = Feature::inside;
+  std::uint8_t number = 0;  ///< of the edge (from vertex k to k+1) or of the vertex
+  Vec3 q = Vec3::Zero();
+  double squared_m2 = 0.0;  ///< distance
 };
 
 /// Elements that lie together and look into similar directions: a range of them, and a box around their
-/// beginnings. A tree of such ranges; the first child of a cluster is the next one.
+/// centroids. A tree of such ranges; the first child of a cluster is the next one.
 struct ContactCluster {
   Vec3 center_B = Vec3::Zero(), half_m = Vec3::Zero();
   Mat3 axes_B = Mat3::Identity();  ///< of the box, columns; the last is the mean normal, where there is one
@@ -50,28 +51,23 @@ struct ContactCluster {
   std::int32_t second = -1;  ///< child; -1 if this is not divided
 };
 
-/// Edges with a larger angle between the normals of their faces are sharp (cosine of 20 degrees).
-inline constexpr double kSharpCosine = 0.93969262078590838;
-
 struct ContactSurface::Data {
   // Elements, in the order of the clusters.
   std::vector<double> px, py, pz;  ///< centroid
   std::vector<double> nx, ny, nz;  ///< outward unit normal
   std::vector<double> area_m2;
-  std::vector<double> line_m;            ///< length of the penetration line, inwards
-  std::vector<double> fade_m;            ///< width of the fade at rims of the Target: half the element's size
   std::vector<std::uint32_t> triangle;   ///< of the mesh
   std::vector<ContactCluster> clusters;  ///< the first is of all elements
-  double largest_fade_m = 0.0;
   double surface_area_m2 = 0.0;
 
   std::vector<Vec3> vertices;
+  /// Per vertex: normals of its faces weighted by their angles there, which tells inside from outside
+  /// (Baerentzen, Aanaes: Signed distance computation using the angle weighted pseudonormal, IEEE TVCG 2005).
+  std::vector<Vec3> vertex_normal;
+  std::vector<std::int32_t> vertex_patch;  ///< the patch of all its faces; -1: there are several
   std::vector<ContactFace> faces;
   std::vector<ContactPatch> patches;
-  std::vector<std::int32_t> patch_region;  ///< per patch
-  std::vector<ContactRim> rims;
   BoxTree face_tree;
-  BoxTree rim_tree;
   std::vector<ContactPiece> pieces;  ///< cover all faces
   std::vector<std::int32_t> piece_faces;
   BoxTree piece_tree;  ///< labelled with the patches
@@ -79,6 +75,7 @@ struct ContactSurface::Data {
   Aabb bounds;
   BodyBox box;            ///< the same
   double radius_m = 0.0;  ///< of the sphere about its centre around all vertices
+  double wall_m = 0.0;    ///< see ContactSurface::wall_m()
 
   std::size_t element_count() const { return area_m2.size(); }
   Vec3 point(std::size_t element) const { return {px[element], py[element], pz[element]}; }
@@ -86,10 +83,11 @@ struct ContactSurface::Data {
   std::array<Vec3, 3> corners(const ContactFace& face) const {
     return {vertices[face.vertex[0]], vertices[face.vertex[1]], vertices[face.vertex[2]]};
   }
-  /// Whether the line p + t d, which meets the plane of the face at x, goes through the face. An edge beyond
-  /// which the surface goes on is wide by 1 nm, so that no line slips through between two faces. At an edge
-  /// where it turns back as seen along the line, both faces decide by the same number: it meets both or none.
-  bool pierces(const ContactFace& face, const Vec3& p, const Vec3& d, const Vec3& x) const;
+  ClosestOnFace closest_on_face(const ContactFace& face, const Vec3& x) const;
+  /// Distance of x to the surface (m), negative inside. Walks the hierarchy of all faces.
+  double signed_distance_m(const Vec3& x) const;
+  /// Whether x, whose closest point on the surface is `closest` of this face, is inside.
+  bool inside(const ContactFace& face, const ClosestOnFace& closest, const Vec3& x) const;
 };
 
 inline constexpr double kEdgeWidth_m = 1e-9;

@@ -32,6 +32,8 @@ const char* name_of(Kind kind) {
       return "energy";
     case Kind::signal:
       return "signal";
+    case Kind::grip_margin:
+      return "grip_margin";
     case Kind::no_collision:
       break;
   }
@@ -64,6 +66,7 @@ AssertionChecker::AssertionChecker(const Scenario& scenario, const Simulation& s
       judged_(scenario.assertions.size(), 0),
       largest_N_(scenario.assertions.size(), 0.0),
       largest_time_s_(scenario.assertions.size(), 0.0),
+      grips_(scenario.assertions.size()),
       snapshot_(simulation.make_snapshot()) {
   for (const ScenarioAssertion& assertion : scenario.assertions) {
     results_.push_back({assertion.name, name_of(assertion.kind), Verdict::skipped, "", 0.0});
@@ -89,6 +92,7 @@ AssertionChecker::AssertionChecker(const Scenario& scenario, const Simulation& s
 void AssertionChecker::note(const Simulation& simulation) {
   if (watches_contacts_) note_contacts(simulation);
   if (!simulation.collision_events().empty()) note_collisions(simulation);
+  note_grips(simulation);
   bool read = false;
   for (std::size_t i = 0; i < scenario_.assertions.size(); ++i) {
     const ScenarioAssertion& assertion = scenario_.assertions[i];
@@ -130,6 +134,21 @@ void AssertionChecker::note_collisions(const Simulation& simulation) {
       results_[i].sentence = cell_.checked_bodies[static_cast<std::size_t>(event.a)] + " and " +
                              cell_.checked_bodies[static_cast<std::size_t>(event.b)] + " overlap by " +
                              number_text(-1e3 * event.distance_m, "%.6g") + " mm";
+    }
+  }
+}
+
+void AssertionChecker::note_grips(const Simulation& simulation) {
+  for (std::size_t i = 0; i < scenario_.assertions.size(); ++i) {
+    const ScenarioAssertion& assertion = scenario_.assertions[i];
+    if (assertion.kind != Kind::grip_margin || judged_[i] != 0) continue;
+    for (std::size_t g = 0; g < cell_.grippers.size(); ++g) {
+      const GripLoad& load = simulation.grip_load(g);
+      if (cell_.grippers[g].name != assertion.subject || load.part < 0 || !(load.needed_N > 0.0)) continue;
+      const double margin = load.force_N / load.needed_N;
+      if (grips_[i] && margin >= *grips_[i]) continue;
+      grips_[i] = margin;
+      largest_time_s_[i] = simulation.time_s();
     }
   }
 }
@@ -202,6 +221,15 @@ void AssertionChecker::judge(std::size_t i, const Simulation& simulation) {
     case Kind::signal:
       return judge_number(i, *signal_value(cell_, snapshot_, assertion.subject, assertion.signal),
                           assertion.signal.c_str(), "");
+    case Kind::grip_margin:
+      if (!grips_[i]) {
+        result.sentence =
+            assertion.subject + " gripped nothing that friction carries at this level of detail";
+        return;
+      }
+      judge_number(i, *grips_[i], "the least force over what friction needs", "");
+      result.time_s = largest_time_s_[i];
+      return;
     case Kind::no_collision:
       result.verdict = Verdict::passed;
       result.sentence = "nothing overlaps";

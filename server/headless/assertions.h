@@ -43,12 +43,14 @@ class AssertionChecker {
   void judge_number(std::size_t i, double value, const char* what, const std::string& unit);
   void note_contacts(const Simulation& simulation);
   void note_collisions(const Simulation& simulation);
+  void note_grips(const Simulation& simulation);
 
   const Scenario& scenario_;
   const CellDescription& cell_;
   std::vector<AssertionResult> results_;
   std::vector<char> judged_;
-  std::vector<double> largest_N_, largest_time_s_;  ///< of contact_force
+  std::vector<double> largest_N_, largest_time_s_;  ///< of contact_force; the time of grip_margin too
+  std::vector<std::optional<double>> grips_;        ///< least of grip_margin
   bool watches_contacts_ = false, saw_contacts_ = false;
   Snapshot snapshot_;
   std::vector<ContactSample> contacts_;

@@ -2,6 +2,7 @@
 
 #include <time.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <map>
@@ -46,6 +47,21 @@ class ContactExtremes {
   std::vector<ContactSample> samples_;
   std::map<std::pair<int, int>, ContactExtreme> extremes_;
 };
+
+void note_grips(const Simulation& simulation, std::vector<GripExtreme>& grips) {
+  for (std::size_t g = 0; g < simulation.model().grippers.size(); ++g) {
+    const GripLoad& load = simulation.grip_load(g);
+    if (load.part < 0 || !(load.force_N > 0.0)) continue;
+    const GripExtreme now{static_cast<int>(g), load, simulation.time_s() - simulation.description().step_s};
+    const auto known = std::find_if(grips.begin(), grips.end(), [&](const GripExtreme& most) {
+      return most.gripper == now.gripper && most.load.part == load.part;
+    });
+    if (known == grips.end())
+      grips.push_back(now);
+    else if (now.use() > known->use())
+      *known = now;
+  }
+}
 }  // namespace
 
 HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, const HeadlessOptions& options,
@@ -104,6 +120,8 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
       }
       for (const ConnectionChange& change : simulation.connection_changes()) result.changes.push_back(change);
       for (const CollisionEvent& event : simulation.collision_events()) result.collisions.push_back(event);
+      for (const WeakGrip& grip : simulation.weak_grips()) result.weak_grips.push_back(grip);
+      note_grips(simulation, result.grips);
       if (options.contact_extremes && !recorder) extremes.note(simulation);
       gather();
       if (observer) observer(simulation);

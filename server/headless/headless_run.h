@@ -27,11 +27,21 @@ struct MarkRecord {
   Snapshot snapshot;
 };
 
+/// When friction between a gripper and a Part was used most: needed over present force.
+struct GripExtreme {
+  int gripper = -1;
+  GripLoad load;
+  double time_s = 0.0;
+  double use() const { return load.needed_N / load.force_N; }
+};
+
 struct HeadlessResult {
   Snapshot final_state;
   SimulationStatistics statistics;
   std::vector<ConnectionChange> changes;
   std::vector<CollisionEvent> collisions;  ///< empty where nothing is checked
+  std::vector<WeakGrip> weak_grips;
+  std::vector<GripExtreme> grips;  ///< of each gripper and Part that it gripped at levels of detail 1 and 2
   std::vector<MarkRecord> marks;
   bool surface_contact = false;  ///< some process was at level of detail 3 at the end
   ContactCallCounts contact_counts;

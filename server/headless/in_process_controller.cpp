@@ -30,7 +30,9 @@ void fill_controller_input(const Snapshot& snapshot, controller::Input& input) {
     input.robots[i] = {snapshot.robots[i].position, snapshot.robots[i].velocity};
   }
   for (std::size_t i = 0; i < snapshot.grippers.size(); ++i) {
-    input.grippers[i] = {snapshot.grippers[i].width_m, snapshot.grippers[i].closed};
+    const GripperSample& sample = snapshot.grippers[i];
+    input.grippers[i] = {sample.width_m,     sample.closed, sample.moving,
+                         sample.in_position, sample.part,   sample.force_N};
   }
   for (std::size_t i = 0; i < snapshot.components.size(); ++i) {
     const ComponentSample& sample = snapshot.components[i];

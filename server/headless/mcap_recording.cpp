@@ -283,11 +283,11 @@ void McapRecording::write_pressures(const CellDescription& cell) {
 }
 
 void McapRecording::record(const Simulation& simulation, const RecordedEvent& event) {
-  now_ns_ = nanoseconds(simulation.time_s());
+  now_ns_ = nanoseconds(event.time_s);
   sample_.clear();
   sample_.put(++events_);
   put_time(sample_, now_ns_);
-  sample_.put(simulation.step_index());
+  sample_.put(event.step);
   sample_.put(simulation.epoch());
   sample_.put(event.severity);
   sample_.put(event.code);
@@ -325,7 +325,9 @@ void McapRecording::write_state(const CellDescription& cell) {
   for (const GripperSample& gripper : s.grippers) {
     sample_.put(gripper.width_m);
     sample_.put(gripper.force_N);
-    sample_.put(static_cast<std::uint8_t>(gripper.closed ? 1 : 0));
+    for (const bool flag : {gripper.closed, gripper.moving, gripper.in_position})
+      sample_.put(static_cast<std::uint8_t>(flag ? 1 : 0));
+    sample_.put(static_cast<std::int32_t>(gripper.part));
   }
   sample_.count(s.devices.size());
   for (std::size_t i = 0; i < s.devices.size(); ++i)

@@ -20,6 +20,8 @@ namespace takt {
 struct RecordedEvent {
   std::uint8_t severity = 0;  ///< 0 information, 1 warning, 2 error
   std::string code, subject, message;
+  double time_s = 0.0;  ///< when it was, and the step that began then
+  std::uint64_t step = 0;
 };
 
 struct McapRecordingOptions {
@@ -41,6 +43,7 @@ class McapRecording {
                 McapRecordingOptions options);
   /// After every step, and before the first: writes the instants that are due. Throws RecordingError.
   void record(const Simulation& simulation);
+  /// Before the instants that come after it.
   void record(const Simulation& simulation, const RecordedEvent& event);
   void close() { writer_.close(); }
   std::uint64_t message_count() const { return writer_.message_count(); }

@@ -5,10 +5,12 @@
 #include <ostream>
 #include <string>
 
+#include "server/geometry/contact_surface.h"
 #include "server/geometry/mesh_care.h"
 #include "server/geometry/mesh_import.h"
 #include "server/geometry/mesh_refinement.h"
 #include "server/geometry/mesh_shells.h"
+#include "server/scenario/world_bounds.h"
 
 namespace takt {
 
@@ -36,6 +38,16 @@ void print_table(std::ostream& out, const std::vector<MeshFinding>& findings) {
   }
 }
 
+void print_odd_size(std::ostream& out, const TriangleMesh& mesh, double scale) {
+  Vec3 lower = mesh.vertices.front(), upper = lower;
+  for (const Vec3& v : mesh.vertices) lower = lower.cwiseMin(v), upper = upper.cwiseMax(v);
+  const double longest = (upper - lower).maxCoeff();
+  if (!(longest > kOddSize_m)) return;
+  out << "Odd: it is " << number_text(longest)
+      << " m long. Is the file in millimetres? Then set mesh_scale: " << number_text(0.001 * scale)
+      << " (here: --mesh-scale " << number_text(0.001 * scale) << ").\n";
+}
+
 }  // namespace
 
 bool print_mesh_check(std::ostream& out, const std::filesystem::path& file, const MeshCheckOptions& options) {
@@ -47,7 +59,8 @@ bool print_mesh_check(std::ostream& out, const std::filesystem::path& file, cons
     out << ", volume " << number_text(1e6 * volume_properties(repaired.mesh).volume, 6) << " cm^3, "
         << counted(find_shells(repaired.mesh).size(), "shell", "shells") << '\n';
     ContactMeshOptions contact;
-    contact.element_edge_m = options.element_edge_m;
+    contact.element_edge_m =
+        options.element_edge_m > 0.0 ? options.element_edge_m : default_element_edge_m(repaired.mesh);
     const std::vector<MeshFinding> risks = find_contact_risks(repaired.mesh, contact);
     repaired.findings.insert(repaired.findings.end(), risks.begin(), risks.end());
   } else {
@@ -55,6 +68,7 @@ bool print_mesh_check(std::ostream& out, const std::filesystem::path& file, cons
   }
   std::stable_sort(repaired.findings.begin(), repaired.findings.end(),
                    [](const MeshFinding& a, const MeshFinding& b) { return a.severity > b.severity; });
+  if (!repaired.mesh.vertices.empty()) print_odd_size(out, repaired.mesh, options.scale);
   print_table(out, repaired.findings);
   if (!usable)
     out << "Unusable: " << repaired.problem

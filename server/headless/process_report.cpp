@@ -101,6 +101,10 @@ Json process_json(const CellDescription& cell, const HeadlessResult& result) {
                        {"largest_torque_N_m", most.torque_N_m.value},
                        {"largest_torque_time_s", most.torque_N_m.time_s}});
   all["holding"] = std::move(holding);
+  for (const GripExtreme& most : result.grips)
+    margins.push_back(
+        {cell.grippers[static_cast<std::size_t>(most.gripper)].name + " grip of " + name(most.load.part), "N",
+         most.load.needed_N, most.load.force_N, most.time_s});
   for (const AssertionResult& demand : result.assertions)
     if (demand.value && demand.upper && *demand.upper > 0.0)
       margins.push_back({demand.name, "", *demand.value, *demand.upper, demand.time_s});

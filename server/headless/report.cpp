@@ -73,10 +73,12 @@ Json imports_json(const RunInfo& info) {
   return all;
 }
 
-Json notes_json(const RunInfo& info) {
+Json notes_json(const CellDescription& cell, const RunInfo& info) {
   Json all = Json::array();
   for (const ImportNote& note : info.import_notes) {
-    all.push_back({{note.shapes ? "component" : "robot", note.component}, {"sentence", note.sentence}});
+    const bool robot = std::any_of(cell.robots.begin(), cell.robots.end(),
+                                   [&](const RobotDescription& r) { return r.name == note.component; });
+    all.push_back({{robot ? "robot" : "component", note.component}, {"sentence", note.sentence}});
     if (!note.shapes) continue;
     all.back()["hulls"] = note.shapes->hulls;
     all.back()["volume_error"] = note.shapes->volume_error;
@@ -124,6 +126,27 @@ void print_collisions(std::ostream& out, const CellDescription& cell, const Head
   if (told == 0) out << "Collision checking: nothing came too close\n";
 }
 
+Json grips_json(const CellDescription& cell, const HeadlessResult& result) {
+  Json all = Json::array();
+  for (const GripExtreme& most : result.grips)
+    all.push_back({{"gripper", cell.grippers[static_cast<std::size_t>(most.gripper)].name},
+                   {"part", cell.components[static_cast<std::size_t>(most.load.part)].name},
+                   {"time_s", most.time_s},
+                   {"needed_force_N", most.load.needed_N},
+                   {"force_N", most.load.force_N},
+                   {"margin", most.load.needed_N > 0.0 ? Json(1.0 / most.use()) : Json(nullptr)}});
+  return all;
+}
+
+void print_weak_grips(std::ostream& out, const CellDescription& cell, const HeadlessResult& result) {
+  for (const WeakGrip& grip : result.weak_grips) {
+    out << std::setprecision(3) << grip.time_s
+        << " s: weak grip: " << cell.grippers[static_cast<std::size_t>(grip.gripper)].name << " presses on "
+        << cell.components[static_cast<std::size_t>(grip.part)].name << " with " << grip.force_N
+        << " N; friction needs " << grip.needed_N << " N to carry what hangs on it, which would slip\n";
+  }
+}
+
 Json statistics_json(const SimulationStatistics& s) {
   return {{"steps", s.steps},
           {"derivative_evaluations", s.derivative_evaluations},
@@ -162,6 +185,13 @@ double max_position_error_m(const Scenario& scenario, const CellDescription& cel
   return largest;
 }
 
+std::string_view verdict(const HeadlessResult& result) {
+  if (!result.fault.empty()) return "fault";
+  for (const AssertionResult& demand : result.assertions)
+    if (demand.verdict == AssertionResult::Verdict::failed) return "failed";
+  return "passed";
+}
+
 namespace {
 Json report_document(const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
                      const HeadlessResult& result) {
@@ -177,13 +207,14 @@ Json report_document(const Scenario& scenario, const CellDescription& cell, cons
   if (result.process) report["gathering_s"] = result.gathering_s;
   report["real_time_factor"] = simulated > 0.0 ? result.cpu_s / simulated : 0.0;
   report["state_hash"] = hash_text(result.final_state.state_hash);
+  report["verdict"] = verdict(result);
   report["fault"] = result.fault.empty() ? Json(nullptr) : Json(result.fault);
   if (!scenario.expected.empty()) {
     report["max_error_m"] = max_position_error_m(scenario, cell, result.final_state);
     report["tolerance_m"] = scenario.expected_tolerance_m;
   }
   report["convex_imports"] = imports_json(info);
-  report["import_notes"] = notes_json(info);
+  report["import_notes"] = notes_json(cell, info);
   report["components"] = components_json(cell, result.final_state, &scenario);
   report["robots"] = robots_json(cell, result.final_state);
   if (!cell.devices.empty()) report["devices"] = devices_json(cell, result.final_state);
@@ -200,6 +231,7 @@ Json report_document(const Scenario& scenario, const CellDescription& cell, cons
   }
   report["connection_changes"] = changes;
   report["collisions"] = collisions_json(cell, result);
+  report["grips"] = grips_json(cell, result);
   if (result.surface_contact) report["contacts"] = contacts_json(cell, result);
   Json marks = Json::array();
   for (const MarkRecord& mark : result.marks) {
@@ -258,7 +290,12 @@ void print_summary(std::ostream& out, const Scenario& scenario, const CellDescri
         << (error_mm <= 1e3 * scenario.expected_tolerance_m ? "" : "  <- outside the tolerance") << '\n';
   }
   if (!cell.checked_bodies.empty()) print_collisions(out, cell, result);
+  print_weak_grips(out, cell, result);
   print_assertions(out, result.assertions);
+  const SolverStatistics& work = result.statistics.solver;
+  if (work.forced_steps > 0)
+    out << work.forced_steps << " of " << work.steps
+        << " solver steps were accepted whatever their error, as smaller ones were not allowed\n";
   if (!result.fault.empty()) out << "The run ended early: " << result.fault << '\n';
   out.flags(old_flags);
 }

@@ -3,6 +3,7 @@
 #include <fstream>
 #include <ostream>
 #include <string>
+#include <string_view>
 
 #include "server/headless/headless_run.h"
 #include "server/simulation/cell_model.h"
@@ -16,6 +17,9 @@ struct RunInfo {
   std::vector<ConvexImport> convex_imports;
   std::vector<ImportNote> import_notes;
 };
+
+/// fault: the run ended early; failed: it does not meet a demand of the scenario; passed.
+std::string_view verdict(const HeadlessResult& result);
 
 /// JSON text of the report.
 std::string report_json(const Scenario& scenario, const CellDescription& cell, const RunInfo& info,

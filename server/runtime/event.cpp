@@ -145,6 +145,8 @@ std::string_view to_string(EventCode code) {
       return "trajectory_refused";
     case EventCode::command_deadline_missed:
       return "command_deadline_missed";
+    case EventCode::weak_grip:
+      return "weak_grip";
     case EventCode::save_refused:
       return "snapshot_failed";
     case EventCode::events_lost:
@@ -193,6 +195,17 @@ int find_target(const CellDescription& cell, std::string_view name) {
   return -1;
 }
 
+EventRecord fault_record(const Simulation& simulation) {
+  EventRecord told;
+  told.code = EventCode::simulation_fault;
+  told.severity = Severity::error;
+  told.time_s = simulation.time_s();
+  told.step = simulation.step_index();
+  told.epoch = simulation.epoch();
+  told.text.assign(simulation.fault());
+  return told;
+}
+
 EventRecord motion_record(const MotionNotice& notice, std::uint32_t epoch) {
   EventRecord told;
   told.time_s = notice.time_s;
@@ -221,6 +234,20 @@ EventRecord motion_record(const MotionNotice& notice, std::uint32_t epoch) {
       told.severity = Severity::warning;
       break;
   }
+  return told;
+}
+
+EventRecord weak_grip_record(const WeakGrip& grip, std::uint32_t epoch) {
+  EventRecord told;
+  told.code = EventCode::weak_grip;
+  told.severity = Severity::warning;
+  told.time_s = grip.time_s;
+  told.step = grip.step;
+  told.epoch = epoch;
+  told.a = grip.gripper;
+  told.b = grip.part;
+  told.x = grip.needed_N;
+  told.y = grip.force_N;
   return told;
 }
 
@@ -317,6 +344,13 @@ EventText describe(const EventRecord& event, const CellDescription& cell) {
       std::snprintf(place, sizeof place, " was put to (%.6g, %.6g, %.6g) m.", event.position_W.x(),
                     event.position_W.y(), event.position_W.z());
       return {part, part + place};
+    }
+    case EventCode::weak_grip: {
+      const std::string& gripper = cell.grippers[static_cast<std::size_t>(event.a)].name;
+      return {gripper, gripper + " presses on " + component_name(cell, event.b) + " with " + number(event.y) +
+                           " N; friction needs " + number(event.x) +
+                           " N to carry what hangs on it, which would slip. Remedy: a larger max_force_N, a "
+                           "gentler motion, or the contact.grippers.friction that is true."};
     }
     case EventCode::save_refused:
       return {cell.cell, "The periodic snapshot was not taken: " + text};

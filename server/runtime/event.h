@@ -9,6 +9,7 @@
 #include "server/runtime/fixed_text.h"
 #include "server/simulation/cell_description.h"
 #include "server/simulation/command.h"
+#include "server/simulation/simulation.h"
 #include "server/simulation/snapshot.h"
 
 namespace takt {
@@ -38,6 +39,7 @@ enum class EventCode : std::uint8_t {
   trajectory_replaced,      ///< a: robot
   trajectory_refused,       ///< a: robot, b: joint (-1: it is over), c: 1 velocity, x: value, y, z: limits
   command_deadline_missed,  ///< a: robot, x: silence in s
+  weak_grip,                ///< a: gripper, b: Part, x: force needed (N), y: force of each jaw (N)
   save_refused,             ///< text: why the state cannot be a periodic snapshot
   events_lost,              ///< a: how many, because nobody fetched them in time
 };
@@ -71,11 +73,17 @@ struct EventRecord {
   double x = 0.0, y = 0.0, z = 0.0;
   Vec3 position_W = Vec3::Zero();
   std::uint64_t sender = 0;  ///< of the command that caused it, 0: none
-  FixedText<256> text;
+  FixedText<640> text;
 };
 
 /// What collision checking found.
 EventRecord collision_record(const CollisionEvent& found, std::uint32_t epoch);
+
+/// Why the simulation cannot go on.
+EventRecord fault_record(const Simulation& simulation);
+
+/// What hangs on a gripper is more than friction carries.
+EventRecord weak_grip_record(const WeakGrip& grip, std::uint32_t epoch);
 
 /// What happened to a commanded motion.
 EventRecord motion_record(const MotionNotice& notice, std::uint32_t epoch);

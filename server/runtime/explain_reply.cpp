@@ -55,8 +55,13 @@ class Names {
 json contacts(const Explanation& e, Names& name) {
   json list = json::array();
   for (const ExplainedContact& contact : e.contacts) {
-    json entry{{"a", name(contact.a)}, {"b", name(contact.b)}, {"distance", nullptr},
-               {"error", nullptr},     {"position", nullptr},  {"normal", nullptr}};
+    json entry{{"a", name(contact.a)},
+               {"b", name(contact.b)},
+               {"distance", nullptr},
+               {"error", nullptr},
+               {"position", nullptr},
+               {"normal", nullptr},
+               {"surface_contact", contact.by_surface}};
     if (contact.depth.known) {
       entry["distance"] = contact.depth.distance_m;
       entry["error"] = contact.depth.error_m;

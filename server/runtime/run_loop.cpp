@@ -278,9 +278,7 @@ void RunLoop::take_step() {
   if (!advanced) {
     if (recorder_ != nullptr) recorder_->fault(simulation_);
     faulted_ = true;
-    EventRecord fault = event(EventCode::simulation_fault, Severity::error);
-    fault.text.assign(simulation_.fault());
-    pause_with(fault);
+    pause_with(fault_record(simulation_));
     return;
   }
   if (recorder_ != nullptr) recorder_->stepped(simulation_);
@@ -302,6 +300,7 @@ void RunLoop::take_step() {
     emit(motion_record(notice, simulation_.epoch()));
   for (const CollisionEvent& found : simulation_.collision_events())
     emit(collision_record(found, simulation_.epoch()));
+  for (const WeakGrip& grip : simulation_.weak_grips()) emit(weak_grip_record(grip, simulation_.epoch()));
   publish_instant();
   if (single_steps_left_ > 0 && --single_steps_left_ == 0) {
     end_single_steps(ControlResult::ok, "The steps are done.");

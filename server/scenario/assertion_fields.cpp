@@ -55,9 +55,9 @@ ScenarioAssertion read_assertion(YamlFields fields, const std::string& name, con
   ScenarioAssertion assertion;
   assertion.name = name;
   assertion.place = fields.path();
-  const std::string kind =
-      fields.choice("check", {"contact_force", "pose", "held_by", "energy", "signal", "no_collision"}, "");
-  std::vector<std::string> parts, robots, devices, components;
+  const std::string kind = fields.choice(
+      "check", {"contact_force", "pose", "held_by", "energy", "signal", "grip_margin", "no_collision"}, "");
+  std::vector<std::string> parts, robots, grippers, devices, components;
   add_names(scenario.parts, parts);
   add_names(scenario.robots, robots);
   add_names(scenario.furnaces, devices);
@@ -66,6 +66,7 @@ ScenarioAssertion read_assertion(YamlFields fields, const std::string& name, con
   components = parts;
   add_names(scenario.grounds, components);
   add_names(scenario.grippers, components);
+  add_names(scenario.grippers, grippers);
   if (fields.has("time_s")) assertion.time_s = fields.number("time_s", {.lower = 0.0, .unit = "s"});
   if (kind == "contact_force") {
     assertion.kind = Kind::contact_force;
@@ -90,6 +91,10 @@ ScenarioAssertion read_assertion(YamlFields fields, const std::string& name, con
     assertion.kind = Kind::signal;
     assertion.subject = known_name(fields, "device", devices, "a device");
     assertion.signal = fields.text("signal");
+    read_limits(fields, "", assertion);
+  } else if (kind == "grip_margin") {
+    assertion.kind = Kind::grip_margin;
+    assertion.subject = known_name(fields, "gripper", grippers, "a gripper");
     read_limits(fields, "", assertion);
   } else {
     assertion.kind = Kind::no_collision;

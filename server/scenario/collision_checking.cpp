@@ -55,7 +55,7 @@ void add_links(const Scenario& scenario, CellModel& cell) {
   }
 }
 
-void add_components(const Scenario& scenario, CellModel& cell) {
+void add_components(const Scenario& scenario, const std::vector<TriangleMesh>& meshes, CellModel& cell) {
   for (std::size_t c = 0; c < cell.components.size(); ++c) {
     const Component& component = cell.components[c];
     CheckedBody body;
@@ -64,12 +64,14 @@ void add_components(const Scenario& scenario, CellModel& cell) {
     body.moves = component.type != ComponentType::ground;
     body.is_part = component.type == ComponentType::part;
     for (const ConvexShape& shape : component.convex) body.shapes.push_back(plain(shape));
+    if (component.type != ComponentType::gripper) body.solid = std::make_shared<const SolidProbe>(meshes[c]);
     if (component.type == ComponentType::gripper) {
       const auto gripper = static_cast<std::size_t>(component.gripper);
       body.robot = cell.grippers[gripper].parameters.robot;
       if (component.role == GripperRole::palm) {
         // The palm has no shape of its own in the simulation, where it stands for the space between the jaws.
-        for (const NamedMesh& object : import_mesh_objects(scenario.grippers[gripper].body_mesh))
+        for (const NamedMesh& object :
+             import_mesh_objects(scenario.grippers[gripper].body_mesh, scenario.grippers[gripper].mesh_scale))
           body.shapes.push_back(plain(ConvexShape::from_points(convex_hull_vertices(object.mesh.vertices))));
       }
     }
@@ -83,10 +85,16 @@ int moving_joint(const CellModel& cell, const CheckedBody& body) {
   return cell.robots[static_cast<std::size_t>(body.robot)].arm.joint_count();
 }
 
+bool joined_by_thread(const CellModel& cell, int a, int b) {
+  return std::any_of(cell.threads.begin(), cell.threads.end(), [&](const ThreadModel& thread) {
+    return std::minmax(thread.part, thread.holder) == std::minmax(a, b);
+  });
+}
+
 bool is_checked(const CellModel& cell, const CheckedBody& a, const CheckedBody& b) {
   if (a.shapes.empty() || b.shapes.empty()) return false;
   if (!a.moves && !b.moves) return false;
-  if (a.robot < 0 && b.robot < 0) return false;
+  if (a.robot < 0 && b.robot < 0) return !joined_by_thread(cell, a.component, b.component);
   if (a.robot >= 0 && b.robot >= 0) {
     if (a.robot != b.robot) return true;
     if (a.component >= 0 && b.component >= 0) return false;
@@ -99,6 +107,16 @@ bool is_checked(const CellModel& cell, const CheckedBody& a, const CheckedBody& 
     });
   }
   return true;
+}
+
+/// What gives way where surfaces press is the layer of the contact law.
+double thickest_layer_m(const Scenario& scenario) {
+  double layer_m = scenario.contact.defaults.layer_depth_m.value_or(ContactParameters{}.layer_depth_m);
+  for (const ScenarioContactComponent& component : scenario.contact.components)
+    layer_m = std::max(layer_m, component.stated.layer_depth_m.value_or(0.0));
+  for (const ScenarioContactPair& pair : scenario.contact.pairs)
+    layer_m = std::max(layer_m, pair.stated.layer_depth_m.value_or(0.0));
+  return layer_m;
 }
 
 bool fits(const ScenarioCheckedPair& rule, const CheckedBody& a, const CheckedBody& b) {
@@ -152,6 +170,13 @@ bool fits_pattern(std::string_view name, std::string_view pattern) {
   return p == pattern.size();
 }
 
+std::vector<std::array<std::string, 2>> read_name_pairs(YamlFields& section, const std::string& key) {
+  std::vector<std::array<std::string, 2>> pairs;
+  for (const YAML::Node& node : list_of(section, key, "a list of [NAME, NAME]"))
+    pairs.push_back(read_names(section, node, key));
+  return pairs;
+}
+
 void read_collision_checking(YamlFields& root, const YamlSource& source, Scenario& scenario) {
   if (!root.has("collision_checking")) return;
   ScenarioCollisionChecking& checking = scenario.collision_checking;
@@ -179,13 +204,15 @@ void read_collision_checking(YamlFields& root, const YamlSource& source, Scenari
   section.finish();
 }
 
-void add_collision_checking(const Scenario& scenario, CellModel& cell) {
+void add_collision_checking(const Scenario& scenario, const std::vector<TriangleMesh>& meshes,
+                            CellModel& cell) {
   const ScenarioCollisionChecking& checking = scenario.collision_checking;
   cell.clearance = {};
   cell.clearance.enabled = true;
   cell.clearance.hysteresis_m = checking.hysteresis_m;
   add_links(scenario, cell);
-  add_components(scenario, cell);
+  add_components(scenario, meshes, cell);
+  const double layer_m = thickest_layer_m(scenario);
   const std::vector<CheckedBody>& bodies = cell.clearance.bodies;
   require_known_names(scenario, checking.limits, bodies);
   require_known_names(scenario, checking.ignore, bodies);
@@ -193,11 +220,17 @@ void add_collision_checking(const Scenario& scenario, CellModel& cell) {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     for (std::size_t j = i + 1; j < bodies.size(); ++j) {
       if (!is_checked(cell, bodies[i], bodies[j])) continue;
-      // To come close to Parts is what grippers are for: a limit between them is only what is said of them.
+      // To come close to Parts is what grippers and other Parts are for: a limit between them is only what is
+      // said of them.
       const bool gripper_and_part =
           (bodies[i].is_part && bodies[j].component >= 0) || (bodies[j].is_part && bodies[i].component >= 0);
       CheckedPair pair{static_cast<int>(i), static_cast<int>(j),
                        gripper_and_part ? 0.0 : checking.default_limit_m};
+      pair.by_solids = bodies[i].solid != nullptr && bodies[j].solid != nullptr;
+      if (pair.by_solids) {
+        pair.touching_m = std::max(pair.touching_m, scenario.contact_margin_m);
+        pair.touching_by_contact_m = std::max(pair.touching_m, layer_m);
+      }
       for (std::size_t k = 0; k < checking.limits.size(); ++k) {
         if (!fits(checking.limits[k], bodies[i], bodies[j])) continue;
         used[k] = true;
@@ -216,7 +249,7 @@ void add_collision_checking(const Scenario& scenario, CellModel& cell) {
     refuse(
         rule, "[" + rule.pair[0] + ", " + rule.pair[1] + "], which fits no checked pair",
         "a pair of a robot link or gripper with a ground, a part, another robot's link or gripper, or a link "
-        "of the same robot that is not its neighbour");
+        "of the same robot that is not its neighbour; or of a part with a part or a ground");
   }
   for (const CheckedBody& body : bodies) cell.description.checked_bodies.push_back(body.name);
 }

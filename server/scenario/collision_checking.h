@@ -7,6 +7,9 @@
 
 namespace takt {
 
+/// A list of [NAME, NAME], names or patterns; absent: empty. Throws ScenarioError.
+std::vector<std::array<std::string, 2>> read_name_pairs(YamlFields& section, const std::string& key);
+
 /// Throws ScenarioError.
 void read_collision_checking(YamlFields& root, const YamlSource& source, Scenario& scenario);
 
@@ -16,10 +19,13 @@ void read_collision_checking(YamlFields& root, const YamlSource& source, Scenari
 /// - links of robots with Grounds, and links and grippers of one robot with those of another;
 /// - links and grippers with Parts (while a gripper of the same robot holds the Part the monitor passes over
 ///   them);
-/// - links and gripper of one robot with each other, unless the same or successive joints move them.
+/// - links and gripper of one robot with each other, unless the same or successive joints move them;
+/// - Parts with Parts and Grounds, by their meshes, unless a thread joins the two.
+/// `meshes`: by component.
 /// Left out is what cannot move relative to each other, and what the scenario ignores. Throws ScenarioError
 /// for a name that fits nothing, UrdfError, MeshError.
-void add_collision_checking(const Scenario& scenario, CellModel& cell);
+void add_collision_checking(const Scenario& scenario, const std::vector<TriangleMesh>& meshes,
+                            CellModel& cell);
 
 /// Whether a name fits a pattern in which `*` stands for any characters, none included.
 bool fits_pattern(std::string_view name, std::string_view pattern);

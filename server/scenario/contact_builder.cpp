@@ -1,6 +1,7 @@
 #include "server/scenario/contact_builder.h"
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "plant_models/thermal/heated_part.h"
 #include "server/contact/contact_roles.h"
@@ -101,10 +102,15 @@ ScenarioContactComponent of_component(const Scenario& scenario, const std::strin
     if (!fits_pattern(name, entry.name)) continue;
     replace(entry.stated, result.stated);
     if (entry.element_edge_m) result.element_edge_m = entry.element_edge_m;
-    if (entry.line_length_m) result.line_length_m = entry.line_length_m;
     if (entry.role != ContactRole::by_rule) result.role = entry.role;
   }
   return result;
+}
+
+double element_edge_m(const Scenario& scenario, const ScenarioContactComponent& said,
+                      const TriangleMesh& mesh) {
+  if (said.element_edge_m) return *said.element_edge_m;
+  return scenario.contact.element_edge_m.value_or(default_element_edge_m(mesh));
 }
 
 /// Base and Target of two components: as a pair entry says, else as the components say, else by rule.
@@ -126,7 +132,39 @@ bool base_is_first(const Scenario& scenario, const CellModel& cell, std::size_t 
                        static_cast<int>(b));
 }
 
+/// What holds between component `a`, a Part, and `b`.
+StatedContact stated_of_pair(const Scenario& scenario, const CellModel& cell, std::size_t a, std::size_t b,
+                             const ScenarioContactComponent& of_a, const ScenarioContactComponent& of_b) {
+  StatedContact stated = scenario.contact.defaults;
+  StatedContact sides;
+  add_sides(of_a.stated, of_b.stated, sides);
+  replace(sides, stated);
+  const bool grip = cell.components[b].type == ComponentType::gripper;
+  if (grip) replace(scenario.contact.grippers, stated);
+  for (const ScenarioContactPair& rule : scenario.contact.pairs)
+    if (fits(rule, cell.components[a].name, cell.components[b].name)) replace(rule.stated, stated);
+  // What a regularised grip carries creeps, and joints that hold it chatter.
+  if (grip && !stated.friction_law) stated.friction_law = FrictionLaw::stick;
+  return stated;
+}
+
 }  // namespace
+
+void add_grip_friction(const Scenario& scenario, CellModel& cell) {
+  std::vector<ScenarioContactComponent> said;
+  for (const Component& component : cell.components) said.push_back(of_component(scenario, component.name));
+  for (GripperModel& gripper : cell.grippers) {
+    gripper.friction.assign(cell.components.size(), 0.0);
+    for (std::size_t part = 0; part < cell.components.size(); ++part) {
+      if (cell.components[part].type != ComponentType::part) continue;
+      const auto with = [&](int id) {
+        const auto jaw = static_cast<std::size_t>(id);
+        return parameters(stated_of_pair(scenario, cell, part, jaw, said[part], said[jaw])).friction;
+      };
+      gripper.friction[part] = std::min(with(gripper.parameters.jaws[0]), with(gripper.parameters.jaws[1]));
+    }
+  }
+}
 
 void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& meshes, CellModel& cell) {
   if (!scenario.contact.given && !scenario.begins_with_contact()) return;
@@ -140,29 +178,28 @@ void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& mesh
   std::vector<ContactSurfaceOptions> surface_options;
   for (std::size_t c = 0; c < cell.components.size(); ++c) {
     said.push_back(of_component(scenario, cell.components[c].name));
-    const ContactSurfaceOptions options{said[c].element_edge_m.value_or(scenario.contact.element_edge_m),
-                                        said[c].line_length_m.value_or(scenario.contact.line_length_m)};
+    const ContactSurfaceOptions options{element_edge_m(scenario, said[c], meshes[c])};
     surface_options.push_back(options);
     // The right jaw is the left one turned.
     const bool shared =
         cell.components[c].role == GripperRole::right_jaw && options == surface_options[c - 1];
-    contact.surfaces.push_back(shared ? contact.surfaces.back()
-                                      : std::make_shared<const ContactSurface>(meshes[c], options));
+    try {
+      contact.surfaces.push_back(shared ? contact.surfaces.back()
+                                        : std::make_shared<const ContactSurface>(meshes[c], options));
+    } catch (const std::invalid_argument& error) {
+      throw ScenarioError(scenario.file.string() + ": " + cell.components[c].name + " (" +
+                          cell.description.components[c].mesh_uri + "): contact: " + error.what());
+    }
   }
   for (const ComponentPair& pair : cell.pairs) {
     if (pair.kind != PairKind::hold) continue;
     const auto a = static_cast<std::size_t>(pair.base), b = static_cast<std::size_t>(pair.target);
     const std::string& name_a = cell.components[a].name;
     const std::string& name_b = cell.components[b].name;
-    StatedContact stated = scenario.contact.defaults;
-    StatedContact sides;
-    add_sides(said[a].stated, said[b].stated, sides);
-    replace(sides, stated);
-    if (cell.components[b].type == ComponentType::gripper) replace(scenario.contact.grippers, stated);
+    const StatedContact stated = stated_of_pair(scenario, cell, a, b, said[a], said[b]);
     ContactPairModel model;
     for (const ScenarioContactPair& rule : scenario.contact.pairs) {
       if (!fits(rule, name_a, name_b)) continue;
-      replace(rule.stated, stated);
       if (rule.interaction) model.force = *rule.interaction;
       if (rule.friction_at_degC.empty()) continue;
       if (!has_temperature(scenario, name_a) && !has_temperature(scenario, name_b))
@@ -184,11 +221,11 @@ void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& mesh
 }
 
 ContactMeshOptions contact_mesh_options(const Scenario& scenario, const std::string& component,
-                                        bool usually_carries_elements) {
+                                        const TriangleMesh& mesh, bool usually_carries_elements) {
   const ScenarioContactComponent said = of_component(scenario, component);
   ContactMeshOptions options;
   options.component = component;
-  options.element_edge_m = said.element_edge_m.value_or(scenario.contact.element_edge_m);
+  options.element_edge_m = element_edge_m(scenario, said, mesh);
   options.carries_elements =
       said.role == ContactRole::by_rule ? usually_carries_elements : said.role == ContactRole::base;
   return options;

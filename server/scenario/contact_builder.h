@@ -13,10 +13,13 @@ namespace takt {
 /// `meshes`: by component. Throws ScenarioError for names that fit nothing.
 void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& meshes, CellModel& cell);
 
+/// Fills GripperModel::friction: of jaws on Parts, as the section says for surface contact, at every level.
+void add_grip_friction(const Scenario& scenario, CellModel& cell);
+
 /// What the mesh of a component (a jaw: gripper/left_jaw) will be like in contact, for find_contact_risks:
 /// into which edge it is divided, and whether it can carry elements. A role that the scenario states
 /// counts more than `usually_carries_elements`.
 ContactMeshOptions contact_mesh_options(const Scenario& scenario, const std::string& component,
-                                        bool usually_carries_elements);
+                                        const TriangleMesh& mesh, bool usually_carries_elements);
 
 }  // namespace takt

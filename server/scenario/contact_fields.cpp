@@ -30,7 +30,6 @@ ScenarioContactComponent read_component(YamlFields fields, const std::string& na
   component.place = fields.path();
   component.stated = read_stated(fields);
   component.element_edge_m = fields.number_if("element_edge_m", not_negative("m"));
-  component.line_length_m = fields.number_if("line_length_m", positive("m"));
   const std::string role = fields.choice("role", {"by_rule", "base", "target"}, "by_rule");
   component.role = role == "base"     ? ContactRole::base
                    : role == "target" ? ContactRole::target
@@ -97,8 +96,7 @@ void read_contact(YamlFields& root, const YamlSource& source, Scenario& scenario
   };
   contact.defaults = stated("defaults");
   contact.grippers = stated("grippers");
-  contact.element_edge_m = section.number_or("element_edge_m", not_negative("m"), contact.element_edge_m);
-  contact.line_length_m = section.number_or("line_length_m", positive("m"), contact.line_length_m);
+  contact.element_edge_m = section.number_if("element_edge_m", not_negative("m"));
   contact.optimize_calls = section.boolean_or("optimize_calls", contact.optimize_calls);
   contact.parallel = section.boolean_or("parallel", contact.parallel);
   YamlFields sleeping = section.mapping("sleeping");

@@ -79,6 +79,7 @@ struct ScenarioGripper {
   Pose X_FG;  ///< mount
   Pose X_GT;  ///< tool centre point
   std::filesystem::path body_mesh, jaw_mesh;
+  double mesh_scale = 1.0;  ///< of both
   double max_width_m = 0.0;
   double initial_width_m = 0.0;
   double jaw_speed_m_per_s = 0.0;
@@ -131,6 +132,10 @@ struct Scenario {
   double csv_period_s = 0.01;
   Vec3 gravity_m_per_s2{0.0, 0.0, -9.80665};
   double temperature_degC = 20.0;  ///< of the surroundings
+  /// `world.bounds_m`: where Parts may be; unset: around the cell, with room to spare.
+  std::optional<std::array<Vec3, 2>> bounds_m;
+  /// `world.allow_overlap`: pairs of name patterns that may stand inside each other at the start.
+  std::vector<std::array<std::string, 2>> allow_overlap;
   std::string solver = "rk2";
   double step_s = 0.001;
   double tolerance = 1e-6;                        ///< of solvers with error control

@@ -16,18 +16,19 @@ struct ScenarioAssertion {
     held_by,        ///< a Part is held by this component at a time
     energy,         ///< what a robot or device has drawn by a time
     signal,         ///< a signal of a device at a time
+    grip_margin,    ///< least force of a gripper over what friction needs (levels of detail 1 and 2)
     no_collision,   ///< collision checking has found no overlap
   } kind = Kind::no_collision;
   std::string name;                 ///< unique in the scenario
   std::string place;                ///< file, line, column and key, for error texts
   double time_s = -1.0;             ///< negative: at the end
   std::array<std::string, 2> pair;  ///< contact_force: name patterns, `*` for any characters
-  std::string subject;              ///< Part, robot or device
+  std::string subject;              ///< Part, robot, gripper or device
   std::string signal;               ///< of a device
   std::string holder;               ///< held_by; empty: nothing
   Pose X_WB;                        ///< pose
   double tolerance_m = 0.0, tolerance_rad = std::numeric_limits<double>::infinity();
-  /// Of the force (N), energy (J) or signal.
+  /// Of the force (N), energy (J), signal or margin.
   double lower = -std::numeric_limits<double>::infinity(), upper = std::numeric_limits<double>::infinity();
 };
 

@@ -10,7 +10,10 @@
 #include "server/scenario/device_builder.h"
 #include "server/scenario/dynamics_builder.h"
 #include "server/scenario/mesh_notes.h"
+#include "server/scenario/start_overlap.h"
 #include "server/scenario/urdf_reader.h"
+#include "server/scenario/world_bounds.h"
+#include "server/simulation/step_limit.h"
 
 namespace takt {
 
@@ -39,7 +42,7 @@ void describe_mesh(const TriangleMesh& mesh, const std::filesystem::path& file,
 void look_after_contact(const Scenario& scenario, const std::string& component, const TriangleMesh& mesh,
                         bool carries_elements, CellModel& cell) {
   if (!scenario.begins_with_contact()) return;
-  note_contact_risks(mesh, contact_mesh_options(scenario, component, carries_elements), cell);
+  note_contact_risks(mesh, contact_mesh_options(scenario, component, mesh, carries_elements), cell);
 }
 
 int add_component(CellModel& cell, Component component, const TriangleMesh& mesh,
@@ -137,8 +140,8 @@ void add_gripper(const Scenario& scenario, const ScenarioGripper& gripper, Conve
                  CellModel& cell, Meshes& meshes) {
   const int index = static_cast<int>(cell.grippers.size());
   const int robot = cell.description.find_robot(gripper.robot);
-  const TriangleMesh body = import_component_mesh(gripper.name, gripper.body_mesh, 1.0, cell);
-  const TriangleMesh jaw = import_component_mesh(gripper.name, gripper.jaw_mesh, 1.0, cell);
+  const TriangleMesh body = import_component_mesh(gripper.name, gripper.body_mesh, gripper.mesh_scale, cell);
+  const TriangleMesh jaw = import_component_mesh(gripper.name, gripper.jaw_mesh, gripper.mesh_scale, cell);
   look_after_contact(scenario, gripper.name, body, false, cell);
   look_after_contact(scenario, gripper.name + "/left_jaw", jaw, true, cell);
 
@@ -158,7 +161,8 @@ void add_gripper(const Scenario& scenario, const ScenarioGripper& gripper, Conve
   palm.role = GripperRole::palm;
   model.parameters.palm =
       add_component(cell, std::move(palm), body, gripper.body_mesh, gripper.color, meshes);
-  const ConvexShape jaw_hull = importer.shapes(gripper.name, gripper.jaw_mesh, 1.0, jaw, {}).front();
+  const ConvexShape jaw_hull =
+      importer.shapes(gripper.name, gripper.jaw_mesh, gripper.mesh_scale, jaw, {}).front();
   for (const auto& [side, suffix, role] : {std::tuple{0, "/left_jaw", GripperRole::left_jaw},
                                            std::tuple{1, "/right_jaw", GripperRole::right_jaw}}) {
     Component component;
@@ -190,6 +194,16 @@ void add_gripper(const Scenario& scenario, const ScenarioGripper& gripper, Conve
   cell.description.grippers.push_back(description);
 }
 
+/// The step of levels 1 and 2 against what is known of its limit. A cell that begins with contact has another
+/// solver then; Simulation refuses to leave it.
+void check_step(const Scenario& scenario, CellModel& cell) {
+  if (scenario.begins_with_contact()) return;
+  bool refused = false;
+  const std::string remark = step_remark(cell, scenario.begins_with(2), refused);
+  if (refused) throw ScenarioError(scenario.file.string() + ": " + remark);
+  if (!remark.empty()) cell.import_notes.push_back({"solver", remark, {}});
+}
+
 }  // namespace
 
 std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const ImportOptions& import) {
@@ -211,6 +225,7 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const Impo
   }
   cell->interaction = {scenario.gravity_m_per_s2, scenario.contact_margin_m, scenario.weight_feed_forward,
                        scenario.skip_resting};
+  cell->interaction.step_s = scenario.step_s;
   cell->interaction.algorithm = interaction_algorithm(scenario.algorithm);
   ConvexImporter importer(scenario, import, *cell);
   Meshes meshes;
@@ -219,11 +234,16 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const Impo
   for (const ScenarioRobot& robot : scenario.robots) add_robot(scenario, robot, *cell);
   for (const ScenarioGripper& gripper : scenario.grippers)
     add_gripper(scenario, gripper, importer, *cell, meshes);
+  note_units(scenario, *cell);
+  add_world_bounds(scenario, *cell);
   add_dynamics(scenario, *cell);
   add_devices(scenario, meshes, *cell);
   cell->pairs = generate_pairs(cell->components);
+  add_grip_friction(scenario, *cell);
   add_contact(scenario, meshes, *cell);
-  if (scenario.collision_checking.enabled) add_collision_checking(scenario, *cell);
+  find_start_overlaps(scenario, meshes, *cell);
+  if (scenario.collision_checking.enabled) add_collision_checking(scenario, meshes, *cell);
+  check_step(scenario, *cell);
   return cell;
 }
 

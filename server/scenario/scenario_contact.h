@@ -24,7 +24,7 @@ struct ScenarioContactComponent {
   std::string name;  ///< or a pattern: * stands for any characters; a jaw is gripper/left_jaw
   std::string place;
   StatedContact stated;
-  std::optional<double> element_edge_m, line_length_m;
+  std::optional<double> element_edge_m;
   ContactRole role = ContactRole::by_rule;
 };
 
@@ -46,8 +46,8 @@ struct ScenarioContact {
   StatedContact defaults, grippers;
   std::vector<ScenarioContactComponent> components;
   std::vector<ScenarioContactPair> pairs;
-  double element_edge_m = 0.0;  ///< elements are divided down to this edge; 0: the mesh's own triangles
-  double line_length_m = 0.02;  ///< of penetration lines
+  /// Elements are divided down to this edge; 0: the mesh's own triangles; none: default_element_edge_m().
+  std::optional<double> element_edge_m;
   bool optimize_calls = true;
   bool parallel = false;
   SleepingParameters sleeping;

@@ -206,6 +206,7 @@ void read_gripper(YamlFields fields, const std::string& name, Scenario& scenario
   gripper.X_GT = fields.pose_or_identity("tool_center_point");
   gripper.body_mesh = fields.existing_file("body_mesh");
   gripper.jaw_mesh = fields.existing_file("jaw_mesh");
+  gripper.mesh_scale = fields.number_or("mesh_scale", kPositive, 1.0);
   gripper.max_width_m = fields.number("max_width_m", positive("m"));
   gripper.initial_width_m = fields.number_or(
       "initial_width_m", {.lower = 0.0, .upper = gripper.max_width_m, .unit = "m"}, gripper.max_width_m);
@@ -260,6 +261,21 @@ void read_marks(YamlFields& root, const YamlSource& source, Scenario& scenario) 
   }
 }
 
+void read_bounds(YamlFields& world, Scenario& scenario) {
+  if (!world.has("bounds_m")) return;
+  YamlFields bounds = world.mapping("bounds_m");
+  for (const char* key : {"lower", "upper"})
+    if (!bounds.has(key))
+      world.fail("bounds_m", std::string("no '") + key + "'", "{lower: [x, y, z], upper: [x, y, z]}");
+  const Vec3 lower = bounds.vector_or("lower", Vec3::Zero(), "m");
+  const Vec3 upper = bounds.vector_or("upper", Vec3::Zero(), "m");
+  bounds.finish();
+  if (!(lower.array() < upper.array()).all())
+    world.fail("bounds_m", "a lower that is not below upper along every axis",
+               "{lower: [x, y, z], upper: [x, y, z]} with lower < upper");
+  scenario.bounds_m = {lower, upper};
+}
+
 struct NamedDevice {
   std::string name;
 };
@@ -304,10 +320,16 @@ struct SolverKeys {
   bool method, tolerance, contact;
 };
 
-Scenario::LevelSolver read_level_solver(YamlFields& fields) {
+std::vector<std::string> contact_solver_names() {
+  std::vector<std::string> names;
+  for (const std::string_view name : solver_names())
+    if (!solver_is_explicit(name)) names.emplace_back(name);
+  return names;
+}
+
+Scenario::LevelSolver read_level_solver(YamlFields& fields, const std::vector<std::string>& names) {
   Scenario::LevelSolver solver;
-  const auto names = solver_names();
-  solver.method = fields.choice("method", {names.begin(), names.end()}, solver.method);
+  solver.method = fields.choice("method", names, solver.method);
   solver.tolerance = fields.number_or("tolerance", {.lower = 1e-12, .upper = 0.1}, solver.tolerance);
   solver.step_s = fields.number_if("step_s", {.lower = 0.0, .upper = 1.0, .lower_open = true, .unit = "s"});
   fields.finish();
@@ -315,12 +337,23 @@ Scenario::LevelSolver read_level_solver(YamlFields& fields) {
 }
 
 /// What was said for the cell as a whole holds for levels 2 and 3 too where it came from the command line,
-/// or where nothing was said of contact and the cell begins with it.
+/// or where nothing was said of contact and the cell begins with it. Explicit methods never hold for contact:
+/// in a file they are those of the other levels, on the command line of a cell that begins with contact they
+/// are refused.
 void choose_solver(const SolverKeys& given, const YamlSource& source, Scenario& scenario) {
   const bool only = scenario.begins_with_contact() && !given.contact;
   const auto overridden = [&source](const char* key) { return source.overridden.count(key) != 0; };
+  const bool no_contact = solver_is_explicit(scenario.solver);
+  if (no_contact && overridden("solver.method") && scenario.begins_with_contact()) {
+    std::string allowed;
+    for (const std::string& name : contact_solver_names()) allowed += (allowed.empty() ? "" : ", ") + name;
+    throw ScenarioError(source.file.string() + ": solver.method: found '" + scenario.solver +
+                        "' on the command line; allowed at level of detail 3: " + allowed +
+                        ". Explicit methods cannot follow surface contact.");
+  }
   const auto take_over = [&](Scenario::LevelSolver& own, bool all) {
-    if (overridden("solver.method") || (all && given.method)) {
+    const bool fits = !no_contact || &own != &scenario.contact_solver;
+    if (fits && (overridden("solver.method") || (all && given.method))) {
       own.method = scenario.solver;
       own.tolerance = scenario.tolerance;
     }
@@ -364,6 +397,8 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
   scenario.gravity_m_per_s2 = world.vector_or("gravity_m_per_s2", scenario.gravity_m_per_s2, "m/s^2");
   scenario.temperature_degC = world.number_or(
       "temperature_degC", {.lower = -273.0, .upper = 5000.0, .unit = "degC"}, scenario.temperature_degC);
+  read_bounds(world, scenario);
+  scenario.allow_overlap = read_name_pairs(world, "allow_overlap");
   world.finish();
 
   YamlFields solver = top.mapping("solver");
@@ -379,10 +414,10 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
                     : matrix == "separate" ? SystemMatrix::separate
                                            : SystemMatrix::automatic;
   YamlFields contact_solver = solver.mapping("contact");
-  scenario.contact_solver = read_level_solver(contact_solver);
+  scenario.contact_solver = read_level_solver(contact_solver, contact_solver_names());
   if (solver.has("dynamics")) {
     YamlFields dynamics_solver = solver.mapping("dynamics");
-    scenario.dynamics_solver = read_level_solver(dynamics_solver);
+    scenario.dynamics_solver = read_level_solver(dynamics_solver, {names.begin(), names.end()});
   }
   solver.finish();
 

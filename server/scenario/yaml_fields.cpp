@@ -10,7 +10,7 @@
 namespace takt {
 
 namespace {
-std::string number_text(double value) {
+std::string number_in_text(double value) {
   std::ostringstream out;
   out.precision(12);
   out << value;
@@ -23,12 +23,12 @@ std::string NumberRange::text() const {
   const bool above = std::isfinite(upper);
   std::string result = "a number";
   if (below && above) {
-    result +=
-        std::string(" in ") + (lower_open ? "(" : "[") + number_text(lower) + ", " + number_text(upper) + "]";
+    result += std::string(" in ") + (lower_open ? "(" : "[") + number_in_text(lower) + ", " +
+              number_in_text(upper) + "]";
   } else if (below) {
-    result += std::string(lower_open ? " > " : " >= ") + number_text(lower);
+    result += std::string(lower_open ? " > " : " >= ") + number_in_text(lower);
   } else if (above) {
-    result += " <= " + number_text(upper);
+    result += " <= " + number_in_text(upper);
   }
   return *unit != '\0' ? result + " " + unit : result;
 }
@@ -214,7 +214,7 @@ Pose YamlFields::pose_or_identity(const std::string& key) {
     const std::vector<double> q = fields.numbers("quaternion_xyzw", 4);
     Quat quaternion(q[3], q[0], q[1], q[2]);
     if (std::abs(quaternion.norm() - 1.0) > 1e-3) {
-      fields.fail("quaternion_xyzw", "length " + number_text(quaternion.norm()),
+      fields.fail("quaternion_xyzw", "length " + number_in_text(quaternion.norm()),
                   "a unit quaternion x, y, z, w");
     }
     X.R = quaternion.normalized().toRotationMatrix();

@@ -34,6 +34,7 @@ struct GripperModel {
   ParallelGripperParameters parameters;
   GraspRule rule = GraspRule::on_command;
   double max_force_N = 0.0;
+  std::vector<double> friction{};  ///< of the jaws, by component; empty: that of ContactParameters
   double press_m =
       0.0;  ///< how far beyond what it touches the reference of a jaw goes until the force is at its limit
   // Extent of the grip faces in the jaw frames: the grasp volume lies between them.
@@ -106,6 +107,17 @@ struct ScrewdriverModel {
   double reach_m = 0.0, max_torque_Nm = 0.0;
 };
 
+/// Where Parts may be.
+struct WorldBounds {
+  Vec3 lower_W = Vec3::Zero(), upper_W = Vec3::Zero();
+};
+
+/// A Part that stands inside of a Part or Ground at the start, deeper than any fit is.
+struct StartOverlap {
+  int part = -1, other = -1;
+  std::string sentence;
+};
+
 struct CellModel {
   CellDescription description;
   double step_s = 0.001;
@@ -117,6 +129,7 @@ struct CellModel {
   InteractionParameters interaction;
   std::vector<RigidBodyParameters> parts;  ///< by Part, in order of component id
   std::vector<GroundModel> grounds;
+  std::optional<WorldBounds> bounds;  ///< none: Parts may be anywhere
   std::vector<KinematicRobotParameters> robots;
   std::vector<std::optional<RobotDynamics>> dynamics;     ///< by robot; none: the robot can only be kinematic
   std::vector<std::string> no_dynamics;                   ///< by robot: why, for error texts
@@ -130,6 +143,7 @@ struct CellModel {
   ClearanceModel clearance;
   std::vector<ConvexImport> convex_imports;
   std::vector<ImportNote> import_notes;
+  std::vector<StartOverlap> start_overlaps;  ///< with these the cell does not run
 };
 
 /// X_WR of every robot.

@@ -57,12 +57,11 @@ void CellPlant::reset() {
   for (KinematicRobot& robot : robots_) robot.reset();
   for (ParallelGripper& gripper : grippers_) gripper.reset();
   for (const auto& further : further_) further->reset();
-  std::vector<int> levels = model_.robot_levels;
-  levels.resize(robots_.size(), 1);
-  if (levels != levels_ || !system_ || system_->has_stiff_pairs() != system_->has_contacts()) {
-    levels_ = std::move(levels);
-    build();
+  if (!system_) {
+    levels_ = model_.robot_levels;
+    levels_.resize(robots_.size(), 1);
   }
+  if (!system_ || system_->has_stiff_pairs() != system_->has_contacts()) build();
   system_->initial_state(x_);
   accepted_ = x_;
   system_->wake_all();
@@ -158,6 +157,13 @@ double CellPlant::jaw_coordinate(std::size_t gripper, ParallelGripper::Side side
   const auto [robot, place] = gripper_place_[gripper];
   if (levels_[robot] == 1) return grippers_[gripper].coordinate(t, side);
   return segment(robot)[jaw_joint(robot, place, side)];
+}
+
+double CellPlant::jaw_speed(std::size_t gripper, ParallelGripper::Side side, double t) const {
+  const auto [robot, place] = gripper_place_[gripper];
+  if (levels_[robot] == 1) return grippers_[gripper].speed(t, side);
+  return segment(
+      robot)[static_cast<std::size_t>(dynamic_[robot]->joint_count()) + jaw_joint(robot, place, side)];
 }
 
 void CellPlant::change_levels(std::span<const int> levels, double t) {

@@ -81,6 +81,8 @@ class CellPlant {
   std::span<const double> segment(std::size_t robot) const;
   /// Distance of a jaw's grip face from the centre (m), as it is, whatever was commanded.
   double jaw_coordinate(std::size_t gripper, ParallelGripper::Side side, double t) const;
+  /// Its derivative (m/s).
+  double jaw_speed(std::size_t gripper, ParallelGripper::Side side, double t) const;
   double width(std::size_t gripper, double t) const {
     return jaw_coordinate(gripper, ParallelGripper::left, t) +
            jaw_coordinate(gripper, ParallelGripper::right, t);

@@ -54,7 +54,10 @@ class PartnerHistory {
 /// Two components in contact.
 struct ExplainedContact {
   int a = -1, b = -1;
+  /// Of their convex shapes. Where surface contact acts (`by_surface`): minus the largest penetration of the
+  /// surfaces, at the centre of pressure, along the force; not known where nothing presses.
   ContactDepth depth;
+  bool by_surface = false;
 };
 
 /// A connection of which the component is the Base (thesis 3.4.1).

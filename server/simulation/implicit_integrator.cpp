@@ -2,22 +2,26 @@
 
 #include <algorithm>
 #include <cmath>
-
-#include "plant_models/mechanics/rigid_body.h"
+#include <limits>
 
 namespace takt {
 
 namespace {
 // Both make the method L-stable. The second one is used only where I - g h A is singular with the first.
 const double kGammas[] = {1.0 - std::sqrt(0.5), 1.0 + std::sqrt(0.5)};
-// Twice what a body falls faster in a step of 1 ms: whoever is held or slides is far below.
-constexpr double kUnforeseen_m_per_s = 0.02;
-// A body whose velocity J leaves alone to within this is touched by nothing that J knows of.
-constexpr double kAlone_m_per_s = 1e-9;
-constexpr int kPieces = 8;
-constexpr std::size_t kVelocityState = 7;  // first of the velocity of a rigid body
+// Of a step with stiff pairs, relative to the states and their scales.
+constexpr double kTolerance = 3e-4;
+constexpr double kSafety = 0.9, kLeastFactor = 0.1, kMostFactor = 4.0;
+// Beyond this error a forced step is that of Euler's method.
+constexpr double kForcedError = 10.0;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr const char* kNoInverse =
     "the matrix of the linearly implicit step has no inverse, or its entries are not finite";
+
+// Times closer than this are one time (s, relative above 1 s).
+double one_time(double t) {
+  return 2e-14 * std::max(1.0, std::abs(t));
+}
 
 std::vector<int> states_with_entries(const OdeSystem& system) {
   std::vector<int> states;
@@ -47,8 +51,9 @@ ImplicitIntegrator::ImplicitIntegrator(const SolverParameters& parameters, const
       values_(system.jacobian_pattern().size()),
       right_side_(implicit_states_.size()) {
   const auto n = static_cast<std::size_t>(system.state_count());
-  rate_.resize(n), k1_.resize(n), k2_.resize(n), trial_.resize(n), begin_.resize(n);
-  if (is_coupled(parameters.matrix, system)) coupled_ = std::make_unique<VelocitySystem>(system);
+  rate_.resize(n), k1_.resize(n), k2_.resize(n), trial_.resize(n);
+  if (is_coupled(parameters.matrix, system))
+    coupled_ = std::make_unique<RosenbrockStep>(system, kTolerance, statistics_);
 }
 
 bool ImplicitIntegrator::factorise(double gamma_h) {
@@ -64,100 +69,86 @@ void ImplicitIntegrator::solve(std::vector<double>& k) {
     k[static_cast<std::size_t>(implicit_states_[i])] = right_side_[i];
 }
 
-void ImplicitIntegrator::linearise_coupled(OdeSystem& system, double t, std::span<const double> x) {
-  system.derivatives_at_motion(t, x, k1_);
-  coupled_->linearise(system, t, x, Linearisation::secant);
-  system.time_derivative(t, x, rate_);
-  ++statistics_.jacobians;
-}
-
-// A linear system solved exactly has k1 = f(t + h, x + h k1). What begins to press within the step is in f
-// there and was not in J: the step went on as if nothing were there. Asked of bodies that J left alone: of
-// those that are held or slide it knows, and what f then does beyond J is no hit.
-double ImplicitIntegrator::unforeseen_m_per_s(OdeSystem& system, double t_end, double h,
-                                              std::span<const double> x) {
-  system.derivatives(t_end, x, k2_);
-  double worst = 0.0;
-  for (const std::size_t s : system.active_segments()) {
-    const OdeSystem::Segment& segment = system.segments()[s];
-    if (segment.model->body() < 0 || segment.count != RigidBody::kStates) continue;
-    const std::size_t v = segment.begin + kVelocityState;
-    double sum = 0.0, known = 0.0;
-    for (std::size_t i = v; i < v + 3; ++i) {
-      sum += (k2_[i] - k1_[i]) * (k2_[i] - k1_[i]);
-      known += (k1_[i] - trial_[i]) * (k1_[i] - trial_[i]);
-    }
-    if (h * std::sqrt(known) <= kAlone_m_per_s) worst = std::max(worst, h * std::sqrt(sum));
-  }
-  return worst;
-}
-
-// Bounded cost: a step in which something hits is taken again in pieces, once.
-bool ImplicitIntegrator::advance_stiff_pairs(OdeSystem& system, double t, double h, std::span<double> x) {
+void ImplicitIntegrator::accept(const OdeSystem& system, double h, std::span<double> x) {
+  const std::vector<double>& new_x = coupled_->new_x();
   for (const OdeSystem::Range& range : system.active_states())
-    std::copy(x.begin() + static_cast<std::ptrdiff_t>(range.begin),
-              x.begin() + static_cast<std::ptrdiff_t>(range.end),
-              begin_.begin() + static_cast<std::ptrdiff_t>(range.begin));
-  if (!step_stiff_pairs(system, t, h, x)) return false;
-  if (unforeseen_m_per_s(system, t + h, h, x) <= kUnforeseen_m_per_s)
-    return finish_fixed_step(system, t, h, x, 2);
+    for (std::size_t i = range.begin; i < range.end; ++i) x[i] = new_x[i];
+  ++statistics_.steps;
+  statistics_.largest_step_s = std::max(statistics_.largest_step_s, h);
+  if (statistics_.smallest_step_s == 0.0 || h < statistics_.smallest_step_s) statistics_.smallest_step_s = h;
+}
+
+// Where a piece may end at most, and which corners of f its evaluations stay clear of. A corner that is
+// nearer than the least piece is stepped over.
+double ImplicitIntegrator::limit_piece(const OdeSystem& system, double now, double end, double least) {
+  const double corner = system.next_time_event(now + one_time(now));
+  const bool within = corner >= now + least && corner <= end + one_time(end);
+  coupled_->limit_times(after_, within ? std::nextafter(corner, -kInfinity) : kInfinity);
+  return within && corner < end - one_time(end) ? corner : end;
+}
+
+bool ImplicitIntegrator::try_piece(OdeSystem& system, double now, double& size, bool whole, bool forced,
+                                   std::span<const double> x) {
+  using Outcome = RosenbrockStep::Outcome;
+  const Outcome outcome =
+      whole ? coupled_->two_stages(system, now, size, x) : coupled_->four_stages(system, now, size, x);
+  if (outcome == Outcome::good) return true;
+  const double error = coupled_->error();
+  if (forced) {
+    ++statistics_.forced_steps;
+    return (outcome == Outcome::too_large && error <= kForcedError) ||
+           coupled_->euler(system, size, x) == Outcome::good;
+  }
   ++statistics_.rejected_steps;
-  for (const OdeSystem::Range& range : system.active_states())
-    for (std::size_t i = range.begin; i < range.end; ++i) x[i] = begin_[i];
-  for (int piece = 0; piece < kPieces; ++piece) {
-    const double at = t + piece * (h / kPieces);
-    system.update_motion(at, x);
-    if (!step_stiff_pairs(system, at, h / kPieces, x)) return false;
-  }
-  return finish_fixed_step(system, t, h, x, 2 + kPieces);
+  const double factor =
+      outcome == Outcome::not_finite ? kLeastFactor : kSafety * std::pow(error, whole ? -1.0 / 2 : -1.0 / 3);
+  size *= std::clamp(factor, kLeastFactor, kSafety);
+  return false;
 }
 
-bool ImplicitIntegrator::step_stiff_pairs(OdeSystem& system, double t, double h, std::span<double> x) {
-  linearise_coupled(system, t, x);
-  ++statistics_.factorisations;
-  if (!coupled_->factorise(1.0, h)) {
-    ++statistics_.newton_failures;
-    failure_ = kNoInverse;
-    return false;
-  }
-  for (const OdeSystem::Range& range : system.active_states())
-    for (std::size_t i = range.begin; i < range.end; ++i) {
-      trial_[i] = k1_[i];
-      k1_[i] += h * rate_[i];
+bool ImplicitIntegrator::advance_stiff_pairs(OdeSystem& system, double t, double h, std::span<double> x) {
+  const double end = t + h;
+  double now = t, size = h;
+  after_ = system.next_time_event(t - one_time(t));
+  if (after_ > t + one_time(t)) after_ = -kInfinity;
+  bool linearised = false;
+  for (int attempts_left = kMostAttempts; now < end; --attempts_left) {
+    const double least = (end - now) / attempts_left;
+    const double stop = limit_piece(system, now, end, least);
+    const bool forced = size <= least || attempts_left == 1;
+    size = std::max(size, least);
+    if (attempts_left == 1 || size > stop - now - one_time(stop)) size = stop - now;
+    if (!linearised && !coupled_->linearise(system, now, x)) {
+      failure_ = "the derivatives are not finite";
+      return false;
     }
-  coupled_->solve(k1_, h);
-  for (const OdeSystem::Range& range : system.active_states())
-    for (std::size_t i = range.begin; i < range.end; ++i) x[i] += h * k1_[i];
-  return true;
-}
-
-bool ImplicitIntegrator::advance_coupled(OdeSystem& system, double t, double h, std::span<double> x) {
-  linearise_coupled(system, t, x);
-  double gamma = kGammas[0];
-  ++statistics_.factorisations;
-  if (!coupled_->factorise(1.0, gamma * h)) {
-    gamma = kGammas[1];
-    ++statistics_.newton_failures;
-    ++statistics_.factorisations;
-    if (!coupled_->factorise(1.0, gamma * h)) {
+    linearised = true;
+    if (!try_piece(system, now, size, attempts_left == kMostAttempts, forced, x)) {
+      if (!forced) continue;
       failure_ = kNoInverse;
       return false;
     }
+    accept(system, size, x);
+    linearised = false;
+    now = size >= stop - now ? stop : now + size;
+    if (now == stop && stop < end) after_ = stop;
+    if (forced) continue;
+    size *= std::clamp(kSafety * std::pow(std::max(coupled_->error(), 1e-9), -1.0 / 3), kLeastFactor,
+                       kMostFactor);
+    // Two equal steps rather than a large and a tiny one.
+    if (size < end - now) size = std::min(size, 0.5 * (end - now));
   }
-  const std::span<const OdeSystem::Range> ranges = system.active_states();
-  for (const OdeSystem::Range& range : ranges)
-    for (std::size_t i = range.begin; i < range.end; ++i) k1_[i] += gamma * h * rate_[i];
-  coupled_->solve(k1_, gamma * h);
-  for (const OdeSystem::Range& range : ranges)
-    for (std::size_t i = range.begin; i < range.end; ++i) trial_[i] = x[i] + h * k1_[i];
-  system.derivatives(t + h, trial_, k2_);
-  for (const OdeSystem::Range& range : ranges)
-    for (std::size_t i = range.begin; i < range.end; ++i) k2_[i] -= 2.0 * k1_[i] + gamma * h * rate_[i];
-  coupled_->solve(k2_, -gamma * h);
-  for (const OdeSystem::Range& range : ranges)
-    for (std::size_t i = range.begin; i < range.end; ++i) x[i] += h * (1.5 * k1_[i] + 0.5 * k2_[i]);
-  finish_fixed_step(system, t, h, x, 2);
-  return true;
+  return finish(system, end, x);
+}
+
+bool ImplicitIntegrator::advance_coupled(OdeSystem& system, double t, double h, std::span<double> x) {
+  if (!coupled_->linearise(system, t, x) ||
+      coupled_->two_stages(system, t, h, x) == RosenbrockStep::Outcome::not_finite) {
+    failure_ = kNoInverse;
+    return false;
+  }
+  accept(system, h, x);
+  return finish(system, t + h, x);
 }
 
 bool ImplicitIntegrator::take_step(OdeSystem& system, double t, double h, std::span<double> x) {

@@ -9,28 +9,32 @@
 // couplings between them, and models without entries are treated by Heun's explicit method, as in rk2.
 // SystemMatrix::coupled: A is that of velocity_system.h, with the forces between models, secant of friction.
 //
-// Where pairs are stiff (surface contact) the method is the linearly implicit one of Euler with the coupled
-// A,
-//   (I - h A) k = f(t, x) + h f_t,  x(t + h) = x + h k.
-// For ROS2 looks at f a whole step ahead: there a body that flies free at t is deep inside another, and the
-// force that A knows nothing of throws it back with more than it came with (0.3 kg at 0.5 m/s on a layer
-// of 1.3 MN/m: thrown out from 2 ms on). The method of Euler takes energy out of such an impact, at any step.
-// What begins to press within a step is not in A: where that changes the velocity of a body that nothing
-// touched before by more than 20 mm/s, the step is taken once more in 8 pieces.
+// Where pairs are stiff (surface contact) A is the coupled one, and a communication step is tried as a whole
+// with ROS2 first. Where its error is too large (an impact, a grip that closes) the step is taken in pieces
+// of ROS34PW2 with error control, whose bounded cost is counted in attempts: at most kMostAttempts per
+// communication step, the first one and rejected ones included. So a piece is never smaller than what is left
+// of the step over what is left of the attempts. A piece of that size is taken whatever its error
+// (SolverStatistics::forced_steps), far beyond it by the linearly implicit method of Euler, which takes
+// energy out of whatever it cannot resolve.
 //
-// Per step: two evaluations, one Jacobian by the models, one factorisation on a pattern that was analysed at
-// construction, two solutions. No iteration, so the time of a step has a bound.
+// Nothing is remembered from one communication step to the next.
+//
+// Work per communication step: without stiff pairs two evaluations, one Jacobian by the models, one
+// factorisation on a pattern that was analysed at construction, two solutions; with them at most
+// kMostAttempts Jacobians, 2 kMostAttempts factorisations, 4 kMostAttempts evaluations and solutions.
 #include <memory>
 #include <vector>
 
 #include "server/simulation/integrator.h"
+#include "server/simulation/rosenbrock_step.h"
 #include "server/simulation/static_lu.h"
-#include "server/simulation/velocity_system.h"
 
 namespace takt {
 
 class ImplicitIntegrator final : public Integrator {
  public:
+  static constexpr int kMostAttempts = 32;
+
   ImplicitIntegrator(const SolverParameters& parameters, const OdeSystem& system);
 
  protected:
@@ -41,16 +45,18 @@ class ImplicitIntegrator final : public Integrator {
   void solve(std::vector<double>& k);
   bool advance_coupled(OdeSystem& system, double t, double h, std::span<double> x);
   bool advance_stiff_pairs(OdeSystem& system, double t, double h, std::span<double> x);
-  bool step_stiff_pairs(OdeSystem& system, double t, double h, std::span<double> x);
-  /// How much a body's velocity is wrong because of what J at the beginning did not know of (m/s).
-  double unforeseen_m_per_s(OdeSystem& system, double t_end, double h, std::span<const double> x);
-  void linearise_coupled(OdeSystem& system, double t, std::span<const double> x);
+  double limit_piece(const OdeSystem& system, double now, double end, double least);
+  /// True: the trial is to be accepted. False: size is what to try next, or no step is possible where forced.
+  bool try_piece(OdeSystem& system, double now, double& size, bool whole, bool forced,
+                 std::span<const double> x);
+  void accept(const OdeSystem& system, double h, std::span<double> x);
 
   std::vector<int> implicit_states_;  ///< states with entries, ascending
   StaticLu lu_;                       ///< over those
   std::vector<double> values_, rate_, right_side_;
-  std::vector<double> k1_, k2_, trial_, begin_;
-  std::unique_ptr<VelocitySystem> coupled_;  ///< null: A of the models alone
+  std::vector<double> k1_, k2_, trial_;
+  std::unique_ptr<RosenbrockStep> coupled_;  ///< null: A of the models alone
+  double after_ = 0.0;                       ///< f has a corner there; it is evaluated from there on
 };
 
 }  // namespace takt

@@ -35,6 +35,10 @@ bool Integrator::finish_fixed_step(OdeSystem& system, double t, double h, std::s
   ++statistics_.steps;
   statistics_.evaluations += evaluations;
   statistics_.smallest_step_s = statistics_.largest_step_s = h;
+  return finish(system, t + h, x);
+}
+
+bool Integrator::finish(OdeSystem& system, double t_end, std::span<double> x) {
   // Modes are asked about finite states only, and may set states themselves.
   const auto finite = [&] {
     bool good = true;
@@ -45,7 +49,7 @@ bool Integrator::finish_fixed_step(OdeSystem& system, double t, double h, std::s
   };
   if (!finite()) return false;
   if (system.indicator_count() == 0) return true;
-  if (system.switch_modes(t + h, x)) ++statistics_.mode_switches;
+  if (system.switch_modes(t_end, x)) ++statistics_.mode_switches;
   return finite();
 }
 
@@ -55,6 +59,10 @@ std::span<const std::string_view> solver_names() {
 
 bool solver_has_error_control(std::string_view name) {
   return std::find(kErrorControlled.begin(), kErrorControlled.end(), name) != kErrorControlled.end();
+}
+
+bool solver_is_explicit(std::string_view name) {
+  return name == "rk2" || name == "rk4";
 }
 
 double solver_default_tolerance(std::string_view name) {

@@ -54,6 +54,8 @@ class Integrator {
   /// What every solver with a fixed step does when it has arrived at t + h. False: x is not finite.
   bool finish_fixed_step(OdeSystem& system, double t, double h, std::span<double> x,
                          std::uint64_t evaluations);
+  /// Its part that counts nothing: modes, and whether x is finite.
+  bool finish(OdeSystem& system, double t_end, std::span<double> x);
 
   SolverStatistics statistics_;
   std::string failure_;

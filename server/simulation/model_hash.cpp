@@ -67,6 +67,7 @@ class ModelHash {
     return *this << p.body << p.mass_kg << p.p_BBcm << p.I_BBcm_B << p.gravity_W << p.X_WB_initial
                  << p.V_WB_initial;
   }
+  ModelHash& operator<<(const WorldBounds& bounds) { return *this << bounds.lower_W << bounds.upper_W; }
   ModelHash& operator<<(const GroundModel& ground) { return *this << ground.component << ground.X_WB; }
   ModelHash& operator<<(const JointModel& j) {
     return *this << j.name << j.type << j.X_PJ << j.axis << j.lower << j.upper << j.max_velocity
@@ -97,13 +98,13 @@ class ModelHash {
   ModelHash& operator<<(const GripperModel& g) {
     const ParallelGripperParameters& p = g.parameters;
     return *this << p.robot << p.palm << p.jaws[0] << p.jaws[1] << p.X_FG << p.max_width_m
-                 << p.initial_width_m << p.jaw_speed_m_per_s << g.rule << g.max_force_N << g.press_m
-                 << g.face_x_lower_m << g.face_x_upper_m << g.face_z_lower_m << g.face_z_upper_m;
+                 << p.initial_width_m << p.jaw_speed_m_per_s << g.rule << g.max_force_N << g.friction
+                 << g.press_m << g.face_x_lower_m << g.face_x_upper_m << g.face_z_lower_m << g.face_z_upper_m;
   }
   ModelHash& operator<<(const std::shared_ptr<const ContactSurface>& surface) {
     if (surface == nullptr) return *this << 0;
     const ContactSurface::Data& data = surface->data();
-    *this << data.px << data.py << data.pz << data.line_m << data.vertices << data.faces.size();
+    *this << data.px << data.py << data.pz << data.area_m2 << data.vertices << data.faces.size();
     for (const ContactFace& face : data.faces) *this << face.vertex[0] << face.vertex[1] << face.vertex[2];
     return *this;
   }
@@ -147,7 +148,7 @@ class ModelHash {
 std::uint64_t model_hash(const CellModel& model) {
   ModelHash hash;
   hash << model.step_s << model.solver << model.contact_solver << model.components << model.pairs
-       << model.interaction << model.parts << model.grounds << model.robots << model.dynamics
+       << model.interaction << model.parts << model.grounds << model.bounds << model.robots << model.dynamics
        << model.robot_levels << model.trajectories << model.grippers << model.description.processes;
   for (const RobotDescription& robot : model.description.robots) {
     const CommandDeadline& deadline = robot.command_deadline;

@@ -5,12 +5,10 @@
 #include <limits>
 
 #include "plant_models/state_bytes.h"
-#include "server/simulation/rosenbrock_tableau.h"
 
 namespace takt {
 
 namespace {
-constexpr RosenbrockForm kMethod = transformed(RosenbrockTableau{});
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 constexpr double kFirstStep_s = 1e-4;
@@ -35,26 +33,14 @@ void for_each_active(const OdeSystem& system, const Visit& visit) {
   for (const OdeSystem::Range& range : system.active_states())
     for (std::size_t i = range.begin; i < range.end; ++i) visit(i);
 }
-
-bool finite(const OdeSystem& system, std::span<const double> values) {
-  bool good = true;
-  for_each_active(system, [&](std::size_t i) { good = good && std::isfinite(values[i]); });
-  return good;
-}
 }  // namespace
 
 RosenbrockIntegrator::RosenbrockIntegrator(const SolverParameters& parameters, const OdeSystem& system)
-    : linear_(system),
-      tolerance_(parameters.tolerance),
-      scales_(static_cast<std::size_t>(system.state_count())),
+    : trial_(system, parameters.tolerance, statistics_),
       indicators_(static_cast<std::size_t>(system.indicator_count())),
       new_indicators_(indicators_),
       after_(-kInfinity),
-      before_(kInfinity) {
-  system.state_scales(scales_);
-  for (auto* values : {&f0_, &rate_, &work_, &new_x_, &error_, &u_[0], &u_[1], &u_[2], &u_[3]})
-    values->resize(scales_.size());
-}
+      before_(kInfinity) {}
 
 void RosenbrockIntegrator::reset() {
   Integrator::reset();
@@ -82,88 +68,13 @@ void RosenbrockIntegrator::load(StateReader& in) {
   for (double& indicator : indicators_) indicator = in.number(-kInfinity, kInfinity, "an indicator");
 }
 
-double RosenbrockIntegrator::clamped(double t) const {
-  return std::clamp(t, after_, before_);
-}
-
-bool RosenbrockIntegrator::linearise(OdeSystem& system, double t, std::span<const double> x) {
-  system.derivatives(clamped(t), x, f0_);
-  ++statistics_.evaluations;
-  if (!finite(system, f0_)) return false;
-  linear_.linearise(system, clamped(t), x, Linearisation::secant);
-  system.time_derivative(clamped(t), x, rate_);
-  ++statistics_.jacobians;
-  return true;
-}
-
-RosenbrockIntegrator::Outcome RosenbrockIntegrator::try_step(OdeSystem& system, double t, double h,
-                                                             std::span<const double> x) {
-  ++statistics_.factorisations;
-  if (!linear_.factorise(1.0 / (kMethod.gamma * h), 1.0)) {
-    ++statistics_.newton_failures;
-    return Outcome::not_finite;
-  }
-  for (std::size_t stage = 0; stage < RosenbrockForm::kStages; ++stage) {
-    std::vector<double>& u = u_[stage];
-    if (stage == 0) {
-      for_each_active(system, [&](std::size_t i) { u[i] = f0_[i]; });
-    } else {
-      for_each_active(system, [&](std::size_t i) { work_[i] = x[i]; });
-      for (std::size_t j = 0; j < stage; ++j) {
-        const double a = kMethod.a[stage][j];
-        for_each_active(system, [&](std::size_t i) { work_[i] += a * u_[j][i]; });
-      }
-      system.derivatives(clamped(t + kMethod.alpha[stage] * h), work_, u);
-      ++statistics_.evaluations;
-      for (std::size_t j = 0; j < stage; ++j) {
-        const double c = kMethod.c[stage][j] / h;
-        for_each_active(system, [&](std::size_t i) { u[i] += c * u_[j][i]; });
-      }
-    }
-    const double share = h * kMethod.gammas[stage];
-    for_each_active(system, [&](std::size_t i) { u[i] += share * rate_[i]; });
-    linear_.solve(u, share);
-    if (!finite(system, u)) return Outcome::not_finite;
-  }
-  for_each_active(system, [&](std::size_t i) {
-    double change = 0.0, error = 0.0;
-    for (std::size_t stage = 0; stage < RosenbrockForm::kStages; ++stage) {
-      change += kMethod.m[stage] * u_[stage][i];
-      error += kMethod.e[stage] * u_[stage][i];
-    }
-    new_x_[i] = x[i] + change;
-    error_[i] = error;
-  });
-  new_error_ = error_of(system, x);
-  if (!std::isfinite(new_error_)) return Outcome::not_finite;
-  return new_error_ <= 1.0 ? Outcome::good : Outcome::too_large;
-}
-
-// The worst model counts: how many others there are in the cell must not loosen the tolerance.
-double RosenbrockIntegrator::error_of(const OdeSystem& system, std::span<const double> x) const {
-  double worst = 0.0;
-  for (const std::size_t s : system.active_segments()) {
-    const OdeSystem::Segment& segment = system.segments()[s];
-    if (segment.count == 0) continue;
-    double sum = 0.0;
-    for (std::size_t i = segment.begin; i < segment.begin + segment.count; ++i) {
-      const double size = std::max(std::abs(x[i]), std::abs(new_x_[i])) + scales_[i];
-      const double e = error_[i] / (tolerance_ * size);
-      sum += e * e;
-    }
-    const double mean = sum / static_cast<double>(segment.count);
-    if (!(mean <= worst)) worst = mean;
-  }
-  return std::sqrt(worst);
-}
-
 void RosenbrockIntegrator::next_size(double h, bool cut_short) {
   const double factor =
-      kSafety * std::pow(std::max(new_error_, 1e-9), -kIntegral) * std::pow(last_error_, kProportional);
+      kSafety * std::pow(std::max(trial_.error(), 1e-9), -kIntegral) * std::pow(last_error_, kProportional);
   const double proposed = h * std::clamp(factor, kLeastFactor, rejected_ ? 1.0 : kMostFactor);
   // A step that something else ended tells nothing against the size that was meant.
   step_ = std::max(cut_short ? std::max(step_, proposed) : proposed, kSmallestStep_s);
-  last_error_ = std::max(new_error_, kLeastError);
+  last_error_ = std::max(trial_.error(), kLeastError);
 }
 
 void RosenbrockIntegrator::note_step(double h) {
@@ -174,14 +85,15 @@ void RosenbrockIntegrator::note_step(double h) {
 
 void RosenbrockIntegrator::switch_modes(OdeSystem& system, double t, std::span<double> x) {
   if (indicators_.empty()) return;
-  for (int i = 0; i < kMostSwitchesAtOnce && system.switch_modes(clamped(t), x); ++i)
+  trial_.limit_times(after_, before_);
+  for (int i = 0; i < kMostSwitchesAtOnce && system.switch_modes(trial_.clamped(t), x); ++i)
     ++statistics_.mode_switches;
-  system.indicators(clamped(t), x, indicators_);
+  system.indicators(trial_.clamped(t), x, indicators_);
 }
 
 double RosenbrockIntegrator::mode_ends_at(OdeSystem& system, double t_end) {
   if (indicators_.empty()) return kInfinity;
-  system.indicators(clamped(t_end), new_x_, new_indicators_);
+  system.indicators(trial_.clamped(t_end), trial_.new_x(), new_indicators_);
   double first = kInfinity;
   for (std::size_t i = 0; i < indicators_.size(); ++i) {
     if (new_indicators_[i] >= 0.0) continue;
@@ -194,14 +106,15 @@ double RosenbrockIntegrator::mode_ends_at(OdeSystem& system, double t_end) {
 
 bool RosenbrockIntegrator::find_step(OdeSystem& system, double t, double& h, bool& mode_ends,
                                      std::span<double> x) {
-  if (!linearise(system, t, x)) {
+  trial_.limit_times(after_, before_);
+  if (!trial_.linearise(system, t, x)) {
     failure_ = "the derivatives are not finite at t = " + std::to_string(t) + " s";
     return false;
   }
   int locating = 0;
   rejected_ = false;
   while (true) {
-    const Outcome outcome = try_step(system, t, h, x);
+    const Outcome outcome = trial_.four_stages(system, t, h, x);
     const bool smallest = h <= kSmallestStep_s;
     if (outcome == Outcome::not_finite) {
       if (smallest) {
@@ -217,7 +130,7 @@ bool RosenbrockIntegrator::find_step(OdeSystem& system, double t, double& h, boo
     if (outcome == Outcome::too_large && !smallest) {
       ++statistics_.rejected_steps;
       rejected_ = true;
-      const double factor = kSafety * std::pow(new_error_, -1.0 / 3.0);
+      const double factor = kSafety * std::pow(trial_.error(), -1.0 / 3.0);
       step_ = h = std::max(h * std::clamp(factor, kLeastFactor, 0.9), kSmallestStep_s);
       continue;
     }
@@ -259,7 +172,7 @@ bool RosenbrockIntegrator::take_step(OdeSystem& system, double t, double h, std:
       double size = step_ >= left ? left : (2.0 * step_ > left ? 0.5 * left : step_);
       bool mode_ends = false;
       if (!find_step(system, now, size, mode_ends, x)) return false;
-      for_each_active(system, [&](std::size_t i) { x[i] = new_x_[i]; });
+      for_each_active(system, [&](std::size_t i) { x[i] = trial_.new_x()[i]; });
       note_step(size);
       next_size(size, size < step_);
       now = size == left ? stop : now + size;

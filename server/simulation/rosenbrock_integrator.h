@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "server/simulation/integrator.h"
-#include "server/simulation/velocity_system.h"
+#include "server/simulation/rosenbrock_step.h"
 
 namespace takt {
 
@@ -35,27 +35,18 @@ class RosenbrockIntegrator final : public Integrator {
   bool take_step(OdeSystem& system, double t, double h, std::span<double> x) override;
 
  private:
-  enum class Outcome { good, too_large, not_finite };
-  bool linearise(OdeSystem& system, double t, std::span<const double> x);
-  Outcome try_step(OdeSystem& system, double t, double h, std::span<const double> x);
-  double error_of(const OdeSystem& system, std::span<const double> x) const;
+  using Outcome = RosenbrockStep::Outcome;
   void next_size(double h, bool cut_short);
   void note_step(double h);
   void switch_modes(OdeSystem& system, double t, std::span<double> x);
   /// Share of the trial step after which the first mode ends that held at its beginning; above 1: none does.
   double mode_ends_at(OdeSystem& system, double t_end);
   bool find_step(OdeSystem& system, double t, double& h, bool& mode_ends, std::span<double> x);
-  double clamped(double t) const;
 
-  VelocitySystem linear_;
-  double tolerance_;
-  std::vector<double> scales_;
-  std::vector<double> f0_, rate_, work_, new_x_, error_;
-  std::vector<double> u_[4];
+  RosenbrockStep trial_;
   std::vector<double> indicators_, new_indicators_;
   double step_ = 0.0;        ///< proposed for the next step; 0: none yet
   double last_error_ = 1.0;  ///< of the last accepted step
-  double new_error_ = 0.0;   ///< of the present attempt
   bool rejected_ = false;    ///< the present step was tried with a larger size
   bool restarted_ = true;
   double after_, before_;  ///< f has corners there; it is evaluated between

@@ -1,8 +1,10 @@
 #include "server/simulation/simulation.h"
 
+#include <algorithm>
 #include <vector>
 
 #include "server/simulation/simulation_impl.h"
+#include "server/simulation/step_limit.h"
 
 namespace takt {
 
@@ -59,6 +61,13 @@ Wrench Simulation::pair_wrench(const PairConnection& pair) const {
 
 std::span<const CollisionEvent> Simulation::collision_events() const {
   return impl_->collisions;
+}
+
+const GripLoad& Simulation::grip_load(std::size_t gripper) const {
+  return impl_->grip_loads.load(gripper);
+}
+std::span<const WeakGrip> Simulation::weak_grips() const {
+  return impl_->grip_loads.weak();
 }
 
 void Simulation::watch_deadlines(bool watch) {
@@ -129,8 +138,17 @@ std::string Simulation::set_level_of_detail(int process, int level) {
     if (levels[r] > 1 && !s.plant.can_be_dynamic(r))
       return s.model->description.robots[r].name + " can only be kinematic: " + s.model->no_dynamics[r];
   }
-  for (std::size_t p = 0; p < s.process_levels.size(); ++p)
-    if (process < 0 || static_cast<std::size_t>(process) == p) s.process_levels[p] = level;
+  std::vector<int> process_levels = s.process_levels;
+  for (std::size_t p = 0; p < process_levels.size(); ++p)
+    if (process < 0 || static_cast<std::size_t>(process) == p) process_levels[p] = level;
+  const int highest =
+      process_levels.empty() ? level : *std::max_element(process_levels.begin(), process_levels.end());
+  if (highest < 3) {
+    bool refused = false;
+    const std::string remark = step_remark(*s.model, highest == 2, refused);
+    if (refused) return remark;
+  }
+  s.process_levels = process_levels;
   const bool was_good = s.fault.empty();
   s.guard([&] { s.regroup(levels); });
   s.motion_is_current = false;

@@ -80,7 +80,7 @@ class Simulation {
   /// When the newest trajectory of a robot ends; negative: it follows none.
   double trajectory_end_s(std::size_t robot) const;
 
-  /// Back to the initial state; the epoch counts up.
+  /// Back to the initial state, at the present levels of detail; the epoch counts up.
   void reset();
 
   std::uint64_t step_index() const;
@@ -162,6 +162,10 @@ class Simulation {
   /// What collision checking found at the beginning of the most recent step (with the first step: and when
   /// the cell was loaded or reset). Empty where the scenario does not check.
   std::span<const CollisionEvent> collision_events() const;
+  /// What friction had to carry at a gripper (index) at the beginning of the most recent step.
+  const GripLoad& grip_load(std::size_t gripper) const;
+  /// Grips that were found too weak there.
+  std::span<const WeakGrip> weak_grips() const;
   const SimulationStatistics& statistics() const;
 
   /// Optional: somebody who helps with the collision checks of steps that take at least so many calls, for as

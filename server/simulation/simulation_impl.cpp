@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <sstream>
 #include <variant>
 
 namespace takt {
@@ -9,8 +10,6 @@ namespace takt {
 namespace {
 // Nothing in a cell comes near, and what follows from a state (powers, energies, loads) is finite below it.
 constexpr double kLargestState = 1e30;
-// Surface contact looks, within a step, at pairs that are as close as this speed lets them come.
-constexpr double kFastest_m_per_s = 10.0;
 
 std::vector<int> part_bodies(const CellModel& cell) {
   std::vector<int> result;
@@ -24,6 +23,7 @@ Simulation::Impl::Impl(std::shared_ptr<const CellModel> cell_model)
       interaction(model->components, model->pairs, model->interaction),
       contacts(model->components, model->contact),
       grasping(*model),
+      grip_loads(*model),
       threads(*model),
       plant(*model, interaction, &contacts),
       resting(model->components, part_bodies(*model)),
@@ -33,6 +33,7 @@ Simulation::Impl::Impl(std::shared_ptr<const CellModel> cell_model)
       gripper_commands(model->grippers.size()),
       device_commands(model->description.devices.size()),
       set_points(model->description),
+      watch(*model),
       history(model->components.size()) {
   changes.reserve(2 * model->parts.size());
   if (model->clearance.enabled) {
@@ -49,9 +50,10 @@ void Simulation::Impl::start() {
   contacts.reset();
   threads.start(interaction);
   thread_let_go = false;
-  process_levels.clear();
-  for (const ProcessDescription& process : model->description.processes)
-    process_levels.push_back(process.level_of_detail);
+  if (process_levels.empty()) {
+    for (const ProcessDescription& process : model->description.processes)
+      process_levels.push_back(process.level_of_detail);
+  }
   choose_forces();
   plant.reset();
   resting.wake_all();
@@ -59,12 +61,15 @@ void Simulation::Impl::start() {
   std::fill(part_hashes.begin(), part_hashes.end(), 0);
   parts_hash = 0;
   grasping.reset();
+  grip_loads.reset();
   hash.reset();
   fault.clear();
   changes.clear();
   collisions.clear();
   if (monitor) monitor->reset();
   history.reset();
+  watch.reset();
+  start_overlaps.assign(model->start_overlaps.size(), 1);
   statistics = {};
   for (auto& counter : robot_commands) counter = {};
   for (auto& counter : gripper_commands) counter = {};
@@ -140,7 +145,7 @@ void Simulation::Impl::note_yielding() {
 void Simulation::Impl::find_near() {
   if (!contacts.any_acting()) return;
   refresh_motion();
-  contacts.update(system().motion(), kFastest_m_per_s * model->step_s);
+  contacts.update(system().motion(), model->step_s);
 }
 
 void Simulation::Impl::wake_all() {
@@ -229,10 +234,11 @@ void Simulation::Impl::update_connections() {
   }
   if (contacts.any_acting()) {
     contacts.accept(system().motion());
-    contacts.update(system().motion(), kFastest_m_per_s * model->step_s);
+    contacts.update(system().motion(), model->step_s);
   }
   grasping.update(time(), model->step_s, system().motion(), plant, interaction, contacts);
   interaction.update_connections(system().motion(), grasping.states(), clock);
+  grip_loads.update(time(), step_index, system().motion(), interaction, grasping, plant);
   if (threads.any() && threads.update(model->step_s, system().motion(), plant, interaction))
     thread_let_go = true;
   history.note(time(), step_index, interaction.changes());
@@ -246,6 +252,9 @@ void Simulation::Impl::update_connections() {
     changes.push_back({time(), step_index, change.part, change.from, change.to});
   }
   if (monitor) check_clearances();
+  if (std::string why = watch.look(time(), resting.awake_indices(), system().motion(), interaction, plant);
+      !why.empty())
+    fault = std::move(why);
 }
 
 void Simulation::Impl::check_clearances() {
@@ -324,7 +333,18 @@ void Simulation::Impl::rest() {
   system().set_awake(resting.awake());
 }
 
+bool Simulation::Impl::overlaps_at_start() {
+  if (step_index > 0) return false;
+  const auto count = std::count(start_overlaps.begin(), start_overlaps.end(), 1);
+  if (count == 0) return false;
+  const auto first = std::find(start_overlaps.begin(), start_overlaps.end(), 1) - start_overlaps.begin();
+  fault = model->start_overlaps[static_cast<std::size_t>(first)].sentence;
+  if (count > 1) fault += " (" + std::to_string(count - 1) + " more pairs overlap.)";
+  return true;
+}
+
 bool Simulation::Impl::step(std::span<const Command> commands) {
+  if (overlaps_at_start()) return false;
   // 1 apply commands
   set_points.begin_step();
   for (const Command& command : commands) {
@@ -341,8 +361,9 @@ bool Simulation::Impl::step(std::span<const Command> commands) {
   const double t1 = now();
   // 3 integrate t -> t + h
   plant.keep_accepted();
-  const bool arrived = plant.integrator().advance(system(), time(), model->step_s, plant.state());
+  const bool arrived = integrate();
   motion_is_current = false;
+  if (!fault.empty()) return fall_back();
   // 4 check and count
   const double t2 = now();
   statistics.connections_s += t1 - t0;
@@ -350,16 +371,54 @@ bool Simulation::Impl::step(std::span<const Command> commands) {
   return arrived ? accept() : solver_failed();
 }
 
+// In pieces where bodies in surface contact are so fast that one piece would carry them through a wall.
+bool Simulation::Impl::integrate() {
+  constexpr double kMostPieces = 10000.0;
+  const double step_s = model->step_s;
+  if (!contacts.any_acting()) return plant.integrator().advance(system(), time(), step_s, plant.state());
+  double done_s = 0.0;
+  while (true) {
+    const double left_s = step_s - done_s;
+    const double seeing_s = contacts.seeing_step_s(system().motion(), left_s);
+    const double pieces = std::min(std::ceil(left_s / seeing_s), kMostPieces);
+    const bool last = !(pieces > 1.0);
+    const double piece_s = last ? left_s : left_s / pieces;
+    if (!plant.integrator().advance(system(), time() + done_s, piece_s, plant.state())) return false;
+    done_s += piece_s;
+    system().update_motion(time() + done_s, plant.state());
+    if (const auto found = contacts.passing(system().motion()); found.base >= 0) {
+      fault = passing_text(found);
+      return true;
+    }
+    if (last) return true;
+  }
+}
+
+std::string Simulation::Impl::passing_text(const ContactInteraction::Passing& found) const {
+  const auto name = [this](int component) {
+    return model->components[static_cast<std::size_t>(component)].name;
+  };
+  std::ostringstream text;
+  text << name(found.base) << " passes through " << name(found.target) << " after t = " << time()
+       << " s: it is " << 1e3 * found.depth_m << " mm deep where " << name(found.target) << " is at most "
+       << 1e3 * found.wall_m << " mm thick, at " << found.speed_m_per_s
+       << " m/s; the last accepted state is kept. The elastic layer of the pair is too soft for this impact: "
+          "a slower approach, or a larger contact youngs_modulus_Pa or a smaller layer_depth_m of the pair.";
+  return text.str();
+}
+
 bool Simulation::Impl::diverged(std::size_t state) {
   const std::string& solver = plant.solver().name;
   const bool explicit_at_dynamics =
-      (solver == "rk2" || solver == "rk4") && !system().has_contacts() && plant.any_dynamic();
+      solver_is_explicit(solver) && !system().has_contacts() && plant.any_dynamic();
+  const bool at_contact = system().has_contacts() && solver != "rosenbrock";
   fault = "the state diverged in the step from t = " + std::to_string(time()) +
           " s: " + plant.describe_state(state) + " (state " + std::to_string(state) +
           "); the last accepted state is kept. " +
           (explicit_at_dynamics ? "A smaller step may help, or solver.dynamics: {method: implicit}: explicit "
                                   "steps must be short where a dynamic robot holds what is heavy."
-                                : "A smaller step may help.");
+           : at_contact ? "solver.contact: {method: rosenbrock} follows surface contact with error control."
+                        : "A smaller step may help.");
   return fall_back();
 }
 

@@ -12,11 +12,13 @@
 #include "server/simulation/cell_model.h"
 #include "server/simulation/cell_plant.h"
 #include "server/simulation/grasping.h"
+#include "server/simulation/grip_loads.h"
 #include "server/simulation/resting_parts.h"
 #include "server/simulation/set_points.h"
 #include "server/simulation/simulation.h"
 #include "server/simulation/state_hash.h"
 #include "server/simulation/threads.h"
+#include "server/simulation/world_watch.h"
 
 namespace takt {
 
@@ -35,7 +37,7 @@ struct Simulation::Impl {
   double time() const { return static_cast<double>(step_index) * model->step_s; }
   OdeSystem& system() { return plant.system(); }
 
-  /// Initial state.
+  /// Initial state, at the present levels of detail; at first at those of the model.
   void start();
   /// Level of detail of a component: the highest of its processes.
   int component_level(int component) const;
@@ -66,11 +68,17 @@ struct Simulation::Impl {
   /// Each Part has a hash of its own, the state's is chained over their sum: what rests is not hashed again.
   void hash_parts();
   void rest();
+  /// The cell begins with Parts inside of others, and nobody put them elsewhere: sets the fault.
+  bool overlaps_at_start();
   bool step(std::span<const Command> commands);
   bool diverged(std::size_t state);
+  bool integrate();
+  std::string passing_text(const ContactInteraction::Passing& found) const;
   bool solver_failed();
   bool fall_back();
   void fill(Snapshot& snapshot);
+  /// Where surface contact acts between the two: its depth in place of the overlap of convex shapes.
+  void measure_by_contact(std::span<const ContactSample> samples, ExplainedContact& contact) const;
 
   void save(std::vector<std::byte>& out);
   /// Into a new Impl. Throws StateError.
@@ -106,6 +114,7 @@ struct Simulation::Impl {
   ComponentInteraction interaction;
   ContactInteraction contacts;
   Grasping grasping;
+  GripLoads grip_loads;
   Threads threads;
   bool thread_let_go = false;  ///< in the last step
   CellPlant plant;
@@ -118,6 +127,8 @@ struct Simulation::Impl {
   bool watch_deadlines = false;
   std::vector<int> process_levels;  ///< at present
   std::vector<ConnectionChange> changes;
+  WorldWatch watch;
+  std::vector<char> start_overlaps;           ///< by the model's: still there
   std::unique_ptr<ClearanceMonitor> monitor;  ///< none where nothing is checked
   std::vector<CollisionEvent> collisions;
   PartnerHistory history;

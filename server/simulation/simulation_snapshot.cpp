@@ -8,6 +8,9 @@
 namespace takt {
 
 namespace {
+constexpr double kJawStands_m_per_s = 1e-3;
+constexpr double kInPosition_m = 1e-4;
+
 void read_dynamics(const DynamicRobot::Output& output, RobotSample& sample) {
   sample.effort = output.torque;
   sample.flange_load_W = output.flange_load_W;
@@ -72,10 +75,18 @@ void Simulation::Impl::fill(Snapshot& snapshot) {
   }
   for (std::size_t i = 0; i < snapshot.grippers.size(); ++i) {
     GripperSample& sample = snapshot.grippers[i];
-    sample.width_m = s.plant.width(i, t);
+    sample.width_m = std::max(0.0, s.plant.width(i, t));
+    sample.moving = false;
+    for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right})
+      sample.moving = sample.moving || std::abs(s.plant.jaw_speed(i, side, t)) > kJawStands_m_per_s;
+    sample.in_position =
+        !sample.moving && std::abs(sample.width_m - s.grasping.commanded_width_m(i)) <= kInPosition_m;
+    sample.part = s.grasping.part_present(i);
     sample.force_N = 0.0;
     const auto robot = static_cast<std::size_t>(s.model->description.grippers[i].robot);
-    if (s.plant.dynamic(robot) != nullptr) {
+    if (sample.part >= 0 && !s.grasping.by_contact(i)) {
+      sample.force_N = s.grasping.grip_force_N(i, s.plant);
+    } else if (s.plant.dynamic(robot) != nullptr) {
       for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right})
         sample.force_N += 0.5 * std::abs(snapshot.robots[robot].effort[s.plant.jaw_joint(i, side)]);
     }
@@ -97,6 +108,27 @@ void Simulation::Impl::fill(Snapshot& snapshot) {
   sample.omitted = pressing - sample.count;
 }
 
+void Simulation::Impl::measure_by_contact(std::span<const ContactSample> samples,
+                                          ExplainedContact& contact) const {
+  const auto of_both = [&contact](const auto& pair) {
+    return std::minmax(pair.base, pair.target) == std::minmax(contact.a, contact.b);
+  };
+  bool acting = false;
+  for (std::size_t i = 0; i < contacts.pair_count() && !acting; ++i)
+    acting = contacts.acting(i) && of_both(contacts.pair(i));
+  if (!acting) return;
+  contact.depth = {};
+  contact.by_surface = true;
+  const auto sample = std::find_if(samples.begin(), samples.end(), of_both);
+  if (sample == samples.end()) return;
+  contact.depth.known = true;
+  contact.depth.distance_m = -sample->result.largest_penetration_m;
+  contact.depth.position_W = sample->p_WC;
+  const double force_N = sample->F_base_W.f.norm();
+  if (force_N > 0.0)
+    contact.depth.normal_W = (sample->base == contact.a ? -1.0 : 1.0) / force_N * sample->F_base_W.f;
+}
+
 Explanation Simulation::explain(int component) const {
   Impl& s = *impl_;
   s.guard([&s] { s.refresh_motion(); });
@@ -113,6 +145,7 @@ Explanation Simulation::explain(int component) const {
   std::vector<ContactSample> samples;
   s.contacts.read(s.system().motion(), samples);
   std::copy_if(samples.begin(), samples.end(), std::back_inserter(e.pressing), of_component);
+  for (ExplainedContact& contact : e.contacts) s.measure_by_contact(samples, contact);
   return e;
 }
 

@@ -11,7 +11,7 @@ namespace takt {
 
 namespace {
 constexpr std::string_view kMagic = "taktstat";
-constexpr std::uint32_t kVersion = 3;
+constexpr std::uint32_t kVersion = 4;
 constexpr double kLongest_s = 1e9;
 constexpr std::size_t kLongestText = 1U << 20U;
 constexpr double kFurthest = 1e9;            // m, m/s, rad/s: what set_component_state() takes
@@ -65,13 +65,17 @@ void Simulation::Impl::save(std::vector<std::byte>& bytes) {
     out.put_size(collisions.size());
     for (const CollisionEvent& event : collisions) takt::save(event, out);
     out.put(std::string_view(fault));
+    watch.save(out);
   });
   out.section("SETP", [&] { set_points.save(out); });
   out.section("HOLD", [&] { interaction.save_attached(out); });
   out.section("PLNT", [&] { plant.save(out); });
   out.section("INTR", [&] { interaction.save(out); });
   out.section("CONT", [&] { contacts.save(out); });
-  out.section("GRIP", [&] { grasping.save(out); });
+  out.section("GRIP", [&] {
+    grasping.save(out);
+    grip_loads.save(out);
+  });
   out.section("REST", [&] { resting.save(out); });
   out.section("CALM", [&] { calm.save(out); });
   out.section("HIST", [&] { history.save(out); });
@@ -127,6 +131,7 @@ void Simulation::Impl::load(std::span<const std::byte> bytes) {
     for (std::size_t i = in.size(4 * model->clearance.pairs.size(), "collision events"); i > 0; --i)
       collisions.push_back(load_event(in, bodies));
     fault = in.text(kLongestText, "letters of the fault");
+    watch.load(in);
   });
   all.section("SETP", [&](StateReader& in) { set_points.load(in); });
   all.section("HOLD", [&](StateReader& in) { interaction.load_attached(in); });
@@ -135,7 +140,10 @@ void Simulation::Impl::load(std::span<const std::byte> bytes) {
   note_yielding();
   all.section("INTR", [&](StateReader& in) { interaction.load(in); });
   all.section("CONT", [&](StateReader& in) { contacts.load(in); });
-  all.section("GRIP", [&](StateReader& in) { grasping.load(in); });
+  all.section("GRIP", [&](StateReader& in) {
+    grasping.load(in);
+    grip_loads.load(in);
+  });
   all.section("REST", [&](StateReader& in) { resting.load(in, interaction); });
   all.section("CALM", [&](StateReader& in) { calm.load(in); });
   all.section("HIST", [&](StateReader& in) { history.load(in); });
@@ -275,9 +283,20 @@ std::string Simulation::set_component_state(int component, const Pose& X_WB, con
       !((X_WB.R.transpose() * X_WB.R - Mat3::Identity()).cwiseAbs().maxCoeff() < 1e-6 &&
         X_WB.R.determinant() > 0.0))
     return "the orientation of " + name + " is no rotation (a quaternion must have length 1)";
+  const auto is_it = [component](const RigidBodyParameters& part) { return part.body == component; };
+  const auto part = static_cast<std::size_t>(
+      std::find_if(s.model->parts.begin(), s.model->parts.end(), is_it) - s.model->parts.begin());
+  const Vec3 p_WBcm = X_WB * s.model->parts[part].p_BBcm;
+  if (const std::string where = s.watch.outside(p_WBcm); !where.empty()) return name + " would be " + where;
+  BodyMotion motion;
+  motion.X_WB = X_WB, motion.V_WB = V_WB, motion.p_WBcm = p_WBcm;
+  s.watch.given(part, motion);
+  for (std::size_t i = 0; i < s.start_overlaps.size(); ++i) {
+    const StartOverlap& overlap = s.model->start_overlaps[i];
+    if (overlap.part == component || overlap.other == component) s.start_overlaps[i] = 0;
+  }
   s.guard([&] {
-    for (std::size_t i = 0; i < s.model->parts.size(); ++i)
-      if (s.model->parts[i].body == component) s.plant.put_part(i, X_WB, V_WB);
+    s.plant.put_part(part, X_WB, V_WB);
     s.wake_all();
     s.interaction.put_elsewhere(component);
     s.contacts.forget(component);

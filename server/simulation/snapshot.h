@@ -42,10 +42,16 @@ struct RobotSample {
   double newest_stamp_s = -1.0;  ///< stamp of the newest command applied, or -1
 };
 
+/// `closed` is what was commanded; all else is measured.
 struct GripperSample {
-  double width_m = 0.0;
-  double force_N = 0.0;  ///< 0 at LoD 1, where jaws are kinematic
-  bool closed = false;   ///< the last command closes: Parts between the jaws are held
+  double width_m = 0.0;  ///< between the grip faces, never negative
+  /// Of the jaws' drives, mean of both: where levels of detail have no force between jaw and Part (1 and 2),
+  /// that with which the drives press on what they hold; else 0 at level 1.
+  double force_N = 0.0;
+  bool closed = false;       ///< the last command closes the jaws, or they hold something
+  bool moving = false;       ///< a jaw is faster than 1 mm/s against the palm
+  bool in_position = false;  ///< the jaws stand, 0.1 mm from the commanded width at most
+  int part = -1;             ///< component that both jaws touch and hold (the first of several), or -1
   std::uint64_t commands_applied = 0;
   double newest_stamp_s = -1.0;
 };
@@ -97,6 +103,23 @@ struct MotionNotice {
   bool velocity = false;  ///< refused for a velocity; else for a position
   double value = 0.0;     ///< of `joint`
   double lower = 0.0, upper = 0.0;
+};
+
+/// What friction must carry at a gripper, at levels of detail 1 and 2 (simulation/grip_loads.h).
+struct GripLoad {
+  int part = -1;          ///< component that the jaws touch, or -1
+  double needed_N = 0.0;  ///< with which each jaw must press
+  double force_N = 0.0;   ///< with which it presses
+};
+
+/// What hangs on a gripper is more than friction carries. Once for every grip.
+struct WeakGrip {
+  double time_s = 0.0;
+  std::uint64_t step = 0;
+  int gripper = -1;       ///< index
+  int part = -1;          ///< component that the jaws touch
+  double needed_N = 0.0;  ///< of each jaw
+  double force_N = 0.0;   ///< with which it presses
 };
 
 /// A Part changed the component that holds it.

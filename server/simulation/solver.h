@@ -28,7 +28,8 @@ struct SolverStatistics {
   std::uint64_t jacobians = 0;
   std::uint64_t factorisations = 0;
   std::uint64_t newton_iterations = 0, newton_failures = 0;
-  std::uint64_t forced_steps = 0;  ///< accepted at the smallest step whatever their error
+  std::uint64_t forced_steps =
+      0;  ///< accepted whatever their error: at the smallest step, or attempts were spent
   std::uint64_t restarts = 0;
   std::uint64_t mode_switches = 0;  ///< changes of plant models' modes
   double smallest_step_s = 0.0, largest_step_s = 0.0;
@@ -38,6 +39,9 @@ struct SolverStatistics {
 std::span<const std::string_view> solver_names();
 /// True for the solvers that choose their steps by a tolerance.
 bool solver_has_error_control(std::string_view name);
+/// Of fixed step and without linear systems. They cannot follow surface contact, whose friction has rates of
+/// 10^5 1/s and more that depend on the forces.
+bool solver_is_explicit(std::string_view name);
 /// The tolerance they have where none is given.
 double solver_default_tolerance(std::string_view name);
 

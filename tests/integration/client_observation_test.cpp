@@ -108,6 +108,8 @@ TEST_F(ClientObservation, ReadsAStateByName) {
   state.robots()[1].position({0.5, -0.25});
   state.grippers()[0].width(0.04);
   state.grippers()[0].closed(true);
+  state.grippers()[0].in_position(true);
+  state.grippers()[0].part(1);
   const State seen = publish_and_see(state);
   EXPECT_EQ(seen.component("B").position_m.y, 2.0);
   EXPECT_EQ(seen.component("B").orientation.w, 0.4);
@@ -115,6 +117,9 @@ TEST_F(ClientObservation, ReadsAStateByName) {
   EXPECT_EQ(seen.partner_of("Table"), "");
   EXPECT_EQ(seen.robot("Robot2").position, (std::vector<double>{0.5, -0.25}));
   EXPECT_TRUE(seen.gripper("Gripper1").closed);
+  EXPECT_TRUE(seen.gripper("Gripper1").in_position);
+  EXPECT_FALSE(seen.gripper("Gripper1").moving);
+  EXPECT_EQ(seen.part_present("Gripper1"), "B");
   try {
     seen.component("b");
     FAIL() << "found a component that does not exist";

@@ -307,7 +307,7 @@ TEST(VelocitySystem, KnowsHowKinematicGrippersPull) {
   std::vector<double>& x = plant.state();
   system.update_motion(0.0, x);
   interaction.update_poses(system.motion(), nullptr);
-  const GraspState grasp{palm, true, Vec3(-0.2, -0.2, -0.2), Vec3(0.2, 0.2, 0.2)};
+  const GraspState grasp{palm, {model->parts[0].body}, Vec3(-0.2, -0.2, -0.2), Vec3(0.2, 0.2, 0.2)};
   interaction.update_connections(system.motion(), std::span(&grasp, 1), nullptr);
   ASSERT_EQ(interaction.partner(model->parts[0].body), palm);
   JointArray q{}, qd{};

@@ -30,7 +30,7 @@ using namespace takt;
 using bench::seconds;
 
 std::shared_ptr<const ContactSurface> surface(const TriangleMesh& mesh, double edge_m = 0.0) {
-  return std::make_shared<ContactSurface>(mesh, ContactSurfaceOptions{edge_m, 0.02});
+  return std::make_shared<ContactSurface>(mesh, ContactSurfaceOptions{edge_m});
 }
 
 struct Pair {

@@ -42,6 +42,7 @@ int run_bench(CLI::App& app, int argc, char** argv, const std::function<void()>&
 }
 
 const char* Outcome::mark() const {
+  if (refused) return "refused";
   if (instable) return "instable";
   if (broken) return "broken";
   if (stopped_s > 0.0) return "stopped";
@@ -62,13 +63,23 @@ Outcome run_solver(const SolverRun& run, const SolverRow& row) {
       options.overrides.push_back(std::string("solver.step_s=") + value);
     }
   }
-  const Scenario scenario = read_scenario(run.file, options);
-  const auto cell = build_cell(scenario, {user_cache_directory(), nullptr});
+  Outcome outcome;
+  Scenario scenario;
+  std::shared_ptr<const CellModel> cell;
+  try {
+    scenario = read_scenario(run.file, options);
+    cell = build_cell(scenario, {user_cache_directory(), nullptr});
+  } catch (const ScenarioError& error) {
+    if (row.solver[0] == '\0') throw;
+    std::printf("  %s\n", error.what());
+    outcome.refused = true;
+    outcome.simulated_s = 1.0;
+    return outcome;
+  }
   Simulation simulation(cell);
   HeadlessOptions headless;
   headless.duration_s = scenario.duration_s;
   headless.program = scenario.controller_program;
-  Outcome outcome;
   const std::clock_t begin = std::clock();
   const HeadlessResult result = run_headless(simulation, scenario, headless, {}, [&](double time_s) {
     const double used_s = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
@@ -138,7 +149,9 @@ std::string cell_of_table(const std::optional<Outcome>& o) {
   if (!o) return "";
   char text[32];
   const char* mark = o->mark();
-  if (std::strcmp(mark, "instable") == 0 || std::strcmp(mark, "broken") == 0) return mark;
+  if (std::strcmp(mark, "refused") == 0 || std::strcmp(mark, "instable") == 0 ||
+      std::strcmp(mark, "broken") == 0)
+    return mark;
   if (o->stopped_s > 0.0)
     std::snprintf(text, sizeof text, "~%.0f s", o->cpu_s);
   else

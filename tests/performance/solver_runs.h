@@ -52,6 +52,7 @@ struct Outcome {
   double simulated_s = 0.0;
   double error_m = 0.0;
   bool instable = false, broken = false;
+  bool refused = false;                 ///< when it was loaded
   int demands = 0, failed_demands = 0;  ///< assertions of the scenario
   SolverStatistics work;
 

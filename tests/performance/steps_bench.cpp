@@ -1,6 +1,8 @@
-// bench_steps: processor time of every communication step of a scenario, as a paced cell would need it:
-// median, 99th percentile, worst, and where the worst came from. Each solver runs several times over and the
-// least time of a step counts: the simulation is deterministic, the machine is not.
+// bench_steps: what the solvers for real time give and cost. First their figures in surface contact beside
+// the truth (cvode at 1e-9, closed forms), with the largest work of a communication step, counted; then the
+// processor time of every communication step of a scenario, as a paced cell would need it: median, 99th
+// percentile, worst, and where the worst came from. Each solver runs several times over and the least time of
+// a step counts: the simulation is deterministic, the machine is not.
 #include <time.h>
 
 #include <CLI/CLI.hpp>
@@ -12,6 +14,8 @@
 
 #include "server/headless/in_process_controller.h"
 #include "server/scenario/scenario_builder.h"
+#include "server/simulation/implicit_integrator.h"
+#include "tests/support/solver_figures.h"
 
 namespace {
 
@@ -38,8 +42,22 @@ double seconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
+using Places = std::vector<Vec3>;
+
+Places places(const Scenario& scenario, const Simulation& simulation) {
+  Snapshot snapshot = simulation.make_snapshot();
+  simulation.read_snapshot(snapshot);
+  Places result;
+  for (const ScenarioPart& part : scenario.parts)
+    result.push_back(
+        snapshot.components[static_cast<std::size_t>(simulation.description().find_component(part.name))]
+            .p_WB);
+  return result;
+}
+
 /// Empty if the run did not reach its end.
-std::vector<Step> run(const Setting& setting, const Options& options) {
+std::vector<Step> run(const Setting& setting, const Options& options, Places& ends,
+                      test::LargestWork& largest) {
   ScenarioOptions wanted;
   wanted.level_of_detail = options.level_of_detail;
   wanted.overrides = {std::string("solver.method=") + setting.method, "solver.step_s=" + options.step};
@@ -64,6 +82,7 @@ std::vector<Step> run(const Setting& setting, const Options& options) {
       step.cpu_s = std::min(step.cpu_s, seconds() - begin);
       const ContactCallCounts now = simulation.contact_counts();
       const SolverStatistics done = simulation.statistics().solver;
+      largest.note(work, done);
       step.rebuilds = now.rebuilds - calls.rebuilds;
       step.calls = now.made - calls.made;
       step.steps = done.steps - work.steps;
@@ -72,12 +91,15 @@ std::vector<Step> run(const Setting& setting, const Options& options) {
       calls = now;
       work = done;
     }
+    ends = places(scenario, simulation);
   }
   return steps;
 }
 
-void report(const Setting& setting, const Options& options) {
-  const std::vector<Step> steps = run(setting, options);
+void report(const Setting& setting, const Options& options, const Places& exact) {
+  Places ends;
+  test::LargestWork largest;
+  const std::vector<Step> steps = run(setting, options, ends, largest);
   if (steps.empty()) return;
   std::vector<std::size_t> order(steps.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -88,8 +110,14 @@ void report(const Setting& setting, const Options& options) {
   };
   double total_s = 0.0;
   for (const Step& step : steps) total_s += step.cpu_s;
-  std::printf("%-10s %-6s %9.1f %9.1f %9.1f %9.1f %9.1f\n", setting.method, setting.tolerance,
-              1e6 * total_s / static_cast<double>(steps.size()), at(0.5), at(0.01), at(0.001), at(0.0));
+  double off_m = 0.0;
+  for (std::size_t i = 0; i < exact.size(); ++i) off_m = std::max(off_m, (ends[i] - exact[i]).norm());
+  std::printf("%-10s %-6s %9.1f %9.1f %9.1f %9.1f %9.1f %9.4f %9.4f %5llu %6llu %6llu\n", setting.method,
+              setting.tolerance, 1e6 * total_s / static_cast<double>(steps.size()), at(0.5), at(0.01),
+              at(0.001), at(0.0), total_s / (std::stod(options.step) * static_cast<double>(steps.size())),
+              1e3 * off_m, static_cast<unsigned long long>(largest.attempts),
+              static_cast<unsigned long long>(largest.evaluations),
+              static_cast<unsigned long long>(largest.forced_steps));
   for (std::size_t i = 0; i < static_cast<std::size_t>(options.worst) && i < order.size(); ++i) {
     const Step& step = steps[order[i]];
     std::printf(
@@ -101,6 +129,43 @@ void report(const Setting& setting, const Options& options) {
         static_cast<unsigned long long>(step.rebuilds));
   }
   std::fflush(stdout);
+}
+
+void figures(double step_s) {
+  const test::SolverSetting settings[] = {
+      {"cvode", 1e-9, step_s}, {"implicit", 0.0, step_s}, {"rosenbrock", 1e-4, step_s}};
+  std::printf(
+      "Scenes of config/scenarios/contact, step %g s: value (most attempts / evaluations per step, forced "
+      "steps)\n%-36s",
+      step_s, "");
+  for (const test::SolverSetting& setting : settings)
+    std::printf(" %-30s", (setting.method + (setting.method == "cvode" ? " 1e-9" : "")).c_str());
+  std::printf("\n");
+  const auto row = [&](const std::string& name, const auto& figure) {
+    std::printf("%-36s", name.c_str());
+    for (const test::SolverSetting& setting : settings) {
+      const test::SolverFigure found = figure(setting);
+      char text[64];
+      std::snprintf(text, sizeof text, "%.5f (%llu / %llu, %llu)", found.value,
+                    static_cast<unsigned long long>(found.work.attempts),
+                    static_cast<unsigned long long>(found.work.evaluations),
+                    static_cast<unsigned long long>(found.work.forced_steps));
+      std::printf(" %-30s", text);
+    }
+    std::printf("\n");
+    std::fflush(stdout);
+  };
+  for (const double damping : {0.0, 1e3, 1e4, 1e5, 2.5e5, 1e6}) {
+    char name[48];
+    std::snprintf(name, sizeof name, "restitution, %g N s/m^3", damping);
+    row(name, [damping](const test::SolverSetting& s) { return test::restitution(s, damping); });
+  }
+  row("slab stops after, m (0.16995)", test::stopping_distance);
+  for (const char* law : {"regularised", "stick"})
+    row(std::string("1 deg above friction angle, m, ") + law,
+        [law](const test::SolverSetting& s) { return test::way_above_friction_angle(s, law); });
+  std::printf("implicit: at most %d attempts and %d evaluations per communication step\n\n",
+              ImplicitIntegrator::kMostAttempts, 4 * ImplicitIntegrator::kMostAttempts);
 }
 
 }  // namespace
@@ -116,11 +181,19 @@ int main(int argc, char** argv) {
   app.add_option("--worst", options.worst, "Longest steps to list")->capture_default_str();
   app.add_option("--only", only, "One solver alone");
   CLI11_PARSE(app, argc, argv);
+  Places exact;
+  if (options.level_of_detail == 3) {
+    figures(std::stod(options.step));
+    Options once = options;
+    once.rounds = 1;
+    test::LargestWork work;
+    run({"cvode", "1e-9"}, once, exact, work);
+  }
   std::printf("%s at LoD %d, step %s s; goals: p99 500 us, worst 2000 us\n", options.scenario.c_str(),
               options.level_of_detail, options.step.c_str());
-  std::printf("%-10s %-6s %9s %9s %9s %9s %9s\n", "solver", "tol", "mean us", "median", "p99", "p99.9",
-              "worst");
+  std::printf("%-10s %-6s %9s %9s %9s %9s %9s %9s %9s %5s %6s %6s\n", "solver", "tol", "mean us", "median",
+              "p99", "p99.9", "worst", "factor", "off mm", "most", "evals", "forced");
   for (const Setting& setting : {Setting{"implicit", ""}, Setting{"rosenbrock", "1e-4"}})
-    if (only.empty() || only == setting.method) report(setting, options);
+    if (only.empty() || only == setting.method) report(setting, options, exact);
   return 0;
 }

@@ -174,8 +174,9 @@ void run_algorithm_trial(const AlgorithmTrial& trial, int& picks) {
     if (trial.feed_forward) continue;  // there the feed-forward, not a spring, works against the weight
     const double now = energy(cell, simulation, s);
     // To second order in the stretch the law is not that of a potential (the force acts at the Base, not at
-    // the spring's other end): 5e-7 where a tumbling Part is caught at 3 m/s.
-    ASSERT_LE(now, before + 1e-6 * first) << "step " << s.step;
+    // the spring's other end): 5e-7 where a tumbling Part is caught at 3 m/s. And what is caught within
+    // another one is lifted out of it by its spring.
+    ASSERT_LE(now, before + 1e-5 * first) << "step " << s.step;
     before = now;
   }
   ASSERT_LE(energy(cell, simulation, s), first * (1.0 + 1e-6));

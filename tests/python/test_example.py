@@ -32,6 +32,8 @@ def test_the_wrist_follows_its_set_points_and_the_jaws_close(cell):
             assert state.robot("Robot1").position == pytest.approx(target)
         assert state.gripper("Gripper1").closed
         assert state.gripper("Gripper1").width_m < 0.15
+        assert state.gripper("Gripper1").moving and not state.gripper("Gripper1").in_position
+        assert state.part_present("Gripper1") is None
 
 
 def test_a_set_point_out_of_range_is_refused_and_told(cell):

@@ -30,7 +30,8 @@ TEST(ContactGrip, ThePadsCreepAsTheRegularisedLawSaysAndNotAtAllWithStick) {
   const std::vector<std::string> exact{"solver.method=cvode", "solver.tolerance=1e-8"};
   // Two pads of N each carry m g with mu N (2 s - s^2): v = m g v_eps / (4 mu N) for small s = v / v_eps.
   std::vector<std::string> regularised = exact;
-  regularised.push_back("contact.pairs=[]");
+  regularised.push_back(
+      "contact.grippers={friction: 0.9, friction_law: regularised, friction_velocity_m_per_s: 1.0e-4}");
   const double expected = 0.3 * test::kGravity * 1e-4 / (4.0 * 0.9 * 150.0);
   EXPECT_NEAR(slip_m(regularised, 7.0, 10.0) / 3.0, expected, 0.05 * expected);
   EXPECT_LE(std::abs(slip_m(exact, 6.0, 11.0)), 1e-7);

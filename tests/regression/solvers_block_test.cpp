@@ -53,6 +53,28 @@ TEST_P(EverySolver, LargeCommunicationStepsWithErrorControl) {
   EXPECT_LE(max_position_error_m(r.scenario, r.cell->description, r.result.final_state), 1e-4);
 }
 
+// At level of detail 3, in communication steps of 1 ms.
+TEST(BoundedSolver, EndsTheBlockAssemblyWhereTheExactOneDoes) {
+  const auto run = [](const std::string& solver, const std::string& tolerance) {
+    return test::run_block_scenario("block_assembly",
+                                    {"processes.assembly.level_of_detail=3", "solver.step_s=0.001",
+                                     "solver.method=" + solver, "solver.tolerance=" + tolerance});
+  };
+  const BlockRun exact = run("cvode", "1e-7"), bounded = run("implicit", "1e-6");
+  ASSERT_EQ(exact.result.fault, "");
+  ASSERT_EQ(bounded.result.fault, "");
+  for (const ScenarioPart& part : exact.scenario.parts) {
+    const auto id = static_cast<std::size_t>(exact.cell->description.find_component(part.name));
+    EXPECT_LE((bounded.result.final_state.components[id].p_WB - exact.result.final_state.components[id].p_WB)
+                  .norm(),
+              5e-5)
+        << part.name;
+  }
+  const SolverStatistics& work = bounded.result.statistics.solver;
+  EXPECT_LT(work.forced_steps, 420U) << "one in a hundred communication steps";
+  EXPECT_LT(work.evaluations, 5 * 42'000U);
+}
+
 std::vector<std::string> names() {
   return {solver_names().begin(), solver_names().end()};
 }

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "tests/support/grip_oracle.h"
 #include "tests/support/random_assembly.h"
 
 namespace takt::test {
@@ -34,7 +35,11 @@ inline Vec3 velocity_at(const Snapshot& s, int id, const Vec3& p_W) {
 /// Partners by brute force, each time the simulation decides them.
 class PartnerOracle {
  public:
-  explicit PartnerOracle(const RandomCell& cell) : cell_(cell), model_(*cell.model()) {}
+  explicit PartnerOracle(const RandomCell& cell)
+      : cell_(cell), model_(*cell.model()), grips_(cell, kUnclear_m) {}
+
+  /// Every step, before check().
+  void follow(const Snapshot& before, const Snapshot& after) { grips_.follow(before, after); }
 
   /// `before`: the poses on which the step from it to `after` decided.
   void check(const Snapshot& before, const Snapshot& after) {
@@ -92,10 +97,18 @@ class PartnerOracle {
     for (std::size_t g = 0; g < cell_.palms.size(); ++g) {
       if (after.grippers[g].closed) others.emplace_back(cell_.palms[g], cell_.grasp_volume(before, g));
     }
+    const auto gripper_of = [this](int id) {
+      return std::find(cell_.palms.begin(), cell_.palms.end(), id) - cell_.palms.begin();
+    };
     for (std::size_t a = 0; a < parts; ++a) {
       for (std::size_t b = a + 1; b < others.size(); ++b) {
-        const Nearness verdict =
+        const auto g = static_cast<std::size_t>(gripper_of(others[b].first));
+        const bool grips = g < cell_.palms.size();
+        const bool perhaps = grips && grips_.perhaps(g, others[a].first);
+        if (grips && !perhaps && !grips_.surely(g, others[a].first)) continue;
+        Nearness verdict =
             nearness(others[a].second, others[b].second, model_.interaction.contact_margin_m, kUnclear_m);
+        if (perhaps && verdict == Nearness::touching) verdict = Nearness::unclear;
         if (verdict == Nearness::touching) certain.emplace_back(others[a].first, others[b].first);
         if (verdict == Nearness::unclear) unclear.emplace_back(others[a].first, others[b].first);
       }
@@ -113,6 +126,7 @@ class PartnerOracle {
 
   const RandomCell& cell_;
   const CellModel& model_;
+  GripOracle grips_;
   std::vector<std::pair<int, int>> contacts_;
   std::vector<ContactGraph> graphs_;
   std::vector<std::vector<double>> counts_;

@@ -1,6 +1,7 @@
 #pragma once
 // The plant of the block cell at LoD 2 outside a simulation, with Parts put into the grippers: for tests and
 // benchmarks that need the system of equations itself.
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -38,8 +39,14 @@ class BlockPlant {
     system().update_motion(0.0, x());
     interaction->update_poses(system().motion(), nullptr);
     std::vector<GraspState> grasps;
-    for (const GripperModel& gripper : model->grippers)
-      grasps.push_back({gripper.parameters.palm, true, Vec3(-0.2, -0.2, 0.0), Vec3(0.2, 0.2, 0.4)});
+    for (std::size_t g = 0; g < model->grippers.size(); ++g) {
+      std::vector<int> parts;
+      for (const HeldPart& each : held)
+        if (each.gripper == g) parts.push_back(model->parts[each.part].body);
+      std::sort(parts.begin(), parts.end());
+      grasps.push_back(
+          {model->grippers[g].parameters.palm, parts, Vec3(-0.2, -0.2, 0.0), Vec3(0.2, 0.2, 0.4)});
+    }
     interaction->update_connections(system().motion(), grasps, nullptr);
   }
   /// P, C, O and B put together, by their places on the table at the end of the scenario, in Gripper1.

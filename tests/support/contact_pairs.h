@@ -8,9 +8,8 @@
 
 namespace takt::test {
 
-inline std::shared_ptr<const ContactSurface> surface(const TriangleMesh& mesh, double edge_m = 0.0,
-                                                     double line_m = 0.02) {
-  return std::make_shared<ContactSurface>(mesh, ContactSurfaceOptions{edge_m, line_m});
+inline std::shared_ptr<const ContactSurface> surface(const TriangleMesh& mesh, double edge_m = 0.0) {
+  return std::make_shared<ContactSurface>(mesh, ContactSurfaceOptions{edge_m});
 }
 
 inline ContactLaw frictionless_law() {

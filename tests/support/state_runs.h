@@ -44,6 +44,9 @@ inline void expect_same_snapshots(const Snapshot& a, const Snapshot& b) {
     ASSERT_EQ(a.grippers[i].width_m, b.grippers[i].width_m);
     ASSERT_EQ(a.grippers[i].force_N, b.grippers[i].force_N);
     ASSERT_EQ(a.grippers[i].closed, b.grippers[i].closed);
+    ASSERT_EQ(a.grippers[i].moving, b.grippers[i].moving);
+    ASSERT_EQ(a.grippers[i].in_position, b.grippers[i].in_position);
+    ASSERT_EQ(a.grippers[i].part, b.grippers[i].part);
     ASSERT_EQ(a.grippers[i].commands_applied, b.grippers[i].commands_applied);
   }
   ASSERT_EQ(a.contacts.count, b.contacts.count);

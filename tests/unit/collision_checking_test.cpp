@@ -86,11 +86,12 @@ TEST_F(CollisionChecking, PairsThatAreCheckedAndPairsThatAreNot) {
   EXPECT_EQ(of("Robot1/wrist_2_link", "Gripper1"), -1.0);
   EXPECT_EQ(of("Robot1/wrist_1_link", "Gripper1"), 0.01);
   EXPECT_EQ(of("Gripper1/left_jaw", "Gripper1/right_jaw"), -1.0);
-  // What cannot move relative to each other, and what is no robot's business.
+  // What cannot move relative to each other.
   EXPECT_EQ(of("Robot1/base_link", "Table1"), -1.0);
   EXPECT_EQ(of("Robot1/base_link", "Robot2/base_link"), -1.0);
-  EXPECT_EQ(of("P", "Table1"), -1.0);
-  EXPECT_EQ(of("P", "C"), -1.0);
+  // Parts touch Parts and Grounds by trade, but do not go through them.
+  EXPECT_EQ(of("P", "Table1"), 0.0);
+  EXPECT_EQ(of("P", "C"), 0.0);
 }
 
 TEST_F(CollisionChecking, LimitsByPatternTheLastOneCountsAndIgnoredPairsAreGone) {
@@ -118,8 +119,9 @@ TEST_F(CollisionChecking, MistakesAreAnsweredWithPlaceKeyAndWhatIsAllowed) {
   EXPECT_THAT(error(limits + "{pair: [Robot1/forarm_link, Table1], closer_than_m: 0.02}\n"),
               AllOf(HasSubstr("s.yaml:" + line + ":14: collision_checking.limits.pair"),
                     HasSubstr("'Robot1/forarm_link', which fits no body"), HasSubstr("Robot1/forearm_link")));
-  EXPECT_THAT(error(limits + "{pair: [P, Table1], closer_than_m: 0.02}\n"),
-              AllOf(HasSubstr("s.yaml:" + line + ":"), HasSubstr("[P, Table1], which fits no checked pair"),
+  EXPECT_THAT(error(limits + "{pair: [Robot1/base_link, Table1], closer_than_m: 0.02}\n"),
+              AllOf(HasSubstr("s.yaml:" + line + ":"),
+                    HasSubstr("[Robot1/base_link, Table1], which fits no checked pair"),
                     HasSubstr("a robot link or gripper with a ground")));
   EXPECT_THAT(error(limits + "{pair: [Table1], closer_than_m: 0.02}\n"),
               AllOf(HasSubstr("collision_checking.limits.pair"), HasSubstr("a list of 1 values"),

@@ -73,14 +73,13 @@ TEST(ContactSection, EveryWrongValueIsNamed) {
       {"contact.defaults.friction_law=glue", "contact.defaults.friction_law", "glue", "stick"},
       {"contact.grippers.layer_depth_m=0", "contact.grippers.layer_depth_m", "0", "m"},
       {"contact.element_edge_m=-1e-3", "contact.element_edge_m", "-", "m"},
-      {"contact.line_length_m=0", "contact.line_length_m", "0", "m"},
       {"contact.optimize_calls=2", "contact.optimize_calls", "2", "true"},
       {"contact.pairs=none", "contact.pairs", "none", "list"},
       {"contact.pairs=[{pair: [A]}]", "pair", "", "two names"},
       {"contact.pairs=[{pair: [A, B], interaction: magic}]", "interaction", "magic", "substitute"},
       {"contact.pairs=[{pair: [A, B], base: C}]", "base", "C", "one of the two names"},
       {"contact.pairs=[{pair: [A, B], colour: red}]", "colour", "", "friction"},
-      {"contact.thickness=1", "thickness", "", "line_length_m"},
+      {"contact.thickness=1", "thickness", "", "element_edge_m"},
   };
   for (const Case& wrong : cases) {
     EXPECT_THAT(error({wrong.override_text}),

@@ -128,11 +128,19 @@ TEST(Program, SeesTheCell) {
                  "assert(cell.components.O.partner == nil)\n"
                  "local p = cell.components.P.pose\n assert(p.x == 0.25 and p.z == 0.5 and p.yaw == 0)\n"
                  "assert(cell.grippers.Gripper2.width_m == 0.15 and not cell.grippers.Gripper2.closed)\n"
+                 "local g = cell.grippers.Gripper2\n"
+                 "assert(g.part_present == nil and g.in_position and not g.moving and g.force_N == 0)\n"
+                 "g = cell.grippers.Gripper1\n"
+                 "assert(g.part_present == 'P' and g.moving and not g.in_position and g.force_N == 12.5)\n"
                  "assert(cell.time_s == 0.016)\n r.gripper:close(20)"));
   const CellInfo cell = block_cell();
   Controller controller(file.path(), cell);
   IdealPlant plant(controller, cell);
   plant.input().components[7].p_WB = Vec3(0.25, 0.0, 0.5);
+  plant.input().grippers[1].in_position = true;
+  plant.input().grippers[0].moving = true;
+  plant.input().grippers[0].part = 7;
+  plant.input().grippers[0].force_N = 12.5;
   EXPECT_FALSE(plant.update().finished);
   plant.input().components[7].partner = 3;
   EXPECT_FALSE(plant.update().finished);

@@ -111,9 +111,17 @@ class RobotState:
     effort: List[float]
     motor_power_W: List[float]
 class GripperState:
+    """`closed` is what was commanded; all else is measured. State.part_present(name) tells which Part is gripped."""
     width_m: float
+    """Between the grip faces, never negative."""
     force_N: float
+    """Of the jaws' drives, mean of both; at levels of detail 1 and 2, holding: that with which they press."""
     closed: bool
+    """The last command closes the jaws, or they hold something."""
+    moving: bool
+    """A jaw is faster than 1 mm/s against the palm."""
+    in_position: bool
+    """The jaws stand, 0.1 mm from the commanded width at most."""
 class AppliedCommand:
     """What was applied of the commands for one robot, gripper or device since the last reset."""
     target: str
@@ -138,6 +146,8 @@ class State:
     def gripper(self, name: str) -> GripperState: ...
     def partner_of(self, name: str) -> Optional[str]:
         """Who holds it; None: nobody."""
+    def part_present(self, gripper: str) -> Optional[str]:
+        """The Part that both jaws touch and hold (of several the first); None: none."""
 class Status:
     time_s: float
     step: int

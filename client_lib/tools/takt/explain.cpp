@@ -54,7 +54,7 @@ void print_contacts(const PartExplanation& e) {
   for (const PartExplanation::Contact& c : e.contacts) {
     std::printf("  %s - %s: ", c.a.c_str(), c.b.c_str());
     if (!c.measured) {
-      std::printf("not measured\n");
+      std::printf("%s\n", c.by_surface ? "their surfaces do not press" : "not measured");
     } else {
       if (std::abs(c.distance_m) < kTouching_m)
         std::printf("just touching");

@@ -55,7 +55,10 @@ json line_of(const client::State& state) {
   for (std::size_t i = 0; i < state.grippers.size(); ++i)
     line["grippers"][info.grippers[i].name] = {{"width", state.grippers[i].width_m},
                                                {"force", state.grippers[i].force_N},
-                                               {"closed", state.grippers[i].closed}};
+                                               {"closed", state.grippers[i].closed},
+                                               {"moving", state.grippers[i].moving},
+                                               {"in_position", state.grippers[i].in_position},
+                                               {"part_present", state.part_present(info.grippers[i].name)}};
   for (std::size_t i = 0; i < state.devices.size(); ++i)
     line["devices"][info.devices[i].name]["signals"] = signals_json(info.devices[i], state.devices[i]);
   return line;

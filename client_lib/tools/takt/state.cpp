@@ -43,6 +43,13 @@ void print(const client::DeviceInfo& device, const std::vector<double>& values) 
   }
 }
 
+void print(const std::string& name, const client::GripperState& gripper, const std::string& part) {
+  const char* stands = gripper.moving ? "moving" : gripper.in_position ? "in position" : "stands";
+  std::printf("%-24s width %.2f mm, %s, %s, %.4g N%s%s\n", name.c_str(), 1e3 * gripper.width_m,
+              gripper.closed ? "closed" : "open", stands, gripper.force_N, part.empty() ? "" : ", on ",
+              part.c_str());
+}
+
 }  // namespace
 
 int state(const Common& common) {
@@ -72,7 +79,10 @@ int state(const Common& common) {
     for (std::size_t i = 0; i < s.grippers.size(); ++i)
       document["grippers"][info.grippers[i].name] = {{"width", s.grippers[i].width_m},
                                                      {"force", s.grippers[i].force_N},
-                                                     {"closed", s.grippers[i].closed}};
+                                                     {"closed", s.grippers[i].closed},
+                                                     {"moving", s.grippers[i].moving},
+                                                     {"in_position", s.grippers[i].in_position},
+                                                     {"part_present", s.part_present(info.grippers[i].name)}};
     for (std::size_t i = 0; i < s.devices.size(); ++i)
       document["devices"][info.devices[i].name] = json_of(info.devices[i], s.devices[i]);
     std::printf("%s\n", recording::json_text(document, 2).c_str());
@@ -97,8 +107,7 @@ int state(const Common& common) {
     std::printf("\n");
   }
   for (std::size_t i = 0; i < s.grippers.size(); ++i)
-    std::printf("%-24s width %.2f mm, %s\n", info.grippers[i].name.c_str(), 1e3 * s.grippers[i].width_m,
-                s.grippers[i].closed ? "closed" : "open");
+    print(info.grippers[i].name, s.grippers[i], s.part_present(info.grippers[i].name));
   for (std::size_t i = 0; i < s.devices.size(); ++i) print(info.devices[i], s.devices[i]);
   return 0;
 }

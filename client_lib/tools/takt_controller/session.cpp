@@ -236,7 +236,9 @@ controller::Input controller_input(const client::State& state) {
     copy(state.robots[i].position, input.robots[i].position);
     copy(state.robots[i].velocity, input.robots[i].velocity);
   }
-  for (const auto& gripper : state.grippers) input.grippers.push_back({gripper.width_m, gripper.closed});
+  for (const auto& gripper : state.grippers)
+    input.grippers.push_back({gripper.width_m, gripper.closed, gripper.moving, gripper.in_position,
+                              gripper.part, gripper.force_N});
   for (const auto& component : state.components) {
     const auto& q = component.orientation;
     input.components.push_back({vec3(component.position_m), Quat(q.w, q.x, q.y, q.z), component.partner});

@@ -8,7 +8,7 @@ import URDFLoader from 'urdf-loader';
 
 export const STATES = ['free', 'held', 'placed', 'assembled'];
 export const STATE_COLORS = [0x7f8c97, 0xe08214, 0x2c7fb8, 0x2e9e5b];
-export const OPEN = 0x9aa7b4, CLOSED = 0xc2561a, FORCE = 0xd6204e, CONTACT = 0x8a2be2, HOLDS = 0x20639b;
+export const OPEN = 0x9aa7b4, CLOSED = 0xc2561a, GRIPS = 0xe08214, FORCE = 0xd6204e, CONTACT = 0x8a2be2, HOLDS = 0x20639b;
 const LONGEST = 0.25;  // m; larger forces are drawn like this, as they would leave the picture
 const COLORS = [0x2b3cff, 0x18b8d8, 0x2fbf4a, 0xf2d21b, 0xe2231a].map((color) => new THREE.Color(color));  // of pressures
 const UP = new THREE.Vector3(0, 1, 0);
@@ -183,7 +183,7 @@ export class Cell {
     if (options.byState)
       state.grippers.forEach((gripper, i) => {
         const {left_jaw: left, right_jaw: right} = this.grippers[i];
-        for (const jaw of [left, right]) this.components[jaw]?.mesh.material.color.set(gripper.closed ? CLOSED : OPEN);
+        for (const jaw of [left, right]) this.components[jaw]?.mesh.material.color.set(gripper.part >= 0 ? GRIPS : gripper.closed ? CLOSED : OPEN);
       });
     state.robots.forEach((robot, i) => {
       const {model, joints} = this.robots[i];

@@ -1,4 +1,4 @@
-import {Cell, STATES, STATE_COLORS, OPEN, CLOSED, FORCE, CONTACT, HOLDS, colorOf} from './cell.js';
+import {Cell, STATES, STATE_COLORS, OPEN, CLOSED, GRIPS, FORCE, CONTACT, HOLDS, colorOf} from './cell.js';
 import {Link} from './link.js';
 import {Plots} from './plots.js';
 import {Signals} from './signals.js';
@@ -193,6 +193,12 @@ function rows() {
     if (s.waiting_for.length) list.push(['waiting for', s.waiting_for.join(', ')]);
     if (s.fault) list.push(['fault', s.fault, 'fault']);
   }
+  const {description} = signals;
+  state?.grippers.forEach((gripper, i) => {
+    const stands = gripper.moving ? 'moving' : gripper.in_position ? 'in position' : 'stands';
+    const on = gripper.part >= 0 ? `on ${description?.components[gripper.part]?.name}, ${number(gripper.force, 1)} N` : 'no part';
+    list.push([description?.grippers[i]?.name ?? 'gripper', `${number(1e3 * gripper.width, 1)} mm, ${stands}, ${on}`]);
+  });
   $('status').replaceChildren(...list.map(([what, value, kind]) => {
     const row = element('tr', '');
     row.append(element('td', what), element('td', value, kind ? {class: kind} : {}));
@@ -325,7 +331,7 @@ $('screenshot').onclick = async () => {
 };
 const mark = (color, name, kind = '') => [element('i', '', {class: kind, style: `background:#${color.toString(16).padStart(6, '0')}`}), name];
 const line = (...children) => { const made = element('div', ''); made.append(...children); return made; };
-$('legend').replaceChildren(line('parts', ...STATES.flatMap((name, i) => mark(STATE_COLORS[i], name))), line('grippers', ...mark(OPEN, 'open'), ...mark(CLOSED, 'closed')),
+$('legend').replaceChildren(line('parts', ...STATES.flatMap((name, i) => mark(STATE_COLORS[i], name))), line('grippers', ...mark(OPEN, 'open'), ...mark(CLOSED, 'told to close'), ...mark(GRIPS, 'on a part')),
   line('marks', ...mark(FORCE, 'force on a part', 'line'), ...mark(CONTACT, 'contact', 'line'), ...mark(HOLDS, 'who holds whom', 'line')));
 
 // For tests, and for whoever wants to ask the page.

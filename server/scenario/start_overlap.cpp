@@ -1,0 +1,82 @@
+#include "server/scenario/start_overlap.h"
+
+#include <algorithm>
+#include <map>
+#include <memory>
+
+#include "server/geometry/mesh_finding.h"
+#include "server/geometry/solid_overlap.h"
+#include "server/scenario/collision_checking.h"
+
+namespace takt {
+
+namespace {
+
+struct Standing {
+  int component = -1;
+  Pose X_WB;
+  Aabb box;
+  double thickness_m = 0.0;
+  bool is_part = false;
+};
+
+BodyBox box_of(const TriangleMesh& mesh) {
+  Vec3 lower = mesh.vertices.front(), upper = lower;
+  for (const Vec3& v : mesh.vertices) lower = lower.cwiseMin(v), upper = upper.cwiseMax(v);
+  return {0.5 * (lower + upper), 0.5 * (upper - lower)};
+}
+
+bool meant(const Scenario& scenario, const CellModel& cell, int a, int b) {
+  const std::string& name_a = cell.components[static_cast<std::size_t>(a)].name;
+  const std::string& name_b = cell.components[static_cast<std::size_t>(b)].name;
+  const auto named = [&](const std::array<std::string, 2>& pair) {
+    return (fits_pattern(name_a, pair[0]) && fits_pattern(name_b, pair[1])) ||
+           (fits_pattern(name_a, pair[1]) && fits_pattern(name_b, pair[0]));
+  };
+  const auto joined = [&](const ThreadModel& thread) {
+    return std::minmax(thread.part, thread.holder) == std::minmax(a, b);
+  };
+  return std::any_of(scenario.allow_overlap.begin(), scenario.allow_overlap.end(), named) ||
+         std::any_of(cell.threads.begin(), cell.threads.end(), joined);
+}
+
+}  // namespace
+
+void find_start_overlaps(const Scenario& scenario, const std::vector<TriangleMesh>& meshes, CellModel& cell) {
+  std::vector<Standing> all;
+  const auto add = [&](int component, const Pose& X_WB, bool is_part) {
+    const BodyBox box = box_of(meshes[static_cast<std::size_t>(component)]);
+    all.push_back({component, X_WB, box.at(X_WB, 0.0), 2.0 * box.half_B.minCoeff(), is_part});
+  };
+  for (const RigidBodyParameters& part : cell.parts) add(part.body, part.X_WB_initial, true);
+  for (const GroundModel& ground : cell.grounds) add(ground.component, ground.X_WB, false);
+  std::map<int, std::unique_ptr<SolidProbe>> probes;
+  const auto probe = [&](int component) -> const SolidProbe& {
+    auto& found = probes[component];
+    if (!found) found = std::make_unique<SolidProbe>(meshes[static_cast<std::size_t>(component)]);
+    return *found;
+  };
+  for (std::size_t i = 0; i < all.size() && all[i].is_part; ++i) {
+    for (std::size_t j = i + 1; j < all.size(); ++j) {
+      const Standing &a = all[i], &b = all[j];
+      const double fit_m = scenario.contact_margin_m + kLargestFit * std::min(a.thickness_m, b.thickness_m);
+      const Vec3 common = a.box.upper.cwiseMin(b.box.upper) - a.box.lower.cwiseMax(b.box.lower);
+      if (!(common.minCoeff() > fit_m) || meant(scenario, cell, a.component, b.component)) continue;
+      const SolidOverlap overlap =
+          solid_overlap(probe(a.component), a.X_WB, probe(b.component), b.X_WB, fit_m);
+      if (!(overlap.depth_m > 0.0)) continue;
+      const std::string& part = cell.components[static_cast<std::size_t>(a.component)].name;
+      const std::string& other = cell.components[static_cast<std::size_t>(b.component)].name;
+      StartOverlap found{
+          a.component, b.component,
+          part + " starts inside " + other + ", " + number_text(1e3 * overlap.depth_m) + " mm deep at " +
+              place_text(overlap.p_W) + ". Correct parts." + part +
+              ".pose.position_m or the mesh; where the fit is meant, set world.allow_overlap: [[" + part +
+              ", " + other + "]]."};
+      cell.import_notes.push_back({part, found.sentence, {}});
+      cell.start_overlaps.push_back(std::move(found));
+    }
+  }
+}
+
+}  // namespace takt

@@ -1,0 +1,79 @@
+// Steps that are too long for the substitute forces, known when a cell is loaded; explicit methods at
+// contact.
+#include "server/simulation/step_limit.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "server/scenario/scenario_builder.h"
+#include "server/simulation/simulation.h"
+
+namespace takt {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+std::shared_ptr<const CellModel> blocks(const std::vector<std::string>& overrides, int level = 1) {
+  ScenarioOptions options;
+  options.level_of_detail = level;
+  options.overrides = overrides;
+  return load_cell(std::string(TAKT_CONFIG_DIR) + "/scenarios/block_assembly.yaml", options);
+}
+
+std::string refusal(const std::vector<std::string>& overrides, int level = 1) {
+  try {
+    blocks(overrides, level);
+  } catch (const ScenarioError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+std::string note(const CellModel& cell) {
+  for (const ImportNote& each : cell.import_notes)
+    if (each.component == "solver") return each.sentence;
+  return "";
+}
+
+TEST(StepLimit, IsThatOfTheOscillator) {
+  const double w = std::sqrt(9.80665 / 1e-4);
+  EXPECT_NEAR(longest_stable_step_s({"rk2"}, w * w, 2.0 * w), 2.0 / w, 1e-8);
+  EXPECT_NEAR(longest_stable_step_s({"implicit"}, w * w, 2.0 * w), 2.0 / w, 1e-8);
+  // Real roots of |1 + z + z^2/2 + z^3/6 + z^4/24| = 1.
+  EXPECT_NEAR(longest_stable_step_s({"rk4"}, w * w, 2.0 * w), 2.785293563 / w, 1e-8);
+  // Over-damped: the faster root counts.
+  EXPECT_NEAR(longest_stable_step_s({"rk2"}, 1.0, 1000.0), 2.0 / 999.999, 1e-7);
+  for (const char* solver : {"rosenbrock", "cvode", "esdirk", "ida"})
+    EXPECT_TRUE(std::isinf(longest_stable_step_s({solver}, w * w, 2.0 * w))) << solver;
+}
+
+// The thesis: 5 ms works, 6 ms breaks; ours holds up to 2 / w and places roughly from 5.5 ms on.
+TEST(StepLimit, OfTheBlockAssemblyIsCheckedAtLoad) {
+  EXPECT_EQ(note(*blocks({"solver.step_s=0.005"})), "");
+  EXPECT_THAT(note(*blocks({"solver.step_s=0.006"})), HasSubstr("close to its limit of 6.39 ms"));
+  EXPECT_THAT(refusal({"solver.step_s=0.0064"}),
+              AllOf(HasSubstr("solver.step_s: found 6.4 ms with rk2"), HasSubstr("allowed: at most 6.39 ms"),
+                    HasSubstr("rosenbrock")));
+  EXPECT_NE(refusal({"solver.step_s=0.01"}), "");
+  EXPECT_NE(refusal({"solver.step_s=0.01", "solver.method=implicit"}), "");
+  EXPECT_EQ(refusal({"solver.step_s=0.01", "solver.method=rosenbrock"}), "");
+  EXPECT_EQ(refusal({"solver.step_s=0.0064", "solver.method=rk4"}), "");
+}
+
+TEST(StepLimit, ExplicitMethodsDoNotServeSurfaceContact) {
+  EXPECT_THAT(refusal({"solver.method=rk2"}, 3), AllOf(HasSubstr("'rk2'"), HasSubstr("rosenbrock")));
+  EXPECT_THAT(refusal({"solver.contact.method=rk4"}, 3), AllOf(HasSubstr("rk4"), HasSubstr("rosenbrock")));
+  EXPECT_EQ(blocks({"solver.method=rk2"})->contact_solver.name, "cvode") << "as the file says";
+}
+
+TEST(StepLimit, NobodySwitchesToALevelWhoseStepIsTooLong) {
+  Simulation simulation(blocks({"solver.contact.step_s=0.008"}, 3));
+  ASSERT_EQ(simulation.solver().name, "cvode");
+  EXPECT_THAT(simulation.set_level_of_detail(-1, 1), HasSubstr("allowed: at most 6.39 ms"));
+  EXPECT_EQ(simulation.solver().name, "cvode");
+  ASSERT_TRUE(simulation.step({})) << simulation.fault();
+}
+
+}  // namespace
+}  // namespace takt
