@@ -255,6 +255,8 @@ void record_events(takt::McapRecording& recording, const takt::Simulation& s) {
   for (const takt::CollisionEvent& found : s.collision_events())
     record(takt::collision_record(found, s.epoch()));
   for (const takt::WeakGrip& grip : s.weak_grips()) record(takt::weak_grip_record(grip, s.epoch()));
+  for (const takt::AlternatingForce& force : s.alternating_forces())
+    record(takt::alternating_force_record(force, s.epoch()));
 }
 
 takt::StepPacer make_pacer(const Arguments& a) {

@@ -389,6 +389,31 @@ std::size_t ContactInteraction::read(const CellMotion& motion, std::span<Contact
   return count;
 }
 
+void ContactInteraction::add_forces(const CellMotion& motion, std::span<Vec3> forces_W) {
+  for (const std::size_t i : near_) {
+    Pair& pair = pairs_[i];
+    look_at_pair(pair, motion);
+    if (pair.result.elements == 0) continue;
+    const Vec3 f_W = body(motion, pair.model->target).X_WB.R * pair.result.F_B_T.f;
+    forces_W[static_cast<std::size_t>(pair.model->base)] += f_W;
+    forces_W[static_cast<std::size_t>(pair.model->target)] -= f_W;
+  }
+}
+
+int ContactInteraction::heaviest_on(int component, const CellMotion& motion) {
+  int heaviest = -1;
+  double most_N = 0.0;
+  for (const std::size_t i : near_) {
+    Pair& pair = pairs_[i];
+    if (pair.model->base != component && pair.model->target != component) continue;
+    look_at_pair(pair, motion);
+    if (pair.result.elements == 0 || pair.result.F_B_T.f.norm() <= most_N) continue;
+    most_N = pair.result.F_B_T.f.norm();
+    heaviest = pair.model->base == component ? pair.model->target : pair.model->base;
+  }
+  return heaviest;
+}
+
 void ContactInteraction::read(const CellMotion& motion, std::vector<ContactSample>& samples) {
   samples.resize(near_.size());
   samples.resize(read(motion, std::span<ContactSample>(samples)));

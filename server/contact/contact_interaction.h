@@ -97,6 +97,10 @@ class ContactInteraction {
   /// Pairs that press at this motion, in the order of the pairs, as far as `samples` has room; returns how
   /// many press. No call is counted: what a solver asks afterwards counts as if nobody had looked.
   std::size_t read(const CellMotion& motion, std::span<ContactSample> samples);
+  /// Adds the contact force on each component (N, by component), in the same way.
+  void add_forces(const CellMotion& motion, std::span<Vec3> forces_W);
+  /// The component that presses most upon this one, or -1.
+  int heaviest_on(int component, const CellMotion& motion);
   /// All of them; allocates where there are more than ever.
   void read(const CellMotion& motion, std::vector<ContactSample>& samples);
   std::vector<ElementPressure> pressures(std::size_t pair, const CellMotion& motion);

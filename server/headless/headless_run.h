@@ -41,6 +41,7 @@ struct HeadlessResult {
   std::vector<ConnectionChange> changes;
   std::vector<CollisionEvent> collisions;  ///< empty where nothing is checked
   std::vector<WeakGrip> weak_grips;
+  std::vector<AlternatingForce> alternating_forces;
   std::vector<GripExtreme> grips;  ///< of each gripper and Part that it gripped at levels of detail 1 and 2
   std::vector<MarkRecord> marks;
   bool surface_contact = false;  ///< some process was at level of detail 3 at the end

@@ -147,6 +147,27 @@ void print_weak_grips(std::ostream& out, const CellDescription& cell, const Head
   }
 }
 
+Json alternating_forces_json(const CellDescription& cell, const HeadlessResult& result) {
+  Json all = Json::array();
+  for (const AlternatingForce& force : result.alternating_forces)
+    all.push_back(
+        {{"part", cell.components[static_cast<std::size_t>(force.part)].name},
+         {"other", force.other < 0 ? Json(nullptr)
+                                   : Json(cell.components[static_cast<std::size_t>(force.other)].name)},
+         {"time_s", force.time_s},
+         {"change_N", force.change_N}});
+  return all;
+}
+
+void print_alternating_forces(std::ostream& out, const CellDescription& cell, const HeadlessResult& result) {
+  for (const AlternatingForce& force : result.alternating_forces) {
+    out << std::setprecision(3) << force.time_s << " s: the contact force on "
+        << cell.components[static_cast<std::size_t>(force.part)].name << " alternates from step to step by "
+        << force.change_N << " N: forces, joint torques and power are not right (friction_law: stick, or a "
+        << "smaller solver.contact.tolerance)\n";
+  }
+}
+
 Json statistics_json(const SimulationStatistics& s) {
   return {{"steps", s.steps},
           {"derivative_evaluations", s.derivative_evaluations},
@@ -232,6 +253,7 @@ Json report_document(const Scenario& scenario, const CellDescription& cell, cons
   report["connection_changes"] = changes;
   report["collisions"] = collisions_json(cell, result);
   report["grips"] = grips_json(cell, result);
+  report["alternating_forces"] = alternating_forces_json(cell, result);
   if (result.surface_contact) report["contacts"] = contacts_json(cell, result);
   Json marks = Json::array();
   for (const MarkRecord& mark : result.marks) {
@@ -291,6 +313,7 @@ void print_summary(std::ostream& out, const Scenario& scenario, const CellDescri
   }
   if (!cell.checked_bodies.empty()) print_collisions(out, cell, result);
   print_weak_grips(out, cell, result);
+  print_alternating_forces(out, cell, result);
   print_assertions(out, result.assertions);
   const SolverStatistics& work = result.statistics.solver;
   if (work.forced_steps > 0)

@@ -147,6 +147,8 @@ std::string_view to_string(EventCode code) {
       return "command_deadline_missed";
     case EventCode::weak_grip:
       return "weak_grip";
+    case EventCode::alternating_force:
+      return "alternating_force";
     case EventCode::save_refused:
       return "snapshot_failed";
     case EventCode::events_lost:
@@ -251,6 +253,19 @@ EventRecord weak_grip_record(const WeakGrip& grip, std::uint32_t epoch) {
   return told;
 }
 
+EventRecord alternating_force_record(const AlternatingForce& force, std::uint32_t epoch) {
+  EventRecord told;
+  told.code = EventCode::alternating_force;
+  told.severity = Severity::warning;
+  told.time_s = force.time_s;
+  told.step = force.step;
+  told.epoch = epoch;
+  told.a = force.part;
+  told.b = force.other;
+  told.x = force.change_N;
+  return told;
+}
+
 EventRecord collision_record(const CollisionEvent& found, std::uint32_t epoch) {
   EventRecord told;
   told.code = EventCode::clearance;
@@ -351,6 +366,14 @@ EventText describe(const EventRecord& event, const CellDescription& cell) {
                            " N; friction needs " + number(event.x) +
                            " N to carry what hangs on it, which would slip. Remedy: a larger max_force_N, a "
                            "gentler motion, or the contact.grippers.friction that is true."};
+    }
+    case EventCode::alternating_force: {
+      const std::string part = component_name(cell, event.a);
+      return {part, "The contact force on " + part + " alternates from step to step by " + number(event.x) +
+                        " N, where " + component_name(cell, event.b) +
+                        " presses most upon it: forces, joint torques and power of this run are not right. "
+                        "Remedy: friction_law: stick, a larger friction_velocity_m_per_s, or a smaller "
+                        "solver.contact.tolerance."};
     }
     case EventCode::save_refused:
       return {cell.cell, "The periodic snapshot was not taken: " + text};

@@ -40,6 +40,7 @@ enum class EventCode : std::uint8_t {
   trajectory_refused,       ///< a: robot, b: joint (-1: it is over), c: 1 velocity, x: value, y, z: limits
   command_deadline_missed,  ///< a: robot, x: silence in s
   weak_grip,                ///< a: gripper, b: Part, x: force needed (N), y: force of each jaw (N)
+  alternating_force,        ///< a: Part, b: component that presses most upon it (-1: none), x: change (N)
   save_refused,             ///< text: why the state cannot be a periodic snapshot
   events_lost,              ///< a: how many, because nobody fetched them in time
 };
@@ -84,6 +85,9 @@ EventRecord fault_record(const Simulation& simulation);
 
 /// What hangs on a gripper is more than friction carries.
 EventRecord weak_grip_record(const WeakGrip& grip, std::uint32_t epoch);
+
+/// A contact force alternates from step to step.
+EventRecord alternating_force_record(const AlternatingForce& force, std::uint32_t epoch);
 
 /// What happened to a commanded motion.
 EventRecord motion_record(const MotionNotice& notice, std::uint32_t epoch);

@@ -301,6 +301,8 @@ void RunLoop::take_step() {
   for (const CollisionEvent& found : simulation_.collision_events())
     emit(collision_record(found, simulation_.epoch()));
   for (const WeakGrip& grip : simulation_.weak_grips()) emit(weak_grip_record(grip, simulation_.epoch()));
+  for (const AlternatingForce& force : simulation_.alternating_forces())
+    emit(alternating_force_record(force, simulation_.epoch()));
   publish_instant();
   if (single_steps_left_ > 0 && --single_steps_left_ == 0) {
     end_single_steps(ControlResult::ok, "The steps are done.");

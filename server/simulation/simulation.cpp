@@ -70,6 +70,10 @@ std::span<const WeakGrip> Simulation::weak_grips() const {
   return impl_->grip_loads.weak();
 }
 
+std::span<const AlternatingForce> Simulation::alternating_forces() const {
+  return impl_->alternation.found();
+}
+
 void Simulation::watch_deadlines(bool watch) {
   impl_->watch_deadlines = watch;
 }

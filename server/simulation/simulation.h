@@ -166,6 +166,8 @@ class Simulation {
   const GripLoad& grip_load(std::size_t gripper) const;
   /// Grips that were found too weak there.
   std::span<const WeakGrip> weak_grips() const;
+  /// Contact forces that were found there to alternate from step to step; each Part once.
+  std::span<const AlternatingForce> alternating_forces() const;
   const SimulationStatistics& statistics() const;
 
   /// Optional: somebody who helps with the collision checks of steps that take at least so many calls, for as

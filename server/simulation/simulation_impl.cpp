@@ -24,6 +24,7 @@ Simulation::Impl::Impl(std::shared_ptr<const CellModel> cell_model)
       contacts(model->components, model->contact),
       grasping(*model),
       grip_loads(*model),
+      alternation(*model),
       threads(*model),
       plant(*model, interaction, &contacts),
       resting(model->components, part_bodies(*model)),
@@ -62,6 +63,7 @@ void Simulation::Impl::start() {
   parts_hash = 0;
   grasping.reset();
   grip_loads.reset();
+  alternation.reset();
   hash.reset();
   fault.clear();
   changes.clear();
@@ -130,6 +132,7 @@ void Simulation::Impl::regroup(const std::vector<int>& robot_levels) {
   plant.change_levels(robot_levels, time());
   resting.wake_all();
   calm.wake_all();
+  alternation.pause();
   motion_is_current = false;
   choose_grippers();
   note_yielding();
@@ -235,6 +238,7 @@ void Simulation::Impl::update_connections() {
   if (contacts.any_acting()) {
     contacts.accept(system().motion());
     contacts.update(system().motion(), model->step_s);
+    alternation.update(time(), step_index, system().motion(), contacts);
   }
   grasping.update(time(), model->step_s, system().motion(), plant, interaction, contacts);
   interaction.update_connections(system().motion(), grasping.states(), clock);

@@ -11,6 +11,7 @@
 #include "server/simulation/calm_parts.h"
 #include "server/simulation/cell_model.h"
 #include "server/simulation/cell_plant.h"
+#include "server/simulation/force_alternation.h"
 #include "server/simulation/grasping.h"
 #include "server/simulation/grip_loads.h"
 #include "server/simulation/resting_parts.h"
@@ -115,6 +116,7 @@ struct Simulation::Impl {
   ContactInteraction contacts;
   Grasping grasping;
   GripLoads grip_loads;
+  ForceAlternation alternation;
   Threads threads;
   bool thread_let_go = false;  ///< in the last step
   CellPlant plant;

@@ -75,6 +75,7 @@ void Simulation::Impl::save(std::vector<std::byte>& bytes) {
   out.section("GRIP", [&] {
     grasping.save(out);
     grip_loads.save(out);
+    alternation.save(out);
   });
   out.section("REST", [&] { resting.save(out); });
   out.section("CALM", [&] { calm.save(out); });
@@ -143,6 +144,7 @@ void Simulation::Impl::load(std::span<const std::byte> bytes) {
   all.section("GRIP", [&](StateReader& in) {
     grasping.load(in);
     grip_loads.load(in);
+    alternation.load(in);
   });
   all.section("REST", [&](StateReader& in) { resting.load(in, interaction); });
   all.section("CALM", [&](StateReader& in) { calm.load(in); });

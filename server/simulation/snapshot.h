@@ -122,6 +122,15 @@ struct WeakGrip {
   double force_N = 0.0;   ///< with which it presses
 };
 
+/// The contact force on a Part changes to and fro from step to step (simulation/force_alternation.h).
+struct AlternatingForce {
+  double time_s = 0.0;
+  std::uint64_t step = 0;
+  int part = -1;
+  int other = -1;         ///< component that presses most upon it, or -1
+  double change_N = 0.0;  ///< from the step before
+};
+
 /// A Part changed the component that holds it.
 struct ConnectionChange {
   double time_s = 0.0;

@@ -160,7 +160,7 @@ TEST(AnyAssembly, NoPartIsLostWhateverIsDoneToIt) {
 TEST(AnyAssembly, FiveHundredParts) {
   Coverage coverage;
   Trial trial;
-  trial.cell = {78, 500, 4, 4, 5};
+  trial.cell = {77, 500, 4, 4, 5};
   trial.busy_steps = 4000, trial.passive_steps = 500, trial.every = 20;
   run_trial(trial, coverage);
   EXPECT_GT(coverage.done.picks, 5);

@@ -48,9 +48,9 @@ class PartnerOracle {
     if (certain != contacts_ || !unclear.empty() || graphs_.empty()) {
       contacts_ = certain;
       graphs_.assign(1, graph(certain));
+      all_ways_ = true;
       if (!unclear.empty()) {
-        certain.insert(certain.end(), unclear.begin(), unclear.end());
-        graphs_.push_back(graph(certain));
+        every_way(certain, unclear);
         contacts_.clear();
         ++unclear_steps;
       }
@@ -71,6 +71,7 @@ class PartnerOracle {
         if (fresh) entry->second = partner_by_listing(graphs_[i], part, present);
         right = entry->second == found;
       }
+      listed = listed && (right || all_ways_);
       ++(listed ? answers : unlisted);
       if (listed) {
         ASSERT_TRUE(right) << "Part " << part << " has partner " << found << " (before: " << present
@@ -114,6 +115,19 @@ class PartnerOracle {
       }
     }
   }
+  /// The graphs for each way in which the unclear pairs may touch; for many of them only none and all.
+  void every_way(const std::vector<std::pair<int, int>>& certain,
+                 const std::vector<std::pair<int, int>>& unclear) {
+    constexpr std::size_t kMostUnclear = 6;
+    all_ways_ = unclear.size() <= kMostUnclear;
+    const std::size_t ways = all_ways_ ? std::size_t{1} << unclear.size() : 2;
+    for (std::size_t way = 1; way < ways; ++way) {
+      std::vector<std::pair<int, int>> touching = certain;
+      for (std::size_t i = 0; i < unclear.size(); ++i)
+        if (!all_ways_ || (way >> i & 1U) != 0) touching.push_back(unclear[i]);
+      graphs_.push_back(graph(touching));
+    }
+  }
   ContactGraph graph(const std::vector<std::pair<int, int>>& pairs) const {
     ContactGraph g(model_.components.size());
     for (std::size_t i = 0; i < g.vertices.size(); ++i) {
@@ -129,6 +143,7 @@ class PartnerOracle {
   GripOracle grips_;
   std::vector<std::pair<int, int>> contacts_;
   std::vector<ContactGraph> graphs_;
+  bool all_ways_ = true;  ///< graphs_ has every way in which the unclear pairs may touch
   std::vector<std::vector<double>> counts_;
   std::map<std::tuple<std::size_t, int, int>, int> answers_;
 };
