@@ -92,7 +92,7 @@ DynamicRobot::Impl::Impl(const DynamicRobotParameters& parameters,
       const double sync_w = gripper.gear_frequency_rad_per_s;
       syncs[drives.size()] = {0.5 * gripper.jaw.mass_kg * sync_w * sync_w, gripper.jaw.mass_kg * sync_w};
       drives.push_back(std::make_unique<IdealServo>(
-          IdealServoParameters{gripper.servo_frequency_rad_per_s, gripper.max_force_N}));
+          IdealServoParameters{gripper.servo_frequency_rad_per_s, gripper.max_force_N, false}));
     }
   }
   states = 2 * joints;

@@ -18,7 +18,8 @@ DriveOutput IdealServo::output(const JointReference& reference, double q, double
   const double w = parameters_.frequency_rad_per_s;
   DriveOutput output;
   output.prescribes_acceleration = true;
-  output.acceleration = reference.qdd + 2.0 * w * (reference.qd - qd) + w * w * (reference.q - q);
+  output.acceleration = w * w * (reference.q - q) - 2.0 * w * qd;
+  if (parameters_.velocity_feed_forward) output.acceleration += reference.qdd + 2.0 * w * reference.qd;
   output.max_holding_torque = parameters_.max_torque;
   return output;
 }
@@ -32,7 +33,8 @@ void IdealServo::jacobian(const JointReference&, double, double, const double*, 
 void IdealServo::time_derivative(const JointReference& reference, double, double, const double*,
                                  DriveRate& rate) const {
   const double w = parameters_.frequency_rad_per_s;
-  rate.torque = w * (2.0 * reference.qdd + w * reference.qd);
+  rate.torque = w * w * reference.qd;
+  if (parameters_.velocity_feed_forward) rate.torque += 2.0 * w * reference.qdd;
 }
 
 DriveSample IdealServo::sample(const JointReference&, double, double qd, double holding_torque,

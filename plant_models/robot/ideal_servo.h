@@ -7,6 +7,9 @@
 // is also the servo of a gripper's jaws: position control until the grip force is reached. A feed-forward of
 // the reference changes nothing: what it is for, the servo has from the dynamics already.
 //
+// Without velocity feed-forward qd_ref is taken as zero: the joint follows a reference of constant speed 2/w
+// late, and where the reference sets off or stops at once the acceleration has no jump.
+//
 // Explicit solvers of order two are stable for steps up to 2 / w.
 #include "plant_models/robot/drive.h"
 
@@ -15,6 +18,7 @@ namespace takt {
 struct IdealServoParameters {
   double frequency_rad_per_s = 100.0;                           ///< w
   double max_torque = std::numeric_limits<double>::infinity();  ///< N m or N
+  bool velocity_feed_forward = true;
 };
 
 class IdealServo final : public Drive {

@@ -66,7 +66,7 @@ void ForceAlternation::load(StateReader& in) {
   for (Track& track : tracks_) {
     track.force_W = in.vector("a contact force");
     track.change_W = in.vector("a change of a contact force");
-    track.reversals = in.integer(0, std::numeric_limits<int>::max(), "reversals of a contact force");
+    track.reversals = in.integer<int>(0, std::numeric_limits<int>::max(), "reversals of a contact force");
     track.known = in.flag("'a contact force is known'");
     track.told = in.flag("'an alternating force was told'");
   }
