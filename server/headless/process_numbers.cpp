@@ -51,6 +51,13 @@ void ProcessRecorder::note(const Simulation& simulation) {
   if (times_s_.size() >= kMostPoints) halve_curves();
 }
 
+bool ProcessRecorder::settles(std::set<std::pair<int, int>>& from_start, std::pair<int, int> pair) const {
+  constexpr double kSettling_s = 0.1;
+  if (!snapshot_.contacts.acting || snapshot_.time_s >= kSettling_s) return false;
+  if (snapshot_.step <= 1) from_start.insert(pair);
+  return from_start.count(pair) != 0;
+}
+
 void ProcessRecorder::note_extremes() {
   const double t = snapshot_.time_s;
   for (std::size_t r = 0; r < numbers_.robots.size(); ++r) {
@@ -70,6 +77,7 @@ void ProcessRecorder::note_extremes() {
     robot.flange_torque_N_m.note(sample.flange_load_W.t.norm(), t);
   }
   for (const ContactSample& sample : snapshot_.contacts.pressing()) {
+    if (settles(pressed_from_start_, {sample.base, sample.target})) continue;
     ContactExtreme& most = contacts_[{sample.base, sample.target}];
     if (most.sample.result.normal_force_N < sample.result.normal_force_N) {
       most.time_s = t;
@@ -80,6 +88,7 @@ void ProcessRecorder::note_extremes() {
   for (std::size_t c = 0; c < snapshot_.components.size(); ++c) {
     const ComponentSample& sample = snapshot_.components[c];
     if (sample.partner < 0) continue;
+    if (settles(held_from_start_, {static_cast<int>(c), sample.partner})) continue;
     HoldingExtreme& most = holding_[{static_cast<int>(c), sample.partner}];
     most.force_N.note(sample.F_Bo_W.f.norm(), t);
     most.torque_N_m.note(sample.F_Bo_W.t.norm(), t);

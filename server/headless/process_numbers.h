@@ -3,6 +3,7 @@
 // their times, and curves of power, torques, forces and devices. Gathered while it runs.
 #include <array>
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,7 +33,8 @@ struct RobotExtremes {
   bool dynamic = false;                    ///< was above level of detail 1 at some time
 };
 
-/// When two components pressed most upon each other by surface contact.
+/// When two components pressed most upon each other by surface contact. What touches as the run begins
+/// settles from touching to pressing: its first 0.1 s do not count, here and in HoldingExtreme.
 struct ContactExtreme {
   double time_s = 0.0;
   ContactSample sample;
@@ -93,6 +95,8 @@ class ProcessRecorder {
   std::uint64_t next_ = 0;
   bool every_step_ = false;
   ProcessNumbers numbers_;
+  bool settles(std::set<std::pair<int, int>>& from_start, std::pair<int, int> pair) const;
+  std::set<std::pair<int, int>> pressed_from_start_, held_from_start_;
   std::map<std::pair<int, int>, ContactExtreme> contacts_;
   std::map<std::pair<int, int>, HoldingExtreme> holding_;
   std::vector<double> times_s_;

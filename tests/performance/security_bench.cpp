@@ -66,10 +66,11 @@ Cost measure(std::uint32_t domain, const std::string& writer_identity, const std
   options.domain = domain;
   options.name = "writer";
   options.secure_directory = writer_identity;
-  Participant from(options, nullptr);
+  DiscoveryListener discovery;  // found by nobody here
+  Participant from(options, discovery);
   options.name = "reader";
   options.secure_directory = reader_identity;
-  Participant to(options, nullptr);
+  Participant to(options, discovery);
   Receiver receiver;
   const std::string topic = "rt/bench/control/request";
   auto* writer = from.create_writer<takt_msgs::msg::ControlRequestPubSubType>(topic, event_writer_qos(from));

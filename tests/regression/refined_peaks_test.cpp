@@ -1,0 +1,177 @@
+// Every shipped scenario at every level of detail: the largest joint torques, loads of flanges, forces of
+// contacts, forces that hold Parts, powers and energies that a run reports stay within 2 % when the tolerance
+// (or the step of a method without error control) is made ten times as small. Positions hide forces that are
+// not resolved.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/headless/headless_run.h"
+#include "server/scenario/scenario_builder.h"
+
+namespace takt {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// By kind ("torque of N m") and name.
+using Peaks = std::map<std::pair<std::string, std::string>, double>;
+
+struct Case {
+  std::string scenario;
+  int level;
+};
+
+/// How far off by more than 2 % a peak may be, for a reason: by kind and name.
+using Allowances = Peaks;
+
+Peaks peaks_of(const CellDescription& cell, const ProcessNumbers& numbers, int level) {
+  Peaks peaks;
+  const auto component = [&cell](int id) {
+    return id < 0 ? std::string("nothing") : cell.components[static_cast<std::size_t>(id)].name;
+  };
+  for (std::size_t r = 0; r < numbers.robots.size(); ++r) {
+    const RobotExtremes& robot = numbers.robots[r];
+    if (!robot.dynamic) continue;
+    const RobotDescription& described = cell.robots[r];
+    for (std::size_t j = 0; j < robot.joints.size(); ++j)
+      peaks[{"torque", described.name + " " + described.arm.joints[j].name}] = robot.joints[j].torque.value;
+    peaks[{"flange force", described.name}] = robot.flange_force_N.value;
+    peaks[{"flange torque", described.name}] = robot.flange_torque_N_m.value;
+  }
+  for (const ContactExtreme& contact : numbers.contacts)
+    peaks[{"contact force", component(contact.sample.base) + " - " + component(contact.sample.target)}] =
+        contact.sample.result.normal_force_N;
+  // By surface contact the forces of contacts are what holds.
+  for (const HoldingExtreme& hold : level < 3 ? numbers.holding : std::vector<HoldingExtreme>())
+    peaks[{"holding force", component(hold.part) + " by " + component(hold.holder)}] = hold.force_N.value;
+  for (const ConsumerNumbers& consumer : numbers.consumers) {
+    peaks[{"power", consumer.name}] = consumer.power_W.value;
+    peaks[{"energy", consumer.name}] = consumer.energy_J;
+  }
+  return peaks;
+}
+
+void refine(Scenario& scenario) {
+  // A long run of short steps is made finer by less.
+  constexpr double kMostSteps = 4e6;
+  const double finer = std::max(0.1, scenario.duration_s / scenario.step_s / kMostSteps);
+  const bool error_control = solver_has_error_control(scenario.initial_solver());
+  Scenario::LevelSolver* section = scenario.begins_with_contact() ? &scenario.contact_solver
+                                   : scenario.dynamics_solver && scenario.begins_with(2)
+                                       ? &*scenario.dynamics_solver
+                                       : nullptr;
+  if (error_control)
+    (section != nullptr ? section->tolerance : scenario.tolerance) *= finer;
+  else if (section != nullptr && section->step_s)
+    *section->step_s *= finer;
+  else
+    scenario.step_s *= finer;
+}
+
+/// Substitute forces catch what falls at the end of a step, when it is up to g h faster than at the touch; a
+/// critically damped spring of pole p then pulls with up to m p g h more.
+Allowances of_catches(const CellModel& model, const HeadlessResult& result) {
+  Allowances allowed;
+  const double g = model.interaction.gravity_W.norm();
+  for (const ConnectionChange& change : result.changes) {
+    if (change.step == 0 || change.from >= 0 || change.to < 0) continue;
+    const auto part = std::find_if(model.parts.begin(), model.parts.end(),
+                                   [&](const RigidBodyParameters& p) { return p.body == change.part; });
+    const auto& components = model.components;
+    const double pole = std::sqrt(g / 1e-4);
+    allowed[{"holding force", components[static_cast<std::size_t>(change.part)].name + " by " +
+                                  components[static_cast<std::size_t>(change.to)].name}] =
+        part->mass_kg * pole * g * model.step_s;
+  }
+  return allowed;
+}
+
+struct Outcome {
+  Peaks peaks;
+  Allowances allowed;
+};
+
+Outcome run(const Case& c, bool refined) {
+  ScenarioOptions options;
+  options.level_of_detail = c.level;
+  Scenario scenario =
+      read_scenario(fs::path(TAKT_CONFIG_DIR) / "scenarios" / (c.scenario + ".yaml"), options);
+  if (refined) refine(scenario);
+  Simulation simulation(build_cell(scenario));
+  HeadlessOptions headless;
+  headless.duration_s = scenario.duration_s;
+  headless.program = scenario.controller_program;
+  headless.process_numbers = true;
+  const HeadlessResult result = run_headless(simulation, scenario, headless);
+  EXPECT_EQ(result.fault, "");
+  EXPECT_TRUE(result.alternating_forces.empty());
+  return {peaks_of(simulation.description(), *result.process, c.level),
+          of_catches(simulation.model(), result)};
+}
+
+std::vector<Case> cases() {
+  std::vector<Case> all;
+  const fs::path root = fs::path(TAKT_CONFIG_DIR) / "scenarios";
+  for (const auto& entry : fs::recursive_directory_iterator(root)) {
+    if (entry.path().extension() != ".yaml") continue;
+    const std::string name = fs::relative(entry.path(), root).replace_extension().string();
+    for (const int level : {1, 2, 3}) all.push_back({name, level});
+  }
+  std::sort(all.begin(), all.end(), [](const Case& a, const Case& b) {
+    return std::pair(a.scenario, a.level) < std::pair(b.scenario, b.level);
+  });
+  return all;
+}
+
+class RefinedPeaks : public testing::TestWithParam<Case> {};
+INSTANTIATE_TEST_SUITE_P(Shipped, RefinedPeaks, testing::ValuesIn(cases()), [](const auto& shipped) {
+  std::string name = shipped.param.scenario;
+  std::replace_if(
+      name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
+  return name + "_" + std::to_string(shipped.param.level);
+});
+
+/// What 2 % is of: the peak itself, or what is small beside it. Loads of flanges: their force at an arm of
+/// 0.1 m.
+double scale_of(const Peaks& peaks, const std::pair<std::string, std::string>& name) {
+  constexpr double kSmall = 0.1, kArm_m = 0.1;
+  double largest = 0.0;
+  for (const auto& [other, value] : peaks)
+    if (other.first == name.first) largest = std::max(largest, value);
+  const auto own = peaks.find(name);
+  double scale = std::max(own != peaks.end() ? own->second : 0.0, kSmall * largest);
+  if (name.first == "flange torque")
+    scale = std::max(scale, kArm_m * peaks.at({"flange force", name.second}));
+  return scale;
+}
+
+TEST_P(RefinedPeaks, AgreeWithinTwoPercent) {
+  Outcome shipped, refined;
+  try {
+    shipped = run(GetParam(), false), refined = run(GetParam(), true);
+  } catch (const ScenarioError& error) {
+    GTEST_SKIP() << error.what();  // a cell without what the level needs
+  }
+  Peaks all = refined.peaks;
+  all.insert(shipped.peaks.begin(), shipped.peaks.end());
+  for (const auto& [name, value] : all) {
+    const auto peak = [&name = name](const Peaks& peaks) {
+      const auto found = peaks.find(name);
+      return found == peaks.end() ? 0.0 : found->second;
+    };
+    EXPECT_NEAR(peak(shipped.peaks), peak(refined.peaks),
+                0.02 * scale_of(refined.peaks, name) + peak(shipped.allowed))
+        << name.first << " of " << name.second;
+  }
+}
+
+}  // namespace
+}  // namespace takt
