@@ -221,7 +221,8 @@ TEST(Jaws, TravelToTheCommandedWidthAndStopAtTheirStroke) {
   cell.gripper.move_to(0.0, 0.02);
   EXPECT_NEAR(cell.robot->next_time_event(0.0), 0.02 / 0.075, 1e-12);
   run(0.2);
-  EXPECT_NEAR(cell.bench->x[6], 0.03 - 0.075 * 0.2, 1e-4);  // 0.03 m to 0.01 m take 0.267 s
+  // 0.03 m to 0.01 m take 0.267 s; the servo of 100 rad/s follows 2/w late.
+  EXPECT_NEAR(cell.bench->x[6], 0.03 - 0.075 * (0.2 - 2.0 / 100.0), 1e-6);
   run(0.6);
   EXPECT_NEAR(cell.bench->x[6], 0.01, 1e-9);
   EXPECT_NEAR(cell.bench->x[7], 0.01, 1e-9);
