@@ -51,7 +51,8 @@ class ComponentInteraction {
   /// Parts (ascending) that may touch a component pushed straight from one pose to another; others are
   /// certainly apart. Valid until the next call.
   std::span<const int> parts_near_sweep(int component, const Pose& from, const Pose& to);
-  /// Parts (ascending) in a grasp volume, which becomes the palm's shape. Valid until the next call of either.
+  /// Parts (ascending) in a grasp volume, which becomes the palm's shape. Valid until the next call of
+  /// either.
   std::span<const int> parts_between(int palm, const Vec3& lower_G, const Vec3& upper_G);
   /// What the last update_connections() found: the gripper holds the Part, which is in its grasp volume.
   bool gripped(int part, int palm) const;
@@ -183,11 +184,11 @@ class ComponentInteraction {
   std::vector<int> parts_;            ///< component ids of Parts
   CollisionWorld world_;
   std::vector<PairVerdict> verdicts_;
-  PairQueries queries_;             ///< of this step, where they are worth sharing among threads
-  bool sharing_ = false;            ///< they are, in this step
-  std::vector<char> in_contact_;    ///< by pair: touching and the gripper, if any, holds
-  std::vector<char> held_;                  ///< by pair: of a Part and the palm that holds it
-  std::vector<std::vector<int>> holds_;     ///< by component: Parts that a palm holds, ascending
+  PairQueries queries_;                  ///< of this step, where they are worth sharing among threads
+  bool sharing_ = false;                 ///< they are, in this step
+  std::vector<char> in_contact_;         ///< by pair: touching and the gripper, if any, holds
+  std::vector<char> held_;               ///< by pair: of a Part and the palm that holds it
+  std::vector<std::vector<int>> holds_;  ///< by component: Parts that a palm holds, ascending
   ContactGraph graph_;
   Connections connections_;
 

@@ -126,7 +126,9 @@ class ModelHash {
   std::uint64_t value() const { return hash_.value(); }
 
  private:
-  void add(const IdealServoParameters& p) { *this << p.frequency_rad_per_s << p.max_torque << p.velocity_feed_forward; }
+  void add(const IdealServoParameters& p) {
+    *this << p.frequency_rad_per_s << p.max_torque << p.velocity_feed_forward;
+  }
   void add(const SimplifiedDriveParameters& p) {
     *this << p.gear_ratio << p.rotor_inertia_kg_m2 << p.load_inertia_kg_m2 << p.position_gain_per_s
           << p.speed_gain_per_s << p.integral_time_s << p.max_torque;

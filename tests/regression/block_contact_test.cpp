@@ -139,7 +139,8 @@ TEST(BlockContact, DisassemblyEndsWhereTheDrawingsSay) {
   // parts sink in, and P, put down from 44 um, bounces. P ends 0.550 mm off by cvode 1e-8 and rosenbrock 1e-6
   // alike: grips that stick draw it along.
   expect_held_and_near(test::run_block_scenario("block_disassembly", at_level_3("cvode", "1e-6")), 5.6e-4);
-  expect_held_and_near(test::run_block_scenario("block_disassembly", at_level_3("rosenbrock", "1e-4")), 5.6e-4);
+  expect_held_and_near(test::run_block_scenario("block_disassembly", at_level_3("rosenbrock", "1e-4")),
+                       5.6e-4);
 }
 
 TEST(BlockContact, WithDetailedDrivesWhoseFrictionSticks) {

@@ -22,12 +22,13 @@ struct LevelSwitch {
 };
 
 // To level 2 drives start with the load they have (without: 0.1 mm at 21 s, 0.2 mm at 31.5 and 35 s).
+// Jaws on their way are 2/w late at level 2: 2 x 75 mm/s / 200 rad/s = 0.75 mm.
 // From level 2 to 1 between two set-points (every 8 ms) a moving arm waits for the next one: up to 0.73 mm.
 const std::vector<LevelSwitch> kSwitches{
-    {0.0, 2, 5e-4},  {1.0, 1, 1e-4},   // before the first motion; in motion, on a set-point
-    {3.9, 2, 5e-4},  {4.6, 1, 1e-4},   // Gripper1 closes on P; P is lifted
+    {0.0, 2, 8e-4},  {1.0, 1, 1e-4},   // before the first motion; in motion, on a set-point
+    {3.9, 2, 8e-4},  {4.6, 1, 1e-4},   // Gripper1 closes on P; P is lifted
     {6.0, 2, 5e-5},  {7.5, 1, 8e-4},   // P and C in the grippers; between two set-points
-    {9.95, 2, 5e-4}, {12.0, 1, 1e-4},  // Gripper1 opens, C comes down; nothing held
+    {9.95, 2, 8e-4}, {12.0, 1, 1e-4},  // Gripper1 opens, C comes down; nothing held
     {17.0, 2, 5e-5}, {18.5, 1, 8e-4},  // O, with P in it, is lifted; between two set-points
     {21.0, 2, 1e-5}, {24.0, 1, 1e-4},  // O in B, Gripper1 still closed; open again
     {31.5, 2, 5e-5}, {33.0, 1, 1e-4},  // the assembly in Gripper2; carried, on a set-point
@@ -178,8 +179,8 @@ TEST(LevelOfDetail, EnergiesGoOnWhereTheyWereWhenTheRobotIsDynamicAgain) {
   EXPECT_EQ(power(0).electrical_energy_J, 0.0);
 }
 
-/// Explicit steps of 6 ms are too large where a dynamic robot holds a Part: the run must end before anything is not
-/// a number. (Steps that are too large for the Parts alone are refused at load.)
+/// Explicit steps of 6 ms are too large where a dynamic robot holds a Part: the run must end before anything
+/// is not a number. (Steps that are too large for the Parts alone are refused at load.)
 TEST(LevelOfDetail, AStepThatIsTooLargeEndsWithAFaultAndKeepsTheLastState) {
   const Block block("rk2", "0.006");
   const SwitchedRun r = run_switched(block, {}, 2);
