@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <utility>
 
 #include "server/geometry/mesh_refinement.h"
@@ -14,6 +15,8 @@ namespace {
 
 // Edges are divided until the surface has about so many triangles.
 constexpr double kTriangles = 600.0;
+// Difference of the normals of faces in one plane.
+constexpr double kOnePlane = 1e-3;
 // Rays in no special direction: to hit an edge of the mesh is an accident, and three do not have the same
 // one.
 const std::array<Vec3, 3> kRays{Vec3(0.5773, 0.6112, 0.5414).normalized(),
@@ -27,8 +30,45 @@ double surface_area(const TriangleMesh& mesh) {
   return area;
 }
 
-double squared_distance(const BodyBox& box, const Vec3& p) {
-  return ((p - box.center_B).cwiseAbs() - box.half_B).cwiseMax(0.0).squaredNorm();
+using MeshEdge = std::pair<std::uint32_t, std::uint32_t>;
+
+/// Edges of a mesh, each once: all between faces that are not in one plane, and of those within a plane one
+/// per cell of a grid.
+std::vector<MeshEdge> telling_edges(const TriangleMesh& mesh, double cell_m) {
+  struct Side {
+    MeshEdge edge;
+    std::size_t face;
+  };
+  std::vector<Side> sides;
+  std::vector<Vec3> normals;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    for (const auto& [from, to] : {std::pair{a, b}, std::pair{b, c}, std::pair{c, a}})
+      sides.push_back({std::minmax(from, to), normals.size()});
+    normals.push_back((mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]));
+  }
+  std::sort(sides.begin(), sides.end(), [](const Side& x, const Side& y) {
+    return x.edge != y.edge ? x.edge < y.edge : x.face < y.face;
+  });
+  std::vector<MeshEdge> edges;
+  std::set<std::array<std::int64_t, 6>> cells;
+  for (std::size_t i = 0, end = 0; i < sides.size(); i = end) {
+    const MeshEdge edge = sides[i].edge;
+    const Vec3 n = normals[sides[i].face].normalized();
+    bool flat = true;
+    for (end = i; end < sides.size() && sides[end].edge == edge; ++end)
+      flat = flat && (normals[sides[end].face].normalized() - n).norm() < kOnePlane;
+    if (flat) {
+      const Vec3 middle = 0.5 * (mesh.vertices[edge.first] + mesh.vertices[edge.second]);
+      std::array<std::int64_t, 6> cell;
+      for (int k = 0; k < 3; ++k) {
+        cell[static_cast<std::size_t>(k)] = static_cast<std::int64_t>(std::floor(middle[k] / cell_m));
+        cell[static_cast<std::size_t>(k) + 3] = std::llround(n[k] / (10.0 * kOnePlane));
+      }
+      if (!cells.insert(cell).second) continue;
+    }
+    edges.push_back(edge);
+  }
+  return edges;
 }
 
 /// Where the line p + t d meets the triangle, and from which side; 0: it does not.
@@ -56,32 +96,24 @@ SolidProbe::SolidProbe(const TriangleMesh& mesh) : triangles_(mesh.triangles) {
   }
   faces_ = BoxTree(boxes);
   // Vertices of the mesh keep their numbers.
-  TriangleMesh fine = refine_to_edge(mesh, 2.0 * std::sqrt(surface_area(mesh) / kTriangles));
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
-  for (const auto& [a, b, c] : fine.triangles)
-    for (const auto& [from, to] : {std::pair{a, b}, std::pair{b, c}, std::pair{c, a}})
-      pairs.emplace_back(std::min(from, to), std::max(from, to));
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  const double length = 2.0 * std::sqrt(surface_area(mesh) / kTriangles);
+  TriangleMesh fine = refine_to_edge(mesh, length);
+  for (const auto& [from, to] : telling_edges(fine, length)) edges_.push_back({from, to});
   vertices_ = std::move(fine.vertices);
   boxes.clear();
-  for (const auto& [from, to] : pairs) {
-    edges_.push_back({from, to});
+  for (const auto& [from, to] : edges_)
     boxes.push_back({vertices_[from].cwiseMin(vertices_[to]), vertices_[from].cwiseMax(vertices_[to])});
-  }
   edge_tree_ = BoxTree(boxes);
 }
 
 double SolidProbe::distance(const Vec3& p_B, double enough_m) const {
-  double best = std::numeric_limits<double>::infinity();
+  double best = std::numeric_limits<double>::infinity(), limit = best;
   const double enough = enough_m * enough_m;
-  faces_.walk([&](const BodyBox& box, std::int32_t) { return squared_distance(box, p_B) < best; },
-              [&](std::int32_t face) {
-                const auto& [a, b, c] = triangles_[static_cast<std::size_t>(face)];
-                best = std::min(
-                    best, point_triangle_squared_distance(p_B, {vertices_[a], vertices_[b], vertices_[c]}));
-                return best > enough;
-              });
+  faces_.visit_near(p_B, limit, [&](std::int32_t face) {
+    const auto& [a, b, c] = triangles_[static_cast<std::size_t>(face)];
+    best = std::min(best, point_triangle_squared_distance(p_B, {vertices_[a], vertices_[b], vertices_[c]}));
+    limit = best > enough ? best : -1.0;
+  });
   return std::sqrt(best);
 }
 

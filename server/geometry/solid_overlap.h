@@ -4,9 +4,9 @@
 // holes.
 //
 // The depth of a point is its distance to the surface of the solid that it is in. Looked at are points of the
-// edges of either mesh, divided so that no face is without edges: in the middle of each stretch between two
-// faces of the other solid, so that no wall is too thin to be seen. What is found is a lower bound of the
-// deepest point's depth, and zero for solids that only touch.
+// edges of either mesh, divided so that no face is without edges, and fewer where many faces are in one
+// plane: in the middle of each stretch between two faces of the other solid, so that no wall is too thin to
+// be seen. What is found is a lower bound of the deepest point's depth, and zero for solids that only touch.
 #include <cstdint>
 #include <vector>
 
