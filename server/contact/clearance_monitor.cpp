@@ -144,7 +144,9 @@ void ClearanceMonitor::update(double time_s, std::uint64_t step, const CellMotio
     for (const PartnerChange& change : changes) {
       const int i = body_of_component_[static_cast<std::size_t>(change.part)];
       if (i < 0) continue;
-      for (const int pair : bodies_[static_cast<std::size_t>(i)].pairs) look(pair, now, true);
+      // Where surface contact acts it does not matter who holds whom.
+      for (const int pair : bodies_[static_cast<std::size_t>(i)].pairs)
+        look(pair, now, by_contact_[static_cast<std::size_t>(pair)] == 0);
     }
     for (const int i : woken_) wake(i, now);
   }

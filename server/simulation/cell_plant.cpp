@@ -237,6 +237,7 @@ void CellPlant::save(StateWriter& out) {
     integrator_ = make_integrator(solver(), *system_);
     integrator_->set_statistics(statistics);
   }
+  integrator_->forget();
   integrator_->save(out);
 }
 

@@ -14,7 +14,10 @@ constexpr double kTolerance = 3e-4;
 constexpr double kSafety = 0.9, kLeastFactor = 0.1, kMostFactor = 4.0;
 // Beyond this error a forced step is that of Euler's method.
 constexpr double kForcedError = 10.0;
+// An earlier A is good while the error is below this.
+constexpr double kSmallError = 0.5;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr const char* kNotFinite = "the derivatives are not finite";
 constexpr const char* kNoInverse =
     "the matrix of the linearly implicit step has no inverse, or its entries are not finite";
 
@@ -51,6 +54,7 @@ ImplicitIntegrator::ImplicitIntegrator(const SolverParameters& parameters, const
       values_(system.jacobian_pattern().size()),
       right_side_(implicit_states_.size()) {
   const auto n = static_cast<std::size_t>(system.state_count());
+  kept_segments_.reserve(system.segments().size());
   rate_.resize(n), k1_.resize(n), k2_.resize(n), trial_.resize(n);
   if (is_coupled(parameters.matrix, system))
     coupled_ = std::make_unique<RosenbrockStep>(system, kTolerance, statistics_);
@@ -87,11 +91,12 @@ double ImplicitIntegrator::limit_piece(const OdeSystem& system, double now, doub
   return within && corner < end - one_time(end) ? corner : end;
 }
 
-bool ImplicitIntegrator::try_piece(OdeSystem& system, double now, double& size, bool whole, bool forced,
+bool ImplicitIntegrator::try_piece(OdeSystem& system, double now, double& size, bool forced,
                                    std::span<const double> x) {
   using Outcome = RosenbrockStep::Outcome;
+  const bool two = method_ == Method::two_stages;
   const Outcome outcome =
-      whole ? coupled_->two_stages(system, now, size, x) : coupled_->four_stages(system, now, size, x);
+      two ? coupled_->two_stages(system, now, size, x) : coupled_->four_stages(system, now, size, x);
   if (outcome == Outcome::good) return true;
   const double error = coupled_->error();
   if (forced) {
@@ -101,8 +106,38 @@ bool ImplicitIntegrator::try_piece(OdeSystem& system, double now, double& size, 
   }
   ++statistics_.rejected_steps;
   const double factor =
-      outcome == Outcome::not_finite ? kLeastFactor : kSafety * std::pow(error, whole ? -1.0 / 2 : -1.0 / 3);
+      outcome == Outcome::not_finite ? kLeastFactor : kSafety * std::pow(error, two ? -1.0 / 2 : -1.0 / 3);
+  if (two) take_four_stages();
   size *= std::clamp(factor, kLeastFactor, kSafety);
+  return false;
+}
+
+void ImplicitIntegrator::take_four_stages() {
+  method_ = Method::four_stages;
+  four_stages_left_ = kMostStepsOfOne;
+}
+
+void ImplicitIntegrator::keep(const OdeSystem& system, double h) {
+  const auto awake = system.active_segments();
+  kept_segments_.assign(awake.begin(), awake.end());
+  kept_h_ = h;
+  steps_left_ = kMostStepsOfOne;
+}
+
+bool ImplicitIntegrator::is_kept(const OdeSystem& system, double h) const {
+  const auto awake = system.active_segments();
+  return steps_left_ > 0 && h == kept_h_ &&
+         std::equal(awake.begin(), awake.end(), kept_segments_.begin(), kept_segments_.end());
+}
+
+bool ImplicitIntegrator::step_again(OdeSystem& system, double t, double h, std::span<const double> x) {
+  --steps_left_;
+  const RosenbrockStep::Outcome outcome = method_ == Method::two_stages
+                                              ? coupled_->two_stages_again(system, t, h, x)
+                                              : coupled_->four_stages_again(system, t, h, x);
+  if (outcome == RosenbrockStep::Outcome::good && coupled_->error() <= kSmallError) return true;
+  ++statistics_.rejected_steps;
+  steps_left_ = 0;
   return false;
 }
 
@@ -111,26 +146,47 @@ bool ImplicitIntegrator::advance_stiff_pairs(OdeSystem& system, double t, double
   double now = t, size = h;
   after_ = system.next_time_event(t - one_time(t));
   if (after_ > t + one_time(t)) after_ = -kInfinity;
-  bool linearised = false;
-  for (int attempts_left = kMostAttempts; now < end; --attempts_left) {
+  const std::uint64_t switches = statistics_.mode_switches;
+  if (!coupled_->begin(system, now, x)) {
+    failure_ = kNotFinite;
+    return false;
+  }
+  if (method_ == Method::four_stages && four_stages_left_-- == 0) {
+    method_ = Method::two_stages;
+    steps_left_ = 0;
+  }
+  bool begun = true, linearised = false;
+  int attempts_left = kMostAttempts;
+  if (limit_piece(system, now, end, h / kMostAttempts) == end && is_kept(system, h)) {
+    --attempts_left;
+    if (step_again(system, now, h, x)) {
+      accept(system, h, x);
+      now = end;
+    }
+  }
+  for (; now < end; --attempts_left) {
     const double least = (end - now) / attempts_left;
     const double stop = limit_piece(system, now, end, least);
     const bool forced = size <= least || attempts_left == 1;
     size = std::max(size, least);
     if (attempts_left == 1 || size > stop - now - one_time(stop)) size = stop - now;
-    if (!linearised && !coupled_->linearise(system, now, x)) {
-      failure_ = "the derivatives are not finite";
+    if (!begun && !coupled_->begin(system, now, x)) {
+      failure_ = kNotFinite;
       return false;
     }
-    linearised = true;
-    if (!try_piece(system, now, size, attempts_left == kMostAttempts, forced, x)) {
+    if (!linearised) coupled_->linearise(system, now, x);
+    begun = linearised = true;
+    steps_left_ = 0;
+    if (!try_piece(system, now, size, forced, x)) {
       if (!forced) continue;
       failure_ = kNoInverse;
       return false;
     }
     accept(system, size, x);
-    linearised = false;
+    if (now == t && now + size == end) keep(system, h);
+    begun = linearised = false;
     now = size >= stop - now ? stop : now + size;
+    if (now < end) take_four_stages();
     if (now == stop && stop < end) after_ = stop;
     if (forced) continue;
     size *= std::clamp(kSafety * std::pow(std::max(coupled_->error(), 1e-9), -1.0 / 3), kLeastFactor,
@@ -138,12 +194,24 @@ bool ImplicitIntegrator::advance_stiff_pairs(OdeSystem& system, double t, double
     // Two equal steps rather than a large and a tiny one.
     if (size < end - now) size = std::min(size, 0.5 * (end - now));
   }
-  return finish(system, end, x);
+  const bool arrived = finish(system, end, x);
+  if (statistics_.mode_switches != switches) steps_left_ = 0;
+  return arrived;
+}
+
+void ImplicitIntegrator::forget() {
+  steps_left_ = 0;
+  method_ = Method::two_stages;
 }
 
 bool ImplicitIntegrator::advance_coupled(OdeSystem& system, double t, double h, std::span<double> x) {
-  if (!coupled_->linearise(system, t, x) ||
-      coupled_->two_stages(system, t, h, x) == RosenbrockStep::Outcome::not_finite) {
+  steps_left_ = 0;
+  if (!coupled_->begin(system, t, x)) {
+    failure_ = kNotFinite;
+    return false;
+  }
+  coupled_->linearise(system, t, x);
+  if (coupled_->two_stages(system, t, h, x) == RosenbrockStep::Outcome::not_finite) {
     failure_ = kNoInverse;
     return false;
   }

@@ -36,6 +36,9 @@ class Integrator {
   /// What earlier steps leave cannot be saved, as it is inside a library. Whoever saves goes on with a new
   /// integrator, as whoever loads does.
   virtual bool hides_history() const { return false; }
+  /// What earlier steps leave only to save work is forgotten: called where the state is saved, as whoever
+  /// loads it begins without.
+  virtual void forget() {}
   void set_statistics(const SolverStatistics& statistics) { statistics_ = statistics; }
 
   /// The step is one evaluation of a fixed formula of (t, x, h) alone. Only then may what a step left

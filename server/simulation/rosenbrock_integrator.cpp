@@ -107,10 +107,11 @@ double RosenbrockIntegrator::mode_ends_at(OdeSystem& system, double t_end) {
 bool RosenbrockIntegrator::find_step(OdeSystem& system, double t, double& h, bool& mode_ends,
                                      std::span<double> x) {
   trial_.limit_times(after_, before_);
-  if (!trial_.linearise(system, t, x)) {
+  if (!trial_.begin(system, t, x)) {
     failure_ = "the derivatives are not finite at t = " + std::to_string(t) + " s";
     return false;
   }
+  trial_.linearise(system, t, x);
   int locating = 0;
   rejected_ = false;
   while (true) {

@@ -12,6 +12,10 @@ constexpr RosenbrockForm kMethod = transformed(RosenbrockTableau{});
 // Both make ROS2 L-stable. The second one is used only where I - g h A is singular with the first.
 const double kGammas[] = {1.0 - std::sqrt(0.5), 1.0 + std::sqrt(0.5)};
 
+// What counts of the difference of ROS2 from Euler's method, whose error it is: that of ROS2 is of the next
+// order.
+constexpr double kOfEuler = 0.1;
+
 template <class Visit>
 void for_each_active(const OdeSystem& system, const Visit& visit) {
   for (const OdeSystem::Range& range : system.active_states())
@@ -39,14 +43,17 @@ double RosenbrockStep::clamped(double t) const {
   return std::clamp(t, after_, before_);
 }
 
-bool RosenbrockStep::linearise(OdeSystem& system, double t, std::span<const double> x) {
+bool RosenbrockStep::begin(OdeSystem& system, double t, std::span<const double> x) {
   system.derivatives(clamped(t), x, f0_);
   ++statistics_.evaluations;
   if (!finite(system, f0_)) return false;
-  linear_.linearise(system, clamped(t), x, Linearisation::secant);
   system.time_derivative(clamped(t), x, rate_);
-  ++statistics_.jacobians;
   return true;
+}
+
+void RosenbrockStep::linearise(OdeSystem& system, double t, std::span<const double> x) {
+  linear_.linearise(system, clamped(t), x, Linearisation::secant);
+  ++statistics_.jacobians;
 }
 
 bool RosenbrockStep::factorise(double a, double b) {
@@ -59,6 +66,11 @@ bool RosenbrockStep::factorise(double a, double b) {
 RosenbrockStep::Outcome RosenbrockStep::four_stages(OdeSystem& system, double t, double h,
                                                     std::span<const double> x) {
   if (!factorise(1.0 / (kMethod.gamma * h), 1.0)) return Outcome::not_finite;
+  return four_stages_again(system, t, h, x);
+}
+
+RosenbrockStep::Outcome RosenbrockStep::four_stages_again(OdeSystem& system, double t, double h,
+                                                          std::span<const double> x) {
   for (std::size_t stage = 0; stage < RosenbrockForm::kStages; ++stage) {
     std::vector<double>& u = u_[stage];
     if (stage == 0) {
@@ -95,11 +107,17 @@ RosenbrockStep::Outcome RosenbrockStep::four_stages(OdeSystem& system, double t,
 
 RosenbrockStep::Outcome RosenbrockStep::two_stages(OdeSystem& system, double t, double h,
                                                    std::span<const double> x) {
-  double gamma = kGammas[0];
-  if (!factorise(1.0, gamma * h)) {
-    gamma = kGammas[1];
-    if (!factorise(1.0, gamma * h)) return Outcome::not_finite;
+  gamma_ = kGammas[0];
+  if (!factorise(1.0, gamma_ * h)) {
+    gamma_ = kGammas[1];
+    if (!factorise(1.0, gamma_ * h)) return Outcome::not_finite;
   }
+  return two_stages_again(system, t, h, x);
+}
+
+RosenbrockStep::Outcome RosenbrockStep::two_stages_again(OdeSystem& system, double t, double h,
+                                                         std::span<const double> x) {
+  const double gamma = gamma_;
   std::vector<double>&k1 = u_[0], &k2 = u_[1];
   for_each_active(system, [&](std::size_t i) { k1[i] = f0_[i] + gamma * h * rate_[i]; });
   linear_.solve(k1, gamma * h);
@@ -111,7 +129,7 @@ RosenbrockStep::Outcome RosenbrockStep::two_stages(OdeSystem& system, double t, 
   linear_.solve(k2, -gamma * h);
   for_each_active(system, [&](std::size_t i) {
     new_x_[i] = x[i] + h * (1.5 * k1[i] + 0.5 * k2[i]);
-    errors_[i] = 0.5 * h * (k1[i] + k2[i]);
+    errors_[i] = kOfEuler * 0.5 * h * (k1[i] + k2[i]);
   });
   return judge(system, x);
 }

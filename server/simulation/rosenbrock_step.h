@@ -1,7 +1,7 @@
 #pragma once
 // Trial steps of the linearly implicit methods on the linear system at velocity level (velocity_system.h),
 // with the secant of friction. One linearisation at the beginning of a step serves all its trials; a trial of
-// another size only factorises anew.
+// another size only factorises anew. Both methods keep their order with an A of an earlier step.
 //   ROS34PW2 (rosenbrock_tableau.h): four stages, order 3, error estimate of order 2.
 //   ROS2 (implicit_integrator.h): two stages, order 2; its error estimate is the difference from x + h k1.
 //   The linearly implicit method of Euler, (I - h A) k = f + h f_t, x + h k: order 1. It takes energy out of
@@ -27,11 +27,16 @@ class RosenbrockStep {
   void limit_times(double after, double before) { after_ = after, before_ = before; }
   double clamped(double t) const;
 
-  /// f, its time derivative and A at (t, x). False: f is not finite.
-  bool linearise(OdeSystem& system, double t, std::span<const double> x);
-  /// Trials from the point of the last linearise(); new_x() is where they arrive.
+  /// f and its time derivative at (t, x), where trials begin. False: f is not finite.
+  bool begin(OdeSystem& system, double t, std::span<const double> x);
+  /// A at (t, x), where begin() was called last.
+  void linearise(OdeSystem& system, double t, std::span<const double> x);
+  /// Trials from the point of the last begin(); new_x() is where they arrive.
   Outcome four_stages(OdeSystem& system, double t, double h, std::span<const double> x);
   Outcome two_stages(OdeSystem& system, double t, double h, std::span<const double> x);
+  /// With the factors that the last trial left, by the same method with the same h.
+  Outcome four_stages_again(OdeSystem& system, double t, double h, std::span<const double> x);
+  Outcome two_stages_again(OdeSystem& system, double t, double h, std::span<const double> x);
   Outcome euler(OdeSystem& system, double h, std::span<const double> x);
 
   const std::vector<double>& new_x() const { return new_x_; }
@@ -50,6 +55,7 @@ class RosenbrockStep {
   std::vector<double> f0_, rate_, work_, new_x_, errors_;
   std::vector<double> u_[4];
   double error_ = 0.0;
+  double gamma_ = 0.0;  ///< of the last two_stages()
   double after_ = -std::numeric_limits<double>::infinity();
   double before_ = std::numeric_limits<double>::infinity();
 };
