@@ -1,5 +1,7 @@
 #include "server/contact/contact_elements.h"
 
+#include <cmath>
+
 #include "server/contact/contact_lanes.h"
 
 namespace takt {
@@ -31,8 +33,14 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
   lanes::dot(n, v, rate);
   // (2.18) to (2.20)
   const double over_depth = 1.0 / law.damping_depth_m, over_v = 1.0 / law.friction_velocity_m_per_s;
+  const bool hardens = std::isfinite(law.linear_depth_m);
+  const double linear_m = hardens ? law.linear_depth_m : 0.0, over_linear = hardens ? 1.0 / linear_m : 0.0,
+               hardness = hardens ? ContactLaw::kHardening * law.stiffness_Pa_per_m : 0.0;
+  const V4 s = u > law.linear_depth_m ? u * over_linear - 1.0 : zero;
+  const V4 s3 = s * s * s;
   const V4 ramp = u >= law.damping_depth_m ? zero + 1.0 : u * over_depth;
-  const V4 raw = law.stiffness_Pa_per_m * u + law.areal_damping_Ns_per_m3 * ramp * rate;
+  const V4 raw = law.stiffness_Pa_per_m * u + (hardness * linear_m) * (s3 * s) +
+                 law.areal_damping_Ns_per_m3 * ramp * rate;
   const auto on = raw > 0.0 && area > 0.0;
   const V4 pressure = on ? raw : zero;
   const V4 fn = area * pressure;
@@ -89,7 +97,8 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
       change = {per_force * vt.x, per_force * vt.y, per_force * vt.z};
     }
   }
-  const V4 energy = (0.5 * law.stiffness_Pa_per_m) * area * u * u;
+  const V4 energy =
+      area * ((0.5 * law.stiffness_Pa_per_m) * u * u + (0.2 * hardness * linear_m * linear_m) * (s3 * s * s));
   const V4x3 f{ft.x - fn * n.x, ft.y - fn * n.y, ft.z - fn * n.z};
   V4x3 m;
   lanes::cross(p, f, m);
@@ -106,7 +115,7 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
   lanes::store(fn, rows[Rows::kForce] + i);
   lanes::store(pressure, rows[Rows::kPressure] + i);
   if constexpr (kDetail != ElementDetail::forces) {
-    V4 k = law.stiffness_Pa_per_m * area;
+    V4 k = (law.stiffness_Pa_per_m + 4.0 * hardness * s3) * area;
     const V4 c = law.areal_damping_Ns_per_m3 * ramp * area;
     if constexpr (kDetail == ElementDetail::tangent)
       k += u >= law.damping_depth_m ? zero : area * (law.areal_damping_Ns_per_m3 * rate * over_depth);

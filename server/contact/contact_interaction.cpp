@@ -215,17 +215,18 @@ double ContactInteraction::speed_m_per_s(const ContactPairModel& pair, const Cel
 }
 
 double ContactInteraction::seeing_step_s(const CellMotion& motion, double most_s) {
-  constexpr double kDeepShare = 0.2;  // of the quarter
+  constexpr double kDeepShare = 0.2;  // of the quarter, and of what a layer gives way linearly
   double step_s = most_s;
   for (const std::size_t i : moving_) {
     Pair& pair = pairs_[i];
     const double speed = speed_m_per_s(*pair.model, motion);
-    if (!(speed * step_s > kDeepShare * pair.deep_m)) continue;
+    const double linear_m = std::min(pair.deep_m, pair.contact.law().linear_depth_m);
+    if (!(speed * step_s > kDeepShare * linear_m)) continue;
     const double gap = gap_m(*pair.model, motion);
-    double far_m = std::max(0.0, gap) + pair.deep_m;
+    double far_m = std::max(0.0, gap) + linear_m;
     if (gap < 0.0) {
       look_at_pair(pair, motion);
-      if (pair.result.largest_penetration_m > pair.deep_m) far_m = kDeepShare * pair.deep_m;
+      if (pair.result.largest_penetration_m > linear_m) far_m = kDeepShare * linear_m;
     }
     step_s = std::min(step_s, far_m / speed);
   }

@@ -23,6 +23,7 @@ void check_contact_law(const ContactLaw& law) {
     check(value >= 0.0 && std::isfinite(value), name, value, "zero or positive");
   };
   positive("stiffness_Pa_per_m", law.stiffness_Pa_per_m);
+  check(law.linear_depth_m > 0.0, "linear_depth_m", law.linear_depth_m, "positive");
   not_negative("areal_damping_Ns_per_m3", law.areal_damping_Ns_per_m3);
   positive("damping_depth_m", law.damping_depth_m);
   not_negative("friction", law.friction);

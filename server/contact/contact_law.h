@@ -4,6 +4,7 @@
 // The printed thesis uses the letter d twice: (2.19) means the areal damping, (5.15) the depth of the elastic
 // layer.
 #include <cstdint>
+#include <limits>
 
 namespace takt {
 
@@ -33,7 +34,12 @@ struct ContactParameters {
 
 /// What the force elements of a pair use.
 struct ContactLaw {
+  static constexpr double kHardening = 1000.0;
   double stiffness_Pa_per_m = 0.0;  ///< K / b, (2.16) and (2.17)
+  /// (2.16) holds up to this penetration. Beyond it, with s = u / linear_depth_m - 1, the pressure grows by
+  /// kHardening K/b linear_depth_m s^4 besides, so that no wall is passed; it has an energy as (2.16) has.
+  /// Of a pair it is a share of the thinner wall (PolygonalContact::kLinearShare).
+  double linear_depth_m = std::numeric_limits<double>::infinity();
   double areal_damping_Ns_per_m3 = 0.0;
   double damping_depth_m = 0.0;
   double friction = 0.0;

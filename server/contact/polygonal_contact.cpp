@@ -67,7 +67,11 @@ struct PolygonalContact::Impl {
         base(base_surface->data()),
         target(target_surface->data()),
         law(l),
-        search(base, target) {}
+        search(base, target) {
+    // Hard well before the middle of a wall, where the way out turns to its other side.
+    for (const ContactSurface::Data* side : {&base, &target})
+      if (side->wall_m > 0.0) law.linear_depth_m = std::min(law.linear_depth_m, kLinearShare * side->wall_m);
+  }
 
   bool boxes_apart(const Pose& X_TB) const;
   std::size_t find_elements(const RelativeMotion& motion, Twist& V_B);

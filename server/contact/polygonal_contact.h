@@ -92,6 +92,8 @@ class PolygonalContact {
   /// element out on the other side.
   double passed_wall_m(const RelativeMotion& motion);
   static constexpr double kPassing = 0.44;
+  /// Of the thinner one of both walls: up to there the contact law is linear (ContactLaw::linear_depth_m).
+  static constexpr double kLinearShare = 0.15;
   const ContactCounts& counts() const;
   const ContactLaw& law() const;
   /// Discrete: another coefficient of friction, >= 0, from now on.

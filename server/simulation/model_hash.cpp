@@ -110,7 +110,7 @@ class ModelHash {
   }
   ModelHash& operator<<(const ContactPairModel& pair) {
     const ContactLaw& law = pair.law;
-    return *this << pair.base << pair.target << pair.force << law.stiffness_Pa_per_m
+    return *this << pair.base << pair.target << pair.force << law.stiffness_Pa_per_m << law.linear_depth_m
                  << law.areal_damping_Ns_per_m3 << law.damping_depth_m << law.friction
                  << law.friction_velocity_m_per_s << law.friction_law << law.tangential_stiffness_Pa_per_m
                  << law.tangential_damping_Ns_per_m3 << pair.friction_at_K;
