@@ -134,6 +134,12 @@ struct Scenario {
   double temperature_degC = 20.0;  ///< of the surroundings
   /// `world.bounds_m`: where Parts may be; unset: around the cell, with room to spare.
   std::optional<std::array<Vec3, 2>> bounds_m;
+  /// Angles in radians of more than a full turn, wherever the file has them.
+  struct OddAngle {
+    std::string owner, key;  ///< name of the component; dotted
+    double value_rad = 0.0;
+  };
+  std::vector<OddAngle> odd_angles;
   /// `world.allow_overlap`: pairs of name patterns that may stand inside each other at the start.
   std::vector<std::array<std::string, 2>> allow_overlap;
   std::string solver = "rk2";

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <set>
 #include <sstream>
 
@@ -366,6 +367,23 @@ void choose_solver(const SolverKeys& given, const YamlSource& source, Scenario& 
     scenario.step_s = *initial->step_s;
 }
 
+/// Below `node`, whose key is `path`; `owner` is the name below a group such as parts.
+void find_odd_angles(const YAML::Node& node, const std::string& path, const std::string& owner, int depth,
+                     Scenario& scenario) {
+  constexpr double kFullTurn = 2.0 * std::numbers::pi * (1.0 + 1e-9);
+  for (const auto& entry : node) {
+    const auto name = entry.first.as<std::string>(std::string());
+    const std::string key = path.empty() ? name : path + "." + name;
+    const std::string& below = depth == 1 ? name : owner;
+    if (entry.second.IsMap()) find_odd_angles(entry.second, key, below, depth + 1, scenario);
+    if (name != "rpy_rad" || !entry.second.IsSequence()) continue;
+    double largest = 0.0;
+    for (const auto& angle : entry.second)
+      if (std::abs(angle.as<double>(0.0)) > std::abs(largest)) largest = angle.as<double>(0.0);
+    if (std::abs(largest) > kFullTurn) scenario.odd_angles.push_back({owner, key, largest});
+  }
+}
+
 }  // namespace
 
 Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions& options) {
@@ -471,6 +489,7 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
   read_assertions(top, scenario);
   top.finish();
   check_names(top, scenario);
+  find_odd_angles(root, "", "", 0, scenario);
   return scenario;
 }
 

@@ -88,6 +88,13 @@ class UnitNotes {
                       ".max_width_m in metres?");
   }
 
+  void angle(const Scenario::OddAngle& angle) {
+    std::string degrees = angle.key;
+    degrees.replace(degrees.rfind("_rad"), 4, "_deg");
+    note(angle.owner, angle.key + " has " + number_text(angle.value_rad) +
+                          " rad, more than a full turn. Is it in degrees? Then call it " + degrees + ".");
+  }
+
  private:
   void note(const std::string& component, const std::string& sentence) {
     cell_.import_notes.push_back({component, sentence, {}});
@@ -150,6 +157,7 @@ void note_units(const Scenario& scenario, CellModel& cell) {
     notes.place(gripper.name, key + ".mount", gripper.X_FG.p, gripper.X_FG.p.norm(), "its flange");
     notes.place(gripper.name, key + ".tool_center_point", gripper.X_GT.p, gripper.X_GT.p.norm(), "its body");
   }
+  for (const Scenario::OddAngle& angle : scenario.odd_angles) notes.angle(angle);
   note_places(scenario, cell, notes);
 }
 

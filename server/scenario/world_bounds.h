@@ -16,7 +16,8 @@ inline constexpr double kRoom_m = 10.0;
 inline constexpr double kOddSize_m = 10.0;
 inline constexpr double kOddWidth_m = 1.0;
 
-/// One note for each mesh, width and pose of the scenario that is absurd in metres, with the likely remedy.
+/// One note for each mesh, width, pose and angle of the scenario that is absurd in metres or radians, with
+/// the likely remedy.
 void note_units(const Scenario& scenario, CellModel& cell);
 
 }  // namespace takt

@@ -154,6 +154,11 @@ TEST_F(ToldInputs, WidthsPosesAndAnglesOfAWrongUnitAreNoted) {
       run(kLift, {"--lod", "1", "--duration", "0.01", "--set", "parts.P.pose.position_m=[-220, 200, 0.7]"});
   EXPECT_THAT(pose.text, AllOf(HasSubstr("note: P stands at (-220, 200, 0.7) m"),
                                HasSubstr("parts.P.pose.position_m in metres")));
+  const Outcome turn =
+      run(kLift, {"--lod", "1", "--duration", "0.01", "--set", "parts.P.pose.rpy_rad=[0, 0, 90]"});
+  EXPECT_EQ(turn.code, 0) << turn.text;
+  EXPECT_THAT(turn.text, AllOf(HasSubstr("note: parts.P.pose.rpy_rad has 90 rad"),
+                               HasSubstr("call it parts.P.pose.rpy_deg")));
   const Outcome angle = run(kLift, {"--lod", "1", "--duration", "0.01", "--program", program(R"(
 routine("Robot1", function(r)
   for i = 1, 3 do local p = pose{x = 0.5, roll = 180} end
