@@ -187,8 +187,8 @@ struct State {
   const GripperState& gripper(std::string_view name) const;
   /// Name of the component that holds `name`, or "" when nothing does.
   std::string partner_of(std::string_view name) const;
-  /// Name of the Part that both jaws of a gripper touch and hold (of several the first), or "".
-  std::string part_present(std::string_view gripper) const;
+  /// Name of the Part that both jaws of the gripper `name` touch and hold (of several the first), or "".
+  std::string part_present(std::string_view name) const;
 };
 
 struct Event {

@@ -373,7 +373,9 @@ void find_odd_angles(const YAML::Node& node, const std::string& path, const std:
   constexpr double kFullTurn = 2.0 * std::numbers::pi * (1.0 + 1e-9);
   for (const auto& entry : node) {
     const auto name = entry.first.as<std::string>(std::string());
-    const std::string key = path.empty() ? name : path + "." + name;
+    std::string key = path;
+    if (!key.empty()) key += '.';
+    key += name;
     const std::string& below = depth == 1 ? name : owner;
     if (entry.second.IsMap()) find_odd_angles(entry.second, key, below, depth + 1, scenario);
     if (name != "rpy_rad" || !entry.second.IsSequence()) continue;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <utility>
 
 #include "server/geometry/mesh_finding.h"
 #include "server/geometry/solid_overlap.h"
@@ -67,12 +68,13 @@ void find_start_overlaps(const Scenario& scenario, const std::vector<TriangleMes
       if (!(overlap.depth_m > 0.0)) continue;
       const std::string& part = cell.components[static_cast<std::size_t>(a.component)].name;
       const std::string& other = cell.components[static_cast<std::size_t>(b.component)].name;
-      StartOverlap found{
-          a.component, b.component,
-          part + " starts inside " + other + ", " + number_text(1e3 * overlap.depth_m) + " mm deep at " +
-              place_text(overlap.p_W) + ". Correct parts." + part +
-              ".pose.position_m or the mesh; where the fit is meant, set world.allow_overlap: [[" + part +
-              ", " + other + "]]."};
+      std::string sentence = part;
+      sentence.append(" starts inside ").append(other).append(", ");
+      sentence.append(number_text(1e3 * overlap.depth_m)).append(" mm deep at ");
+      sentence.append(place_text(overlap.p_W)).append(". Correct parts.").append(part);
+      sentence.append(".pose.position_m or the mesh; where the fit is meant, set world.allow_overlap: [[");
+      sentence.append(part).append(", ").append(other).append("]].");
+      StartOverlap found{a.component, b.component, std::move(sentence)};
       cell.import_notes.push_back({part, found.sentence, {}});
       cell.start_overlaps.push_back(std::move(found));
     }

@@ -129,11 +129,14 @@ std::string WorldWatch::runaway_joint(double time_s, const CellPlant& plant) con
       const double speed = std::abs(plant.segment(r)[n + j]);
       if (!(joints[j].max_velocity > 0.0) || speed <= kRunawayJoint * joints[j].max_velocity) continue;
       const std::string unit = joints[j].type == JointType::revolute ? " rad/s" : " m/s";
-      return "joint '" + joints[j].name + "' of " + model_.description.robots[r].name +
-             " runs away at t = " + number(time_s) + " s: " + number(speed) + unit +
-             ", more than ten times what it is made for (" + number(joints[j].max_velocity) + unit +
-             "); the last accepted state is kept. A smaller solver.step_s, or another solver.dynamics.method,"
-             " may hold it.";
+      std::string text = "joint '";
+      text.append(joints[j].name).append("' of ").append(model_.description.robots[r].name);
+      text.append(" runs away at t = ").append(number(time_s)).append(" s: ").append(number(speed));
+      text.append(unit).append(", more than ten times what it is made for (");
+      text.append(number(joints[j].max_velocity)).append(unit);
+      text.append("); the last accepted state is kept. A smaller solver.step_s, or another ");
+      text.append("solver.dynamics.method, may hold it.");
+      return text;
     }
   }
   return {};
