@@ -215,12 +215,12 @@ double ContactInteraction::speed_m_per_s(const ContactPairModel& pair, const Cel
 }
 
 double ContactInteraction::seeing_step_s(const CellMotion& motion, double most_s) {
-  constexpr double kDeepShare = 0.2;  // of the quarter, and of what a layer gives way linearly
+  constexpr double kDeepShare = 0.2;  // of the depth up to which the law is linear
   double step_s = most_s;
   for (const std::size_t i : moving_) {
     Pair& pair = pairs_[i];
     const double speed = speed_m_per_s(*pair.model, motion);
-    const double linear_m = std::min(pair.deep_m, pair.contact.law().linear_depth_m);
+    const double linear_m = pair.contact.law().linear_depth_m;
     if (!(speed * step_s > kDeepShare * linear_m)) continue;
     const double gap = gap_m(*pair.model, motion);
     double far_m = std::max(0.0, gap) + linear_m;

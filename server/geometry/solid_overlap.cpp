@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "server/geometry/mesh_edges.h"
 #include "server/geometry/mesh_refinement.h"
 #include "server/geometry/segment_distance.h"
 
@@ -30,35 +31,23 @@ double surface_area(const TriangleMesh& mesh) {
   return area;
 }
 
-using MeshEdge = std::pair<std::uint32_t, std::uint32_t>;
-
-/// Edges of a mesh, each once: all between faces that are not in one plane, and of those within a plane one
-/// per cell of a grid.
-std::vector<MeshEdge> telling_edges(const TriangleMesh& mesh, double cell_m) {
-  struct Side {
-    MeshEdge edge;
-    std::size_t face;
-  };
-  std::vector<Side> sides;
+/// The first half of each edge that is looked at: of all edges between faces that are not in one plane, and
+/// of one edge within a plane per cell of a grid.
+std::vector<HalfEdge> telling_edges(const TriangleMesh& mesh, double cell_m) {
   std::vector<Vec3> normals;
-  for (const auto& [a, b, c] : mesh.triangles) {
-    for (const auto& [from, to] : {std::pair{a, b}, std::pair{b, c}, std::pair{c, a}})
-      sides.push_back({std::minmax(from, to), normals.size()});
-    normals.push_back((mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]));
-  }
-  std::sort(sides.begin(), sides.end(), [](const Side& x, const Side& y) {
-    return x.edge != y.edge ? x.edge < y.edge : x.face < y.face;
-  });
-  std::vector<MeshEdge> edges;
+  for (const auto& [a, b, c] : mesh.triangles)
+    normals.push_back(
+        (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]).normalized());
+  const std::vector<HalfEdge> halves = sorted_half_edges(mesh);
+  std::vector<HalfEdge> edges;
   std::set<std::array<std::int64_t, 6>> cells;
-  for (std::size_t i = 0, end = 0; i < sides.size(); i = end) {
-    const MeshEdge edge = sides[i].edge;
-    const Vec3 n = normals[sides[i].face].normalized();
+  for (std::size_t i = 0, end = 0; i < halves.size(); i = end) {
+    end = end_of_edge(halves, i);
+    const Vec3& n = normals[halves[i].triangle];
     bool flat = true;
-    for (end = i; end < sides.size() && sides[end].edge == edge; ++end)
-      flat = flat && (normals[sides[end].face].normalized() - n).norm() < kOnePlane;
+    for (std::size_t k = i; k < end; ++k) flat = flat && (normals[halves[k].triangle] - n).norm() < kOnePlane;
     if (flat) {
-      const Vec3 middle = 0.5 * (mesh.vertices[edge.first] + mesh.vertices[edge.second]);
+      const Vec3 middle = 0.5 * (mesh.vertices[halves[i].low] + mesh.vertices[halves[i].high]);
       std::array<std::int64_t, 6> cell;
       for (int k = 0; k < 3; ++k) {
         cell[static_cast<std::size_t>(k)] = static_cast<std::int64_t>(std::floor(middle[k] / cell_m));
@@ -66,7 +55,7 @@ std::vector<MeshEdge> telling_edges(const TriangleMesh& mesh, double cell_m) {
       }
       if (!cells.insert(cell).second) continue;
     }
-    edges.push_back(edge);
+    edges.push_back(halves[i]);
   }
   return edges;
 }
@@ -98,7 +87,7 @@ SolidProbe::SolidProbe(const TriangleMesh& mesh) : triangles_(mesh.triangles) {
   // Vertices of the mesh keep their numbers.
   const double length = 2.0 * std::sqrt(surface_area(mesh) / kTriangles);
   TriangleMesh fine = refine_to_edge(mesh, length);
-  for (const auto& [from, to] : telling_edges(fine, length)) edges_.push_back({from, to});
+  for (const HalfEdge& edge : telling_edges(fine, length)) edges_.push_back({edge.low, edge.high});
   vertices_ = std::move(fine.vertices);
   boxes.clear();
   for (const auto& [from, to] : edges_)

@@ -88,6 +88,8 @@ class ProcessRecorder {
   void note_curves();
   void halve_curves();
   double energy_at(std::size_t consumer, double time_s) const;
+  /// The pair touches since the run began, which is not long ago. `from_start`: pairs found at the beginning.
+  bool settles(std::set<std::pair<int, int>>& from_start, std::pair<int, int> pair) const;
 
   const CellDescription& cell_;
   Snapshot snapshot_;
@@ -95,7 +97,6 @@ class ProcessRecorder {
   std::uint64_t next_ = 0;
   bool every_step_ = false;
   ProcessNumbers numbers_;
-  bool settles(std::set<std::pair<int, int>>& from_start, std::pair<int, int> pair) const;
   std::set<std::pair<int, int>> pressed_from_start_, held_from_start_;
   std::map<std::pair<int, int>, ContactExtreme> contacts_;
   std::map<std::pair<int, int>, HoldingExtreme> holding_;

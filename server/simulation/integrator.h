@@ -41,8 +41,8 @@ class Integrator {
   virtual void forget() {}
   void set_statistics(const SolverStatistics& statistics) { statistics_ = statistics; }
 
-  /// The step is one evaluation of a fixed formula of (t, x, h) alone. Only then may what a step left
-  /// unchanged be left out of the next one.
+  /// While nothing acts by surface contact, the step is one evaluation of a fixed formula of (t, x, h) alone.
+  /// Only then may what a step left unchanged be left out of the next one.
   virtual bool fixed_step() const { return true; }
   /// Nothing but x and a step size is remembered from one step to the next: Parts may be left out and come
   /// back at any communication step (OdeSystem::set_awake).

@@ -3,7 +3,8 @@
 // with the secant of friction. One linearisation at the beginning of a step serves all its trials; a trial of
 // another size only factorises anew. Both methods keep their order with an A of an earlier step.
 //   ROS34PW2 (rosenbrock_tableau.h): four stages, order 3, error estimate of order 2.
-//   ROS2 (implicit_integrator.h): two stages, order 2; its error estimate is the difference from x + h k1.
+//   ROS2 (implicit_integrator.h): two stages, order 2; its error estimate is a tenth of the difference from
+//   x + h k1, which is of order 1.
 //   The linearly implicit method of Euler, (I - h A) k = f + h f_t, x + h k: order 1. It takes energy out of
 //   whatever it cannot resolve.
 #include <limits>

@@ -1,5 +1,5 @@
-// Bodies that strike each other: none goes through another one, what is more than a layer can hold is told,
-// and none leaves faster than it came.
+// Bodies strike each other. No body goes through another one, and none leaves faster than it came. An impact
+// that the contact law cannot stop is a fault.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
