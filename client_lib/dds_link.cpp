@@ -7,10 +7,10 @@
 
 #include "client_lib/client.h"
 #include "client_lib/participant_numbers.h"
-#include "idl/transport/identity_fault.h"
-#include "idl/transport/profiles.h"
-#include "idl/transport/security.h"
-#include "idl/transport/this_machine.h"
+#include "idl/transport/fastdds/host_local_udp.h"
+#include "idl/transport/fastdds/identity_fault.h"
+#include "idl/transport/fastdds/profiles.h"
+#include "idl/transport/fastdds/security.h"
 
 namespace takt::client {
 namespace {

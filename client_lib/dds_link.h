@@ -8,8 +8,8 @@
 #include <memory>
 #include <string>
 
-#include "idl/transport/checked_type.h"
-#include "idl/transport/guard_transport.h"
+#include "idl/transport/fastdds/checked_type.h"
+#include "idl/transport/rtps_guard/guard_transport.h"
 
 namespace takt::client {
 
@@ -34,7 +34,7 @@ dds::DataWriterQos command_writer_qos(const dds::Publisher& publisher, std::uint
 /// How a participant finds the others and proves who it is.
 struct LinkProfile {
   std::string profiles_file;     ///< Fast DDS profiles (XML); empty: this machine only
-  std::string secure_directory;  ///< idl/transport/security.h; empty: no security
+  std::string secure_directory;  ///< idl/transport/fastdds/security.h; empty: no security
   std::string profile = kDefaultProfile;
   static constexpr const char* kDefaultProfile = "takt_client";
 };

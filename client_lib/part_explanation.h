@@ -76,7 +76,8 @@ struct PartExplanation {
   std::uint64_t held_count = 0;
   std::map<std::string, Named> components;  ///< all that are named above
 
-  std::string document;  ///< the same as JSON, as the server sent it (server/runtime/explain_reply.h)
+  std::string
+      document;  ///< the same as JSON, as the server sent it (server/runtime/requests/explain_reply.h)
 };
 
 /// From the values of the reply to explain_part. Throws ClientError (refused) when they are none.

@@ -3,7 +3,7 @@
 //   (a I - b J) y = r        J = d x' / d x,  a, b > 0,
 // over the whole state vector: reduced to its velocities u. Positions follow from their velocities alone, so
 // they are eliminated exactly; so are states that only one joint feels (drives). What is left are equations
-// of motion, to which forces between models add (server/simulation/velocity_system.h).
+// of motion, to which forces between models add (server/simulation/solver/velocity_system.h).
 //
 // With M the mass matrix, r_u the part of r that belongs to the velocities, and displacements counted in the
 // directions of the velocities, so that d = (d_r + b u) / a is what y displaces:

@@ -11,7 +11,7 @@
 
 #include "idl/command_line/numbers.h"
 #include "idl/command_line/output.h"
-#include "server/geometry/decomposition_cache.h"
+#include "server/geometry/convex/decomposition_cache.h"
 #include "server/headless/comparison.h"
 #include "server/headless/headless_run.h"
 #include "server/headless/mcap_recording.h"
@@ -20,12 +20,12 @@
 #include "server/headless/progress.h"
 #include "server/headless/report.h"
 #include "server/headless/study.h"
-#include "server/runtime/event.h"
-#include "server/runtime/replay.h"
-#include "server/runtime/worker_pool.h"
+#include "server/runtime/host/replay.h"
+#include "server/runtime/loop/worker_pool.h"
+#include "server/runtime/requests/event.h"
 #include "server/scenario/scenario_builder.h"
-#include "server/simulation/integrator.h"
-#include "server/simulation/state_hash.h"
+#include "server/simulation/model/state_hash.h"
+#include "server/simulation/solver/integrator.h"
 
 namespace {
 

@@ -22,12 +22,12 @@
 #include "idl/command_line/numbers.h"
 #include "server/dds/dds_adapter.h"
 #include "server/dds/topic_names.h"
-#include "server/geometry/decomposition_cache.h"
+#include "server/geometry/convex/decomposition_cache.h"
 #include "server/headless/progress.h"
-#include "server/runtime/cell_host.h"
-#include "server/runtime/session_store.h"
-#include "server/runtime/supervisor.h"
-#include "server/simulation/simulation.h"
+#include "server/runtime/host/cell_host.h"
+#include "server/runtime/host/supervisor.h"
+#include "server/runtime/recording/session_store.h"
+#include "server/simulation/step/simulation.h"
 
 namespace {
 

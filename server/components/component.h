@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "server/components/component_type.h"
-#include "server/geometry/convex_overlap.h"
+#include "server/geometry/convex/overlap.h"
 
 namespace takt {
 

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <span>
 
-#include "idl/transport/fastdds.h"
-#include "idl/transport/wire_cursor.h"
+#include "idl/transport/fastdds/fastdds.h"
+#include "idl/transport/rtps_guard/wire_cursor.h"
 #include "takt_msgsPubSubTypes.h"
 
 namespace takt {

@@ -14,10 +14,10 @@
 
 #include "server/dds/command_arbiter.h"
 #include "server/dds/participant.h"
-#include "server/dds/senders.h"
+#include "server/dds/sender_registry.h"
 #include "server/dds/topic_names.h"
-#include "server/runtime/adapter_events.h"
-#include "server/runtime/run_loop.h"
+#include "server/runtime/loop/run_loop.h"
+#include "server/runtime/requests/event_queue.h"
 
 namespace takt {
 

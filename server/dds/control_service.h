@@ -13,7 +13,7 @@
 
 #include "server/dds/participant.h"
 #include "server/dds/topic_names.h"
-#include "server/runtime/cell_host.h"
+#include "server/runtime/host/cell_host.h"
 #include "takt_msgs.h"
 
 namespace takt {

@@ -2,10 +2,10 @@
 
 #include <cmath>
 
-#include "server/dds/frames.h"
 #include "server/dds/participant.h"
-#include "server/runtime/command_buffer.h"
-#include "server/runtime/plain_text.h"
+#include "server/dds/tf_frames.h"
+#include "server/runtime/loop/command_buffer.h"
+#include "server/runtime/requests/plain_text.h"
 
 namespace takt {
 namespace {

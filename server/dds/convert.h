@@ -4,12 +4,12 @@
 #include <string>
 #include <variant>
 
-#include "server/runtime/event.h"
-#include "server/runtime/outbox.h"
-#include "server/simulation/cell_description.h"
-#include "server/simulation/command.h"
-#include "server/simulation/pressed_elements.h"
-#include "server/simulation/snapshot.h"
+#include "server/runtime/loop/loop_output.h"
+#include "server/runtime/requests/event.h"
+#include "server/simulation/model/cell_description.h"
+#include "server/simulation/model/command.h"
+#include "server/simulation/model/pressed_elements.h"
+#include "server/simulation/model/snapshot.h"
 #include "takt_msgs.h"
 
 namespace takt {

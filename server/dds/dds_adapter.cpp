@@ -6,7 +6,7 @@
 
 #include "server/dds/convert.h"
 #include "server/dds/topic_names.h"
-#include "server/runtime/plain_text.h"
+#include "server/runtime/requests/plain_text.h"
 
 namespace takt {
 namespace {

@@ -10,12 +10,12 @@
 #include "server/dds/command_subscriber.h"
 #include "server/dds/control_service.h"
 #include "server/dds/participant.h"
-#include "server/dds/remains_keeper.h"
 #include "server/dds/ros_services.h"
-#include "server/dds/senders.h"
+#include "server/dds/sender_registry.h"
+#include "server/dds/stale_shm_reaper.h"
 #include "server/dds/state_publisher.h"
 #include "server/dds/topic_names.h"
-#include "server/runtime/cell_host.h"
+#include "server/runtime/host/cell_host.h"
 
 namespace takt {
 

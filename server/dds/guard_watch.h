@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <string>
 
-#include "idl/transport/guard_transport.h"
-#include "server/runtime/adapter_events.h"
+#include "idl/transport/rtps_guard/guard_transport.h"
+#include "server/runtime/requests/event_queue.h"
 
 namespace takt {
 

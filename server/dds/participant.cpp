@@ -2,10 +2,10 @@
 
 #include <memory>
 
-#include "idl/transport/identity_fault.h"
-#include "idl/transport/profiles.h"
-#include "idl/transport/security.h"
-#include "idl/transport/this_machine.h"
+#include "idl/transport/fastdds/host_local_udp.h"
+#include "idl/transport/fastdds/identity_fault.h"
+#include "idl/transport/fastdds/profiles.h"
+#include "idl/transport/fastdds/security.h"
 
 namespace takt {
 namespace {

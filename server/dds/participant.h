@@ -7,9 +7,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "idl/transport/checked_type.h"
-#include "idl/transport/fastdds.h"
-#include "idl/transport/guard_transport.h"
+#include "idl/transport/fastdds/checked_type.h"
+#include "idl/transport/fastdds/fastdds.h"
+#include "idl/transport/rtps_guard/guard_transport.h"
 
 namespace takt {
 
@@ -23,10 +23,10 @@ struct ParticipantOptions {
   std::string name;          ///< shown to other participants
   std::uint32_t domain = 0;  ///< 0..232
   /// Fast DDS profiles (XML) with a participant profile of the name `profile`. Empty: this machine only, by
-  /// shared memory and UDP (idl/transport/this_machine.h).
+  /// shared memory and UDP (idl/transport/fastdds/host_local_udp.h).
   std::string profiles_file;
   std::string profile = "takt_server";
-  /// Identity, permissions and governance (idl/transport/security.h). Empty: no security.
+  /// Identity, permissions and governance (idl/transport/fastdds/security.h). Empty: no security.
   std::string secure_directory = {};
   /// Inspect every packet before Fast DDS sees it. Off only to show what happens without.
   bool guard = true;

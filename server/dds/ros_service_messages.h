@@ -5,7 +5,7 @@
 #include <variant>
 
 #include "ros2_service_msgs.h"
-#include "server/runtime/control.h"
+#include "server/runtime/requests/control.h"
 
 namespace takt::ros {
 

@@ -8,7 +8,7 @@
 #include "server/dds/qos.h"
 #include "server/dds/ros_service_messages.h"
 #include "server/runtime/monotonic_clock.h"
-#include "server/runtime/plain_text.h"
+#include "server/runtime/requests/plain_text.h"
 
 namespace takt {
 

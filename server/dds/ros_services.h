@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "server/dds/participant.h"
-#include "server/runtime/cell_host.h"
+#include "server/runtime/host/cell_host.h"
 
 namespace takt {
 

@@ -5,7 +5,7 @@
 #include "server/dds/convert.h"
 #include "server/dds/qos.h"
 #include "server/runtime/monotonic_clock.h"
-#include "server/runtime/plain_text.h"
+#include "server/runtime/requests/plain_text.h"
 #include "takt_msgsPubSubTypes.h"
 
 namespace takt {

@@ -11,16 +11,16 @@
 #include <string>
 #include <thread>
 
+#include "idl/common/histogram.h"
 #include "server/dds/command_subscriber.h"
 #include "server/dds/control_service.h"
 #include "server/dds/guard_watch.h"
 #include "server/dds/participant.h"
 #include "server/dds/ros_services.h"
-#include "server/dds/senders.h"
+#include "server/dds/sender_registry.h"
 #include "server/dds/topic_names.h"
 #include "server/dds/world_publisher.h"
-#include "server/runtime/cell_host.h"
-#include "server/runtime/histogram.h"
+#include "server/runtime/host/cell_host.h"
 #include "takt_msgs.h"
 
 namespace takt {

@@ -1,7 +1,7 @@
 #pragma once
 // What the samples that the server receives look like (wire_shape.h). To be included wherever readers of
 // these types are made.
-#include "idl/transport/checked_type.h"
+#include "idl/transport/fastdds/checked_type.h"
 #include "ros2_msgsPubSubTypes.h"
 #include "takt_msgsPubSubTypes.h"
 

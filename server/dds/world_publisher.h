@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "server/dds/frames.h"
 #include "server/dds/participant.h"
+#include "server/dds/tf_frames.h"
 #include "server/dds/topic_names.h"
-#include "server/runtime/run_loop.h"
+#include "server/runtime/loop/run_loop.h"
 #include "takt_msgs.h"
 
 namespace takt {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "server/scenario/scenario.h"
-#include "server/simulation/simulation.h"
+#include "server/simulation/step/simulation.h"
 
 namespace takt {
 

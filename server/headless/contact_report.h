@@ -4,7 +4,7 @@
 #include <ostream>
 
 #include "server/headless/headless_run.h"
-#include "server/simulation/cell_model.h"
+#include "server/simulation/model/cell_model.h"
 
 namespace takt {
 

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "server/simulation/cell_description.h"
-#include "server/simulation/snapshot.h"
+#include "server/simulation/model/cell_description.h"
+#include "server/simulation/model/snapshot.h"
 
 namespace takt {
 

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "server/headless/assertions.h"
-#include "server/headless/process_numbers.h"
+#include "server/headless/run_metrics.h"
 #include "server/scenario/scenario.h"
-#include "server/simulation/simulation.h"
+#include "server/simulation/step/simulation.h"
 
 namespace takt {
 

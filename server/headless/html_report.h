@@ -3,7 +3,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <ostream>
 
-#include "server/headless/process_numbers.h"
+#include "server/headless/run_metrics.h"
 
 namespace takt {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "client_lib/controller/controller.h"
-#include "server/simulation/simulation.h"
+#include "server/simulation/step/simulation.h"
 
 namespace takt {
 

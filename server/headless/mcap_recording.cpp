@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "server/scenario/contact_pair_names.h"
-#include "server/simulation/cell_model.h"
+#include "server/simulation/model/cell_model.h"
 
 namespace takt {
 

@@ -10,9 +10,9 @@
 
 #include "client_lib/recording/cdr.h"
 #include "client_lib/recording/mcap_writer.h"
-#include "server/simulation/cell_frames.h"
-#include "server/simulation/pressed_elements.h"
-#include "server/simulation/simulation.h"
+#include "server/simulation/model/cell_frames.h"
+#include "server/simulation/model/pressed_elements.h"
+#include "server/simulation/step/simulation.h"
 
 namespace takt {
 

@@ -5,11 +5,11 @@
 #include <ostream>
 #include <string>
 
-#include "server/geometry/contact_surface.h"
-#include "server/geometry/mesh_care.h"
-#include "server/geometry/mesh_import.h"
-#include "server/geometry/mesh_refinement.h"
-#include "server/geometry/mesh_shells.h"
+#include "server/geometry/mesh/import.h"
+#include "server/geometry/mesh/quality.h"
+#include "server/geometry/mesh/refinement.h"
+#include "server/geometry/mesh/shells.h"
+#include "server/geometry/surface/contact_surface.h"
 #include "server/scenario/world_bounds.h"
 
 namespace takt {

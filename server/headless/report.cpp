@@ -9,10 +9,10 @@
 #include "server/headless/contact_report.h"
 #include "server/headless/device_report.h"
 #include "server/headless/html_report.h"
-#include "server/headless/process_report.h"
 #include "server/headless/robot_report.h"
+#include "server/headless/run_metrics_report.h"
 #include "server/headless/vector_json.h"
-#include "server/simulation/state_hash.h"
+#include "server/simulation/model/state_hash.h"
 
 namespace takt {
 

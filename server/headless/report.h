@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "server/headless/headless_run.h"
-#include "server/simulation/cell_model.h"
+#include "server/simulation/model/cell_model.h"
 
 namespace takt {
 

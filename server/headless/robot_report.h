@@ -3,8 +3,8 @@
 // energy.
 #include <nlohmann/json_fwd.hpp>
 
-#include "server/simulation/cell_description.h"
-#include "server/simulation/snapshot.h"
+#include "server/simulation/model/cell_description.h"
+#include "server/simulation/model/snapshot.h"
 
 namespace takt {
 

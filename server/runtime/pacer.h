@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "server/runtime/histogram.h"
+#include "idl/common/histogram.h"
 #include "server/runtime/monotonic_clock.h"
 
 namespace takt {

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <optional>
 
-#include "server/geometry/mesh_import.h"
+#include "server/geometry/mesh/import.h"
 #include "server/scenario/scenario_reader.h"
 #include "server/scenario/urdf_collision.h"
 

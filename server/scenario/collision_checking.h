@@ -3,7 +3,7 @@
 // cell checks.
 #include "server/scenario/scenario.h"
 #include "server/scenario/yaml_fields.h"
-#include "server/simulation/cell_model.h"
+#include "server/simulation/model/cell_model.h"
 
 namespace takt {
 

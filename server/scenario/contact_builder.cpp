@@ -4,7 +4,7 @@
 #include <stdexcept>
 
 #include "plant_models/thermal/heated_part.h"
-#include "server/contact/contact_roles.h"
+#include "server/contact/surface/contact_roles.h"
 #include "server/scenario/collision_checking.h"
 #include "server/scenario/scenario_reader.h"
 

@@ -2,10 +2,10 @@
 // From what a scenario says about surface contact to surfaces and pairs.
 #include <string>
 
-#include "server/geometry/mesh_care.h"
-#include "server/geometry/triangle_mesh.h"
+#include "server/geometry/mesh/quality.h"
+#include "server/geometry/mesh/triangle_mesh.h"
 #include "server/scenario/scenario.h"
-#include "server/simulation/cell_model.h"
+#include "server/simulation/model/cell_model.h"
 
 namespace takt {
 

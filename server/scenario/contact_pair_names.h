@@ -4,8 +4,8 @@
 #include <string_view>
 #include <vector>
 
-#include "server/contact/contact_model.h"
-#include "server/simulation/cell_description.h"
+#include "server/contact/surface/contact_model.h"
+#include "server/simulation/model/cell_description.h"
 
 namespace takt {
 

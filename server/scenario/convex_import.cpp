@@ -4,8 +4,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "server/geometry/mesh_import.h"
-#include "server/geometry/volume_comparison.h"
+#include "server/geometry/convex/volume_comparison.h"
+#include "server/geometry/mesh/import.h"
 
 namespace takt {
 

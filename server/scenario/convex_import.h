@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "server/geometry/convex_overlap.h"
-#include "server/geometry/decomposition_cache.h"
+#include "server/geometry/convex/decomposition_cache.h"
+#include "server/geometry/convex/overlap.h"
 #include "server/scenario/scenario.h"
 #include "server/scenario/scenario_builder.h"
-#include "server/simulation/cell_model.h"
+#include "server/simulation/model/cell_model.h"
 
 namespace takt {
 

@@ -2,9 +2,9 @@
 // From what a scenario says about heat and devices to plant models with their descriptions.
 #include <vector>
 
-#include "server/geometry/triangle_mesh.h"
+#include "server/geometry/mesh/triangle_mesh.h"
 #include "server/scenario/scenario.h"
-#include "server/simulation/cell_model.h"
+#include "server/simulation/model/cell_model.h"
 
 namespace takt {
 

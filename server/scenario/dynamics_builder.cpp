@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "plant_models/robot/trajectory.h"
-#include "server/geometry/mesh_import.h"
+#include "server/geometry/mesh/import.h"
 #include "server/scenario/scenario_reader.h"
 #include "server/scenario/urdf_dynamics.h"
 

@@ -2,7 +2,7 @@
 // From what a scenario says about drives, power, grippers and trajectories to the dynamics of each robot in
 // the cell model.
 #include "server/scenario/scenario.h"
-#include "server/simulation/cell_model.h"
+#include "server/simulation/model/cell_model.h"
 
 namespace takt {
 

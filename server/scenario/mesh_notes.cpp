@@ -3,7 +3,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/geometry/mesh_import.h"
+#include "server/geometry/mesh/import.h"
 
 namespace takt {
 

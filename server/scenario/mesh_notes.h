@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <string>
 
-#include "server/geometry/mesh_care.h"
-#include "server/simulation/cell_model.h"
+#include "server/geometry/mesh/quality.h"
+#include "server/simulation/model/cell_model.h"
 
 namespace takt {
 

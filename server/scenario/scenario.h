@@ -11,12 +11,12 @@
 #include <vector>
 
 #include "plant_models/spatial.h"
-#include "server/geometry/convex_decomposition.h"
+#include "server/geometry/convex/decomposition.h"
 #include "server/scenario/scenario_assertions.h"
 #include "server/scenario/scenario_contact.h"
 #include "server/scenario/scenario_devices.h"
 #include "server/scenario/scenario_dynamics.h"
-#include "server/simulation/solver.h"
+#include "server/simulation/model/solver.h"
 
 namespace takt {
 

@@ -13,7 +13,7 @@
 #include "server/scenario/start_overlap.h"
 #include "server/scenario/urdf_reader.h"
 #include "server/scenario/world_bounds.h"
-#include "server/simulation/step_limit.h"
+#include "server/simulation/step/step_limit.h"
 
 namespace takt {
 

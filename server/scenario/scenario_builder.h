@@ -8,7 +8,7 @@
 
 #include "server/scenario/scenario.h"
 #include "server/scenario/scenario_reader.h"
-#include "server/simulation/cell_model.h"
+#include "server/simulation/model/cell_model.h"
 
 namespace takt {
 

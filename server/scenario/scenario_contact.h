@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "server/contact/contact_law.h"
-#include "server/contact/contact_model.h"
+#include "server/contact/surface/contact_law.h"
+#include "server/contact/surface/contact_model.h"
 
 namespace takt {
 

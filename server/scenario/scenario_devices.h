@@ -17,7 +17,7 @@ struct ScenarioHeat {
   double cooling_W_per_m2_K = 0.0;   ///< to the surroundings; 0: it keeps its temperature
 };
 
-/// A Part that is screwed in (server/simulation/threads.h).
+/// A Part that is screwed in (server/simulation/step/screw_joints.h).
 struct ScenarioThread {
   std::string in;  ///< a Part or Ground
   std::string place;

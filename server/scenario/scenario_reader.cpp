@@ -6,7 +6,7 @@
 #include <set>
 #include <sstream>
 
-#include "server/contact/connection_rules.h"
+#include "server/contact/holding/connection_rules.h"
 #include "server/scenario/assertion_fields.h"
 #include "server/scenario/collision_checking.h"
 #include "server/scenario/contact_fields.h"
@@ -15,7 +15,7 @@
 #include "server/scenario/dynamics_fields.h"
 #include "server/scenario/scenario_names.h"
 #include "server/scenario/yaml_fields.h"
-#include "server/simulation/integrator.h"
+#include "server/simulation/solver/integrator.h"
 
 namespace takt {
 

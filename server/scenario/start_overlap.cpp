@@ -5,8 +5,8 @@
 #include <memory>
 #include <utility>
 
-#include "server/geometry/mesh_finding.h"
-#include "server/geometry/solid_overlap.h"
+#include "server/geometry/mesh/diagnostic.h"
+#include "server/geometry/mesh/solid_overlap.h"
 #include "server/scenario/collision_checking.h"
 
 namespace takt {

@@ -2,9 +2,9 @@
 // Parts that a scenario puts inside of other Parts or of Grounds.
 #include <vector>
 
-#include "server/geometry/triangle_mesh.h"
+#include "server/geometry/mesh/triangle_mesh.h"
 #include "server/scenario/scenario.h"
-#include "server/simulation/cell_model.h"
+#include "server/simulation/model/cell_model.h"
 
 namespace takt {
 

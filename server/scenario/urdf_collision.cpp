@@ -10,7 +10,7 @@
 #include <sstream>
 #include <system_error>
 
-#include "server/geometry/mesh_import.h"
+#include "server/geometry/mesh/import.h"
 
 namespace takt {
 

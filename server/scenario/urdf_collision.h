@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "server/geometry/rounded_shape.h"
+#include "server/geometry/convex/rounded_shape.h"
 #include "server/scenario/urdf_reader.h"
 
 namespace takt {

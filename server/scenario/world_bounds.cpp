@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "server/geometry/mesh_finding.h"
+#include "server/geometry/mesh/diagnostic.h"
 
 namespace takt {
 

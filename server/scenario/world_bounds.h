@@ -1,7 +1,7 @@
 #pragma once
 // Where Parts may be, and what of a cell is so large or so far away that a unit must be wrong.
 #include "server/scenario/scenario.h"
-#include "server/simulation/cell_model.h"
+#include "server/simulation/model/cell_model.h"
 
 namespace takt {
 

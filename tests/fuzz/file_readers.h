@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "server/geometry/mesh_import.h"
+#include "server/geometry/mesh/import.h"
 #include "server/scenario/scenario_reader.h"
 #include "server/scenario/urdf_collision.h"
 #include "server/scenario/urdf_dynamics.h"

@@ -7,7 +7,7 @@
 #include <mutex>
 #include <vector>
 
-#include "idl/transport/fastdds.h"
+#include "idl/transport/fastdds/fastdds.h"
 
 namespace takt::test {
 

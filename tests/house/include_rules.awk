@@ -11,39 +11,69 @@ function starts_any(text, list,    parts, count, i) {
 
 BEGIN {
   # Rooms, most specific first; each with the prefixes of what it may include. Arrows never turn back.
-  rooms = split("plant_models/ idl/transport/ server/geometry/ server/components/ server/contact/ server/simulation/ server/scenario/ " \
-                "server/runtime/ server/dds/ server/headless/ server/server_main.cpp server/run_main.cpp client_lib/controller/ " \
+  rooms = split("plant_models/ idl/common/ idl/transport/ " \
+                "server/geometry/mesh/ server/geometry/convex/ server/geometry/surface/ server/geometry/ server/components/ " \
+                "server/contact/collision/ server/contact/holding/ server/contact/clearance/ server/contact/surface/ server/contact/ " \
+                "server/simulation/model/ server/simulation/solver/ server/simulation/step/ server/scenario/ " \
+                "server/runtime/requests/ server/runtime/recording/ server/runtime/loop/ server/runtime/host/ server/runtime/ " \
+                "server/dds/ server/headless/ server/server_main.cpp server/run_main.cpp client_lib/controller/ " \
                 "client_lib/render/ client_lib/recording/ client_lib/tools/ client_lib/ idl/command_line/ idl/ config/", room, " ")
-  plant = "plant_models/"
+  plant = "plant_models/ idl/common/"
+  may["plant_models/"] = "plant_models/"
+  may["idl/common/"] = "idl/common/"
+
+  # Shapes. What is in the folder itself serves all of its rooms.
+  boxes = plant " server/geometry/aabb.h server/geometry/box_tree.h server/geometry/segment_distance.h"
+  may["server/geometry/"] = boxes
+  may["server/geometry/mesh/"] = boxes " server/geometry/mesh/"
+  may["server/geometry/convex/"] = boxes " server/geometry/mesh/ server/geometry/convex/"
+  may["server/geometry/surface/"] = boxes " server/geometry/mesh/ server/geometry/surface/"
   geometry = plant " server/geometry/"
   components = geometry " server/components/"
-  contact = components " server/contact/"
-  simulation = contact " server/simulation/"
-  scenario = simulation " server/scenario/"
-  may["plant_models/"] = plant
-  may["server/geometry/"] = geometry
   may["server/components/"] = components
-  may["server/contact/"] = contact
-  may["server/simulation/"] = simulation
+
+  # Interaction. Surface contact knows nothing of holding, and the other way round.
+  shared = components " server/contact/executor.h server/contact/pair_linearisation.h"
+  may["server/contact/"] = shared
+  may["server/contact/collision/"] = shared " server/contact/collision/"
+  may["server/contact/holding/"] = shared " server/contact/collision/ server/contact/holding/"
+  may["server/contact/clearance/"] = shared " server/contact/collision/ server/contact/holding/ server/contact/clearance/"
+  may["server/contact/surface/"] = shared " server/contact/surface/"
+  contact = components " server/contact/"
+
+  # Solvers see the ODE system, not who grips what.
+  model = contact " server/simulation/model/"
+  may["server/simulation/model/"] = model
+  may["server/simulation/solver/"] = model " server/simulation/solver/"
+  simulation = contact " server/simulation/"
+  may["server/simulation/step/"] = simulation
+  scenario = simulation " server/scenario/"
   may["server/scenario/"] = scenario
-  may["server/runtime/"] = scenario " server/runtime/"
-  may["server/dds/"] = plant " server/simulation/command.h server/simulation/snapshot.h server/simulation/pressed_elements.h server/simulation/cell_frames.h " \
-                       "server/simulation/cell_description.h server/runtime/ server/dds/ idl/transport/ idl/ GENERATED"
+
+  # The service around the core: requests and events, what is kept on disk, the loop of one scenario, its host.
+  waits = "server/runtime/pacer.h server/runtime/monotonic_clock.h server/runtime/auto_reset_event.h"
+  may["server/runtime/"] = plant " " waits
+  may["server/runtime/requests/"] = scenario " " waits " server/runtime/requests/"
+  may["server/runtime/recording/"] = may["server/runtime/requests/"] " server/runtime/recording/"
+  may["server/runtime/loop/"] = may["server/runtime/recording/"] " server/runtime/loop/"
+  may["server/runtime/host/"] = scenario " server/runtime/"
+  may["server/dds/"] = plant " server/simulation/model/command.h server/simulation/model/snapshot.h server/simulation/model/pressed_elements.h server/simulation/model/cell_frames.h " \
+                       "server/simulation/model/cell_description.h server/runtime/ server/dds/ idl/transport/ idl/ GENERATED"
   may["server/headless/"] = scenario " server/headless/ client_lib/controller/ client_lib/render/ client_lib/recording/"
   may["server/server_main.cpp"] = "plant_models/ server/ idl/"
   may["server/run_main.cpp"] = may["server/headless/"] " server/runtime/ idl/command_line/"
   may["client_lib/controller/"] = plant " client_lib/controller/"
   may["client_lib/render/"] = plant " client_lib/render/"
-  may["client_lib/recording/"] = "client_lib/recording/"
+  may["client_lib/recording/"] = "idl/common/ client_lib/recording/"
   may["client_lib/"] = plant " client_lib/ idl/transport/ idl/ GENERATED"
   may["client_lib/tools/"] = "idl/command_line/ " may["client_lib/"]  # its end says GENERATED
-  may["idl/command_line/"] = "idl/command_line/"
-  may["idl/transport/"] = "idl/transport/"
+  may["idl/command_line/"] = "idl/common/ idl/command_line/"
+  may["idl/transport/"] = "idl/common/ idl/transport/"
   may["idl/"] = "idl/ GENERATED"
   may["config/"] = plant " config/"
 
   core = "plant_models/ server/geometry/ server/components/ server/contact/ server/simulation/ server/scenario/"
-  timeless = core " client_lib/controller/ client_lib/render/ client_lib/recording/ config/"
+  timeless = core " idl/common/ client_lib/controller/ client_lib/render/ client_lib/recording/ config/"
   clocks_and_threads = " chrono ctime time.h sys/time.h thread mutex shared_mutex condition_variable future semaphore " \
                        "latch barrier stop_token pthread.h "
 
@@ -90,7 +120,7 @@ FNR == 1 {
 
   third_party = 0
   for (i = 1; i <= libraries; ++i) third_party = third_party || starts_any(target, lib_prefixes[i])
-  if (!third_party && (quoted || starts_any(target, "plant_models/ idl/transport/ idl/command_line/ server/ client_lib/"))) {
+  if (!third_party && (quoted || starts_any(target, "plant_models/ idl/ server/ client_lib/"))) {
     # Generated code (idl/*.idl) is included by its bare name, with or without its suffix.
     generated = target ~ /^[a-z0-9_]*_msgs(PubSubTypes)?\.h(pp)?$/
     if (target ~ /(^|\/)\.\.?\//) complain("includes are relative to the repository's root: " target)

@@ -12,7 +12,7 @@
 #include <set>
 
 #include "server/dds/convert.h"
-#include "server/runtime/command_buffer.h"
+#include "server/runtime/loop/command_buffer.h"
 #include "tests/support/loop_reader.h"
 #include "tests/support/service_cell.h"
 #include "tests/support/test_device.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "server/runtime/plain_text.h"
+#include "server/runtime/requests/plain_text.h"
 #include "tests/support/child_process.h"
 #include "tests/support/dds_service.h"
 #include "tests/support/loop_reader.h"

@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "client_lib/client.h"
-#include "server/runtime/command_log.h"
+#include "server/runtime/recording/command_log.h"
 #include "tests/support/child_process.h"
 #include "tests/support/hosted_service.h"
 #include "tests/support/hosting_client.h"

@@ -1,5 +1,5 @@
 // What the guard lets into Fast DDS at the same time, by two threads that receive as those of Fast DDS do.
-#include "idl/transport/guard_transport.h"
+#include "idl/transport/rtps_guard/guard_transport.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // What a user is told of an identity that DDS refuses: of which file, and what is wrong with it.
-#include "idl/transport/identity_fault.h"
+#include "idl/transport/fastdds/identity_fault.h"
 
 #include <gtest/gtest.h>
 

@@ -9,8 +9,8 @@
 #include <sstream>
 
 #include "client_lib/client.h"
-#include "idl/transport/profiles.h"
-#include "idl/transport/this_machine.h"
+#include "idl/transport/fastdds/host_local_udp.h"
+#include "idl/transport/fastdds/profiles.h"
 #include "server/dds/bounded_request.h"
 #include "tests/support/built_programs.h"
 #include "tests/support/child_process.h"

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "server/simulation/implicit_integrator.h"
+#include "server/simulation/solver/implicit_integrator.h"
 #include "tests/support/ode_models.h"
 #include "tests/support/solver_figures.h"
 

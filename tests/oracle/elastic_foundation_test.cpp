@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "server/geometry/mesh_import.h"
+#include "server/geometry/mesh/import.h"
 #include "tests/support/contact_pairs.h"
 #include "tests/support/simbody/elastic_foundation.h"
 

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "server/simulation/implicit_integrator.h"
-#include "server/simulation/rosenbrock_integrator.h"
+#include "server/simulation/solver/implicit_integrator.h"
+#include "server/simulation/solver/rosenbrock_integrator.h"
 #include "tests/support/ode_models.h"
 
 namespace takt::test {

@@ -5,8 +5,8 @@
 #include <array>
 #include <cmath>
 
-#include "server/contact/connections.h"
-#include "server/simulation/simulation.h"
+#include "server/contact/holding/connections.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/box_cell.h"
 #include "tests/support/constants.h"
 

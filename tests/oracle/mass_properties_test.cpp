@@ -8,7 +8,7 @@
 #include <random>
 #include <utility>
 
-#include "server/geometry/triangle_mesh.h"
+#include "server/geometry/mesh/triangle_mesh.h"
 
 namespace takt {
 namespace {

@@ -1,6 +1,6 @@
 // The partner search on the thesis' own example (Fig. 3.15, equations (3.38) to (3.40), Table 3.3) and its
 // tie rules.
-#include "server/contact/partner_search.h"
+#include "server/contact/holding/partner_search.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Forces of the Polygonal Contact Model against closed forms.
-#include "server/contact/polygonal_contact.h"
+#include "server/contact/surface/polygonal_contact.h"
 
 #include <gtest/gtest.h>
 

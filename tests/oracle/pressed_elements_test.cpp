@@ -1,5 +1,5 @@
 // Pressures element by element, against the sums that the simulation itself tells and closed forms.
-#include "server/simulation/pressed_elements.h"
+#include "server/simulation/model/pressed_elements.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // The Rosenbrock W-method and the coupled linearly implicit one: coefficients by the order conditions, order
 // in cells, stiff chains in large steps.
-#include "server/simulation/rosenbrock_integrator.h"
+#include "server/simulation/solver/rosenbrock_integrator.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <optional>
 
 #include "plant_models/mechanics/rigid_body.h"
-#include "server/simulation/rosenbrock_tableau.h"
-#include "server/simulation/simulation.h"
+#include "server/simulation/solver/rosenbrock_tableau.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/box_cell.h"
 #include "tests/support/ode_models.h"
 #include "tests/support/ur10e_cell.h"

@@ -1,7 +1,7 @@
 // Distance, depth and place of boxes and balls against closed forms.
 #include <gtest/gtest.h>
 
-#include "server/geometry/rounded_shape.h"
+#include "server/geometry/convex/rounded_shape.h"
 
 namespace takt {
 namespace {

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "plant_models/signal_board.h"
-#include "server/simulation/simulation.h"
-#include "server/simulation/threads.h"
+#include "server/simulation/step/screw_joints.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/box_cell.h"
 
 namespace takt {

@@ -1,6 +1,6 @@
 // The simulation as a whole against closed forms: free fall, order of the solver, largest stable step,
 // falling assemblies, energy, grasp rules, equal bits.
-#include "server/simulation/simulation.h"
+#include "server/simulation/step/simulation.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "plant_models/mechanics/rigid_body.h"
-#include "server/simulation/rk2_integrator.h"
+#include "server/simulation/solver/rk2_integrator.h"
 #include "tests/support/box_cell.h"
 #include "tests/support/constants.h"
 

@@ -5,8 +5,8 @@
 #include <random>
 
 #include "plant_models/mechanics/rigid_body.h"
-#include "server/simulation/static_lu.h"
-#include "server/simulation/system_jacobian.h"
+#include "server/simulation/solver/sparse_lu.h"
+#include "server/simulation/solver/system_jacobian.h"
 #include "tests/support/box_cell.h"
 
 namespace takt::test {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "server/simulation/simulation.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/box_cell.h"
 #include "tests/support/constants.h"
 

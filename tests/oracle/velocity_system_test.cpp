@@ -1,6 +1,6 @@
 // The linear system at velocity level against the dense matrix of finite differences: exact where nothing of
 // what it leaves out matters, close to it in a cell that moves.
-#include "server/simulation/velocity_system.h"
+#include "server/simulation/solver/velocity_system.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <random>
 
 #include "plant_models/mechanics/rigid_body.h"
-#include "server/contact/substitute_force.h"
+#include "server/contact/holding/substitute_force.h"
 #include "tests/support/block_plant.h"
 #include "tests/support/box_cell.h"
 #include "tests/support/ode_models.h"

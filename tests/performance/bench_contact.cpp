@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "server/contact/polygonal_contact.h"
-#include "server/geometry/mesh_import.h"
+#include "server/contact/surface/polygonal_contact.h"
+#include "server/geometry/mesh/import.h"
 #include "tests/performance/contact_scenes_bench.h"
 #include "tests/support/contact_meshes.h"
 

@@ -13,7 +13,7 @@
 
 #include "server/headless/headless_run.h"
 #include "server/headless/report.h"
-#include "server/runtime/worker_pool.h"
+#include "server/runtime/loop/worker_pool.h"
 #include "server/scenario/scenario_builder.h"
 #include "tests/performance/solver_runs.h"
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "server/geometry/decomposition_cache.h"
+#include "server/geometry/convex/decomposition_cache.h"
 #include "server/scenario/scenario_builder.h"
 #include "tests/performance/solver_runs.h"
 

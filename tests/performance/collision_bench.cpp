@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "server/geometry/convex_query.h"
+#include "server/geometry/convex/query.h"
 
 namespace takt {
 namespace {

@@ -11,7 +11,7 @@
 #include <memory>
 #include <vector>
 
-#include "server/geometry/mesh_import.h"
+#include "server/geometry/mesh/import.h"
 #include "server/scenario/scenario_builder.h"
 #endif
 

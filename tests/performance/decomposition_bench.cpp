@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "server/geometry/decomposition_cache.h"
-#include "server/geometry/mesh_import.h"
-#include "server/geometry/volume_comparison.h"
+#include "server/geometry/convex/decomposition_cache.h"
+#include "server/geometry/convex/volume_comparison.h"
+#include "server/geometry/mesh/import.h"
 #include "tests/support/hollow_bodies.h"
 
 namespace {

@@ -7,8 +7,8 @@
 #include <functional>
 #include <random>
 
-#include "server/simulation/dense_lu.h"
-#include "server/simulation/velocity_system.h"
+#include "server/simulation/solver/dense_lu.h"
+#include "server/simulation/solver/velocity_system.h"
 #include "tests/support/block_plant.h"
 
 namespace takt {

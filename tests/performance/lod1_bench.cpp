@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "server/geometry/decomposition_cache.h"
+#include "server/geometry/convex/decomposition_cache.h"
 #include "server/headless/headless_run.h"
 #include "server/headless/report.h"
-#include "server/runtime/worker_pool.h"
+#include "server/runtime/loop/worker_pool.h"
 #include "server/scenario/scenario_builder.h"
 
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "server/runtime/worker_pool.h"
+#include "server/runtime/loop/worker_pool.h"
 #include "tests/support/crowded_cell.h"
 #include "tests/support/moving_crowd.h"
 

@@ -7,7 +7,7 @@
 #include <ctime>
 #include <stdexcept>
 
-#include "server/geometry/decomposition_cache.h"
+#include "server/geometry/convex/decomposition_cache.h"
 #include "server/headless/headless_run.h"
 #include "server/headless/report.h"
 #include "server/scenario/scenario_builder.h"

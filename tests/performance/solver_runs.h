@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "server/simulation/integrator.h"
+#include "server/simulation/solver/integrator.h"
 
 namespace CLI {
 class App;

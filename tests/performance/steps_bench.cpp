@@ -14,7 +14,7 @@
 
 #include "server/headless/in_process_controller.h"
 #include "server/scenario/scenario_builder.h"
-#include "server/simulation/implicit_integrator.h"
+#include "server/simulation/solver/implicit_integrator.h"
 #include "tests/support/solver_figures.h"
 
 namespace {

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "server/contact/connections.h"
+#include "server/contact/holding/connections.h"
 #include "server/headless/headless_run.h"
 #include "server/headless/report.h"
 #include "server/scenario/scenario_builder.h"
@@ -192,7 +192,7 @@ Where and why ours differ from the thesis
 - Time. Nothing is in between here and pairs that have not moved are skipped: 20 to 35 times less. The partner
   search is not slower than the extended algorithm, as it is in the thesis: it is asked only when a contact changes.
 - The thesis' flowchart (Fig. 3.11) asks each side of a pair by itself; ours connects only where both sides count
-  each other, so that forces balance (server/contact/connection_rules.h).)";
+  each other, so that forces balance (server/contact/holding/connection_rules.h).)";
 
 }  // namespace
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/simulation/simulation.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/assembly_oracles.h"
 #include "tests/support/random_handling.h"
 

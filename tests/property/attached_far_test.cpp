@@ -6,9 +6,9 @@
 #include <cmath>
 #include <memory>
 
-#include "server/contact/connections.h"
-#include "server/simulation/cell_model.h"
-#include "server/simulation/simulation.h"
+#include "server/contact/holding/connections.h"
+#include "server/simulation/model/cell_model.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/loop_reader.h"
 #include "tests/support/random_assembly.h"
 #include "tests/support/service_cell.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <memory>
 
-#include "server/simulation/simulation.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/random_handling.h"
 #include "tests/support/state_runs.h"
 

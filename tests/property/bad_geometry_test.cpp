@@ -7,7 +7,7 @@
 #include <functional>
 #include <random>
 
-#include "server/geometry/mesh_import.h"
+#include "server/geometry/mesh/import.h"
 #include "tests/support/temporary_directory.h"
 
 namespace takt {

@@ -4,7 +4,7 @@
 #include <fcl/narrowphase/distance.h>
 #include <gtest/gtest.h>
 
-#include "server/geometry/rounded_shape.h"
+#include "server/geometry/convex/rounded_shape.h"
 #include "tests/support/random_shapes.h"
 
 namespace takt {

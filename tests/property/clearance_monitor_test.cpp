@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "server/contact/clearance_monitor.h"
+#include "server/contact/clearance/clearance_monitor.h"
 #include "tests/support/random_shapes.h"
 
 namespace takt {

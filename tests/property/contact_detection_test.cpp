@@ -1,12 +1,12 @@
 // The collision world and its broad phase against brute force over everything.
-#include "server/contact/contact_detection.h"
+#include "server/contact/collision/collision_world.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <vector>
 
-#include "server/contact/broad_phase.h"
+#include "server/contact/collision/broad_phase.h"
 #include "tests/support/random_shapes.h"
 
 namespace takt {

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-#include "server/geometry/mesh_import.h"
+#include "server/geometry/mesh/import.h"
 #include "tests/support/contact_pairs.h"
 #include "tests/support/random_shapes.h"
 

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <string>
 
-#include "server/geometry/mesh_import.h"
+#include "server/geometry/mesh/import.h"
 
 namespace takt {
 namespace {

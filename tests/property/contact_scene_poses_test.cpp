@@ -7,7 +7,7 @@
 #include <random>
 #include <string>
 
-#include "server/contact/polygonal_contact.h"
+#include "server/contact/surface/polygonal_contact.h"
 #include "server/scenario/scenario_builder.h"
 
 namespace takt {

@@ -1,13 +1,13 @@
 // What ContactSearch leaves out by free regions is never in contact, and what it takes from their planes is
 // what the faces say.
-#include "server/contact/contact_search.h"
+#include "server/contact/surface/contact_search.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "server/geometry/mesh_import.h"
+#include "server/geometry/mesh/import.h"
 #include "tests/support/contact_meshes.h"
 #include "tests/support/contact_pairs.h"
 #include "tests/support/random_shapes.h"

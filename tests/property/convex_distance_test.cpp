@@ -1,5 +1,5 @@
 // Distance and penetration depth against brute force over all axes and features.
-#include "server/geometry/convex_distance.h"
+#include "server/geometry/convex/distance.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <iostream>
 #include <vector>
 
-#include "server/geometry/convex_overlap.h"
+#include "server/geometry/convex/overlap.h"
 #include "tests/support/convex_oracle.h"
 #include "tests/support/random_shapes.h"
 

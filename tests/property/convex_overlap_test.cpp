@@ -1,6 +1,6 @@
 // The MPR verdict against two independent judges: brute force (exact) and FCL's distance by GJK. Number of
 // pairs: TAKT_TEST_PAIRS, else 100000.
-#include "server/geometry/convex_overlap.h"
+#include "server/geometry/convex/overlap.h"
 
 #include <fcl/geometry/shape/convex.h>
 #include <fcl/narrowphase/detail/gjk_solver_libccd.h>

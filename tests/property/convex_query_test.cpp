@@ -1,7 +1,7 @@
 // Queries with a memory (ConvexHint) against queries without: the verdicts must be the same whatever was
 // asked before, in coherent motion, after jumps, and within micrometres of touching. Number of queries:
 // TAKT_TEST_PAIRS, else 100000.
-#include "server/geometry/convex_query.h"
+#include "server/geometry/convex/query.h"
 
 #include <gtest/gtest.h>
 

@@ -7,10 +7,10 @@
 #include <iostream>
 #include <stdexcept>
 
-#include "server/contact/contact_detection.h"
-#include "server/geometry/convex_distance.h"
-#include "server/geometry/convex_query.h"
-#include "server/simulation/simulation.h"
+#include "server/contact/collision/collision_world.h"
+#include "server/geometry/convex/distance.h"
+#include "server/geometry/convex/query.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/box_cell.h"
 
 namespace takt {

@@ -1,6 +1,6 @@
 // Explanations in random cells with random handling: they tell what the simulation decided, and asking
 // changes nothing.
-#include "server/simulation/explanation.h"
+#include "server/simulation/step/explanation.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/simulation/simulation.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/random_handling.h"
 
 namespace takt::test {

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "server/simulation/solver.h"
+#include "server/simulation/model/solver.h"
 #include "tests/support/geared_drives.h"
 #include "tests/support/loop_reader.h"
 #include "tests/support/service_cell.h"

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "server/simulation/simulation.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/injected_failures.h"
 #include "tests/support/ode_models.h"
 #include "tests/support/service_cell.h"

@@ -7,8 +7,8 @@
 #include <array>
 #include <cmath>
 
-#include "server/contact/connections.h"
-#include "server/simulation/simulation.h"
+#include "server/contact/holding/connections.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/algorithm_cells.h"
 #include "tests/support/assembly_oracles.h"
 #include "tests/support/random_handling.h"

@@ -1,6 +1,6 @@
 // Refinement keeps what the mesh was: closed, same volume, area and centre, every point on the old surface;
 // and gives what was asked: no edge too long.
-#include "server/geometry/mesh_refinement.h"
+#include "server/geometry/mesh/refinement.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "server/geometry/mesh_import.h"
+#include "server/geometry/mesh/import.h"
 
 namespace takt {
 namespace {

@@ -1,5 +1,5 @@
 // The partner search against listing every sequence, on random contact graphs.
-#include "server/contact/partner_search.h"
+#include "server/contact/holding/partner_search.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <random>
 #include <tuple>
 
-#include "server/contact/partner_explanation.h"
+#include "server/contact/holding/partner_explanation.h"
 
 #include "tests/support/box_oracle.h"
 

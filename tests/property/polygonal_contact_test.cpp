@@ -1,5 +1,5 @@
 // Laws that contact between any two meshes obeys.
-#include "server/contact/polygonal_contact.h"
+#include "server/contact/surface/polygonal_contact.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "server/geometry/mesh_import.h"
+#include "server/geometry/mesh/import.h"
 #include "tests/support/contact_pairs.h"
 #include "tests/support/random_shapes.h"
 

@@ -9,8 +9,8 @@
 #include <iterator>
 #include <random>
 
-#include "server/runtime/log_recorder.h"
-#include "server/runtime/replay.h"
+#include "server/runtime/host/replay.h"
+#include "server/runtime/recording/log_recorder.h"
 #include "tests/support/loop_reader.h"
 #include "tests/support/service_cell.h"
 #include "tests/support/temporary_directory.h"

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <iostream>
 
-#include "server/simulation/cell_model.h"
+#include "server/simulation/model/cell_model.h"
 #include "tests/support/crowded_cell.h"
 #include "tests/support/random_shapes.h"
 

@@ -8,8 +8,8 @@
 #include <memory>
 #include <random>
 
-#include "server/simulation/model_hash.h"
-#include "server/simulation/solver.h"
+#include "server/simulation/model/model_hash.h"
+#include "server/simulation/model/solver.h"
 #include "tests/support/algorithm_cells.h"
 #include "tests/support/random_handling.h"
 #include "tests/support/state_runs.h"

@@ -1,6 +1,6 @@
 // Laws every pair wrench must obey, over random motions: force and moment balance, frame invariance, no
 // torque at closing, no damping of a common rigid motion, power only taken out by the damper.
-#include "server/contact/substitute_force.h"
+#include "server/contact/holding/substitute_force.h"
 
 #include <gtest/gtest.h>
 

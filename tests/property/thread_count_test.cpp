@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "server/runtime/faster_way.h"
-#include "server/runtime/worker_pool.h"
-#include "server/simulation/simulation.h"
+#include "server/runtime/loop/adaptive_dispatch.h"
+#include "server/runtime/loop/worker_pool.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/moving_crowd.h"
 #include "tests/support/random_handling.h"
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "server/headless/in_process_controller.h"
-#include "server/runtime/worker_pool.h"
+#include "server/runtime/loop/worker_pool.h"
 #include "tests/support/block_scenario_run.h"
 
 namespace takt {

@@ -10,7 +10,7 @@
 #include <set>
 #include <tuple>
 
-#include "server/contact/contact_detection.h"
+#include "server/contact/collision/collision_world.h"
 #include "tests/support/arm_capsules.h"
 #include "tests/support/block_scenario_run.h"
 

@@ -7,7 +7,7 @@
 #include <filesystem>
 
 #include "server/scenario/scenario_builder.h"
-#include "server/simulation/simulation.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/hollow_bodies.h"
 #include "tests/support/temporary_directory.h"
 

@@ -15,7 +15,7 @@
 #include "config/meshes/generator/chainsaw_meshes.h"
 #include "config/meshes/generator/mesh_parameters.h"
 #include "config/meshes/generator/rotor_meshes.h"
-#include "server/geometry/mesh_import.h"
+#include "server/geometry/mesh/import.h"
 #include "tests/support/temporary_directory.h"
 
 namespace takt {

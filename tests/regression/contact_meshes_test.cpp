@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "server/geometry/mesh_import.h"
+#include "server/geometry/mesh/import.h"
 #include "tests/support/temporary_directory.h"
 
 namespace takt {

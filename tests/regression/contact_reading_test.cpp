@@ -6,7 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "server/contact/clearance_monitor.h"
+#include "server/contact/clearance/clearance_monitor.h"
 #include "server/headless/report.h"
 #include "server/scenario/scenario_builder.h"
 #include "tests/support/block_scenario_run.h"

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "server/geometry/convex_decomposition.h"
-#include "server/geometry/decomposition_cache.h"
+#include "server/geometry/convex/decomposition.h"
+#include "server/geometry/convex/decomposition_cache.h"
 #include "server/headless/device_report.h"
 #include "server/headless/headless_run.h"
 #include "server/scenario/scenario_builder.h"

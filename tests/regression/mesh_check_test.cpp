@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "server/geometry/mesh_import.h"
+#include "server/geometry/mesh/import.h"
 #include "server/scenario/scenario_builder.h"
 #include "tests/support/hollow_bodies.h"
 #include "tests/support/temporary_directory.h"

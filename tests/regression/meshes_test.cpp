@@ -14,8 +14,8 @@
 #include <utility>
 #include <vector>
 
-#include "server/geometry/convex_overlap.h"
-#include "server/geometry/mesh_import.h"
+#include "server/geometry/convex/overlap.h"
+#include "server/geometry/mesh/import.h"
 
 namespace takt {
 namespace {

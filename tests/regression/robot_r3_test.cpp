@@ -11,7 +11,7 @@
 #include "server/headless/headless_run.h"
 #include "server/headless/report.h"
 #include "server/scenario/scenario_builder.h"
-#include "server/simulation/simulation.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/child_process.h"
 #include "tests/support/r3_oracle.h"
 #include "tests/support/temporary_directory.h"

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "server/headless/report.h"
-#include "server/simulation/solver.h"
+#include "server/simulation/model/solver.h"
 #include "tests/support/block_scenario_run.h"
 
 namespace takt {

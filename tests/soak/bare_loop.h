@@ -6,9 +6,9 @@
 #include <future>
 #include <thread>
 
+#include "server/runtime/loop/scheduling.h"
 #include "server/runtime/monotonic_clock.h"
 #include "server/runtime/pacer.h"
-#include "server/runtime/scheduling.h"
 
 namespace takt::test {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "server/scenario/scenario_builder.h"
-#include "server/simulation/cell_plant.h"
+#include "server/simulation/step/cell_plant.h"
 
 namespace takt::test {
 

@@ -10,7 +10,7 @@
 
 #include "server/headless/headless_run.h"
 #include "server/scenario/scenario_builder.h"
-#include "server/simulation/cell_model.h"
+#include "server/simulation/model/cell_model.h"
 
 namespace takt::test {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "server/simulation/cell_model.h"
+#include "server/simulation/model/cell_model.h"
 
 namespace takt::test {
 

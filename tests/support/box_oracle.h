@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "plant_models/spatial.h"
-#include "server/contact/partner_search.h"
+#include "server/contact/holding/partner_search.h"
 
 namespace takt::test {
 

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <utility>
 
-#include "server/geometry/triangle_mesh.h"
+#include "server/geometry/mesh/triangle_mesh.h"
 
 namespace takt::test {
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <memory>
 
-#include "server/contact/polygonal_contact.h"
+#include "server/contact/surface/polygonal_contact.h"
 #include "tests/support/contact_meshes.h"
 
 namespace takt::test {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "server/scenario/scenario_builder.h"
-#include "server/simulation/simulation.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/temporary_directory.h"
 
 namespace takt::test {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "server/simulation/simulation.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/box_cell.h"
 
 namespace takt::test {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "server/dds/dds_adapter.h"
-#include "server/runtime/cell_host.h"
+#include "server/runtime/host/cell_host.h"
 #include "tests/support/raw_dds_client.h"
 #include "tests/support/service_cell.h"
 

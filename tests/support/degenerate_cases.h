@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/geometry/convex_shape.h"
+#include "server/geometry/convex/convex_shape.h"
 
 namespace takt::test {
 

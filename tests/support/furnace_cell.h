@@ -6,7 +6,7 @@
 
 #include "plant_models/thermal/furnace.h"
 #include "plant_models/thermal/heated_part.h"
-#include "server/simulation/simulation.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/box_cell.h"
 
 namespace takt::test {

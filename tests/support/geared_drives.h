@@ -3,7 +3,7 @@
 // the cell of service_cell.h are too light for explicit steps of 1 ms.
 #include <variant>
 
-#include "server/simulation/cell_model.h"
+#include "server/simulation/model/cell_model.h"
 
 namespace takt::test {
 

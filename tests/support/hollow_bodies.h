@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/geometry/triangle_mesh.h"
+#include "server/geometry/mesh/triangle_mesh.h"
 
 namespace takt::test {
 

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/runtime/cell_host.h"
+#include "server/runtime/host/cell_host.h"
 #include "tests/support/temporary_directory.h"
 
 namespace takt::test {

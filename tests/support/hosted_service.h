@@ -6,7 +6,7 @@
 #include <string>
 
 #include "server/dds/dds_adapter.h"
-#include "server/runtime/cell_host.h"
+#include "server/runtime/host/cell_host.h"
 #include "tests/support/dds_service.h"
 #include "tests/support/service_cell.h"
 #include "tests/support/temporary_directory.h"

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "server/runtime/loop/run_loop.h"
 #include "server/runtime/monotonic_clock.h"
-#include "server/runtime/run_loop.h"
 
 namespace takt::test {
 

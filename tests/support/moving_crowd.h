@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "server/simulation/simulation.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/box_cell.h"
 #include "tests/support/hollow_bodies.h"
 

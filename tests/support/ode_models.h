@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "server/simulation/integrator.h"
+#include "server/simulation/solver/integrator.h"
 
 namespace takt::test {
 

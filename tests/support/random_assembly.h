@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/simulation/simulation.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/box_cell.h"
 #include "tests/support/box_oracle.h"
 

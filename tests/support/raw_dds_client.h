@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "idl/transport/fastdds.h"
+#include "idl/transport/fastdds/fastdds.h"
 #include "ros2_msgsPubSubTypes.h"
 #include "takt_msgsPubSubTypes.h"
 

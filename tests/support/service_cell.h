@@ -8,7 +8,7 @@
 #include <unistd.h>
 
 #include "server/scenario/scenario_builder.h"
-#include "server/simulation/cell_model.h"
+#include "server/simulation/model/cell_model.h"
 
 namespace takt::test {
 

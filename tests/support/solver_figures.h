@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "server/scenario/scenario_builder.h"
-#include "server/simulation/simulation.h"
+#include "server/simulation/step/simulation.h"
 
 namespace takt::test {
 

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "server/simulation/cell_model.h"
-#include "server/simulation/simulation.h"
+#include "server/simulation/model/cell_model.h"
+#include "server/simulation/step/simulation.h"
 
 namespace takt::test {
 

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <string>
 
-#include "server/geometry/triangle_mesh.h"
+#include "server/geometry/mesh/triangle_mesh.h"
 
 namespace takt::test {
 

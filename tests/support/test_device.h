@@ -3,7 +3,7 @@
 // What is commanded also switches a lamp, which has no states.
 #include "plant_models/device_model.h"
 #include "plant_models/state_bytes.h"
-#include "server/simulation/cell_model.h"
+#include "server/simulation/model/cell_model.h"
 
 namespace takt::test {
 

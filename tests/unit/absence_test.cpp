@@ -1,4 +1,4 @@
-#include "idl/transport/absence.h"
+#include "idl/transport/rtps_guard/suspend_detector.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Files that clients may name, with and without a directory for them.
-#include "server/runtime/allowed_files.h"
+#include "server/runtime/host/allowed_files.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

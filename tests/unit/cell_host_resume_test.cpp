@@ -4,8 +4,8 @@
 
 #include <fstream>
 
-#include "server/runtime/cell_host.h"
-#include "server/runtime/command_log.h"
+#include "server/runtime/host/cell_host.h"
+#include "server/runtime/recording/command_log.h"
 #include "tests/support/host_reader.h"
 
 namespace takt::test {

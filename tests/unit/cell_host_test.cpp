@@ -1,12 +1,12 @@
 // What the host of a cell answers where nothing can be done: without a scenario, with a cell from no file,
 // with a simulation that has ended, without directories to write to, or with ones that cannot be written.
-#include "server/runtime/cell_host.h"
+#include "server/runtime/host/cell_host.h"
 
 #include <gtest/gtest.h>
 
 #include <atomic>
 
-#include "server/runtime/replay.h"
+#include "server/runtime/host/replay.h"
 #include "server/scenario/scenario_builder.h"
 #include "tests/support/host_reader.h"
 

@@ -8,7 +8,7 @@
 #include <algorithm>
 
 #include "server/scenario/scenario_builder.h"
-#include "server/simulation/simulation.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/service_cell.h"
 #include "tests/support/temporary_directory.h"
 

@@ -1,4 +1,4 @@
-#include "server/runtime/command_buffer.h"
+#include "server/runtime/loop/command_buffer.h"
 
 #include <gtest/gtest.h>
 

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "server/runtime/event.h"
-#include "server/simulation/simulation.h"
+#include "server/runtime/requests/event.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/constants.h"
 #include "tests/support/service_cell.h"
 

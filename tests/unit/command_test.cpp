@@ -1,5 +1,5 @@
 // Validation of commands at the boundary: whole, precise, never clamped.
-#include "server/simulation/command.h"
+#include "server/simulation/model/command.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "server/simulation/cell_description.h"
+#include "server/simulation/model/cell_description.h"
 
 namespace takt {
 namespace {

@@ -1,10 +1,10 @@
 // Which touching pairs are connected, and what carries whom: the rules on small contact graphs.
-#include "server/contact/connection_rules.h"
+#include "server/contact/holding/connection_rules.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "server/contact/support_tree.h"
+#include "server/contact/holding/support_tree.h"
 
 namespace takt {
 namespace {

@@ -1,4 +1,4 @@
-#include "server/geometry/contact_surface.h"
+#include "server/geometry/surface/contact_surface.h"
 
 #include <gtest/gtest.h>
 
@@ -7,11 +7,11 @@
 #include <numeric>
 #include <set>
 
-#include "server/contact/contact_roles.h"
-#include "server/contact/contact_springs.h"
-#include "server/geometry/contact_surface_data.h"
-#include "server/geometry/element_corners.h"
+#include "server/contact/surface/contact_roles.h"
+#include "server/contact/surface/contact_springs.h"
 #include "server/geometry/segment_distance.h"
+#include "server/geometry/surface/contact_surface_data.h"
+#include "server/geometry/surface/element_corners.h"
 #include "tests/support/contact_pairs.h"
 #include "tests/support/hollow_bodies.h"
 #include "tests/support/random_shapes.h"

@@ -1,4 +1,4 @@
-#include "server/runtime/control.h"
+#include "server/runtime/requests/control.h"
 
 #include <gtest/gtest.h>
 

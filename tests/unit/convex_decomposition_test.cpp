@@ -1,5 +1,5 @@
 // Convex decomposition: what the parts must keep of a solid, and that its cache can be trusted.
-#include "server/geometry/convex_decomposition.h"
+#include "server/geometry/convex/decomposition.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,9 +10,9 @@
 #include <iterator>
 #include <limits>
 
-#include "server/geometry/decomposition_cache.h"
-#include "server/geometry/mesh_import.h"
-#include "server/geometry/volume_comparison.h"
+#include "server/geometry/convex/decomposition_cache.h"
+#include "server/geometry/convex/volume_comparison.h"
+#include "server/geometry/mesh/import.h"
 #include "tests/support/hollow_bodies.h"
 #include "tests/support/temporary_directory.h"
 

@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "server/geometry/mesh_import.h"
+#include "server/geometry/mesh/import.h"
 #include "server/scenario/scenario_builder.h"
 #include "tests/support/hollow_bodies.h"
 #include "tests/support/temporary_directory.h"

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "server/simulation/set_points.h"
-#include "server/simulation/simulation.h"
+#include "server/simulation/step/set_points.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/constants.h"
 #include "tests/support/geared_drives.h"
 #include "tests/support/service_cell.h"

@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <cstring>
 
-#include "server/geometry/mesh_finding.h"
-#include "server/geometry/mesh_import.h"
+#include "server/geometry/mesh/diagnostic.h"
+#include "server/geometry/mesh/import.h"
 #include "tests/support/temporary_directory.h"
 
 namespace takt {

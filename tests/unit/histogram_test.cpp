@@ -1,4 +1,4 @@
-#include "server/runtime/histogram.h"
+#include "idl/common/histogram.h"
 
 #include <gtest/gtest.h>
 

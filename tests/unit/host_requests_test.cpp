@@ -1,10 +1,10 @@
-#include "server/runtime/host_requests.h"
+#include "server/runtime/requests/host_requests.h"
 
 #include <gtest/gtest.h>
 
 #include <functional>
 
-#include "server/runtime/entity_requests.h"
+#include "server/runtime/requests/entity_requests.h"
 
 namespace takt {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "server/simulation/simulation.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/constants.h"
 #include "tests/support/service_cell.h"
 

@@ -1,4 +1,4 @@
-#include "server/runtime/latest_value_slot.h"
+#include "idl/common/triple_buffer.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <atomic>
 #include <thread>
 
-#include "server/runtime/spsc_ring.h"
+#include "idl/common/spsc_ring.h"
 
 namespace takt {
 namespace {

@@ -1,6 +1,6 @@
 // What would falsify contact forces is told with figure, place and remedy where it is, and not where it is
 // not; the remedies help.
-#include "server/geometry/mesh_care.h"
+#include "server/geometry/mesh/quality.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "server/geometry/mesh_import.h"
-#include "server/geometry/mesh_refinement.h"
+#include "server/geometry/mesh/import.h"
+#include "server/geometry/mesh/refinement.h"
 #include "tests/support/hollow_bodies.h"
 
 namespace takt::test {

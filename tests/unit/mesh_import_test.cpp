@@ -1,6 +1,6 @@
 // Mesh files: what comes in, and that every kind of broken file is refused with its name and the place of the
 // fault.
-#include "server/geometry/mesh_import.h"
+#include "server/geometry/mesh/import.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // Each fault of a mesh: found where it is and not where it is not, repaired or refused, with number, place
 // and remedy.
-#include "server/geometry/mesh_repair.h"
+#include "server/geometry/mesh/repair.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,9 +13,9 @@
 #include <utility>
 #include <vector>
 
-#include "server/geometry/mesh_edges.h"
-#include "server/geometry/mesh_import.h"
-#include "server/geometry/mesh_refinement.h"
+#include "server/geometry/mesh/edges.h"
+#include "server/geometry/mesh/import.h"
+#include "server/geometry/mesh/refinement.h"
 #include "tests/support/hollow_bodies.h"
 #include "tests/support/temporary_directory.h"
 

@@ -1,5 +1,5 @@
 // The reason of every decision of the partner search, one situation per rule, and the listing of sequences.
-#include "server/contact/partner_explanation.h"
+#include "server/contact/holding/partner_explanation.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

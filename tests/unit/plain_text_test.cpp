@@ -1,13 +1,13 @@
 // Texts from outside become UTF-8 without control characters; what is so already stays.
-#include "server/runtime/plain_text.h"
+#include "server/runtime/requests/plain_text.h"
 
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "server/runtime/document_reply.h"
-#include "server/runtime/fixed_text.h"
+#include "idl/common/fixed_string.h"
+#include "server/runtime/requests/document_reply.h"
 
 namespace takt {
 namespace {

@@ -5,8 +5,8 @@
 #include <cstring>
 #include <fstream>
 
-#include "server/runtime/log_recorder.h"
-#include "server/runtime/replay.h"
+#include "server/runtime/host/replay.h"
+#include "server/runtime/recording/log_recorder.h"
 #include "tests/support/temporary_directory.h"
 
 namespace takt {

@@ -1,11 +1,11 @@
-#include "idl/transport/rtps_fragments.h"
+#include "idl/transport/rtps_guard/rtps_fragments.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <numeric>
 
-#include "idl/transport/rtps_guard.h"
+#include "idl/transport/rtps_guard/rtps_guard.h"
 #include "tests/support/rtps_packets.h"
 
 namespace takt {

@@ -1,12 +1,12 @@
-#include "idl/transport/rtps_guard.h"
+#include "idl/transport/rtps_guard/rtps_guard.h"
 
 #include <gtest/gtest.h>
 
 #include <functional>
 #include <random>
 
-#include "idl/transport/rtps_packet_memory.h"
-#include "idl/transport/rtps_submessage.h"
+#include "idl/transport/rtps_guard/rtps_packet_memory.h"
+#include "idl/transport/rtps_guard/rtps_submessage.h"
 #include "tests/support/rtps_packets.h"
 
 namespace takt {

@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "server/headless/in_process_controller.h"
-#include "server/runtime/log_recorder.h"
-#include "server/runtime/run_loop.h"
+#include "server/runtime/loop/run_loop.h"
+#include "server/runtime/recording/log_recorder.h"
 #include "tests/support/algorithm_cells.h"
 #include "tests/support/loop_reader.h"
 #include "tests/support/ode_models.h"

@@ -6,7 +6,7 @@
 #include <map>
 #include <mutex>
 
-#include "server/runtime/run_loop.h"
+#include "server/runtime/loop/run_loop.h"
 #include "tests/support/constants.h"
 #include "tests/support/loop_reader.h"
 #include "tests/support/service_cell.h"

@@ -1,4 +1,4 @@
-#include "server/runtime/run_loop.h"
+#include "server/runtime/loop/run_loop.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
 // Parts that come and go, by the scenario: whose names are taken, what a copy keeps, and what is replayed of
 // it. And requests about what is there: what each must and may say.
-#include "server/runtime/scenario_changes.h"
+#include "server/runtime/host/scenario_edit.h"
 
 #include <gtest/gtest.h>
 
 #include <stdexcept>
 
-#include "server/runtime/control.h"
+#include "server/runtime/requests/control.h"
 #include "server/scenario/device_builder.h"
 
 namespace takt {

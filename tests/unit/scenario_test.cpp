@@ -6,10 +6,10 @@
 #include <filesystem>
 #include <fstream>
 
-#include "server/geometry/mesh_import.h"
+#include "server/geometry/mesh/import.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/scenario/urdf_reader.h"
-#include "server/simulation/simulation.h"
+#include "server/simulation/step/simulation.h"
 
 namespace takt {
 namespace {

@@ -1,4 +1,4 @@
-#include "server/runtime/session_store.h"
+#include "server/runtime/recording/session_store.h"
 
 #include <gtest/gtest.h>
 

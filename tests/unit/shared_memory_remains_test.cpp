@@ -7,7 +7,7 @@
 #include <fstream>
 #include <set>
 
-#include "idl/transport/shared_memory_remains.h"
+#include "idl/transport/fastdds/stale_shm.h"
 #include "tests/support/temporary_directory.h"
 
 namespace takt {

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "server/runtime/snapshot_file.h"
-#include "server/simulation/cell_model.h"
-#include "server/simulation/simulation.h"
+#include "server/runtime/recording/snapshot_file.h"
+#include "server/simulation/model/cell_model.h"
+#include "server/simulation/step/simulation.h"
 #include "tests/support/random_assembly.h"
 #include "tests/support/temporary_directory.h"
 

@@ -1,5 +1,5 @@
 // How deep solids are inside each other: closed forms, thin walls, pockets, and nothing where they touch.
-#include "server/geometry/solid_overlap.h"
+#include "server/geometry/mesh/solid_overlap.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
 // Steps that are too long for the substitute forces, known when a cell is loaded; explicit methods at
 // contact.
-#include "server/simulation/step_limit.h"
+#include "server/simulation/step/step_limit.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "server/scenario/scenario_builder.h"
-#include "server/simulation/simulation.h"
+#include "server/simulation/step/simulation.h"
 
 namespace takt {
 namespace {

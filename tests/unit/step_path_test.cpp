@@ -7,7 +7,7 @@
 
 #include <mutex>
 
-#include "server/runtime/run_loop.h"
+#include "server/runtime/loop/run_loop.h"
 #include "tests/support/loop_reader.h"
 #include "tests/support/service_cell.h"
 #include "tests/support/step_path_counts.h"

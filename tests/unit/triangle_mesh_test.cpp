@@ -1,5 +1,5 @@
 // What counts as a solid's boundary, and that each fault is named with its place.
-#include "server/geometry/triangle_mesh.h"
+#include "server/geometry/mesh/triangle_mesh.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

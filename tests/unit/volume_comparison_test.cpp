@@ -1,5 +1,5 @@
 // Volumes lost and gained by convex parts, against closed forms.
-#include "server/geometry/volume_comparison.h"
+#include "server/geometry/convex/volume_comparison.h"
 
 #include <gtest/gtest.h>
 

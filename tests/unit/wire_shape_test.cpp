@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "idl/transport/wire_shape.h"
+#include "idl/transport/rtps_guard/cdr_layout.h"
 
 namespace takt {
 namespace {

@@ -1,0 +1,205 @@
+#include "idl/transport/rtps_guard/guard_transport.h"
+
+#include <sys/mman.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <new>
+#include <span>
+
+#include "idl/transport/fastdds/host_local_udp.h"
+#include "idl/transport/rtps_guard/rtps_submessage.h"
+
+namespace takt {
+namespace {
+
+std::uint32_t now_s() {
+  timespec now{};
+  clock_gettime(CLOCK_REALTIME_COARSE, &now);
+  return static_cast<std::uint32_t>(now.tv_sec);
+}
+
+/// A copy of a packet: in shared memory others read the same bytes, and may write them. With zeros behind it
+/// where it has a fragment: Fast DDS copies fragments by sizes that an earlier packet has told, and so may
+/// read up to a whole sample beyond the end. Pages that are only read cost no memory.
+class PacketCopy {
+ public:
+  PacketCopy() = default;
+  PacketCopy(const PacketCopy&) = delete;
+  PacketCopy& operator=(const PacketCopy&) = delete;
+  ~PacketCopy() {
+    if (pages_ != nullptr) munmap(pages_, capacity_);
+  }
+  std::span<std::uint8_t> take(std::span<const std::uint8_t> packet, std::size_t readable_behind) {
+    const std::size_t wanted = packet.size() + readable_behind;
+    if (wanted > capacity_) grow(wanted + (1U << 16U));
+    std::memcpy(pages_, packet.data(), packet.size());
+    written_ = std::max(written_, packet.size());
+    return {pages_, packet.size()};
+  }
+  void clear_behind(std::size_t size) {
+    if (size < written_) std::memset(pages_ + size, 0, written_ - size);
+    written_ = size;
+  }
+
+ private:
+  void grow(std::size_t wanted) {
+    void* pages =
+        mmap(nullptr, wanted, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (pages == MAP_FAILED) throw std::bad_alloc();
+    if (pages_ != nullptr) munmap(pages_, capacity_);
+    pages_ = static_cast<std::uint8_t*>(pages);
+    capacity_ = wanted;
+    written_ = 0;
+  }
+  std::uint8_t* pages_ = nullptr;
+  std::size_t capacity_ = 0, written_ = 0;
+};
+
+class GuardTransport final : public ChainedTransport {
+ public:
+  GuardTransport(const transports::ChainingTransportDescriptor& descriptor,
+                 std::shared_ptr<PacketGuard> guard, bool this_machine_only)
+      : ChainedTransport(descriptor), guard_(std::move(guard)) {
+    if (this_machine_only) local_.emplace();
+  }
+
+  void receive(transports::TransportReceiverInterface* next, const rtps::octet* data, std::uint32_t size,
+               const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
+    if (guard_->deaf() || is_foreign(remote)) return;
+    thread_local PacketCopy copy;
+    const std::span<std::uint8_t> packet = copy.take({data, size}, guard_->limits().largest_sample_bytes);
+    const std::unique_lock one_at_a_time =
+        speaks_of_discovery(packet) ? std::unique_lock(guard_->discovery()) : std::unique_lock<std::mutex>();
+    const PacketWay way = local.kind == LOCATOR_KIND_SHM ? PacketWay::shared_memory : PacketWay::network;
+    const PacketReport report = clean_packet(packet, guard_->limits(), &guard_->memory(), now_s(), way);
+    guard_->count(report.flaw);
+    if (report.flaw != PacketFlaw::none) return;
+    guard_->heard().note(packet);
+    const auto deliver = [&](std::span<std::uint8_t> bytes) {
+      next->OnDataReceived(bytes.data(), static_cast<std::uint32_t>(bytes.size()), local, remote);
+    };
+    if (!report.fragments) return deliver(packet.first(report.size));
+    copy.clear_behind(report.size);
+    deliver(packet.first(guard_->fragments().take(packet.first(report.size), deliver)));
+  }
+
+  /// The addresses at which others are to reach this participant. Fast DDS leaves out loopback where there is
+  /// another interface; who listens to nothing else would not be heard.
+  rtps::LocatorList_t NormalizeLocator(const rtps::Locator_t& locator) override {
+    rtps::LocatorList_t addresses = low_level_transport_->NormalizeLocator(locator);
+    const bool any = std::all_of(locator.address + kIpv4Place, locator.address + 16,
+                                 [](rtps::octet part) { return part == 0; });
+    if (!local_ || locator.kind != LOCATOR_KIND_UDPv4 || !any) return addresses;
+    rtps::Locator_t loopback = locator;
+    std::copy(kLoopback.begin(), kLoopback.end(), loopback.address + kIpv4Place);
+    if (std::find(addresses.begin(), addresses.end(), loopback) == addresses.end())
+      addresses.push_back(loopback);
+    return addresses;
+  }
+
+ private:
+  static constexpr std::size_t kIpv4Place = 12;  ///< in a locator's address
+  bool is_foreign(const rtps::Locator_t& remote) {
+    if (!local_ || remote.kind != LOCATOR_KIND_UDPv4) return false;
+    Ipv4 address{};
+    std::copy_n(remote.address + kIpv4Place, address.size(), address.begin());
+    return !local_->has(address);
+  }
+  void sending(std::span<const std::uint8_t> packet) override {
+    guard_->memory().note(packet);
+    guard_->fragments().sending(packet);
+  }
+
+  std::shared_ptr<PacketGuard> guard_;
+  std::optional<LocalAddresses> local_;
+};
+
+struct GuardTransportDescriptor final : public transports::ChainingTransportDescriptor {
+  GuardTransportDescriptor(std::shared_ptr<transports::TransportDescriptorInterface> low_level,
+                           std::shared_ptr<PacketGuard> packet_guard)
+      : ChainingTransportDescriptor(low_level),
+        guard(std::move(packet_guard)),
+        this_machine_only(dynamic_cast<const ThisMachineUdp*>(low_level.get()) != nullptr) {}
+  transports::TransportInterface* create_transport() const override {
+    return new GuardTransport(*this, guard, this_machine_only);
+  }
+
+  std::shared_ptr<PacketGuard> guard;
+  bool this_machine_only;
+};
+
+void bound_what_is_remembered(dds::DomainParticipantQos& qos) {
+  auto& allocation = qos.allocation();
+  allocation.participants.maximum = 256;
+  allocation.readers.maximum = 1024;  // of each participant
+  allocation.writers.maximum = 1024;
+}
+
+}  // namespace
+
+void PacketGuard::follow(DiscoveryListener& listener) {
+  using Presence = DiscoveryListener::Presence;
+  listener.follow([guard = shared_from_this()](const DdsGuid& guid, Presence presence) {
+    std::array<std::uint8_t, 16> bytes{};
+    std::copy_n(guid.entityId.value, 4, std::copy_n(guid.guidPrefix.value, 12, bytes.begin()));
+    switch (presence) {
+      case Presence::come:
+        return guard->memory_.know(bytes);
+      case Presence::silent:
+        return guard->memory_.forget_silent(bytes);
+      case Presence::left:
+        return guard->memory_.forget(bytes);
+    }
+  });
+}
+
+std::uint64_t PacketGuard::dropped() const {
+  std::uint64_t sum = 0;
+  for (std::size_t i = 0; i < kPacketFlaws; ++i) {
+    const auto flaw = static_cast<PacketFlaw>(i);
+    if (flaw != PacketFlaw::none && flaw != PacketFlaw::encrypted) sum += counted(flaw);
+  }
+  return sum;
+}
+
+std::string PacketGuard::summary() const {
+  std::string text;
+  for (std::size_t i = 1; i < kPacketFlaws; ++i) {
+    const auto flaw = static_cast<PacketFlaw>(i);
+    const std::uint64_t count = counted(flaw);
+    if (count == 0) continue;
+    if (!text.empty()) text += ", ";
+    text += std::to_string(count) + " " + std::string(to_string(flaw));
+  }
+  return text;
+}
+
+std::shared_ptr<PacketGuard> guard_transports(dds::DomainParticipantQos& qos, std::uint32_t domain,
+                                              bool encrypted, GuardLimits limits) {
+  auto& transports = qos.transport();
+  if (transports.use_builtin_transports) {
+    transports.user_transports.push_back(std::make_shared<transports::SharedMemTransportDescriptor>());
+    transports.user_transports.push_back(std::make_shared<transports::UDPv4TransportDescriptor>());
+    transports.use_builtin_transports = false;
+  }
+  const auto& wire = qos.wire_protocol();
+  limits.encrypted = encrypted;
+  limits.relayed_discovery =
+      wire.builtin.discovery_config.discoveryProtocol != DdsDiscoveryProtocol::SIMPLE ||
+      std::getenv("ROS_DISCOVERY_SERVER") != nullptr;
+  limits.first_shared_memory_port = wire.port.portBase + wire.port.domainIDGain * domain;
+  limits.last_shared_memory_port = limits.first_shared_memory_port + 2U * wire.port.domainIDGain;
+  std::optional<std::chrono::nanoseconds> lease;
+  if (const auto& own = wire.builtin.discovery_config.leaseDuration; !is_infinite(own))
+    lease = std::chrono::seconds(own.seconds) + std::chrono::nanoseconds(own.nanosec);
+  auto guard = std::make_shared<PacketGuard>(limits, lease);
+  for (auto& descriptor : transports.user_transports)
+    descriptor = std::make_shared<GuardTransportDescriptor>(descriptor, guard);
+  bound_what_is_remembered(qos);
+  return guard;
+}
+
+}  // namespace takt

@@ -1,0 +1,40 @@
+#pragma once
+// Parameter lists of RTPS, of discovery and before data, and the messages of security: structure and bounds.
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "idl/transport/rtps_guard/rtps_guard.h"
+#include "idl/transport/rtps_guard/rtps_packet_memory.h"
+
+namespace takt {
+
+using GuidPrefixBytes = std::array<std::uint8_t, 12>;
+
+enum class ListKind : std::uint8_t { inline_qos, participant, endpoint };
+
+struct ListContext {
+  ListKind kind = ListKind::inline_qos;
+  const GuidPrefixBytes* sender = nullptr;  ///< speaks for itself; null: anyone may be spoken of
+  const GuardLimits* limits = nullptr;
+  bool hide_key =
+      false;  ///< before data of topics without keys: a key brings the history of Fast DDS out of order
+};
+
+struct ListReport {
+  PacketFlaw flaw = PacketFlaw::none;
+  bool hides = false;
+  std::size_t size = 0;  ///< bytes up to and with the sentinel
+  EndpointTraits endpoint;
+};
+
+/// `bytes` starts with the first parameter. `rewrite`: the same bytes, writable, or null; then what is to be
+/// hidden becomes padding.
+ListReport inspect_parameters(std::span<const std::uint8_t> bytes, bool big_endian,
+                              const ListContext& context, std::uint8_t* rewrite) noexcept;
+
+/// ParticipantGenericMessage: what participants tell each other to prove who they are. After the
+/// encapsulation.
+PacketFlaw inspect_security_message(std::span<const std::uint8_t> bytes, bool big_endian) noexcept;
+
+}  // namespace takt

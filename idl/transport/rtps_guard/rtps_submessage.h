@@ -1,0 +1,78 @@
+#pragma once
+// What a packet of RTPS is made of: its header, and submessages, each with a head of its own (OMG
+// DDSI-RTPS 2.3, 8.3.3 and 9.4). Reads no further than the packet goes.
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "idl/transport/rtps_guard/wire_cursor.h"
+
+namespace takt {
+
+constexpr std::size_t kRtpsHeaderBytes = 20, kSubmessageHeadBytes = 4;
+
+enum SubmessageId : std::uint8_t {
+  kPad = 0x01,
+  kAckNack = 0x06,
+  kHeartbeat = 0x07,
+  kGap = 0x08,
+  kInfoTimestamp = 0x09,
+  kInfoSource = 0x0c,
+  kInfoDestination = 0x0e,
+  kNackFrag = 0x12,
+  kHeartbeatFrag = 0x13,
+  kData = 0x15,
+  kDataFrag = 0x16,
+  kSecureBody = 0x30,
+  kSecurePrefix = 0x31,
+  kSecurePostfix = 0x32,
+  kSecureRtpsPrefix = 0x33,
+  kSecureRtpsPostfix = 0x34,
+  kFastDdsStatistics = 0x80,
+};
+
+/// One submessage: its head, and how many bytes follow it.
+struct Submessage {
+  std::uint8_t id = 0, flags = 0;
+  std::size_t body_bytes = 0;
+  bool open = false;  ///< the last one, which may leave its length to the end of the packet
+  bool big_endian() const { return (flags & 1U) == 0; }
+};
+
+/// Of the submessage that begins at `at`; nothing if the packet ends before it does.
+inline std::optional<Submessage> submessage_at(std::span<const std::uint8_t> packet, std::size_t at) {
+  if (at > packet.size() || packet.size() - at < kSubmessageHeadBytes) return std::nullopt;
+  Submessage found{packet[at], packet[at + 1]};
+  found.body_bytes = WireCursor(packet.subspan(at + 2, 2), found.big_endian()).u16();
+  const std::size_t rest = packet.size() - at - kSubmessageHeadBytes;
+  found.open = found.body_bytes == 0 && found.id != kInfoTimestamp && found.id != kPad;
+  if (found.open) found.body_bytes = rest;
+  if (found.body_bytes > rest) return std::nullopt;
+  return found;
+}
+
+/// Entities of the protocol itself, which bring discovery, liveliness and security, have such ids.
+inline bool is_builtin(std::uint32_t entity) {
+  return (entity & 0xc0U) == 0xc0U;
+}
+
+/// Does it bring data of builtin writers, or say which of it there is: what may change whom DDS knows? Not
+/// told of what is encrypted.
+inline bool speaks_of_discovery(std::span<const std::uint8_t> packet) {
+  std::size_t at = kRtpsHeaderBytes;
+  while (const auto submessage = submessage_at(packet, at)) {
+    at += kSubmessageHeadBytes;
+    const bool data = submessage->id == kData || submessage->id == kDataFrag;
+    if (data || submessage->id == kHeartbeat || submessage->id == kGap) {
+      WireCursor cursor(packet.subspan(at, submessage->body_bytes), submessage->big_endian());
+      if (data) cursor.skip(4);
+      const std::uint32_t reader = cursor.entity_id(), writer = cursor.entity_id();
+      if (cursor.ok() && (is_builtin(reader) || is_builtin(writer))) return true;
+    }
+    at += submessage->body_bytes;
+  }
+  return false;
+}
+
+}  // namespace takt

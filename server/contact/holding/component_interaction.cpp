@@ -1,0 +1,424 @@
+#include "server/contact/holding/component_interaction.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "server/geometry/convex/distance.h"
+
+namespace takt {
+
+namespace {
+// Bodies that approach by less than this in a step are at rest to each other.
+constexpr double kRested_m = 1e-7;
+
+/// Of the convex shapes of two components that touch: the pair that overlaps deepest. Does not allocate.
+ConvexDistance deepest(const CollisionWorld& world, int a, int b) {
+  ConvexDistance result;
+  result.distance = 1.0;
+  for (const ConvexShape& shape_a : world.shapes(a)) {
+    const Aabb box_a = shape_a.box.at(world.pose(a), 0.0);
+    if (!box_a.overlaps(world.aabb(b))) continue;
+    for (const ConvexShape& shape_b : world.shapes(b)) {
+      if (!shape_b.box.at(world.pose(b), 0.0).overlaps(box_a)) continue;
+      const ConvexDistance found = convex_distance(shape_a, world.pose(a), shape_b, world.pose(b));
+      if (found.distance < result.distance) result = found;
+    }
+  }
+  return result;
+}
+}  // namespace
+
+ComponentInteraction::ComponentInteraction(const std::vector<Component>& components,
+                                           const std::vector<ComponentPair>& pairs,
+                                           const InteractionParameters& parameters)
+    : components_(components),
+      parameters_(parameters),
+      world_(components, parameters.contact_margin_m, parameters.skip_resting),
+      queries_(pairs.size()),
+      holds_(components.size()),
+      graph_(components.size()),
+      connections_(components, pairs.size(), parameters),
+      shown_search_(components.size()),
+      shown_partner_(components.size(), -1),
+      broad_phase_(components.size()),
+      near_(components.size()),
+      reached_(components.size(), 0) {
+  for (const ComponentPair& pair : pairs) {
+    const GripperRole role = components[static_cast<std::size_t>(pair.target)].role;
+    if (pair.kind == PairKind::hold && role != GripperRole::left_jaw && role != GripperRole::right_jaw) {
+      pairs_.push_back(pair);
+    }
+  }
+  verdicts_.resize(pairs_.size());
+  in_contact_.resize(pairs_.size(), 0);
+  by_contact_.resize(pairs_.size(), 0);
+  held_.resize(pairs_.size(), 0);
+  for (std::size_t i = 0; i < components.size(); ++i) {
+    graph_.vertices[i] = {components[i].type, components[i].hierarchy};
+    graph_.neighbours[i].reserve(components.size());
+    // A step does not allocate: room for all on a Ground, and for more than can lie around a Part.
+    near_[i].reserve(components[i].type == ComponentType::part ? std::min<std::size_t>(components.size(), 64)
+                                                               : components.size());
+    if (components[i].type == ComponentType::part) parts_.push_back(static_cast<int>(i));
+    if (components[i].role == GripperRole::palm) {
+      // The grasp volume: a box whose bounds follow the jaws.
+      world_.set_shape(static_cast<int>(i), ConvexShape::from_points(std::vector<Vec3>(8, Vec3::Zero())));
+    }
+  }
+  for (std::size_t i = 0; i < components.size(); ++i)
+    if (components[i].role == GripperRole::palm) holds_[i].reserve(parts_.size());
+  shown_graph_ = graph_;
+  shown_changes_.reserve(components.size());
+  for (auto* list : {&work_, &found_, &toggled_, &changed_parts_}) list->reserve(2 * components.size());
+  touched_.reserve(std::min(pairs_.size(), 64 * components.size()));
+  pushed_out_.reserve(components.size());
+}
+
+void ComponentInteraction::reset() {
+  std::fill(verdicts_.begin(), verdicts_.end(), PairVerdict{});
+  std::fill(in_contact_.begin(), in_contact_.end(), 0);
+  std::fill(held_.begin(), held_.end(), 0);
+  for (std::vector<int>& held : holds_) held.clear();
+  connections_.reset();
+  graph_.clear_contacts();
+  shown_graph_.clear_contacts();
+  std::fill(graph_.holds.begin(), graph_.holds.end(), -1);
+  std::fill(shown_graph_.holds.begin(), shown_graph_.holds.end(), -1);
+  std::fill(shown_partner_.begin(), shown_partner_.end(), -1);
+  shown_changes_.clear();
+  begun_ = false;
+  refused_pose_ = -1;
+  toggled_.clear();
+  changed_parts_.clear();
+  touched_.clear();
+  std::fill(reached_.begin(), reached_.end(), 0);  // marks of a step that ended half-way, in a fault
+  known_calls_ = 0;
+  counts_ = {};
+  stage_times_ = {};
+}
+
+void ComponentInteraction::set_by_contact(const std::vector<std::pair<int, int>>& pairs) {
+  std::fill(by_contact_.begin(), by_contact_.end(), 0);
+  any_by_contact_ = false;
+  for (const auto& [a, b] : pairs) {
+    const int pair = find_pair(a, b);
+    if (pair < 0) continue;  // a jaw: its gripper's palm stands for it
+    by_contact_[static_cast<std::size_t>(pair)] = 1;
+    any_by_contact_ = true;
+  }
+  rebuild_graphs();
+  for (const int part : parts_) {
+    shown_partner_[static_cast<std::size_t>(part)] = connections_.partner(part);
+    mark_changed(part);
+  }
+}
+
+bool ComponentInteraction::active(std::size_t pair) const {
+  const auto target = static_cast<std::size_t>(pairs_[pair].target);
+  return components_[target].type != ComponentType::gripper || held_[pair] != 0;
+}
+
+void ComponentInteraction::update_poses(const CellMotion& motion, std::span<const int> moved, Clock clock) {
+  const double begin = clock != nullptr ? clock() : 0.0;
+  for (const int i : moved)
+    if (!world_.set_pose(i, motion.bodies[static_cast<std::size_t>(i)].X_WB)) refused_pose_ = i;
+  if (begun_) follow_moved();
+  if (clock != nullptr) stage_times_.broad_phase_s += clock() - begin;
+}
+
+void ComponentInteraction::update_poses(const CellMotion& motion, Clock clock) {
+  work_.resize(components_.size());
+  std::iota(work_.begin(), work_.end(), 0);
+  update_poses(motion, work_, clock);
+}
+
+void ComponentInteraction::update_connections(const CellMotion& motion, std::span<const GraspState> grasps,
+                                              Clock clock) {
+  connections_.begin_step();
+  shown_changes_.clear();
+  for (const GraspState& grasp : grasps) {
+    set_held(grasp);
+    if (!grasp.held.empty()) world_.set_box(grasp.palm, grasp.lower_G, grasp.upper_G);
+  }
+  detect(clock);
+  connect(clock, motion);
+}
+
+void ComponentInteraction::set_held(const GraspState& grasp) {
+  std::vector<int>& present = holds_[static_cast<std::size_t>(grasp.palm)];
+  if (present == grasp.held) return;
+  const auto mark = [&](int part, char held) {
+    if (const int pair = find_pair(part, grasp.palm); pair >= 0) held_[static_cast<std::size_t>(pair)] = held;
+  };
+  for (const int part : present) mark(part, 0);
+  for (const int part : grasp.held) mark(part, 1);
+  present.assign(grasp.held.begin(), grasp.held.end());
+  toggled_.push_back(grasp.palm);
+}
+
+bool ComponentInteraction::gripped(int part, int palm) const {
+  const int pair = find_pair(part, palm);
+  return pair >= 0 && in_contact_[static_cast<std::size_t>(pair)] != 0;
+}
+
+std::span<const int> ComponentInteraction::parts_between(int palm, const Vec3& lower_G, const Vec3& upper_G) {
+  world_.set_box(palm, lower_G, upper_G);
+  const Pose X_WG = world_.pose(palm);
+  static_cast<void>(parts_near_sweep(palm, X_WG, X_WG));
+  if (!begun_) found_.assign(parts_.begin(), parts_.end());
+  std::erase_if(found_, [&](int part) {
+    return !world_.boxes_overlap(part, palm) || !world_.shapes_overlap(part, palm, counts_);
+  });
+  return found_;
+}
+
+void ComponentInteraction::detect(Clock clock) {
+  const double begin = clock != nullptr ? clock() : 0.0;
+  // The pairs' last tests tell how many calls are to be expected.
+  sharing_ = queries_.begin(known_calls_);
+  retested_calls_ = 0;
+  if (parameters_.skip_resting)
+    detect_moved();
+  else
+    detect_all();
+  if (sharing_) {
+    queries_.run(world_, pairs_, verdicts_, counts_);
+    for (const PairQueries::Item& item : queries_.items()) finish_check(item.pair);
+  }
+  queries_.end();
+  if (parameters_.skip_resting) counts_.mpr_skipped += known_calls_ - retested_calls_;
+  world_.clear_moved();
+  toggled_.clear();
+  if (clock != nullptr) stage_times_.mpr_s += clock() - begin;
+}
+
+void ComponentInteraction::detect_all() {
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    verdicts_[i].version_base = 0;  // as if it had moved
+    check(i);
+  }
+}
+
+void ComponentInteraction::detect_moved() {
+  if (!begun_) {
+    begin_near();
+    for (std::size_t i = 0; i < pairs_.size(); ++i)  // of before load()
+      if (in_contact_[i] != 0 && !broad_phase_.near(pairs_[i].base, pairs_[i].target)) set_contact(i, false);
+    for (std::size_t c = 0; c < components_.size(); ++c)
+      for (const Near& near : near_[c]) check(near.pair);
+  } else {
+    follow_moved();
+    work_.assign(world_.moved().begin(), world_.moved().end());
+    work_.insert(work_.end(), toggled_.begin(), toggled_.end());
+    for (const int c : work_)
+      for (const Near& near : near_[static_cast<std::size_t>(c)]) check(near.pair);
+  }
+}
+
+void ComponentInteraction::begin_near() {
+  std::vector<Aabb> boxes;
+  boxes.reserve(components_.size());
+  for (std::size_t c = 0; c < components_.size(); ++c) {
+    boxes.push_back(world_.aabb(static_cast<int>(c)));
+    near_[c].clear();
+  }
+  broad_phase_.build(boxes);
+  for (std::size_t c = 0; c < components_.size(); ++c) refresh_near(static_cast<int>(c));
+  begun_ = true;
+}
+
+void ComponentInteraction::follow_moved() {
+  for (const int c : world_.moved())
+    if (broad_phase_.update(c, world_.aabb(c))) refresh_near(c);
+}
+
+std::span<const int> ComponentInteraction::parts_near_sweep(int component, const Pose& from, const Pose& to) {
+  if (!begun_) return parts_;  // nothing is known yet, or nothing shall be remembered
+  const Aabb first = world_.aabb_at(component, from);
+  const Aabb last = world_.aabb_at(component, to);
+  found_.clear();
+  broad_phase_.find({first.lower.cwiseMin(last.lower), first.upper.cwiseMax(last.upper)}, found_);
+  std::erase_if(
+      found_, [this](int c) { return components_[static_cast<std::size_t>(c)].type != ComponentType::part; });
+  std::sort(found_.begin(), found_.end());
+  return found_;
+}
+
+void ComponentInteraction::refresh_near(int component) {
+  std::vector<Near>& mine = near_[static_cast<std::size_t>(component)];
+  const auto forget = [this](int owner, std::size_t pair) {
+    std::vector<Near>& list = near_[static_cast<std::size_t>(owner)];
+    const auto it = std::find_if(list.begin(), list.end(), [pair](const Near& n) { return n.pair == pair; });
+    *it = list.back();
+    list.pop_back();
+  };
+  for (std::size_t i = mine.size(); i-- > 0;) {
+    const Near near = mine[i];
+    if (broad_phase_.near(component, near.other)) continue;
+    forget(near.other, near.pair);
+    forget(component, near.pair);
+    known_calls_ -= verdicts_[near.pair].calls;
+    verdicts_[near.pair] = {};
+    set_contact(near.pair, false);
+  }
+  found_.clear();
+  broad_phase_.find(broad_phase_.large_box(component), found_);
+  for (const int other : found_) {
+    const int pair = find_pair(component, other);
+    if (pair < 0) continue;
+    const auto index = static_cast<std::size_t>(pair);
+    const std::vector<Near>& theirs = near_[static_cast<std::size_t>(other)];
+    const std::vector<Near>& shorter = mine.size() <= theirs.size() ? mine : theirs;
+    if (std::any_of(shorter.begin(), shorter.end(), [index](const Near& n) { return n.pair == index; }))
+      continue;
+    mine.push_back({other, index});
+    near_[static_cast<std::size_t>(other)].push_back({component, index});
+  }
+}
+
+void ComponentInteraction::check(std::size_t pair) {
+  PairVerdict& verdict = verdicts_[pair];
+  const ComponentPair& ends = pairs_[pair];
+  const std::uint64_t before = verdict.calls;
+  if (!active(pair)) {
+    known_calls_ -= before;
+    verdict = {};
+    set_contact(pair, false);
+    return;
+  }
+  if (!begin_verdict(world_, ends.base, ends.target, verdict, counts_)) return;
+  known_calls_ -= before;
+  if (world_.boxes_overlap(ends.base, ends.target)) {
+    if (sharing_) {
+      queries_.add(pair, ends, before);
+      return;
+    }
+    query_verdict(world_, ends.base, ends.target, verdict, counts_);
+  }
+  finish_check(pair);
+}
+
+void ComponentInteraction::finish_check(std::size_t pair) {
+  known_calls_ += verdicts_[pair].calls;
+  retested_calls_ += verdicts_[pair].calls;
+  set_contact(pair, verdicts_[pair].touching);
+}
+
+int ComponentInteraction::find_pair(int a, int b) const {
+  for (const auto& [base, target] : {std::pair{a, b}, std::pair{b, a}}) {
+    const auto it = std::lower_bound(pairs_.begin(), pairs_.end(), std::pair{base, target},
+                                     [](const ComponentPair& p, const std::pair<int, int>& key) {
+                                       return std::pair{p.base, p.target} < key;
+                                     });
+    if (it != pairs_.end() && it->base == base && it->target == target)
+      return static_cast<int>(it - pairs_.begin());
+  }
+  return -1;
+}
+
+void ComponentInteraction::set_contact(std::size_t pair, bool contact) {
+  if ((in_contact_[pair] != 0) == contact) return;
+  in_contact_[pair] = contact ? 1 : 0;
+  const ComponentPair& p = pairs_[pair];
+  const auto note = [&](ContactGraph& graph) {
+    if (contact)
+      graph.add_contact(p.base, p.target);
+    else if (!attached(p.base, p.target))
+      graph.remove_contact(p.base, p.target);
+  };
+  if (by_contact_[pair] == 0) note(graph_);
+  if (contact && by_contact_[pair] == 0 && !is_gripper(p.target)) touched_.push_back(pair);
+  if (any_by_contact_) note(shown_graph_);
+  mark_changed(p.base);
+  mark_changed(p.target);
+}
+
+void ComponentInteraction::connect(Clock clock, const CellMotion& motion) {
+  if (changed_parts_.empty()) return;  // same contacts, same connections
+  const double begin = clock != nullptr ? clock() : 0.0;
+  // A search follows contacts from Part to Part, so a contact matters to the Parts connected with its ends.
+  // Those that only the old contact connected are reached from the other end.
+  for (std::size_t i = 0; i < changed_parts_.size(); ++i) {
+    for (const int neighbour : graph().neighbours[static_cast<std::size_t>(changed_parts_[i])]) {
+      const auto n = static_cast<std::size_t>(neighbour);
+      if (graph_.vertices[n].type != ComponentType::part || reached_[n] != 0) continue;
+      reached_[n] = 1;
+      changed_parts_.push_back(neighbour);
+    }
+  }
+  std::sort(changed_parts_.begin(), changed_parts_.end());
+  for (const int part : changed_parts_) reached_[static_cast<std::size_t>(part)] = 0;
+  connections_.update(graph_, changed_parts_, motion);
+  push_out(motion);
+  if (any_by_contact_) show_partners();
+  changed_parts_.clear();
+  if (clock != nullptr) stage_times_.partner_search_s += clock() - begin;
+}
+
+bool ComponentInteraction::caught(int part) const {
+  const std::span<const PartnerChange> changes = connections_.changes();
+  return std::any_of(changes.begin(), changes.end(), [&](const PartnerChange& change) {
+    return change.part == part && change.to >= 0 && !is_gripper(change.to);
+  });
+}
+
+void ComponentInteraction::push_out(const CellMotion& motion) {
+  if (parameters_.step_s > 0.0) {
+    std::sort(touched_.begin(), touched_.end());
+    pushed_out_.clear();
+    for (const std::size_t pair : touched_) push_out(pairs_[pair], motion);
+  }
+  touched_.clear();
+}
+
+/// What began to touch in this step was apart before it: it is no deeper than the two have approached since.
+/// Deeper overlaps are those of shapes that do not stand for the solid; they stay.
+void ComponentInteraction::push_out(const ComponentPair& pair, const CellMotion& motion) {
+  const bool search = parameters_.algorithm == InteractionAlgorithm::partner_search;
+  const bool base_caught = caught(pair.base), target_caught = caught(pair.target);
+  if (search && !base_caught && !target_caught) return;
+  const BodyMotion& base = motion.bodies[static_cast<std::size_t>(pair.base)];
+  const BodyMotion& target = motion.bodies[static_cast<std::size_t>(pair.target)];
+  const ConvexDistance found = deepest(world_, pair.base, pair.target);
+  if (!(found.distance < 0.0)) return;
+  const auto velocity = [&](const BodyMotion& body) { return body.V_WB.at(found.point_A_W - body.X_WB.p); };
+  const double approach = (velocity(base) - velocity(target)).dot(found.normal_W) * parameters_.step_s;
+  const double depth = std::min(-found.distance, approach);
+  if (!(depth > kRested_m)) return;
+  const auto push = [&](int part, int other, const Vec3& away_W) {
+    auto earlier = std::find_if(pushed_out_.begin(), pushed_out_.end(),
+                                [part](const auto& pushed) { return pushed.first == part; });
+    if (earlier == pushed_out_.end()) earlier = pushed_out_.insert(pushed_out_.end(), {part, Vec3::Zero()});
+    const double left = depth - earlier->second.dot(away_W);
+    if (!(left > 0.0)) return;
+    earlier->second += left * away_W;
+    connections_.shift(part, other, left * away_W, motion);
+  };
+  if (!search) {
+    push(pair.base, pair.target, -found.normal_W);
+    if (!is_gripper(pair.target)) push(pair.target, pair.base, found.normal_W);
+  } else if (base_caught) {
+    push(pair.base, -1, -found.normal_W);
+  } else {
+    push(pair.target, -1, found.normal_W);
+  }
+}
+
+void ComponentInteraction::show_partners() {
+  for (const int part : changed_parts_) {
+    int& shown = shown_partner_[static_cast<std::size_t>(part)];
+    int found = connections_.partner(part);
+    if (found == -1) found = shown_search_.find(shown_graph_, part, shown);
+    if (found == shown) continue;
+    shown_changes_.push_back({part, shown, found});
+    shown = found;
+  }
+}
+
+void ComponentInteraction::evaluate(const CellMotion& motion, std::span<Wrench> wrenches) const {
+  std::fill(wrenches.begin(), wrenches.end(), Wrench{});
+  evaluate(motion, parts_, wrenches);
+}
+
+}  // namespace takt

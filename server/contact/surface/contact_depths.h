@@ -1,0 +1,63 @@
+#pragma once
+// Penetrations of the Base's elements at one pose, from the candidate lists: how far the centroid of each is
+// from the closest point of the Target's surface, if it is inside.
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/contact/surface/contact_candidates.h"
+
+namespace takt {
+
+class ContactDepths {
+ public:
+  struct Plane {
+    Vec3 normal_B;
+    double offset_m;
+  };
+  /// An element whose closest point is on an edge or a vertex: its depth is that of a cylinder or a sphere.
+  struct Bend {
+    Vec3 normal_B;  ///< from the element to the closest point
+    Vec3 edge_B;    ///< direction of the edge; zero for a vertex
+  };
+
+  /// New lists came.
+  void prepare(const ContactCandidates& lists);
+  /// `X_BT`: pose of the Target in the Base, the inverse of X_TB.
+  void find(const ContactSurface::Data& base, const ContactSurface::Data& target,
+            const ContactCandidates& lists, const Pose& X_TB, const Pose& X_BT);
+
+  /// Where nothing was hit: how far everything may move until something may be; 0 if that is not known.
+  double quiet_m() const { return hit_count_ > 0 ? 0.0 : quiet_m_; }
+
+  /// Slots of the lists, ascending, that are inside the Target.
+  std::span<const std::int32_t> hits() const { return {hits_.data(), hit_count_}; }
+  // Of a slot that is hit:
+  double depth_m(std::size_t slot) const { return depth_[slot]; }
+  /// Outward normal of the Target at the closest point.
+  const Vec3& normal_B(std::size_t slot) const {
+    return bend_[slot] >= 0 ? bends_[static_cast<std::size_t>(bend_[slot])].normal_B
+                            : planes_[static_cast<std::size_t>(plane_[slot])].normal_B;
+  }
+  /// Null where the closest point is inside a patch.
+  const Bend* bend(std::size_t slot) const {
+    return bend_[slot] < 0 ? nullptr : &bends_[static_cast<std::size_t>(bend_[slot])];
+  }
+
+ private:
+  void find_single(const ContactSurface::Data& base, const ContactSurface::Data& target,
+                   const ContactCandidates& lists, const ContactCandidates::Single& single, const Pose& X_TB,
+                   const Pose& X_BT, double moved_m);
+
+  std::vector<Plane> planes_;
+  std::vector<double> group_depth_;  ///< of the plane groups' elements
+  // Per slot; zero depth: not hit.
+  std::vector<double> depth_;
+  std::vector<std::int32_t> plane_, bend_;
+  std::vector<Bend> bends_;
+  std::vector<std::int32_t> hits_;
+  std::size_t hit_count_ = 0;
+  double quiet_m_ = 0.0;
+};
+
+}  // namespace takt

@@ -1,0 +1,208 @@
+// K and D of contact elements: sums of outer products of their directions, kept as twelve or fewer sums at a
+// time so that they stay in registers.
+#include "server/contact/surface/contact_elements.h"
+#include "server/contact/surface/simd4.h"
+
+namespace takt {
+namespace {
+
+using lanes::V4;
+using lanes::V4x3;
+using Rows = ElementRows;
+
+/// Sum of c (1, p, p p^T): what equal stiffness in all directions at p needs.
+struct PointSums {
+  V4 c{}, x{}, y{}, z{}, xx{}, yy{}, zz{}, xy{}, xz{}, yz{};
+};
+
+TAKT_LANE_INLINE void add_point(const V4& c, const V4x3& p, PointSums& s) {
+  const V4 x = c * p.x, y = c * p.y, z = c * p.z;
+  s.c += c, s.x += x, s.y += y, s.z += z;
+  s.xx += x * p.x, s.yy += y * p.y, s.zz += z * p.z;
+  s.xy += x * p.y, s.xz += x * p.z, s.yz += y * p.z;
+}
+
+/// L^T L with L = [1, -[p]x], from the sums.
+Mat6 all_directions(const PointSums& s) {
+  const double c = lanes::total(s.c), x = lanes::total(s.x), y = lanes::total(s.y), z = lanes::total(s.z);
+  const double xx = lanes::total(s.xx), yy = lanes::total(s.yy), zz = lanes::total(s.zz);
+  const double xy = lanes::total(s.xy), xz = lanes::total(s.xz), yz = lanes::total(s.yz);
+  Mat6 m = Mat6::Zero();
+  m(0, 0) = m(1, 1) = m(2, 2) = c;
+  m(0, 4) = m(4, 0) = z, m(0, 5) = m(5, 0) = -y;
+  m(1, 3) = m(3, 1) = -z, m(1, 5) = m(5, 1) = x;
+  m(2, 3) = m(3, 2) = y, m(2, 4) = m(4, 2) = -x;
+  m(3, 3) = yy + zz, m(4, 4) = xx + zz, m(5, 5) = xx + yy;
+  m(3, 4) = m(4, 3) = -xy, m(3, 5) = m(5, 3) = -xz, m(4, 5) = m(5, 4) = -yz;
+  return m;
+}
+
+/// The six coordinates of a direction at a point.
+TAKT_LANE_INLINE void screw(const V4x3& direction, const V4x3& p, V4 (&to)[6]) {
+  V4x3 m;
+  lanes::cross(p, direction, m);
+  to[0] = direction.x, to[1] = direction.y, to[2] = direction.z;
+  to[3] = m.x, to[4] = m.y, to[5] = m.z;
+}
+
+/// Upper triangles of two symmetric matrices.
+struct SymmetricSums {
+  V4 k[21]{}, d[21]{};
+};
+
+template <bool kBoth>
+TAKT_LANE_INLINE void add_symmetric(const V4 (&s)[6], const V4& k, const V4& d, SymmetricSums& sums) {
+  int at = 0;
+#pragma GCC unroll 6
+  for (int i = 0; i < 6; ++i) {
+#pragma GCC unroll 6
+    for (int j = i; j < 6; ++j, ++at) {
+      const V4 product = s[i] * s[j];
+      if constexpr (kBoth) sums.k[at] += k * product;
+      sums.d[at] += d * product;
+    }
+  }
+}
+
+void fold(const V4 (&sums)[21], Mat6& to) {
+  int at = 0;
+  for (int i = 0; i < 6; ++i)
+    for (int j = i; j < 6; ++j, ++at) {
+      const double sum = lanes::total(sums[at]);
+      to(i, j) += sum;
+      if (i != j) to(j, i) += sum;
+    }
+}
+
+template <bool kStick>
+TAKT_LANE_INLINE void secant(const ElementRows& rows, Mat6& K, Mat6& D) {
+  SymmetricSums normal;
+  PointSums k_point, d_point;
+  for (std::size_t i = 0; i < rows.padded(); i += 4) {
+    V4x3 p, n;
+    V4 kn, cn, kt, ct;
+    lanes::load(rows[Rows::kPx] + i, rows[Rows::kPy] + i, rows[Rows::kPz] + i, p);
+    lanes::load(rows[Rows::kNx] + i, rows[Rows::kNy] + i, rows[Rows::kNz] + i, n);
+    lanes::load(rows[Rows::kKn] + i, kn);
+    lanes::load(rows[Rows::kCn] + i, cn);
+    lanes::load(rows[Rows::kCt] + i, ct);
+    V4 s[6];
+    screw(n, p, s);
+    if constexpr (kStick) {
+      lanes::load(rows[Rows::kKt] + i, kt);
+      add_point(kt, p, k_point);
+      kn -= kt;
+    }
+    add_point(ct, p, d_point);
+    add_symmetric<true>(s, kn, cn - ct, normal);
+  }
+  K.setZero(), D.setZero();
+  fold(normal.k, K), fold(normal.d, D);
+  if constexpr (kStick) K += all_directions(k_point);
+  D += all_directions(d_point);
+  K = -K, D = -D;
+}
+
+struct FullSums {
+  V4 k[36]{}, d[36]{};
+};
+
+/// k += m row^T, d += m2 row2^T
+TAKT_LANE_INLINE void add_outer(const V4 (&m)[6], const V4 (&row)[6], const V4 (&m2)[6], const V4 (&row2)[6],
+                                FullSums& sums) {
+#pragma GCC unroll 6
+  for (int i = 0; i < 6; ++i) {
+#pragma GCC unroll 6
+    for (int j = 0; j < 6; ++j) {
+      sums.k[6 * i + j] += m[i] * row[j];
+      sums.d[6 * i + j] += m2[i] * row2[j];
+    }
+  }
+}
+
+template <bool kStick>
+TAKT_LANE_INLINE void tangent(const Twist& V_B, const ElementRows& rows, Mat6& K, Mat6& D) {
+  const V4 zero{};
+  const V4x3 w{zero + V_B.w.x(), zero + V_B.w.y(), zero + V_B.w.z()};
+  FullSums full;
+  SymmetricSums normal, along;
+  PointSums k_point, d_point;
+  // Sums of the elements' forces, and of p f^T.
+  V4 forces[3]{}, turned[9]{};
+  for (std::size_t i = 0; i < rows.padded(); i += 4) {
+    V4x3 p, n, t, change, f;
+    V4 kn, cn, kt, ct, ktt, ctt;
+    lanes::load(rows[Rows::kPx] + i, rows[Rows::kPy] + i, rows[Rows::kPz] + i, p);
+    lanes::load(rows[Rows::kNx] + i, rows[Rows::kNy] + i, rows[Rows::kNz] + i, n);
+    lanes::load(rows[Rows::kTx] + i, rows[Rows::kTy] + i, rows[Rows::kTz] + i, t);
+    lanes::load(rows[Rows::kFx] + i, rows[Rows::kFy] + i, rows[Rows::kFz] + i, change);
+    lanes::load(rows[Rows::kSx] + i, rows[Rows::kSy] + i, rows[Rows::kSz] + i, f);
+    lanes::load(rows[Rows::kKn] + i, kn), lanes::load(rows[Rows::kCn] + i, cn);
+    lanes::load(rows[Rows::kKt] + i, kt), lanes::load(rows[Rows::kCt] + i, ct);
+    lanes::load(rows[Rows::kKtt] + i, ktt), lanes::load(rows[Rows::kCtt] + i, ctt);
+
+    // The normal force with displacement of the centroid: penetration, and the normal velocity of a
+    // point that moves on in the field of velocities. The normal belongs to the Target.
+    V4x3 n_w;
+    lanes::cross(n, w, n_w);
+    const V4x3 slope{kn * n.x + cn * n_w.x, kn * n.y + cn * n_w.y, kn * n.z + cn * n_w.z};
+    V4 row[6], force[6], s[6], scaled[6], sliding[6];
+    screw(slope, p, row);
+    // What the force does with it: against the normal, and friction that follows.
+    screw({change.x - n.x, change.y - n.y, change.z - n.z}, p, force);
+    screw(n, p, s);
+    for (int j = 0; j < 6; ++j) scaled[j] = cn * s[j];
+    add_outer(force, row, force, scaled, full);
+    // Friction with displacement and velocity: in the tangential plane, less along t.
+    add_symmetric<kStick>(s, kt, ct, normal);
+    screw(t, p, sliding);
+    add_symmetric<kStick>(sliding, ktt, ctt, along);
+    if constexpr (kStick) add_point(kt, p, k_point);
+    add_point(ct, p, d_point);
+    forces[0] += f.x, forces[1] += f.y, forces[2] += f.z;
+    turned[0] += p.x * f.x, turned[1] += p.x * f.y, turned[2] += p.x * f.z;
+    turned[3] += p.y * f.x, turned[4] += p.y * f.y, turned[5] += p.y * f.z;
+    turned[6] += p.z * f.x, turned[7] += p.z * f.y, turned[8] += p.z * f.z;
+  }
+  K.setZero(), D.setZero();
+  fold(normal.k, K), fold(along.k, K), fold(normal.d, D), fold(along.d, D);
+  if constexpr (kStick) K -= all_directions(k_point);
+  D -= all_directions(d_point);
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j) {
+      K(i, j) += lanes::total(full.k[6 * i + j]);
+      D(i, j) += lanes::total(full.d[6 * i + j]);
+    }
+  // Forces keep their directions while their points move with the Base: dM = (a + w x p) x f.
+  const double x = lanes::total(forces[0]), y = lanes::total(forces[1]), z = lanes::total(forces[2]);
+  K(3, 1) += z, K(3, 2) -= y, K(4, 0) -= z, K(4, 2) += x, K(5, 0) += y, K(5, 1) -= x;
+  const double trace = lanes::total(turned[0]) + lanes::total(turned[4]) + lanes::total(turned[8]);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) K(3 + i, 3 + j) += lanes::total(turned[3 * i + j]) - (i == j ? trace : 0.0);
+}
+
+TAKT_LANE_VARIANTS void regularised_secant(const ElementRows& rows, Mat6& K, Mat6& D) {
+  secant<false>(rows, K, D);
+}
+TAKT_LANE_VARIANTS void stick_secant(const ElementRows& rows, Mat6& K, Mat6& D) {
+  secant<true>(rows, K, D);
+}
+TAKT_LANE_VARIANTS void regularised_tangent(const Twist& V_B, const ElementRows& rows, Mat6& K, Mat6& D) {
+  tangent<false>(V_B, rows, K, D);
+}
+TAKT_LANE_VARIANTS void stick_tangent(const Twist& V_B, const ElementRows& rows, Mat6& K, Mat6& D) {
+  tangent<true>(V_B, rows, K, D);
+}
+
+}  // namespace
+
+void element_jacobian(const ContactLaw& law, const Twist& V_B, ElementDetail detail, const ElementRows& rows,
+                      Mat6& K, Mat6& D) {
+  const bool stick = law.friction_law == FrictionLaw::stick;
+  if (detail == ElementDetail::tangent)
+    stick ? stick_tangent(V_B, rows, K, D) : regularised_tangent(V_B, rows, K, D);
+  else
+    stick ? stick_secant(rows, K, D) : regularised_secant(rows, K, D);
+}
+
+}  // namespace takt

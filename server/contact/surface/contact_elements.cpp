@@ -1,0 +1,230 @@
+#include "server/contact/surface/contact_elements.h"
+
+#include <cmath>
+
+#include "server/contact/surface/simd4.h"
+
+namespace takt {
+namespace {
+
+using lanes::V4;
+using lanes::V4x3;
+using Rows = ElementRows;
+
+struct Sums {
+  V4 fx{}, fy{}, fz{}, tx{}, ty{}, tz{}, wx{}, wy{}, wz{};
+  V4 elements{}, area{}, normal{}, friction{}, pressure{}, depth{}, energy{};
+};
+
+/// Four elements from `i` on.
+template <bool kStick, ElementDetail kDetail>
+TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V4x3& w, ElementRows& rows,
+                                  std::size_t i, Sums& sums) {
+  const V4 zero{};
+  V4x3 p, n, v;
+  V4 area, u;
+  lanes::load(rows[Rows::kPx] + i, rows[Rows::kPy] + i, rows[Rows::kPz] + i, p);
+  lanes::load(rows[Rows::kNx] + i, rows[Rows::kNy] + i, rows[Rows::kNz] + i, n);
+  lanes::load(rows[Rows::kArea] + i, area);
+  lanes::load(rows[Rows::kDepth] + i, u);
+  lanes::cross(w, p, v);
+  v.x += v0.x, v.y += v0.y, v.z += v0.z;
+  V4 rate;
+  lanes::dot(n, v, rate);
+  // (2.18) to (2.20)
+  const double over_depth = 1.0 / law.damping_depth_m, over_v = 1.0 / law.friction_velocity_m_per_s;
+  const bool hardens = std::isfinite(law.linear_depth_m);
+  const double linear_m = hardens ? law.linear_depth_m : 0.0, over_linear = hardens ? 1.0 / linear_m : 0.0,
+               hardness = hardens ? ContactLaw::kHardening * law.stiffness_Pa_per_m : 0.0;
+  const V4 s = u > law.linear_depth_m ? u * over_linear - 1.0 : zero;
+  const V4 s3 = s * s * s;
+  const V4 ramp = u >= law.damping_depth_m ? zero + 1.0 : u * over_depth;
+  const V4 raw = law.stiffness_Pa_per_m * u + (hardness * linear_m) * (s3 * s) +
+                 law.areal_damping_Ns_per_m3 * ramp * rate;
+  const auto on = raw > 0.0 && area > 0.0;
+  const V4 pressure = on ? raw : zero;
+  const V4 fn = area * pressure;
+  const V4 limit = law.friction * fn;
+  const V4x3 vt{v.x - rate * n.x, v.y - rate * n.y, v.z - rate * n.z};
+  V4 speed;
+  lanes::dot(vt, vt, speed);
+  lanes::root(speed, speed);
+
+  V4x3 ft;
+  V4 friction;
+  V4 kt = zero, ct = zero, ktt = zero, ctt = zero;
+  V4x3 t{zero, zero, zero}, change{zero, zero, zero};
+  if constexpr (kStick) {
+    V4x3 x;
+    lanes::load(rows[Rows::kXx] + i, rows[Rows::kXy] + i, rows[Rows::kXz] + i, x);
+    V4 normal_part;
+    lanes::dot(n, x, normal_part);
+    const V4 k = law.tangential_stiffness_Pa_per_m * area, c = law.tangential_damping_Ns_per_m3 * area;
+    const V4x3 q{-(k * (x.x - normal_part * n.x) + c * vt.x), -(k * (x.y - normal_part * n.y) + c * vt.y),
+                 -(k * (x.z - normal_part * n.z) + c * vt.z)};
+    V4 size;
+    lanes::dot(q, q, size);
+    lanes::root(size, size);
+    const auto slips = size > limit;
+    const V4 share = slips ? limit / size : zero + 1.0;
+    ft = {share * q.x, share * q.y, share * q.z};
+    friction = slips ? limit : size;
+    if constexpr (kDetail == ElementDetail::secant) {
+      const V4 bounded = speed > law.friction_velocity_m_per_s ? speed : zero + law.friction_velocity_m_per_s;
+      kt = on ? (slips ? zero : k) : zero;
+      ct = on ? (slips ? limit / bounded : c) : zero;
+    } else if constexpr (kDetail == ElementDetail::tangent) {
+      kt = on ? share * k : zero;
+      ct = on ? share * c : zero;
+      ktt = slips ? kt : zero;
+      ctt = slips ? ct : zero;
+      t = {slips ? q.x / size : zero, slips ? q.y / size : zero, slips ? q.z / size : zero};
+      change = {law.friction * t.x, law.friction * t.y, law.friction * t.z};
+    }
+  } else {
+    // (2.21) over the speed, so that it can be multiplied with the velocity.
+    const double v_eps = law.friction_velocity_m_per_s;
+    const auto fast = speed >= v_eps;
+    const V4 over = fast ? 1.0 / speed : (2.0 - speed * over_v) * over_v;
+    ct = limit * over;
+    ft = {-ct * vt.x, -ct * vt.y, -ct * vt.z};
+    friction = ct * speed;
+    if constexpr (kDetail == ElementDetail::tangent) {
+      const auto moves = speed > 0.0;
+      t = {moves ? vt.x / speed : zero, moves ? vt.y / speed : zero, moves ? vt.z / speed : zero};
+      ctt = fast ? ct : limit * speed * (over_v * over_v);
+      const V4 per_force = -law.friction * over;
+      change = {per_force * vt.x, per_force * vt.y, per_force * vt.z};
+    }
+  }
+  const V4 energy =
+      area * ((0.5 * law.stiffness_Pa_per_m) * u * u + (0.2 * hardness * linear_m * linear_m) * (s3 * s * s));
+  const V4x3 f{ft.x - fn * n.x, ft.y - fn * n.y, ft.z - fn * n.z};
+  V4x3 m;
+  lanes::cross(p, f, m);
+  sums.fx += f.x, sums.fy += f.y, sums.fz += f.z;
+  sums.tx += m.x, sums.ty += m.y, sums.tz += m.z;
+  sums.wx += fn * p.x, sums.wy += fn * p.y, sums.wz += fn * p.z;
+  sums.energy += energy;
+  sums.elements += on ? zero + 1.0 : zero;
+  sums.area += on ? area : zero;
+  sums.normal += fn;
+  sums.friction += friction;
+  sums.pressure = pressure > sums.pressure ? pressure : sums.pressure;
+  sums.depth = on && u > sums.depth ? u : sums.depth;
+  lanes::store(fn, rows[Rows::kForce] + i);
+  lanes::store(pressure, rows[Rows::kPressure] + i);
+  if constexpr (kDetail != ElementDetail::forces) {
+    V4 k = (law.stiffness_Pa_per_m + 4.0 * hardness * s3) * area;
+    const V4 c = law.areal_damping_Ns_per_m3 * ramp * area;
+    if constexpr (kDetail == ElementDetail::tangent)
+      k += u >= law.damping_depth_m ? zero : area * (law.areal_damping_Ns_per_m3 * rate * over_depth);
+    lanes::store(on ? k : zero, rows[Rows::kKn] + i);
+    lanes::store(on ? c : zero, rows[Rows::kCn] + i);
+    lanes::store(kt, rows[Rows::kKt] + i);
+    lanes::store(ct, rows[Rows::kCt] + i);
+  }
+  if constexpr (kDetail == ElementDetail::tangent) {
+    lanes::store(ktt, rows[Rows::kKtt] + i);
+    lanes::store(ctt, rows[Rows::kCtt] + i);
+    lanes::store(t.x, rows[Rows::kTx] + i), lanes::store(t.y, rows[Rows::kTy] + i),
+        lanes::store(t.z, rows[Rows::kTz] + i);
+    lanes::store(change.x, rows[Rows::kFx] + i), lanes::store(change.y, rows[Rows::kFy] + i);
+    lanes::store(change.z, rows[Rows::kFz] + i);
+    lanes::store(f.x, rows[Rows::kSx] + i), lanes::store(f.y, rows[Rows::kSy] + i),
+        lanes::store(f.z, rows[Rows::kSz] + i);
+  }
+}
+
+template <bool kStick, ElementDetail kDetail>
+TAKT_LANE_INLINE void all_forces(const ContactLaw& law, const Twist& V_B, ElementRows& rows,
+                                 ElementTotals& totals) {
+  const V4 zero{};
+  const V4x3 v0{zero + V_B.v.x(), zero + V_B.v.y(), zero + V_B.v.z()};
+  const V4x3 w{zero + V_B.w.x(), zero + V_B.w.y(), zero + V_B.w.z()};
+  Sums sums;
+  for (std::size_t i = 0; i < rows.padded(); i += 4) four_forces<kStick, kDetail>(law, v0, w, rows, i, sums);
+  totals.f_B = {lanes::total(sums.fx), lanes::total(sums.fy), lanes::total(sums.fz)};
+  totals.t_B = {lanes::total(sums.tx), lanes::total(sums.ty), lanes::total(sums.tz)};
+  totals.weighted_p_B = {lanes::total(sums.wx), lanes::total(sums.wy), lanes::total(sums.wz)};
+  totals.elastic_energy_J = lanes::total(sums.energy);
+  totals.elements = lanes::total(sums.elements);
+  totals.area_m2 = lanes::total(sums.area);
+  totals.normal_force_N = lanes::total(sums.normal);
+  totals.friction_force_N = lanes::total(sums.friction);
+  totals.largest_pressure_Pa = lanes::largest(sums.pressure);
+  totals.largest_penetration_m = lanes::largest(sums.depth);
+}
+
+// One function per variant: the compiler makes clones of functions, not of templates.
+TAKT_LANE_VARIANTS void regularised_forces(const ContactLaw& law, const Twist& V_B, ElementRows& rows,
+                                           ElementTotals& totals) {
+  all_forces<false, ElementDetail::forces>(law, V_B, rows, totals);
+}
+TAKT_LANE_VARIANTS void regularised_secant(const ContactLaw& law, const Twist& V_B, ElementRows& rows,
+                                           ElementTotals& totals) {
+  all_forces<false, ElementDetail::secant>(law, V_B, rows, totals);
+}
+TAKT_LANE_VARIANTS void regularised_tangent(const ContactLaw& law, const Twist& V_B, ElementRows& rows,
+                                            ElementTotals& totals) {
+  all_forces<false, ElementDetail::tangent>(law, V_B, rows, totals);
+}
+TAKT_LANE_VARIANTS void stick_forces(const ContactLaw& law, const Twist& V_B, ElementRows& rows,
+                                     ElementTotals& totals) {
+  all_forces<true, ElementDetail::forces>(law, V_B, rows, totals);
+}
+TAKT_LANE_VARIANTS void stick_secant(const ContactLaw& law, const Twist& V_B, ElementRows& rows,
+                                     ElementTotals& totals) {
+  all_forces<true, ElementDetail::secant>(law, V_B, rows, totals);
+}
+TAKT_LANE_VARIANTS void stick_tangent(const ContactLaw& law, const Twist& V_B, ElementRows& rows,
+                                      ElementTotals& totals) {
+  all_forces<true, ElementDetail::tangent>(law, V_B, rows, totals);
+}
+
+}  // namespace
+
+void ElementRows::resize(std::size_t count) {
+  count_ = count;
+  padded_ = (count + 3) / 4 * 4;
+  if (padded_ > stride_) {
+    stride_ = padded_ + padded_ / 2 + 16;
+    data_.assign(kRows * stride_, 0.0);
+  }
+  // Elements without area give nothing.
+  for (std::size_t i = count_; i < padded_; ++i)
+    for (std::size_t row = 0; row < kForce; ++row) data_[row * stride_ + i] = 0.0;
+}
+
+ElementTotals element_forces(const ContactLaw& law, const Twist& V_B, ElementDetail detail,
+                             ElementRows& rows) {
+  ElementTotals totals;
+  const bool stick = law.friction_law == FrictionLaw::stick;
+  switch (detail) {
+    case ElementDetail::forces:
+      stick ? stick_forces(law, V_B, rows, totals) : regularised_forces(law, V_B, rows, totals);
+      break;
+    case ElementDetail::secant:
+      stick ? stick_secant(law, V_B, rows, totals) : regularised_secant(law, V_B, rows, totals);
+      break;
+    case ElementDetail::tangent:
+      stick ? stick_tangent(law, V_B, rows, totals) : regularised_tangent(law, V_B, rows, totals);
+      break;
+  }
+  return totals;
+}
+
+TAKT_LANE_VARIANTS void plane_depths(const Vec3& normal, double offset, std::size_t count, const double* px,
+                                     const double* py, const double* pz, double* depth) {
+  const double x = normal.x(), y = normal.y(), z = normal.z();
+  std::size_t i = 0;
+  for (; i + 4 <= count; i += 4) {
+    V4x3 p;
+    lanes::load(px + i, py + i, pz + i, p);
+    // The operations of plane_depth, in its order.
+    lanes::store(offset - (x * p.x + y * p.y + z * p.z), depth + i);
+  }
+  for (; i < count; ++i) depth[i] = plane_depth(x, y, z, offset, px[i], py[i], pz[i]);
+}
+
+}  // namespace takt

@@ -1,0 +1,96 @@
+#pragma once
+// Forces of contact elements and how they change with motion: (2.17) to (2.21) and the stick law over rows of
+// numbers, several elements at a time. Everything in the axes of the Base, moments about its origin.
+//
+// Results do not depend on the processor: every variant does the same operations in the same order, sums run
+// in four lanes that are joined in a fixed order.
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "plant_models/spatial.h"
+#include "server/contact/pair_linearisation.h"
+#include "server/contact/surface/contact_law.h"
+
+namespace takt {
+
+/// Depth of p below the plane `normal` . x = `offset`; negative above. Used alike for many elements and for
+/// one, so that both give the same bits.
+inline double plane_depth(double normal_x, double normal_y, double normal_z, double offset, double px,
+                          double py, double pz) {
+  return offset - (normal_x * px + normal_y * py + normal_z * pz);
+}
+
+/// Rows of numbers of the elements in contact.
+class ElementRows {
+ public:
+  enum Row : std::size_t {
+    kPx,
+    kPy,
+    kPz,  ///< centroid
+    kNx,
+    kNy,
+    kNz,  ///< into the Target: gradient of the penetration with the centroid
+    kArea,
+    kDepth,  ///< penetration
+    kXx,
+    kXy,
+    kXz,        ///< stick: displacement since the spring was without stretch
+    kForce,     ///< result: normal force
+    kPressure,  ///< result: normal force per area
+    // Results for the Jacobian: what multiplies normal and tangential displacement (k) and velocity (c).
+    kKn,
+    kCn,
+    kKt,
+    kCt,
+    // And for the tangent: along the direction t, and the change of friction with the normal force.
+    kKtt,
+    kCtt,
+    kTx,
+    kTy,
+    kTz,
+    kFx,
+    kFy,
+    kFz,
+    // The whole force on the element.
+    kSx,
+    kSy,
+    kSz,
+    kRows
+  };
+  /// Room for `count` elements, padded to whole groups; what was there is lost.
+  void resize(std::size_t count);
+  std::size_t count() const { return count_; }
+  std::size_t padded() const { return padded_; }
+  double* operator[](Row row) { return data_.data() + row * stride_; }
+  const double* operator[](Row row) const { return data_.data() + row * stride_; }
+
+ private:
+  std::vector<double> data_;
+  std::size_t count_ = 0, padded_ = 0, stride_ = 0;
+};
+
+enum class ElementDetail : std::uint8_t { forces, secant, tangent };
+
+struct ElementTotals {
+  Vec3 f_B = Vec3::Zero(), t_B = Vec3::Zero();  ///< on the Base, about its origin
+  double elements = 0.0, area_m2 = 0.0, normal_force_N = 0.0, friction_force_N = 0.0;
+  double largest_pressure_Pa = 0.0, largest_penetration_m = 0.0;
+  double elastic_energy_J = 0.0;     ///< of all elements inside, those too that (2.20) keeps from pulling
+  Vec3 weighted_p_B = Vec3::Zero();  ///< sum of normal force times position
+};
+
+/// `V_B`: velocity of the Base relative to the Target at the origin of B, axes of B.
+ElementTotals element_forces(const ContactLaw& law, const Twist& V_B, ElementDetail detail,
+                             ElementRows& rows);
+
+/// After element_forces with the same detail. `K`, `D` at the point of the Target where the origin of B is,
+/// axes of B.
+void element_jacobian(const ContactLaw& law, const Twist& V_B, ElementDetail detail, const ElementRows& rows,
+                      Mat6& K, Mat6& D);
+
+/// depth[k] = plane_depth of element k.
+void plane_depths(const Vec3& normal, double offset, std::size_t count, const double* px, const double* py,
+                  const double* pz, double* depth);
+
+}  // namespace takt

@@ -1,0 +1,34 @@
+#pragma once
+// Which side of a pair carries the contact elements.
+#include "server/geometry/surface/contact_surface.h"
+
+namespace takt {
+
+/// True if `first` should be the Base. The one with the smaller box carries the elements: all of its surface
+/// may be in contact, and its elements resolve its own edges. Unless its elements are coarser than the shape
+/// of the other, whose own elements are finer: then what protrudes from the other would slip in between. How
+/// finely something flat is meshed does not matter. With equal boxes the finer one; with equal meshes the
+/// lower id. Depends on the order of the arguments only through the ids.
+inline bool first_is_base(const ContactSurface& first, int first_id, const ContactSurface& second,
+                          int second_id) {
+  const auto volume = [](const ContactSurface& s) {
+    const Aabb& box = s.bounds_B();
+    return (box.upper - box.lower).prod();
+  };
+  // Mean area of an element: the square of its edge, but for a factor that both sides share.
+  const auto element_area = [](const ContactSurface& s) {
+    return s.area_m2() / static_cast<double>(s.element_count());
+  };
+  const double first_area = element_area(first), second_area = element_area(second);
+  const auto too_coarse = [&](const ContactSurface& s, const ContactSurface& other) {
+    return element_area(s) > 4.0 * other.patch_area_m2() && element_area(s) > 4.0 * element_area(other);
+  };
+  if (too_coarse(first, second)) return false;
+  if (too_coarse(second, first)) return true;
+  const double first_volume = volume(first), second_volume = volume(second);
+  if (first_volume != second_volume) return first_volume < second_volume;
+  if (first_area != second_area) return first_area < second_area;
+  return first_id < second_id;
+}
+
+}  // namespace takt

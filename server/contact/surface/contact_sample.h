@@ -1,0 +1,14 @@
+#pragma once
+// What one pair of components exerts upon each other by surface contact (level of detail 3) at one time.
+#include "server/contact/surface/polygonal_contact.h"
+
+namespace takt {
+
+struct ContactSample {
+  int base = -1, target = -1;  ///< component ids
+  Wrench F_base_W;             ///< on the base, about the centre of pressure, world axes
+  Vec3 p_WC = Vec3::Zero();    ///< centre of pressure
+  ContactResult result;
+};
+
+}  // namespace takt

@@ -1,0 +1,73 @@
+#pragma once
+// The elements of the Base that are in contact at a pose. Goes down the tree of the Base's clusters only
+// where their free regions are left: what is beside or slides along the Target costs a few planes per
+// cluster. Inside solid regions penetrations follow from their planes, elsewhere from candidate lists that
+// each leaf of the tree keeps for itself.
+//
+// Regions and lists change no bit: depths below a patch are always taken from its plane in the frame of the
+// Base, and where rounding might decide between two faces the faces themselves are asked.
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "server/contact/surface/contact_candidates.h"
+#include "server/contact/surface/contact_depths.h"
+#include "server/contact/surface/separating_planes.h"
+
+namespace takt {
+
+class ContactSearch {
+ public:
+  ContactSearch(const ContactSurface::Data& base, const ContactSurface::Data& target);
+  ~ContactSearch();
+
+  /// `X_BT`: the inverse of X_TB. True if regions or lists had to be made.
+  bool find(const Pose& X_TB, const Pose& X_BT);
+  void forget();
+
+  /// Elements whose centroid is inside the Target, ascending.
+  std::span<const std::int32_t> elements() const { return {elements_.data(), hits_}; }
+  // Of the same:
+  std::span<const double> depths_m() const { return {depths_m_.data(), hits_}; }
+  /// Outward normal of the Target at the point closest to the centroid.
+  const Vec3& normal_B(std::size_t hit) const { return normals_[static_cast<std::size_t>(normal_[hit])]; }
+  /// An element whose closest point is on an edge, or on a vertex (edge_B zero).
+  struct Bend {
+    std::size_t hit;
+    Vec3 edge_B;
+  };
+  std::span<const Bend> bends() const { return bends_; }
+
+ private:
+  struct Planes;
+  struct Open;
+
+  void visit(std::size_t index, const Planes* from);
+  bool left(const ContactCluster& cluster, const Planes& planes) const;
+  bool solid_leaf(const ContactCluster& cluster, const Planes& planes);
+  void open_leaf(std::size_t index, const Planes* planes);
+  void travel(const Pose& X_TB);
+  void make_room(std::size_t count);
+
+  const ContactSurface::Data& base_;
+  const ContactSurface::Data& target_;
+  PlaneTolerance tolerance_;
+  double first_bound_m_;
+  Pose X_TB_, X_BT_;
+  bool made_ = false;
+  /// Upper bound of the path of any point since the beginning: most of what holds for a motion is seen to
+  /// hold without looking at poses.
+  double travelled_m_ = 0.0;
+  std::vector<FreeRegion> regions_;            ///< per cluster
+  std::vector<std::unique_ptr<Open>> opened_;  ///< per cluster, where a leaf needed lists
+  ContactCandidates::Work work_;
+
+  std::size_t hits_ = 0;
+  std::vector<std::int32_t> elements_, normal_;  ///< longer than there are hits
+  std::vector<double> depths_m_;
+  std::vector<Vec3> normals_;
+  std::vector<Bend> bends_;
+};
+
+}  // namespace takt

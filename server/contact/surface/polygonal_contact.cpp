@@ -1,0 +1,312 @@
+#include "server/contact/surface/polygonal_contact.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "server/contact/surface/contact_elements.h"
+#include "server/contact/surface/contact_search.h"
+
+namespace takt {
+namespace {
+
+Mat3 cross_matrix(const Vec3& a) {
+  Mat3 m;
+  m << 0.0, -a.z(), a.y(), a.z(), 0.0, -a.x(), -a.y(), a.x(), 0.0;
+  return m;
+}
+
+Mat3 product(const Mat3& a, const Mat3& b) {
+  Mat3 c;
+  c.noalias() = a.lazyProduct(b);
+  return c;
+}
+
+/// From the origin and axes of B to those of T.
+void move_to_target(const Pose& X_TB, Mat6& m) {
+  const Mat3 R = X_TB.R, R_transposed = R.transpose();
+  const Mat3 lever = cross_matrix(X_TB.p);
+  const auto turned = [&](const Mat3& block) { return product(product(R, block), R_transposed); };
+  const Mat3 a = turned(m.topLeftCorner<3, 3>());
+  const Mat3 b = turned(m.topRightCorner<3, 3>()) - product(a, lever);
+  const Mat3 c = turned(m.bottomLeftCorner<3, 3>());
+  const Mat3 d = turned(m.bottomRightCorner<3, 3>()) - product(c, lever);
+  m.topLeftCorner<3, 3>() = a;
+  m.topRightCorner<3, 3>() = b;
+  m.bottomLeftCorner<3, 3>() = c + product(lever, a);
+  m.bottomRightCorner<3, 3>() = d + product(lever, b);
+}
+
+}  // namespace
+
+RelativeMotion relative_motion(const Pose& X_WB, const Twist& V_WB, const Pose& X_WT, const Twist& V_WT) {
+  const Mat3 R_TW = X_WT.R.transpose();
+  const Vec3 p_TB_W = X_WB.p - X_WT.p;
+  RelativeMotion motion;
+  motion.X_TB.R = R_TW * X_WB.R;
+  motion.X_TB.p = R_TW * p_TB_W;
+  motion.V_TB_T.v = R_TW * (V_WB.v - V_WT.at(p_TB_W));
+  motion.V_TB_T.w = R_TW * (V_WB.w - V_WT.w);
+  return motion;
+}
+
+struct PolygonalContact::Impl {
+  std::shared_ptr<const ContactSurface> base_surface, target_surface;
+  const ContactSurface::Data& base;
+  const ContactSurface::Data& target;
+  ContactLaw law;
+  ContactSearch search;
+  ElementRows rows;
+  std::vector<std::int32_t> filled;  ///< elements in the rows
+  std::vector<ContactSpring> springs, next_springs;
+  ContactCounts counts;
+
+  Impl(std::shared_ptr<const ContactSurface> b, std::shared_ptr<const ContactSurface> t, const ContactLaw& l)
+      : base_surface(std::move(b)),
+        target_surface(std::move(t)),
+        base(base_surface->data()),
+        target(target_surface->data()),
+        law(l),
+        search(base, target) {
+    // Hard well before the middle of a wall, where the way out turns to its other side.
+    for (const ContactSurface::Data* side : {&base, &target})
+      if (side->wall_m > 0.0) law.linear_depth_m = std::min(law.linear_depth_m, kLinearShare * side->wall_m);
+  }
+
+  bool boxes_apart(const Pose& X_TB) const;
+  std::size_t find_elements(const RelativeMotion& motion, Twist& V_B);
+  void fill_rows(const Pose& X_BT);
+  void add_bends(ElementDetail detail, Mat6& K) const;
+  bool evaluate(const RelativeMotion& motion, ElementDetail detail, ContactResult& result, Twist& V_B);
+};
+
+bool PolygonalContact::Impl::boxes_apart(const Pose& X_TB) const {
+  const Vec3& c = base.box.center_B;
+  const Vec3& h = base.box.half_B;
+  for (int k = 0; k < 3; ++k) {
+    const double between = X_TB.R(k, 0) * c.x() + X_TB.R(k, 1) * c.y() + X_TB.R(k, 2) * c.z() + X_TB.p[k] -
+                           target.box.center_B[k];
+    const double reach = std::abs(X_TB.R(k, 0)) * h.x() + std::abs(X_TB.R(k, 1)) * h.y() +
+                         std::abs(X_TB.R(k, 2)) * h.z() + target.box.half_B[k];
+    // A pose that is not finite is apart.
+    if (!(std::abs(between) <= reach)) return true;
+  }
+  return false;
+}
+
+void PolygonalContact::Impl::fill_rows(const Pose& X_BT) {
+  const auto hits = search.elements();
+  using R = ElementRows;
+  // Centroids and areas are fixed in the Base: they stay in the rows as long as the same elements are hit.
+  if (!std::equal(hits.begin(), hits.end(), filled.begin(), filled.end())) {
+    filled.assign(hits.begin(), hits.end());
+    rows.resize(hits.size());
+    double *px = rows[R::kPx], *py = rows[R::kPy], *pz = rows[R::kPz], *area = rows[R::kArea];
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      const auto e = static_cast<std::size_t>(hits[i]);
+      px[i] = base.px[e], py[i] = base.py[e], pz[i] = base.pz[e], area[i] = base.area_m2[e];
+    }
+  }
+  double *nx = rows[R::kNx], *ny = rows[R::kNy], *nz = rows[R::kNz];
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    const Vec3& m = search.normal_B(i);
+    nx[i] = -m.x(), ny[i] = -m.y(), nz[i] = -m.z();
+  }
+  const double *px = rows[R::kPx], *py = rows[R::kPy], *pz = rows[R::kPz];
+  std::copy(search.depths_m().begin(), search.depths_m().end(), rows[R::kDepth]);
+  if (law.friction_law == FrictionLaw::stick) {
+    double *x = rows[R::kXx], *y = rows[R::kXy], *z = rows[R::kXz];
+    auto spring = springs.begin();
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      const std::int32_t element = hits[i];
+      while (spring != springs.end() && spring->element < element) ++spring;
+      x[i] = y[i] = z[i] = 0.0;
+      if (spring == springs.end() || spring->element != element) continue;
+      const Vec3 anchor_B = X_BT * spring->anchor_T;
+      x[i] = px[i] - anchor_B.x(), y[i] = py[i] - anchor_B.y(), z[i] = pz[i] - anchor_B.z();
+    }
+  }
+}
+
+/// Where the closest point of the Target is on an edge or a vertex, the normal turns as the element moves
+/// sideways by v: by v / u. The secant has the stiffness of the elastic part, so that it never drives.
+void PolygonalContact::Impl::add_bends(ElementDetail detail, Mat6& K) const {
+  using R = ElementRows;
+  for (const ContactSearch::Bend& bend : search.bends()) {
+    const std::size_t i = bend.hit;
+    if (!(rows[R::kForce][i] > 0.0)) continue;
+    const double k = detail == ElementDetail::tangent ? rows[R::kForce][i] / rows[R::kDepth][i]
+                                                      : law.stiffness_Pa_per_m * rows[R::kArea][i];
+    const Vec3 n(rows[R::kNx][i], rows[R::kNy][i], rows[R::kNz][i]);
+    const Vec3 p(rows[R::kPx][i], rows[R::kPy][i], rows[R::kPz][i]);
+    const Mat3 across = k * (Mat3::Identity() - n * n.transpose() - bend.edge_B * bend.edge_B.transpose());
+    const Mat3 lever = cross_matrix(p);
+    K.topLeftCorner<3, 3>() -= across;
+    K.topRightCorner<3, 3>() += product(across, lever);
+    K.bottomLeftCorner<3, 3>() -= product(lever, across);
+    K.bottomRightCorner<3, 3>() += product(product(lever, across), lever);
+  }
+}
+
+/// Number of elements that penetrate; their rows are filled.
+std::size_t PolygonalContact::Impl::find_elements(const RelativeMotion& motion, Twist& V_B) {
+  if (boxes_apart(motion.X_TB)) return 0;
+  const Pose X_BT = motion.X_TB.inverse();
+  counts.rebuilds += search.find(motion.X_TB, X_BT) ? 1 : 0;
+  if (search.elements().empty()) return 0;
+  fill_rows(X_BT);
+  V_B.v = X_BT.R * motion.V_TB_T.v;
+  V_B.w = X_BT.R * motion.V_TB_T.w;
+  return search.elements().size();
+}
+
+bool PolygonalContact::Impl::evaluate(const RelativeMotion& motion, ElementDetail detail,
+                                      ContactResult& result, Twist& V_B) {
+  ++counts.evaluations;
+  result = ContactResult{};
+  if (find_elements(motion, V_B) == 0) return false;
+  const ElementTotals totals = element_forces(law, V_B, detail, rows);
+  result.elastic_energy_J = totals.elastic_energy_J;
+  result.elements = static_cast<int>(totals.elements);
+  if (result.elements == 0) return false;
+  const Pose& X = motion.X_TB;
+  result.F_B_T.f = X.R * totals.f_B;
+  result.F_B_T.t = X.R * totals.t_B + X.p.cross(result.F_B_T.f);
+  result.area_m2 = totals.area_m2;
+  result.normal_force_N = totals.normal_force_N;
+  result.friction_force_N = totals.friction_force_N;
+  result.largest_pressure_Pa = totals.largest_pressure_Pa;
+  result.largest_penetration_m = totals.largest_penetration_m;
+  if (totals.normal_force_N > 0.0) result.p_TC = X * Vec3(totals.weighted_p_B / totals.normal_force_N);
+  counts.elements += static_cast<std::uint64_t>(result.elements);
+  return true;
+}
+
+PolygonalContact::PolygonalContact(std::shared_ptr<const ContactSurface> base,
+                                   std::shared_ptr<const ContactSurface> target, const ContactLaw& law) {
+  if (base == nullptr || target == nullptr)
+    throw std::invalid_argument("a contact needs the surfaces of both sides");
+  check_contact_law(law);
+  impl_ = std::make_unique<Impl>(std::move(base), std::move(target), law);
+}
+PolygonalContact::~PolygonalContact() = default;
+PolygonalContact::PolygonalContact(PolygonalContact&&) noexcept = default;
+PolygonalContact& PolygonalContact::operator=(PolygonalContact&&) noexcept = default;
+
+void PolygonalContact::evaluate(const RelativeMotion& motion, ContactResult& result) {
+  Twist V_B;
+  impl_->evaluate(motion, ElementDetail::forces, result, V_B);
+}
+
+void PolygonalContact::evaluate(const RelativeMotion& motion, Linearisation linearisation,
+                                ContactResult& result, ContactJacobian& jacobian) {
+  const bool tangent = linearisation == Linearisation::tangent;
+  const ElementDetail detail = tangent ? ElementDetail::tangent : ElementDetail::secant;
+  Twist V_B;
+  if (!impl_->evaluate(motion, detail, result, V_B)) {
+    jacobian.K.setZero();
+    jacobian.D.setZero();
+    return;
+  }
+  element_jacobian(impl_->law, V_B, detail, impl_->rows, jacobian.K, jacobian.D);
+  impl_->add_bends(detail, jacobian.K);
+  move_to_target(motion.X_TB, jacobian.K);
+  move_to_target(motion.X_TB, jacobian.D);
+}
+
+bool PolygonalContact::accept(const RelativeMotion& motion) {
+  Impl& m = *impl_;
+  if (m.law.friction_law != FrictionLaw::stick) return false;
+  m.next_springs.clear();
+  Twist V_B;
+  if (m.find_elements(motion, V_B) > 0) {
+    element_forces(m.law, V_B, ElementDetail::forces, m.rows);
+    using R = ElementRows;
+    const auto hits = m.search.elements();
+    auto spring = m.springs.begin();
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      const double normal_force = m.rows[R::kForce][i];
+      if (!(normal_force > 0.0)) continue;
+      const std::int32_t element = hits[i];
+      const auto e = static_cast<std::size_t>(element);
+      const Vec3 x_T = motion.X_TB * m.base.point(e);
+      while (spring != m.springs.end() && spring->element < element) ++spring;
+      ContactSpring kept{element, x_T};
+      if (spring != m.springs.end() && spring->element == element) {
+        const Vec3 n_T = motion.X_TB.R * m.search.normal_B(i);
+        const Vec3 stretch = x_T - spring->anchor_T;
+        const double tangential = (stretch - stretch.dot(n_T) * n_T).norm();
+        const double force = m.law.tangential_stiffness_Pa_per_m * m.rows[R::kArea][i] * tangential;
+        const double limit = m.law.friction * normal_force;
+        // Unchanged bits where it holds.
+        kept.anchor_T =
+            force > limit ? Vec3(x_T - limit / force * (stretch - stretch.dot(n_T) * n_T)) : spring->anchor_T;
+      }
+      m.next_springs.push_back(kept);
+    }
+  }
+  m.springs.swap(m.next_springs);
+  return !m.springs.empty();
+}
+
+void PolygonalContact::reset() {
+  impl_->springs.clear();
+  impl_->search.forget();
+}
+
+std::vector<double> PolygonalContact::save() const {
+  return save_springs(impl_->springs);
+}
+
+std::span<const ContactSpring> PolygonalContact::springs() const {
+  return impl_->springs;
+}
+
+void PolygonalContact::restore(std::span<const double> kept) {
+  impl_->springs = restore_springs(kept, impl_->base.element_count());
+}
+
+std::vector<ElementPressure> PolygonalContact::pressures(const RelativeMotion& motion) {
+  std::vector<ElementPressure> result;
+  Twist V_B;
+  if (impl_->find_elements(motion, V_B) == 0) return result;
+  element_forces(impl_->law, V_B, ElementDetail::forces, impl_->rows);
+  const auto hits = impl_->search.elements();
+  using R = ElementRows;
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    if (!(impl_->rows[R::kForce][i] > 0.0)) continue;
+    const std::int32_t element = hits[i];
+    result.push_back({element, impl_->base.point(static_cast<std::size_t>(element)), impl_->rows[R::kArea][i],
+                      impl_->rows[R::kDepth][i], impl_->rows[R::kPressure][i]});
+  }
+  return result;
+}
+
+double PolygonalContact::passed_wall_m(const RelativeMotion& motion) {
+  if (impl_->boxes_apart(motion.X_TB)) return 0.0;
+  const Pose X_BT = motion.X_TB.inverse();
+  ContactSearch& search = impl_->search;
+  search.find(motion.X_TB, X_BT);
+  const auto depths = search.depths_m();
+  if (depths.empty()) return 0.0;
+  const auto deepest = std::max_element(depths.begin(), depths.end());
+  const auto hit = static_cast<std::size_t>(deepest - depths.begin());
+  const Vec3 x_T = motion.X_TB * impl_->base.point(static_cast<std::size_t>(search.elements()[hit]));
+  const Vec3 inward_T = -(motion.X_TB.R * search.normal_B(hit));
+  const double further_m = (1.0 / kPassing - 1.0) * *deepest;
+  const double beyond_m = impl_->target.signed_distance_m(x_T + further_m * inward_T);
+  return beyond_m > 0.0 ? *deepest + further_m : 0.0;
+}
+
+const ContactCounts& PolygonalContact::counts() const {
+  return impl_->counts;
+}
+void PolygonalContact::set_friction(double friction) {
+  impl_->law.friction = friction;
+}
+
+const ContactLaw& PolygonalContact::law() const {
+  return impl_->law;
+}
+
+}  // namespace takt

@@ -1,0 +1,107 @@
+#pragma once
+// Polygonal Contact Model between two closed triangle meshes, convex or not (thesis 2.2.2 and 4.3; Hippmann
+// 2004, 2024): elements of the Base's surface press into the Target's surface; each is a spring, damper and
+// friction element by (2.17) to (2.21).
+//
+// The penetration u of an element is the distance of its centroid from the closest point of the Target's
+// surface, if it is inside, and its force acts along the Target's normal there: the wrench of a pair without
+// friction and damping is minus the gradient of one energy of the relative pose, sum (K/b) A u^2 / 2,
+// whatever the meshes (docs/decisions.md). u is continuous for any motion.
+//
+// B is the frame of the Base, T that of the Target. Results are functions of pose, twist and stick anchors
+// alone: what is kept between calls (candidate lists, valid while a motion bound holds) only saves time and
+// changes no bit. One object is used by one thread at a time. After warm-up nothing allocates.
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "server/contact/pair_linearisation.h"
+#include "server/contact/surface/contact_law.h"
+#include "server/contact/surface/contact_springs.h"
+#include "server/geometry/surface/contact_surface.h"
+
+namespace takt {
+
+/// Motion of the Base as seen from the Target: pose, and twist of the origin of B in the axes of T.
+struct RelativeMotion {
+  Pose X_TB;
+  Twist V_TB_T;
+};
+/// Of base and target from their motion in the world.
+RelativeMotion relative_motion(const Pose& X_WB, const Twist& V_WB, const Pose& X_WT, const Twist& V_WT);
+
+struct ContactResult {
+  Wrench F_B_T;          ///< on the Base about the origin of T, axes of T; the Target gets the negative
+  int elements = 0;      ///< with force
+  double area_m2 = 0.0;  ///< of those
+  double normal_force_N = 0.0;  ///< sum of all elements'
+  double friction_force_N = 0.0;
+  double largest_pressure_Pa = 0.0;
+  double largest_penetration_m = 0.0;
+  double elastic_energy_J = 0.0;  ///< sum (K/b) A u^2 / 2
+  Vec3 p_TC = Vec3::Zero();       ///< centre of pressure; zero where nothing presses
+};
+
+/// About the origin of T, axes of T; see PairLinearisation.
+struct ContactJacobian {
+  Mat6 K = Mat6::Zero(), D = Mat6::Zero();
+};
+
+/// One element with force, for pictures.
+struct ElementPressure {
+  int element = -1;  ///< of the Base's surface
+  Vec3 p_B = Vec3::Zero();
+  double area_m2 = 0.0, penetration_m = 0.0, pressure_Pa = 0.0;
+};
+
+struct ContactCounts {
+  std::uint64_t evaluations = 0;
+  std::uint64_t rebuilds = 0;  ///< of the candidate lists
+  std::uint64_t elements = 0;  ///< with force, over all evaluations
+};
+
+class PolygonalContact {
+ public:
+  PolygonalContact(std::shared_ptr<const ContactSurface> base, std::shared_ptr<const ContactSurface> target,
+                   const ContactLaw& law);
+  ~PolygonalContact();
+  PolygonalContact(PolygonalContact&&) noexcept;
+  PolygonalContact& operator=(PolygonalContact&&) noexcept;
+
+  void evaluate(const RelativeMotion& motion, ContactResult& result);
+  void evaluate(const RelativeMotion& motion, Linearisation linearisation, ContactResult& result,
+                ContactJacobian& jacobian);
+
+  /// Discrete, at an accepted point, stick law only: springs stretched beyond the slip limit let go until
+  /// they are at it, elements that lost contact forget theirs, new ones begin without stretch. True if there
+  /// is anything kept now.
+  bool accept(const RelativeMotion& motion);
+  /// Forgets all springs (and candidate lists).
+  void reset();
+  /// What accept() keeps, as numbers, for snapshots: per stretched element its number and displacement.
+  std::vector<double> save() const;
+  /// The same as it is kept: by element, ascending.
+  std::span<const ContactSpring> springs() const;
+  /// Throws std::invalid_argument for what save() did not make.
+  void restore(std::span<const double> kept);
+
+  std::vector<ElementPressure> pressures(const RelativeMotion& motion);
+  /// How thick the Target is where the deepest element is in it (m), or 0 if that element is still on the
+  /// side where it came in: nearer to it than kPassing of the thickness. Beyond half of it contact pushes the
+  /// element out on the other side.
+  double passed_wall_m(const RelativeMotion& motion);
+  static constexpr double kPassing = 0.44;
+  /// Of the thinner one of both walls: up to there the contact law is linear (ContactLaw::linear_depth_m).
+  static constexpr double kLinearShare = 0.15;
+  const ContactCounts& counts() const;
+  const ContactLaw& law() const;
+  /// Discrete: another coefficient of friction, >= 0, from now on.
+  void set_friction(double friction);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace takt

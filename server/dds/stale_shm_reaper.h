@@ -1,0 +1,45 @@
+#pragma once
+// Clears shared memory of what killed clients leave there (shared_memory_remains.h), now and then, on a
+// thread of its own.
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+#include "idl/transport/fastdds/stale_shm.h"
+
+namespace takt {
+
+class RemainsKeeper {
+ public:
+  RemainsKeeper() : thread_([this] { run(); }) {}
+  ~RemainsKeeper() {
+    {
+      const std::lock_guard lock(mutex_);
+      stop_ = true;
+    }
+    stopped_.notify_all();
+    thread_.join();
+  }
+  RemainsKeeper(const RemainsKeeper&) = delete;
+  RemainsKeeper& operator=(const RemainsKeeper&) = delete;
+
+ private:
+  void run() {
+    constexpr std::chrono::seconds kEvery{20};
+    std::unique_lock lock(mutex_);
+    while (!stop_) {
+      lock.unlock();
+      (void)remove_shared_memory_remains();
+      lock.lock();
+      stopped_.wait_for(lock, kEvery, [this] { return stop_; });
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable stopped_;
+  bool stop_ = false;  // guarded by mutex_
+  std::thread thread_;
+};
+
+}  // namespace takt

@@ -1,0 +1,223 @@
+#include "server/geometry/convex/decomposition_cache.h"
+
+#include <stdlib.h>
+#include <unistd.h>
+
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cstdint>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+namespace takt {
+namespace {
+
+constexpr std::string_view kFormat = "takt convex parts 1";
+constexpr std::uintmax_t kLargestEntry = 256U << 20;  // more than 1024 parts of 1024 vertices
+
+/// Two independent 64-bit chains (multiply-xorshift as in splitmix64). Not cryptographic: it tells apart what
+/// differs by chance.
+class ContentHash {
+ public:
+  void add(std::uint64_t word) {
+    for (std::size_t i = 0; i < state_.size(); ++i) {
+      std::uint64_t z = (state_[i] ^ word) * kFactors[i];
+      z ^= z >> 31;
+      state_[i] = z * 0x94D049BB133111EBULL + kSeeds[i];
+    }
+  }
+  void add(double value) { add(std::bit_cast<std::uint64_t>(value)); }
+  void add(std::string_view text) {
+    add(std::uint64_t{text.size()});
+    for (const char c : text) add(std::uint64_t{static_cast<unsigned char>(c)});
+  }
+  std::string text() const {
+    std::array<char, 33> digits{};
+    std::snprintf(digits.data(), digits.size(), "%016llx%016llx", static_cast<unsigned long long>(state_[0]),
+                  static_cast<unsigned long long>(state_[1]));
+    return digits.data();
+  }
+
+ private:
+  static constexpr std::array<std::uint64_t, 2> kSeeds{0x9E3779B97F4A7C15ULL, 0xD1B54A32D192ED03ULL};
+  static constexpr std::array<std::uint64_t, 2> kFactors{0xBF58476D1CE4E5B9ULL, 0xFF51AFD7ED558CCDULL};
+  std::array<std::uint64_t, 2> state_ = kSeeds;
+};
+
+std::string checksum(std::string_view text) {
+  ContentHash hash;
+  hash.add(text);
+  return hash.text();
+}
+
+void append_number(std::string& text, double value) {
+  std::array<char, 32> digits{};
+  const auto [end, error] =
+      std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::hex);
+  text.append(digits.data(), end);
+}
+
+std::string to_text(const std::string& key, const std::vector<ConvexShape>& shapes) {
+  std::string text =
+      std::string(kFormat) + "\nkey " + key + "\nparts " + std::to_string(shapes.size()) + "\n";
+  for (const ConvexShape& shape : shapes) {
+    text += "vertices " + std::to_string(shape.vertices.size()) + "\n";
+    for (const Vec3& v : shape.vertices) {
+      for (int i = 0; i < 3; ++i) {
+        append_number(text, v[i]);
+        text += i < 2 ? ' ' : '\n';
+      }
+    }
+  }
+  return text + "checksum " + checksum(text) + "\n";
+}
+
+/// Takes an entry apart word by word; any surprise sets `ok` to false for good.
+class EntryReader {
+ public:
+  explicit EntryReader(std::string_view text) : rest_(text) {}
+
+  void expect(std::string_view word) { ok = ok && take(word); }
+  template <typename Number, typename... Format>
+  Number number(char terminator, Format... format) {
+    Number value{};
+    const auto [end, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), value, format...);
+    ok = ok && error == std::errc();
+    if (!ok) return {};
+    rest_.remove_prefix(static_cast<std::size_t>(end - rest_.data()));
+    ok = take({&terminator, 1});
+    return value;
+  }
+  bool at_end() const { return rest_.empty(); }
+
+  bool ok = true;
+
+ private:
+  bool take(std::string_view word) {
+    if (!rest_.starts_with(word)) return false;
+    rest_.remove_prefix(word.size());
+    return true;
+  }
+  std::string_view rest_;
+};
+
+std::optional<std::vector<ConvexShape>> from_text(const std::string& key, std::string_view text) {
+  const std::size_t end = text.rfind("checksum ");
+  if (end == std::string_view::npos) return std::nullopt;
+  if (text.substr(end) != "checksum " + checksum(text.substr(0, end)) + "\n") return std::nullopt;
+  EntryReader reader(text.substr(0, end));
+  reader.expect(kFormat);
+  reader.expect("\nkey " + key + "\nparts ");
+  const auto parts = reader.number<std::uint32_t>('\n');
+  std::vector<ConvexShape> shapes;
+  for (std::uint32_t i = 0; i < parts && reader.ok; ++i) {
+    reader.expect("vertices ");
+    const auto count = reader.number<std::uint32_t>('\n');
+    std::vector<Vec3> vertices;
+    for (std::uint32_t k = 0; k < count && reader.ok; ++k) {
+      const double x = reader.number<double>(' ', std::chars_format::hex);
+      const double y = reader.number<double>(' ', std::chars_format::hex);
+      const double z = reader.number<double>('\n', std::chars_format::hex);
+      vertices.emplace_back(x, y, z);
+    }
+    if (!reader.ok) return std::nullopt;
+    try {
+      shapes.push_back(ConvexShape::from_points(std::move(vertices)));
+    } catch (const std::invalid_argument&) {
+      return std::nullopt;
+    }
+  }
+  if (!reader.ok || !reader.at_end() || shapes.empty()) return std::nullopt;
+  return shapes;
+}
+
+}  // namespace
+
+std::string DecompositionCache::key(const TriangleMesh& solid, const DecompositionParameters& parameters) {
+  ContentHash hash;
+  hash.add(kFormat);
+  hash.add(decomposition_version());
+  hash.add(static_cast<std::uint64_t>(parameters.max_hulls));
+  hash.add(static_cast<std::uint64_t>(parameters.resolution));
+  hash.add(parameters.max_volume_error);
+  hash.add(static_cast<std::uint64_t>(parameters.max_vertices_per_hull));
+  hash.add(static_cast<std::uint64_t>(parameters.best_plane));
+  hash.add(std::uint64_t{solid.vertices.size()});
+  for (const Vec3& v : solid.vertices) {
+    for (int i = 0; i < 3; ++i) hash.add(v[i]);
+  }
+  hash.add(std::uint64_t{solid.triangles.size()});
+  for (const auto& t : solid.triangles) {
+    for (const std::uint32_t v : t) hash.add(std::uint64_t{v});
+  }
+  return hash.text();
+}
+
+std::filesystem::path DecompositionCache::file_of(const std::string& key) const {
+  return directory_ / (key + ".convex");
+}
+
+std::optional<std::vector<ConvexShape>> DecompositionCache::find(const std::string& key) const {
+  if (directory_.empty()) return std::nullopt;
+  const std::filesystem::path file = file_of(key);
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) return std::nullopt;
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  if (error || size > kLargestEntry) return std::nullopt;
+  std::ifstream stream(file, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  return from_text(key, text);
+}
+
+bool DecompositionCache::store(const std::string& key, const std::vector<ConvexShape>& shapes) const {
+  if (directory_.empty()) return false;
+  std::error_code error;
+  std::filesystem::create_directories(directory_, error);
+  // Written beside its place and renamed: a torn write is never seen under the entry's name, and two programs
+  // that store the same entry do not disturb each other.
+  std::string temporary = (directory_ / (key + "." + std::string(6, 'X'))).string();
+  const int descriptor = ::mkstemp(temporary.data());
+  if (descriptor < 0) return false;
+  const std::string text = to_text(key, shapes);
+  bool ok = true;
+  for (std::size_t done = 0; ok && done < text.size();) {
+    const ssize_t written = ::write(descriptor, text.data() + done, text.size() - done);
+    ok = written > 0;
+    if (ok) done += static_cast<std::size_t>(written);
+  }
+  ok = ::close(descriptor) == 0 && ok;
+  if (ok) {
+    std::filesystem::rename(temporary, file_of(key), error);
+    ok = !error;
+  }
+  if (!ok) std::filesystem::remove(temporary, error);
+  return ok;
+}
+
+std::filesystem::path user_cache_directory() {
+  const auto variable = [](const char* name) { return ::getenv(name); };
+  if (const char* own = variable("TAKT_CACHE_DIR")) return own;
+  const char* base = variable("XDG_CACHE_HOME");
+  // The specification (freedesktop.org, XDG base directories) has relative paths ignored.
+  if (base != nullptr && base[0] == '/') return std::filesystem::path(base) / "takt";
+  const char* home = variable("HOME");
+  if (home != nullptr && home[0] == '/') return std::filesystem::path(home) / ".cache" / "takt";
+  return {};
+}
+
+CachedDecomposition decompose_cached(const TriangleMesh& solid, const DecompositionParameters& parameters,
+                                     const DecompositionCache& cache,
+                                     const std::function<void(double)>& progress) {
+  const std::string key = DecompositionCache::key(solid, parameters);
+  if (auto known = cache.find(key)) return {std::move(*known), true};
+  CachedDecomposition result{decompose(solid, parameters, progress), false};
+  cache.store(key, result.shapes);
+  return result;
+}
+
+}  // namespace takt

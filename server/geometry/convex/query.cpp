@@ -1,0 +1,155 @@
+#include "server/geometry/convex/query.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "server/geometry/convex/epa_polytope.h"
+
+namespace takt {
+namespace {
+
+constexpr int kMaxRounds = 40;
+constexpr double kDepthShare = 0.5;
+// A gap proves something only if it is finite: poses that are not end in convex_overlap(), which refuses
+// them.
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// What rounding and convex_overlap()'s own tolerance may amount to. The second term matters only for shapes
+/// far from the origin of their frames.
+double guard_of(const ConvexShape& a, const ConvexShape& b, double margin) {
+  return kGuard * (a.radius + b.radius + margin) + 1e-14 * (a.reach + b.reach);
+}
+
+/// Gap between the shapes on a unit axis pointing from A to B: a lower bound of their distance.
+double gap_on_axis(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b, const Pose& X_WB,
+                   ConvexHint& hint) {
+  const Vec3& n_A = hint.axis_A;
+  const Vec3 n_W = X_WA.R * n_A;
+  const Vec3 d_B = -(X_WB.R.transpose() * n_W);
+  return n_W.dot(X_WB.p - X_WA.p) - a.extreme_height(n_A, hint.vertex_a) -
+         b.extreme_height(d_B, hint.vertex_b);
+}
+
+bool still_overlapping(const Pose& X_WA, const Pose& X_WB, double margin, double guard,
+                       const ConvexHint& hint) {
+  const double limit = hint.depth + margin - guard;
+  const Vec3 apart = (X_WB.R * hint.point_B - X_WA.R * hint.point_A) + (X_WB.p - X_WA.p);
+  const double moved2 = apart.squaredNorm();
+  const double without_depth = margin - guard;
+  if (without_depth > 0.0 && moved2 < without_depth * without_depth) return true;
+  if (!(limit > 0.0 && hint.depth > 0.0 && moved2 < limit * limit)) return false;
+  // The rotation since then by an angle w moves no point that counts by more than 2 sin(w / 2) times the
+  // reach; 2 - 2 cos(w) = 3 - trace(R_then^T R_now). 1e-14 is for rounding.
+  const Mat3 M = X_WA.R * hint.R_AB;
+  const double trace = (M.array() * X_WB.R.array()).sum();
+  const double turned = std::sqrt(std::max(0.0, 3.0 - trace) + 1e-14);
+  return std::sqrt(moved2) + turned * hint.reach < limit;
+}
+
+void remember_overlap(const Simplex& simplex, const Difference& difference, ConvexHint& hint) {
+  hint.evidence = ConvexHint::Evidence::overlapping;
+  hint.point_A.setZero();
+  hint.point_B.setZero();
+  for (int i = 0; i < simplex.count; ++i) {
+    hint.point_A += simplex.weight[i] * simplex.corner[i].a;
+    hint.point_B += simplex.weight[i] * simplex.corner[i].b;
+  }
+  hint.R_AB = difference.R_AB;
+  hint.depth = hint.reach = 0.0;
+}
+
+/// Looks how deep the origin is inside A - B, roughly: half the depth is enough to be of use for many
+/// queries.
+void remember_depth(const Simplex& simplex, Difference& difference, double size, double guard,
+                    ConvexHint& hint) {
+  Polytope polytope;
+  if (!polytope.begin(simplex, difference, size)) return;
+  polytope.grow(difference, 0.0, kDepthShare, 1e-6);
+  // Rounding is about 1e-15 size^3 in a product, so 1e-9 of the size at the thinnest face. The two points of
+  // the hint do not coincide exactly.
+  const double depth = polytope.lower() - 1e-8 * size - simplex.nearest().norm();
+  if (!(depth > guard)) return;
+  hint.depth = depth;
+  hint.reach = polytope.reach(hint.point_B);
+}
+
+enum class Found : std::uint8_t { apart, overlapping, nothing };
+
+/// GJK until the first proof.
+Found search(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b, const Pose& X_WB, double margin,
+             double guard, ConvexHint& hint) {
+  Difference difference(a, X_WA, b, X_WB, hint.vertex_a, hint.vertex_b);
+  const double size = a.radius + b.radius + margin;
+  Simplex simplex;
+  Vec3 v = hint.evidence == ConvexHint::Evidence::apart
+               ? Vec3(-hint.axis_A)
+               : Vec3(a.center_B - (difference.R_AB * b.center_B + difference.p_AB));
+  if (!(v.squaredNorm() > 0.0)) v = Vec3::UnitX();
+  // How deep is worth knowing only where shapes overlap for longer.
+  const bool again = hint.evidence == ConvexHint::Evidence::overlapping;
+  hint.evidence = ConvexHint::Evidence::none;
+  bool proven = false;   // a point of A and a point of B are closer than the margin
+  bool reached = false;  // the simplex contains the origin, up to rounding
+  bool apart = false;
+  for (int round = 0; round < kMaxRounds && !reached; ++round) {
+    const double length = v.norm();
+    const Vec3 n = v / -length;
+    const SimplexCorner corner = difference.extreme(n);
+    hint.vertex_a = difference.vertex_a;
+    hint.vertex_b = difference.vertex_b;
+    const double gap = -n.dot(corner.y);
+    if (gap > margin + guard && gap < kInfinity) {
+      hint.evidence = ConvexHint::Evidence::apart;
+      hint.axis_A = n;
+      return Found::apart;
+    }
+    apart = gap > 0.0;
+    if (proven && apart) break;                              // apart but within the margin
+    if (round > 0 && !(length - gap > 1e-12 * size)) break;  // as near as it gets
+    if (!simplex.add(corner)) break;
+    const Simplex::Place place = simplex.reduce_to_nearest();
+    if (place == Simplex::Place::failed) break;
+    v = simplex.nearest();
+    const double distance = v.norm();
+    proven = distance < margin - guard;
+    reached = place == Simplex::Place::inside || !(distance > 1e-12 * size);
+    if (proven || reached) remember_overlap(simplex, difference, hint);
+    if (proven && !again) return Found::overlapping;
+    // Where the shapes overlap by more than the margin, a few more rounds end with the origin inside.
+  }
+  if (hint.evidence == ConvexHint::Evidence::none) return Found::nothing;
+  if (reached) remember_depth(simplex, difference, size, guard, hint);
+  return proven || hint.depth > 0.0 ? Found::overlapping : Found::nothing;
+}
+
+}  // namespace
+
+bool convex_overlap(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b, const Pose& X_WB,
+                    double margin, ConvexHint& hint, QueryCounts& counts) {
+  const double guard = guard_of(a, b, margin);
+  if (hint.evidence == ConvexHint::Evidence::apart) {
+    const double gap = gap_on_axis(a, X_WA, b, X_WB, hint);
+    if (gap > margin + guard && gap < kInfinity && margin >= 0.0) {
+      ++counts.by_hint;
+      return false;
+    }
+  } else if (hint.evidence == ConvexHint::Evidence::overlapping) {
+    if (margin >= 0.0 && still_overlapping(X_WA, X_WB, margin, guard, hint)) {
+      ++counts.by_hint;
+      return true;
+    }
+  }
+  if (!(margin >= 0.0)) check_query(X_WA, X_WB, margin);
+  const Found found = search(a, X_WA, b, X_WB, margin, guard, hint);
+  if (found != Found::nothing) {
+    ++counts.by_search;
+    return found == Found::overlapping;
+  }
+  hint.evidence = ConvexHint::Evidence::none;
+  ++counts.by_mpr;
+  return convex_overlap(a, X_WA, b, X_WB, margin);
+}
+
+}  // namespace takt

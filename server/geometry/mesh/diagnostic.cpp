@@ -1,0 +1,78 @@
+#include "server/geometry/mesh/diagnostic.h"
+
+#include <cmath>
+#include <sstream>
+
+namespace takt {
+
+std::string_view to_string(MeshFindingKind kind) {
+  switch (kind) {
+    case MeshFindingKind::bad_vertex:
+      return "bad vertex";
+    case MeshFindingKind::zero_area_faces:
+      return "faces without area";
+    case MeshFindingKind::duplicate_faces:
+      return "duplicate faces";
+    case MeshFindingKind::open_edges:
+      return "open edges";
+    case MeshFindingKind::crowded_edges:
+      return "edges of more than two faces";
+    case MeshFindingKind::not_orientable:
+      return "surface with one side";
+    case MeshFindingKind::mixed_orientation:
+      return "mixed orientation";
+    case MeshFindingKind::inside_out:
+      return "inside out";
+    case MeshFindingKind::encloses_nothing:
+      return "encloses nothing";
+    case MeshFindingKind::cavities:
+      return "cavities";
+    case MeshFindingKind::nested_solids:
+      return "solids inside others";
+    case MeshFindingKind::needles:
+      return "needle triangles";
+    case MeshFindingKind::sharp_edges:
+      return "sharp edges";
+    case MeshFindingKind::coarse:
+      return "coarse for contact";
+    case MeshFindingKind::far_from_origin:
+      return "far from the origin";
+  }
+  return "";
+}
+
+std::string_view to_string(MeshSeverity severity) {
+  switch (severity) {
+    case MeshSeverity::info:
+      return "info";
+    case MeshSeverity::warning:
+      return "warning";
+    case MeshSeverity::repaired:
+      return "repaired";
+    case MeshSeverity::refused:
+      return "refused";
+  }
+  return "";
+}
+
+std::string place_text(const Vec3& p) {
+  std::ostringstream text;
+  text.precision(6);
+  // To the nanometre; + 0: no -0.
+  const auto rounded = [](double x) { return std::round(x * 1e9) / 1e9 + 0.0; };
+  text << "(" << rounded(p.x()) << ", " << rounded(p.y()) << ", " << rounded(p.z()) << ") m";
+  return text.str();
+}
+
+std::string number_text(double value, int digits) {
+  std::ostringstream text;
+  text.precision(digits);
+  text << value;
+  return text.str();
+}
+
+std::string counted(std::size_t count, const char* one, const char* many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
+}  // namespace takt

@@ -1,0 +1,323 @@
+#include "server/geometry/surface/contact_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+#include "server/geometry/surface/clusters.h"
+#include "server/geometry/surface/contact_surface_data.h"
+#include "server/geometry/surface/element_corners.h"
+
+namespace takt {
+namespace {
+
+using Data = ContactSurface::Data;
+
+/// Far more than any computation would survive; a slip of the edge length should not fill the memory.
+constexpr std::size_t kMaxElements = 5'000'000;
+
+struct Side {
+  std::uint32_t low, high;
+  std::int32_t face;
+  int edge;
+};
+
+void connect_faces(Data& data) {
+  std::vector<Side> sides;
+  sides.reserve(3 * data.faces.size());
+  for (std::size_t i = 0; i < data.faces.size(); ++i)
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t from = data.faces[i].vertex[static_cast<std::size_t>(k)];
+      const std::uint32_t to = data.faces[i].vertex[static_cast<std::size_t>((k + 1) % 3)];
+      sides.push_back({std::min(from, to), std::max(from, to), static_cast<std::int32_t>(i), k});
+    }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    if (a.low != b.low) return a.low < b.low;
+    return a.high != b.high ? a.high < b.high : a.face < b.face;
+  });
+  // The mesh is closed: sides come in pairs.
+  for (std::size_t i = 0; i + 1 < sides.size(); i += 2) {
+    const Side &a = sides[i], &b = sides[i + 1];
+    data.faces[static_cast<std::size_t>(a.face)].neighbour[static_cast<std::size_t>(a.edge)] = b.face;
+    data.faces[static_cast<std::size_t>(b.face)].neighbour[static_cast<std::size_t>(b.edge)] = a.face;
+  }
+}
+
+/// Grows planes from the largest triangles: their normals are known best.
+void find_patches(Data& data, const std::vector<Vec3>& normals, const std::vector<double>& areas) {
+  const double flatness_m = 1e-8 * data.radius_m;
+  std::vector<std::int32_t> order(data.faces.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
+    return areas[static_cast<std::size_t>(a)] > areas[static_cast<std::size_t>(b)];
+  });
+  std::vector<std::int32_t> open;
+  for (const std::int32_t seed : order) {
+    ContactFace& first = data.faces[static_cast<std::size_t>(seed)];
+    if (first.patch >= 0) continue;
+    const auto number = static_cast<std::int32_t>(data.patches.size());
+    ContactPatch patch;
+    patch.normal = normals[static_cast<std::size_t>(seed)];
+    patch.offset_m = patch.normal.dot(data.vertices[first.vertex[0]]);
+    first.patch = number;
+    open.assign(1, seed);
+    while (!open.empty()) {
+      const std::int32_t face = open.back();
+      open.pop_back();
+      for (const std::int32_t next : data.faces[static_cast<std::size_t>(face)].neighbour) {
+        ContactFace& other = data.faces[static_cast<std::size_t>(next)];
+        if (other.patch >= 0 || normals[static_cast<std::size_t>(next)].dot(patch.normal) < 0.999) continue;
+        const bool flat = std::all_of(other.vertex.begin(), other.vertex.end(), [&](std::uint32_t v) {
+          return std::abs(patch.normal.dot(data.vertices[v]) - patch.offset_m) <= flatness_m;
+        });
+        if (!flat) continue;
+        other.patch = number;
+        open.push_back(next);
+      }
+    }
+    data.patches.push_back(patch);
+  }
+}
+
+void find_vertex_normals(Data& data) {
+  constexpr std::int32_t kNone = -2;
+  data.vertex_normal.assign(data.vertices.size(), Vec3::Zero());
+  data.vertex_patch.assign(data.vertices.size(), kNone);
+  for (const ContactFace& face : data.faces) {
+    const auto corner = data.corners(face);
+    const Vec3& normal = data.patches[static_cast<std::size_t>(face.patch)].normal;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 a = corner[(k + 1) % 3] - corner[k], b = corner[(k + 2) % 3] - corner[k];
+      data.vertex_normal[face.vertex[k]] += std::atan2(a.cross(b).norm(), a.dot(b)) * normal;
+      std::int32_t& patch = data.vertex_patch[face.vertex[k]];
+      patch = patch == kNone || patch == face.patch ? face.patch : -1;
+    }
+  }
+}
+
+void make_faces(const TriangleMesh& mesh, Data& data) {
+  data.vertices = mesh.vertices;
+  data.faces.resize(mesh.triangles.size());
+  std::vector<Vec3> normals(mesh.triangles.size());
+  std::vector<double> areas(mesh.triangles.size());
+  std::vector<Aabb> boxes(mesh.triangles.size());
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    ContactFace& face = data.faces[i];
+    face.vertex = mesh.triangles[i];
+    const auto corner = data.corners(face);
+    const Vec3 twice = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
+    normals[i] = twice.normalized();
+    areas[i] = 0.5 * twice.norm();
+    data.surface_area_m2 += areas[i];
+    for (std::size_t k = 0; k < 3; ++k) {
+      face.inward[k] = normals[i].cross(corner[(k + 1) % 3] - corner[k]).normalized();
+      face.shift_m[k] = -face.inward[k].dot(corner[k]);
+    }
+    boxes[i] = {corner[0].cwiseMin(corner[1]).cwiseMin(corner[2]),
+                corner[0].cwiseMax(corner[1]).cwiseMax(corner[2])};
+  }
+  data.face_tree = BoxTree(boxes);
+  data.bounds = boxes.front();
+  for (const Aabb& box : boxes) {
+    data.bounds.lower = data.bounds.lower.cwiseMin(box.lower);
+    data.bounds.upper = data.bounds.upper.cwiseMax(box.upper);
+  }
+  data.box = {0.5 * (data.bounds.lower + data.bounds.upper), 0.5 * (data.bounds.upper - data.bounds.lower)};
+  for (const ContactFace& face : data.faces)
+    for (const std::uint32_t v : face.vertex)
+      data.radius_m = std::max(data.radius_m, (data.vertices[v] - data.box.center_B).norm());
+  connect_faces(data);
+  find_patches(data, normals, areas);
+  find_vertex_normals(data);
+  make_pieces(data);
+}
+
+/// Halves the longest edge until none is longer than `edge_m`; a fixed order of corners gives fixed elements.
+void divide(const TriangleCorners& corner, double edge_m, std::vector<TriangleCorners>& pieces) {
+  std::vector<TriangleCorners> open{corner};
+  while (!open.empty()) {
+    const TriangleCorners piece = open.back();
+    open.pop_back();
+    double length_m = 0.0;
+    const auto halves = halve_longest_edge(piece, length_m);
+    if (edge_m <= 0.0 || length_m <= edge_m)
+      pieces.push_back(piece);
+    else
+      open.insert(open.end(), halves.begin(), halves.end());
+  }
+}
+
+[[noreturn]] void refuse_edge(const Data& data, double edge_m) {
+  const Vec3 size = 2.0 * data.box.half_B;
+  std::ostringstream text;
+  text << "an element edge of " << edge_m << " m makes more than " << kMaxElements
+       << " contact elements of a mesh of " << size.x() << " x " << size.y() << " x " << size.z()
+       << " m; choose a longer one (element_edge_m), or, of a file in millimetres, mesh_scale: 0.001";
+  throw std::invalid_argument(text.str());
+}
+
+void make_elements(Data& data, const ContactSurfaceOptions& options) {
+  std::vector<std::array<Vec3, 3>> pieces;
+  // No piece is larger than the equilateral triangle.
+  const double largest_piece_m2 = 0.4330127 * options.element_edge_m * options.element_edge_m;
+  if (options.element_edge_m > 0.0 &&
+      data.surface_area_m2 > largest_piece_m2 * static_cast<double>(kMaxElements))
+    refuse_edge(data, options.element_edge_m);
+  for (std::size_t i = 0; i < data.faces.size(); ++i) {
+    const auto corner = data.corners(data.faces[i]);
+    const Vec3 normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized();
+    pieces.clear();
+    divide(corner, options.element_edge_m, pieces);
+    if (data.element_count() + pieces.size() > kMaxElements) refuse_edge(data, options.element_edge_m);
+    for (const auto& piece : pieces) {
+      const Vec3 p = (piece[0] + piece[1] + piece[2]) / 3.0;
+      const double area = 0.5 * (piece[1] - piece[0]).cross(piece[2] - piece[0]).norm();
+      data.px.push_back(p.x()), data.py.push_back(p.y()), data.pz.push_back(p.z());
+      data.nx.push_back(normal.x()), data.ny.push_back(normal.y()), data.nz.push_back(normal.z());
+      data.area_m2.push_back(area);
+      data.triangle.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+  make_clusters(data);
+}
+
+/// How far the body goes on from a point of its surface along the inward normal, by spheres that fit inside.
+double thickness_m(const Data& data, const Vec3& p, const Vec3& n) {
+  const double least_m = 1e-3 * data.radius_m, most_m = 2.0 * data.radius_m;
+  double s = least_m;
+  while (s < most_m) {
+    const double inside_m = -data.signed_distance_m(p - s * n);
+    if (!(inside_m > 0.0)) break;
+    s += std::max(inside_m, least_m);
+  }
+  return s;
+}
+
+/// Edges are thin everywhere: a twentieth of the surface does not count.
+void find_wall(Data& data) {
+  constexpr std::size_t kSamples = 300;
+  std::vector<double> found;
+  const std::size_t stride = std::max<std::size_t>(1, data.element_count() / kSamples);
+  for (std::size_t e = 0; e < data.element_count(); e += stride)
+    found.push_back(thickness_m(data, data.point(e), data.normal(e)));
+  if (found.empty()) return;
+  const auto at = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 20);
+  std::nth_element(found.begin(), at, found.end());
+  data.wall_m = *at;
+}
+
+}  // namespace
+
+ClosestOnFace ContactSurface::Data::closest_on_face(const ContactFace& face, const Vec3& x) const {
+  using Feature = ClosestOnFace::Feature;
+  ClosestOnFace found;
+  std::array<double, 3> margin;
+  for (std::size_t k = 0; k < 3; ++k) margin[k] = face.inward[k].dot(x) + face.shift_m[k];
+  if (margin[0] >= 0.0 && margin[1] >= 0.0 && margin[2] >= 0.0) {
+    const ContactPatch& plane = patches[static_cast<std::size_t>(face.patch)];
+    const double height = plane.normal.dot(x) - plane.offset_m;
+    found.q = x - height * plane.normal;
+    found.squared_m2 = height * height;
+    return found;
+  }
+  // Beyond an edge: on one of those that it is beyond.
+  found.squared_m2 = INFINITY;
+  for (std::uint8_t k = 0; k < 3; ++k) {
+    if (margin[k] >= 0.0) continue;
+    // The same bits from both faces of the edge.
+    const auto next = static_cast<std::uint8_t>((k + 1) % 3);
+    const bool forward = face.vertex[k] < face.vertex[next];
+    const Vec3& a = vertices[face.vertex[forward ? k : next]];
+    const Vec3& b = vertices[face.vertex[forward ? next : k]];
+    const Vec3 ab = b - a;
+    const double along = ab.dot(x - a), length2 = ab.squaredNorm();
+    const bool at_a = along <= 0.0, at_b = along >= length2;
+    const Vec3 q = at_a ? a : at_b ? b : Vec3(a + along / length2 * ab);
+    const double squared = (x - q).squaredNorm();
+    if (!(squared < found.squared_m2)) continue;
+    found.squared_m2 = squared;
+    found.q = q;
+    found.feature = at_a || at_b ? Feature::vertex : Feature::edge;
+    found.number = found.feature == Feature::edge ? k : at_a == forward ? k : next;
+  }
+  return found;
+}
+
+bool ContactSurface::Data::inside(const ContactFace& face, const ClosestOnFace& closest,
+                                  const Vec3& x) const {
+  using Feature = ClosestOnFace::Feature;
+  const auto normal = [this](const ContactFace& f) {
+    return patches[static_cast<std::size_t>(f.patch)].normal;
+  };
+  if (closest.feature == Feature::inside) {
+    const ContactPatch& plane = patches[static_cast<std::size_t>(face.patch)];
+    return plane.normal.dot(x) < plane.offset_m;
+  }
+  if (closest.feature == Feature::edge) {
+    const ContactFace& beyond = faces[static_cast<std::size_t>(face.neighbour[closest.number])];
+    return (x - closest.q).dot(normal(face) + normal(beyond)) < 0.0;
+  }
+  return (x - closest.q).dot(vertex_normal[face.vertex[closest.number]]) < 0.0;
+}
+
+double ContactSurface::Data::signed_distance_m(const Vec3& x) const {
+  double nearest2 = INFINITY;
+  std::int32_t nearest = -1;
+  ClosestOnFace best;
+  face_tree.visit_near(x, nearest2, [&](std::int32_t index) {
+    const ClosestOnFace closest = closest_on_face(faces[static_cast<std::size_t>(index)], x);
+    if (!(closest.squared_m2 < nearest2 || (closest.squared_m2 == nearest2 && index < nearest))) return;
+    nearest2 = closest.squared_m2;
+    nearest = index;
+    best = closest;
+  });
+  if (nearest < 0) return INFINITY;
+  const double distance = std::sqrt(nearest2);
+  return inside(faces[static_cast<std::size_t>(nearest)], best, x) ? -distance : distance;
+}
+
+double default_element_edge_m(const TriangleMesh& mesh) {
+  constexpr double kShare = 1.0 / 7.0;
+  if (mesh.vertices.empty()) return 0.0;
+  Vec3 lower = mesh.vertices.front(), upper = lower;
+  for (const Vec3& v : mesh.vertices) lower = lower.cwiseMin(v), upper = upper.cwiseMax(v);
+  return kShare * (upper - lower).norm();
+}
+
+ContactSurface::ContactSurface(const TriangleMesh& mesh, const ContactSurfaceOptions& options)
+    : data_(std::make_unique<Data>()) {
+  const MeshCheck check = check_closed(mesh);
+  if (!check.ok()) throw std::invalid_argument("a contact surface needs a closed mesh: " + check.problem);
+  if (!(options.element_edge_m >= 0.0 && std::isfinite(options.element_edge_m)))
+    throw std::invalid_argument("element_edge_m is " + std::to_string(options.element_edge_m) +
+                                "; it must be positive, or 0 for the triangles as they are");
+  make_faces(mesh, *data_);
+  make_elements(*data_, options);
+  find_wall(*data_);
+}
+
+ContactSurface::~ContactSurface() = default;
+
+std::size_t ContactSurface::element_count() const {
+  return data_->element_count();
+}
+std::size_t ContactSurface::face_count() const {
+  return data_->faces.size();
+}
+double ContactSurface::area_m2() const {
+  return data_->surface_area_m2;
+}
+double ContactSurface::patch_area_m2() const {
+  return data_->surface_area_m2 / static_cast<double>(data_->patches.size());
+}
+double ContactSurface::wall_m() const {
+  return data_->wall_m;
+}
+const Aabb& ContactSurface::bounds_B() const {
+  return data_->bounds;
+}
+
+}  // namespace takt

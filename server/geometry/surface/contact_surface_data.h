@@ -1,0 +1,95 @@
+#pragma once
+// What ContactSurface prepared, for the Polygonal Contact Model alone. All in the frame of the body.
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "server/geometry/box_tree.h"
+#include "server/geometry/surface/contact_surface.h"
+
+namespace takt {
+
+/// Triangles of one plane that hang together count as one face for depths.
+struct ContactPatch {
+  Vec3 normal = Vec3::Zero();  ///< outwards
+  double offset_m = 0.0;       ///< normal . x on the plane
+};
+
+struct ContactFace {
+  std::array<std::uint32_t, 3> vertex{};
+  std::int32_t patch = -1;
+  std::array<std::int32_t, 3> neighbour{};  ///< face beyond the edge from vertex k to k+1
+  /// Signed distance of a point of the plane to edge k, positive inside: inward[k] . x + shift_m[k].
+  std::array<Vec3, 3> inward;
+  std::array<double, 3> shift_m{};
+};
+
+/// Faces of one patch that nearly fill a rectangle, or one face.
+struct ContactPiece {
+  std::int32_t patch = -1;
+  std::array<Vec3, 4> corner;        ///< of the rectangle, or of the face, the last one twice
+  std::uint32_t begin = 0, end = 0;  ///< in piece_faces
+};
+
+/// The point of a face closest to another point, and where on the face it is.
+struct ClosestOnFace {
+  enum class Feature : std::uint8_t { inside, edge, vertex };
+  Feature feature = Feature::inside;
+  std::uint8_t number = 0;  ///< of the edge (from vertex k to k+1) or of the vertex
+  Vec3 q = Vec3::Zero();
+  double squared_m2 = 0.0;  ///< distance
+};
+
+/// Elements that lie together and look into similar directions: a range of them, and a box around their
+/// centroids. A tree of such ranges; the first child of a cluster is the next one.
+struct ContactCluster {
+  Vec3 center_B = Vec3::Zero(), half_m = Vec3::Zero();
+  Mat3 axes_B = Mat3::Identity();  ///< of the box, columns; the last is the mean normal, where there is one
+  double radius_m = 0.0;           ///< of the sphere about the centre around the box
+  double cone_cos = -1.0;          ///< least cosine of an element's normal with the last axis
+  std::uint32_t begin = 0, end = 0;
+  std::int32_t second = -1;  ///< child; -1 if this is not divided
+};
+
+struct ContactSurface::Data {
+  // Elements, in the order of the clusters.
+  std::vector<double> px, py, pz;  ///< centroid
+  std::vector<double> nx, ny, nz;  ///< outward unit normal
+  std::vector<double> area_m2;
+  std::vector<std::uint32_t> triangle;   ///< of the mesh
+  std::vector<ContactCluster> clusters;  ///< the first is of all elements
+  double surface_area_m2 = 0.0;
+
+  std::vector<Vec3> vertices;
+  /// Per vertex: normals of its faces weighted by their angles there, which tells inside from outside
+  /// (Baerentzen, Aanaes: Signed distance computation using the angle weighted pseudonormal, IEEE TVCG 2005).
+  std::vector<Vec3> vertex_normal;
+  std::vector<std::int32_t> vertex_patch;  ///< the patch of all its faces; -1: there are several
+  std::vector<ContactFace> faces;
+  std::vector<ContactPatch> patches;
+  BoxTree face_tree;
+  std::vector<ContactPiece> pieces;  ///< cover all faces
+  std::vector<std::int32_t> piece_faces;
+  BoxTree piece_tree;  ///< labelled with the patches
+
+  Aabb bounds;
+  BodyBox box;            ///< the same
+  double radius_m = 0.0;  ///< of the sphere about its centre around all vertices
+  double wall_m = 0.0;    ///< see ContactSurface::wall_m()
+
+  std::size_t element_count() const { return area_m2.size(); }
+  Vec3 point(std::size_t element) const { return {px[element], py[element], pz[element]}; }
+  Vec3 normal(std::size_t element) const { return {nx[element], ny[element], nz[element]}; }
+  std::array<Vec3, 3> corners(const ContactFace& face) const {
+    return {vertices[face.vertex[0]], vertices[face.vertex[1]], vertices[face.vertex[2]]};
+  }
+  ClosestOnFace closest_on_face(const ContactFace& face, const Vec3& x) const;
+  /// Distance of x to the surface (m), negative inside. Walks the hierarchy of all faces.
+  double signed_distance_m(const Vec3& x) const;
+  /// Whether x, whose closest point on the surface is `closest` of this face, is inside.
+  bool inside(const ContactFace& face, const ClosestOnFace& closest, const Vec3& x) const;
+};
+
+inline constexpr double kEdgeWidth_m = 1e-9;
+
+}  // namespace takt

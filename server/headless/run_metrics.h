@@ -1,0 +1,108 @@
+#pragma once
+// What a run says of the process as such: how long its steps take and what they cost, the largest loads with
+// their times, and curves of power, torques, forces and devices. Gathered while it runs.
+#include <array>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client_lib/controller/controller.h"
+#include "server/simulation/step/simulation.h"
+
+namespace takt {
+
+struct Peak {
+  double value = 0.0, time_s = 0.0;
+  /// Keeps the larger one.
+  void note(double candidate, double at_s) {
+    if (candidate > value) *this = {candidate, at_s};
+  }
+};
+
+/// Of one joint: largest absolute values (rad/s or m/s; N m or N), and its range of positions (rad or m).
+struct JointExtremes {
+  Peak speed, torque;
+  double lowest = 0.0, highest = 0.0;
+};
+
+struct RobotExtremes {
+  std::vector<JointExtremes> joints;
+  Peak flange_force_N, flange_torque_N_m;  ///< from level of detail 2 on
+  bool dynamic = false;                    ///< was above level of detail 1 at some time
+};
+
+/// When two components pressed most upon each other by surface contact. What touches as the run begins
+/// settles from touching to pressing: its first 0.1 s do not count, here and in HoldingExtreme.
+struct ContactExtreme {
+  double time_s = 0.0;
+  ContactSample sample;
+  Peak torque_N_m;  ///< on the base, about the centre of pressure
+};
+
+/// Largest force with which a component held a Part by substitute force or contact.
+struct HoldingExtreme {
+  int part = -1, holder = -1;
+  Peak force_N, torque_N_m;
+};
+
+struct ConsumerNumbers {
+  std::string name;
+  double energy_J = 0.0;
+  Peak power_W;
+};
+
+/// A step of the program, with what each consumer drew meanwhile (in their order).
+struct StepNumbers {
+  controller::ProgramStep step;
+  std::vector<double> energy_J;
+};
+
+struct Curve {
+  std::string group, name, unit;
+  std::vector<std::pair<double, double>> points;  ///< time (s), value
+};
+
+struct ProcessNumbers {
+  std::vector<RobotExtremes> robots;
+  std::vector<ContactExtreme> contacts;  ///< of each pair that ever pressed, in the order of pairs
+  std::vector<HoldingExtreme> holding;
+  std::vector<ConsumerNumbers> consumers;
+  std::vector<StepNumbers> steps;
+  std::vector<Curve> curves;
+};
+
+class ProcessRecorder {
+ public:
+  /// Curves have a point every `period_s`, of long runs fewer. Robots above level of detail 1 and contacts
+  /// are looked at after every step, what moves by kinematics alone with the curves.
+  ProcessRecorder(const Simulation& simulation, double period_s);
+  /// Before the first step and after every one.
+  void note(const Simulation& simulation);
+  /// At the end. A step that still goes on ends then.
+  ProcessNumbers finish(const Simulation& simulation, const std::vector<controller::ProgramStep>& steps);
+
+ private:
+  void note_extremes();
+  void note_curves();
+  void halve_curves();
+  double energy_at(std::size_t consumer, double time_s) const;
+  /// The pair touches since the run began, which is not long ago. `from_start`: pairs found at the beginning.
+  bool settles(std::set<std::pair<int, int>>& from_start, std::pair<int, int> pair) const;
+
+  const CellDescription& cell_;
+  Snapshot snapshot_;
+  double period_s_;
+  std::uint64_t next_ = 0;
+  bool every_step_ = false;
+  ProcessNumbers numbers_;
+  std::set<std::pair<int, int>> pressed_from_start_, held_from_start_;
+  std::map<std::pair<int, int>, ContactExtreme> contacts_;
+  std::map<std::pair<int, int>, HoldingExtreme> holding_;
+  std::vector<double> times_s_;
+  std::vector<std::vector<double>> energies_J_;  ///< of each consumer
+  std::map<std::string, std::size_t> curves_;    ///< by group and name
+};
+
+}  // namespace takt

@@ -1,0 +1,125 @@
+#include "server/headless/run_metrics_report.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+namespace takt {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Margin {
+  std::string of, unit;
+  double value = 0.0, limit = 0.0, time_s = 0.0;
+  double use() const { return value / limit; }
+};
+
+Json steps_json(const CellDescription& cell, const ProcessNumbers& process) {
+  Json all = Json::array();
+  for (const StepNumbers& step : process.steps) {
+    Json energy = Json::object();
+    double total = 0.0;
+    for (std::size_t i = 0; i < step.energy_J.size(); ++i) {
+      energy[process.consumers[i].name] = step.energy_J[i];
+      total += step.energy_J[i];
+    }
+    all.push_back({{"robot", cell.robots[static_cast<std::size_t>(step.step.robot)].name},
+                   {"name", step.step.name},
+                   {"named", step.step.named},
+                   {"line", step.step.line},
+                   {"begin_s", step.step.begin_s},
+                   {"end_s", step.step.end_s},
+                   {"duration_s", step.step.end_s - step.step.begin_s}});
+    if (!step.energy_J.empty()) all.back()["energy_J"] = std::move(energy), all.back()["total_J"] = total;
+  }
+  return all;
+}
+
+Json robots_json(const CellDescription& cell, const ProcessNumbers& process, std::vector<Margin>& margins) {
+  Json all = Json::object();
+  for (std::size_t r = 0; r < process.robots.size(); ++r) {
+    const RobotExtremes& robot = process.robots[r];
+    Json joints = Json::array();
+    for (std::size_t j = 0; j < robot.joints.size(); ++j) {
+      const JointModel& model = cell.robots[r].arm.joints[j];
+      const JointExtremes& joint = robot.joints[j];
+      const bool turns = model.type == JointType::revolute;
+      const std::string name = cell.robots[r].name + "." + model.name;
+      Json item{{"name", model.name},
+                {"lowest_position", joint.lowest},
+                {"highest_position", joint.highest},
+                {"largest_speed", joint.speed.value},
+                {"largest_speed_time_s", joint.speed.time_s}};
+      if (model.max_velocity > 0.0)
+        margins.push_back({name + " speed", turns ? "rad/s" : "m/s", joint.speed.value, model.max_velocity,
+                           joint.speed.time_s});
+      if (robot.dynamic) {
+        item["largest_torque"] = joint.torque.value;
+        item["largest_torque_time_s"] = joint.torque.time_s;
+        if (model.max_effort > 0.0)
+          margins.push_back({name + " torque", turns ? "N m" : "N", joint.torque.value, model.max_effort,
+                             joint.torque.time_s});
+      }
+      joints.push_back(std::move(item));
+    }
+    Json& told = all[cell.robots[r].name];
+    told["joints"] = std::move(joints);
+    if (!robot.dynamic) continue;
+    told["largest_flange_force_N"] = robot.flange_force_N.value;
+    told["largest_flange_force_time_s"] = robot.flange_force_N.time_s;
+    told["largest_flange_torque_N_m"] = robot.flange_torque_N_m.value;
+    told["largest_flange_torque_time_s"] = robot.flange_torque_N_m.time_s;
+  }
+  return all;
+}
+
+}  // namespace
+
+Json process_json(const CellDescription& cell, const HeadlessResult& result) {
+  const ProcessNumbers& process = *result.process;
+  Json all;
+  double cycle_s = 0.0;
+  for (const StepNumbers& step : process.steps) cycle_s = std::max(cycle_s, step.step.end_s);
+  all["cycle_time_s"] = process.steps.empty() ? Json(nullptr) : Json(cycle_s);
+  all["steps"] = steps_json(cell, process);
+  Json consumers = Json::object();
+  for (const ConsumerNumbers& consumer : process.consumers)
+    consumers[consumer.name] = {{"energy_J", consumer.energy_J},
+                                {"largest_power_W", consumer.power_W.value},
+                                {"largest_power_time_s", consumer.power_W.time_s}};
+  all["consumers"] = std::move(consumers);
+  std::vector<Margin> margins;
+  all["robots"] = robots_json(cell, process, margins);
+  Json holding = Json::array();
+  const auto name = [&](int component) { return cell.components[static_cast<std::size_t>(component)].name; };
+  for (const HoldingExtreme& most : process.holding)
+    holding.push_back({{"part", name(most.part)},
+                       {"holder", name(most.holder)},
+                       {"largest_force_N", most.force_N.value},
+                       {"largest_force_time_s", most.force_N.time_s},
+                       {"largest_torque_N_m", most.torque_N_m.value},
+                       {"largest_torque_time_s", most.torque_N_m.time_s}});
+  all["holding"] = std::move(holding);
+  for (const GripExtreme& most : result.grips)
+    margins.push_back(
+        {cell.grippers[static_cast<std::size_t>(most.gripper)].name + " grip of " + name(most.load.part), "N",
+         most.load.needed_N, most.load.force_N, most.time_s});
+  for (const AssertionResult& demand : result.assertions)
+    if (demand.value && demand.upper && *demand.upper > 0.0)
+      margins.push_back({demand.name, "", *demand.value, *demand.upper, demand.time_s});
+  std::stable_sort(margins.begin(), margins.end(),
+                   [](const Margin& a, const Margin& b) { return a.use() > b.use(); });
+  Json told = Json::array();
+  for (const Margin& margin : margins)
+    told.push_back({{"of", margin.of},
+                    {"use", margin.use()},
+                    {"value", margin.value},
+                    {"limit", margin.limit},
+                    {"unit", margin.unit},
+                    {"time_s", margin.time_s}});
+  all["margins"] = std::move(told);
+  return all;
+}
+
+}  // namespace takt

@@ -1,0 +1,47 @@
+#pragma once
+// A recording (command_log.h) simulated again, compared at every checkpoint with what it was.
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "server/runtime/recording/command_log.h"
+#include "server/simulation/model/cell_model.h"
+
+namespace takt {
+
+class Executor;
+
+struct ReplayOptions {
+  /// Makes the model of what was loaded. Throws with a sentence. See load_logged_world().
+  std::function<std::shared_ptr<const CellModel>(const LogWorld&)> load;
+  Executor* executor = nullptr;  ///< for the collision checks
+};
+
+/// Reads the scenario the log names, or `instead` of its file, with overrides, level of detail, and what was
+/// spawned and deleted.
+std::shared_ptr<const CellModel> load_logged_world(const LogWorld& world,
+                                                   const std::filesystem::path& cache_directory,
+                                                   const std::filesystem::path& instead = {});
+
+struct ReplayResult {
+  std::string version, cell;  ///< of the server that recorded
+  std::uint64_t worlds = 0, steps = 0, commands = 0, requests = 0, checkpoints = 0;
+  /// At the last checkpoint that was the same.
+  std::string scenario;
+  std::uint64_t step = 0, state_hash = 0;
+  bool complete = false;  ///< the log was ended in order
+  /// Where the replay differs first, as a sentence; empty: nowhere.
+  std::string difference;
+  std::uint64_t different_step = 0;  ///< the step after which states differ first
+  /// Why the log ends early, as a sentence; empty: it does not.
+  std::string early_end;
+};
+
+/// Throws LogError for a log that cannot be read, has no checkpoint or does not fit to the scenario, and what
+/// load() throws.
+ReplayResult replay(const std::filesystem::path& log, const ReplayOptions& options);
+
+}  // namespace takt

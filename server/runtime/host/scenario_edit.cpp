@@ -1,0 +1,150 @@
+#include "server/runtime/host/scenario_edit.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "server/scenario/device_builder.h"
+#include "server/scenario/scenario_names.h"
+
+namespace takt {
+namespace {
+
+/// Names of the devices that come with a Part.
+std::vector<std::string> devices_of(const ScenarioPart& part) {
+  std::vector<std::string> names;
+  if (part.heat) names.push_back(heat_device_name(part.name));
+  if (part.thread) names.push_back(thread_device_name(part.name));
+  return names;
+}
+
+bool is_taken(const Scenario& scenario, const std::string& name) {
+  const auto has = [&](const auto& items) {
+    return std::any_of(items.begin(), items.end(), [&](const auto& item) { return item.name == name; });
+  };
+  return has(scenario.parts) || has(scenario.grounds) || has(scenario.robots) || has(scenario.grippers) ||
+         has(scenario.furnaces) || has(scenario.screwdrivers) ||
+         std::any_of(scenario.parts.begin(), scenario.parts.end(), [&](const ScenarioPart& part) {
+           const auto names = devices_of(part);
+           return std::find(names.begin(), names.end(), name) != names.end();
+         });
+}
+
+/// The name, and those of the devices that the Part brings along.
+bool is_taken_by_another(const Scenario& scenario, ScenarioPart part, const std::string& name) {
+  part.name = name;
+  const auto devices = devices_of(part);
+  return is_taken(scenario, name) ||
+         std::any_of(devices.begin(), devices.end(), [&](const auto& d) { return is_taken(scenario, d); });
+}
+
+const ScenarioPart* find_part(const Scenario& scenario, const std::string& name) {
+  const auto part = std::find_if(scenario.parts.begin(), scenario.parts.end(),
+                                 [&](const ScenarioPart& p) { return p.name == name; });
+  return part == scenario.parts.end() ? nullptr : &*part;
+}
+
+std::variant<ScenarioPart, HostRefusal> new_part(const Scenario& scenario, const SpawnEntity& request) {
+  ScenarioPart part;
+  if (!request.copy_of.empty()) {
+    const ScenarioPart* original = find_part(scenario, request.copy_of);
+    if (original == nullptr) {
+      return HostRefusal{ControlResult::not_found,
+                         "There is no Part '" + request.copy_of.substr(0, 100) + "' to copy."};
+    }
+    part = *original;
+    part.thread.reset();  // the copy is elsewhere, not in the threaded hole of the original
+    if (request.mass_kg && part.inertia_kg_m2) *part.inertia_kg_m2 *= *request.mass_kg / part.mass_kg;
+  } else {
+    std::error_code unreadable;
+    if (!std::filesystem::exists(request.mesh, unreadable)) {
+      return HostRefusal{ControlResult::no_resource, "There is no file " + request.mesh.string() +
+                                                         ", seen from the working directory of the server."};
+    }
+    part.mesh = request.mesh;
+    part.mesh_scale = request.mesh_scale;
+  }
+  part.X_WB = request.X_WB;
+  part.V_WB = {};
+  if (request.mass_kg) part.mass_kg = *request.mass_kg;
+  if (request.hierarchy) part.hierarchy = *request.hierarchy;
+  return part;
+}
+
+}  // namespace
+
+std::variant<ChangedScenario, HostRefusal> changed(const Scenario& scenario, const SpawnEntity& request) {
+  std::string name = request.name;
+  if (!is_scenario_name(name)) {
+    return HostRefusal{
+        ControlResult::name_invalid,
+        "The name '" + name.substr(0, 100) + "' is not possible; allowed are " + kAllowedScenarioNames + "."};
+  }
+  auto part = new_part(scenario, request);
+  if (auto* refusal = std::get_if<HostRefusal>(&part)) return *refusal;
+  auto& wanted = std::get<ScenarioPart>(part);
+  for (int number = 2; request.allow_renaming && is_taken_by_another(scenario, wanted, name); ++number) {
+    const std::string end = "_" + std::to_string(number);
+    name = request.name.substr(0, kLongestScenarioName - end.size()) + end;
+  }
+  if (is_taken_by_another(scenario, wanted, name)) {
+    return HostRefusal{
+        ControlResult::name_not_unique,
+        "There is a '" + name + "' in this cell already; allow_renaming true finds another name."};
+  }
+  wanted.name = name;
+  ChangedScenario result{scenario, name};
+  std::erase(result.scenario.deleted, name);
+  result.scenario.parts.push_back(std::move(wanted));
+  for (ScenarioProcess& process : result.scenario.processes) {
+    const auto& members = process.members;
+    const bool home = request.copy_of.empty() ||
+                      std::find(members.begin(), members.end(), request.copy_of) != members.end();
+    if (process.all_members || !home) continue;
+    process.members.push_back(name);
+    break;
+  }
+  return result;
+}
+
+std::variant<ChangedScenario, HostRefusal> changed(const Scenario& scenario, const DeleteEntity& request) {
+  const std::string& name = request.name;
+  if (find_part(scenario, name) == nullptr) {
+    // A gripper's jaws are components named after it.
+    const bool other = is_taken(scenario, name.substr(0, name.find('/')));
+    return other ? HostRefusal{ControlResult::failed, "'" + name + "' is no Part; only Parts can be deleted."}
+                 : HostRefusal{ControlResult::not_found,
+                               "There is no Part '" + name.substr(0, 128) + "' in this cell."};
+  }
+  std::string screws;
+  for (const ScenarioPart& part : scenario.parts)
+    if (part.thread && part.thread->in == name) screws += (screws.empty() ? "" : ", ") + part.name;
+  if (!screws.empty()) {
+    return HostRefusal{ControlResult::failed, "'" + name +
+                                                  "' cannot go while something is screwed into it: " +
+                                                  screws.substr(0, 300) + "; delete that first."};
+  }
+  ChangedScenario result{scenario, name};
+  result.scenario.deleted.push_back(name);
+  std::erase_if(result.scenario.parts, [&](const ScenarioPart& part) { return part.name == name; });
+  std::erase_if(result.scenario.expected, [&](const ExpectedPose& pose) { return pose.part == name; });
+  for (ScenarioProcess& process : result.scenario.processes) std::erase(process.members, name);
+  return result;
+}
+
+Scenario with_changes(const Scenario& scenario, std::span<const ControlRequest> requests) {
+  Scenario content = scenario;
+  for (const ControlRequest& request : requests) {
+    const auto parsed = parse_host_request(request);
+    if (!parsed || !std::holds_alternative<HostAction>(*parsed)) continue;
+    const auto& action = std::get<HostAction>(*parsed);
+    const auto* to_spawn = std::get_if<SpawnEntity>(&action);
+    const auto* to_delete = std::get_if<DeleteEntity>(&action);
+    if (to_spawn == nullptr && to_delete == nullptr) continue;
+    auto result = to_spawn != nullptr ? changed(content, *to_spawn) : changed(content, *to_delete);
+    if (const auto* refusal = std::get_if<HostRefusal>(&result)) throw std::runtime_error(refusal->message);
+    content = std::get<ChangedScenario>(std::move(result)).scenario;
+  }
+  return content;
+}
+
+}  // namespace takt

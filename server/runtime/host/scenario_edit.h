@@ -1,0 +1,33 @@
+#pragma once
+// Scenarios with a Part more or less, as spawn_entity and delete_entity ask for.
+#include <span>
+#include <string>
+#include <variant>
+
+#include "server/runtime/requests/host_requests.h"
+#include "server/scenario/scenario.h"
+
+namespace takt {
+
+/// Why a request cannot be fulfilled, as a reply says it.
+struct HostRefusal {
+  ControlResult result = ControlResult::failed;
+  std::string message;
+};
+
+struct ChangedScenario {
+  Scenario scenario;
+  std::string entity;  ///< the Part that came or went
+};
+
+/// The Part belongs to the process of what it is a copy of, else to the first one. A copy of a Part that is
+/// screwed in is not.
+std::variant<ChangedScenario, HostRefusal> changed(const Scenario& scenario, const SpawnEntity& request);
+/// What rules of the scenario say of the Part counts no more. Refused while something is screwed into it.
+std::variant<ChangedScenario, HostRefusal> changed(const Scenario& scenario, const DeleteEntity& request);
+
+/// With everything that these requests spawn and delete, in turn. Throws std::runtime_error with the sentence
+/// of the first refusal.
+Scenario with_changes(const Scenario& scenario, std::span<const ControlRequest> requests);
+
+}  // namespace takt

@@ -1,0 +1,88 @@
+#include "server/runtime/loop/command_buffer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+#include "server/runtime/requests/event.h"
+
+namespace takt {
+namespace {
+
+std::string seconds(std::int64_t ns) {
+  char text[48];
+  std::snprintf(text, sizeof text, "%.9f s", static_cast<double>(ns) * 1e-9);
+  return text;
+}
+
+}  // namespace
+
+std::int64_t stamp_ns(double time_s) {
+  return time_s < 0.0 ? -1 : std::llround(time_s * 1e9);
+}
+
+std::int64_t stamp_ns(const Command& command) {
+  return std::visit([](const auto& c) { return stamp_ns(c.stamp_s); }, command);
+}
+
+CommandBuffer::CommandBuffer(const CellDescription& cell, std::size_t capacity)
+    : cell_(cell), capacity_(capacity), targets_(static_cast<std::size_t>(target_count(cell))) {
+  waiting_.reserve(capacity_);
+}
+
+std::optional<Rejection> CommandBuffer::append(const Command& command, std::uint64_t sender,
+                                               std::int64_t received_ns) {
+  const int number = target_of(cell_, command);
+  const auto index = static_cast<std::size_t>(number);
+  const auto subject = [&] { return std::string(target_name(cell_, number)); };
+  const std::int64_t stamp = stamp_ns(command);
+  const std::int64_t present = present_ns_.load(std::memory_order_relaxed);
+
+  std::int64_t newest = -1;
+  {
+    const std::lock_guard lock(mutex_);
+    Target& target = targets_[index];
+    newest = target.sender == sender ? target.newest_stamp_ns : -1;
+    const bool stale = stamp >= 0 && stamp < newest && !(newest > present && stamp <= present);
+    if (!stale && waiting_.size() < capacity_) {
+      waiting_.push_back({command, sender, received_ns});
+      target.sender = sender;
+      target.newest_stamp_ns = stamp >= 0 ? stamp : newest;
+      empty_.store(false, std::memory_order_release);
+      return std::nullopt;
+    }
+    if (!stale) newest = -1;
+  }
+  if (newest >= 0) {
+    return Rejection{RejectionCode::stale, subject(),
+                     "The command for " + subject() + " is stamped " + seconds(stamp) +
+                         ", which is older than the newest one accepted, " + seconds(newest) + "."};
+  }
+  return Rejection{RejectionCode::malformed, subject(),
+                   "The command for " + subject() + " was dropped: " + std::to_string(capacity_) +
+                       " commands already wait for the next step."};
+}
+
+void CommandBuffer::take_all(std::vector<ReceivedCommand>& out, bool may_wait) {
+  out.clear();
+  if (empty_.load(std::memory_order_acquire)) return;
+  if (out.capacity() < capacity_) out.reserve(capacity_);
+  std::unique_lock lock(mutex_, std::defer_lock);
+  if (may_wait) {
+    lock.lock();
+  } else if (!lock.try_lock()) {
+    return;
+  }
+  waiting_.swap(out);
+  empty_.store(true, std::memory_order_relaxed);
+}
+
+void CommandBuffer::forget() {
+  const std::lock_guard lock(mutex_);
+  waiting_.clear();
+  std::fill(targets_.begin(), targets_.end(), Target{});
+  empty_.store(true, std::memory_order_relaxed);
+}
+
+}  // namespace takt

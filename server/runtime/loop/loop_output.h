@@ -1,0 +1,87 @@
+#pragma once
+// What the step loop hands to the outside, and how it hears that it was fetched. The loop writes without lock
+// or wait (replies to control requests excepted, which are no part of a step); one thread of an adapter
+// reads.
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "idl/common/fixed_string.h"
+#include "idl/common/spsc_ring.h"
+#include "idl/common/triple_buffer.h"
+#include "server/contact/surface/contact_interaction.h"
+#include "server/runtime/auto_reset_event.h"
+#include "server/runtime/requests/control.h"
+#include "server/runtime/requests/event.h"
+#include "server/runtime/requests/outbound_queue.h"
+#include "server/simulation/model/snapshot.h"
+
+namespace takt {
+
+struct Quantiles {
+  double p50_s = 0.0, p99_s = 0.0, max_s = 0.0;
+};
+
+/// Figures of the loop, refreshed ten times a second of wall time.
+struct LoopStatus {
+  double time_s = 0.0;
+  std::uint64_t step = 0;
+  std::uint32_t epoch = 0;
+  SimulationState state = SimulationState::paused;
+  Pace pace = Pace::realtime;
+  double pace_factor = 1.0;
+  double wall_time_s = 0.0;       ///< since the loop was made
+  double sim_over_wall = 0.0;     ///< simulated time / wall time over the last second
+  double real_time_factor = 0.0;  ///< computation time / simulated time over the last second
+  double lag_s = 0.0;
+  std::uint64_t overruns = 0, longest_overrun_run = 0, rebases = 0;
+  Quantiles step_time, wake_up, command_latency;
+  std::uint64_t commands_applied = 0;
+  std::uint64_t commands_rejected = 0;  ///< by the loop; those an adapter rejects are counted there
+  std::uint64_t mpr_calls = 0, mpr_skipped = 0;
+  FixedText<32> solver;
+  std::uint64_t solver_steps = 0, solver_rejected_steps = 0;
+  std::uint32_t contact_pairs = 0;  ///< that press in the newest instant
+  ContactCallCounts contact_calls;
+  std::array<std::int32_t, 64> process_levels{};  ///< level of detail at present, as far as they fit
+  std::uint32_t process_count = 0;
+  std::array<FixedText<128>, 16> waiting_for;
+  std::uint32_t waiting_count = 0;
+  FixedText<256> scheduling;
+  FixedText<1024> fault;
+};
+
+struct PublishedSnapshot {
+  Snapshot snapshot;
+  std::uint64_t number = 0;  ///< counts publications; see Outbox::written
+};
+
+struct Outbox {
+  Outbox(const Snapshot& shape, std::shared_ptr<Mail> shared)
+      : mail(std::move(shared)), news(mail->news), snapshots(PublishedSnapshot{shape, 0}), events(4096) {}
+
+  /// Replies, and what else outlives the loaded scenario.
+  const std::shared_ptr<Mail> mail;
+  /// Something new is in one of the three below, or a reply is there.
+  Wakeup& news;
+
+  LatestValueSlot<PublishedSnapshot> snapshots;
+  LatestValueSlot<LoopStatus> status;
+  SpscRing<EventRecord> events;
+
+  /// Set by an adapter that writes every snapshot it takes to the outside and then calls written(): in
+  /// lockstep the loop waits for that before the next step, so that no state is skipped.
+  std::atomic<bool> writer_attached{false};
+  std::atomic<std::uint64_t> newest_written{0};
+  /// The loop stands at a boundary, or is paused: the adapter repeats the newest state now and then, since
+  /// whoever has lost it gets no newer one.
+  std::atomic<bool> standing_at_boundary{false};
+
+  void add_reply(ControlReply reply) { mail->add_reply(std::move(reply)); }
+  std::vector<ControlReply> take_replies() { return mail->take_replies(); }
+};
+
+}  // namespace takt

@@ -1,0 +1,58 @@
+#pragma once
+// Threads that help one thread with short pieces of work (Executor): started once, nothing is allocated or
+// locked per run. Helpers look for work a little after a run, as the next one is often near, then sleep.
+//
+// The caller works too, so a helper that the operating system does not let run just takes no task. One that
+// is stopped in the middle of a task does delay the run: on cores that others use as well two threads may be
+// slower than one. So the pool measures both ways of doing a stage and takes the faster one.
+#include <atomic>
+#include <cstdint>
+#include <thread>
+#include <vector>
+
+#include "server/contact/executor.h"
+#include "server/runtime/loop/adaptive_dispatch.h"
+
+namespace takt {
+
+class WorkerPool final : public Executor {
+ public:
+  enum class Sharing : std::uint8_t {
+    when_faster,  ///< as measured
+    always,       ///< for tests and measurements
+  };
+  /// `threads` includes the caller: 1 starts none. Helpers ask for the scheduling of obtain_scheduling() with
+  /// this priority, that of the thread that will call run(). Throws std::system_error when a thread cannot be
+  /// started.
+  explicit WorkerPool(int threads, int realtime_priority = 0, Sharing sharing = Sharing::when_faster);
+  ~WorkerPool() override;
+  WorkerPool(const WorkerPool&) = delete;
+  WorkerPool& operator=(const WorkerPool&) = delete;
+
+  bool begin(std::uint64_t work) override;
+  void end() override;
+  void run(std::size_t count, Task task, void* context) override;
+  int threads() const { return static_cast<int>(helpers_.size()) + 1; }
+
+ private:
+  void help(int realtime_priority);
+  bool work_once();
+  void stop();
+
+  Sharing sharing_;
+  FasterWay way_;  ///< 0: the caller alone
+  std::int64_t began_ns_ = 0;
+  double work_ = 1.0;
+
+  // Written by run() while no task is left, read by whoever has taken one.
+  Task task_ = nullptr;
+  void* context_ = nullptr;
+  alignas(64) std::atomic<std::size_t> untaken_{0};   ///< tasks nobody has taken yet; the last number first
+  alignas(64) std::atomic<std::size_t> undone_{0};    ///< tasks not yet done
+  alignas(64) std::atomic<std::uint32_t> signal_{0};  ///< what sleepers wait for a change of
+  std::atomic<int> sleepers_{0};
+  std::atomic<bool> stop_{false};
+  std::vector<std::thread> helpers_;
+};
+
+}  // namespace takt

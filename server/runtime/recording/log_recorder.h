@@ -1,0 +1,121 @@
+#pragma once
+// Records to a file what changes the simulation (command_log.h).
+//
+// The step loop only appends to a ring that was made before: no allocation, lock or call to the system in the
+// step's path. A thread writes. A disk that refuses, or is slower than the ring is large, ends the recording
+// and is told within a second; the simulation goes on as if nothing was.
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <mutex>
+#include <span>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "idl/common/byte_ring.h"
+#include "server/runtime/auto_reset_event.h"
+#include "server/runtime/recording/command_log.h"
+
+namespace takt {
+
+class Simulation;
+
+struct RecorderOptions {
+  std::string version, cell;     ///< of the server
+  bool replace = false;          ///< a file that is there; else that is an error
+  std::size_t ring = 8U << 20U;  ///< bytes that may wait to be written
+  /// Steps between checkpoints, at most kMostTrail.
+  std::size_t checkpoint_every = kMostTrail;
+  /// Called once, from the writing thread, when the recording has ended early; with a sentence.
+  std::function<void(const std::string&)> on_failure{};
+};
+
+class LogRecorder {
+ public:
+  /// Opens the file. Throws LogError.
+  LogRecorder(std::filesystem::path file, RecorderOptions options);
+  /// Writes what waits. Nobody may append any more.
+  ~LogRecorder();
+  LogRecorder(const LogRecorder&) = delete;
+  LogRecorder& operator=(const LogRecorder&) = delete;
+
+  const std::filesystem::path& file() const { return file_; }
+  /// Records given to it, and bytes on the disk.
+  std::uint64_t records() const { return records_.load(std::memory_order_relaxed); }
+  std::uint64_t written_bytes() const { return written_.load(std::memory_order_relaxed); }
+  bool failed() const { return failed_.load(std::memory_order_acquire); }
+  /// Why; empty: it has not failed.
+  std::string failure() const;
+  /// Waits until all that was given so far is on the disk, or the recording has failed. Not for the loop.
+  void flush();
+
+  // From here on: one thread at a time, the step loop's while it runs.
+
+  /// A world begins. `at_its_beginning`: it is as loaded; else its state is recorded too, which may start its
+  /// solver anew. Allocates. Empty if done, else why the state cannot be recorded (Simulation::save_state).
+  std::string begin_world(LogWorld world, Simulation& simulation, bool at_its_beginning);
+  /// Before every step: whether deadlines count in it. Recorded when it changes.
+  void deadlines(const Simulation& simulation, bool watched);
+  /// Before the step that begins with them.
+  void commands(const Simulation& simulation, std::span<const Command> batch);
+  /// After a step was taken, or not.
+  void stepped(const Simulation& simulation);
+  void fault(const Simulation& simulation);
+  /// To be called before reset() or restore_state(): they change what a checkpoint says.
+  void checkpoint(const Simulation& simulation);
+  /// `step`: before the reset.
+  void reset(std::uint64_t step);
+  void level_of_detail(const Simulation& simulation, int process, int level);
+  void attach(const Simulation& simulation, int part, int to);
+  void detach(const Simulation& simulation, int part);
+  void entity_state(const Simulation& simulation, int component, const Pose& X_WB, const Twist& V_WB);
+  /// `step`: before it. Allocates.
+  void restored(std::uint64_t step, std::span<const std::byte> state);
+  void saved(const Simulation& simulation);
+  void end_world(const Simulation& simulation);
+
+ private:
+  struct State {
+    std::uint64_t number = 0;
+    std::vector<std::byte> bytes;
+  };
+  template <typename... Values>
+  void note(LogKind kind, std::uint64_t step, const Values&... values);
+  void begin(LogKind kind, std::uint64_t step);
+  void commit();
+  std::uint64_t keep_state(std::span<const std::byte> state);
+
+  void run();
+  void write_waiting();
+  void frame(LogKind kind, std::span<const std::byte> content);
+  void write_out();
+  void fail(const std::string& why);
+
+  std::filesystem::path file_;
+  RecorderOptions options_;
+  ByteRing ring_;
+  std::atomic<std::uint64_t> records_{0}, written_{0};
+  std::atomic<bool> overflowed_{false}, failed_{false}, stop_{false};
+  std::array<LogTrail, kMostTrail> trail_{};  // producer
+  std::size_t trail_length_ = 0;              // producer
+  std::uint64_t states_ = 0;                  // producer
+  int deadlines_watched_ = -1;                // producer; -1: not recorded in this world yet
+  mutable std::mutex mutex_;
+  std::vector<State> waiting_states_;  // guarded by mutex_
+  std::string failure_;                // guarded by mutex_
+
+  // The writing thread only.
+  int fd_ = -1;
+  LogFraming framing_;
+  std::vector<std::byte> record_, out_;
+  std::atomic<std::uint64_t> flushes_wanted_{0}, flushes_done_{0};
+  Wakeup news_;
+  std::thread thread_;
+};
+
+}  // namespace takt

@@ -1,0 +1,45 @@
+#pragma once
+// What goes out and belongs to no loaded scenario: replies to control requests, events as text, and the
+// wake-up of the thread that sends all of it. Lives as long as the server; the loops of all scenarios share
+// it.
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "server/runtime/auto_reset_event.h"
+#include "server/runtime/monotonic_clock.h"
+#include "server/runtime/requests/control.h"
+#include "server/runtime/requests/event_queue.h"
+
+namespace takt {
+
+class Mail {
+ public:
+  /// Something new is here, or in the outbox of the present loop.
+  Wakeup news;
+  AdapterEvents events{news};
+  /// Told to everybody who begins to listen within the first seconds; see CellHost::announces().
+  std::optional<AdapterEvent> announcement{};
+  const std::int64_t began_ns = monotonic_now_ns();  ///< when the server began
+
+  /// Any thread.
+  void add_reply(ControlReply reply) {
+    {
+      const std::lock_guard lock(mutex_);
+      replies_.push_back(std::move(reply));
+    }
+    news.post();
+  }
+  std::vector<ControlReply> take_replies() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(replies_, {});
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<ControlReply> replies_;  // guarded by mutex_
+};
+
+}  // namespace takt

@@ -1,0 +1,156 @@
+#pragma once
+// Everything about a loaded cell that is constant while it runs. Many simulations may share one model.
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "plant_models/gripper/parallel_gripper.h"
+#include "plant_models/mechanics/rigid_body.h"
+#include "plant_models/mechanics/screw_thread.h"
+#include "plant_models/robot/detailed_drive.h"
+#include "plant_models/robot/dynamic_robot.h"
+#include "plant_models/robot/ideal_servo.h"
+#include "plant_models/robot/kinematic_robot.h"
+#include "plant_models/robot/simplified_drive.h"
+#include "server/components/pair_generation.h"
+#include "server/contact/clearance/clearance_model.h"
+#include "server/contact/holding/component_interaction.h"
+#include "server/contact/surface/contact_model.h"
+#include "server/simulation/model/cell_description.h"
+#include "server/simulation/model/solver.h"
+
+namespace takt {
+
+/// When a closed gripper holds a Part at LoD 1.
+enum class GraspRule : std::uint8_t {
+  on_command,  ///< from the close command on, every Part in the space between the jaws (thesis 5.2.2)
+  on_contact,  ///< from the moment both jaws touch the Part
+};
+
+struct GripperModel {
+  ParallelGripperParameters parameters;
+  GraspRule rule = GraspRule::on_command;
+  double max_force_N = 0.0;
+  std::vector<double> friction{};  ///< of the jaws, by component; empty: that of ContactParameters
+  double press_m =
+      0.0;  ///< how far beyond what it touches the reference of a jaw goes until the force is at its limit
+  // Extent of the grip faces in the jaw frames: the grasp volume lies between them.
+  double face_x_lower_m = 0.0, face_x_upper_m = 0.0, face_z_lower_m = 0.0, face_z_upper_m = 0.0;
+};
+
+struct GroundModel {
+  int component = -1;
+  Pose X_WB;
+};
+
+/// What the mesh of a component became for the collision check. Shares are of the solid's volume.
+struct ConvexImport {
+  std::string component;
+  std::string method;  ///< hull, objects, file, vhacd
+  int hulls = 0;
+  double lost = 0.0;    ///< what of the solid no part covers
+  double gained = 0.0;  ///< what of the parts is outside the solid
+  double solid_volume_m3 = 0.0, union_volume_m3 = 0.0;
+  double seconds = 0.0;  ///< spent on it, if the importer was given a clock
+  bool from_cache = false;
+};
+
+/// Something about what was imported that a person must be told: the convex shapes of a component are further
+/// from the solid than was allowed, its mesh was repaired, or would falsify forces of surface contact; or the
+/// inertias of a robot are such as no body has.
+struct ImportNote {
+  std::string component;  ///< or the robot
+  std::string sentence;
+  struct Shapes {
+    int hulls = 0;
+    double volume_error = 0.0;  ///< lost and gained together
+  };
+  std::optional<Shapes> shapes{};  ///< of a component
+};
+
+using DriveParameters =
+    std::variant<IdealServoParameters, SimplifiedDriveParameters, DetailedDriveParameters>;
+
+/// What a robot needs to be more than kinematic.
+struct RobotDynamics {
+  DynamicRobotParameters parameters;
+  std::vector<DriveParameters> drives;  ///< by joint of the arm
+};
+std::vector<std::unique_ptr<Drive>> make_drives(const std::vector<DriveParameters>& drives);
+
+/// A plant model besides robots, grippers and Parts: a furnace, a press, a test's own. It moves no component.
+/// One with signals is a DeviceModel and has its description at CellDescription::devices[device].
+struct FurtherModel {
+  std::string name;
+  std::function<std::unique_ptr<PlantModel>()> make;  ///< called once by every simulation
+  int device = -1;                                    ///< -1: it has no signals
+  std::vector<double> identity{};                     ///< its parameters: what makes it another model
+};
+
+/// A Part that is screwed into another component at the start. See threads.h.
+struct ThreadModel {
+  int part = -1, holder = -1;
+  int device = -1;  ///< that tells about it
+  ScrewThread law;
+  Vec3 axis_B = Vec3::UnitZ();   ///< along which it comes out
+  Vec3 p_BH = Vec3::Zero();      ///< where a screwdriver meets it
+  double stiffness_ratio = 1.0;  ///< of the thread at level 3 to the Part's own spring
+};
+
+/// A Gripper with a bit at its tool centre point T, which points along the z axis of T.
+struct ScrewdriverModel {
+  int palm = -1, device = -1;
+  Pose X_GT;
+  double reach_m = 0.0, max_torque_Nm = 0.0;
+};
+
+/// Where Parts may be.
+struct WorldBounds {
+  Vec3 lower_W = Vec3::Zero(), upper_W = Vec3::Zero();
+};
+
+/// A Part that stands inside of a Part or Ground at the start, deeper than any fit is.
+struct StartOverlap {
+  int part = -1, other = -1;
+  std::string sentence;
+};
+
+struct CellModel {
+  CellDescription description;
+  double step_s = 0.001;
+  SolverParameters solver;
+  SolverParameters contact_solver;                  ///< while pairs act by surface contact
+  std::optional<SolverParameters> dynamics_solver;  ///< else, while a robot is dynamic; none: `solver`
+  std::vector<Component> components;
+  std::vector<ComponentPair> pairs;
+  InteractionParameters interaction;
+  std::vector<RigidBodyParameters> parts;  ///< by Part, in order of component id
+  std::vector<GroundModel> grounds;
+  std::optional<WorldBounds> bounds;  ///< none: Parts may be anywhere
+  std::vector<KinematicRobotParameters> robots;
+  std::vector<std::optional<RobotDynamics>> dynamics;     ///< by robot; none: the robot can only be kinematic
+  std::vector<std::string> no_dynamics;                   ///< by robot: why, for error texts
+  std::vector<int> robot_levels;                          ///< by robot: level of detail at the start
+  std::vector<std::vector<TrajectoryKnot>> trajectories;  ///< by robot; followed from time 0 on, or empty
+  std::vector<GripperModel> grippers;
+  ContactModel contact;
+  std::vector<FurtherModel> further_models;
+  std::vector<ThreadModel> threads;
+  std::vector<ScrewdriverModel> screwdrivers;
+  ClearanceModel clearance;
+  std::vector<ConvexImport> convex_imports;
+  std::vector<ImportNote> import_notes;
+  std::vector<StartOverlap> start_overlaps;  ///< with these the cell does not run
+};
+
+/// X_WR of every robot.
+inline std::vector<Pose> base_poses(const CellModel& cell) {
+  std::vector<Pose> result;
+  for (const KinematicRobotParameters& robot : cell.robots) result.push_back(robot.X_WR);
+  return result;
+}
+
+}  // namespace takt

@@ -1,0 +1,143 @@
+#pragma once
+// One instant of the cell, copied out of the simulation between two steps. Plain data; sized once per cell,
+// so that filling it again does not allocate.
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "plant_models/device_model.h"
+#include "plant_models/electrical/robot_power.h"
+#include "plant_models/robot/arm_kinematics.h"
+#include "plant_models/robot/drive.h"
+#include "plant_models/spatial.h"
+#include "server/contact/surface/contact_sample.h"
+
+namespace takt {
+
+/// State of a Part (thesis 3.2.3, Fig. 3.5). `fixed` is for components that are not Parts.
+enum class PartState : std::uint8_t { free = 0, grasped = 1, placed = 2, assembled = 3, fixed = 4 };
+std::string_view to_string(PartState state);
+
+struct ComponentSample {
+  Vec3 p_WB = Vec3::Zero();
+  Quat q_WB = Quat::Identity();
+  Twist V_WB;     ///< of the origin of B
+  Wrench F_Bo_W;  ///< resultant wrench of all pairs on this component, about the origin of B; gravity not
+                  ///< included
+  PartState state = PartState::fixed;
+  int partner = -1;  ///< component that holds this Part, or -1
+};
+
+struct RobotSample {
+  JointArray position{}, velocity{};
+  JointArray effort{};  ///< torque of each drive on its joint; from LoD 2 on (also those below), jaws last
+  int level_of_detail = 1;
+  std::array<DriveSample, kMaxJoints> drives{};
+  RobotPower power;
+  Wrench flange_load_W;    ///< of gripper and load on the flange, about the flange origin
+  Wrench base_reaction_W;  ///< on the foundation, about the base origin
+  std::uint64_t commands_applied = 0;
+  double newest_stamp_s = -1.0;  ///< stamp of the newest command applied, or -1
+};
+
+/// `closed` is what was commanded; all else is measured.
+struct GripperSample {
+  double width_m = 0.0;  ///< between the grip faces, never negative
+  /// Of the jaws' drives, mean of both: where levels of detail have no force between jaw and Part (1 and 2),
+  /// that with which the drives press on what they hold; else 0 at level 1.
+  double force_N = 0.0;
+  bool closed = false;       ///< the last command closes the jaws, or they hold something
+  bool moving = false;       ///< a jaw is faster than 1 mm/s against the palm
+  bool in_position = false;  ///< the jaws stand, 0.1 mm from the commanded width at most
+  int part = -1;             ///< component that both jaws touch and hold (the first of several), or -1
+  std::uint64_t commands_applied = 0;
+  double newest_stamp_s = -1.0;
+};
+
+struct DeviceSample {
+  std::array<double, kMaxSignals> signals{};  ///< in the order of the device's description
+  std::uint64_t commands_applied = 0;
+  double newest_stamp_s = -1.0;
+};
+
+/// Most contacts that a snapshot holds.
+inline constexpr std::size_t kMostContactSamples = 1024;
+
+/// Pairs that press upon each other by surface contact.
+struct ContactsSample {
+  bool acting = false;              ///< some process is at level of detail 3
+  std::vector<ContactSample> room;  ///< one for each pair of the cell, at most kMostContactSamples
+  std::size_t count = 0;            ///< of those in `room`, in the order of the cell's pairs
+  std::size_t omitted = 0;          ///< that press too, but found no room
+  std::span<const ContactSample> pressing() const { return {room.data(), count}; }
+};
+
+struct Snapshot {
+  std::uint64_t step = 0;
+  std::uint32_t epoch = 0;  ///< counts resets
+  double time_s = 0.0;
+  std::uint64_t state_hash = 0;  ///< chained over the states of all steps since the last reset
+  std::vector<ComponentSample> components;
+  std::vector<RobotSample> robots;
+  std::vector<GripperSample> grippers;
+  std::vector<DeviceSample> devices;
+  ContactsSample contacts;
+};
+
+/// Something about the commanded motion of a robot.
+struct MotionNotice {
+  enum class Kind : std::uint8_t {
+    trajectory_done,      ///< its last point is reached
+    trajectory_replaced,  ///< another command came before its end
+    trajectory_refused,   ///< it cannot be followed from where the robot is: joint, value, limit
+    trajectory_past,      ///< its end was over when it took effect; value: its end (s)
+    deadline_missed,      ///< no set-point for longer than allowed; value: how long (s)
+  };
+  Kind kind{};
+  double time_s = 0.0;
+  std::uint64_t step = 0;
+  int robot = -1;
+  int joint = -1;
+  bool velocity = false;  ///< refused for a velocity; else for a position
+  double value = 0.0;     ///< of `joint`
+  double lower = 0.0, upper = 0.0;
+};
+
+/// What friction must carry at a gripper, at levels of detail 1 and 2 (simulation/grip_loads.h).
+struct GripLoad {
+  int part = -1;          ///< component that the jaws touch, or -1
+  double needed_N = 0.0;  ///< with which each jaw must press
+  double force_N = 0.0;   ///< with which it presses
+};
+
+/// What hangs on a gripper is more than friction carries. Once for every grip.
+struct WeakGrip {
+  double time_s = 0.0;
+  std::uint64_t step = 0;
+  int gripper = -1;       ///< index
+  int part = -1;          ///< component that the jaws touch
+  double needed_N = 0.0;  ///< of each jaw
+  double force_N = 0.0;   ///< with which it presses
+};
+
+/// The contact force on a Part changes to and fro from step to step (simulation/force_alternation.h).
+struct AlternatingForce {
+  double time_s = 0.0;
+  std::uint64_t step = 0;
+  int part = -1;
+  int other = -1;         ///< component that presses most upon it, or -1
+  double change_N = 0.0;  ///< from the step before
+};
+
+/// A Part changed the component that holds it.
+struct ConnectionChange {
+  double time_s = 0.0;
+  std::uint64_t step = 0;
+  int part = -1;
+  int from = -1;  ///< component or -1
+  int to = -1;    ///< component or -1
+};
+
+}  // namespace takt

@@ -1,0 +1,276 @@
+// Validation of trajectories and of device commands.
+#include <cmath>
+#include <cstdio>
+#include <optional>
+
+#include "server/simulation/model/cell_description.h"
+#include "server/simulation/model/command.h"
+
+namespace takt {
+
+namespace {
+
+std::string number(double value) {
+  char text[40];
+  std::snprintf(text, sizeof(text), "%.9g", value);
+  return text;
+}
+
+template <typename Items>
+std::string names_of(const Items& items) {
+  std::string text;
+  for (const auto& item : items) text += (text.empty() ? "" : ", ") + item.name;
+  return text.empty() ? "none" : text;
+}
+
+/// Checks one trajectory; the first fault is kept.
+class TrajectoryCheck {
+ public:
+  TrajectoryCheck(const RawTrajectory& raw, const ArmModel& arm) : raw_(raw), arm_(arm) {}
+
+  std::optional<Rejection> names() {
+    const std::size_t n = arm_.joints.size();
+    if (raw_.names.size() != n) {
+      return fault(RejectionCode::wrong_count, "'joint_names' has " + std::to_string(raw_.names.size()) +
+                                                   " entries; " + raw_.robot + " needs " + std::to_string(n) +
+                                                   ", one for each of: " + names_of(arm_.joints));
+    }
+    for (const std::string& name : raw_.names) {
+      std::size_t j = 0;
+      while (j < n && arm_.joints[j].name != name) ++j;
+      if (j == n) {
+        return fault(RejectionCode::unknown_joint, raw_.robot + " has no joint '" + name.substr(0, 100) +
+                                                       "'; joints: " + names_of(arm_.joints));
+      }
+      for (const std::size_t other : joint_) {
+        if (other == j) return fault(RejectionCode::duplicate_joint, "joint '" + name + "' is given twice");
+      }
+      joint_.push_back(j);
+    }
+    return std::nullopt;
+  }
+
+  std::optional<Rejection> point(std::size_t i, JointPathPoint& point) {
+    const RawTrajectoryPoint& raw = raw_.points[i];
+    const RawTrajectoryPoint& first = raw_.points.front();
+    const std::size_t n = arm_.joints.size();
+    const std::string where = "point " + std::to_string(i + 1);
+    point.t = raw.time_from_start_s;
+    if (!std::isfinite(point.t))
+      return fault(RejectionCode::not_finite, "the time of " + where + " is " + number(point.t));
+    if (point.t < 0.0 || (i > 0 && !(point.t > raw_.points[i - 1].time_from_start_s))) {
+      return fault(RejectionCode::times_not_ascending,
+                   "the time of " + where + " is " + number(point.t) + " s; it must " +
+                       (i == 0 ? std::string("not be negative")
+                               : "be after that of the point before, " +
+                                     number(raw_.points[i - 1].time_from_start_s) + " s"));
+    }
+    if (point.t > kLongestTime_s) {
+      return fault(RejectionCode::out_of_range, "the time of " + where + " is " + number(point.t) +
+                                                    " s; allowed is up to " + number(kLongestTime_s) + " s");
+    }
+    if (!raw.effort.empty() || !first.effort.empty()) {
+      if (raw.effort.size() != n) return wrong_count(where, "effort", raw.effort.size());
+      if (auto found = effort(raw, where)) return found;
+      if (first.effort.empty()) return wrong_count(where, "effort", raw.effort.size());
+      for (std::size_t k = 0; k < n; ++k) point.feed_forward[joint_[k]] = raw.effort[k];
+    }
+    struct Field {
+      const char* name;
+      const std::vector<double>& values;
+      bool wanted;
+      JointArray& to;
+    };
+    for (const Field& field :
+         {Field{"positions", raw.positions, true, point.q},
+          Field{"velocities", raw.velocities, !first.velocities.empty(), point.qd},
+          Field{"accelerations", raw.accelerations, !first.accelerations.empty(), point.qdd}}) {
+      if (!field.wanted && field.values.empty()) continue;
+      if (!field.wanted || field.values.size() != n)
+        return wrong_count(where, field.name, field.values.size());
+      for (std::size_t k = 0; k < n; ++k) {
+        if (!std::isfinite(field.values[k])) {
+          return fault(RejectionCode::not_finite, "one of the " + std::string(field.name) + " of " + where +
+                                                      ", of joint '" + raw_.names[k] + "', is " +
+                                                      number(field.values[k]));
+        }
+        field.to[joint_[k]] = field.values[k];
+      }
+    }
+    return std::nullopt;
+  }
+
+  /// The whole way between two points, or a single one where they are the same.
+  std::optional<Rejection> way(const JointPath& path, std::size_t from, std::size_t to) {
+    for (std::size_t j = 0; j < arm_.joints.size(); ++j) {
+      const JointModel& joint = arm_.joints[j];
+      PathPiece piece;
+      if (from == to) {
+        piece.c[0] = path.points[to].q[j];
+        piece.c[1] = path.points[to].qd[j];  // of a piece of 1 s; looked at as a velocity only
+      } else {
+        piece = path_piece(path.order, path.points[from], path.points[to], j);
+      }
+      const bool turns = joint.type == JointType::revolute;
+      const auto check = [&](const char* what, const PathPiece& curve, double lower, double upper,
+                             const char* unit, RejectionCode code) -> std::optional<Rejection> {
+        // A path that runs along a limit may pass it by rounding.
+        const double room = 1e-9 * (1.0 + std::abs(upper - lower));
+        const double value = value_outside(curve, lower - room, upper + room);
+        if (std::isnan(value)) return std::nullopt;
+        return fault(code, std::string(what) + " of joint '" + joint.name + "' " +
+                               (from == to ? "at point " + std::to_string(to + 1)
+                                           : "between points " + std::to_string(from + 1) + " and " +
+                                                 std::to_string(to + 1)) +
+                               " is " + number(value) + " " + unit + ", outside [" + number(lower) + ", " +
+                               number(upper) + "] " + unit);
+      };
+      const PathPiece velocity = piece.derivative();
+      if (from == to) piece.c[1] = 0.0;
+      if (auto found = check("position", piece, joint.lower, joint.upper, turns ? "rad" : "m",
+                             RejectionCode::out_of_range))
+        return found;
+      if (auto found = check("velocity", velocity, -joint.max_velocity, joint.max_velocity,
+                             turns ? "rad/s" : "m/s", RejectionCode::velocity_out_of_range))
+        return found;
+    }
+    return std::nullopt;
+  }
+
+  std::optional<Rejection> rest(const JointPathPoint& last) {
+    for (std::size_t j = 0; j < arm_.joints.size(); ++j) {
+      if (last.qd[j] == 0.0) continue;
+      return fault(RejectionCode::not_at_rest, "joint '" + arm_.joints[j].name + "' still has the velocity " +
+                                                   number(last.qd[j]) + " at the last point; it must be 0");
+    }
+    return std::nullopt;
+  }
+
+  Rejection fault(RejectionCode code, const std::string& message) const {
+    return {code, raw_.robot, "the trajectory is not followed: " + message};
+  }
+
+ private:
+  std::optional<Rejection> effort(const RawTrajectoryPoint& raw, const std::string& where) const {
+    for (std::size_t k = 0; k < raw.effort.size(); ++k) {
+      const JointModel& joint = arm_.joints[joint_[k]];
+      const std::string what =
+          "effort of joint '" + joint.name + "' at " + where + " is " + number(raw.effort[k]);
+      if (!std::isfinite(raw.effort[k])) return fault(RejectionCode::not_finite, "the " + what);
+      if (std::abs(raw.effort[k]) <= joint.max_effort) continue;
+      const std::string unit = joint.type == JointType::revolute ? " N m" : " N";
+      return fault(RejectionCode::effort_out_of_range, "the " + what + unit + ", outside [" +
+                                                           number(-joint.max_effort) + ", " +
+                                                           number(joint.max_effort) + "]" + unit);
+    }
+    return std::nullopt;
+  }
+
+  Rejection wrong_count(const std::string& where, const char* field, std::size_t found) const {
+    return fault(RejectionCode::wrong_count,
+                 "'" + std::string(field) + "' of " + where + " has " + std::to_string(found) +
+                     " entries; needed are " + std::to_string(arm_.joints.size()) +
+                     (std::string_view(field) == "positions" ? "" : ", in all points or in none"));
+  }
+
+  const RawTrajectory& raw_;
+  const ArmModel& arm_;
+  std::vector<std::size_t> joint_;  ///< by place in the message
+};
+
+}  // namespace
+
+Validated<TrajectoryCommand> validate(const CellDescription& cell, const RawTrajectory& raw) {
+  const int robot = cell.find_robot(raw.robot);
+  if (robot < 0) {
+    return Rejection{RejectionCode::unknown_robot, raw.robot,
+                     "there is no robot '" + raw.robot + "' in this cell; robots: " + names_of(cell.robots)};
+  }
+  TrajectoryCheck check(raw, cell.robots[static_cast<std::size_t>(robot)].arm);
+  if (!std::isfinite(raw.stamp_s)) return check.fault(RejectionCode::not_finite, "its stamp is not finite");
+  if (std::abs(raw.stamp_s) > kLongestTime_s) {
+    return check.fault(RejectionCode::out_of_range,
+                       "its stamp is " + number(raw.stamp_s) +
+                           " s; needed is the simulated time at which it begins, at most " +
+                           number(kLongestTime_s) + " s, or 0 for now (is it the time of a wall clock?)");
+  }
+  auto path = std::make_shared<JointPath>();
+  if (raw.points.empty()) return TrajectoryCommand{robot, raw.stamp_s, std::move(path)};
+  if (raw.points.size() > kMostTrajectoryPoints) {
+    return check.fault(RejectionCode::malformed, "it has " + std::to_string(raw.points.size()) +
+                                                     " points; at most " +
+                                                     std::to_string(kMostTrajectoryPoints) + " are possible");
+  }
+  if (auto fault = check.names()) return *std::move(fault);
+  path->points.resize(raw.points.size());
+  for (std::size_t i = 0; i < raw.points.size(); ++i) {
+    if (auto fault = check.point(i, path->points[i])) return *std::move(fault);
+  }
+  path->has_feed_forward = !raw.points.front().effort.empty();
+  const bool velocities = !raw.points.front().velocities.empty();
+  path->order = !velocities                                ? PathOrder::linear
+                : raw.points.front().accelerations.empty() ? PathOrder::cubic
+                                                           : PathOrder::quintic;
+  for (std::size_t i = 0; i < raw.points.size(); ++i) {
+    if (auto fault = check.way(*path, i == 0 ? 0 : i - 1, i)) return *std::move(fault);
+  }
+  if (auto fault = check.rest(path->points.back())) return *std::move(fault);
+  return TrajectoryCommand{robot, raw.stamp_s, std::move(path)};
+}
+
+Validated<DeviceCommand> validate(const CellDescription& cell, const RawDeviceCommand& raw) {
+  const int index = cell.find_device(raw.device);
+  const auto reject = [&](RejectionCode code, const std::string& message) {
+    return Rejection{code, raw.device, message};
+  };
+  if (index < 0) {
+    return reject(RejectionCode::unknown_device,
+                  "there is no device '" + raw.device + "' in this cell; devices: " + names_of(cell.devices));
+  }
+  const DeviceDescription& device = cell.devices[static_cast<std::size_t>(index)];
+  if (raw.signals.size() != raw.values.size() || raw.signals.size() > static_cast<std::size_t>(kMaxSignals)) {
+    return reject(RejectionCode::wrong_count, "there are " + std::to_string(raw.signals.size()) +
+                                                  " signals and " + std::to_string(raw.values.size()) +
+                                                  " values; needed is one value for each of at most " +
+                                                  std::to_string(kMaxSignals) + " signals");
+  }
+  if (!std::isfinite(raw.stamp_s)) return reject(RejectionCode::not_finite, "the stamp is not finite");
+  DeviceCommand command;
+  command.device = index;
+  command.stamp_s = raw.stamp_s;
+  for (std::size_t i = 0; i < raw.signals.size(); ++i) {
+    std::size_t s = 0;
+    while (s < device.signals.size() && device.signals[s].name != raw.signals[i]) ++s;
+    if (s == device.signals.size()) {
+      return reject(RejectionCode::unknown_signal, device.name + " has no signal '" +
+                                                       raw.signals[i].substr(0, 100) +
+                                                       "'; signals: " + names_of(device.signals));
+    }
+    const SignalDescription& signal = device.signals[s];
+    if (!signal.commanded) {
+      return reject(RejectionCode::read_only_signal,
+                    "signal '" + signal.name + "' of " + device.name + " can only be read");
+    }
+    for (std::size_t k = 0; k < i; ++k) {
+      if (raw.signals[k] == raw.signals[i])
+        return reject(RejectionCode::malformed, "signal '" + signal.name + "' is given twice");
+    }
+    const double value = raw.values[i];
+    if (!std::isfinite(value)) {
+      return reject(RejectionCode::not_finite,
+                    "signal '" + signal.name + "' is " + number(value) + "; a finite number is needed");
+    }
+    if (value < signal.lower || value > signal.upper) {
+      return reject(RejectionCode::out_of_range, "signal '" + signal.name + "' of " + device.name + " is " +
+                                                     number(value) + " " + signal.unit + ", outside [" +
+                                                     number(signal.lower) + ", " + number(signal.upper) +
+                                                     "] " + signal.unit);
+    }
+    command.signals[i] = static_cast<std::uint8_t>(s);
+    command.values[i] = value;
+  }
+  command.count = static_cast<int>(raw.signals.size());
+  return command;
+}
+
+}  // namespace takt

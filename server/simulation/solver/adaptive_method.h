@@ -1,0 +1,96 @@
+#pragma once
+// What lies between takt's solvers with error control and the library that integrates: the problem as the
+// library asks for it, and the library as AdaptiveIntegrator drives it. No type of the library appears here.
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "server/simulation/model/solver.h"
+#include "server/simulation/solver/system_jacobian.h"
+#include "server/simulation/solver/velocity_system.h"
+
+namespace takt {
+
+/// x' = f(t, x) of an OdeSystem with error weights, indicators and Jacobian. Counts what is asked of it.
+class AdaptiveProblem {
+ public:
+  /// `matrix`: coupled is the linear system at velocity level, with the tangent of friction; else finite
+  /// differences.
+  AdaptiveProblem(const OdeSystem& system, double tolerance, SystemMatrix matrix);
+
+  int state_count() const { return static_cast<int>(absolute_tolerances_.size()); }
+  int indicator_count() const { return indicator_count_; }
+  double relative_tolerance() const { return tolerance_; }
+  std::span<const double> absolute_tolerances() const { return absolute_tolerances_; }
+
+  /// The system to evaluate from now on.
+  void use(OdeSystem& system) { system_ = &system; }
+  /// Times at which to evaluate: a method that stops at a corner of f, and begins anew there, must not look
+  /// beyond it by a rounding error.
+  void limit_times(double earliest, double latest) { earliest_ = earliest, latest_ = latest; }
+  /// The connections changed: who feels whom is to be found anew.
+  void find_groups(double t, const double* x);
+  /// False if a derivative is not finite; then a smaller step may help. Or a plant model threw, which is kept
+  /// from the library, whose C functions no exception may pass through.
+  bool derivatives(double t, const double* x, double* xdot);
+  /// Likewise.
+  bool indicators(double t, const double* x, double* g);
+  bool evaluate_jacobian(double t, const double* x, const double* f0);
+  /// Factorises a I - b J.
+  bool factorise(double a, double b);
+  void solve(double* b);
+
+  /// What a plant model threw; nothing helps against that. Empty: nothing.
+  const std::string& thrown() const { return thrown_; }
+
+  /// The library's own words about its last error.
+  void tell(std::string_view text) { message_ = text; }
+  const std::string& message() const { return message_; }
+  void clear_message() { message_.clear(); }
+  /// Before a communication step.
+  void forget_errors() { message_.clear(), thrown_.clear(); }
+
+  std::uint64_t evaluations = 0, jacobians = 0, factorisations = 0;
+
+ private:
+  OdeSystem* system_ = nullptr;
+  double tolerance_;
+  double earliest_, latest_;
+  int indicator_count_;
+  std::vector<double> absolute_tolerances_;
+  // One of both.
+  std::unique_ptr<SystemJacobian> jacobian_;
+  std::unique_ptr<VelocitySystem> coupled_;
+  std::vector<double> work_;
+  SystemJacobian::Derivatives f_;
+  std::string message_, thrown_;
+};
+
+/// A method of the library.
+class AdaptiveMethod {
+ public:
+  virtual ~AdaptiveMethod() = default;
+  enum class Outcome { stepped, crossing, failed };
+  /// Since the last start().
+  struct Counts {
+    long steps = 0, rejected = 0, newton_iterations = 0, newton_failures = 0;
+  };
+
+  /// Begins anew at (t, x), forgetting all that was. first_step_s = 0: the method chooses. False: failed.
+  virtual bool start(double t, std::span<const double> x, double first_step_s) = 0;
+  /// One step, not beyond t_stop. `t` becomes the time reached: of the step's end, or of the first
+  /// indicator's crossing to negative.
+  virtual Outcome step(double t_stop, double& t) = 0;
+  /// At the time that step() or start() reached.
+  virtual std::span<const double> state() const = 0;
+  virtual double last_step_s() const = 0;
+  virtual Counts counts() const = 0;
+};
+
+/// Names: cvode (BDF of CVODE), esdirk and esdirk4 (ARKODE, order 5 and 4), ida. All memory that steps need
+/// is taken here. Throws std::runtime_error if the library refuses.
+std::unique_ptr<AdaptiveMethod> make_adaptive_method(std::string_view name, AdaptiveProblem& problem);
+
+}  // namespace takt

@@ -1,0 +1,176 @@
+#include "server/simulation/solver/ode_system.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace takt {
+
+OdeSystem::OdeSystem(std::vector<PlantModel*> models, const ComponentInteraction& interaction,
+                     std::size_t body_count, std::size_t arm_count, ContactInteraction* contacts)
+    : interaction_(interaction), contacts_(contacts), wrenches_(body_count) {
+  motion_.bodies.resize(body_count);
+  motion_.arms.resize(arm_count);
+  motion_.heat.resize(body_count);
+  segment_of_body_.resize(body_count, -1);
+  std::size_t begin = 0;
+  std::vector<std::pair<int, int>> entries;
+  for (PlantModel* model : models) {
+    const auto count = static_cast<std::size_t>(model->state_count());
+    if (model->body() >= 0) {
+      segment_of_body_[static_cast<std::size_t>(model->body())] = static_cast<int>(segments_.size());
+      if (count > 0) part_bodies_.push_back(model->body());
+    }
+    if (count > 0) blocks_.push_back({{begin, begin + count}, model->body()});
+    segments_.push_back({model, begin, count, static_cast<std::size_t>(indicator_count_), pattern_.size()});
+    indicator_count_ += model->indicator_count();
+    entries.clear();
+    model->jacobian_pattern(entries);
+    for (const auto& [row, column] : entries)
+      pattern_.push_back({static_cast<int>(begin) + row, static_cast<int>(begin) + column});
+    begin += count;
+  }
+  state_count_ = static_cast<int>(begin);
+  for (std::size_t body = 0; body < body_count; ++body) {
+    const int segment = segment_of_body_[body];
+    if (segment < 0 || segments_[static_cast<std::size_t>(segment)].count == 0)
+      stateless_bodies_.push_back(static_cast<int>(body));
+  }
+  active_.reserve(segments_.size());
+  active_states_.reserve(segments_.size());
+  active_bodies_.reserve(body_count);
+  awake_.reserve(part_bodies_.size());
+  wake_all();
+}
+
+void OdeSystem::set_awake(std::span<const int> parts) {
+  activate(parts, false);
+}
+
+void OdeSystem::wake_all() {
+  activate(part_bodies_, true);
+}
+
+void OdeSystem::activate(std::span<const int> parts, bool fixed_bodies) {
+  active_.clear();
+  active_states_.clear();
+  active_bodies_.clear();
+  awake_.assign(parts.begin(), parts.end());
+  for (std::size_t i = 0; i < segments_.size(); ++i) {
+    if (segments_[i].model->body() < 0 || (fixed_bodies && segments_[i].count == 0)) active_.push_back(i);
+    if (segments_[i].count > 0 && segments_[i].model->body() < 0)
+      active_states_.push_back({segments_[i].begin, segments_[i].begin + segments_[i].count});
+  }
+  for (const int part : parts) {
+    const auto i = static_cast<std::size_t>(segment_of_body_[static_cast<std::size_t>(part)]);
+    active_.push_back(i);
+    const Range states{segments_[i].begin, segments_[i].begin + segments_[i].count};
+    if (!active_states_.empty() && active_states_.back().end == states.begin)
+      active_states_.back().end = states.end;
+    else
+      active_states_.push_back(states);
+  }
+  for (std::size_t body = 0; body < segment_of_body_.size(); ++body) {
+    const int segment = segment_of_body_[body];
+    if (segment < 0 || (fixed_bodies && segments_[static_cast<std::size_t>(segment)].count == 0))
+      active_bodies_.push_back(static_cast<int>(body));
+  }
+  active_bodies_.insert(active_bodies_.end(), parts.begin(), parts.end());
+}
+
+void OdeSystem::initial_state(std::span<double> x) const {
+  for (const Segment& segment : segments_) segment.model->initial_state(x.data() + segment.begin);
+}
+
+void OdeSystem::update_motion(double t, std::span<const double> x) {
+  for (const std::size_t i : active_)
+    segments_[i].model->write_motion(t, x.data() + segments_[i].begin, motion_);
+}
+
+void OdeSystem::evaluate_wrenches() {
+  if (!has_contacts()) {
+    // What a Gripper bore before it let go, or before its screwdriver stopped, is not there any more.
+    for (const int body : stateless_bodies_) wrenches_[static_cast<std::size_t>(body)] = {};
+    interaction_.evaluate(motion_, awake_, wrenches_);
+    return;
+  }
+  interaction_.evaluate(motion_, wrenches_);
+  contacts_->evaluate_moving(motion_, wrenches_);
+}
+
+void OdeSystem::update_stateless_motion(double t) {
+  for (const std::size_t i : active_)
+    if (segments_[i].count == 0) segments_[i].model->write_motion(t, nullptr, motion_);
+}
+
+std::span<const Wrench> OdeSystem::update_wrenches() {
+  interaction_.evaluate(motion_, wrenches_);
+  if (has_contacts()) contacts_->evaluate(motion_, wrenches_);
+  return wrenches_;
+}
+
+void OdeSystem::derivatives(double t, std::span<const double> x, std::span<double> xdot) {
+  update_motion(t, x);
+  derivatives_at_motion(t, x, xdot);
+}
+
+void OdeSystem::derivatives_at_motion(double t, std::span<const double> x, std::span<double> xdot) {
+  ++evaluations_;
+  const double begin = clock_ != nullptr ? clock_() : 0.0;
+  evaluate_wrenches();
+  if (clock_ != nullptr) forces_s_ += clock_() - begin;
+  for (const std::size_t i : active_) {
+    const Segment& segment = segments_[i];
+    if (segment.count == 0) continue;
+    segment.model->derivatives(t, x.data() + segment.begin, motion_, wrenches_, xdot.data() + segment.begin);
+  }
+}
+
+void OdeSystem::indicators(double t, std::span<const double> x, std::span<double> g) {
+  update_motion(t, x);
+  evaluate_wrenches();
+  for (const Segment& segment : segments_) {
+    if (segment.model->indicator_count() == 0) continue;
+    segment.model->indicators(t, x.data() + segment.begin, motion_, wrenches_,
+                              g.data() + segment.first_indicator);
+  }
+}
+
+bool OdeSystem::switch_modes(double t, std::span<double> x) {
+  if (indicator_count_ == 0) return false;
+  update_motion(t, x);
+  evaluate_wrenches();
+  bool changed = false;
+  for (const Segment& segment : segments_) {
+    if (segment.model->indicator_count() == 0) continue;
+    if (segment.model->switch_modes(t, x.data() + segment.begin, motion_, wrenches_)) changed = true;
+  }
+  return changed;
+}
+
+double OdeSystem::next_time_event(double t) const {
+  double next = std::numeric_limits<double>::infinity();
+  for (const Segment& segment : segments_) {
+    const double event = segment.model->next_time_event(t);
+    if (!(event >= next)) next = event;  // what is no number stays, to be refused
+    if (std::isnan(next)) break;
+  }
+  return next;
+}
+
+void OdeSystem::jacobian(double t, std::span<const double> x, std::span<double> values) const {
+  for (const Segment& segment : segments_)
+    segment.model->jacobian(t, x.data() + segment.begin, motion_, values.data() + segment.first_entry);
+}
+
+void OdeSystem::time_derivative(double t, std::span<const double> x, std::span<double> rate) const {
+  std::fill(rate.begin(), rate.end(), 0.0);
+  for (const Segment& segment : segments_)
+    segment.model->time_derivative(t, x.data() + segment.begin, motion_, rate.data() + segment.begin);
+}
+
+void OdeSystem::state_scales(std::span<double> scales) const {
+  for (const Segment& segment : segments_) segment.model->state_scales(scales.data() + segment.begin);
+}
+
+}  // namespace takt

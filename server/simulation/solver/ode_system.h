@@ -1,0 +1,144 @@
+#pragma once
+// All plant models of a cell as one system x' = f(t, x). The state vector is the concatenation of the models'
+// segments; its length is fixed from load to reset.
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "plant_models/plant_model.h"
+#include "server/contact/holding/component_interaction.h"
+#include "server/contact/surface/contact_interaction.h"
+
+namespace takt {
+
+class OdeSystem {
+ public:
+  /// Models in the order robots, grippers, Grounds, Parts. The interaction is read only. `contacts`: surface
+  /// contact, where pairs act by it; else null.
+  OdeSystem(std::vector<PlantModel*> models, const ComponentInteraction& interaction, std::size_t body_count,
+            std::size_t arm_count, ContactInteraction* contacts = nullptr);
+
+  int state_count() const { return state_count_; }
+
+  /// Only these Parts (component ids, ascending) may move from now on, besides robots and grippers. The
+  /// others keep states and motion as they are; whoever says so must know that the next step would leave
+  /// their states unchanged, bit for bit (resting_parts.h) or within a bound (calm_parts.h).
+  void set_awake(std::span<const int> parts);
+  /// All models again, Grounds included.
+  void wake_all();
+  /// A range of the state vector.
+  struct Range {
+    std::size_t begin = 0, end = 0;
+  };
+  /// The states that may change, ascending.
+  std::span<const Range> active_states() const { return active_states_; }
+  /// Components whose motion may change, the Parts among them last.
+  std::span<const int> active_bodies() const { return active_bodies_; }
+
+  void initial_state(std::span<double> x) const;
+
+  /// Motion of everything that may move at (t, x).
+  void update_motion(double t, std::span<const double> x);
+  const CellMotion& motion() const { return motion_; }
+  /// Wrenches of all pairs at the present motion, summed per component, resting Parts included.
+  std::span<const Wrench> update_wrenches();
+
+  /// x' = f(t, x): motion, wrenches, derivatives. Pure in (t, x) for the connections of this step.
+  void derivatives(double t, std::span<const double> x, std::span<double> xdot);
+  /// The same where update_motion(t, x) has just been called.
+  void derivatives_at_motion(double t, std::span<const double> x, std::span<double> xdot);
+
+  // Modes of the plant models (see plant_model.h). All of these bring the motion and the wrenches to (t, x).
+
+  int indicator_count() const { return indicator_count_; }
+  void indicators(double t, std::span<const double> x, std::span<double> g);
+  /// Discrete, at an accepted point. True if a mode or a state changed.
+  bool switch_modes(double t, std::span<double> x);
+  double next_time_event(double t) const;
+
+  /// One entry of the approximate Jacobian d xdot / d x; the others are zero (treated explicitly).
+  struct Entry {
+    int row = 0, column = 0;
+  };
+  /// Sorted by segment, as the models list them; constant from load to reset.
+  std::span<const Entry> jacobian_pattern() const { return pattern_; }
+  /// Values in the order of the pattern, at the motion of the last update_motion(t, x).
+  void jacobian(double t, std::span<const double> x, std::span<double> values) const;
+
+  /// Approximate partial derivative of x' by t, at the motion of the last update_motion(t, x).
+  void time_derivative(double t, std::span<const double> x, std::span<double> rate) const;
+
+  /// How the wrenches at the present motion change with it, pair by pair, for the models that may move.
+  void linearise(Linearisation of_friction, std::vector<PairLinearisation>& pairs) const {
+    pairs.clear();
+    interaction_.linearise(motion_, awake_, of_friction, pairs);
+    if (has_contacts()) contacts_->linearise(motion_, of_friction, pairs);
+  }
+  /// Wrenches of the last derivatives() or update_wrenches().
+  std::span<const Wrench> wrenches() const { return wrenches_; }
+  /// Motion at time t of what has no states (kinematic robots and grippers).
+  void update_stateless_motion(double t);
+
+  /// The pairs' stiffness is beyond what solvers can leave to an explicit treatment (surface contact). Then
+  /// their matrices are coupled (SolverParameters::matrix).
+  bool has_stiff_pairs() const { return stiff_pairs_; }
+  void set_stiff_pairs(bool stiff) { stiff_pairs_ = stiff; }
+
+  /// A model with its place in the state vector.
+  struct Segment {
+    PlantModel* model;
+    std::size_t begin;
+    std::size_t count;
+    std::size_t first_indicator = 0, first_entry = 0;
+  };
+  std::span<const Segment> segments() const { return segments_; }
+  /// Of those, which may change their states at present, ascending.
+  std::span<const std::size_t> active_segments() const { return active_; }
+  std::size_t body_count() const { return wrenches_.size(); }
+
+  /// The states of one model that has any.
+  struct Block {
+    Range states;
+    int body = -1;  ///< component whose states they are, or -1 if they move several
+  };
+  std::span<const Block> blocks() const { return blocks_; }
+  /// Pairs act by surface contact: stiff, and coupled beyond who holds whom.
+  bool has_contacts() const { return contacts_ != nullptr && contacts_->any_acting(); }
+  /// The component that holds this one at present, or -1.
+  int partner(int body) const { return interaction_.partner(body); }
+  /// Typical sizes of all states.
+  void state_scales(std::span<double> scales) const;
+
+  std::uint64_t evaluations() const { return evaluations_; }
+  /// Time spent on wrenches, where a clock (seconds) is set.
+  double forces_s() const { return forces_s_; }
+  void set_clock(double (*now_s)()) { clock_ = now_s; }
+  void reset_counts() { evaluations_ = 0, forces_s_ = 0.0; }
+
+ private:
+  void activate(std::span<const int> parts, bool fixed_bodies);
+  void evaluate_wrenches();
+
+  std::vector<Segment> segments_;
+  std::vector<Block> blocks_;
+  std::vector<int> segment_of_body_;   ///< of bodies that may rest; else -1
+  std::vector<int> stateless_bodies_;  ///< component ids of all others: Grippers and Grounds
+  std::vector<int> part_bodies_;       ///< component ids of the models with states
+  std::vector<std::size_t> active_;    ///< segments, in order
+  std::vector<Range> active_states_;
+  std::vector<int> active_bodies_;
+  std::vector<int> awake_;  ///< component ids of the Parts among them
+  const ComponentInteraction& interaction_;
+  ContactInteraction* contacts_;
+  CellMotion motion_;
+  std::vector<Wrench> wrenches_;
+  int state_count_ = 0;
+  int indicator_count_ = 0;
+  bool stiff_pairs_ = false;
+  std::vector<Entry> pattern_;
+  std::uint64_t evaluations_ = 0;
+  double (*clock_)() = nullptr;
+  double forces_s_ = 0.0;
+};
+
+}  // namespace takt

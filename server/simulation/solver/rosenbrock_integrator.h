@@ -1,0 +1,55 @@
+#pragma once
+// The Rosenbrock W-method ROS34PW2 (rosenbrock_tableau.h) with error control, on the linear system at
+// velocity level (velocity_system.h). Made for contact: large steps while nothing happens, small ones through
+// an impact, no iteration, and an order that holds although the Jacobian leaves things out and takes
+// friction's secant.
+//
+// A step has one Jacobian, four evaluations, four solutions; after a rejection only the matrix is factorised
+// anew. Steps end with the communication step, at corners of f that models know beforehand, and at changes of
+// modes, which are searched for with some more attempts. The size of the next step is carried over from one
+// communication step to the next.
+//
+// The cost of a communication step is bounded: below the smallest step a step is accepted whatever its error
+// (SolverStatistics::forced_steps), which the secant Jacobian makes safe. Only derivatives that are not
+// finite end in a failure.
+#include <vector>
+
+#include "server/simulation/solver/integrator.h"
+#include "server/simulation/solver/rosenbrock_step.h"
+
+namespace takt {
+
+class RosenbrockIntegrator final : public Integrator {
+ public:
+  static constexpr double kSmallestStep_s = 1e-6;
+
+  RosenbrockIntegrator(const SolverParameters& parameters, const OdeSystem& system);
+  void restart() override { restarted_ = true, step_ = 0.0; }
+  void reset() override;
+  void save(StateWriter& out) const override;
+  void load(StateReader& in) override;
+  bool fixed_step() const override { return false; }
+  bool one_step() const override { return true; }
+
+ protected:
+  bool take_step(OdeSystem& system, double t, double h, std::span<double> x) override;
+
+ private:
+  using Outcome = RosenbrockStep::Outcome;
+  void next_size(double h, bool cut_short);
+  void note_step(double h);
+  void switch_modes(OdeSystem& system, double t, std::span<double> x);
+  /// Share of the trial step after which the first mode ends that held at its beginning; above 1: none does.
+  double mode_ends_at(OdeSystem& system, double t_end);
+  bool find_step(OdeSystem& system, double t, double& h, bool& mode_ends, std::span<double> x);
+
+  RosenbrockStep trial_;
+  std::vector<double> indicators_, new_indicators_;
+  double step_ = 0.0;        ///< proposed for the next step; 0: none yet
+  double last_error_ = 1.0;  ///< of the last accepted step
+  bool rejected_ = false;    ///< the present step was tried with a larger size
+  bool restarted_ = true;
+  double after_, before_;  ///< f has corners there; it is evaluated between
+};
+
+}  // namespace takt

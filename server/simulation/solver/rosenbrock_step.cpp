@@ -1,0 +1,170 @@
+#include "server/simulation/solver/rosenbrock_step.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/simulation/solver/rosenbrock_tableau.h"
+
+namespace takt {
+
+namespace {
+constexpr RosenbrockForm kMethod = transformed(RosenbrockTableau{});
+// Both make ROS2 L-stable. The second one is used only where I - g h A is singular with the first.
+const double kGammas[] = {1.0 - std::sqrt(0.5), 1.0 + std::sqrt(0.5)};
+
+// What counts of the difference of ROS2 from Euler's method, whose error it is: that of ROS2 is of the next
+// order.
+constexpr double kOfEuler = 0.1;
+
+template <class Visit>
+void for_each_active(const OdeSystem& system, const Visit& visit) {
+  for (const OdeSystem::Range& range : system.active_states())
+    for (std::size_t i = range.begin; i < range.end; ++i) visit(i);
+}
+
+bool finite(const OdeSystem& system, std::span<const double> values) {
+  bool good = true;
+  for_each_active(system, [&](std::size_t i) { good = good && std::isfinite(values[i]); });
+  return good;
+}
+}  // namespace
+
+RosenbrockStep::RosenbrockStep(const OdeSystem& system, double tolerance, SolverStatistics& statistics)
+    : linear_(system),
+      tolerance_(tolerance),
+      statistics_(statistics),
+      scales_(static_cast<std::size_t>(system.state_count())) {
+  system.state_scales(scales_);
+  for (auto* values : {&f0_, &rate_, &work_, &new_x_, &errors_, &u_[0], &u_[1], &u_[2], &u_[3]})
+    values->resize(scales_.size());
+}
+
+double RosenbrockStep::clamped(double t) const {
+  return std::clamp(t, after_, before_);
+}
+
+bool RosenbrockStep::begin(OdeSystem& system, double t, std::span<const double> x) {
+  system.derivatives(clamped(t), x, f0_);
+  ++statistics_.evaluations;
+  if (!finite(system, f0_)) return false;
+  system.time_derivative(clamped(t), x, rate_);
+  return true;
+}
+
+void RosenbrockStep::linearise(OdeSystem& system, double t, std::span<const double> x) {
+  linear_.linearise(system, clamped(t), x, Linearisation::secant);
+  ++statistics_.jacobians;
+}
+
+bool RosenbrockStep::factorise(double a, double b) {
+  ++statistics_.factorisations;
+  if (linear_.factorise(a, b)) return true;
+  ++statistics_.newton_failures;
+  return false;
+}
+
+RosenbrockStep::Outcome RosenbrockStep::four_stages(OdeSystem& system, double t, double h,
+                                                    std::span<const double> x) {
+  if (!factorise(1.0 / (kMethod.gamma * h), 1.0)) return Outcome::not_finite;
+  return four_stages_again(system, t, h, x);
+}
+
+RosenbrockStep::Outcome RosenbrockStep::four_stages_again(OdeSystem& system, double t, double h,
+                                                          std::span<const double> x) {
+  for (std::size_t stage = 0; stage < RosenbrockForm::kStages; ++stage) {
+    std::vector<double>& u = u_[stage];
+    if (stage == 0) {
+      for_each_active(system, [&](std::size_t i) { u[i] = f0_[i]; });
+    } else {
+      for_each_active(system, [&](std::size_t i) { work_[i] = x[i]; });
+      for (std::size_t j = 0; j < stage; ++j) {
+        const double a = kMethod.a[stage][j];
+        for_each_active(system, [&](std::size_t i) { work_[i] += a * u_[j][i]; });
+      }
+      system.derivatives(clamped(t + kMethod.alpha[stage] * h), work_, u);
+      ++statistics_.evaluations;
+      for (std::size_t j = 0; j < stage; ++j) {
+        const double c = kMethod.c[stage][j] / h;
+        for_each_active(system, [&](std::size_t i) { u[i] += c * u_[j][i]; });
+      }
+    }
+    const double share = h * kMethod.gammas[stage];
+    for_each_active(system, [&](std::size_t i) { u[i] += share * rate_[i]; });
+    linear_.solve(u, share);
+    if (!finite(system, u)) return Outcome::not_finite;
+  }
+  for_each_active(system, [&](std::size_t i) {
+    double change = 0.0, error = 0.0;
+    for (std::size_t stage = 0; stage < RosenbrockForm::kStages; ++stage) {
+      change += kMethod.m[stage] * u_[stage][i];
+      error += kMethod.e[stage] * u_[stage][i];
+    }
+    new_x_[i] = x[i] + change;
+    errors_[i] = error;
+  });
+  return judge(system, x);
+}
+
+RosenbrockStep::Outcome RosenbrockStep::two_stages(OdeSystem& system, double t, double h,
+                                                   std::span<const double> x) {
+  gamma_ = kGammas[0];
+  if (!factorise(1.0, gamma_ * h)) {
+    gamma_ = kGammas[1];
+    if (!factorise(1.0, gamma_ * h)) return Outcome::not_finite;
+  }
+  return two_stages_again(system, t, h, x);
+}
+
+RosenbrockStep::Outcome RosenbrockStep::two_stages_again(OdeSystem& system, double t, double h,
+                                                         std::span<const double> x) {
+  const double gamma = gamma_;
+  std::vector<double>&k1 = u_[0], &k2 = u_[1];
+  for_each_active(system, [&](std::size_t i) { k1[i] = f0_[i] + gamma * h * rate_[i]; });
+  linear_.solve(k1, gamma * h);
+  if (!finite(system, k1)) return Outcome::not_finite;
+  for_each_active(system, [&](std::size_t i) { work_[i] = x[i] + h * k1[i]; });
+  system.derivatives(clamped(t + h), work_, k2);
+  ++statistics_.evaluations;
+  for_each_active(system, [&](std::size_t i) { k2[i] -= 2.0 * k1[i] + gamma * h * rate_[i]; });
+  linear_.solve(k2, -gamma * h);
+  for_each_active(system, [&](std::size_t i) {
+    new_x_[i] = x[i] + h * (1.5 * k1[i] + 0.5 * k2[i]);
+    errors_[i] = kOfEuler * 0.5 * h * (k1[i] + k2[i]);
+  });
+  return judge(system, x);
+}
+
+RosenbrockStep::Outcome RosenbrockStep::euler(OdeSystem& system, double h, std::span<const double> x) {
+  if (!factorise(1.0, h)) return Outcome::not_finite;
+  std::vector<double>& k = u_[0];
+  for_each_active(system, [&](std::size_t i) { k[i] = f0_[i] + h * rate_[i]; });
+  linear_.solve(k, h);
+  for_each_active(system, [&](std::size_t i) { new_x_[i] = x[i] + h * k[i]; });
+  return finite(system, new_x_) ? Outcome::good : Outcome::not_finite;
+}
+
+RosenbrockStep::Outcome RosenbrockStep::judge(const OdeSystem& system, std::span<const double> x) {
+  error_ = error_of(system, x);
+  if (!std::isfinite(error_)) return Outcome::not_finite;
+  return error_ <= 1.0 ? Outcome::good : Outcome::too_large;
+}
+
+// The worst model counts: how many others there are in the cell must not loosen the tolerance.
+double RosenbrockStep::error_of(const OdeSystem& system, std::span<const double> x) const {
+  double worst = 0.0;
+  for (const std::size_t s : system.active_segments()) {
+    const OdeSystem::Segment& segment = system.segments()[s];
+    if (segment.count == 0) continue;
+    double sum = 0.0;
+    for (std::size_t i = segment.begin; i < segment.begin + segment.count; ++i) {
+      const double size = std::max(std::abs(x[i]), std::abs(new_x_[i])) + scales_[i];
+      const double e = errors_[i] / (tolerance_ * size);
+      sum += e * e;
+    }
+    const double mean = sum / static_cast<double>(segment.count);
+    if (!(mean <= worst)) worst = mean;
+  }
+  return std::sqrt(worst);
+}
+
+}  // namespace takt

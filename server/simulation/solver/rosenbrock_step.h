@@ -1,0 +1,64 @@
+#pragma once
+// Trial steps of the linearly implicit methods on the linear system at velocity level (velocity_system.h),
+// with the secant of friction. One linearisation at the beginning of a step serves all its trials; a trial of
+// another size only factorises anew. Both methods keep their order with an A of an earlier step.
+//   ROS34PW2 (rosenbrock_tableau.h): four stages, order 3, error estimate of order 2.
+//   ROS2 (implicit_integrator.h): two stages, order 2; its error estimate is a tenth of the difference from
+//   x + h k1, which is of order 1.
+//   The linearly implicit method of Euler, (I - h A) k = f + h f_t, x + h k: order 1. It takes energy out of
+//   whatever it cannot resolve.
+#include <limits>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "server/simulation/model/solver.h"
+#include "server/simulation/solver/velocity_system.h"
+
+namespace takt {
+
+class RosenbrockStep {
+ public:
+  enum class Outcome { good, too_large, not_finite };
+
+  /// Counts evaluations, Jacobians and factorisations in `statistics`, which must live as long.
+  RosenbrockStep(const OdeSystem& system, double tolerance, SolverStatistics& statistics);
+
+  /// f is evaluated between these times, where it has no corner.
+  void limit_times(double after, double before) { after_ = after, before_ = before; }
+  double clamped(double t) const;
+
+  /// f and its time derivative at (t, x), where trials begin. False: f is not finite.
+  bool begin(OdeSystem& system, double t, std::span<const double> x);
+  /// A at (t, x), where begin() was called last.
+  void linearise(OdeSystem& system, double t, std::span<const double> x);
+  /// Trials from the point of the last begin(); new_x() is where they arrive.
+  Outcome four_stages(OdeSystem& system, double t, double h, std::span<const double> x);
+  Outcome two_stages(OdeSystem& system, double t, double h, std::span<const double> x);
+  /// With the factors that the last trial left, by the same method with the same h.
+  Outcome four_stages_again(OdeSystem& system, double t, double h, std::span<const double> x);
+  Outcome two_stages_again(OdeSystem& system, double t, double h, std::span<const double> x);
+  Outcome euler(OdeSystem& system, double h, std::span<const double> x);
+
+  const std::vector<double>& new_x() const { return new_x_; }
+  /// Of the last trial of two or four stages, in units of what is allowed.
+  double error() const { return error_; }
+
+ private:
+  double error_of(const OdeSystem& system, std::span<const double> x) const;
+  Outcome judge(const OdeSystem& system, std::span<const double> x);
+  bool factorise(double a, double b);
+
+  VelocitySystem linear_;
+  double tolerance_;
+  SolverStatistics& statistics_;
+  std::vector<double> scales_;
+  std::vector<double> f0_, rate_, work_, new_x_, errors_;
+  std::vector<double> u_[4];
+  double error_ = 0.0;
+  double gamma_ = 0.0;  ///< of the last two_stages()
+  double after_ = -std::numeric_limits<double>::infinity();
+  double before_ = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace takt

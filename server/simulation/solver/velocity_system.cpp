@@ -1,0 +1,286 @@
+#include "server/simulation/solver/velocity_system.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/simulation/solver/dense_lu.h"
+
+namespace takt {
+
+namespace {
+
+using Vec6 = Eigen::Matrix<double, 6, 1>;
+
+// Step of the difference quotient that gives accelerations of bodies without states (s).
+constexpr double kMotionStep = 1e-6;
+
+Vec6 stacked(const Vec3& upper, const Vec3& lower) {
+  Vec6 v;
+  v << upper, lower;
+  return v;
+}
+
+}  // namespace
+
+VelocitySystem::VelocitySystem(const OdeSystem& system) : unit_of_body_(system.body_count(), -1) {
+  std::size_t velocities = 0;
+  for (const OdeSystem::Segment& segment : system.segments()) {
+    Unit& unit = units_.emplace_back();
+    unit.model = segment.model;
+    unit.begin = segment.begin;
+    unit.states = segment.count;
+    unit.form = segment.count > 0 ? segment.model->make_velocity_form() : nullptr;
+    if (unit.form) {
+      unit.velocities = static_cast<std::size_t>(unit.form->velocity_count());
+      unit.first_velocity = velocities;
+      velocities += unit.velocities;
+      unit.mass.resize(unit.velocities * unit.velocities);
+      unit.rows.resize(unit.velocities);
+      for (const int body : unit.form->bodies())
+        unit_of_body_[static_cast<std::size_t>(body)] = static_cast<int>(units_.size()) - 1;
+    } else if (segment.count > 0) {
+      segment.model->jacobian_pattern(unit.pattern);
+      unit.values.resize(unit.pattern.size());
+      if (!unit.pattern.empty())
+        unit.block.resize(unit.states * unit.states), unit.pivots.resize(unit.states);
+    }
+  }
+  groups_.reserve(units_.size());
+  pairs_.reserve(16 + 8 * system.body_count());
+  ends_.reserve(pairs_.capacity());
+  const std::size_t room = std::min(velocities, kRoomForAll);
+  matrices_.reserve(std::max(room * room, velocities * 2 * kMost));
+  pivots_.resize(velocities), right_.resize(velocities);
+  displacement_.resize(velocities), r_u_.resize(velocities);
+  twists_.resize(system.body_count());
+}
+
+std::size_t VelocitySystem::root(std::size_t unit) {
+  while (units_[unit].parent != unit) unit = units_[unit].parent = units_[units_[unit].parent].parent;
+  return unit;
+}
+
+int VelocitySystem::unit_of(int body) const {
+  const int unit = body < 0 ? -1 : unit_of_body_[static_cast<std::size_t>(body)];
+  return unit >= 0 && units_[static_cast<std::size_t>(unit)].active ? unit : -1;
+}
+
+void VelocitySystem::linearise(OdeSystem& system, double t, std::span<const double> x,
+                               Linearisation of_friction) {
+  for (Unit& unit : units_) unit.active = false;
+  for (const std::size_t i : system.active_segments()) {
+    Unit& unit = units_[i];
+    unit.active = unit.states > 0;
+    if (unit.form)
+      unit.form->linearise(t, x.data() + unit.begin, system.motion(), system.wrenches(), unit.mass.data());
+    else if (!unit.pattern.empty())
+      unit.model->jacobian(t, x.data() + unit.begin, system.motion(), unit.values.data());
+  }
+  system.linearise(of_friction, pairs_);
+  std::erase_if(pairs_, [this](const PairLinearisation& pair) {
+    return unit_of(pair.base) < 0 && unit_of(pair.target) < 0;
+  });
+  ends_.resize(pairs_.size());
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    const PairLinearisation& pair = pairs_[i];
+    for (const auto& [end, body] : {std::pair{&ends_[i].base, pair.base}, {&ends_[i].target, pair.target}}) {
+      end->unit = unit_of(body);
+      if (end->unit >= 0)
+        units_[static_cast<std::size_t>(end->unit)].form->body_jacobian(body, pair.p_W, end->J.data());
+    }
+  }
+  find_groups();
+  find_rates(system, t);
+}
+
+void VelocitySystem::find_groups() {
+  for (std::size_t i = 0; i < units_.size(); ++i) units_[i].parent = i;
+  for (const PairEnds& ends : ends_) {
+    if (ends.base.unit < 0 || ends.target.unit < 0) continue;
+    const std::size_t a = root(static_cast<std::size_t>(ends.base.unit)),
+                      b = root(static_cast<std::size_t>(ends.target.unit));
+    units_[std::min(a, b)].parent = std::max(a, b);
+  }
+  // Robots come first in the system and are coupled with most others: they are eliminated last.
+  groups_.clear();
+  for (std::size_t i = units_.size(); i-- > 0;) {
+    Unit& unit = units_[i];
+    if (!unit.active || !unit.form) continue;
+    const std::size_t r = root(i);
+    if (r == i) {
+      unit.group = groups_.size();
+      groups_.emplace_back();
+    }
+    unit.group = units_[r].group;
+    unit.place = groups_[unit.group].size;
+    groups_[unit.group].size += unit.velocities;
+  }
+  std::size_t first = 0, matrix = 0;
+  largest_group_ = 0;
+  for (Group& group : groups_) {
+    group.first = first, group.matrix = matrix;
+    first += group.size, matrix += group.size * group.size;
+    largest_group_ = std::max(largest_group_, group.size);
+  }
+  if (matrices_.size() < matrix) matrices_.resize(matrix);
+}
+
+// What moves without states pulls at the others as time passes.
+void VelocitySystem::find_rates(OdeSystem& system, double t) {
+  has_rates_ = false;
+  const auto moved_by_time = [&](int body, const End& end) {
+    if (body < 0 || end.unit >= 0 || unit_of_body_[static_cast<std::size_t>(body)] >= 0) return false;
+    return !(system.motion().bodies[static_cast<std::size_t>(body)].V_WB == Twist{});
+  };
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    ends_[i].rate.setZero();
+    has_rates_ = has_rates_ || moved_by_time(pairs_[i].base, ends_[i].base) ||
+                 moved_by_time(pairs_[i].target, ends_[i].target);
+  }
+  if (!has_rates_) return;
+  const auto twist_at = [&](int body, const Vec3& p_W) {
+    const BodyMotion& motion = system.motion().bodies[static_cast<std::size_t>(body)];
+    return Twist{motion.V_WB.at(p_W - motion.X_WB.p), motion.V_WB.w};
+  };
+  const auto for_each_moved = [&](const auto& visit) {
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      if (moved_by_time(pairs_[i].base, ends_[i].base)) visit(i, pairs_[i].base, 1.0);
+      if (moved_by_time(pairs_[i].target, ends_[i].target)) visit(i, pairs_[i].target, -1.0);
+    }
+  };
+  for_each_moved([&](std::size_t i, int body, double sign) {
+    const Twist V = twist_at(body, pairs_[i].p_W);
+    const Vec6 twist = sign * stacked(V.v, V.w);
+    ends_[i].rate += pairs_[i].K * twist - pairs_[i].D * (twist / kMotionStep);
+  });
+  system.update_stateless_motion(t + kMotionStep);
+  for_each_moved([&](std::size_t i, int body, double sign) {
+    const Twist V = twist_at(body, pairs_[i].p_W);
+    ends_[i].rate += pairs_[i].D * (sign / kMotionStep * stacked(V.v, V.w));
+  });
+  system.update_stateless_motion(t);
+}
+
+// J_i^T G J_k for both ends, with the sign of each end in the relative twist.
+void VelocitySystem::add_pair(const Mat6& G, const PairEnds& ends) {
+  const End* both[] = {&ends.base, &ends.target};
+  for (const End* column : both) {
+    if (column->unit < 0) continue;
+    const Unit& c = units_[static_cast<std::size_t>(column->unit)];
+    double* matrix = matrix_of(c);
+    const std::size_t n = groups_[c.group].size;
+    for (std::size_t k = 0; k < c.velocities; ++k) {
+      const Vec6 force = G * Eigen::Map<const Vec6>(&column->J[6 * k]);
+      for (const End* row : both) {
+        if (row->unit < 0) continue;
+        const Unit& r = units_[static_cast<std::size_t>(row->unit)];
+        const double sign = row == column ? 1.0 : -1.0;
+        double* entries = matrix + (c.place + k) * n + r.place;
+        for (std::size_t i = 0; i < r.velocities; ++i)
+          entries[i] += sign * Eigen::Map<const Vec6>(&row->J[6 * i]).dot(force);
+      }
+    }
+  }
+}
+
+void VelocitySystem::assemble(double a, double b) {
+  for (const Group& group : groups_)
+    std::fill_n(matrices_.begin() + static_cast<std::ptrdiff_t>(group.matrix), group.size * group.size, 0.0);
+  for (std::size_t i = 0; i < pairs_.size(); ++i)
+    add_pair(-b * pairs_[i].D - b * b / a * pairs_[i].K, ends_[i]);
+  for (Unit& unit : units_) {
+    if (!unit.active || !unit.form) continue;
+    const std::size_t n = groups_[unit.group].size;
+    double* matrix = matrix_of(unit);
+    for (std::size_t k = 0; k < unit.velocities; ++k) {
+      double* column = matrix + (unit.place + k) * n + unit.place;
+      for (std::size_t i = 0; i < unit.velocities; ++i) column[i] += a * unit.mass[k * unit.velocities + i];
+      column[k] += unit.rows[k].value;
+    }
+    unit.form->add_couplings(matrix + unit.place * n + unit.place, n);
+    for (std::size_t i = 0; i < unit.velocities; ++i) {
+      if (!unit.rows[i].prescribed) continue;
+      for (std::size_t k = 0; k < n; ++k) matrix[k * n + unit.place + i] = 0.0;
+      matrix[(unit.place + i) * n + unit.place + i] = unit.rows[i].value;
+    }
+  }
+}
+
+bool VelocitySystem::factorise_block(Unit& unit, double a, double b) const {
+  const std::size_t n = unit.states;
+  std::fill(unit.block.begin(), unit.block.end(), 0.0);
+  for (std::size_t e = 0; e < unit.pattern.size(); ++e) {
+    const auto [row, column] = unit.pattern[e];
+    unit.block[static_cast<std::size_t>(column) * n + static_cast<std::size_t>(row)] -= b * unit.values[e];
+  }
+  for (std::size_t i = 0; i < n; ++i) unit.block[i * n + i] += a;
+  return factorise_dense(unit.block.data(), n, unit.pivots.data());
+}
+
+bool VelocitySystem::factorise(double a, double b) {
+  a_ = a, b_ = b;
+  for (Unit& unit : units_) {
+    if (!unit.active) continue;
+    if (unit.form) {
+      if (!unit.form->factorise(a, b, unit.rows.data())) return false;
+    } else if (!unit.pattern.empty() && !factorise_block(unit, a, b)) {
+      return false;
+    }
+  }
+  assemble(a, b);
+  for (const Group& group : groups_)
+    if (!factorise_dense(&matrices_[group.matrix], group.size, &pivots_[group.first])) return false;
+  return true;
+}
+
+void VelocitySystem::solve(std::span<double> r, double rate_share) {
+  for (Unit& unit : units_) {
+    if (!unit.active) continue;
+    double* own = r.data() + unit.begin;
+    if (!unit.form) {
+      if (unit.pattern.empty())
+        for (std::size_t i = 0; i < unit.states; ++i) own[i] /= a_;
+      else
+        solve_dense(unit.block.data(), unit.states, unit.pivots.data(), own);
+      continue;
+    }
+    const auto n = static_cast<Eigen::Index>(unit.velocities);
+    double* right = &right_[groups_[unit.group].first + unit.place];
+    double* r_u = &r_u_[unit.first_velocity];
+    unit.form->reduce(own, &displacement_[unit.first_velocity], r_u, right);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      if (unit.rows[static_cast<std::size_t>(i)].prescribed) continue;
+      double sum = 0.0;  // M is symmetric
+      for (Eigen::Index k = 0; k < n; ++k) sum += unit.mass[static_cast<std::size_t>(i * n + k)] * r_u[k];
+      right[i] += sum;
+    }
+  }
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    const PairEnds& ends = ends_[i];
+    const std::pair<const End*, double> both[] = {{&ends.base, 1.0}, {&ends.target, -1.0}};
+    Vec6 d = Vec6::Zero();
+    for (const auto& [end, sign] : both) {
+      if (end->unit < 0) continue;
+      const Unit& unit = units_[static_cast<std::size_t>(end->unit)];
+      for (std::size_t k = 0; k < unit.velocities; ++k)
+        d += (sign * displacement_[unit.first_velocity + k]) * Eigen::Map<const Vec6>(&end->J[6 * k]);
+    }
+    Vec6 force = pairs_[i].K * (b_ / a_ * d);
+    if (has_rates_) force += rate_share * ends.rate;
+    for (const auto& [end, sign] : both) {
+      if (end->unit < 0) continue;
+      const Unit& unit = units_[static_cast<std::size_t>(end->unit)];
+      double* right = &right_[groups_[unit.group].first + unit.place];
+      for (std::size_t k = 0; k < unit.velocities; ++k)
+        if (!unit.rows[k].prescribed) right[k] += sign * Eigen::Map<const Vec6>(&end->J[6 * k]).dot(force);
+    }
+  }
+  for (const Group& group : groups_)
+    solve_dense(&matrices_[group.matrix], group.size, &pivots_[group.first], &right_[group.first]);
+  for (Unit& unit : units_) {
+    if (!unit.active || !unit.form) continue;
+    unit.form->expand(&right_[groups_[unit.group].first + unit.place], r.data() + unit.begin);
+  }
+}
+
+}  // namespace takt

@@ -1,0 +1,105 @@
+#pragma once
+// The linear systems of implicit methods, (a I - b J) y = r over the whole state vector of a cell, solved at
+// velocity level: models with inertia are reduced to their velocities (plant_models/velocity_form.h), the
+// forces between them added pair by pair (contact/pair_linearisation.h). With J_p the twist of the bodies of
+// a pair relative to each other, at its point, per velocity:
+//   (a M - b J_p^T D J_p - b^2/a J_p^T K J_p + ...) u = M r_u + b/a J_p^T K J_p d_r + ...
+// Models that pairs join directly or through others make one group with one dense LU with pivoting: a group
+// of n velocities costs n^3 / 3. Grounds and kinematic robots have no unknowns and join nothing. A model
+// without velocities is a block of its own, of its jacobian_pattern(); without one it is treated explicitly,
+// y = r / a.
+//
+// J lacks what VelocityForm leaves out, the couplings of the robots' energies, and how forces act elsewhere
+// as bodies move (levers, axes). W-methods keep their order with it, Newton's method needs some more
+// iterations.
+//
+// Groups may change with every linearisation, as contacts do. Memory only grows: there is room for one group
+// of all velocities up to kRoomForAll of them, beyond that it is taken when a larger group forms.
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "server/simulation/solver/ode_system.h"
+
+namespace takt {
+
+class VelocitySystem {
+ public:
+  static constexpr std::size_t kRoomForAll = 256;
+
+  explicit VelocitySystem(const OdeSystem& system);
+
+  /// J at (t, x), where the system's derivatives() have been evaluated last. Models at rest
+  /// (OdeSystem::set_awake) take no part: their entries of later right sides are left alone.
+  void linearise(OdeSystem& system, double t, std::span<const double> x, Linearisation of_friction);
+  /// For a I - b J. May be repeated with other a and b. False if there is no inverse.
+  bool factorise(double a, double b);
+  /// Solves in place. `rate_share`: how much of the rates of pair forces that moving bodies without states
+  /// cause (kinematic grippers) is added to the right side; the models' own are in
+  /// OdeSystem::time_derivative.
+  void solve(std::span<double> r, double rate_share = 0.0);
+
+  std::size_t group_count() const { return groups_.size(); }
+  std::size_t largest_group() const { return largest_group_; }  ///< velocities
+  std::span<const PairLinearisation> pairs() const { return pairs_; }
+
+ private:
+  static constexpr std::size_t kMost = VelocityForm::kMaxVelocities;
+  using Jacobian = std::array<double, 6 * kMost>;  ///< 6 x n, column-major
+
+  /// One model.
+  struct Unit {
+    std::unique_ptr<VelocityForm> form;  ///< null: a block of its own, or explicit
+    const PlantModel* model = nullptr;
+    std::size_t begin = 0, states = 0;  ///< in the state vector
+    std::size_t velocities = 0;
+    std::size_t first_velocity = 0;  ///< in the arrays over all velocities
+    bool active = false;
+    std::size_t parent = 0;            ///< of its group
+    std::size_t group = 0, place = 0;  ///< where its velocities are in the group
+    std::vector<double> mass;
+    std::vector<VelocityForm::Row> rows;
+    // Without velocities.
+    std::vector<std::pair<int, int>> pattern;
+    std::vector<double> values, block;
+    std::vector<int> pivots;
+  };
+  struct End {
+    int unit = -1;
+    Jacobian J;
+  };
+  struct PairEnds {
+    End base, target;
+    Eigen::Matrix<double, 6, 1> rate;  ///< of the wrench on the base, at equal states
+  };
+  struct Group {
+    std::size_t first = 0, size = 0;  ///< in the vectors over grouped velocities
+    std::size_t matrix = 0;           ///< first of its entries
+  };
+
+  std::size_t root(std::size_t unit);
+  int unit_of(int body) const;
+  void find_groups();
+  void find_rates(OdeSystem& system, double t);
+  void assemble(double a, double b);
+  void add_pair(const Mat6& G, const PairEnds& ends);
+  bool factorise_block(Unit& unit, double a, double b) const;
+  double* matrix_of(const Unit& unit) { return &matrices_[groups_[unit.group].matrix]; }
+
+  std::vector<Unit> units_;
+  std::vector<int> unit_of_body_;
+  std::vector<PairLinearisation> pairs_;
+  std::vector<PairEnds> ends_;
+  std::vector<Group> groups_;
+  std::vector<double> matrices_;
+  std::vector<int> pivots_;
+  std::vector<double> right_;               ///< by group and place
+  std::vector<double> displacement_, r_u_;  ///< by unit
+  std::vector<Twist> twists_;               ///< by body
+  std::size_t largest_group_ = 0;
+  bool has_rates_ = false;
+  double a_ = 1.0, b_ = 0.0;
+};
+
+}  // namespace takt

@@ -1,0 +1,321 @@
+#include "server/simulation/step/cell_plant.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "plant_models/state_bytes.h"
+
+namespace takt {
+
+CellPlant::CellPlant(const CellModel& model, const ComponentInteraction& interaction,
+                     ContactInteraction* contacts)
+    : model_(model),
+      interaction_(interaction),
+      contacts_(contacts),
+      robots_(model.robots.begin(), model.robots.end()),
+      parts_(model.parts.begin(), model.parts.end()),
+      segment_begin_(model.robots.size(), 0) {
+  for (const GripperModel& gripper : model.grippers) grippers_.emplace_back(gripper.parameters);
+  devices_.resize(model.description.devices.size(), {nullptr, 0});
+  for (const FurtherModel& further : model.further_models) {
+    further_.push_back(further.make());
+    if (further.device < 0) continue;
+    const auto device = static_cast<std::size_t>(further.device);
+    auto* with_signals = dynamic_cast<DeviceModel*>(further_.back().get());
+    if (device >= devices_.size() || with_signals == nullptr)
+      throw std::invalid_argument("the plant model '" + further.name + "' is said to be device " +
+                                  std::to_string(device) + ", but is none or not described");
+    devices_[device] = {with_signals, further_.size() - 1};
+  }
+  for (std::size_t i = 0; i < devices_.size(); ++i) {
+    if (devices_[i].first == nullptr)
+      throw std::invalid_argument("the device '" + model.description.devices[i].name +
+                                  "' has no plant model");
+  }
+  for (const GroundModel& ground : model.grounds) grounds_.emplace_back(ground.component, ground.X_WB);
+  for (std::size_t r = 0; r < robots_.size(); ++r) {
+    std::vector<const ParallelGripper*> mounted;
+    for (const ParallelGripper& gripper : grippers_)
+      if (gripper.parameters().robot == static_cast<int>(r)) mounted.push_back(&gripper);
+    if (r < model.trajectories.size()) robots_[r].set_trajectory(model.trajectories[r]);
+    const std::optional<RobotDynamics> none;
+    const std::optional<RobotDynamics>& dynamics = r < model.dynamics.size() ? model.dynamics[r] : none;
+    dynamic_.push_back(dynamics ? std::make_unique<DynamicRobot>(dynamics->parameters,
+                                                                 make_drives(dynamics->drives), robots_[r],
+                                                                 std::move(mounted))
+                                : nullptr);
+  }
+  std::vector<std::size_t> mounted(robots_.size(), 0);
+  for (const ParallelGripper& gripper : grippers_) {
+    const auto robot = static_cast<std::size_t>(gripper.parameters().robot);
+    gripper_place_.emplace_back(robot, mounted[robot]++);
+  }
+  reset();
+}
+
+void CellPlant::reset() {
+  for (KinematicRobot& robot : robots_) robot.reset();
+  for (ParallelGripper& gripper : grippers_) gripper.reset();
+  for (const auto& further : further_) further->reset();
+  if (!system_) {
+    levels_ = model_.robot_levels;
+    levels_.resize(robots_.size(), 1);
+  }
+  if (!system_ || system_->has_stiff_pairs() != system_->has_contacts()) build();
+  system_->initial_state(x_);
+  accepted_ = x_;
+  system_->wake_all();
+  system_->reset_counts();
+  integrator_->reset();
+  energies_.assign(robots_.size(), {0.0, 0.0});
+}
+
+bool CellPlant::any_dynamic() const {
+  return std::any_of(levels_.begin(), levels_.end(), [](int level) { return level > 1; });
+}
+
+const SolverParameters& CellPlant::solver() const {
+  if (system_->has_contacts()) return model_.contact_solver;
+  return model_.dynamics_solver && any_dynamic() ? *model_.dynamics_solver : model_.solver;
+}
+
+void CellPlant::build() {
+  std::vector<PlantModel*> models;
+  std::size_t begin = 0;
+  for (std::size_t r = 0; r < robots_.size(); ++r) {
+    segment_begin_[r] = begin;
+    if (levels_[r] == 1) {
+      models.push_back(&robots_[r]);
+    } else {
+      models.push_back(dynamic_[r].get());
+      begin += static_cast<std::size_t>(dynamic_[r]->state_count());
+    }
+  }
+  for (ParallelGripper& gripper : grippers_)
+    if (levels_[static_cast<std::size_t>(gripper.parameters().robot)] == 1) models.push_back(&gripper);
+  further_begin_ = begin;
+  further_segments_.clear();
+  for (const auto& further : further_) {
+    models.push_back(further.get());
+    further_segments_.push_back(begin);
+    begin += static_cast<std::size_t>(further->state_count());
+  }
+  for (FixedBody& ground : grounds_) models.push_back(&ground);
+  for (RigidBody& part : parts_) models.push_back(&part);
+  parts_begin_ = begin;
+  system_ = std::make_unique<OdeSystem>(std::move(models), interaction_, model_.components.size(),
+                                        robots_.size(), contacts_);
+  x_.resize(static_cast<std::size_t>(system_->state_count()));
+  accepted_.resize(x_.size());
+  system_->set_clock(clock_);
+  system_->set_stiff_pairs(system_->has_contacts());
+  integrator_ = make_integrator(solver(), *system_);
+}
+
+std::size_t CellPlant::jaw_joint(std::size_t robot, std::size_t place, ParallelGripper::Side side) const {
+  return static_cast<std::size_t>(robots_[robot].parameters().arm.joint_count()) + 2 * place +
+         static_cast<std::size_t>(side);
+}
+
+std::optional<BodyInertia> CellPlant::least_palm_inertia(std::size_t gripper) const {
+  const auto [robot, place] = gripper_place_[gripper];
+  if (dynamic(robot) == nullptr) return std::nullopt;
+  return dynamic(robot)->least_palm_inertia(place);
+}
+
+void CellPlant::keep_accepted() {
+  for (const OdeSystem::Range& range : system_->active_states())
+    std::copy(x_.begin() + static_cast<std::ptrdiff_t>(range.begin),
+              x_.begin() + static_cast<std::ptrdiff_t>(range.end),
+              accepted_.begin() + static_cast<std::ptrdiff_t>(range.begin));
+}
+
+void CellPlant::read_signals(std::size_t device, double t, std::span<double> signals) const {
+  const auto [model, place] = devices_[device];
+  model->read_signals(t, x_.data() + further_segments_[place], system_->motion(), signals);
+}
+
+bool CellPlant::decide(double t) {
+  bool changed = false;
+  for (std::size_t i = 0; i < further_.size(); ++i)
+    changed |= further_[i]->decide(t, x_.data() + further_segments_[i], system_->motion());
+  if (changed) integrator_->restart();
+  return changed;
+}
+
+void CellPlant::set_clock(double (*now_s)()) {
+  clock_ = now_s;
+  system_->set_clock(now_s);
+}
+
+std::span<const double> CellPlant::segment(std::size_t robot) const {
+  const auto count = static_cast<std::size_t>(dynamic_[robot]->state_count());
+  return std::span<const double>(x_).subspan(segment_begin_[robot], count);
+}
+
+double CellPlant::jaw_coordinate(std::size_t gripper, ParallelGripper::Side side, double t) const {
+  const auto [robot, place] = gripper_place_[gripper];
+  if (levels_[robot] == 1) return grippers_[gripper].coordinate(t, side);
+  return segment(robot)[jaw_joint(robot, place, side)];
+}
+
+double CellPlant::jaw_speed(std::size_t gripper, ParallelGripper::Side side, double t) const {
+  const auto [robot, place] = gripper_place_[gripper];
+  if (levels_[robot] == 1) return grippers_[gripper].speed(t, side);
+  return segment(
+      robot)[static_cast<std::size_t>(dynamic_[robot]->joint_count()) + jaw_joint(robot, place, side)];
+}
+
+void CellPlant::change_levels(std::span<const int> levels, double t) {
+  // What is known of the motion under the old models.
+  const std::vector<double> others(x_.begin() + static_cast<std::ptrdiff_t>(further_begin_), x_.end());
+  struct RobotMotion {
+    JointArray q{}, qd{};
+  };
+  std::vector<RobotMotion> motions(robots_.size());
+  for (std::size_t r = 0; r < robots_.size(); ++r) {
+    RobotMotion& motion = motions[r];
+    if (levels_[r] > 1) {
+      const auto n = static_cast<std::size_t>(dynamic_[r]->joint_count());
+      std::copy_n(segment(r).data(), n, motion.q.data());
+      std::copy_n(segment(r).data() + n, n, motion.qd.data());
+    } else {
+      robots_[r].joint_state(t, motion.q.data(), motion.qd.data());
+    }
+  }
+  for (std::size_t g = 0; g < grippers_.size(); ++g) {
+    const auto [r, place] = gripper_place_[g];
+    if (levels_[r] > 1) continue;
+    for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right}) {
+      motions[r].q[jaw_joint(r, place, side)] = grippers_[g].coordinate(t, side);
+      motions[r].qd[jaw_joint(r, place, side)] = grippers_[g].speed(t, side);
+    }
+  }
+  for (std::size_t r = 0; r < robots_.size(); ++r)
+    if (levels_[r] > 1) std::copy_n(segment(r).end() - 2, 2, energies_[r].begin());
+  const CellMotion motion = system_->motion();
+  const std::span<const Wrench> now = system_->update_wrenches();
+  const std::vector<Wrench> wrenches(now.begin(), now.end());
+  const std::vector<double> old_state = x_;
+  const std::vector<std::size_t> old_begin = segment_begin_;
+  const std::vector<int> old_levels = levels_;
+  levels_.assign(levels.begin(), levels.end());
+  build();
+  std::copy(others.begin(), others.end(), x_.begin() + static_cast<std::ptrdiff_t>(further_begin_));
+  for (std::size_t r = 0; r < robots_.size(); ++r) {
+    double* to = x_.data() + segment_begin_[r];
+    if (levels_[r] > 1 && old_levels[r] > 1) {
+      std::copy_n(old_state.data() + old_begin[r], dynamic_[r]->state_count(), to);
+    } else if (levels_[r] > 1) {
+      dynamic_[r]->state_from_motion(t, motions[r].q.data(), motions[r].qd.data(), motion, wrenches, to);
+      std::copy(energies_[r].begin(), energies_[r].end(), to + dynamic_[r]->energy_state());
+    } else if (old_levels[r] > 1) {
+      // The joints were not quite where the reference was: it starts again from where they are.
+      robots_[r].continue_from(t, motions[r].q.data(), motions[r].qd.data());
+    }
+  }
+  for (std::size_t g = 0; g < grippers_.size(); ++g) {
+    const auto [r, place] = gripper_place_[g];
+    if (levels_[r] > 1 || old_levels[r] == 1) continue;
+    for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right})
+      grippers_[g].continue_from(t, side, motions[r].q[jaw_joint(r, place, side)]);
+  }
+  system_->wake_all();
+  accepted_ = x_;
+}
+
+void CellPlant::save(StateWriter& out) {
+  for (const int level : levels_) out.put(static_cast<std::uint8_t>(level));
+  for (const std::array<double, 2>& energies : energies_) out.put(std::span<const double>(energies));
+  for (const KinematicRobot& robot : robots_) robot.save(out);
+  for (const ParallelGripper& gripper : grippers_) gripper.save(out);
+  for (const auto& further : further_) further->save(out);
+  out.put_size(x_.size());
+  out.put(std::span<const double>(x_));
+  if (integrator_->hides_history()) {
+    const SolverStatistics statistics = integrator_->statistics();
+    integrator_ = make_integrator(solver(), *system_);
+    integrator_->set_statistics(statistics);
+  }
+  integrator_->forget();
+  integrator_->save(out);
+}
+
+void CellPlant::load(StateReader& in) {
+  for (std::size_t r = 0; r < levels_.size(); ++r) {
+    levels_[r] = in.integer(1, 3, "a robot's level of detail");
+    if (levels_[r] > 1 && !can_be_dynamic(r))
+      in.fail(model_.description.robots[r].name + " has level " + std::to_string(levels_[r]) +
+              ", but can only be kinematic");
+  }
+  for (std::array<double, 2>& energies : energies_) in.numbers(energies, "an energy");
+  for (KinematicRobot& robot : robots_) robot.load(in);
+  for (ParallelGripper& gripper : grippers_) gripper.load(in);
+  for (const auto& further : further_) further->load(in);
+  build();
+  in.expect_size(x_.size(), "states");
+  in.numbers(x_, "a state");
+  for (std::size_t part = 0; part < parts_.size(); ++part) {
+    double length = 0.0;
+    for (std::size_t i = 3; i < 7; ++i) length += x_[part_begin(part) + i] * x_[part_begin(part) + i];
+    if (!(length > 0.25 && length < 4.0))
+      in.fail("the orientation of " + model_.components[static_cast<std::size_t>(parts_[part].body())].name +
+              " is no unit quaternion");
+  }
+  for (std::size_t r = 0; r < robots_.size(); ++r) {
+    if (dynamic(r) == nullptr) continue;
+    for (int j = 0; j < dynamic_[r]->joint_count(); ++j) {
+      const Drive& drive = dynamic_[r]->drive(j);
+      if (!drive.has_modes()) continue;
+      const double mode =
+          segment(r)[static_cast<std::size_t>(dynamic_[r]->drive_state(j) + drive.mode_state())];
+      if (mode != -1.0 && mode != 0.0 && mode != 1.0)
+        in.fail("the mode of a friction is " + std::to_string(mode));
+    }
+  }
+  accepted_ = x_;
+  integrator_->load(in);
+}
+
+void CellPlant::put_part(std::size_t part, const Pose& X_WB, const Twist& V_WB) {
+  parts_[part].set_state(X_WB, V_WB, x_.data() + part_begin(part));
+  accepted_ = x_;
+  integrator_->restart();
+}
+
+std::string CellPlant::describe_state(std::size_t state) const {
+  if (state >= further_begin_ && state < parts_begin_) {
+    std::size_t place = state - further_begin_, i = 0;
+    while (place >= static_cast<std::size_t>(further_[i]->state_count()))
+      place -= static_cast<std::size_t>(further_[i++]->state_count());
+    return "state " + std::to_string(place) + " of " + model_.further_models[i].name;
+  }
+  if (state < parts_begin_) {
+    std::size_t robot = 0;
+    for (std::size_t r = 0; r < robots_.size(); ++r)
+      if (levels_[r] > 1 && segment_begin_[r] <= state) robot = r;
+    const DynamicRobot& model = *dynamic_[robot];
+    const auto n = static_cast<std::size_t>(model.joint_count());
+    const std::size_t place = state - segment_begin_[robot];
+    const auto joint = [&](std::size_t i) {
+      return " of joint '" + model.tree().model().joints[i].joint.name + "'";
+    };
+    std::string what = "drive state " + std::to_string(place - std::min(place, 2 * n));
+    if (place < n)
+      what = "position" + joint(place);
+    else if (place < 2 * n)
+      what = "velocity" + joint(place - n);
+    else if (static_cast<int>(place) >= model.energy_state())
+      what = "energy";
+    return what + " of " + model_.description.robots[robot].name;
+  }
+  static constexpr const char* kQuantity[RigidBody::kStates] = {
+      "position x",         "position y",         "position z",        "orientation w", "orientation x",
+      "orientation y",      "orientation z",      "velocity x",        "velocity y",    "velocity z",
+      "angular velocity x", "angular velocity y", "angular velocity z"};
+  const std::size_t part = (state - parts_begin_) / RigidBody::kStates;
+  return std::string(kQuantity[(state - parts_begin_) % RigidBody::kStates]) + " of " +
+         model_.components[static_cast<std::size_t>(model_.parts[part].body)].name;
+}
+
+}  // namespace takt

@@ -1,0 +1,125 @@
+#pragma once
+// The plant models of a running cell, at the level of detail each robot has at present, as one state vector
+// with its solver.
+//
+// Every robot has its kinematic model at all times: it turns set-points into reference motion. At LoD 1 the
+// joints are where the reference is; above, a DynamicRobot has to follow it and moves palm and jaws of its
+// grippers too. The states are: dynamic robots in order, further models, then 13 for each Part. Changing the
+// level of a robot rebuilds the state vector between two steps from physical quantities (poses, joint
+// positions and velocities): nothing jumps. It allocates, as loading does; steps do not.
+#include <array>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "plant_models/device_model.h"
+#include "plant_models/mechanics/fixed_body.h"
+#include "plant_models/robot/dynamic_robot.h"
+#include "server/simulation/model/cell_model.h"
+#include "server/simulation/solver/integrator.h"
+#include "server/simulation/solver/ode_system.h"
+
+namespace takt {
+
+class CellPlant {
+ public:
+  /// All outlive the plant. `contacts`: surface contact, where the cell has it.
+  CellPlant(const CellModel& model, const ComponentInteraction& interaction,
+            ContactInteraction* contacts = nullptr);
+
+  /// Initial state at the levels the cell was loaded with.
+  void reset();
+  int level(std::size_t robot) const { return levels_[robot]; }
+  bool can_be_dynamic(std::size_t robot) const { return dynamic_[robot] != nullptr; }
+  /// New level of each robot, between two steps at time t. The motion must be that of (t, state()). Drives
+  /// start in equilibrium with what the robot does and carries; energies go on from where they ended.
+  void change_levels(std::span<const int> levels, double t);
+
+  /// Levels, discrete state of the models, states and what the solver remembers. Saving restarts solvers that
+  /// hide it (Integrator::hides_history), and allocates then. load() wants the contacts that act to be those
+  /// of then; it throws StateError, and leaves a plant that must be thrown away.
+  void save(StateWriter& out);
+  void load(StateReader& in);
+  /// Puts a Part (index among Parts) elsewhere, between two steps.
+  void put_part(std::size_t part, const Pose& X_WB, const Twist& V_WB);
+
+  /// What integrates at present.
+  const SolverParameters& solver() const;
+  bool any_dynamic() const;
+  OdeSystem& system() { return *system_; }
+  const OdeSystem& system() const { return *system_; }
+  Integrator& integrator() { return *integrator_; }
+  std::vector<double>& state() { return x_; }
+  const std::vector<double>& state() const { return x_; }
+  /// The last accepted state, where a step that fails goes back to.
+  const std::vector<double>& accepted() const { return accepted_; }
+  void keep_accepted();
+  /// Place of the first state of a Part (index among Parts), and what a state means, for error texts.
+  std::size_t part_begin(std::size_t part) const { return parts_begin_ + part * RigidBody::kStates; }
+  std::size_t parts_begin() const { return parts_begin_; }
+  std::span<const double> further_states() const {
+    return std::span<const double>(x_).subspan(further_begin_, parts_begin_ - further_begin_);
+  }
+  /// By its index among the cell's devices.
+  DeviceModel& device(std::size_t index) { return *devices_[index].first; }
+  void read_signals(std::size_t device, double t, std::span<double> signals) const;
+  /// Between two steps: what further models decide (PlantModel::decide). The motion must be that of (t,
+  /// state()); true if it is no longer.
+  bool decide(double t);
+  std::string describe_state(std::size_t state) const;
+
+  std::vector<KinematicRobot>& robots() { return robots_; }
+  const std::vector<KinematicRobot>& robots() const { return robots_; }
+  std::vector<ParallelGripper>& grippers() { return grippers_; }
+  const std::vector<ParallelGripper>& grippers() const { return grippers_; }
+  /// The dynamic model of a robot, or null at LoD 1.
+  const DynamicRobot* dynamic(std::size_t robot) const {
+    return levels_[robot] > 1 ? dynamic_[robot].get() : nullptr;
+  }
+  /// Its segment of the state vector.
+  std::span<const double> segment(std::size_t robot) const;
+  /// Distance of a jaw's grip face from the centre (m), as it is, whatever was commanded.
+  double jaw_coordinate(std::size_t gripper, ParallelGripper::Side side, double t) const;
+  /// Its derivative (m/s).
+  double jaw_speed(std::size_t gripper, ParallelGripper::Side side, double t) const;
+  double width(std::size_t gripper, double t) const {
+    return jaw_coordinate(gripper, ParallelGripper::left, t) +
+           jaw_coordinate(gripper, ParallelGripper::right, t);
+  }
+  /// Place of a jaw among the joints of the dynamic model of its robot.
+  std::size_t jaw_joint(std::size_t gripper, ParallelGripper::Side side) const {
+    return jaw_joint(gripper_place_[gripper].first, gripper_place_[gripper].second, side);
+  }
+  /// DynamicRobot::least_palm_inertia() of what carries this gripper; none at LoD 1.
+  std::optional<BodyInertia> least_palm_inertia(std::size_t gripper) const;
+  /// Times the wrenches where set; kept when the system is rebuilt.
+  void set_clock(double (*now_s)());
+
+ private:
+  void build();
+  std::size_t jaw_joint(std::size_t robot, std::size_t place, ParallelGripper::Side side) const;
+
+  const CellModel& model_;
+  const ComponentInteraction& interaction_;
+  ContactInteraction* contacts_;
+  std::vector<KinematicRobot> robots_;
+  std::vector<ParallelGripper> grippers_;
+  std::vector<std::unique_ptr<PlantModel>> further_;
+  std::vector<std::pair<DeviceModel*, std::size_t>> devices_;  ///< by device: model, place among further_
+  std::vector<FixedBody> grounds_;
+  std::vector<RigidBody> parts_;
+  std::vector<std::unique_ptr<DynamicRobot>> dynamic_;  ///< by robot; null where the scenario has no dynamics
+  std::vector<int> levels_;                             ///< by robot
+  std::vector<std::size_t> segment_begin_;              ///< by robot
+  std::vector<std::array<double, 2>> energies_;         ///< by robot: J, at the end of its last time at LoD 2
+  std::vector<std::pair<std::size_t, std::size_t>> gripper_place_;  ///< robot, index among its grippers
+  std::unique_ptr<OdeSystem> system_;
+  std::unique_ptr<Integrator> integrator_;
+  std::vector<double> x_, accepted_;
+  std::vector<std::size_t> further_segments_;  ///< by further model: begin of its states
+  std::size_t further_begin_ = 0, parts_begin_ = 0;
+  double (*clock_)() = nullptr;
+};
+
+}  // namespace takt

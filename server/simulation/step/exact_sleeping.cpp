@@ -1,0 +1,129 @@
+#include "server/simulation/step/exact_sleeping.h"
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+#include <utility>
+
+#include "plant_models/mechanics/rigid_body.h"
+#include "plant_models/state_bytes.h"
+
+namespace takt {
+
+RestingParts::RestingParts(const std::vector<Component>& components, std::vector<int> parts)
+    : components_(components),
+      parts_(std::move(parts)),
+      index_of_(components.size(), -1),
+      group_(parts_.size()),
+      holds_awake_(parts_.size(), 0),
+      resting_(parts_.size(), 0) {
+  for (std::size_t i = 0; i < parts_.size(); ++i)
+    index_of_[static_cast<std::size_t>(parts_[i])] = static_cast<int>(i);
+  awake_.reserve(parts_.size());
+  awake_indices_.reserve(parts_.size());
+  wake_all();
+}
+
+void RestingParts::wake_all() {
+  std::fill(resting_.begin(), resting_.end(), 0);
+  groups_valid_ = false;
+  list_awake();
+}
+
+void RestingParts::save(StateWriter& out) const {
+  for (const char resting : resting_) out.put(resting != 0);
+}
+
+void RestingParts::load(StateReader& in, const ComponentInteraction& interaction) {
+  for (char& resting : resting_) resting = in.flag("'rests'") ? 1 : 0;
+  rebuild_groups(interaction);  // they follow from the connections
+  list_awake();
+}
+
+void RestingParts::list_awake() {
+  awake_.clear();
+  awake_indices_.clear();
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    if (resting_[i] != 0) continue;
+    awake_.push_back(parts_[i]);
+    awake_indices_.push_back(static_cast<int>(i));
+  }
+}
+
+int RestingParts::find(int part) {
+  auto i = static_cast<std::size_t>(part);
+  while (group_[i] != static_cast<int>(i)) {
+    group_[i] = group_[static_cast<std::size_t>(group_[i])];
+    i = static_cast<std::size_t>(group_[i]);
+  }
+  return static_cast<int>(i);
+}
+
+void RestingParts::rebuild_groups(const ComponentInteraction& interaction) {
+  std::iota(group_.begin(), group_.end(), 0);
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    for (const PairConnection& pair : interaction.connections_of(parts_[i])) {
+      const int other = index_of_[static_cast<std::size_t>(pair.connection.partner)];
+      if (other < 0) continue;
+      const int a = find(static_cast<int>(i));
+      const int b = find(other);
+      group_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+    }
+  }
+  for (std::size_t i = 0; i < parts_.size(); ++i) group_[i] = find(static_cast<int>(i));
+  groups_valid_ = true;
+}
+
+bool RestingParts::wake_changed(const ComponentInteraction& interaction) {
+  if (interaction.disturbed().empty()) return false;
+  bool woken = false;
+  const auto wake_groups = [&] {
+    // A whole group wakes: its Parts push on each other.
+    std::fill(holds_awake_.begin(), holds_awake_.end(), 0);
+    for (const int component : interaction.disturbed()) {
+      const int place = index_of_[static_cast<std::size_t>(component)];
+      if (place < 0) continue;
+      holds_awake_[static_cast<std::size_t>(group_[static_cast<std::size_t>(place)])] = 1;
+    }
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      if (resting_[i] == 0 || holds_awake_[static_cast<std::size_t>(group_[i])] == 0) continue;
+      resting_[i] = 0;
+      woken = true;
+    }
+  };
+  if (groups_valid_) wake_groups();  // who was together before
+  rebuild_groups(interaction);
+  wake_groups();
+  if (woken) list_awake();
+  return woken;
+}
+
+bool RestingParts::rest_unchanged(const ComponentInteraction& interaction, std::span<const double> before,
+                                  std::span<const double> after) {
+  if (!groups_valid_) rebuild_groups(interaction);
+  for (const int i : awake_indices_)
+    holds_awake_[static_cast<std::size_t>(group_[static_cast<std::size_t>(i)])] = 0;
+  for (const int i : awake_indices_) {
+    const auto place = static_cast<std::size_t>(i);
+    const std::span<const PairConnection> connections = interaction.connections_of(parts_[place]);
+    const bool gripped =
+        std::any_of(connections.begin(), connections.end(), [this](const PairConnection& pair) {
+          return components_[static_cast<std::size_t>(pair.connection.partner)].type ==
+                 ComponentType::gripper;
+        });
+    const std::size_t first = place * RigidBody::kStates;
+    if (gripped || std::memcmp(&before[first], &after[first], RigidBody::kStates * sizeof(double)) != 0)
+      holds_awake_[static_cast<std::size_t>(group_[place])] = 1;
+  }
+  bool rested = false;
+  for (const int i : awake_indices_) {
+    const auto place = static_cast<std::size_t>(i);
+    if (holds_awake_[static_cast<std::size_t>(group_[place])] != 0) continue;
+    resting_[place] = 1;
+    rested = true;
+  }
+  if (rested) list_awake();
+  return rested;
+}
+
+}  // namespace takt

@@ -1,0 +1,64 @@
+#pragma once
+// Parts that rest cost nothing: which Parts the next step may leave out without changing a bit.
+//
+// With a one-step solver, the next states of a Part are a function of its own states, its connections, and
+// the states of the Parts it is connected with (directly or through others: its group), as long as no Gripper
+// is connected with any of them; Grounds do not move. So if one step left all states of a group unchanged,
+// bit for bit, the next step would do the same, and so on until a connection of the group changes. Unlike the
+// sleeping of physics engines this has no threshold: nothing is stopped that moves.
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/contact/holding/component_interaction.h"
+
+namespace takt {
+
+class StateReader;
+class StateWriter;
+
+class RestingParts {
+ public:
+  /// `parts`: component ids of the Parts, in the order of their segments of the state vector.
+  RestingParts(const std::vector<Component>& components, std::vector<int> parts);
+
+  void wake_all();
+  /// After the connections of a step are decided: wakes the groups, old and new, of Parts with a
+  /// connection that changed. True if the awake Parts changed.
+  bool wake_changed(const ComponentInteraction& interaction);
+  /// After a step: `before` and `after` are the whole state vector. True if the awake Parts changed.
+  bool rest_unchanged(const ComponentInteraction& interaction, std::span<const double> before,
+                      std::span<const double> after);
+
+  /// For who decides by something else (calm_parts.h): leaves a Part out, or not, by its place; then
+  /// list_awake() once.
+  void set_resting(std::size_t place, bool resting) { resting_[place] = resting ? 1 : 0; }
+  bool is_resting(std::size_t place) const { return resting_[place] != 0; }
+  void list_awake();
+  /// Place of a component, or -1 if it is no Part.
+  int place_of(int component) const { return index_of_[static_cast<std::size_t>(component)]; }
+  const std::vector<int>& parts() const { return parts_; }
+
+  void save(StateWriter& out) const;
+  /// `interaction` must be loaded already.
+  void load(StateReader& in, const ComponentInteraction& interaction);
+
+  /// Component ids, ascending; and their places in the state vector.
+  std::span<const int> awake() const { return awake_; }
+  std::span<const int> awake_indices() const { return awake_indices_; }
+
+ private:
+  int find(int part);
+  void rebuild_groups(const ComponentInteraction& interaction);
+
+  const std::vector<Component>& components_;
+  std::vector<int> parts_;
+  std::vector<int> index_of_;      ///< by component: place in parts_, or -1
+  std::vector<int> group_;         ///< by place: representative place of its group
+  std::vector<char> holds_awake_;  ///< by representative: a Gripper holds the group, or a state changed
+  std::vector<char> resting_;      ///< by place
+  std::vector<int> awake_, awake_indices_;
+  bool groups_valid_ = false;
+};
+
+}  // namespace takt

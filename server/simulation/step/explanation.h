@@ -1,0 +1,109 @@
+#pragma once
+// Explanation of one component at one time: why a Part is free, grasped, placed or assembled, and who holds
+// it by which rule since when. Plain data, for people; made by Simulation::explain().
+//
+// Two times meet in it. Contacts, sequences and the decision are those of the newest discrete stage, taken at
+// the beginning of the last step (decided_at_s), for they led to what is now; forces are the present ones.
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/contact/holding/component_interaction.h"
+#include "server/contact/holding/partner_explanation.h"
+#include "server/contact/surface/contact_sample.h"
+#include "server/simulation/model/cell_description.h"
+#include "server/simulation/model/snapshot.h"
+
+namespace takt {
+
+class StateReader;
+class StateWriter;
+
+/// Since when each Part has had its partner, and whom it had before.
+class PartnerHistory {
+ public:
+  struct Entry {
+    double time_s = 0.0;      ///< of the decision; 0 also when nothing changed since the reset
+    std::uint64_t step = 0;   ///< that began then
+    int before = -1;          ///< partner before, or -1
+    std::uint64_t stage = 0;  ///< number of the discrete stage that decided it; 0: none
+  };
+  explicit PartnerHistory(std::size_t component_count) : entries_(component_count) {}
+  void reset();
+  /// After every discrete stage. Does not allocate.
+  void note(double time_s, std::uint64_t step, std::span<const PartnerChange> changes);
+
+  void save(StateWriter& out) const;
+  void load(StateReader& in);
+
+  const Entry& of(int component) const { return entries_[static_cast<std::size_t>(component)]; }
+  /// The partner that the newest discrete stage found when it began.
+  int before_newest(int component, int partner) const {
+    return of(component).stage == newest_stage_ ? of(component).before : partner;
+  }
+  double newest_s() const { return newest_s_; }
+
+ private:
+  std::vector<Entry> entries_;
+  std::uint64_t newest_stage_ = 0;
+  double newest_s_ = 0.0;
+};
+
+/// Two components in contact.
+struct ExplainedContact {
+  int a = -1, b = -1;
+  /// Of their convex shapes. Where surface contact acts (`by_surface`): minus the largest penetration of the
+  /// surfaces, at the centre of pressure, along the force; not known where nothing presses.
+  ContactDepth depth;
+  bool by_surface = false;
+};
+
+/// A connection of which the component is the Base (thesis 3.4.1).
+struct ExplainedConnection {
+  int target = -1;
+  Wrench on_base_W;                    ///< present force and moment on the Base about its centre of mass
+  Vec3 feed_forward_W = Vec3::Zero();  ///< the share of the force that carries weight (N)
+  double softening = 1.0;  ///< below 1: nothing holds the Target, so the constants are reduced by this factor
+};
+
+struct Explanation {
+  // How much is listed at most; the counts beside the lists tell of all.
+  static constexpr std::size_t kMostContacts = 32;  ///< pairs of components
+  static constexpr int kMostDistances = 64;         ///< pairs of convex parts measured for all of them
+  static constexpr std::size_t kMostHeld = 100;
+
+  int component = -1;
+  ComponentType type = ComponentType::part;
+  double time_s = 0.0, decided_at_s = 0.0;
+  std::uint64_t step = 0;
+  std::uint32_t epoch = 0;
+
+  PartState state = PartState::fixed;
+  int state_because = -1;  ///< the Gripper or Ground that holds the Part, or the Part it is assembled with
+  PartnerDecision decision;
+  PartnerHistory::Entry since;
+  SequenceListing sequences;
+  /// Those along the shortest sequence to the partner first, then the component's own.
+  std::vector<ExplainedContact> contacts;
+  std::size_t contact_count = 0;
+  std::vector<ExplainedConnection> connections;
+  /// Surface contact acts between this component and others (level of detail 3); filled in by
+  /// Simulation::explain(), with those that press upon it now.
+  bool surface_contact = false;
+  std::vector<ContactSample> pressing;
+  std::vector<int> held;  ///< Parts whose partner this component is
+  std::size_t held_count = 0;
+};
+
+/// Everything but time, step, epoch and surface contact. Cost: linear in the components and in the contacts
+/// that the search from this Part can reach, plus the limits of ListingLimits and of Explanation.
+Explanation explain_component(const std::vector<Component>& components,
+                              const ComponentInteraction& interaction, const CellMotion& motion,
+                              const PartnerHistory& history, int component);
+
+/// The explanation in two or three sentences, with the names of this cell.
+std::string describe(const Explanation& explanation, const CellDescription& cell);
+
+}  // namespace takt

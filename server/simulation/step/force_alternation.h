@@ -1,0 +1,47 @@
+#pragma once
+// Notices contact forces that reverse their change from step to step: what no mechanics does, and a solver
+// does that steps over the time constant of a force (friction regularised over a small velocity, above all).
+// Poses hide it; joint torques, power and contact forces of such a run are not right.
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/contact/surface/contact_interaction.h"
+#include "server/simulation/model/cell_model.h"
+#include "server/simulation/model/snapshot.h"
+
+namespace takt {
+
+class StateReader;
+class StateWriter;
+
+class ForceAlternation {
+ public:
+  explicit ForceAlternation(const CellModel& model);
+
+  void reset();
+  /// At the accepted state of each step in which pairs act by surface contact. Does not allocate.
+  void update(double t, std::uint64_t step, const CellMotion& motion, ContactInteraction& contacts);
+  /// No pair acts: what follows is not compared with what was before.
+  void pause();
+  /// Parts found in the last update. Each is told once.
+  std::span<const AlternatingForce> found() const { return found_; }
+
+  void save(StateWriter& out) const;
+  void load(StateReader& in);
+
+ private:
+  struct Track {
+    Vec3 force_W = Vec3::Zero(), change_W = Vec3::Zero();
+    int reversals = 0;  ///< one after the other
+    bool known = false, told = false;
+  };
+  bool reverses(Track& track, const Vec3& force_W, double least_N) const;
+
+  const CellModel& model_;
+  std::vector<Track> tracks_;   ///< by Part
+  std::vector<Vec3> forces_W_;  ///< by component
+  std::vector<AlternatingForce> found_;
+};
+
+}  // namespace takt

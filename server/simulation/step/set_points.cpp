@@ -1,0 +1,331 @@
+#include "server/simulation/step/set_points.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "plant_models/state_bytes.h"
+#include "server/simulation/model/cell_description.h"
+
+namespace takt {
+
+namespace {
+
+constexpr double kRounding_s = 1e-9;
+
+/// Position, velocity and torques of the path at time t after its start. Before its first point it leads
+/// there from `begin`. At a point the velocity is that of the piece to come.
+JointPathPoint evaluate(const JointPath& path, const JointPathPoint& begin, std::size_t next, double t,
+                        std::size_t n) {
+  const JointPathPoint& last = path.points.back();
+  JointPathPoint at;
+  at.t = t;
+  if (t >= last.t - kRounding_s) {
+    at.q = last.q;
+    at.feed_forward = last.feed_forward;
+    return at;
+  }
+  const JointPathPoint& from = next == 0 ? begin : path.points[next - 1];
+  const JointPathPoint& to = path.points[next];
+  const double u = std::clamp((t - from.t) / (to.t - from.t), 0.0, 1.0);
+  for (std::size_t j = 0; j < n; ++j) {
+    const PathPiece piece = path_piece(path.order, from, to, j);
+    at.q[j] = piece.position(u);
+    at.qd[j] = piece.velocity(u);
+    at.feed_forward[j] = (1.0 - u) * from.feed_forward[j] + u * to.feed_forward[j];
+  }
+  return at;
+}
+
+/// First point later than t.
+std::size_t point_after(const JointPath& path, std::size_t from, double t) {
+  while (from < path.points.size() && path.points[from].t <= t + kRounding_s) ++from;
+  return from;
+}
+
+}  // namespace
+
+SetPoints::SetPoints(const CellDescription& cell) : cell_(cell), robots_(cell.robots.size()) {
+  // One of each kind for every robot, and a refusal.
+  notices_.reserve(4 * robots_.size());
+}
+
+void SetPoints::reset() {
+  std::fill(robots_.begin(), robots_.end(), Robot{});
+  notices_.clear();
+}
+
+void SetPoints::note(MotionNotice notice, double t, std::uint64_t step, std::size_t robot) {
+  notice.time_s = t;
+  notice.step = step;
+  notice.robot = static_cast<int>(robot);
+  notices_.push_back(notice);
+}
+
+double SetPoints::trajectory_end_s(std::size_t robot) const {
+  const Robot& r = robots_[robot];
+  const Following& last = r.later.path ? r.later : r.now;
+  return last.path ? last.start_s + last.path->points.back().t : -1.0;
+}
+
+void SetPoints::drop(std::size_t robot, double t, std::uint64_t step) {
+  Robot& r = robots_[robot];
+  if (r.now.path) note({.kind = MotionNotice::Kind::trajectory_replaced}, t, step, robot);
+  r.now = {};
+  r.brakes = false;
+}
+
+void SetPoints::commanded(std::size_t robot, double t, std::uint64_t step, double period_s) {
+  drop(robot, t, step);
+  Robot& r = robots_[robot];
+  r.later = {};
+  r.streams = true;
+  r.newest_s = t;
+  r.period_s = period_s;
+}
+
+void SetPoints::follow(const TrajectoryCommand& command, double t, std::uint64_t step,
+                       KinematicRobot& reference) {
+  const auto robot = static_cast<std::size_t>(command.robot);
+  Robot& r = robots_[robot];
+  if (command.path->points.empty()) {
+    drop(robot, t, step);
+    r.later = {};
+    r.streams = false;
+    brake_from(robot, t, reference);
+    return;
+  }
+  Following following;
+  following.path = command.path;
+  following.start_s = command.stamp_s < 0.0 ? t : command.stamp_s;
+  const double end = following.start_s + command.path->points.back().t;
+  if (end < t - kRounding_s) {
+    note({.kind = MotionNotice::Kind::trajectory_past, .value = end}, t, step, robot);
+    return;
+  }
+  if (following.start_s > t + kRounding_s) {
+    r.later = std::move(following);  // what the robot does goes on until then
+    r.streams = false;
+    return;
+  }
+  if (!take_over(robot, following, t, step, reference)) return;
+  drop(robot, t, step);
+  r.later = {};
+  r.now = std::move(following);
+  r.streams = false;
+}
+
+bool SetPoints::take_over(std::size_t robot, Following& following, double t, std::uint64_t step,
+                          const KinematicRobot& reference) {
+  const JointPath& path = *following.path;
+  JointPathPoint& begin = following.begin;
+  begin.t = t - following.start_s;
+  reference.joint_state(t, begin.q.data(), begin.qd.data());
+  if (path.order == PathOrder::quintic) reference.joint_acceleration(t, begin.qdd.data());
+  if (path.has_feed_forward) begin.feed_forward = reference.feed_forward();
+  following.next = point_after(path, 0, begin.t);
+  const ArmModel& arm = reference.parameters().arm;
+  MotionNotice refusal{.kind = MotionNotice::Kind::trajectory_refused};
+  const auto refuse = [&](std::size_t joint, double value, double lower, double upper, bool velocity) {
+    refusal.joint = static_cast<int>(joint);
+    refusal.value = value;
+    refusal.lower = lower;
+    refusal.upper = upper;
+    refusal.velocity = velocity;
+    note(refusal, t, step, robot);
+    return false;
+  };
+  if (following.next > 0) {
+    // The path has begun already: the robot must be where it leads along, as far as one step can take it.
+    const JointArray q = evaluate(path, begin, following.next, begin.t, arm.joints.size()).q;
+    for (std::size_t j = 0; j < arm.joints.size(); ++j) {
+      const double room = arm.joints[j].max_velocity * cell_.step_s + kRounding_s;
+      if (std::abs(begin.q[j] - q[j]) > room) return refuse(j, begin.q[j], q[j] - room, q[j] + room, false);
+    }
+    return true;
+  }
+  for (std::size_t j = 0; j < arm.joints.size(); ++j) {
+    const JointModel& joint = arm.joints[j];
+    const PathPiece piece = path_piece(path.order, begin, path.points.front(), j);
+    const double room = 1e-9 * (1.0 + joint.upper - joint.lower);
+    const double position = value_outside(piece, joint.lower - room, joint.upper + room);
+    if (!std::isnan(position)) return refuse(j, position, joint.lower, joint.upper, false);
+    const double limit = joint.max_velocity;
+    const double velocity = value_outside(piece.derivative(), -limit * (1.0 + 1e-9), limit * (1.0 + 1e-9));
+    if (!std::isnan(velocity)) return refuse(j, velocity, -limit, limit, true);
+  }
+  return true;
+}
+
+void SetPoints::feed(double t, std::uint64_t step, bool watch, std::span<KinematicRobot> robots) {
+  for (std::size_t i = 0; i < robots_.size(); ++i) {
+    Robot& r = robots_[i];
+    if (r.later.path && r.later.start_s <= t + kRounding_s) {
+      if (take_over(i, r.later, t, step, robots[i])) {
+        drop(i, t, step);
+        std::swap(r.now, r.later);
+      }
+      r.later = {};
+    }
+    if (r.now.path) {
+      move_along(i, t, step, robots[i]);
+      continue;
+    }
+    const CommandDeadline& limit = cell_.robots[i].command_deadline;
+    if (watch && r.streams && limit.deadline_s > 0.0) {
+      const double silent_s = t - r.newest_s;
+      const bool stops = limit.action == SafeAction::stop;
+      bool ends = silent_s >= limit.deadline_s - kRounding_s;
+      if (stops && !ends && silent_s >= r.period_s - kRounding_s) ends = !goes_on(i, t, robots[i]);
+      if (ends) {
+        note({.kind = MotionNotice::Kind::deadline_missed, .value = silent_s}, t, step, i);
+        r.streams = false;
+        robots[i].set_feed_forward(nullptr);
+        if (stops) brake_from(i, t, robots[i]);
+      }
+    }
+    if (r.brakes) move_on(i, t, robots[i]);
+  }
+}
+
+void SetPoints::move_along(std::size_t robot, double t, std::uint64_t step, KinematicRobot& reference) {
+  Robot& r = robots_[robot];
+  const double h = cell_.step_s;
+  const double then = t + h - r.now.start_s;
+  r.now.next = point_after(*r.now.path, r.now.next, then);
+  const JointPathPoint at =
+      evaluate(*r.now.path, r.now.begin, r.now.next, then, reference.parameters().arm.joints.size());
+  reference.set_point(t, h, at.q.data(), at.qd.data());
+  reference.set_feed_forward(at.feed_forward.data());
+  if (then < r.now.path->points.back().t - kRounding_s) return;
+  note({.kind = MotionNotice::Kind::trajectory_done}, t + h, step + 1, robot);
+  r.now = {};
+}
+
+bool SetPoints::goes_on(std::size_t robot, double t, KinematicRobot& reference) const {
+  const std::size_t n = reference.parameters().arm.joints.size();
+  const double h = cell_.step_s;
+  JointArray q{}, v{};
+  reference.joint_state(t, q.data(), v.data());
+  const bool moves = std::any_of(v.begin(), v.end(), [](double value) { return value != 0.0; });
+  if (!moves) return true;
+  for (std::size_t j = 0; j < n; ++j) q[j] += h * v[j];
+  if (room_time(robot, q, v) < braking_time(robot, v)) return false;  // the next step would be too late
+  reference.set_point(t, h, q.data(), v.data());
+  return true;
+}
+
+double SetPoints::braking_time(std::size_t robot, const JointArray& v) const {
+  const RobotDescription& description = cell_.robots[robot];
+  double longest = 0.0;
+  for (std::size_t j = 0; j < description.arm.joints.size(); ++j) {
+    const double a = description.command_deadline.max_acceleration[j];
+    // Where none is declared: from the largest velocity in 0.1 s.
+    const double most = a > 0.0 ? a : 10.0 * description.arm.joints[j].max_velocity;
+    longest = std::max(longest, std::abs(v[j]) / most);
+  }
+  return longest;
+}
+
+double SetPoints::room_time(std::size_t robot, const JointArray& q, const JointArray& v) const {
+  const ArmModel& arm = cell_.robots[robot].arm;
+  double shortest = std::numeric_limits<double>::infinity();
+  for (std::size_t j = 0; j < arm.joints.size(); ++j) {
+    if (v[j] == 0.0) continue;
+    const double room = v[j] > 0.0 ? arm.joints[j].upper - q[j] : q[j] - arm.joints[j].lower;
+    shortest = std::min(shortest, 2.0 * std::max(room, 0.0) / std::abs(v[j]));
+  }
+  return shortest;
+}
+
+void SetPoints::brake_from(std::size_t robot, double t, KinematicRobot& reference) {
+  Robot& r = robots_[robot];
+  reference.set_feed_forward(nullptr);
+  reference.joint_state(t, r.q.data(), r.v.data());
+  // All joints stop together, so that the robot stays on its path; harder where a limit is too near.
+  r.brake_begin_s = t;
+  r.brake_duration_s = std::min(braking_time(robot, r.v), room_time(robot, r.q, r.v));
+  r.brakes = r.brake_duration_s > 0.0;
+}
+
+void SetPoints::move_on(std::size_t robot, double t, KinematicRobot& reference) {
+  Robot& r = robots_[robot];
+  const double h = cell_.step_s;
+  const double T = r.brake_duration_s;
+  const double s = std::min(t + h - r.brake_begin_s, T);
+  JointArray q{}, v{};
+  for (std::size_t j = 0; j < reference.parameters().arm.joints.size(); ++j) {
+    q[j] = r.q[j] + r.v[j] * (s - 0.5 * s * s / T);
+    v[j] = r.v[j] * (1.0 - s / T);
+  }
+  reference.set_point(t, h, q.data(), v.data());
+  if (s >= T) r.brakes = false;
+}
+
+void SetPoints::save(StateWriter& out) const {
+  const auto put = [&](const Following& following) {
+    out.put(following.path != nullptr);
+    if (!following.path) return;
+    const auto put_point = [&](const JointPathPoint& point) {
+      out.put(point.t);
+      for (const JointArray* values : {&point.q, &point.qd, &point.qdd, &point.feed_forward})
+        out.put(std::span<const double>(*values));
+    };
+    out.put(following.path->order), out.put(following.path->has_feed_forward);
+    out.put(following.start_s);
+    put_point(following.begin);
+    out.put_size(following.next), out.put_size(following.path->points.size());
+    for (const JointPathPoint& point : following.path->points) put_point(point);
+  };
+  for (const Robot& r : robots_) {
+    put(r.now), put(r.later);
+    out.put(r.streams), out.put(r.newest_s), out.put(r.period_s);
+    out.put(r.brakes), out.put(r.brake_begin_s), out.put(r.brake_duration_s);
+    out.put(std::span<const double>(r.q)), out.put(std::span<const double>(r.v));
+  }
+}
+
+void SetPoints::load(StateReader& in) {
+  const auto get = [&](Following& following) {
+    if (!in.flag("'follows a trajectory'")) return;
+    const auto get_point = [&](JointPathPoint& point) {
+      point.t = in.number(-kLongestTime_s, kLongestTime_s, "the time of a trajectory's point");
+      for (JointArray* values : {&point.q, &point.qd, &point.qdd, &point.feed_forward})
+        in.numbers(*values, "a trajectory's point");
+    };
+    auto path = std::make_shared<JointPath>();
+    const int order = in.integer(1, 5, "the order of a trajectory");
+    if (order % 2 == 0) in.fail("the order of a trajectory is " + std::to_string(order));
+    path->order = static_cast<PathOrder>(order);
+    path->has_feed_forward = in.flag("'a trajectory has torques'");
+    following.start_s = in.number(-kLongestTime_s, kLongestTime_s, "the start of a trajectory");
+    get_point(following.begin);
+    const std::size_t next = in.size(kMostTrajectoryPoints, "points passed");
+    path->points.resize(in.size(kMostTrajectoryPoints, "points of a trajectory"));
+    if (path->points.empty() || next > path->points.size()) in.fail("a trajectory has too few points");
+    following.next = next;
+    double before = -1.0;
+    for (JointPathPoint& point : path->points) {
+      get_point(point);
+      if (!(point.t > before)) in.fail("the times of a trajectory do not ascend");
+      before = point.t;
+    }
+    if (next == 0 && !(path->points.front().t > following.begin.t))
+      in.fail("a trajectory begins after its first point");
+    following.path = std::move(path);
+  };
+  for (Robot& r : robots_) {
+    r = {};
+    get(r.now), get(r.later);
+    r.streams = in.flag("'gets set-points'");
+    r.newest_s = in.number("the time of a set-point");
+    r.period_s = in.number("the period of a set-point");
+    r.brakes = in.flag("'brakes'");
+    r.brake_begin_s = in.number("the time of braking");
+    r.brake_duration_s = in.number(r.brakes ? 1e-12 : 0.0, kLongestTime_s, "the duration of braking");
+    in.numbers(r.q, "a position"), in.numbers(r.v, "a velocity");
+  }
+  notices_.clear();
+}
+
+}  // namespace takt

@@ -1,0 +1,447 @@
+#include "server/simulation/step/simulation_impl.h"
+
+#include <array>
+#include <cmath>
+#include <sstream>
+#include <variant>
+
+namespace takt {
+
+namespace {
+// Nothing in a cell comes near, and what follows from a state (powers, energies, loads) is finite below it.
+constexpr double kLargestState = 1e30;
+
+std::vector<int> part_bodies(const CellModel& cell) {
+  std::vector<int> result;
+  for (const RigidBodyParameters& part : cell.parts) result.push_back(part.body);
+  return result;
+}
+}  // namespace
+
+Simulation::Impl::Impl(std::shared_ptr<const CellModel> cell_model)
+    : model(std::move(cell_model)),
+      interaction(model->components, model->pairs, model->interaction),
+      contacts(model->components, model->contact),
+      grasping(*model),
+      grip_loads(*model),
+      alternation(*model),
+      threads(*model),
+      plant(*model, interaction, &contacts),
+      resting(model->components, part_bodies(*model)),
+      calm(model->components, model->contact.sleeping, model->step_s, contacts, resting),
+      part_hashes(model->parts.size(), 0),
+      robot_commands(model->robots.size()),
+      gripper_commands(model->grippers.size()),
+      device_commands(model->description.devices.size()),
+      set_points(model->description),
+      watch(*model),
+      history(model->components.size()) {
+  changes.reserve(2 * model->parts.size());
+  if (model->clearance.enabled) {
+    monitor =
+        std::make_unique<ClearanceMonitor>(model->clearance, base_poses(*model), model->components.size());
+    collisions.reserve(4 * model->clearance.pairs.size());
+  }
+  start();
+}
+
+void Simulation::Impl::start() {
+  step_index = 0;
+  interaction.reset();
+  contacts.reset();
+  threads.start(interaction);
+  thread_let_go = false;
+  if (process_levels.empty()) {
+    for (const ProcessDescription& process : model->description.processes)
+      process_levels.push_back(process.level_of_detail);
+  }
+  choose_forces();
+  plant.reset();
+  resting.wake_all();
+  calm.wake_all();
+  std::fill(part_hashes.begin(), part_hashes.end(), 0);
+  parts_hash = 0;
+  grasping.reset();
+  grip_loads.reset();
+  alternation.reset();
+  hash.reset();
+  fault.clear();
+  changes.clear();
+  collisions.clear();
+  if (monitor) monitor->reset();
+  history.reset();
+  watch.reset();
+  start_overlaps.assign(model->start_overlaps.size(), 1);
+  statistics = {};
+  for (auto& counter : robot_commands) counter = {};
+  for (auto& counter : gripper_commands) counter = {};
+  for (auto& counter : device_commands) counter = {};
+  set_points.reset();
+  motion_is_current = false;
+  choose_grippers();
+  note_yielding();
+  decide();
+  update_connections();  // a cell that stands still already knows who holds whom
+}
+
+int Simulation::Impl::component_level(int component) const {
+  int level = 1;
+  for (std::size_t p = 0; p < process_levels.size(); ++p) {
+    const std::vector<int>& members = model->description.processes[p].components;
+    if (std::find(members.begin(), members.end(), component) != members.end())
+      level = std::max(level, process_levels[p]);
+  }
+  return level;
+}
+
+void Simulation::Impl::choose_threads() {
+  for (std::size_t i = 0; i < threads.models().size(); ++i)
+    threads.set_stiffness(i, component_level(threads.models()[i].part) == 3, interaction);
+}
+
+void Simulation::Impl::choose_forces() {
+  choose_threads();
+  if (!model->contact.enabled) return;
+  std::vector<int> levels;
+  for (std::size_t c = 0; c < model->components.size(); ++c)
+    levels.push_back(
+        model->components[c].type == ComponentType::ground ? 3 : component_level(static_cast<int>(c)));
+  std::vector<char> acting;
+  std::vector<std::pair<int, int>> by_contact;
+  for (const ContactPairModel& pair : model->contact.pairs) {
+    const bool acts =
+        pair.force != PairForce::substitute && levels[static_cast<std::size_t>(pair.base)] == 3 &&
+        levels[static_cast<std::size_t>(pair.target)] == 3 && !interaction.attached(pair.base, pair.target);
+    acting.push_back(acts ? 1 : 0);
+    if (acts) by_contact.emplace_back(pair.base, pair.target);
+  }
+  contacts.set_acting(acting);
+  interaction.set_by_contact(by_contact);
+  if (monitor) monitor->set_by_contact(by_contact);
+}
+
+void Simulation::Impl::choose_grippers() {
+  if (!model->contact.enabled) return;
+  for (std::size_t g = 0; g < model->grippers.size(); ++g)
+    grasping.set_by_contact(g, component_level(model->grippers[g].parameters.palm) == 3, time(), plant);
+}
+
+void Simulation::Impl::regroup(const std::vector<int>& robot_levels) {
+  refresh_motion();
+  choose_forces();
+  plant.change_levels(robot_levels, time());
+  resting.wake_all();
+  calm.wake_all();
+  alternation.pause();
+  motion_is_current = false;
+  choose_grippers();
+  note_yielding();
+  interaction.reconsider_attached();
+  find_near();
+}
+
+void Simulation::Impl::note_yielding() {
+  for (std::size_t g = 0; g < model->grippers.size(); ++g)
+    interaction.set_yielding(model->grippers[g].parameters.palm, plant.least_palm_inertia(g));
+}
+
+void Simulation::Impl::find_near() {
+  if (!contacts.any_acting()) return;
+  refresh_motion();
+  contacts.update(system().motion(), model->step_s);
+}
+
+void Simulation::Impl::wake_all() {
+  resting.wake_all();
+  calm.wake_all();
+  system().wake_all();
+}
+
+void Simulation::Impl::refresh_motion() {
+  if (motion_is_current) return;
+  system().update_motion(time(), plant.state());
+  motion_is_current = true;
+}
+
+void Simulation::Impl::apply(const JointCommand& command) {
+  KinematicRobot& robot = plant.robots()[static_cast<std::size_t>(command.robot)];
+  // Commands are validated at the boundary; this is the second line of defence, for callers that make their
+  // own.
+  for (std::size_t j = 0; j < robot.parameters().arm.joints.size(); ++j) {
+    if (std::isfinite(command.position[j]) && std::isfinite(command.velocity[j]) &&
+        std::isfinite(command.effort[j]))
+      continue;
+    fault = "the set-point of joint '" + robot.parameters().arm.joints[j].name + "' of " +
+            model->description.robots[static_cast<std::size_t>(command.robot)].name +
+            " at t = " + std::to_string(time()) +
+            " s is not a finite number; the last accepted state is kept.";
+    return;
+  }
+  const double period =
+      command.period_s > 0.0
+          ? command.period_s
+          : model->description.robots[static_cast<std::size_t>(command.robot)].command_period_s;
+  robot.set_point(time(), period, command.position.data(),
+                  command.has_velocity ? command.velocity.data() : nullptr);
+  robot.set_feed_forward(command.has_effort ? command.effort.data() : nullptr);
+  set_points.commanded(static_cast<std::size_t>(command.robot), time(), step_index, period);
+  robot_commands[static_cast<std::size_t>(command.robot)].note(command.stamp_s);
+}
+
+void Simulation::Impl::apply(const GripperCommand& command) {
+  grasping.apply(command, time(), plant);
+  gripper_commands[static_cast<std::size_t>(command.gripper)].note(command.stamp_s);
+}
+
+void Simulation::Impl::apply(const TrajectoryCommand& command) {
+  const auto robot = static_cast<std::size_t>(command.robot);
+  set_points.follow(command, time(), step_index, plant.robots()[robot]);
+  robot_commands[robot].note(command.stamp_s);
+}
+
+void Simulation::Impl::apply(const DeviceCommand& command) {
+  const auto device = static_cast<std::size_t>(command.device);
+  // Controllers repeat what stands: only what changes is a jump of the right-hand side.
+  std::array<double, kMaxSignals> present{};
+  refresh_motion();
+  plant.read_signals(device, time(), std::span(present));
+  bool jumps = false;
+  for (int i = 0; i < command.count; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (present[command.signals[at]] == command.values[at]) continue;
+    plant.device(device).set_signal(time(), command.signals[at], command.values[at]);
+    jumps = true;
+  }
+  if (jumps) plant.integrator().restart();
+  device_commands[device].note(command.stamp_s);
+}
+
+void Simulation::Impl::decide() {
+  if (thread_let_go) changed_holds();
+  thread_let_go = false;
+  if (model->further_models.empty()) return;
+  refresh_motion();
+  if (plant.decide(time())) motion_is_current = false;
+  contacts.update_friction(system().motion().heat);
+}
+
+void Simulation::Impl::update_connections() {
+  refresh_motion();
+  interaction.update_poses(system().motion(), system().active_bodies(), clock);
+  if (interaction.refused_pose() >= 0) {
+    // States are finite (accept()), but what follows from them may overflow.
+    fault = "the pose of " + model->components[static_cast<std::size_t>(interaction.refused_pose())].name +
+            " became non-finite at t = " + std::to_string(time()) +
+            " s; the last accepted state is kept. A smaller step may help.";
+    return;
+  }
+  if (contacts.any_acting()) {
+    contacts.accept(system().motion());
+    contacts.update(system().motion(), model->step_s);
+    alternation.update(time(), step_index, system().motion(), contacts);
+  }
+  grasping.update(time(), model->step_s, system().motion(), plant, interaction, contacts);
+  interaction.update_connections(system().motion(), grasping.states(), clock);
+  grip_loads.update(time(), step_index, system().motion(), interaction, grasping, plant);
+  if (threads.any() && threads.update(model->step_s, system().motion(), plant, interaction))
+    thread_let_go = true;
+  history.note(time(), step_index, interaction.changes());
+  const bool changed = resting.wake_changed(interaction);
+  const bool reached = contacts.any_acting() && calm.wake_reached(system().motion());
+  if (changed || reached) system().set_awake(resting.awake());
+  if (reached || !interaction.disturbed().empty()) plant.integrator().restart();
+  // What the initial state decided belongs to the first step.
+  if (step_index > 0) changes.clear();
+  for (const PartnerChange& change : interaction.changes()) {
+    changes.push_back({time(), step_index, change.part, change.from, change.to});
+  }
+  if (monitor) check_clearances();
+  if (std::string why = watch.look(time(), resting.awake_indices(), system().motion(), interaction, plant);
+      !why.empty())
+    fault = std::move(why);
+}
+
+void Simulation::Impl::check_clearances() {
+  const double begin = clock != nullptr ? clock() : 0.0;
+  monitor->update(time(), step_index, system().motion(), system().active_bodies(), interaction.changes());
+  if (step_index > 0) collisions.clear();
+  collisions.insert(collisions.end(), monitor->events().begin(), monitor->events().end());
+  if (clock != nullptr) statistics.clearance_s += clock() - begin;
+}
+
+bool Simulation::Impl::accept() {
+  const std::vector<double>& x = plant.state();
+  for (const OdeSystem::Range& range : system().active_states()) {
+    for (std::size_t i = range.begin; i < range.end; ++i)
+      if (!(std::abs(x[i]) < kLargestState)) return diverged(i);
+  }
+  ++step_index;
+  statistics.part_steps_skipped += model->parts.size() - resting.awake().size();
+  hash_parts();
+  if (model->interaction.skip_resting && plant.integrator().fixed_step() && !contacts.any_acting()) rest();
+  if (model->contact.sleeping.enabled && plant.integrator().one_step() && contacts.any_acting()) {
+    refresh_motion();
+    if (calm.fall_asleep(interaction, system().motion())) system().set_awake(resting.awake());
+  }
+  hash_robots();
+  return true;
+}
+
+void Simulation::Impl::hash_robots() {
+  for (std::size_t r = 0; r < plant.robots().size(); ++r) {
+    if (plant.dynamic(r) != nullptr) {
+      hash.add(plant.segment(r));
+      continue;
+    }
+    const KinematicRobot& robot = plant.robots()[r];
+    JointArray q{}, qd{};
+    robot.joint_state(time(), q.data(), qd.data());
+    const auto n = static_cast<std::size_t>(robot.parameters().arm.joint_count());
+    hash.add(std::span<const double>(q.data(), n));
+    hash.add(std::span<const double>(qd.data(), n));
+  }
+  if (!model->further_models.empty()) hash.add(plant.further_states());
+  for (const ParallelGripper& gripper : plant.grippers()) {
+    hash.add(gripper.coordinate(time(), ParallelGripper::left));
+    hash.add(gripper.coordinate(time(), ParallelGripper::right));
+  }
+}
+
+void Simulation::Impl::hash_parts() {
+  for (const int i : resting.awake_indices()) {
+    const auto part = static_cast<std::size_t>(i);
+    StateHash own;
+    own.add(static_cast<std::uint64_t>(part));
+    own.add(std::span<const double>(plant.state()).subspan(plant.part_begin(part), RigidBody::kStates));
+    const int body = model->parts[part].body;
+    const int partner = interaction.partner(body);
+    own.add(static_cast<std::uint64_t>(partner + 1));
+    if (const int attached_to = interaction.attached_to(body); attached_to != -1)
+      own.add(~static_cast<std::uint64_t>(attached_to));
+    for (const PairConnection& pair : interaction.connections_of(body))
+      if (pair.connection.partner != partner)
+        own.add(static_cast<std::uint64_t>(pair.connection.partner + 1));
+    parts_hash += own.value() - part_hashes[part];
+    part_hashes[part] = own.value();
+  }
+  hash.add(parts_hash);
+}
+
+void Simulation::Impl::rest() {
+  const auto parts_of = [this](const std::vector<double>& x) {
+    return std::span<const double>(x).subspan(plant.parts_begin());
+  };
+  if (!resting.rest_unchanged(interaction, parts_of(plant.accepted()), parts_of(plant.state()))) return;
+  // The motion still is that of the solver's last trial; what rests is left with its own.
+  system().update_motion(time(), plant.state());
+  system().set_awake(resting.awake());
+}
+
+bool Simulation::Impl::overlaps_at_start() {
+  if (step_index > 0) return false;
+  const auto count = std::count(start_overlaps.begin(), start_overlaps.end(), 1);
+  if (count == 0) return false;
+  const auto first = std::find(start_overlaps.begin(), start_overlaps.end(), 1) - start_overlaps.begin();
+  fault = model->start_overlaps[static_cast<std::size_t>(first)].sentence;
+  if (count > 1) fault += " (" + std::to_string(count - 1) + " more pairs overlap.)";
+  return true;
+}
+
+bool Simulation::Impl::step(std::span<const Command> commands) {
+  if (overlaps_at_start()) return false;
+  // 1 apply commands
+  set_points.begin_step();
+  for (const Command& command : commands) {
+    std::visit([this](const auto& c) { apply(c); }, command);
+  }
+  if (!fault.empty()) return false;
+  set_points.feed(time(), step_index, watch_deadlines, plant.robots());
+  decide();
+  // 2 update connections
+  const auto now = [this] { return clock != nullptr ? clock() : 0.0; };
+  const double t0 = now();
+  update_connections();
+  if (!fault.empty()) return false;
+  const double t1 = now();
+  // 3 integrate t -> t + h
+  plant.keep_accepted();
+  const bool arrived = integrate();
+  motion_is_current = false;
+  if (!fault.empty()) return fall_back();
+  // 4 check and count
+  const double t2 = now();
+  statistics.connections_s += t1 - t0;
+  statistics.integration_s += t2 - t1;
+  return arrived ? accept() : solver_failed();
+}
+
+// In pieces where bodies in surface contact are so fast that one piece would carry them through a wall.
+bool Simulation::Impl::integrate() {
+  constexpr double kMostPieces = 10000.0;
+  const double step_s = model->step_s;
+  if (!contacts.any_acting()) return plant.integrator().advance(system(), time(), step_s, plant.state());
+  double done_s = 0.0;
+  while (true) {
+    const double left_s = step_s - done_s;
+    const double seeing_s = contacts.seeing_step_s(system().motion(), left_s);
+    const double pieces = std::min(std::ceil(left_s / seeing_s), kMostPieces);
+    const bool last = !(pieces > 1.0);
+    const double piece_s = last ? left_s : left_s / pieces;
+    if (!plant.integrator().advance(system(), time() + done_s, piece_s, plant.state())) return false;
+    done_s += piece_s;
+    system().update_motion(time() + done_s, plant.state());
+    if (const auto found = contacts.passing(system().motion()); found.base >= 0) {
+      fault = passing_text(found);
+      return true;
+    }
+    if (last) return true;
+  }
+}
+
+std::string Simulation::Impl::passing_text(const ContactInteraction::Passing& found) const {
+  const auto name = [this](int component) {
+    return model->components[static_cast<std::size_t>(component)].name;
+  };
+  std::ostringstream text;
+  text << name(found.base) << " passes through " << name(found.target) << " after t = " << time()
+       << " s: it is " << 1e3 * found.depth_m << " mm deep where " << name(found.target) << " is at most "
+       << 1e3 * found.wall_m << " mm thick, at " << found.speed_m_per_s
+       << " m/s; the last accepted state is kept. The elastic layer of the pair is too soft for this impact: "
+          "a slower approach, or a larger contact youngs_modulus_Pa or a smaller layer_depth_m of the pair.";
+  return text.str();
+}
+
+bool Simulation::Impl::diverged(std::size_t state) {
+  const std::string& solver = plant.solver().name;
+  const bool explicit_at_dynamics =
+      solver_is_explicit(solver) && !system().has_contacts() && plant.any_dynamic();
+  const bool at_contact = system().has_contacts() && solver != "rosenbrock";
+  fault = "the state diverged in the step from t = " + std::to_string(time()) +
+          " s: " + plant.describe_state(state) + " (state " + std::to_string(state) +
+          "); the last accepted state is kept. " +
+          (explicit_at_dynamics ? "A smaller step may help, or solver.dynamics: {method: implicit}: explicit "
+                                  "steps must be short where a dynamic robot holds what is heavy."
+           : at_contact ? "solver.contact: {method: rosenbrock} follows surface contact with error control."
+                        : "A smaller step may help.");
+  return fall_back();
+}
+
+bool Simulation::Impl::solver_failed() {
+  if (plant.integrator().fixed_step()) {
+    // Which state it was says more than that there was one.
+    for (const OdeSystem::Range& range : system().active_states())
+      for (std::size_t i = range.begin; i < range.end; ++i)
+        if (!std::isfinite(plant.state()[i])) return diverged(i);
+  }
+  fault = "the solver " + plant.solver().name + " failed in the step from t = " + std::to_string(time()) +
+          " s: " + plant.integrator().failure() + "; the last accepted state is kept.";
+  return fall_back();
+}
+
+bool Simulation::Impl::fall_back() {
+  plant.state() = plant.accepted();
+  motion_is_current = false;
+  return false;
+}
+
+}  // namespace takt

@@ -1,0 +1,149 @@
+#pragma once
+// Inside of Simulation, shared by its source files.
+#include <algorithm>
+#include <exception>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/contact/clearance/clearance_monitor.h"
+#include "server/simulation/model/cell_model.h"
+#include "server/simulation/model/state_hash.h"
+#include "server/simulation/step/cell_plant.h"
+#include "server/simulation/step/divergence_monitor.h"
+#include "server/simulation/step/exact_sleeping.h"
+#include "server/simulation/step/force_alternation.h"
+#include "server/simulation/step/grasping.h"
+#include "server/simulation/step/grip_loads.h"
+#include "server/simulation/step/screw_joints.h"
+#include "server/simulation/step/set_points.h"
+#include "server/simulation/step/simulation.h"
+#include "server/simulation/step/threshold_sleeping.h"
+
+namespace takt {
+
+struct Simulation::Impl {
+  struct CommandCounter {
+    std::uint64_t count = 0;
+    double newest_stamp_s = -1.0;
+    void note(double stamp_s) {
+      ++count;
+      if (stamp_s >= 0.0) newest_stamp_s = stamp_s;
+    }
+  };
+
+  explicit Impl(std::shared_ptr<const CellModel> cell_model);
+
+  double time() const { return static_cast<double>(step_index) * model->step_s; }
+  OdeSystem& system() { return plant.system(); }
+
+  /// Initial state, at the present levels of detail; at first at those of the model.
+  void start();
+  /// Level of detail of a component: the highest of its processes.
+  int component_level(int component) const;
+  /// Which pairs act by surface contact at the present levels of detail: those whose sides both have level 3,
+  /// Grounds taking the level of what lies on them, unless the scenario wants the substitute force there or
+  /// one is attached to the other.
+  void choose_forces();
+  void choose_grippers();
+  /// Tells the interaction how the grippers of robots with dynamics give way.
+  void note_yielding();
+  /// After the levels of processes, or who is attached, changed: forces, robots' levels, all awake.
+  void regroup(const std::vector<int>& robot_levels);
+  void refresh_motion();
+  /// Pairs that may press before the next step, where surface contact acts.
+  void find_near();
+
+  void apply(const JointCommand& command);
+  void apply(const GripperCommand& command);
+  void apply(const TrajectoryCommand& command);
+  void apply(const DeviceCommand& command);
+  /// What plant models besides robots, grippers and Parts decide between steps.
+  void decide();
+  void update_connections();
+  /// Reads poses and partners, writes nothing that the simulation reads.
+  void check_clearances();
+  bool accept();
+  void hash_robots();
+  /// Each Part has a hash of its own, the state's is chained over their sum: what rests is not hashed again.
+  void hash_parts();
+  void rest();
+  /// The cell begins with Parts inside of others, and nobody put them elsewhere: sets the fault.
+  bool overlaps_at_start();
+  bool step(std::span<const Command> commands);
+  bool diverged(std::size_t state);
+  bool integrate();
+  std::string passing_text(const ContactInteraction::Passing& found) const;
+  bool solver_failed();
+  bool fall_back();
+  void fill(Snapshot& snapshot);
+  /// Where surface contact acts between the two: its depth in place of the overlap of convex shapes.
+  void measure_by_contact(std::span<const ContactSample> samples, ExplainedContact& contact) const;
+
+  void save(std::vector<std::byte>& out);
+  /// Into a new Impl. Throws StateError.
+  void load(std::span<const std::byte> bytes);
+  /// A new one with these bytes; throws also what its models throw when they are evaluated there.
+  static std::unique_ptr<Impl> loaded(const std::shared_ptr<const CellModel>& model,
+                                      std::span<const std::byte> bytes);
+  /// The state has left what cells do, so that load() might refuse it.
+  bool in_doubt() const;
+  /// Name and sentence where a component is none, or no Part.
+  std::string not_a_part(int component, const char* wanted) const;
+  void wake_all();
+  /// How stiff threads are at the present levels of detail.
+  void choose_threads();
+  /// After attach and detach: the fault, if one arose.
+  std::string changed_holds();
+
+  /// Nothing that a plant model throws goes beyond the simulation. The state stays the one last accepted:
+  /// what solvers meet ends in advance(), which returns false.
+  template <class Work>
+  void guard(const Work& work) {
+    try {
+      work();
+    } catch (const std::exception& error) {
+      motion_is_current = false;
+      if (fault.empty())
+        fault = "the cell cannot be advanced from t = " + std::to_string(time()) + " s: " + error.what() +
+                "; the last accepted state is kept.";
+    }
+  }
+
+  std::shared_ptr<const CellModel> model;
+  ComponentInteraction interaction;
+  ContactInteraction contacts;
+  Grasping grasping;
+  GripLoads grip_loads;
+  ForceAlternation alternation;
+  Threads threads;
+  bool thread_let_go = false;  ///< in the last step
+  CellPlant plant;
+  RestingParts resting;
+  CalmParts calm;
+  std::vector<std::uint64_t> part_hashes;
+  std::uint64_t parts_hash = 0;
+  std::vector<CommandCounter> robot_commands, gripper_commands, device_commands;
+  SetPoints set_points;
+  bool watch_deadlines = false;
+  std::vector<int> process_levels;  ///< at present
+  std::vector<ConnectionChange> changes;
+  WorldWatch watch;
+  std::vector<char> start_overlaps;           ///< by the model's: still there
+  std::unique_ptr<ClearanceMonitor> monitor;  ///< none where nothing is checked
+  std::vector<CollisionEvent> collisions;
+  PartnerHistory history;
+  std::uint64_t step_index = 0;
+  std::uint32_t epoch = 0;
+  StateHash hash;
+  std::string fault;
+  SimulationStatistics statistics;
+  double (*clock)() = nullptr;
+  bool motion_is_current = false;
+  std::uint64_t identity = 0;  ///< of the model
+  Executor* executor = nullptr;
+  std::uint64_t least_calls = PairQueries::kLeastCalls;
+};
+
+}  // namespace takt

@@ -1,0 +1,152 @@
+// What others may see of a simulation: snapshots and explanations.
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "server/simulation/step/simulation_impl.h"
+
+namespace takt {
+
+namespace {
+constexpr double kJawStands_m_per_s = 1e-3;
+constexpr double kInPosition_m = 1e-4;
+
+void read_dynamics(const DynamicRobot::Output& output, RobotSample& sample) {
+  sample.effort = output.torque;
+  sample.flange_load_W = output.flange_load_W;
+  sample.base_reaction_W = output.base_reaction_W;
+  sample.power = output.power;
+  sample.drives = output.drives;
+}
+}  // namespace
+
+std::size_t Simulation::contact_room() const {
+  return impl_->model->contact.enabled ? std::min(impl_->contacts.pair_count(), kMostContactSamples) : 0;
+}
+
+Snapshot Simulation::make_snapshot() const {
+  Snapshot snapshot;
+  snapshot.components.resize(impl_->model->components.size());
+  snapshot.robots.resize(impl_->model->robots.size());
+  snapshot.grippers.resize(impl_->model->grippers.size());
+  snapshot.devices.resize(impl_->model->description.devices.size());
+  snapshot.contacts.room.resize(contact_room());
+  read_snapshot(snapshot);
+  return snapshot;
+}
+
+void Simulation::read_snapshot(Snapshot& snapshot) const {
+  impl_->guard([&] { impl_->fill(snapshot); });
+}
+
+void Simulation::Impl::fill(Snapshot& snapshot) {
+  Impl& s = *this;
+  const double t = s.time();
+  s.refresh_motion();
+  const std::span<const Wrench> wrenches = s.system().update_wrenches();
+  const CellMotion& motion = s.system().motion();
+  snapshot.step = s.step_index;
+  snapshot.epoch = s.epoch;
+  snapshot.time_s = t;
+  snapshot.state_hash = s.hash.value();
+  for (std::size_t i = 0; i < snapshot.components.size(); ++i) {
+    ComponentSample& sample = snapshot.components[i];
+    const BodyMotion& body = motion.bodies[i];
+    sample.p_WB = body.X_WB.p;
+    sample.q_WB = body.X_WB.quaternion();
+    sample.V_WB = body.V_WB;
+    sample.F_Bo_W = {wrenches[i].f, wrenches[i].t + (body.p_WBcm - body.X_WB.p).cross(wrenches[i].f)};
+    sample.partner = s.interaction.partner(static_cast<int>(i));
+    sample.state =
+        part_state(s.model->components, s.interaction.graph(), static_cast<int>(i), sample.partner);
+  }
+  for (std::size_t i = 0; i < snapshot.robots.size(); ++i) {
+    RobotSample& sample = snapshot.robots[i];
+    sample.position = motion.arms[i].q;
+    sample.velocity = motion.arms[i].qd;
+    sample.commands_applied = s.robot_commands[i].count;
+    sample.newest_stamp_s = s.robot_commands[i].newest_stamp_s;
+    sample.level_of_detail = s.plant.level(i);
+    // A snapshot is filled again and again: at LoD 1 nothing of an earlier LoD 2 may stay.
+    const DynamicRobot* robot = s.plant.dynamic(i);
+    read_dynamics(robot != nullptr ? robot->output(t, s.plant.segment(i).data(), motion, wrenches)
+                                   : DynamicRobot::Output{},
+                  sample);
+  }
+  for (std::size_t i = 0; i < snapshot.grippers.size(); ++i) {
+    GripperSample& sample = snapshot.grippers[i];
+    sample.width_m = std::max(0.0, s.plant.width(i, t));
+    sample.moving = false;
+    for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right})
+      sample.moving = sample.moving || std::abs(s.plant.jaw_speed(i, side, t)) > kJawStands_m_per_s;
+    sample.in_position =
+        !sample.moving && std::abs(sample.width_m - s.grasping.commanded_width_m(i)) <= kInPosition_m;
+    sample.part = s.grasping.part_present(i);
+    sample.force_N = 0.0;
+    const auto robot = static_cast<std::size_t>(s.model->description.grippers[i].robot);
+    if (sample.part >= 0 && !s.grasping.by_contact(i)) {
+      sample.force_N = s.grasping.grip_force_N(i, s.plant);
+    } else if (s.plant.dynamic(robot) != nullptr) {
+      for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right})
+        sample.force_N += 0.5 * std::abs(snapshot.robots[robot].effort[s.plant.jaw_joint(i, side)]);
+    }
+    sample.closed = s.grasping.closed(i);
+    sample.commands_applied = s.gripper_commands[i].count;
+    sample.newest_stamp_s = s.gripper_commands[i].newest_stamp_s;
+  }
+  for (std::size_t i = 0; i < snapshot.devices.size(); ++i) {
+    DeviceSample& sample = snapshot.devices[i];
+    s.plant.read_signals(i, t,
+                         std::span(sample.signals).first(s.model->description.devices[i].signals.size()));
+    sample.commands_applied = s.device_commands[i].count;
+    sample.newest_stamp_s = s.device_commands[i].newest_stamp_s;
+  }
+  ContactsSample& sample = snapshot.contacts;
+  sample.acting = std::find(s.process_levels.begin(), s.process_levels.end(), 3) != s.process_levels.end();
+  const std::size_t pressing = s.contacts.read(motion, std::span<ContactSample>(sample.room));
+  sample.count = std::min(pressing, sample.room.size());
+  sample.omitted = pressing - sample.count;
+}
+
+void Simulation::Impl::measure_by_contact(std::span<const ContactSample> samples,
+                                          ExplainedContact& contact) const {
+  const auto of_both = [&contact](const auto& pair) {
+    return std::minmax(pair.base, pair.target) == std::minmax(contact.a, contact.b);
+  };
+  bool acting = false;
+  for (std::size_t i = 0; i < contacts.pair_count() && !acting; ++i)
+    acting = contacts.acting(i) && of_both(contacts.pair(i));
+  if (!acting) return;
+  contact.depth = {};
+  contact.by_surface = true;
+  const auto sample = std::find_if(samples.begin(), samples.end(), of_both);
+  if (sample == samples.end()) return;
+  contact.depth.known = true;
+  contact.depth.distance_m = -sample->result.largest_penetration_m;
+  contact.depth.position_W = sample->p_WC;
+  const double force_N = sample->F_base_W.f.norm();
+  if (force_N > 0.0)
+    contact.depth.normal_W = (sample->base == contact.a ? -1.0 : 1.0) / force_N * sample->F_base_W.f;
+}
+
+Explanation Simulation::explain(int component) const {
+  Impl& s = *impl_;
+  s.guard([&s] { s.refresh_motion(); });
+  Explanation e =
+      explain_component(s.model->components, s.interaction, s.system().motion(), s.history, component);
+  e.time_s = s.time();
+  e.step = s.step_index;
+  e.epoch = s.epoch;
+  const auto of_component = [component](const auto& pair) {
+    return pair.base == component || pair.target == component;
+  };
+  for (std::size_t i = 0; i < s.contacts.pair_count() && !e.surface_contact; ++i)
+    e.surface_contact = s.contacts.acting(i) && of_component(s.contacts.pair(i));
+  std::vector<ContactSample> samples;
+  s.contacts.read(s.system().motion(), samples);
+  std::copy_if(samples.begin(), samples.end(), std::back_inserter(e.pressing), of_component);
+  for (ExplainedContact& contact : e.contacts) s.measure_by_contact(samples, contact);
+  return e;
+}
+
+}  // namespace takt

@@ -1,0 +1,199 @@
+#include "server/simulation/step/threshold_sleeping.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "plant_models/state_bytes.h"
+
+namespace takt {
+
+namespace {
+constexpr int kLeastSteps = 2;
+// Bounds are near that the present speeds, a large acceleration and this slack let meet within some steps.
+constexpr double kSlack_m = 1e-4;
+constexpr double kAcceleration_m_per_s2 = 20.0;
+constexpr double kStepsToWake = 2.0;
+// A group that is kept together more widely than it is woken does not wake itself.
+constexpr double kStepsToJoin = 3.0;
+}  // namespace
+
+CalmParts::CalmParts(const std::vector<Component>& components, const SleepingParameters& parameters,
+                     double step_s, ContactInteraction& contacts, RestingParts& resting)
+    : components_(components),
+      parameters_(parameters),
+      step_s_(step_s),
+      steps_(std::max(kLeastSteps, static_cast<int>(std::ceil(parameters.after_s / step_s - 1e-9)))),
+      contacts_(contacts),
+      resting_(resting),
+      calm_(resting.parts().size(), 0),
+      group_(calm_.size(), -1),
+      parent_(calm_.size(), 0),
+      kept_up_(calm_.size(), 0),
+      may_sleep_(calm_.size(), 0),
+      asleep_(components.size(), 0) {}
+
+void CalmParts::wake_all() {
+  std::fill(calm_.begin(), calm_.end(), 0);
+  std::fill(group_.begin(), group_.end(), -1);
+  std::fill(asleep_.begin(), asleep_.end(), 0);
+  sleeping_ = 0;
+  contacts_.set_asleep(asleep_);
+  std::fill(may_sleep_.begin(), may_sleep_.end(), 0);
+  for (std::size_t i = 0; i < contacts_.pair_count(); ++i) {
+    if (!contacts_.acting(i)) continue;
+    for (const int end : {contacts_.pair(i).base, contacts_.pair(i).target})
+      if (const int place = resting_.place_of(end); place >= 0)
+        may_sleep_[static_cast<std::size_t>(place)] = 1;
+  }
+}
+
+void CalmParts::save(StateWriter& out) const {
+  for (std::size_t i = 0; i < calm_.size(); ++i) out.put(calm_[i]), out.put(group_[i]);
+}
+
+void CalmParts::load(StateReader& in) {
+  wake_all();
+  for (std::size_t i = 0; i < calm_.size(); ++i) {
+    calm_[i] = in.integer<int>(0, steps_, "steps that a Part was calm");
+    group_[i] = in.integer<int>(-1, static_cast<int>(group_.size()) - 1, "a group of sleeping Parts");
+    if (group_[i] < 0) continue;
+    asleep_[static_cast<std::size_t>(resting_.parts()[i])] = 1;
+    ++sleeping_;
+  }
+  contacts_.set_asleep(asleep_);
+}
+
+bool CalmParts::asleep(int component) const {
+  return asleep_[static_cast<std::size_t>(component)] != 0;
+}
+
+bool CalmParts::moves(int component) const {
+  return components_[static_cast<std::size_t>(component)].type != ComponentType::ground && !asleep(component);
+}
+
+/// No point of the component's surface is faster, as seen from the world.
+double CalmParts::speed_m_per_s(int component, const CellMotion& motion) const {
+  const Twist& V = motion.bodies[static_cast<std::size_t>(component)].V_WB;
+  return V.v.norm() + V.w.norm() * contacts_.radius_m(component);
+}
+
+bool CalmParts::may_meet(std::size_t pair, const CellMotion& motion, double steps) const {
+  const ContactPairModel& ends = contacts_.pair(pair);
+  double speed = 0.0;
+  for (const int end : {ends.base, ends.target})
+    if (moves(end)) speed += speed_m_per_s(end, motion);
+  const double time_s = steps * step_s_;
+  return contacts_.bounds_meet(pair, motion,
+                               kSlack_m + time_s * speed + kAcceleration_m_per_s2 * time_s * time_s);
+}
+
+bool CalmParts::wake_reached(const CellMotion& motion) {
+  if (sleeping_ == 0) return false;
+  std::vector<char>& woken = kept_up_;  // by place of a Part: its group wakes
+  std::fill(woken.begin(), woken.end(), 0);
+  bool any = false;
+  const auto wake = [&](int place) {
+    woken[static_cast<std::size_t>(place)] = 1;
+    any = true;
+  };
+  for (std::size_t i = 0; i < group_.size(); ++i)
+    if (group_[i] >= 0 && !resting_.is_resting(i)) wake(static_cast<int>(i));
+  for (const std::size_t pair : contacts_.near()) {
+    const ContactPairModel& ends = contacts_.pair(pair);
+    const int sleeper = asleep(ends.base) ? ends.base : ends.target;
+    const int other = sleeper == ends.base ? ends.target : ends.base;
+    if (asleep(sleeper) && moves(other) && may_meet(pair, motion, kStepsToWake))
+      wake(resting_.place_of(sleeper));
+  }
+  if (!any) return false;
+  for (std::size_t i = 0; i < woken.size(); ++i) {
+    if (woken[i] == 0 || group_[i] < 0) continue;
+    const int group = group_[i];
+    for (std::size_t k = 0; k < group_.size(); ++k) {
+      if (group_[k] != group) continue;
+      group_[k] = -1;
+      calm_[k] = 0;
+      resting_.set_resting(k, false);
+      asleep_[static_cast<std::size_t>(resting_.parts()[k])] = 0;
+      --sleeping_;
+    }
+  }
+  resting_.list_awake();
+  contacts_.set_asleep(asleep_);
+  return true;
+}
+
+int CalmParts::root(int place) {
+  while (parent_[static_cast<std::size_t>(place)] != place) {
+    int& above = parent_[static_cast<std::size_t>(place)];
+    above = parent_[static_cast<std::size_t>(above)];
+    place = above;
+  }
+  return place;
+}
+
+void CalmParts::join(int a, int b) {
+  a = root(a), b = root(b);
+  parent_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+}
+
+// Groups of the awake Parts; kept_up_ of their roots.
+void CalmParts::find_groups(const ComponentInteraction& interaction, const CellMotion& motion) {
+  std::iota(parent_.begin(), parent_.end(), 0);
+  std::fill(kept_up_.begin(), kept_up_.end(), 0);
+  // First on the Parts themselves, then on the roots.
+  for (const int place : resting_.awake_indices())
+    if (calm_[static_cast<std::size_t>(place)] < steps_) kept_up_[static_cast<std::size_t>(place)] = 1;
+  const auto together = [this](int a, int b) {
+    const int place = resting_.place_of(a), other = resting_.place_of(b);
+    if (place >= 0 && other >= 0)
+      join(place, other);
+    else if (moves(place >= 0 ? b : a))  // a Gripper
+      kept_up_[static_cast<std::size_t>(place >= 0 ? place : other)] = 1;
+  };
+  for (const std::size_t pair : contacts_.near()) {
+    const ContactPairModel& ends = contacts_.pair(pair);
+    if (resting_.place_of(ends.base) < 0 && resting_.place_of(ends.target) < 0) continue;
+    if (!moves(ends.base) && !moves(ends.target)) continue;
+    // Who is asleep was not near when it fell asleep, and wakes before it is.
+    if (asleep(ends.base) || asleep(ends.target)) continue;
+    if (may_meet(pair, motion, kStepsToJoin)) together(ends.base, ends.target);
+  }
+  for (const int part : resting_.awake())
+    for (const PairConnection& pair : interaction.connections_of(part))
+      together(part, pair.connection.partner);
+  for (const int place : resting_.awake_indices())
+    if (kept_up_[static_cast<std::size_t>(place)] != 0) kept_up_[static_cast<std::size_t>(root(place))] = 1;
+}
+
+bool CalmParts::fall_asleep(const ComponentInteraction& interaction, const CellMotion& motion) {
+  bool somebody = false;
+  for (const int place : resting_.awake_indices()) {
+    int& calm = calm_[static_cast<std::size_t>(place)];
+    const int part = resting_.parts()[static_cast<std::size_t>(place)];
+    const bool slow = may_sleep_[static_cast<std::size_t>(place)] != 0 &&
+                      speed_m_per_s(part, motion) < parameters_.speed_m_per_s;
+    calm = slow ? std::min(calm + 1, steps_) : 0;
+    somebody = somebody || calm == steps_;
+  }
+  if (!somebody) return false;
+  find_groups(interaction, motion);
+  bool changed = false;
+  for (const int index : resting_.awake_indices()) {
+    const int group = root(index);
+    if (kept_up_[static_cast<std::size_t>(group)] != 0) continue;
+    const auto place = static_cast<std::size_t>(index);
+    group_[place] = group;
+    resting_.set_resting(place, true);
+    asleep_[static_cast<std::size_t>(resting_.parts()[place])] = 1;
+    ++sleeping_;
+    changed = true;
+  }
+  if (!changed) return false;
+  resting_.list_awake();
+  contacts_.set_asleep(asleep_);
+  return true;
+}
+
+}  // namespace takt
