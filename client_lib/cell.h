@@ -114,8 +114,8 @@ struct DeviceInfo {
 
 struct CellInfo {
   std::string cell;
-  std::string scenario;     ///< empty: none is loaded
-  std::uint32_t world = 0;  ///< counts what was loaded in this run of the server
+  std::string scenario;                   ///< empty: none is loaded
+  std::uint32_t scenario_generation = 0;  ///< counts what was loaded in this run of the server
   std::string server_version;
   double step_s = 0.0;
   int level_of_detail = 1;
@@ -263,16 +263,16 @@ struct Status {
   double time_s = 0.0;
   std::uint64_t step = 0;
   std::uint32_t epoch = 0;
-  std::uint32_t world = 0;  ///< that of the description
+  std::uint32_t scenario_generation = 0;  ///< that of the description
   SimulationState state = SimulationState::no_world;
   std::string pace;  ///< realtime, free or lockstep
   double pace_factor = 1.0;
-  double wall_time_s = 0.0;       ///< since the server started
-  double sim_over_wall = 0.0;     ///< simulated time / wall time, over the last second
-  double real_time_factor = 0.0;  ///< computation time / simulated time, over the last second
-  double lag_s = 0.0;             ///< behind schedule
-  std::uint64_t overruns = 0, longest_overrun_run = 0, rebases = 0;
-  Percentiles step_time, wake_up, command_latency;
+  double wall_time_s = 0.0;        ///< since the server started
+  double real_time_factor = 0.0;   ///< simulated time / wall time, over the last second
+  double computation_ratio = 0.0;  ///< computation time / simulated time, over the last second
+  double lag_s = 0.0;              ///< behind schedule
+  std::uint64_t overruns = 0, max_consecutive_overruns = 0, schedule_resets = 0;
+  Percentiles step_time, wakeup_latency, command_latency;
   std::uint64_t commands_applied = 0, commands_rejected = 0;
   std::uint64_t mpr_calls = 0, mpr_skipped = 0;
   std::string solver;

@@ -60,7 +60,7 @@ struct ClientOptions {
   Seconds timeout{10.0};              ///< for connecting, and for calls that are given none
   /// A server from which nothing was heard for this long counts as gone. It sends its status ten times a
   /// second.
-  Seconds silence_limit{5.0};
+  Seconds liveliness_timeout{5.0};
   std::string name = "client";  ///< shown to others, e.g. in events about commands; a unique suffix is added
   std::uint32_t ownership_strength =
       1;  ///< of several senders of commands for one robot the strongest is heard
@@ -122,7 +122,7 @@ class Client {
   /// The newest status. Waits for the first one, and after a request that it tells of (set_state, set_pace,
   /// set_level_of_detail, ...) for one sent afterwards.
   Status status() const;
-  /// Not gone: heard of within options.silence_limit, and still announced.
+  /// Not gone: heard of within options.liveliness_timeout, and still announced.
   bool connected() const;
   /// Waits until the cell answers, e.g. because its server was started again; false on timeout. Never throws
   /// for a cell that is gone.

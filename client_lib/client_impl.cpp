@@ -11,7 +11,7 @@
 namespace takt::client {
 namespace {
 
-constexpr std::size_t kMostEvents = 10000;
+constexpr std::size_t kMaxEvents = 10000;
 
 /// Unique among all clients that ever talk to a server: the name, the process, and chance.
 std::string unique_id(const std::string& name) {
@@ -113,12 +113,12 @@ void Client::Impl::on_description(const takt_msgs::msg::CellDescription& sample,
     for (auto& [sender, event] : early_events)
       if (sender == from) keep(std::move(event));
     early_events.clear();
-  } else if (cell && cell->world != description->world) {  // another scenario
+  } else if (cell && cell->scenario_generation != description->scenario_generation) {  // another scenario
     state.reset();
     power.reset();
     contacts.reset();
     known = {0, 0};
-    if (status && status->world < description->world) status.reset();
+    if (status && status->scenario_generation < description->scenario_generation) status.reset();
   }
   server = from;
   gone = false;
@@ -132,9 +132,9 @@ void Client::Impl::on_status(const takt_msgs::msg::Status& sample, const GuidPre
   const std::lock_guard lock(mutex);
   received.sample_number = ++statuses;
   if (from_this_server(from)) {
-    const bool stale =
-        cell && (received.world < cell->world ||
-                 (received.world == cell->world && is_older_than_known(received.epoch, received.step)));
+    const bool stale = cell && (received.scenario_generation < cell->scenario_generation ||
+                                (received.scenario_generation == cell->scenario_generation &&
+                                 is_older_than_known(received.epoch, received.step)));
     if (!stale) status = std::move(received);
   } else
     early_status.emplace(from, std::move(received));
@@ -225,8 +225,8 @@ void Client::Impl::on_event(const takt_msgs::msg::Event& sample, const GuidPrefi
   Event received = from_wire(sample);
   const std::lock_guard lock(mutex);
   if (!from_this_server(from)) {
-    constexpr std::size_t kMostEarlyEvents = 100;
-    if (early_events.size() < kMostEarlyEvents) early_events.emplace_back(from, std::move(received));
+    constexpr std::size_t kMaxEarlyEvents = 100;
+    if (early_events.size() < kMaxEarlyEvents) early_events.emplace_back(from, std::move(received));
     return;
   }
   keep(std::move(received));
@@ -239,7 +239,7 @@ void Client::Impl::keep(Event received) {
   if (newest_event != 0) received.missed_before = received.sequence_number - newest_event - 1;
   newest_event = received.sequence_number;
   events.push_back(std::move(received));
-  if (events.size() > kMostEvents) {
+  if (events.size() > kMaxEvents) {
     const std::uint64_t dropped = events.front().missed_before + 1;
     events.pop_front();
     events.front().missed_before += dropped;
@@ -389,7 +389,7 @@ Reply Client::Impl::call(const std::string& name, const Arguments& arguments, Se
   const auto deadline = deadline_after(timeout);
   open_control(deadline);
   std::unique_lock lock(mutex);
-  const std::uint32_t world_before = cell->world;
+  const std::uint32_t generation_before = cell->scenario_generation;
   lock.unlock();
   const std::uint64_t sequence = write_request(name, arguments);
   lock.lock();
@@ -413,7 +413,7 @@ Reply Client::Impl::call(const std::string& name, const Arguments& arguments, Se
   Reply result{reply.message().to_string(), {}};
   for (const auto& value : reply.values())
     result.values[value.name().to_string()] = value.value().to_string();
-  learn(lock, name, result.values, world_before, deadline);
+  apply_reply_causality(lock, name, result.values, generation_before, deadline);
   return result;
 }
 

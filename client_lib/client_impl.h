@@ -60,8 +60,9 @@ struct Client::Impl {
 
   // With the mutex held.
   /// What a reply says about the present: of what was received, all that is older counts no more.
-  void learn(std::unique_lock<std::mutex>& lock, const std::string& request, const Arguments& values,
-             std::uint32_t world_before, Clock::time_point deadline);
+  void apply_reply_causality(std::unique_lock<std::mutex>& lock, const std::string& request,
+                             const Arguments& values, std::uint32_t generation_before,
+                             Clock::time_point deadline);
   bool is_older_than_known(std::uint32_t epoch, std::uint64_t step) const {
     return std::pair(epoch, step) < known;
   }
@@ -73,7 +74,7 @@ struct Client::Impl {
     throw ClientError(ClientError::Kind::invalid,
                       "This client was made before fork(); the new process needs one of its own.");
   }
-  bool silent(Clock::time_point now) const { return now > heard + to_clock(options.silence_limit); }
+  bool silent(Clock::time_point now) const { return now > heard + to_clock(options.liveliness_timeout); }
   template <typename Ready>
   bool wait(std::unique_lock<std::mutex>& lock, Clock::time_point deadline, Ready ready) const;
 
@@ -156,7 +157,7 @@ bool Client::Impl::wait(std::unique_lock<std::mutex>& lock, Clock::time_point de
               std::to_string(std::chrono::duration_cast<std::chrono::seconds>(now - heard).count()) +
               " s (killed, stopped, or the machine is overloaded).");
     if (now >= deadline) return false;
-    auto wake = std::min(deadline, std::max(heard + to_clock(options.silence_limit), doubtful_until));
+    auto wake = std::min(deadline, std::max(heard + to_clock(options.liveliness_timeout), doubtful_until));
     if (options.while_waiting) wake = std::min(wake, now + std::chrono::milliseconds{200});
     changed.wait_until(lock, wake + std::chrono::milliseconds{1});
     if (const auto awake = Clock::now(); awake > wake + late) doubtful_until = awake + emptying;

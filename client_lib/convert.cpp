@@ -106,7 +106,7 @@ CellInfo from_wire(const takt_msgs::msg::CellDescription& wire) {
   CellInfo info;
   info.cell = wire.cell();
   info.scenario = wire.scenario();
-  info.world = wire.world();
+  info.scenario_generation = wire.scenario_generation();
   info.server_version = wire.server_version();
   info.step_s = wire.step_size();
   info.level_of_detail = wire.level_of_detail();
@@ -137,19 +137,19 @@ Status from_wire(const takt_msgs::msg::Status& wire) {
   status.time_s = wire.time();
   status.step = wire.step();
   status.epoch = wire.epoch();
-  status.world = wire.world();
+  status.scenario_generation = wire.scenario_generation();
   status.state = enumerator(wire.state(), SimulationState::loading_world, SimulationState::no_world);
   status.pace = wire.pace();
   status.pace_factor = wire.pace_factor();
   status.wall_time_s = wire.wall_time();
-  status.sim_over_wall = wire.sim_over_wall();
   status.real_time_factor = wire.real_time_factor();
+  status.computation_ratio = wire.computation_ratio();
   status.lag_s = wire.lag();
   status.overruns = wire.overruns();
-  status.longest_overrun_run = wire.longest_overrun_run();
-  status.rebases = wire.rebases();
+  status.max_consecutive_overruns = wire.max_consecutive_overruns();
+  status.schedule_resets = wire.schedule_resets();
   status.step_time = {wire.step_time_p50(), wire.step_time_p99(), wire.step_time_max()};
-  status.wake_up = {wire.wake_up_p50(), wire.wake_up_p99(), wire.wake_up_max()};
+  status.wakeup_latency = {wire.wakeup_latency_p50(), wire.wakeup_latency_p99(), wire.wakeup_latency_max()};
   status.command_latency = {wire.command_latency_p50(), wire.command_latency_p99(),
                             wire.command_latency_max()};
   status.commands_applied = wire.commands_applied();
@@ -190,7 +190,7 @@ std::optional<Contacts> from_wire(const takt_msgs::msg::Contacts& wire, const Ce
   contacts.step = wire.step();
   contacts.epoch = wire.epoch();
   contacts.omitted = wire.omitted();
-  if (wire.world() != cell.world) return std::nullopt;
+  if (wire.scenario_generation() != cell.scenario_generation) return std::nullopt;
   const auto known = [&](int component) {
     return component >= 0 && static_cast<std::size_t>(component) < cell.components.size();
   };
@@ -207,9 +207,9 @@ std::optional<Contacts> from_wire(const takt_msgs::msg::Contacts& wire, const Ce
 }
 
 std::optional<State> from_wire(const takt_msgs::msg::CellState& wire, std::shared_ptr<const CellInfo> cell) {
-  if (wire.world() != cell->world || wire.components().size() != cell->components.size() ||
-      wire.robots().size() != cell->robots.size() || wire.grippers().size() != cell->grippers.size() ||
-      wire.devices().size() != cell->devices.size())
+  if (wire.scenario_generation() != cell->scenario_generation ||
+      wire.components().size() != cell->components.size() || wire.robots().size() != cell->robots.size() ||
+      wire.grippers().size() != cell->grippers.size() || wire.devices().size() != cell->devices.size())
     return std::nullopt;
   State state;
   state.time_s = wire.time();

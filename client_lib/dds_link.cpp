@@ -19,7 +19,7 @@ namespace {
 GuardLimits guard_limits() {
   GuardLimits limits;
   limits.largest_sample_bytes = 256U << 20U;
-  limits.most_fragments_joined = FragmentAssembly::kMostSentAgain;
+  limits.most_fragments_joined = FragmentAssembly::kMaxSentAgain;
   return limits;
 }
 

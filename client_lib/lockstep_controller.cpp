@@ -26,7 +26,7 @@ LockstepController::LockstepController(Client& cell, LockstepOptions options)
     throw ClientError(ClientError::Kind::invalid, "The period of a controller must be above 0 s.");
   // In lockstep the cell cannot pass the first boundary before this controller is there.
   if (options_.start) cell_.set_pace(Pace::lockstep);
-  cell_.register_controller(options_.name, Seconds{options_.period_s}, options_.patience, options_.targets);
+  cell_.register_controller(options_.name, Seconds{options_.period_s}, options_.timeout, options_.targets);
   registered_ = true;
   try {
     state_ = cell_.state();
@@ -131,7 +131,7 @@ void LockstepController::wait_for_boundary() {
   const auto exchanged = [&](const State& s) { return s.cell != state_.cell || s.epoch != state_.epoch; };
   std::uint64_t seen = state_.sample_number;
   for (;;) {
-    const Seconds left = options_.patience - (SteadyClock::now() - begin);
+    const Seconds left = options_.timeout - (SteadyClock::now() - begin);
     const auto next = cell_.wait_for_state(
         [&](const State& s) {
           if (s.time_s >= due_s || exchanged(s)) return true;
@@ -153,7 +153,7 @@ void LockstepController::wait_for_boundary() {
           boundary_, static_cast<std::uint64_t>((state_.time_s + kTimeTolerance_s) / options_.period_s));
       return;
     }
-    if (SteadyClock::now() - begin >= options_.patience) give_up();
+    if (SteadyClock::now() - begin >= options_.timeout) give_up();
     if (next) send();  // the instant that was answered has come once more: the commands may not have arrived
   }
 }
@@ -162,7 +162,7 @@ void LockstepController::give_up() const {
   const Status status = cell_.status();
   std::string sentence =
       "The cell did not come to " + seconds_text(static_cast<double>(boundary_) * options_.period_s) +
-      " s of simulated time within " + seconds_text(options_.patience.count()) + " s: it stands at " +
+      " s of simulated time within " + seconds_text(options_.timeout.count()) + " s: it stands at " +
       seconds_text(status.time_s) + " s and is " + std::string(to_string(status.state));
   for (std::size_t i = 0; i < status.waiting_for.size(); ++i)
     sentence += (i == 0 ? ", waiting for " : " and ") + status.waiting_for[i];

@@ -29,7 +29,7 @@ struct LockstepOptions {
   std::string name = "controller";  ///< shown in events and in the status; unique in the cell
   /// Wall time: both of the server for the commands of one boundary, and of this for the instant at one, also
   /// while the cell is paused.
-  Seconds patience{60.0};
+  Seconds timeout{60.0};
   bool start = true;  ///< set the cell to lockstep and playing; else others do
 };
 
@@ -61,7 +61,7 @@ class LockstepController {
   void set_signals(const std::string& device, const std::map<std::string, double>& signals);
   /// Answers this boundary with one command for each target, and returns the instant at the next one. Throws
   /// ClientError: lost when the cell was reset or has another scenario (then a new controller is needed);
-  /// timeout when the instant does not come within the patience, with what the status says of it (paused,
+  /// timeout when the instant does not come within the timeout, with what the status says of it (paused,
   /// waiting for whom, fault). After a timeout, or what ClientOptions::while_waiting threw, it may be called
   /// again: it waits on for the same instant, and what was commanded meanwhile is sent at that.
   const State& advance();

@@ -84,8 +84,9 @@ class Values {
 
 }  // namespace
 
-void Client::Impl::learn(std::unique_lock<std::mutex>& lock, const std::string& request,
-                         const Arguments& values, std::uint32_t world_before, Clock::time_point deadline) {
+void Client::Impl::apply_reply_causality(std::unique_lock<std::mutex>& lock, const std::string& request,
+                                         const Arguments& values, std::uint32_t generation_before,
+                                         Clock::time_point deadline) {
   const auto number = [&](const char* name) -> std::optional<std::uint64_t> {
     const auto found = values.find(name);
     if (found == values.end() || found->second.empty() ||
@@ -95,14 +96,14 @@ void Client::Impl::learn(std::unique_lock<std::mutex>& lock, const std::string& 
   };
   // Another scenario: its description may take longer than the reply.
   auto world = number("world");
-  if (!world && request == "unload_scenario") world = world_before + 1U;
+  if (!world && request == "unload_scenario") world = generation_before + 1U;
   if (world) {
-    if (!wait(lock, deadline, [&] { return cell && cell->world >= *world; }))
+    if (!wait(lock, deadline, [&] { return cell && cell->scenario_generation >= *world; }))
       throw ClientError(ClientError::Kind::timeout,
                         where() + " has done '" + request + "', but its new description has not come.");
     return;
   }
-  if (cell->world != world_before) return;
+  if (cell->scenario_generation != generation_before) return;
   const auto step = number("step"), epoch = number("epoch");
   if (step || epoch) {
     const std::uint32_t present = state ? std::max(known.first, state->epoch) : known.first;

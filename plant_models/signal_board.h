@@ -10,14 +10,14 @@
 
 namespace takt {
 
-struct SignalBoardParameters {
+struct SignalTableParameters {
   std::size_t count = 0;                      ///< of signals
   std::array<double, kMaxSignals> initial{};  ///< values after a reset
 };
 
-class SignalBoard final : public DeviceModel {
+class SignalTable final : public DeviceModel {
  public:
-  explicit SignalBoard(const SignalBoardParameters& parameters)
+  explicit SignalTable(const SignalTableParameters& parameters)
       : p_(parameters), values_(parameters.initial) {}
 
   double value(int signal) const { return values_[static_cast<std::size_t>(signal)]; }
@@ -33,7 +33,7 @@ class SignalBoard final : public DeviceModel {
   void load(StateReader& in) override { in.numbers(std::span(values_).first(p_.count), "a signal"); }
 
  private:
-  SignalBoardParameters p_;
+  SignalTableParameters p_;
   std::array<double, kMaxSignals> values_;
 };
 

@@ -285,7 +285,7 @@ int run(const Arguments& a) {
   options.duration_s = a.duration.value_or(scenario.duration_s);
   options.program = a.program.empty() ? scenario.controller_program : std::filesystem::path(a.program);
   options.stage_times = a.stage_times;
-  options.process_numbers = a.json || !a.report.empty() || !a.html.empty();
+  options.run_metrics = a.json || !a.report.empty() || !a.html.empty();
   if (!(options.duration_s > 0.0)) {
     throw takt::ScenarioError("--duration: found " + std::to_string(options.duration_s) +
                               "; allowed: a number > 0 s, here or as duration_s in " + a.scenario);
@@ -409,8 +409,8 @@ int replay(const Arguments& a) {
   std::optional<takt::WorkerPool> pool;  // outlives the simulation
   takt::ReplayOptions options;
   if (a.threads > 1) options.executor = &pool.emplace(a.threads);
-  options.load = [&](const takt::LogWorld& world) {
-    return takt::load_logged_world(world, takt::user_cache_directory(), a.scenario);
+  options.load = [&](const takt::LogScenario& world) {
+    return takt::load_logged_scenario(world, takt::user_cache_directory(), a.scenario);
   };
   const takt::ReplayResult result = takt::replay(a.replay, options);
   if (a.json) {
@@ -418,7 +418,7 @@ int replay(const Arguments& a) {
                                 {"early_end", result.early_end},
                                 {"recorded_by", result.version},
                                 {"cell", result.cell},
-                                {"scenarios", result.worlds},
+                                {"scenarios", result.scenarios},
                                 {"steps", result.steps},
                                 {"commands", result.commands},
                                 {"requests", result.requests},
@@ -434,7 +434,7 @@ int replay(const Arguments& a) {
     return 1;
   }
   if (!a.quiet) {
-    std::cout << "Recorded by " << result.version << ", cell '" << result.cell << "': " << result.worlds
+    std::cout << "Recorded by " << result.version << ", cell '" << result.cell << "': " << result.scenarios
               << " scenarios, " << result.steps << " steps, " << result.commands << " commands, "
               << result.requests << " requests.\n";
     if (!result.early_end.empty()) std::cout << "Note: " << result.early_end << ".\n";

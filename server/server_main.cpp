@@ -42,7 +42,7 @@ struct Arguments {
   bool paused = false, pause_at_end = false, exit_at_end = false;
   std::uint32_t domain = 0;
   std::string profiles, profile = "takt_server", secure;
-  bool own_clock_and_tf = false;
+  bool namespaced_clock_and_tf = false;
   int realtime_priority = 0;
   int threads = 1;
   std::filesystem::path snapshots;
@@ -86,7 +86,7 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
                  "directory with the identity and permissions of a server (docs/network.md)")
       ->check(CLI::ExistingDirectory)
       ->envname("TAKT_SECURE");
-  app.add_flag("--own-clock-and-tf", arguments.own_clock_and_tf,
+  app.add_flag("--namespaced-clock-and-tf", arguments.namespaced_clock_and_tf,
                "for ROS tools of several cells on one domain: clock, tf and tf_static below the cell's name, "
                "as /CELL/clock, instead of /clock");
   app.add_option("--realtime-priority", arguments.realtime_priority,
@@ -208,16 +208,17 @@ int serve(const Arguments& arguments, const sigset_t& signals, const std::string
   takt::DdsAdapter adapter(host,
                            {"takt-server " + arguments.cell, arguments.domain, arguments.profiles,
                             arguments.profile, arguments.secure},
-                           arguments.own_clock_and_tf);
+                           arguments.namespaced_clock_and_tf);
   const pthread_t main_thread = pthread_self();
   std::atomic<bool> ended_itself{false};
   host.set_on_quit([main_thread, &ended_itself] {
     ended_itself.store(true);
     pthread_kill(main_thread, SIGTERM);
   });
-  std::optional<takt::WorldSource> source;
+  std::optional<takt::ScenarioSource> source;
   if (!arguments.scenario.empty()) {
-    source.emplace(takt::WorldSource{arguments.scenario, {arguments.overrides, arguments.level_of_detail}});
+    source.emplace(
+        takt::ScenarioSource{arguments.scenario, {arguments.overrides, arguments.level_of_detail}});
   }
   const auto open = [&] {
     if (!crash.empty()) {

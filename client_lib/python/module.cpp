@@ -23,15 +23,15 @@ std::optional<Seconds> seconds(std::optional<double> value) {
   return Seconds{*value};
 }
 
-std::shared_ptr<Client> connect(const std::string& cell, int domain, double timeout_s, double silence_limit_s,
-                                const std::string& name, std::uint32_t ownership_strength,
-                                const std::string& profiles_file, const std::string& profile,
-                                const std::string& secure_directory) {
+std::shared_ptr<Client> connect(const std::string& cell, int domain, double timeout_s,
+                                double liveliness_timeout_s, const std::string& name,
+                                std::uint32_t ownership_strength, const std::string& profiles_file,
+                                const std::string& profile, const std::string& secure_directory) {
   ClientOptions options;
   if (!cell.empty()) options.cell = cell;
   if (domain >= 0) options.domain = domain;
   options.timeout = Seconds{timeout_s};
-  options.silence_limit = Seconds{silence_limit_s};
+  options.liveliness_timeout = Seconds{liveliness_timeout_s};
   options.name = name;
   options.ownership_strength = ownership_strength;
   options.profiles_file = profiles_file;
@@ -188,7 +188,7 @@ void bind_client(py::module_& m) {
   py::class_<Client, std::shared_ptr<Client>> c(m, "Client");
   const py::call_guard<py::gil_scoped_release> unlocked;
   c.def(py::init(&connect), py::arg("cell") = "", py::arg("domain") = -1, py::kw_only(),
-        py::arg("timeout") = 10.0, py::arg("silence_limit") = 5.0, py::arg("name") = "python",
+        py::arg("timeout") = 10.0, py::arg("liveliness_timeout") = 5.0, py::arg("name") = "python",
         py::arg("ownership_strength") = 1, py::arg("profiles_file") = "", py::arg("profile") = "takt_client",
         py::arg("secure_directory") = "")
       .def_property_readonly("client_id", &Client::client_id)
@@ -246,12 +246,12 @@ void bind_lockstep(py::module_& m) {
   const py::call_guard<py::gil_scoped_release> unlocked;
   py::class_<LockstepController>(m, "LockstepController")
       .def(py::init([](Client& cell, std::vector<std::string> targets, double period_s,
-                       const std::string& name, double patience, bool start) {
+                       const std::string& name, double timeout, bool start) {
              return std::make_unique<LockstepController>(
-                 cell, LockstepOptions{std::move(targets), period_s, name, Seconds{patience}, start});
+                 cell, LockstepOptions{std::move(targets), period_s, name, Seconds{timeout}, start});
            }),
            py::arg("cell"), py::arg("targets"), py::arg("period_s") = 0.008, py::kw_only(),
-           py::arg("name") = "python", py::arg("patience") = 60.0, py::arg("start") = true,
+           py::arg("name") = "python", py::arg("timeout") = 60.0, py::arg("start") = true,
            py::keep_alive<1, 2>(), unlocked)
       .def_property_readonly("state", [](const LockstepController& self) { return self.state(); })
       .def_property_readonly("period_s", &LockstepController::period_s)

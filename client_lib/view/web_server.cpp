@@ -33,19 +33,19 @@ using boost::system::error_code;
 
 namespace {
 
-constexpr std::size_t kMostSessions = 200;
-constexpr std::size_t kMostRequests = 200;  ///< connections that are not, or not yet, sessions
+constexpr std::size_t kMaxSessions = 200;
+constexpr std::size_t kMaxRequests = 200;  ///< connections that are not, or not yet, sessions
 constexpr std::chrono::milliseconds kAcceptPause{100};
 constexpr std::size_t kLongestMessage_bytes = 1U << 20U;
 constexpr std::size_t kKeptBuffer_bytes = 1U << 16U;
 // Of one session: what is on its way to one that does not read, and what it has asked and is not answered
 // yet.
-constexpr std::size_t kMostWaiting = 4000;
-constexpr std::size_t kMostSaid_bytes = 32U << 20U;
-constexpr std::size_t kMostAsked = 100;
+constexpr std::size_t kMaxWaiting = 4000;
+constexpr std::size_t kMaxSaid_bytes = 32U << 20U;
+constexpr std::size_t kMaxAsked = 100;
 // Of all, those that have gone since included.
-constexpr std::size_t kMostCalls = 1000;
-constexpr std::size_t kMostCalls_bytes = 32U << 20U;
+constexpr std::size_t kMaxCalls = 1000;
+constexpr std::size_t kMaxCalls_bytes = 32U << 20U;
 
 }  // namespace
 
@@ -58,7 +58,7 @@ struct WebServer::Impl final : WebRequest::Sessions {
   void accept();
   void welcome(tcp::socket&& socket);
   void run();
-  bool full() const override { return entering + sessions.size() >= kMostSessions; }
+  bool full() const override { return entering + sessions.size() >= kMaxSessions; }
   void enter(tcp::socket&& socket, const WebRequest::Message& request, bool may_control) override;
   void tick();
   void work();
@@ -242,8 +242,7 @@ class WebServer::Impl::Session : public std::enable_shared_from_this<Session> {
   void take(foxglove::ServiceCall call, std::size_t bytes) {
     const std::uint32_t service = call.service, number = call.call;
     std::string problem = call.problem;
-    const bool patient =
-        asked_ == 0 || (asked_ < kMostAsked && asked_bytes_ + bytes <= kLongestMessage_bytes);
+    const bool patient = asked_ == 0 || (asked_ < kMaxAsked && asked_bytes_ + bytes <= kLongestMessage_bytes);
     if (problem.empty() && !(patient && owner_.ask({shared_from_this(), std::move(call), bytes})))
       problem = "Too many requests wait for their answer already.";
     if (!problem.empty()) {
@@ -256,7 +255,7 @@ class WebServer::Impl::Session : public std::enable_shared_from_this<Session> {
 
   void queue(Waiting message) {
     // The connection is there, but nobody reads.
-    if (waiting_.size() > kMostWaiting || (!waiting_.empty() && said_bytes_ > kMostSaid_bytes)) {
+    if (waiting_.size() > kMaxWaiting || (!waiting_.empty() && said_bytes_ > kMaxSaid_bytes)) {
       beast::get_lowest_layer(socket_).close();
       return;
     }
@@ -331,7 +330,7 @@ void WebServer::Impl::accept() {
 
 void WebServer::Impl::welcome(tcp::socket&& socket) {
   std::erase_if(requests, [](const auto& request) { return request.expired(); });
-  if (requests.size() >= kMostRequests) {
+  if (requests.size() >= kMaxRequests) {
     // The one that has been silent for longest goes first: whoever opens connections and leaves them
     // keeps nobody out.
     auto leaving = std::find_if(requests.begin(), requests.end(), [](const auto& request) {
@@ -393,7 +392,7 @@ void WebServer::Impl::tick() {
 
 bool WebServer::Impl::ask(Asked asked_for) {
   const std::lock_guard lock(mutex);
-  if (calls.size() >= kMostCalls || calls_bytes + asked_for.bytes > kMostCalls_bytes) return false;
+  if (calls.size() >= kMaxCalls || calls_bytes + asked_for.bytes > kMaxCalls_bytes) return false;
   calls_bytes += asked_for.bytes;
   calls.push_back(std::move(asked_for));
   asked.notify_one();

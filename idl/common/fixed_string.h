@@ -9,10 +9,10 @@
 namespace takt {
 
 template <std::size_t Capacity>
-class FixedText {
+class FixedString {
  public:
-  FixedText() = default;
-  explicit FixedText(std::string_view text) { assign(text); }
+  FixedString() = default;
+  explicit FixedString(std::string_view text) { assign(text); }
 
   /// What does not fit is cut off, between characters of UTF-8.
   void assign(std::string_view text) {

@@ -13,13 +13,13 @@
 namespace takt {
 
 template <typename T>
-class LatestValueSlot {
+class TripleBuffer {
  public:
-  LatestValueSlot() = default;
+  TripleBuffer() = default;
   /// All three buffers start as copies of `initial`, so that values with inner storage are sized once.
-  explicit LatestValueSlot(const T& initial) : buffers_{initial, initial, initial} {}
-  LatestValueSlot(const LatestValueSlot&) = delete;
-  LatestValueSlot& operator=(const LatestValueSlot&) = delete;
+  explicit TripleBuffer(const T& initial) : buffers_{initial, initial, initial} {}
+  TripleBuffer(const TripleBuffer&) = delete;
+  TripleBuffer& operator=(const TripleBuffer&) = delete;
 
   /// Writer: the buffer to fill. Holds some older value. Valid until publish().
   T& write_buffer() { return buffers_[writer_]; }

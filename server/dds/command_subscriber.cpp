@@ -15,8 +15,8 @@
 namespace takt {
 namespace {
 
-HeardParticipants::Prefix prefix_of(const DdsGuid& guid) {
-  HeardParticipants::Prefix prefix{};
+LivelinessTracker::Prefix prefix_of(const DdsGuid& guid) {
+  LivelinessTracker::Prefix prefix{};
   std::copy_n(guid.guidPrefix.value, prefix.size(), prefix.begin());
   return prefix;
 }
@@ -128,7 +128,7 @@ class CommandSubscriber::Reader final : public dds::DataReaderListener {
       0;  ///< senders refused for their kind of ownership; told by one thread of DDS
 };
 
-CommandSubscriber::CommandSubscriber(AdapterEvents& events, Senders& senders, TopicNames topics)
+CommandSubscriber::CommandSubscriber(EventQueue& events, SenderRegistry& senders, TopicNames topics)
     : events_(events), senders_(senders), topics_(std::move(topics)) {}
 
 CommandSubscriber::~CommandSubscriber() = default;
@@ -149,7 +149,7 @@ void CommandSubscriber::watch(const DdsGuid& guid, Writer& writer) {
 void CommandSubscriber::open(Participant& participant, RunLoop& loop) {
   const CellDescription& cell = loop.cell();
   const int targets = target_count(cell);
-  std::vector<AdapterEvent> news;
+  std::vector<DiagnosticEvent> news;
   {
     const std::lock_guard lock(mutex_);
     loop_ = &loop;
@@ -158,10 +158,10 @@ void CommandSubscriber::open(Participant& participant, RunLoop& loop) {
     silent_owners_.clear();
     gone_.clear();
     for (auto& [guid, writer] : writers_) {
-      if (auto event = unheard(guid, writer, cell)) news.push_back(std::move(*event));
+      if (auto event = diagnose_unmatched_writer(guid, writer, cell)) news.push_back(std::move(*event));
     }
   }
-  for (AdapterEvent& event : news) events_.post(std::move(event));
+  for (DiagnosticEvent& event : news) events_.post(std::move(event));
   const std::lock_guard making(readers_mutex_);
   const auto robots = static_cast<int>(cell.robots.size());
   const auto grippers = static_cast<int>(cell.grippers.size());
@@ -248,19 +248,19 @@ void CommandSubscriber::writer_discovered(const Discovered& discovered) {
   if (topics_.name_in(topic, kJointCommands).empty() && topics_.name_in(topic, kJointTrajectory).empty() &&
       topics_.name_in(topic, kCommand).empty())
     return;
-  std::optional<AdapterEvent> event;
+  std::optional<DiagnosticEvent> event;
   {
     const std::lock_guard lock(mutex_);
     Writer& writer = writers_[discovered.guid] = {
         topic, discovered.type, discovered.strength, discovered.lease_s, false, false};
     if (heard_ != nullptr) watch(discovered.guid, writer);
-    if (loop_ != nullptr) event = unheard(discovered.guid, writer, loop_->cell());
+    if (loop_ != nullptr) event = diagnose_unmatched_writer(discovered.guid, writer, loop_->cell());
   }
   if (event) events_.post(std::move(*event));
 }
 
-std::optional<AdapterEvent> CommandSubscriber::unheard(const DdsGuid& guid, Writer& writer,
-                                                       const CellDescription& cell) const {
+std::optional<DiagnosticEvent> CommandSubscriber::diagnose_unmatched_writer(
+    const DdsGuid& guid, Writer& writer, const CellDescription& cell) const {
   const std::string& topic = writer.topic;
   std::string robot = topics_.name_in(topic, kJointCommands);
   Kind kind = Kind::joints;
@@ -270,7 +270,7 @@ std::optional<AdapterEvent> CommandSubscriber::unheard(const DdsGuid& guid, Writ
   }
   const std::string other = topics_.name_in(topic, kCommand);
   const auto event = [&](const char* code, const std::string& name, const std::string& sentence) {
-    return AdapterEvent{Severity::warning, code, name, text_of(guid), sentence};
+    return DiagnosticEvent{Severity::warning, code, name, text_of(guid), sentence};
   };
   const std::string nobody = "Nobody listens to the topic " + topic + ": ";
   // Validation knows best what is there and how to say what is not.
@@ -305,21 +305,22 @@ void CommandSubscriber::writer_removed(const DdsGuid& guid) {
     heard_->forget(prefix_of(guid));
 }
 
-void CommandSubscriber::look_after_owners() {
+void CommandSubscriber::expire_liveliness_leases() {
   if (heard_ == nullptr) return;
-  std::vector<AdapterEvent> news;
+  std::vector<DiagnosticEvent> news;
   std::set<int> freed;  // targets whose exclusive readers still listen to the silent one alone
   {
     const std::lock_guard lock(mutex_);
     if (loop_ == nullptr) return;
     for (auto& [guid, writer] : writers_) {
       if (!std::isfinite(writer.lease_s)) continue;
-      const double silent_s = heard_->silent_s(prefix_of(guid));
+      const double time_since_last_packet_s = heard_->time_since_last_packet_s(prefix_of(guid));
       if (writer.silent) {
-        if (silent_s < writer.lease_s) writer.silent = false;  // it takes part again with its next command
+        if (time_since_last_packet_s < writer.lease_s)
+          writer.silent = false;  // it takes part again with its next command
         continue;
       }
-      if (silent_s < writer.lease_s) continue;
+      if (time_since_last_packet_s < writer.lease_s) continue;
       writer.silent = true;
       const int target = target_of_topic(writer.topic);
       if (target < 0) continue;
@@ -328,15 +329,15 @@ void CommandSubscriber::look_after_owners() {
       if (arbiter.owns(sender)) silent_owners_[target] = guid;
       arbiter.vanished(sender);
     }
-    free_targets_of_silent_owners(freed, news);
+    revoke_expired_ownership(freed, news);
   }
   if (!freed.empty()) renew_readers(freed);
-  for (AdapterEvent& event : news) events_.post(std::move(event));
+  for (DiagnosticEvent& event : news) events_.post(std::move(event));
 }
 
 // Of an owner that is silent its target is freed when somebody else is there who may have it, now or later:
 // one that is alone and comes back, or is forgotten by DDS, goes on as ever.
-void CommandSubscriber::free_targets_of_silent_owners(std::set<int>& freed, std::vector<AdapterEvent>& news) {
+void CommandSubscriber::revoke_expired_ownership(std::set<int>& freed, std::vector<DiagnosticEvent>& news) {
   std::erase_if(silent_owners_, [&](const auto& owner) {
     const int target = owner.first;
     const auto& guid = owner.second;
@@ -350,7 +351,7 @@ void CommandSubscriber::free_targets_of_silent_owners(std::set<int>& freed, std:
     freed.insert(target);
     const std::string name(target_name(loop_->cell(), target));
     char silence[32];
-    std::snprintf(silence, sizeof(silence), "%.1f s", heard_->silent_s(prefix_of(guid)));
+    std::snprintf(silence, sizeof(silence), "%.1f s", heard_->time_since_last_packet_s(prefix_of(guid)));
     news.push_back({Severity::warning, "owner_silent", name, text_of(guid),
                     "Nothing was heard of this sender of commands for " + name + " for " + silence +
                         "; another one may command it now."});

@@ -23,7 +23,7 @@ namespace takt {
 
 class CommandSubscriber {
  public:
-  CommandSubscriber(AdapterEvents& events, Senders& senders, TopicNames topics);
+  CommandSubscriber(EventQueue& events, SenderRegistry& senders, TopicNames topics);
   ~CommandSubscriber();
   CommandSubscriber(const CommandSubscriber&) = delete;
   CommandSubscriber& operator=(const CommandSubscriber&) = delete;
@@ -51,7 +51,7 @@ class CommandSubscriber {
 
   /// Publishing thread, often: takes the targets of senders that have not kept their promise of a sign of
   /// life, so that the next sender is heard. Fast DDS 2.9.1 would wait until the participant is given up.
-  void look_after_owners();
+  void expire_liveliness_leases();
 
   std::uint64_t rejected() const { return rejected_.load(std::memory_order_relaxed); }
 
@@ -72,7 +72,7 @@ class CommandSubscriber {
   void renew_readers(const std::set<int>& targets);
   int target_of_topic(const std::string& topic) const;
   /// With mutex_ held. Adds the targets that are free now, with an event for each.
-  void free_targets_of_silent_owners(std::set<int>& freed, std::vector<AdapterEvent>& news);
+  void revoke_expired_ownership(std::set<int>& freed, std::vector<DiagnosticEvent>& news);
   dds::DataReader* make_reader(const std::string& topic, const Listening& made);
 
   /// To be called with mutex_ held. See CommandArbiter::appeared.
@@ -95,14 +95,15 @@ class CommandSubscriber {
   void watch(const DdsGuid& guid, Writer& writer);
   /// Of a command writer on a topic that nobody listens to, or of another type than is listened to: an event
   /// says so.
-  std::optional<AdapterEvent> unheard(const DdsGuid& guid, Writer& writer, const CellDescription& cell) const;
+  std::optional<DiagnosticEvent> diagnose_unmatched_writer(const DdsGuid& guid, Writer& writer,
+                                                           const CellDescription& cell) const;
 
-  HeardParticipants* heard_ = nullptr;  // guarded by mutex_
+  LivelinessTracker* heard_ = nullptr;  // guarded by mutex_
   DdsGuid own_;                         // guarded by mutex_
   RunLoop* loop_ = nullptr;             ///< while open; changed with mutex_ held and no reader there
   Participant* participant_ = nullptr;
-  AdapterEvents& events_;
-  Senders& senders_;
+  EventQueue& events_;
+  SenderRegistry& senders_;
   TopicNames topics_;
   std::mutex readers_mutex_;        ///< never taken with mutex_ held
   std::vector<Listening> readers_;  // guarded by readers_mutex_

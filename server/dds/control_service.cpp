@@ -13,7 +13,7 @@ namespace takt {
 namespace {
 
 // Of the type of a reply (idl/takt_msgs.idl).
-constexpr std::size_t kMostOfMessage = 1024, kMostOfValue = 4096;
+constexpr std::size_t kMaxOfMessage = 1024, kMaxOfValue = 4096;
 
 std::size_t bytes_of(const ControlReply& reply) {
   std::size_t bytes = sizeof(reply) + reply.message.size();
@@ -54,7 +54,7 @@ void ControlService::received(const takt_msgs::msg::ControlRequest& message) {
     const auto refuse = [&](const char* why) {
       if (asked_again_.size() < kRemembered)
         asked_again_.push_back({{plain_text(key.first), key.second}, {0, ControlResult::failed, why, {}}});
-      host_.mail().news.post();
+      host_.outbound().news.post();
     };
     if (!is_plain(key.first))
       return refuse("The client_id is no text; it must be UTF-8 without control characters.");
@@ -69,7 +69,7 @@ void ControlService::received(const takt_msgs::msg::ControlRequest& message) {
             "its "
             "own, and each run of a client an id of its own.");
       if (place->second.reply) asked_again_.push_back({key, *place->second.reply});
-      host_.mail().news.post();
+      host_.outbound().news.post();
       return;
     }
     place->second.content = content;
@@ -84,12 +84,12 @@ void ControlService::received(const takt_msgs::msg::ControlRequest& message) {
     request.arguments.emplace_back(argument.name().to_string(), argument.value().to_string());
   }
   if (std::string fault = fault_of_texts(request); !fault.empty())
-    return host_.mail().add_reply({request.id, ControlResult::failed, std::move(fault), {}});
+    return host_.outbound().add_reply({request.id, ControlResult::failed, std::move(fault), {}});
   host_.submit(request);
 }
 
 void ControlService::forget_old() {
-  while (order_.size() > 1 && (order_.size() > kRemembered || reply_bytes_ > kMostReplyBytes)) {
+  while (order_.size() > 1 && (order_.size() > kRemembered || reply_bytes_ > kMaxReplyBytes)) {
     const auto oldest = requests_.find(order_.front());
     if (oldest->second.reply) reply_bytes_ -= bytes_of(*oldest->second.reply);
     keys_.erase(oldest->second.id);
@@ -116,7 +116,7 @@ void ControlService::write_replies(std::span<const ControlReply> replies) {
   }
   takt_msgs::msg::ControlReply message;
   for (const auto& [key, answer] : answers) {
-    const ControlReply reply = plain_reply(answer, kMostOfMessage, kMostOfValue);
+    const ControlReply reply = plain_reply(answer, kMaxOfMessage, kMaxOfValue);
     message.client_id(key.first);
     message.sequence_number(key.second);
     message.result(static_cast<std::int32_t>(reply.result));

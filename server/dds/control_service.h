@@ -21,7 +21,7 @@ namespace takt {
 class ControlService final : public dds::DataReaderListener {
  public:
   /// So many of the newest requests are remembered, fewer if their replies are larger than that together.
-  static constexpr std::size_t kRemembered = 1000, kMostReplyBytes = std::size_t{16} << 20U;
+  static constexpr std::size_t kRemembered = 1000, kMaxReplyBytes = std::size_t{16} << 20U;
 
   explicit ControlService(CellHost& host) : host_(host) {}
 

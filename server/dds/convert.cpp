@@ -144,7 +144,7 @@ takt_msgs::msg::CellDescription to_message(const CellDescription& cell, const st
   takt_msgs::msg::CellDescription message;
   message.cell(fitting<128>(cell.cell, "The cell's name"));
   message.scenario(fitting<128>(cell.scenario, "The scenario's name"));
-  message.world(cell.world);
+  message.scenario_generation(cell.scenario_generation);
   message.server_version(fitting<64>(server_version, "The version"));
   message.step_size(cell.step_s);
   message.level_of_detail(cell.level_of_detail);
@@ -163,7 +163,7 @@ takt_msgs::msg::CellDescription to_message(const CellDescription& cell, const st
 
 takt_msgs::msg::CellState make_state_message(const CellDescription& cell) {
   takt_msgs::msg::CellState message;
-  message.world(cell.world);
+  message.scenario_generation(cell.scenario_generation);
   message.components().resize(cell.components.size());
   message.robots().resize(cell.robots.size());
   message.grippers().resize(cell.grippers.size());
@@ -310,7 +310,7 @@ bool fill(takt_msgs::msg::Power& message, const CellDescription& cell, const Sna
 
 takt_msgs::msg::Contacts make_contacts_message(const CellDescription& cell, std::size_t room) {
   takt_msgs::msg::Contacts message;
-  message.world(cell.world);
+  message.scenario_generation(cell.scenario_generation);
   message.contacts().resize(room);
   return message;
 }
@@ -347,7 +347,7 @@ void fill(takt_msgs::msg::ContactPressures& message, const CellDescription& cell
   message.time(snapshot.time_s);
   message.step(snapshot.step);
   message.epoch(snapshot.epoch);
-  message.world(cell.world);
+  message.scenario_generation(cell.scenario_generation);
   message.pairs().resize(pairs.size());
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     takt_msgs::msg::ContactPressure& pair = message.pairs()[i];
@@ -371,23 +371,23 @@ takt_msgs::msg::Status to_message(const LoopStatus& status, const CellDescriptio
   message.time(status.time_s);
   message.step(status.step);
   message.epoch(status.epoch);
-  message.world(cell.world);
+  message.scenario_generation(cell.scenario_generation);
   message.state(static_cast<std::uint8_t>(status.state));
   message.pace(std::string(to_string(status.pace)));
   message.pace_factor(status.pace_factor);
   message.wall_time(status.wall_time_s);
-  message.sim_over_wall(status.sim_over_wall);
   message.real_time_factor(status.real_time_factor);
+  message.computation_ratio(status.computation_ratio);
   message.lag(status.lag_s);
   message.overruns(status.overruns);
-  message.longest_overrun_run(status.longest_overrun_run);
-  message.rebases(status.rebases);
+  message.max_consecutive_overruns(status.max_consecutive_overruns);
+  message.schedule_resets(status.schedule_resets);
   message.step_time_p50(status.step_time.p50_s);
   message.step_time_p99(status.step_time.p99_s);
   message.step_time_max(status.step_time.max_s);
-  message.wake_up_p50(status.wake_up.p50_s);
-  message.wake_up_p99(status.wake_up.p99_s);
-  message.wake_up_max(status.wake_up.max_s);
+  message.wakeup_latency_p50(status.wakeup_latency.p50_s);
+  message.wakeup_latency_p99(status.wakeup_latency.p99_s);
+  message.wakeup_latency_max(status.wakeup_latency.max_s);
   message.command_latency_p50(status.command_latency.p50_s);
   message.command_latency_p99(status.command_latency.p99_s);
   message.command_latency_max(status.command_latency.max_s);

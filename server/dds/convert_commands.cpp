@@ -38,7 +38,7 @@ Validated<RawTrajectory> from_message(const std::string& robot,
   const auto stamp = from_stamp(message.header().stamp(), robot);
   if (const auto* rejection = std::get_if<Rejection>(&stamp)) return *rejection;
   RawTrajectory raw{robot, std::get<double>(stamp), message.joint_names(), {}};
-  raw.points.reserve(std::min(message.points().size(), kMostTrajectoryPoints + 1));
+  raw.points.reserve(std::min(message.points().size(), kMaxTrajectoryPoints + 1));
   for (const auto& point : message.points()) {
     const auto& time = point.time_from_start();
     if (time.nanosec() >= 1'000'000'000U) {
@@ -48,7 +48,7 @@ Validated<RawTrajectory> from_message(const std::string& robot,
     }
     raw.points.push_back({point.positions(), point.velocities(), point.accelerations(), point.effort(),
                           static_cast<double>(time.sec()) + static_cast<double>(time.nanosec()) * 1e-9});
-    if (raw.points.size() > kMostTrajectoryPoints) break;  // validation says so
+    if (raw.points.size() > kMaxTrajectoryPoints) break;  // validation says so
   }
   return raw;
 }

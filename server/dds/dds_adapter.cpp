@@ -31,10 +31,10 @@ const std::string& plain(const std::string& name, const char* what) {
 
 }  // namespace
 
-DdsAdapter::DdsAdapter(CellHost& host, ParticipantOptions options, bool own_clock_and_tf)
+DdsAdapter::DdsAdapter(CellHost& host, ParticipantOptions options, bool namespaced_clock_and_tf)
     : host_(host),
-      topics_(checked(host.cell(), "The cell's name"), own_clock_and_tf),
-      commands_(host.mail().events, senders_, topics_),
+      topics_(checked(host.cell(), "The cell's name"), namespaced_clock_and_tf),
+      commands_(host.outbound().events, senders_, topics_),
       control_(host),
       services_(host) {
   participant_ = std::make_unique<Participant>(options, *this);
@@ -101,7 +101,7 @@ void DdsAdapter::on_writer(const DiscoveredWriter& writer) {
                                  "' too: clients hear now the one, now the other. Give one of them another "
                                  "name (--cell), or another domain.";
     std::fprintf(stderr, "takt-server: %s\n", sentence.c_str());
-    host_.mail().events.post(
+    host_.outbound().events.post(
         {Severity::error, "cell_name_taken", host_.cell(), text_of(writer.guid), sentence});
     return;
   }
@@ -130,9 +130,9 @@ void DdsAdapter::tell_shared_clock(const DdsGuid& writer) {
   const std::string sentence =
       "Something else on this domain writes /clock too, as another takt-server does: ROS nodes get now the "
       "one's time and frames, now the other's. Give each cell a domain of its own (--domain), or one of them "
-      "--own-clock-and-tf.";
+      "--namespaced-clock-and-tf.";
   std::fprintf(stderr, "takt-server: %s\n", sentence.c_str());
-  host_.mail().events.post({Severity::warning, "clock_shared", host_.cell(), text_of(writer), sentence});
+  host_.outbound().events.post({Severity::warning, "clock_shared", host_.cell(), text_of(writer), sentence});
 }
 
 }  // namespace takt

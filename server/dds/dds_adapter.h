@@ -19,12 +19,12 @@
 
 namespace takt {
 
-class DdsAdapter final : public DiscoveryListener, public WorldObserver {
+class DdsAdapter final : public DiscoveryListener, public CellLifecycleListener {
  public:
   /// Make it before the host opens anything, so that the first instant is sent. The host must outlive it.
-  /// `own_clock_and_tf`: see TopicNames. Throws DdsError, also when the cell's name cannot be part of a
+  /// `namespaced_clock_and_tf`: see TopicNames. Throws DdsError, also when the cell's name cannot be part of a
   /// topic.
-  DdsAdapter(CellHost& host, ParticipantOptions options, bool own_clock_and_tf = false);
+  DdsAdapter(CellHost& host, ParticipantOptions options, bool namespaced_clock_and_tf = false);
   ~DdsAdapter() override;
 
   /// Sends what is left, then leaves the domain. Stop the host first.
@@ -51,13 +51,13 @@ class DdsAdapter final : public DiscoveryListener, public WorldObserver {
   std::mutex own_mutex_;
   std::optional<DdsGuid> own_;         ///< guarded by own_mutex_; none while the participant is being made
   std::vector<DdsGuid> other_clocks_;  ///< guarded by own_mutex_; told, of each participant one, newest last
-  Senders senders_;
+  SenderRegistry senders_;
   CommandSubscriber commands_;
   ControlService control_;
   RosServices services_;
   std::unique_ptr<Participant> participant_;
   std::unique_ptr<StatePublisher> publisher_;
-  RemainsKeeper remains_;
+  StaleShmReaper remains_;
 };
 
 }  // namespace takt

@@ -11,7 +11,7 @@ namespace takt {
 class GuardWatch {
  public:
   /// Call it often. `guard` may be null.
-  void look(const PacketGuard* guard, std::int64_t now_ns, const std::string& cell, AdapterEvents& events) {
+  void look(const PacketGuard* guard, std::int64_t now_ns, const std::string& cell, EventQueue& events) {
     constexpr std::int64_t interval_ns = 1'000'000'000;
     if (guard == nullptr || (told_ > 0 && now_ns - told_ns_ < interval_ns)) return;
     const std::uint64_t dropped = guard->dropped();

@@ -28,7 +28,7 @@ inline dds::DataWriterQos writer(const Participant& participant, dds::Reliabilit
   return qos;
 }
 /// Samples of all senders together that wait for a missing one.
-inline constexpr int kMostWaiting = 1000;
+inline constexpr int kMaxWaiting = 1000;
 inline dds::DataReaderQos reader(const Participant& participant, int depth) {
   dds::DataReaderQos qos = participant.default_reader_qos();
   qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
@@ -37,8 +37,8 @@ inline dds::DataReaderQos reader(const Participant& participant, int depth) {
   // each that is older than all that wait (DataReaderHistory.cpp, received_change_keep_last), and hears
   // nobody any more once max_samples are lost. Keep all refuses what does not fit.
   qos.history().kind = dds::KEEP_ALL_HISTORY_QOS;
-  qos.resource_limits().max_samples = kMostWaiting;
-  qos.resource_limits().max_samples_per_instance = kMostWaiting;
+  qos.resource_limits().max_samples = kMaxWaiting;
+  qos.resource_limits().max_samples_per_instance = kMaxWaiting;
   qos.resource_limits().allocated_samples = depth < 16 ? depth : 16;
   qos.endpoint().history_memory_policy = kGrowingMemory;
   qos.data_sharing().off();

@@ -156,7 +156,7 @@ void RosServices::answer(Call call, ControlReply reply) {
     const std::lock_guard lock(mutex_);
     waiting_.push_back({std::move(call), std::move(reply), monotonic_now_ns()});
   }
-  host_.mail().news.post();
+  host_.outbound().news.post();
 }
 
 void RosServices::write_replies(std::span<const ControlReply> replies) {

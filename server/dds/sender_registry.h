@@ -9,7 +9,7 @@
 
 namespace takt {
 
-class Senders {
+class SenderRegistry {
  public:
   /// The number of a sender, from 1; the same for the same identity as long as the server runs.
   std::uint64_t id(const DdsGuid& guid) {

@@ -10,10 +10,10 @@
 
 namespace takt {
 
-class RemainsKeeper {
+class StaleShmReaper {
  public:
-  RemainsKeeper() : thread_([this] { run(); }) {}
-  ~RemainsKeeper() {
+  StaleShmReaper() : thread_([this] { run(); }) {}
+  ~StaleShmReaper() {
     {
       const std::lock_guard lock(mutex_);
       stop_ = true;
@@ -21,8 +21,8 @@ class RemainsKeeper {
     stopped_.notify_all();
     thread_.join();
   }
-  RemainsKeeper(const RemainsKeeper&) = delete;
-  RemainsKeeper& operator=(const RemainsKeeper&) = delete;
+  StaleShmReaper(const StaleShmReaper&) = delete;
+  StaleShmReaper& operator=(const StaleShmReaper&) = delete;
 
  private:
   void run() {

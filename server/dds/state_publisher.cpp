@@ -16,13 +16,13 @@ constexpr std::int64_t kIdleStatus_ns = 100'000'000;
 constexpr std::int64_t kAnnounced_ns = 15'000'000'000;
 constexpr std::int64_t kLookAfterOwners_ns = 50'000'000;
 // Of the type of an event (idl/takt_msgs.idl).
-constexpr std::size_t kMostOfCode = 64, kMostOfName = 128, kMostOfSentence = 1024;
+constexpr std::size_t kMaxOfCode = 64, kMaxOfName = 128, kMaxOfSentence = 1024;
 
 }  // namespace
 
 StatePublisher::StatePublisher(CellHost& host, Participant& participant, const TopicNames& topics,
-                               const Senders& senders, CommandSubscriber& commands, ControlService& control,
-                               RosServices& services)
+                               const SenderRegistry& senders, CommandSubscriber& commands,
+                               ControlService& control, RosServices& services)
     : host_(host),
       participant_(participant),
       topics_(topics),
@@ -33,7 +33,7 @@ StatePublisher::StatePublisher(CellHost& host, Participant& participant, const T
       services_(services) {
   namespace msg = takt_msgs::msg;
   nothing_.cell = host.cell();
-  nothing_.world = 0;
+  nothing_.scenario_generation = 0;
   event_writer_ = participant.create_writer<msg::EventPubSubType>(topics.of_cell("events"),
                                                                   event_writer_qos(participant));
   status_writer_ = participant.create_writer<msg::StatusPubSubType>(topics.of_cell("status"),
@@ -47,24 +47,24 @@ StatePublisher::~StatePublisher() {
 }
 
 void StatePublisher::open(RunLoop& loop) {
-  auto world = std::make_unique<WorldPublisher>(loop, participant_, topics_);
+  auto world = std::make_unique<CellPublisher>(loop, participant_, topics_);
   describe(loop.cell());
   const std::lock_guard lock(mutex_);
-  world_ = std::move(world);
-  loop.outbox().writer_attached.store(true);
+  publisher_ = std::move(world);
+  loop.output().writer_attached.store(true);
 }
 
 void StatePublisher::close() {
-  std::unique_ptr<WorldPublisher> world;
+  std::unique_ptr<CellPublisher> world;
   {
     const std::lock_guard lock(mutex_);
-    if (!world_) return;
+    if (!publisher_) return;
     write_news(false);
-    world_->finish();
-    world_->loop().outbox().writer_attached.store(false);
-    world = std::move(world_);
+    publisher_->finish();
+    publisher_->loop().output().writer_attached.store(false);
+    world = std::move(publisher_);
     nothing_.scenario.clear();
-    nothing_.world = world->cell().world;
+    nothing_.scenario_generation = world->cell().scenario_generation;
     idle_status_ns_ = 0;
   }
 }
@@ -86,24 +86,24 @@ void StatePublisher::start() {
 
 void StatePublisher::stop() {
   stop_.store(true);
-  host_.mail().news.post();
+  host_.outbound().news.post();
   if (thread_.joinable()) thread_.join();
   const std::lock_guard lock(mutex_);
-  if (world_) world_->loop().outbox().writer_attached.store(false);
+  if (publisher_) publisher_->loop().output().writer_attached.store(false);
 }
 
 void StatePublisher::run() {
   while (!stop_.load(std::memory_order_relaxed)) {
-    host_.mail().news.wait_until_ns(monotonic_now_ns() + kLongestSleep_ns);
+    host_.outbound().news.wait_until_ns(monotonic_now_ns() + kLongestSleep_ns);
     if (const std::int64_t now = monotonic_now_ns(); now - owners_seen_ns_ >= kLookAfterOwners_ns) {
       owners_seen_ns_ = now;
-      commands_.look_after_owners();
+      commands_.expire_liveliness_leases();
     }
     const std::lock_guard lock(mutex_);
     write_news(true);
-    guard_watch_.look(guard_, monotonic_now_ns(), host_.cell(), host_.mail().events);
-    if (world_) {
-      world_->repeat_if_due();
+    guard_watch_.look(guard_, monotonic_now_ns(), host_.cell(), host_.outbound().events);
+    if (publisher_) {
+      publisher_->repeat_if_due();
     } else {
       write_idle_status();
     }
@@ -111,7 +111,7 @@ void StatePublisher::run() {
   {
     const std::lock_guard lock(mutex_);
     write_news(true);
-    if (world_) world_->finish();
+    if (publisher_) publisher_->finish();
   }
   // A client that waits for a reply or an event should have it before the server is gone.
   (void)event_writer_->wait_for_acknowledgments(DdsDuration(0, 200'000'000));
@@ -119,18 +119,18 @@ void StatePublisher::run() {
 
 void StatePublisher::write_news(bool with_status) {
   write_events();
-  if (world_) {
-    Outbox& outbox = world_->loop().outbox();
-    if (const auto* published = outbox.snapshots.take()) {
+  if (publisher_) {
+    LoopOutput& output = publisher_->loop().output();
+    if (const auto* published = output.snapshots.take()) {
       const std::int64_t began = monotonic_now_ns();
-      world_->write(*published);
+      publisher_->write(*published);
       write_time_.record_ns(monotonic_now_ns() - began);
-      world_->loop().snapshot_written(published->number);
+      publisher_->loop().snapshot_written(published->number);
     }
-    const auto* status = with_status ? outbox.status.take() : nullptr;
-    if (status != nullptr) write_status(*status, world_->cell());
+    const auto* status = with_status ? output.status.take() : nullptr;
+    if (status != nullptr) write_status(*status, publisher_->cell());
   }
-  const std::vector<ControlReply> replies = host_.mail().take_replies();
+  const std::vector<ControlReply> replies = host_.outbound().take_replies();
   control_.write_replies(replies);
   services_.write_replies(replies);
 }
@@ -153,18 +153,18 @@ void StatePublisher::write_idle_status() {
 void StatePublisher::write_events() {
   write_announcement();
   EventRecord record;
-  while (world_ && world_->loop().outbox().events.pop(record)) {
-    takt_msgs::msg::Event message = to_message(record, world_->cell());
+  while (publisher_ && publisher_->loop().output().events.pop(record)) {
+    takt_msgs::msg::Event message = to_message(record, publisher_->cell());
     message.sender(senders_.text(record.sender));
     write_event(message);
   }
-  const AdapterEvents::Taken taken = host_.mail().events.take();
-  for (const AdapterEvent& event : taken.events) write_event(event);
+  const EventQueue::Taken taken = host_.outbound().events.take();
+  for (const DiagnosticEvent& event : taken.events) write_event(event);
   if (taken.lost > 0) {
     write_event({Severity::warning, std::string(to_string(EventCode::events_lost)), host_.cell(), "",
                  std::to_string(taken.lost) + " events were lost: more came than could be sent."});
   }
-  if (world_) refused_writes_ += world_->take_refused();
+  if (publisher_) refused_writes_ += publisher_->take_refused();
   if (refused_writes_ > 0) {
     const std::uint64_t refused = std::exchange(refused_writes_, 0);
     write_event({Severity::warning, "write_refused", host_.cell(), "",
@@ -174,24 +174,24 @@ void StatePublisher::write_events() {
 
 /// Events are not kept for those who come later, and after a restart everybody does.
 void StatePublisher::write_announcement() {
-  const Mail& mail = host_.mail();
-  if (!host_.announces() || monotonic_now_ns() - mail.began_ns > kAnnounced_ns) return;
+  const OutboundQueue& outbound = host_.outbound();
+  if (!host_.announces() || monotonic_now_ns() - outbound.began_ns > kAnnounced_ns) return;
   dds::PublicationMatchedStatus status;
   if (!is_ok(event_writer_->get_publication_matched_status(status))) return;
   if (status.total_count == std::exchange(announced_to_, status.total_count)) return;
-  write_event(*mail.announcement);
+  write_event(*outbound.announcement);
 }
 
-void StatePublisher::write_event(const AdapterEvent& event) {
+void StatePublisher::write_event(const DiagnosticEvent& event) {
   takt_msgs::msg::Event message;
-  message.stamp(to_time(world_ ? world_->present_time_s() : 0.0));
-  message.step(world_ ? world_->present_step() : 0);
-  message.epoch(world_ ? world_->present_epoch() : 0);
+  message.stamp(to_time(publisher_ ? publisher_->present_time_s() : 0.0));
+  message.step(publisher_ ? publisher_->present_step() : 0);
+  message.epoch(publisher_ ? publisher_->present_epoch() : 0);
   message.severity(static_cast<std::uint8_t>(event.severity));
-  message.code(plain_text(event.code, kMostOfCode));
-  message.subject(plain_text(event.subject, kMostOfName));
-  message.sender(plain_text(event.sender, kMostOfName));
-  message.message(plain_text(event.message, kMostOfSentence));
+  message.code(plain_text(event.code, kMaxOfCode));
+  message.subject(plain_text(event.subject, kMaxOfName));
+  message.sender(plain_text(event.sender, kMaxOfName));
+  message.message(plain_text(event.message, kMaxOfSentence));
   write_event(message);
 }
 

@@ -3,7 +3,7 @@
 // replies. The step loop never waits for it, but in lockstep, where no instant may be skipped.
 //
 // Its writers of description, status and events live as long as the server, and events are numbered through;
-// those of the scenario's own topics (world_publisher.h) come and go with it.
+// those of the scenario's own topics (cell_publisher.h) come and go with it.
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "idl/common/histogram.h"
+#include "server/dds/cell_publisher.h"
 #include "server/dds/command_subscriber.h"
 #include "server/dds/control_service.h"
 #include "server/dds/guard_watch.h"
@@ -19,7 +20,6 @@
 #include "server/dds/ros_services.h"
 #include "server/dds/sender_registry.h"
 #include "server/dds/topic_names.h"
-#include "server/dds/world_publisher.h"
 #include "server/runtime/host/cell_host.h"
 #include "takt_msgs.h"
 
@@ -28,8 +28,9 @@ namespace takt {
 class StatePublisher {
  public:
   /// Makes the writers. All must outlive this. Throws DdsError.
-  StatePublisher(CellHost& host, Participant& participant, const TopicNames& topics, const Senders& senders,
-                 CommandSubscriber& commands, ControlService& control, RosServices& services);
+  StatePublisher(CellHost& host, Participant& participant, const TopicNames& topics,
+                 const SenderRegistry& senders, CommandSubscriber& commands, ControlService& control,
+                 RosServices& services);
   ~StatePublisher();
   StatePublisher(const StatePublisher&) = delete;
   StatePublisher& operator=(const StatePublisher&) = delete;
@@ -55,7 +56,7 @@ class StatePublisher {
   void write_news(bool with_status);
   void write_events();
   void write_event(takt_msgs::msg::Event& event);
-  void write_event(const AdapterEvent& event);
+  void write_event(const DiagnosticEvent& event);
   void write_announcement();
   void write_status(const LoopStatus& status, const CellDescription& cell);
   void write_idle_status();
@@ -67,7 +68,7 @@ class StatePublisher {
   const TopicNames topics_;
   const PacketGuard* guard_;
   GuardWatch guard_watch_;
-  const Senders& senders_;
+  const SenderRegistry& senders_;
   CommandSubscriber& commands_;
   ControlService& control_;
   RosServices& services_;
@@ -83,10 +84,10 @@ class StatePublisher {
   /// The publishing thread holds it while it writes, the host's while it exchanges the scenario. DDS entities
   /// are made and removed without it.
   std::mutex mutex_;
-  std::unique_ptr<WorldPublisher> world_;  // guarded by mutex_, as all below
-  CellDescription nothing_;                ///< described while there is no scenario
-  std::int64_t idle_status_ns_ = 0;        ///< when the last one without a scenario was written
-  SimulationState idle_state_{};           ///< and what it said
+  std::unique_ptr<CellPublisher> publisher_;  // guarded by mutex_, as all below
+  CellDescription nothing_;                   ///< described while there is no scenario
+  std::int64_t idle_status_ns_ = 0;           ///< when the last one without a scenario was written
+  SimulationState idle_state_{};              ///< and what it said
   std::uint64_t event_number_ = 0;
   int announced_to_ = 0;  ///< readers of events that were there at the last announcement, or before
   std::uint64_t refused_writes_ = 0;

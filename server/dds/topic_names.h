@@ -8,9 +8,9 @@ namespace takt {
 class TopicNames {
  public:
   /// ROS 2 tools expect one source of time and one tree of frames on a domain, /clock and /tf; of several
-  /// cells on one domain all but one have `own_clock_and_tf`, theirs are /<cell>/clock and so on.
-  explicit TopicNames(const std::string& cell, bool own_clock_and_tf = false)
-      : prefix_("rt/" + cell + "/"), ros_prefix_(own_clock_and_tf ? prefix_ : "rt/") {}
+  /// cells on one domain all but one have `namespaced_clock_and_tf`, theirs are /<cell>/clock and so on.
+  explicit TopicNames(const std::string& cell, bool namespaced_clock_and_tf = false)
+      : prefix_("rt/" + cell + "/"), ros_prefix_(namespaced_clock_and_tf ? prefix_ : "rt/") {}
 
   std::string of_cell(std::string_view topic) const { return prefix_ + std::string(topic); }
   std::string of(std::string_view robot_or_gripper, std::string_view topic) const {

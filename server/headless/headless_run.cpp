@@ -82,7 +82,7 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
   };
   ContactExtremes extremes;
   std::optional<ProcessRecorder> recorder;
-  if (options.process_numbers) recorder.emplace(simulation, scenario.csv_period_s);
+  if (options.run_metrics) recorder.emplace(simulation, scenario.csv_period_s);
   const auto gather = [&] {
     if (!recorder) return;
     const double begin = cpu_seconds(CLOCK_THREAD_CPUTIME_ID);

@@ -19,7 +19,7 @@ struct HeadlessOptions {
   std::filesystem::path program;  ///< controller program; empty: none
   bool stage_times = false;       ///< measure the stages of a step (costs some of them)
   bool contact_extremes = false;  ///< look at all contacts after every step (costs an evaluation)
-  bool process_numbers = false;   ///< gather HeadlessResult::process, with contact_extremes in it
+  bool run_metrics = false;       ///< gather HeadlessResult::process, with contact_extremes in it
 };
 
 struct MarkRecord {
@@ -48,7 +48,7 @@ struct HeadlessResult {
   ContactCallCounts contact_counts;
   std::vector<ContactExtreme> contact_extremes;  ///< of each pair that ever pressed, in the order of pairs
   std::vector<AssertionResult> assertions;       ///< what the scenario demands, in its order
-  std::optional<ProcessNumbers> process;         ///< if asked for
+  std::optional<RunMetrics> process;             ///< if asked for
   /// Of simulation and program; what gathering `process` took is apart (processor time).
   double wall_s = 0.0, cpu_s = 0.0, gathering_s = 0.0;
   double controller_s = 0.0;  ///< wall time within the controller program

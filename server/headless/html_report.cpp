@@ -14,8 +14,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kMostColumns = 500;  // of a curve as drawn: each with its least and its largest value
-constexpr std::size_t kMostRows = 200;     // of a table
+constexpr std::size_t kMaxColumns = 500;  // of a curve as drawn: each with its least and its largest value
+constexpr std::size_t kMaxRows = 200;     // of a table
 
 constexpr const char* kStyle = R"(
 body { font: 15px/1.4 sans-serif; max-width: 1100px; margin: 2em auto; padding: 0 1em; color: #222 }
@@ -46,8 +46,8 @@ class HtmlTable {
     out_ << "</tr>\n";
   }
   ~HtmlTable() {
-    if (rows_ > kMostRows)
-      out_ << "<tr><td colspan=\"" << numbers_.size() << "\">and " << rows_ - kMostRows
+    if (rows_ > kMaxRows)
+      out_ << "<tr><td colspan=\"" << numbers_.size() << "\">and " << rows_ - kMaxRows
            << " more (the JSON report has all)</td></tr>\n";
     out_ << "</table>\n";
   }
@@ -56,7 +56,7 @@ class HtmlTable {
 
   /// Cells are HTML already where `raw`.
   void row(const std::vector<std::string>& cells, bool raw = false) {
-    if (++rows_ > kMostRows) return;
+    if (++rows_ > kMaxRows) return;
     out_ << "<tr>";
     for (std::size_t i = 0; i < cells.size(); ++i)
       out_ << "<td" << (i < numbers_.size() && numbers_[i] ? " class=\"n\"" : "") << ">"
@@ -72,11 +72,11 @@ class HtmlTable {
 
 /// Of as many points as there are no more than a picture has columns, the least and the largest of each.
 std::vector<std::pair<double, double>> thinned(const std::vector<std::pair<double, double>>& points) {
-  if (points.size() <= 2 * kMostColumns) return points;
+  if (points.size() <= 2 * kMaxColumns) return points;
   std::vector<std::pair<double, double>> few;
-  for (std::size_t c = 0; c < kMostColumns; ++c) {
-    const auto begin = points.begin() + static_cast<std::ptrdiff_t>(c * points.size() / kMostColumns);
-    const auto end = points.begin() + static_cast<std::ptrdiff_t>((c + 1) * points.size() / kMostColumns);
+  for (std::size_t c = 0; c < kMaxColumns; ++c) {
+    const auto begin = points.begin() + static_cast<std::ptrdiff_t>(c * points.size() / kMaxColumns);
+    const auto end = points.begin() + static_cast<std::ptrdiff_t>((c + 1) * points.size() / kMaxColumns);
     const auto [least, most] =
         std::minmax_element(begin, end, [](const auto& a, const auto& b) { return a.second < b.second; });
     few.push_back(std::min(*least, *most));  // the earlier one first
@@ -91,7 +91,7 @@ void write_head(std::ostream& out, const Json& report) {
       << "</title><style>" << kStyle << "</style></head><body>\n<h1>" << name << "</h1>\n<p>Level of detail "
       << report["level_of_detail"] << ", solver " << xml_escaped(text_of(report["solver"]["method"])) << ", "
       << text_of(report["simulated_s"]) << " s simulated in " << text_of(report["cpu_s"])
-      << " s of computation: real-time factor " << text_of(report["real_time_factor"]) << ". State hash "
+      << " s of computation: computation ratio " << text_of(report["computation_ratio"]) << ". State hash "
       << text_of(report["state_hash"]) << ".</p>\n";
   if (!report["fault"].is_null())
     out << "<p class=\"failed\">The run ended early: " << xml_escaped(text_of(report["fault"])) << "</p>\n";

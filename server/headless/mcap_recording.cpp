@@ -156,7 +156,7 @@ void McapRecording::write_description(const CellDescription& cell, const std::st
   sample_.clear();
   sample_.put(prefix_.substr(1, prefix_.size() - 2));
   sample_.put(cell.scenario);
-  sample_.put(cell.world);
+  sample_.put(cell.scenario_generation);
   sample_.put(version);
   sample_.put(cell.step_s);
   sample_.put(static_cast<std::int32_t>(cell.level_of_detail));
@@ -199,7 +199,7 @@ void McapRecording::begin_sample(const CellDescription* of_world) {
   sample_.put(snapshot_.time_s);
   sample_.put(snapshot_.step);
   sample_.put(snapshot_.epoch);
-  if (of_world != nullptr) sample_.put(of_world->world);
+  if (of_world != nullptr) sample_.put(of_world->scenario_generation);
 }
 
 void McapRecording::write_frames(std::uint16_t channel, const std::vector<CellFrame>& frames) {
@@ -227,9 +227,10 @@ void McapRecording::write_status(const Simulation& simulation) {
   sample_.put(wall_s);
   sample_.put(wall_s > 0.0 ? snapshot_.time_s / wall_s : 0.0);
   sample_.put(snapshot_.time_s > 0.0 ? wall_s / snapshot_.time_s : 0.0);
-  sample_.put(0.0);                                                       // lag
-  for (int count = 0; count < 3; ++count) sample_.put(std::uint64_t{0});  // overruns, their runs, rebases
-  for (int quantile = 0; quantile < 9; ++quantile) sample_.put(0.0);      // of steps, wake-ups, latencies
+  sample_.put(0.0);  // lag
+  for (int count = 0; count < 3; ++count)
+    sample_.put(std::uint64_t{0});                                    // overruns, their runs, schedule_resets
+  for (int quantile = 0; quantile < 9; ++quantile) sample_.put(0.0);  // of steps, wake-ups, latencies
   std::uint64_t applied = 0;
   const auto add = [&](const auto& samples) {
     for (const auto& target : samples) applied += target.commands_applied;

@@ -25,10 +25,10 @@ void print_facts(std::ostream& out, const TriangleMesh& mesh) {
       << " mm, longest edge " << number_text(1e3 * longest_edge(mesh)) << " mm";
 }
 
-void print_table(std::ostream& out, const std::vector<MeshFinding>& findings) {
+void print_table(std::ostream& out, const std::vector<MeshDiagnostic>& findings) {
   std::size_t widest = 0;
-  for (const MeshFinding& f : findings) widest = std::max(widest, to_string(f.kind).size());
-  for (const MeshFinding& f : findings) {
+  for (const MeshDiagnostic& f : findings) widest = std::max(widest, to_string(f.kind).size());
+  for (const MeshDiagnostic& f : findings) {
     const auto column = static_cast<int>(widest);
     out << std::left << std::setw(10) << to_string(f.severity) << std::setw(column + 2) << to_string(f.kind)
         << f.sentence << ".\n"
@@ -61,13 +61,13 @@ bool print_mesh_check(std::ostream& out, const std::filesystem::path& file, cons
     ContactMeshOptions contact;
     contact.element_edge_m =
         options.element_edge_m > 0.0 ? options.element_edge_m : default_element_edge_m(repaired.mesh);
-    const std::vector<MeshFinding> risks = find_contact_risks(repaired.mesh, contact);
+    const std::vector<MeshDiagnostic> risks = find_contact_risks(repaired.mesh, contact);
     repaired.findings.insert(repaired.findings.end(), risks.begin(), risks.end());
   } else {
     out << '\n';
   }
   std::stable_sort(repaired.findings.begin(), repaired.findings.end(),
-                   [](const MeshFinding& a, const MeshFinding& b) { return a.severity > b.severity; });
+                   [](const MeshDiagnostic& a, const MeshDiagnostic& b) { return a.severity > b.severity; });
   if (!repaired.mesh.vertices.empty()) print_odd_size(out, repaired.mesh, options.scale);
   print_table(out, repaired.findings);
   if (!usable)

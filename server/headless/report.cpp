@@ -226,7 +226,7 @@ Json report_document(const Scenario& scenario, const CellDescription& cell, cons
   report["wall_s"] = result.wall_s;
   report["controller_s"] = result.controller_s;
   if (result.process) report["gathering_s"] = result.gathering_s;
-  report["real_time_factor"] = simulated > 0.0 ? result.cpu_s / simulated : 0.0;
+  report["computation_ratio"] = simulated > 0.0 ? result.cpu_s / simulated : 0.0;
   report["state_hash"] = hash_text(result.final_state.state_hash);
   report["verdict"] = verdict(result);
   report["fault"] = result.fault.empty() ? Json(nullptr) : Json(result.fault);
@@ -292,7 +292,7 @@ void print_summary(std::ostream& out, const Scenario& scenario, const CellDescri
                    const HeadlessResult& result) {
   const auto old_flags = out.flags();
   out << std::fixed << std::setprecision(3) << scenario.name << ": " << result.final_state.time_s
-      << " s simulated in " << result.cpu_s << " s of computation, real-time factor " << std::setprecision(5)
+      << " s simulated in " << result.cpu_s << " s of computation, computation ratio " << std::setprecision(5)
       << (result.final_state.time_s > 0.0 ? result.cpu_s / result.final_state.time_s : 0.0) << ", state hash "
       << hash_text(result.final_state.state_hash) << '\n';
   if (!scenario.expected.empty()) {

@@ -9,7 +9,7 @@ namespace takt {
 
 namespace {
 
-constexpr std::size_t kMostPoints = 20000;  // of a curve; then every second one is left out
+constexpr std::size_t kMaxPoints = 20000;  // of a curve; then every second one is left out
 
 constexpr const char* kContactForces = "Contact forces";
 
@@ -48,7 +48,7 @@ void ProcessRecorder::note(const Simulation& simulation) {
   if (!due) return;
   while (period_boundary_step(next_, period_s_, step_s) <= simulation.step_index()) ++next_;
   note_curves();
-  if (times_s_.size() >= kMostPoints) halve_curves();
+  if (times_s_.size() >= kMaxPoints) halve_curves();
 }
 
 bool ProcessRecorder::settles(std::set<std::pair<int, int>>& from_start, std::pair<int, int> pair) const {
@@ -174,8 +174,8 @@ double ProcessRecorder::energy_at(std::size_t consumer, double time_s) const {
   return energy[i] + (end_J - energy[i]) * std::min(1.0, (time_s - times_s_[i]) / (end_s - times_s_[i]));
 }
 
-ProcessNumbers ProcessRecorder::finish(const Simulation& simulation,
-                                       const std::vector<controller::ProgramStep>& steps) {
+RunMetrics ProcessRecorder::finish(const Simulation& simulation,
+                                   const std::vector<controller::ProgramStep>& steps) {
   simulation.read_snapshot(snapshot_);
   note_extremes();
   for (const auto& [pair, most] : contacts_) numbers_.contacts.push_back(most);

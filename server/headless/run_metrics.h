@@ -64,7 +64,7 @@ struct Curve {
   std::vector<std::pair<double, double>> points;  ///< time (s), value
 };
 
-struct ProcessNumbers {
+struct RunMetrics {
   std::vector<RobotExtremes> robots;
   std::vector<ContactExtreme> contacts;  ///< of each pair that ever pressed, in the order of pairs
   std::vector<HoldingExtreme> holding;
@@ -81,7 +81,7 @@ class ProcessRecorder {
   /// Before the first step and after every one.
   void note(const Simulation& simulation);
   /// At the end. A step that still goes on ends then.
-  ProcessNumbers finish(const Simulation& simulation, const std::vector<controller::ProgramStep>& steps);
+  RunMetrics finish(const Simulation& simulation, const std::vector<controller::ProgramStep>& steps);
 
  private:
   void note_extremes();
@@ -96,7 +96,7 @@ class ProcessRecorder {
   double period_s_;
   std::uint64_t next_ = 0;
   bool every_step_ = false;
-  ProcessNumbers numbers_;
+  RunMetrics numbers_;
   std::set<std::pair<int, int>> pressed_from_start_, held_from_start_;
   std::map<std::pair<int, int>, ContactExtreme> contacts_;
   std::map<std::pair<int, int>, HoldingExtreme> holding_;

@@ -15,7 +15,7 @@ struct Margin {
   double use() const { return value / limit; }
 };
 
-Json steps_json(const CellDescription& cell, const ProcessNumbers& process) {
+Json steps_json(const CellDescription& cell, const RunMetrics& process) {
   Json all = Json::array();
   for (const StepNumbers& step : process.steps) {
     Json energy = Json::object();
@@ -36,7 +36,7 @@ Json steps_json(const CellDescription& cell, const ProcessNumbers& process) {
   return all;
 }
 
-Json robots_json(const CellDescription& cell, const ProcessNumbers& process, std::vector<Margin>& margins) {
+Json robots_json(const CellDescription& cell, const RunMetrics& process, std::vector<Margin>& margins) {
   Json all = Json::object();
   for (std::size_t r = 0; r < process.robots.size(); ++r) {
     const RobotExtremes& robot = process.robots[r];
@@ -77,7 +77,7 @@ Json robots_json(const CellDescription& cell, const ProcessNumbers& process, std
 }  // namespace
 
 Json process_json(const CellDescription& cell, const HeadlessResult& result) {
-  const ProcessNumbers& process = *result.process;
+  const RunMetrics& process = *result.process;
   Json all;
   double cycle_s = 0.0;
   for (const StepNumbers& step : process.steps) cycle_s = std::max(cycle_s, step.step.end_s);

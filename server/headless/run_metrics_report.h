@@ -6,7 +6,7 @@
 
 namespace takt {
 
-/// Section "process"; only of a run that gathered it (HeadlessOptions::process_numbers).
+/// Section "process"; only of a run that gathered it (HeadlessOptions::run_metrics).
 ///  - cycle_time_s: when the last step of the program ended
 ///  - steps: robot, name, line, begin_s, end_s, duration_s, energy_J of each consumer
 ///  - consumers: energy, largest power and its time

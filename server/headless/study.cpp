@@ -29,7 +29,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
-constexpr int kMostRuns = 1000000;
+constexpr int kMaxRuns = 1000000;
 
 std::string exact(double value) {
   std::ostringstream text;
@@ -167,7 +167,7 @@ void add_row(const StudyOptions& options, int run, Table& table) {
   for (std::size_t i = 0; i < values.size(); ++i) table.set(options.keys[i].key, values[i]);
   table.set("fault", report["fault"].is_null() ? "" : report["fault"].get<std::string>());
   if (report.contains("max_error_m")) table.set("max_error_m", report["max_error_m"].get<double>());
-  table.set("real_time_factor", report["real_time_factor"].get<double>());
+  table.set("computation_ratio", report["computation_ratio"].get<double>());
   if (report.contains("contacts")) {
     for (const Json& most : report["contacts"]["largest"]) {
       const std::string pair = most["base"].get<std::string>() + "|" + most["target"].get<std::string>();
@@ -195,7 +195,7 @@ std::string plotted_column(const StudyOptions& options, const Table& table) {
     if (column.ends_with(".normal_force_N")) return column;
   for (const std::string& column : table.columns())
     if (column == "max_error_m") return column;
-  return "real_time_factor";
+  return "computation_ratio";
 }
 
 /// What is drawn is in the table: asked as soon as one run is done, not after all of them. Pairs that press
@@ -240,10 +240,10 @@ std::string command_of(const StudyOptions& options) {
 }  // namespace
 
 void write_slurm_job(const StudyOptions& options, const std::filesystem::path& directory) {
-  constexpr int kMostTasks = 1000;  // MaxArraySize of Slurm is 1001 where nothing else is set
+  constexpr int kMaxTasks = 1000;  // MaxArraySize of Slurm is 1001 where nothing else is set
   claim_directory(options);
   fs::create_directories(directory);
-  const int tasks = std::min(study_runs(options), kMostTasks);
+  const int tasks = std::min(study_runs(options), kMaxTasks);
   const std::string name = fs::path(options.scenario).stem().string();
   const std::string here = fs::absolute(directory).lexically_normal().string();
   const std::string command = command_of(options);
@@ -269,7 +269,7 @@ std::pair<int, int> parse_task(const std::string& text) {
   int task = 0, tasks = 0;
   char rest = '\0';
   if (std::sscanf(text.c_str(), "%d/%d%c", &task, &tasks, &rest) == 2 && task >= 0 && task < tasks &&
-      tasks <= kMostRuns)
+      tasks <= kMaxRuns)
     return {task, tasks};
   throw ScenarioError("--task: found '" + text + "'; allowed: I/N with 0 <= I < N, e.g. 3/100");
 }
@@ -280,7 +280,7 @@ VariedKey parse_varied_key(const std::string& text) {
   char rest = '\0';
   if (equals != std::string::npos && equals > 0 &&
       std::sscanf(text.c_str() + equals + 1, "%lf:%lf:%d%c", &key.from, &key.to, &key.count, &rest) == 3 &&
-      std::isfinite(key.from) && std::isfinite(key.to) && key.count >= 1 && key.count <= kMostRuns) {
+      std::isfinite(key.from) && std::isfinite(key.to) && key.count >= 1 && key.count <= kMaxRuns) {
     key.key = text.substr(0, equals);
     return key;
   }
@@ -292,8 +292,8 @@ int study_runs(const StudyOptions& options) {
   std::int64_t runs = 1;
   for (const VariedKey& key : options.keys) {
     runs *= key.count;
-    if (runs > kMostRuns)
-      throw ScenarioError("--vary: more than " + std::to_string(kMostRuns) + " combinations");
+    if (runs > kMaxRuns)
+      throw ScenarioError("--vary: more than " + std::to_string(kMaxRuns) + " combinations");
   }
   return static_cast<int>(runs);
 }

@@ -34,7 +34,7 @@ struct Axis {
 };
 
 constexpr double kLeft = 90.0, kRight = 170.0, kTop = 40.0, kBottom = 60.0;
-constexpr std::size_t kMostNames = 18;  // in the legend
+constexpr std::size_t kMaxNames = 18;  // in the legend
 
 }  // namespace
 
@@ -98,7 +98,7 @@ void write_svg(std::ostream& out, const Plot& plot) {
       for (const auto& [px, py] : points)
         out << "<circle r=\"2.5\" fill=\"" << color << "\" cx=\"" << place(at_x(px)) << "\" cy=\""
             << place(at_y(py)) << "\"/>\n";
-    if (!name.empty() && l < kMostNames)
+    if (!name.empty() && l < kMaxNames)
       out << "<text fill=\"" << color << "\" x=\"" << kLeft + w + 12 << "\" y=\""
           << kTop + 16.0 * static_cast<double>(l + 1) << "\">" << xml_escaped(name) << "</text>\n";
   }

@@ -9,12 +9,12 @@
 
 namespace takt {
 
-class Wakeup {
+class AutoResetEvent {
  public:
-  Wakeup() { sem_init(&semaphore_, 0, 0); }
-  ~Wakeup() { sem_destroy(&semaphore_); }
-  Wakeup(const Wakeup&) = delete;
-  Wakeup& operator=(const Wakeup&) = delete;
+  AutoResetEvent() { sem_init(&semaphore_, 0, 0); }
+  ~AutoResetEvent() { sem_destroy(&semaphore_); }
+  AutoResetEvent(const AutoResetEvent&) = delete;
+  AutoResetEvent& operator=(const AutoResetEvent&) = delete;
 
   void post() {
     if (!posted_.exchange(true)) sem_post(&semaphore_);

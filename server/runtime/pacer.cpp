@@ -42,7 +42,7 @@ Pacer::Result Pacer::wait(std::int64_t longest_sleep_ns) {
     clock_.sleep_until_ns(until);
     if (until < due) return Result::not_due;
     now = clock_.now_ns();
-    wake_up_.record_ns(now - due);
+    wakeup_latency_.record_ns(now - due);
   }
   ++steps_since_anchor_;
   figures_.lag_ns = std::max<std::int64_t>(now - due, 0);
@@ -52,18 +52,18 @@ Pacer::Result Pacer::wait(std::int64_t longest_sleep_ns) {
   }
   ++figures_.overruns;
   ++overrun_run_;
-  figures_.longest_overrun_run = std::max(figures_.longest_overrun_run, overrun_run_);
+  figures_.max_consecutive_overruns = std::max(figures_.max_consecutive_overruns, overrun_run_);
   if (figures_.lag_ns <= kCatchUpLimit_ns) return Result::due;
   anchor_ns_ = now;
   steps_since_anchor_ = 1;
-  ++figures_.rebases;
+  ++figures_.schedule_resets;
   return Result::rebased;
 }
 
 void Pacer::clear_figures() {
   figures_ = Figures{};
   overrun_run_ = 0;
-  wake_up_.clear();
+  wakeup_latency_.clear();
 }
 
 }  // namespace takt

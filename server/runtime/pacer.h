@@ -24,10 +24,10 @@ class Pacer {
   static constexpr std::int64_t kCatchUpLimit_ns = 50'000'000;
 
   struct Figures {
-    std::int64_t lag_ns = 0;                ///< of the newest step when it began; when re-based: before that
-    std::uint64_t overruns = 0;             ///< steps that began a whole period or more behind schedule
-    std::uint64_t longest_overrun_run = 0;  ///< most of them in a row
-    std::uint64_t rebases = 0;
+    std::int64_t lag_ns = 0;     ///< of the newest step when it began; when re-based: before that
+    std::uint64_t overruns = 0;  ///< steps that began a whole period or more behind schedule
+    std::uint64_t max_consecutive_overruns = 0;  ///< most of them in a row
+    std::uint64_t schedule_resets = 0;
   };
 
   explicit Pacer(MonotonicClock& clock) : clock_(clock) {}
@@ -48,7 +48,7 @@ class Pacer {
   std::int64_t behind_ns() const;
 
   const Figures& figures() const { return figures_; }
-  const DurationHistogram& wake_up() const { return wake_up_; }
+  const DurationHistogram& wakeup_latency() const { return wakeup_latency_; }
   void clear_figures();
 
  private:
@@ -60,7 +60,7 @@ class Pacer {
   std::uint64_t steps_since_anchor_ = 0;
   std::uint64_t overrun_run_ = 0;
   Figures figures_;
-  DurationHistogram wake_up_;
+  DurationHistogram wakeup_latency_;
 };
 
 }  // namespace takt

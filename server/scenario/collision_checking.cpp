@@ -86,7 +86,7 @@ int moving_joint(const CellModel& cell, const CheckedBody& body) {
 }
 
 bool joined_by_thread(const CellModel& cell, int a, int b) {
-  return std::any_of(cell.threads.begin(), cell.threads.end(), [&](const ThreadModel& thread) {
+  return std::any_of(cell.threads.begin(), cell.threads.end(), [&](const ScrewJointModel& thread) {
     return std::minmax(thread.part, thread.holder) == std::minmax(a, b);
   });
 }

@@ -38,12 +38,12 @@ SignalDescription told(const char* name, const char* unit) {
 template <class Model, class Parameters>
 void add_device(const std::string& name, const Parameters& parameters, std::vector<double> identity,
                 std::vector<SignalDescription> signals, CellModel& cell) {
-  FurtherModel further;
+  AuxiliaryModel further;
   further.name = name;
   further.make = [parameters] { return std::make_unique<Model>(parameters); };
   further.device = static_cast<int>(cell.description.devices.size());
   further.identity = std::move(identity);
-  cell.further_models.push_back(std::move(further));
+  cell.auxiliary_models.push_back(std::move(further));
   cell.description.devices.push_back({name, std::move(signals)});
 }
 
@@ -124,18 +124,18 @@ void add_furnace(const Scenario& scenario, const ScenarioFurnace& furnace, const
 }
 
 /// A device of plain numbers: what it tells, what may be commanded, and what else makes it another model.
-int add_board(const std::string& name, std::vector<SignalDescription> signals,
-              const std::vector<double>& initial, std::vector<double> identity, CellModel& cell) {
-  SignalBoardParameters p;
+int add_signal_table(const std::string& name, std::vector<SignalDescription> signals,
+                     const std::vector<double>& initial, std::vector<double> identity, CellModel& cell) {
+  SignalTableParameters p;
   p.count = signals.size();
   std::copy(initial.begin(), initial.end(), p.initial.begin());
-  add_device<SignalBoard>(name, p, std::move(identity), std::move(signals), cell);
-  return cell.further_models.back().device;
+  add_device<SignalTable>(name, p, std::move(identity), std::move(signals), cell);
+  return cell.auxiliary_models.back().device;
 }
 
 void add_thread(const ScenarioPart& part, CellModel& cell) {
   const ScenarioThread& thread = *part.thread;
-  ThreadModel model;
+  ScrewJointModel model;
   model.part = cell.description.find_component(part.name);
   model.holder = cell.description.find_component(thread.in);
   model.law = {thread.pitch_m, thread.length_m, thread.driving_torque_Nm};
@@ -147,8 +147,8 @@ void add_thread(const ScenarioPart& part, CellModel& cell) {
       static_cast<double>(model.part), static_cast<double>(model.holder), thread.pitch_m, thread.length_m,
       thread.driving_torque_Nm,        thread.stiffness_N_per_m};
   for (const Vec3& v : {model.axis_B, model.p_BH}) identity.insert(identity.end(), v.data(), v.data() + 3);
-  model.device = add_board(thread_device_name(part.name), {told("turns", ""), told("held", "")}, {0.0, 1.0},
-                           std::move(identity), cell);
+  model.device = add_signal_table(thread_device_name(part.name), {told("turns", ""), told("held", "")},
+                                  {0.0, 1.0}, std::move(identity), cell);
   cell.threads.push_back(model);
 }
 
@@ -165,13 +165,13 @@ void add_screwdriver(const ScenarioScrewdriver& driver, CellModel& cell) {
   identity.insert(identity.end(), model.X_GT.p.data(), model.X_GT.p.data() + 3);
   identity.insert(identity.end(), model.X_GT.R.data(), model.X_GT.R.data() + 9);
   const double fastest = driver.max_speed_rad_per_s;
-  model.device = add_board(driver.name,
-                           {{"speed", "rad/s", true, -fastest, fastest},
-                            told("torque", "N m"),
-                            told("engaged", ""),
-                            told("power", "W"),
-                            told("energy", "J")},
-                           {}, std::move(identity), cell);
+  model.device = add_signal_table(driver.name,
+                                  {{"speed", "rad/s", true, -fastest, fastest},
+                                   told("torque", "N m"),
+                                   told("engaged", ""),
+                                   told("power", "W"),
+                                   told("energy", "J")},
+                                  {}, std::move(identity), cell);
   cell.screwdrivers.push_back(model);
 }
 

@@ -9,9 +9,9 @@ namespace takt {
 
 namespace {
 
-void note(const std::string& component, const std::string& what, const std::vector<MeshFinding>& findings,
+void note(const std::string& component, const std::string& what, const std::vector<MeshDiagnostic>& findings,
           CellModel& cell) {
-  for (const MeshFinding& finding : findings) {
+  for (const MeshDiagnostic& finding : findings) {
     if (finding.severity < MeshSeverity::warning) continue;
     const char* remedy = finding.severity == MeshSeverity::repaired ? "; " : ". Remedy: ";
     cell.import_notes.push_back(

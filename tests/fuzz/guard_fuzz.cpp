@@ -155,7 +155,7 @@ int attack(const Options& options, std::atomic<std::uint64_t>& thrown) {
     if (result == 0) serves(late, "a client that came afterwards");
     std::printf("resident memory: %.0f MB after a tenth, %.0f MB at the end\n", early_MB, resident_MB());
     if (const PacketGuard* guard = adapter.guard())
-      std::printf("let through %" PRIu64 ", dropped %" PRIu64 ": %s\n", guard->counted(PacketFlaw::none),
+      std::printf("let through %" PRIu64 ", dropped %" PRIu64 ": %s\n", guard->counted(RtpsError::none),
                   guard->dropped(), guard->summary().c_str());
   }
   host.stop();

@@ -27,7 +27,7 @@ class PacketHook {
     Channel& channel = channel_of(next, local, remote);
     {
       const std::lock_guard lock(mutex_);
-      if (recording_ && recorded_.size() < kMostRecorded)
+      if (recording_ && recorded_.size() < kMaxRecorded)
         recorded_.push_back({channel.index, {data, data + size}});
     }
     const std::lock_guard lock(channel.mutex);
@@ -61,7 +61,7 @@ class PacketHook {
   }
 
  private:
-  static constexpr std::size_t kMostRecorded = 2000;
+  static constexpr std::size_t kMaxRecorded = 2000;
   struct Channel {
     Channel(std::size_t number, Receiver* receiver, const rtps::Locator_t& here, const rtps::Locator_t& there)
         : index(number), next(receiver), local(here), remote(there) {}

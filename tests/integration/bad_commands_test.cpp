@@ -24,7 +24,7 @@ using Codes = std::set<std::string>;  ///< everything that is wrong with a sampl
 
 constexpr std::size_t kSamples = 1'000'000, kSamplesPerStep = 200;
 constexpr std::size_t kLongestMessage = 2000;  ///< of what is told of a sample, however long its names are
-constexpr std::size_t kMostSignals = 32;
+constexpr std::size_t kMaxSignals = 32;
 
 /// Which are odd in one way or another, and mostly out of range.
 constexpr double kOdd[] = {std::numeric_limits<double>::quiet_NaN(),
@@ -164,7 +164,7 @@ class Generator {
     message.joint_names(joints_);
     std::shuffle(message.joint_names().begin(), message.joint_names().end(), dice_);
     if (chance(5000)) {
-      message.points().resize(kMostTrajectoryPoints + 1 + below(3));
+      message.points().resize(kMaxTrajectoryPoints + 1 + below(3));
       codes.insert("malformed");
       return message;
     }
@@ -268,7 +268,7 @@ class Generator {
       if (name == "set_point") judge(codes, value, 20.0, 300.0, "out_of_range");
     }
     if (chance(20)) resize(message.values());
-    if (message.values().size() != message.signals().size() || message.signals().size() > kMostSignals)
+    if (message.values().size() != message.signals().size() || message.signals().size() > kMaxSignals)
       codes.insert("wrong_count");
     return message;
   }

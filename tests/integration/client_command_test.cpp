@@ -31,7 +31,7 @@ class ClientCommand : public testing::Test {
     options.cell = name_;
     options.domain = kTestDomain;
     options.timeout = kGenerous;
-    options.silence_limit = kGenerous;
+    options.liveliness_timeout = kGenerous;
     options.timeout = timeout;
     client_ = std::make_unique<Client>(options);
   }

@@ -30,7 +30,7 @@ class ClientObservation : public testing::Test {
     made.cell = name_;
     made.domain = kTestDomain;
     made.timeout = kGenerous;
-    made.silence_limit = kGenerous;
+    made.liveliness_timeout = kGenerous;
     return made;
   }
   void connect() {
@@ -198,7 +198,7 @@ TEST_F(ClientObservation, AServerThatGoesAwayEndsEveryWait) {
 TEST_F(ClientObservation, AServerThatFallsSilentCountsAsGone) {
   server_ = std::make_unique<ScriptedCell>(name_, small_description(name_));
   takt::ClientOptions impatient = options();
-  impatient.silence_limit = Seconds{0.5};
+  impatient.liveliness_timeout = Seconds{0.5};
   const Client client(impatient);
   try {
     (void)client.wait_for_state([](const State&) { return false; }, kGenerous);

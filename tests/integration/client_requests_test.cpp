@@ -84,7 +84,7 @@ TEST(ClientRequests, LoadingReturnsTheNewDescription) {
   EXPECT_EQ(heavier->step_s, 0.001);
   EXPECT_EQ(heavier->components.at(static_cast<std::size_t>(heavier->find_component("Q"))).mass_kg, 0.75);
   const auto again = client.reload_scenario();
-  EXPECT_GT(again->world, heavier->world);
+  EXPECT_GT(again->scenario_generation, heavier->scenario_generation);
   EXPECT_EQ(again->step_s, 0.001);
 
   client.unload_scenario();

@@ -33,7 +33,7 @@ takt::ClientOptions options_for(const std::string& cell) {
   options.cell = cell;
   options.domain = static_cast<int>(takt::test::test_domain());
   options.timeout = kGenerous;
-  options.silence_limit = kGenerous;
+  options.liveliness_timeout = kGenerous;
   return options;
 }
 
@@ -135,7 +135,7 @@ TEST(ClientAndService, AKilledServerIsNoticed) {
                        std::to_string(takt::test::test_domain()), "--paused"});
   ASSERT_TRUE(server.wait_for_output("ready")) << server.text;
   takt::ClientOptions options = options_for(cell);
-  options.silence_limit = Seconds{2.0};
+  options.liveliness_timeout = Seconds{2.0};
   const Client client(options);
   client.state();
   server.signal(SIGKILL);

@@ -60,7 +60,7 @@ TEST(Hosting, AWrongFileIsAnsweredInTheReadersWordsAndTheCellGoesOn) {
   const auto later = client.wait_for_state([&](const State& s) { return s.step > step + 10; }, kGenerous);
   ASSERT_TRUE(later.has_value());
   EXPECT_EQ(later->epoch, before->epoch);
-  EXPECT_EQ(later->cell->world, before->cell->world);
+  EXPECT_EQ(later->cell->scenario_generation, before->cell->scenario_generation);
   EXPECT_EQ(client.get_state(), SimulationState::playing);
 }
 
@@ -83,8 +83,8 @@ TEST(Hosting, AnotherScenarioWithOtherRobotsTakesThePlace) {
   ASSERT_EQ(fresh->robots.size(), 1U);
   EXPECT_EQ(fresh->cell->robots[0].name, "Arm");
   EXPECT_EQ(fresh->cell->grippers.size(), 0U);
-  EXPECT_GT(fresh->cell->world, first->world);
-  EXPECT_EQ(reply.values.at("world"), std::to_string(fresh->cell->world));
+  EXPECT_GT(fresh->cell->scenario_generation, first->scenario_generation);
+  EXPECT_EQ(reply.values.at("world"), std::to_string(fresh->cell->scenario_generation));
   EXPECT_EQ(client.get_state(), SimulationState::stopped);
   EXPECT_TRUE(client.connected());
 
@@ -171,7 +171,7 @@ TEST(Hosting, ReloadReadsTheFileAgainWithTheSameOverrides) {
   ASSERT_TRUE(state.has_value());
   EXPECT_EQ(state->cell->step_s, 0.004);
   EXPECT_EQ(state->cell->components[0].mass_kg, 0.7);
-  const std::uint32_t world = state->cell->world;
+  const std::uint32_t scenario_generation = state->cell->scenario_generation;
   // The file has changed meanwhile: Q is further up.
   std::string text;
   {
@@ -183,7 +183,8 @@ TEST(Hosting, ReloadReadsTheFileAgainWithTheSameOverrides) {
   service.file("one_arm.yaml", text);
   client.step(7);
   client.request("reload_scenario");
-  state = client.wait_for_state([&](const State& s) { return s.cell->world > world; }, kGenerous);
+  state =
+      client.wait_for_state([&](const State& s) { return s.cell->scenario_generation > world; }, kGenerous);
   ASSERT_TRUE(state.has_value());
   EXPECT_EQ(state->step, 0U);
   EXPECT_EQ(state->cell->step_s, 0.004);
@@ -221,10 +222,11 @@ TEST(Hosting, TwentyReloadsLeaveNothingBehind) {
   const auto reload = [&](const std::filesystem::path& file) {
     const Reply reply = client.request("load_scenario", {{"uri", file.string()}});
     const std::string world = reply.values.at("world");
-    ASSERT_TRUE(
-        client
-            .wait_for_state([&](const State& s) { return std::to_string(s.cell->world) == world; }, kGenerous)
-            .has_value());
+    ASSERT_TRUE(client
+                    .wait_for_state(
+                        [&](const State& s) { return std::to_string(s.cell->scenario_generation) == world; },
+                        kGenerous)
+                    .has_value());
     client.step(5);
   };
   // What a process allocates once only is there after a few.

@@ -32,7 +32,7 @@ takt::ClientOptions options() {
   options.cell = takt::test::test_cell();
   options.domain = static_cast<int>(takt::test::test_domain());
   options.timeout = kGenerous;
-  options.silence_limit = kGenerous;
+  options.liveliness_timeout = kGenerous;
   return options;
 }
 

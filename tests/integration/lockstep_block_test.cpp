@@ -48,7 +48,7 @@ TEST(LockstepBlockScenario, HasTheBitsOfTheInProcessRunTenTimesInARow) {
     options.cell = cell_name;
     options.domain = std::stoi(domain);
     options.timeout = client::Seconds(60.0);
-    options.silence_limit = client::Seconds(60.0);
+    options.liveliness_timeout = client::Seconds(60.0);
     Client cell(options);
     ChildProcess controller({kBin + "/takt-controller", kProgram, "--cell", cell_name, "--domain", domain,
                              "--pace", "lockstep", "--start", "--until", "42", "--timeout", "60"});

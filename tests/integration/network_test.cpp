@@ -301,7 +301,7 @@ TEST(Guard, CountsAndTellsWhatItDrops) {
   test::DdsService service(RunLoopOptions{});
   test::RawCellClient client;
   ASSERT_NE(service.adapter->guard(), nullptr);
-  EXPECT_GT(service.adapter->guard()->counted(PacketFlaw::none), 0U);
+  EXPECT_GT(service.adapter->guard()->counted(RtpsError::none), 0U);
   const auto before = service.adapter->guard()->dropped();
   const int sender = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};

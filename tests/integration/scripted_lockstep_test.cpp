@@ -80,7 +80,7 @@ TEST(ScriptedLockstep, HasTheBitsOfTheSameMotionInOneProcess) {
   options.cell = name;
   options.domain = std::stoi(domain);
   options.timeout = client::Seconds(60.0);
-  options.silence_limit = client::Seconds(60.0);
+  options.liveliness_timeout = client::Seconds(60.0);
   Client cell(options);
   const client::State end = drive(cell);
   EXPECT_EQ(end.step, 2000U);

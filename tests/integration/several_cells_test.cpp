@@ -35,7 +35,7 @@ TEST(SeveralCells, InOneDomainKnowNothingOfEachOther) {
     ClientOptions options;
     options.cell = name;
     options.domain = static_cast<int>(takt::test::test_domain());
-    options.timeout = options.silence_limit = kGenerous;
+    options.timeout = options.liveliness_timeout = kGenerous;
     cells.push_back(std::make_unique<Client>(options));
   }
   // The same name everywhere: only the cell's own robot follows.
@@ -84,7 +84,7 @@ TEST(SeveralCells, AClockThatIsSharedIsToldAndCanBeTheCellsOwn) {
   takt::test::RawCellClient client;
 
   const std::string own_name = takt::test::test_cell() + "_own";
-  const auto own = server(own_name, {"--own-clock-and-tf"});
+  const auto own = server(own_name, {"--namespaced-clock-and-tf"});
   const auto any = [](const auto& messages) { return !messages.empty(); };
   const std::string own_topics = "rt/" + own_name + "/";
   const auto clock =
@@ -97,7 +97,8 @@ TEST(SeveralCells, AClockThatIsSharedIsToldAndCanBeTheCellsOwn) {
 
   const auto shared = server(takt::test::test_cell() + "_shared");
   takt::test::msg::Event event;
-  ASSERT_TRUE(client.wait_for_event("clock_shared", takt::test::test_cell(), "--own-clock-and-tf", &event));
+  ASSERT_TRUE(
+      client.wait_for_event("clock_shared", takt::test::test_cell(), "--namespaced-clock-and-tf", &event));
   EXPECT_EQ(event.severity(), 1);
   EXPECT_TRUE(shared->wait_for_output("writes /clock too")) << shared->text;
   EXPECT_EQ(client.count_events("clock_shared"), 1U) << "of the one that has its own";
@@ -106,7 +107,7 @@ TEST(SeveralCells, AClockThatIsSharedIsToldAndCanBeTheCellsOwn) {
   ClientOptions options;
   options.cell = takt::test::test_cell() + "_shared";
   options.domain = static_cast<int>(takt::test::test_domain());
-  options.timeout = options.silence_limit = kGenerous;
+  options.timeout = options.liveliness_timeout = kGenerous;
   Client other(options);
   other.reload_scenario();
   other.set_state(SimulationState::quitting);

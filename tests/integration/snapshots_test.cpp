@@ -307,12 +307,13 @@ TEST_F(Supervised, KeepsWhatWasLoadedAndSpawnedMeanwhile) {
     client.request("load_scenario", {{"uri", service_.one_arm().string()}});
     const Reply reply =
         client.request("spawn_entity", {{"name", "R"}, {"copy_of", "Q"}, {"position", "0 0 3"}});
-    ASSERT_TRUE(
-        client
-            .wait_for_state(
-                [&](const State& s) { return std::to_string(s.cell->world) == reply.values.at("world"); },
-                kGenerous)
-            .has_value());
+    ASSERT_TRUE(client
+                    .wait_for_state(
+                        [&](const State& s) {
+                          return std::to_string(s.cell->scenario_generation) == reply.values.at("world");
+                        },
+                        kGenerous)
+                    .has_value());
     client.step(20);
     const auto session = directory_.path() / cell_ / "periodic" / "session.json";
     const auto recorded = [&] {

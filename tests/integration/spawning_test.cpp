@@ -29,7 +29,8 @@ State exchanged(Client& client, const std::string& name, const Arguments& argume
   client.set_state(SimulationState::stopped);
   const Reply reply = client.request(name, arguments);
   const auto state = client.wait_for_state(
-      [&](const State& s) { return std::to_string(s.cell->world) == reply.values.at("world"); }, kGenerous);
+      [&](const State& s) { return std::to_string(s.cell->scenario_generation) == reply.values.at("world"); },
+      kGenerous);
   if (!state) throw ClientError(ClientError::Kind::timeout, "no state after " + name);
   return *state;
 }
@@ -103,7 +104,7 @@ TEST(Spawning, ANewPartComesFromAMeshFile) {
   expect_refused({{"copy_of", "C"}}, 4, "copy_of");
   EXPECT_EQ(refusal(client, "delete_entity", {{"entity", "nobody"}}).result(), 2);
   expect_words(refusal(client, "delete_entity", {{"entity", "Table1"}}).what(), {"no Part"});
-  EXPECT_EQ(client.cell()->world, there.cell->world);
+  EXPECT_EQ(client.cell()->scenario_generation, there.cell->scenario_generation);
 }
 
 TEST(Spawning, AResetOfAllBringsBackTheScenario) {
@@ -117,13 +118,14 @@ TEST(Spawning, AResetOfAllBringsBackTheScenario) {
   EXPECT_GE(client.cell()->find_component("Q"), 0);
   const Reply reply = client.request("reset");
   const auto back = client.wait_for_state(
-      [&](const State& s) { return std::to_string(s.cell->world) == reply.values.at("world"); }, kGenerous);
+      [&](const State& s) { return std::to_string(s.cell->scenario_generation) == reply.values.at("world"); },
+      kGenerous);
   ASSERT_TRUE(back.has_value());
   EXPECT_LT(back->cell->find_component("Q"), 0);
   EXPECT_GE(back->cell->find_component("P"), 0);
   // Nothing more to exchange: a reset is a reset again.
   client.reset();
-  EXPECT_EQ(client.cell()->world, back->cell->world);
+  EXPECT_EQ(client.cell()->scenario_generation, back->cell->scenario_generation);
 }
 
 TEST(Spawning, RegisteredControllersStay) {

@@ -41,7 +41,7 @@ class WireCommands : public testing::Test {
     options.cell = test::test_cell();
     options.domain = static_cast<int>(test::test_domain());
     options.timeout = kGenerous;
-    options.silence_limit = kGenerous;
+    options.liveliness_timeout = kGenerous;
     client_ = std::make_unique<Client>(options);
   }
   static std::shared_ptr<CellModel> model() {
@@ -162,10 +162,10 @@ TEST_F(WireCommands, ALockstepControllerGivesUpWhileAnotherIsSilent) {
   options.while_waiting = [&] { ++looks; };
   takt::Client looking(options);
   client::LockstepController controller(
-      looking, {.targets = {"Gripper1"}, .period_s = 0.01, .name = "patient", .patience = Seconds{2.0}});
+      looking, {.targets = {"Gripper1"}, .period_s = 0.01, .name = "patient", .timeout = Seconds{2.0}});
   controller.advance();
   client::LockstepController silent(
-      *client_, {.targets = {"Chamber"}, .period_s = 0.01, .name = "silent", .patience = kGenerous});
+      *client_, {.targets = {"Chamber"}, .period_s = 0.01, .name = "silent", .timeout = kGenerous});
   const auto begin = std::chrono::steady_clock::now();
   const std::string late = timeout_of(controller);
   const Seconds waited = std::chrono::steady_clock::now() - begin;
@@ -180,8 +180,8 @@ TEST_F(WireCommands, ALockstepControllerGivesUpWhileAnotherIsSilent) {
 }
 
 TEST_F(WireCommands, ALockstepControllerGivesUpOnAPausedCell) {
-  client::LockstepController controller(
-      *client_, {.targets = {"Gripper1"}, .period_s = 0.01, .patience = Seconds{1.0}});
+  client::LockstepController controller(*client_,
+                                        {.targets = {"Gripper1"}, .period_s = 0.01, .timeout = Seconds{1.0}});
   client_->pause();
   const std::string late = timeout_of(controller);
   EXPECT_NE(late.find("it stands at 0 s and is paused."), std::string::npos) << late;

@@ -11,7 +11,7 @@
 namespace takt::test {
 namespace {
 
-constexpr auto kMost = static_cast<std::uint64_t>(ImplicitIntegrator::kMostAttempts);
+constexpr auto kMost = static_cast<std::uint64_t>(ImplicitIntegrator::kMaxAttempts);
 const SolverSetting kBounded{"implicit"};
 const SolverSetting kExact{"cvode", 1e-9};
 

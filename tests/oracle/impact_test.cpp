@@ -95,7 +95,7 @@ TEST(Impact, OfTheRosenbrockMethodIsThatOfSmallSteps) {
 
 // Also where the pieces of a step are larger than the impact is long: then energy is lost, never gained.
 TEST(Impact, OfTheImplicitMethodIsThatOfSmallStepsAtBoundedWork) {
-  constexpr auto most = static_cast<std::uint64_t>(ImplicitIntegrator::kMostAttempts);
+  constexpr auto most = static_cast<std::uint64_t>(ImplicitIntegrator::kMaxAttempts);
   for (const double mass : {0.3, 1.0, 5.0}) {
     const ImpactModel model(mass);
     const Fall exact = fall(mass, {"rk4", 0.0, 0.0}, 1e-5, 0.1),

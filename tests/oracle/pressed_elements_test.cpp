@@ -88,8 +88,8 @@ TEST(PressedElements, OfTooManyTheStrongestAreListed) {
   const std::vector<PressedPair> pressed = elements.read(snapshot, all);
   ASSERT_EQ(pressed.size(), 1U);
   const auto whole = static_cast<std::size_t>(snapshot.contacts.pressing().front().result.elements);
-  ASSERT_GT(whole, PressedElements::kMostElements);
-  EXPECT_EQ(pressed[0].elements.size(), PressedElements::kMostElements);
+  ASSERT_GT(whole, PressedElements::kMaxElements);
+  EXPECT_EQ(pressed[0].elements.size(), PressedElements::kMaxElements);
   EXPECT_EQ(pressed[0].elements.size() + pressed[0].omitted, whole);
   EXPECT_DOUBLE_EQ(pressed[0].largest_pressure_Pa,
                    snapshot.contacts.pressing().front().result.largest_pressure_Pa);

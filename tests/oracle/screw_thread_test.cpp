@@ -66,14 +66,14 @@ class ScrewCell {
     driver.X_GT.p = Vec3(0.0, 0.0, -0.055);
     driver.reach_m = 0.02;
     driver.max_torque_Nm = max_torque_Nm;
-    ThreadModel thread;
+    ScrewJointModel thread;
     thread.part = screw_, thread.holder = plate_, thread.device = kThread;
     thread.law = kM6;
     thread.p_BH = Vec3(0.0, 0.0, 0.03);
     model.threads = {thread};
     model.screwdrivers = {driver};
-    add_board("Driver", Threads::kDriverSignals, kDriver, {});
-    add_board("Screw_thread", Threads::kThreadSignals, kThread, {0.0, 1.0});
+    add_signal_table("Driver", Threads::kDriverSignals, kDriver, {});
+    add_signal_table("Screw_thread", Threads::kThreadSignals, kThread, {0.0, 1.0});
     simulation_ = std::make_unique<Simulation>(cell_.build());
     snapshot_ = simulation_->make_snapshot();
   }
@@ -116,15 +116,16 @@ class ScrewCell {
 
  private:
   enum : int { kDriver, kThread };
-  void add_board(const std::string& name, int signals, int device, const std::array<double, 2>& initial) {
-    SignalBoardParameters p;
+  void add_signal_table(const std::string& name, int signals, int device,
+                        const std::array<double, 2>& initial) {
+    SignalTableParameters p;
     p.count = static_cast<std::size_t>(signals);
     p.initial[0] = initial[0], p.initial[1] = initial[1];
-    FurtherModel board;
+    AuxiliaryModel board;
     board.name = name;
-    board.make = [p] { return std::make_unique<SignalBoard>(p); };
+    board.make = [p] { return std::make_unique<SignalTable>(p); };
     board.device = device;
-    cell_.model().further_models.push_back(board);
+    cell_.model().auxiliary_models.push_back(board);
     cell_.model().description.devices.push_back({name, {}});
     cell_.model().description.devices.back().signals.resize(p.count);
   }

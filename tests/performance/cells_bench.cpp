@@ -45,7 +45,7 @@ struct Goal {
   const char* what;
   const std::string& file;
   int level;        ///< 0: as the scenario says
-  double limit;     ///< largest real-time factor
+  double limit;     ///< largest computation ratio
   double thesis_s;  ///< best computation time in the thesis; 0: none
   const char* thesis_is;
 };
@@ -74,13 +74,13 @@ void run_goals(const RunOptions& options) {
     const Outcome o = run_solver({goal.file, goal.level, 0.0, ""}, {"", 0.0, "", {"", "", ""}});
     // A magnet that falls out of the press has lost its partner as it should: demands tell.
     const bool sound = !o.instable && o.failed_demands == 0 && o.error_m <= 1e-3;
-    std::printf("  %-28s %10.3f %12.5f %10g", goal.what, o.cpu_s, o.real_time_factor(), goal.limit);
+    std::printf("  %-28s %10.3f %12.5f %10g", goal.what, o.cpu_s, o.computation_ratio(), goal.limit);
     if (goal.thesis_s > 0.0)
       std::printf(" %12.1f %8.1f", goal.thesis_s, goal.thesis_s / o.cpu_s);
     else
       std::printf(" %12s %8s", "", "");
     std::printf(" %5d/%-3d", o.demands - o.failed_demands, o.demands);
-    print_mark(sound && o.real_time_factor() <= goal.limit);
+    print_mark(sound && o.computation_ratio() <= goal.limit);
     if (!sound)
       std::printf("      %s, %.3f mm off, %d demands failed\n", o.mark(), 1e3 * o.error_m, o.failed_demands);
     std::fflush(stdout);

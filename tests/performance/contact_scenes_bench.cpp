@@ -40,7 +40,7 @@ const std::vector<Solver>& solvers_of_large() {
   return list;
 }
 
-/// Real-time factors that the scenes should reach with the solver of the file.
+/// Computation ratios that the scenes should reach with the solver of the file.
 double goal(const std::string& scene) {
   static const std::map<std::string, double> goals{
       {"stack_of_ten", 0.003},    {"grasp_and_lift", 0.01},  {"peg_in_hole_100um", 0.01},
@@ -52,7 +52,7 @@ double goal(const std::string& scene) {
 struct Outcome {
   HeadlessResult result;
   double end_error_m = 0.0;
-  double rest_factor = 0.0;  ///< real-time factor of the last half
+  double rest_factor = 0.0;  ///< computation ratio of the last half
 };
 
 Outcome run(const Scenario& scenario, const std::shared_ptr<const CellModel>& cell, bool stage_times) {

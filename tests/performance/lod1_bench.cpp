@@ -1,4 +1,4 @@
-// The block scenario at LoD 1: real-time factor, time per step by stage, largest step that holds. Ratios to
+// The block scenario at LoD 1: computation ratio, time per step by stage, largest step that holds. Ratios to
 // the thesis' figures are printed beside ours; its machine was a desktop with an i7-11700K. Then both block
 // scenarios with each kind of convex shapes, one thread and two (argument `threads`: only that). Exit code 1
 // when the number of threads changes a bit.
@@ -65,7 +65,7 @@ bool compare_shapes_and_threads() {
                           {"V-HACD", all_as("vhacd"), 0.006}};
   takt::WorkerPool pool(2);
   bool same = true;
-  std::printf("\nReal-time factor at 1 ms, median of 7 runs in turns, by convex shapes and threads\n");
+  std::printf("\nComputation ratio at 1 ms, median of 7 runs in turns, by convex shapes and threads\n");
   std::printf(
       "  scenario           shapes                    1 thread   2 threads   goal            held  same "
       "bits\n");
@@ -100,7 +100,7 @@ int main(int argc, char** argv) {
   const std::string file = argc > 1 ? argv[1] : TAKT_CONFIG_DIR "/scenarios/block_assembly.yaml";
 
   std::printf("Block scenario, LoD 1, one thread, controller program included\n");
-  std::printf("  step      real-time factor   us per step   of which program   error mm   thesis\n");
+  std::printf("  step      computation ratio   us per step   of which program   error mm   thesis\n");
   for (const auto& [h, thesis] :
        {std::pair{0.001, "0.093 (3.9 s), 0.31 mm"}, std::pair{0.005, "0.023 (0.97 s), 0.42 mm"}}) {
     std::vector<Outcome> runs;

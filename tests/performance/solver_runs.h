@@ -57,7 +57,7 @@ struct Outcome {
   SolverStatistics work;
 
   const char* mark() const;
-  double real_time_factor() const { return cpu_s / simulated_s; }
+  double computation_ratio() const { return cpu_s / simulated_s; }
 };
 
 Outcome run_solver(const SolverRun& run, const SolverRow& row);

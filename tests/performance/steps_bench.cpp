@@ -165,7 +165,7 @@ void figures(double step_s) {
     row(std::string("1 deg above friction angle, m, ") + law,
         [law](const test::SolverSetting& s) { return test::way_above_friction_angle(s, law); });
   std::printf("implicit: at most %d attempts and %d evaluations per communication step\n\n",
-              ImplicitIntegrator::kMostAttempts, 4 * ImplicitIntegrator::kMostAttempts);
+              ImplicitIntegrator::kMaxAttempts, 4 * ImplicitIntegrator::kMaxAttempts);
 }
 
 }  // namespace

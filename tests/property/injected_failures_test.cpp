@@ -146,7 +146,7 @@ TEST(InjectedFailures, ACellKeepsItsLastStateAndStartsAnewAfterAReset) {
     const auto model = service_model();
     model->solver.name = name;
     FailurePlan plan;
-    model->further_models.push_back(
+    model->auxiliary_models.push_back(
         {"the mass",
          [&plan] { return std::make_unique<FailingModel>(std::make_unique<SlidingModel>(), plan); }});
     Simulation simulation(model);

@@ -37,7 +37,7 @@ RecorderOptions options(std::size_t checkpoint_every = 100) {
 
 ReplayResult replay_of(const std::filesystem::path& file, const std::shared_ptr<const CellModel>& model) {
   ReplayOptions replay_options;
-  replay_options.load = [&](const LogWorld&) { return model; };
+  replay_options.load = [&](const LogScenario&) { return model; };
   return replay(file, replay_options);
 }
 
@@ -79,7 +79,7 @@ std::uint64_t random_run(const std::shared_ptr<const CellModel>& model, LogRecor
   LoopReader reader(loop);
   const auto begin = [&](bool at_its_beginning) {
     if (recorder == nullptr) return;
-    EXPECT_EQ(recorder->begin_world({}, simulation, at_its_beginning), "");
+    EXPECT_EQ(recorder->begin_scenario({}, simulation, at_its_beginning), "");
     loop.record_with(recorder);
   };
   if (!from_the_middle) begin(true);
@@ -338,7 +338,7 @@ TEST(Recording, ARingThatOverflowsEndsTheLogWithAMark) {
   {
     LogRecorder recorder(directory / "run", small);
     Simulation simulation(model);
-    ASSERT_EQ(recorder.begin_world({}, simulation, true), "");
+    ASSERT_EQ(recorder.begin_scenario({}, simulation, true), "");
     const std::vector<Command> batch{swing(0, 0.0), swing(1, 0.0)};
     for (int i = 0; i < 10; ++i) {
       recorder.commands(simulation, batch);

@@ -27,7 +27,7 @@ void expect_same_bits(const Snapshot& a, const Snapshot& b) {
   }
 }
 
-TEST(RestingParts, SkippingThemChangesNoBit) {
+TEST(ExactSleeping, SkippingThemChangesNoBit) {
   CrowdedCell with(60, true);
   CrowdedCell without(60, false);
   Simulation a(with.model());
@@ -52,7 +52,7 @@ TEST(RestingParts, SkippingThemChangesNoBit) {
   EXPECT_GT(a.statistics().part_steps_skipped, 50U * 4400U);
 }
 
-TEST(RestingParts, RandomCellsHaveTheSameBits) {
+TEST(ExactSleeping, RandomCellsHaveTheSameBits) {
   // Parts dropped onto tables and onto each other, at random places, turned, with and without feed-forward.
   constexpr InteractionAlgorithm kAlgorithms[] = {InteractionAlgorithm::partner_search,
                                                   InteractionAlgorithm::substitute_force,
@@ -88,7 +88,7 @@ TEST(RestingParts, RandomCellsHaveTheSameBits) {
   }
 }
 
-TEST(RestingParts, SkippingThemChangesNoBitUnderAnyAlgorithm) {
+TEST(ExactSleeping, SkippingThemChangesNoBitUnderAnyAlgorithm) {
   for (const InteractionAlgorithm algorithm :
        {InteractionAlgorithm::substitute_force, InteractionAlgorithm::extended_substitute_force}) {
     for (const bool feed_forward : {true, false}) {
@@ -118,7 +118,7 @@ TEST(RestingParts, SkippingThemChangesNoBitUnderAnyAlgorithm) {
   }
 }
 
-TEST(RestingParts, CountsOfCallsAreThoseOfTestingOnlyWhatMoved) {
+TEST(ExactSleeping, CountsOfCallsAreThoseOfTestingOnlyWhatMoved) {
   // One Part falls past four that rest: only its pairs are looked at.
   test::BoxCell cell;
   cell.ground("T", {1.0, 1.0, 0.05}, test::at(0.0, 0.0, -0.05));

@@ -129,10 +129,10 @@ TEST(ThreadCount, DecomposedPartsThatAllMoveHaveTheSameBitsAndCounts) {
   }
 }
 
-TEST(FasterWay, TakesTheFasterOneAndNoticesWhenThatChanges) {
+TEST(AdaptiveDispatch, TakesTheFasterOneAndNoticesWhenThatChanges) {
   std::mt19937 engine(3);
   const auto noise = [&engine] { return 0.9 + 0.2 * static_cast<double>(engine() % 1000) / 1000.0; };
-  FasterWay way;
+  AdaptiveDispatch way;
   const auto share_of_1 = [&](double cost_0, double cost_1, int stages) {
     int chosen = 0;
     for (int i = 0; i < stages; ++i) {

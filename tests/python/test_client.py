@@ -97,7 +97,7 @@ def test_ctrl_c_ends_the_wait_for_a_boundary(server, cell):
     """A controller waits for another that is silent; afterwards it can go on waiting."""
     silent = {"name": "silent", "period_s": "0.008", "timeout_s": "600", "targets": "Robot2"}
     cell.request("register_controller", silent)
-    with server.client() as watcher, cell.lockstep(["Robot1"], 0.008, patience=600) as controller:
+    with server.client() as watcher, cell.lockstep(["Robot1"], 0.008, timeout=600) as controller:
 
         def interrupt_once_it_waits():
             # The cell waits for the other alone: advance() has sent its commands.
@@ -155,7 +155,7 @@ def test_a_forked_child_leaves_its_parents_client_alone(server, cell):
 
 def test_a_stopped_server_is_lost_after_the_silence_limit(server):
     """Stopped by a signal: DDS itself remembers it for longer."""
-    with server.client(silence_limit=1.0) as cell:
+    with server.client(liveliness_timeout=1.0) as cell:
         process = server._process
         process.send_signal(signal.SIGSTOP)
         try:
@@ -175,7 +175,7 @@ def test_a_server_that_is_not_there_can_be_stopped():
 
 def test_killed_server_is_noticed(config):
     with takt.Server(config / "scenarios" / "block_assembly.yaml") as server:
-        with server.client(silence_limit=2.0) as cell:
+        with server.client(liveliness_timeout=2.0) as cell:
             assert cell.connected
             server.kill()
             with pytest.raises(takt.Lost):

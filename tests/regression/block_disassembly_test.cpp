@@ -69,18 +69,19 @@ class Watch {
  private:
   void look_for_touches(const CellModel& cell, const Snapshot& snapshot) {
     const std::vector<Component>& components = cell.components;
-    if (!world_) {
-      world_ = std::make_unique<CollisionWorld>(components, cell.interaction.contact_margin_m);
+    if (!collision_world_) {
+      collision_world_ = std::make_unique<CollisionWorld>(components, cell.interaction.contact_margin_m);
       for (std::size_t i = 0; i < components.size(); ++i) {
         if (components[i].role != GripperRole::palm) continue;
         // The gripper's body, where the simulation has the space between the jaws.
-        world_->set_shape(static_cast<int>(i), ConvexShape::from_points(std::vector<Vec3>(8, Vec3::Zero())));
-        world_->set_box(static_cast<int>(i), {-0.040, -0.085, 0.0}, {0.040, 0.085, 0.080});
+        collision_world_->set_shape(static_cast<int>(i),
+                                    ConvexShape::from_points(std::vector<Vec3>(8, Vec3::Zero())));
+        collision_world_->set_box(static_cast<int>(i), {-0.040, -0.085, 0.0}, {0.040, 0.085, 0.080});
       }
     }
     for (std::size_t i = 0; i < components.size(); ++i) {
       const ComponentSample& s = snapshot.components[i];
-      world_->set_pose(static_cast<int>(i), Pose::from_quaternion(s.p_WB, s.q_WB));
+      collision_world_->set_pose(static_cast<int>(i), Pose::from_quaternion(s.p_WB, s.q_WB));
     }
     for (std::size_t a = 0; a < components.size(); ++a) {
       for (std::size_t b = a + 1; b < components.size(); ++b) {
@@ -89,7 +90,9 @@ class Watch {
         if (A.gripper != -1 && A.gripper == B.gripper) continue;
         DetectionCounts calls;
         const int first = static_cast<int>(a), second = static_cast<int>(b);
-        if (!world_->boxes_overlap(first, second) || !world_->shapes_overlap(first, second, calls)) continue;
+        if (!collision_world_->boxes_overlap(first, second) ||
+            !collision_world_->shapes_overlap(first, second, calls))
+          continue;
         const std::string pair = std::min(A.name, B.name) + " " + std::max(A.name, B.name);
         Touch& touch = touches_.try_emplace(pair, Touch{snapshot.time_s, 0.0, 0}).first->second;
         touch.last_s = snapshot.time_s;
@@ -110,7 +113,7 @@ class Watch {
     nearest_ = std::min(nearest_, test::distance(arms[0], arms[1]));
   }
 
-  std::unique_ptr<CollisionWorld> world_;
+  std::unique_ptr<CollisionWorld> collision_world_;
   std::map<std::string, Touch> touches_;
   std::vector<std::array<bool, 2>> rests_;
   double nearest_ = 1e9, lowest_ = 1e9;

@@ -120,7 +120,7 @@ TEST_F(ContactReading, SnapshotsHoldWhatPressesAndCountWhatFindsNoRoom) {
   for (int i = 0; i < 500; ++i) ASSERT_TRUE(simulation.step({})) << simulation.fault();
   Snapshot snapshot = simulation.make_snapshot();
   ASSERT_TRUE(snapshot.contacts.acting);
-  EXPECT_EQ(snapshot.contacts.room.size(), simulation.contact_room());
+  EXPECT_EQ(snapshot.contacts.samples.size(), simulation.contact_capacity());
   ASSERT_EQ(snapshot.contacts.count, 4U);
   EXPECT_EQ(snapshot.contacts.omitted, 0U);
   for (const RigidBodyParameters& part : cell->parts) {
@@ -131,12 +131,12 @@ TEST_F(ContactReading, SnapshotsHoldWhatPressesAndCountWhatFindsNoRoom) {
     EXPECT_LT((force - snapshot.components[body].F_Bo_W.f).norm(), 1e-9);
   }
   Snapshot small = snapshot;
-  small.contacts.room.resize(1);
+  small.contacts.samples.resize(1);
   simulation.read_snapshot(small);
   EXPECT_EQ(small.contacts.count, 1U);
   EXPECT_EQ(small.contacts.omitted, 3U);
-  EXPECT_EQ(small.contacts.room[0].base, snapshot.contacts.room[0].base);
-  EXPECT_EQ(small.contacts.room[0].F_base_W.f, snapshot.contacts.room[0].F_base_W.f);
+  EXPECT_EQ(small.contacts.samples[0].base, snapshot.contacts.samples[0].base);
+  EXPECT_EQ(small.contacts.samples[0].F_base_W.f, snapshot.contacts.samples[0].F_base_W.f);
 
   const int p = cell->description.find_component("P"), table = cell->description.find_component("Table1");
   const Explanation of_p = simulation.explain(p);

@@ -32,7 +32,7 @@ struct Case {
 /// How far off by more than 2 % a peak may be, for a reason: by kind and name.
 using Allowances = Peaks;
 
-Peaks peaks_of(const CellDescription& cell, const ProcessNumbers& numbers, int level) {
+Peaks peaks_of(const CellDescription& cell, const RunMetrics& numbers, int level) {
   Peaks peaks;
   const auto component = [&cell](int id) {
     return id < 0 ? std::string("nothing") : cell.components[static_cast<std::size_t>(id)].name;
@@ -61,8 +61,8 @@ Peaks peaks_of(const CellDescription& cell, const ProcessNumbers& numbers, int l
 
 void refine(Scenario& scenario) {
   // A long run of short steps is made finer by less.
-  constexpr double kMostSteps = 4e6;
-  const double finer = std::max(0.1, scenario.duration_s / scenario.step_s / kMostSteps);
+  constexpr double kMaxSteps = 4e6;
+  const double finer = std::max(0.1, scenario.duration_s / scenario.step_s / kMaxSteps);
   const bool error_control = solver_has_error_control(scenario.initial_solver());
   Scenario::LevelSolver* section = scenario.begins_with_contact() ? &scenario.contact_solver
                                    : scenario.dynamics_solver && scenario.begins_with(2)
@@ -109,7 +109,7 @@ Outcome run(const Case& c, bool refined) {
   HeadlessOptions headless;
   headless.duration_s = scenario.duration_s;
   headless.program = scenario.controller_program;
-  headless.process_numbers = true;
+  headless.run_metrics = true;
   const HeadlessResult result = run_headless(simulation, scenario, headless);
   EXPECT_EQ(result.fault, "");
   EXPECT_TRUE(result.alternating_forces.empty());

@@ -16,7 +16,7 @@ class BareLoop {
  public:
   struct Figures {
     double missed_percent = 0.0, longest_lag_s = 0.0;
-    std::uint64_t rebases = 0;
+    std::uint64_t schedule_resets = 0;
   };
 
   explicit BareLoop(int realtime_priority)
@@ -48,7 +48,7 @@ class BareLoop {
     const auto& figures = pacer.figures();
     return {100.0 * static_cast<double>(figures.overruns) /
                 static_cast<double>(std::max<std::uint64_t>(ticks, 1)),
-            1e-9 * static_cast<double>(longest_ns), figures.rebases};
+            1e-9 * static_cast<double>(longest_ns), figures.schedule_resets};
   }
 
   std::atomic<bool> over_{false};

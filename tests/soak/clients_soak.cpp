@@ -52,7 +52,7 @@ Client connect(const Options& options, const std::string& name, std::uint32_t st
   client.cell = options.cell;
   client.domain = options.domain;
   client.timeout = Seconds(60.0);
-  client.silence_limit = Seconds(60.0);
+  client.liveliness_timeout = Seconds(60.0);
   client.name = name;
   client.ownership_strength = strength;
   client.profiles_file = options.profiles;
@@ -156,7 +156,7 @@ int over_the_line(const Options& options) {
   };
   std::printf(
       "# time states commands_sent commands_applied events events_missed answered unanswered slowest_ms "
-      "applied_twice applied_old refused effect_ms steps rebases\n");
+      "applied_twice applied_old refused effect_ms steps schedule_resets\n");
   at_rate(100.0, options.seconds, [&](double t) {
     std::vector<double> q = home;
     q[0] += 0.01 * std::sin(t);
@@ -197,7 +197,7 @@ int over_the_line(const Options& options) {
       for (const std::uint64_t count : {states, sent, applied, events, missed, answered, unanswered})
         std::printf(" %" PRIu64, count);
       std::printf(" %.1f %" PRIu64 " %" PRIu64 " %" PRIu64 " %.1f %" PRIu64 " %" PRIu64 "\n", 1e3 * slowest_s,
-                  twice, old, refused, 1e3 * effect_s, status.step, status.rebases);
+                  twice, old, refused, 1e3 * effect_s, status.step, status.schedule_resets);
       std::fflush(stdout);
       states = 0;
       slowest_s = effect_s = 0.0;
@@ -205,7 +205,7 @@ int over_the_line(const Options& options) {
   });
   const Status last = cell.status();
   std::printf("# server: overruns %" PRIu64 " of %" PRIu64 " steps, rebased %" PRIu64 ", fault '%s'\n",
-              last.overruns, last.step, last.rebases, last.fault.c_str());
+              last.overruns, last.step, last.schedule_resets, last.fault.c_str());
   return 0;
 }
 
@@ -324,7 +324,8 @@ int kill_clients(Options options, const std::string& self) {
   report.line("commands applied of the robot whose owner lived", static_cast<double>(applied), "");
   report.line("steps", steps, "");
   report.line("missed ticks", 100.0 * static_cast<double>(last.overruns - first.overruns) / steps, "%");
-  report.line("schedule re-based", static_cast<double>(last.rebases - first.rebases), "times");
+  report.line("schedule re-based", static_cast<double>(last.schedule_resets - first.schedule_resets),
+              "times");
   report.line("step, p99", 1e6 * last.step_time.p99_s, "us");
   report.line("step, longest", 1e6 * last.step_time.max_s, "us");
   report.line("command to effect, p99 (worst of all reports)", 1e3 * latency.p99_s, "ms");
@@ -364,7 +365,7 @@ int lead(Options options, const std::string& self) {
   double slowest_reply_s = 0.0;
   double next_kill_s = warm_up_s + 3.0;
   bool is_frozen = false;
-  client::Percentiles step, wake_up, latency;
+  client::Percentiles step, wakeup_latency, latency;
   const auto worst = [](client::Percentiles& all, const client::Percentiles& now) {
     all = {std::max(all.p50_s, now.p50_s), std::max(all.p99_s, now.p99_s), std::max(all.max_s, now.max_s)};
   };
@@ -382,7 +383,8 @@ int lead(Options options, const std::string& self) {
     while (cell.next_event(Seconds(0.0))) {
     }
     last = cell.status();
-    worst(step, last.step_time), worst(wake_up, last.wake_up), worst(latency, last.command_latency);
+    worst(step, last.step_time), worst(wakeup_latency, last.wakeup_latency),
+        worst(latency, last.command_latency);
     if (options.faults) {
       const bool freeze = t > 0.25 * options.seconds && t < 0.75 * options.seconds;
       if (freeze != is_frozen) frozen->signal(freeze ? SIGSTOP : SIGCONT);
@@ -433,11 +435,12 @@ int lead(Options options, const std::string& self) {
               options.realtime_priority > 0 ? 0.1 : 1.0);
   report.line("missed by a loop that does nothing, beside it", machine.missed_percent, "%");
   report.line("longest lag of that loop", 1e3 * machine.longest_lag_s, "ms");
-  report.line("schedule re-based", static_cast<double>(last.rebases - first.rebases), "times");
+  report.line("schedule re-based", static_cast<double>(last.schedule_resets - first.schedule_resets),
+              "times");
   report.line("simulated / wall time", (last.time_s - first.time_s) / wall_s, "");
   report.line("step, p99 (worst of all reports)", 1e6 * step.p99_s, "us", 500.0);
   report.line("step, longest", 1e6 * step.max_s, "us");
-  report.line("wake-up, p99 (worst of all reports)", 1e6 * wake_up.p99_s, "us");
+  report.line("wake-up, p99 (worst of all reports)", 1e6 * wakeup_latency.p99_s, "us");
   report.line("command to effect, p99 (worst of all reports)", 1e3 * latency.p99_s, "ms", 3.0);
   report.line("command to effect, longest", 1e3 * latency.max_s, "ms");
   report_growth(report, at_first, at_last);

@@ -79,10 +79,10 @@ def main():
                 raise SystemExit("load.py: the scenario was not loaded")
             steps = last["step"] - first["step"]
             missed = last["overruns"] - first["overruns"]
-            good = took_s <= GOAL_S and steps > 0 and last["rebases"] == first["rebases"]
+            good = took_s <= GOAL_S and steps > 0 and last["schedule_resets"] == first["schedule_resets"]
             print(f"{triangles} triangles loaded, described and received in {took_s:.1f} s (goal {GOAL_S:g})")
             print(f"the running cell meanwhile: {steps} steps, {100 * missed / max(steps, 1):.2f} % missed ticks, "
-                  f"re-based {last['rebases'] - first['rebases']} times, step p99 {1e6 * last['step_time']['p99']:.0f} us")
+                  f"re-based {last['schedule_resets'] - first['schedule_resets']} times, step p99 {1e6 * last['step_time']['p99']:.0f} us")
             return 0 if good else 1
         finally:
             server.terminate()

@@ -43,7 +43,7 @@ END {
     if (since("applied_twice") > 0) fault("a command was applied twice")
     if (since("applied_old") > 0) fault("a command was applied after a newer one")
     if (since("refused") > 0) fault("the server was given a command after a newer one, and refused it")
-    if (since("rebases") > 0) fault("the loop stalled: its schedule was re-based " since("rebases") " times")
+    if (since("schedule_resets") > 0) fault("the loop stalled: its schedule was re-based " since("schedule_resets") " times")
     if (since("events_missed") > 0 && name[p] != "cut for 10 s") fault("events were lost")
     if (end_states == 0) fault("the client is not served at the end of the phase")
     if (name[p] ~ /^clean/ && since("unanswered") > 0) fault("requests were not answered")

@@ -118,8 +118,8 @@ class PartnerOracle {
   /// The graphs for each way in which the unclear pairs may touch; for many of them only none and all.
   void every_way(const std::vector<std::pair<int, int>>& certain,
                  const std::vector<std::pair<int, int>>& unclear) {
-    constexpr std::size_t kMostUnclear = 6;
-    all_ways_ = unclear.size() <= kMostUnclear;
+    constexpr std::size_t kMaxUnclear = 6;
+    all_ways_ = unclear.size() <= kMaxUnclear;
     const std::size_t ways = all_ways_ ? std::size_t{1} << unclear.size() : 2;
     for (std::size_t way = 1; way < ways; ++way) {
       std::vector<std::pair<int, int>> touching = certain;

@@ -38,7 +38,7 @@ class FurnaceCell {
 
   std::shared_ptr<const CellModel> build() {
     CellModel& model = cell_.model();
-    model.further_models = {
+    model.auxiliary_models = {
         {"Rotor_heat", [p = part_] { return std::make_unique<HeatedPart>(p); }, kPartDevice},
         {"Furnace", [p = furnace_] { return std::make_unique<Furnace>(p); }, kFurnaceDevice}};
     model.description.devices = {{"Rotor_heat", {}}, {"Furnace", {}}};

@@ -84,8 +84,8 @@ class GripOracle {
       if (left[i] != 0 && right[i] != 0) grip.sure.insert(parts[i]);
     if (grip.sure.empty()) {
       // Ways grow with the factorial of the Parts that touch.
-      constexpr std::size_t kMostTried = 16;
-      unclear = unclear || parts.size() > kMostTried;
+      constexpr std::size_t kMaxTried = 16;
+      unclear = unclear || parts.size() > kMaxTried;
       Touching touching(parts.size(), std::vector<char>(parts.size(), 0));
       for (std::size_t i = 0; !unclear && i < parts.size(); ++i)
         for (std::size_t k = 0; k < parts.size(); ++k)

@@ -44,11 +44,11 @@ class HostReader {
   bool wait_until(const std::function<bool()>& condition) {
     const std::int64_t limit = monotonic_now_ns() + 60'000'000'000;
     for (;;) {
-      for (ControlReply& reply : host_.mail().take_replies()) replies.push_back(std::move(reply));
-      for (AdapterEvent& event : host_.mail().events.take().events) events.push_back(std::move(event));
+      for (ControlReply& reply : host_.outbound().take_replies()) replies.push_back(std::move(reply));
+      for (DiagnosticEvent& event : host_.outbound().events.take().events) events.push_back(std::move(event));
       if (condition()) return true;
       if (monotonic_now_ns() > limit) return false;
-      host_.mail().news.wait_until_ns(monotonic_now_ns() + 10'000'000);
+      host_.outbound().news.wait_until_ns(monotonic_now_ns() + 10'000'000);
     }
   }
   ControlReply request(const std::string& name, TextArguments arguments = {}) {
@@ -63,8 +63,8 @@ class HostReader {
     return found;
   }
   /// The first event of that code, waited for.
-  AdapterEvent event(const std::string& code) {
-    AdapterEvent found;
+  DiagnosticEvent event(const std::string& code) {
+    DiagnosticEvent found;
     wait_until([&] {
       for (auto event = events.rbegin(); event != events.rend(); ++event)
         if (event->code == code) found = *event;
@@ -73,13 +73,13 @@ class HostReader {
     return found;
   }
   bool has(const std::string& code) const {
-    for (const AdapterEvent& event : events)
+    for (const DiagnosticEvent& event : events)
       if (event.code == code) return true;
     return false;
   }
 
   std::vector<ControlReply> replies;
-  std::vector<AdapterEvent> events;
+  std::vector<DiagnosticEvent> events;
 
  private:
   CellHost& host_;

@@ -20,7 +20,7 @@ class HostedService {
       : host(named(std::move(options))) {
     adapter = std::make_unique<DdsAdapter>(host, ParticipantOptions{"hosted", test_domain(), "", ""});
     if (begin) {
-      host.open(WorldSource{two_robots(), std::move(scenario)});
+      host.open(ScenarioSource{two_robots(), std::move(scenario)});
     } else {
       host.open_empty();
     }

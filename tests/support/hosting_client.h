@@ -17,7 +17,7 @@ inline ClientOptions client_options() {
   options.cell = test_cell();
   options.domain = static_cast<int>(test_domain());
   options.timeout = kGenerous;
-  options.silence_limit = kGenerous;
+  options.liveliness_timeout = kGenerous;
   return options;
 }
 

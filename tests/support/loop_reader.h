@@ -1,5 +1,5 @@
 #pragma once
-// Reads a RunLoop's outbox in the test's own thread. Waiting is for a condition; the limit is only there so
+// Reads a RunLoop's output in the test's own thread. Waiting is for a condition; the limit is only there so
 // that a broken loop fails a test instead of hanging it.
 #include <cmath>
 #include <functional>
@@ -23,7 +23,7 @@ class LoopReader {
       read();
       if (condition()) return true;
       if (monotonic_now_ns() > limit) return false;
-      loop_.outbox().news.wait_until_ns(monotonic_now_ns() + 10'000'000);
+      loop_.output().news.wait_until_ns(monotonic_now_ns() + 10'000'000);
     }
   }
 
@@ -64,10 +64,10 @@ class LoopReader {
 
   void read() {
     EventRecord event;
-    while (loop_.outbox().events.pop(event)) events.push_back(event);
-    if (const auto* taken = loop_.outbox().snapshots.take()) snapshot = taken->snapshot;
-    if (const auto* taken = loop_.outbox().status.take()) status = *taken;
-    for (auto& reply : loop_.outbox().take_replies()) replies.push_back(std::move(reply));
+    while (loop_.output().events.pop(event)) events.push_back(event);
+    if (const auto* taken = loop_.output().snapshots.take()) snapshot = taken->snapshot;
+    if (const auto* taken = loop_.output().status.take()) status = *taken;
+    for (auto& reply : loop_.output().take_replies()) replies.push_back(std::move(reply));
   }
 
   std::vector<EventRecord> events;

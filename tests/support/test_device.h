@@ -39,8 +39,8 @@ class WarmChamber final : public DeviceModel {
 
 /// Adds the chamber to a cell, as its first device.
 inline void add_chamber(CellModel& cell, const std::string& name = "Chamber") {
-  cell.further_models.push_back({name, [] { return std::make_unique<WarmChamber>(); },
-                                 static_cast<int>(cell.description.devices.size())});
+  cell.auxiliary_models.push_back({name, [] { return std::make_unique<WarmChamber>(); },
+                                   static_cast<int>(cell.description.devices.size())});
   cell.description.devices.push_back({name,
                                       {{"set_point", "C", true, 20.0, 300.0},
                                        {"lamp", "", true, 0.0, 1.0},
@@ -72,7 +72,7 @@ class Heater final : public DeviceModel {
 };
 
 inline void add_heater(CellModel& cell, const std::string& name = "Heater") {
-  cell.further_models.push_back(
+  cell.auxiliary_models.push_back(
       {name, [] { return std::make_unique<Heater>(); }, static_cast<int>(cell.description.devices.size())});
   cell.description.devices.push_back(
       {name, {{"power", "W", true, 0.0, 1000.0}, {"energy", "J", false, 0.0, 0.0}}});

@@ -7,72 +7,72 @@ namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000, kLease = 5 * kSecond;
 
-TEST(Absence, WhoTicksHearsEverything) {
-  Absence absence(kLease, 100 * kSecond);
+TEST(SuspendDetector, WhoTicksHearsEverything) {
+  SuspendDetector suspend_detector(kLease, 100 * kSecond);
   for (std::int64_t t = 100 * kSecond; t < 160 * kSecond; t += kSecond / 2) {
-    EXPECT_FALSE(absence.deaf(t));
-    absence.tick(t);
+    EXPECT_FALSE(suspend_detector.quarantined(t));
+    suspend_detector.tick(t);
   }
-  EXPECT_EQ(absence.returned_ns(), 0);
+  EXPECT_EQ(suspend_detector.resumed_ns(), 0);
 }
 
-TEST(Absence, AShortStopIsNone) {
-  Absence absence(kLease, 10 * kSecond);
-  EXPECT_FALSE(
-      absence.deaf(13 * kSecond));  // others forget after 5 s, less the time between two announcements
-  absence.tick(13 * kSecond);
-  EXPECT_FALSE(absence.deaf(13 * kSecond + 1));
-  EXPECT_EQ(absence.returned_ns(), 0);
+TEST(SuspendDetector, AShortStopIsNone) {
+  SuspendDetector suspend_detector(kLease, 10 * kSecond);
+  EXPECT_FALSE(suspend_detector.quarantined(
+      13 * kSecond));  // others forget after 5 s, less the time between two announcements
+  suspend_detector.tick(13 * kSecond);
+  EXPECT_FALSE(suspend_detector.quarantined(13 * kSecond + 1));
+  EXPECT_EQ(suspend_detector.resumed_ns(), 0);
 }
 
 /// Regular ticks from the time on, each half second, until anything comes in again; the time of that.
-std::int64_t heard_again_ns(Absence& absence, std::int64_t from) {
+std::int64_t heard_again_ns(SuspendDetector& suspend_detector, std::int64_t from) {
   for (std::int64_t t = from; t < from + 20 * kSecond; t += kSecond / 100) {
-    if ((t - from) % (kSecond / 2) == 0) absence.tick(t);
-    if (!absence.deaf(t)) return t;
+    if ((t - from) % (kSecond / 2) == 0) suspend_detector.tick(t);
+    if (!suspend_detector.quarantined(t)) return t;
   }
   return -1;
 }
 
-TEST(Absence, AfterALongStopNothingComesInForAMoment) {
-  Absence absence(kLease, 10 * kSecond);
-  EXPECT_TRUE(absence.deaf(300 * kSecond));  // asked before the first tick
-  EXPECT_EQ(absence.returned_ns(), 300 * kSecond);
-  EXPECT_EQ(heard_again_ns(absence, 300 * kSecond), 301 * kSecond + kSecond / 2);
-  EXPECT_EQ(absence.returned_ns(), 300 * kSecond);
+TEST(SuspendDetector, AfterALongStopNothingComesInForAMoment) {
+  SuspendDetector suspend_detector(kLease, 10 * kSecond);
+  EXPECT_TRUE(suspend_detector.quarantined(300 * kSecond));  // asked before the first tick
+  EXPECT_EQ(suspend_detector.resumed_ns(), 300 * kSecond);
+  EXPECT_EQ(heard_again_ns(suspend_detector, 300 * kSecond), 301 * kSecond + kSecond / 2);
+  EXPECT_EQ(suspend_detector.resumed_ns(), 300 * kSecond);
 }
 
-TEST(Absence, TheTickItselfNoticesAStopToo) {
-  Absence absence(kLease, 10 * kSecond);
-  EXPECT_EQ(heard_again_ns(absence, 30 * kSecond), 31 * kSecond + kSecond / 2);
-  EXPECT_EQ(absence.returned_ns(), 30 * kSecond);
+TEST(SuspendDetector, TheTickItselfNoticesAStopToo) {
+  SuspendDetector suspend_detector(kLease, 10 * kSecond);
+  EXPECT_EQ(heard_again_ns(suspend_detector, 30 * kSecond), 31 * kSecond + kSecond / 2);
+  EXPECT_EQ(suspend_detector.resumed_ns(), 30 * kSecond);
 }
 
 /// Where ticks are late, those threads may be too that forget.
-TEST(Absence, OnAStarvedMachineItTakesLonger) {
-  Absence absence(kLease, 10 * kSecond);
-  absence.tick(30 * kSecond);
+TEST(SuspendDetector, OnAStarvedMachineItTakesLonger) {
+  SuspendDetector suspend_detector(kLease, 10 * kSecond);
+  suspend_detector.tick(30 * kSecond);
   for (const std::int64_t late : {32, 34, 36}) {
-    EXPECT_TRUE(absence.deaf(late * kSecond));
-    absence.tick(late * kSecond);
+    EXPECT_TRUE(suspend_detector.quarantined(late * kSecond));
+    suspend_detector.tick(late * kSecond);
   }
-  EXPECT_FALSE(absence.deaf(36 * kSecond));
+  EXPECT_FALSE(suspend_detector.quarantined(36 * kSecond));
 }
 
 /// While others still know it, it must not forget them.
-TEST(Absence, AStopOfLessThanALeaseIsLetPass) {
+TEST(SuspendDetector, AStopOfLessThanALeaseIsLetPass) {
   for (std::int64_t stop = 3 * kSecond; stop <= 5 * kSecond; stop += kSecond / 4) {
-    Absence absence(kLease, 10 * kSecond);
-    EXPECT_EQ(heard_again_ns(absence, 10 * kSecond + stop), 10 * kSecond + stop);
-    EXPECT_EQ(absence.returned_ns(), 0);
+    SuspendDetector suspend_detector(kLease, 10 * kSecond);
+    EXPECT_EQ(heard_again_ns(suspend_detector, 10 * kSecond + stop), 10 * kSecond + stop);
+    EXPECT_EQ(suspend_detector.resumed_ns(), 0);
   }
 }
 
-TEST(Absence, AStopOfALittleMoreLastsUntilBothHaveForgotten) {
+TEST(SuspendDetector, AStopOfALittleMoreLastsUntilBothHaveForgotten) {
   for (std::int64_t stop = 23 * kSecond / 4; stop <= 7 * kSecond; stop += kSecond / 4) {
-    Absence absence(kLease, 10 * kSecond);
+    SuspendDetector suspend_detector(kLease, 10 * kSecond);
     const std::int64_t back = 10 * kSecond + stop;
-    const std::int64_t heard = heard_again_ns(absence, back);
+    const std::int64_t heard = heard_again_ns(suspend_detector, back);
     // The last that was heard before came at most one tick after the last one.
     EXPECT_GE(heard, 10 * kSecond + kSecond / 2 + kLease) << stop;
     EXPECT_LE(heard, back + 3 * kSecond / 2) << stop;

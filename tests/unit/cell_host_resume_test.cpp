@@ -36,7 +36,7 @@ class PeriodicSnapshots : public testing::Test {
     options.loop.start_paused = true;  // so that steps beyond the first are of the changed cell
     CellHost host(options);
     HostReader reader(host);
-    host.open(WorldSource{file_, {}});
+    host.open(ScenarioSource{file_, {}});
     ASSERT_EQ(reader.request("set_state", {{"state", "0"}}).result, ControlResult::ok);
     ASSERT_EQ(reader.request("spawn_entity", {{"name", "X"}, {"copy_of", "A"}, {"position", "9 9 9"}}).result,
               ControlResult::ok);
@@ -50,13 +50,13 @@ class PeriodicSnapshots : public testing::Test {
     }));
   }
   /// What is announced by the server that starts again.
-  std::string resumed(const std::optional<WorldSource>& otherwise = std::nullopt) {
+  std::string resumed(const std::optional<ScenarioSource>& otherwise = std::nullopt) {
     host_.reset();
     host_.emplace(options_);
     reader_.emplace(*host_);
     host_->resume("was killed by signal 11", otherwise);
     EXPECT_TRUE(host_->announces());
-    const AdapterEvent told = host_->mail().announcement.value_or(AdapterEvent{});
+    const DiagnosticEvent told = host_->outbound().announcement.value_or(DiagnosticEvent{});
     EXPECT_EQ(told.code, "restarted");
     EXPECT_EQ(told.message.find("The server was killed by signal 11 and was started again: "), 0U);
     return told.message;
@@ -77,23 +77,23 @@ bool says(const std::string& text, const std::string& words) {
 TEST_F(PeriodicSnapshots, ThatCannotBeWrittenAreToldOnceAndAgainWhenTheyCan) {
   CellHost host(options_);
   HostReader reader(host);
-  host.open(WorldSource{file_, {}});
+  host.open(ScenarioSource{file_, {}});
   ASSERT_TRUE(reader.wait_until([&] { return !newest_first().empty(); }));
   block();
-  const AdapterEvent failed = reader.event("snapshot_failed");
+  const DiagnosticEvent failed = reader.event("snapshot_failed");
   EXPECT_EQ(failed.severity, Severity::error);
   EXPECT_TRUE(says(failed.message, "The periodic snapshot could not be written: ")) << failed.message;
   EXPECT_TRUE(says(failed.message, "periodic/")) << failed.message;
   EXPECT_FALSE(reader.has("snapshot_written"));
   unblock();
-  const AdapterEvent written = reader.event("snapshot_written");
+  const DiagnosticEvent written = reader.event("snapshot_written");
   EXPECT_EQ(written.severity, Severity::information);
   EXPECT_EQ(written.message, "Periodic snapshots are written again.");
   const auto before = newest_first();
   ASSERT_TRUE(reader.wait_until([&] { return newest_first() != before; })) << "they go on";
   host.stop();
   std::size_t failures = 0;
-  for (const AdapterEvent& event : reader.events) failures += event.code == "snapshot_failed" ? 1U : 0U;
+  for (const DiagnosticEvent& event : reader.events) failures += event.code == "snapshot_failed" ? 1U : 0U;
   EXPECT_EQ(failures, 1U);
 }
 
@@ -101,7 +101,7 @@ TEST_F(PeriodicSnapshots, OfAServerWhoseSessionCannotBeWrittenAreToldToo) {
   CellHost host(options_);
   HostReader reader(host);
   block();
-  host.open(WorldSource{file_, {}});
+  host.open(ScenarioSource{file_, {}});
   EXPECT_TRUE(says(reader.event("snapshot_failed").message, "session.json cannot be written."));
   // Nor can it be noted that nothing is loaded any more.
   reader.events.clear();
@@ -151,13 +151,13 @@ TEST_F(PeriodicSnapshots, OfNothingLoadedOrNoSessionBeginAnew) {
     CellHost host(options_);
     host.open_empty();
   }
-  EXPECT_TRUE(says(resumed(WorldSource{file_, {}}), "no scenario is loaded, as before."));
+  EXPECT_TRUE(says(resumed(ScenarioSource{file_, {}}), "no scenario is loaded, as before."));
   EXPECT_EQ(host_->loop(), nullptr);
   std::filesystem::remove(periodic_ / "session.json");
   EXPECT_TRUE(says(resumed(), "no scenario is loaded."));
   std::filesystem::remove(periodic_ / "session.json");
-  EXPECT_TRUE(
-      says(resumed(WorldSource{file_, {}}), "the scenario begins anew, as there is no periodic snapshot."));
+  EXPECT_TRUE(says(resumed(ScenarioSource{file_, {}}),
+                   "the scenario begins anew, as there is no periodic snapshot."));
   EXPECT_NE(host_->loop(), nullptr);
   options_.snapshots.clear();
   EXPECT_TRUE(says(resumed(), "no scenario is loaded."));
@@ -209,11 +209,11 @@ TEST_F(PeriodicSnapshots, AndTheLogOfBeforeTheCrashStay) {
   LogEntry entry;
   while (reader.next(entry) && entry.kind != LogKind::world) continue;
   ASSERT_EQ(entry.kind, LogKind::world);
-  EXPECT_EQ(decode_world(entry.content).changes.size(), 2U) << "what came and what went before the crash";
+  EXPECT_EQ(decode_scenario(entry.content).changes.size(), 2U) << "what came and what went before the crash";
   // It goes on without a log where none can be written, and says so.
   options_.log = directory_ / "no/such/directory/run.taktlog";
   static_cast<void>(resumed());
-  const AdapterEvent told = reader_->event("recording_failed");
+  const DiagnosticEvent told = reader_->event("recording_failed");
   EXPECT_TRUE(says(told.message, "Nothing is recorded: ")) << told.message;
   EXPECT_TRUE(says(told.message, "no/such/directory/run.taktlog.2")) << told.message;
   EXPECT_NE(host_->loop(), nullptr);

@@ -31,7 +31,7 @@ class Hosted : public testing::Test {
   }
   void open() {
     begin();
-    host_->open(WorldSource{file_, source_options_});
+    host_->open(ScenarioSource{file_, source_options_});
   }
   ControlReply request(const std::string& name, TextArguments arguments = {}) {
     return reader_->request(name, std::move(arguments));
@@ -78,7 +78,7 @@ TEST_F(Hosted, LoadsUnloadsAndEnds) {
   options_.threads = 2;  // with a pool for the collision checks
   open();
   EXPECT_FALSE(host_->idle_status().has_value());
-  EXPECT_EQ(host_->loop()->cell().world, 1U);
+  EXPECT_EQ(host_->loop()->cell().scenario_generation, 1U);
   const ControlReply loaded = request("reload_scenario");
   expect_reply(loaded, Result::ok, "Scenario cubes is loaded: 2 components, 0 robots");
   EXPECT_EQ(value_in(loaded, "world"), "2");
@@ -124,7 +124,7 @@ TEST_F(Hosted, NotesOfImportsAreToldToo) {
   std::vector<std::string> notes;
   options_.on_note = [&notes](const std::string& sentence) { notes.push_back(sentence); };
   open();
-  const AdapterEvent note = reader_->event("import_note");
+  const DiagnosticEvent note = reader_->event("import_note");
   EXPECT_EQ(note.subject, "A");
   ASSERT_FALSE(notes.empty());
   EXPECT_EQ(notes.front(), note.message);
@@ -143,7 +143,7 @@ TEST_F(Hosted, ACellFromNoFileIsNeitherChangedNorReloaded) {
   ASSERT_EQ(request("start_recording", {{"name", "r"}}).result, Result::ok);
   ASSERT_EQ(request("stop_recording").result, Result::ok);
   ReplayOptions options;
-  options.load = [](const LogWorld& world) { return load_logged_world(world, {}); };
+  options.load = [](const LogScenario& logged) { return load_logged_scenario(world, {}); };
   try {
     static_cast<void>(replay(options_.recordings / "r.taktlog", options));
     ADD_FAILURE() << "it was replayed";
@@ -288,10 +288,10 @@ TEST_F(Hosted, RecordingsByRequestSayWhyNot) {
   ASSERT_TRUE(reader_->wait_until([&] { return quits_.load() == 1; }));
   ASSERT_EQ(request("stop_recording").result, Result::ok);
   ReplayOptions replay_options;
-  replay_options.load = [](const LogWorld& world) { return load_logged_world(world, {}); };
+  replay_options.load = [](const LogScenario& logged) { return load_logged_scenario(world, {}); };
   const ReplayResult result = replay(options_.recordings / "later.taktlog", replay_options);
   EXPECT_EQ(result.difference, "");
-  EXPECT_EQ(result.worlds, 1U);
+  EXPECT_EQ(result.scenarios, 1U);
   EXPECT_TRUE(result.complete);
 }
 
@@ -309,21 +309,21 @@ TEST_F(Hosted, TheLogOfTheServerHoldsWhatWasSpawnedAndDeleted) {
   ASSERT_EQ(request("delete_entity", {{"entity", "B"}}).result, Result::ok);
   ASSERT_EQ(request("step", {{"steps", "5"}}).result, Result::ok);
   host_->stop();
-  std::vector<LogWorld> worlds;
+  std::vector<LogScenario> loaded;
   ReplayOptions options;
-  options.load = [&worlds](const LogWorld& world) {
-    worlds.push_back(world);
-    return load_logged_world(world, {});
+  options.load = [&loaded](const LogScenario& logged) {
+    loaded.push_back(logged);
+    return load_logged_scenario(world, {});
   };
   const ReplayResult result = replay(options_.log, options);
   EXPECT_EQ(result.difference, "");
   EXPECT_EQ(result.steps, 5U);
-  ASSERT_EQ(worlds.size(), 3U);
-  EXPECT_EQ(worlds[0].source.options.level_of_detail, 1);
-  ASSERT_EQ(worlds[2].changes.size(), 2U);
-  EXPECT_EQ(worlds[2].changes[0].request, "spawn_entity");
-  EXPECT_EQ(worlds[2].changes[0].arguments.at(1), (std::pair<std::string, std::string>{"copy_of", "A"}));
-  EXPECT_EQ(worlds[2].changes[1].request, "delete_entity");
+  ASSERT_EQ(loaded.size(), 3U);
+  EXPECT_EQ(loaded[0].source.options.level_of_detail, 1);
+  ASSERT_EQ(loaded[2].changes.size(), 2U);
+  EXPECT_EQ(loaded[2].changes[0].request, "spawn_entity");
+  EXPECT_EQ(loaded[2].changes[0].arguments.at(1), (std::pair<std::string, std::string>{"copy_of", "A"}));
+  EXPECT_EQ(loaded[2].changes[1].request, "delete_entity");
   // A log cannot be told apart from other files, or from none, by luck.
   const auto refusal = [](const std::filesystem::path& file) -> std::string {
     try {
@@ -341,7 +341,7 @@ TEST_F(Hosted, TheLogOfTheServerHoldsWhatWasSpawnedAndDeleted) {
 TEST_F(Hosted, ALogThatCannotBeWrittenEndsTheBeginning) {
   options_.log = directory_ / "no/such/directory/run.taktlog";
   begin();
-  EXPECT_THROW(host_->open(WorldSource{file_, {}}), LogError);
+  EXPECT_THROW(host_->open(ScenarioSource{file_, {}}), LogError);
 }
 
 }  // namespace

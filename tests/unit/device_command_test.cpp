@@ -81,7 +81,7 @@ TEST_F(Device, SavedStateGoesOnWithTheSameBits) {
 }
 
 TEST_F(Device, ADescriptionWithoutAModelIsNoCell) {
-  model_->further_models.clear();
+  model_->auxiliary_models.clear();
   EXPECT_THROW(Simulation{model_}, std::invalid_argument);
 }
 

@@ -131,8 +131,8 @@ TEST_F(GlbFile, WhatMayBeOtherwiseIsRead) {
             "4");
 }
 
-TEST(MeshFindings, HaveWordsOfTheirOwn) {
-  using Kind = MeshFindingKind;
+TEST(MeshDiagnostics, HaveWordsOfTheirOwn) {
+  using Kind = MeshDiagnosticKind;
   const std::pair<Kind, const char*> words[] = {
       {Kind::bad_vertex, "bad vertex"},
       {Kind::zero_area_faces, "faces without area"},

@@ -11,8 +11,8 @@
 namespace takt {
 namespace {
 
-TEST(LatestValueSlot, GivesEachValueOnceAndOnlyTheNewest) {
-  LatestValueSlot<int> slot;
+TEST(TripleBuffer, GivesEachValueOnceAndOnlyTheNewest) {
+  TripleBuffer<int> slot;
   EXPECT_EQ(slot.take(), nullptr);
   for (const int value : {1, 2, 3}) {
     slot.write_buffer() = value;
@@ -24,8 +24,8 @@ TEST(LatestValueSlot, GivesEachValueOnceAndOnlyTheNewest) {
   EXPECT_EQ(slot.take(), nullptr);
 }
 
-TEST(LatestValueSlot, AValueTakenIsNotTouchedByTheWriter) {
-  LatestValueSlot<int> slot;
+TEST(TripleBuffer, AValueTakenIsNotTouchedByTheWriter) {
+  TripleBuffer<int> slot;
   slot.write_buffer() = 1;
   slot.publish();
   const int* taken = slot.take();
@@ -36,9 +36,9 @@ TEST(LatestValueSlot, AValueTakenIsNotTouchedByTheWriter) {
   }
 }
 
-TEST(LatestValueSlot, ReaderSeesWholeValuesInOrderAndTheLastOne) {
+TEST(TripleBuffer, ReaderSeesWholeValuesInOrderAndTheLastOne) {
   using Block = std::array<std::uint64_t, 64>;
-  LatestValueSlot<Block> slot;
+  TripleBuffer<Block> slot;
   constexpr std::uint64_t kLast = 200'000;
   std::thread writer([&] {
     for (std::uint64_t value = 1; value <= kLast; ++value) {

@@ -18,7 +18,7 @@ namespace takt::test {
 namespace {
 
 using ::testing::HasSubstr;
-using Kind = MeshFindingKind;
+using Kind = MeshDiagnosticKind;
 
 TriangleMesh committed(const std::string& name) {
   return import_solid(std::string(TAKT_CONFIG_DIR) + "/meshes/" + name + ".obj");
@@ -30,14 +30,14 @@ ContactMeshOptions options_of(const std::string& component) {
   return options;
 }
 
-const MeshFinding* find(const std::vector<MeshFinding>& findings, Kind kind) {
+const MeshDiagnostic* find(const std::vector<MeshDiagnostic>& findings, Kind kind) {
   const auto at =
-      std::find_if(findings.begin(), findings.end(), [&](const MeshFinding& f) { return f.kind == kind; });
+      std::find_if(findings.begin(), findings.end(), [&](const MeshDiagnostic& f) { return f.kind == kind; });
   return at == findings.end() ? nullptr : &*at;
 }
 
 /// The element edge that a remedy names.
-double edge_of(const MeshFinding& finding) {
+double edge_of(const MeshDiagnostic& finding) {
   const std::size_t at = finding.remedy.find("element_edge_m to ");
   EXPECT_NE(at, std::string::npos) << finding.remedy;
   return std::stod(finding.remedy.substr(at + 18));
@@ -49,7 +49,7 @@ TEST(MeshCare, ABallHasNothingToTell) {
 
 TEST(MeshCare, SharpEdgesAreCountedAndMeasured) {
   const auto findings = find_contact_risks(block_mesh(), {});
-  const MeshFinding* sharp = find(findings, Kind::sharp_edges);
+  const MeshDiagnostic* sharp = find(findings, Kind::sharp_edges);
   ASSERT_NE(sharp, nullptr);
   EXPECT_EQ(sharp->count, 12U);
   EXPECT_NEAR(sharp->figure, 90.0, 1e-9);
@@ -78,7 +78,7 @@ TEST(MeshCare, AKnifeIsAWarning) {
 
 TEST(MeshCare, CoarseFacesAreToldAndTheRemedyHelps) {
   const auto findings = find_contact_risks(block_mesh(), options_of("Box"));
-  const MeshFinding* coarse = find(findings, Kind::coarse);
+  const MeshDiagnostic* coarse = find(findings, Kind::coarse);
   ASSERT_NE(coarse, nullptr);
   EXPECT_EQ(coarse->severity, MeshSeverity::warning);
   EXPECT_EQ(coarse->count, 6U);
@@ -103,7 +103,7 @@ TEST(MeshCare, MeshesMadeForContactAreFineEnough) {
   for (const char* name :
        {"B", "C", "O", "P", "gripper_jaw", "contact/block", "contact/slab", "contact/sphere",
         "contact/peg_10um", "contact/press_peg", "contact/bolt", "contact/ring"}) {
-    for (const MeshFinding& finding : find_contact_risks(committed(name), {}))
+    for (const MeshDiagnostic& finding : find_contact_risks(committed(name), {}))
       EXPECT_LE(finding.severity, MeshSeverity::info) << name << ": " << finding.sentence;
   }
 }
@@ -111,7 +111,7 @@ TEST(MeshCare, MeshesMadeForContactAreFineEnough) {
 TEST(MeshCare, NeedlesAreTold) {
   const TriangleMesh rod = box_mesh({0.3, 0.004, 0.004});
   const auto findings = find_contact_risks(rod, options_of("Rod"));
-  const MeshFinding* needles = find(findings, Kind::needles);
+  const MeshDiagnostic* needles = find(findings, Kind::needles);
   ASSERT_NE(needles, nullptr);
   EXPECT_EQ(needles->count, 8U);
   EXPECT_NEAR(needles->figure, (0.3 * 0.3 + 0.004 * 0.004) / (0.3 * 0.004), 1e-9);
@@ -129,7 +129,7 @@ TEST(MeshCare, ABodyFarFromItsOriginIsTold) {
     EXPECT_EQ(find(findings, Kind::far_from_origin) != nullptr, told);
   }
   const auto findings = find_contact_risks(box_mesh({0.1, 0.08, 0.06}, {0.0, 20.0, -0.03}), {});
-  const MeshFinding* far = find(findings, Kind::far_from_origin);
+  const MeshDiagnostic* far = find(findings, Kind::far_from_origin);
   ASSERT_NE(far, nullptr);
   EXPECT_NEAR(far->figure, 20.04 / 16777216.0, 1e-12);
   EXPECT_THAT(far->sentence, HasSubstr("20 m from the origin"));

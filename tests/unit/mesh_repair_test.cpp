@@ -23,7 +23,7 @@ namespace takt::test {
 namespace {
 
 using ::testing::HasSubstr;
-using Kind = MeshFindingKind;
+using Kind = MeshDiagnosticKind;
 using Severity = MeshSeverity;
 
 void add(TriangleMesh& mesh, const TriangleMesh& other, bool inside_out = false) {
@@ -40,10 +40,10 @@ void turn_all(TriangleMesh& mesh) {
 }
 
 /// The only finding.
-MeshFinding only(const RepairedMesh& repaired) {
+MeshDiagnostic only(const RepairedMesh& repaired) {
   EXPECT_EQ(repaired.findings.size(), 1U);
-  for (const MeshFinding& finding : repaired.findings) EXPECT_NE(finding.remedy, "") << finding.sentence;
-  return repaired.findings.empty() ? MeshFinding{} : repaired.findings.front();
+  for (const MeshDiagnostic& finding : repaired.findings) EXPECT_NE(finding.remedy, "") << finding.sentence;
+  return repaired.findings.empty() ? MeshDiagnostic{} : repaired.findings.front();
 }
 
 void expect_box(const RepairedMesh& repaired) {
@@ -69,7 +69,7 @@ TEST(MeshRepair, DuplicateFacesGo) {
   mesh.triangles.push_back(u);
   const RepairedMesh repaired = repair_mesh(mesh);
   expect_box(repaired);
-  const MeshFinding finding = only(repaired);
+  const MeshDiagnostic finding = only(repaired);
   EXPECT_EQ(finding.kind, Kind::duplicate_faces);
   EXPECT_EQ(finding.severity, Severity::repaired);
   EXPECT_EQ(finding.count, 3U);
@@ -140,7 +140,7 @@ TEST(MeshRepair, OpenEdgesAreRefusedWithNumberLengthAndPlace) {
   mesh.triangles.erase(mesh.triangles.begin());  // of the bottom: 100, 80 and their diagonal
   const RepairedMesh repaired = repair_mesh(mesh);
   EXPECT_THAT(repaired.problem, HasSubstr("the surface has a hole there"));
-  const MeshFinding finding = only(repaired);
+  const MeshDiagnostic finding = only(repaired);
   EXPECT_EQ(finding.kind, Kind::open_edges);
   EXPECT_EQ(finding.severity, Severity::refused);
   EXPECT_EQ(finding.count, 3U);
@@ -295,7 +295,7 @@ TEST(MeshRepair, RandomDamageIsUndone) {
     EXPECT_EQ(repaired.problem, "");
     EXPECT_EQ(repaired.mesh.triangles.size(), halved);
     EXPECT_NEAR(volume_properties(repaired.mesh).volume / volume, 1.0, 1e-12);
-    for (const MeshFinding& finding : repaired.findings) EXPECT_EQ(finding.severity, Severity::repaired);
+    for (const MeshDiagnostic& finding : repaired.findings) EXPECT_EQ(finding.severity, Severity::repaired);
   }
 }
 

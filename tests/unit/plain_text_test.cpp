@@ -66,7 +66,7 @@ TEST(PlainText, IsCutBetweenCharacters) {
   EXPECT_EQ(plain_text("\xC3\xA4\xC3\xB6", 3), "\xC3\xA4");
   EXPECT_EQ(plain_text("\xF0\x9F\x94\xA9", 3), "");
   EXPECT_EQ(plain_text("\x80\x80\x80\x80\x80\x80", 5), "?????");
-  FixedText<3> text("\xC3\xA4\xC3\xB6");
+  FixedString<3> text("\xC3\xA4\xC3\xB6");
   EXPECT_EQ(text.view(), "\xC3\xA4");
   text.assign("abc");
   EXPECT_EQ(text.view(), "abc");

@@ -38,7 +38,7 @@ ToldRun run(int level, std::vector<std::string> overrides = {}, double duration_
   HeadlessOptions headless;
   headless.duration_s = duration_s;
   headless.program = scenario.controller_program;
-  headless.process_numbers = true;
+  headless.run_metrics = true;
   ToldRun done;
   Snapshot snapshot = simulation.make_snapshot();
   const HeadlessResult result = run_headless(simulation, scenario, headless, [&](const Simulation& s) {
@@ -66,7 +66,7 @@ const ToldRun& dynamic() {
   return done;
 }
 
-TEST(ProcessNumbers, LargestLoadsAreThoseThatAnObserverSees) {
+TEST(RunMetrics, LargestLoadsAreThoseThatAnObserverSees) {
   const Json& joint = dynamic().report["process"]["robots"]["Robot2"]["joints"][1];
   EXPECT_EQ(joint["largest_speed"].get<double>(), dynamic().largest_speed);
   EXPECT_EQ(joint["largest_torque"].get<double>(), dynamic().largest_torque);
@@ -77,7 +77,7 @@ TEST(ProcessNumbers, LargestLoadsAreThoseThatAnObserverSees) {
   EXPECT_FALSE(slower.contains("largest_torque"));
 }
 
-TEST(ProcessNumbers, MarginsAreSharesOfTheLimitsOfTheUrdf) {
+TEST(RunMetrics, MarginsAreSharesOfTheLimitsOfTheUrdf) {
   const Json& margins = dynamic().report["process"]["margins"];
   const auto of = [&](const std::string& name) {
     const auto found =
@@ -92,7 +92,7 @@ TEST(ProcessNumbers, MarginsAreSharesOfTheLimitsOfTheUrdf) {
     EXPECT_GE(margins[i - 1]["use"].get<double>(), margins[i]["use"].get<double>());
 }
 
-TEST(ProcessNumbers, StepsHaveTheirTimesAndTheEnergyDrawnMeanwhile) {
+TEST(RunMetrics, StepsHaveTheirTimesAndTheEnergyDrawnMeanwhile) {
   int of_robot2 = 0;
   double sum_J = 0.0;
   for (const Json& step : dynamic().report["process"]["steps"]) {
@@ -109,7 +109,7 @@ TEST(ProcessNumbers, StepsHaveTheirTimesAndTheEnergyDrawnMeanwhile) {
   EXPECT_NEAR(sum_J, dynamic().report["energy"]["consumers"]["Robot2"]["energy_J"].get<double>(), 1e-9);
 }
 
-TEST(ProcessNumbers, AProgramThatNamesNoStepsIsToldByItsCalls) {
+TEST(RunMetrics, AProgramThatNamesNoStepsIsToldByItsCalls) {
   const ToldRun done = run(1, {"controller.program=" TAKT_CONFIG_DIR "/programs/block_disassembly.lua"}, 0.5);
   const Json& steps = done.report["process"]["steps"];
   ASSERT_FALSE(steps.empty());
@@ -120,7 +120,7 @@ TEST(ProcessNumbers, AProgramThatNamesNoStepsIsToldByItsCalls) {
   }
 }
 
-TEST(ProcessNumbers, ThePageStandsForItself) {
+TEST(RunMetrics, ThePageStandsForItself) {
   for (const std::string& page : {kinematic().page, dynamic().page}) {
     EXPECT_THAT(page, HasSubstr("C into B"));
     EXPECT_THAT(page, HasSubstr("<svg"));

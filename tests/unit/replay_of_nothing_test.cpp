@@ -14,7 +14,7 @@ namespace {
 
 std::string refusal_of_log(const std::filesystem::path& file) {
   ReplayOptions options;
-  options.load = [](const LogWorld&) -> std::shared_ptr<const CellModel> {
+  options.load = [](const LogScenario&) -> std::shared_ptr<const CellModel> {
     throw std::logic_error("there is no scenario to load");
   };
   try {

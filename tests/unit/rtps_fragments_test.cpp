@@ -155,14 +155,14 @@ TEST(RtpsFragmentsOfSome, AreBounded) {
   const Bytes whole = sample(1U << 20U, 1);
   for (std::int64_t number = 1; number < 200; ++number) {
     one(assembly, fragments, whole, number, 1);
-    ASSERT_LE(assembly.samples(), FragmentAssembly::kMostOfOneSender);
+    ASSERT_LE(assembly.samples(), FragmentAssembly::kMaxOfOneSender);
   }
   Packet others;
   fragments.add(others, whole, 1, 1);
   for (std::uint8_t sender = 1; sender < 200; ++sender) {
     others.wire.bytes[8] = sender;
     passed(assembly, others.wire.bytes);
-    ASSERT_LE(assembly.samples(), FragmentAssembly::kMostSamples);
+    ASSERT_LE(assembly.samples(), FragmentAssembly::kMaxSamples);
     ASSERT_LE(assembly.held_bytes(), std::size_t{64} << 20U);
   }
 }

@@ -25,7 +25,7 @@ using Bytes = std::vector<std::uint8_t>;
 
 constexpr std::uint32_t kNow_s = 0x60000000;
 
-std::string flaw_of(const Bytes& packet, const GuardLimits& limits = {}, PacketMemory* sent = nullptr) {
+std::string flaw_of(const Bytes& packet, const GuardLimits& limits = {}, RtpsSessionState* sent = nullptr) {
   return std::string(to_string(inspect_packet(packet, limits, sent).flaw));
 }
 std::string flaw_of(const Packet& packet, const GuardLimits& limits = {}) {
@@ -171,7 +171,7 @@ TEST(RtpsGuardRequests, ForFragmentsThatWereSent) {
                     Wire().id(kReader).id(kWriter).sequence(number).u32(base).u32(bits).u32(word).u32(1))
         .wire.bytes;
   };
-  PacketMemory sent;
+  RtpsSessionState sent;
   EXPECT_EQ(flaw_of(request(5, 1, 1, 0x80000000), {}, &sent), "fragment_request");
   sent.note(
       Packet()
@@ -192,7 +192,7 @@ TEST(RtpsGuardSamples, WhatIsInUseIsNotForgotten) {
   struct Entry {
     std::uint64_t key = 0, value = 0;
   };
-  NewestEntries<Entry, 1> entries;
+  LruTable<Entry, 1> entries;
   entries.insert(1).value = 10;
   for (std::uint64_t key = 2; key < 100; ++key) {
     entries.insert(key).value = key;
@@ -218,7 +218,7 @@ TEST(RtpsGuardSamples, ATopicWithoutKeysHasNone) {
 }
 
 TEST(RtpsGuardSamples, NumbersOfAWriterDoNotLeap) {
-  PacketMemory memory;
+  RtpsSessionState memory;
   const auto data = [&](std::int64_t number, std::uint32_t writer = kWriter) {
     return flaw_of(Packet().data(kReader, writer, 4, small_sample(), number).wire.bytes, {}, &memory);
   };
@@ -227,14 +227,14 @@ TEST(RtpsGuardSamples, NumbersOfAWriterDoNotLeap) {
     EXPECT_EQ(data(number + 1, writer), "sequence_number");
     return data(number + 2, writer);
   };
-  constexpr std::int64_t step = PacketMemory::kStep, first = PacketMemory::kLargestFirst;
+  constexpr std::int64_t step = RtpsSessionState::kStep, first = RtpsSessionState::kLargestFirst;
   EXPECT_EQ(data(step), "none");
   EXPECT_EQ(data(2 * step), "none");
   EXPECT_EQ(data(3 * step + 1), "sequence_number");
   EXPECT_EQ(data(2 * step), "none") << "an old one again, which does not confirm the leap";
   EXPECT_EQ(confirmed(3 * step + 1, kWriter), "none") << "it wrote while nobody heard it";
   EXPECT_EQ(data(3 * step + 4), "none");
-  EXPECT_EQ(confirmed(4 * step + PacketMemory::kLongestLeap, kWriter), "sequence_number");
+  EXPECT_EQ(confirmed(4 * step + RtpsSessionState::kLongestLeap, kWriter), "sequence_number");
   EXPECT_EQ(confirmed(first - 10, kWriter + 0x100), "none") << "it has been writing for days";
   EXPECT_EQ(confirmed(first + 10, kWriter + 0x200), "sequence_number");
   const Wire leap = Wire().id(kReader).id(kWriter + 0x100).sequence(1LL << 40U).sequence(1LL << 40U).u32(1);
@@ -264,7 +264,7 @@ class RtpsGuardEndpoints : public testing::Test {
   }
   static Bytes participant_of(std::uint8_t n) { return guid(n, 0x000001c1); }
   static inline std::uint32_t now_s = 0;
-  PacketMemory memory{[] { return now_s; }};
+  RtpsSessionState memory{[] { return now_s; }};
 };
 
 TEST_F(RtpsGuardEndpoints, StayWhatTheyAre) {
@@ -495,11 +495,10 @@ TEST_P(RtpsGuard, WhatStandsInThePlaceOfStatisticsInSharedMemoryIsCutOff) {
     return bytes;
   };
   const Bytes genuine = Packet(plain).submessage(0x06, 2, acknowledgement).wire.bytes;
-  const auto asked = [](const Bytes& bytes, PacketMemory* memory = nullptr,
-                        PacketWay way = PacketWay::shared_memory) {
+  const auto asked = [](const Bytes& bytes, RtpsSessionState* memory = nullptr,
+                        TransportKind way = TransportKind::shared_memory) {
     const PacketReport report = inspect_packet(bytes, {}, memory, way);
-    return report.flaw == PacketFlaw::none ? std::to_string(report.size)
-                                           : std::string(to_string(report.flaw));
+    return report.flaw == RtpsError::none ? std::to_string(report.size) : std::string(to_string(report.flaw));
   };
   const std::string whole = std::to_string(size), longer = std::to_string(size + 60);
   const Bytes framing = wire().u8(0x55).u8(0).u16(0x7777).fill(56, 9).bytes;
@@ -507,7 +506,7 @@ TEST_P(RtpsGuard, WhatStandsInThePlaceOfStatisticsInSharedMemoryIsCutOff) {
   const Bytes nothing = Wire().fill(60).bytes;
   for (const Bytes& stale : {framing, content, nothing}) EXPECT_EQ(asked(with(stale)), whole);
   EXPECT_EQ(asked(plain.wire.bytes), whole);
-  EXPECT_EQ(asked(with(framing), nullptr, PacketWay::network), "submessage");
+  EXPECT_EQ(asked(with(framing), nullptr, TransportKind::network), "submessage");
   EXPECT_EQ(asked(with(Bytes(framing.begin(), framing.end() - 4))), "submessage") << "of another length";
   Bytes of_others = with(framing);
   of_others[7] = 16;
@@ -517,11 +516,11 @@ TEST_P(RtpsGuard, WhatStandsInThePlaceOfStatisticsInSharedMemoryIsCutOff) {
   EXPECT_EQ(asked(bad), "payload") << "what stands before is looked at";
   // Old bytes may look like a submessage. They are none of a sender that has left others before.
   for (const Bytes& stale : {framing, nothing}) {
-    PacketMemory memory;
+    RtpsSessionState memory;
     EXPECT_EQ(asked(genuine, &memory), longer);
     EXPECT_EQ(asked(with(stale), &memory), whole);
     EXPECT_EQ(asked(genuine, &memory), whole);
-    EXPECT_EQ(asked(genuine, &memory, PacketWay::network), longer);
+    EXPECT_EQ(asked(genuine, &memory, TransportKind::network), longer);
     Bytes another = genuine;
     another[8] = 99;
     EXPECT_EQ(asked(another, &memory), longer);
@@ -533,7 +532,8 @@ TEST_P(RtpsGuard, NothingIsCutOffBetweenPrefixAndPostfix) {
   secured.encrypted = true;
   const Packet begun = packet().submessage(0x31, 0, wire().fill(20));
   Bytes bytes = Packet(begun).submessage(0x55, 0, wire().fill(56)).wire.bytes;
-  EXPECT_EQ(to_string(inspect_packet(bytes, secured, nullptr, PacketWay::shared_memory).flaw), "submessage");
+  EXPECT_EQ(to_string(inspect_packet(bytes, secured, nullptr, TransportKind::shared_memory).flaw),
+            "submessage");
 }
 
 TEST(RtpsGuardRelays, ADiscoveryServerSpeaksForOthers) {
@@ -554,7 +554,7 @@ TEST(RtpsGuardRandom, AnyBytesHaveAnAnswer) {
                          .data(0, kSedpWriter, 4, ended(endpoint().parameter(0x72, Bytes(12, 1))))
                          .wire.bytes;
   std::array<std::size_t, kPacketFlaws> seen{};
-  PacketMemory sent;
+  RtpsSessionState sent;
   for (int i = 0; i < 200'000; ++i) {
     Bytes packet = good;
     for (unsigned n = 1 + random() % 4; n > 0; --n)
@@ -566,8 +566,8 @@ TEST(RtpsGuardRandom, AnyBytesHaveAnAnswer) {
     clean_packet(packet, {}, nullptr, kNow_s);
   }
   EXPECT_GT(seen[0], 1000U);
-  EXPECT_GT(seen[static_cast<std::size_t>(PacketFlaw::parameter_list)], 1000U);
-  EXPECT_GT(seen[static_cast<std::size_t>(PacketFlaw::identity)], 1000U);
+  EXPECT_GT(seen[static_cast<std::size_t>(RtpsError::parameter_list)], 1000U);
+  EXPECT_GT(seen[static_cast<std::size_t>(RtpsError::identity)], 1000U);
 }
 
 }  // namespace

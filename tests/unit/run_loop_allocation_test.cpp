@@ -133,7 +133,7 @@ TEST(RunLoopAllocation, NoneInSteadyStateWithCommands) {
   test::LoopReader reader(loop);
   const test::TemporaryDirectory directory;
   LogRecorder recorder(directory / "run", {});
-  ASSERT_EQ(recorder.begin_world({}, simulation, true), "");
+  ASSERT_EQ(recorder.begin_scenario({}, simulation, true), "");
   loop.record_with(&recorder);
   loop.start();
   // One request before the counting begins; commands come in all the while.

@@ -174,10 +174,10 @@ void expect_pause_and_event(std::string_view solver, test::FailureKind kind, con
   test::FailurePlan plan;
   plan.kind = kind, plan.first = 40;
   plan.last = kind == test::FailureKind::thrown ? 40 : 10'000;  // numbers: longer than solvers try again
-  model->further_models.push_back({"the mass", [&plan] {
-                                     return std::make_unique<test::FailingModel>(
-                                         std::make_unique<test::SlidingModel>(), plan);
-                                   }});
+  model->auxiliary_models.push_back({"the mass", [&plan] {
+                                       return std::make_unique<test::FailingModel>(
+                                           std::make_unique<test::SlidingModel>(), plan);
+                                     }});
   Simulation simulation(model);
   bool all_finite = true;
   RunLoopOptions options;

@@ -84,7 +84,7 @@ TEST(Overload, IsCaughtUpOrRebasedAndNoStepIsLeftOut) {
   const std::uint64_t steps = simulation.step_index();
   EXPECT_EQ(next, steps + 1);
   EXPECT_EQ(moved, (steps + 399) / 1000) << "once for each step of 161 ms, never for 40 ms";
-  EXPECT_EQ(reader.status->rebases, moved);
+  EXPECT_EQ(reader.status->schedule_resets, moved);
   std::size_t told = 0;
   for (const EventRecord& event : reader.events) {
     if (event.code != EventCode::schedule_rebased) continue;

@@ -19,7 +19,7 @@ TEST(SessionStore, NamesAreNoPaths) {
 TEST(SessionStore, ASessionComesBackAsItWas) {
   const test::TemporaryDirectory directory;
   Session session;
-  session.source = WorldSource{"/a/b.yaml", {{"solver.step_s=0.002", "x=[1, 2]"}, 2}};
+  session.source = ScenarioSource{"/a/b.yaml", {{"solver.step_s=0.002", "x=[1, 2]"}, 2}};
   session.changes = {{0, "delete_entity", {{"entity", "P"}}},
                      {0, "spawn_entity", {{"name", "Q"}, {"copy_of", "C"}, {"position", "0 0 1"}}}};
   session.state = SimulationState::paused;
@@ -94,7 +94,7 @@ TEST(SessionStore, ANewBeginningKeepsTheNewestOfEarlierOnesByName) {
                                                                    : -1;
   };
   store.begin();
-  EXPECT_EQ(step_of("earlier"), -1);
+  EXPECT_EQ(step_of("previous-run"), -1);
   const std::vector<std::byte> state(100, std::byte{7});
   for (std::uint64_t run = 1; run <= 5; ++run) {
     for (std::uint64_t step = 0; step < 3; ++step)
@@ -106,7 +106,7 @@ TEST(SessionStore, ANewBeginningKeepsTheNewestOfEarlierOnesByName) {
   }
   // A server that ended before it saved anything changes nothing.
   store.begin();
-  EXPECT_EQ(step_of("earlier"), 52);
+  EXPECT_EQ(step_of("previous-run"), 52);
   EXPECT_EQ(step_of("earlier_2"), 42);
   EXPECT_EQ(step_of("earlier_3"), 32);
   EXPECT_EQ(step_of("earlier_4"), -1);

@@ -120,8 +120,8 @@ takt_test_calls_end:
 namespace takt::test {
 namespace {
 
-constexpr std::size_t kMostCalls = 512;
-std::array<std::uint64_t, kMostCalls> calls{};  // of the one thread that counts
+constexpr std::size_t kMaxCalls = 512;
+std::array<std::uint64_t, kMaxCalls> calls{};  // of the one thread that counts
 std::uint64_t waking_calls = 0;
 
 }  // namespace
@@ -161,7 +161,7 @@ void execute(int, siginfo_t* info, void* context) {
   if (wakes) {
     ++waking_calls;
   } else {
-    ++calls[static_cast<std::size_t>(number) % kMostCalls];
+    ++calls[static_cast<std::size_t>(number) % kMaxCalls];
   }
   registers[REG_RAX] =
       takt_test_system_call(number, registers[REG_RDI], registers[REG_RSI], registers[REG_RDX],

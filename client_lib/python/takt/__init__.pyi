@@ -157,8 +157,8 @@ class Status:
     pace: str
     pace_factor: float
     wall_time_s: float
-    sim_over_wall: float
     real_time_factor: float
+    computation_ratio: float
     lag_s: float
     overruns: int
     commands_applied: int
@@ -246,7 +246,7 @@ class TrajectoryPoint:
 class LockstepController:
     """Commands robots, grippers and devices in step with simulated time; the cell waits for it at every period."""
     def __init__(self, cell: Client, targets: Sequence[str], period_s: float = 0.008, *, name: str = "python",
-                 patience: float = 60.0, start: bool = True) -> None: ...
+                 timeout: float = 60.0, start: bool = True) -> None: ...
     @property
     def state(self) -> State: ...
     @property
@@ -259,13 +259,13 @@ class LockstepController:
         """What is set stays so; signals that were never set are left as they are."""
     def advance(self) -> State:
         """Sends the commands of this period; returns the instant at the next one. CellTimeout: it did not come within
-        `patience` (s of wall time), with the reason; like Ctrl-C that leaves it waiting for the same instant."""
+        `timeout` (s of wall time), with the reason; like Ctrl-C that leaves it waiting for the same instant."""
     def close(self) -> None: ...
     def __enter__(self) -> LockstepController: ...
     def __exit__(self, *exception: object) -> None: ...
 
 class Client:
-    def __init__(self, cell: str = "", domain: int = -1, *, timeout: float = 10.0, silence_limit: float = 5.0,
+    def __init__(self, cell: str = "", domain: int = -1, *, timeout: float = 10.0, liveliness_timeout: float = 5.0,
                  name: str = "python", ownership_strength: int = 1, profiles_file: str = "",
                  profile: str = "takt_client", secure_directory: str = "") -> None:
         """Defaults: the cell of $TAKT_CELL (else "cell") on the DDS domain of $TAKT_DOMAIN (else 0)."""
@@ -300,7 +300,7 @@ class Client:
     def set_gripper(self, gripper: str, action: GripperAction, width_m: float = 0.0, max_force_N: float = 0.0,
                     stamp_s: Optional[float] = None) -> None: ...
     def lockstep(self, targets: Sequence[str], period_s: float = 0.008, *, name: str = "python",
-                 patience: float = 60.0, start: bool = True) -> LockstepController: ...
+                 timeout: float = 60.0, start: bool = True) -> LockstepController: ...
     def get_features(self) -> Dict[str, str]: ...
     def get_state(self) -> SimulationState: ...
     def set_state(self, state: SimulationState) -> None: ...

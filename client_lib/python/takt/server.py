@@ -91,7 +91,7 @@ class Server:
         from . import Client
 
         options.setdefault("timeout", 60.0)
-        options.setdefault("silence_limit", 30.0)
+        options.setdefault("liveliness_timeout", 30.0)
         return Client(self.cell, self.domain, **options)
 
     def start(self):

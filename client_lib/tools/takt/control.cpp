@@ -22,19 +22,19 @@ nlohmann::json json_of(const client::Status& s) {
   return {{"time", s.time_s},
           {"step", s.step},
           {"epoch", s.epoch},
-          {"world", s.world},
+          {"world", s.scenario_generation},
           {"state", to_string(s.state)},
           {"pace", s.pace},
           {"pace_factor", s.pace_factor},
           {"wall_time", s.wall_time_s},
-          {"sim_over_wall", s.sim_over_wall},
           {"real_time_factor", s.real_time_factor},
+          {"computation_ratio", s.computation_ratio},
           {"lag", s.lag_s},
           {"overruns", s.overruns},
-          {"longest_overrun_run", s.longest_overrun_run},
-          {"rebases", s.rebases},
+          {"max_consecutive_overruns", s.max_consecutive_overruns},
+          {"schedule_resets", s.schedule_resets},
           {"step_time", json_of(s.step_time)},
-          {"wake_up", json_of(s.wake_up)},
+          {"wakeup_latency", json_of(s.wakeup_latency)},
           {"command_latency", json_of(s.command_latency)},
           {"commands_applied", s.commands_applied},
           {"commands_rejected", s.commands_rejected},
@@ -115,15 +115,18 @@ int status(const Common& common) {
               s.epoch);
   if (s.pace == "realtime")
     std::printf(
-        "  %-17s realtime x %g, %.2f ms behind, %llu overruns (longest run %llu), %llu schedules moved\n",
+        "  %-17s realtime x %g, %.2f ms behind, %llu overruns (%llu in a row at most), %llu schedule "
+        "resets\n",
         "pace", s.pace_factor, 1e3 * s.lag_s, static_cast<unsigned long long>(s.overruns),
-        static_cast<unsigned long long>(s.longest_overrun_run), static_cast<unsigned long long>(s.rebases));
+        static_cast<unsigned long long>(s.max_consecutive_overruns),
+        static_cast<unsigned long long>(s.schedule_resets));
   else
     std::printf("  %-17s %s\n", "pace", s.pace.c_str());
-  std::printf("  %-17s %.3f s simulated per s of wall time; %.5f s computed per s simulated\n", "speed",
-              s.sim_over_wall, s.real_time_factor);
+  std::printf(
+      "  %-17s %.3f (simulated per wall time); computation ratio %.5f (computed per simulated time)\n",
+      "real-time factor", s.real_time_factor, s.computation_ratio);
   print_percentiles("step", s.step_time);
-  print_percentiles("wake-up", s.wake_up);
+  print_percentiles("wake-up", s.wakeup_latency);
   print_percentiles("command to effect", s.command_latency);
   std::printf("  %-17s %llu applied, %llu rejected\n", "commands",
               static_cast<unsigned long long>(s.commands_applied),

@@ -237,10 +237,10 @@ int plot(const Common& common, const PlotOptions& options) {
     }
   });
   if (order.empty()) no_signal(reader, options.signals);
-  constexpr std::size_t kMostCurves = 40;
-  if (order.size() > kMostCurves)
+  constexpr std::size_t kMaxCurves = 40;
+  if (order.size() > kMaxCurves)
     throw std::runtime_error(std::to_string(order.size()) + " signals fit; a picture shows at most " +
-                             std::to_string(kMostCurves) + ". 'takt export " + options.file +
+                             std::to_string(kMaxCurves) + ". 'takt export " + options.file +
                              " --list' shows their names.");
   const auto quoted = [](std::string text) {
     for (std::size_t i = 0; i < text.size(); ++i)

@@ -44,9 +44,9 @@ std::string cut_to_terminal(std::string line) {
 
 std::string live_line(const client::State& state, const client::Status& status) {
   char head[160];
-  std::snprintf(head, sizeof(head), "%9.3f s  %-7s %-8s rtf %.4f  x%-6.2f ", state.time_s,
+  std::snprintf(head, sizeof(head), "%9.3f s  %-7s %-8s RTF %-6.2f compute %.4f ", state.time_s,
                 std::string(to_string(status.state)).c_str(), status.pace.c_str(), status.real_time_factor,
-                status.sim_over_wall);
+                status.computation_ratio);
   std::string line = head + partners(state);
   for (const auto& name : status.waiting_for) line += "  waiting for " + name;
   if (!status.fault.empty()) line += "  FAULT: " + status.fault;
@@ -75,8 +75,8 @@ nlohmann::json json_of(const client::State& state, const client::Status& status)
   nlohmann::json document{{"time", state.time_s},
                           {"state", to_string(status.state)},
                           {"pace", status.pace},
+                          {"computation_ratio", status.computation_ratio},
                           {"real_time_factor", status.real_time_factor},
-                          {"sim_over_wall", status.sim_over_wall},
                           {"waiting_for", status.waiting_for},
                           {"fault", status.fault}};
   for (const auto& component : state.cell->components)

@@ -61,7 +61,8 @@ class Session {
         std::printf("The cell goes on at %.3f s; %s begins when it is reset (takt reset).\n",
                     cell_.state().time_s, options_.program.c_str());
         std::fflush(stdout);
-      } else if (options_.start && (!again || info_->world <= 1)) {  // what somebody has loaded is not begun
+      } else if (options_.start &&
+                 (!again || info_->scenario_generation <= 1)) {  // what somebody has loaded is not begun
         cell_.play();
       }
       while (one_boundary()) {

@@ -187,7 +187,7 @@ function rows() {
   const list = [['time', state ? `${number(state.time, 3)} s (step ${state.step})` : '-']];
   if (s) {
     list.push(['state', RUNS[s.state] ?? s.state], ['pace', `${s.pace}${s.pace === 'realtime' ? ` x ${number(s.pace_factor, 2)}` : ''}`],
-      ['simulated / wall', number(s.sim_over_wall, 3)], ['real-time factor', number(s.real_time_factor, 4)],
+      ['real-time factor', number(s.real_time_factor, 3)], ['computation ratio', number(s.computation_ratio, 4)],
       ['overruns', `${s.overruns} (lag ${number(1e3 * s.lag, 1)} ms)`], ['step p50 / p99', `${number(1e6 * s.step_time_p50, 0)} / ${number(1e6 * s.step_time_p99, 0)} µs`],
       ['solver', s.solver]);
     if (s.waiting_for.length) list.push(['waiting for', s.waiting_for.join(', ')]);

@@ -68,15 +68,16 @@ class GuardTransport final : public ChainedTransport {
 
   void receive(transports::TransportReceiverInterface* next, const rtps::octet* data, std::uint32_t size,
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
-    if (guard_->deaf() || is_foreign(remote)) return;
+    if (guard_->quarantined() || is_foreign(remote)) return;
     thread_local PacketCopy copy;
     const std::span<std::uint8_t> packet = copy.take({data, size}, guard_->limits().largest_sample_bytes);
     const std::unique_lock one_at_a_time =
         speaks_of_discovery(packet) ? std::unique_lock(guard_->discovery()) : std::unique_lock<std::mutex>();
-    const PacketWay way = local.kind == LOCATOR_KIND_SHM ? PacketWay::shared_memory : PacketWay::network;
+    const TransportKind way =
+        local.kind == LOCATOR_KIND_SHM ? TransportKind::shared_memory : TransportKind::network;
     const PacketReport report = clean_packet(packet, guard_->limits(), &guard_->memory(), now_s(), way);
     guard_->count(report.flaw);
-    if (report.flaw != PacketFlaw::none) return;
+    if (report.flaw != RtpsError::none) return;
     guard_->heard().note(packet);
     const auto deliver = [&](std::span<std::uint8_t> bytes) {
       next->OnDataReceived(bytes.data(), static_cast<std::uint32_t>(bytes.size()), local, remote);
@@ -159,8 +160,8 @@ void PacketGuard::follow(DiscoveryListener& listener) {
 std::uint64_t PacketGuard::dropped() const {
   std::uint64_t sum = 0;
   for (std::size_t i = 0; i < kPacketFlaws; ++i) {
-    const auto flaw = static_cast<PacketFlaw>(i);
-    if (flaw != PacketFlaw::none && flaw != PacketFlaw::encrypted) sum += counted(flaw);
+    const auto flaw = static_cast<RtpsError>(i);
+    if (flaw != RtpsError::none && flaw != RtpsError::encrypted) sum += counted(flaw);
   }
   return sum;
 }
@@ -168,7 +169,7 @@ std::uint64_t PacketGuard::dropped() const {
 std::string PacketGuard::summary() const {
   std::string text;
   for (std::size_t i = 1; i < kPacketFlaws; ++i) {
-    const auto flaw = static_cast<PacketFlaw>(i);
+    const auto flaw = static_cast<RtpsError>(i);
     const std::uint64_t count = counted(flaw);
     if (count == 0) continue;
     if (!text.empty()) text += ", ";

@@ -24,7 +24,7 @@ class PacketGuard : public std::enable_shared_from_this<PacketGuard> {
   /// `lease`: after such a silence participants forget each other; none: never.
   PacketGuard(const GuardLimits& limits, std::optional<std::chrono::nanoseconds> lease)
       : limits_(limits), fragments_(limits.largest_sample_bytes, limits.most_fragments_joined) {
-    if (lease) absence_.emplace(*lease);
+    if (lease) suspend_.emplace(*lease);
   }
 
   /// Knows whom DDS knows, and forgets whom it forgets. Before the participant is made; the listener keeps
@@ -32,26 +32,26 @@ class PacketGuard : public std::enable_shared_from_this<PacketGuard> {
   void follow(DiscoveryListener& listener);
 
   const GuardLimits& limits() const { return limits_; }
-  PacketMemory& memory() { return memory_; }
+  RtpsSessionState& memory() { return memory_; }
   /// Held while a packet of discovery is inspected and goes through Fast DDS. Its threads, one per port and
   /// way, would go through two at a time: one makes use of an endpoint that the other removes, and what it
   /// remembers is no longer what it was told (an assertion of 2.9.1 ended the service, once in some ten
   /// million mutated packets). Taken before all locks of DDS, and by nobody who holds one.
   std::mutex& discovery() { return discovery_; }
   FragmentAssembly& fragments() { return fragments_; }
-  HeardParticipants& heard() const { return heard_; }
-  /// The process was stopped for long: nothing comes in for a moment (absence.h).
-  bool deaf() { return absence_ && absence_->deaf(); }
+  LivelinessTracker& heard() const { return heard_; }
+  /// The process was stopped for long: nothing comes in for a moment (suspend_detector.h).
+  bool quarantined() { return suspend_ && suspend_->quarantined(); }
   /// When that was noticed last; the clock's epoch: never.
-  AbsenceWatch::Clock::time_point returned() {
-    return absence_ ? absence_->returned() : AbsenceWatch::Clock::time_point{};
+  SuspendWatchdog::Clock::time_point returned() {
+    return suspend_ ? suspend_->returned() : SuspendWatchdog::Clock::time_point{};
   }
-  void count(PacketFlaw flaw) {
+  void count(RtpsError flaw) {
     counts_[static_cast<std::size_t>(flaw)].fetch_add(1, std::memory_order_relaxed);
   }
 
   /// How many packets had this flaw; `none`: how many were let through.
-  std::uint64_t counted(PacketFlaw flaw) const {
+  std::uint64_t counted(RtpsError flaw) const {
     return counts_[static_cast<std::size_t>(flaw)].load(std::memory_order_relaxed);
   }
   /// Dropped as malformed. Encrypted packets that this participant cannot read are not among them.
@@ -61,11 +61,11 @@ class PacketGuard : public std::enable_shared_from_this<PacketGuard> {
 
  private:
   const GuardLimits limits_;
-  PacketMemory memory_;
+  RtpsSessionState memory_;
   std::mutex discovery_;
   FragmentAssembly fragments_;
-  mutable HeardParticipants heard_;
-  std::optional<AbsenceWatch> absence_;
+  mutable LivelinessTracker heard_;
+  std::optional<SuspendWatchdog> suspend_;
   std::array<std::atomic<std::uint64_t>, kPacketFlaws> counts_{};
 };
 

@@ -10,7 +10,7 @@
 
 namespace takt {
 
-class HeardParticipants {
+class LivelinessTracker {
  public:
   using Prefix = std::array<std::uint8_t, 12>;  ///< GUID prefix
   using Clock = std::chrono::steady_clock;
@@ -37,7 +37,7 @@ class HeardParticipants {
     if (found != watched_.end()) found->second = Clock::now();
   }
   /// How long it has been silent (s); 0 for one that is not watched.
-  double silent_s(const Prefix& prefix) const {
+  double time_since_last_packet_s(const Prefix& prefix) const {
     const std::lock_guard lock(mutex_);
     const auto found = watched_.find(prefix);
     if (found == watched_.end()) return 0.0;

@@ -10,7 +10,7 @@ namespace takt {
 
 /// `Entry` has a member `key`, 0 when it is empty.
 template <typename Entry, std::size_t Sets, std::size_t Ways = 4>
-class NewestEntries {
+class LruTable {
  public:
   /// Null if it is not known. Finding is using.
   Entry* find(std::uint64_t key) {

@@ -12,10 +12,10 @@ using Bytes = std::span<const std::uint8_t>;
 
 constexpr std::size_t kTimestamp = 8;
 constexpr std::size_t kDataBeforeQos = 20, kFragmentBeforeQos = 32;
-constexpr std::size_t kMostQos = 1024;  // those of a reply have 36
+constexpr std::size_t kMaxQos = 1024;  // those of a reply have 36
 /// Room before a sample for all that stands before the data of a packet.
 constexpr std::size_t kRoom =
-    kRtpsHeaderBytes + kSubmessageHeadBytes + kTimestamp + kSubmessageHeadBytes + kDataBeforeQos + kMostQos;
+    kRtpsHeaderBytes + kSubmessageHeadBytes + kTimestamp + kSubmessageHeadBytes + kDataBeforeQos + kMaxQos;
 constexpr std::size_t kLeastMost = std::size_t{64} << 20U;
 
 /// Bytes of the list up to and with its end.
@@ -94,7 +94,7 @@ struct FragmentAssembly::Piece {
 FragmentAssembly::FragmentAssembly(std::uint32_t largest_sample_bytes, std::uint32_t most_fragments)
     : most_bytes_(std::max(kLeastMost, 2 * (std::size_t{largest_sample_bytes} + kRoom))),
       most_fragments_(most_fragments) {
-  samples_.reserve(kMostSamples);
+  samples_.reserve(kMaxSamples);
 }
 
 void FragmentAssembly::sending(Bytes packet) {
@@ -135,7 +135,7 @@ std::size_t FragmentAssembly::take(std::span<std::uint8_t> packet, const Deliver
       std::copy_n(header.begin() + 8, piece.sender.size(), piece.sender.begin());
       piece.read(body, flags);
       if (piece.fragments() <= most_fragments_) {
-        const bool wanted = ours && !piece.key && piece.qos.size() <= kMostQos;
+        const bool wanted = ours && !piece.key && piece.qos.size() <= kMaxQos;
         if (const auto whole = wanted ? add(piece) : nullptr) {
           std::uint8_t* data = whole.get() + kRoom;
           std::uint8_t* begin = piece.write_head(data);
@@ -202,8 +202,8 @@ void FragmentAssembly::make_room(const Prefix& sender, std::size_t bytes) {
   const auto is_own_of = [&](const Sample& sample) { return sample.sender == sender; };
   while (!samples_.empty()) {
     const auto own = std::count_if(samples_.begin(), samples_.end(), is_own_of);
-    const bool too_many = own >= static_cast<std::ptrdiff_t>(kMostOfOneSender);
-    if (!too_many && samples_.size() < kMostSamples && held_bytes_ + bytes <= most_bytes_) return;
+    const bool too_many = own >= static_cast<std::ptrdiff_t>(kMaxOfOneSender);
+    if (!too_many && samples_.size() < kMaxSamples && held_bytes_ + bytes <= most_bytes_) return;
     // The oldest one: of the sender's own where there is any.
     const auto older = [&](const Sample& a, const Sample& b) {
       return is_own_of(a) != is_own_of(b) ? is_own_of(a) : a.used < b.used;

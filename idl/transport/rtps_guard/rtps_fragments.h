@@ -22,9 +22,9 @@ namespace takt {
 class FragmentAssembly {
  public:
   using Deliver = std::function<void(std::span<std::uint8_t> packet)>;
-  static constexpr std::size_t kMostSamples = 64, kMostOfOneSender = 16;
+  static constexpr std::size_t kMaxSamples = 64, kMaxOfOneSender = 16;
 
-  static constexpr std::uint32_t kMostSentAgain = 256;  ///< fragments
+  static constexpr std::uint32_t kMaxSentAgain = 256;  ///< fragments
 
   /// `most_fragments`: samples of more are not taken.
   explicit FragmentAssembly(std::uint32_t largest_sample_bytes, std::uint32_t most_fragments = 0xFFFFFFFF);

@@ -63,23 +63,23 @@ struct Fragment {
   std::uint32_t total() const { return (sample_bytes - 1) / size + 1; }
 };
 
-PacketFlaw check_fragment(const Fragment& fragment, std::size_t payload_bytes, std::uint32_t largest_sample) {
+RtpsError check_fragment(const Fragment& fragment, std::size_t payload_bytes, std::uint32_t largest_sample) {
   const bool sizes = fragment.size >= kShortestFragment && fragment.sample_bytes > 0 &&
                      fragment.sample_bytes <= largest_sample && fragment.first > 0 && fragment.count > 0;
-  if (!sizes) return PacketFlaw::fragment;
+  if (!sizes) return RtpsError::fragment;
   const std::uint64_t total = fragment.total(), last = std::uint64_t{fragment.first} + fragment.count - 1;
   // Whole in one piece it would be no fragment; Fast DDS goes on using such a sample after the reader has
   // taken it.
-  if (last > total || fragment.count >= total) return PacketFlaw::fragment;
+  if (last > total || fragment.count >= total) return RtpsError::fragment;
   const std::uint64_t offset = std::uint64_t{fragment.first - 1} * fragment.size;
   const std::uint64_t announced =
       last == total ? fragment.sample_bytes - offset : std::uint64_t{fragment.count} * fragment.size;
-  if (payload_bytes < announced) return PacketFlaw::fragment;
+  if (payload_bytes < announced) return RtpsError::fragment;
   // Fast DDS keeps the list of missing fragments in the first aligned word of each: it has to fit the last
   // one too.
   const std::uint64_t word = ((total - 1) * fragment.size + 3U) & ~std::uint64_t{3};
-  return word + 4 <= ((std::uint64_t{fragment.sample_bytes} + 3U) & ~std::uint64_t{3}) ? PacketFlaw::none
-                                                                                       : PacketFlaw::fragment;
+  return word + 4 <= ((std::uint64_t{fragment.sample_bytes} + 3U) & ~std::uint64_t{3}) ? RtpsError::none
+                                                                                       : RtpsError::fragment;
 }
 
 /// CDR, parameter list, XCDR2: what a decoder would ask further about.
@@ -89,8 +89,8 @@ bool is_encapsulation(Bytes payload) {
 
 class PacketInspector {
  public:
-  PacketInspector(Bytes packet, const GuardLimits& limits, PacketMemory* memory, std::uint8_t* rewrite,
-                  std::uint32_t now_s, PacketWay way)
+  PacketInspector(Bytes packet, const GuardLimits& limits, RtpsSessionState* memory, std::uint8_t* rewrite,
+                  std::uint32_t now_s, TransportKind way)
       : packet_(packet), limits_(limits), memory_(memory), rewrite_(rewrite), now_s_(now_s), way_(way) {}
 
   PacketReport inspect() {
@@ -99,23 +99,23 @@ class PacketInspector {
   }
 
  private:
-  PacketFlaw check_packet() {
-    if (packet_.size() < kRtpsHeaderBytes) return PacketFlaw::too_short;
+  RtpsError check_packet() {
+    if (packet_.size() < kRtpsHeaderBytes) return RtpsError::too_short;
     constexpr std::array<std::uint8_t, 4> magic{'R', 'T', 'P', 'S'};
-    if (!std::equal(magic.begin(), magic.end(), packet_.begin())) return PacketFlaw::not_rtps;
-    if (packet_[4] != 2) return PacketFlaw::version;
+    if (!std::equal(magic.begin(), magic.end(), packet_.begin())) return RtpsError::not_rtps;
+    if (packet_[4] != 2) return RtpsError::version;
     std::copy_n(packet_.begin() + kSenderAt, sender_.size(), sender_.begin());
     report_.size = packet_.size();
-    const PacketFlaw flaw = check_submessages();
-    if (flaw == PacketFlaw::none || tail_ == 0) return flaw;
+    const RtpsError flaw = check_submessages();
+    if (flaw == RtpsError::none || tail_ == 0) return flaw;
     cut_tail();
-    return PacketFlaw::none;
+    return RtpsError::none;
   }
 
-  PacketFlaw check_submessages() {
+  RtpsError check_submessages() {
     const Bytes from = packet_.subspan(kSenderAt, sender_.size());
     const bool fast_dds = packet_[6] == 1 && packet_[7] == 15;
-    const bool may_have_tail = fast_dds && way_ == PacketWay::shared_memory;
+    const bool may_have_tail = fast_dds && way_ == TransportKind::shared_memory;
     std::size_t at = kRtpsHeaderBytes;
     while (at < packet_.size()) {
       if (may_have_tail && !prefixes_open_ && packet_.size() - at == kStatisticsBytes) {
@@ -126,21 +126,21 @@ class PacketInspector {
         }
       }
       const auto submessage = submessage_at(packet_, at);
-      if (!submessage) return PacketFlaw::submessage;
+      if (!submessage) return RtpsError::submessage;
       offset_ = at + kSubmessageHeadBytes;
       const std::size_t end = offset_ + submessage->body_bytes;
       const bool last = end == packet_.size();
-      if (submessage->body_bytes % 4 != 0 && !last) return PacketFlaw::alignment;
+      if (submessage->body_bytes % 4 != 0 && !last) return RtpsError::alignment;
       if (submessage->id == kFastDdsStatistics && fast_dds) {
-        if (!last) return PacketFlaw::submessage;
+        if (!last) return RtpsError::submessage;
         report_.size = at;
         break;
       }
-      const PacketFlaw flaw = check_submessage(*submessage, packet_.subspan(offset_, submessage->body_bytes));
-      if (flaw != PacketFlaw::none) return flaw;
+      const RtpsError flaw = check_submessage(*submessage, packet_.subspan(offset_, submessage->body_bytes));
+      if (flaw != RtpsError::none) return flaw;
       at = end;
     }
-    return prefixes_open_ ? PacketFlaw::submessage : PacketFlaw::none;
+    return prefixes_open_ ? RtpsError::submessage : RtpsError::none;
   }
 
   /// Shared memory of Fast DDS 3.1.2 sends whatever stood there before in the place of its statistics. Who
@@ -150,7 +150,7 @@ class PacketInspector {
     if (memory_ != nullptr) memory_->note_tail(packet_.subspan(kSenderAt, sender_.size()));
   }
 
-  PacketFlaw check_submessage(const Submessage& submessage, Bytes body) {
+  RtpsError check_submessage(const Submessage& submessage, Bytes body) {
     const std::uint8_t flags = submessage.flags;
     WireCursor cursor(body, submessage.big_endian());
     switch (submessage.id) {
@@ -170,18 +170,18 @@ class PacketInspector {
         cursor.skip(8);
         const std::int64_t number = cursor.sequence_number();
         cursor.skip(8);
-        if (!cursor.ok()) return PacketFlaw::submessage;
-        return is_sequence_number(number) ? PacketFlaw::none : PacketFlaw::sequence_number;
+        if (!cursor.ok()) return RtpsError::submessage;
+        return is_sequence_number(number) ? RtpsError::none : RtpsError::sequence_number;
       }
       case kInfoTimestamp:
         return check_timestamp(flags, body, submessage.big_endian());
       case kInfoDestination:
-        return body.size() >= 12 ? PacketFlaw::none : PacketFlaw::submessage;
+        return body.size() >= 12 ? RtpsError::none : RtpsError::submessage;
       case kInfoSource:
-        if (body.size() != 20) return PacketFlaw::submessage;
-        if (body[4] != 2) return PacketFlaw::version;
+        if (body.size() != 20) return RtpsError::submessage;
+        if (body[4] != 2) return RtpsError::version;
         std::copy_n(body.begin() + 8, sender_.size(), sender_.begin());
-        return PacketFlaw::none;
+        return RtpsError::none;
       case kSecureBody:
       case kSecurePrefix:
       case kSecurePostfix:
@@ -189,127 +189,127 @@ class PacketInspector {
       case kSecureRtpsPostfix:
         return check_encrypted(submessage.id, body);
       default:
-        return PacketFlaw::none;  // of other vendors or versions: skipped by all
+        return RtpsError::none;  // of other vendors or versions: skipped by all
     }
   }
 
   /// One from the future becomes the present second. None is taken away: without them Fast DDS 2.9.1 loses
   /// endpoints where several participants announce theirs at once (measured).
-  PacketFlaw check_timestamp(std::uint8_t flags, Bytes body, bool big_endian) {
+  RtpsError check_timestamp(std::uint8_t flags, Bytes body, bool big_endian) {
     constexpr std::uint8_t invalid = 2;
     constexpr std::size_t fraction = 4, size = 8;
-    if ((flags & invalid) != 0) return PacketFlaw::none;
-    if (body.size() < size) return PacketFlaw::submessage;
-    if (WireCursor(body, big_endian).u32() <= now_s_) return PacketFlaw::none;
+    if ((flags & invalid) != 0) return RtpsError::none;
+    if (body.size() < size) return RtpsError::submessage;
+    if (WireCursor(body, big_endian).u32() <= now_s_) return RtpsError::none;
     report_.hides = true;
-    if (rewrite_ == nullptr) return PacketFlaw::none;
+    if (rewrite_ == nullptr) return RtpsError::none;
     for (std::size_t i = 0; i < fraction; ++i)
       rewrite_[offset_ + i] = static_cast<std::uint8_t>(now_s_ >> 8U * (big_endian ? fraction - 1 - i : i));
     std::fill_n(rewrite_ + offset_ + fraction, size - fraction, std::uint8_t{0});
-    return PacketFlaw::none;
+    return RtpsError::none;
   }
 
   /// Header of the transformation, encrypted bytes, tag: the sizes of AES-GCM and GMAC.
-  PacketFlaw check_encrypted(std::uint8_t id, Bytes body) {
-    if (!limits_.encrypted) return PacketFlaw::encrypted;
+  RtpsError check_encrypted(std::uint8_t id, Bytes body) {
+    if (!limits_.encrypted) return RtpsError::encrypted;
     constexpr std::size_t transformation = 20, tag = 20, own_tag = 20;
     WireCursor cursor(body, true);  // lengths inside are big-endian always
     const bool first = offset_ == kRtpsHeaderBytes + kSubmessageHeadBytes;
     switch (id) {
       case kSecureBody:
         cursor.skip(cursor.u32());
-        return cursor.ok() ? PacketFlaw::none : PacketFlaw::submessage;
+        return cursor.ok() ? RtpsError::none : RtpsError::submessage;
       case kSecurePrefix:
-        if (prefixes_open_ || body.size() < transformation) return PacketFlaw::submessage;
+        if (prefixes_open_ || body.size() < transformation) return RtpsError::submessage;
         prefixes_open_ = true;
-        return PacketFlaw::none;
+        return RtpsError::none;
       case kSecurePostfix:
-        if (!prefixes_open_) return PacketFlaw::submessage;
+        if (!prefixes_open_) return RtpsError::submessage;
         prefixes_open_ = false;
         break;
       case kSecureRtpsPrefix:
-        return first && body.size() >= transformation ? PacketFlaw::none : PacketFlaw::submessage;
+        return first && body.size() >= transformation ? RtpsError::none : RtpsError::submessage;
       default:
         break;
     }
     // A tag for all, and one for each receiver.
     cursor.skip(tag - 4);
     cursor.skip(std::size_t{cursor.u32()} * own_tag);
-    return cursor.ok() ? PacketFlaw::none : PacketFlaw::submessage;
+    return cursor.ok() ? RtpsError::none : RtpsError::submessage;
   }
 
   bool follows(std::uint32_t writer, std::int64_t number) {
     return is_sequence_number(number) && (memory_ == nullptr || memory_->follows({sender_, writer, number}));
   }
 
-  PacketFlaw check_heartbeat(WireCursor& cursor) {
+  RtpsError check_heartbeat(WireCursor& cursor) {
     cursor.skip(4);
     const std::uint32_t writer = cursor.entity_id();
     const std::int64_t first = cursor.sequence_number(), last = cursor.sequence_number();
     cursor.skip(4);
-    if (!cursor.ok()) return PacketFlaw::submessage;
+    if (!cursor.ok()) return RtpsError::submessage;
     const bool range = is_sequence_number(first) && last >= first - 1 && last <= kLargestSequenceNumber;
-    return range && follows(writer, std::max(first, last)) ? PacketFlaw::none : PacketFlaw::sequence_number;
+    return range && follows(writer, std::max(first, last)) ? RtpsError::none : RtpsError::sequence_number;
   }
 
-  PacketFlaw check_acknowledgement(WireCursor& cursor) {
+  RtpsError check_acknowledgement(WireCursor& cursor) {
     cursor.skip(8);
     NumberSet set;
-    if (!read_number_set(cursor, false, set)) return PacketFlaw::number_set;
+    if (!read_number_set(cursor, false, set)) return RtpsError::number_set;
     cursor.skip(4);
-    return cursor.ok() ? PacketFlaw::none : PacketFlaw::submessage;
+    return cursor.ok() ? RtpsError::none : RtpsError::submessage;
   }
 
-  PacketFlaw check_gap(WireCursor& cursor) {
+  RtpsError check_gap(WireCursor& cursor) {
     cursor.skip(4);
     const std::uint32_t writer = cursor.entity_id();
     const std::int64_t start = cursor.sequence_number();
     NumberSet set;
-    if (!cursor.ok()) return PacketFlaw::submessage;
-    if (!is_sequence_number(start)) return PacketFlaw::sequence_number;
-    if (!read_number_set(cursor, false, set)) return PacketFlaw::number_set;
+    if (!cursor.ok()) return RtpsError::submessage;
+    if (!is_sequence_number(start)) return RtpsError::sequence_number;
+    if (!read_number_set(cursor, false, set)) return RtpsError::number_set;
     const bool range = set.base >= start && set.base - start <= kLongestGap;
     const std::int64_t last = set.base + set.highest;
-    return range && follows(writer, last) ? PacketFlaw::none : PacketFlaw::sequence_number;
+    return range && follows(writer, last) ? RtpsError::none : RtpsError::sequence_number;
   }
 
-  PacketFlaw check_fragment_request(WireCursor& cursor) {
+  RtpsError check_fragment_request(WireCursor& cursor) {
     cursor.entity_id();
     const std::uint32_t writer = cursor.entity_id();
     const std::int64_t number = cursor.sequence_number();
     NumberSet set;
-    if (!cursor.ok()) return PacketFlaw::submessage;
-    if (!is_sequence_number(number)) return PacketFlaw::sequence_number;
-    if (!read_number_set(cursor, true, set) || set.base == 0) return PacketFlaw::number_set;
+    if (!cursor.ok()) return RtpsError::submessage;
+    if (!is_sequence_number(number)) return RtpsError::sequence_number;
+    if (!read_number_set(cursor, true, set) || set.base == 0) return RtpsError::number_set;
     cursor.skip(4);
-    if (!cursor.ok()) return PacketFlaw::submessage;
-    if (memory_ == nullptr) return PacketFlaw::none;
+    if (!cursor.ok()) return RtpsError::submessage;
+    if (memory_ == nullptr) return RtpsError::none;
     const std::int64_t highest = set.base + set.highest;
-    return highest <= memory_->count(writer, number) ? PacketFlaw::none : PacketFlaw::fragment_request;
+    return highest <= memory_->count(writer, number) ? RtpsError::none : RtpsError::fragment_request;
   }
 
-  PacketFlaw check_data(WireCursor& cursor, std::uint8_t flags, Bytes body) {
+  RtpsError check_data(WireCursor& cursor, std::uint8_t flags, Bytes body) {
     constexpr std::uint16_t to_inline_qos = 16;
     const bool has_inline = (flags & 2U) != 0, has_data = (flags & 4U) != 0, has_key = (flags & 8U) != 0;
     cursor.skip(2);
     const std::uint16_t skip = cursor.u16();
     const std::uint32_t reader = cursor.entity_id(), writer = cursor.entity_id();
     const std::int64_t number = cursor.sequence_number();
-    if (!cursor.ok() || skip != to_inline_qos || (has_data && has_key)) return PacketFlaw::submessage;
-    if (!follows(writer, number)) return PacketFlaw::sequence_number;
-    const PacketFlaw before = check_before_data(cursor, has_inline, reader, writer, body);
-    if (before != PacketFlaw::none) return before;
+    if (!cursor.ok() || skip != to_inline_qos || (has_data && has_key)) return RtpsError::submessage;
+    if (!follows(writer, number)) return RtpsError::sequence_number;
+    const RtpsError before = check_before_data(cursor, has_inline, reader, writer, body);
+    if (before != RtpsError::none) return before;
     const Bytes payload = body.subspan(cursor.position());
     // A topic without keys has neither keys nor samples without data; Fast DDS takes both for samples.
     constexpr std::uint32_t writer_without_key = 0x03;
-    if ((writer & 0xffU) == writer_without_key && !has_data) return PacketFlaw::payload;
-    if (has_key) return payload.empty() ? PacketFlaw::payload : PacketFlaw::none;
-    if (!has_data) return PacketFlaw::none;
-    if (!is_encapsulation(payload)) return PacketFlaw::payload;
+    if ((writer & 0xffU) == writer_without_key && !has_data) return RtpsError::payload;
+    if (has_key) return payload.empty() ? RtpsError::payload : RtpsError::none;
+    if (!has_data) return RtpsError::none;
+    if (!is_encapsulation(payload)) return RtpsError::payload;
     return check_payload(writer, payload, offset_ + cursor.position());
   }
 
-  PacketFlaw check_data_fragment(WireCursor& cursor, std::uint8_t flags, Bytes body) {
+  RtpsError check_data_fragment(WireCursor& cursor, std::uint8_t flags, Bytes body) {
     constexpr std::uint16_t to_inline_qos = 28;
     const bool has_inline = (flags & 2U) != 0;
     cursor.skip(2);
@@ -321,34 +321,34 @@ class PacketInspector {
     fragment.count = cursor.u16();
     fragment.size = cursor.u16();
     fragment.sample_bytes = cursor.u32();
-    if (!cursor.ok() || skip != to_inline_qos) return PacketFlaw::submessage;
-    if (!follows(writer, number)) return PacketFlaw::sequence_number;
-    if (is_builtin(reader) || is_builtin(writer)) return PacketFlaw::fragmented_discovery;
-    const PacketFlaw before = check_before_data(cursor, has_inline, reader, writer, body);
-    if (before != PacketFlaw::none) return before;
+    if (!cursor.ok() || skip != to_inline_qos) return RtpsError::submessage;
+    if (!follows(writer, number)) return RtpsError::sequence_number;
+    if (is_builtin(reader) || is_builtin(writer)) return RtpsError::fragmented_discovery;
+    const RtpsError before = check_before_data(cursor, has_inline, reader, writer, body);
+    if (before != RtpsError::none) return before;
     report_.fragments = true;
     const Bytes payload = body.subspan(cursor.position());
-    const PacketFlaw flaw = check_fragment(fragment, payload.size(), limits_.largest_sample_bytes);
-    if (flaw != PacketFlaw::none) return flaw;
-    return fragment.first > 1 || is_encapsulation(payload) ? PacketFlaw::none : PacketFlaw::payload;
+    const RtpsError flaw = check_fragment(fragment, payload.size(), limits_.largest_sample_bytes);
+    if (flaw != RtpsError::none) return flaw;
+    return fragment.first > 1 || is_encapsulation(payload) ? RtpsError::none : RtpsError::payload;
   }
 
   /// Who speaks to whom, and the parameters before the data.
-  PacketFlaw check_before_data(WireCursor& cursor, bool has_inline, std::uint32_t reader,
-                               std::uint32_t writer, Bytes body) {
-    if (reader != kUnknownEntity && is_builtin(reader) != is_builtin(writer)) return PacketFlaw::identity;
+  RtpsError check_before_data(WireCursor& cursor, bool has_inline, std::uint32_t reader, std::uint32_t writer,
+                              Bytes body) {
+    if (reader != kUnknownEntity && is_builtin(reader) != is_builtin(writer)) return RtpsError::identity;
     if (is_builtin(writer) && is_builtin(reader) && (reader & ~0x3fU) != (writer & ~0x3fU))
-      return PacketFlaw::identity;
-    if (!has_inline) return PacketFlaw::none;
+      return RtpsError::identity;
+    if (!has_inline) return RtpsError::none;
     const ListContext context{ListKind::inline_qos, speaks_for_itself(writer) ? &sender_ : nullptr, &limits_,
                               !is_builtin(writer)};
     const std::size_t at = cursor.position();
     const ListReport list = inspect_parameters(body.subspan(at), cursor.big_endian(), context,
                                                rewrite_ == nullptr ? nullptr : rewrite_ + offset_ + at);
     report_.hides = report_.hides || list.hides;
-    if (list.flaw != PacketFlaw::none) return list.flaw;
+    if (list.flaw != RtpsError::none) return list.flaw;
     cursor.skip(list.size);
-    return PacketFlaw::none;
+    return RtpsError::none;
   }
 
   bool speaks_for_itself(std::uint32_t writer) const {
@@ -358,7 +358,7 @@ class PacketInspector {
            writer == kSubscriptionsWriter || writer == kSubscriptionsSecureWriter;
   }
 
-  PacketFlaw check_payload(std::uint32_t writer, Bytes payload, std::size_t offset) {
+  RtpsError check_payload(std::uint32_t writer, Bytes payload, std::size_t offset) {
     constexpr std::size_t encapsulation = 4;
     const bool big_endian = (payload[1] & 1U) == 0;
     const Bytes content = payload.subspan(encapsulation);
@@ -378,38 +378,38 @@ class PacketInspector {
         cursor.skip(16);
         const std::uint32_t length = cursor.u32();
         cursor.skip(length);
-        return cursor.ok() ? PacketFlaw::none : PacketFlaw::payload;
+        return cursor.ok() ? RtpsError::none : RtpsError::payload;
       }
       case kHandshakeWriter:
       case kKeysWriter:
-        return limits_.encrypted ? inspect_security_message(content, big_endian) : PacketFlaw::none;
+        return limits_.encrypted ? inspect_security_message(content, big_endian) : RtpsError::none;
       case kTypeRequestWriter:
       case kTypeReplyWriter:
-        return PacketFlaw::none;  // nobody here reads them
+        return RtpsError::none;  // nobody here reads them
       default:
-        return PacketFlaw::none;
+        return RtpsError::none;
     }
   }
 
-  PacketFlaw check_list(ListKind kind, std::uint32_t writer, Bytes payload, std::size_t offset) {
+  RtpsError check_list(ListKind kind, std::uint32_t writer, Bytes payload, std::size_t offset) {
     constexpr std::uint8_t parameter_list_big = 2, parameter_list_little = 3;
-    if (payload[1] != parameter_list_big && payload[1] != parameter_list_little) return PacketFlaw::payload;
+    if (payload[1] != parameter_list_big && payload[1] != parameter_list_little) return RtpsError::payload;
     const ListContext context{kind, speaks_for_itself(writer) ? &sender_ : nullptr, &limits_};
     const ListReport list = inspect_parameters(payload.subspan(4), payload[1] == parameter_list_big, context,
                                                rewrite_ == nullptr ? nullptr : rewrite_ + offset + 4);
     report_.hides = report_.hides || list.hides;
-    if (list.flaw != PacketFlaw::none || kind != ListKind::endpoint || memory_ == nullptr ||
+    if (list.flaw != RtpsError::none || kind != ListKind::endpoint || memory_ == nullptr ||
         list.endpoint.guid == 0)
       return list.flaw;
-    return memory_->same_as_before(list.endpoint) ? PacketFlaw::none : PacketFlaw::changed;
+    return memory_->same_as_before(list.endpoint) ? RtpsError::none : RtpsError::changed;
   }
 
   Bytes packet_;
   const GuardLimits& limits_;
-  PacketMemory* memory_;
+  RtpsSessionState* memory_;
   std::uint8_t* rewrite_;
   std::uint32_t now_s_;
-  PacketWay way_;
+  TransportKind way_;
   PacketReport report_;
   GuidPrefixBytes sender_{};
   std::size_t offset_ = 0;      ///< of the present submessage's body
@@ -419,7 +419,7 @@ class PacketInspector {
 
 }  // namespace
 
-std::string_view to_string(PacketFlaw flaw) {
+std::string_view to_string(RtpsError flaw) {
   constexpr std::array<std::string_view, kPacketFlaws> names{"none",
                                                              "too_short",
                                                              "not_rtps",
@@ -445,14 +445,14 @@ std::string_view to_string(PacketFlaw flaw) {
   return index < names.size() ? names[index] : "unknown";
 }
 
-PacketReport inspect_packet(Bytes packet, const GuardLimits& limits, PacketMemory* memory,
-                            PacketWay way) noexcept {
+PacketReport inspect_packet(Bytes packet, const GuardLimits& limits, RtpsSessionState* memory,
+                            TransportKind way) noexcept {
   constexpr auto kAnyTime = static_cast<std::uint32_t>(-1);
   return PacketInspector(packet, limits, memory, nullptr, kAnyTime, way).inspect();
 }
 
-PacketReport clean_packet(std::span<std::uint8_t> packet, const GuardLimits& limits, PacketMemory* memory,
-                          std::uint32_t now_s, PacketWay way) noexcept {
+PacketReport clean_packet(std::span<std::uint8_t> packet, const GuardLimits& limits, RtpsSessionState* memory,
+                          std::uint32_t now_s, TransportKind way) noexcept {
   return PacketInspector(packet, limits, memory, packet.data(), now_s, way).inspect();
 }
 

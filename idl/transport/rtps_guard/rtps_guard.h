@@ -16,7 +16,7 @@
 namespace takt {
 
 /// Why a packet is not let through; `none` if it is.
-enum class PacketFlaw : std::uint8_t {
+enum class RtpsError : std::uint8_t {
   none,
   too_short,         ///< not even a header
   not_rtps,          ///< other magic
@@ -40,8 +40,8 @@ enum class PacketFlaw : std::uint8_t {
   encrypted,             ///< encrypted, and this participant has no security
   count_,
 };
-inline constexpr std::size_t kPacketFlaws = static_cast<std::size_t>(PacketFlaw::count_);
-std::string_view to_string(PacketFlaw flaw);
+inline constexpr std::size_t kPacketFlaws = static_cast<std::size_t>(RtpsError::count_);
+std::string_view to_string(RtpsError flaw);
 
 struct GuardLimits {
   std::uint32_t largest_sample_bytes = 1U << 20U;  ///< of samples that come in fragments
@@ -54,14 +54,14 @@ struct GuardLimits {
   bool encrypted = false;          ///< this participant has security
 };
 
-class PacketMemory;
+class RtpsSessionState;
 
 /// How a packet came. Those of Fast DDS 3.1.2 in shared memory end with 60 bytes of other packets, in the
 /// place of its statistics (Fast-DDS #5759); they are cut off.
-enum class PacketWay : std::uint8_t { network, shared_memory };
+enum class TransportKind : std::uint8_t { network, shared_memory };
 
 struct PacketReport {
-  PacketFlaw flaw = PacketFlaw::none;
+  RtpsError flaw = RtpsError::none;
   bool hides = false;      ///< has something that clean_packet() takes out
   bool fragments = false;  ///< has data in fragments
   /// What Fast DDS is to see: its own statistics at the end, which it reads with asserts, are cut off, and
@@ -71,13 +71,13 @@ struct PacketReport {
 
 /// `memory` may be null: then fragments and requests for them are checked each by itself only.
 PacketReport inspect_packet(std::span<const std::uint8_t> packet, const GuardLimits& limits,
-                            PacketMemory* memory, PacketWay way = PacketWay::network) noexcept;
+                            RtpsSessionState* memory, TransportKind way = TransportKind::network) noexcept;
 
 /// The same, and takes out on the way what nobody here needs and what has brought Fast DDS down or made it
-/// deaf: type objects, type information, content filters and data sharing become padding, source timestamps
+/// quarantined: type objects, type information, content filters and data sharing become padding, source timestamps
 /// after `now_s` (s since 1970) become that (a history keeps what has the latest: one from the future shuts
 /// out all others). Of use if there is no flaw.
-PacketReport clean_packet(std::span<std::uint8_t> packet, const GuardLimits& limits, PacketMemory* memory,
-                          std::uint32_t now_s, PacketWay way = PacketWay::network) noexcept;
+PacketReport clean_packet(std::span<std::uint8_t> packet, const GuardLimits& limits, RtpsSessionState* memory,
+                          std::uint32_t now_s, TransportKind way = TransportKind::network) noexcept;
 
 }  // namespace takt

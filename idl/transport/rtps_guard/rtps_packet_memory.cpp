@@ -26,12 +26,12 @@ std::uint64_t participant_key(std::span<const std::uint8_t> guid) {
   return mixed(guid.first(prefix_bytes), 0);
 }
 
-std::size_t PacketMemory::slot(std::uint32_t writer, std::int64_t sequence_number) {
+std::size_t RtpsSessionState::slot(std::uint32_t writer, std::int64_t sequence_number) {
   const auto mixed = (static_cast<std::uint64_t>(sequence_number) + writer * 0x9e3779b97f4a7c15ULL);
   return static_cast<std::size_t>(mixed % kSent);
 }
 
-void PacketMemory::note(std::span<const std::uint8_t> packet) {
+void RtpsSessionState::note(std::span<const std::uint8_t> packet) {
   std::size_t at = kRtpsHeaderBytes;
   while (const auto submessage = submessage_at(packet, at)) {
     at += kSubmessageHeadBytes;
@@ -51,13 +51,13 @@ void PacketMemory::note(std::span<const std::uint8_t> packet) {
   }
 }
 
-std::uint32_t PacketMemory::count(std::uint32_t writer, std::int64_t sequence_number) const {
+std::uint32_t RtpsSessionState::count(std::uint32_t writer, std::int64_t sequence_number) const {
   const std::lock_guard lock(mutex_);
   const Sent& entry = sent_[slot(writer, sequence_number)];
   return entry.writer == writer && entry.sequence_number == sequence_number ? entry.fragments : 0;
 }
 
-bool PacketMemory::follows(const Sample& sample) {
+bool RtpsSessionState::follows(const Sample& sample) {
   const std::uint64_t key = mixed(sample.sender, sample.writer);
   const std::int64_t number = sample.sequence_number;
   const std::lock_guard lock(mutex_);
@@ -77,7 +77,7 @@ bool PacketMemory::follows(const Sample& sample) {
   return true;
 }
 
-bool PacketMemory::same_as_before(const EndpointTraits& endpoint) {
+bool RtpsSessionState::same_as_before(const EndpointTraits& endpoint) {
   const std::uint32_t now_s = now_s_();
   const std::lock_guard lock(mutex_);
   Endpoint* entry = endpoints_.find(endpoint.guid);
@@ -95,13 +95,13 @@ bool PacketMemory::same_as_before(const EndpointTraits& endpoint) {
   return true;
 }
 
-void PacketMemory::know(std::span<const std::uint8_t> guid) {
+void RtpsSessionState::know(std::span<const std::uint8_t> guid) {
   const std::uint64_t participant = participant_key(guid);
   const std::lock_guard lock(mutex_);
   if (participants_.find(participant) == nullptr) participants_.insert(participant);
 }
 
-void PacketMemory::forget(std::span<const std::uint8_t> guid) {
+void RtpsSessionState::forget(std::span<const std::uint8_t> guid) {
   constexpr std::uint8_t participant_kind = 0xc1;
   const std::lock_guard lock(mutex_);
   if (guid.back() == participant_kind) {
@@ -111,26 +111,26 @@ void PacketMemory::forget(std::span<const std::uint8_t> guid) {
   }
 }
 
-void PacketMemory::forget_silent(std::span<const std::uint8_t> guid) {
+void RtpsSessionState::forget_silent(std::span<const std::uint8_t> guid) {
   constexpr std::uint32_t recent_s = 2;
   const std::uint32_t now_s = now_s_();
   const std::lock_guard lock(mutex_);
   forget(participant_key(guid), now_s - std::min(now_s, recent_s + 1));
 }
 
-void PacketMemory::forget(std::uint64_t participant, std::uint32_t announced_until_s) {
+void RtpsSessionState::forget(std::uint64_t participant, std::uint32_t announced_until_s) {
   endpoints_.erase_if(
       [&](const Endpoint& e) { return e.participant == participant && e.announced_s <= announced_until_s; });
   participants_.erase_if([&](const Sender& p) { return p.key == participant; });
 }
 
-void PacketMemory::note_tail(std::span<const std::uint8_t> sender) {
+void RtpsSessionState::note_tail(std::span<const std::uint8_t> sender) {
   const std::uint64_t key = mixed(sender, 0);
   const std::lock_guard lock(mutex_);
   if (leaving_tails_.find(key) == nullptr) leaving_tails_.insert(key);
 }
 
-bool PacketMemory::leaves_tails(std::span<const std::uint8_t> sender) {
+bool RtpsSessionState::leaves_tails(std::span<const std::uint8_t> sender) {
   const std::uint64_t key = mixed(sender, 0);
   const std::lock_guard lock(mutex_);
   return leaving_tails_.find(key) != nullptr;

@@ -25,10 +25,10 @@ struct EndpointTraits {
 /// Seconds of a clock that is never set, coarse.
 std::uint32_t uptime_s();
 
-class PacketMemory {
+class RtpsSessionState {
  public:
   using Clock_s = std::uint32_t (*)();
-  explicit PacketMemory(Clock_s now_s = &uptime_s) : now_s_(now_s) {}
+  explicit RtpsSessionState(Clock_s now_s = &uptime_s) : now_s_(now_s) {}
 
   // --- own samples: a request for the hundredth of three fragments is told from a good one.
   /// `packet` is about to be sent.
@@ -63,7 +63,7 @@ class PacketMemory {
   /// what another thread was making of an announcement at that moment.
   void forget_silent(std::span<const std::uint8_t> guid);
 
-  /// Senders (GUID prefix) whose packets in shared memory end with what are no submessages (PacketWay).
+  /// SenderRegistry (GUID prefix) whose packets in shared memory end with what are no submessages (TransportKind).
   void note_tail(std::span<const std::uint8_t> sender);
   bool leaves_tails(std::span<const std::uint8_t> sender);
 
@@ -92,10 +92,10 @@ class PacketMemory {
   const Clock_s now_s_;
   mutable std::mutex mutex_;  // guards all below
   std::array<Sent, kSent> sent_{};
-  NewestEntries<Writer, 1024> writers_;
-  NewestEntries<Endpoint, 1024, 16> endpoints_;
-  NewestEntries<Sender, 64, 16> participants_;  ///< that DDS knows, which are 256 at most
-  NewestEntries<Sender, 128> leaving_tails_;
+  LruTable<Writer, 1024> writers_;
+  LruTable<Endpoint, 1024, 16> endpoints_;
+  LruTable<Sender, 64, 16> participants_;  ///< that DDS knows, which are 256 at most
+  LruTable<Sender, 128> leaving_tails_;
 };
 
 }  // namespace takt

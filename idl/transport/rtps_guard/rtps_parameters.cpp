@@ -10,16 +10,16 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
-constexpr std::size_t kMostParameters = 1024;
-constexpr std::size_t kMostLocators = 64;
-constexpr std::uint32_t kMostProperties = 64;
-constexpr std::uint32_t kMostPartitions = 32;
-constexpr std::uint32_t kMostRepresentations = 16;
-constexpr std::uint32_t kMostDataHolders = 16;
+constexpr std::size_t kMaxParameters = 1024;
+constexpr std::size_t kMaxLocators = 64;
+constexpr std::uint32_t kMaxProperties = 64;
+constexpr std::uint32_t kMaxPartitions = 32;
+constexpr std::uint32_t kMaxRepresentations = 16;
+constexpr std::uint32_t kMaxDataHolders = 16;
 constexpr std::uint32_t kLongestName = 256;
 constexpr std::uint32_t kLongestPartition = 128;
 constexpr std::uint32_t kLongestProperty = 4096;
-constexpr std::uint32_t kMostOctets = 4096;
+constexpr std::uint32_t kMaxOctets = 4096;
 
 /// How the value of a parameter is read by Fast DDS 2.9.1.
 enum class Form : std::uint8_t {
@@ -144,7 +144,7 @@ bool read_sequence(WireCursor& cursor, std::uint32_t most, Item item) {
 }
 
 bool read_properties(WireCursor& cursor) {
-  return read_sequence(cursor, kMostProperties, [&] {
+  return read_sequence(cursor, kMaxProperties, [&] {
     return read_string(cursor, kLongestProperty) && read_string(cursor, kLongestProperty);
   });
 }
@@ -152,16 +152,16 @@ bool read_properties(WireCursor& cursor) {
 bool read_data_holder(WireCursor& cursor) {
   constexpr std::uint32_t most_octets = 1U << 16U;
   return read_string(cursor, kLongestProperty) && read_properties(cursor) &&
-         read_sequence(cursor, kMostProperties, [&] {
+         read_sequence(cursor, kMaxProperties, [&] {
            return read_string(cursor, kLongestProperty) && read_octets(cursor, most_octets);
          });
 }
 
-PacketFlaw flaw_unless(bool good, PacketFlaw flaw = PacketFlaw::parameter) {
-  return good ? PacketFlaw::none : flaw;
+RtpsError flaw_unless(bool good, RtpsError flaw = RtpsError::parameter) {
+  return good ? RtpsError::none : flaw;
 }
 
-PacketFlaw check_locator(WireCursor& cursor, const GuardLimits& limits) {
+RtpsError check_locator(WireCursor& cursor, const GuardLimits& limits) {
   constexpr std::uint32_t invalid = 0xffffffff, reserved = 0, udp4 = 1, udp6 = 2, tcp4 = 4, tcp6 = 8;
   // Fast DDS: 16 in its major 2, 16 + major after.
   constexpr std::uint32_t shared_memory_2 = 16, shared_memory_3 = 16 + 3, shared_memory_standard = 0x02000000;
@@ -169,32 +169,32 @@ PacketFlaw check_locator(WireCursor& cursor, const GuardLimits& limits) {
   switch (kind) {
     case udp4:
     case udp6:
-      return flaw_unless(port > 0 && port <= 65535, PacketFlaw::locator);
+      return flaw_unless(port > 0 && port <= 65535, RtpsError::locator);
     case shared_memory_2:
     case shared_memory_3:
     case shared_memory_standard:
       return flaw_unless(port >= limits.first_shared_memory_port && port <= limits.last_shared_memory_port,
-                         PacketFlaw::locator);
+                         RtpsError::locator);
     case invalid:
     case reserved:
     case tcp4:
     case tcp6:
-      return PacketFlaw::none;  // no transport here takes these
+      return RtpsError::none;  // no transport here takes these
     default:
       // Kinds of other vendors: signed numbers, ignored by all others.
-      return flaw_unless(kind >= 0x01000000, PacketFlaw::locator);
+      return flaw_unless(kind >= 0x01000000, RtpsError::locator);
   }
 }
 
-PacketFlaw check_guid(std::uint16_t id, Bytes value, const ListContext& context) {
+RtpsError check_guid(std::uint16_t id, Bytes value, const ListContext& context) {
   // There is one participant of a GUID prefix. Fast DDS would take others for more, with the same endpoints.
   constexpr std::array<std::uint8_t, 4> participant{0, 0, 1, 0xc1};
   const bool names_one = context.kind == ListKind::participant && (id == 0x0050 || id == 0x0070);
   if (names_one && !std::equal(participant.begin(), participant.end(), value.begin() + 12))
-    return PacketFlaw::identity;
-  if (context.sender == nullptr) return PacketFlaw::none;
+    return RtpsError::identity;
+  if (context.sender == nullptr) return RtpsError::none;
   return flaw_unless(std::equal(context.sender->begin(), context.sender->end(), value.begin()),
-                     PacketFlaw::identity);
+                     RtpsError::identity);
 }
 
 bool is_duration(WireCursor& cursor) {
@@ -203,22 +203,22 @@ bool is_duration(WireCursor& cursor) {
   return cursor.ok() && seconds <= 0x7fffffff;
 }
 
-PacketFlaw check_lease(WireCursor& cursor, const GuardLimits& limits) {
+RtpsError check_lease(WireCursor& cursor, const GuardLimits& limits) {
   constexpr std::uint32_t tenth_of_a_second = 0x19999999;
   const std::uint32_t seconds = cursor.u32(), fraction = cursor.u32();
   return flaw_unless(seconds <= limits.longest_lease_s && (seconds > 0 || fraction >= tenth_of_a_second),
-                     PacketFlaw::lease);
+                     RtpsError::lease);
 }
 
-PacketFlaw check_value(const Rule& rule, Bytes value, bool big_endian, const ListContext& context) {
+RtpsError check_value(const Rule& rule, Bytes value, bool big_endian, const ListContext& context) {
   WireCursor cursor(value, big_endian);
   if (rule.size > 0 && (rule.form == Form::at_least ? value.size() < rule.size : value.size() != rule.size))
-    return PacketFlaw::parameter;
+    return RtpsError::parameter;
   switch (rule.form) {
     case Form::fixed:
     case Form::at_least:
     case Form::hidden:
-      return PacketFlaw::none;
+      return RtpsError::none;
     case Form::kind:  // Fast DDS reads and writes the first byte, whatever the byte order
       return flaw_unless(value[0] <= rule.most);
     case Form::time:
@@ -233,43 +233,43 @@ PacketFlaw check_value(const Rule& rule, Bytes value, bool big_endian, const Lis
     case Form::locator:
       return check_locator(cursor, *context.limits);
     case Form::name:
-      return flaw_unless(value.size() <= kLongestName && read_string(cursor, kLongestName), PacketFlaw::text);
+      return flaw_unless(value.size() <= kLongestName && read_string(cursor, kLongestName), RtpsError::text);
     case Form::octets:
-      return flaw_unless(read_octets(cursor, kMostOctets) && cursor.left() == 0);
+      return flaw_unless(read_octets(cursor, kMaxOctets) && cursor.left() == 0);
     case Form::properties:
       // Binary properties may follow; Cyclone DDS sends their number, 0.
       return flaw_unless(read_properties(cursor) && (cursor.left() == 0 || cursor.u32() == 0) &&
                              cursor.ok() && cursor.left() == 0,
-                         PacketFlaw::text);
+                         RtpsError::text);
     case Form::strings:
       return flaw_unless(
-          read_sequence(cursor, kMostPartitions, [&] { return read_string(cursor, kLongestPartition); }) &&
+          read_sequence(cursor, kMaxPartitions, [&] { return read_string(cursor, kLongestPartition); }) &&
               cursor.left() == 0,
-          PacketFlaw::text);
+          RtpsError::text);
     case Form::choices:
-      return flaw_unless(read_sequence(cursor, kMostRepresentations, [&] {
+      return flaw_unless(read_sequence(cursor, kMaxRepresentations, [&] {
         cursor.u16();
         return cursor.ok();
       }));
     case Form::token:
       return flaw_unless(read_data_holder(cursor) && cursor.left() == 0);
   }
-  return PacketFlaw::parameter;
+  return RtpsError::parameter;
 }
 
 /// Before data Fast DDS reads three parameters only.
-PacketFlaw check_inline(std::uint16_t id, Bytes value, const ListContext& context) {
+RtpsError check_inline(std::uint16_t id, Bytes value, const ListContext& context) {
   switch (id) {
     case 0x0070:  // key hash: of discovery data the GUID of what is announced
-      if (value.size() != 16) return PacketFlaw::inline_qos;
-      return context.sender == nullptr ? PacketFlaw::none : check_guid(id, value, context);
+      if (value.size() != 16) return RtpsError::inline_qos;
+      return context.sender == nullptr ? RtpsError::none : check_guid(id, value, context);
     case 0x0071:  // status
-      return flaw_unless(value.size() == 4, PacketFlaw::inline_qos);
+      return flaw_unless(value.size() == 4, RtpsError::inline_qos);
     case 0x0083:  // related sample identity, of the standard and of Fast DDS
     case 0x800f:
-      return flaw_unless(value.size() >= 24, PacketFlaw::inline_qos);
+      return flaw_unless(value.size() >= 24, RtpsError::inline_qos);
     default:
-      return PacketFlaw::none;
+      return RtpsError::none;
   }
 }
 
@@ -307,12 +307,12 @@ ListReport inspect_parameters(Bytes bytes, bool big_endian, const ListContext& c
   constexpr std::uint16_t sentinel = 1;
   ListReport report;
   const bool discovery = context.kind != ListKind::inline_qos;
-  const PacketFlaw broken = discovery ? PacketFlaw::parameter_list : PacketFlaw::inline_qos;
+  const RtpsError broken = discovery ? RtpsError::parameter_list : RtpsError::inline_qos;
   WireCursor cursor(bytes, big_endian);
   EndpointReading endpoint;
   std::size_t locators = 0;
   bool named = false;  // says of whom it speaks
-  for (std::size_t i = 0; i < kMostParameters; ++i) {
+  for (std::size_t i = 0; i < kMaxParameters; ++i) {
     const std::size_t start = cursor.position();
     const std::uint16_t id = cursor.u16(), length = cursor.u16();
     if (!cursor.ok()) {
@@ -323,7 +323,7 @@ ListReport inspect_parameters(Bytes bytes, bool big_endian, const ListContext& c
       report.size = cursor.position();
       report.endpoint = endpoint.traits();
       const bool complete = !discovery || named;
-      if (!complete) report.flaw = PacketFlaw::identity;
+      if (!complete) report.flaw = RtpsError::identity;
       return report;
     }
     const Bytes value = cursor.bytes(length);
@@ -339,26 +339,26 @@ ListReport inspect_parameters(Bytes bytes, bool big_endian, const ListContext& c
       }
     } else if (const Rule* rule = rule_of(id)) {
       report.flaw = check_value(*rule, value, big_endian, context);
-      if (rule->form == Form::locator && ++locators > kMostLocators) report.flaw = PacketFlaw::locator;
+      if (rule->form == Form::locator && ++locators > kMaxLocators) report.flaw = RtpsError::locator;
       if (rule->form == Form::hidden) {
         report.hides = true;
         if (rewrite != nullptr) rewrite[start] = rewrite[start + 1] = 0;
       }
       named = named || id == 0x0070 || id == (context.kind == ListKind::participant ? 0x0050 : 0x005a);
     }
-    if (report.flaw != PacketFlaw::none) return report;
+    if (report.flaw != RtpsError::none) return report;
     if (context.kind == ListKind::endpoint) endpoint.read(id, value);
   }
   report.flaw = broken;
   return report;
 }
 
-PacketFlaw inspect_security_message(Bytes bytes, bool big_endian) noexcept {
+RtpsError inspect_security_message(Bytes bytes, bool big_endian) noexcept {
   WireCursor cursor(bytes, big_endian);
   constexpr std::size_t identities = 2 * (16 + 8), keys = 3 * 16;
   cursor.skip(identities + keys);
   const bool good = cursor.ok() && read_string(cursor, kLongestProperty) &&
-                    read_sequence(cursor, kMostDataHolders, [&] { return read_data_holder(cursor); });
+                    read_sequence(cursor, kMaxDataHolders, [&] { return read_data_holder(cursor); });
   return flaw_unless(good);
 }
 

@@ -22,7 +22,7 @@ struct ListContext {
 };
 
 struct ListReport {
-  PacketFlaw flaw = PacketFlaw::none;
+  RtpsError flaw = RtpsError::none;
   bool hides = false;
   std::size_t size = 0;  ///< bytes up to and with the sentinel
   EndpointTraits endpoint;
@@ -35,6 +35,6 @@ ListReport inspect_parameters(std::span<const std::uint8_t> bytes, bool big_endi
 
 /// ParticipantGenericMessage: what participants tell each other to prove who they are. After the
 /// encapsulation.
-PacketFlaw inspect_security_message(std::span<const std::uint8_t> bytes, bool big_endian) noexcept;
+RtpsError inspect_security_message(std::span<const std::uint8_t> bytes, bool big_endian) noexcept;
 
 }  // namespace takt

@@ -2,7 +2,7 @@
 // A process that was stopped (a debugger, SIGSTOP, a machine that stood still) for longer than others
 // remember it. They have forgotten it; what waits in its sockets tells it that they are there. Each side of
 // DDS would then hold another opinion, and Fast DDS does not get out of that: of two participants that know
-// each other's GUID the one that was forgotten stays deaf (seen with 2.9.1; tests/python/test_frozen.py). So
+// each other's GUID the one that was forgotten stays quarantined (seen with 2.9.1; tests/python/test_frozen.py). So
 // a process that was away lets nothing in until DDS in it has forgotten the others too; then both find each
 // other anew.
 #include <atomic>
@@ -15,33 +15,33 @@
 namespace takt {
 
 /// What follows from regular signs of life of the process. Any thread; times in ns of one steady clock.
-class Absence {
+class SuspendDetector {
  public:
   /// Others forget who is silent for `lease_ns`, and are forgotten after as long.
-  Absence(std::int64_t lease_ns, std::int64_t now_ns) : lease_ns_(lease_ns), alive_ns_(now_ns) {}
+  SuspendDetector(std::int64_t lease_ns, std::int64_t now_ns) : lease_ns_(lease_ns), alive_ns_(now_ns) {}
 
   /// Due at least every tenth of the lease.
   void tick(std::int64_t now_ns) {
-    (void)deaf(now_ns);
+    (void)quarantined(now_ns);
     const bool regular = !overdue(now_ns);
     alive_ns_.store(now_ns);
     if (regular && ticks_to_come_.load() > 0) --ticks_to_come_;
   }
   /// Nothing is to be let in now. Finds out itself whether a tick is overdue: after a stop it may be asked
   /// before the next one.
-  bool deaf(std::int64_t now_ns) {
+  bool quarantined(std::int64_t now_ns) {
     if (overdue(now_ns)) {
       // DDS here heard others until at most one tick after the last, and forgets them a lease later. A moment
       // is added for the threads that do it, longer where ticks show that threads have to wait.
       const std::int64_t forgotten = alive_ns_.load() + lease_ns_ + lease_ns_ / 5;
-      raise(deaf_until_ns_, std::max(forgotten, now_ns + lease_ns_ / 5));
-      raise(returned_ns_, now_ns);
+      raise(quarantined_until_ns_, std::max(forgotten, now_ns + lease_ns_ / 5));
+      raise(resumed_ns_, now_ns);
       ticks_to_come_.store(3);
     }
-    return now_ns < deaf_until_ns_.load() || ticks_to_come_.load() > 0;
+    return now_ns < quarantined_until_ns_.load() || ticks_to_come_.load() > 0;
   }
   /// When the process was last found to have been away so long; 0: never.
-  std::int64_t returned_ns() const { return returned_ns_.load(); }
+  std::int64_t resumed_ns() const { return resumed_ns_.load(); }
 
  private:
   /// After a shorter stop others still know this process, and nothing may be done that only one side sees.
@@ -52,17 +52,17 @@ class Absence {
     }
   }
   const std::int64_t lease_ns_;
-  std::atomic<std::int64_t> alive_ns_, deaf_until_ns_{0}, returned_ns_{0};
+  std::atomic<std::int64_t> alive_ns_, quarantined_until_ns_{0}, resumed_ns_{0};
   std::atomic<int> ticks_to_come_{0};  ///< before anything comes in again
 };
 
 /// The same with a thread that gives the signs of life.
-class AbsenceWatch {
+class SuspendWatchdog {
  public:
   using Clock = std::chrono::steady_clock;
-  explicit AbsenceWatch(std::chrono::nanoseconds lease)
-      : absence_(lease.count(), now_ns()), thread_([this, period = lease / 10] { run(period); }) {}
-  ~AbsenceWatch() {
+  explicit SuspendWatchdog(std::chrono::nanoseconds lease)
+      : suspend_(lease.count(), now_ns()), thread_([this, period = lease / 10] { run(period); }) {}
+  ~SuspendWatchdog() {
     {
       const std::lock_guard lock(mutex_);
       over_ = true;
@@ -70,14 +70,14 @@ class AbsenceWatch {
     ended_.notify_all();
     thread_.join();
   }
-  AbsenceWatch(const AbsenceWatch&) = delete;
-  AbsenceWatch& operator=(const AbsenceWatch&) = delete;
+  SuspendWatchdog(const SuspendWatchdog&) = delete;
+  SuspendWatchdog& operator=(const SuspendWatchdog&) = delete;
 
-  bool deaf() { return absence_.deaf(now_ns()); }
+  bool quarantined() { return suspend_.quarantined(now_ns()); }
   /// When the process was last found to have been away for longer than others remember it; the epoch: never.
   Clock::time_point returned() {
-    (void)deaf();
-    return Clock::time_point(std::chrono::nanoseconds(absence_.returned_ns()));
+    (void)quarantined();
+    return Clock::time_point(std::chrono::nanoseconds(suspend_.resumed_ns()));
   }
 
  private:
@@ -86,10 +86,10 @@ class AbsenceWatch {
   }
   void run(std::chrono::nanoseconds period) {
     std::unique_lock lock(mutex_);
-    while (!ended_.wait_for(lock, period, [this] { return over_; })) absence_.tick(now_ns());
+    while (!ended_.wait_for(lock, period, [this] { return over_; })) suspend_.tick(now_ns());
   }
 
-  Absence absence_;
+  SuspendDetector suspend_;
   std::mutex mutex_;
   std::condition_variable ended_;
   bool over_ = false;

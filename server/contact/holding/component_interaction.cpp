@@ -34,7 +34,7 @@ ComponentInteraction::ComponentInteraction(const std::vector<Component>& compone
                                            const InteractionParameters& parameters)
     : components_(components),
       parameters_(parameters),
-      world_(components, parameters.contact_margin_m, parameters.skip_resting),
+      collision_world_(components, parameters.contact_margin_m, parameters.skip_resting),
       queries_(pairs.size()),
       holds_(components.size()),
       graph_(components.size()),
@@ -63,7 +63,8 @@ ComponentInteraction::ComponentInteraction(const std::vector<Component>& compone
     if (components[i].type == ComponentType::part) parts_.push_back(static_cast<int>(i));
     if (components[i].role == GripperRole::palm) {
       // The grasp volume: a box whose bounds follow the jaws.
-      world_.set_shape(static_cast<int>(i), ConvexShape::from_points(std::vector<Vec3>(8, Vec3::Zero())));
+      collision_world_.set_shape(static_cast<int>(i),
+                                 ConvexShape::from_points(std::vector<Vec3>(8, Vec3::Zero())));
     }
   }
   for (std::size_t i = 0; i < components.size(); ++i)
@@ -122,7 +123,7 @@ bool ComponentInteraction::active(std::size_t pair) const {
 void ComponentInteraction::update_poses(const CellMotion& motion, std::span<const int> moved, Clock clock) {
   const double begin = clock != nullptr ? clock() : 0.0;
   for (const int i : moved)
-    if (!world_.set_pose(i, motion.bodies[static_cast<std::size_t>(i)].X_WB)) refused_pose_ = i;
+    if (!collision_world_.set_pose(i, motion.bodies[static_cast<std::size_t>(i)].X_WB)) refused_pose_ = i;
   if (begun_) follow_moved();
   if (clock != nullptr) stage_times_.broad_phase_s += clock() - begin;
 }
@@ -139,7 +140,7 @@ void ComponentInteraction::update_connections(const CellMotion& motion, std::spa
   shown_changes_.clear();
   for (const GraspState& grasp : grasps) {
     set_held(grasp);
-    if (!grasp.held.empty()) world_.set_box(grasp.palm, grasp.lower_G, grasp.upper_G);
+    if (!grasp.held.empty()) collision_world_.set_box(grasp.palm, grasp.lower_G, grasp.upper_G);
   }
   detect(clock);
   connect(clock, motion);
@@ -163,12 +164,13 @@ bool ComponentInteraction::gripped(int part, int palm) const {
 }
 
 std::span<const int> ComponentInteraction::parts_between(int palm, const Vec3& lower_G, const Vec3& upper_G) {
-  world_.set_box(palm, lower_G, upper_G);
-  const Pose X_WG = world_.pose(palm);
+  collision_world_.set_box(palm, lower_G, upper_G);
+  const Pose X_WG = collision_world_.pose(palm);
   static_cast<void>(parts_near_sweep(palm, X_WG, X_WG));
   if (!begun_) found_.assign(parts_.begin(), parts_.end());
   std::erase_if(found_, [&](int part) {
-    return !world_.boxes_overlap(part, palm) || !world_.shapes_overlap(part, palm, counts_);
+    return !collision_world_.boxes_overlap(part, palm) ||
+           !collision_world_.shapes_overlap(part, palm, counts_);
   });
   return found_;
 }
@@ -183,12 +185,12 @@ void ComponentInteraction::detect(Clock clock) {
   else
     detect_all();
   if (sharing_) {
-    queries_.run(world_, pairs_, verdicts_, counts_);
+    queries_.run(collision_world_, pairs_, verdicts_, counts_);
     for (const PairQueries::Item& item : queries_.items()) finish_check(item.pair);
   }
   queries_.end();
   if (parameters_.skip_resting) counts_.mpr_skipped += known_calls_ - retested_calls_;
-  world_.clear_moved();
+  collision_world_.clear_moved();
   toggled_.clear();
   if (clock != nullptr) stage_times_.mpr_s += clock() - begin;
 }
@@ -209,7 +211,7 @@ void ComponentInteraction::detect_moved() {
       for (const Near& near : near_[c]) check(near.pair);
   } else {
     follow_moved();
-    work_.assign(world_.moved().begin(), world_.moved().end());
+    work_.assign(collision_world_.moved().begin(), collision_world_.moved().end());
     work_.insert(work_.end(), toggled_.begin(), toggled_.end());
     for (const int c : work_)
       for (const Near& near : near_[static_cast<std::size_t>(c)]) check(near.pair);
@@ -220,7 +222,7 @@ void ComponentInteraction::begin_near() {
   std::vector<Aabb> boxes;
   boxes.reserve(components_.size());
   for (std::size_t c = 0; c < components_.size(); ++c) {
-    boxes.push_back(world_.aabb(static_cast<int>(c)));
+    boxes.push_back(collision_world_.aabb(static_cast<int>(c)));
     near_[c].clear();
   }
   broad_phase_.build(boxes);
@@ -229,14 +231,14 @@ void ComponentInteraction::begin_near() {
 }
 
 void ComponentInteraction::follow_moved() {
-  for (const int c : world_.moved())
-    if (broad_phase_.update(c, world_.aabb(c))) refresh_near(c);
+  for (const int c : collision_world_.moved())
+    if (broad_phase_.update(c, collision_world_.aabb(c))) refresh_near(c);
 }
 
 std::span<const int> ComponentInteraction::parts_near_sweep(int component, const Pose& from, const Pose& to) {
   if (!begun_) return parts_;  // nothing is known yet, or nothing shall be remembered
-  const Aabb first = world_.aabb_at(component, from);
-  const Aabb last = world_.aabb_at(component, to);
+  const Aabb first = collision_world_.aabb_at(component, from);
+  const Aabb last = collision_world_.aabb_at(component, to);
   found_.clear();
   broad_phase_.find({first.lower.cwiseMin(last.lower), first.upper.cwiseMax(last.upper)}, found_);
   std::erase_if(
@@ -287,14 +289,14 @@ void ComponentInteraction::check(std::size_t pair) {
     set_contact(pair, false);
     return;
   }
-  if (!begin_verdict(world_, ends.base, ends.target, verdict, counts_)) return;
+  if (!begin_verdict(collision_world_, ends.base, ends.target, verdict, counts_)) return;
   known_calls_ -= before;
-  if (world_.boxes_overlap(ends.base, ends.target)) {
+  if (collision_world_.boxes_overlap(ends.base, ends.target)) {
     if (sharing_) {
       queries_.add(pair, ends, before);
       return;
     }
-    query_verdict(world_, ends.base, ends.target, verdict, counts_);
+    query_verdict(collision_world_, ends.base, ends.target, verdict, counts_);
   }
   finish_check(pair);
 }
@@ -380,7 +382,7 @@ void ComponentInteraction::push_out(const ComponentPair& pair, const CellMotion&
   if (search && !base_caught && !target_caught) return;
   const BodyMotion& base = motion.bodies[static_cast<std::size_t>(pair.base)];
   const BodyMotion& target = motion.bodies[static_cast<std::size_t>(pair.target)];
-  const ConvexDistance found = deepest(world_, pair.base, pair.target);
+  const ConvexDistance found = deepest(collision_world_, pair.base, pair.target);
   if (!(found.distance < 0.0)) return;
   const auto velocity = [&](const BodyMotion& body) { return body.V_WB.at(found.point_A_W - body.X_WB.p); };
   const double approach = (velocity(base) - velocity(target)).dot(found.normal_W) * parameters_.step_s;

@@ -145,8 +145,8 @@ class ComponentInteraction {
   const DetectionCounts& counts() const { return counts_; }
   std::uint64_t partner_searches() const { return connections_.partner_searches(); }
   const StageTimes& stage_times() const { return stage_times_; }
-  CollisionWorld& world() { return world_; }
-  const CollisionWorld& world() const { return world_; }
+  CollisionWorld& collision_world() { return collision_world_; }
+  const CollisionWorld& collision_world() const { return collision_world_; }
   DetectionCounts& counts() { return counts_; }
 
  private:
@@ -182,7 +182,7 @@ class ComponentInteraction {
   InteractionParameters parameters_;
   std::vector<ComponentPair> pairs_;  ///< hold pairs only, without jaws; ordered by base, then target
   std::vector<int> parts_;            ///< component ids of Parts
-  CollisionWorld world_;
+  CollisionWorld collision_world_;
   std::vector<PairVerdict> verdicts_;
   PairQueries queries_;                  ///< of this step, where they are worth sharing among threads
   bool sharing_ = false;                 ///< they are, in this step

@@ -36,7 +36,7 @@ std::string ComponentInteraction::attach(int part, int component) {
         component;
     add_attached_edge(part);
   }
-  connections_.renew(part, Connections::Renewal::own);
+  connections_.recompute_gains(part, Connections::Renewal::own);
   mark_changed(part);
   mark_changed(component);
   return {};
@@ -64,7 +64,7 @@ void ComponentInteraction::reconsider_attached() {
 }
 
 void ComponentInteraction::put_elsewhere(int part) {
-  connections_.renew(part, Connections::Renewal::all);
+  connections_.recompute_gains(part, Connections::Renewal::all);
   mark_changed(part);
   for (const PairConnection& pair : connections_.all()) {
     if (pair.connection.partner == part) mark_changed(pair.base);
@@ -105,13 +105,13 @@ void ComponentInteraction::load_attached(StateReader& in) {
 
 void ComponentInteraction::save(StateWriter& out) const {
   const std::size_t n = components_.size();
-  for (std::size_t i = 0; i < n; ++i) out.put(world_.pose(static_cast<int>(i)));
+  for (std::size_t i = 0; i < n; ++i) out.put(collision_world_.pose(static_cast<int>(i)));
   for (std::size_t i = 0; i < n; ++i) {
     if (components_[i].role != GripperRole::palm) continue;
     out.put_size(holds_[i].size());
     for (const int part : holds_[i]) out.put(part);
     if (holds_[i].empty()) continue;
-    const std::vector<Vec3>& corners = world_.shapes(static_cast<int>(i)).front().vertices;
+    const std::vector<Vec3>& corners = collision_world_.shapes(static_cast<int>(i)).front().vertices;
     out.put(corners.front()), out.put(corners.back());
   }
   for (const int partner : shown_partner_) out.put(partner);
@@ -125,7 +125,7 @@ void ComponentInteraction::save(StateWriter& out) const {
 
 void ComponentInteraction::load(StateReader& in) {
   const std::size_t n = components_.size();
-  for (std::size_t i = 0; i < n; ++i) world_.set_pose(static_cast<int>(i), in.pose("a pose"));
+  for (std::size_t i = 0; i < n; ++i) collision_world_.set_pose(static_cast<int>(i), in.pose("a pose"));
   std::fill(held_.begin(), held_.end(), 0);
   for (std::vector<int>& held : holds_) held.clear();
   for (std::size_t i = 0; i < n; ++i) {
@@ -140,7 +140,7 @@ void ComponentInteraction::load(StateReader& in) {
     }
     if (holds_[i].empty()) continue;
     const Vec3 lower_G = in.vector("a grasp volume"), upper_G = in.vector("a grasp volume");
-    world_.set_box(static_cast<int>(i), lower_G, upper_G);
+    collision_world_.set_box(static_cast<int>(i), lower_G, upper_G);
   }
   for (int& partner : shown_partner_) partner = in.index(n, "a partner");
   std::fill(in_contact_.begin(), in_contact_.end(), 0);

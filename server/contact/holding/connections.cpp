@@ -55,7 +55,7 @@ void Connections::reset() {
 void Connections::turn(int part, const ConnectionTurn& turn) {
   for (PairConnection& pair : mutable_of(part)) {
     turn_offset(turn, pair.connection);
-    disturb(pair);
+    mark_changed(pair);
   }
   turning_.push_back(part);
 }
@@ -66,7 +66,7 @@ void Connections::shift(int part, int target, const Vec3& shift_W, const CellMot
     if (target != -1 && connection.partner != target) continue;
     const Pose& X_WT = motion.bodies[static_cast<std::size_t>(connection.partner)].X_WB;
     connection.p_TBcm_T += X_WT.R.transpose() * shift_W;
-    disturb(pair);
+    mark_changed(pair);
   }
 }
 
@@ -74,7 +74,7 @@ void Connections::set_stiffness(int part, double ratio) {
   double& stiffness = stiffness_[static_cast<std::size_t>(part)];
   if (stiffness == ratio) return;
   stiffness = ratio;
-  if (!of(part).empty()) renew(part, Renewal::own);
+  if (!of(part).empty()) recompute_gains(part, Renewal::own);
 }
 
 SubstituteParameters Connections::own_gains(int part, double softening) const {
@@ -103,7 +103,7 @@ void Connections::update(const ContactGraph& graph, std::span<const int> parts, 
   if (single) {
     soften_on_free_targets();
   } else {
-    hang(graph, parts);
+    assign_supports(graph, parts);
     soften_attached(graph, parts);
     soften_free_clusters(graph, parts, motion);
   }
@@ -155,14 +155,14 @@ PairConnection Connections::close(const ConnectionKey& key, const CellMotion& mo
                  motion.bodies[static_cast<std::size_t>(key.second)], pair.connection);
   pair.connection.gains = own_gains(key.first, 1.0);
   // If the sequence of a partner search ends in a Part, nothing holds the assembly: it falls as one and no
-  // weight is carried. Which of several connections carries it is decided by hang().
+  // weight is carried. Which of several connections carries it is decided by assign_supports().
   if (parameters_.algorithm == InteractionAlgorithm::partner_search && parameters_.weight_feed_forward &&
       !is_part(key.second))
     pair.connection.feed_forward_W = -(base.mass_kg * parameters_.gravity_W);
   return pair;
 }
 
-void Connections::disturb(const PairConnection& pair) {
+void Connections::mark_changed(const PairConnection& pair) {
   disturbed_.push_back(pair.base);
   disturbed_.push_back(pair.connection.partner);
 }
@@ -175,19 +175,19 @@ void Connections::open_and_close(std::span<const int> parts, const CellMotion& m
   while (old != list_.end() || wanted != wanted_.end()) {
     if (wanted == wanted_.end() || (old != list_.end() && old->key() < *wanted)) {
       if (decided_[static_cast<std::size_t>(old->base)] != 0)
-        disturb(*old);
+        mark_changed(*old);
       else
         next_.push_back(*old);
       ++old;
     } else if (old == list_.end() || *wanted < old->key()) {
       next_.push_back(close(*wanted, motion));
-      disturb(next_.back());
+      mark_changed(next_.back());
       if (is_part(wanted->second)) closed_on_.push_back(wanted->second);
       ++wanted;
     } else if (renewed(*old)) {
       next_.push_back(close(*wanted, motion));
       next_.back().connection.feed_forward_W = old->connection.feed_forward_W;
-      disturb(next_.back());
+      mark_changed(next_.back());
       if (is_part(wanted->second)) closed_on_.push_back(wanted->second);
       ++old, ++wanted;
     } else {
@@ -248,7 +248,7 @@ void Connections::soften_on_free_targets() {
   }
 }
 
-void Connections::hang(const ContactGraph& graph, std::span<const int> parts) {
+void Connections::assign_supports(const ContactGraph& graph, std::span<const int> parts) {
   tree_.grow(graph, parts, [&](int a, int b) { return closed(graph, a, b); });
   for (const int part : parts) {
     int& partner = partner_[static_cast<std::size_t>(part)];
@@ -266,7 +266,7 @@ void Connections::hang(const ContactGraph& graph, std::span<const int> parts) {
       const Vec3 feed_forward_W = carries ? lift_W : Vec3::Zero();
       if (pair.connection.feed_forward_W == feed_forward_W) continue;
       pair.connection.feed_forward_W = feed_forward_W;
-      disturb(pair);
+      mark_changed(pair);
     }
     const int passes_to = support != carrier ? support : -1;
     if (passes_to_[static_cast<std::size_t>(part)] == passes_to) continue;
@@ -315,7 +315,7 @@ void Connections::soften_on_grippers(const ContactGraph& graph, std::span<const 
       if (connection.partner != palm || scale >= connection.softening) continue;
       connection.softening = scale;
       connection.gains = own_gains(pair.base, scale);
-      disturb(pair);
+      mark_changed(pair);
     }
   }
 }
@@ -329,7 +329,7 @@ bool Connections::renewed(const PairConnection& pair) const {
          renew_[static_cast<std::size_t>(pair.connection.partner)] == Renewal::all;
 }
 
-void Connections::renew(int part, Renewal what) {
+void Connections::recompute_gains(int part, Renewal what) {
   Renewal& renewal = renew_[static_cast<std::size_t>(part)];
   renewal = std::max(renewal, what);
 }
@@ -365,14 +365,14 @@ void Connections::soften_free_clusters(const ContactGraph& graph, std::span<cons
         const Vec3 feed_forward_W = connection.feed_forward_W;
         pair = close(pair.key(), motion);
         pair.connection.feed_forward_W = feed_forward_W;
-        disturb(pair);
+        mark_changed(pair);
       } else if (free) {
         const double scale = std::min(scale_[static_cast<std::size_t>(part)],
                                       scale_[static_cast<std::size_t>(connection.partner)]);
         if (scale >= connection.softening) continue;
         connection.softening = scale;
         connection.gains = own_gains(part, scale);
-        disturb(pair);
+        mark_changed(pair);
       }
     }
   }

@@ -84,7 +84,7 @@ class Connections {
   /// The next update() takes the offset of the Part's own connection anew (it was attached), or also of those
   /// of which it is the Target (it was put elsewhere). These Parts must be among those of the update.
   enum class Renewal : char { none, own, all };
-  void renew(int part, Renewal what);
+  void recompute_gains(int part, Renewal what);
 
   /// Discrete, from the next update() on: a body that gives way at least as easily as this Gripper (its palm;
   /// inertia in G), or none: it moves as it likes.
@@ -143,12 +143,12 @@ class Connections {
   bool attached_to_part(const ContactGraph& graph, int part, int target) const;
   bool renewed(const PairConnection& pair) const;
   void index_list();
-  void hang(const ContactGraph& graph, std::span<const int> parts);
+  void assign_supports(const ContactGraph& graph, std::span<const int> parts);
   void soften_free_clusters(const ContactGraph& graph, std::span<const int> parts, const CellMotion& motion);
   double free_scale(const ContactGraph& graph, int part) const;
   const PairConnection* find(int base, int target) const;
   std::span<PairConnection> mutable_of(int component);
-  void disturb(const PairConnection& pair);
+  void mark_changed(const PairConnection& pair);
   /// A Part's own constants with its factor, and softer by `softening`.
   SubstituteParameters own_gains(int part, double softening) const;
 

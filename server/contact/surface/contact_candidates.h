@@ -40,7 +40,7 @@ class ContactCandidates {
   /// What no centroid has moved beyond since the lists were made; not a number for such a pose.
   double moved_m(const Pose& X_TB) const;
   double bound_m() const { return bound_m_; }
-  /// `above`: patches; what is above all their planes is outside of the Target (FreeRegion), and so are
+  /// `above`: patches; what is above all their planes is outside of the Target (SeparatingPlanes), and so are
   /// elements that are above all of them by more than they may move. Empty: none known.
   void rebuild(const ContactSurface::Data& base, const ContactSurface::Data& target,
                const ContactCluster& cluster, const Pose& X_TB, double bound_m,

@@ -171,9 +171,9 @@ void ContactInteraction::load(StateReader& in) {
   for (Pair& pair : pairs_) {
     pair.contact.reset();
     pair.known = false;
-    constexpr std::size_t kMostSprings = 1U << 24U;
+    constexpr std::size_t kMaxSprings = 1U << 24U;
     kept.clear();
-    const std::size_t springs = in.size(kMostSprings, "contact springs");
+    const std::size_t springs = in.size(kMaxSprings, "contact springs");
     for (std::size_t i = 0; i < 4 * springs; ++i) kept.push_back(in.number("a contact spring"));
     try {
       pair.contact.restore(kept);

@@ -28,7 +28,7 @@ double first_bound_m(const ContactSurface::Data& target) {
 
 /// Planes of a region at the present pose.
 struct ContactSearch::Planes {
-  Planes(const FreeRegion& of, const ContactCluster& whose, const ContactSurface::Data& target,
+  Planes(const SeparatingPlanes& of, const ContactCluster& whose, const ContactSurface::Data& target,
          const Pose& X_TB, const Pose& X_BT)
       : region(&of), cluster(&whose) {
     for (std::size_t i = 0; i < of.count; ++i) {
@@ -37,10 +37,10 @@ struct ContactSearch::Planes {
       offset_m[i] = patch.offset_m - patch.normal.dot(X_TB.p);
     }
   }
-  const FreeRegion* region;
+  const SeparatingPlanes* region;
   const ContactCluster* cluster;
-  std::array<Vec3, FreeRegion::kMaxPlanes> normal_B;
-  std::array<double, FreeRegion::kMaxPlanes> offset_m;
+  std::array<Vec3, SeparatingPlanes::kMaxPlanes> normal_B;
+  std::array<double, SeparatingPlanes::kMaxPlanes> offset_m;
 
   std::size_t count() const { return region->count; }
   /// Height of the lowest corner of the cluster's box.
@@ -70,7 +70,7 @@ ContactSearch::ContactSearch(const ContactSurface::Data& base, const ContactSurf
 ContactSearch::~ContactSearch() = default;
 
 void ContactSearch::forget() {
-  for (FreeRegion& region : regions_) region.made = false;
+  for (SeparatingPlanes& region : regions_) region.made = false;
   for (auto& open : opened_)
     if (open != nullptr) open->lists.forget(), open->uses = 0, open->until_m = open->quiet_until_m = -1.0;
 }
@@ -108,13 +108,13 @@ void ContactSearch::visit(std::size_t index, const Planes* from) {
   };
   if (from != nullptr) {
     if (!left(cluster, *from)) return;
-    if (from->region->kind == FreeRegion::Kind::solid) {
+    if (from->region->kind == SeparatingPlanes::Kind::solid) {
       if (!leaf) return go_down(from);
       if (solid_leaf(cluster, *from)) return;
       // That of the leaf alone may tell of deeper ones.
     }
   }
-  FreeRegion& region = regions_[index];
+  SeparatingPlanes& region = regions_[index];
   const auto look = [&] {
     find_free_region(base_, target_, cluster, X_TB_, leaf, region);
     made_ = true;
@@ -135,21 +135,21 @@ void ContactSearch::visit(std::size_t index, const Planes* from) {
     else
       go_down(from);
   };
-  if (region.kind == FreeRegion::Kind::none) return without();
+  if (region.kind == SeparatingPlanes::Kind::none) return without();
   Planes planes(region, cluster, target_, X_TB_, X_BT_);
   if (!left(cluster, planes)) return;
-  if (region.kind == FreeRegion::Kind::free && travelled_m_ > region.again_m) {
+  if (region.kind == SeparatingPlanes::Kind::free && travelled_m_ > region.again_m) {
     // Planes that it was above have become a hindrance, such as those of a chamfer that was passed.
     region.again_after_m *= 2.0;
     look();
     region.until_m = travelled_m_ + region.least_bound_m();
-    if (region.kind == FreeRegion::Kind::none) return without();
+    if (region.kind == SeparatingPlanes::Kind::none) return without();
     planes = Planes(region, cluster, target_, X_TB_, X_BT_);
     if (!left(cluster, planes)) return;
   }
   if (!leaf)
     go_down(&planes);
-  else if (region.kind != FreeRegion::Kind::solid || !solid_leaf(cluster, planes))
+  else if (region.kind != SeparatingPlanes::Kind::solid || !solid_leaf(cluster, planes))
     open_leaf(index, &planes);
 }
 
@@ -163,7 +163,7 @@ void ContactSearch::make_room(std::size_t count) {
 // plane that a centroid is deepest below is the distance to that set if the foot on this plane belongs to it.
 // False where planes alone do not tell.
 bool ContactSearch::solid_leaf(const ContactCluster& cluster, const Planes& planes) {
-  std::array<std::size_t, FreeRegion::kMaxPlanes> through, beside;
+  std::array<std::size_t, SeparatingPlanes::kMaxPlanes> through, beside;
   std::size_t ways = 0, sides = 0;
   for (std::size_t i = 0; i < planes.count(); ++i) {
     const double low_m = planes.lowest_m(cluster, i);

@@ -59,7 +59,7 @@ class ContactSearch {
   /// Upper bound of the path of any point since the beginning: most of what holds for a motion is seen to
   /// hold without looking at poses.
   double travelled_m_ = 0.0;
-  std::vector<FreeRegion> regions_;            ///< per cluster
+  std::vector<SeparatingPlanes> regions_;      ///< per cluster
   std::vector<std::unique_ptr<Open>> opened_;  ///< per cluster, where a leaf needed lists
   ContactCandidates::Work work_;
 

@@ -18,7 +18,7 @@ constexpr int kPatience = 150, kStrangers = 30;
 class Search {
  public:
   Search(const ContactSurface::Data& base, const ContactSurface::Data& target, const ContactCluster& cluster,
-         const Pose& X_TB, FreeRegion& region)
+         const Pose& X_TB, SeparatingPlanes& region)
       : base_(base),
         target_(target),
         cluster_(cluster),
@@ -182,7 +182,7 @@ class Search {
         left = true;
         deeper_ = deeper_ || p.normal.dot(center_) - p.offset_m - reach_m >= -kDeep_m;
         return ++strangers <= kStrangers;
-      } else if (region_.count == FreeRegion::kMaxPlanes) {
+      } else if (region_.count == SeparatingPlanes::kMaxPlanes) {
         full = true;
         return false;
       } else {
@@ -261,7 +261,7 @@ class Search {
   const ContactSurface::Data& base_;
   const ContactSurface::Data& target_;
   const ContactCluster& cluster_;
-  FreeRegion& region_;
+  SeparatingPlanes& region_;
   PlaneTolerance tolerance_;
   Vec3 center_;
   Mat3 axes_, abs_axes_;
@@ -274,7 +274,7 @@ class Search {
 
 }  // namespace
 
-double FreeRegion::used(const ContactCluster& cluster, const Pose& pose) const {
+double SeparatingPlanes::used(const ContactCluster& cluster, const Pose& pose) const {
   // See ContactCandidates::cover.
   const double turn = std::sqrt(0.5 * (pose.R - X_TB.R).squaredNorm()) * cluster.radius_m;
   const Vec3 shift = cluster.axes_B.transpose() * (X_TB.R.transpose() * (pose * cluster.center_B - center_T));
@@ -283,13 +283,13 @@ double FreeRegion::used(const ContactCluster& cluster, const Pose& pose) const {
 }
 
 void find_free_region(const ContactSurface::Data& base, const ContactSurface::Data& target,
-                      const ContactCluster& cluster, const Pose& X_TB, bool solid, FreeRegion& region) {
-  const FreeRegion::Kind last = region.kind;
+                      const ContactCluster& cluster, const Pose& X_TB, bool solid, SeparatingPlanes& region) {
+  const SeparatingPlanes::Kind last = region.kind;
   const Vec3 last_bound_m = region.bound_m;
   Search search(base, target, cluster, X_TB, region);
   // Regions of large clusters with small bounds are looked for too often; those of their parts hold longer.
   const double least_m = 0.05 * cluster.radius_m;
-  using Kind = FreeRegion::Kind;
+  using Kind = SeparatingPlanes::Kind;
   const auto good = [&](const Vec3& bound_m, bool need_solid) {
     return search.free(bound_m, need_solid) && (!need_solid || search.solid());
   };
@@ -298,7 +298,7 @@ void find_free_region(const ContactSurface::Data& base, const ContactSurface::Da
     if (last == (need_solid ? Kind::solid : Kind::free)) {
       region.count = 0;
       if (good(last_bound_m, need_solid)) {
-        FreeRegion best = region;
+        SeparatingPlanes best = region;
         for (int k = 0; k < 3; ++k) {
           Vec3 wider = best.bound_m;
           wider[k] = std::min(4.0 * wider[k], kBounds_m.front());
@@ -317,7 +317,7 @@ void find_free_region(const ContactSurface::Data& base, const ContactSurface::Da
     for (const double bound_m : kBounds_m)
       if (bound_m >= least_m) narrowest_m = bound_m;
     if (narrowest_m == 0.0 || !good(Vec3::Constant(narrowest_m), need_solid)) return false;
-    FreeRegion best = region;
+    SeparatingPlanes best = region;
     const auto better = [&](const Vec3& bound_m) {
       if (good(bound_m, need_solid))
         best = region;
@@ -355,7 +355,7 @@ void find_free_region(const ContactSurface::Data& base, const ContactSurface::Da
     region.bound_m.setConstant(std::clamp(0.5 * cluster.radius_m, 2e-4, 4e-3));
   }
   if (region.kind == Kind::solid && region.deepest_m < kDeep_m) {
-    const FreeRegion shallow = region;
+    const SeparatingPlanes shallow = region;
     search.tell_down_to(kDeep_m);
     if (!good(region.bound_m, true)) region = shallow;
   }

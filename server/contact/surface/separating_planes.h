@@ -18,7 +18,7 @@
 
 namespace takt {
 
-struct FreeRegion {
+struct SeparatingPlanes {
   static constexpr std::size_t kMaxPlanes = 16;
   enum class Kind : std::uint8_t { none, free, solid };
 
@@ -54,6 +54,6 @@ struct PlaneTolerance {
 
 /// Looks for the widest region about the cluster at this pose, with `solid` for a solid one first.
 void find_free_region(const ContactSurface::Data& base, const ContactSurface::Data& target,
-                      const ContactCluster& cluster, const Pose& X_TB, bool solid, FreeRegion& region);
+                      const ContactCluster& cluster, const Pose& X_TB, bool solid, SeparatingPlanes& region);
 
 }  // namespace takt

@@ -5,37 +5,37 @@
 
 namespace takt {
 
-std::string_view to_string(MeshFindingKind kind) {
+std::string_view to_string(MeshDiagnosticKind kind) {
   switch (kind) {
-    case MeshFindingKind::bad_vertex:
+    case MeshDiagnosticKind::bad_vertex:
       return "bad vertex";
-    case MeshFindingKind::zero_area_faces:
+    case MeshDiagnosticKind::zero_area_faces:
       return "faces without area";
-    case MeshFindingKind::duplicate_faces:
+    case MeshDiagnosticKind::duplicate_faces:
       return "duplicate faces";
-    case MeshFindingKind::open_edges:
+    case MeshDiagnosticKind::open_edges:
       return "open edges";
-    case MeshFindingKind::crowded_edges:
+    case MeshDiagnosticKind::crowded_edges:
       return "edges of more than two faces";
-    case MeshFindingKind::not_orientable:
+    case MeshDiagnosticKind::not_orientable:
       return "surface with one side";
-    case MeshFindingKind::mixed_orientation:
+    case MeshDiagnosticKind::mixed_orientation:
       return "mixed orientation";
-    case MeshFindingKind::inside_out:
+    case MeshDiagnosticKind::inside_out:
       return "inside out";
-    case MeshFindingKind::encloses_nothing:
+    case MeshDiagnosticKind::encloses_nothing:
       return "encloses nothing";
-    case MeshFindingKind::cavities:
+    case MeshDiagnosticKind::cavities:
       return "cavities";
-    case MeshFindingKind::nested_solids:
+    case MeshDiagnosticKind::nested_solids:
       return "solids inside others";
-    case MeshFindingKind::needles:
+    case MeshDiagnosticKind::needles:
       return "needle triangles";
-    case MeshFindingKind::sharp_edges:
+    case MeshDiagnosticKind::sharp_edges:
       return "sharp edges";
-    case MeshFindingKind::coarse:
+    case MeshDiagnosticKind::coarse:
       return "coarse for contact";
-    case MeshFindingKind::far_from_origin:
+    case MeshDiagnosticKind::far_from_origin:
       return "far from the origin";
   }
   return "";

@@ -9,7 +9,7 @@
 
 namespace takt {
 
-enum class MeshFindingKind : std::uint8_t {
+enum class MeshDiagnosticKind : std::uint8_t {
   bad_vertex,         ///< not finite, or missing
   zero_area_faces,    ///< figure: 0
   duplicate_faces,    ///< figure: 0
@@ -27,7 +27,7 @@ enum class MeshFindingKind : std::uint8_t {
   far_from_origin,    ///< figure: resolution of single precision there (m)
 };
 /// "duplicate faces"
-std::string_view to_string(MeshFindingKind kind);
+std::string_view to_string(MeshDiagnosticKind kind);
 
 enum class MeshSeverity : std::uint8_t {
   info,      ///< good to know
@@ -37,8 +37,8 @@ enum class MeshSeverity : std::uint8_t {
 };
 std::string_view to_string(MeshSeverity severity);
 
-struct MeshFinding {
-  MeshFindingKind kind = MeshFindingKind::bad_vertex;
+struct MeshDiagnostic {
+  MeshDiagnosticKind kind = MeshDiagnosticKind::bad_vertex;
   MeshSeverity severity = MeshSeverity::info;
   std::size_t count = 0;        ///< of vertices, faces, edges or shells
   double figure = 0.0;          ///< see the kind

@@ -13,7 +13,7 @@ namespace takt {
 namespace {
 
 /// Cutting a polygon into triangles takes time with the square of its corners.
-constexpr std::size_t kMostCorners = 10000;
+constexpr std::size_t kMaxCorners = 10000;
 constexpr std::string_view kBlanks = " \t\r\v\f";
 
 std::string at_line(std::size_t line) {
@@ -102,9 +102,9 @@ std::string face_fault(const std::vector<std::string_view>& words, std::size_t l
                        std::int64_t total) {
   if (words.size() < 4)
     return at_line(line) + "a face needs three vertices or more, found " + std::to_string(words.size() - 1);
-  if (words.size() > kMostCorners + 1)
+  if (words.size() > kMaxCorners + 1)
     return at_line(line) + "a face has " + std::to_string(words.size() - 1) + " corners; allowed are " +
-           std::to_string(kMostCorners);
+           std::to_string(kMaxCorners);
   for (std::size_t i = 1; i < words.size(); ++i) {
     const std::string_view word = words[i].substr(0, words[i].find('/'));
     std::int64_t index = 0;

@@ -19,8 +19,8 @@ struct Fault : std::runtime_error {
 };
 
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
-constexpr std::size_t kHeader = 12, kChunkHeader = 8;
-constexpr std::uint64_t kMostNumber = 0xFFFFFFFF;
+constexpr std::size_t kGlbHeader = 12, kChunkHeader = 8;
+constexpr std::uint64_t kMaxNumber = 0xFFFFFFFF;
 constexpr std::uint64_t kByte = 5121, kShort = 5123, kInt = 5125, kFloat = 5126;
 constexpr std::uint64_t kTriangles = 4, kFan = 6;  // 5: strip
 
@@ -46,7 +46,7 @@ std::uint64_t number(const Json& object, const char* key, const std::string& pla
   const Json* value = member(object, key);
   if (value == nullptr && fallback != nullptr) return *fallback;
   if (value == nullptr) throw Fault(place + " has no " + key);
-  if (!value->is_number_unsigned() || value->get<std::uint64_t>() > kMostNumber)
+  if (!value->is_number_unsigned() || value->get<std::uint64_t>() > kMaxNumber)
     throw Fault(place + ": its " + key + " must be a whole number below 2^32");
   return value->get<std::uint64_t>();
 }
@@ -93,7 +93,7 @@ class GlbCheck {
  private:
   void split(std::string_view content) {
     std::string_view json;
-    for (std::size_t at = kHeader; at < content.size();) {
+    for (std::size_t at = kGlbHeader; at < content.size();) {
       if (content.size() - at < kChunkHeader)
         throw Fault("a chunk at byte " + std::to_string(at) + " is cut");
       const std::size_t length = mesh_file_u32(content, at);
@@ -102,8 +102,8 @@ class GlbCheck {
         throw Fault("the chunk at byte " + std::to_string(at) + " announces " + std::to_string(length) +
                     " bytes, but there are " + std::to_string(content.size() - at - kChunkHeader));
       const std::string_view chunk = content.substr(at + kChunkHeader, length);
-      if (at == kHeader && type != kJsonChunk) throw Fault("the first chunk is no JSON");
-      if (at == kHeader) json = chunk;
+      if (at == kGlbHeader && type != kJsonChunk) throw Fault("the first chunk is no JSON");
+      if (at == kGlbHeader) json = chunk;
       if (type == kBinaryChunk && binary_.empty()) binary_ = chunk;
       at += kChunkHeader + length;
     }
@@ -119,7 +119,7 @@ class GlbCheck {
     const std::size_t padding = (4 - binary_.size() % 4) % 4;
     std::string bytes = "glTF";
     put_u32(bytes, 2);
-    put_u32(bytes, kHeader + 2 * kChunkHeader + json.size() + binary_.size() + padding);
+    put_u32(bytes, kGlbHeader + 2 * kChunkHeader + json.size() + binary_.size() + padding);
     put_u32(bytes, json.size());
     put_u32(bytes, kJsonChunk);
     bytes += json;
@@ -179,8 +179,8 @@ class GlbCheck {
         const std::uint64_t mesh = number(node, "mesh", place);
         read_mesh(mesh, place);
         shown_ += triangles_[mesh];
-        if (shown_ > kMostGlbTriangles)
-          throw Fault("with " + place + " there are more than " + std::to_string(kMostGlbTriangles) +
+        if (shown_ > kMaxGlbTriangles)
+          throw Fault("with " + place + " there are more than " + std::to_string(kMaxGlbTriangles) +
                       " triangles to be seen");
         kept["mesh"] = mesh;
       }

@@ -8,7 +8,7 @@
 namespace takt {
 
 /// Most triangles that all nodes of a file may show together, and most nodes above a node.
-inline constexpr std::size_t kMostGlbTriangles = 20'000'000;
+inline constexpr std::size_t kMaxGlbTriangles = 20'000'000;
 inline constexpr std::size_t kDeepestGlbNode = 200;
 
 struct CheckedGlb {

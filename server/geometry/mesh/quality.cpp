@@ -29,7 +29,7 @@ class Care {
     }
   }
 
-  std::vector<MeshFinding> run() {
+  std::vector<MeshDiagnostic> run() {
     find_sharp_edges();
     if (options_.carries_elements) {
       find_needles();
@@ -58,7 +58,7 @@ class Care {
       if (r > ratio) ratio = r, worst = i;
     }
     if (count == 0) return;
-    findings_.push_back({MeshFindingKind::needles, MeshSeverity::warning, count, ratio, centres_[worst],
+    findings_.push_back({MeshDiagnosticKind::needles, MeshSeverity::warning, count, ratio, centres_[worst],
                          counted(count, "triangle is a needle", "triangles are needles") + " (longer than " +
                              number_text(options_.needle_ratio) + " heights), the worst " +
                              number_text(ratio, 3) + " heights at " + place_text(centres_[worst]) +
@@ -99,7 +99,7 @@ class Care {
     });
     if (!(length > options_.sharp_length_m)) return;
     const bool knife = knife_length > options_.sharp_length_m;
-    findings_.push_back({MeshFindingKind::sharp_edges, knife ? MeshSeverity::warning : MeshSeverity::info,
+    findings_.push_back({MeshDiagnosticKind::sharp_edges, knife ? MeshSeverity::warning : MeshSeverity::info,
                          count, largest / kDegree, place,
                          counted(count, "edge is", "edges are") + " sharp, " + number_text(1e3 * length) +
                              " mm in all, the sharpest turning by " + number_text(largest / kDegree, 3) +
@@ -138,7 +138,7 @@ class Care {
     if (count == 0) return;
     const Vec3 place = moment[worst] / size[worst];
     findings_.push_back(
-        {MeshFindingKind::coarse, MeshSeverity::warning, count, fewest, place,
+        {MeshDiagnosticKind::coarse, MeshSeverity::warning, count, fewest, place,
          counted(count, "face has", "faces have") + " fewer than " + number_text(options_.elements_across) +
              " contact elements across, the coarsest " + number_text(fewest, 2) + " on " +
              number_text(1e6 * size[worst], 3) + " mm^2 around " + place_text(place) + " (longest edge " +
@@ -155,7 +155,7 @@ class Care {
     // Half a unit in the last place of single precision.
     const double resolution = std::ldexp(lower.cwiseAbs().cwiseMax(upper.cwiseAbs()).maxCoeff(), -24);
     if (!(resolution > options_.resolution_m) || !(centre.norm() > options_.far_ratio * size)) return;
-    findings_.push_back({MeshFindingKind::far_from_origin, MeshSeverity::warning, 1, resolution, centre,
+    findings_.push_back({MeshDiagnosticKind::far_from_origin, MeshSeverity::warning, 1, resolution, centre,
                          "its middle is " + number_text(centre.norm()) + " m from the origin of its frame, " +
                              number_text(centre.norm() / size, 3) + " times its size: the file holds it to " +
                              number_text(1e6 * resolution, 2) + " um only",
@@ -167,12 +167,12 @@ class Care {
   const std::vector<HalfEdge> edges_;
   std::vector<double> areas_, longest_;
   std::vector<Vec3> normals_, centres_;
-  std::vector<MeshFinding> findings_;
+  std::vector<MeshDiagnostic> findings_;
 };
 
 }  // namespace
 
-std::vector<MeshFinding> find_contact_risks(const TriangleMesh& mesh, const ContactMeshOptions& options) {
+std::vector<MeshDiagnostic> find_contact_risks(const TriangleMesh& mesh, const ContactMeshOptions& options) {
   return Care(mesh, options).run();
 }
 

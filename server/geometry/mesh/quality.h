@@ -28,6 +28,6 @@ struct ContactMeshOptions {
 };
 
 /// Needles, sharp edges, coarse faces, distance from the origin. `mesh` must be closed (check_closed).
-std::vector<MeshFinding> find_contact_risks(const TriangleMesh& mesh, const ContactMeshOptions& options);
+std::vector<MeshDiagnostic> find_contact_risks(const TriangleMesh& mesh, const ContactMeshOptions& options);
 
 }  // namespace takt

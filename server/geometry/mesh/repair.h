@@ -10,7 +10,7 @@ namespace takt {
 
 struct RepairedMesh {
   TriangleMesh mesh;  ///< as it was where nothing was found; vertices keep number and place
-  std::vector<MeshFinding> findings;
+  std::vector<MeshDiagnostic> findings;
   std::string problem;  ///< what check_closed says of it; empty: it bounds a solid
 };
 

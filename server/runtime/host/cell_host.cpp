@@ -12,7 +12,7 @@
 namespace takt {
 
 CellHost::CellHost(HostOptions options) : options_(std::move(options)) {
-  options_.loop.mail = mail_;
+  options_.loop.outbound = outbound_;
   if (!options_.snapshots.empty()) store_.emplace(options_.snapshots, options_.cell);
   if (options_.threads > 1) pool_.emplace(options_.threads, options_.loop.realtime_priority);
   thread_ = std::thread([this] { run(); });
@@ -22,21 +22,22 @@ CellHost::~CellHost() {
   stop();
 }
 
-void CellHost::set_observer(WorldObserver* observer) {
+void CellHost::set_observer(CellLifecycleListener* observer) {
   observer_ = observer;
 }
 
-std::shared_ptr<CellHost::World> CellHost::make_world(std::shared_ptr<CellModel> model, double duration_s) {
+std::shared_ptr<CellHost::LoadedScenario> CellHost::make_loaded(std::shared_ptr<CellModel> model,
+                                                                double duration_s) {
   model->description.cell = options_.cell;
-  model->description.world = worlds_ + 1;
+  model->description.scenario_generation = scenarios_loaded_ + 1;
   if (observer_ != nullptr) observer_->check(model->description);
   RunLoopOptions options = options_.loop;
-  options.start_stopped = worlds_ > 0;
+  options.start_stopped = scenarios_loaded_ > 0;
   if (options_.end_at_duration && duration_s > 0.0) options.pause_at_s = duration_s;
-  return std::make_shared<World>(std::move(model), pool_ ? &*pool_ : nullptr, std::move(options));
+  return std::make_shared<LoadedScenario>(std::move(model), pool_ ? &*pool_ : nullptr, std::move(options));
 }
 
-std::shared_ptr<CellHost::World> CellHost::build(const Scenario& scenario) {
+std::shared_ptr<CellHost::LoadedScenario> CellHost::build(const Scenario& scenario) {
   const auto on_import = [this](const std::string& component, double part) {
     {
       const std::lock_guard lock(mutex_);
@@ -48,22 +49,22 @@ std::shared_ptr<CellHost::World> CellHost::build(const Scenario& scenario) {
       std::make_shared<CellModel>(*build_cell(scenario, {options_.cache_directory, nullptr, on_import}));
   for (const ImportNote& note : model->import_notes) {
     if (options_.on_note) options_.on_note(note.sentence);
-    mail_->events.post({Severity::warning, "import_note", note.component, "", note.sentence});
+    outbound_->events.post({Severity::warning, "import_note", note.component, "", note.sentence});
   }
-  auto world = make_world(std::move(model), scenario.duration_s);
-  world->as_loaded = world->content = scenario;
-  return world;
+  auto loaded = make_loaded(std::move(model), scenario.duration_s);
+  loaded->as_loaded = loaded->content = scenario;
+  return loaded;
 }
 
-std::shared_ptr<CellHost::World> CellHost::build(const WorldSource& source) {
-  auto world = build(read_scenario(source.file, source.options));
-  world->source = source;
+std::shared_ptr<CellHost::LoadedScenario> CellHost::build(const ScenarioSource& source) {
+  auto loaded = build(read_scenario(source.file, source.options));
+  loaded->source = source;
   // A server that starts again may have another working directory.
-  world->source->file = std::filesystem::absolute(source.file);
-  return world;
+  loaded->source->file = std::filesystem::absolute(source.file);
+  return loaded;
 }
 
-void CellHost::open(const WorldSource& source) {
+void CellHost::open(const ScenarioSource& source) {
   auto first = build(source);
   if (store_) store_->begin();
   open_log();
@@ -72,7 +73,7 @@ void CellHost::open(const WorldSource& source) {
 }
 
 void CellHost::open(std::shared_ptr<const CellModel> model) {
-  auto first = make_world(std::make_shared<CellModel>(*model), 0.0);
+  auto first = make_loaded(std::make_shared<CellModel>(*model), 0.0);
   if (store_) store_->begin();
   open_log();
   exchange(std::move(first));
@@ -92,11 +93,11 @@ void CellHost::opened() {
   busy_with_.clear();
 }
 
-void CellHost::exchange(std::shared_ptr<World> next, std::optional<SimulationState> kept_state) {
-  std::shared_ptr<World> old;
+void CellHost::exchange(std::shared_ptr<LoadedScenario> next, std::optional<SimulationState> kept_state) {
+  std::shared_ptr<LoadedScenario> old;
   {
     const std::lock_guard lock(mutex_);
-    old = std::exchange(world_, nullptr);
+    old = std::exchange(loaded_, nullptr);
   }
   if (old) {
     old->loop.stop();
@@ -105,12 +106,12 @@ void CellHost::exchange(std::shared_ptr<World> next, std::optional<SimulationSta
       options_.loop.pace = old->loop.pace();
       options_.loop.factor = old->loop.pace_factor();
     }
-    if (next && kept_state) next->loop.begin_like(old->loop, *kept_state);
+    if (next && kept_state) next->loop.inherit_from(old->loop, *kept_state);
     if (observer_ != nullptr) observer_->closed(old->loop);
     old.reset();
   }
   if (next) {
-    ++worlds_;
+    ++scenarios_loaded_;
     if (!kept_state) next->loop.begin_with(options_.loop.pace, options_.loop.factor);
     next->loop.set_on_quit(on_quit_);
     if (observer_ != nullptr) observer_->opened(next->loop);
@@ -118,22 +119,22 @@ void CellHost::exchange(std::shared_ptr<World> next, std::optional<SimulationSta
       next->writer.emplace(next->loop, *store_, session_of(next.get()));
     record(*next);
     const std::lock_guard lock(mutex_);
-    world_ = next;
+    loaded_ = next;
     if (!stop_) next->loop.start();
   } else if (observer_ != nullptr) {
     CellDescription nothing;
     nothing.cell = options_.cell;
-    nothing.world = ++worlds_;
+    nothing.scenario_generation = ++scenarios_loaded_;
     observer_->idle(nothing);
   }
   if (store_ && !next) {
     const std::string failure = store_->write(session_of(nullptr));
     if (!failure.empty()) tell(Severity::error, "snapshot_failed", failure);
   }
-  mail_->news.post();
+  outbound_->news.post();
 }
 
-bool CellHost::try_exchange(std::uint64_t id, std::shared_ptr<World> next,
+bool CellHost::try_exchange(std::uint64_t id, std::shared_ptr<LoadedScenario> next,
                             std::optional<SimulationState> kept_state) {
   try {
     exchange(std::move(next), kept_state);
@@ -149,17 +150,17 @@ bool CellHost::try_exchange(std::uint64_t id, std::shared_ptr<World> next,
 }
 
 void CellHost::submit(const ControlRequest& request) {
-  const auto loaded = world();
+  const auto loaded = loaded_scenario();
   if (auto parsed = parse_host_request(request, loaded && !loaded->changes.empty())) {
     if (auto* answer = std::get_if<ControlReply>(&*parsed)) {
-      mail_->add_reply(std::move(*answer));
+      outbound_->add_reply(std::move(*answer));
       return;
     }
     if (const auto* to_watch = std::get_if<WatchPressures>(&std::get<HostAction>(*parsed))) {
       if (loaded)
-        mail_->add_reply(loaded->loop.pressures().watch(request.id, *to_watch, monotonic_now_ns()));
+        outbound_->add_reply(loaded->loop.pressures().watch(request.id, *to_watch, monotonic_now_ns()));
       else
-        answer_without_world(request);
+        answer_without_scenario(request);
       return;
     }
     const std::string refusal = confine(std::get<HostAction>(*parsed), options_.scenarios);
@@ -178,7 +179,7 @@ void CellHost::submit(const ControlRequest& request) {
     }
     if (busy.empty()) {
       news_.notify_all();
-      mail_->news.post();
+      outbound_->news.post();
     } else {
       reply(request.id, ControlResult::incorrect_state,
             "The server is " + busy + "; ask again when that is done.");
@@ -188,12 +189,12 @@ void CellHost::submit(const ControlRequest& request) {
   if (loaded) {
     loaded->loop.submit(request);
   } else {
-    answer_without_world(request);
+    answer_without_scenario(request);
   }
 }
 
-void CellHost::answer_without_world(const ControlRequest& request) {
-  const SimulationState state = state_without_world();
+void CellHost::answer_without_scenario(const ControlRequest& request) {
+  const SimulationState state = state_without_scenario();
   const auto parsed = parse(request, CellDescription{});
   const auto* action = std::get_if<ControlAction>(&parsed);
   const auto* to_state = action == nullptr ? nullptr : std::get_if<SetState>(action);
@@ -203,9 +204,9 @@ void CellHost::answer_without_world(const ControlRequest& request) {
     reply(request.id, ControlResult::ok, "The server ends.", {{"state", "3"}});
     if (on_quit_) on_quit_();
   } else if (!is_known_request(request.request) && !is_of_host) {
-    mail_->add_reply(unknown_request_reply(request));
+    outbound_->add_reply(unknown_request_reply(request));
   } else if (request.request == "get_features") {
-    mail_->add_reply(features_reply(request.id));
+    outbound_->add_reply(features_reply(request.id));
   } else if (request.request == "get_state") {
     const LoopStatus status = idle_status().value_or(LoopStatus{});
     reply(request.id, ControlResult::ok, "The server is " + std::string(to_string(state)) + ".",
@@ -241,7 +242,7 @@ void CellHost::execute(const Job& job) {
   if (const auto* to_load = std::get_if<LoadScenario>(&job.action)) {
     load(id, {to_load->file, to_load->options});
   } else if (std::holds_alternative<ReloadScenario>(job.action)) {
-    const auto loaded = world();
+    const auto loaded = loaded_scenario();
     if (loaded && loaded->source) {
       load(id, *loaded->source);
     } else {
@@ -265,14 +266,14 @@ void CellHost::execute(const Job& job) {
   }
 }
 
-void CellHost::load(std::uint64_t id, const WorldSource& source) {
+void CellHost::load(std::uint64_t id, const ScenarioSource& source) {
   auto built = try_build(source);
   if (const auto* refusal = std::get_if<HostRefusal>(&built)) {
     tell(Severity::warning, "scenario_refused", refusal->message);
     reply(id, refusal->result, refusal->message);
     return;
   }
-  if (!try_exchange(id, std::get<std::shared_ptr<World>>(std::move(built)), std::nullopt)) return;
+  if (!try_exchange(id, std::get<std::shared_ptr<LoadedScenario>>(std::move(built)), std::nullopt)) return;
   const CellDescription& cell = loop()->cell();
   const std::string message = "Scenario " + cell.scenario +
                               " is loaded: " + std::to_string(cell.components.size()) + " components, " +
@@ -281,11 +282,12 @@ void CellHost::load(std::uint64_t id, const WorldSource& source) {
   reply(id, ControlResult::ok, message,
         {{"scenario", cell.scenario},
          {"uri", source.file.string()},
-         {"world", std::to_string(cell.world)},
+         {"scenario_generation", std::to_string(cell.scenario_generation)},
          {"state", std::to_string(static_cast<int>(SimulationState::stopped))}});
 }
 
-std::variant<std::shared_ptr<CellHost::World>, HostRefusal> CellHost::try_build(const WorldSource& source) {
+std::variant<std::shared_ptr<CellHost::LoadedScenario>, HostRefusal> CellHost::try_build(
+    const ScenarioSource& source) {
   const auto refused = [](ControlResult result, const std::exception& error) {
     return HostRefusal{result, error.what()};
   };
@@ -310,7 +312,7 @@ std::variant<std::shared_ptr<CellHost::World>, HostRefusal> CellHost::try_build(
 }
 
 void CellHost::unload(std::uint64_t id) {
-  if (!world()) {
+  if (!loaded_scenario()) {
     reply(id, ControlResult::no_world_loaded, "No scenario is loaded.");
     return;
   }
@@ -328,11 +330,11 @@ void CellHost::give_up() {
 }
 
 void CellHost::stop() {
-  std::shared_ptr<World> loaded;
+  std::shared_ptr<LoadedScenario> loaded;
   {
     const std::lock_guard lock(mutex_);
     stop_ = true;
-    loaded = world_;
+    loaded = loaded_;
   }
   news_.notify_all();
   if (loaded) loaded->loop.stop();
@@ -349,42 +351,42 @@ void CellHost::reply(std::uint64_t id, ControlResult result, std::string message
       busy_with_.clear();
     }
   }
-  mail_->add_reply({id, result, std::move(message), std::move(values)});
+  outbound_->add_reply({id, result, std::move(message), std::move(values)});
 }
 
 void CellHost::tell(Severity severity, std::string code, std::string message) {
-  mail_->events.post({severity, std::move(code), options_.cell, "", std::move(message)});
+  outbound_->events.post({severity, std::move(code), options_.cell, "", std::move(message)});
 }
 
-SimulationState CellHost::state_without_world() const {
+SimulationState CellHost::state_without_scenario() const {
   const std::lock_guard lock(mutex_);
   const bool loading = !opened_ || (job_ && !std::holds_alternative<UnloadScenario>(job_->action));
   return loading ? SimulationState::loading_world : SimulationState::no_world;
 }
 
 std::optional<LoopStatus> CellHost::idle_status() const {
-  if (world()) return std::nullopt;
+  if (loaded_scenario()) return std::nullopt;
   LoopStatus status;
-  status.state = state_without_world();
+  status.state = state_without_scenario();
   const std::lock_guard lock(mutex_);
   status.pace = options_.loop.pace;
   status.pace_factor = options_.loop.factor;
-  status.wall_time_s = static_cast<double>(monotonic_now_ns() - mail_->began_ns) * 1e-9;
+  status.wall_time_s = static_cast<double>(monotonic_now_ns() - outbound_->began_ns) * 1e-9;
   return status;
 }
 
-std::shared_ptr<CellHost::World> CellHost::world() const {
+std::shared_ptr<CellHost::LoadedScenario> CellHost::loaded_scenario() const {
   const std::lock_guard lock(mutex_);
-  return world_;
+  return loaded_;
 }
 
 RunLoop* CellHost::loop() const {
-  const auto loaded = world();
+  const auto loaded = loaded_scenario();
   return loaded ? &loaded->loop : nullptr;
 }
 
 const Simulation* CellHost::simulation() const {
-  const auto loaded = world();
+  const auto loaded = loaded_scenario();
   return loaded ? &loaded->simulation : nullptr;
 }
 

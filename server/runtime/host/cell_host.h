@@ -36,9 +36,9 @@
 namespace takt {
 
 /// Shows to the outside what is loaded. Called by the thread of the host, or of open().
-class WorldObserver {
+class CellLifecycleListener {
  public:
-  virtual ~WorldObserver() = default;
+  virtual ~CellLifecycleListener() = default;
   /// Before anything is exchanged. Throws what says, in a sentence, why this cell cannot be shown.
   virtual void check(const CellDescription& cell) = 0;
   /// A scenario is loaded; its loop has not been started and lives until closed().
@@ -76,14 +76,14 @@ class CellHost {
   CellHost& operator=(const CellHost&) = delete;
 
   /// Before the first open() or submit(); must outlive the host or its stop().
-  void set_observer(WorldObserver* observer);
+  void set_observer(CellLifecycleListener* observer);
   /// Called once, from any thread, when a request or the end of a scenario ends the server. Set it before
   /// open().
   void set_on_quit(std::function<void()> on_quit) { on_quit_ = std::move(on_quit); }
 
   /// Loads the first scenario and starts it, in the calling thread. Throws ScenarioError, MeshError,
   /// UrdfError, or what the observer throws.
-  void open(const WorldSource& source);
+  void open(const ScenarioSource& source);
   /// The same for a cell that comes from no file; it cannot be reloaded.
   void open(std::shared_ptr<const CellModel> model);
   /// Instead: begins without a scenario.
@@ -93,9 +93,9 @@ class CellHost {
   /// periodic snapshot that can be read; without any from the initial state, without a session from
   /// `otherwise`. `crash` says what happened. Everybody who listens is told (event `restarted`). Throws as
   /// open().
-  void resume(const std::string& crash, const std::optional<WorldSource>& otherwise);
+  void resume(const std::string& crash, const std::optional<ScenarioSource>& otherwise);
 
-  /// Any thread. The reply comes through mail().
+  /// Any thread. The reply comes through outbound().
   void submit(const ControlRequest& request);
   /// Any thread, while another one opens: the import ends as soon as it looks. stop() has to follow.
   void give_up();
@@ -103,9 +103,9 @@ class CellHost {
   /// more than once.
   void stop();
 
-  Mail& mail() { return *mail_; }
+  OutboundQueue& outbound() { return *outbound_; }
   const std::string& cell() const { return options_.cell; }
-  /// There is an announcement in mail(), which does not change any more.
+  /// There is an announcement in outbound(), which does not change any more.
   bool announces() const { return announces_.load(); }
   /// Figures to show while no scenario is loaded; nothing while one is.
   std::optional<LoopStatus> idle_status() const;
@@ -115,26 +115,26 @@ class CellHost {
   const Simulation* simulation() const;
 
  private:
-  struct World;
+  struct LoadedScenario;
   struct Job {
     ControlRequest request;
     HostAction action;
   };
   void run();
   void execute(const Job& job);
-  void load(std::uint64_t id, const WorldSource& source);
+  void load(std::uint64_t id, const ScenarioSource& source);
   void unload(std::uint64_t id);
-  std::shared_ptr<World> build(const WorldSource& source);
-  std::shared_ptr<World> build(const Scenario& scenario);
-  std::shared_ptr<World> make_world(std::shared_ptr<CellModel> model, double duration_s);
-  std::variant<std::shared_ptr<World>, HostRefusal> try_build(const WorldSource& source);
+  std::shared_ptr<LoadedScenario> build(const ScenarioSource& source);
+  std::shared_ptr<LoadedScenario> build(const Scenario& scenario);
+  std::shared_ptr<LoadedScenario> make_loaded(std::shared_ptr<CellModel> model, double duration_s);
+  std::variant<std::shared_ptr<LoadedScenario>, HostRefusal> try_build(const ScenarioSource& source);
   void opened();
   // cell_host_changes.cpp
   /// spawn_entity, delete_entity
   void change(const Job& job);
   void reset_spawned(const Job& job, const ResetSpawned& request);
   /// What is loaded, or nullptr when a refusal was replied: nothing, or not from a file.
-  std::shared_ptr<World> changeable(std::uint64_t id);
+  std::shared_ptr<LoadedScenario> changeable(std::uint64_t id);
   /// The loaded scenario with another content; replies, and says whether it was done.
   bool exchange_content(const Job& job, const Scenario& wanted, bool any_state,
                         std::vector<ControlRequest> changes, const std::string& done, TextArguments values);
@@ -143,41 +143,43 @@ class CellHost {
   void restore(const Job& job, const RestoreSnapshot& request);
   /// False when a refusal was replied.
   bool snapshots_possible(std::uint64_t id, const std::string& name);
-  Session session_of(const World* loaded) const;
+  Session session_of(const LoadedScenario* loaded) const;
   /// Says how it goes on, as the end of a sentence.
   std::string resume_session(const Session& session);
   // cell_host_recording.cpp
-  static LogWorld logged_world(const World& world);
+  static LogScenario logged_scenario(const LoadedScenario& loaded);
   std::unique_ptr<LogRecorder> make_recorder(const std::filesystem::path& file, bool replace);
   void open_log();        ///< of the options. Throws LogError
   void open_log_again();  ///< in a server that was started again
-  void record(World& world);
+  void record(LoadedScenario& loaded);
   void end_recording();
   void start_recording(const Job& job, const StartRecording& request);
   void stop_recording(const Job& job);
   bool is_own_log() const;  ///< what is being recorded is HostOptions::log
   /// nullptr: none. `kept_state`: pace and controllers stay, and the new loop starts in that state.
-  void exchange(std::shared_ptr<World> next, std::optional<SimulationState> kept_state = std::nullopt);
+  void exchange(std::shared_ptr<LoadedScenario> next,
+                std::optional<SimulationState> kept_state = std::nullopt);
   /// As above; false when the new one could not be shown and nothing is loaded now, which was replied.
-  bool try_exchange(std::uint64_t id, std::shared_ptr<World> next, std::optional<SimulationState> kept_state);
+  bool try_exchange(std::uint64_t id, std::shared_ptr<LoadedScenario> next,
+                    std::optional<SimulationState> kept_state);
   void reply(std::uint64_t id, ControlResult result, std::string message, TextArguments values = {});
   void tell(Severity severity, std::string code, std::string message);
-  void answer_without_world(const ControlRequest& request);
-  SimulationState state_without_world() const;
-  std::shared_ptr<World> world() const;
+  void answer_without_scenario(const ControlRequest& request);
+  SimulationState state_without_scenario() const;
+  std::shared_ptr<LoadedScenario> loaded_scenario() const;
 
   HostOptions options_;  ///< the pace in it: guarded by mutex_
-  std::shared_ptr<Mail> mail_ = std::make_shared<Mail>();
-  WorldObserver* observer_ = nullptr;
+  std::shared_ptr<OutboundQueue> outbound_ = std::make_shared<OutboundQueue>();
+  CellLifecycleListener* observer_ = nullptr;
   std::function<void()> on_quit_;
   std::optional<WorkerPool> pool_;
   std::optional<SessionStore> store_;
   std::unique_ptr<LogRecorder> recorder_;  ///< thread of the host, or of open(), or the last of stop()
-  std::uint32_t worlds_ = 0;               ///< loaded so far; thread of the host, or of open()
+  std::uint32_t scenarios_loaded_ = 0;     ///< loaded so far; thread of the host, or of open()
 
   mutable std::mutex mutex_;
   std::condition_variable news_;
-  std::shared_ptr<World> world_;                          // guarded by mutex_, as all below
+  std::shared_ptr<LoadedScenario> loaded_;                // guarded by mutex_, as all below
   std::optional<Job> job_;                                ///< waiting or being executed
   std::string busy_with_ = "loading its first scenario";  ///< for people; empty: nothing
   bool opened_ = false;                                   ///< open() is done

@@ -5,8 +5,8 @@
 
 namespace takt {
 
-std::shared_ptr<CellHost::World> CellHost::changeable(std::uint64_t id) {
-  auto loaded = world();
+std::shared_ptr<CellHost::LoadedScenario> CellHost::changeable(std::uint64_t id) {
+  auto loaded = loaded_scenario();
   if (loaded && loaded->content) return loaded;
   reply(id, ControlResult::incorrect_state,
         loaded ? "The loaded cell came from no scenario file; nothing can be spawned or deleted."
@@ -18,7 +18,7 @@ bool CellHost::exchange_content(const Job& job, const Scenario& wanted, bool any
                                 std::vector<ControlRequest> changes, const std::string& done,
                                 TextArguments values) {
   const std::uint64_t id = job.request.id;
-  const auto loaded = world();
+  const auto loaded = loaded_scenario();
   const auto state = loaded->loop.hold();
   if (!state || (!any_state && *state != SimulationState::stopped)) {
     loaded->loop.release();
@@ -27,7 +27,7 @@ bool CellHost::exchange_content(const Job& job, const Scenario& wanted, bool any
               std::string(state ? to_string(*state) : "ending") + ".");
     return false;
   }
-  std::shared_ptr<World> next;
+  std::shared_ptr<LoadedScenario> next;
   HostRefusal refusal;
   try {
     next = build(wanted);
@@ -44,9 +44,9 @@ bool CellHost::exchange_content(const Job& job, const Scenario& wanted, bool any
   next->source = loaded->source;
   next->as_loaded = loaded->as_loaded;
   next->changes = std::move(changes);
-  const std::string number = std::to_string(next->loop.cell().world);
+  const std::string number = std::to_string(next->loop.cell().scenario_generation);
   if (!try_exchange(id, std::move(next), *state)) return false;
-  values.emplace_back("world", number);
+  values.emplace_back("scenario_generation", number);
   reply(id, ControlResult::ok, done, std::move(values));
   return true;
 }

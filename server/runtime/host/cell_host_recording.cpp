@@ -8,10 +8,10 @@ namespace {
 constexpr const char* kSuffix = ".taktlog";
 }  // namespace
 
-LogWorld CellHost::logged_world(const World& world) {
-  LogWorld logged;
-  if (world.source) logged.source = *world.source;
-  logged.changes = world.changes;
+LogScenario CellHost::logged_scenario(const LoadedScenario& loaded) {
+  LogScenario logged;
+  if (loaded.source) logged.source = *loaded.source;
+  logged.changes = loaded.changes;
   return logged;
 }
 
@@ -45,16 +45,16 @@ void CellHost::open_log_again() {
   }
 }
 
-void CellHost::record(World& world) {
+void CellHost::record(LoadedScenario& loaded) {
   if (!recorder_) return;
   // A state that was restored counts an epoch.
-  if (const std::string refusal =
-          recorder_->begin_world(logged_world(world), world.simulation, world.simulation.epoch() == 0);
+  if (const std::string refusal = recorder_->begin_scenario(logged_scenario(loaded), loaded.simulation,
+                                                            loaded.simulation.epoch() == 0);
       !refusal.empty()) {
     tell(Severity::error, "recording_failed", "Nothing more is recorded: " + refusal);
     return;
   }
-  world.loop.record_with(recorder_.get());
+  loaded.loop.record_with(recorder_.get());
 }
 
 void CellHost::end_recording() {
@@ -86,11 +86,11 @@ void CellHost::start_recording(const Job& job, const StartRecording& request) {
     reply(id, ControlResult::failed, std::string("Nothing is recorded: ") + error.what());
     return;
   }
-  if (const auto loaded = world()) {
-    const LogWorld what = logged_world(*loaded);
+  if (const auto loaded = loaded_scenario()) {
+    const LogScenario what = logged_scenario(*loaded);
     std::string refusal;
     const bool began = loaded->loop.between_steps([&] {
-      refusal = recorder_->begin_world(what, loaded->simulation, false);
+      refusal = recorder_->begin_scenario(what, loaded->simulation, false);
       if (refusal.empty()) loaded->loop.record_with(recorder_.get());
     });
     if (!refusal.empty()) {
@@ -130,7 +130,7 @@ void CellHost::stop_recording(const Job& job) {
               (recorder_->failure().empty() ? "" : " It has failed: " + recorder_->failure()));
     return;
   }
-  if (const auto loaded = world()) {
+  if (const auto loaded = loaded_scenario()) {
     // A loop that has ended has said so in the recording.
     (void)loaded->loop.between_steps([&] {
       recorder_->end_world(loaded->simulation);

@@ -15,7 +15,7 @@ std::string instant(const SnapshotIdentity& identity) {
 
 }  // namespace
 
-Session CellHost::session_of(const World* loaded) const {
+Session CellHost::session_of(const LoadedScenario* loaded) const {
   Session session;
   if (loaded != nullptr) {
     session.source = loaded->source;
@@ -30,7 +30,7 @@ Session CellHost::session_of(const World* loaded) const {
 
 void CellHost::save(const Job& job, const SaveSnapshot& request) {
   const std::uint64_t id = job.request.id;
-  const auto loaded = world();
+  const auto loaded = loaded_scenario();
   if (!snapshots_possible(id, request.name)) return;
   SavedState saved;
   std::string refusal;
@@ -64,7 +64,7 @@ bool CellHost::snapshots_possible(std::uint64_t id, const std::string& name) {
   } else if (const std::string refusal = name.empty() ? "" : SessionStore::refused_name(name);
              !refusal.empty()) {
     reply(id, ControlResult::failed, refusal);
-  } else if (!world()) {
+  } else if (!loaded_scenario()) {
     reply(id, ControlResult::incorrect_state, "No scenario is loaded; load_scenario loads one.");
   } else {
     return true;
@@ -75,7 +75,7 @@ bool CellHost::snapshots_possible(std::uint64_t id, const std::string& name) {
 void CellHost::restore(const Job& job, const RestoreSnapshot& request) {
   const std::uint64_t id = job.request.id;
   if (!snapshots_possible(id, request.name)) return;
-  const auto loaded = world();
+  const auto loaded = loaded_scenario();
   std::vector<std::filesystem::path> files = store_->periodic();
   if (!request.name.empty()) files = {store_->file_of(request.name)};
   SnapshotResult result{SnapshotError::not_found, "There is no periodic snapshot yet."};
@@ -107,7 +107,7 @@ void CellHost::restore(const Job& job, const RestoreSnapshot& request) {
         result.message);
 }
 
-void CellHost::resume(const std::string& crash, const std::optional<WorldSource>& otherwise) {
+void CellHost::resume(const std::string& crash, const std::optional<ScenarioSource>& otherwise) {
   const auto session = store_ ? store_->read() : std::nullopt;
   open_log_again();
   std::string how;
@@ -125,8 +125,8 @@ void CellHost::resume(const std::string& crash, const std::optional<WorldSource>
     exchange(nullptr);
     how = "no scenario is loaded";
   }
-  mail_->announcement = AdapterEvent{Severity::error, "restarted", options_.cell, "",
-                                     "The server " + crash + " and was started again: " + how + "."};
+  outbound_->announcement = DiagnosticEvent{Severity::error, "restarted", options_.cell, "",
+                                            "The server " + crash + " and was started again: " + how + "."};
   announces_.store(true);
   opened();
 }

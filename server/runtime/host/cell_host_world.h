@@ -11,8 +11,8 @@
 
 namespace takt {
 
-struct CellHost::World {
-  World(std::shared_ptr<const CellModel> model, Executor* executor, RunLoopOptions options)
+struct CellHost::LoadedScenario {
+  LoadedScenario(std::shared_ptr<const CellModel> model, Executor* executor, RunLoopOptions options)
       : simulation(std::move(model)), loop(prepared(simulation, executor), std::move(options)) {}
   static Simulation& prepared(Simulation& simulation, Executor* executor) {
     if (executor != nullptr) simulation.set_executor(executor);
@@ -22,7 +22,7 @@ struct CellHost::World {
   Simulation simulation;
   RunLoop loop;
   // Of what came from a file; constant once it is loaded.
-  std::optional<WorldSource> source;
+  std::optional<ScenarioSource> source;
   std::optional<Scenario> as_loaded;    ///< what the file said
   std::optional<Scenario> content;      ///< with what was spawned, without what was deleted
   std::vector<ControlRequest> changes;  ///< that made the one of the other

@@ -56,8 +56,8 @@ class Replay {
     }
     if (!begun_) content.fail("the first record is not the beginning of a log");
     switch (entry.kind) {
-      case LogKind::world:
-        begin_world(entry);
+      case LogKind::scenario:
+        begin_scenario(entry);
         return;
       case LogKind::state: {
         const auto number = content.get<std::uint64_t>();
@@ -121,7 +121,7 @@ class Replay {
         path->order = static_cast<PathOrder>(content.integer(1, 5, "the order of the trajectory"));
         path->has_feed_forward = content.flag("whether the trajectory has efforts");
         path->points.resize(static_cast<std::size_t>(content.integer<std::int32_t>(
-            0, static_cast<int>(kMostTrajectoryPoints), "the number of points")));
+            0, static_cast<int>(kMaxTrajectoryPoints), "the number of points")));
         for (JointPathPoint& point : path->points) {
           point.t = content.get<double>();
           for (JointArray* values : {&point.q, &point.qd, &point.qdd})
@@ -198,7 +198,7 @@ class Replay {
         if (simulation_->step(std::exchange(batch_, {})))
           differ(simulation_->step_index(), "the step could not be taken then, but can now");
         return;
-      case LogKind::world_end:
+      case LogKind::scenario_end:
         --result_.requests;
         simulation_.reset();
         return;
@@ -219,15 +219,16 @@ class Replay {
     ++result_.commands;
   }
 
-  void begin_world(const LogEntry& entry) {
-    const LogWorld world = decode_world(entry.content);
-    const auto model = options_.load(world);
+  void begin_scenario(const LogEntry& entry) {
+    const LogScenario logged = decode_scenario(entry.content);
+    const auto model = options_.load(logged);
     const std::string& scenario = model->description.scenario;
-    if (scenario != world.scenario)
-      throw LogError(name_ + " is of the scenario '" + world.scenario + "', but '" + scenario + "' was read");
+    if (scenario != logged.scenario)
+      throw LogError(name_ + " is of the scenario '" + logged.scenario + "', but '" + scenario +
+                     "' was read");
     const std::uint64_t hash = model_hash(*model);
-    if (hash != world.model)
-      throw LogError(name_ + " is of another model (" + hash_text(world.model) + ") of the scenario '" +
+    if (hash != logged.model)
+      throw LogError(name_ + " is of another model (" + hash_text(logged.model) + ") of the scenario '" +
                      scenario + "' than what was read now (" + hash_text(hash) +
                      "): shapes, masses, constants and solver must be as they were");
     simulation_ = std::make_unique<Simulation>(model);
@@ -235,11 +236,11 @@ class Replay {
     batch_.clear();
     trail_.clear();
     trail_begin_ = simulation_->step_index();
-    ++result_.worlds;
+    ++result_.scenarios;
     result_.scenario = scenario;
-    if (world.state != 0) {
+    if (logged.state != 0) {
       StateReader nothing({}, name_);
-      restore(world.state, nothing);
+      restore(logged.state, nothing);
     }
   }
 
@@ -331,13 +332,14 @@ class Replay {
 
 }  // namespace
 
-std::shared_ptr<const CellModel> load_logged_world(const LogWorld& world,
-                                                   const std::filesystem::path& cache_directory,
-                                                   const std::filesystem::path& instead) {
-  const std::filesystem::path& file = instead.empty() ? world.source.file : instead;
-  if (file.empty()) throw LogError("the recorded cell '" + world.scenario + "' came from no scenario file");
-  const Scenario scenario = read_scenario(file, world.source.options);
-  return build_cell(with_changes(scenario, world.changes), {cache_directory});
+std::shared_ptr<const CellModel> load_logged_scenario(const LogScenario& logged,
+                                                      const std::filesystem::path& cache_directory,
+                                                      const std::filesystem::path& instead) {
+  const std::filesystem::path& file = instead.empty() ? logged.source.file : instead;
+  if (file.empty())
+    throw LogError("the recorded cell '" + logged.scenario + "' came from no scenario file");
+  const Scenario scenario = read_scenario(file, logged.source.options);
+  return build_cell(with_changes(scenario, logged.changes), {cache_directory});
 }
 
 ReplayResult replay(const std::filesystem::path& log, const ReplayOptions& options) {

@@ -15,20 +15,20 @@ namespace takt {
 class Executor;
 
 struct ReplayOptions {
-  /// Makes the model of what was loaded. Throws with a sentence. See load_logged_world().
-  std::function<std::shared_ptr<const CellModel>(const LogWorld&)> load;
+  /// Makes the model of what was loaded. Throws with a sentence. See load_logged_scenario().
+  std::function<std::shared_ptr<const CellModel>(const LogScenario&)> load;
   Executor* executor = nullptr;  ///< for the collision checks
 };
 
 /// Reads the scenario the log names, or `instead` of its file, with overrides, level of detail, and what was
 /// spawned and deleted.
-std::shared_ptr<const CellModel> load_logged_world(const LogWorld& world,
-                                                   const std::filesystem::path& cache_directory,
-                                                   const std::filesystem::path& instead = {});
+std::shared_ptr<const CellModel> load_logged_scenario(const LogScenario& scenario,
+                                                      const std::filesystem::path& cache_directory,
+                                                      const std::filesystem::path& instead = {});
 
 struct ReplayResult {
   std::string version, cell;  ///< of the server that recorded
-  std::uint64_t worlds = 0, steps = 0, commands = 0, requests = 0, checkpoints = 0;
+  std::uint64_t scenarios = 0, steps = 0, commands = 0, requests = 0, checkpoints = 0;
   /// At the last checkpoint that was the same.
   std::string scenario;
   std::uint64_t step = 0, state_hash = 0;

@@ -4,7 +4,7 @@
 
 namespace takt {
 
-int FasterWay::choose() {
+int AdaptiveDispatch::choose() {
   const auto best = static_cast<std::size_t>(best_);
   const std::size_t other = 1 - best;
   if (way_ == best_ && stages_ >= wait_) {
@@ -22,7 +22,7 @@ int FasterWay::choose() {
   return way_;
 }
 
-void FasterWay::note(double time_per_work) {
+void AdaptiveDispatch::note(double time_per_work) {
   if (stages_ <= kWarm) return;
   const auto way = static_cast<std::size_t>(way_);
   // A mean, not a median: what a stopped helper costs now and then counts.

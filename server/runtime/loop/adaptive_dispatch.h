@@ -6,7 +6,7 @@ namespace takt {
 
 /// Mostly the better way is chosen. The other one is tried for some stages now and then, ever more rarely
 /// while it stays slower.
-class FasterWay {
+class AdaptiveDispatch {
  public:
   /// The way for the next stage: 0 or 1. Begins with 0.
   int choose();

@@ -33,43 +33,46 @@ struct LoopStatus {
   SimulationState state = SimulationState::paused;
   Pace pace = Pace::realtime;
   double pace_factor = 1.0;
-  double wall_time_s = 0.0;       ///< since the loop was made
-  double sim_over_wall = 0.0;     ///< simulated time / wall time over the last second
-  double real_time_factor = 0.0;  ///< computation time / simulated time over the last second
+  double wall_time_s = 0.0;        ///< since the loop was made
+  double real_time_factor = 0.0;   ///< simulated time / wall time over the last second
+  double computation_ratio = 0.0;  ///< computation time / simulated time over the last second
   double lag_s = 0.0;
-  std::uint64_t overruns = 0, longest_overrun_run = 0, rebases = 0;
-  Quantiles step_time, wake_up, command_latency;
+  std::uint64_t overruns = 0, max_consecutive_overruns = 0, schedule_resets = 0;
+  Quantiles step_time, wakeup_latency, command_latency;
   std::uint64_t commands_applied = 0;
   std::uint64_t commands_rejected = 0;  ///< by the loop; those an adapter rejects are counted there
   std::uint64_t mpr_calls = 0, mpr_skipped = 0;
-  FixedText<32> solver;
+  FixedString<32> solver;
   std::uint64_t solver_steps = 0, solver_rejected_steps = 0;
   std::uint32_t contact_pairs = 0;  ///< that press in the newest instant
   ContactCallCounts contact_calls;
   std::array<std::int32_t, 64> process_levels{};  ///< level of detail at present, as far as they fit
   std::uint32_t process_count = 0;
-  std::array<FixedText<128>, 16> waiting_for;
+  std::array<FixedString<128>, 16> waiting_for;
   std::uint32_t waiting_count = 0;
-  FixedText<256> scheduling;
-  FixedText<1024> fault;
+  FixedString<256> scheduling;
+  FixedString<1024> fault;
 };
 
 struct PublishedSnapshot {
   Snapshot snapshot;
-  std::uint64_t number = 0;  ///< counts publications; see Outbox::written
+  std::uint64_t number = 0;  ///< counts publications; see LoopOutput::written
 };
 
-struct Outbox {
-  Outbox(const Snapshot& shape, std::shared_ptr<Mail> shared)
-      : mail(std::move(shared)), news(mail->news), snapshots(PublishedSnapshot{shape, 0}), events(4096) {}
+struct LoopOutput {
+  LoopOutput(const Snapshot& shape, std::shared_ptr<OutboundQueue> shared)
+      : outbound(std::move(shared)),
+        news(outbound->news),
+        snapshots(PublishedSnapshot{shape, 0}),
+        events(4096) {}
 
   /// Replies, and what else outlives the loaded scenario.
-  const std::shared_ptr<Mail> mail;
+  const std::shared_ptr<OutboundQueue> outbound;
   /// Something new is in one of the three below, or a reply is there.
-  Wakeup& news;
+  AutoResetEvent& news;
 
-  LatestValueSlot<PublishedSnapshot> snapshots;
-  LatestValueSlot<LoopStatus> status;
+  TripleBuffer<PublishedSnapshot> snapshots;
+  TripleBuffer<LoopStatus> status;
   SpscRing<EventRecord> events;
 
   /// Set by an adapter that writes every snapshot it takes to the outside and then calls written(): in
@@ -80,8 +83,8 @@ struct Outbox {
   /// whoever has lost it gets no newer one.
   std::atomic<bool> standing_at_boundary{false};
 
-  void add_reply(ControlReply reply) { mail->add_reply(std::move(reply)); }
-  std::vector<ControlReply> take_replies() { return mail->take_replies(); }
+  void add_reply(ControlReply reply) { outbound->add_reply(std::move(reply)); }
+  std::vector<ControlReply> take_replies() { return outbound->take_replies(); }
 };
 
 }  // namespace takt

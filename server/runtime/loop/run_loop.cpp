@@ -20,7 +20,8 @@ RunLoop::RunLoop(Simulation& simulation, RunLoopOptions options)
     : simulation_(simulation),
       options_(std::move(options)),
       buffer_(simulation.description()),
-      outbox_(simulation.make_snapshot(), options_.mail ? options_.mail : std::make_shared<Mail>()),
+      output_(simulation.make_snapshot(),
+              options_.outbound ? options_.outbound : std::make_shared<OutboundQueue>()),
       pacer_(options_.clock != nullptr ? *options_.clock : system_monotonic_clock()),
       pressures_(simulation.model()),
       registry_(target_count(simulation.description()), simulation.description().step_s),
@@ -61,12 +62,12 @@ std::optional<Rejection> RunLoop::append(const Command& command, std::uint64_t s
 }
 
 void RunLoop::snapshot_written(std::uint64_t number) {
-  outbox_.newest_written.store(number, std::memory_order_release);
+  output_.newest_written.store(number, std::memory_order_release);
   wakeup_.post();
 }
 
 double RunLoop::wall_time_s() const {
-  return static_cast<double>(monotonic_now_ns() - outbox_.mail->began_ns) * 1e-9;
+  return static_cast<double>(monotonic_now_ns() - output_.outbound->began_ns) * 1e-9;
 }
 
 void RunLoop::run() {
@@ -75,22 +76,22 @@ void RunLoop::run() {
   publish_instant();
   while (!stop_.load(std::memory_order_relaxed)) {
     if (hold_.load(std::memory_order_relaxed)) {
-      stand_held();
+      park();
       continue;
     }
     if (requests_waiting_.load(std::memory_order_acquire)) execute_requests();
     if (hold_.load(std::memory_order_relaxed)) continue;
-    answer_question();
+    answer_query();
     collect_commands();
     if (!may_step()) {
-      outbox_.standing_at_boundary.store(true, std::memory_order_relaxed);
+      output_.standing_at_boundary.store(true, std::memory_order_relaxed);
       publish_status_if_due();
       save_if_due();
       const std::int64_t now = monotonic_now_ns();
-      if (questions_.empty()) wakeup_.wait_until_ns(std::min(next_status_ns_, now + kWaitInStatus_ns));
+      if (queries_.empty()) wakeup_.wait_until_ns(std::min(next_status_ns_, now + kWaitInStatus_ns));
       continue;
     }
-    outbox_.standing_at_boundary.store(false, std::memory_order_relaxed);
+    output_.standing_at_boundary.store(false, std::memory_order_relaxed);
     if (pace_ == Pace::realtime && state_ == SimulationState::playing) {
       const Pacer::Result result = pacer_.wait(kLongestSleep_ns);
       if (result == Pacer::Result::not_due) {
@@ -329,20 +330,20 @@ void RunLoop::pause_with(EventRecord event) {
 }
 
 void RunLoop::publish_instant() {
-  PublishedSnapshot& published = outbox_.snapshots.write_buffer();
+  PublishedSnapshot& published = output_.snapshots.write_buffer();
   simulation_.read_snapshot(published.snapshot);
   contact_pairs_ = static_cast<std::uint32_t>(published.snapshot.contacts.pressing().size() +
                                               published.snapshot.contacts.omitted);
   published.number = ++published_;
-  outbox_.snapshots.publish();
-  outbox_.news.post();
+  output_.snapshots.publish();
+  output_.news.post();
   if (options_.on_instant) options_.on_instant(simulation_);
   if (pace_ == Pace::lockstep) wait_until_written();
 }
 
 void RunLoop::wait_until_written() {
-  while (outbox_.writer_attached.load(std::memory_order_relaxed) && !stop_.load(std::memory_order_relaxed) &&
-         outbox_.newest_written.load(std::memory_order_acquire) < published_) {
+  while (output_.writer_attached.load(std::memory_order_relaxed) && !stop_.load(std::memory_order_relaxed) &&
+         output_.newest_written.load(std::memory_order_acquire) < published_) {
     wakeup_.wait_until_ns(monotonic_now_ns() + kLongestSleep_ns);
   }
 }
@@ -358,8 +359,8 @@ EventRecord RunLoop::event(EventCode code, Severity severity) const {
 }
 
 void RunLoop::emit(const EventRecord& event) {
-  outbox_.events.push(event);
-  outbox_.news.post();
+  output_.events.push(event);
+  output_.news.post();
 }
 
 void RunLoop::anchor() {

@@ -1,10 +1,10 @@
 #pragma once
 // The step loop of the service: the one thread that touches the simulation.
 //
-//   pacer.wait -> commands.take_all -> simulation.step(commands) -> outbox.snapshots.publish
+//   pacer.wait -> commands.take_all -> simulation.step(commands) -> output.snapshots.publish
 //
 // Commands come in through commands(), control requests through submit(), both from any thread; everything
-// that goes out lies in outbox(). The loop knows no transport, and in steady state neither allocates nor
+// that goes out lies in output(). The loop knows no transport, and in steady state neither allocates nor
 // waits for a reader.
 //
 // Requests are executed between two steps. What takes longer than a look (explain_part, get_entity_state)
@@ -57,8 +57,8 @@ struct RunLoopOptions {
   /// Saves the state so often (wall time, s) into saved(), while anything changes; 0: never.
   double save_every_s = 0.0;
   MonotonicClock* clock =
-      nullptr;                   ///< of the schedule, for tests; nullptr: CLOCK_MONOTONIC. Outlives the loop
-  std::shared_ptr<Mail> mail{};  ///< to share with other loops; empty: one of its own
+      nullptr;  ///< of the schedule, for tests; nullptr: CLOCK_MONOTONIC. Outlives the loop
+  std::shared_ptr<OutboundQueue> outbound{};  ///< to share with other loops; empty: one of its own
 };
 
 /// The state of the simulation between two steps, and of its loop.
@@ -88,19 +88,19 @@ class RunLoop {
 
   /// Any thread. As CommandBuffer::append, and wakes a waiting loop.
   std::optional<Rejection> append(const Command& command, std::uint64_t sender, std::int64_t received_ns);
-  /// Any thread. The reply comes through outbox(): at once when the request is not well-formed, else when it
+  /// Any thread. The reply comes through output(): at once when the request is not well-formed, else when it
   /// was done.
   /// A loop that has ended refuses, also what waited until then.
   void submit(const ControlRequest& request);
 
-  Outbox& outbox() { return outbox_; }
-  /// To be called by the reader of the outbox after writing a snapshot.
+  LoopOutput& output() { return output_; }
+  /// To be called by the reader of the output after writing a snapshot.
   void snapshot_written(std::uint64_t number);
 
   /// The newest state saved, see RunLoopOptions::save_every_s; for one thread, which is woken by
   /// saved_news().
-  LatestValueSlot<SavedState>& saved() { return saved_; }
-  Wakeup& saved_news() { return saved_news_; }
+  TripleBuffer<SavedState>& saved() { return saved_; }
+  AutoResetEvent& saved_news() { return saved_news_; }
   /// In the loop's thread, or before start(). Empty if done, else why the state cannot be saved
   /// (Simulation::save_state).
   std::string save(SavedState& saved);
@@ -119,7 +119,7 @@ class RunLoop {
   }
   /// Before start(): pace and controllers of a loop that has ended and whose cell has the same robots and
   /// grippers.
-  void begin_like(const RunLoop& other, SimulationState state);
+  void inherit_from(const RunLoop& other, SimulationState state);
   /// Another thread: executes the action in the loop's thread, between two steps, and returns then. False:
   /// the loop is not running, nothing was done. One thread at a time.
   bool between_steps(const std::function<void()>& action);
@@ -138,9 +138,9 @@ class RunLoop {
   double wall_time_s() const;
   const CellDescription& cell() const { return simulation_.description(); }
   /// Most contacts that a published snapshot holds.
-  std::size_t contact_room() const { return simulation_.contact_room(); }
+  std::size_t contact_capacity() const { return simulation_.contact_capacity(); }
   /// Of no concern to the loop: what clients and the writer of samples agree upon.
-  PressureWatch& pressures() { return pressures_; }
+  PressureSubscriptions& pressures() { return pressures_; }
 
  private:
   struct Pending {
@@ -151,7 +151,7 @@ class RunLoop {
     std::uint64_t id = 0;
     ControlAction action;
   };
-  struct Question {
+  struct Query {
     std::uint64_t id = 0;
     int component = -1;
     bool why = false;  ///< explain_part; else get_entity_state
@@ -165,7 +165,7 @@ class RunLoop {
   void run();
   void execute_requests();
   void refuse_what_waits();
-  void stand_held();
+  void park();
   /// Of the right size, so that saving allocates only where a state is larger than all before.
   static SavedState first_saved(Simulation& simulation, const RunLoopOptions& options);
   void save_if_due();
@@ -177,14 +177,14 @@ class RunLoop {
   void execute(std::uint64_t id, const UnregisterController& action);
   void execute(std::uint64_t id, const SetLevelOfDetail& action);
   void execute_get_state(std::uint64_t id);
-  void take_question(const Question& question);
-  void answer_question();
+  void take_query(const Query& query);
+  void answer_query();
   void execute(std::uint64_t id, const SetEntityState& action);
   void execute(std::uint64_t id, const Attach& action);
   void execute(std::uint64_t id, const Detach& action);
   void do_reset();
   /// After the simulation was put to another instant.
-  void begin_anew(std::uint64_t step);
+  void reset_loop_state(std::uint64_t step);
   void set_state(SimulationState state);
   void end_single_steps(ControlResult result, const std::string& message);
 
@@ -211,13 +211,13 @@ class RunLoop {
   Simulation& simulation_;
   RunLoopOptions options_;
   CommandBuffer buffer_;
-  Outbox outbox_;
+  LoopOutput output_;
   Pacer pacer_;
-  PressureWatch pressures_;
+  PressureSubscriptions pressures_;
   ControllerRegistry registry_;
 
   std::thread thread_;
-  Wakeup wakeup_;
+  AutoResetEvent wakeup_;
   std::atomic<bool> stop_{false}, quitting_{false}, requests_waiting_{false};
   std::mutex requests_mutex_;
   std::vector<PendingAction> requests_;  // guarded by requests_mutex_
@@ -234,7 +234,7 @@ class RunLoop {
   double factor_;
   LogRecorder* recorder_ = nullptr;
   bool faulted_ = false, ended_ = false;
-  std::vector<Question> questions_;  ///< to be answered one between two steps, oldest first
+  std::vector<Query> queries_;  ///< to be answered one between two steps, oldest first
   std::uint64_t single_steps_left_ = 0;
   std::uint64_t single_steps_request_ = 0;  ///< id of the request being worked on
   std::vector<ReceivedCommand> incoming_;
@@ -242,8 +242,8 @@ class RunLoop {
   std::vector<Command> batch_;
   std::uint64_t published_ = 0;
   std::uint32_t contact_pairs_ = 0;  ///< in the newest instant published
-  LatestValueSlot<SavedState> saved_;
-  Wakeup saved_news_;
+  TripleBuffer<SavedState> saved_;
+  AutoResetEvent saved_news_;
   SnapshotIdentity identity_;  ///< of this cell; step and time change
   bool changed_since_save_ = true;
   bool save_refused_ = false;  ///< the newest periodic one
@@ -251,10 +251,10 @@ class RunLoop {
 
   std::int64_t wait_began_ns_ = 0;  ///< at the present boundary; 0: not waiting
   bool wait_in_status_ = false;
-  std::array<FixedText<128>, 16> waiting_for_;
+  std::array<FixedString<128>, 16> waiting_for_;
   std::uint32_t waiting_count_ = 0;
 
-  FixedText<256> scheduling_;
+  FixedString<256> scheduling_;
   std::int64_t next_status_ns_ = 0;
   std::int64_t computed_ns_ = 0;  ///< sum of the steps' computation times
   DurationHistogram step_time_, command_latency_;

@@ -10,7 +10,7 @@
 namespace takt {
 
 namespace {
-constexpr std::size_t kMostQuestions = 64;
+constexpr std::size_t kMaxQuestions = 64;
 constexpr std::int64_t kLongestHeldSleep_ns = 20'000'000;
 constexpr const char* kEnded = "The simulation of this scenario has ended; the request was not executed.";
 }  // namespace
@@ -18,12 +18,12 @@ constexpr const char* kEnded = "The simulation of this scenario has ended; the r
 void RunLoop::submit(const ControlRequest& request) {
   auto parsed = parse(request, cell());
   if (auto* answer = std::get_if<ControlReply>(&parsed)) {
-    outbox_.add_reply(std::move(*answer));
+    output_.add_reply(std::move(*answer));
     return;
   }
   // What depends on the description alone does not concern the loop.
   if (const auto* list = std::get_if<GetEntities>(&std::get<ControlAction>(parsed))) {
-    outbox_.add_reply(entities_reply(request.id, *list, cell()));
+    output_.add_reply(entities_reply(request.id, *list, cell()));
     return;
   }
   bool closed = false;
@@ -64,13 +64,13 @@ void RunLoop::release() {
   wakeup_.post();
 }
 
-void RunLoop::stand_held() {
-  outbox_.standing_at_boundary.store(true, std::memory_order_relaxed);
+void RunLoop::park() {
+  output_.standing_at_boundary.store(true, std::memory_order_relaxed);
   publish_status_if_due();
   wakeup_.wait_until_ns(std::min(next_status_ns_, monotonic_now_ns() + kLongestHeldSleep_ns));
 }
 
-void RunLoop::begin_like(const RunLoop& other, SimulationState state) {
+void RunLoop::inherit_from(const RunLoop& other, SimulationState state) {
   begin_with(other.pace_, other.factor_);
   state_ = state;
   // Numbers of targets differ where a Part with a device of its own came or went; names stay.
@@ -100,8 +100,8 @@ void RunLoop::refuse_what_waits() {
   }
   visited_.notify_all();
   for (const PendingAction& request : requests) reply(request.id, ControlResult::incorrect_state, kEnded);
-  for (const Question& question : questions_) reply(question.id, ControlResult::incorrect_state, kEnded);
-  questions_.clear();
+  for (const Query& query : queries_) reply(query.id, ControlResult::incorrect_state, kEnded);
+  queries_.clear();
 }
 
 void RunLoop::execute_requests() {
@@ -132,7 +132,7 @@ void RunLoop::execute_requests() {
   for (const PendingAction& request : requests) {
     const std::uint64_t id = request.id;
     if (std::holds_alternative<GetFeatures>(request.action)) {
-      outbox_.add_reply(features_reply(id));
+      output_.add_reply(features_reply(id));
     } else if (std::holds_alternative<GetState>(request.action)) {
       execute_get_state(id);
     } else if (const auto* to_state = std::get_if<SetState>(&request.action)) {
@@ -163,15 +163,15 @@ void RunLoop::execute_requests() {
     } else if (const auto* detach = std::get_if<Detach>(&request.action)) {
       execute(id, *detach);
     } else if (const auto* part = std::get_if<ExplainPart>(&request.action)) {
-      take_question({id, part->component, true});
+      take_query({id, part->component, true});
     } else if (const auto* entity = std::get_if<GetEntityState>(&request.action)) {
-      take_question({id, entity->component, false});
+      take_query({id, entity->component, false});
     }
   }
 }
 
 void RunLoop::reply(std::uint64_t id, ControlResult result, std::string message, TextArguments values) {
-  outbox_.add_reply({id, result, std::move(message), std::move(values)});
+  output_.add_reply({id, result, std::move(message), std::move(values)});
 }
 
 void RunLoop::execute_get_state(std::uint64_t id) {
@@ -207,25 +207,24 @@ void RunLoop::execute(std::uint64_t id, const SetLevelOfDetail& action) {
         {{"level", std::to_string(action.level)}});
 }
 
-void RunLoop::take_question(const Question& question) {
-  if (questions_.size() >= kMostQuestions) {
-    reply(question.id, ControlResult::failed,
-          std::to_string(kMostQuestions) +
+void RunLoop::take_query(const Query& query) {
+  if (queries_.size() >= kMaxQuestions) {
+    reply(query.id, ControlResult::failed,
+          std::to_string(kMaxQuestions) +
               " questions are waiting already; at most one is answered before each step.");
     return;
   }
-  questions_.push_back(question);
+  queries_.push_back(query);
 }
 
-void RunLoop::answer_question() {
-  if (questions_.empty()) return;
-  const Question question = questions_.front();
-  questions_.erase(questions_.begin());
-  if (question.why) {
-    outbox_.add_reply(explanation_reply(question.id, simulation_.explain(question.component), cell()));
+void RunLoop::answer_query() {
+  if (queries_.empty()) return;
+  const Query query = queries_.front();
+  queries_.erase(queries_.begin());
+  if (query.why) {
+    output_.add_reply(explanation_reply(query.id, simulation_.explain(query.component), cell()));
   } else {
-    outbox_.add_reply(
-        entity_state_reply(question.id, question.component, simulation_.make_snapshot(), cell()));
+    output_.add_reply(entity_state_reply(query.id, query.component, simulation_.make_snapshot(), cell()));
   }
 }
 
@@ -336,13 +335,13 @@ void RunLoop::do_reset() {
   if (recorder_ != nullptr) recorder_->checkpoint(simulation_);
   simulation_.reset();
   if (recorder_ != nullptr) recorder_->reset(step);
-  begin_anew(0);
+  reset_loop_state(0);
   emit(event(EventCode::reset, Severity::information));
   publish_instant();
   publish_status(monotonic_now_ns());
 }
 
-void RunLoop::begin_anew(std::uint64_t step) {
+void RunLoop::reset_loop_state(std::uint64_t step) {
   buffer_.forget();
   buffer_.set_present_ns(stamp_ns(simulation_.time_s()));
   for (Pending& pending : pending_) pending.present = false;

@@ -53,7 +53,7 @@ std::string RunLoop::restore(std::span<const std::byte> state) {
   if (!refusal.empty()) return refusal;
   if (recorder_ != nullptr) recorder_->restored(step, state);
   end_single_steps(ControlResult::failed, "The remaining steps were not taken: a snapshot was restored.");
-  begin_anew(simulation_.step_index());
+  reset_loop_state(simulation_.step_index());
   ended_ = options_.pause_at_s && simulation_.time_s() >= *options_.pause_at_s - 0.5 * cell().step_s;
   if (state_ == SimulationState::stopped) set_state(SimulationState::paused);
   publish_instant();

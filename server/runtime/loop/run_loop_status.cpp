@@ -26,33 +26,33 @@ void RunLoop::publish_status(std::int64_t now_ns) {
     rate_.back() = {now_ns, simulation_.time_s(), computed_ns_};
     rate_count_ = std::min(rate_count_ + 1, rate_.size());
   }
-  if (outbox_.events.lost() > events_lost_told_) {
+  if (output_.events.lost() > events_lost_told_) {
     EventRecord lost = event(EventCode::events_lost, Severity::warning);
-    lost.a = static_cast<int>(outbox_.events.lost() - events_lost_told_);
-    events_lost_told_ = outbox_.events.lost();
+    lost.a = static_cast<int>(output_.events.lost() - events_lost_told_);
+    events_lost_told_ = output_.events.lost();
     emit(lost);
   }
-  LoopStatus& status = outbox_.status.write_buffer();
+  LoopStatus& status = output_.status.write_buffer();
   status.time_s = simulation_.time_s();
   status.step = simulation_.step_index();
   status.epoch = simulation_.epoch();
   status.state = state_;
   status.pace = pace_;
   status.pace_factor = factor_;
-  status.wall_time_s = static_cast<double>(now_ns - outbox_.mail->began_ns) * 1e-9;
+  status.wall_time_s = static_cast<double>(now_ns - output_.outbound->began_ns) * 1e-9;
   const RateSample& oldest = rate_[rate_.size() - std::max<std::size_t>(rate_count_, 1)];
   const double wall = static_cast<double>(now_ns - oldest.wall_ns) * 1e-9;
   const double simulated = simulation_.time_s() - oldest.time_s;
   const double computed = static_cast<double>(computed_ns_ - oldest.computed_ns) * 1e-9;
-  status.sim_over_wall = wall > 0.0 ? std::max(simulated, 0.0) / wall : 0.0;
-  status.real_time_factor = simulated > 0.0 ? computed / simulated : 0.0;
+  status.real_time_factor = wall > 0.0 ? std::max(simulated, 0.0) / wall : 0.0;
+  status.computation_ratio = simulated > 0.0 ? computed / simulated : 0.0;
   const bool on_schedule = pace_ == Pace::realtime && state_ == SimulationState::playing;
   status.lag_s = on_schedule ? static_cast<double>(pacer_.behind_ns()) * 1e-9 : 0.0;
   status.overruns = pacer_.figures().overruns;
-  status.longest_overrun_run = pacer_.figures().longest_overrun_run;
-  status.rebases = pacer_.figures().rebases;
+  status.max_consecutive_overruns = pacer_.figures().max_consecutive_overruns;
+  status.schedule_resets = pacer_.figures().schedule_resets;
   status.step_time = quantiles(step_time_);
-  status.wake_up = quantiles(pacer_.wake_up());
+  status.wakeup_latency = quantiles(pacer_.wakeup_latency());
   status.command_latency = quantiles(command_latency_);
   status.commands_applied = commands_applied_;
   status.commands_rejected = commands_rejected_;
@@ -71,8 +71,8 @@ void RunLoop::publish_status(std::int64_t now_ns) {
   status.waiting_count = waiting_count_;
   status.scheduling = scheduling_;
   status.fault.assign(faulted_ ? std::string_view(simulation_.fault()) : std::string_view());
-  outbox_.status.publish();
-  outbox_.news.post();
+  output_.status.publish();
+  output_.news.post();
 }
 
 }  // namespace takt

@@ -40,7 +40,7 @@ class WorkerPool final : public Executor {
   void stop();
 
   Sharing sharing_;
-  FasterWay way_;  ///< 0: the caller alone
+  AdaptiveDispatch way_;  ///< 0: the caller alone
   std::int64_t began_ns_ = 0;
   double work_ = 1.0;
 

@@ -16,8 +16,8 @@ constexpr std::array<char, 8> kLogMagic{'T', 'A', 'K', 'T', 'L', 'O', 'G', '\n'}
 constexpr std::uint32_t kFormat = 2;
 constexpr std::size_t kFileHeadSize = kLogMagic.size() + sizeof(kFormat);
 constexpr std::size_t kLeastContent = 1 + sizeof(std::uint64_t);
-constexpr std::size_t kMostText = 1U << 20U;
-constexpr std::size_t kMostItems = 100000;
+constexpr std::size_t kMaxText = 1U << 20U;
+constexpr std::size_t kMaxItems = 100000;
 
 struct RecordHead {
   std::uint32_t size;      ///< of the content
@@ -50,15 +50,15 @@ void LogFraming::append(std::vector<std::byte>& out, std::span<const std::byte> 
   out.insert(out.end(), content.begin(), content.end());
 }
 
-void encode(std::vector<std::byte>& out, const LogWorld& world) {
+void encode(std::vector<std::byte>& out, const LogScenario& logged) {
   StateWriter writer(out);
-  const auto& options = world.source.options;
-  writer.put(std::string_view(world.source.file.native()));
+  const auto& options = logged.source.options;
+  writer.put(std::string_view(logged.source.file.native()));
   writer.put_size(options.overrides.size());
   for (const std::string& text : options.overrides) writer.put(std::string_view(text));
   writer.put(static_cast<std::int32_t>(options.level_of_detail.value_or(0)));
-  writer.put_size(world.changes.size());
-  for (const ControlRequest& request : world.changes) {
+  writer.put_size(logged.changes.size());
+  for (const ControlRequest& request : logged.changes) {
     writer.put(std::string_view(request.request));
     writer.put_size(request.arguments.size());
     for (const auto& [name, value] : request.arguments) {
@@ -66,34 +66,34 @@ void encode(std::vector<std::byte>& out, const LogWorld& world) {
       writer.put(std::string_view(value));
     }
   }
-  writer.put(std::string_view(world.scenario));
-  writer.put(world.model);
-  writer.put(world.state);
+  writer.put(std::string_view(logged.scenario));
+  writer.put(logged.model);
+  writer.put(logged.state);
 }
 
-LogWorld decode_world(std::span<const std::byte> content) {
+LogScenario decode_scenario(std::span<const std::byte> content) {
   StateReader reader(content, "the record of what was loaded");
-  LogWorld world;
-  auto& options = world.source.options;
-  world.source.file = reader.text(kMostText, "letters of the file's name");
-  options.overrides.resize(reader.size(kMostItems, "overrides"));
-  for (std::string& text : options.overrides) text = reader.text(kMostText, "letters of an override");
+  LogScenario logged;
+  auto& options = logged.source.options;
+  logged.source.file = reader.text(kMaxText, "letters of the file's name");
+  options.overrides.resize(reader.size(kMaxItems, "overrides"));
+  for (std::string& text : options.overrides) text = reader.text(kMaxText, "letters of an override");
   if (const int level = reader.integer<std::int32_t>(0, 3, "the level of detail"); level != 0)
     options.level_of_detail = level;
-  world.changes.resize(reader.size(kMostItems, "changes"));
-  for (ControlRequest& request : world.changes) {
-    request.request = reader.text(kMostText, "letters of a request");
-    request.arguments.resize(reader.size(kMostItems, "arguments"));
+  logged.changes.resize(reader.size(kMaxItems, "changes"));
+  for (ControlRequest& request : logged.changes) {
+    request.request = reader.text(kMaxText, "letters of a request");
+    request.arguments.resize(reader.size(kMaxItems, "arguments"));
     for (auto& [name, value] : request.arguments) {
-      name = reader.text(kMostText, "letters of an argument");
-      value = reader.text(kMostText, "letters of an argument");
+      name = reader.text(kMaxText, "letters of an argument");
+      value = reader.text(kMaxText, "letters of an argument");
     }
   }
-  world.scenario = reader.text(kMostText, "letters of the scenario's name");
-  world.model = reader.get<std::uint64_t>();
-  world.state = reader.get<std::uint64_t>();
+  logged.scenario = reader.text(kMaxText, "letters of the scenario's name");
+  logged.model = reader.get<std::uint64_t>();
+  logged.state = reader.get<std::uint64_t>();
   reader.expect_end();
-  return world;
+  return logged;
 }
 
 LogReader::LogReader(const std::filesystem::path& file)

@@ -27,9 +27,9 @@ namespace takt {
 
 /// The values are in files: only add to them.
 enum class LogKind : std::uint8_t {
-  begin = 1,  ///< first record: version of the server, name of the cell
-  world = 2,  ///< a scenario is loaded: LogWorld. Steps are counted by its simulation
-  state = 3,  ///< number, and bytes of Simulation::save_state(), for records that follow and name it
+  begin = 1,     ///< first record: version of the server, name of the cell
+  scenario = 2,  ///< a scenario is loaded: LogScenario. Steps are counted by its simulation
+  state = 3,     ///< number, and bytes of Simulation::save_state(), for records that follow and name it
   joint_command = 10,
   gripper_command = 11,
   trajectory_command = 12,
@@ -44,14 +44,14 @@ enum class LogKind : std::uint8_t {
   deadlines = 37,        ///< whether deadlines of set-points count from here on
   checkpoint = 50,       ///< hash of the state, and the trail to it: see LogTrail
   fault = 51,            ///< the step with the commands directly before could not be taken
-  world_end = 52,        ///< the scenario is unloaded, or the recording ends
+  scenario_end = 52,        ///< the scenario is unloaded, or the recording ends
   lost = 53,             ///< from here on records are missing
   end = 54,              ///< the recording was ended in order
 };
 
 /// What was loaded, and how.
-struct LogWorld {
-  WorldSource source;                   ///< file empty: the cell came from no file
+struct LogScenario {
+  ScenarioSource source;                ///< file empty: the cell came from no file
   std::vector<ControlRequest> changes;  ///< spawn_entity and delete_entity since then
   std::string scenario;
   std::uint64_t model = 0;  ///< model_hash()
@@ -61,7 +61,7 @@ struct LogWorld {
 /// Of each step since the checkpoint before, the lowest bits of the state's hash after it: they tell the step
 /// at which a replay differs first.
 using LogTrail = std::uint16_t;
-inline constexpr std::size_t kMostTrail = 1000;
+inline constexpr std::size_t kMaxTrail = 1000;
 
 /// `Sink` has put(T) for numbers, as StateWriter.
 template <typename Sink>
@@ -123,9 +123,9 @@ inline LogKind kind_of(const GripperCommand&) {
   return LogKind::gripper_command;
 }
 
-/// Content of a record `world`, behind kind and step; and back (throws StateError).
-void encode(std::vector<std::byte>& out, const LogWorld& world);
-LogWorld decode_world(std::span<const std::byte> content);
+/// Content of a record `scenario`, behind kind and step; and back (throws StateError).
+void encode(std::vector<std::byte>& out, const LogScenario& logged);
+LogScenario decode_scenario(std::span<const std::byte> content);
 
 /// A log cannot be read, or not be replayed: a sentence with the file.
 class LogError : public std::runtime_error {

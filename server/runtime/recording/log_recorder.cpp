@@ -15,12 +15,12 @@
 namespace takt {
 namespace {
 constexpr std::int64_t kWriteEvery_ns = 100'000'000;
-constexpr std::size_t kMostUnwritten = 1U << 20U;  // bytes framed before they are written
+constexpr std::size_t kMaxUnwritten = 1U << 20U;  // bytes framed before they are written
 }  // namespace
 
 LogRecorder::LogRecorder(std::filesystem::path file, RecorderOptions options)
     : file_(std::move(file)), options_(std::move(options)), ring_(options_.ring) {
-  options_.checkpoint_every = std::clamp<std::size_t>(options_.checkpoint_every, 1, kMostTrail);
+  options_.checkpoint_every = std::clamp<std::size_t>(options_.checkpoint_every, 1, kMaxTrail);
   fd_ = ::open(file_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | (options_.replace ? O_TRUNC : O_EXCL), 0644);
   if (fd_ < 0) {
     throw LogError("the log '" + file_.string() + "' cannot be written: " + std::strerror(errno));
@@ -79,19 +79,19 @@ void LogRecorder::note(LogKind kind, std::uint64_t step, const Values&... values
   commit();
 }
 
-std::string LogRecorder::begin_world(LogWorld world, Simulation& simulation, bool at_its_beginning) {
+std::string LogRecorder::begin_scenario(LogScenario logged, Simulation& simulation, bool at_its_beginning) {
   trail_length_ = 0;
   deadlines_watched_ = -1;
-  world.scenario = simulation.description().scenario;
-  world.model = model_hash(simulation.model());
+  logged.scenario = simulation.description().scenario;
+  logged.model = model_hash(simulation.model());
   if (!at_its_beginning) {
     std::vector<std::byte> state;
     if (std::string why = simulation.save_state(state); !why.empty()) return why;
-    world.state = keep_state(state);
+    logged.state = keep_state(state);
   }
   std::vector<std::byte> content;
-  encode(content, world);
-  begin(LogKind::world, simulation.step_index());
+  encode(content, logged);
+  begin(LogKind::scenario, simulation.step_index());
   ring_.append(content.data(), content.size());
   commit();
   checkpoint(simulation);
@@ -173,7 +173,7 @@ void LogRecorder::saved(const Simulation& simulation) {
 
 void LogRecorder::end_world(const Simulation& simulation) {
   checkpoint(simulation);
-  note(LogKind::world_end, simulation.step_index());
+  note(LogKind::scenario_end, simulation.step_index());
 }
 
 std::uint64_t LogRecorder::keep_state(std::span<const std::byte> state) {
@@ -219,7 +219,7 @@ void LogRecorder::write_waiting() {
   }
   while (ring_.take(record_, to)) {
     if (!failed_.load(std::memory_order_relaxed)) framing_.append(out_, record_);
-    if (out_.size() > kMostUnwritten) write_out();
+    if (out_.size() > kMaxUnwritten) write_out();
   }
   write_out();
   if (overflowed && !failed_.load()) {

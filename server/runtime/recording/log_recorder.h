@@ -29,8 +29,8 @@ struct RecorderOptions {
   std::string version, cell;     ///< of the server
   bool replace = false;          ///< a file that is there; else that is an error
   std::size_t ring = 8U << 20U;  ///< bytes that may wait to be written
-  /// Steps between checkpoints, at most kMostTrail.
-  std::size_t checkpoint_every = kMostTrail;
+  /// Steps between checkpoints, at most kMaxTrail.
+  std::size_t checkpoint_every = kMaxTrail;
   /// Called once, from the writing thread, when the recording has ended early; with a sentence.
   std::function<void(const std::string&)> on_failure{};
 };
@@ -56,9 +56,9 @@ class LogRecorder {
 
   // From here on: one thread at a time, the step loop's while it runs.
 
-  /// A world begins. `at_its_beginning`: it is as loaded; else its state is recorded too, which may start its
+  /// A scenario begins. `at_its_beginning`: it is as loaded; else its state is recorded too, which may start its
   /// solver anew. Allocates. Empty if done, else why the state cannot be recorded (Simulation::save_state).
-  std::string begin_world(LogWorld world, Simulation& simulation, bool at_its_beginning);
+  std::string begin_scenario(LogScenario logged, Simulation& simulation, bool at_its_beginning);
   /// Before every step: whether deadlines count in it. Recorded when it changes.
   void deadlines(const Simulation& simulation, bool watched);
   /// Before the step that begins with them.
@@ -101,10 +101,10 @@ class LogRecorder {
   ByteRing ring_;
   std::atomic<std::uint64_t> records_{0}, written_{0};
   std::atomic<bool> overflowed_{false}, failed_{false}, stop_{false};
-  std::array<LogTrail, kMostTrail> trail_{};  // producer
-  std::size_t trail_length_ = 0;              // producer
-  std::uint64_t states_ = 0;                  // producer
-  int deadlines_watched_ = -1;                // producer; -1: not recorded in this world yet
+  std::array<LogTrail, kMaxTrail> trail_{};  // producer
+  std::size_t trail_length_ = 0;             // producer
+  std::uint64_t states_ = 0;                 // producer
+  int deadlines_watched_ = -1;               // producer; -1: not recorded in this scenario yet
   mutable std::mutex mutex_;
   std::vector<State> waiting_states_;  // guarded by mutex_
   std::string failure_;                // guarded by mutex_
@@ -114,7 +114,7 @@ class LogRecorder {
   LogFraming framing_;
   std::vector<std::byte> record_, out_;
   std::atomic<std::uint64_t> flushes_wanted_{0}, flushes_done_{0};
-  Wakeup news_;
+  AutoResetEvent news_;
   std::thread thread_;
 };
 

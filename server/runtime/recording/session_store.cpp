@@ -59,7 +59,7 @@ Session session_of(const json& document) {
   if (!(session.factor >= kSlowestPace && session.factor <= kFastestPace))
     throw std::runtime_error("impossible pace");
   if (!document.at("scenario").is_null()) {
-    WorldSource source;
+    ScenarioSource source;
     source.file = document.at("scenario").get<std::string>();
     source.options.overrides = document.at("overrides").get<std::vector<std::string>>();
     const json& level = document.at("level_of_detail");
@@ -177,7 +177,7 @@ void SessionStore::begin() {
 }
 
 std::string SessionStore::earlier_name(std::size_t i) {
-  return i == 1 ? "earlier" : "earlier_" + std::to_string(i);
+  return i == 1 ? "previous-run" : "previous-run-" + std::to_string(i);
 }
 
 }  // namespace takt

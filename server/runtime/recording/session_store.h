@@ -1,6 +1,6 @@
 #pragma once
 // The directory of a cell's snapshots (--snapshots DIR, then the cell's name), on the disk:
-//   NAME.snapshot              what was saved by request; earlier.snapshot: see SessionStore::begin()
+//   NAME.snapshot              what was saved by request; previous-run.snapshot: see SessionStore::begin()
 //   periodic/NUMBER.snapshot   the newest periodic ones; the higher the number, the newer
 //   periodic/session.json      what they belong to: how to load the cell again, and whether it played
 // Files are replaced atomically, so that whenever the server dies there is the one of before or the new one.
@@ -18,15 +18,15 @@
 namespace takt {
 
 /// A scenario file and how it was read.
-struct WorldSource {
+struct ScenarioSource {
   std::filesystem::path file;
   ScenarioOptions options{};
 };
 
 /// What a server that starts again goes on with.
 struct Session {
-  std::optional<WorldSource> source;    ///< nothing: no scenario is loaded
-  std::vector<ControlRequest> changes;  ///< spawn_entity and delete_entity since it was loaded
+  std::optional<ScenarioSource> source;  ///< nothing: no scenario is loaded
+  std::vector<ControlRequest> changes;   ///< spawn_entity and delete_entity since it was loaded
   SimulationState state = SimulationState::playing;
   Pace pace = Pace::realtime;
   double factor = 1.0;

@@ -19,7 +19,7 @@ namespace takt {
 namespace {
 constexpr char kSnapshotMagic[8] = {'T', 'A', 'K', 'T', 'S', 'N', 'A', 'P'};
 constexpr std::uint32_t kSnapshotVersion = 1;
-constexpr std::size_t kMostNameLetters = 4096;
+constexpr std::size_t kMaxNameLetters = 4096;
 constexpr std::uint64_t kLargestState = 1ULL << 32U;
 
 /// In this order in the file; then the name's letters and the state.
@@ -99,7 +99,7 @@ SnapshotResult write_snapshot_file(const std::filesystem::path& file, const Snap
   std::memcpy(header.magic, kSnapshotMagic, sizeof(kSnapshotMagic));
   header.version = kSnapshotVersion;
   header.model = identity.model, header.step = identity.step, header.time_s = identity.time_s;
-  const std::string_view name = std::string_view(identity.scenario).substr(0, kMostNameLetters);
+  const std::string_view name = std::string_view(identity.scenario).substr(0, kMaxNameLetters);
   header.name_length = name.size(), header.state_length = state.size();
   header.checksum = checksum(header, name, state);
 
@@ -149,7 +149,7 @@ SnapshotResult read_snapshot_file(const std::filesystem::path& file, SnapshotFil
     return {SnapshotError::other_version, quoted(file) + " has format " + std::to_string(header.version) +
                                               "; this program reads format " +
                                               std::to_string(kSnapshotVersion)};
-  if (header.name_length > kMostNameLetters || header.state_length > kLargestState)
+  if (header.name_length > kMaxNameLetters || header.state_length > kLargestState)
     return damaged("the lengths in its head cannot be");
   const std::uint64_t expected = sizeof(header) + header.name_length + header.state_length;
   if (length != expected)

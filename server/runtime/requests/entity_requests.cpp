@@ -106,8 +106,8 @@ GivenPose read_pose(RequestArguments& arguments) {
   if (arguments.reals("position", {&p.x(), &p.y(), &p.z()})) pose.p = p;
   Quat q = Quat::Identity();
   if (arguments.reals("orientation", {&q.x(), &q.y(), &q.z(), &q.w()})) {
-    constexpr double kMostDeviation = 1e-3;
-    if (!(std::abs(q.norm() - 1.0) <= kMostDeviation)) {
+    constexpr double kMaxDeviation = 1e-3;
+    if (!(std::abs(q.norm() - 1.0) <= kMaxDeviation)) {
       arguments.fail_value("orientation", arguments.find("orientation"),
                            "a quaternion x y z w of length 1, within 0.001");
     } else {

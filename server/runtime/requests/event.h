@@ -74,7 +74,7 @@ struct EventRecord {
   double x = 0.0, y = 0.0, z = 0.0;
   Vec3 position_W = Vec3::Zero();
   std::uint64_t sender = 0;  ///< of the command that caused it, 0: none
-  FixedText<640> text;
+  FixedString<640> text;
 };
 
 /// What collision checking found.

@@ -13,7 +13,7 @@
 
 namespace takt {
 
-struct AdapterEvent {
+struct DiagnosticEvent {
   Severity severity = Severity::warning;
   std::string code;
   std::string subject;
@@ -21,15 +21,15 @@ struct AdapterEvent {
   std::string message;
 };
 
-class AdapterEvents {
+class EventQueue {
  public:
   /// Beyond this many that wait, further ones are counted as lost.
   static constexpr std::size_t kCapacity = 10000;
 
-  explicit AdapterEvents(Wakeup& wakeup) : wakeup_(wakeup) {}
+  explicit EventQueue(AutoResetEvent& wakeup) : wakeup_(wakeup) {}
 
   /// Any thread.
-  void post(AdapterEvent event) {
+  void post(DiagnosticEvent event) {
     {
       const std::lock_guard lock(mutex_);
       if (waiting_.size() < kCapacity) {
@@ -42,7 +42,7 @@ class AdapterEvents {
   }
 
   struct Taken {
-    std::vector<AdapterEvent> events;
+    std::vector<DiagnosticEvent> events;
     std::uint64_t lost = 0;
   };
   Taken take() {
@@ -51,10 +51,10 @@ class AdapterEvents {
   }
 
  private:
-  Wakeup& wakeup_;
+  AutoResetEvent& wakeup_;
   std::mutex mutex_;
-  std::vector<AdapterEvent> waiting_;  // guarded by mutex_
-  std::uint64_t lost_ = 0;             // guarded by mutex_
+  std::vector<DiagnosticEvent> waiting_;  // guarded by mutex_
+  std::uint64_t lost_ = 0;                // guarded by mutex_
 };
 
 }  // namespace takt

@@ -15,13 +15,13 @@
 
 namespace takt {
 
-class Mail {
+class OutboundQueue {
  public:
-  /// Something new is here, or in the outbox of the present loop.
-  Wakeup news;
-  AdapterEvents events{news};
+  /// Something new is here, or in the output of the present loop.
+  AutoResetEvent news;
+  EventQueue events{news};
   /// Told to everybody who begins to listen within the first seconds; see CellHost::announces().
-  std::optional<AdapterEvent> announcement{};
+  std::optional<DiagnosticEvent> announcement{};
   const std::int64_t began_ns = monotonic_now_ns();  ///< when the server began
 
   /// Any thread.

@@ -66,9 +66,9 @@ bool is_plain(std::string_view text, Lines lines) {
 
 std::size_t whole_characters(std::string_view text, std::size_t most) {
   if (text.size() <= most) return text.size();
-  constexpr std::size_t kMostContinuing = 3;
+  constexpr std::size_t kMaxContinuing = 3;
   std::size_t end = most;
-  while (end > 0 && most - end < kMostContinuing && continues(text[end])) --end;
+  while (end > 0 && most - end < kMaxContinuing && continues(text[end])) --end;
   return continues(text[end]) ? most : end;  // no character at all
 }
 

@@ -27,7 +27,8 @@ std::string some_pairs(const CellModel& model) {
 
 }  // namespace
 
-ControlReply PressureWatch::watch(std::uint64_t id, const WatchPressures& request, std::int64_t now_ns) {
+ControlReply PressureSubscriptions::watch(std::uint64_t id, const WatchPressures& request,
+                                          std::int64_t now_ns) {
   if (model_.contact.pairs.empty())
     return {id,
             ControlResult::incorrect_state,
@@ -53,18 +54,19 @@ ControlReply PressureWatch::watch(std::uint64_t id, const WatchPressures& reques
   return {id,
           ControlResult::ok,
           std::to_string(until_ns_.size()) + " of " + std::to_string(model_.contact.pairs.size()) +
-              " pairs are watched; of those that press, " + std::to_string(kMostPairs) +
+              " pairs are watched; of those that press, " + std::to_string(kMaxPairs) +
               " at most are sent as contact_pressures.",
           {{"watched", std::to_string(until_ns_.size())}}};
 }
 
-bool PressureWatch::watches(std::int64_t now_ns) {
+bool PressureSubscriptions::watches(std::int64_t now_ns) {
   const std::lock_guard lock(mutex_);
   std::erase_if(until_ns_, [&](const auto& watched) { return watched.second <= now_ns; });
   return !until_ns_.empty();
 }
 
-const std::vector<PressedPair>& PressureWatch::look(const Snapshot& snapshot, std::int64_t (*clock_ns)()) {
+const std::vector<PressedPair>& PressureSubscriptions::look(const Snapshot& snapshot,
+                                                            std::int64_t (*clock_ns)()) {
   const std::int64_t began_ns = clock_ns();
   {
     const std::lock_guard lock(mutex_);

@@ -14,13 +14,13 @@
 
 namespace takt {
 
-class PressureWatch {
+class PressureSubscriptions {
  public:
   static constexpr std::int64_t kPeriod_ns = 100'000'000;  ///< wall time between two looks, at least
-  static constexpr std::size_t kMostPairs = PressedElements::kMostPairs;
+  static constexpr std::size_t kMaxPairs = PressedElements::kMaxPairs;
 
   /// The model must outlive it.
-  explicit PressureWatch(const CellModel& model) : model_(model), elements_(model.contact) {}
+  explicit PressureSubscriptions(const CellModel& model) : model_(model), elements_(model.contact) {}
 
   /// Any thread.
   ControlReply watch(std::uint64_t id, const WatchPressures& request, std::int64_t now_ns);

@@ -109,7 +109,7 @@ struct CellDescription {
   std::vector<std::string> checked_bodies;  ///< names for the indices in a CollisionEvent
   /// Counts what was loaded in this run of the server, from 1; tells instants of one scenario from those of
   /// the next.
-  std::uint32_t world = 1;
+  std::uint32_t scenario_generation = 1;
 
   /// Index by name, or -1.
   int find_component(std::string_view name) const;

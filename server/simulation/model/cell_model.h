@@ -83,7 +83,7 @@ std::vector<std::unique_ptr<Drive>> make_drives(const std::vector<DriveParameter
 
 /// A plant model besides robots, grippers and Parts: a furnace, a press, a test's own. It moves no component.
 /// One with signals is a DeviceModel and has its description at CellDescription::devices[device].
-struct FurtherModel {
+struct AuxiliaryModel {
   std::string name;
   std::function<std::unique_ptr<PlantModel>()> make;  ///< called once by every simulation
   int device = -1;                                    ///< -1: it has no signals
@@ -91,7 +91,7 @@ struct FurtherModel {
 };
 
 /// A Part that is screwed into another component at the start. See threads.h.
-struct ThreadModel {
+struct ScrewJointModel {
   int part = -1, holder = -1;
   int device = -1;  ///< that tells about it
   ScrewThread law;
@@ -137,8 +137,8 @@ struct CellModel {
   std::vector<std::vector<TrajectoryKnot>> trajectories;  ///< by robot; followed from time 0 on, or empty
   std::vector<GripperModel> grippers;
   ContactModel contact;
-  std::vector<FurtherModel> further_models;
-  std::vector<ThreadModel> threads;
+  std::vector<AuxiliaryModel> auxiliary_models;
+  std::vector<ScrewJointModel> threads;
   std::vector<ScrewdriverModel> screwdrivers;
   ClearanceModel clearance;
   std::vector<ConvexImport> convex_imports;

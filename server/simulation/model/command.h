@@ -142,7 +142,7 @@ struct RawDeviceCommand {
 };
 
 /// Most points of a trajectory.
-inline constexpr std::size_t kMostTrajectoryPoints = 10000;
+inline constexpr std::size_t kMaxTrajectoryPoints = 10000;
 /// Of trajectories: their start, and the time of their points. The time of a wall clock is beyond it.
 inline constexpr double kLongestTime_s = 1e9;
 

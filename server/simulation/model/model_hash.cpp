@@ -157,7 +157,7 @@ std::uint64_t model_hash(const CellModel& model) {
     hash << robot.command_period_s << deadline.deadline_s << deadline.action << deadline.max_acceleration;
   }
   hash << model.contact.enabled << model.contact.surfaces << model.contact.pairs;
-  for (const FurtherModel& further : model.further_models)
+  for (const AuxiliaryModel& further : model.auxiliary_models)
     hash << further.name << further.device << further.identity;
   for (const DeviceDescription& device : model.description.devices) {
     hash << device.name << device.signals.size();

@@ -15,7 +15,7 @@ const std::vector<PressedPair>& PressedElements::read(const Snapshot& snapshot,
   for (const std::size_t pair : pairs) {
     const ContactPairModel& model = model_.pairs[pair];
     const auto pressing = snapshot.contacts.pressing();
-    if (result_.size() == kMostPairs) break;
+    if (result_.size() == kMaxPairs) break;
     if (std::none_of(pressing.begin(), pressing.end(), [&](const ContactSample& sample) {
           return sample.base == model.base && sample.target == model.target;
         }))
@@ -41,9 +41,9 @@ void PressedElements::read_pair(const Snapshot& snapshot, std::size_t pair, Pres
   std::vector<ElementPressure> elements =
       kept->second.pressures(relative_motion(Pose::from_quaternion(base.p_WB, base.q_WB), base.V_WB,
                                              Pose::from_quaternion(target.p_WB, target.q_WB), target.V_WB));
-  if (elements.size() > kMostElements) {
-    pressed.omitted = elements.size() - kMostElements;
-    const auto last = elements.begin() + kMostElements;
+  if (elements.size() > kMaxElements) {
+    pressed.omitted = elements.size() - kMaxElements;
+    const auto last = elements.begin() + kMaxElements;
     std::nth_element(
         elements.begin(), last, elements.end(), [](const ElementPressure& a, const ElementPressure& b) {
           return a.pressure_Pa != b.pressure_Pa ? a.pressure_Pa > b.pressure_Pa : a.element < b.element;

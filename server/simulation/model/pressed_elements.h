@@ -28,13 +28,13 @@ struct PressedPair {
 
 class PressedElements {
  public:
-  static constexpr std::size_t kMostPairs = 16;
-  static constexpr std::size_t kMostElements = 4096;  ///< of one pair
+  static constexpr std::size_t kMaxPairs = 16;
+  static constexpr std::size_t kMaxElements = 4096;  ///< of one pair
 
   /// The model must outlive it.
   explicit PressedElements(const ContactModel& model) : model_(model) {}
 
-  /// Of those pairs (indices of the model's) that press in this snapshot, at most kMostPairs. Pairs that are
+  /// Of those pairs (indices of the model's) that press in this snapshot, at most kMaxPairs. Pairs that are
   /// not asked for any more lose what was kept for them.
   const std::vector<PressedPair>& read(const Snapshot& snapshot, std::span<const std::size_t> pairs);
 

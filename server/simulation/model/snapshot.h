@@ -63,15 +63,15 @@ struct DeviceSample {
 };
 
 /// Most contacts that a snapshot holds.
-inline constexpr std::size_t kMostContactSamples = 1024;
+inline constexpr std::size_t kMaxContactSamples = 1024;
 
 /// Pairs that press upon each other by surface contact.
 struct ContactsSample {
-  bool acting = false;              ///< some process is at level of detail 3
-  std::vector<ContactSample> room;  ///< one for each pair of the cell, at most kMostContactSamples
-  std::size_t count = 0;            ///< of those in `room`, in the order of the cell's pairs
-  std::size_t omitted = 0;          ///< that press too, but found no room
-  std::span<const ContactSample> pressing() const { return {room.data(), count}; }
+  bool acting = false;                 ///< some process is at level of detail 3
+  std::vector<ContactSample> samples;  ///< one for each pair of the cell, at most kMaxContactSamples
+  std::size_t count = 0;               ///< of those in `samples`, in the order of the cell's pairs
+  std::size_t omitted = 0;             ///< that press too, but do not fit
+  std::span<const ContactSample> pressing() const { return {samples.data(), count}; }
 };
 
 struct Snapshot {

@@ -196,10 +196,10 @@ Validated<TrajectoryCommand> validate(const CellDescription& cell, const RawTraj
   }
   auto path = std::make_shared<JointPath>();
   if (raw.points.empty()) return TrajectoryCommand{robot, raw.stamp_s, std::move(path)};
-  if (raw.points.size() > kMostTrajectoryPoints) {
+  if (raw.points.size() > kMaxTrajectoryPoints) {
     return check.fault(RejectionCode::malformed, "it has " + std::to_string(raw.points.size()) +
                                                      " points; at most " +
-                                                     std::to_string(kMostTrajectoryPoints) + " are possible");
+                                                     std::to_string(kMaxTrajectoryPoints) + " are possible");
   }
   if (auto fault = check.names()) return *std::move(fault);
   path->points.resize(raw.points.size());

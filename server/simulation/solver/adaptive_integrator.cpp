@@ -15,12 +15,12 @@ double one_time(double t) {
 }
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kMostSteps = 50'000;       // per communication step
-constexpr int kMostAttempts = 40;        // to begin anew after a failure, per communication step
-constexpr int kMostAttemptsHere = 5;     // without any step between
-constexpr int kMostEvents = 2'000;       // per communication step
-constexpr int kMostEventsHere = 30;      // at one time
-constexpr int kMostSwitchesAtOnce = 20;  // until the modes agree with the state
+constexpr int kMaxSteps = 50'000;       // per communication step
+constexpr int kMaxAttempts = 40;        // to begin anew after a failure, per communication step
+constexpr int kMaxAttemptsHere = 5;     // without any step between
+constexpr int kMaxEvents = 2'000;       // per communication step
+constexpr int kMaxEventsHere = 30;      // at one time
+constexpr int kMaxSwitchesAtOnce = 20;  // until the modes agree with the state
 
 bool all_finite(std::span<const double> values) {
   return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
@@ -142,7 +142,7 @@ bool AdaptiveIntegrator::recover(double t, double stop, std::span<double> x) {
       problem_.clear_message();
       return fail(t, "a plant model could not be evaluated: " + problem_.thrown());
     }
-    if (++attempts_ > kMostAttempts || ++attempts_here_ > kMostAttemptsHere)
+    if (++attempts_ > kMaxAttempts || ++attempts_here_ > kMaxAttemptsHere)
       return fail(t, "no step succeeded, however small,");
     const double first_step = (stop - t) * std::pow(10.0, -2.0 * attempts_here_);
     if (start(t, x, std::max(first_step, 10.0 * one_time(t)))) return true;
@@ -166,7 +166,7 @@ bool AdaptiveIntegrator::take_state(double t_before, double t, std::span<double>
 
 bool AdaptiveIntegrator::switch_modes(OdeSystem& system, double t, std::span<double> x, bool& changed) {
   changed = false;
-  for (int i = 0; i < kMostSwitchesAtOnce && system.switch_modes(t, x); ++i) {
+  for (int i = 0; i < kMaxSwitchesAtOnce && system.switch_modes(t, x); ++i) {
     changed = true;
     ++statistics_.mode_switches;
   }
@@ -178,7 +178,7 @@ bool AdaptiveIntegrator::switch_modes(OdeSystem& system, double t, std::span<dou
 bool AdaptiveIntegrator::note_event(double t) {
   events_here_ = std::abs(t - last_event_) <= one_time(t) ? events_here_ + 1 : 1;
   last_event_ = t;
-  if (++events_ <= kMostEvents && events_here_ <= kMostEventsHere) return true;
+  if (++events_ <= kMaxEvents && events_here_ <= kMaxEventsHere) return true;
   problem_.clear_message();
   return fail(t, "the modes of the plant models switch without end");
 }
@@ -224,9 +224,9 @@ bool AdaptiveIntegrator::take_step(OdeSystem& system, double t, double h, std::s
     const bool event_within = event < end - one_time(end);
     const double stop = event_within ? event : end;
     if (stop - t_ > one_time(stop)) {
-      if (++steps_ > kMostSteps) {
+      if (++steps_ > kMaxSteps) {
         problem_.clear_message();
-        return fail(t_, "more than " + std::to_string(kMostSteps) + " steps within one communication step");
+        return fail(t_, "more than " + std::to_string(kMaxSteps) + " steps within one communication step");
       }
       const double before = t_;
       double reached = t_;

@@ -11,7 +11,7 @@ namespace {
 const double kGammas[] = {1.0 - std::sqrt(0.5), 1.0 + std::sqrt(0.5)};
 // Of a step with stiff pairs, relative to the states and their scales.
 constexpr double kTolerance = 3e-4;
-constexpr double kSafety = 0.9, kLeastFactor = 0.1, kMostFactor = 4.0;
+constexpr double kSafety = 0.9, kLeastFactor = 0.1, kMaxFactor = 4.0;
 // Beyond this error a forced step is that of Euler's method.
 constexpr double kForcedError = 10.0;
 // An earlier A is good while the error is below this.
@@ -114,14 +114,14 @@ bool ImplicitIntegrator::try_piece(OdeSystem& system, double now, double& size, 
 
 void ImplicitIntegrator::take_four_stages() {
   method_ = Method::four_stages;
-  four_stages_left_ = kMostStepsOfOne;
+  four_stages_left_ = kMaxStepsOfOne;
 }
 
 void ImplicitIntegrator::keep(const OdeSystem& system, double h) {
   const auto awake = system.active_segments();
   kept_segments_.assign(awake.begin(), awake.end());
   kept_h_ = h;
-  steps_left_ = kMostStepsOfOne;
+  steps_left_ = kMaxStepsOfOne;
 }
 
 bool ImplicitIntegrator::is_kept(const OdeSystem& system, double h) const {
@@ -156,8 +156,8 @@ bool ImplicitIntegrator::advance_stiff_pairs(OdeSystem& system, double t, double
     steps_left_ = 0;
   }
   bool begun = true, linearised = false;
-  int attempts_left = kMostAttempts;
-  if (limit_piece(system, now, end, h / kMostAttempts) == end && is_kept(system, h)) {
+  int attempts_left = kMaxAttempts;
+  if (limit_piece(system, now, end, h / kMaxAttempts) == end && is_kept(system, h)) {
     --attempts_left;
     if (step_again(system, now, h, x)) {
       accept(system, h, x);
@@ -189,8 +189,8 @@ bool ImplicitIntegrator::advance_stiff_pairs(OdeSystem& system, double t, double
     if (now < end) take_four_stages();
     if (now == stop && stop < end) after_ = stop;
     if (forced) continue;
-    size *= std::clamp(kSafety * std::pow(std::max(coupled_->error(), 1e-9), -1.0 / 3), kLeastFactor,
-                       kMostFactor);
+    size *=
+        std::clamp(kSafety * std::pow(std::max(coupled_->error(), 1e-9), -1.0 / 3), kLeastFactor, kMaxFactor);
     // Two equal steps rather than a large and a tiny one.
     if (size < end - now) size = std::min(size, 0.5 * (end - now));
   }

@@ -12,19 +12,19 @@
 // Where pairs are stiff (surface contact) A is the coupled one, and a communication step is tried as a whole
 // with ROS2 first. Where its error is too large (a vibration, an impact, a grip that closes) the step is
 // taken in as few pieces as possible of ROS34PW2, which is of order three, with error control; for the next
-// kMostStepsOfOne steps that method is tried first. The bounded cost is counted in attempts: at most
-// kMostAttempts per communication step, the first one and rejected ones included. So a piece is never smaller
+// kMaxStepsOfOne steps that method is tried first. The bounded cost is counted in attempts: at most
+// kMaxAttempts per communication step, the first one and rejected ones included. So a piece is never smaller
 // than what is left of the step over what is left of the attempts. A piece of that size is taken whatever its
 // error (SolverStatistics::forced_steps), far beyond it by the linearly implicit method of Euler, which takes
 // energy out of whatever it cannot resolve.
 //
-// A and its factors serve up to kMostStepsOfOne communication steps, as long as the error of each is far
+// A and its factors serve up to kMaxStepsOfOne communication steps, as long as the error of each is far
 // below what is allowed and the same models are awake. They are forgotten where anything jumps, and where the
 // state is saved.
 //
 // Work per communication step: without stiff pairs two evaluations, one Jacobian by the models, one
 // factorisation on a pattern that was analysed at construction, two solutions; with them at most
-// kMostAttempts Jacobians, 2 kMostAttempts factorisations, 4 kMostAttempts evaluations and solutions.
+// kMaxAttempts Jacobians, 2 kMaxAttempts factorisations, 4 kMaxAttempts evaluations and solutions.
 #include <memory>
 #include <vector>
 
@@ -36,8 +36,8 @@ namespace takt {
 
 class ImplicitIntegrator final : public Integrator {
  public:
-  static constexpr int kMostAttempts = 32;
-  static constexpr int kMostStepsOfOne = 20;
+  static constexpr int kMaxAttempts = 32;
+  static constexpr int kMaxStepsOfOne = 20;
 
   ImplicitIntegrator(const SolverParameters& parameters, const OdeSystem& system);
   void restart() override { forget(); }

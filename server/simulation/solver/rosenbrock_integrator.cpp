@@ -14,14 +14,14 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kFirstStep_s = 1e-4;
 // PI control of the step's size (Gustafsson 1991) for an error estimate of order h^3.
 constexpr double kSafety = 0.9, kProportional = 0.4 / 3.0, kIntegral = 0.7 / 3.0;
-constexpr double kLeastFactor = 0.2, kMostFactor = 4.0;
+constexpr double kLeastFactor = 0.2, kMaxFactor = 4.0;
 // Steps that something else keeps short have tiny errors, which must not make the next one suspicious.
 constexpr double kLeastError = 1e-2;
 constexpr double kAfterNotFinite = 0.25;
 // A change of mode is found to within this time, or after so many attempts.
 constexpr double kLocated_s = 1e-5;
-constexpr int kMostLocating = 8;
-constexpr int kMostSwitchesAtOnce = 20;
+constexpr int kMaxLocating = 8;
+constexpr int kMaxSwitchesAtOnce = 20;
 
 // Times closer than this are one time (s, relative above 1 s).
 double one_time(double t) {
@@ -71,7 +71,7 @@ void RosenbrockIntegrator::load(StateReader& in) {
 void RosenbrockIntegrator::next_size(double h, bool cut_short) {
   const double factor =
       kSafety * std::pow(std::max(trial_.error(), 1e-9), -kIntegral) * std::pow(last_error_, kProportional);
-  const double proposed = h * std::clamp(factor, kLeastFactor, rejected_ ? 1.0 : kMostFactor);
+  const double proposed = h * std::clamp(factor, kLeastFactor, rejected_ ? 1.0 : kMaxFactor);
   // A step that something else ended tells nothing against the size that was meant.
   step_ = std::max(cut_short ? std::max(step_, proposed) : proposed, kSmallestStep_s);
   last_error_ = std::max(trial_.error(), kLeastError);
@@ -86,7 +86,7 @@ void RosenbrockIntegrator::note_step(double h) {
 void RosenbrockIntegrator::switch_modes(OdeSystem& system, double t, std::span<double> x) {
   if (indicators_.empty()) return;
   trial_.limit_times(after_, before_);
-  for (int i = 0; i < kMostSwitchesAtOnce && system.switch_modes(trial_.clamped(t), x); ++i)
+  for (int i = 0; i < kMaxSwitchesAtOnce && system.switch_modes(trial_.clamped(t), x); ++i)
     ++statistics_.mode_switches;
   system.indicators(trial_.clamped(t), x, indicators_);
 }
@@ -139,7 +139,7 @@ bool RosenbrockIntegrator::find_step(OdeSystem& system, double t, double& h, boo
     const double share = mode_ends_at(system, t + h);
     mode_ends = share <= 1.0;
     const double late = (1.0 - share) * h;
-    if (!mode_ends || late <= kLocated_s || smallest || ++locating > kMostLocating) return true;
+    if (!mode_ends || late <= kLocated_s || smallest || ++locating > kMaxLocating) return true;
     h = std::max(share * h + 0.5 * kLocated_s, kSmallestStep_s);
   }
 }

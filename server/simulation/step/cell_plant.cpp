@@ -17,15 +17,15 @@ CellPlant::CellPlant(const CellModel& model, const ComponentInteraction& interac
       segment_begin_(model.robots.size(), 0) {
   for (const GripperModel& gripper : model.grippers) grippers_.emplace_back(gripper.parameters);
   devices_.resize(model.description.devices.size(), {nullptr, 0});
-  for (const FurtherModel& further : model.further_models) {
-    further_.push_back(further.make());
+  for (const AuxiliaryModel& further : model.auxiliary_models) {
+    auxiliary_.push_back(further.make());
     if (further.device < 0) continue;
     const auto device = static_cast<std::size_t>(further.device);
-    auto* with_signals = dynamic_cast<DeviceModel*>(further_.back().get());
+    auto* with_signals = dynamic_cast<DeviceModel*>(auxiliary_.back().get());
     if (device >= devices_.size() || with_signals == nullptr)
       throw std::invalid_argument("the plant model '" + further.name + "' is said to be device " +
                                   std::to_string(device) + ", but is none or not described");
-    devices_[device] = {with_signals, further_.size() - 1};
+    devices_[device] = {with_signals, auxiliary_.size() - 1};
   }
   for (std::size_t i = 0; i < devices_.size(); ++i) {
     if (devices_[i].first == nullptr)
@@ -56,7 +56,7 @@ CellPlant::CellPlant(const CellModel& model, const ComponentInteraction& interac
 void CellPlant::reset() {
   for (KinematicRobot& robot : robots_) robot.reset();
   for (ParallelGripper& gripper : grippers_) gripper.reset();
-  for (const auto& further : further_) further->reset();
+  for (const auto& further : auxiliary_) further->reset();
   if (!system_) {
     levels_ = model_.robot_levels;
     levels_.resize(robots_.size(), 1);
@@ -93,11 +93,11 @@ void CellPlant::build() {
   }
   for (ParallelGripper& gripper : grippers_)
     if (levels_[static_cast<std::size_t>(gripper.parameters().robot)] == 1) models.push_back(&gripper);
-  further_begin_ = begin;
-  further_segments_.clear();
-  for (const auto& further : further_) {
+  auxiliary_begin_ = begin;
+  auxiliary_segments_.clear();
+  for (const auto& further : auxiliary_) {
     models.push_back(further.get());
-    further_segments_.push_back(begin);
+    auxiliary_segments_.push_back(begin);
     begin += static_cast<std::size_t>(further->state_count());
   }
   for (FixedBody& ground : grounds_) models.push_back(&ground);
@@ -132,13 +132,13 @@ void CellPlant::keep_accepted() {
 
 void CellPlant::read_signals(std::size_t device, double t, std::span<double> signals) const {
   const auto [model, place] = devices_[device];
-  model->read_signals(t, x_.data() + further_segments_[place], system_->motion(), signals);
+  model->read_signals(t, x_.data() + auxiliary_segments_[place], system_->motion(), signals);
 }
 
 bool CellPlant::decide(double t) {
   bool changed = false;
-  for (std::size_t i = 0; i < further_.size(); ++i)
-    changed |= further_[i]->decide(t, x_.data() + further_segments_[i], system_->motion());
+  for (std::size_t i = 0; i < auxiliary_.size(); ++i)
+    changed |= auxiliary_[i]->decide(t, x_.data() + auxiliary_segments_[i], system_->motion());
   if (changed) integrator_->restart();
   return changed;
 }
@@ -168,7 +168,7 @@ double CellPlant::jaw_speed(std::size_t gripper, ParallelGripper::Side side, dou
 
 void CellPlant::change_levels(std::span<const int> levels, double t) {
   // What is known of the motion under the old models.
-  const std::vector<double> others(x_.begin() + static_cast<std::ptrdiff_t>(further_begin_), x_.end());
+  const std::vector<double> others(x_.begin() + static_cast<std::ptrdiff_t>(auxiliary_begin_), x_.end());
   struct RobotMotion {
     JointArray q{}, qd{};
   };
@@ -201,7 +201,7 @@ void CellPlant::change_levels(std::span<const int> levels, double t) {
   const std::vector<int> old_levels = levels_;
   levels_.assign(levels.begin(), levels.end());
   build();
-  std::copy(others.begin(), others.end(), x_.begin() + static_cast<std::ptrdiff_t>(further_begin_));
+  std::copy(others.begin(), others.end(), x_.begin() + static_cast<std::ptrdiff_t>(auxiliary_begin_));
   for (std::size_t r = 0; r < robots_.size(); ++r) {
     double* to = x_.data() + segment_begin_[r];
     if (levels_[r] > 1 && old_levels[r] > 1) {
@@ -229,7 +229,7 @@ void CellPlant::save(StateWriter& out) {
   for (const std::array<double, 2>& energies : energies_) out.put(std::span<const double>(energies));
   for (const KinematicRobot& robot : robots_) robot.save(out);
   for (const ParallelGripper& gripper : grippers_) gripper.save(out);
-  for (const auto& further : further_) further->save(out);
+  for (const auto& further : auxiliary_) further->save(out);
   out.put_size(x_.size());
   out.put(std::span<const double>(x_));
   if (integrator_->hides_history()) {
@@ -251,7 +251,7 @@ void CellPlant::load(StateReader& in) {
   for (std::array<double, 2>& energies : energies_) in.numbers(energies, "an energy");
   for (KinematicRobot& robot : robots_) robot.load(in);
   for (ParallelGripper& gripper : grippers_) gripper.load(in);
-  for (const auto& further : further_) further->load(in);
+  for (const auto& further : auxiliary_) further->load(in);
   build();
   in.expect_size(x_.size(), "states");
   in.numbers(x_, "a state");
@@ -284,11 +284,11 @@ void CellPlant::put_part(std::size_t part, const Pose& X_WB, const Twist& V_WB) 
 }
 
 std::string CellPlant::describe_state(std::size_t state) const {
-  if (state >= further_begin_ && state < parts_begin_) {
-    std::size_t place = state - further_begin_, i = 0;
-    while (place >= static_cast<std::size_t>(further_[i]->state_count()))
-      place -= static_cast<std::size_t>(further_[i++]->state_count());
-    return "state " + std::to_string(place) + " of " + model_.further_models[i].name;
+  if (state >= auxiliary_begin_ && state < parts_begin_) {
+    std::size_t place = state - auxiliary_begin_, i = 0;
+    while (place >= static_cast<std::size_t>(auxiliary_[i]->state_count()))
+      place -= static_cast<std::size_t>(auxiliary_[i++]->state_count());
+    return "state " + std::to_string(place) + " of " + model_.auxiliary_models[i].name;
   }
   if (state < parts_begin_) {
     std::size_t robot = 0;

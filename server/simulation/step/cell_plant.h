@@ -58,8 +58,8 @@ class CellPlant {
   /// Place of the first state of a Part (index among Parts), and what a state means, for error texts.
   std::size_t part_begin(std::size_t part) const { return parts_begin_ + part * RigidBody::kStates; }
   std::size_t parts_begin() const { return parts_begin_; }
-  std::span<const double> further_states() const {
-    return std::span<const double>(x_).subspan(further_begin_, parts_begin_ - further_begin_);
+  std::span<const double> auxiliary_states() const {
+    return std::span<const double>(x_).subspan(auxiliary_begin_, parts_begin_ - auxiliary_begin_);
   }
   /// By its index among the cell's devices.
   DeviceModel& device(std::size_t index) { return *devices_[index].first; }
@@ -105,8 +105,8 @@ class CellPlant {
   ContactInteraction* contacts_;
   std::vector<KinematicRobot> robots_;
   std::vector<ParallelGripper> grippers_;
-  std::vector<std::unique_ptr<PlantModel>> further_;
-  std::vector<std::pair<DeviceModel*, std::size_t>> devices_;  ///< by device: model, place among further_
+  std::vector<std::unique_ptr<PlantModel>> auxiliary_;
+  std::vector<std::pair<DeviceModel*, std::size_t>> devices_;  ///< by device: model, place among auxiliary_
   std::vector<FixedBody> grounds_;
   std::vector<RigidBody> parts_;
   std::vector<std::unique_ptr<DynamicRobot>> dynamic_;  ///< by robot; null where the scenario has no dynamics
@@ -117,8 +117,8 @@ class CellPlant {
   std::unique_ptr<OdeSystem> system_;
   std::unique_ptr<Integrator> integrator_;
   std::vector<double> x_, accepted_;
-  std::vector<std::size_t> further_segments_;  ///< by further model: begin of its states
-  std::size_t further_begin_ = 0, parts_begin_ = 0;
+  std::vector<std::size_t> auxiliary_segments_;  ///< by further model: begin of its states
+  std::size_t auxiliary_begin_ = 0, parts_begin_ = 0;
   double (*clock_)() = nullptr;
 };
 

@@ -38,7 +38,7 @@ Vec3 velocity(const BodyMotion& motion) {
 }
 }  // namespace
 
-WorldWatch::WorldWatch(const CellModel& model) : model_(model) {
+DivergenceMonitor::DivergenceMonitor(const CellModel& model) : model_(model) {
   const Vec3& gravity_W = model.interaction.gravity_W;
   gravity_m_per_s2_ = gravity_W.norm();
   if (gravity_m_per_s2_ > 0.0) up_W_ = -gravity_W / gravity_m_per_s2_;
@@ -51,7 +51,7 @@ WorldWatch::WorldWatch(const CellModel& model) : model_(model) {
   reset();
 }
 
-void WorldWatch::reset() {
+void DivergenceMonitor::reset() {
   highest_m_ = -kFurthest;
   given_m_per_s_ = gripper_m_per_s_ = 0.0;
   for (std::size_t i = 0; i < model_.parts.size(); ++i) {
@@ -64,33 +64,33 @@ void WorldWatch::reset() {
   }
 }
 
-void WorldWatch::save(StateWriter& out) const {
+void DivergenceMonitor::save(StateWriter& out) const {
   out.put(highest_m_), out.put(given_m_per_s_), out.put(gripper_m_per_s_);
 }
 
-void WorldWatch::load(StateReader& in) {
+void DivergenceMonitor::load(StateReader& in) {
   highest_m_ = in.number("the greatest height");
   given_m_per_s_ = in.number("a speed");
   gripper_m_per_s_ = in.number("a speed");
 }
 
-void WorldWatch::given(std::size_t part, const BodyMotion& motion) {
+void DivergenceMonitor::given(std::size_t part, const BodyMotion& motion) {
   highest_m_ = std::max(highest_m_, height(motion.p_WBcm));
   given_m_per_s_ = std::max(given_m_per_s_, speed_of_energy(part, motion));
 }
 
-double WorldWatch::height(const Vec3& p_W) const {
+double DivergenceMonitor::height(const Vec3& p_W) const {
   return up_W_.dot(p_W);
 }
 
-double WorldWatch::speed_of_energy(std::size_t part, const BodyMotion& motion) const {
+double DivergenceMonitor::speed_of_energy(std::size_t part, const BodyMotion& motion) const {
   const RigidBodyParameters& p = model_.parts[part];
   const Vec3 w_B = motion.X_WB.R.transpose() * motion.V_WB.w;
   return std::sqrt(velocity(motion).squaredNorm() + w_B.dot(p.I_BBcm_B * w_B) / p.mass_kg);
 }
 
-void WorldWatch::note_grippers(const CellMotion& motion, std::span<const int> parts,
-                               const ComponentInteraction& interaction) {
+void DivergenceMonitor::note_grippers(const CellMotion& motion, std::span<const int> parts,
+                                      const ComponentInteraction& interaction) {
   for (const GripperModel& gripper : model_.grippers) {
     const int palm = gripper.parameters.palm;
     const BodyMotion& body = motion.bodies[static_cast<std::size_t>(palm)];
@@ -112,7 +112,7 @@ void WorldWatch::note_grippers(const CellMotion& motion, std::span<const int> pa
   }
 }
 
-std::string WorldWatch::outside(const Vec3& p_W) const {
+std::string DivergenceMonitor::outside(const Vec3& p_W) const {
   if (!model_.bounds) return {};
   const auto& [lower, upper] = *model_.bounds;
   if ((p_W.array() >= lower.array()).all() && (p_W.array() <= upper.array()).all()) return {};
@@ -120,7 +120,7 @@ std::string WorldWatch::outside(const Vec3& p_W) const {
          " (world.bounds_m)";
 }
 
-std::string WorldWatch::runaway_joint(double time_s, const CellPlant& plant) const {
+std::string DivergenceMonitor::runaway_joint(double time_s, const CellPlant& plant) const {
   for (std::size_t r = 0; r < model_.robots.size(); ++r) {
     if (plant.dynamic(r) == nullptr) continue;
     const std::vector<JointModel>& joints = model_.robots[r].arm.joints;
@@ -142,8 +142,8 @@ std::string WorldWatch::runaway_joint(double time_s, const CellPlant& plant) con
   return {};
 }
 
-std::string WorldWatch::look(double time_s, std::span<const int> parts, const CellMotion& motion,
-                             const ComponentInteraction& interaction, const CellPlant& plant) {
+std::string DivergenceMonitor::look(double time_s, std::span<const int> parts, const CellMotion& motion,
+                                    const ComponentInteraction& interaction, const CellPlant& plant) {
   note_grippers(motion, parts, interaction);
   for (const int i : parts) {
     const auto part = static_cast<std::size_t>(i);

@@ -22,9 +22,9 @@ class CellPlant;
 class StateReader;
 class StateWriter;
 
-class WorldWatch {
+class DivergenceMonitor {
  public:
-  explicit WorldWatch(const CellModel& model);
+  explicit DivergenceMonitor(const CellModel& model);
   void reset();
   void save(StateWriter& out) const;
   void load(StateReader& in);

@@ -10,7 +10,7 @@
 
 namespace takt {
 
-RestingParts::RestingParts(const std::vector<Component>& components, std::vector<int> parts)
+ExactSleeping::ExactSleeping(const std::vector<Component>& components, std::vector<int> parts)
     : components_(components),
       parts_(std::move(parts)),
       index_of_(components.size(), -1),
@@ -24,23 +24,23 @@ RestingParts::RestingParts(const std::vector<Component>& components, std::vector
   wake_all();
 }
 
-void RestingParts::wake_all() {
+void ExactSleeping::wake_all() {
   std::fill(resting_.begin(), resting_.end(), 0);
   groups_valid_ = false;
   list_awake();
 }
 
-void RestingParts::save(StateWriter& out) const {
+void ExactSleeping::save(StateWriter& out) const {
   for (const char resting : resting_) out.put(resting != 0);
 }
 
-void RestingParts::load(StateReader& in, const ComponentInteraction& interaction) {
+void ExactSleeping::load(StateReader& in, const ComponentInteraction& interaction) {
   for (char& resting : resting_) resting = in.flag("'rests'") ? 1 : 0;
   rebuild_groups(interaction);  // they follow from the connections
   list_awake();
 }
 
-void RestingParts::list_awake() {
+void ExactSleeping::list_awake() {
   awake_.clear();
   awake_indices_.clear();
   for (std::size_t i = 0; i < parts_.size(); ++i) {
@@ -50,7 +50,7 @@ void RestingParts::list_awake() {
   }
 }
 
-int RestingParts::find(int part) {
+int ExactSleeping::find(int part) {
   auto i = static_cast<std::size_t>(part);
   while (group_[i] != static_cast<int>(i)) {
     group_[i] = group_[static_cast<std::size_t>(group_[i])];
@@ -59,7 +59,7 @@ int RestingParts::find(int part) {
   return static_cast<int>(i);
 }
 
-void RestingParts::rebuild_groups(const ComponentInteraction& interaction) {
+void ExactSleeping::rebuild_groups(const ComponentInteraction& interaction) {
   std::iota(group_.begin(), group_.end(), 0);
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     for (const PairConnection& pair : interaction.connections_of(parts_[i])) {
@@ -74,7 +74,7 @@ void RestingParts::rebuild_groups(const ComponentInteraction& interaction) {
   groups_valid_ = true;
 }
 
-bool RestingParts::wake_changed(const ComponentInteraction& interaction) {
+bool ExactSleeping::wake_changed(const ComponentInteraction& interaction) {
   if (interaction.disturbed().empty()) return false;
   bool woken = false;
   const auto wake_groups = [&] {
@@ -98,8 +98,8 @@ bool RestingParts::wake_changed(const ComponentInteraction& interaction) {
   return woken;
 }
 
-bool RestingParts::rest_unchanged(const ComponentInteraction& interaction, std::span<const double> before,
-                                  std::span<const double> after) {
+bool ExactSleeping::rest_unchanged(const ComponentInteraction& interaction, std::span<const double> before,
+                                   std::span<const double> after) {
   if (!groups_valid_) rebuild_groups(interaction);
   for (const int i : awake_indices_)
     holds_awake_[static_cast<std::size_t>(group_[static_cast<std::size_t>(i)])] = 0;

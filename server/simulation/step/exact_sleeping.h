@@ -17,10 +17,10 @@ namespace takt {
 class StateReader;
 class StateWriter;
 
-class RestingParts {
+class ExactSleeping {
  public:
   /// `parts`: component ids of the Parts, in the order of their segments of the state vector.
-  RestingParts(const std::vector<Component>& components, std::vector<int> parts);
+  ExactSleeping(const std::vector<Component>& components, std::vector<int> parts);
 
   void wake_all();
   /// After the connections of a step are decided: wakes the groups, old and new, of Parts with a

@@ -66,10 +66,10 @@ void list_contacts(const ComponentInteraction& interaction, Explanation& e) {
     if (std::pair(e.component, other) != first) pairs.emplace_back(e.component, other);
   }
   e.contact_count = pairs.size();
-  pairs.resize(std::min(pairs.size(), Explanation::kMostContacts));
-  int budget = Explanation::kMostDistances;
+  pairs.resize(std::min(pairs.size(), Explanation::kMaxContacts));
+  int budget = Explanation::kMaxDistances;
   for (const auto& [a, b] : pairs) {
-    e.contacts.push_back({a, b, contact_depth(interaction.world(), a, b, budget)});
+    e.contacts.push_back({a, b, contact_depth(interaction.collision_world(), a, b, budget)});
   }
 }
 
@@ -112,7 +112,7 @@ Explanation explain_component(const std::vector<Component>& components,
   }
   for (std::size_t i = 0; i < components.size(); ++i) {
     if (interaction.partner(static_cast<int>(i)) != component) continue;
-    if (++e.held_count <= Explanation::kMostHeld) e.held.push_back(static_cast<int>(i));
+    if (++e.held_count <= Explanation::kMaxHeld) e.held.push_back(static_cast<int>(i));
   }
   list_contacts(interaction, e);
   return e;

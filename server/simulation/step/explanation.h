@@ -70,9 +70,9 @@ struct ExplainedConnection {
 
 struct Explanation {
   // How much is listed at most; the counts beside the lists tell of all.
-  static constexpr std::size_t kMostContacts = 32;  ///< pairs of components
-  static constexpr int kMostDistances = 64;         ///< pairs of convex parts measured for all of them
-  static constexpr std::size_t kMostHeld = 100;
+  static constexpr std::size_t kMaxContacts = 32;  ///< pairs of components
+  static constexpr int kMaxDistances = 64;         ///< pairs of convex parts measured for all of them
+  static constexpr std::size_t kMaxHeld = 100;
 
   int component = -1;
   ComponentType type = ComponentType::part;

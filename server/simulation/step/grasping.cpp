@@ -184,7 +184,7 @@ void Grasping::stop_jaws(std::size_t gripper, double t, double h, const CellMoti
       return X_WG * ParallelGripper::jaw_pose(side, coordinate);
     };
     for (const int part : interaction.parts_near_sweep(jaw, pose_at(now), pose_at(next))) {
-      CollisionWorld& world = interaction.world();
+      CollisionWorld& world = interaction.collision_world();
       const auto touches = [&](double coordinate) {
         return world.overlaps_at(jaw, pose_at(coordinate), part, interaction.counts());
       };
@@ -256,7 +256,7 @@ void Grasping::settle(std::size_t gripper, double t, const CellMotion& motion, c
     const int jaw = model_.grippers[gripper].parameters.jaws[static_cast<std::size_t>(side)];
     const Pose X_WJ = X_WG * ParallelGripper::jaw_pose(side, jaws.coordinate(t, side));
     for (std::size_t i = 0; i < between_.size(); ++i)
-      if (interaction.world().touches_at(jaw, X_WJ, between_[i], interaction.counts()))
+      if (interaction.collision_world().touches_at(jaw, X_WJ, between_[i], interaction.counts()))
         touched_[i] |= side == ParallelGripper::left ? kLeftJaw : kRightJaw;
   }
   clamp(interaction.graph(), state.held);

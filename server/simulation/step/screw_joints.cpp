@@ -13,36 +13,37 @@ namespace {
 // A bit meets a head whose axis it is in line with to within 10 degrees.
 constexpr double kInLine = 0.984807753012208;
 
-SignalBoard& board(CellPlant& plant, int device) {
-  return static_cast<SignalBoard&>(plant.device(static_cast<std::size_t>(device)));
+SignalTable& board(CellPlant& plant, int device) {
+  return static_cast<SignalTable&>(plant.device(static_cast<std::size_t>(device)));
 }
 }  // namespace
 
-Threads::Threads(const CellModel& model) : model_(model), turned_rad_(model.threads.size(), 0.0) {}
+ScrewJoints::ScrewJoints(const CellModel& model) : model_(model), turned_rad_(model.threads.size(), 0.0) {}
 
-void Threads::start(ComponentInteraction& interaction) {
+void ScrewJoints::start(ComponentInteraction& interaction) {
   for (std::size_t i = 0; i < turned_rad_.size(); ++i) {
     turned_rad_[i] = 0.0;
     interaction.attach(model_.threads[i].part, model_.threads[i].holder);
   }
 }
 
-bool Threads::is_held(std::size_t thread, const ComponentInteraction& interaction) const {
+bool ScrewJoints::is_held(std::size_t thread, const ComponentInteraction& interaction) const {
   return interaction.attached_to(model_.threads[thread].part) == model_.threads[thread].holder;
 }
 
-void Threads::set_stiffness(std::size_t thread, bool by_contact, ComponentInteraction& interaction) const {
-  const ThreadModel& model = model_.threads[thread];
+void ScrewJoints::set_stiffness(std::size_t thread, bool by_contact,
+                                ComponentInteraction& interaction) const {
+  const ScrewJointModel& model = model_.threads[thread];
   interaction.set_stiffness(model.part,
                             by_contact && is_held(thread, interaction) ? model.stiffness_ratio : 1.0);
 }
 
-int Threads::engaged_thread(const ScrewdriverModel& driver, const CellMotion& motion) const {
+int ScrewJoints::engaged_thread(const ScrewdriverModel& driver, const CellMotion& motion) const {
   const Pose X_WT = motion.bodies[static_cast<std::size_t>(driver.palm)].X_WB * driver.X_GT;
   int nearest = -1;
   double distance = driver.reach_m;
   for (std::size_t i = 0; i < model_.threads.size(); ++i) {
-    const ThreadModel& thread = model_.threads[i];
+    const ScrewJointModel& thread = model_.threads[i];
     const Pose& X_WB = motion.bodies[static_cast<std::size_t>(thread.part)].X_WB;
     const double away = (X_WB * thread.p_BH - X_WT.p).norm();
     if (away > distance || X_WT.R.col(2).dot(X_WB.R * thread.axis_B) > -kInLine) continue;
@@ -52,16 +53,16 @@ int Threads::engaged_thread(const ScrewdriverModel& driver, const CellMotion& mo
   return nearest;
 }
 
-bool Threads::update(double h, const CellMotion& motion, CellPlant& plant,
-                     ComponentInteraction& interaction) {
+bool ScrewJoints::update(double h, const CellMotion& motion, CellPlant& plant,
+                         ComponentInteraction& interaction) {
   bool changed = false;
   for (const ScrewdriverModel& driver : model_.screwdrivers) {
-    SignalBoard& signals = board(plant, driver.device);
+    SignalTable& signals = board(plant, driver.device);
     const int met = engaged_thread(driver, motion);
     ThreadTurn turn;
     if (met >= 0 && is_held(static_cast<std::size_t>(met), interaction)) {
       const auto i = static_cast<std::size_t>(met);
-      const ThreadModel& thread = model_.threads[i];
+      const ScrewJointModel& thread = model_.threads[i];
       turn = turn_thread(thread.law, turned_rad_[i], signals.value(speed), driver.max_torque_Nm, h);
       if (turn.torque_Nm > 0.0) {
         const double sense = signals.value(speed) > 0.0 ? 1.0 : -1.0;
@@ -80,18 +81,18 @@ bool Threads::update(double h, const CellMotion& motion, CellPlant& plant,
     signals.tell(energy, signals.value(energy) + turn.torque_Nm * std::abs(turn.angle_rad));
   }
   for (std::size_t i = 0; i < turned_rad_.size(); ++i) {
-    SignalBoard& signals = board(plant, model_.threads[i].device);
+    SignalTable& signals = board(plant, model_.threads[i].device);
     signals.tell(turns, turned_rad_[i] / (2.0 * std::numbers::pi));
     signals.tell(held, is_held(i, interaction) ? 1.0 : 0.0);
   }
   return changed;
 }
 
-void Threads::save(StateWriter& out) const {
+void ScrewJoints::save(StateWriter& out) const {
   out.put(std::span<const double>(turned_rad_));
 }
 
-void Threads::load(StateReader& in) {
+void ScrewJoints::load(StateReader& in) {
   for (std::size_t i = 0; i < turned_rad_.size(); ++i)
     turned_rad_[i] = in.number(0.0, model_.threads[i].law.whole_angle_rad(), "the angle of a thread");
 }

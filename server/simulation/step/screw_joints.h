@@ -20,12 +20,12 @@ class ComponentInteraction;
 class StateReader;
 class StateWriter;
 
-class Threads {
+class ScrewJoints {
  public:
   enum ThreadSignal : int { turns, held, kThreadSignals };
   enum DriverSignal : int { speed, torque, engaged, power, energy, kDriverSignals };
 
-  explicit Threads(const CellModel& model);
+  explicit ScrewJoints(const CellModel& model);
 
   bool any() const { return !model_.threads.empty(); }
   /// Initial state: all are screwed in. `interaction` has just been reset.
@@ -35,7 +35,7 @@ class Threads {
   bool update(double h, const CellMotion& motion, CellPlant& plant, ComponentInteraction& interaction);
   /// At level 3, where Grippers pull by contact, a thread has a stiffness of its own.
   void set_stiffness(std::size_t thread, bool by_contact, ComponentInteraction& interaction) const;
-  const std::vector<ThreadModel>& models() const { return model_.threads; }
+  const std::vector<ScrewJointModel>& models() const { return model_.threads; }
 
   void save(StateWriter& out) const;
   void load(StateReader& in);

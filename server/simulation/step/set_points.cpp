@@ -300,8 +300,8 @@ void SetPoints::load(StateReader& in) {
     path->has_feed_forward = in.flag("'a trajectory has torques'");
     following.start_s = in.number(-kLongestTime_s, kLongestTime_s, "the start of a trajectory");
     get_point(following.begin);
-    const std::size_t next = in.size(kMostTrajectoryPoints, "points passed");
-    path->points.resize(in.size(kMostTrajectoryPoints, "points of a trajectory"));
+    const std::size_t next = in.size(kMaxTrajectoryPoints, "points passed");
+    path->points.resize(in.size(kMaxTrajectoryPoints, "points of a trajectory"));
     if (path->points.empty() || next > path->points.size()) in.fail("a trajectory has too few points");
     following.next = next;
     double before = -1.0;

@@ -94,7 +94,7 @@ class Simulation {
   Snapshot make_snapshot() const;
   void read_snapshot(Snapshot& snapshot) const;
   /// Most contacts that a snapshot of this cell holds.
-  std::size_t contact_room() const;
+  std::size_t contact_capacity() const;
 
   /// Why this component is as it is: who holds a Part, by which rule, since when. `component` must be an id
   /// of this cell. Changes nothing, so that the states that follow and their hash are the same whether asked

@@ -219,7 +219,7 @@ void Simulation::Impl::apply(const DeviceCommand& command) {
 void Simulation::Impl::decide() {
   if (thread_let_go) changed_holds();
   thread_let_go = false;
-  if (model->further_models.empty()) return;
+  if (model->auxiliary_models.empty()) return;
   refresh_motion();
   if (plant.decide(time())) motion_is_current = false;
   contacts.update_friction(system().motion().heat);
@@ -300,7 +300,7 @@ void Simulation::Impl::hash_robots() {
     hash.add(std::span<const double>(q.data(), n));
     hash.add(std::span<const double>(qd.data(), n));
   }
-  if (!model->further_models.empty()) hash.add(plant.further_states());
+  if (!model->auxiliary_models.empty()) hash.add(plant.auxiliary_states());
   for (const ParallelGripper& gripper : plant.grippers()) {
     hash.add(gripper.coordinate(time(), ParallelGripper::left));
     hash.add(gripper.coordinate(time(), ParallelGripper::right));
@@ -377,14 +377,14 @@ bool Simulation::Impl::step(std::span<const Command> commands) {
 
 // In pieces where bodies in surface contact are so fast that one piece would carry them through a wall.
 bool Simulation::Impl::integrate() {
-  constexpr double kMostPieces = 10000.0;
+  constexpr double kMaxPieces = 10000.0;
   const double step_s = model->step_s;
   if (!contacts.any_acting()) return plant.integrator().advance(system(), time(), step_s, plant.state());
   double done_s = 0.0;
   while (true) {
     const double left_s = step_s - done_s;
     const double seeing_s = contacts.seeing_step_s(system().motion(), left_s);
-    const double pieces = std::min(std::ceil(left_s / seeing_s), kMostPieces);
+    const double pieces = std::min(std::ceil(left_s / seeing_s), kMaxPieces);
     const bool last = !(pieces > 1.0);
     const double piece_s = last ? left_s : left_s / pieces;
     if (!plant.integrator().advance(system(), time() + done_s, piece_s, plant.state())) return false;

@@ -117,11 +117,11 @@ struct Simulation::Impl {
   Grasping grasping;
   GripLoads grip_loads;
   ForceAlternation alternation;
-  Threads threads;
+  ScrewJoints threads;
   bool thread_let_go = false;  ///< in the last step
   CellPlant plant;
-  RestingParts resting;
-  CalmParts calm;
+  ExactSleeping resting;
+  ThresholdSleeping calm;
   std::vector<std::uint64_t> part_hashes;
   std::uint64_t parts_hash = 0;
   std::vector<CommandCounter> robot_commands, gripper_commands, device_commands;
@@ -129,7 +129,7 @@ struct Simulation::Impl {
   bool watch_deadlines = false;
   std::vector<int> process_levels;  ///< at present
   std::vector<ConnectionChange> changes;
-  WorldWatch watch;
+  DivergenceMonitor watch;
   std::vector<char> start_overlaps;           ///< by the model's: still there
   std::unique_ptr<ClearanceMonitor> monitor;  ///< none where nothing is checked
   std::vector<CollisionEvent> collisions;

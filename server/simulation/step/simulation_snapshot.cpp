@@ -20,8 +20,8 @@ void read_dynamics(const DynamicRobot::Output& output, RobotSample& sample) {
 }
 }  // namespace
 
-std::size_t Simulation::contact_room() const {
-  return impl_->model->contact.enabled ? std::min(impl_->contacts.pair_count(), kMostContactSamples) : 0;
+std::size_t Simulation::contact_capacity() const {
+  return impl_->model->contact.enabled ? std::min(impl_->contacts.pair_count(), kMaxContactSamples) : 0;
 }
 
 Snapshot Simulation::make_snapshot() const {
@@ -30,7 +30,7 @@ Snapshot Simulation::make_snapshot() const {
   snapshot.robots.resize(impl_->model->robots.size());
   snapshot.grippers.resize(impl_->model->grippers.size());
   snapshot.devices.resize(impl_->model->description.devices.size());
-  snapshot.contacts.room.resize(contact_room());
+  snapshot.contacts.samples.resize(contact_capacity());
   read_snapshot(snapshot);
   return snapshot;
 }
@@ -103,8 +103,8 @@ void Simulation::Impl::fill(Snapshot& snapshot) {
   }
   ContactsSample& sample = snapshot.contacts;
   sample.acting = std::find(s.process_levels.begin(), s.process_levels.end(), 3) != s.process_levels.end();
-  const std::size_t pressing = s.contacts.read(motion, std::span<ContactSample>(sample.room));
-  sample.count = std::min(pressing, sample.room.size());
+  const std::size_t pressing = s.contacts.read(motion, std::span<ContactSample>(sample.samples));
+  sample.count = std::min(pressing, sample.samples.size());
   sample.omitted = pressing - sample.count;
 }
 

@@ -18,8 +18,9 @@ constexpr double kStepsToWake = 2.0;
 constexpr double kStepsToJoin = 3.0;
 }  // namespace
 
-CalmParts::CalmParts(const std::vector<Component>& components, const SleepingParameters& parameters,
-                     double step_s, ContactInteraction& contacts, RestingParts& resting)
+ThresholdSleeping::ThresholdSleeping(const std::vector<Component>& components,
+                                     const SleepingParameters& parameters, double step_s,
+                                     ContactInteraction& contacts, ExactSleeping& resting)
     : components_(components),
       parameters_(parameters),
       step_s_(step_s),
@@ -33,7 +34,7 @@ CalmParts::CalmParts(const std::vector<Component>& components, const SleepingPar
       may_sleep_(calm_.size(), 0),
       asleep_(components.size(), 0) {}
 
-void CalmParts::wake_all() {
+void ThresholdSleeping::wake_all() {
   std::fill(calm_.begin(), calm_.end(), 0);
   std::fill(group_.begin(), group_.end(), -1);
   std::fill(asleep_.begin(), asleep_.end(), 0);
@@ -48,11 +49,11 @@ void CalmParts::wake_all() {
   }
 }
 
-void CalmParts::save(StateWriter& out) const {
+void ThresholdSleeping::save(StateWriter& out) const {
   for (std::size_t i = 0; i < calm_.size(); ++i) out.put(calm_[i]), out.put(group_[i]);
 }
 
-void CalmParts::load(StateReader& in) {
+void ThresholdSleeping::load(StateReader& in) {
   wake_all();
   for (std::size_t i = 0; i < calm_.size(); ++i) {
     calm_[i] = in.integer<int>(0, steps_, "steps that a Part was calm");
@@ -64,21 +65,21 @@ void CalmParts::load(StateReader& in) {
   contacts_.set_asleep(asleep_);
 }
 
-bool CalmParts::asleep(int component) const {
+bool ThresholdSleeping::asleep(int component) const {
   return asleep_[static_cast<std::size_t>(component)] != 0;
 }
 
-bool CalmParts::moves(int component) const {
+bool ThresholdSleeping::moves(int component) const {
   return components_[static_cast<std::size_t>(component)].type != ComponentType::ground && !asleep(component);
 }
 
 /// No point of the component's surface is faster, as seen from the world.
-double CalmParts::speed_m_per_s(int component, const CellMotion& motion) const {
+double ThresholdSleeping::speed_m_per_s(int component, const CellMotion& motion) const {
   const Twist& V = motion.bodies[static_cast<std::size_t>(component)].V_WB;
   return V.v.norm() + V.w.norm() * contacts_.radius_m(component);
 }
 
-bool CalmParts::may_meet(std::size_t pair, const CellMotion& motion, double steps) const {
+bool ThresholdSleeping::may_meet(std::size_t pair, const CellMotion& motion, double steps) const {
   const ContactPairModel& ends = contacts_.pair(pair);
   double speed = 0.0;
   for (const int end : {ends.base, ends.target})
@@ -88,7 +89,7 @@ bool CalmParts::may_meet(std::size_t pair, const CellMotion& motion, double step
                                kSlack_m + time_s * speed + kAcceleration_m_per_s2 * time_s * time_s);
 }
 
-bool CalmParts::wake_reached(const CellMotion& motion) {
+bool ThresholdSleeping::wake_reached(const CellMotion& motion) {
   if (sleeping_ == 0) return false;
   std::vector<char>& woken = kept_up_;  // by place of a Part: its group wakes
   std::fill(woken.begin(), woken.end(), 0);
@@ -124,7 +125,7 @@ bool CalmParts::wake_reached(const CellMotion& motion) {
   return true;
 }
 
-int CalmParts::root(int place) {
+int ThresholdSleeping::root(int place) {
   while (parent_[static_cast<std::size_t>(place)] != place) {
     int& above = parent_[static_cast<std::size_t>(place)];
     above = parent_[static_cast<std::size_t>(above)];
@@ -133,13 +134,13 @@ int CalmParts::root(int place) {
   return place;
 }
 
-void CalmParts::join(int a, int b) {
+void ThresholdSleeping::join(int a, int b) {
   a = root(a), b = root(b);
   parent_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
 }
 
 // Groups of the awake Parts; kept_up_ of their roots.
-void CalmParts::find_groups(const ComponentInteraction& interaction, const CellMotion& motion) {
+void ThresholdSleeping::find_groups(const ComponentInteraction& interaction, const CellMotion& motion) {
   std::iota(parent_.begin(), parent_.end(), 0);
   std::fill(kept_up_.begin(), kept_up_.end(), 0);
   // First on the Parts themselves, then on the roots.
@@ -167,7 +168,7 @@ void CalmParts::find_groups(const ComponentInteraction& interaction, const CellM
     if (kept_up_[static_cast<std::size_t>(place)] != 0) kept_up_[static_cast<std::size_t>(root(place))] = 1;
 }
 
-bool CalmParts::fall_asleep(const ComponentInteraction& interaction, const CellMotion& motion) {
+bool ThresholdSleeping::fall_asleep(const ComponentInteraction& interaction, const CellMotion& motion) {
   bool somebody = false;
   for (const int place : resting_.awake_indices()) {
     int& calm = calm_[static_cast<std::size_t>(place)];

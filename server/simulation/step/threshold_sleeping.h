@@ -26,11 +26,11 @@ namespace takt {
 class StateReader;
 class StateWriter;
 
-class CalmParts {
+class ThresholdSleeping {
  public:
   /// All outlive it. Who sleeps is kept in `resting`, whose list of awake Parts counts.
-  CalmParts(const std::vector<Component>& components, const SleepingParameters& parameters, double step_s,
-            ContactInteraction& contacts, RestingParts& resting);
+  ThresholdSleeping(const std::vector<Component>& components, const SleepingParameters& parameters,
+                    double step_s, ContactInteraction& contacts, ExactSleeping& resting);
 
   /// Everybody is awake: after a reset or a change of levels, once it is known where surface contact acts.
   /// The caller wakes `resting` too.
@@ -59,7 +59,7 @@ class CalmParts {
   double step_s_;
   int steps_;  ///< that a Part must have been calm
   ContactInteraction& contacts_;
-  RestingParts& resting_;
+  ExactSleeping& resting_;
   std::vector<int> calm_;        ///< by place: steps since it was faster
   std::vector<int> group_;       ///< by place: of those asleep, the first place of its group; else -1
   std::vector<int> parent_;      ///< by place, while groups are found

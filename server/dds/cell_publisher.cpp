@@ -1,4 +1,4 @@
-#include "server/dds/world_publisher.h"
+#include "server/dds/cell_publisher.h"
 
 #include <utility>
 
@@ -25,12 +25,12 @@ bool somebody_reads(dds::DataWriter* writer) {
 
 }  // namespace
 
-WorldPublisher::WorldPublisher(RunLoop& loop, Participant& participant, const TopicNames& topics)
+CellPublisher::CellPublisher(RunLoop& loop, Participant& participant, const TopicNames& topics)
     : loop_(loop),
       participant_(participant),
       state_message_(make_state_message(loop.cell())),
       power_message_(make_power_message(loop.cell())),
-      contacts_message_(make_contacts_message(loop.cell(), loop.contact_room())),
+      contacts_message_(make_contacts_message(loop.cell(), loop.contact_capacity())),
       frames_(loop.cell()) {
   try {
     make_writers(topics);
@@ -40,11 +40,11 @@ WorldPublisher::WorldPublisher(RunLoop& loop, Participant& participant, const To
   }
 }
 
-WorldPublisher::~WorldPublisher() {
+CellPublisher::~CellPublisher() {
   remove_writers();
 }
 
-void WorldPublisher::make_writers(const TopicNames& topics) {
+void CellPublisher::make_writers(const TopicNames& topics) {
   namespace msg = takt_msgs::msg;
   const std::size_t state_bytes = serialized_bytes<msg::CellStatePubSubType>(state_message_);
   state_writer_ = participant_.create_writer<msg::CellStatePubSubType>(
@@ -54,7 +54,7 @@ void WorldPublisher::make_writers(const TopicNames& topics) {
   const std::size_t contacts_bytes = serialized_bytes<msg::ContactsPubSubType>(contacts_message_);
   contacts_writer_ = participant_.create_writer<msg::ContactsPubSubType>(
       topics.of_cell("contacts"), state_writer_qos(participant_, contacts_bytes));
-  if (loop_.contact_room() > 0)
+  if (loop_.contact_capacity() > 0)
     pressures_writer_ = participant_.create_writer<msg::ContactPressuresPubSubType>(
         topics.of_cell("contact_pressures"), state_writer_qos(participant_, kLargestUnfragmented_bytes + 1));
   clock_writer_ = participant_.create_writer<rosgraph_msgs::msg::ClockPubSubType>(
@@ -77,7 +77,7 @@ void WorldPublisher::make_writers(const TopicNames& topics) {
   }
 }
 
-void WorldPublisher::remove_writers() {
+void CellPublisher::remove_writers() {
   for (dds::DataWriter* writer : {state_writer_, power_writer_, contacts_writer_, pressures_writer_,
                                   clock_writer_, tf_writer_, tf_static_writer_})
     participant_.remove(writer);
@@ -85,7 +85,7 @@ void WorldPublisher::remove_writers() {
   for (dds::DataWriter* writer : urdf_writers_) participant_.remove(writer);
 }
 
-void WorldPublisher::write(const PublishedSnapshot& published) {
+void CellPublisher::write(const PublishedSnapshot& published) {
   const Snapshot& snapshot = published.snapshot;
   fill(state_message_, cell(), snapshot);
   check(state_writer_->write(&state_message_, dds::HANDLE_NIL));
@@ -106,7 +106,7 @@ void WorldPublisher::write(const PublishedSnapshot& published) {
   instant_new_ns_ = instant_written_ns_ = ros_written_ns_ = monotonic_now_ns();
 }
 
-void WorldPublisher::write_robots_and_clock() {
+void CellPublisher::write_robots_and_clock() {
   for (std::size_t robot = 0; robot < joint_writers_.size(); ++robot) {
     if (!somebody_reads(joint_writers_[robot])) continue;
     fill(joint_messages_[robot], *newest_, robot);
@@ -117,7 +117,7 @@ void WorldPublisher::write_robots_and_clock() {
   check(clock_writer_->write(&clock_message_, dds::HANDLE_NIL));
 }
 
-void WorldPublisher::write_static_frames() {
+void CellPublisher::write_static_frames() {
   if (static_frames_written_) return;
   tf2_msgs::msg::TFMessage message = to_message(static_frames(cell(), *newest_), newest_->time_s);
   static_frames_written_ = true;
@@ -126,7 +126,7 @@ void WorldPublisher::write_static_frames() {
 
 /// Listeners look between frames: more of them than they can keep would only push older ones out. What is
 /// skipped now is sent later, when no newer instant has come by then.
-void WorldPublisher::write_frames(std::int64_t now_ns) {
+void CellPublisher::write_frames(std::int64_t now_ns) {
   if (now_ns - frames_written_ns_ < kFrames_ns || !somebody_reads(tf_writer_)) return;
   frames_written_ns_ = now_ns;
   frames_skipped_ = false;
@@ -134,20 +134,20 @@ void WorldPublisher::write_frames(std::int64_t now_ns) {
 }
 
 /// Of pairs that were asked for, while somebody reads them.
-void WorldPublisher::write_pressures() {
+void CellPublisher::write_pressures() {
   if (pressures_writer_ == nullptr) return;
-  PressureWatch& watch = loop_.pressures();
+  PressureSubscriptions& watch = loop_.pressures();
   const std::int64_t now = monotonic_now_ns();
   if (!watch.due(now) || !watch.watches(now) || !somebody_reads(pressures_writer_)) return;
   fill(pressures_message_, cell(), *newest_, watch.look(*newest_, &monotonic_now_ns));
   check(pressures_writer_->write(&pressures_message_, dds::HANDLE_NIL));
 }
 
-void WorldPublisher::repeat_if_due() {
+void CellPublisher::repeat_if_due() {
   if (!instant_written_) return;
   const std::int64_t now = monotonic_now_ns();
   if (frames_skipped_) write_frames(now);
-  if (!loop_.outbox().standing_at_boundary.load(std::memory_order_relaxed)) return;
+  if (!loop_.output().standing_at_boundary.load(std::memory_order_relaxed)) return;
   if (now - ros_written_ns_ >= kRepeatLater_ns) {
     ros_written_ns_ = now;
     write_robots_and_clock();
@@ -162,13 +162,13 @@ void WorldPublisher::repeat_if_due() {
   instant_written_ns_ = now;
 }
 
-void WorldPublisher::finish() {
+void CellPublisher::finish() {
   if (!frames_skipped_) return;
   frames_written_ns_ = 0;
   write_frames(monotonic_now_ns());
 }
 
-std::uint64_t WorldPublisher::take_refused() {
+std::uint64_t CellPublisher::take_refused() {
   return std::exchange(refused_, 0);
 }
 

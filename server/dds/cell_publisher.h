@@ -12,14 +12,14 @@
 
 namespace takt {
 
-class WorldPublisher {
+class CellPublisher {
  public:
   /// Makes the writers and writes the URDFs. Both must outlive this. Throws DdsError.
-  WorldPublisher(RunLoop& loop, Participant& participant, const TopicNames& topics);
+  CellPublisher(RunLoop& loop, Participant& participant, const TopicNames& topics);
   /// Removes the writers.
-  ~WorldPublisher();
-  WorldPublisher(const WorldPublisher&) = delete;
-  WorldPublisher& operator=(const WorldPublisher&) = delete;
+  ~CellPublisher();
+  CellPublisher(const CellPublisher&) = delete;
+  CellPublisher& operator=(const CellPublisher&) = delete;
 
   RunLoop& loop() { return loop_; }
   const CellDescription& cell() const { return loop_.cell(); }
@@ -66,7 +66,7 @@ class WorldPublisher {
   takt_msgs::msg::Contacts contacts_message_;
   bool contacts_known_ = false;  ///< some process is or was at level 3: contacts are sent with every state
   takt_msgs::msg::ContactPressures pressures_message_;
-  const Snapshot* newest_ = nullptr;  ///< the outbox's, which it keeps until the next one is taken
+  const Snapshot* newest_ = nullptr;  ///< the output's, which it keeps until the next one is taken
   std::vector<sensor_msgs::msg::JointState> joint_messages_;
   rosgraph_msgs::msg::Clock clock_message_;
   MovingFramesMessage frames_;
