@@ -1,5 +1,5 @@
 #pragma once
-// QoS of each topic (interfaces.md). Writers keep last, never all (one frozen reader would block them);
+// QoS of each topic. Writers keep last, never all (one frozen reader would block them);
 // memory that grows with the samples, since the largest possible sample is far larger than any real one; no
 // data sharing, which brings nothing at these sizes and does not go with security.
 #include <cstddef>

@@ -11,6 +11,8 @@ mapfile -t rooms < <(existing plant_models server client_lib idl config tests)
 mapfile -t sources < <(find "${rooms[@]}" -type f \( -name '*.h' -o -name '*.cpp' \) | sort)
 mapfile -t texts < <(find . \( -name .git -o -path ./build -o -name .cache \) -prune -o -type f -print | sed 's|^\./||' |
   grep -Ev '\.(png|stl|STL|glb|obj|csv|json|svg)$' | sort)
+mapfile -t documents < <(printf '%s\n' "${texts[@]}" | grep -E '^(docs/.*|config/.*|README)\.md$' || true)
+mapfile -t commented < <(printf '%s\n' "${texts[@]}" | grep -E '^(config|client_lib|docker)/.*\.(yaml|yml|lua|py|xml|service)$' || true)
 
 violations=$(
   ((${#sources[@]} == 0)) || awk -f "$rules/include_rules.awk" "${sources[@]}"
@@ -30,7 +32,16 @@ violations=$(
   ((${#sources[@]} == 0)) || grep -nHE '(TO''DO|FIX''ME|XX''X)' "${sources[@]}" |
     sed -E 's/^([^:]+:[0-9]+):.*/\1: unfinished work belongs in an issue/' || true
 
-  # Whoever opens the README sees at once what to type.
+  # Links between documents, and documents that texts name.
+  find . \( -name .git -o -path ./build -o -name .cache \) -prune -o -type f -print | sed 's|^\./||' |
+    awk -f "$rules/document_rules.awk" - "${documents[@]}"
+  { grep -noHE '[A-Za-z0-9_./-]*[A-Za-z0-9_]\.md\>' "${sources[@]}" "${commented[@]}" /dev/null || true; } |
+    while IFS=: read -r file line name; do
+      printf '%s\n' "${documents[@]}" | grep -qE "(^|/)$(basename "$name")\$" || echo "$file:$line: no such document: $name"
+    done
+
+  # The README is one screen; its reader sees at once what to type.
+  awk 'END { if (NR >= 120) print FILENAME ":120: the README has 120 lines or more" }' README.md
   for command in './dev demo' './dev test'; do
     head -n 40 README.md 2>/dev/null | grep -qF -- "$command" || echo "README.md:1: the first 40 lines do not show '$command'"
   done

@@ -1,4 +1,4 @@
-# Who may include whom (README, "The house"). Input: source files, paths relative to the repository's root.
+# Who may include whom (docs/architecture.md). Input: source files, paths relative to the repository's root.
 # Output: one line FILE:LINE: rule, per violation.
 
 function complain(rule) { print FILENAME ":" FNR ": " rule }

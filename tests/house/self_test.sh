@@ -11,7 +11,11 @@ failed=0 cases=0
 write() { mkdir -p "$tree/$(dirname "$1")"; printf '%b' "$2" >"$tree/$1"; }
 fresh() {
   rm -rf "${tree:?}"/*
-  write README.md '# x\n\n    ./dev demo\n    ./dev test\n'
+  write README.md '# x\n\n    ./dev demo\n    ./dev test\n[all](docs/README.md)\n'
+  write docs/README.md '# All\n[a](a.md), [b](b.md#one-two), [d](decisions.md)\n'
+  write docs/a.md 'x\n'
+  write docs/b.md '# B\n## One: `two`\n```\n[c](no.md)\n```\n[above](#b), [net](https://a.example/no.md)\n'
+  write docs/decisions.md '**1. Two.**\n*Context:* a\n*Decision:* b *Consequence:* c\n'
   write plant_models/spatial.h '#pragma once\n#include <Eigen/Core>\n#include <vector>\n'
   write server/geometry/mesh/mesh.h '#pragma once\n#include "plant_models/spatial.h"\n'
   write server/geometry/mesh/import.cpp '#include <assimp/scene.h>\n#include <assimp/mesh.h>\n#include "server/geometry/mesh/mesh.h"\n'
@@ -94,6 +98,15 @@ expect tests/unit/a_test.cpp:1 tests/unit/a_test.cpp '  std::this_thread::sleep_
 expect server/contact/a.cpp:1 server/contact/a.cpp '// TO''DO later\n'
 expect README.md:1 README.md '# x\n./dev test\n'
 expect README.md:1 README.md "# x\\n./dev demo\\n$(printf '\\n%.0s' {1..40})./dev test\\n"
+expect README.md:120 README.md "# x\\n./dev demo\\n./dev test\\n$(printf '\\n%.0s' {1..120})"
+# Documents
+expect README.md:4 README.md '# x\n./dev demo\n./dev test\n[a](docs/no.md)\n'
+expect docs/a.md:2 docs/a.md 'x\n[b](../no.md)\n'
+expect docs/a.md:1 docs/a.md '[b](b.md#three)\n'
+expect docs/c.md:1 docs/c.md '# C\n[a](a.md)\n'
+expect docs/decisions.md:1 docs/decisions.md '**1. Two.**\n*Context:* a\n*Consequence:* c\n'
+expect docs/decisions.md:4 docs/decisions.md "$(printf '**1. Two.**\\n*Context:* a *Decision:* b\\n*Consequence:* c\\n%.0s' {1..2})"
+expect server/contact/a.cpp:1 server/contact/a.cpp '// See docs/no.md\n'
 
 printf '%d violations tried\n' "$cases"
 exit $failed

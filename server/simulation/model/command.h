@@ -3,8 +3,8 @@
 // validated against the cell.
 //
 // A command is fixed-size plain data, so that handing one over neither allocates nor locks for long. Commands
-// are made only by the functions below, which check everything a sender can get wrong (interfaces.md,
-// "Behaviour on the wire"): a command that exists is one the simulation may apply.
+// are made only by the functions below, which check everything a sender can get wrong: a command that exists
+// is one the simulation may apply.
 #include <array>
 #include <cstdint>
 #include <memory>
