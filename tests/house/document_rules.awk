@@ -1,4 +1,4 @@
-# Rules of documents: links and headings they name exist, every page is reached from docs/README.md, decisions are
+# Rules of documents: links, headings and files they name exist, every page is reached from docs/README.md, decisions are
 # complete and have a number of their own. Usage: awk -f document_rules.awk LIST DOCUMENT...; LIST has the paths of all
 # files of the tree. Output: one line FILE:LINE: rule, per violation.
 
@@ -31,7 +31,14 @@ function end_of_decision() {
   decision = parts_of_decision = ""
 }
 
-NR == FNR { exists[$0] = 1; next }
+NR == FNR {
+  exists[$0] = 1
+  for (path = $0; sub(/\/[^\/]*$/, "", path);) exists[path] = 1  # its folders
+  name = $0
+  sub(/.*\//, "", name)
+  exists["*/" name] = 1
+  next
+}
 FNR == 1 { folder = FILENAME; if (!sub(/[^\/]*$/, "", folder)) folder = ""; code = 0 }
 /^```/ { code = !code }
 code { next }
@@ -64,6 +71,20 @@ decision != "" { parts_of_decision = parts_of_decision " " $0 }
       linked[FILENAME, ++links[FILENAME]] = path
       if (heading != "") { wanted[++wishes] = path "#" heading; place[wishes] = FILENAME ":" FNR }
     }
+  }
+}
+
+# Files of the repository that a page names: whole paths, and bare names of headers.
+{
+  rest = $0
+  while (match(rest, /`[A-Za-z0-9_.\/-]+`/)) {
+    path = substr(rest, RSTART + 1, RLENGTH - 2)
+    rest = substr(rest, RSTART + RLENGTH)
+    sub(/\/$/, "", path)
+    if (path ~ /^(plant_models|server|client_lib|idl|config|tests|docker|cmake|docs)\/[a-z]/ && path !~ /^config\/meshes\/cells/ && path !~ /[A-Z][A-Z]/)
+      found = path in exists
+    else found = path !~ /^[a-z_]+\.h$/ || ("*/" path) in exists
+    if (!found) complain("no such file: " path)
   }
 }
 

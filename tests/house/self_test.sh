@@ -13,7 +13,7 @@ fresh() {
   rm -rf "${tree:?}"/*
   write README.md '# x\n\n    ./dev demo\n    ./dev test\n[all](docs/README.md)\n'
   write docs/README.md '# All\n[a](a.md), [b](b.md#one-two), [d](decisions.md)\n'
-  write docs/a.md 'x\n'
+  write docs/a.md 'x `server/dds/`, `spatial.h`\n'
   write docs/b.md '# B\n## One: `two`\n```\n[c](no.md)\n```\n[above](#b), [net](https://a.example/no.md)\n'
   write docs/decisions.md '**1. Two.**\n*Context:* a\n*Decision:* b *Consequence:* c\n'
   write plant_models/spatial.h '#pragma once\n#include <Eigen/Core>\n#include <vector>\n'
@@ -103,6 +103,8 @@ expect README.md:120 README.md "# x\\n./dev demo\\n./dev test\\n$(printf '\\n%.0
 expect README.md:4 README.md '# x\n./dev demo\n./dev test\n[a](docs/no.md)\n'
 expect docs/a.md:2 docs/a.md 'x\n[b](../no.md)\n'
 expect docs/a.md:1 docs/a.md '[b](b.md#three)\n'
+expect docs/a.md:1 docs/a.md 'See `server/contact/no.h` and `server/dds`.\n'
+expect docs/a.md:1 docs/a.md 'See `no.h`.\n'
 expect docs/c.md:1 docs/c.md '# C\n[a](a.md)\n'
 expect docs/decisions.md:1 docs/decisions.md '**1. Two.**\n*Context:* a\n*Consequence:* c\n'
 expect docs/decisions.md:4 docs/decisions.md "$(printf '**1. Two.**\\n*Context:* a *Decision:* b\\n*Consequence:* c\\n%.0s' {1..2})"
