@@ -72,8 +72,8 @@ class ScrewCell {
     thread.p_BH = Vec3(0.0, 0.0, 0.03);
     model.threads = {thread};
     model.screwdrivers = {driver};
-    add_signal_table("Driver", Threads::kDriverSignals, kDriver, {});
-    add_signal_table("Screw_thread", Threads::kThreadSignals, kThread, {0.0, 1.0});
+    add_signal_table("Driver", ScrewJoints::kDriverSignals, kDriver, {});
+    add_signal_table("Screw_thread", ScrewJoints::kThreadSignals, kThread, {0.0, 1.0});
     simulation_ = std::make_unique<Simulation>(cell_.build());
     snapshot_ = simulation_->make_snapshot();
   }
@@ -82,7 +82,7 @@ class ScrewCell {
     DeviceCommand command;
     command.device = kDriver;
     command.count = 1;
-    command.signals[0] = Threads::speed;
+    command.signals[0] = ScrewJoints::speed;
     command.values[0] = rad_per_s;
     step(command);
   }
@@ -138,28 +138,28 @@ class ScrewCell {
 TEST(Screwdriver, TurnsTheScrewOutInTurnsOverSpeed) {
   ScrewCell cell;
   cell.run(0.1);
-  EXPECT_EQ(cell.thread(Threads::held), 1.0);
-  EXPECT_EQ(cell.driver(Threads::engaged), 1.0);
-  EXPECT_EQ(cell.driver(Threads::torque), 0.0);
+  EXPECT_EQ(cell.thread(ScrewJoints::held), 1.0);
+  EXPECT_EQ(cell.driver(ScrewJoints::engaged), 1.0);
+  EXPECT_EQ(cell.driver(ScrewJoints::torque), 0.0);
   const double z = cell.screw().p_WB.z(), begin = cell.simulation().time_s();
   cell.speed(10.0 * kTurn);
   cell.run(0.5);
   // Half-way: five turns and a bit, torque and power of the law, the reaction on the gripper.
-  EXPECT_NEAR(cell.thread(Threads::turns), 10.0 * (cell.simulation().time_s() - begin), 1e-9);
-  EXPECT_EQ(cell.driver(Threads::torque), 1.5);
-  EXPECT_NEAR(cell.driver(Threads::power), 1.5 * 10.0 * kTurn, 1e-9);
+  EXPECT_NEAR(cell.thread(ScrewJoints::turns), 10.0 * (cell.simulation().time_s() - begin), 1e-9);
+  EXPECT_EQ(cell.driver(ScrewJoints::torque), 1.5);
+  EXPECT_NEAR(cell.driver(ScrewJoints::power), 1.5 * 10.0 * kTurn, 1e-9);
   EXPECT_NEAR(cell.palm().F_Bo_W.t.z(), -1.5, 1e-12);
-  EXPECT_NEAR(cell.screw().p_WB.z() - z, 0.001 * cell.thread(Threads::turns), 3e-5);
+  EXPECT_NEAR(cell.screw().p_WB.z() - z, 0.001 * cell.thread(ScrewJoints::turns), 3e-5);
   const Mat3 R_WB = cell.screw().q_WB.toRotationMatrix();
   const double angle = std::atan2(R_WB(1, 0), R_WB(0, 0));
-  const double wanted = std::remainder(kTurn * cell.thread(Threads::turns), kTurn);
+  const double wanted = std::remainder(kTurn * cell.thread(ScrewJoints::turns), kTurn);
   EXPECT_NEAR(std::remainder(angle - wanted, kTurn), 0.0, 0.1);
-  while (cell.thread(Threads::held) == 1.0 && cell.simulation().time_s() < 3.0) cell.run(0.001);
+  while (cell.thread(ScrewJoints::held) == 1.0 && cell.simulation().time_s() < 3.0) cell.run(0.001);
   EXPECT_NEAR(cell.simulation().time_s() - begin, 1.2, 0.0021);
-  EXPECT_NEAR(cell.thread(Threads::turns), 12.0, 1e-9);
-  EXPECT_NEAR(cell.driver(Threads::energy), 1.5 * 12.0 * kTurn, 1e-6);
+  EXPECT_NEAR(cell.thread(ScrewJoints::turns), 12.0, 1e-9);
+  EXPECT_NEAR(cell.driver(ScrewJoints::energy), 1.5 * 12.0 * kTurn, 1e-6);
   cell.run(0.002);
-  EXPECT_EQ(cell.driver(Threads::torque), 0.0);
+  EXPECT_EQ(cell.driver(ScrewJoints::torque), 0.0);
   EXPECT_EQ(cell.palm().F_Bo_W.t.z(), 0.0);
 }
 
@@ -172,7 +172,7 @@ TEST(Screwdriver, AScrewInItsThreadIsNotPulledOffAndAFreeOneIs) {
       cell.run(1.25);
       cell.speed(0.0);
     }
-    EXPECT_EQ(cell.thread(Threads::held), turned_out ? 0.0 : 1.0);
+    EXPECT_EQ(cell.thread(ScrewJoints::held), turned_out ? 0.0 : 1.0);
     const double z = cell.screw().p_WB.z();
     cell.grip();
     cell.run(1.2);
@@ -189,9 +189,9 @@ TEST(Screwdriver, OneThatIsTooWeakStalls) {
   ScrewCell cell(1.0);
   cell.speed(10.0 * kTurn);
   cell.run(0.5);
-  EXPECT_EQ(cell.thread(Threads::turns), 0.0);
-  EXPECT_EQ(cell.driver(Threads::torque), 1.0);
-  EXPECT_EQ(cell.driver(Threads::power), 0.0);
+  EXPECT_EQ(cell.thread(ScrewJoints::turns), 0.0);
+  EXPECT_EQ(cell.driver(ScrewJoints::torque), 1.0);
+  EXPECT_EQ(cell.driver(ScrewJoints::power), 0.0);
 }
 
 TEST(Screwdriver, StateHalfWayOutGoesOnToTheBit) {
@@ -203,10 +203,10 @@ TEST(Screwdriver, StateHalfWayOutGoesOnToTheBit) {
   cell.run(1.0);
   const std::uint64_t hash = cell.now().state_hash;
   ASSERT_EQ(cell.simulation().restore_state(bytes), "");
-  EXPECT_NEAR(cell.thread(Threads::turns), 6.0, 0.02);
+  EXPECT_NEAR(cell.thread(ScrewJoints::turns), 6.0, 0.02);
   cell.run(1.0);
   EXPECT_EQ(cell.now().state_hash, hash);
-  EXPECT_EQ(cell.thread(Threads::held), 0.0);
+  EXPECT_EQ(cell.thread(ScrewJoints::held), 0.0);
 }
 
 }  // namespace

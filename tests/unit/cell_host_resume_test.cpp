@@ -207,8 +207,8 @@ TEST_F(PeriodicSnapshots, AndTheLogOfBeforeTheCrashStay) {
   EXPECT_EQ(std::filesystem::file_size(directory_ / "run.taktlog.2"), 19U);
   LogReader reader(directory_ / "run.taktlog.3");
   LogEntry entry;
-  while (reader.next(entry) && entry.kind != LogKind::world) continue;
-  ASSERT_EQ(entry.kind, LogKind::world);
+  while (reader.next(entry) && entry.kind != LogKind::scenario) continue;
+  ASSERT_EQ(entry.kind, LogKind::scenario);
   EXPECT_EQ(decode_scenario(entry.content).changes.size(), 2U) << "what came and what went before the crash";
   // It goes on without a log where none can be written, and says so.
   options_.log = directory_ / "no/such/directory/run.taktlog";

@@ -143,7 +143,7 @@ TEST_F(Hosted, ACellFromNoFileIsNeitherChangedNorReloaded) {
   ASSERT_EQ(request("start_recording", {{"name", "r"}}).result, Result::ok);
   ASSERT_EQ(request("stop_recording").result, Result::ok);
   ReplayOptions options;
-  options.load = [](const LogScenario& logged) { return load_logged_scenario(world, {}); };
+  options.load = [](const LogScenario& logged) { return load_logged_scenario(logged, {}); };
   try {
     static_cast<void>(replay(options_.recordings / "r.taktlog", options));
     ADD_FAILURE() << "it was replayed";
@@ -288,7 +288,7 @@ TEST_F(Hosted, RecordingsByRequestSayWhyNot) {
   ASSERT_TRUE(reader_->wait_until([&] { return quits_.load() == 1; }));
   ASSERT_EQ(request("stop_recording").result, Result::ok);
   ReplayOptions replay_options;
-  replay_options.load = [](const LogScenario& logged) { return load_logged_scenario(world, {}); };
+  replay_options.load = [](const LogScenario& logged) { return load_logged_scenario(logged, {}); };
   const ReplayResult result = replay(options_.recordings / "later.taktlog", replay_options);
   EXPECT_EQ(result.difference, "");
   EXPECT_EQ(result.scenarios, 1U);
@@ -313,7 +313,7 @@ TEST_F(Hosted, TheLogOfTheServerHoldsWhatWasSpawnedAndDeleted) {
   ReplayOptions options;
   options.load = [&loaded](const LogScenario& logged) {
     loaded.push_back(logged);
-    return load_logged_scenario(world, {});
+    return load_logged_scenario(logged, {});
   };
   const ReplayResult result = replay(options_.log, options);
   EXPECT_EQ(result.difference, "");
