@@ -1,6 +1,7 @@
 #pragma once
 // The readers of files that come from elsewhere, each as one function of bytes: for the fuzzer
-// (files_fuzz.cpp) and for the test that repeats what it found (fuzzed_files_test.cpp).
+// (files_fuzz.cpp) and for the test that repeats what it found
+// (tests/scenario/fuzzed_files_regression_test.cpp).
 #include <cstddef>
 #include <filesystem>
 #include <fstream>

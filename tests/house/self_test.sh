@@ -27,7 +27,7 @@ fresh() {
   write server/dds/participant.cpp '#include <fastdds/dds/domain/DomainParticipant.hpp>\n#include "server/simulation/model/snapshot.h"\n#include "takt_msgs.h"\n'
   write client_lib/client.cpp '#include <chrono>\n#include <fastdds/x.hpp>\n#include "takt_msgsPubSubTypes.h"\n#include "client_lib/client.h"\n'
   write client_lib/controller/controller.cpp '#include <lua.hpp>\n#include "plant_models/spatial.h"\n'
-  write tests/unit/x_test.cpp '#include <chrono>\n#include <fcl/fcl.h>\n#include "server/dds/x.h"\n'
+  write tests/dds/x_unit_test.cpp '#include <chrono>\n#include <fcl/fcl.h>\n#include "server/dds/x.h"\n'
 }
 # expect PLACE FILE CONTENT: with that file, check.sh must fail and report PLACE, and nothing else.
 expect() {
@@ -94,7 +94,7 @@ expect client_lib/controller/a.cpp:1 client_lib/controller/a.cpp '#include <cond
 # The rest
 expect server/contact/a.cpp:601 server/contact/a.cpp "$(printf '//\\n%.0s' {1..601})"
 expect docs/a.md:2 docs/a.md 'x\nsee /ho''me/someone/notes\n'
-expect tests/unit/a_test.cpp:1 tests/unit/a_test.cpp '  std::this_thread::sleep_for(1s);\n'
+expect tests/contact/a_unit_test.cpp:1 tests/contact/a_unit_test.cpp '  std::this_thread::sleep_for(1s);\n'
 expect server/contact/a.cpp:1 server/contact/a.cpp '// TO''DO later\n'
 expect README.md:1 README.md '# x\n./dev test\n'
 expect README.md:1 README.md "# x\\n./dev demo\\n$(printf '\\n%.0s' {1..40})./dev test\\n"

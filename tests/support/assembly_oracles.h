@@ -11,12 +11,12 @@
 #include <utility>
 #include <vector>
 
+#include "tests/support/constants.h"
 #include "tests/support/grip_oracle.h"
 #include "tests/support/random_assembly.h"
 
 namespace takt::test {
 
-inline constexpr double kGravity = 9.80665;
 inline constexpr double kStep_s = 0.001;
 inline constexpr double kPole = 313.158;    // sqrt(g / 0.1 mm), 1/s: the double pole of every connection
 inline constexpr double kUnclear_m = 1e-7;  // pairs so near the margin may be either
@@ -242,7 +242,7 @@ class FallOracle {
           const Vec3 v1 = velocity_at(after, part, center_of_mass(model_, after, part));
           change += m * (v1 - v0), mass += m, speed = std::max(speed, v1.norm());
         }
-        ASSERT_LE((change / mass + Vec3(0.0, 0.0, kGravity * kStep_s)).norm(), 1e-12 * (1.0 + speed))
+        ASSERT_LE((change / mass + Vec3(0.0, 0.0, kGravity_m_s2 * kStep_s)).norm(), 1e-12 * (1.0 + speed))
             << "assembly of " << root << " at step " << after.step;
         ++assembly_steps;
         largest_assembly = std::max(largest_assembly, assembly.size());
@@ -272,7 +272,7 @@ class FallOracle {
     ++fall.steps;
     ++part_steps;
     const double t = kStep_s * static_cast<double>(fall.steps);
-    const Vec3 g(0.0, 0.0, -kGravity);
+    const Vec3 g(0.0, 0.0, -kGravity_m_s2);
     const Vec3 p = center_of_mass(model_, after, part);
     ASSERT_LE((p - (fall.p + t * fall.v + 0.5 * t * t * g)).norm(), 1e-11 * (1.0 + p.norm()))
         << "Part " << part;

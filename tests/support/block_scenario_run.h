@@ -11,10 +11,9 @@
 #include "server/headless/headless_run.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/simulation/model/cell_model.h"
+#include "tests/support/constants.h"
 
 namespace takt::test {
-
-inline constexpr double kGravity = 9.80665;
 
 // How the assembled parts sit in one another, from the drawings.
 inline const Vec3 kP_in_O(0.015, 0.0, 0.030), kC_in_B(-0.060, 0.0, 0.020), kO_in_B(0.040, 0.0, 0.020);
@@ -58,7 +57,7 @@ struct BlockRun {
     for (const std::string& part : parts) {
       const Component& c = cell->components[static_cast<std::size_t>(id(part))];
       const Vec3 p_Wcm = pose(snapshot, part) * c.p_BBcm;
-      moment += (p_Wcm - sample(snapshot, gripper).p_WB).cross(Vec3(0.0, 0.0, -c.mass_kg * kGravity));
+      moment += (p_Wcm - sample(snapshot, gripper).p_WB).cross(Vec3(0.0, 0.0, -c.mass_kg * kGravity_m_s2));
     }
     return moment;
   }

@@ -2,12 +2,11 @@
 // A UR10e with a parallel gripper of 3 kg as a DynamicRobot, its drives chosen by the test.
 #include "plant_models/robot/ideal_servo.h"
 #include "plant_models/robot/simplified_drive.h"
+#include "tests/support/constants.h"
 #include "tests/support/robot_bench.h"
 #include "tests/support/robot_tables.h"
 
 namespace takt::test {
-
-inline constexpr double kGravity = 9.80665;
 
 inline JointArray ready_position() {
   JointArray q{};
@@ -79,7 +78,7 @@ struct Ur10eCell {
     p.arm = ur10e_arm();
     for (const TreeJoint& joint : tree_of(ur10e_table()).joints) p.links.push_back(joint.inertia);
     p.X_WR = X_WR;
-    p.gravity_W = {0.0, 0.0, -kGravity};
+    p.gravity_W = {0.0, 0.0, -kGravity_m_s2};
     p.grippers.push_back(gripper_masses());
     p.grippers[0].max_force_N = max_force_N;
     p.power = power;

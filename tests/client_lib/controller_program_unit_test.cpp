@@ -1,0 +1,337 @@
+// Programs: waits, signals, the view of the cell, and errors that say where they are.
+#include <gmock/gmock.h>
+
+#include "tests/support/controller_test_cell.h"
+
+namespace takt::controller {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+/// Time of the first update in which the gripper's command closes; the marks of these programs. -1: not
+/// within 60 s.
+double closing_time(const std::string& text, int gripper = 0) {
+  const ProgramFile file(text);
+  const CellInfo cell = block_cell();
+  Controller controller(file.path(), cell);
+  IdealPlant plant(controller, cell);
+  double time_s = -1.0;
+  plant.run(60.0, [&](const Output& output) {
+    for (const GripperSetPoint& command : output.grippers) {
+      if (command.gripper == gripper && command.verb == GripperVerb::close) time_s = plant.time_s();
+    }
+    return time_s >= 0.0 || output.finished;
+  });
+  return time_s;
+}
+
+/// What update() or the constructor throws within 60 s.
+std::string error_of(const std::string& text) {
+  const ProgramFile file(text);
+  const CellInfo cell = block_cell();
+  try {
+    Controller controller(file.path(), cell);
+    IdealPlant plant(controller, cell);
+    plant.run(60.0, [](const Output& output) { return output.finished; });
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+std::string in_routine(const std::string& body) {
+  return "routine('Robot1', function(r)\n" + body + "\nend)\n";
+}
+
+TEST(Program, WaitsForTimes) {
+  EXPECT_NEAR(closing_time(in_routine("r:wait_until(3.8) r.gripper:close()")), 3.8, 1e-12);
+  EXPECT_NEAR(closing_time(in_routine("r:wait_until(4.9) r.gripper:close()")), 4.904, 1e-12);
+  EXPECT_NEAR(closing_time(in_routine("r:wait(1.0) r:wait(0.5) r.gripper:close()")), 1.504, 0.0041);
+  EXPECT_EQ(closing_time(in_routine("r:wait_until(-1) r:wait(0) r.gripper:close()")), 0.0);
+  EXPECT_NEAR(closing_time("period_s = 0.25\n" + in_routine("r:wait(1) r.gripper:close()")), 1.0, 1e-12);
+}
+
+TEST(Program, GoesOnWhenTheRobotHasArrived) {
+  const std::string program = in_routine(
+      "local q = r.joints\n q[1] = q[1] + 0.5\n r:move_joints(q, {duration_s = 2})\n"
+      "assert(cell.robots.Robot1.joints[1] == q[1])\n r.gripper:close()");
+  EXPECT_NEAR(closing_time(program), 2.0, 1e-12);
+}
+
+TEST(Program, SignalsWorkInTheSamePeriodInBothDirections) {
+  const char* const giving = " r:wait(1) signal('go') r:wait(30) end)\n";
+  const char* const taking = " r:wait_signal('go') r.gripper:close() end)\n";
+  EXPECT_NEAR(closing_time("routine('Robot2', function(r)" + std::string(giving) +
+                           "routine('Robot1', function(r)" + std::string(taking)),
+              1.0, 1e-12);
+  EXPECT_NEAR(closing_time("routine('Robot1', function(r)" + std::string(giving) +
+                               "routine('Robot2', function(r)" + std::string(taking),
+                           1),
+              1.0, 1e-12);
+  // A signal given before is not missed.
+  EXPECT_NEAR(closing_time("signal('go')" + in_routine("r:wait_signal('go') r.gripper:close()")), 0.0, 0.0);
+}
+
+TEST(Program, TellsWhatItsRoutinesDoAndWhen) {
+  const ProgramFile file(
+      "routine('Robot1', function(r)\n"
+      "  r:step('pick')\n"
+      "  r:wait(0.5)\n"
+      "  r:wait_signal('go')\n"
+      "  r:step('place')\n"
+      "  r:wait_until(3)\n"
+      "end)\n"
+      "routine('Robot2', function(r) r:wait(2) signal('go') r:wait(100) end)\n");
+  const CellInfo cell = block_cell();
+  Controller controller(file.path(), cell);
+  const auto run = [&](double until_s) {
+    IdealPlant plant(controller, cell);
+    plant.run(until_s, [](const Output&) { return false; });
+  };
+  run(1.0);
+  EXPECT_TRUE(controller.steps().empty()) << "nobody has asked for them";
+  controller.restart();
+  controller.keep_steps();
+  run(4.0);
+  struct Expected {
+    int robot;
+    const char* name;
+    int line;
+    bool named;
+    double begin_s, end_s;
+  };
+  const std::vector<Expected> expected{
+      {0, "pick", 2, true, 0.0, 2.0},        {0, "wait", 3, false, 0.0, 0.504},
+      {1, "wait", 8, false, 0.0, 2.0},       {0, "wait_signal", 4, false, 0.504, 2.0},
+      {1, "wait", 8, false, 2.0, -1.0},      {0, "place", 5, true, 2.0, 3.0},
+      {0, "wait_until", 6, false, 2.0, 3.0},
+  };
+  ASSERT_EQ(controller.steps().size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    const ProgramStep& step = controller.steps()[i];
+    EXPECT_EQ(step.robot, expected[i].robot) << i;
+    EXPECT_EQ(step.name, expected[i].name) << i;
+    EXPECT_EQ(step.line, expected[i].line) << i;
+    EXPECT_EQ(step.named, expected[i].named) << i;
+    EXPECT_NEAR(step.begin_s, expected[i].begin_s, 1e-9) << i;
+    EXPECT_NEAR(step.end_s, expected[i].end_s, 1e-9) << i;
+  }
+  controller.restart();
+  EXPECT_TRUE(controller.steps().empty());
+}
+
+TEST(Program, SeesTheCell) {
+  const ProgramFile file(
+      in_routine("r:wait_for(function(cell) return cell.components.P.partner == 'Gripper1' end)\n"
+                 "assert(cell.components.O.partner == nil)\n"
+                 "local p = cell.components.P.pose\n assert(p.x == 0.25 and p.z == 0.5 and p.yaw == 0)\n"
+                 "assert(cell.grippers.Gripper2.width_m == 0.15 and not cell.grippers.Gripper2.closed)\n"
+                 "local g = cell.grippers.Gripper2\n"
+                 "assert(g.part_present == nil and g.in_position and not g.moving and g.force_N == 0)\n"
+                 "g = cell.grippers.Gripper1\n"
+                 "assert(g.part_present == 'P' and g.moving and not g.in_position and g.force_N == 12.5)\n"
+                 "assert(cell.time_s == 0.016)\n r.gripper:close(20)"));
+  const CellInfo cell = block_cell();
+  Controller controller(file.path(), cell);
+  IdealPlant plant(controller, cell);
+  plant.input().components[7].p_WB = Vec3(0.25, 0.0, 0.5);
+  plant.input().grippers[1].in_position = true;
+  plant.input().grippers[0].moving = true;
+  plant.input().grippers[0].part = 7;
+  plant.input().grippers[0].force_N = 12.5;
+  EXPECT_FALSE(plant.update().finished);
+  plant.input().components[7].partner = 3;
+  EXPECT_FALSE(plant.update().finished);
+  plant.input().components[7].partner = 2;
+  const Output& output = plant.update();
+  EXPECT_TRUE(output.finished);
+  EXPECT_EQ(output.grippers.at(0).verb, GripperVerb::close);
+  EXPECT_EQ(output.grippers.at(0).max_force_N, 20.0);
+}
+
+TEST(Program, StandingCommandsGoOutEveryPeriod) {
+  const ProgramFile file(in_routine("r:wait(1) r.gripper:width(0.06) r:wait(1) r.gripper:open() r:wait(1)"));
+  const CellInfo cell = block_cell();
+  Controller controller(file.path(), cell);
+  EXPECT_EQ(controller.driven_robots(), std::vector<int>{0});
+  EXPECT_EQ(controller.driven_grippers(), std::vector<int>{0});
+  EXPECT_EQ(controller.period_s(), 0.008);
+  IdealPlant plant(controller, cell);
+  plant.input().grippers[0].width_m = 0.1;
+  int widths = 0, opens = 0;
+  plant.run(3.5, [&](const Output& output) {
+    EXPECT_EQ(output.joints.size(), 1U);
+    EXPECT_EQ(output.joints[0].position, kHome1);
+    EXPECT_EQ(output.joints[0].velocity, JointArray{});
+    EXPECT_EQ(output.grippers.size(), 1U);
+    EXPECT_EQ(output.finished, plant.time_s() > 2.9999);
+    const GripperSetPoint& command = output.grippers[0];
+    if (command.verb == GripperVerb::open) ++opens;
+    if (command.verb == GripperVerb::width) {
+      ++widths;
+      EXPECT_EQ(command.width_m, plant.time_s() < 0.9999 ? 0.1 : 0.06);
+    }
+    return false;
+  });
+  EXPECT_EQ(widths, 250);
+  EXPECT_EQ(opens, 188);
+}
+
+TEST(Program, PosesMultiplyAndMove) {
+  EXPECT_EQ(error_of(in_routine(R"(
+    local a = pose{x = 1, y = 2, z = 3, yaw = math.pi / 2}
+    local b = a * pose{x = 1}
+    assert(math.abs(b.x - 1) < 1e-15 and math.abs(b.y - 3) < 1e-15 and b.z == 3)
+    local c = a:inverse() * b
+    assert(math.abs(c.x - 1) < 1e-15 and math.abs(c.y) < 1e-15 and math.abs(c.yaw) < 1e-15)
+    local d = a:offset(0, 0, -1)
+    assert(d.x == 1 and d.z == 2 and a.z == 3 and math.abs(d.yaw - math.pi / 2) < 1e-15)
+    assert(tostring(pose{x = 1}) == 'pose{x=1, y=0, z=0, roll=0, pitch=0, yaw=0}')
+    local t = r.tcp
+    r:move_line(t:offset(0, 0, -0.1), {duration_s = 2})
+    assert(math.abs(r.tcp.z - t.z + 0.1) < 1e-11 and math.abs(cell.robots.Robot1.tcp.z - t.z + 0.1) < 1e-11)
+  )")),
+            "no error");
+}
+
+TEST(Program, ErrorsNameFileLineRobotAndTime) {
+  const std::string error =
+      error_of(in_routine("r:wait(1)\nlocal function far()\n"
+                          "  r:move_to(pose{x = 5, z = 1})\n  r:wait(1) end\nfar()\nr:wait(1)"));
+  EXPECT_THAT(error,
+              AllOf(HasSubstr(".lua:4: "), HasSubstr("{x=5, y=0, z=1,"), HasSubstr("cannot be reached"),
+                    HasSubstr("short by"), HasSubstr("called from line 6"), HasSubstr("routine of Robot1"),
+                    HasSubstr("at 1.000 s")));
+  EXPECT_THAT(error_of("routine('Robot1', function(r)"), HasSubstr(".lua:1: "));
+  EXPECT_THAT(error_of("\n\nlocal x = undefined_thing"),
+              AllOf(HasSubstr(".lua:3: "), HasSubstr("undefined name 'undefined_thing'")));
+  EXPECT_THAT(error_of(in_routine("\nerror('no part')")), HasSubstr(".lua:3: no part"));
+  EXPECT_THAT(error_of(in_routine("r:wait_for(function() return nothing.x end)")), HasSubstr(".lua:2: "));
+}
+
+TEST(Program, RefusesWhatTheCellDoesNotHave) {
+  EXPECT_THAT(error_of("routine('Robot3', function(r) end)"),
+              HasSubstr("the cell has no robot 'Robot3'; it has Robot1, Robot2"));
+  EXPECT_THAT(error_of(in_routine("return cell.components.X.pose")),
+              HasSubstr("the cell has no component 'X'"));
+  EXPECT_THAT(error_of(in_routine("return cell.grippers.X")), HasSubstr("it has Gripper1, Gripper2"));
+  EXPECT_THAT(error_of(in_routine("return cell.time")), HasSubstr("the cell has no 'time'; it has time_s"));
+  EXPECT_THAT(error_of(in_routine("r:fly()")), HasSubstr("a robot has no 'fly'"));
+  EXPECT_THAT(error_of("local x = 1"), HasSubstr("has no routine"));
+  EXPECT_THAT(error_of(in_routine("") + in_routine("")),
+              HasSubstr(".lua:4: robot Robot1 has a routine already"));
+}
+
+TEST(Program, RefusesWrongArguments) {
+  const auto error = [](const std::string& body) { return error_of(in_routine(body)); };
+  EXPECT_THAT(error("r:move_joints({1, 2, 3})"),
+              HasSubstr("a table of 6 joint positions is needed, not 3 values"));
+  EXPECT_THAT(error("r:move_joints({1, 2, 3, 0, 0, 'x'})"), HasSubstr("wrist_3_joint: a number is needed"));
+  EXPECT_THAT(error("r:move_joints({1, 2, 3, 0, 0, 0/0})"), HasSubstr("not finite"));
+  EXPECT_THAT(error("r:move_joints({0, 0, 4, 0, 0, 0})"),
+              HasSubstr("joint elbow_joint: position 4 rad is outside [-3.14159, 3.14159] rad"));
+  EXPECT_THAT(error("r:move_joints(r.joints, {sped = 1})"),
+              HasSubstr("'sped' is not known here; known are speed, acceleration_rad_per_s2, duration_s"));
+  EXPECT_THAT(error("r:move_joints(r.joints, {speed = 1.5})"), HasSubstr("speed = 1.5 is not allowed"));
+  EXPECT_THAT(error("r:move_to({x = 1})"), HasSubstr("a pose is needed"));
+  EXPECT_THAT(error("r:move_line(r.tcp:offset(0, 0, -3))"), HasSubstr("cannot be followed"));
+  EXPECT_THAT(error("r.move_line(r.tcp)"), HasSubstr("r:move_to(...)"));
+  EXPECT_THAT(error("r.gripper:width(0.2)"), HasSubstr("width = 0.2 m is outside [0, 0.15] m"));
+  EXPECT_THAT(error("r.gripper:close(-1)"), HasSubstr("force = -1 N is outside [0, 150] N"));
+  EXPECT_THAT(error("pose{x = 1, w = 2}"), HasSubstr("'w' is not known here"));
+  EXPECT_THAT(error("r:wait(-1)"), HasSubstr("negative"));
+  EXPECT_THAT(error("r:wait_for(function() return false end, 2)"),
+              AllOf(HasSubstr(".lua:2: the condition waited for has not come true in time"),
+                    HasSubstr("at 2.000 s")));
+  EXPECT_THAT(error_of("other = nil\n routine('Robot1', function(r) other = r r:wait(9) end)\n"
+                       "routine('Robot2', function(r) other:move_joints(other.joints) end)"),
+              HasSubstr("Robot1 cannot be driven from the routine of Robot2"));
+  EXPECT_THAT(error_of("period_s = 0\n" + in_routine("")), HasSubstr("period_s = 0 is not allowed"));
+}
+
+TEST(Program, EndlessLoopsAreErrors) {
+  EXPECT_THAT(error_of("while true do end"), AllOf(HasSubstr(".lua:1: "), HasSubstr("endless loop")));
+  EXPECT_THAT(error_of(in_routine("while true do end")), HasSubstr("endless loop"));
+  EXPECT_THAT(error_of(in_routine("while true do r:wait(0) end")), HasSubstr("endless loop"));
+  EXPECT_THAT(error_of(in_routine("while true do pcall(function() while true do end end) end")),
+              HasSubstr("endless loop"));
+  EXPECT_THAT(error_of(in_routine("r:wait_for(function() while true do end end)")),
+              HasSubstr("endless loop"));
+  EXPECT_THAT(error_of(in_routine("local s = 'x' while true do s = s .. s end")),
+              HasSubstr("not enough memory"));
+}
+
+TEST(Program, ReachesNothingOutside) {
+  for (const char* name : {"io", "os", "require", "package", "debug", "dofile", "load", "loadfile",
+                           "collectgarbage", "coroutine", "getmetatable", "next"}) {
+    EXPECT_THAT(error_of("return " + std::string(name)),
+                HasSubstr("undefined name '" + std::string(name) + "'"));
+  }
+  EXPECT_EQ(error_of(in_routine("assert(math.random == nil and string.dump == nil)")), "no error");
+  EXPECT_THAT(error_of("\27Lua"), Not(HasSubstr("no error")));
+}
+
+TEST(Program, TablesHaveOneOrder) {
+  EXPECT_EQ(error_of(in_routine(R"(
+    local text = ''
+    for key, value in pairs({z = 1, a = 2, [3] = 3, [1.5] = 4, [true] = 5, m = 6, [false] = 7}) do
+      text = text .. tostring(key) .. value .. ' '
+    end
+    assert(text == '1.54 33 a2 m6 z1 false7 true5 ', text)
+    assert(tostring({}) == 'table' and string.format('%s', {}) == 'table')
+  )")),
+            "no error");
+}
+
+TEST(Controller, AFailedProgramStaysFailedUntilRestarted) {
+  const ProgramFile file(in_routine("r:wait(0.1)\nerror('here')"));
+  const CellInfo cell = block_cell();
+  Controller controller(file.path(), cell);
+  Input input = initial_input(cell);
+  controller.update(input);
+  input.time_s = 0.2;
+  EXPECT_THROW(controller.update(input), std::runtime_error);
+  EXPECT_THROW(controller.update(input), std::runtime_error);
+  controller.restart();
+  input.time_s = 0.0;
+  EXPECT_FALSE(controller.update(input).finished);
+}
+
+TEST(Controller, RefusesInputThatDoesNotFit) {
+  const ProgramFile file(in_routine("r:wait(10)"));
+  const CellInfo cell = block_cell();
+  Input input = initial_input(cell);
+  {
+    Controller controller(file.path(), cell);
+    input.time_s = 1.0;
+    controller.update(input);
+    input.time_s = 0.5;
+    EXPECT_THROW(controller.update(input), std::runtime_error);
+  }
+  Controller controller(file.path(), cell);
+  input.robots.pop_back();
+  EXPECT_THROW(controller.update(input), std::runtime_error);
+  EXPECT_THROW(Controller("no/such/program.lua", cell), std::runtime_error);
+}
+
+TEST(Controller, CatchesUpWithAMissedPeriod) {
+  const ProgramFile file(
+      in_routine("local q = r.joints q[1] = q[1] + 0.4 r:move_joints(q, {duration_s = 0.8, "
+                 "acceleration_rad_per_s2 = 9})"));
+  const CellInfo cell = block_cell();
+  Controller all(file.path(), cell), some(file.path(), cell);
+  Input input = initial_input(cell);
+  for (int k = 0; k <= 110; ++k) {
+    input.time_s = 0.008 * k;
+    const JointSetPoint expected = all.update(input).joints.at(0);
+    if (k == 40 || k == 98 || k == 99) continue;
+    const JointSetPoint found = some.update(input).joints.at(0);
+    EXPECT_EQ(found.position, expected.position) << k;
+    EXPECT_EQ(found.velocity, expected.velocity) << k;
+  }
+}
+
+}  // namespace
+}  // namespace takt::controller
