@@ -25,64 +25,6 @@ std::size_t require_by_name(const char* kind, const std::vector<T>& items, std::
 
 }  // namespace
 
-std::string_view to_string(ComponentType type) {
-  switch (type) {
-    case ComponentType::part:
-      return "part";
-    case ComponentType::gripper:
-      return "gripper";
-    case ComponentType::ground:
-      return "ground";
-  }
-  return "unknown";
-}
-
-std::string_view to_string(PartState state) {
-  switch (state) {
-    case PartState::free:
-      return "free";
-    case PartState::grasped:
-      return "grasped";
-    case PartState::placed:
-      return "placed";
-    case PartState::assembled:
-      return "assembled";
-    case PartState::fixed:
-      return "fixed";
-  }
-  return "unknown";
-}
-
-std::string_view to_string(SimulationState state) {
-  switch (state) {
-    case SimulationState::stopped:
-      return "stopped";
-    case SimulationState::playing:
-      return "playing";
-    case SimulationState::paused:
-      return "paused";
-    case SimulationState::quitting:
-      return "quitting";
-    case SimulationState::no_world:
-      return "no_world";
-    case SimulationState::loading_world:
-      return "loading_world";
-  }
-  return "unknown";
-}
-
-std::string_view to_string(Severity severity) {
-  switch (severity) {
-    case Severity::information:
-      return "information";
-    case Severity::warning:
-      return "warning";
-    case Severity::error:
-      return "error";
-  }
-  return "unknown";
-}
-
 int CellInfo::find_component(std::string_view name) const {
   return find_by_name(components, name);
 }

@@ -12,6 +12,8 @@
 #include <string_view>
 #include <vector>
 
+#include "takt_enumerations.h"
+
 namespace takt::client {
 
 struct Vector3 {
@@ -29,24 +31,11 @@ struct Transform {
   std::array<double, 9> rotation{1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
 };
 
-enum class ComponentType : std::uint8_t { part = 0, gripper = 1, ground = 2 };
-/// State of a Part; `fixed` is for components that are not Parts.
-enum class PartState : std::uint8_t { free = 0, grasped = 1, placed = 2, assembled = 3, fixed = 4 };
-/// States of the simulation, numbered as in ROS 2 simulation_interfaces.
-enum class SimulationState : std::uint8_t {
-  stopped = 0,
-  playing = 1,
-  paused = 2,
-  quitting = 3,
-  no_world = 4,
-  loading_world = 5,
-};
-enum class Severity : std::uint8_t { information = 0, warning = 1, error = 2 };
-
-std::string_view to_string(ComponentType type);
-std::string_view to_string(PartState state);
-std::string_view to_string(SimulationState state);
-std::string_view to_string(Severity severity);
+using takt::ComponentType;
+using takt::PartState;
+using takt::SafeAction;
+using takt::Severity;
+using takt::SimulationState;
 
 struct ComponentInfo {
   std::string name;
@@ -67,12 +56,6 @@ struct JointInfo {
   Vector3 axis;    ///< in the joint frame
   double lower = 0.0, upper = 0.0, max_velocity = 0.0,
          max_effort = 0.0;  ///< rad or m and their rates, N m or N
-};
-
-/// What a robot does when its set-points stay away for longer than it allows.
-enum class SafeAction : std::uint8_t {
-  hold,  ///< stays at the last set-point
-  stop,  ///< brakes on its path
 };
 
 struct RobotInfo {

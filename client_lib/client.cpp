@@ -6,6 +6,7 @@
 
 #include "client_lib/client_impl.h"
 #include "client_lib/convert.h"
+#include "idl/common/stamp.h"
 
 namespace takt::client {
 namespace {
@@ -35,7 +36,7 @@ builtin_interfaces::msg::Time stamp(std::optional<double> stamp_s) {
   if (!(*stamp_s >= 0.0 && *stamp_s <= 2147483647.0))
     throw ClientError(ClientError::Kind::invalid,
                       "The stamp " + text(*stamp_s) + " s is not a time between 0 and 2147483647 s.");
-  return to_wire_time(*stamp_s);
+  return to_stamp(to_nanoseconds(*stamp_s));
 }
 
 }  // namespace
@@ -181,11 +182,11 @@ void Client::send_joint_command(const std::string& robot, const std::vector<doub
       require_finite(efforts[i], "The effort of joint '" + joints[i].name + "' of robot '" + robot + "'");
   }
   sensor_msgs::msg::JointState sample;
-  sample.header().stamp(stamp(stamp_s));
-  for (const auto& joint : joints) sample.name().push_back(joint.name);
-  sample.position(positions);
-  sample.velocity(velocities);
-  sample.effort(efforts);
+  sample.header.stamp = stamp(stamp_s);
+  for (const auto& joint : joints) sample.name.push_back(joint.name);
+  sample.position = positions;
+  sample.velocity = velocities;
+  sample.effort = efforts;
   impl_->send(robot, sample);
 }
 
@@ -198,10 +199,10 @@ void Client::send_trajectory(const std::string& robot, const std::vector<Traject
                       "The cell has no robot '" + robot + "'; it has " + names_of(known->robots) + ".");
   const auto& joints = known->robots[static_cast<std::size_t>(index)].joints;
   trajectory_msgs::msg::JointTrajectory sample;
-  sample.header().stamp(stamp(start_s));
-  for (const auto& joint : joints) sample.joint_names().push_back(joint.name);
+  sample.header.stamp = stamp(start_s);
+  for (const auto& joint : joints) sample.joint_names.push_back(joint.name);
   for (const TrajectoryPoint& point : points) {
-    const std::string where = "point " + std::to_string(sample.points().size() + 1) + " for '" + robot + "'";
+    const std::string where = "point " + std::to_string(sample.points.size() + 1) + " for '" + robot + "'";
     if (!(point.time_s >= 0.0 && point.time_s <= 2147483647.0))
       throw ClientError(ClientError::Kind::invalid, "The time of " + where + ", " + text(point.time_s) +
                                                         " s, is not between 0 and 2147483647 s.");
@@ -213,14 +214,13 @@ void Client::send_trajectory(const std::string& robot, const std::vector<Traject
                               " positions, velocities, accelerations or efforts.");
       for (const double value : *values) require_finite(value, "A value of " + where);
     }
-    auto& sent = sample.points().emplace_back();
-    const auto time = to_wire_time(point.time_s);
-    sent.time_from_start().sec(time.sec());
-    sent.time_from_start().nanosec(time.nanosec());
-    sent.positions(point.positions);
-    sent.velocities(point.velocities);
-    sent.accelerations(point.accelerations);
-    sent.effort(point.efforts);
+    auto& sent = sample.points.emplace_back();
+    const auto time = to_stamp(to_nanoseconds(point.time_s));
+    sent.time_from_start = {time.sec, time.nanosec};
+    sent.positions = point.positions;
+    sent.velocities = point.velocities;
+    sent.accelerations = point.accelerations;
+    sent.effort = point.efforts;
   }
   impl_->send(robot, sample);
 }
@@ -232,15 +232,15 @@ void Client::set_signals(const std::string& device, const std::map<std::string, 
     throw ClientError(ClientError::Kind::not_found,
                       "The cell has no device '" + device + "'; it has " + names_of(known->devices) + ".");
   takt_msgs::msg::DeviceCommand sample;
-  sample.stamp(stamp(stamp_s));
+  sample.stamp = stamp(stamp_s);
   for (const auto& [name, value] : signals) {
     require_finite(value, "The signal '" + name.substr(0, 100) + "' for device '" + device + "'");
-    if (name.size() > 128 || sample.signals().size() == 32)
+    if (name.size() > 128 || sample.signals.size() == 32)
       throw ClientError(ClientError::Kind::invalid, "Device '" + device +
                                                         "' takes at most 32 signals at once, with names of "
                                                         "at most 128 characters.");
-    sample.signals().emplace_back(name);
-    sample.values().push_back(value);
+    sample.signals.emplace_back(name);
+    sample.values.push_back(value);
   }
   impl_->send(device, sample);
 }
@@ -254,10 +254,10 @@ void Client::set_gripper(const std::string& gripper, GripperAction action, doubl
   require_finite(width_m, "The width for gripper '" + gripper + "'");
   require_finite(max_force_N, "The force for gripper '" + gripper + "'");
   takt_msgs::msg::GripperCommand sample;
-  sample.stamp(stamp(stamp_s));
-  sample.action(static_cast<std::uint8_t>(action));
-  sample.width(width_m);
-  sample.max_force(max_force_N);
+  sample.stamp = stamp(stamp_s);
+  sample.action = action;
+  sample.width = width_m;
+  sample.max_force = max_force_N;
   impl_->send(gripper, sample);
 }
 

@@ -79,8 +79,6 @@ struct ClientOptions {
   static std::string default_secure_directory();  ///< environment TAKT_SECURE, else none
 };
 
-enum class GripperAction : std::uint8_t { open = 0, close = 1, width = 2 };
-
 /// Positions (rad, m) of all joints in the order of RobotInfo::joints, and how they are passed. `velocities`
 /// and `accelerations` may be empty; the velocities of the last point must be 0. `efforts` (N m, N) too.
 struct TrajectoryPoint {
@@ -88,7 +86,8 @@ struct TrajectoryPoint {
   std::vector<double> positions, velocities{}, accelerations{}, efforts{};
 };
 
-enum class Pace { realtime, free, lockstep };
+using takt::GripperAction;
+using takt::Pace;
 
 /// Named arguments or values of a control request, as text.
 using Arguments = std::map<std::string, std::string>;

@@ -5,8 +5,8 @@
 #include <random>
 
 #include "client_lib/convert.h"
-#include "ros2_msgsPubSubTypes.h"
-#include "takt_msgsPubSubTypes.h"
+#include "ros2_msgs.h"
+#include "takt_msgs.h"
 
 namespace takt::client {
 namespace {
@@ -32,37 +32,27 @@ Client::Impl::Impl(ClientOptions given)
 }
 
 void Client::Impl::connect() {
-  const std::string prefix = "rt/" + options.cell + "/";
-  const auto listen = [&](const std::string& topic, Channel channel, dds::TopicDataType* type,
-                          auto listener) {
-    listeners.push_back(std::move(listener));
-    link.create_reader(prefix + topic, dds::TypeSupport(type), reader_qos(link.subscriber(), channel),
-                       listeners.back().get());
+  const auto listen = [&]<typename Type>(const Topic<Type>& topic,
+                                         typename ReaderListener<Type>::OnSample on_sample,
+                                         typename ReaderListener<Type>::OnMatch on_match = {}) {
+    listeners.push_back(std::make_unique<ReaderListener<Type>>(std::move(on_sample), std::move(on_match)));
+    link.create_reader(topic, topic.name(options.cell), listeners.back().get());
   };
-  using namespace takt_msgs::msg;
   using Prefix = const GuidPrefix&;
-  listen("status", Channel::description, new CheckedType<StatusPubSubType>(),
-         std::make_unique<ReaderListener<takt_msgs::msg::Status>>(
-             [this](const auto& sample, Prefix from) { on_status(sample, from); },
-             [this](Prefix from, bool matched) { on_status_match(from, matched); }));
-  listen("events", Channel::event, new CheckedType<EventPubSubType>(),
-         std::make_unique<ReaderListener<takt_msgs::msg::Event>>(
-             [this](const auto& sample, Prefix from) { on_event(sample, from); }));
-  listen("state", Channel::state, new CheckedType<CellStatePubSubType>(),
-         std::make_unique<ReaderListener<CellState>>(
-             [this](const auto& sample, Prefix from) { on_state(sample, from); }));
-  listen("control/reply", Channel::control, new CheckedType<ControlReplyPubSubType>(),
-         std::make_unique<ReaderListener<ControlReply>>(
-             [this](const auto& sample, Prefix) { on_reply(sample); },
-             [this](Prefix, bool matched) {
-               const std::lock_guard lock(mutex);
-               reply_writers += matched ? 1 : -1;
-               control_is_open = false;  // another server: see open_control
-               changed.notify_all();
-             }));
-  listen("description", Channel::description, new CheckedType<CellDescriptionPubSubType>(),
-         std::make_unique<ReaderListener<CellDescription>>(
-             [this](const auto& sample, Prefix from) { on_description(sample, from); }));
+  listen(
+      topics::status, [this](const auto& sample, Prefix from) { on_status(sample, from); },
+      [this](Prefix from, bool matched) { on_status_match(from, matched); });
+  listen(topics::events, [this](const auto& sample, Prefix from) { on_event(sample, from); });
+  listen(topics::state, [this](const auto& sample, Prefix from) { on_state(sample, from); });
+  listen(
+      topics::control_reply, [this](const auto& sample, Prefix) { on_reply(sample); },
+      [this](Prefix, bool matched) {
+        const std::lock_guard lock(mutex);
+        reply_writers += matched ? 1 : -1;
+        control_is_open = false;  // another server: see open_control
+        changed.notify_all();
+      });
+  listen(topics::description, [this](const auto& sample, Prefix from) { on_description(sample, from); });
 
   std::unique_lock lock(mutex);
   const auto deadline = deadline_after(options.timeout);
@@ -172,9 +162,7 @@ void Client::Impl::listen_to_power() {
   if (listens_to_power) return;
   listeners.push_back(std::make_unique<ReaderListener<takt_msgs::msg::Power>>(
       [this](const auto& sample, const GuidPrefix& from) { on_power(sample, from); }));
-  link.create_reader("rt/" + options.cell + "/power",
-                     dds::TypeSupport(new CheckedType<takt_msgs::msg::PowerPubSubType>()),
-                     reader_qos(link.subscriber(), Channel::state), listeners.back().get());
+  link.create_reader(topics::power, topics::power.name(options.cell), listeners.back().get());
   listens_to_power = true;
 }
 
@@ -195,9 +183,7 @@ void Client::Impl::listen_to_contacts() {
   if (listens_to_contacts) return;
   listeners.push_back(std::make_unique<ReaderListener<takt_msgs::msg::Contacts>>(
       [this](const auto& sample, const GuidPrefix& from) { on_contacts(sample, from); }));
-  link.create_reader("rt/" + options.cell + "/contacts",
-                     dds::TypeSupport(new CheckedType<takt_msgs::msg::ContactsPubSubType>()),
-                     reader_qos(link.subscriber(), Channel::state), listeners.back().get());
+  link.create_reader(topics::contacts, topics::contacts.name(options.cell), listeners.back().get());
   listens_to_contacts = true;
 }
 
@@ -247,16 +233,17 @@ void Client::Impl::keep(Event received) {
 }
 
 void Client::Impl::on_reply(const takt_msgs::msg::ControlReply& sample) {
-  if (sample.client_id() != id.c_str()) return;
+  if (sample.client_id != id) return;
   const std::lock_guard lock(mutex);
-  const auto waiting = replies.find(sample.sequence_number());
+  const auto waiting = replies.find(sample.sequence_number);
   if (waiting == replies.end()) return;
   waiting->second = sample;
   changed.notify_all();
 }
 
-template <typename PubSubType>
-Client::Impl::Sender& Client::Impl::sender_for(const std::string& topic, const dds::DataWriterQos& qos) {
+template <typename Sample>
+Client::Impl::Sender& Client::Impl::sender_for(const Topic<Sample>& info, const std::string& element) {
+  const std::string topic = info.name(options.cell, element);
   Sender* sender = nullptr;
   {
     const std::lock_guard making(senders_mutex);
@@ -274,9 +261,11 @@ Client::Impl::Sender& Client::Impl::sender_for(const std::string& topic, const d
             s->incompatible_policy = policy;
             changed.notify_all();
           });
-      made->writer =
-          link.create_writer("rt/" + options.cell + "/" + topic,
-                             dds::TypeSupport(new CheckedType<PubSubType>()), qos, made->listener.get());
+      const auto qos = info.qos == TopicQos::command
+                           ? command_writer_qos(link.default_writer_qos(), options.ownership_strength)
+                           : writer_qos(link.default_writer_qos(), qos_of(info));
+      made->writer = link.create_writer("rt/" + topic, dds::TypeSupport(new MessageType<Sample>()), qos,
+                                        made->listener.get());
       slot = std::move(made);
     }
     sender = slot.get();
@@ -285,7 +274,7 @@ Client::Impl::Sender& Client::Impl::sender_for(const std::string& topic, const d
   if (!wait(lock, deadline_after(options.timeout), [&] { return sender->readers > 0; }))
     throw ClientError(
         ClientError::Kind::timeout,
-        where() + " does not listen to " + topic +
+        where() + " does not listen to " + topic.substr(options.cell.size() + 1) +
             (sender->incompatible_policy == 0
                  ? std::string(".")
                  : " with this client's QoS (policy " + std::to_string(sender->incompatible_policy) +
@@ -301,26 +290,22 @@ void Client::Impl::write(Sender& sender, void* sample, const std::string& what) 
 }
 
 void Client::Impl::send(const std::string& robot, sensor_msgs::msg::JointState& sample) {
-  auto& sender = sender_for<sensor_msgs::msg::JointStatePubSubType>(
-      robot + "/joint_commands", command_writer_qos(link.publisher(), options.ownership_strength));
+  auto& sender = sender_for(topics::joint_commands, robot);
   write(sender, &sample, "a joint command for '" + robot + "'");
 }
 
 void Client::Impl::send(const std::string& gripper, takt_msgs::msg::GripperCommand& sample) {
-  auto& sender = sender_for<takt_msgs::msg::GripperCommandPubSubType>(
-      gripper + "/command", command_writer_qos(link.publisher(), options.ownership_strength));
+  auto& sender = sender_for(topics::gripper_command, gripper);
   write(sender, &sample, "a command for '" + gripper + "'");
 }
 
 void Client::Impl::send(const std::string& robot, trajectory_msgs::msg::JointTrajectory& sample) {
-  auto& sender = sender_for<trajectory_msgs::msg::JointTrajectoryPubSubType>(
-      robot + "/joint_trajectory", command_writer_qos(link.publisher(), options.ownership_strength));
+  auto& sender = sender_for(topics::joint_trajectory, robot);
   write(sender, &sample, "a trajectory for '" + robot + "'");
 }
 
 void Client::Impl::send(const std::string& device, takt_msgs::msg::DeviceCommand& sample) {
-  auto& sender = sender_for<takt_msgs::msg::DeviceCommandPubSubType>(
-      device + "/command", command_writer_qos(link.publisher(), options.ownership_strength));
+  auto& sender = sender_for(topics::device_command, device);
   write(sender, &sample, "a command for '" + device + "'");
 }
 
@@ -332,34 +317,33 @@ void require_room(const std::string& name, const Arguments& arguments) {
                                                         " " + std::to_string(found) + "; at most " +
                                                         std::to_string(most) + " are possible.");
   };
-  within("a name with characters:", name.size(), 64);
-  within("arguments:", arguments.size(), 64);
+  within("a name with characters:", name.size(),
+         field_info<takt_msgs::msg::ControlRequest>("request").string_bound);
+  within("arguments:", arguments.size(), field_info<takt_msgs::msg::ControlRequest>("arguments").bound);
   for (const auto& [key, value] : arguments) {
-    within("an argument whose name has characters:", key.size(), 64);
-    within("the argument '" + key + "' with characters:", value.size(), 4096);
+    within("an argument whose name has characters:", key.size(),
+           field_info<takt_msgs::msg::Argument>("name").string_bound);
+    within("the argument '" + key + "' with characters:", value.size(),
+           field_info<takt_msgs::msg::Argument>("value").string_bound);
   }
 }
 
 std::uint64_t Client::Impl::write_request(const std::string& name, const Arguments& arguments) {
   require_room(name, arguments);
   takt_msgs::msg::ControlRequest request;
-  request.client_id(id);
-  request.request(name);
+  request.client_id = id;
+  request.request = name;
   for (const auto& [key, value] : arguments) {
-    takt_msgs::msg::Argument argument;
-    argument.name(key);
-    argument.value(value);
-    request.arguments().push_back(argument);
+    request.arguments.push_back({key, value});
   }
-  auto& sender = sender_for<takt_msgs::msg::ControlRequestPubSubType>("control/request",
-                                                                      control_writer_qos(link.publisher()));
+  auto& sender = sender_for(topics::control_request);
   {
     const std::lock_guard lock(mutex);
-    request.sequence_number(next_sequence++);
-    replies.emplace(request.sequence_number(), std::nullopt);
+    request.sequence_number = next_sequence++;
+    replies.emplace(request.sequence_number, std::nullopt);
   }
   write(sender, &request, "the request '" + name + "'");
-  return request.sequence_number();
+  return request.sequence_number;
 }
 
 /// That both ends of our side are matched does not say that the server's writer already knows our reader; a
@@ -405,14 +389,13 @@ Reply Client::Impl::call(const std::string& name, const Arguments& arguments, Se
     throw ClientError(ClientError::Kind::timeout, where() + sentence);
   }
   const auto reply = *std::move(replies.at(sequence));
-  if (reply.result() != 1)
-    throw ClientError(ClientError::Kind::refused,
-                      "Request '" + name + "' was refused (result " + std::to_string(reply.result()) +
-                          "): " + reply.message().to_string(),
-                      reply.result());
-  Reply result{reply.message().to_string(), {}};
-  for (const auto& value : reply.values())
-    result.values[value.name().to_string()] = value.value().to_string();
+  if (reply.result != 1)
+    throw ClientError(
+        ClientError::Kind::refused,
+        "Request '" + name + "' was refused (result " + std::to_string(reply.result) + "): " + reply.message,
+        reply.result);
+  Reply result{reply.message, {}};
+  for (const auto& value : reply.values) result.values[value.name] = value.value;
   apply_reply_causality(lock, name, result.values, generation_before, deadline);
   return result;
 }

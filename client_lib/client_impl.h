@@ -13,8 +13,7 @@
 
 #include "client_lib/client.h"
 #include "client_lib/discovery.h"
-#include "ros2_msgs.h"
-#include "takt_msgs.h"
+#include "takt_topics.h"
 
 namespace takt::client {
 
@@ -40,8 +39,8 @@ struct Client::Impl {
   Reply call(const std::string& name, const Arguments& arguments, Seconds timeout);
   std::uint64_t write_request(const std::string& name, const Arguments& arguments);
   /// The sender for a topic, made on first use. Returns when somebody listens to it.
-  template <typename PubSubType>
-  Sender& sender_for(const std::string& topic, const dds::DataWriterQos& qos);
+  template <typename Sample>
+  Sender& sender_for(const Topic<Sample>& info, const std::string& element = {});
   void write(Sender& sender, void* sample, const std::string& what);
   void send(const std::string& robot, sensor_msgs::msg::JointState& sample);
   void send(const std::string& gripper, takt_msgs::msg::GripperCommand& sample);

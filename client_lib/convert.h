@@ -18,8 +18,4 @@ std::optional<Contacts> from_wire(const takt_msgs::msg::Contacts& wire, const Ce
 /// Nothing when the sample does not belong to this description.
 std::optional<State> from_wire(const takt_msgs::msg::CellState& wire, std::shared_ptr<const CellInfo> cell);
 
-/// Seconds to a stamp, to the nearest nanosecond.
-builtin_interfaces::msg::Time to_wire_time(double time_s);
-double from_wire_time(const builtin_interfaces::msg::Time& time);
-
 }  // namespace takt::client

@@ -78,35 +78,8 @@ GuidPrefix participant_of(const dds::InstanceHandle_t& handle) {
   return guid_of(handle).guidPrefix;
 }
 
-dds::DataReaderQos reader_qos(const dds::Subscriber& subscriber, Channel channel) {
-  dds::DataReaderQos qos = subscriber.get_default_datareader_qos();
-  qos.reliability().kind =
-      channel == Channel::state ? dds::BEST_EFFORT_RELIABILITY_QOS : dds::RELIABLE_RELIABILITY_QOS;
-  qos.durability().kind =
-      channel == Channel::description ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
-  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
-  qos.history().depth = channel == Channel::event ? 1000 : channel == Channel::control ? 100 : 1;
-  // The bounds in the IDL are those of the largest cell thinkable; memory is taken for what really comes.
-  qos.endpoint().history_memory_policy = kGrowingMemory;
-  qos.data_sharing().off();
-  return qos;
-}
-
-dds::DataWriterQos control_writer_qos(const dds::Publisher& publisher) {
-  dds::DataWriterQos qos = publisher.get_default_datawriter_qos();
-  qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
-  qos.durability().kind = dds::VOLATILE_DURABILITY_QOS;
-  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
-  qos.history().depth = 100;
-  qos.endpoint().history_memory_policy = kGrowingMemory;
-  qos.data_sharing().off();
-  beat_soon(qos);
-  return qos;
-}
-
-dds::DataWriterQos command_writer_qos(const dds::Publisher& publisher, std::uint32_t ownership_strength) {
-  dds::DataWriterQos qos = control_writer_qos(publisher);
-  qos.history().depth = 1;
+dds::DataWriterQos command_writer_qos(const dds::DataWriterQos& defaults, std::uint32_t ownership_strength) {
+  dds::DataWriterQos qos = writer_qos(defaults, qos_of(TopicQos::command));
   qos.ownership().kind = dds::EXCLUSIVE_OWNERSHIP_QOS;
   qos.ownership_strength().value = ownership_strength;
   // The robot passes to the next sender when this one has shown no sign of life for so long. At most the
@@ -170,7 +143,6 @@ Link::~Link() {
 
 dds::Topic* Link::topic(const std::string& name, dds::TypeSupport type) {
   if (auto* known = participant_->lookup_topicdescription(name)) return static_cast<dds::Topic*>(known);
-  withhold_type_object(type);
   if (!is_ok(participant_->register_type(type))) fail("DDS refused the type '" + type.get_type_name() + "'.");
   dds::Topic* created = participant_->create_topic(name, type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
   if (created == nullptr) fail("DDS refused the topic '" + name + "'.");

@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-#include "idl/transport/fastdds/checked_type.h"
+#include "idl/transport/fastdds/topic_qos.h"
 #include "idl/transport/rtps_guard/guard_transport.h"
 
 namespace takt::client {
@@ -19,17 +19,8 @@ using GuidPrefix = rtps::GuidPrefix_t;
 /// Which participant an entity or a sample belongs to: the identity of one run of a server.
 GuidPrefix participant_of(const dds::InstanceHandle_t& handle);
 
-/// The service's QoS by kind of topic (the same table holds for the server).
-enum class Channel {
-  state,        ///< best effort, newest only
-  event,        ///< reliable, the last 1000
-  description,  ///< reliable, transient local, newest only; samples of megabytes
-  control,      ///< reliable, the last 100
-};
-dds::DataReaderQos reader_qos(const dds::Subscriber& subscriber, Channel channel);
-dds::DataWriterQos control_writer_qos(const dds::Publisher& publisher);
-/// Reliable, newest only, exclusive ownership.
-dds::DataWriterQos command_writer_qos(const dds::Publisher& publisher, std::uint32_t ownership_strength);
+/// Of a command topic: of several clients the strongest is heard.
+dds::DataWriterQos command_writer_qos(const dds::DataWriterQos& defaults, std::uint32_t ownership_strength);
 
 /// How a participant finds the others and proves who it is.
 struct LinkProfile {
@@ -48,8 +39,15 @@ class Link {
   Link(const Link&) = delete;
   Link& operator=(const Link&) = delete;
 
-  const dds::Publisher& publisher() const { return *publisher_; }
-  const dds::Subscriber& subscriber() const { return *subscriber_; }
+  dds::DataWriterQos default_writer_qos() const { return publisher_->get_default_datawriter_qos(); }
+  dds::DataReaderQos default_reader_qos() const { return subscriber_->get_default_datareader_qos(); }
+  /// With the QoS of the topic; `name` without "rt/".
+  template <typename Type>
+  dds::DataReader* create_reader(const Topic<Type>& topic, const std::string& name,
+                                 dds::DataReaderListener* listener) {
+    return create_reader("rt/" + name, dds::TypeSupport(new MessageType<Type>()),
+                         reader_qos(default_reader_qos(), qos_of(topic)), listener);
+  }
   dds::DataReader* create_reader(const std::string& topic, dds::TypeSupport type,
                                  const dds::DataReaderQos& qos, dds::DataReaderListener* listener);
   dds::DataWriter* create_writer(const std::string& topic, dds::TypeSupport type,

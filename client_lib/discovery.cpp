@@ -1,18 +1,17 @@
 #include "client_lib/discovery.h"
 
 #include <condition_variable>
-#include <string_view>
 
 #include "client_lib/client.h"
 #include "client_lib/convert.h"
-#include "takt_msgsPubSubTypes.h"
+#include "takt_topics.h"
 
 namespace takt::client {
 
 void CellWatch::on_writer(const DiscoveredWriter& writer) {
-  constexpr std::string_view prefix = "rt/", suffix = "/status";
-  if (writer.type != "takt_msgs::msg::dds_::Status_") return;
+  if (writer.type != topics::status.type->dds_type) return;
   const std::string& topic = writer.topic;
+  const std::string prefix = "rt/", suffix = "/" + std::string(topics::status.last_level());
   if (!topic.starts_with(prefix) || !topic.ends_with(suffix) || topic.size() <= prefix.size() + suffix.size())
     return;
   {
@@ -70,9 +69,7 @@ std::vector<FoundCell> list_cells(int domain, Seconds duration, const std::strin
             const std::lock_guard guard(mutex);
             slot = from_wire(sample);
           }));
-      link.create_reader("rt/" + name + "/status",
-                         dds::TypeSupport(new CheckedType<takt_msgs::msg::StatusPubSubType>()),
-                         reader_qos(link.subscriber(), Channel::description), listeners.back().get());
+      link.create_reader(topics::status, topics::status.name(name), listeners.back().get());
     }
     lock.lock();
   } while (changed.wait_until(lock, deadline, [&] { return announced; }));

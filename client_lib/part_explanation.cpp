@@ -20,17 +20,11 @@ Vector3 vector(const json& value) {
 }
 
 template <typename Enum>
-Enum named(const json& value, std::uint8_t last) {
-  for (std::uint8_t i = 0; i <= last; ++i) {
-    if (to_string(static_cast<Enum>(i)) == value.get<std::string>()) return static_cast<Enum>(i);
-  }
+Enum named(const json& value) {
+  if (const auto found = enumerator_of<Enum>(value.get<std::string>())) return *found;
   throw ClientError(
       ClientError::Kind::refused,
       "The reply to explain_part holds '" + value.get<std::string>() + "', which this client does not know.");
-}
-
-ComponentType type(const json& value) {
-  return named<ComponentType>(value, static_cast<std::uint8_t>(ComponentType::ground));
 }
 
 PartExplanation::Contact contact(const json& value) {
@@ -51,9 +45,9 @@ PartExplanation read(const std::string& text) {
   PartExplanation e;
   e.document = text;
   e.part = name(all.at("part"));
-  e.type = type(all.at("type"));
+  e.type = named<ComponentType>(all.at("type"));
   e.hierarchy = all.at("hierarchy").is_null() ? 0 : all.at("hierarchy").get<int>();
-  e.state = named<PartState>(all.at("state"), static_cast<std::uint8_t>(PartState::fixed));
+  e.state = named<PartState>(all.at("state"));
   e.state_because = name(all.at("state_because"));
   e.explanation = name(all.at("explanation"));
   e.time_s = all.at("time").get<double>();
@@ -89,7 +83,8 @@ PartExplanation read(const std::string& text) {
   e.held_count = all.at("held_count").get<std::uint64_t>();
   for (const auto& [component, value] : all.at("components").items()) {
     const json& hierarchy = value.at("hierarchy");
-    e.components[component] = {type(value.at("type")), hierarchy.is_null() ? 0 : hierarchy.get<int>()};
+    e.components[component] = {named<ComponentType>(value.at("type")),
+                               hierarchy.is_null() ? 0 : hierarchy.get<int>()};
   }
   return e;
 }

@@ -1,6 +1,7 @@
 #include "client_lib/raw_topics.h"
 
 #include "client_lib/recording/message_types.h"
+#include "takt_topics.h"
 
 namespace takt::client {
 namespace {
@@ -37,8 +38,7 @@ class RawTopics::Watch : public DiscoveryListener {
     std::string name = writer.topic;
     if (!name.starts_with("rt/")) return;
     name.erase(0, 2);
-    const bool of_cell = name.starts_with(owner_.prefix_) && !name.starts_with(owner_.prefix_ + "control/");
-    if (!of_cell && name != "/clock" && name != "/tf" && name != "/tf_static") return;
+    if (!owner_.is_wanted(name)) return;
     const std::string type = recording::message_name(writer.type);
     if (type.empty()) return;
     const std::lock_guard lock(owner_.mutex_);
@@ -56,8 +56,18 @@ class RawTopics::Watch : public DiscoveryListener {
   RawTopics& owner_;
 };
 
+/// All of the cell but requests and their replies, and those that all cells of a domain share.
+bool RawTopics::is_wanted(const std::string& name) const {
+  for (const TopicInfo* topic : topics::kAll) {
+    const std::string own = "/" + topic->name(cell_);
+    if (topic->qos == TopicQos::control && name == own) return false;
+    if (!topic->pattern.starts_with("{") && name == own) return true;
+  }
+  return name.starts_with("/" + cell_ + "/");
+}
+
 RawTopics::RawTopics(const ClientOptions& options, OnTopic on_topic, OnSample on_sample)
-    : prefix_("/" + options.cell + "/"),
+    : cell_(options.cell),
       on_topic_(std::move(on_topic)),
       on_sample_(std::move(on_sample)),
       watch_(std::make_unique<Watch>(*this)),
@@ -95,13 +105,9 @@ void RawTopics::open(const std::string& name, int depth) {
     if (found == topics_.end() || found->second->reader != nullptr) return;
     known = found->second.get();
   }
-  dds::DataReaderQos qos = reader_qos(link_->subscriber(), Channel::state);
-  qos.reliability().kind =
-      known->topic.reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
-  qos.durability().kind =
-      known->topic.latched ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
+  auto qos = reader_qos(link_->default_reader_qos(),
+                        {.reliable = known->topic.reliable, .latched = known->topic.latched, .depth = depth});
   qos.ownership().kind = known->exclusive ? dds::EXCLUSIVE_OWNERSHIP_QOS : dds::SHARED_OWNERSHIP_QOS;
-  qos.history().depth = depth;
   dds::DataReader* reader = link_->create_reader(
       dds_name(name), dds::TypeSupport(new BytesType(recording::dds_type_name(known->topic.type))), qos,
       known);
@@ -126,14 +132,11 @@ RawPublisher::~RawPublisher() = default;
 
 void RawPublisher::add(const RawTopic& topic) {
   if (writers_.contains(topic.name)) return;
-  dds::DataWriterQos qos = control_writer_qos(link_.publisher());
-  qos.reliability().kind = topic.reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
-  if (topic.latched) {
-    qos.durability().kind = dds::TRANSIENT_LOCAL_DURABILITY_QOS;
-    qos.history().depth = 1;
-  }
   // A description has megabytes, which go out in fragments.
-  qos.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;
+  const auto qos = writer_qos(link_.default_writer_qos(), {.reliable = topic.reliable,
+                                                           .latched = topic.latched,
+                                                           .depth = topic.latched ? 1 : 100,
+                                                           .large = true});
   writers_[topic.name] = link_.create_writer(
       dds_name(topic.name), dds::TypeSupport(new BytesType(recording::dds_type_name(topic.type))), qos,
       nullptr);

@@ -45,9 +45,10 @@ class RawTopics {
  private:
   class Watch;
   struct Known;
+  bool is_wanted(const std::string& name) const;
   void run();
 
-  const std::string prefix_;
+  const std::string cell_;
   OnTopic on_topic_;
   OnSample on_sample_;
   std::mutex mutex_;

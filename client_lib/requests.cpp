@@ -54,14 +54,13 @@ class Values {
     return {q[0], q[1], q[2], q[3]};
   }
   template <typename Enum>
-  Enum named(const char* name, Enum last) const {
-    return by_name(text(name), last, request_);
+  Enum named(const char* name) const {
+    return by_name<Enum>(text(name), request_);
   }
 
   template <typename Enum>
-  static Enum by_name(const std::string& value, Enum last, const std::string& request) {
-    for (std::uint8_t i = 0; i <= static_cast<std::uint8_t>(last); ++i)
-      if (to_string(static_cast<Enum>(i)) == value) return static_cast<Enum>(i);
+  static Enum by_name(const std::string& value, const std::string& request) {
+    if (const auto found = enumerator_of<Enum>(value)) return *found;
     throw unreadable(request, "'" + value + "' is not known to this client");
   }
 
@@ -128,8 +127,9 @@ Arguments Client::get_features() {
 SimulationState Client::get_state() {
   const Reply reply = request("get_state");
   const auto found = reply.values.find("state");
-  for (int i = 0; found != reply.values.end() && i <= static_cast<int>(SimulationState::loading_world); ++i)
-    if (found->second == std::to_string(i)) return static_cast<SimulationState>(i);
+  for (const EnumeratorInfo& state : kEnumeration<SimulationState>.enumerators)
+    if (found != reply.values.end() && found->second == std::to_string(state.value))
+      return static_cast<SimulationState>(state.value);
   throw ClientError(ClientError::Kind::refused, "The reply to get_state names no state this client knows.");
 }
 
@@ -148,8 +148,7 @@ void Client::reset() {
 void Client::set_pace(Pace pace, double factor) {
   if (!std::isfinite(factor))
     throw ClientError(ClientError::Kind::invalid, "The factor of the pace must be a finite number.");
-  const char* name = pace == Pace::realtime ? "realtime" : pace == Pace::free ? "free" : "lockstep";
-  Arguments arguments{{"pace", name}};
+  Arguments arguments{{"pace", std::string(to_string(pace))}};
   if (pace == Pace::realtime) arguments["factor"] = text(factor);
   request("set_pace", arguments);
 }
@@ -223,7 +222,7 @@ std::vector<EntityInfo> Client::get_entities(const std::string& filter, const st
       EntityInfo& entity = entities.emplace_back();
       entity.name = item.at("name").get<std::string>();
       entity.category =
-          Values::by_name(item.at("category").get<std::string>(), ComponentType::ground, "get_entities");
+          Values::by_name<ComponentType>(item.at("category").get<std::string>(), "get_entities");
       if (!item.at("hierarchy").is_null()) entity.hierarchy = item.at("hierarchy").get<int>();
       if (!item.at("mass").is_null()) entity.mass_kg = item.at("mass").get<double>();
     }
@@ -238,12 +237,12 @@ EntityState Client::get_entity_state(const std::string& entity) {
   const Values values(reply.values, "get_entity_state");
   EntityState state;
   state.name = values.text("entity");
-  state.category = values.named("category", ComponentType::ground);
+  state.category = values.named<ComponentType>("category");
   state.position_m = values.vector("position");
   state.orientation = values.quaternion("orientation");
   state.linear_velocity = values.vector("linear_velocity");
   state.angular_velocity = values.vector("angular_velocity");
-  state.state = values.named("state", PartState::fixed);
+  state.state = values.named<PartState>("state");
   state.partner = values.text("partner");
   state.time_s = values.number<double>("time");
   state.step = values.number<std::uint64_t>("step");

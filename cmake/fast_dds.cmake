@@ -1,6 +1,5 @@
 # Fast DDS 2 (Debian 12) or 3 (Debian 13). Sets TAKT_FAST_DDS_MAJOR, TAKT_FAST_DDS_PACKAGE (of CMake; in Debian it is
 # libNAME-dev) and TAKT_FAST_DDS_LIBRARIES. What differs in the code is in idl/transport/fastdds/fastdds.h.
-find_package(fastcdr REQUIRED)
 find_package(fastdds 3 QUIET)
 if(fastdds_FOUND)
   set(TAKT_FAST_DDS_MAJOR 3)
@@ -14,4 +13,4 @@ else()
   set(TAKT_FAST_DDS_MAJOR 2)
   set(TAKT_FAST_DDS_PACKAGE fastrtps)
 endif()
-set(TAKT_FAST_DDS_LIBRARIES ${TAKT_FAST_DDS_PACKAGE} fastcdr)
+set(TAKT_FAST_DDS_LIBRARIES ${TAKT_FAST_DDS_PACKAGE})

@@ -73,11 +73,13 @@ if(TARGET takt_client)
   include(${PROJECT_SOURCE_DIR}/cmake/fast_dds.cmake)
   install(FILES client_lib/client.h client_lib/cell.h client_lib/entities.h client_lib/part_explanation.h
     client_lib/lockstep_controller.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/client_lib)
+  install(FILES ${CMAKE_BINARY_DIR}/idl/generated/takt_enumerations.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt)
+  install(FILES idl/common/enumeration.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/idl/common)
   install(TARGETS takt_client takt_idl takt_transport takt_rtps_guard takt_recording takt_warnings EXPORT takt
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt)
   install(EXPORT takt NAMESPACE takt:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/takt FILE taktTargets.cmake)
   file(WRITE ${CMAKE_BINARY_DIR}/taktConfig.cmake
-    "include(CMakeFindDependencyMacro)\nfind_dependency(fastcdr)\nfind_dependency(${TAKT_FAST_DDS_PACKAGE})\nfind_dependency(Threads)\nfind_dependency(ZLIB)\nfind_dependency(nlohmann_json)\nfind_dependency(Eigen3)\ninclude(\${CMAKE_CURRENT_LIST_DIR}/taktTargets.cmake)\n")
+    "include(CMakeFindDependencyMacro)\nfind_dependency(${TAKT_FAST_DDS_PACKAGE})\nfind_dependency(Threads)\nfind_dependency(ZLIB)\nfind_dependency(nlohmann_json)\nfind_dependency(Eigen3)\ninclude(\${CMAKE_CURRENT_LIST_DIR}/taktTargets.cmake)\n")
   write_basic_package_version_file(${CMAKE_BINARY_DIR}/taktConfigVersion.cmake COMPATIBILITY SameMinorVersion)
   install(FILES ${CMAKE_BINARY_DIR}/taktConfig.cmake ${CMAKE_BINARY_DIR}/taktConfigVersion.cmake
     DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/takt)
@@ -107,6 +109,6 @@ endif()
 set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/prerm)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS gnuplot-nox)
 if(TARGET takt_client)
-  set(CPACK_DEBIAN_PACKAGE_SUGGESTS "lib${TAKT_FAST_DDS_PACKAGE}-dev, libfastcdr-dev, libeigen3-dev, nlohmann-json3-dev, libzstd-dev, liblz4-dev, zlib1g-dev")
+  set(CPACK_DEBIAN_PACKAGE_SUGGESTS "lib${TAKT_FAST_DDS_PACKAGE}-dev, libeigen3-dev, nlohmann-json3-dev, libzstd-dev, liblz4-dev, zlib1g-dev")
 endif()
 include(CPack)

@@ -6,8 +6,7 @@ set(TAKT_STANDARD_HEADERS <algorithm> <array> <cmath> <cstdint> <filesystem> <fs
   <memory> <optional> <random> <sstream> <stdexcept> <string> <utility> <vector>)
 set(TAKT_EIGEN_HEADERS <Eigen/Core> <Eigen/Geometry>)
 set(TAKT_JSON_HEADERS <nlohmann/json.hpp>)
-set(TAKT_DDS_HEADERS [["takt_msgsPubSubTypes.h"]] [["ros2_msgsPubSubTypes.h"]]
-  <fastdds/dds/domain/DomainParticipant.hpp> <fastdds/dds/publisher/DataWriter.hpp>
+set(TAKT_DDS_HEADERS <fastdds/dds/domain/DomainParticipant.hpp> <fastdds/dds/publisher/DataWriter.hpp>
   <fastdds/dds/subscriber/DataReader.hpp> <fastdds/dds/subscriber/DataReaderListener.hpp>)
 set(TAKT_TEST_HEADERS <gtest/gtest.h> <gmock/gmock.h>)
 

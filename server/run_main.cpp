@@ -20,6 +20,7 @@
 #include "server/headless/progress.h"
 #include "server/headless/report.h"
 #include "server/headless/study.h"
+#include "server/messages/status_messages.h"
 #include "server/runtime/host/replay.h"
 #include "server/runtime/loop/worker_pool.h"
 #include "server/runtime/requests/event.h"
@@ -229,17 +230,13 @@ std::optional<takt::PictureView> picture_view(const Arguments& a) {
   return view;
 }
 
-void record_event(takt::McapRecording& recording, const takt::Simulation& s, const takt::EventRecord& event) {
-  const takt::EventText text = takt::describe(event, s.description());
-  recording.record(s, {static_cast<std::uint8_t>(event.severity), std::string(takt::to_string(event.code)),
-                       text.subject, text.message, event.time_s, event.step});
-}
-
 /// What happened in the last step, as takt-server tells it. What the initial state decided belongs to the
 /// first step.
 void record_events(takt::McapRecording& recording, const takt::Simulation& s) {
   if (s.step_index() == 0) return;
-  const auto record = [&](const takt::EventRecord& event) { record_event(recording, s, event); };
+  const auto record = [&](const takt::EventRecord& event) {
+    recording.record(takt::to_message(event, s.description()));
+  };
   for (const takt::ConnectionChange& change : s.connection_changes()) {
     takt::EventRecord event;
     event.code = takt::EventCode::connection_changed;
@@ -333,7 +330,8 @@ int run(const Arguments& a) {
   progress.reset();
   if (csv) csv->close();
   if (mcap) {
-    if (!simulation.fault().empty()) record_event(*mcap, simulation, takt::fault_record(simulation));
+    if (!simulation.fault().empty())
+      mcap->record(takt::to_message(takt::fault_record(simulation), simulation.description()));
     mcap->close();
   }
 

@@ -123,18 +123,11 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
       ->allow_extra_args(false);
 }
 
-takt::Pace pace_of(const std::string& name) {
-  for (const takt::Pace pace : {takt::Pace::free, takt::Pace::lockstep}) {
-    if (name == takt::to_string(pace)) return pace;
-  }
-  return takt::Pace::realtime;
-}
-
 /// `progress` is there while an import takes long.
 takt::HostOptions host_options(const Arguments& arguments, std::optional<takt::Progress>& progress) {
   takt::HostOptions options;
   options.cell = arguments.cell;
-  options.loop.pace = pace_of(arguments.pace);
+  options.loop.pace = takt::enumerator_of<takt::Pace>(arguments.pace).value();
   options.loop.factor = arguments.factor;
   options.loop.start_paused = arguments.paused;
   options.loop.realtime_priority = arguments.realtime_priority;

@@ -90,7 +90,7 @@ struct Controller::Impl {
     for (size_t i = 0; i < robots.size(); ++i) robots[i].stand_at(input.robots[i].position);
     for (size_t i = 0; i < grippers.size(); ++i) {
       const double width = std::clamp(input.grippers[i].width_m, 0.0, cell.grippers[i].max_width_m);
-      grippers[i] = {static_cast<int>(i), GripperVerb::width, width, cell.grippers[i].max_force_N};
+      grippers[i] = {static_cast<int>(i), GripperAction::width, width, cell.grippers[i].max_force_N};
     }
     started = true;
   }

@@ -66,12 +66,9 @@ struct JointSetPoint {
   JointArray position{}, velocity{};  ///< to be reached one period after Input::time_s
 };
 
-// Numbers of takt_msgs/GripperCommand.
-enum class GripperVerb : std::uint8_t { open = 0, close = 1, width = 2 };
-
 struct GripperSetPoint {
   int gripper = -1;
-  GripperVerb verb = GripperVerb::open;
+  GripperAction verb = GripperAction::open;
   double width_m = 0.0;
   double max_force_N = 0.0;
 };

@@ -280,7 +280,7 @@ struct ProgramFunctions {
     if (lua_gettop(L) >= 2) return width(L);
     const GripperInfo* info = nullptr;
     GripperSetPoint& command = own_gripper(L, info);
-    command = {command.gripper, GripperVerb::open, info->max_width_m, info->max_force_N};
+    command = {command.gripper, GripperAction::open, info->max_width_m, info->max_force_N};
     return 0;
   }
 
@@ -289,7 +289,7 @@ struct ProgramFunctions {
     GripperSetPoint& command = own_gripper(L, info);
     const double force =
         lua_isnoneornil(L, 2) ? info->max_force_N : to_part_of(L, 2, "force", info->max_force_N, "N");
-    command = {command.gripper, GripperVerb::close, 0.0, force};
+    command = {command.gripper, GripperAction::close, 0.0, force};
     return 0;
   }
 
@@ -297,7 +297,7 @@ struct ProgramFunctions {
     const GripperInfo* info = nullptr;
     GripperSetPoint& command = own_gripper(L, info);
     const double width = to_part_of(L, 2, "width", info->max_width_m, "m");
-    command = {command.gripper, GripperVerb::width, width, info->max_force_N};
+    command = {command.gripper, GripperAction::width, width, info->max_force_N};
     return 0;
   }
 };

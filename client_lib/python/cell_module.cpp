@@ -27,37 +27,23 @@ py::dict by_name(const Items& items, const Values& values) {
   return result;
 }
 
+template <TabledEnumeration Enumeration>
+void bind_enumeration(py::module_& m) {
+  const EnumerationInfo& info = kEnumeration<Enumeration>;
+  py::enum_<Enumeration> bound(m, std::string(info.name).c_str(), std::string(info.doc).c_str());
+  for (const EnumeratorInfo& one : info.enumerators)
+    bound.value(std::string(one.name).c_str(), static_cast<Enumeration>(one.value),
+                std::string(one.doc).c_str());
+}
+
 void bind_enums(py::module_& m) {
-  py::enum_<ComponentType>(m, "ComponentType")
-      .value("part", ComponentType::part)
-      .value("gripper", ComponentType::gripper)
-      .value("ground", ComponentType::ground);
-  py::enum_<PartState>(m, "PartState")
-      .value("free", PartState::free)
-      .value("grasped", PartState::grasped)
-      .value("placed", PartState::placed)
-      .value("assembled", PartState::assembled)
-      .value("fixed", PartState::fixed);
-  py::enum_<SimulationState>(m, "SimulationState")
-      .value("stopped", SimulationState::stopped)
-      .value("playing", SimulationState::playing)
-      .value("paused", SimulationState::paused)
-      .value("quitting", SimulationState::quitting)
-      .value("no_world", SimulationState::no_world)
-      .value("loading_world", SimulationState::loading_world);
-  py::enum_<Severity>(m, "Severity")
-      .value("information", Severity::information)
-      .value("warning", Severity::warning)
-      .value("error", Severity::error);
-  py::enum_<SafeAction>(m, "SafeAction").value("hold", SafeAction::hold).value("stop", SafeAction::stop);
-  py::enum_<GripperAction>(m, "GripperAction")
-      .value("open", GripperAction::open)
-      .value("close", GripperAction::close)
-      .value("width", GripperAction::width);
-  py::enum_<Pace>(m, "Pace")
-      .value("realtime", Pace::realtime)
-      .value("free", Pace::free)
-      .value("lockstep", Pace::lockstep);
+  bind_enumeration<ComponentType>(m);
+  bind_enumeration<PartState>(m);
+  bind_enumeration<SimulationState>(m);
+  bind_enumeration<Severity>(m);
+  bind_enumeration<SafeAction>(m);
+  bind_enumeration<GripperAction>(m);
+  bind_enumeration<Pace>(m);
 }
 
 void bind_description(py::module_& m) {

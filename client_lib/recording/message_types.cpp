@@ -5,162 +5,15 @@
 #include <optional>
 #include <set>
 
-#include "client_lib/recording/idl_texts.h"
+#include "ros2_msgs.h"
+#include "takt_msgs.h"
 
 namespace takt::recording {
 namespace {
 
-struct Primitive {
-  Kind kind;
-  std::string_view idl, ros;
-};
-constexpr Primitive kPrimitives[] = {
-    {Kind::boolean, "boolean", "bool"},
-    {Kind::int8, "int8", "int8"},
-    {Kind::uint8, "octet", "uint8"},
-    {Kind::int16, "short", "int16"},
-    {Kind::uint16, "unsigned short", "uint16"},
-    {Kind::int32, "long", "int32"},
-    {Kind::uint32, "unsigned long", "uint32"},
-    {Kind::int64, "long long", "int64"},
-    {Kind::uint64, "unsigned long long", "uint64"},
-    {Kind::float32, "float", "float32"},
-    {Kind::float64, "double", "float64"},
-    {Kind::string, "string", "string"},
-};
-
-std::string_view ros_name(Kind kind) {
-  for (const Primitive& p : kPrimitives)
-    if (p.kind == kind) return p.ros;
-  return {};
-}
-
-/// Words and marks of an IDL text, without comments.
-class IdlTokens {
- public:
-  explicit IdlTokens(std::string_view text) : text_(text) { next(); }
-
-  const std::string& now() const { return token_; }
-  bool end() const { return token_.empty(); }
-  std::string take() {
-    std::string token = std::move(token_);
-    next();
-    return token;
-  }
-  void expect(std::string_view wanted) {
-    if (token_ != wanted) fail("'" + std::string(wanted) + "'");
-    next();
-  }
-  bool accept(std::string_view wanted) {
-    if (token_ != wanted) return false;
-    next();
-    return true;
-  }
-  [[noreturn]] void fail(const std::string& wanted) const {
-    throw RecordingError("IDL, line " + std::to_string(line_) + ": found '" + token_ + "', expected " +
-                         wanted + ".");
-  }
-
- private:
-  static bool of_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; }
-  void next() {
-    while (place_ < text_.size()) {
-      const char c = text_[place_];
-      if (c == '\n') ++line_;
-      if (c == '#' || text_.substr(place_, 2) == "//")
-        place_ = std::min(text_.find('\n', place_), text_.size());
-      else if (std::isspace(static_cast<unsigned char>(c)) != 0)
-        ++place_;
-      else
-        break;
-    }
-    const std::size_t begin = place_;
-    if (place_ < text_.size()) {
-      if (of_word(text_[place_]))
-        while (place_ < text_.size() && of_word(text_[place_])) ++place_;
-      else
-        place_ += text_.substr(place_, 2) == "::" ? 2 : 1;
-    }
-    token_ = text_.substr(begin, place_ - begin);
-  }
-
-  std::string_view text_;
-  std::size_t place_ = 0;
-  int line_ = 1;
-  std::string token_;
-};
-
-std::size_t number(IdlTokens& tokens) {
-  const std::string token = tokens.now();
-  if (token.empty() || !std::all_of(token.begin(), token.end(), [](char c) { return c >= '0' && c <= '9'; }))
-    tokens.fail("a number");
-  return std::stoul(tokens.take());
-}
-
-/// pkg::msg::Name, or a Name of the present module, as pkg/msg/Name. The generator's escape for names that
-/// are words of the language is a leading underscore.
-std::string scoped_name(IdlTokens& tokens, const std::vector<std::string>& modules) {
-  std::vector<std::string> parts{tokens.take()};
-  while (tokens.accept("::")) parts.push_back(tokens.take());
-  if (parts.size() == 1) parts.insert(parts.begin(), modules.begin(), modules.end());
-  if (parts.back().starts_with("_")) parts.back().erase(0, 1);
-  std::string name;
-  for (const std::string& part : parts) name += (name.empty() ? "" : "/") + part;
-  return name;
-}
-
-/// A type that is no sequence.
-void single_type(IdlTokens& tokens, const std::vector<std::string>& modules, Field& field) {
-  std::string words = tokens.now();
-  if (words == "unsigned" || words == "long") {
-    tokens.take();
-    if (words == "unsigned") words += " " + tokens.take();
-    if (tokens.now() == "long") words += " " + tokens.take();
-  } else if (std::none_of(std::begin(kPrimitives), std::end(kPrimitives),
-                          [&](const Primitive& p) { return p.idl == words; })) {
-    field.kind = Kind::message;
-    field.message = scoped_name(tokens, modules);
-    return;
-  } else {
-    tokens.take();
-  }
-  for (const Primitive& p : kPrimitives)
-    if (p.idl == words) field.kind = p.kind;
-  if (field.kind == Kind::string && tokens.accept("<")) {
-    field.string_bound = number(tokens);
-    tokens.expect(">");
-  }
-}
-
-Field field_of(IdlTokens& tokens, const std::vector<std::string>& modules) {
-  Field field;
-  if (tokens.accept("sequence")) {
-    field.sequence = true;
-    tokens.expect("<");
-    single_type(tokens, modules, field);
-    if (tokens.accept(",")) field.count = number(tokens);
-    tokens.expect(">");
-  } else {
-    single_type(tokens, modules, field);
-  }
-  field.name = tokens.take();
-  if (field.name.starts_with("_")) field.name.erase(0, 1);
-  if (tokens.accept("[")) {
-    field.count = number(tokens);
-    tokens.expect("]");
-  }
-  tokens.expect(";");
-  return field;
-}
-
-MessageType struct_of(IdlTokens& tokens, const std::vector<std::string>& modules) {
-  MessageType type;
-  type.name = scoped_name(tokens, modules);
-  tokens.expect("{");
-  while (!tokens.accept("}")) type.fields.push_back(field_of(tokens, modules));
-  tokens.expect(";");
-  return type;
-}
+/// Names of ros2msg, in the order of FieldKind.
+constexpr std::string_view kRosNames[] = {"bool",   "int8",  "uint8",  "int16",   "uint16",  "int32",
+                                          "uint32", "int64", "uint64", "float32", "float64", "string"};
 
 /// takt_msgs/Vector3 of takt_msgs/msg/Vector3, as it stands in fields and after MSG.
 std::string short_name(const std::string& name) {
@@ -177,8 +30,9 @@ std::string long_name(const std::string& name, const std::string& package) {
 }
 
 std::string ros_line(const Field& field) {
-  std::string line =
-      field.kind == Kind::message ? short_name(field.message) : std::string(ros_name(field.kind));
+  std::string line = field.kind == Kind::message
+                         ? short_name(field.message)
+                         : std::string(kRosNames[static_cast<std::size_t>(field.kind)]);
   if (field.string_bound > 0) line += "<=" + std::to_string(field.string_bound);
   if (field.sequence)
     line += field.count > 0 ? "[<=" + std::to_string(field.count) + "]" : "[]";
@@ -218,33 +72,23 @@ std::optional<Field> field_of_line(std::string line, const std::string& package)
     type.erase(bound);
   }
   if (type == "byte" || type == "char") type = "uint8";
-  for (const Primitive& p : kPrimitives)
-    if (p.ros == type) field.kind = p.kind;
+  const auto primitive = std::find(std::begin(kRosNames), std::end(kRosNames), type);
+  field.kind = static_cast<Kind>(primitive - std::begin(kRosNames));
   if (field.kind == Kind::message) field.message = long_name(type, package);
   return field;
 }
 
 }  // namespace
 
-void MessageTypes::add_idl(std::string_view text) {
-  IdlTokens tokens(text);
-  std::vector<std::string> modules;
-  while (!tokens.end()) {
-    if (tokens.accept("module")) {
-      modules.push_back(tokens.take());
-      tokens.expect("{");
-    } else if (tokens.accept("@")) {
-      tokens.take();
-    } else if (tokens.accept("struct")) {
-      MessageType type = struct_of(tokens, modules);
-      types_.insert_or_assign(type.name, std::move(type));
-    } else if (!modules.empty() && tokens.accept("}")) {
-      tokens.expect(";");
-      modules.pop_back();
-    } else {
-      tokens.fail("a module or a struct");
-    }
+void MessageTypes::add(const MessageInfo& message) {
+  MessageType type{std::string(message.name), {}};
+  for (const FieldInfo& field : message.fields) {
+    if (field.message != nullptr) add(*field.message);
+    type.fields.push_back({std::string(field.name), field.kind,
+                           std::string(field.message == nullptr ? "" : field.message->name),
+                           field.string_bound, field.sequence, field.bound});
   }
+  types_.insert_or_assign(type.name, std::move(type));
 }
 
 void MessageTypes::add_ros2msg(const std::string& name, std::string_view text) {
@@ -300,7 +144,8 @@ std::string MessageTypes::ros2msg(const std::string& name) const {
 const MessageTypes& known_types() {
   static const MessageTypes types = [] {
     MessageTypes all;
-    for (const std::string_view text : idl_texts()) all.add_idl(text);
+    for (const MessageInfo* message : TaktMsgs::infos) all.add(*message);
+    for (const MessageInfo* message : Ros2Msgs::infos) all.add(*message);
     return all;
   }();
   return types;

@@ -1,13 +1,15 @@
 #pragma once
-// Message types as data: read from our IDL or from `ros2msg` text, written as `ros2msg` text, and used to
-// read samples (CDR) without generated code. So recordings and live streams describe themselves, and what is
-// read of a file is what the file says, not what this build knows.
+// Message types as data: from field tables (idl/common/message.h) or `ros2msg` text, written as `ros2msg` text, and used
+// to read samples (CDR) of any type. Recordings and live streams describe themselves: a file is read by the types it
+// holds, not by those of this build.
 #include <cstddef>
 #include <map>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "idl/common/message.h"
 
 namespace takt::recording {
 
@@ -17,21 +19,7 @@ class RecordingError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-enum class Kind {
-  boolean,
-  int8,
-  uint8,
-  int16,
-  uint16,
-  int32,
-  uint32,
-  int64,
-  uint64,
-  float32,
-  float64,
-  string,
-  message,
-};
+using Kind = FieldKind;
 
 struct Field {
   std::string name;
@@ -49,9 +37,8 @@ struct MessageType {
 
 class MessageTypes {
  public:
-  /// Adds the structs of an IDL text of the form used in idl/: modules, @final structs, sequences, strings,
-  /// comments; #include lines are passed over. Throws RecordingError with the line.
-  void add_idl(std::string_view text);
+  /// Adds a message of idl/*.idl and the messages it is made of.
+  void add(const MessageInfo& message);
   /// Adds a type and what it is made of from `ros2msg` text. Throws RecordingError.
   void add_ros2msg(const std::string& name, std::string_view text);
 
@@ -66,7 +53,7 @@ class MessageTypes {
   std::map<std::string, MessageType> types_;
 };
 
-/// takt's own types and the standard ones it speaks, from idl/; made on first use.
+/// takt's own types and the standard ones it speaks (takt_msgs.idl, ros2_msgs.idl); made on first use.
 const MessageTypes& known_types();
 
 /// takt_msgs/msg/CellState of takt_msgs::msg::dds_::CellState_, and back; empty where it is no such name.

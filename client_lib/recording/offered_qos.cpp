@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 
+#include "takt_topics.h"
+
 namespace takt::recording {
 namespace {
 
@@ -23,16 +25,17 @@ bool is_first(const YAML::Node& policy, const std::array<std::string_view, 2>& n
 
 }  // namespace
 
+OfferedQos offered_qos(const TopicInfo& topic) {
+  const QosPolicy policy = qos_of(topic);
+  return {policy.reliable, policy.latched};
+}
+
 OfferedQos qos_of_server(std::string_view topic) {
-  // The last level says it: those of a cell are /CELL/NAME, those of a robot /CELL/ROBOT/NAME.
+  // The last level says it: /CELL/NAME, /CELL/ROBOT/NAME.
   const std::string_view last = topic.substr(topic.rfind('/') + 1);
-  const auto is_one_of = [&](const auto& names) {
-    return std::find(names.begin(), names.end(), last) != names.end();
-  };
-  constexpr std::array<std::string_view, 4> instants{"state", "power", "contacts", "contact_pressures"};
-  constexpr std::array<std::string_view, 4> latched{"status", "description", "robot_description",
-                                                    "tf_static"};
-  return {!is_one_of(instants), is_one_of(latched)};
+  for (const TopicInfo* one : topics::kAll)
+    if (one->writer == TopicWriter::server && one->last_level() == last) return offered_qos(*one);
+  return {};
 }
 
 std::string offered_qos_profiles(const OfferedQos& qos) {

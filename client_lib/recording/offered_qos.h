@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "idl/common/topic.h"
+
 namespace takt::recording {
 
 struct OfferedQos {
@@ -13,6 +15,7 @@ struct OfferedQos {
   bool operator==(const OfferedQos&) const = default;
 };
 
+OfferedQos offered_qos(const TopicInfo& topic);
 /// Of a topic (ROS 2 name) as takt-server writes it; of others, which clients write, reliable and volatile.
 OfferedQos qos_of_server(std::string_view topic);
 

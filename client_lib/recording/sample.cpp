@@ -1,6 +1,6 @@
 #include "client_lib/recording/sample.h"
 
-#include "client_lib/recording/cdr.h"
+#include "idl/common/cdr.h"
 
 namespace takt::recording {
 namespace {
@@ -11,62 +11,69 @@ struct Inside {
   const Inside* outer;
 };
 
-Json read_struct(const MessageTypes& types, const MessageType& type, CdrReader& reader, const Inside* outer);
+Json read_struct(const MessageTypes& types, const MessageType& type, cdr::Reader& reader,
+                 const Inside* outer);
 
-Json read_single(const MessageTypes& types, const Field& field, CdrReader& reader, const Inside& inside) {
+Json read_single(const MessageTypes& types, const Field& field, cdr::Reader& reader, const Inside& inside) {
   switch (field.kind) {
     case Kind::boolean:
-      return reader.take<std::uint8_t>() != 0;
+      return reader.number<std::uint8_t>() != 0;
     case Kind::int8:
-      return reader.take<std::int8_t>();
+      return reader.number<std::int8_t>();
     case Kind::uint8:
-      return reader.take<std::uint8_t>();
+      return reader.number<std::uint8_t>();
     case Kind::int16:
-      return reader.take<std::int16_t>();
+      return reader.number<std::int16_t>();
     case Kind::uint16:
-      return reader.take<std::uint16_t>();
+      return reader.number<std::uint16_t>();
     case Kind::int32:
-      return reader.take<std::int32_t>();
+      return reader.number<std::int32_t>();
     case Kind::uint32:
-      return reader.take<std::uint32_t>();
+      return reader.number<std::uint32_t>();
     case Kind::int64:
-      return reader.take<std::int64_t>();
+      return reader.number<std::int64_t>();
     case Kind::uint64:
-      return reader.take<std::uint64_t>();
+      return reader.number<std::uint64_t>();
     case Kind::float32:
-      return reader.take<float>();
+      return reader.number<float>();
     case Kind::float64:
-      return reader.take<double>();
+      return reader.number<double>();
     case Kind::string:
-      return std::string(reader.take_string());
+      return std::string(reader.text());
     case Kind::message:
       return read_struct(types, types.at(field.message), reader, &inside);
   }
   return {};
 }
 
-Json read_field(const MessageTypes& types, const Field& field, CdrReader& reader, const Inside& inside) {
+Json read_field(const MessageTypes& types, const Field& field, cdr::Reader& reader, const Inside& inside) {
   if (!field.sequence && field.count == 0) return read_single(types, field, reader, inside);
-  const std::size_t count = field.sequence ? reader.take<std::uint32_t>() : field.count;
+  const std::size_t count = field.sequence ? reader.number<std::uint32_t>() : field.count;
   if (count > reader.left()) throw RecordingError("A sample ends before its last member.");
   Json list = Json::array();
   for (std::size_t i = 0; i < count; ++i) list.push_back(read_single(types, field, reader, inside));
   return list;
 }
 
-Json read_struct(const MessageTypes& types, const MessageType& type, CdrReader& reader, const Inside* outer) {
+Json read_struct(const MessageTypes& types, const MessageType& type, cdr::Reader& reader,
+                 const Inside* outer) {
   for (const Inside* at = outer; at != nullptr; at = at->outer)
     if (at->type == &type) throw RecordingError("The message type '" + type.name + "' holds itself.");
   const Inside inside{&type, outer};
   Json object = Json::object();
-  for (const Field& field : type.fields) object[field.name] = read_field(types, field, reader, inside);
+  for (const Field& field : type.fields) {
+    object[field.name] = read_field(types, field, reader, inside);
+    if (!reader.ok()) throw RecordingError("A sample ends before its last member.");
+  }
   return object;
 }
 
 }  // namespace
 
 Json to_json(const MessageTypes& types, const std::string& type, std::string_view sample) {
-  CdrReader reader(sample);
+  cdr::Reader reader(sample);
+  if (!reader.ok() && sample.size() >= cdr::kEncapsulation_bytes)
+    throw RecordingError("A sample has an encoding other than plain CDR.");
   return read_struct(types, types.at(type), reader, nullptr);
 }
 

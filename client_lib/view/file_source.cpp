@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "client_lib/recording/json_text.h"
+#include "takt_topics.h"
 
 namespace takt::view {
 
@@ -23,11 +24,12 @@ constexpr double kLongestWait_s =
     1e8;  ///< a rate may be as small as it likes, a time on the clock not as late
 
 bool is_event(const recording::McapChannel& channel) {
-  return channel.type == "takt_msgs/msg/Event";
+  return channel.type == topics::events.type->name;
 }
 bool is_latched(const recording::McapChannel& channel) {
-  return channel.type == "takt_msgs/msg/CellDescription" || channel.type == "std_msgs/msg/String" ||
-         channel.topic == "/tf_static";
+  return channel.type == topics::description.type->name ||
+         channel.type == topics::robot_description.type->name ||
+         channel.topic == "/" + topics::tf_static.name({});
 }
 
 std::string argument(const Arguments& arguments, const char* name) {

@@ -4,14 +4,15 @@
 #include <cstdio>
 
 #include "client_lib/recording/message_types.h"
+#include "takt_topics.h"
 
 namespace takt::view {
 namespace {
 
 /// What is kept at hand for whoever comes; all else is received while somebody looks at it.
 bool always_open(const client::RawTopic& topic) {
-  return topic.type == "takt_msgs/msg/CellDescription" || topic.type == "takt_msgs/msg/Status" ||
-         topic.type == "takt_msgs/msg/Event";
+  return topic.type == topics::description.type->name || topic.type == topics::status.type->name ||
+         topic.type == topics::events.type->name;
 }
 
 std::uint64_t wall_ns() {
@@ -63,7 +64,7 @@ void LiveSource::add(const client::RawTopic& topic) {
   channel.type = topic.type;
   channel.schema_encoding = "ros2msg";
   channel.schema = types.ros2msg(topic.type);
-  channel.each_counts = topic.type == "takt_msgs/msg/Event";
+  channel.each_counts = topic.type == topics::events.type->name;
   const std::lock_guard lock(mutex_);
   channels_[topic.name] = stream_.add_channel(std::move(channel));
   if (always_open(topic)) want(topic.name, true);
@@ -89,7 +90,8 @@ void LiveSource::run() {
     lock.unlock();
     try {
       if (open)
-        topics_->open(topic, topic.ends_with("/events") ? 1000 : 1);
+        topics_->open(topic,
+                      topic == "/" + topics::events.name(options_.cell) ? qos_of(topics::events).depth : 1);
       else
         topics_->close(topic);
     } catch (const client::ClientError& error) {  // the others can be seen all the same

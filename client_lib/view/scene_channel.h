@@ -7,11 +7,12 @@
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 
-#include "client_lib/recording/sample.h"
 #include "client_lib/view/stream.h"
+#include "takt_msgs.h"
 
 namespace takt::view {
 
@@ -25,18 +26,20 @@ class SceneChannel {
  private:
   void run();
   void find_sources();
+  template <typename Message>
+  void push(std::uint32_t channel, std::uint64_t time_ns, const Message& message);
   void follow();
   void make_scene(std::uint64_t time_ns);
-  void make_frames(const recording::Json& state, std::uint64_t time_ns);
-  void make_forces(const recording::Json& state, std::uint64_t time_ns);
+  void make_frames(const takt_msgs::msg::CellState& state, std::uint64_t time_ns);
+  void make_forces(const takt_msgs::msg::CellState& state, std::uint64_t time_ns);
   void follow_pressures(bool wanted);
-  void make_pressures(const recording::Json& sample, std::uint64_t time_ns);
+  void make_pressures(const takt_msgs::msg::ContactPressures& sample, std::uint64_t time_ns);
 
   Stream& stream_;
   std::uint32_t scene_ = 0, frames_ = 0, forces_ = 0, pressures_ = 0;
   std::uint32_t description_channel_ = 0, state_channel_ = 0, pressures_channel_ = 0;
   std::uint64_t description_number_ = 0, state_number_ = 0, pressures_number_ = 0;
-  recording::Json description_;
+  std::optional<takt_msgs::msg::CellDescription> description_;
   bool follows_state_ = false, follows_pressures_ = false;
   bool complained_ = false;  ///< of a sample that is not what it says it is
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "plant_models/spatial.h"
+#include "takt_enumerations.h"
 
 namespace takt {
 
@@ -16,8 +17,6 @@ namespace takt {
 /// allocates.
 inline constexpr int kMaxJoints = 16;
 using JointArray = std::array<double, kMaxJoints>;
-
-enum class JointType { revolute, prismatic };
 
 struct JointModel {
   std::string name;

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "server/components/component_type.h"
 #include "server/geometry/convex/overlap.h"
+#include "takt_enumerations.h"
 
 namespace takt {
 

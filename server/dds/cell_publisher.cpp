@@ -2,12 +2,10 @@
 
 #include <utility>
 
-#include "ros2_msgsPubSubTypes.h"
-#include "server/dds/convert.h"
-#include "server/dds/qos.h"
+#include "idl/common/stamp.h"
 #include "server/runtime/monotonic_clock.h"
 #include "server/runtime/requests/plain_text.h"
-#include "takt_msgsPubSubTypes.h"
+#include "takt_topics.h"
 
 namespace takt {
 namespace {
@@ -44,34 +42,24 @@ CellPublisher::~CellPublisher() {
   remove_writers();
 }
 
-void CellPublisher::make_writers(const TopicNames& topics) {
-  namespace msg = takt_msgs::msg;
-  const std::size_t state_bytes = serialized_bytes<msg::CellStatePubSubType>(state_message_);
-  state_writer_ = participant_.create_writer<msg::CellStatePubSubType>(
-      topics.of_cell("state"), state_writer_qos(participant_, state_bytes));
-  power_writer_ = participant_.create_writer<msg::PowerPubSubType>(topics.of_cell("power"),
-                                                                   state_writer_qos(participant_, 0));
-  const std::size_t contacts_bytes = serialized_bytes<msg::ContactsPubSubType>(contacts_message_);
-  contacts_writer_ = participant_.create_writer<msg::ContactsPubSubType>(
-      topics.of_cell("contacts"), state_writer_qos(participant_, contacts_bytes));
+void CellPublisher::make_writers(const TopicNames& names) {
+  const auto writer = [&](const auto& topic, std::size_t sample_bytes = 0, std::string_view element = {}) {
+    return participant_.create_writer(topic, names.of(topic, element), sample_bytes);
+  };
+  state_writer_ = writer(topics::state, cdr::size(state_message_));
+  power_writer_ = writer(topics::power);
+  contacts_writer_ = writer(topics::contacts, cdr::size(contacts_message_));
   if (loop_.contact_capacity() > 0)
-    pressures_writer_ = participant_.create_writer<msg::ContactPressuresPubSubType>(
-        topics.of_cell("contact_pressures"), state_writer_qos(participant_, kLargestUnfragmented_bytes + 1));
-  clock_writer_ = participant_.create_writer<rosgraph_msgs::msg::ClockPubSubType>(
-      topics.clock(), ros_writer_qos(participant_, 1, ros_type_hash::kClock));
-  tf_writer_ = participant_.create_writer<tf2_msgs::msg::TFMessagePubSubType>(
-      topics.tf(), ros_writer_qos(participant_, 100, ros_type_hash::kTFMessage));
-  tf_static_writer_ = participant_.create_writer<tf2_msgs::msg::TFMessagePubSubType>(
-      topics.tf_static(), with_type_hash(latched_writer_qos(participant_, true), ros_type_hash::kTFMessage));
+    pressures_writer_ = writer(topics::contact_pressures, kLargestUnfragmented_bytes + 1);
+  clock_writer_ = writer(topics::clock);
+  tf_writer_ = writer(topics::tf);
+  tf_static_writer_ = writer(topics::tf_static);
   for (const RobotDescription& robot : cell().robots) {
-    joint_writers_.push_back(participant_.create_writer<sensor_msgs::msg::JointStatePubSubType>(
-        topics.of(robot.name, "joint_states"), ros_writer_qos(participant_, 10, ros_type_hash::kJointState)));
+    joint_writers_.push_back(writer(topics::joint_states, 0, robot.name));
     joint_messages_.push_back(make_joint_states_message(robot));
-    urdf_writers_.push_back(participant_.create_writer<std_msgs::msg::StringPubSubType>(
-        topics.of(robot.name, "robot_description"),
-        with_type_hash(latched_writer_qos(participant_, true), ros_type_hash::kString)));
+    urdf_writers_.push_back(writer(topics::robot_description, 0, robot.name));
     std_msgs::msg::String urdf;
-    urdf.data(plain_text(robot.urdf, robot.urdf.size(), Lines::kept));
+    urdf.data = plain_text(robot.urdf, robot.urdf.size(), Lines::kept);
     if (!written(*urdf_writers_.back(), urdf))
       throw DdsError("DDS refused to send the URDF of '" + robot.name + "'.");
   }
@@ -113,7 +101,7 @@ void CellPublisher::write_robots_and_clock() {
     check(joint_writers_[robot]->write(&joint_messages_[robot], dds::HANDLE_NIL));
   }
   if (!somebody_reads(clock_writer_)) return;
-  clock_message_.clock(to_time(newest_->time_s));
+  clock_message_.clock = to_time(newest_->time_s);
   check(clock_writer_->write(&clock_message_, dds::HANDLE_NIL));
 }
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "server/dds/participant.h"
-#include "server/dds/tf_frames.h"
 #include "server/dds/topic_names.h"
+#include "server/messages/instant_messages.h"
 #include "server/runtime/loop/run_loop.h"
 #include "takt_msgs.h"
 
@@ -40,7 +40,7 @@ class CellPublisher {
   std::uint32_t present_epoch() const { return present_epoch_; }
 
  private:
-  void make_writers(const TopicNames& topics);
+  void make_writers(const TopicNames& names);
   void remove_writers();
   void write_robots_and_clock();
   void write_static_frames();

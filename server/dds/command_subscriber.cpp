@@ -7,10 +7,9 @@
 #include <optional>
 #include <utility>
 
-#include "server/dds/convert.h"
-#include "server/dds/qos.h"
-#include "server/dds/wire_shapes.h"
+#include "server/dds/convert_commands.h"
 #include "server/runtime/monotonic_clock.h"
+#include "takt_topics.h"
 
 namespace takt {
 namespace {
@@ -37,14 +36,14 @@ std::string policy_name(dds::QosPolicyId_t policy) {
 }
 
 /// A type as people know it: std_msgs/msg/String for std_msgs::msg::dds_::String_. Another one as it is.
-std::string ros_name(const std::string& type) {
+std::string ros_name(std::string_view type) {
   constexpr std::string_view kMark = "::dds_::";
   const auto mark = type.find(kMark);
-  if (mark == std::string::npos || !type.ends_with('_')) return "'" + type + "'";
-  std::string name = type.substr(0, mark);
+  if (mark == std::string_view::npos || !type.ends_with('_')) return "'" + std::string(type) + "'";
+  std::string name(type.substr(0, mark));
   if (const auto colons = name.find("::"); colons != std::string::npos) name.replace(colons, 2, "/");
   const std::size_t last = mark + kMark.size();
-  return name + "/" + type.substr(last, type.size() - last - 1);
+  return name + "/" + std::string(type.substr(last, type.size() - last - 1));
 }
 
 template <typename Item>
@@ -176,7 +175,7 @@ void CommandSubscriber::open(Participant& participant, RunLoop& loop) {
 }
 
 void CommandSubscriber::listen(int target, Kind kind) {
-  const std::string topic = topics_.of(target_name(loop_->cell(), target), topic_of(kind));
+  const std::string topic = topics_.of(topic_of(kind), target_name(loop_->cell(), target));
   for (const bool exclusive : {true, false}) {
     Listening& made = readers_.emplace_back();
     made.target = target;
@@ -188,49 +187,35 @@ void CommandSubscriber::listen(int target, Kind kind) {
 }
 
 dds::DataReader* CommandSubscriber::make_reader(const std::string& topic, const Listening& made) {
-  auto qos = command_reader_qos(*participant_, made.exclusive);
-  if (made.kind == Kind::joints) qos = with_type_hash(std::move(qos), ros_type_hash::kJointState);
-  if (made.kind == Kind::trajectory) qos = with_type_hash(std::move(qos), ros_type_hash::kJointTrajectory);
+  const TopicInfo& info = topic_of(made.kind);
+  auto qos = with_type_hash(service_reader_qos(participant_->default_reader_qos(), qos_of(info)), *info.type);
+  if (made.exclusive) qos.ownership().kind = dds::EXCLUSIVE_OWNERSHIP_QOS;
   auto* const listener = made.listener.get();
   switch (made.kind) {
     case Kind::joints:
-      return participant_->create_reader<sensor_msgs::msg::JointStatePubSubType>(topic, qos, listener);
+      return participant_->create_reader<sensor_msgs::msg::JointState>(topic, qos, listener);
     case Kind::trajectory:
-      return participant_->create_reader<trajectory_msgs::msg::JointTrajectoryPubSubType>(topic, qos,
-                                                                                          listener);
+      return participant_->create_reader<trajectory_msgs::msg::JointTrajectory>(topic, qos, listener);
     case Kind::gripper:
-      return participant_->create_reader<takt_msgs::msg::GripperCommandPubSubType>(topic, qos, listener);
+      return participant_->create_reader<takt_msgs::msg::GripperCommand>(topic, qos, listener);
     case Kind::device:
       break;
   }
-  return participant_->create_reader<takt_msgs::msg::DeviceCommandPubSubType>(topic, qos, listener);
+  return participant_->create_reader<takt_msgs::msg::DeviceCommand>(topic, qos, listener);
 }
 
-const std::string& CommandSubscriber::type_of(Kind kind) {
-  static const std::string joints =
-      dds::TypeSupport(new sensor_msgs::msg::JointStatePubSubType).get_type_name();
-  static const std::string trajectory =
-      dds::TypeSupport(new trajectory_msgs::msg::JointTrajectoryPubSubType).get_type_name();
-  static const std::string gripper =
-      dds::TypeSupport(new takt_msgs::msg::GripperCommandPubSubType).get_type_name();
-  static const std::string device =
-      dds::TypeSupport(new takt_msgs::msg::DeviceCommandPubSubType).get_type_name();
+const TopicInfo& CommandSubscriber::topic_of(Kind kind) {
   switch (kind) {
     case Kind::joints:
-      return joints;
+      return topics::joint_commands;
     case Kind::trajectory:
-      return trajectory;
+      return topics::joint_trajectory;
     case Kind::gripper:
-      return gripper;
+      return topics::gripper_command;
     case Kind::device:
       break;
   }
-  return device;
-}
-
-std::string_view CommandSubscriber::topic_of(Kind kind) {
-  if (kind == Kind::joints) return kJointCommands;
-  return kind == Kind::trajectory ? kJointTrajectory : kCommand;
+  return topics::device_command;
 }
 
 void CommandSubscriber::close() {
@@ -245,9 +230,7 @@ void CommandSubscriber::close() {
 
 void CommandSubscriber::writer_discovered(const Discovered& discovered) {
   const std::string& topic = discovered.topic;
-  if (topics_.name_in(topic, kJointCommands).empty() && topics_.name_in(topic, kJointTrajectory).empty() &&
-      topics_.name_in(topic, kCommand).empty())
-    return;
+  if (element_in(topic).empty()) return;
   std::optional<DiagnosticEvent> event;
   {
     const std::lock_guard lock(mutex_);
@@ -262,13 +245,13 @@ void CommandSubscriber::writer_discovered(const Discovered& discovered) {
 std::optional<DiagnosticEvent> CommandSubscriber::diagnose_unmatched_writer(
     const DdsGuid& guid, Writer& writer, const CellDescription& cell) const {
   const std::string& topic = writer.topic;
-  std::string robot = topics_.name_in(topic, kJointCommands);
+  std::string robot = topics_.element_in(topic, topics::joint_commands);
   Kind kind = Kind::joints;
   if (robot.empty()) {
-    robot = topics_.name_in(topic, kJointTrajectory);
+    robot = topics_.element_in(topic, topics::joint_trajectory);
     kind = Kind::trajectory;
   }
-  const std::string other = topics_.name_in(topic, kCommand);
+  const std::string other = topics_.element_in(topic, topics::gripper_command);
   const auto event = [&](const char* code, const std::string& name, const std::string& sentence) {
     return DiagnosticEvent{Severity::warning, code, name, text_of(guid), sentence};
   };
@@ -281,19 +264,19 @@ std::optional<DiagnosticEvent> CommandSubscriber::diagnose_unmatched_writer(
   if (!other.empty()) {
     kind = cell.find_gripper(other) < 0 ? Kind::device : Kind::gripper;
     if (kind == Kind::device && cell.find_device(other) < 0) {
-      const bool for_device = writer.type == type_of(Kind::device);
+      const bool for_device = writer.type == topic_of(Kind::device).type->dds_type;
       return event(for_device ? "unknown_device" : "unknown_gripper", other,
                    nobody + "there is no gripper or device '" + other + "' in this cell; grippers: " +
                        names_of(cell.grippers) + "; devices: " + names_of(cell.devices) + ".");
     }
   }
-  if (writer.type_told || writer.type == type_of(kind)) return std::nullopt;
+  if (writer.type_told || writer.type == topic_of(kind).type->dds_type) return std::nullopt;
   writer.type_told = true;
   const std::string& name = other.empty() ? robot : other;
   return event("wrong_type", name,
                "Nothing that this sender writes for " + name + " is heard: its type is " +
-                   ros_name(writer.type) + ", but the topic " + topic + " takes " + ros_name(type_of(kind)) +
-                   ".");
+                   ros_name(writer.type) + ", but the topic " + topic + " takes " +
+                   ros_name(topic_of(kind).type->dds_type) + ".");
 }
 
 void CommandSubscriber::writer_removed(const DdsGuid& guid) {
@@ -369,7 +352,7 @@ void CommandSubscriber::renew_readers(const std::set<int>& targets) {
     listening.reader = nullptr;
     try {
       listening.reader = make_reader(
-          topics_.of(target_name(loop_->cell(), listening.target), topic_of(listening.kind)), listening);
+          topics_.of(topic_of(listening.kind), target_name(loop_->cell(), listening.target)), listening);
     } catch (const DdsError& error) {
       events_.post({Severity::error, "no_reader", std::string(target_name(loop_->cell(), listening.target)),
                     "", error.what()});
@@ -377,12 +360,16 @@ void CommandSubscriber::renew_readers(const std::set<int>& targets) {
   }
 }
 
-int CommandSubscriber::target_of_topic(const std::string& topic) const {
-  for (const std::string_view last : {kJointCommands, kJointTrajectory, kCommand}) {
-    const std::string name = topics_.name_in(topic, last);
-    if (!name.empty()) return find_target(loop_->cell(), name);
+std::string CommandSubscriber::element_in(const std::string& topic) const {
+  for (const TopicInfo* of : topics::kAll) {
+    if (of->writer != TopicWriter::client || !of->of_element()) continue;
+    if (std::string name = topics_.element_in(topic, *of); !name.empty()) return name;
   }
-  return -1;
+  return {};
+}
+
+int CommandSubscriber::target_of_topic(const std::string& topic) const {
+  return find_target(loop_->cell(), element_in(topic));
 }
 
 std::optional<std::uint64_t> CommandSubscriber::appeared(int target, const DdsGuid& guid, bool exclusive) {
@@ -397,7 +384,7 @@ std::optional<std::uint64_t> CommandSubscriber::appeared(int target, const DdsGu
   if (writer != writers_.end()) {
     if (writer->second.silent) return std::nullopt;
     sender.strength = writer->second.strength;
-    sender.topic = topics_.name_in(writer->second.topic, kJointTrajectory).empty() ? 0 : 1;
+    sender.topic = topics_.element_in(writer->second.topic, topics::joint_trajectory).empty() ? 0 : 1;
   }
   return arbiter.appeared(sender);
 }

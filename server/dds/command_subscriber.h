@@ -66,8 +66,9 @@ class CommandSubscriber {
     std::unique_ptr<Reader> listener;
     dds::DataReader* reader = nullptr;
   };
-  static std::string_view topic_of(Kind kind);
-  static const std::string& type_of(Kind kind);
+  static const TopicInfo& topic_of(Kind kind);
+  /// The robot, gripper or device in the name of a command topic; empty for any other name.
+  std::string element_in(const std::string& topic) const;
   void listen(int target, Kind kind);
   void renew_readers(const std::set<int>& targets);
   int target_of_topic(const std::string& topic) const;

@@ -4,16 +4,15 @@
 #include <string>
 #include <utility>
 
-#include "server/dds/bounded_request.h"
-#include "server/dds/qos.h"
 #include "server/runtime/requests/plain_text.h"
-#include "takt_msgsPubSubTypes.h"
+#include "takt_topics.h"
 
 namespace takt {
 namespace {
 
 // Of the type of a reply (idl/takt_msgs.idl).
-constexpr std::size_t kMaxOfMessage = 1024, kMaxOfValue = 4096;
+constexpr std::size_t kMaxOfMessage = field_info<takt_msgs::msg::ControlReply>("message").string_bound;
+constexpr std::size_t kMaxOfValue = field_info<takt_msgs::msg::Argument>("value").string_bound;
 
 std::size_t bytes_of(const ControlReply& reply) {
   std::size_t bytes = sizeof(reply) + reply.message.size();
@@ -23,19 +22,18 @@ std::size_t bytes_of(const ControlReply& reply) {
 
 /// What is asked for: the same when a client asks again.
 std::size_t content_of(const takt_msgs::msg::ControlRequest& message) {
-  std::string text = message.request().to_string();
-  for (const auto& argument : message.arguments())
-    text += '\0' + argument.name().to_string() + '\0' + argument.value().to_string();
+  std::string text = message.request;
+  for (const auto& argument : message.arguments) text += '\0' + argument.name + '\0' + argument.value;
   return std::hash<std::string>{}(text);
 }
 
 }  // namespace
 
-void ControlService::listen(Participant& participant, const TopicNames& topics) {
-  writer_ = participant.create_writer<takt_msgs::msg::ControlReplyPubSubType>(
-      topics.of_cell("control/reply"), control_writer_qos(participant));
-  participant.create_reader<BoundedControlRequest>(topics.of_cell("control/request"),
-                                                   control_reader_qos(participant), this);
+void ControlService::listen(Participant& participant, const TopicNames& names) {
+  writer_ = participant.create_writer(topics::control_reply, names.of(topics::control_reply));
+  participant.create_reader<takt_msgs::msg::ControlRequest>(
+      names.of(topics::control_request),
+      service_reader_qos(participant.default_reader_qos(), qos_of(topics::control_request)), this);
 }
 
 void ControlService::on_data_available(dds::DataReader* reader) {
@@ -50,7 +48,7 @@ void ControlService::received(const takt_msgs::msg::ControlRequest& message) {
   ControlRequest request;
   {
     const std::lock_guard lock(mutex_);
-    const Key key(message.client_id().to_string(), message.sequence_number());
+    const Key key(message.client_id, message.sequence_number);
     const auto refuse = [&](const char* why) {
       if (asked_again_.size() < kRemembered)
         asked_again_.push_back({{plain_text(key.first), key.second}, {0, ControlResult::failed, why, {}}});
@@ -79,9 +77,9 @@ void ControlService::received(const takt_msgs::msg::ControlRequest& message) {
     order_.push_back(key);
     forget_old();
   }
-  request.request = message.request().to_string();
-  for (const auto& argument : message.arguments()) {
-    request.arguments.emplace_back(argument.name().to_string(), argument.value().to_string());
+  request.request = message.request;
+  for (const auto& argument : message.arguments) {
+    request.arguments.emplace_back(argument.name, argument.value);
   }
   if (std::string fault = fault_of_texts(request); !fault.empty())
     return host_.outbound().add_reply({request.id, ControlResult::failed, std::move(fault), {}});
@@ -117,16 +115,13 @@ void ControlService::write_replies(std::span<const ControlReply> replies) {
   takt_msgs::msg::ControlReply message;
   for (const auto& [key, answer] : answers) {
     const ControlReply reply = plain_reply(answer, kMaxOfMessage, kMaxOfValue);
-    message.client_id(key.first);
-    message.sequence_number(key.second);
-    message.result(static_cast<std::int32_t>(reply.result));
-    message.message(reply.message);
-    message.values().clear();
+    message.client_id = key.first;
+    message.sequence_number = key.second;
+    message.result = static_cast<std::int32_t>(reply.result);
+    message.message = reply.message;
+    message.values.clear();
     for (const auto& [name, value] : reply.values) {
-      takt_msgs::msg::Argument argument;
-      argument.name(name);
-      argument.value(value);
-      message.values().push_back(argument);
+      message.values.push_back({name, value});
     }
     // A reply that DDS refuses now is sent again when the client asks again.
     (void)written(*writer_, message);

@@ -26,7 +26,7 @@ class ControlService final : public dds::DataReaderListener {
   explicit ControlService(CellHost& host) : host_(host) {}
 
   /// Makes the reader and the writer. Call once; the participant must be destroyed before this object.
-  void listen(Participant& participant, const TopicNames& topics);
+  void listen(Participant& participant, const TopicNames& names);
 
   void on_data_available(dds::DataReader* reader) override;
 

@@ -4,9 +4,10 @@
 #include <cstdio>
 #include <limits>
 
-#include "server/dds/convert.h"
 #include "server/dds/topic_names.h"
+#include "server/messages/description_message.h"
 #include "server/runtime/requests/plain_text.h"
+#include "takt_topics.h"
 
 namespace takt {
 namespace {
@@ -69,7 +70,11 @@ void DdsAdapter::check(const CellDescription& cell) {
   }
   for (const auto& gripper : cell.grippers) (void)checked(gripper.name, "The gripper's name");
   for (const auto& device : cell.devices) (void)checked(device.name, "The device's name");
-  (void)to_message(cell, TAKT_VERSION);
+  try {
+    (void)to_message(cell, TAKT_VERSION);
+  } catch (const MessageError& error) {
+    throw DdsError(error.what());
+  }
 }
 
 void DdsAdapter::opened(RunLoop& loop) {
@@ -95,7 +100,7 @@ bool DdsAdapter::is_own(const DdsGuid& writer) {
 
 void DdsAdapter::on_writer(const DiscoveredWriter& writer) {
   using News = DiscoveredWriter::News;
-  if (writer.topic == topics_.of_cell("status")) {
+  if (writer.topic == topics_.of(topics::status)) {
     if (writer.news != News::appeared || is_own(writer.guid)) return;
     const std::string sentence = "Another server on this domain is called '" + host_.cell() +
                                  "' too: clients hear now the one, now the other. Give one of them another "
@@ -106,7 +111,7 @@ void DdsAdapter::on_writer(const DiscoveredWriter& writer) {
     return;
   }
   // Frames come from many nodes; time has one source.
-  if (writer.topic == topics_.clock() && !topics_.clock_is_own()) {
+  if (writer.topic == topics_.of(topics::clock) && !topics_.clock_is_own()) {
     if (writer.news == News::appeared && !is_own(writer.guid)) tell_shared_clock(writer.guid);
     return;
   }

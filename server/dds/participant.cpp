@@ -114,7 +114,6 @@ void Participant::silence() {
 
 dds::Topic* Participant::topic(const std::string& name, dds::TypeSupport& type) {
   if (auto* known = participant_->lookup_topicdescription(name)) return dynamic_cast<dds::Topic*>(known);
-  withhold_type_object(type);
   if (!is_ok(type.register_type(participant_))) {
     throw DdsError("DDS refused the type '" + type.get_type_name() + "'.");
   }

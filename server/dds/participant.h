@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "idl/transport/fastdds/checked_type.h"
 #include "idl/transport/fastdds/fastdds.h"
+#include "idl/transport/fastdds/topic_qos.h"
 #include "idl/transport/rtps_guard/guard_transport.h"
 
 namespace takt {
@@ -42,17 +42,25 @@ class Participant {
   Participant(const Participant&) = delete;
   Participant& operator=(const Participant&) = delete;
 
-  /// Writers and readers live until they are removed, or as long as the participant. `Type` is a generated
-  /// ...PubSubType. Throws DdsError.
+  /// Writers and readers live until they are removed, or as long as the participant. `Type` is a message of
+  /// idl/*.idl. Throws DdsError.
   template <typename Type>
   dds::DataWriter* create_writer(const std::string& topic, const dds::DataWriterQos& qos,
                                  dds::DataWriterListener* listener = nullptr) {
-    return create_writer(topic, dds::TypeSupport(new CheckedType<Type>()), qos, listener);
+    return create_writer(topic, dds::TypeSupport(new MessageType<Type>()), qos, listener);
+  }
+  /// With the QoS of the topic; `sample_bytes`: size of its samples, where it is known.
+  template <typename Type>
+  dds::DataWriter* create_writer(const Topic<Type>& topic, const std::string& name,
+                                 std::size_t sample_bytes = 0) {
+    QosPolicy policy = qos_of(topic);
+    policy.large = policy.large || sample_bytes > kLargestUnfragmented_bytes;
+    return create_writer<Type>(name, with_type_hash(writer_qos(default_writer_qos(), policy), *topic.type));
   }
   template <typename Type>
   dds::DataReader* create_reader(const std::string& topic, const dds::DataReaderQos& qos,
                                  dds::DataReaderListener* listener) {
-    return create_reader(topic, dds::TypeSupport(new CheckedType<Type>()), qos, listener);
+    return create_reader(topic, dds::TypeSupport(new MessageType<Type>()), qos, listener);
   }
 
   /// Once these return, the listener of the reader is not called any more. nullptr: nothing is done.

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "server/dds/convert.h"
+#include "idl/common/stamp.h"
 
 namespace takt::ros {
 namespace {
@@ -67,8 +67,8 @@ std::vector<double> numbers(const ControlReply& reply, std::string_view name, st
 
 msg::Result result_of(const ControlReply& reply) {
   msg::Result result;
-  result.result(static_cast<std::uint8_t>(reply.result));
-  result.error_message(reply.message);
+  result.result = static_cast<std::uint8_t>(reply.result);
+  result.error_message = reply.message;
   return result;
 }
 
@@ -78,12 +78,12 @@ std::string joined(std::initializer_list<double> values) {
   return all;
 }
 std::string position_of(const geometry_msgs::msg::Pose& pose) {
-  return joined({pose.position().x(), pose.position().y(), pose.position().z()});
+  return joined({pose.position.x, pose.position.y, pose.position.z});
 }
 std::string orientation_of(const geometry_msgs::msg::Pose& pose) {
-  const auto& q = pose.orientation();
-  if (q.x() == 0.0 && q.y() == 0.0 && q.z() == 0.0 && q.w() == 0.0) return "0 0 0 1";
-  return joined({q.x(), q.y(), q.z(), q.w()});
+  const auto& q = pose.orientation;
+  if (q == geometry_msgs::msg::Quaternion{}) return "0 0 0 1";
+  return joined({q.x, q.y, q.z, q.w});
 }
 bool is_world(const std::string& frame) {
   return frame.empty() || frame == "world";
@@ -99,8 +99,8 @@ std::uint8_t category_number(const std::string& category) {
 
 /// Lines: the expression, then the digits of the categories.
 std::string filter_note(const msg::EntityFilters& filters) {
-  std::string note = filters.filter() + "\n";
-  for (const auto& category : filters.categories()) note += static_cast<char>('0' + category.category() % 10);
+  std::string note = filters.filter + "\n";
+  for (const auto& category : filters.categories) note += static_cast<char>('0' + category.category % 10);
   return note;
 }
 
@@ -133,37 +133,37 @@ Question ask(const srv::GetSimulationState_Request&) {
   return plain("get_state");
 }
 Question ask(const srv::SetSimulationState_Request& request) {
-  return plain("set_state", {{"state", std::to_string(request.state().state())}});
+  return plain("set_state", {{"state", std::to_string(request.state.state)}});
 }
 Question ask(const srv::StepSimulation_Request& request) {
-  return plain("step", {{"steps", std::to_string(request.steps())}});
+  return plain("step", {{"steps", std::to_string(request.steps)}});
 }
 Question ask(const srv::ResetSimulation_Request& request) {
-  return plain("reset", {{"scope", std::to_string(request.scope())}});
+  return plain("reset", {{"scope", std::to_string(request.scope)}});
 }
 Question ask(const srv::LoadWorld_Request& request) {
-  if (request.world_resource().uri().empty()) {
-    if (request.world_resource().resource_string().empty())
+  if (request.world_resource.uri.empty()) {
+    if (request.world_resource.resource_string.empty())
       return refuse(static_cast<ControlResult>(102), "The uri of a scenario file is missing.");
     return refuse(
         ControlResult::unsupported,
         "A scenario cannot be passed as text here, since the files it names are relative to its own "
         "file; pass its uri.");
   }
-  return plain("load_scenario", {{"uri", request.world_resource().uri()}});
+  return plain("load_scenario", {{"uri", request.world_resource.uri}});
 }
 Question ask(const srv::UnloadWorld_Request&) {
   return plain("unload_scenario");
 }
 
 Question ask(const srv::GetEntities_Request& request) {
-  const auto& filters = request.filters();
+  const auto& filters = request.filters;
   constexpr std::size_t kLongest = 200;
-  if (!filters.tags().tags().empty())
+  if (!filters.tags.tags.empty())
     return refuse(ControlResult::unsupported, "Components have no tags here; leave that filter empty.");
-  if (!filters.bounds().points().empty())
+  if (!filters.bounds.points.empty())
     return refuse(ControlResult::unsupported, "There is no filter by bounds here; leave it empty.");
-  const std::string& pattern = filters.filter();
+  const std::string& pattern = filters.filter;
   if (pattern.size() > kLongest || pattern.find_first_of("{\n") != std::string::npos)
     return refuse(ControlResult::unsupported,
                   "A filter is a POSIX extended regular expression of at most 200 characters, without "
@@ -174,35 +174,35 @@ Question ask(const srv::GetEntities_Request& request) {
   return Asked{{0, "get_entities", {}}, filter_note(filters)};
 }
 Question ask(const srv::GetEntityState_Request& request) {
-  return plain("get_entity_state", {{"entity", request.entity()}});
+  return plain("get_entity_state", {{"entity", request.entity}});
 }
 Question ask(const srv::SetEntityState_Request& request) {
-  const auto& state = request.state();
-  if (!is_world(state.header().frame_id())) return wrong_frame(state.header().frame_id());
-  if (request.set_acceleration())
+  const auto& state = request.state;
+  if (!is_world(state.header.frame_id)) return wrong_frame(state.header.frame_id);
+  if (request.set_acceleration)
     return refuse(ControlResult::unsupported,
                   "An acceleration cannot be set: it follows from the forces. Leave set_acceleration false.");
-  TextArguments arguments{{"entity", request.entity()}};
-  if (request.set_pose()) {
-    arguments.emplace_back("position", position_of(state.pose()));
-    arguments.emplace_back("orientation", orientation_of(state.pose()));
+  TextArguments arguments{{"entity", request.entity}};
+  if (request.set_pose) {
+    arguments.emplace_back("position", position_of(state.pose));
+    arguments.emplace_back("orientation", orientation_of(state.pose));
   }
-  if (request.set_twist()) {
-    const auto& v = state.twist().linear();
-    const auto& w = state.twist().angular();
-    arguments.emplace_back("linear_velocity", joined({v.x(), v.y(), v.z()}));
-    arguments.emplace_back("angular_velocity", joined({w.x(), w.y(), w.z()}));
+  if (request.set_twist) {
+    const auto& v = state.twist.linear;
+    const auto& w = state.twist.angular;
+    arguments.emplace_back("linear_velocity", joined({v.x, v.y, v.z}));
+    arguments.emplace_back("angular_velocity", joined({w.x, w.y, w.z}));
   }
   return plain("set_entity_state", std::move(arguments));
 }
 
 Question ask(const srv::SpawnEntity_Request& request) {
   constexpr std::string_view kCopy = "copy_of:";
-  if (!is_world(request.initial_pose().header().frame_id()))
-    return wrong_frame(request.initial_pose().header().frame_id());
-  if (!request.entity_namespace().empty())
+  if (!is_world(request.initial_pose.header.frame_id))
+    return wrong_frame(request.initial_pose.header.frame_id);
+  if (!request.entity_namespace.empty())
     return refuse(ControlResult::unsupported, "Parts have no topics of their own, so no namespace either.");
-  std::string resource = request.entity_resource().uri();
+  std::string resource = request.entity_resource.uri;
   if (resource.empty())
     return refuse(ControlResult::no_resource,
                   "The uri is missing: a mesh file, or copy_of:NAME for another one of the Part NAME.");
@@ -220,65 +220,66 @@ Question ask(const srv::SpawnEntity_Request& request) {
     }
     resource.resize(mark);
   }
-  std::string name = request.name();
+  std::string name = request.name;
   if (resource.starts_with(kCopy)) {
     resource.erase(0, kCopy.size());
-    if (name.empty() && request.allow_renaming()) name = resource;
+    if (name.empty() && request.allow_renaming) name = resource;
     arguments.emplace_back("copy_of", resource);
   } else {
-    if (name.empty() && request.allow_renaming()) name = std::filesystem::path(resource).stem().string();
+    if (name.empty() && request.allow_renaming) name = std::filesystem::path(resource).stem().string();
     arguments.emplace_back("uri", resource);
   }
   arguments.emplace_back("name", name);
-  arguments.emplace_back("allow_renaming", request.allow_renaming() ? "true" : "false");
-  arguments.emplace_back("position", position_of(request.initial_pose().pose()));
-  arguments.emplace_back("orientation", orientation_of(request.initial_pose().pose()));
+  arguments.emplace_back("allow_renaming", request.allow_renaming ? "true" : "false");
+  arguments.emplace_back("position", position_of(request.initial_pose.pose));
+  arguments.emplace_back("orientation", orientation_of(request.initial_pose.pose));
   return plain("spawn_entity", std::move(arguments));
 }
 Question ask(const srv::DeleteEntity_Request& request) {
-  return plain("delete_entity", {{"entity", request.entity()}});
+  return plain("delete_entity", {{"entity", request.entity}});
 }
 Question ask(const takt_msgs::srv::Control_Request& request) {
-  Asked asked{{0, request.request(), {}}, {}};
-  for (const auto& argument : request.arguments())
-    asked.request.arguments.emplace_back(argument.name(), argument.value());
+  Asked asked{{0, request.request, {}}, {}};
+  for (const auto& argument : request.arguments)
+    asked.request.arguments.emplace_back(argument.name, argument.value);
   return asked;
 }
 
 void respond(const ControlReply& reply, const std::string&, srv::GetSimulatorFeatures_Response& response) {
-  auto& features = response.features();
-  features.features({kSpawning, kDeleting, kEntityCategories, kEntityStateGetting, kEntityStateSetting,
-                     kReset, kResetTime, kResetState, kResetSpawned, kStateGetting, kStateSetting, kPause,
-                     kStepSingle, kStepMultiple, kWorldLoading, kWorldUnloading});
-  features.spawn_formats({"obj", "stl", "glb"});
-  features.custom_info(reply.message +
-                       " Further requests by the service 'control': " + text(reply, "requests") + ".");
+  auto& features = response.features;
+  features.features = {kSpawning,           kDeleting,     kEntityCategories, kEntityStateGetting,
+                       kEntityStateSetting, kReset,        kResetTime,        kResetState,
+                       kResetSpawned,       kStateGetting, kStateSetting,     kPause,
+                       kStepSingle,         kStepMultiple, kWorldLoading,     kWorldUnloading};
+  features.spawn_formats = {"obj", "stl", "glb"};
+  features.custom_info =
+      reply.message + " Further requests by the service 'control': " + text(reply, "requests") + ".";
 }
 void respond(const ControlReply& reply, const std::string&, srv::GetSimulationState_Response& response) {
-  response.result(result_of(reply));
+  response.result = result_of(reply);
   const std::string state = text(reply, "state");
-  if (state.size() == 1) response.state().state(static_cast<std::uint8_t>(state[0] - '0'));
+  if (state.size() == 1) response.state.state = static_cast<std::uint8_t>(state[0] - '0');
 }
 void respond(const ControlReply& reply, const std::string&, srv::SetSimulationState_Response& response) {
-  response.result(result_of(reply));
+  response.result = result_of(reply);
 }
 void respond(const ControlReply& reply, const std::string&, srv::StepSimulation_Response& response) {
-  response.result(result_of(reply));
+  response.result = result_of(reply);
 }
 void respond(const ControlReply& reply, const std::string&, srv::ResetSimulation_Response& response) {
-  response.result(result_of(reply));
+  response.result = result_of(reply);
 }
 void respond(const ControlReply& reply, const std::string&, srv::LoadWorld_Response& response) {
-  response.result(result_of(reply));
-  response.world().name(text(reply, "scenario"));
-  response.world().world_resource().uri(text(reply, "uri"));
+  response.result = result_of(reply);
+  response.world.name = text(reply, "scenario");
+  response.world.world_resource.uri = text(reply, "uri");
 }
 void respond(const ControlReply& reply, const std::string&, srv::UnloadWorld_Response& response) {
-  response.result(result_of(reply));
+  response.result = result_of(reply);
 }
 
 void respond(const ControlReply& reply, const std::string& note, srv::GetEntities_Response& response) {
-  response.result(result_of(reply));
+  response.result = result_of(reply);
   if (reply.result != ControlResult::ok) return;
   std::string document;
   for (const auto& [key, value] : reply.values)
@@ -296,42 +297,38 @@ void respond(const ControlReply& reply, const std::string& note, srv::GetEntitie
     if (split > 0 && !(expression.good() && expression.matches(name))) continue;
     names.push_back(name);
   }
-  response.entities(std::move(names));
+  response.entities = std::move(names);
 }
 void respond(const ControlReply& reply, const std::string&, srv::GetEntityState_Response& response) {
-  response.result(result_of(reply));
+  response.result = result_of(reply);
   if (reply.result != ControlResult::ok) return;
-  auto& state = response.state();
-  state.header().stamp(to_time(numbers(reply, "time", 1)[0]));
-  state.header().frame_id("world");
+  auto& state = response.state;
+  state.header.stamp = to_time(numbers(reply, "time", 1)[0]);
+  state.header.frame_id = "world";
   const auto p = numbers(reply, "position", 3), q = numbers(reply, "orientation", 4);
   const auto v = numbers(reply, "linear_velocity", 3), w = numbers(reply, "angular_velocity", 3);
-  auto& pose = state.pose();
-  pose.position().x(p[0]), pose.position().y(p[1]), pose.position().z(p[2]);
-  pose.orientation().x(q[0]), pose.orientation().y(q[1]), pose.orientation().z(q[2]);
-  pose.orientation().w(q[3]);
-  auto& twist = state.twist();
-  twist.linear().x(v[0]), twist.linear().y(v[1]), twist.linear().z(v[2]);
-  twist.angular().x(w[0]), twist.angular().y(w[1]), twist.angular().z(w[2]);
+  auto& pose = state.pose;
+  pose.position = {p[0], p[1], p[2]};
+  pose.orientation = {q[0], q[1], q[2], q[3]};
+  auto& twist = state.twist;
+  twist.linear = {v[0], v[1], v[2]};
+  twist.angular = {w[0], w[1], w[2]};
 }
 void respond(const ControlReply& reply, const std::string&, srv::SetEntityState_Response& response) {
-  response.result(result_of(reply));
+  response.result = result_of(reply);
 }
 void respond(const ControlReply& reply, const std::string&, srv::SpawnEntity_Response& response) {
-  response.result(result_of(reply));
-  response.entity_name(text(reply, "entity"));
+  response.result = result_of(reply);
+  response.entity_name = text(reply, "entity");
 }
 void respond(const ControlReply& reply, const std::string&, srv::DeleteEntity_Response& response) {
-  response.result(result_of(reply));
+  response.result = result_of(reply);
 }
 void respond(const ControlReply& reply, const std::string&, takt_msgs::srv::Control_Response& response) {
-  response.result(static_cast<std::int32_t>(reply.result));
-  response.message(reply.message);
+  response.result = static_cast<std::int32_t>(reply.result);
+  response.message = reply.message;
   for (const auto& [name, value] : reply.values) {
-    takt_msgs::srv::Argument argument;
-    argument.name(name);
-    argument.value(value);
-    response.values().push_back(argument);
+    response.values.push_back({name, value});
   }
 }
 

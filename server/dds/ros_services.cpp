@@ -4,30 +4,12 @@
 #include <set>
 #include <utility>
 
-#include "ros2_service_msgsPubSubTypes.h"
-#include "server/dds/qos.h"
+#include "ros2_service_msgs.h"
 #include "server/dds/ros_service_messages.h"
 #include "server/runtime/monotonic_clock.h"
 #include "server/runtime/requests/plain_text.h"
 
 namespace takt {
-
-// Requests with strings or sequences (wire_shape.h).
-template <>
-inline constexpr WireShape kWireShape<ros::srv::LoadWorld_RequestPubSubType> = "ss11";
-template <>
-inline constexpr WireShape kWireShape<ros::srv::GetEntities_RequestPubSubType> = "s[1][s]11[888]";
-template <>
-inline constexpr WireShape kWireShape<ros::srv::GetEntityState_RequestPubSubType> = "s";
-template <>
-inline constexpr WireShape kWireShape<ros::srv::SetEntityState_RequestPubSubType> =
-    "s44s8888888888888888888111";
-template <>
-inline constexpr WireShape kWireShape<ros::srv::SpawnEntity_RequestPubSubType> = "s1sss44s8888888";
-template <>
-inline constexpr WireShape kWireShape<ros::srv::DeleteEntity_RequestPubSubType> = "s";
-template <>
-inline constexpr WireShape kWireShape<takt_msgs::srv::Control_RequestPubSubType> = "s[ss]";
 
 namespace {
 
@@ -91,13 +73,15 @@ template <typename RequestType, typename ResponseType>
 class RosServices::TypedService final : public RosServices::Service {
  public:
   TypedService(RosServices& services, Participant& participant, const std::string& name) : Service(services) {
-    writer_ = participant.create_writer<ResponseType>("rr/" + name + "Reply", control_writer_qos(participant),
-                                                      this);
-    participant.create_reader<RequestType>("rq/" + name + "Request", control_reader_qos(participant), this);
+    constexpr QosPolicy policy = qos_of(TopicQos::control);
+    writer_ = participant.create_writer<ResponseType>(
+        "rr/" + name + "Reply", writer_qos(participant.default_writer_qos(), policy), this);
+    participant.create_reader<RequestType>(
+        "rq/" + name + "Request", service_reader_qos(participant.default_reader_qos(), policy), this);
   }
 
   void on_data_available(dds::DataReader* reader) override {
-    typename RequestType::type message;
+    RequestType message;
     dds::SampleInfo info;
     while (is_ok(reader->take_next_sample(&message, &info))) {
       if (info.valid_data) received(info, ros::ask(message));
@@ -105,7 +89,7 @@ class RosServices::TypedService final : public RosServices::Service {
   }
 
   void write(const Call& call, const ControlReply& reply) override {
-    typename ResponseType::type message;
+    ResponseType message;
     ros::respond(reply, call.note, message);
     rtps::WriteParams params;
     params.related_sample_identity(call.caller);
@@ -123,8 +107,7 @@ void RosServices::serve(Participant& participant, const std::string& cell) {
     services_.push_back(
         std::make_unique<TypedService<Request, Response>>(*this, participant, cell + "/" + name));
   };
-#define TAKT_SERVICE(Type, name) \
-  add.template operator()<Type##_RequestPubSubType, Type##_ResponsePubSubType>(name)
+#define TAKT_SERVICE(Type, name) add.template operator()<Type##_Request, Type##_Response>(name)
   TAKT_SERVICE(GetSimulatorFeatures, "get_simulator_features");
   TAKT_SERVICE(GetSimulationState, "get_simulation_state");
   TAKT_SERVICE(SetSimulationState, "set_simulation_state");

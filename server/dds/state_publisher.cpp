@@ -2,11 +2,12 @@
 
 #include <utility>
 
-#include "server/dds/convert.h"
-#include "server/dds/qos.h"
+#include "idl/common/stamp.h"
+#include "server/messages/description_message.h"
+#include "server/messages/status_messages.h"
 #include "server/runtime/monotonic_clock.h"
 #include "server/runtime/requests/plain_text.h"
-#include "takt_msgsPubSubTypes.h"
+#include "takt_topics.h"
 
 namespace takt {
 namespace {
@@ -16,7 +17,9 @@ constexpr std::int64_t kIdleStatus_ns = 100'000'000;
 constexpr std::int64_t kAnnounced_ns = 15'000'000'000;
 constexpr std::int64_t kLookAfterOwners_ns = 50'000'000;
 // Of the type of an event (idl/takt_msgs.idl).
-constexpr std::size_t kMaxOfCode = 64, kMaxOfName = 128, kMaxOfSentence = 1024;
+std::string fitting(std::string_view text, const FieldInfo& field) {
+  return plain_text(text, field.string_bound);
+}
 
 }  // namespace
 
@@ -34,12 +37,9 @@ StatePublisher::StatePublisher(CellHost& host, Participant& participant, const T
   namespace msg = takt_msgs::msg;
   nothing_.cell = host.cell();
   nothing_.scenario_generation = 0;
-  event_writer_ = participant.create_writer<msg::EventPubSubType>(topics.of_cell("events"),
-                                                                  event_writer_qos(participant));
-  status_writer_ = participant.create_writer<msg::StatusPubSubType>(topics.of_cell("status"),
-                                                                    latched_writer_qos(participant, false));
-  description_writer_ = participant.create_writer<msg::CellDescriptionPubSubType>(
-      topics.of_cell("description"), latched_writer_qos(participant, true));
+  event_writer_ = participant.create_writer(topics::events, topics.of(topics::events));
+  status_writer_ = participant.create_writer(topics::status, topics.of(topics::status));
+  description_writer_ = participant.create_writer(topics::description, topics.of(topics::description));
 }
 
 StatePublisher::~StatePublisher() {
@@ -73,8 +73,7 @@ void StatePublisher::describe(const CellDescription& cell) {
   takt_msgs::msg::CellDescription description = to_message(cell, TAKT_VERSION);
   if (!written(*description_writer_, description)) {
     throw DdsError("DDS refused to send the description of the cell (" +
-                   std::to_string(serialized_bytes<takt_msgs::msg::CellDescriptionPubSubType>(description)) +
-                   " bytes).");
+                   std::to_string(cdr::size(description)) + " bytes).");
   }
   const std::lock_guard lock(mutex_);
   if (cell.scenario.empty()) nothing_ = cell;
@@ -137,7 +136,7 @@ void StatePublisher::write_news(bool with_status) {
 
 void StatePublisher::write_status(const LoopStatus& status, const CellDescription& cell) {
   takt_msgs::msg::Status message = to_message(status, cell);
-  message.commands_rejected(message.commands_rejected() + commands_.rejected());
+  message.commands_rejected += commands_.rejected();
   check(status_writer_->write(&message, dds::HANDLE_NIL));
 }
 
@@ -155,7 +154,7 @@ void StatePublisher::write_events() {
   EventRecord record;
   while (publisher_ && publisher_->loop().output().events.pop(record)) {
     takt_msgs::msg::Event message = to_message(record, publisher_->cell());
-    message.sender(senders_.text(record.sender));
+    message.sender = senders_.text(record.sender);
     write_event(message);
   }
   const EventQueue::Taken taken = host_.outbound().events.take();
@@ -184,19 +183,19 @@ void StatePublisher::write_announcement() {
 
 void StatePublisher::write_event(const DiagnosticEvent& event) {
   takt_msgs::msg::Event message;
-  message.stamp(to_time(publisher_ ? publisher_->present_time_s() : 0.0));
-  message.step(publisher_ ? publisher_->present_step() : 0);
-  message.epoch(publisher_ ? publisher_->present_epoch() : 0);
-  message.severity(static_cast<std::uint8_t>(event.severity));
-  message.code(plain_text(event.code, kMaxOfCode));
-  message.subject(plain_text(event.subject, kMaxOfName));
-  message.sender(plain_text(event.sender, kMaxOfName));
-  message.message(plain_text(event.message, kMaxOfSentence));
+  message.stamp = to_time(publisher_ ? publisher_->present_time_s() : 0.0);
+  message.step = publisher_ ? publisher_->present_step() : 0;
+  message.epoch = publisher_ ? publisher_->present_epoch() : 0;
+  message.severity = event.severity;
+  message.code = fitting(event.code, field_info<takt_msgs::msg::Event>("code"));
+  message.subject = fitting(event.subject, field_info<takt_msgs::msg::Event>("subject"));
+  message.sender = fitting(event.sender, field_info<takt_msgs::msg::Event>("sender"));
+  message.message = fitting(event.message, field_info<takt_msgs::msg::Event>("message"));
   write_event(message);
 }
 
 void StatePublisher::write_event(takt_msgs::msg::Event& event) {
-  event.sequence_number(++event_number_);
+  event.sequence_number = ++event_number_;
   check(event_writer_->write(&event, dds::HANDLE_NIL));
 }
 

@@ -161,7 +161,7 @@ class Comparer {
 
   void compare_poses() {
     for (const auto& [name, one] : a_["components"].items()) {
-      if (one["type"] != "Part" || !b_["components"].contains(name)) continue;
+      if (one["type"] != to_string(ComponentType::part) || !b_["components"].contains(name)) continue;
       const Json& other = b_["components"][name];
       double square = 0.0, cosine = 0.0;
       for (std::size_t i = 0; i < 3; ++i)

@@ -8,21 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "client_lib/recording/cdr.h"
 #include "client_lib/recording/mcap_writer.h"
-#include "server/simulation/model/cell_frames.h"
+#include "server/messages/instant_messages.h"
 #include "server/simulation/model/pressed_elements.h"
 #include "server/simulation/step/simulation.h"
+#include "takt_topics.h"
 
 namespace takt {
-
-/// An event as people read it.
-struct RecordedEvent {
-  std::uint8_t severity = 0;  ///< 0 information, 1 warning, 2 error
-  std::string code, subject, message;
-  double time_s = 0.0;  ///< when it was, and the step that began then
-  std::uint64_t step = 0;
-};
 
 struct McapRecordingOptions {
   double period_s = 0.01;  ///< between instants, simulated time
@@ -44,34 +36,31 @@ class McapRecording {
   /// After every step, and before the first: writes the instants that are due. Throws RecordingError.
   void record(const Simulation& simulation);
   /// Before the instants that come after it.
-  void record(const Simulation& simulation, const RecordedEvent& event);
+  void record(takt_msgs::msg::Event event);
   void close() { writer_.close(); }
   std::uint64_t message_count() const { return writer_.message_count(); }
 
  private:
-  /// `name`: within the cell, or of the whole topic, with / at its begin.
-  std::uint16_t add_channel(const std::string& name, const std::string& type);
-  void write(std::uint16_t channel);
-  /// Begins a sample as all begin that belong to an instant: stamp, time, step, epoch, and of most the world.
-  void begin_sample(const CellDescription* of_world);
-  void write_description(const CellDescription& cell, const std::string& version);
-  void write_frames(std::uint16_t channel, const std::vector<CellFrame>& frames);
+  template <typename Type>
+  std::uint16_t add_channel(const Topic<Type>& topic, std::string_view element = {});
+  template <typename Type>
+  void write(std::uint16_t channel, const Type& message);
   void write_status(const Simulation& simulation);
-  void write_pressures(const CellDescription& cell);
-  void write_state(const CellDescription& cell);
-  void write_joints(const CellDescription& cell, std::size_t robot);
-  void write_power(const CellDescription& cell);
-  void write_contacts(const CellDescription& cell);
 
   recording::McapWriter writer_;
-  recording::CdrWriter sample_;
-  std::string prefix_;
+  std::string sample_;
+  std::string cell_;
   std::uint16_t state_channel_ = 0, event_channel_ = 0, power_channel_ = 0, contacts_channel_ = 0,
                 pressures_channel_ = 0, status_channel_ = 0, tf_channel_ = 0, tf_static_channel_ = 0;
   std::vector<std::uint16_t> joint_channels_;
   Snapshot snapshot_;
   const McapRecordingOptions options_;
-  MovingFrames frames_;
+  takt_msgs::msg::CellState state_;
+  takt_msgs::msg::Power power_;
+  takt_msgs::msg::Contacts contacts_;
+  takt_msgs::msg::ContactPressures pressures_;
+  std::vector<sensor_msgs::msg::JointState> joints_;
+  MovingFramesMessage frames_;
   PressedElements elements_;
   std::vector<std::size_t> pressure_pairs_;
   const std::chrono::steady_clock::time_point began_;

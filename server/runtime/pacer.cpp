@@ -5,18 +5,6 @@
 
 namespace takt {
 
-std::string_view to_string(Pace pace) {
-  switch (pace) {
-    case Pace::realtime:
-      return "realtime";
-    case Pace::free:
-      return "free";
-    case Pace::lockstep:
-      return "lockstep";
-  }
-  return "unknown";
-}
-
 void Pacer::anchor(double step_s, double factor) {
   period_ns_ = step_s / factor * 1e9;
   anchor_ns_ = clock_.now_ns();

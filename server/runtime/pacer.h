@@ -10,14 +10,12 @@
 
 #include "idl/common/histogram.h"
 #include "server/runtime/monotonic_clock.h"
+#include "takt_enumerations.h"
 
 namespace takt {
 
 /// Simulated against wall time.
 inline constexpr double kSlowestPace = 0.001, kFastestPace = 1000.0;
-
-enum class Pace : std::uint8_t { realtime, free, lockstep };
-std::string_view to_string(Pace pace);
 
 class Pacer {
  public:

@@ -13,8 +13,8 @@ namespace {
 
 struct Record {
   double time_s;
-  std::array<JointArray, 2> q, qd;  ///< the robots at this time
-  std::array<GripperVerb, 2> verb;  ///< sent at this time
+  std::array<JointArray, 2> q, qd;    ///< the robots at this time
+  std::array<GripperAction, 2> verb;  ///< sent at this time
   std::array<double, 2> width_m;
 };
 
@@ -92,8 +92,8 @@ TEST(BlockProgram, GripsAndReleasesAtThePublishedTimes) {
   std::array<std::vector<double>, 2> closes, opens;
   for (size_t k = 1; k < block_run().size(); ++k) {
     for (size_t i = 0; i < 2; ++i) {
-      const bool before = block_run()[k - 1].verb[i] == GripperVerb::close;
-      const bool now = block_run()[k].verb[i] == GripperVerb::close;
+      const bool before = block_run()[k - 1].verb[i] == GripperAction::close;
+      const bool now = block_run()[k].verb[i] == GripperAction::close;
       if (now && !before) closes[i].push_back(block_run()[k].time_s);
       if (before && !now) opens[i].push_back(block_run()[k].time_s);
     }
@@ -109,8 +109,8 @@ TEST(BlockProgram, GripsAndReleasesAtThePublishedTimes) {
 TEST(BlockProgram, StandsStillAroundEveryChangeOfAHold) {
   for (size_t k = 1; k < block_run().size(); ++k) {
     for (size_t i = 0; i < 2; ++i) {
-      const bool before = block_run()[k - 1].verb[i] == GripperVerb::close;
-      if ((block_run()[k].verb[i] == GripperVerb::close) == before) continue;
+      const bool before = block_run()[k - 1].verb[i] == GripperAction::close;
+      if ((block_run()[k].verb[i] == GripperAction::close) == before) continue;
       const size_t from = k - 13, to = k + 25;  // 0.104 s before to 0.2 s after
       ASSERT_LT(to, block_run().size());
       for (size_t n = from; n < to; ++n) {
@@ -120,7 +120,7 @@ TEST(BlockProgram, StandsStillAroundEveryChangeOfAHold) {
       }
       // Before closing the jaws were sent to a width of their own, 30 mm wider than the part.
       if (before) continue;
-      ASSERT_EQ(block_run()[k - 1].verb[i], GripperVerb::width);
+      ASSERT_EQ(block_run()[k - 1].verb[i], GripperAction::width);
       const bool first = block_run()[k].time_s < 10.0;
       const double part_width_m = i == 0 ? (first ? 0.030 : 0.080) : (first ? 0.080 : 0.120);
       EXPECT_NEAR(block_run()[k - 1].width_m[i], part_width_m + 0.030, 1e-12);

@@ -20,7 +20,7 @@ double closing_time(const std::string& text, int gripper = 0) {
   double time_s = -1.0;
   plant.run(60.0, [&](const Output& output) {
     for (const GripperSetPoint& command : output.grippers) {
-      if (command.gripper == gripper && command.verb == GripperVerb::close) time_s = plant.time_s();
+      if (command.gripper == gripper && command.verb == GripperAction::close) time_s = plant.time_s();
     }
     return time_s >= 0.0 || output.finished;
   });
@@ -147,7 +147,7 @@ TEST(Program, SeesTheCell) {
   plant.input().components[7].partner = 2;
   const Output& output = plant.update();
   EXPECT_TRUE(output.finished);
-  EXPECT_EQ(output.grippers.at(0).verb, GripperVerb::close);
+  EXPECT_EQ(output.grippers.at(0).verb, GripperAction::close);
   EXPECT_EQ(output.grippers.at(0).max_force_N, 20.0);
 }
 
@@ -168,8 +168,8 @@ TEST(Program, StandingCommandsGoOutEveryPeriod) {
     EXPECT_EQ(output.grippers.size(), 1U);
     EXPECT_EQ(output.finished, plant.time_s() > 2.9999);
     const GripperSetPoint& command = output.grippers[0];
-    if (command.verb == GripperVerb::open) ++opens;
-    if (command.verb == GripperVerb::width) {
+    if (command.verb == GripperAction::open) ++opens;
+    if (command.verb == GripperAction::width) {
       ++widths;
       EXPECT_EQ(command.width_m, plant.time_s() < 0.9999 ? 0.1 : 0.06);
     }

@@ -8,21 +8,21 @@
 #include <random>
 #include <vector>
 
-#include "client_lib/recording/cdr.h"
 #include "client_lib/recording/mcap_reader.h"
 #include "client_lib/recording/mcap_writer.h"
 #include "client_lib/recording/sample.h"
+#include "tests/support/cdr_bytes.h"
 #include "tests/support/temporary_directory.h"
 
 namespace {
 
-using takt::recording::CdrWriter;
 using takt::recording::Compression;
 using takt::recording::known_types;
 using takt::recording::McapMessage;
 using takt::recording::McapReader;
 using takt::recording::McapWriter;
 using takt::recording::RecordingError;
+using takt::test::CdrWriter;
 
 struct Flushed {
   std::uint64_t messages = 0, size = 0;

@@ -6,13 +6,13 @@
 
 #include <fstream>
 
-#include "client_lib/recording/cdr.h"
 #include "client_lib/recording/compression.h"
 #include "client_lib/recording/mcap_format.h"
 #include "client_lib/recording/mcap_reader.h"
 #include "client_lib/recording/mcap_writer.h"
 #include "client_lib/recording/sample.h"
 #include "client_lib/recording/signals.h"
+#include "tests/support/cdr_bytes.h"
 #include "tests/support/temporary_directory.h"
 
 namespace takt::recording {
@@ -29,22 +29,6 @@ std::string sentence_of(const Action& action) {
     return error.what();
   }
   return "no error";
-}
-
-TEST(ForeignTypes, MistakesInIdlAreToldWithWhatWasFound) {
-  const auto error = [](const std::string& field) {
-    return sentence_of([&] {
-      MessageTypes types;
-      types.add_idl("module a {\nmodule msg {\nstruct T {\n" + field);
-    });
-  };
-  EXPECT_THAT(error("string<x> s; }; }; };"), HasSubstr("line 4: found 'x', expected a number"));
-  EXPECT_THAT(error("string<-1> s; }; }; };"), HasSubstr("line 4: found '-', expected a number"));
-  EXPECT_THAT(error("string<"), HasSubstr("found '', expected a number"));
-  EXPECT_THAT(error("double x[3;"), HasSubstr("found ';', expected ']'"));
-  EXPECT_THAT(error("double x"), HasSubstr("found '', expected ';'"));
-  EXPECT_THAT(error("double x; }; }; }; };"), HasSubstr("found '}', expected a module or a struct"));
-  EXPECT_THAT(error("double x; }; enum E {"), HasSubstr("found 'enum', expected a module or a struct"));
 }
 
 TEST(ForeignTypes, Ros2TextIsReadAsOthersWriteIt) {

@@ -11,7 +11,7 @@
 #include <random>
 #include <set>
 
-#include "server/dds/convert.h"
+#include "server/dds/convert_commands.h"
 #include "server/runtime/loop/command_buffer.h"
 #include "tests/support/loop_reader.h"
 #include "tests/support/service_cell.h"
@@ -88,13 +88,13 @@ class Generator {
     builtin_interfaces::msg::Time stamp;
     if (chance(3)) return stamp;  // none
     const std::int64_t ns = std::llround(time_s * 1e9);
-    stamp.sec(static_cast<std::int32_t>(ns / 1'000'000'000));
-    stamp.nanosec(static_cast<std::uint32_t>(ns % 1'000'000'000));
+    stamp.sec = static_cast<std::int32_t>(ns / 1'000'000'000);
+    stamp.nanosec = static_cast<std::uint32_t>(ns % 1'000'000'000);
     if (!chance(40)) return stamp;
     if (chance(2)) {
-      stamp.sec(chance(2) ? -1 : std::numeric_limits<std::int32_t>::min());
+      stamp.sec = chance(2) ? -1 : std::numeric_limits<std::int32_t>::min();
     } else {
-      stamp.nanosec(chance(2) ? 1'000'000'000U : std::numeric_limits<std::uint32_t>::max());
+      stamp.nanosec = chance(2) ? 1'000'000'000U : std::numeric_limits<std::uint32_t>::max();
     }
     codes.insert("malformed");
     return stamp;
@@ -102,56 +102,55 @@ class Generator {
 
   sensor_msgs::msg::JointState joints(double time_s, Codes& codes) {
     sensor_msgs::msg::JointState message;
-    message.header().stamp(stamp(time_s, codes));
-    message.name(joints_);
-    std::shuffle(message.name().begin(), message.name().end(), dice_);
+    message.header.stamp = stamp(time_s, codes);
+    message.name = joints_;
+    std::shuffle(message.name.begin(), message.name.end(), dice_);
     const bool with_velocity = chance(2), with_effort = chance(3);
-    for (const std::string& name : message.name()) {
+    for (const std::string& name : message.name) {
       const Limits& of = limits_[name];
-      message.position().push_back(chance(20) ? of.upper : within(of.lower, of.upper));
-      if (with_velocity) message.velocity().push_back(within(-of.velocity, of.velocity));
-      if (with_effort) message.effort().push_back(within(-of.effort, of.effort));
+      message.position.push_back(chance(20) ? of.upper : within(of.lower, of.upper));
+      if (with_velocity) message.velocity.push_back(within(-of.velocity, of.velocity));
+      if (with_effort) message.effort.push_back(within(-of.effort, of.effort));
     }
     const unsigned faults = below(3);
     for (unsigned f = 0; f < faults; ++f) {
       switch (below(6)) {
         case 0:
-          message.name()[below(static_cast<unsigned>(message.name().size()))] = odd_name();
+          message.name[below(static_cast<unsigned>(message.name.size()))] = odd_name();
           break;
         case 1:
-          message.name()[below(static_cast<unsigned>(message.name().size()))] = joints_[below(6)];
+          message.name[below(static_cast<unsigned>(message.name.size()))] = joints_[below(6)];
           break;
         case 2:
-          resize(message.position());
+          resize(message.position);
           break;
         case 3:
-          resize(chance(2) ? message.velocity() : message.effort());
+          resize(chance(2) ? message.velocity : message.effort);
           break;
         case 4:
-          if (chance(4)) message.name().resize(1 + below(40), joints_[0]);
+          if (chance(4)) message.name.resize(1 + below(40), joints_[0]);
           break;
         default:
-          spoil(chance(2) ? message.position() : chance(2) ? message.velocity() : message.effort());
+          spoil(chance(2) ? message.position : chance(2) ? message.velocity : message.effort);
       }
     }
     const auto wrong_length = [&](std::size_t size, bool may_be_empty) {
       return size != joints_.size() && !(may_be_empty && size == 0);
     };
-    if (wrong_length(message.name().size(), false) || wrong_length(message.position().size(), false) ||
-        wrong_length(message.velocity().size(), true) || wrong_length(message.effort().size(), true)) {
+    if (wrong_length(message.name.size(), false) || wrong_length(message.position.size(), false) ||
+        wrong_length(message.velocity.size(), true) || wrong_length(message.effort.size(), true)) {
       codes.insert("wrong_count");
       return message;  // what else there is cannot be told by joint
     }
-    judge_names(message.name(), codes);
-    for (std::size_t i = 0; i < message.name().size(); ++i) {
-      const auto of = limits_.find(message.name()[i]);
+    judge_names(message.name, codes);
+    for (std::size_t i = 0; i < message.name.size(); ++i) {
+      const auto of = limits_.find(message.name[i]);
       if (of == limits_.end()) continue;
       const auto [lower, upper, velocity, effort] = of->second;
-      judge(codes, message.position()[i], lower, upper, "out_of_range");
-      if (!message.velocity().empty())
-        judge(codes, message.velocity()[i], -velocity, velocity, "velocity_out_of_range");
-      if (!message.effort().empty())
-        judge(codes, message.effort()[i], -effort, effort, "effort_out_of_range");
+      judge(codes, message.position[i], lower, upper, "out_of_range");
+      if (!message.velocity.empty())
+        judge(codes, message.velocity[i], -velocity, velocity, "velocity_out_of_range");
+      if (!message.effort.empty()) judge(codes, message.effort[i], -effort, effort, "effort_out_of_range");
     }
     return message;
   }
@@ -159,74 +158,74 @@ class Generator {
   /// Linear through its points: a position is extreme at a point, a velocity is that of a piece.
   trajectory_msgs::msg::JointTrajectory trajectory(double time_s, Codes& codes) {
     trajectory_msgs::msg::JointTrajectory message;
-    message.header().stamp(stamp(time_s, codes));
+    message.header.stamp = stamp(time_s, codes);
     if (chance(30)) return message;  // stop
-    message.joint_names(joints_);
-    std::shuffle(message.joint_names().begin(), message.joint_names().end(), dice_);
+    message.joint_names = joints_;
+    std::shuffle(message.joint_names.begin(), message.joint_names.end(), dice_);
     if (chance(5000)) {
-      message.points().resize(kMaxTrajectoryPoints + 1 + below(3));
+      message.points.resize(kMaxTrajectoryPoints + 1 + below(3));
       codes.insert("malformed");
       return message;
     }
     const unsigned points = 1 + below(4);
     for (unsigned p = 0; p < points; ++p) {
       trajectory_msgs::msg::JointTrajectoryPoint point;
-      for (const std::string& name : message.joint_names()) {
+      for (const std::string& name : message.joint_names) {
         const Limits& of = limits_[name];
         // A piece of 10 s: slower than every joint's limit, unless its time is spoilt.
-        point.positions().push_back(within(0.5 * of.lower, 0.5 * of.upper));
+        point.positions.push_back(within(0.5 * of.lower, 0.5 * of.upper));
       }
-      point.time_from_start().sec(static_cast<std::int32_t>(10 * (p + 1)));
-      message.points().push_back(point);
+      point.time_from_start.sec = static_cast<std::int32_t>(10 * (p + 1));
+      message.points.push_back(point);
     }
-    auto& one = message.points()[below(points)];
+    auto& one = message.points[below(points)];
     switch (below(12)) {
       case 0:
-        message.joint_names()[below(6)] = odd_name();
+        message.joint_names[below(6)] = odd_name();
         break;
       case 1:
-        message.joint_names()[below(6)] = joints_[below(6)];
+        message.joint_names[below(6)] = joints_[below(6)];
         break;
       case 2:
-        resize(one.positions());
+        resize(one.positions);
         break;
       case 3:
-        spoil(one.positions());
+        spoil(one.positions);
         break;
       case 4:
-        one.time_from_start().sec(chance(2) ? -7 : 3);
+        one.time_from_start.sec = chance(2) ? -7 : 3;
         break;
       case 5:
-        one.time_from_start().nanosec(chance(2) ? 1'000'000'000U : 5U);
+        one.time_from_start.nanosec = chance(2) ? 1'000'000'000U : 5U;
         break;
       case 6:
-        one.velocities().resize(1 + below(5));
+        one.velocities.resize(1 + below(5));
         break;
       case 7:
-        one.effort().resize(1 + below(5));
+        one.effort.resize(1 + below(5));
         break;
       default:
         break;
     }
     const std::size_t n = joints_.size();
-    if (message.joint_names().size() != n) codes.insert("wrong_count");
-    judge_names(message.joint_names(), codes);
+    if (message.joint_names.size() != n) codes.insert("wrong_count");
+    judge_names(message.joint_names, codes);
     double before_s = -1.0;
-    for (std::size_t p = 0; p < message.points().size(); ++p) {
-      auto& point = message.points()[p];
-      if (point.time_from_start().nanosec() > 999'999'999U) codes.insert("malformed");
-      const double t = point.time_from_start().sec() + 1e-9 * point.time_from_start().nanosec();
+    for (std::size_t p = 0; p < message.points.size(); ++p) {
+      auto& point = message.points[p];
+      if (point.time_from_start.nanosec > 999'999'999U) codes.insert("malformed");
+      const double t = point.time_from_start.sec + 1e-9 * point.time_from_start.nanosec;
       if (t < 0.0 || (p > 0 && t <= before_s)) codes.insert("times_not_ascending");
-      if (point.positions().size() != n || (!point.effort().empty() && point.effort().size() != n) ||
-          !point.velocities().empty())  // too few
+      if (point.positions.size() != n || (!point.effort.empty() && point.effort.size() != n) ||
+          !point.velocities.empty())  // too few
         codes.insert("wrong_count");
-      for (std::size_t j = 0; j < std::min(n, point.positions().size()); ++j) {
-        const auto of = limits_.find(message.joint_names()[j]);
+      for (std::size_t j = 0; j < std::min(n, point.positions.size()); ++j) {
+        const auto of = limits_.find(message.joint_names[j]);
         if (of == limits_.end()) continue;
-        const double q = point.positions()[j];
+        const double q = point.positions[j];
         judge(codes, q, of->second.lower, of->second.upper, "out_of_range");
-        if (p == 0 || message.points()[p - 1].positions().size() <= j || !(t > before_s)) continue;
-        const double speed = std::abs(q - message.points()[p - 1].positions()[j]) / (t - before_s);
+        if (p == 0 || message.points[p - 1].positions.size() <= j || !(t > before_s)) continue;
+        const double speed = std::abs(q - message.points[p - 1].positions[j]) / (t - before_s);
         if (speed > of->second.velocity) codes.insert("velocity_out_of_range");
       }
       before_s = t;
@@ -237,19 +236,19 @@ class Generator {
   takt_msgs::msg::GripperCommand gripper(double time_s, Codes& codes) {
     const GripperDescription& of = cell_.grippers[0];
     takt_msgs::msg::GripperCommand message;
-    message.stamp(stamp(time_s, codes));
-    message.action(static_cast<std::uint8_t>(chance(8) ? below(256) : below(3)));
-    message.width(chance(4) ? odd() : within(0.0, of.max_width_m));
-    message.max_force(chance(4) ? odd() : within(0.0, of.max_force_N));
-    if (message.action() != 0 && message.action() != 1 && message.action() != 2) codes.insert("malformed");
-    judge(codes, message.width(), 0.0, of.max_width_m, "out_of_range");
-    judge(codes, message.max_force(), 0.0, of.max_force_N, "out_of_range");
+    message.stamp = stamp(time_s, codes);
+    message.action = static_cast<GripperAction>(chance(8) ? below(256) : below(3));
+    message.width = chance(4) ? odd() : within(0.0, of.max_width_m);
+    message.max_force = chance(4) ? odd() : within(0.0, of.max_force_N);
+    if (static_cast<int>(message.action) > 2) codes.insert("malformed");
+    judge(codes, message.width, 0.0, of.max_width_m, "out_of_range");
+    judge(codes, message.max_force, 0.0, of.max_force_N, "out_of_range");
     return message;
   }
 
   takt_msgs::msg::DeviceCommand device(double time_s, Codes& codes) {
     takt_msgs::msg::DeviceCommand message;
-    message.stamp(stamp(time_s, codes));
+    message.stamp = stamp(time_s, codes);
     std::set<std::string> given;
     const unsigned count = chance(20) ? 200 : 1 + below(2);
     for (unsigned i = 0; i < count; ++i) {
@@ -259,16 +258,16 @@ class Generator {
                                : kind < 7  ? "lamp"
                                            : "set_point";
       const double value = chance(5) ? odd() : name == "lamp" ? within(0.0, 1.0) : within(20.0, 300.0);
-      message.signals().push_back(name);
-      message.values().push_back(value);
+      message.signals.push_back(name);
+      message.values.push_back(value);
       if (!given.insert(name).second) codes.insert("malformed");
       if (kind == 0) codes.insert("read_only_signal");
       if (kind == 1) codes.insert("unknown_signal");
       if (name == "lamp") judge(codes, value, 0.0, 1.0, "out_of_range");
       if (name == "set_point") judge(codes, value, 20.0, 300.0, "out_of_range");
     }
-    if (chance(20)) resize(message.values());
-    if (message.values().size() != message.signals().size() || message.signals().size() > kMaxSignals)
+    if (chance(20)) resize(message.values);
+    if (message.values.size() != message.signals.size() || message.signals.size() > kMaxSignals)
       codes.insert("wrong_count");
     return message;
   }
@@ -299,7 +298,7 @@ class Generator {
 };
 
 double time_of(const builtin_interfaces::msg::Time& stamp) {
-  const double time_s = stamp.sec() + 1e-9 * stamp.nanosec();
+  const double time_s = stamp.sec + 1e-9 * stamp.nanosec;
   return time_s > 0.0 ? time_s : -1.0;
 }
 
@@ -307,40 +306,39 @@ double time_of(const builtin_interfaces::msg::Time& stamp) {
 JointCommand meaning(const Generator& generator, int robot, const sensor_msgs::msg::JointState& message) {
   JointCommand command;
   command.robot = robot;
-  command.stamp_s = time_of(message.header().stamp());
-  command.has_velocity = !message.velocity().empty();
-  command.has_effort = !message.effort().empty();
-  for (std::size_t i = 0; i < message.name().size(); ++i) {
-    const std::size_t place = generator.place(message.name()[i]);
-    command.position[place] = message.position()[i];
-    if (command.has_velocity) command.velocity[place] = message.velocity()[i];
-    if (command.has_effort) command.effort[place] = message.effort()[i];
+  command.stamp_s = time_of(message.header.stamp);
+  command.has_velocity = !message.velocity.empty();
+  command.has_effort = !message.effort.empty();
+  for (std::size_t i = 0; i < message.name.size(); ++i) {
+    const std::size_t place = generator.place(message.name[i]);
+    command.position[place] = message.position[i];
+    if (command.has_velocity) command.velocity[place] = message.velocity[i];
+    if (command.has_effort) command.effort[place] = message.effort[i];
   }
   return command;
 }
 TrajectoryCommand meaning(const Generator& generator, int robot,
                           const trajectory_msgs::msg::JointTrajectory& message) {
   auto path = std::make_shared<JointPath>();
-  for (const auto& from : message.points()) {
+  for (const auto& from : message.points) {
     JointPathPoint& point = path->points.emplace_back();
-    point.t = from.time_from_start().sec() + 1e-9 * from.time_from_start().nanosec();
-    for (std::size_t i = 0; i < message.joint_names().size(); ++i)
-      point.q[generator.place(message.joint_names()[i])] = from.positions()[i];
+    point.t = from.time_from_start.sec + 1e-9 * from.time_from_start.nanosec;
+    for (std::size_t i = 0; i < message.joint_names.size(); ++i)
+      point.q[generator.place(message.joint_names[i])] = from.positions[i];
   }
-  return {robot, time_of(message.header().stamp()), path};
+  return {robot, time_of(message.header.stamp), path};
 }
 GripperCommand meaning(const Generator&, int gripper, const takt_msgs::msg::GripperCommand& message) {
-  return {gripper, time_of(message.stamp()), static_cast<GripperAction>(message.action()), message.width(),
-          message.max_force()};
+  return {gripper, time_of(message.stamp), message.action, message.width, message.max_force};
 }
 DeviceCommand meaning(const Generator&, int device, const takt_msgs::msg::DeviceCommand& message) {
   DeviceCommand command;
   command.device = device;
-  command.stamp_s = time_of(message.stamp());
-  for (std::size_t i = 0; i < message.signals().size(); ++i) {
+  command.stamp_s = time_of(message.stamp);
+  for (std::size_t i = 0; i < message.signals.size(); ++i) {
     const auto place = static_cast<std::size_t>(command.count++);
-    command.signals[place] = message.signals()[i] == std::string("lamp") ? 1 : 0;
-    command.values[place] = message.values()[i];
+    command.signals[place] = message.signals[i] == std::string("lamp") ? 1 : 0;
+    command.values[place] = message.values[i];
   }
   return command;
 }
@@ -368,10 +366,10 @@ class BadCommands : public testing::Test {
     const Rejection verdict = sent(std::string(target_name(loop_.cell(), target)), message);
     const std::string code = verdict.message.empty() ? "" : std::string(to_string(verdict.code));
     double stamp_s = -1.0;
-    if constexpr (requires { message.header(); }) {
-      stamp_s = time_of(message.header().stamp());
+    if constexpr (requires { message.header; }) {
+      stamp_s = time_of(message.header.stamp);
     } else {
-      stamp_s = time_of(message.stamp());
+      stamp_s = time_of(message.stamp);
     }
     double& newest_s = newest_s_[target];
     if (codes.empty() && stamp_s >= 0.0 && stamp_s < newest_s - 1e-12) codes.insert("stale");

@@ -25,23 +25,23 @@ std::string argument_of(const Question& question, const std::string& name) {
 TEST(RosQuestions, AboutWorldsNeedAFile) {
   srv::LoadWorld_Request load;
   expect_no(ask(load), static_cast<ControlResult>(102), "The uri of a scenario file is missing.");
-  load.world_resource().resource_string("takt_scenario: 1");
+  load.world_resource.resource_string = "takt_scenario: 1";
   expect_no(ask(load), ControlResult::unsupported, "cannot be passed as text here");
-  load.world_resource().uri("cell.yaml");
+  load.world_resource.uri = "cell.yaml";
   EXPECT_EQ(argument_of(ask(load), "uri"), "cell.yaml");
 }
 
 TEST(RosQuestions, ForEntitiesHaveFiltersThatCanBe) {
   const auto with = [](const std::string& filter) {
     srv::GetEntities_Request request;
-    request.filters().filter(filter);
+    request.filters.filter = filter;
     return ask(request);
   };
   srv::GetEntities_Request tagged;
-  tagged.filters().tags().tags({"red"});
+  tagged.filters.tags.tags = {"red"};
   expect_no(ask(tagged), ControlResult::unsupported, "Components have no tags here");
   srv::GetEntities_Request bounded;
-  bounded.filters().bounds().points().resize(2);
+  bounded.filters.bounds.points.resize(2);
   expect_no(ask(bounded), ControlResult::unsupported, "There is no filter by bounds here");
   for (const std::string& wrong : {std::string(201, 'a'), std::string("a{3}"), std::string("a\nb")})
     expect_no(with(wrong), ControlResult::unsupported, "at most 200 characters, without repetition counts");
@@ -51,21 +51,21 @@ TEST(RosQuestions, ForEntitiesHaveFiltersThatCanBe) {
 
 TEST(RosQuestions, SetWhatCanBeSet) {
   srv::SetEntityState_Request request;
-  request.entity("P");
-  request.state().header().frame_id("map");
+  request.entity = "P";
+  request.state.header.frame_id = "map";
   expect_no(ask(request), ControlResult::unsupported, "The frame 'map' is not known here");
-  request.state().header().frame_id("world");
-  request.set_acceleration(true);
+  request.state.header.frame_id = "world";
+  request.set_acceleration = true;
   expect_no(ask(request), ControlResult::unsupported, "An acceleration cannot be set");
-  request.set_acceleration(false);
+  request.set_acceleration = false;
   EXPECT_EQ(argument_of(ask(request), "position"), "no position");
-  request.set_pose(true);
-  request.state().pose().position().x(1.5);
+  request.set_pose = true;
+  request.state.pose.position.x = 1.5;
   EXPECT_EQ(argument_of(ask(request), "position"), "1.5 0 0");
   EXPECT_EQ(argument_of(ask(request), "linear_velocity"), "no linear_velocity");
   const auto orientation = [&](double x, double y, double z, double w) {
-    auto& q = request.state().pose().orientation();
-    q.x(x), q.y(y), q.z(z), q.w(w);
+    auto& q = request.state.pose.orientation;
+    q = {x, y, z, w};
     return argument_of(ask(request), "orientation");
   };
   EXPECT_EQ(orientation(0, 0, 0, 0), "0 0 0 1") << "a message that says nothing of it";
@@ -73,24 +73,24 @@ TEST(RosQuestions, SetWhatCanBeSet) {
   EXPECT_EQ(orientation(0, 1, 0, 0), "0 1 0 0");
   EXPECT_EQ(orientation(0, 0, 1, 0), "0 0 1 0");
   EXPECT_EQ(orientation(0, 0, 0, 2), "0 0 0 2");
-  request.set_twist(true);
-  request.state().twist().angular().z(0.5);
+  request.set_twist = true;
+  request.state.twist.angular.z = 0.5;
   EXPECT_EQ(argument_of(ask(request), "angular_velocity"), "0 0 0.5");
 }
 
 TEST(RosQuestions, SpawnFilesAndCopies) {
   srv::SpawnEntity_Request request;
   const auto with = [&](const std::string& uri) {
-    request.entity_resource().uri(uri);
+    request.entity_resource.uri = uri;
     return ask(request);
   };
   expect_no(with(""), ControlResult::no_resource, "The uri is missing: a mesh file, or copy_of:NAME");
-  request.entity_namespace("line1");
+  request.entity_namespace = "line1";
   expect_no(with("a.obj"), ControlResult::unsupported, "Parts have no topics of their own");
-  request.entity_namespace("");
-  request.initial_pose().header().frame_id("map");
+  request.entity_namespace = "";
+  request.initial_pose.header.frame_id = "map";
   expect_no(with("a.obj"), ControlResult::unsupported, "The frame 'map' is not known here");
-  request.initial_pose().header().frame_id("");
+  request.initial_pose.header.frame_id = "";
   for (const char* wrong : {"a.obj?mass_kg", "a.obj?=3", "a.obj?a=1&&b=2"})
     expect_no(with(wrong), ControlResult::spawn_parse_error, "stand NAME=VALUE, separated by &.");
   const Question bolt = with("bolts/m6.obj?mass_kg=0.02&hierarchy=3");
@@ -102,11 +102,11 @@ TEST(RosQuestions, SpawnFilesAndCopies) {
   EXPECT_EQ(argument_of(with("a.obj?"), "uri"), "a.obj");
   EXPECT_EQ(argument_of(with("copy_of:P"), "name"), "");
   // A name is found for what has none, where that is allowed.
-  request.allow_renaming(true);
+  request.allow_renaming = true;
   EXPECT_EQ(argument_of(with("bolts/m6.obj?mass_kg=0.02"), "name"), "m6");
   EXPECT_EQ(argument_of(with("copy_of:P"), "name"), "P");
   EXPECT_EQ(argument_of(with("copy_of:P"), "copy_of"), "P");
-  request.name("Q");
+  request.name = "Q";
   EXPECT_EQ(argument_of(with("copy_of:P"), "name"), "Q");
   EXPECT_EQ(argument_of(with("m6.obj"), "name"), "Q");
 }
@@ -115,15 +115,15 @@ TEST(RosAnswers, OfFailuresSayNothingElse) {
   const ControlReply failed{1, ControlResult::failed, "It could not be.", {}};
   srv::GetEntities_Response entities;
   respond(failed, "\n", entities);
-  EXPECT_EQ(entities.result().error_message(), "It could not be.");
-  EXPECT_TRUE(entities.entities().empty());
+  EXPECT_EQ(entities.result.error_message, "It could not be.");
+  EXPECT_TRUE(entities.entities.empty());
   srv::GetEntityState_Response state;
   respond(failed, "", state);
-  EXPECT_EQ(state.result().result(), 4);
-  EXPECT_EQ(state.state().header().frame_id(), "");
+  EXPECT_EQ(state.result.result, 4);
+  EXPECT_EQ(state.state.header.frame_id, "");
   srv::GetSimulationState_Response simulation;
   respond(failed, "", simulation);
-  EXPECT_EQ(simulation.state().state(), 0);
+  EXPECT_EQ(simulation.state.state, 0);
 }
 
 TEST(RosAnswers, ListEntitiesByExpressionAndCategory) {
@@ -136,7 +136,7 @@ TEST(RosAnswers, ListEntitiesByExpressionAndCategory) {
   const auto names = [&](const std::string& note) {
     srv::GetEntities_Response response;
     respond(reply, note, response);
-    return response.entities();
+    return response.entities;
   };
   using Names = std::vector<std::string>;
   EXPECT_EQ(names("\n"), (Names{"P1", "G", "T", ""}));
@@ -146,7 +146,7 @@ TEST(RosAnswers, ListEntitiesByExpressionAndCategory) {
   EXPECT_EQ(names("T|G\n25"), (Names{"G", "T"}));
   srv::GetEntities_Response nothing;
   respond({1, ControlResult::ok, "", {{"document_0", "[{"}}}, "\n", nothing);
-  EXPECT_TRUE(nothing.entities().empty());
+  EXPECT_TRUE(nothing.entities.empty());
 }
 
 }  // namespace

@@ -64,22 +64,21 @@ class Peer {
  public:
   explicit Peer(const CellDescription& cell) {
     const auto& robot = cell.robots.front();
-    joints_ = client.dds.write<sensor_msgs::msg::JointStatePubSubType>(
+    joints_ = client.dds.write<sensor_msgs::msg::JointState>(
         RawCellClient::topic(robot.name + "/joint_commands"), true);
-    gripper_ = client.dds.write<msg::GripperCommandPubSubType>(
+    gripper_ = client.dds.write<msg::GripperCommand>(
         RawCellClient::topic(cell.grippers.front().name + "/command"), true);
-    description_ =
-        client.dds.read<msg::CellDescriptionPubSubType>(RawCellClient::topic("description"), true, true, 1);
+    description_ = client.dds.read<msg::CellDescription>(RawCellClient::topic("description"), true, true, 1);
     joints_.matches->wait_for(1);
     gripper_.matches->wait_for(1);
     description_->wait_until([](const auto& messages) { return !messages.empty(); });
     sensor_msgs::msg::JointState command;
     for (const auto& joint : robot.arm.joints) {
-      command.name().push_back(joint.name);
-      command.position().push_back(0.1);
+      command.name.push_back(joint.name);
+      command.position.push_back(0.1);
     }
     msg::GripperCommand close;
-    close.action(1);
+    close.action = static_cast<GripperAction>(1);
     for (int i = 0; i < 5; ++i) {
       joints_.writer->write(&command);
       gripper_.writer->write(&close);
@@ -120,7 +119,7 @@ int attack(const Options& options, std::atomic<std::uint64_t>& thrown) {
       // Among 400 000 packets a second one request or reply may be overwritten by others before it is read;
       // takt::Client asks again then.
       for (int i = 0; i < 10; ++i) {
-        if (client.request_within(30, "get_state").result() == 1) return true;
+        if (client.request_within(30, "get_state").result == 1) return true;
       }
       std::printf("after %" PRIu64 " packets %s got no answer\n", thrown.load(), who);
       result = 1;

@@ -40,6 +40,22 @@ violations=$(
       printf '%s\n' "${documents[@]}" | grep -qE "(^|/)$(basename "$name")\$" || echo "$file:$line: no such document: $name"
     done
 
+  # Enumerations, topics and QoS stand once: in idl/ and in topic_qos.h.
+  mapfile -t product < <(existing plant_models server client_lib idl)
+  if [[ -f idl/takt_enumerations.idl ]]; then
+    enumerations=$(sed -nE 's/^enum ([A-Za-z]+).*/\1/p' idl/takt_enumerations.idl | paste -sd'|')
+    grep -rnHE --include='*.h' --include='*.cpp' "enum (class )?($enumerations)\>" "${product[@]}" |
+      sed -E 's/^([^:]+:[0-9]+):.*/\1: this enumeration is in takt_enumerations.h/' || true
+    levels=$(sed -nE 's/^@topic\(.*name="([^"]*\/)?([a-z_]+)".*/\2/p' idl/*.idl | sort -u | paste -sd'|')
+    grep -rnHE --include='*.h' --include='*.cpp' \
+      "\"[^\" ]*/($levels)\"|\"(joint_commands|joint_states|joint_trajectory|robot_description|contact_pressures|tf_static)\"" \
+      "${product[@]}" | grep -vE '^[^:]+:[0-9]+:(#include|.*///)' |
+      sed -E 's/^([^:]+:[0-9]+):.*/\1: names of topics are in takt_topics.h/' || true
+  fi
+  ((${#product[@]} == 0)) || grep -rnHE --include='*.h' --include='*.cpp' '_(RELIABILITY|DURABILITY|HISTORY)_QOS' "${product[@]}" |
+    grep -vE '^idl/transport/fastdds/(topic_qos|fastdds)\.h:' |
+    sed -E 's/^([^:]+:[0-9]+):.*/\1: the QoS of topics is in topic_qos.h/' || true
+
   # The README is one screen; its reader sees at once what to type.
   awk 'END { if (NR >= 120) print FILENAME ":120: the README has 120 lines or more" }' README.md
   for command in './dev demo' './dev test'; do

@@ -25,7 +25,9 @@ fresh() {
   write server/simulation/step/simulation.h '#pragma once\n#include "server/contact/holding/search.h"\n'
   write server/runtime/loop/loop.cpp '#include <mutex>\n#include "server/simulation/step/simulation.h"\n'
   write server/dds/participant.cpp '#include <fastdds/dds/domain/DomainParticipant.hpp>\n#include "server/simulation/model/snapshot.h"\n#include "takt_msgs.h"\n'
-  write client_lib/client.cpp '#include <chrono>\n#include <fastdds/x.hpp>\n#include "takt_msgsPubSubTypes.h"\n#include "client_lib/client.h"\n'
+  write idl/takt_enumerations.idl 'enum PartState {\n  free\n};\n'
+  write idl/takt_msgs.idl '@final\n@topic(id="state", name="{cell}/state", by="server")\nstruct State { double x; };\n'
+  write client_lib/client.cpp '#include <chrono>\n#include <fastdds/x.hpp>\n#include "takt_topics.h"\n#include "client_lib/client.h"\n'
   write client_lib/controller/controller.cpp '#include <lua.hpp>\n#include "plant_models/spatial.h"\n'
   write tests/dds/x_unit_test.cpp '#include <chrono>\n#include <fcl/fcl.h>\n#include "server/dds/x.h"\n'
 }
@@ -96,6 +98,10 @@ expect server/contact/a.cpp:601 server/contact/a.cpp "$(printf '//\\n%.0s' {1..6
 expect docs/a.md:2 docs/a.md 'x\nsee /ho''me/someone/notes\n'
 expect tests/contact/a_unit_test.cpp:1 tests/contact/a_unit_test.cpp '  std::this_thread::sleep_for(1s);\n'
 expect server/contact/a.cpp:1 server/contact/a.cpp '// TO''DO later\n'
+expect server/simulation/model/a.h:1 server/simulation/model/a.h 'enum class PartState : char { free };\n'
+expect client_lib/a.cpp:2 client_lib/a.cpp '\nconst char* const topic = "/state";\n'
+expect client_lib/a.cpp:1 client_lib/a.cpp 'qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;\n'
+expect server/geometry/mesh/a.h:1 server/geometry/mesh/a.h '#include "takt_msgs.h"\n'
 expect README.md:1 README.md '# x\n./dev test\n'
 expect README.md:1 README.md "# x\\n./dev demo\\n$(printf '\\n%.0s' {1..40})./dev test\\n"
 expect README.md:120 README.md "# x\\n./dev demo\\n./dev test\\n$(printf '\\n%.0s' {1..120})"

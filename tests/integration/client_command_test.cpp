@@ -57,12 +57,12 @@ TEST_F(ClientCommand, TheFirstJointCommandArrivesExactly) {
   client_->send_joint_command("Robot2", {0.1, -1.0 / 3.0}, {1e-300, 2.0}, 12.000000008, {-7.5, 1.0 / 3.0});
   const auto received = server_->wait_for_joint_commands(1);
   ASSERT_EQ(received.size(), 1U);
-  EXPECT_EQ(received[0].name(), (std::vector<std::string>{"shoulder", "elbow"}));
-  EXPECT_EQ(received[0].position(), (std::vector<double>{0.1, -1.0 / 3.0}));
-  EXPECT_EQ(received[0].velocity(), (std::vector<double>{1e-300, 2.0}));
-  EXPECT_EQ(received[0].effort(), (std::vector<double>{-7.5, 1.0 / 3.0}));
-  EXPECT_EQ(received[0].header().stamp().sec(), 12);
-  EXPECT_EQ(received[0].header().stamp().nanosec(), 8U);
+  EXPECT_EQ(received[0].name, (std::vector<std::string>{"shoulder", "elbow"}));
+  EXPECT_EQ(received[0].position, (std::vector<double>{0.1, -1.0 / 3.0}));
+  EXPECT_EQ(received[0].velocity, (std::vector<double>{1e-300, 2.0}));
+  EXPECT_EQ(received[0].effort, (std::vector<double>{-7.5, 1.0 / 3.0}));
+  EXPECT_EQ(received[0].header.stamp.sec, 12);
+  EXPECT_EQ(received[0].header.stamp.nanosec, 8U);
 }
 
 TEST_F(ClientCommand, GripperCommandArrives) {
@@ -71,11 +71,11 @@ TEST_F(ClientCommand, GripperCommandArrives) {
   client_->set_gripper("Gripper1", GripperAction::width, 0.03, 40.0);
   const auto received = server_->wait_for_gripper_commands(1);
   ASSERT_EQ(received.size(), 1U);
-  EXPECT_EQ(received[0].action(), 2);
-  EXPECT_EQ(received[0].width(), 0.03);
-  EXPECT_EQ(received[0].max_force(), 40.0);
-  EXPECT_EQ(received[0].stamp().sec(), 0);
-  EXPECT_EQ(received[0].stamp().nanosec(), 0U);
+  EXPECT_EQ(received[0].action, GripperAction::width);
+  EXPECT_EQ(received[0].width, 0.03);
+  EXPECT_EQ(received[0].max_force, 40.0);
+  EXPECT_EQ(received[0].stamp.sec, 0);
+  EXPECT_EQ(received[0].stamp.nanosec, 0U);
 }
 
 TEST_F(ClientCommand, WrongCommandsAreRefusedHereAndNotSent) {
@@ -120,7 +120,7 @@ TEST_F(ClientCommand, WrongCommandsAreRefusedHereAndNotSent) {
   client_->send_joint_command("Robot1", {0.25, 0.5});
   const auto received = server_->wait_for_joint_commands(1);
   ASSERT_EQ(received.size(), 1U);
-  EXPECT_EQ(received[0].position(), (std::vector<double>{0.25, 0.5}));
+  EXPECT_EQ(received[0].position, (std::vector<double>{0.25, 0.5}));
 }
 
 TEST_F(ClientCommand, ACommandNobodyListensToIsAnError) {
@@ -132,14 +132,13 @@ TEST_F(ClientCommand, ACommandNobodyListensToIsAnError) {
 
 TEST_F(ClientCommand, RequestsCarryTheirArgumentsAndBringTheReply) {
   connect([](ScriptedCell& cell, const takt_msgs::msg::ControlRequest& request) {
-    if (request.request() == "get_state") return cell.reply(request, 1, "Paused.", {{"state", "2"}});
+    if (request.request == "get_state") return cell.reply(request, 1, "Paused.", {{"state", "2"}});
     std::map<std::string, std::string> echo;
-    for (const auto& argument : request.arguments())
-      echo[argument.name().to_string()] = argument.value().to_string();
+    for (const auto& argument : request.arguments) echo[argument.name] = argument.value;
     auto foreign = request;  // the reply to somebody else must not be taken for this one's
-    foreign.client_id("somebody else");
+    foreign.client_id = "somebody else";
     cell.reply(foreign, 4, "not for you");
-    cell.reply(request, 1, "Done: " + request.request().to_string(), echo);
+    cell.reply(request, 1, "Done: " + request.request, echo);
   });
   EXPECT_EQ(client_->get_state(), SimulationState::paused);
   const auto reply = client_->request("anything", {{"a", "1"}, {"b", "two words"}});
@@ -149,7 +148,7 @@ TEST_F(ClientCommand, RequestsCarryTheirArgumentsAndBringTheReply) {
 
 TEST_F(ClientCommand, ARefusalCarriesResultAndSentenceOfTheServer) {
   connect([](ScriptedCell& cell, const takt_msgs::msg::ControlRequest& request) {
-    if (request.request() == "get_state") return cell.reply(request, 1, "Playing.", {{"state", "1"}});
+    if (request.request == "get_state") return cell.reply(request, 1, "Playing.", {{"state", "1"}});
     cell.reply(request, 3, "Single steps are possible only while the simulation is paused.");
   });
   const ClientError error = error_of([&] { client_->step(5); });

@@ -43,7 +43,7 @@ class ClientObservation : public testing::Test {
   State publish_and_see(const takt_msgs::msg::CellState& state) {
     server_->publish("state", state);
     const auto seen = client_->wait_for_state(
-        [&](const State& s) { return s.epoch == state.epoch() && s.step == state.step(); }, kGenerous);
+        [&](const State& s) { return s.epoch == state.epoch && s.step == state.step; }, kGenerous);
     EXPECT_TRUE(seen.has_value());
     return seen.value_or(State());
   }
@@ -55,7 +55,7 @@ class ClientObservation : public testing::Test {
 
 TEST_F(ClientObservation, LateJoinerGetsADescriptionOfMegabytes) {
   auto description = small_description(name_);
-  auto& vertices = description.components()[1].vertices();
+  auto& vertices = description.components[1].vertices;
   vertices.resize(2'000'000);
   std::iota(vertices.begin(), vertices.end(), 0.5F);
   server_ = std::make_unique<ScriptedCell>(name_, description);
@@ -102,14 +102,14 @@ TEST_F(ClientObservation, DomainOutOfRangeIsRefused) {
 TEST_F(ClientObservation, ReadsAStateByName) {
   connect();
   auto state = small_state(0, 7);
-  state.components()[1].position().y(2.0);
-  state.components()[1].orientation().w(0.4);
-  state.components()[1].partner(2);
-  state.robots()[1].position({0.5, -0.25});
-  state.grippers()[0].width(0.04);
-  state.grippers()[0].closed(true);
-  state.grippers()[0].in_position(true);
-  state.grippers()[0].part(1);
+  state.components[1].position.y = 2.0;
+  state.components[1].orientation.w = 0.4;
+  state.components[1].partner = 2;
+  state.robots[1].position = {0.5, -0.25};
+  state.grippers[0].width = 0.04;
+  state.grippers[0].closed = true;
+  state.grippers[0].in_position = true;
+  state.grippers[0].part = 1;
   const State seen = publish_and_see(state);
   EXPECT_EQ(seen.component("B").position_m.y, 2.0);
   EXPECT_EQ(seen.component("B").orientation.w, 0.4);
@@ -146,10 +146,10 @@ TEST_F(ClientObservation, DropsOlderInstantsAndKeepsRepeatedOnes) {
 TEST_F(ClientObservation, StatesThatDoNotFitTheDescriptionAreDropped) {
   connect();
   auto short_of_a_component = small_state(0, 1);
-  short_of_a_component.components().pop_back();
+  short_of_a_component.components.pop_back();
   server_->publish("state", short_of_a_component);
   auto partner_that_does_not_exist = small_state(0, 2);
-  partner_that_does_not_exist.components()[0].partner(3);
+  partner_that_does_not_exist.components[0].partner = 3;
   server_->publish("state", partner_that_does_not_exist);
   EXPECT_EQ(publish_and_see(small_state(0, 3)).sample_number, 1U);
 }
@@ -214,7 +214,7 @@ TEST_F(ClientObservation, AServerStartedAgainReplacesWhatWasKnown) {
   publish_and_see(small_state(4, 1000));
   server_.reset();
   auto other = small_description(name_);
-  other.scenario("second run");
+  other.scenario = "second run";
   server_ = std::make_unique<ScriptedCell>(name_, other);
   ASSERT_TRUE(server_->wait_for_readers("state", 1));
   ASSERT_TRUE(client_->wait_for_connection(kGenerous));

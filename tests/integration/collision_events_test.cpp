@@ -34,7 +34,7 @@ TEST(CollisionEvents, ArriveOverDdsWithPairDepthPositionAndTime) {
 
   test::DdsService service(options, model);
   test::RawCellClient client;
-  ASSERT_EQ(client.request("step", {{"steps", "3"}}).result(), 1);
+  ASSERT_EQ(client.request("step", {{"steps", "3"}}).result, 1);
   std::size_t collisions = 0, clearances = 0;
   for (const CollisionEvent& event : expected) {
     const std::string a = model->description.checked_bodies[static_cast<std::size_t>(event.a)];
@@ -46,10 +46,10 @@ TEST(CollisionEvents, ArriveOverDdsWithPairDepthPositionAndTime) {
                   overlap ? "" : " apart", event.p_W.x(), event.p_W.y(), event.p_W.z());
     test::msg::Event told;
     ASSERT_TRUE(client.wait_for_event(overlap ? "collision" : "clearance", a, depth, &told)) << a << ' ' << b;
-    EXPECT_NE(told.message().to_string().find(a + " and " + b), std::string::npos);
-    EXPECT_EQ(told.severity(), overlap ? 2 : 1);
-    EXPECT_EQ(told.step(), 0U);
-    EXPECT_EQ(told.stamp().sec(), 0);
+    EXPECT_NE(told.message.find(a + " and " + b), std::string::npos);
+    EXPECT_EQ(told.severity, overlap ? Severity::error : Severity::warning);
+    EXPECT_EQ(told.step, 0U);
+    EXPECT_EQ(told.stamp.sec, 0);
   }
   EXPECT_GE(collisions, 1U);
   EXPECT_EQ(clearances, 1U);

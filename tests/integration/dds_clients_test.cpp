@@ -45,7 +45,7 @@ class DdsFrozenClient : public testing::Test {
     counting_ = true;
     const auto reply = client_.request("step", {{"steps", std::to_string(kSteps)}});
     counting_ = false;
-    EXPECT_EQ(reply.result(), 1) << reply.message().to_string();
+    EXPECT_EQ(reply.result, 1) << reply.message;
     EXPECT_EQ(client_.value(reply, "step"), std::to_string(total));
     // A loaded machine may hold up a step now and then; a blocking writer would hold up nearly all 3000.
     EXPECT_LT(blocked_, kSteps / 100);
@@ -99,7 +99,7 @@ TEST(TaktServer, SaysWhenItIsReadyAndEndsCleanly) {
                                "' ready: scenario service_test, pace free, domain " +
                                std::to_string(test::test_domain()) + "\n");
     RawCellClient client;
-    EXPECT_EQ(client.request("step", {{"steps", "3"}}).result(), 1);
+    EXPECT_EQ(client.request("step", {{"steps", "3"}}).result, 1);
     server.signal(signal);
     EXPECT_EQ(server.wait(), 0);
     EXPECT_NE(server.text.find("ended at 0.003 s"), std::string::npos) << server.text;
@@ -113,7 +113,7 @@ TEST(TaktServer, EndsWhenAClientAsksItTo) {
                        std::to_string(test::test_domain()), "--paused"});
   ASSERT_TRUE(server.wait_for_output("ready"));
   RawCellClient client;
-  EXPECT_EQ(client.request("set_state", {{"state", "3"}}).result(), 1);
+  EXPECT_EQ(client.request("set_state", {{"state", "3"}}).result, 1);
   EXPECT_EQ(server.wait(), 0);
   std::filesystem::remove(scenario);
 }

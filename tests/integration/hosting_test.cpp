@@ -183,8 +183,8 @@ TEST(Hosting, ReloadReadsTheFileAgainWithTheSameOverrides) {
   service.file("one_arm.yaml", text);
   client.step(7);
   client.request("reload_scenario");
-  state =
-      client.wait_for_state([&](const State& s) { return s.cell->scenario_generation > world; }, kGenerous);
+  state = client.wait_for_state(
+      [&](const State& s) { return s.cell->scenario_generation > scenario_generation; }, kGenerous);
   ASSERT_TRUE(state.has_value());
   EXPECT_EQ(state->step, 0U);
   EXPECT_EQ(state->cell->step_s, 0.004);

@@ -11,7 +11,6 @@
 #include "client_lib/client.h"
 #include "idl/transport/fastdds/host_local_udp.h"
 #include "idl/transport/fastdds/profiles.h"
-#include "server/dds/bounded_request.h"
 #include "tests/support/built_programs.h"
 #include "tests/support/child_process.h"
 #include "tests/support/dds_service.h"
@@ -114,10 +113,10 @@ TEST_F(Discovery, OfAParticipantThatComesAgainUnderItsGuid) {
   const auto any = [](const auto& samples) { return !samples.empty(); };
   const std::string cell = "rt/" + test::test_cell();
   const auto status = [&](test::RawDdsClient& client) {
-    return client.read<takt_msgs::msg::StatusPubSubType>(cell + "/status", true, true, 1);
+    return client.read<takt_msgs::msg::Status>(cell + "/status", true, true, 1);
   };
   const auto state = [&](test::RawDdsClient& client) {
-    return client.read<takt_msgs::msg::CellStatePubSubType>(cell + "/state", false, false, 1);
+    return client.read<takt_msgs::msg::CellState>(cell + "/state", false, false, 1);
   };
   {
     test::RawDdsClient client(test::test_domain(), lease_s, number);
@@ -283,20 +282,6 @@ TEST(Profiles, DiscoveryServersAreWrittenForBothMajorsOfFastDds) {
     EXPECT_EQ(with_servers_by_address(as_it_is), as_it_is);
 }
 
-TEST(Guard, ARequestOfMoreArgumentsThanAllowedIsNotDecoded) {
-  takt_msgs::msg::ControlRequest request;
-  request.client_id("somebody");
-  request.request("get_state");
-  using Type = takt_msgs::msg::ControlRequestPubSubType;
-  for (const std::size_t count : {std::size_t{0}, std::size_t{64}, std::size_t{65}}) {
-    request.arguments().resize(count);
-    rtps::SerializedPayload_t payload(serialized_bytes<Type>(request));
-    ASSERT_TRUE(serialize<Type>(request, payload));
-    EXPECT_EQ(BoundedControlRequest::within_bounds({payload.data, payload.length}), count <= 64) << count;
-    EXPECT_FALSE(BoundedControlRequest::within_bounds({payload.data, 12}));
-  }
-}
-
 TEST(Guard, CountsAndTellsWhatItDrops) {
   test::DdsService service(RunLoopOptions{});
   test::RawCellClient client;
@@ -316,7 +301,7 @@ TEST(Guard, CountsAndTellsWhatItDrops) {
   close(sender);
   EXPECT_TRUE(client.wait_for_event("packets_dropped", test::test_cell(), "submessage"));
   EXPECT_GT(service.adapter->guard()->dropped(), before);
-  EXPECT_EQ(client.request("get_state").result(), 1);
+  EXPECT_EQ(client.request("get_state").result, 1);
 }
 
 }  // namespace

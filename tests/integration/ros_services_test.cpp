@@ -5,8 +5,8 @@
 #include <cmath>
 #include <map>
 
-#include "ros2_service_msgsPubSubTypes.h"
-#include "server/dds/convert.h"
+#include "idl/common/stamp.h"
+#include "ros2_service_msgs.h"
 #include "server/dds/ros_service_messages.h"
 #include "tests/support/hosted_service.h"
 
@@ -24,8 +24,8 @@ namespace frtps = takt::rtps;
 template <typename RequestType, typename ResponseType>
 class Caller final : public fdds::DataReaderListener {
  public:
-  using Request = typename RequestType::type;
-  using Response = typename ResponseType::type;
+  using Request = RequestType;
+  using Response = ResponseType;
 
   Caller(RawDdsClient& dds, const std::string& name)
       : reader_(dds.listen<ResponseType>("rr/" + test_cell() + "/" + name + "Reply", this)),
@@ -79,7 +79,7 @@ class Caller final : public fdds::DataReaderListener {
   RawWriter writer_;
 };
 
-#define CALLER(Type, name) Caller<srv::Type##_RequestPubSubType, srv::Type##_ResponsePubSubType> name
+#define CALLER(Type, name) Caller<srv::Type##_Request, srv::Type##_Response> name
 
 TEST(RosServices, AStockNodeRunsTheCell) {
   HostedService service(false);
@@ -103,37 +103,37 @@ TEST(RosServices, AStockNodeRunsTheCell) {
   make(load, "load_world");
   make(unload, "unload_world");
 
-  const auto known = features->call({}).features();
-  EXPECT_NE(std::find(known.features().begin(), known.features().end(), 32), known.features().end());
-  EXPECT_NE(known.custom_info().find("set_level_of_detail"), std::string::npos);
+  const auto known = features->call({}).features;
+  EXPECT_NE(std::find(known.features.begin(), known.features.end(), 32), known.features.end());
+  EXPECT_NE(known.custom_info.find("set_level_of_detail"), std::string::npos);
 
-  EXPECT_EQ(get_state->call({}).state().state(), 4);  // no world
+  EXPECT_EQ(get_state->call({}).state.state, 4);  // no world
   srv::StepSimulation_Request steps;
-  steps.steps(100);
-  EXPECT_EQ(step->call(steps).result().result(), 3);
+  steps.steps = 100;
+  EXPECT_EQ(step->call(steps).result.result, 3);
   srv::LoadWorld_Request world;
-  EXPECT_EQ(load->call(world).result().result(), 102);
-  world.world_resource().uri("/nowhere.yaml");
+  EXPECT_EQ(load->call(world).result.result, 102);
+  world.world_resource.uri = "/nowhere.yaml";
   const auto refused = load->call(world);
-  EXPECT_NE(refused.result().result(), 1);
-  EXPECT_NE(refused.result().error_message().find("/nowhere.yaml"), std::string::npos);
-  world.world_resource().uri(service.two_robots().string());
+  EXPECT_NE(refused.result.result, 1);
+  EXPECT_NE(refused.result.error_message.find("/nowhere.yaml"), std::string::npos);
+  world.world_resource.uri = service.two_robots().string();
   const auto loaded = load->call(world);
-  ASSERT_EQ(loaded.result().result(), 1) << loaded.result().error_message();
-  EXPECT_EQ(loaded.world().name(), "service_test");
-  EXPECT_EQ(get_state->call({}).state().state(), 0);
+  ASSERT_EQ(loaded.result.result, 1) << loaded.result.error_message;
+  EXPECT_EQ(loaded.world.name, "service_test");
+  EXPECT_EQ(get_state->call({}).state.state, 0);
 
   srv::SetSimulationState_Request pause;
-  pause.state().state(2);
-  EXPECT_EQ(set_state->call(pause).result().result(), 1);
-  EXPECT_EQ(step->call(steps).result().result(), 1);
-  steps.steps(0);
-  EXPECT_EQ(step->call(steps).result().result(), 4);
+  pause.state.state = 2;
+  EXPECT_EQ(set_state->call(pause).result.result, 1);
+  EXPECT_EQ(step->call(steps).result.result, 1);
+  steps.steps = 0;
+  EXPECT_EQ(step->call(steps).result.result, 4);
   srv::ResetSimulation_Request scope;
-  scope.scope(255);
-  EXPECT_EQ(reset->call(scope).result().result(), 1);
-  EXPECT_EQ(unload->call({}).result().result(), 1);
-  EXPECT_EQ(unload->call({}).result().result(), 101);
+  scope.scope = 255;
+  EXPECT_EQ(reset->call(scope).result.result, 1);
+  EXPECT_EQ(unload->call({}).result.result, 1);
+  EXPECT_EQ(unload->call({}).result.result, 101);
 }
 
 TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
@@ -143,9 +143,7 @@ TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
   std::unique_ptr<CALLER(SetEntityState, )> set;
   std::unique_ptr<CALLER(SpawnEntity, )> spawn;
   std::unique_ptr<CALLER(DeleteEntity, )> remove;
-  std::unique_ptr<
-      Caller<takt_msgs::srv::Control_RequestPubSubType, takt_msgs::srv::Control_ResponsePubSubType>>
-      control;
+  std::unique_ptr<Caller<takt_msgs::srv::Control_Request, takt_msgs::srv::Control_Response>> control;
   RawDdsClient dds(test_domain());
   const auto make = [&](auto& caller, const char* name) {
     caller = std::make_unique<std::remove_reference_t<decltype(*caller)>>(dds, name);
@@ -159,14 +157,14 @@ TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
 
   const auto names = [&](const std::string& filter, std::vector<std::uint8_t> categories = {}) {
     srv::GetEntities_Request request;
-    request.filters().filter(filter);
+    request.filters.filter = filter;
     for (const std::uint8_t category : categories) {
       simulation_interfaces::msg::EntityCategory wanted;
-      wanted.category(category);
-      request.filters().categories().push_back(wanted);
+      wanted.category = category;
+      request.filters.categories.push_back(wanted);
     }
     const auto response = list->call(request);
-    return std::pair(response.result().result(), response.entities());
+    return std::pair(response.result.result, response.entities);
   };
   using Names = std::vector<std::string>;
   EXPECT_EQ(names("^[PC]$").second, (Names{"P", "C"}));
@@ -177,60 +175,58 @@ TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
   EXPECT_EQ(names("(a{1,30000}){1,30000}").first, 0);
 
   srv::GetEntityState_Request which;
-  which.entity("C");
+  which.entity = "C";
   const auto before = get->call(which);
-  ASSERT_EQ(before.result().result(), 1);
-  EXPECT_EQ(before.state().header().frame_id(), "world");
+  ASSERT_EQ(before.result.result, 1);
+  EXPECT_EQ(before.state.header.frame_id, "world");
   srv::SetEntityState_Request there;
-  there.entity("C");
-  there.state(before.state());
-  there.set_pose(true);
-  there.state().pose().position().x(0.31);
-  ASSERT_EQ(set->call(there).result().result(), 1);
+  there.entity = "C";
+  there.state = before.state;
+  there.set_pose = true;
+  there.state.pose.position.x = 0.31;
+  ASSERT_EQ(set->call(there).result.result, 1);
   const auto after = get->call(which);
-  EXPECT_EQ(after.state().pose().position().x(), 0.31);
-  EXPECT_NEAR(after.state().pose().orientation().w(), before.state().pose().orientation().w(), 1e-15);
-  there.set_acceleration(true);
+  EXPECT_EQ(after.state.pose.position.x, 0.31);
+  EXPECT_NEAR(after.state.pose.orientation.w, before.state.pose.orientation.w, 1e-15);
+  there.set_acceleration = true;
   const auto no_acceleration = set->call(there);
-  EXPECT_EQ(no_acceleration.result().result(), 0);
-  EXPECT_NE(no_acceleration.result().error_message().find("set_acceleration"), std::string::npos);
-  there.set_acceleration(false);
-  which.entity("C\xFF\n");
+  EXPECT_EQ(no_acceleration.result.result, 0);
+  EXPECT_NE(no_acceleration.result.error_message.find("set_acceleration"), std::string::npos);
+  there.set_acceleration = false;
+  which.entity = "C\xFF\n";
   const auto no_text = get->call(which);
-  EXPECT_EQ(no_text.result().result(), 4);
-  EXPECT_NE(no_text.result().error_message().find("is no text: 'C?"), std::string::npos);
-  there.state().header().frame_id("base\xFF");
-  EXPECT_NE(set->call(there).result().error_message().find("'base?'"), std::string::npos);
-  there.state().header().frame_id("base");
-  EXPECT_EQ(set->call(there).result().result(), 0);
-  which.entity("nobody");
-  EXPECT_EQ(get->call(which).result().result(), 2);
+  EXPECT_EQ(no_text.result.result, 4);
+  EXPECT_NE(no_text.result.error_message.find("is no text: 'C?"), std::string::npos);
+  there.state.header.frame_id = "base\xFF";
+  EXPECT_NE(set->call(there).result.error_message.find("'base?'"), std::string::npos);
+  there.state.header.frame_id = "base";
+  EXPECT_EQ(set->call(there).result.result, 0);
+  which.entity = "nobody";
+  EXPECT_EQ(get->call(which).result.result, 2);
 
   takt_msgs::srv::Control_Request any;
-  any.request("set_state");
-  takt_msgs::srv::Argument stopped;
-  stopped.name("state"), stopped.value("0");
-  any.arguments({stopped});
-  ASSERT_EQ(control->call(any).result(), 1);
+  any.request = "set_state";
+  any.arguments = {{"state", "0"}};
+  ASSERT_EQ(control->call(any).result, 1);
   srv::SpawnEntity_Request copy;
-  copy.allow_renaming(true);
-  copy.entity_resource().uri("copy_of:C?mass_kg=0.25");
-  copy.initial_pose().pose().position().x(0.3);
-  copy.initial_pose().pose().position().z(0.9);
+  copy.allow_renaming = true;
+  copy.entity_resource.uri = "copy_of:C?mass_kg=0.25";
+  copy.initial_pose.pose.position.x = 0.3;
+  copy.initial_pose.pose.position.z = 0.9;
   const auto spawned = spawn->call(copy);
-  ASSERT_EQ(spawned.result().result(), 1) << spawned.result().error_message();
-  EXPECT_EQ(spawned.entity_name(), "C_2");
-  copy.entity_resource().uri("copy_of:C?mass_kg");
-  EXPECT_EQ(spawn->call(copy).result().result(), 106);
-  any.request("get_state");
-  any.arguments({});
+  ASSERT_EQ(spawned.result.result, 1) << spawned.result.error_message;
+  EXPECT_EQ(spawned.entity_name, "C_2");
+  copy.entity_resource.uri = "copy_of:C?mass_kg";
+  EXPECT_EQ(spawn->call(copy).result.result, 106);
+  any.request = "get_state";
+  any.arguments = {};
   const auto state = control->call(any);
-  EXPECT_EQ(state.result(), 1);
-  EXPECT_FALSE(state.values().empty());
+  EXPECT_EQ(state.result, 1);
+  EXPECT_FALSE(state.values.empty());
   srv::DeleteEntity_Request gone;
-  gone.entity("C_2");
-  EXPECT_EQ(remove->call(gone).result().result(), 1);
-  EXPECT_EQ(remove->call(gone).result().result(), 2);
+  gone.entity = "C_2";
+  EXPECT_EQ(remove->call(gone).result.result, 1);
+  EXPECT_EQ(remove->call(gone).result.result, 2);
 }
 
 /// A node looks up frames and clock by this stamp: a nanosecond less is another instant.
@@ -240,8 +236,8 @@ TEST(RosServices, StampsAreThoseOfTheClock) {
     const takt::ControlReply reply{1, takt::ControlResult::ok, "", {{"time", takt::exact_text(time_s)}}};
     srv::GetEntityState_Response response;
     takt::ros::respond(reply, "", response);
-    ASSERT_EQ(response.state().header().stamp(), takt::to_time(time_s)) << step;
-    ASSERT_EQ(response.state().header().stamp().nanosec() % 1'000'000, 0U) << step;
+    ASSERT_EQ(response.state.header.stamp, takt::to_time(time_s)) << step;
+    ASSERT_EQ(response.state.header.stamp.nanosec % 1'000'000, 0U) << step;
   }
 }
 
@@ -252,19 +248,19 @@ TEST(RosServices, TwoCallersGetTheirOwnReplies) {
   one = std::make_unique<CALLER(GetEntityState, )>(first, "get_entity_state");
   other = std::make_unique<CALLER(GetEntityState, )>(second, "get_entity_state");
   srv::GetEntityState_Request p, c;
-  p.entity("P"), c.entity("C");
+  p.entity = "P", c.entity = "C";
   // Both count their requests from the same number on.
   std::vector<std::int64_t> to_one, to_other;
   for (int i = 0; i < 5; ++i) {
     to_one.push_back(one->send(p));
     to_other.push_back(other->send(c));
   }
-  const double x_of_p = one->await(to_one[0]).state().pose().position().x();
-  const double x_of_c = other->await(to_other[0]).state().pose().position().x();
+  const double x_of_p = one->await(to_one[0]).state.pose.position.x;
+  const double x_of_c = other->await(to_other[0]).state.pose.position.x;
   EXPECT_NE(x_of_p, x_of_c);
   for (std::size_t i = 0; i < to_one.size(); ++i) {
-    EXPECT_EQ(one->await(to_one[i]).state().pose().position().x(), x_of_p);
-    EXPECT_EQ(other->await(to_other[i]).state().pose().position().x(), x_of_c);
+    EXPECT_EQ(one->await(to_one[i]).state.pose.position.x, x_of_p);
+    EXPECT_EQ(other->await(to_other[i]).state.pose.position.x, x_of_c);
   }
 }
 

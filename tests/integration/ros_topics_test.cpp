@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "server/dds/convert.h"
+#include "idl/common/stamp.h"
 #include "tests/support/dds_service.h"
 
 namespace takt {
@@ -14,9 +14,9 @@ using test::DdsService;
 using test::RawCellClient;
 using test::RawDdsClient;
 
-using JointStates = sensor_msgs::msg::JointStatePubSubType;
-using Clocks = rosgraph_msgs::msg::ClockPubSubType;
-using Frames = tf2_msgs::msg::TFMessagePubSubType;
+using JointStates = sensor_msgs::msg::JointState;
+using Clocks = rosgraph_msgs::msg::Clock;
+using Frames = tf2_msgs::msg::TFMessage;
 
 RunLoopOptions free_and_paused() {
   RunLoopOptions options;
@@ -35,11 +35,11 @@ struct RosNode {
 
   bool has_come_to(double time_s) {
     const auto wanted = to_time(time_s);
-    return clock->wait_for([&](const auto& m) { return m.clock() == wanted; }) &&
-           joints->wait_for([&](const auto& m) { return m.header().stamp() == wanted; }) &&
+    return clock->wait_for([&](const auto& m) { return m.clock == wanted; }) &&
+           joints->wait_for([&](const auto& m) { return m.header.stamp == wanted; }) &&
            frames->wait_for([&](const auto& m) {
-             return std::all_of(m.transforms().begin(), m.transforms().end(),
-                                [&](const auto& frame) { return frame.header().stamp() == wanted; });
+             return std::all_of(m.transforms.begin(), m.transforms.end(),
+                                [&](const auto& frame) { return frame.header.stamp == wanted; });
            });
   }
 
@@ -52,7 +52,7 @@ struct RosNode {
 TEST(RosTopics, OfACellThatStandsReachWhoComesLater) {
   const DdsService service(free_and_paused());
   RawCellClient client;
-  ASSERT_EQ(client.request("step", {{"steps", "30"}}).result(), 1);
+  ASSERT_EQ(client.request("step", {{"steps", "30"}}).result, 1);
   RosNode node;
   EXPECT_TRUE(node.has_come_to(0.03));
   // And goes on: whoever lost one gets the next.
@@ -69,15 +69,15 @@ TEST(RosTopics, EndWithTheLastInstant) {
   ASSERT_TRUE(node.has_come_to(0.0));
   // Many instants within the 20 ms between two messages of frames, and a pause after them.
   for (int hundreds = 1; hundreds <= 3; ++hundreds) {
-    ASSERT_EQ(client.request("step", {{"steps", "100"}}).result(), 1);
+    ASSERT_EQ(client.request("step", {{"steps", "100"}}).result, 1);
     EXPECT_TRUE(node.has_come_to(0.1 * hundreds));
   }
   // So too when time goes back.
   node.clock->forget();
   node.frames->forget();
   node.joints->forget();
-  ASSERT_EQ(client.request("step", {{"steps", "1"}}).result(), 1);
-  ASSERT_EQ(client.request("reset").result(), 1);
+  ASSERT_EQ(client.request("step", {{"steps", "1"}}).result, 1);
+  ASSERT_EQ(client.request("reset").result, 1);
   EXPECT_TRUE(node.has_come_to(0.0));
 }
 

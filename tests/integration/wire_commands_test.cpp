@@ -6,7 +6,6 @@
 
 #include "client_lib/client.h"
 #include "client_lib/lockstep_controller.h"
-#include "server/dds/ros_type_hash.h"
 #include "tests/support/child_process.h"
 #include "tests/support/dds_service.h"
 #include "tests/support/hosting_client.h"
@@ -191,8 +190,8 @@ TEST_F(WireCommands, ALockstepControllerGivesUpOnAPausedCell) {
 
 TEST_F(WireCommands, FramesFormATreeFromTheWorldToEveryLink) {
   test::RawDdsClient raw(test::test_domain());
-  const auto moving = raw.read<tf2_msgs::msg::TFMessagePubSubType>("rt/tf", true, false, 100);
-  const auto fixed = raw.read<tf2_msgs::msg::TFMessagePubSubType>("rt/tf_static", true, true, 1);
+  const auto moving = raw.read<tf2_msgs::msg::TFMessage>("rt/tf", true, false, 100);
+  const auto fixed = raw.read<tf2_msgs::msg::TFMessage>("rt/tf_static", true, true, 1);
   ASSERT_TRUE(fixed->wait_until([](const auto& m) { return !m.empty(); }));
   for (int attempt = 0; attempt < 600 && moving->messages().empty(); ++attempt) {
     client_->step(1);
@@ -201,11 +200,11 @@ TEST_F(WireCommands, FramesFormATreeFromTheWorldToEveryLink) {
   ASSERT_FALSE(moving->messages().empty());
   std::map<std::string, std::string> parent;
   for (const auto& message : {fixed->messages().back(), moving->messages().back()}) {
-    for (const auto& frame : message.transforms()) {
-      EXPECT_TRUE(parent.emplace(frame.child_frame_id(), frame.header().frame_id()).second)
-          << frame.child_frame_id() << " has two parents";
-      const auto& q = frame.transform().rotation();
-      EXPECT_NEAR(q.x() * q.x() + q.y() * q.y() + q.z() * q.z() + q.w() * q.w(), 1.0, 1e-9);
+    for (const auto& frame : message.transforms) {
+      EXPECT_TRUE(parent.emplace(frame.child_frame_id, frame.header.frame_id).second)
+          << frame.child_frame_id << " has two parents";
+      const auto& q = frame.transform.rotation;
+      EXPECT_NEAR(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w, 1.0, 1e-9);
     }
   }
   const CellDescription& cell = service_.model->description;
@@ -222,11 +221,11 @@ TEST_F(WireCommands, FramesFormATreeFromTheWorldToEveryLink) {
   // The flange by the frames is where the robot's own kinematics has it: chained, from the world down.
   std::map<std::string, Pose> X;
   for (const auto& message : {fixed->messages().back(), moving->messages().back()}) {
-    for (const auto& frame : message.transforms()) {
-      const auto& t = frame.transform();
-      X[frame.child_frame_id()] =
-          Pose::from_quaternion({t.translation().x(), t.translation().y(), t.translation().z()},
-                                Quat(t.rotation().w(), t.rotation().x(), t.rotation().y(), t.rotation().z()));
+    for (const auto& frame : message.transforms) {
+      const auto& t = frame.transform;
+      X[frame.child_frame_id] =
+          Pose::from_quaternion({t.translation.x, t.translation.y, t.translation.z},
+                                Quat(t.rotation.w, t.rotation.x, t.rotation.y, t.rotation.z));
     }
   }
   Pose X_WF;

@@ -12,9 +12,9 @@
 #include <mutex>
 #include <vector>
 
-#include "server/dds/qos.h"
+#include "server/dds/participant.h"
 #include "server/runtime/monotonic_clock.h"
-#include "takt_msgsPubSubTypes.h"
+#include "takt_msgs.h"
 
 namespace takt {
 namespace {
@@ -35,7 +35,7 @@ class Receiver final : public dds::DataReaderListener {
     while (is_ok(reader->take_next_sample(&sample, &info))) {
       const std::int64_t now = monotonic_now_ns();
       const std::lock_guard lock(mutex_);
-      latencies_us_.push_back(static_cast<double>(now - static_cast<std::int64_t>(sample.sequence_number())) *
+      latencies_us_.push_back(static_cast<double>(now - static_cast<std::int64_t>(sample.sequence_number)) *
                               1e-3);
       arrived_.notify_all();
     }
@@ -73,14 +73,16 @@ Cost measure(std::uint32_t domain, const std::string& writer_identity, const std
   Participant to(options, discovery);
   Receiver receiver;
   const std::string topic = "rt/bench/control/request";
-  auto* writer = from.create_writer<takt_msgs::msg::ControlRequestPubSubType>(topic, event_writer_qos(from));
-  to.create_reader<takt_msgs::msg::ControlRequestPubSubType>(topic, control_reader_qos(to), &receiver);
+  auto* writer = from.create_writer<takt_msgs::msg::ControlRequest>(
+      topic, writer_qos(from.default_writer_qos(), qos_of(TopicQos::event)));
+  to.create_reader<takt_msgs::msg::ControlRequest>(
+      topic, service_reader_qos(to.default_reader_qos(), qos_of(TopicQos::control)), &receiver);
   Sample sample;
   takt_msgs::msg::Argument argument;
-  argument.value(std::string(2000, 'x'));
-  sample.arguments().push_back(argument);
+  argument.value = std::string(2000, 'x');
+  sample.arguments.push_back(argument);
   const auto send = [&] {
-    sample.sequence_number(static_cast<std::uint64_t>(monotonic_now_ns()));
+    sample.sequence_number = static_cast<std::uint64_t>(monotonic_now_ns());
     (void)writer->write(&sample, dds::HANDLE_NIL);
   };
   do send();

@@ -64,11 +64,11 @@ class RawCellClient {
 
   RawCellClient()
       : dds(test_domain()),
-        status(dds.read<msg::StatusPubSubType>(topic("status"), true, true, 1)),
-        state(dds.read<msg::CellStatePubSubType>(topic("state"), false, false, 100)),
-        events(dds.read<msg::EventPubSubType>(topic("events"), true, false, 1000)),
-        replies_(dds.read<msg::ControlReplyPubSubType>(topic("control/reply"), true, false, 100)),
-        requests_(dds.write<msg::ControlRequestPubSubType>(topic("control/request"))) {
+        status(dds.read<msg::Status>(topic("status"), true, true, 1)),
+        state(dds.read<msg::CellState>(topic("state"), false, false, 100)),
+        events(dds.read<msg::Event>(topic("events"), true, false, 1000)),
+        replies_(dds.read<msg::ControlReply>(topic("control/reply"), true, false, 100)),
+        requests_(dds.write<msg::ControlRequest>(topic("control/request"))) {
     requests_.matches->wait_for(1);
     // A reply needs the way back too: ask until one comes.
     for (int attempt = 0; attempt < 600 && !send("get_state", {}, 1); ++attempt) {
@@ -85,19 +85,19 @@ class RawCellClient {
     ++sequence_;
     write(name, arguments, sequence_);
     msg::ControlReply reply;
-    reply.result(-1);
-    replies_->wait_for([&](const auto& m) { return m.sequence_number() == sequence_; }, &reply);
+    reply.result = -1;
+    replies_->wait_for([&](const auto& m) { return m.sequence_number == sequence_; }, &reply);
     return reply;
   }
   /// Waits for tenths of a second; the result is -1 if no reply has come.
   msg::ControlReply request_within(int tenths, const std::string& name) {
     write(name, {}, ++sequence_);
     msg::ControlReply reply;
-    reply.result(-1);
+    reply.result = -1;
     const auto mine = [&](const std::vector<msg::ControlReply>& all) {
       for (const auto& m : all)
-        if (m.sequence_number() == sequence_) reply = m;
-      return reply.result() >= 0;
+        if (m.sequence_number == sequence_) reply = m;
+      return reply.result >= 0;
     };
     for (int i = 0; i < tenths && !replies_->wait_briefly(mine); ++i) {
     }
@@ -106,33 +106,33 @@ class RawCellClient {
   void write(const std::string& name, const Arguments& arguments, std::uint64_t sequence,
              const std::string& client_id = "raw") {
     msg::ControlRequest message;
-    message.client_id(client_id);
-    message.sequence_number(sequence);
-    message.request(name);
+    message.client_id = client_id;
+    message.sequence_number = sequence;
+    message.request = name;
     for (const auto& [key, value] : arguments) {
       msg::Argument argument;
-      argument.name(key);
-      argument.value(value);
-      message.arguments().push_back(argument);
+      argument.name = key;
+      argument.value = value;
+      message.arguments.push_back(argument);
     }
     requests_.writer->write(&message);
   }
   std::vector<msg::ControlReply> replies() { return replies_->messages(); }
   std::size_t replies_with(std::uint64_t sequence) {
     std::size_t count = 0;
-    for (const auto& reply : replies_->messages()) count += reply.sequence_number() == sequence ? 1U : 0U;
+    for (const auto& reply : replies_->messages()) count += reply.sequence_number == sequence ? 1U : 0U;
     return count;
   }
   bool wait_for_replies(std::uint64_t sequence, std::size_t wanted) {
     return replies_->wait_until([&](const auto& messages) {
       std::size_t count = 0;
-      for (const auto& reply : messages) count += reply.sequence_number() == sequence ? 1U : 0U;
+      for (const auto& reply : messages) count += reply.sequence_number == sequence ? 1U : 0U;
       return count >= wanted;
     });
   }
   static std::string value(const msg::ControlReply& reply, const std::string& name) {
-    for (const auto& argument : reply.values()) {
-      if (argument.name() == name.c_str()) return argument.value().to_string();
+    for (const auto& argument : reply.values) {
+      if (argument.name == name.c_str()) return argument.value;
     }
     return "(none)";
   }
@@ -141,14 +141,14 @@ class RawCellClient {
                       msg::Event* found = nullptr) {
     return events->wait_for(
         [&](const msg::Event& event) {
-          return event.code() == code.c_str() && event.subject() == subject.c_str() &&
-                 event.message().to_string().find(words) != std::string::npos;
+          return event.code == code.c_str() && event.subject == subject.c_str() &&
+                 event.message.find(words) != std::string::npos;
         },
         found);
   }
   std::size_t count_events(const std::string& code) {
     std::size_t count = 0;
-    for (const auto& event : events->messages()) count += event.code() == code.c_str() ? 1U : 0U;
+    for (const auto& event : events->messages()) count += event.code == code.c_str() ? 1U : 0U;
     return count;
   }
 
@@ -187,13 +187,13 @@ inline sensor_msgs::msg::JointState to_message(const ArmModel& arm, const JointC
                                                double time_s) {
   sensor_msgs::msg::JointState message;
   const auto ns = static_cast<std::int64_t>(std::llround(time_s * 1e9));
-  message.header().stamp().sec(static_cast<std::int32_t>(ns / 1'000'000'000));
-  message.header().stamp().nanosec(static_cast<std::uint32_t>(ns % 1'000'000'000));
+  message.header.stamp.sec = static_cast<std::int32_t>(ns / 1'000'000'000);
+  message.header.stamp.nanosec = static_cast<std::uint32_t>(ns % 1'000'000'000);
   for (std::size_t i = 0; i < arm.joints.size(); ++i) {
-    message.name().push_back(arm.joints[i].name);
-    message.position().push_back(command.position[i]);
-    if (command.has_velocity) message.velocity().push_back(command.velocity[i]);
-    if (command.has_effort) message.effort().push_back(command.effort[i]);
+    message.name.push_back(arm.joints[i].name);
+    message.position.push_back(command.position[i]);
+    if (command.has_velocity) message.velocity.push_back(command.velocity[i]);
+    if (command.has_effort) message.effort.push_back(command.effort[i]);
   }
   return message;
 }

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "idl/transport/fastdds/fastdds.h"
-#include "ros2_msgsPubSubTypes.h"
-#include "takt_msgsPubSubTypes.h"
+#include "ros2_msgs.h"
+#include "takt_msgs.h"
 
 namespace takt::test {
 
@@ -124,9 +124,9 @@ class RawDdsClient {
   RawDdsClient& operator=(const RawDdsClient&) = delete;
 
   template <typename Type>
-  std::shared_ptr<Inbox<typename Type::type>> read(const std::string& topic_name, bool reliable,
-                                                   bool late_joiner, int depth) {
-    auto inbox = std::make_shared<Inbox<typename Type::type>>();
+  std::shared_ptr<Inbox<Type>> read(const std::string& topic_name, bool reliable, bool late_joiner,
+                                    int depth) {
+    auto inbox = std::make_shared<Inbox<Type>>();
     listeners_.push_back(inbox);
     fdds::DataReaderQos qos = subscriber_->get_default_datareader_qos();
     qos.reliability().kind = reliable ? fdds::RELIABLE_RELIABILITY_QOS : fdds::BEST_EFFORT_RELIABILITY_QOS;
@@ -179,8 +179,7 @@ class RawDdsClient {
   template <typename Type>
   fdds::Topic* topic(const std::string& name) {
     if (auto* known = participant_->lookup_topicdescription(name)) return dynamic_cast<fdds::Topic*>(known);
-    fdds::TypeSupport type(new Type());
-    withhold_type_object(type);
+    fdds::TypeSupport type(new MessageType<Type>());
     type.register_type(participant_);
     return participant_->create_topic(name, type.get_type_name(), fdds::TOPIC_QOS_DEFAULT);
   }

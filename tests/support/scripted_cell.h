@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "client_lib/dds_link.h"
-#include "ros2_msgsPubSubTypes.h"
-#include "takt_msgsPubSubTypes.h"
+#include "ros2_msgs.h"
+#include "takt_msgs.h"
 
 namespace takt::test {
 
@@ -30,39 +30,41 @@ inline std::string unique_cell_name(const std::string& stem) {
 /// Two robots with two joints, one gripper, three components.
 inline takt_msgs::msg::CellDescription small_description(const std::string& cell) {
   takt_msgs::msg::CellDescription description;
-  description.cell(cell);
-  description.scenario("scripted");
-  description.step_size(0.001);
+  description.cell = cell;
+  description.scenario = "scripted";
+  description.step_size = 0.001;
   for (const char* name : {"Table", "B", "Jaw"}) {
-    auto& component = description.components().emplace_back();
-    component.name(name);
-    component.type(name[0] == 'T' ? 2 : name[0] == 'B' ? 0 : 1);
+    auto& component = description.components.emplace_back();
+    component.name = name;
+    component.type = name[0] == 'T'   ? ComponentType::ground
+                     : name[0] == 'B' ? ComponentType::part
+                                      : ComponentType::gripper;
   }
   for (const char* name : {"Robot1", "Robot2"}) {
-    auto& robot = description.robots().emplace_back();
-    robot.name(name);
+    auto& robot = description.robots.emplace_back();
+    robot.name = name;
     for (const char* joint_name : {"shoulder", "elbow"}) {
-      auto& joint = robot.joints().emplace_back();
-      joint.name(joint_name);
-      joint.rotation({1, 0, 0, 0, 1, 0, 0, 0, 1});
+      auto& joint = robot.joints.emplace_back();
+      joint.name = joint_name;
+      joint.rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     }
   }
-  auto& gripper = description.grippers().emplace_back();
-  gripper.name("Gripper1");
-  gripper.robot(0);
+  auto& gripper = description.grippers.emplace_back();
+  gripper.name = "Gripper1";
+  gripper.robot = 0;
   return description;
 }
 
 inline takt_msgs::msg::CellState small_state(std::uint32_t epoch, std::uint64_t step) {
   takt_msgs::msg::CellState state;
-  state.epoch(epoch);
-  state.step(step);
-  state.time(0.001 * static_cast<double>(step));
-  state.components().resize(3);
-  for (auto& component : state.components()) component.partner(-1);
-  state.robots().resize(2);
-  for (auto& robot : state.robots()) robot.position({0.0, 0.0});
-  state.grippers().resize(1);
+  state.epoch = epoch;
+  state.step = step;
+  state.time = 0.001 * static_cast<double>(step);
+  state.components.resize(3);
+  for (auto& component : state.components) component.partner = -1;
+  state.robots.resize(2);
+  for (auto& robot : state.robots) robot.position = {0.0, 0.0};
+  state.grippers.resize(1);
   return state;
 }
 
@@ -80,14 +82,14 @@ class ScriptedCell {
         joints_([this](const auto& command, const auto&) { keep(joint_commands_, command); }),
         grippers_([this](const auto& command, const auto&) { keep(gripper_commands_, command); }),
         link_(kTestDomain, "scripted", {}) {
-    make_writer<takt_msgs::msg::CellStatePubSubType>("state", false, false);
-    make_writer<takt_msgs::msg::EventPubSubType>("events", true, false);
-    make_writer<takt_msgs::msg::StatusPubSubType>("status", true, true);
-    make_writer<takt_msgs::msg::ControlReplyPubSubType>("control/reply", true, false);
-    make_writer<takt_msgs::msg::CellDescriptionPubSubType>("description", true, true);
+    make_writer<takt_msgs::msg::CellState>("state", false, false);
+    make_writer<takt_msgs::msg::Event>("events", true, false);
+    make_writer<takt_msgs::msg::Status>("status", true, true);
+    make_writer<takt_msgs::msg::ControlReply>("control/reply", true, false);
+    make_writer<takt_msgs::msg::CellDescription>("description", true, true);
     link_.create_reader(prefix_ + "control/request",
-                        client::dds::TypeSupport(new takt_msgs::msg::ControlRequestPubSubType()),
-                        reader_qos(link_.subscriber(), client::Channel::control), &requests_);
+                        client::dds::TypeSupport(new MessageType<takt_msgs::msg::ControlRequest>()),
+                        reader_qos(link_.default_reader_qos(), qos_of(TopicQos::control)), &requests_);
     publish("description", description);
     publish("status", takt_msgs::msg::Status());
   }
@@ -105,21 +107,21 @@ class ScriptedCell {
   }
   void publish_event(std::uint64_t number, const std::string& code) {
     takt_msgs::msg::Event event;
-    event.sequence_number(number);
-    event.code(code);
+    event.sequence_number = number;
+    event.code = code;
     publish("events", event);
   }
   void reply(const takt_msgs::msg::ControlRequest& request, int result, const std::string& message,
              const std::map<std::string, std::string>& values = {}) {
     takt_msgs::msg::ControlReply answer;
-    answer.client_id(request.client_id());
-    answer.sequence_number(request.sequence_number());
-    answer.result(result);
-    answer.message(message);
+    answer.client_id = request.client_id;
+    answer.sequence_number = request.sequence_number;
+    answer.result = result;
+    answer.message = message;
     for (const auto& [key, value] : values) {
-      auto& argument = answer.values().emplace_back();
-      argument.name(key);
-      argument.value(value);
+      auto& argument = answer.values.emplace_back();
+      argument.name = key;
+      argument.value = value;
     }
     publish("control/reply", answer);
   }
@@ -131,10 +133,10 @@ class ScriptedCell {
   }
 
   void listen_to_joints(const std::string& robot) {
-    listen(robot + "/joint_commands", new sensor_msgs::msg::JointStatePubSubType(), &joints_);
+    listen(robot + "/joint_commands", new MessageType<sensor_msgs::msg::JointState>(), &joints_);
   }
   void listen_to_gripper(const std::string& gripper) {
-    listen(gripper + "/command", new takt_msgs::msg::GripperCommandPubSubType(), &grippers_);
+    listen(gripper + "/command", new MessageType<takt_msgs::msg::GripperCommand>(), &grippers_);
   }
   std::vector<sensor_msgs::msg::JointState> wait_for_joint_commands(std::size_t count) {
     std::unique_lock lock(mutex_);
@@ -150,9 +152,9 @@ class ScriptedCell {
  private:
   static constexpr std::chrono::seconds kGenerous{60};
 
-  template <typename PubSubType>
+  template <typename Sample>
   void make_writer(const std::string& topic, bool reliable, bool latched) {
-    auto qos = link_.publisher().get_default_datawriter_qos();
+    auto qos = link_.default_writer_qos();
     qos.reliability().kind =
         reliable ? client::dds::RELIABLE_RELIABILITY_QOS : client::dds::BEST_EFFORT_RELIABILITY_QOS;
     qos.durability().kind =
@@ -167,13 +169,13 @@ class ScriptedCell {
           changed_.notify_all();
         },
         [](int) {}));
-    writers_[topic] = link_.create_writer(prefix_ + topic, client::dds::TypeSupport(new PubSubType()), qos,
-                                          listeners_.back().get());
+    writers_[topic] = link_.create_writer(
+        prefix_ + topic, client::dds::TypeSupport(new MessageType<Sample>()), qos, listeners_.back().get());
   }
 
   void listen(const std::string& topic, client::dds::TopicDataType* type,
               client::dds::DataReaderListener* listener) {
-    auto qos = reader_qos(link_.subscriber(), client::Channel::event);
+    auto qos = reader_qos(link_.default_reader_qos(), qos_of(TopicQos::event));
     qos.ownership().kind = client::dds::EXCLUSIVE_OWNERSHIP_QOS;
     qos.liveliness().lease_duration = DdsDuration(3, 0);
     link_.create_reader(prefix_ + topic, client::dds::TypeSupport(type), qos, listener);
@@ -189,7 +191,7 @@ class ScriptedCell {
   void on_request(const takt_msgs::msg::ControlRequest& request) {
     if (handler_)
       handler_(*this, request);
-    else if (request.request() == "get_state")
+    else if (request.request == "get_state")
       reply(request, 1, "The simulation is paused.", {{"state", "2"}});
   }
 

@@ -43,10 +43,6 @@ With --json every command writes one JSON document, those that follow something 
 
 Exit codes: 0 ok; 1 refused or failed, or not as expected; 2 wrong usage; 3 no such cell, or it went away.)";
 
-const std::map<std::string, takt::client::Pace> kPaces{{"realtime", takt::client::Pace::realtime},
-                                                       {"free", takt::client::Pace::free},
-                                                       {"lockstep", takt::client::Pace::lockstep}};
-
 /// The reader of the command line says only that it wants one.
 std::optional<std::string> unknown_command(const CLI::App& app) {
   if (!app.get_subcommands().empty()) return std::nullopt;
@@ -209,8 +205,9 @@ int run(int argc, char** argv) {
 
   std::string pace;
   double factor = 1.0;
-  auto* set_pace = add("pace", "how fast simulated time runs",
-                       [&] { return takt::tool::pace(common, kPaces.at(pace), factor); });
+  auto* set_pace = add("pace", "how fast simulated time runs", [&] {
+    return takt::tool::pace(common, takt::enumerator_of<takt::Pace>(pace).value(), factor);
+  });
   set_pace->add_option("PACE", pace, "realtime, free or lockstep")
       ->required()
       ->transform(CLI::IsMember({"realtime", "free", "lockstep"}, CLI::ignore_case));

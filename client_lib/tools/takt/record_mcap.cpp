@@ -11,18 +11,19 @@
 #include <thread>
 
 #include "client_lib/raw_topics.h"
-#include "client_lib/recording/cdr.h"
 #include "client_lib/recording/json_text.h"
 #include "client_lib/recording/mcap_reader.h"
 #include "client_lib/recording/mcap_writer.h"
 #include "client_lib/tools/takt/interruption.h"
 #include "client_lib/tools/takt/recordings.h"
+#include "idl/common/cdr.h"
+#include "idl/common/stamp.h"
+#include "takt_topics.h"
 
 namespace takt::tool {
 namespace {
 
 using client::RawTopic;
-using recording::CdrReader;
 using recording::RecordingError;
 using std::chrono::milliseconds;
 
@@ -48,10 +49,11 @@ bool begins_with_stamp(const std::string& type) {
   return first == "builtin_interfaces/msg/Time" || first == "std_msgs/msg/Header";
 }
 
-std::uint64_t stamp_ns(CdrReader& reader) {
-  const auto seconds = reader.take<std::int32_t>();
-  const auto nanoseconds = reader.take<std::uint32_t>();
-  return static_cast<std::uint64_t>(std::max(seconds, 0)) * 1'000'000'000U + nanoseconds;
+std::uint64_t stamp_ns(std::string_view sample) {
+  cdr::Reader reader(sample);
+  const builtin_interfaces::msg::Time stamp{reader.number<std::int32_t>(), reader.number<std::uint32_t>()};
+  if (!reader.ok()) throw recording::RecordingError("A sample ends before its last member.");
+  return static_cast<std::uint64_t>(std::max<std::int64_t>(nanoseconds_of(stamp), 0));
 }
 
 class McapRecorder {
@@ -165,7 +167,7 @@ class McapRecorder {
         channel.number = writer_.add_channel(topic.name, recording::known_types(), topic.type,
                                              {topic.reliable, topic.latched});
         channel.stamped = begins_with_stamp(topic.type);
-        channel.thinned = period_s_ && channel.stamped && topic.type != "takt_msgs/msg/Status";
+        channel.thinned = period_s_ && channel.stamped && topic.type != topics::status.type->name;
       }
       topics_.open(topic.name, topic.latched ? 1 : kDepth);
     } catch (const std::exception& error) {
@@ -183,14 +185,13 @@ class McapRecorder {
     try {
       std::uint64_t publish_ns = now_ns;
       if (channel.stamped) {
-        CdrReader reader(sample);
-        publish_ns = stamp_ns(reader);
+        publish_ns = stamp_ns(sample);
         const double time_s = 1e-9 * static_cast<double>(publish_ns);
         if (channel.thinned && !due(channel, time_s)) return;
-        if (topic.type == "takt_msgs/msg/CellState") note_time(time_s);
+        if (topic.type == topics::state.type->name) note_time(time_s);
       }
-      if (topic.type == "takt_msgs/msg/CellDescription") described_ = true;
-      if (topic.type == "takt_msgs/msg/Status") {
+      if (topic.type == topics::description.type->name) described_ = true;
+      if (topic.type == topics::status.type->name) {
         heard_ = std::chrono::steady_clock::now();
         gone_ = false;
       }
@@ -277,8 +278,9 @@ int replay(const Common& common, const ReplayOptions& options) {
   client::RawPublisher publisher(common.client);
   std::size_t added = 0;
   const auto is_command = [](const std::string& topic) {
-    return topic.ends_with("/joint_commands") || topic.ends_with("/command") ||
-           topic.ends_with("/joint_trajectory");
+    return std::any_of(std::begin(topics::kAll), std::end(topics::kAll), [&](const TopicInfo* one) {
+      return one->qos == TopicQos::command && topic.ends_with("/" + std::string(one->last_level()));
+    });
   };
   for (const auto& [number, channel] : file.channels()) {
     if (channel.encoding != "cdr" || (is_command(channel.topic) && !options.commands)) continue;

@@ -28,15 +28,12 @@ exit code 1 instead. A cell that goes on from a snapshot is left alone until it 
 Exit codes: 0 the program has finished, 1 it failed or the cell went away, 2 wrong usage.)";
 
 int run(int argc, char** argv) {
-  using takt::client::Pace;
   CLI::App app{"Run a robot program against a takt cell."};
   app.footer(kExamples);
   app.set_version_flag("--version", std::string("takt-controller ") + takt_build_info());
   takt::tool::SessionOptions options;
   options.client.name = "takt-controller";
   double timeout_s = 10.0;
-  const std::map<std::string, Pace> paces{
-      {"realtime", Pace::realtime}, {"free", Pace::free}, {"lockstep", Pace::lockstep}};
   app.add_option("PROGRAM", options.program, "robot program (Lua)")->required()->check(CLI::ExistingFile);
   std::vector<std::string> parameters;
   app.add_option("--set", parameters,
@@ -74,7 +71,7 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
-  if (!pace.empty()) options.pace = paces.at(pace);
+  if (!pace.empty()) options.pace = takt::enumerator_of<takt::Pace>(pace).value();
   options.client.timeout = takt::client::Seconds{timeout_s};
   for (const std::string& text : parameters) {
     const std::size_t equals = text.find('=');

@@ -153,8 +153,8 @@ class Session {
                                used(joints.velocity, count), time_s_);
     }
     for (const auto& gripper : output_->grippers)
-      cell_.set_gripper(gripper_name(gripper.gripper), static_cast<client::GripperAction>(gripper.verb),
-                        gripper.width_m, gripper.max_force_N, time_s_);
+      cell_.set_gripper(gripper_name(gripper.gripper), gripper.verb, gripper.width_m, gripper.max_force_N,
+                        time_s_);
     for (const auto& set_point : output_->devices) {
       const client::DeviceInfo& device = info_->devices.at(static_cast<std::size_t>(set_point.device));
       std::map<std::string, double> signals;

@@ -40,12 +40,15 @@
 #include <chrono>
 #include <cstdint>
 #include <cstring>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <span>
 #include <sstream>
 #include <string>
 #include <vector>
+
+#include "idl/common/cdr.h"
 
 namespace takt {
 
@@ -56,14 +59,12 @@ namespace rtps = eprosima::fastrtps::rtps;
 using DdsReturnCode = eprosima::fastrtps::types::ReturnCode_t;
 using DdsDuration = eprosima::fastrtps::Duration_t;
 using DdsDiscoveryProtocol = rtps::DiscoveryProtocol_t;
-using DdsPayload = rtps::SerializedPayload_t*;  ///< as decoders of types get it
 inline constexpr bool kServersByPrefix = true;  ///< profiles list discovery servers with their GUID prefix
 #else
 namespace rtps = eprosima::fastdds::rtps;
 using DdsReturnCode = dds::ReturnCode_t;
 using DdsDuration = dds::Duration_t;
 using DdsDiscoveryProtocol = rtps::DiscoveryProtocol;
-using DdsPayload = rtps::SerializedPayload_t&;
 inline constexpr bool kServersByPrefix = false;
 #endif
 using DdsGuid = rtps::GUID_t;
@@ -119,43 +120,6 @@ bool written(dds::DataWriter& writer, Sample& sample, rtps::WriteParams& params)
   return writer.write(&sample, params);
 #else
   return is_ok(writer.write(&sample, params));
-#endif
-}
-
-/// Nothing is said to others about how a type is built. In 2.9.1 a type object with a sequence of structs,
-/// announced by any peer, makes default participants crash (Fast-DDS #3296). For 3 the types are generated
-/// without one (idl/CMakeLists.txt).
-inline void withhold_type_object([[maybe_unused]] dds::TypeSupport& type) {
-#if TAKT_FAST_DDS_MAJOR == 2
-  type->auto_fill_type_object(false);
-  type->auto_fill_type_information(false);
-#endif
-}
-
-/// Bytes of a sample with its encapsulation. `Type` is a generated ...PubSubType.
-template <typename Type>
-std::uint32_t serialized_bytes(const typename Type::type& sample) {
-#if TAKT_FAST_DDS_MAJOR == 2
-  return Type().getSerializedSizeProvider(const_cast<typename Type::type*>(&sample))();
-#else
-  return Type().calculate_serialized_size(&sample, dds::XCDR_DATA_REPRESENTATION);
-#endif
-}
-/// `payload` has room for serialized_bytes().
-template <typename Type>
-bool serialize(const typename Type::type& sample, rtps::SerializedPayload_t& payload) {
-#if TAKT_FAST_DDS_MAJOR == 2
-  return Type().serialize(const_cast<typename Type::type*>(&sample), &payload);
-#else
-  return Type().serialize(&sample, payload, dds::XCDR_DATA_REPRESENTATION);
-#endif
-}
-/// The bytes that a decoder was given.
-inline std::span<const std::uint8_t> bytes_of(DdsPayload payload) {
-#if TAKT_FAST_DDS_MAJOR == 2
-  return {payload->data, payload->length};
-#else
-  return {payload.data, payload.length};
 #endif
 }
 
@@ -251,11 +215,12 @@ class DiscoveryListener : public dds::DomainParticipantListener {
   Follower follower_;
 };
 
-/// A type of DDS whose values are the bytes of samples (std::string), with the head of four that says how
-/// they are encoded.
-class BytesType : public dds::TopicDataType {
+/// A type of DDS by what its samples are: made, sized, written and read. Nothing is said to others about how it is
+/// built: in 2.9.1 a type object with a sequence of structs, announced by any peer, makes default participants crash
+/// (Fast-DDS #3296).
+class SampleType : public dds::TopicDataType {
  public:
-  explicit BytesType(const std::string& name) {
+  explicit SampleType(const std::string& name) {
     constexpr std::uint32_t kFirstRoom_bytes = 1U << 16U;  // memory grows with the samples
 #if TAKT_FAST_DDS_MAJOR == 2
     setName(name.c_str());
@@ -269,62 +234,116 @@ class BytesType : public dds::TopicDataType {
 #endif
   }
 #if TAKT_FAST_DDS_MAJOR == 2
-  bool serialize(void* data, rtps::SerializedPayload_t* payload) override {
-    return write(data, *payload);
+  bool serialize(void* data, rtps::SerializedPayload_t* payload) final {
+    return write_payload(data, *payload);
   }
-  bool deserialize(rtps::SerializedPayload_t* payload, void* data) override {
-    return read(*payload, data);
+  bool deserialize(rtps::SerializedPayload_t* payload, void* data) final {
+    return read_payload(*payload, data);
   }
-  std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override {
-    return [data] { return static_cast<std::uint32_t>(static_cast<std::string*>(data)->size()); };
+  std::function<std::uint32_t()> getSerializedSizeProvider(void* data) final {
+    return [this, data] { return static_cast<std::uint32_t>(size(data)); };
   }
-  void* createData() override {
-    return new std::string;
+  void* createData() final {
+    return make();
   }
-  void deleteData(void* data) override {
-    delete static_cast<std::string*>(data);
+  void deleteData(void* data) final {
+    discard(data);
   }
-  bool getKey(void*, rtps::InstanceHandle_t*, bool) override {
+  bool getKey(void*, rtps::InstanceHandle_t*, bool) final {
     return false;
   }
 #else
-  bool serialize(const void* data, rtps::SerializedPayload_t& payload, dds::DataRepresentationId_t) override {
-    return write(data, payload);
+  bool serialize(const void* data, rtps::SerializedPayload_t& payload, dds::DataRepresentationId_t) final {
+    return write_payload(data, payload);
   }
-  bool deserialize(rtps::SerializedPayload_t& payload, void* data) override {
-    return read(payload, data);
+  bool deserialize(rtps::SerializedPayload_t& payload, void* data) final {
+    return read_payload(payload, data);
   }
-  std::uint32_t calculate_serialized_size(const void* data, dds::DataRepresentationId_t) override {
-    return static_cast<std::uint32_t>(static_cast<const std::string*>(data)->size());
+  std::uint32_t calculate_serialized_size(const void* data, dds::DataRepresentationId_t) final {
+    return static_cast<std::uint32_t>(size(data));
   }
-  void* create_data() override {
-    return new std::string;
+  void* create_data() final {
+    return make();
   }
-  void delete_data(void* data) override {
-    delete static_cast<std::string*>(data);
+  void delete_data(void* data) final {
+    discard(data);
   }
-  bool compute_key(rtps::SerializedPayload_t&, rtps::InstanceHandle_t&, bool) override {
+  bool compute_key(rtps::SerializedPayload_t&, rtps::InstanceHandle_t&, bool) final {
     return false;
   }
-  bool compute_key(const void*, rtps::InstanceHandle_t&, bool) override {
+  bool compute_key(const void*, rtps::InstanceHandle_t&, bool) final {
     return false;
   }
 #endif
 
- private:
-  static constexpr std::size_t kHead_bytes = 4;
+ protected:
+  virtual void* make() const = 0;
+  virtual void discard(void* sample) const = 0;
+  /// Bytes of the sample, with the head of four that says how it is encoded.
+  virtual std::size_t size(const void* sample) const = 0;
+  /// The same number, written to the beginning of `memory`; 0 where that is too small or the sample is none.
+  virtual std::size_t write(const void* sample, std::span<std::uint8_t> memory) const = 0;
+  /// False where the bytes are no sample.
+  virtual bool read(std::span<const std::uint8_t> bytes, void* sample) const = 0;
 
-  static bool write(const void* data, rtps::SerializedPayload_t& payload) {
-    const auto& bytes = *static_cast<const std::string*>(data);
-    if (bytes.size() > payload.max_size || bytes.size() < kHead_bytes) return false;
-    std::memcpy(payload.data, bytes.data(), bytes.size());
-    payload.length = static_cast<std::uint32_t>(bytes.size());
-    payload.encapsulation = bytes[1] == '\1' ? CDR_LE : CDR_BE;
+ private:
+  bool write_payload(const void* data, rtps::SerializedPayload_t& payload) const {
+    payload.length = static_cast<std::uint32_t>(write(data, {payload.data, payload.max_size}));
+    if (payload.length == 0) return false;
+    payload.encapsulation = payload.data[1] == 1 ? CDR_LE : CDR_BE;
     return true;
   }
-  static bool read(const rtps::SerializedPayload_t& payload, void* data) {
-    static_cast<std::string*>(data)->assign(reinterpret_cast<const char*>(payload.data), payload.length);
-    return payload.length >= kHead_bytes;
+  /// An exception would go through the threads of Fast DDS and end the process.
+  bool read_payload(const rtps::SerializedPayload_t& payload, void* data) const {
+    try {
+      return read({payload.data, payload.length}, data);
+    } catch (const std::exception&) {
+      return false;
+    }
+  }
+};
+
+/// A type whose values are the bytes of samples (std::string).
+class BytesType final : public SampleType {
+ public:
+  using SampleType::SampleType;
+
+ private:
+  static constexpr std::size_t kHead_bytes = 4;
+  static const std::string& bytes_of(const void* sample) { return *static_cast<const std::string*>(sample); }
+
+  void* make() const override { return new std::string; }
+  void discard(void* sample) const override { delete static_cast<std::string*>(sample); }
+  std::size_t size(const void* sample) const override { return bytes_of(sample).size(); }
+  std::size_t write(const void* sample, std::span<std::uint8_t> memory) const override {
+    const std::string& bytes = bytes_of(sample);
+    if (bytes.size() > memory.size() || bytes.size() < kHead_bytes) return 0;
+    std::memcpy(memory.data(), bytes.data(), bytes.size());
+    return bytes.size();
+  }
+  bool read(std::span<const std::uint8_t> bytes, void* sample) const override {
+    static_cast<std::string*>(sample)->assign(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    return bytes.size() >= kHead_bytes;
+  }
+};
+
+/// A message of idl/*.idl by its field table.
+template <Message Type>
+class MessageType final : public SampleType {
+ public:
+  MessageType() : SampleType(std::string(message_info<Type>().dds_type)) {}
+
+ private:
+  static const Type& message_of(const void* sample) { return *static_cast<const Type*>(sample); }
+
+  void* make() const override { return new Type; }
+  void discard(void* sample) const override { delete static_cast<Type*>(sample); }
+  std::size_t size(const void* sample) const override { return cdr::size(message_of(sample)); }
+  std::size_t write(const void* sample, std::span<std::uint8_t> memory) const override {
+    return cdr::write(message_of(sample), memory);
+  }
+  bool read(std::span<const std::uint8_t> bytes, void* sample) const override {
+    return cdr::read(bytes, *static_cast<Type*>(sample));
   }
 };
 

@@ -18,7 +18,7 @@
 #include <span>
 #include <vector>
 
-#include "server/components/component_type.h"
+#include "takt_enumerations.h"
 
 namespace takt {
 

@@ -209,7 +209,7 @@ void CellHost::answer_without_scenario(const ControlRequest& request) {
     outbound_->add_reply(features_reply(request.id));
   } else if (request.request == "get_state") {
     const LoopStatus status = idle_status().value_or(LoopStatus{});
-    reply(request.id, ControlResult::ok, "The server is " + std::string(to_string(state)) + ".",
+    reply(request.id, ControlResult::ok, "The server is " + std::string(words_of(state)) + ".",
           {{"state", std::to_string(static_cast<int>(state))},
            {"state_name", std::string(to_string(state))},
            {"pace", std::string(to_string(status.pace))},

@@ -53,8 +53,7 @@ Session session_of(const json& document) {
   if (state < 0 || state > static_cast<int>(SimulationState::quitting))
     throw std::runtime_error("unknown state");
   session.state = static_cast<SimulationState>(state);
-  for (const Pace pace : {Pace::realtime, Pace::free, Pace::lockstep})
-    if (document.at("pace") == to_string(pace)) session.pace = pace;
+  session.pace = enumerator_of<Pace>(document.at("pace").get<std::string>()).value_or(session.pace);
   session.factor = document.at("factor").get<double>();
   if (!(session.factor >= kSlowestPace && session.factor <= kFastestPace))
     throw std::runtime_error("impossible pace");

@@ -157,22 +157,10 @@ std::string_view to_string(EventCode code) {
   return "unknown";
 }
 
-std::string_view to_string(SimulationState state) {
-  switch (state) {
-    case SimulationState::stopped:
-      return "stopped";
-    case SimulationState::playing:
-      return "playing";
-    case SimulationState::paused:
-      return "paused";
-    case SimulationState::quitting:
-      return "quitting";
-    case SimulationState::no_world:
-      return "without a scenario";
-    case SimulationState::loading_world:
-      return "loading a scenario";
-  }
-  return "unknown";
+std::string_view words_of(SimulationState state) {
+  if (state == SimulationState::no_world) return "without a scenario";
+  if (state == SimulationState::loading_world) return "loading a scenario";
+  return to_string(state);
 }
 
 std::string_view target_name(const CellDescription& cell, int target) {

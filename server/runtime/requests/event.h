@@ -46,18 +46,8 @@ enum class EventCode : std::uint8_t {
 };
 std::string_view to_string(EventCode code);
 
-enum class Severity : std::uint8_t { information = 0, warning = 1, error = 2 };
-
-/// States of simulation_interfaces.
-enum class SimulationState : std::uint8_t {
-  stopped = 0,
-  playing = 1,
-  paused = 2,
-  quitting = 3,
-  no_world = 4,       ///< no scenario is loaded
-  loading_world = 5,  ///< no scenario is loaded, but one is being read
-};
-std::string_view to_string(SimulationState state);
+/// As words of a sentence: "without a scenario".
+std::string_view words_of(SimulationState state);
 
 /// Of a target (target_of()): its name.
 std::string_view target_name(const CellDescription& cell, int target);

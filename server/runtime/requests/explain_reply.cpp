@@ -9,11 +9,6 @@ namespace {
 
 using nlohmann::json;
 
-/// As clients name the types.
-std::string_view type_name(ComponentType type) {
-  return type == ComponentType::part ? "part" : type == ComponentType::gripper ? "gripper" : "ground";
-}
-
 json json_of(const Vec3& v) {
   return {v.x(), v.y(), v.z()};
 }
@@ -42,7 +37,7 @@ class Names {
     for (std::size_t i = 0; i < used_.size(); ++i) {
       if (used_[i] == 0) continue;
       const ComponentDescription& c = cell_.components[i];
-      all[c.name] = {{"type", type_name(c.type)}, {"hierarchy", hierarchy(static_cast<int>(i))}};
+      all[c.name] = {{"type", to_string(c.type)}, {"hierarchy", hierarchy(static_cast<int>(i))}};
     }
     return all;
   }
@@ -105,7 +100,7 @@ json document(const Explanation& e, const CellDescription& cell) {
                            {"softening", c.softening}});
   }
   json all{{"part", name(e.component)},
-           {"type", type_name(e.type)},
+           {"type", to_string(e.type)},
            {"hierarchy", name.hierarchy(e.component)},
            {"state", to_string(e.state)},
            {"state_because", name(e.state_because)},

@@ -13,7 +13,7 @@
 #include "plant_models/robot/arm_kinematics.h"
 #include "plant_models/robot/robot_link.h"
 #include "plant_models/spatial.h"
-#include "server/components/component_type.h"
+#include "takt_enumerations.h"
 
 namespace takt {
 
@@ -27,12 +27,6 @@ struct ComponentDescription {
   std::vector<float> vertices;           ///< x, y, z of each vertex of the mesh, in B (m)
   std::vector<std::uint32_t> triangles;  ///< three vertex indices each, outward by the right-hand rule
   std::array<float, 4> color{0.7F, 0.7F, 0.7F, 1.0F};  ///< r, g, b, a in 0..1
-};
-
-/// What a robot does when its commands stay away for longer than it allows (as on the wire).
-enum class SafeAction : std::uint8_t {
-  hold,  ///< stays at the last set-point
-  stop,  ///< goes on as it was until the deadline, then brakes as its acceleration allows, on its path
 };
 
 /// How long a stream of set-points may be silent (simulated time), and what happens then.

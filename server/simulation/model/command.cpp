@@ -48,11 +48,6 @@ std::string_view to_string(RejectionCode code) {
   return names[static_cast<std::size_t>(code)];
 }
 
-std::string_view to_string(PartState state) {
-  constexpr std::array<std::string_view, 5> names{"free", "grasped", "placed", "assembled", "fixed"};
-  return names[static_cast<std::size_t>(state)];
-}
-
 Validated<JointCommand> validate(const CellDescription& cell, const RawJointCommand& raw) {
   const int robot = cell.find_robot(raw.robot);
   if (robot < 0) {
@@ -136,9 +131,10 @@ Validated<GripperCommand> validate(const CellDescription& cell, const RawGripper
                       list_names(cell.grippers, [](const auto& g) { return g.name; }));
   }
   const GripperDescription& description = cell.grippers[static_cast<std::size_t>(gripper)];
-  if (raw.action > 2) {
+  if (!is_known(raw.action)) {
     return reject(RejectionCode::malformed, raw.gripper,
-                  "action " + std::to_string(raw.action) + " is unknown; allowed: 0 open, 1 close, 2 width");
+                  "action " + std::to_string(static_cast<int>(raw.action)) +
+                      " is unknown; allowed: 0 open, 1 close, 2 width");
   }
   struct Check {
     const char* name;
@@ -159,8 +155,7 @@ Validated<GripperCommand> validate(const CellDescription& cell, const RawGripper
   }
   if (!std::isfinite(raw.stamp_s))
     return reject(RejectionCode::not_finite, raw.gripper, "the stamp is not finite");
-  return GripperCommand{gripper, raw.stamp_s, static_cast<GripperAction>(raw.action), raw.width_m,
-                        raw.max_force_N};
+  return GripperCommand{gripper, raw.stamp_s, raw.action, raw.width_m, raw.max_force_N};
 }
 
 int target_count(const CellDescription& cell) {

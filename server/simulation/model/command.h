@@ -36,10 +36,6 @@ struct JointCommand {
   JointArray effort{};
 };
 
-/// `open` lets go. `close` holds by the gripper's grasp rule. `width` sends the jaws to a width: a larger one
-/// lets go; a smaller one holds only what both jaws touch, so that jaws can be set before a grip.
-enum class GripperAction : std::uint8_t { open = 0, close = 1, width = 2 };
-
 struct GripperCommand {
   int gripper = -1;       ///< index into CellDescription::grippers
   double stamp_s = -1.0;  ///< simulated time the sender meant; negative: none given
@@ -115,7 +111,7 @@ struct RawJointCommand {
 struct RawGripperCommand {
   std::string gripper;
   double stamp_s = -1.0;
-  std::uint8_t action = 0;
+  GripperAction action = GripperAction::open;  ///< any number, as it arrived
   double width_m = 0.0;
   double max_force_N = 0.0;
 };

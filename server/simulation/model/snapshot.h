@@ -16,10 +16,6 @@
 
 namespace takt {
 
-/// State of a Part (thesis 3.2.3, Fig. 3.5). `fixed` is for components that are not Parts.
-enum class PartState : std::uint8_t { free = 0, grasped = 1, placed = 2, assembled = 3, fixed = 4 };
-std::string_view to_string(PartState state);
-
 struct ComponentSample {
   Vec3 p_WB = Vec3::Zero();
   Quat q_WB = Quat::Identity();

@@ -131,7 +131,7 @@ std::string counted(std::uint64_t n, const char* one, const char* many) {
 }
 
 std::string with_article(ComponentType type) {
-  return "a " + std::string(to_string(type));
+  return type == ComponentType::part ? "a Part" : type == ComponentType::gripper ? "a Gripper" : "a Ground";
 }
 
 class Sentences {

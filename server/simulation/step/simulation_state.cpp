@@ -222,7 +222,8 @@ std::string Simulation::Impl::not_a_part(int component, const char* wanted) cons
            std::to_string(n - 1);
   const Component& c = model->components[static_cast<std::size_t>(component)];
   if (c.type == ComponentType::part) return {};
-  return c.name + " is a " + std::string(to_string(c.type)) + "; only a Part can be " + wanted;
+  return c.name + " is a component of type " + std::string(to_string(c.type)) + "; only a Part can be " +
+         wanted;
 }
 
 namespace {

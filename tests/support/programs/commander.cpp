@@ -15,13 +15,13 @@ int main(int argc, char** argv) {
   takt::test::RawDdsClient client(static_cast<std::uint32_t>(std::atoi(argv[1])),
                                   argc == 6 ? std::atoi(argv[5]) : 2);
   const std::string topic = std::string("rt/") + argv[2] + "/" + argv[3] + "/joint_commands";
-  auto writer = client.write<sensor_msgs::msg::JointStatePubSubType>(topic, true, 9, argc == 6 ? 1.0 : 0.0);
+  auto writer = client.write<sensor_msgs::msg::JointState>(topic, true, 9, argc == 6 ? 1.0 : 0.0);
   if (!writer.matches->wait_for(1)) return 1;
   sensor_msgs::msg::JointState message;
-  message.name({"shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint",
-                "wrist_3_joint"});
+  message.name = {"shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint",
+                  "wrist_1_joint",      "wrist_2_joint",       "wrist_3_joint"};
   constexpr double kQuarter = 1.5707963267948966;
-  message.position({std::atof(argv[4]), -kQuarter, kQuarter, -kQuarter, -kQuarter, 0.0});
+  message.position = {std::atof(argv[4]), -kQuarter, kQuarter, -kQuarter, -kQuarter, 0.0};
   if (!takt::written(*writer.writer, message)) return 1;
   // Reliable: acknowledged means that the cell has it.
   if (!takt::is_ok(writer.writer->wait_for_acknowledgments(takt::DdsDuration(60, 0)))) return 1;

@@ -1,0 +1,88 @@
+#pragma once
+// Topics as data: each @topic of idl/*.idl becomes a row of takt_topics.h with name, type, direction and QoS.
+// Writers and readers of both ends, recordings and documentation take them from there.
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "idl/common/message.h"
+
+namespace takt {
+
+enum class TopicWriter : std::uint8_t { server, client };
+
+/// Kinds of QoS, named by what samples are to their readers.
+enum class TopicQos : std::uint8_t {
+  instant,        ///< an instant of the cell: a reader that misses one gets the next
+  ros,            ///< as ROS 2 nodes read by default
+  event,          ///< each counts
+  latched,        ///< a late joiner gets the newest at once
+  latched_large,  ///< the same, of samples of megabytes
+  command,        ///< the newest counts
+  control,        ///< requests and replies
+};
+
+/// What writers offer and readers ask for. All keep the last `depth` samples: keeping all would let one frozen reader
+/// block its writer.
+struct QosPolicy {
+  bool reliable = true;
+  bool latched = false;  ///< transient local
+  int depth = 1;
+  bool large = false;  ///< sent in fragments, by a thread of DDS
+};
+
+struct TopicInfo {
+  std::string_view id;       ///< as in takt::topics
+  std::string_view pattern;  ///< "{cell}/{robot}/joint_states"
+  const MessageInfo* type;
+  TopicWriter writer;
+  TopicQos qos;
+  int ros_depth;  ///< of TopicQos::ros: samples that are kept for readers
+
+  /// The level behind the last slash.
+  constexpr std::string_view last_level() const { return pattern.substr(pattern.rfind('/') + 1); }
+  /// Whether each robot, gripper or device has its own.
+  constexpr bool of_element() const { return pattern.find('{', 1) != std::string_view::npos; }
+  /// ROS 2 name without the leading slash; `element`: the robot, gripper or device.
+  std::string name(std::string_view cell, std::string_view element = {}) const {
+    std::string text;
+    for (std::size_t at = 0; at < pattern.size();) {
+      const std::size_t open = pattern.find('{', at);
+      text += pattern.substr(at, open - at);
+      if (open == std::string_view::npos) break;
+      at = pattern.find('}', open) + 1;
+      text += pattern.substr(open, at - open) == "{cell}" ? cell : element;
+    }
+    return text;
+  }
+};
+
+constexpr QosPolicy qos_of(TopicQos kind, int ros_depth = 1) {
+  switch (kind) {
+    case TopicQos::instant:
+      return {.reliable = false};
+    case TopicQos::ros:
+      return {.depth = ros_depth};
+    case TopicQos::event:
+      return {.depth = 1000};
+    case TopicQos::latched:
+      return {.latched = true};
+    case TopicQos::latched_large:
+      return {.latched = true, .large = true};
+    case TopicQos::control:
+      return {.depth = 100};
+    case TopicQos::command:
+      break;
+  }
+  return {};
+}
+constexpr QosPolicy qos_of(const TopicInfo& topic) {
+  return qos_of(topic.qos, topic.ros_depth);
+}
+
+template <typename Message>
+struct Topic : TopicInfo {
+  using Type = Message;
+};
+
+}  // namespace takt

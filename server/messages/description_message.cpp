@@ -1,0 +1,153 @@
+#include "server/messages/description_message.h"
+
+#include <type_traits>
+#include <vector>
+
+#include "server/messages/geometry_messages.h"
+#include "server/runtime/requests/plain_text.h"
+
+namespace takt {
+namespace {
+
+constexpr FieldInfo kWhole{};
+constexpr std::size_t kMaxProcesses = field_info<takt_msgs::msg::Status>("processes").bound;
+
+/// The first value of a message that is beyond a bound of the IDL, which readers refuse whole, or no text: a name that
+/// is cut off or has another character would be another name.
+struct Faults {
+  template <typename Value>
+  static std::string of(const FieldInfo&, const std::string&, const Value&) {
+    return {};
+  }
+  static std::string of(const FieldInfo& field, const std::string& path, const std::string& text) {
+    const Lines lines = field.name == "urdf" ? Lines::kept : Lines::replaced;
+    const std::string what = path + " '" + plain_text(text, 60) + "...'";
+    if (!is_plain(text, lines)) return what + " is no text; it must be UTF-8 without control characters.";
+    if (field.string_bound == 0 || text.size() <= field.string_bound) return {};
+    return what + " has " + std::to_string(text.size()) + " bytes; messages have room for " +
+           std::to_string(field.string_bound) + ".";
+  }
+  template <Message Type>
+  static std::string of(const FieldInfo&, const std::string& path, const Type& message) {
+    std::string fault;
+    for_each_field(message, [&](const FieldInfo& field, const auto& value) {
+      if (fault.empty()) fault = of(field, path + (path.empty() ? "" : ".") + std::string(field.name), value);
+    });
+    return fault;
+  }
+  template <typename Value>
+  static std::string of(const FieldInfo& field, const std::string& path, const std::vector<Value>& values) {
+    if (field.bound > 0 && values.size() > field.bound)
+      return "The cell has " + std::to_string(values.size()) + " " + path + "; messages have room for " +
+             std::to_string(field.bound) + ".";
+    std::string fault;
+    if constexpr (!std::is_arithmetic_v<Value>)
+      for (std::size_t i = 0; i < values.size() && fault.empty(); ++i)
+        fault = of(field, path + "[" + std::to_string(i) + "]", values[i]);
+    return fault;
+  }
+};
+
+std::vector<double> row_major(const Mat3& R) {
+  return {R(0, 0), R(0, 1), R(0, 2), R(1, 0), R(1, 1), R(1, 2), R(2, 0), R(2, 1), R(2, 2)};
+}
+
+takt_msgs::msg::Transform to_transform(const Pose& X) {
+  return {to_vector(X.p), row_major(X.R)};
+}
+
+takt_msgs::msg::ComponentDescription to_message(const ComponentDescription& component) {
+  if (component.triangles.size() / 3 > kMaxTriangles)
+    throw MessageError("The mesh of '" + component.name + "' has " +
+                       std::to_string(component.triangles.size() / 3) +
+                       " triangles; messages have room for " + std::to_string(kMaxTriangles) + ".");
+  takt_msgs::msg::ComponentDescription message;
+  message.name = component.name;
+  message.type = component.type;
+  message.hierarchy = component.hierarchy;
+  message.mass = component.mass_kg;
+  message.center_of_mass = to_vector(component.p_BBcm);
+  message.mesh_uri = plain_text(component.mesh_uri);
+  message.vertices = component.vertices;
+  message.triangles = component.triangles;
+  message.color = {component.color.begin(), component.color.end()};
+  return message;
+}
+
+takt_msgs::msg::RobotDescription to_message(const RobotDescription& robot) {
+  takt_msgs::msg::RobotDescription message;
+  message.name = robot.name;
+  message.urdf = plain_text(robot.urdf, robot.urdf.size(), Lines::kept);
+  for (const JointModel& joint : robot.arm.joints) {
+    takt_msgs::msg::JointDescription described;
+    described.name = joint.name;
+    described.type = joint.type;
+    described.position = to_vector(joint.X_PJ.p);
+    described.rotation = row_major(joint.X_PJ.R);
+    described.axis = to_vector(joint.axis);
+    described.lower = joint.lower;
+    described.upper = joint.upper;
+    described.max_velocity = joint.max_velocity;
+    described.max_effort = joint.max_effort;
+    message.joints.push_back(described);
+  }
+  message.flange = to_transform(robot.arm.X_JF);
+  message.base = to_transform(robot.X_WR);
+  message.command_period = robot.command_period_s;
+  message.command_deadline = robot.command_deadline.deadline_s;
+  message.safe_action = robot.command_deadline.action;
+  return message;
+}
+
+takt_msgs::msg::GripperDescription to_message(const GripperDescription& gripper) {
+  takt_msgs::msg::GripperDescription message;
+  message.name = gripper.name;
+  message.robot = gripper.robot;
+  message.palm = gripper.component;
+  message.left_jaw = gripper.left_jaw;
+  message.right_jaw = gripper.right_jaw;
+  message.mount = to_transform(gripper.X_FG);
+  message.tool_center_point = to_transform(gripper.X_GT);
+  message.max_width = gripper.max_width_m;
+  message.max_force = gripper.max_force_N;
+  message.jaw_speed = gripper.jaw_speed_m_per_s;
+  return message;
+}
+
+takt_msgs::msg::DeviceDescription to_message(const DeviceDescription& device) {
+  takt_msgs::msg::DeviceDescription message;
+  message.name = device.name;
+  for (const SignalDescription& signal : device.signals) {
+    message.signals.emplace_back(signal.name);
+    auto& properties = message.properties.emplace_back();
+    properties.unit = signal.unit;
+    properties.commanded = signal.commanded;
+    properties.lower = signal.lower;
+    properties.upper = signal.upper;
+  }
+  return message;
+}
+
+}  // namespace
+
+takt_msgs::msg::CellDescription to_message(const CellDescription& cell, const std::string& server_version) {
+  takt_msgs::msg::CellDescription message;
+  message.cell = cell.cell;
+  message.scenario = cell.scenario;
+  message.scenario_generation = cell.scenario_generation;
+  message.server_version = server_version;
+  message.step_size = cell.step_s;
+  message.level_of_detail = cell.level_of_detail;
+  message.gravity = to_vector(cell.gravity_m_per_s2);
+  for (const auto& component : cell.components) message.components.push_back(to_message(component));
+  for (const auto& robot : cell.robots) message.robots.push_back(to_message(robot));
+  for (const auto& gripper : cell.grippers) message.grippers.push_back(to_message(gripper));
+  for (const auto& device : cell.devices) message.devices.push_back(to_message(device));
+  if (std::string fault = Faults::of(kWhole, "", message); !fault.empty()) throw MessageError(fault);
+  if (cell.processes.size() > kMaxProcesses)
+    throw MessageError("The cell has " + std::to_string(cell.processes.size()) +
+                       " processes; messages have room for " + std::to_string(kMaxProcesses) + ".");
+  return message;
+}
+
+}  // namespace takt

@@ -1,0 +1,141 @@
+"""The reader of IDL files: what it takes over, and what it says of a mistake."""
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "idl" / "generator"))
+import cpp  # noqa: E402
+import idl  # noqa: E402
+
+
+def read(text, **others):
+    with tempfile.TemporaryDirectory() as directory:
+        for name, content in others.items():
+            (Path(directory) / f"{name}.idl").write_text(content)
+        path = Path(directory) / "own.idl"
+        path.write_text(text)
+        try:
+            return idl.read([path])
+        except idl.IdlError as error:
+            raise idl.IdlError(str(error).replace(directory + "/", "")) from None
+
+
+def in_module(text):
+    return f"module a {{\nmodule msg {{\n{text}\n}};\n}};\n"
+
+
+class Reading(unittest.TestCase):
+    def test_types_bounds_and_escaped_names(self):
+        reader = read('#include "other.idl"\n' + in_module(
+            "@final struct T { sequence<string<4>, 2> tags; unsigned long long id; b::msg::Time t; T2 own; double _pose; };"
+        ).replace("@final struct T ", "@final struct T2 { octet x; };\n@final struct T "),
+            other="module b { module msg { @final struct Time { long sec; }; }; };")
+        fields = {f.name: f for f in reader.structs["a/msg/T"].fields}
+        self.assertEqual(list(fields), ["tags", "id", "t", "own", "pose"])
+        tags = fields["tags"]
+        self.assertEqual((tags.kind, tags.string_bound, tags.sequence, tags.bound), ("string", 4, True, 2))
+        self.assertEqual(fields["id"].kind, "uint64")
+        self.assertEqual(fields["t"].type, "b/msg/Time")
+        self.assertEqual(fields["own"].type, "a/msg/T2")
+        self.assertEqual(reader.structs["a/msg/T"].dds_type, "a::msg::dds_::T_")
+        self.assertEqual(cpp.cpp_type(tags), "std::vector<std::string>")
+
+    def test_comments_belong_to_what_they_stand_at(self):
+        reader = read(in_module("""
+// Of nothing.
+
+// A struct
+// of two lines.
+@final struct T {
+  double x;   // behind x,
+              // and on
+  // above y
+  double y;
+  double z;
+};"""))
+        struct = reader.structs["a/msg/T"]
+        self.assertEqual(struct.doc, "A struct of two lines.")
+        self.assertEqual([f.doc for f in struct.fields], ["behind x, and on", "above y", ""])
+
+    def test_annotations_are_carried_with_all_their_arguments(self):
+        reader = read(in_module(
+            '@final @request(name="step", phase=now, order=-3) @event(sentence="Part {part} (%) "\n  "is \\"free\\".") '
+            '@bare struct T { @unit("N m") @range(min=1, max=2.5) double x; };'))
+        struct = reader.structs["a/msg/T"]
+        self.assertEqual(struct.annotation("request", "name"), "step")
+        self.assertEqual(struct.annotation("request", "phase"), "now")
+        self.assertEqual(struct.annotation("request", "order"), "-3")
+        self.assertEqual(struct.annotation("event", "sentence"), 'Part {part} (%) is "free".')
+        self.assertTrue(struct.has("bare"))
+        self.assertEqual(struct.fields[0].annotation("unit"), "N m")
+        self.assertEqual(struct.fields[0].annotation("range", "max"), "2.5")
+        table = cpp.table(struct)
+        self.assertIn('{"event", "sentence", "Part {part} (%) is \\"free\\"."}', table)
+        self.assertIn('{"bare", "", ""}', table)
+
+    def test_enumerations_count_on_from_given_values(self):
+        reader = read("module takt {\n// Which.\nenum E {\n  a,   // first\n  @value(7) b,\n  c    // last\n};\n};\n" + in_module(
+            "@final struct T { @enumeration(E) @default(c) octet e; };"))
+        one = reader.enumerations["E"]
+        self.assertEqual([(e.name, e.value, e.doc) for e in one.enumerators], [("a", 0, "first"), ("b", 7, ""), ("c", 8, "last")])
+        self.assertEqual(one.doc, "Which.")
+        field = reader.structs["a/msg/T"].fields[0]
+        self.assertEqual(cpp.cpp_type(field) + cpp.initial(field), "takt::E = takt::E::c")
+
+
+class Mistakes(unittest.TestCase):
+    def expect(self, text, sentence):
+        with self.assertRaises(idl.IdlError) as raised:
+            read(text)
+        self.assertIn(sentence, str(raised.exception))
+
+    def test_are_reported_with_line_and_what_is_expected(self):
+        for field, sentence in (
+                ("string<x> s;", "own.idl:3: found 'x'; expected a number"),
+                ("string<-1> s;", "own.idl:3: found '-1'; expected a whole number"),
+                ("double x", "own.idl:3: found '}'; expected ';'"),
+                ("Nothing x;", "expected a type that is defined above"),
+                ("@enumeration(E) octet x;", "own.idl:3: there is no enumeration 'E'"),
+                ("sequence<boolean> x;", "std::vector<bool>"),
+                ("double x; long x;", "a field twice"),
+                ("", "no field")):
+            with self.subTest(field):
+                self.expect(in_module(f"@final struct T {{ {field} }};"), sentence)
+
+    def test_of_structs_and_files(self):
+        self.expect(in_module("struct T { double x; };"), "own.idl:3: struct T is not @final")
+        self.expect(in_module("@final struct T { double x; };\n@final struct T { double x; };"), "own.idl:4: struct a/msg/T is defined twice")
+        self.expect(in_module("union U { };"), "own.idl:3: found 'union'; expected a module, a struct or an enum")
+        self.expect("module a {", "found 'the end of the file'; expected '}'")
+
+    def test_a_field_of_takt_needs_meaning_and_unit(self):
+        text = "module takt_msgs { module msg {\n@final struct T {\n  double x;\n  @unit(\"m\") double y;  // yes\n};\n}; };\n"
+        gaps = [gap.split("own.idl")[1] for gap in idl.find_gaps(read(text))]
+        self.assertEqual(gaps, [":3: T.x has no comment; say in one line what it means",
+                                ':3: T.x has no unit; add @unit("m"), or @unit("1") for a pure number'])
+
+
+class Documents(unittest.TestCase):
+    def test_the_page_of_topics_lists_each_with_its_type_and_delivery(self):
+        root = Path(__file__).resolve().parents[2]
+        reader = idl.read([root / "idl" / "takt_msgs.idl"])
+        delivery = {"instant": "best effort", "latched": "reliable, transient local",
+                    "latched_large": "reliable, transient local"}
+        wanted = set()
+        for struct in reader.structs.values():
+            for topic in (a.arguments for a in struct.annotations if a.name == "topic"):
+                name = "/" + topic["name"].replace("{cell}", "cell").replace("{", "<").replace("}", ">")
+                kind = struct.full_name.replace("/msg/", "/")
+                wanted.add((name, kind) + ((delivery.get(topic["qos"], "reliable"),) if topic["by"] == "server" else ()))
+        found = set()
+        for line in (root / "docs" / "interface.md").read_text().split("## Commands")[0].splitlines():
+            cells = [cell.strip() for cell in line.strip("|").split("|")]
+            if cells[0].startswith("`/"):
+                found.add((cells[0].strip("`"), cells[1].strip("`")) + tuple(cells[3:]))
+        self.assertEqual(found, wanted)
+
+
+if __name__ == "__main__":
+    unittest.main()
