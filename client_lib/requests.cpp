@@ -94,7 +94,7 @@ void Client::Impl::apply_reply_causality(std::unique_lock<std::mutex>& lock, con
     return std::strtoull(found->second.c_str(), nullptr, 10);
   };
   // Another scenario: its description may take longer than the reply.
-  auto world = number("world");
+  auto world = number("scenario_generation");
   if (!world && request == "unload_scenario") world = generation_before + 1U;
   if (world) {
     if (!wait(lock, deadline, [&] { return cell && cell->scenario_generation >= *world; }))

@@ -84,7 +84,7 @@ TEST(Hosting, AnotherScenarioWithOtherRobotsTakesThePlace) {
   EXPECT_EQ(fresh->cell->robots[0].name, "Arm");
   EXPECT_EQ(fresh->cell->grippers.size(), 0U);
   EXPECT_GT(fresh->cell->scenario_generation, first->scenario_generation);
-  EXPECT_EQ(reply.values.at("world"), std::to_string(fresh->cell->scenario_generation));
+  EXPECT_EQ(reply.values.at("scenario_generation"), std::to_string(fresh->cell->scenario_generation));
   EXPECT_EQ(client.get_state(), SimulationState::stopped);
   EXPECT_TRUE(client.connected());
 
@@ -221,7 +221,7 @@ TEST(Hosting, TwentyReloadsLeaveNothingBehind) {
   Client client(client_options());
   const auto reload = [&](const std::filesystem::path& file) {
     const Reply reply = client.request("load_scenario", {{"uri", file.string()}});
-    const std::string world = reply.values.at("world");
+    const std::string world = reply.values.at("scenario_generation");
     ASSERT_TRUE(client
                     .wait_for_state(
                         [&](const State& s) { return std::to_string(s.cell->scenario_generation) == world; },

@@ -310,7 +310,7 @@ TEST_F(Supervised, KeepsWhatWasLoadedAndSpawnedMeanwhile) {
     ASSERT_TRUE(client
                     .wait_for_state(
                         [&](const State& s) {
-                          return std::to_string(s.cell->scenario_generation) == reply.values.at("world");
+                          return std::to_string(s.cell->scenario_generation) == reply.values.at("scenario_generation");
                         },
                         kGenerous)
                     .has_value());

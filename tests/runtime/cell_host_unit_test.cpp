@@ -81,7 +81,7 @@ TEST_F(Hosted, LoadsUnloadsAndEnds) {
   EXPECT_EQ(host_->loop()->cell().scenario_generation, 1U);
   const ControlReply loaded = request("reload_scenario");
   expect_reply(loaded, Result::ok, "Scenario cubes is loaded: 2 components, 0 robots");
-  EXPECT_EQ(value_in(loaded, "world"), "2");
+  EXPECT_EQ(value_in(loaded, "scenario_generation"), "2");
   EXPECT_EQ(reader_->event("scenario_loaded").message, loaded.message);
   expect_reply(request("unload_scenario"), Result::ok, "Scenario cubes was unloaded; none is loaded now.");
   EXPECT_EQ(host_->loop(), nullptr);
@@ -168,7 +168,7 @@ TEST_F(Hosted, PartsComeAndGoOnlyWhileItIsStopped) {
   const ControlReply spawned =
       request("spawn_entity", {{"name", "X"}, {"copy_of", "A"}, {"position", "9 9 9"}});
   expect_reply(spawned, Result::ok, "X is there now.");
-  EXPECT_EQ(value_in(spawned, "world"), "2");
+  EXPECT_EQ(value_in(spawned, "scenario_generation"), "2");
   expect_reply(request("delete_entity", {{"entity", "B"}}), Result::ok, "B is gone.");
   ASSERT_EQ(request("set_state", {{"state", "1"}}).result, Result::ok);
   expect_reply(request("reset", {{"scope", "4"}}), Result::incorrect_state, "it is playing");

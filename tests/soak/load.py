@@ -72,7 +72,7 @@ def main():
             load = subprocess.Popen([os.path.join(bin_directory, "takt"), "load", scenario, *of_cell])
             while load.poll() is None:
                 now = status()
-                if now["world"] == first["world"]:
+                if now["scenario_generation"] == first["scenario_generation"]:
                     last = now
             took_s = time.monotonic() - begin
             if load.returncode != 0:

@@ -72,7 +72,7 @@ nlohmann::json json_of(const client::CellInfo& info) {
   };
   return {{"cell", info.cell},
           {"scenario", info.scenario},
-          {"world", info.scenario_generation},
+          {"scenario_generation", info.scenario_generation},
           {"components", names(info.components)},
           {"robots", names(info.robots)},
           {"grippers", names(info.grippers)},

@@ -22,7 +22,7 @@ nlohmann::json json_of(const client::Status& s) {
   return {{"time", s.time_s},
           {"step", s.step},
           {"epoch", s.epoch},
-          {"world", s.scenario_generation},
+          {"scenario_generation", s.scenario_generation},
           {"state", to_string(s.state)},
           {"pace", s.pace},
           {"pace_factor", s.pace_factor},
