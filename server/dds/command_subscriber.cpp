@@ -93,14 +93,14 @@ class CommandSubscriber::Reader final : public dds::DataReaderListener {
  private:
   template <typename Message>
   void take(dds::DataReader* reader) {
+    const CellDescription& cell = owner_.loop_->cell();
     Message message;
     dds::SampleInfo info;
     while (is_ok(reader->take_next_sample(&message, &info))) {
       if (!info.valid_data) continue;
       const std::int64_t received_ns = monotonic_now_ns();
       const DdsGuid guid = guid_of(info.publication_handle);
-      const CellDescription& cell = owner_.loop_->cell();
-      const auto raw = from_message(std::string(target_name(cell, target_)), message);
+      const auto raw = from_message(target_name(cell, target_), std::move(message));
       if (const auto* malformed = std::get_if<Rejection>(&raw)) {
         owner_.reject(*malformed, guid);
         continue;
@@ -108,7 +108,7 @@ class CommandSubscriber::Reader final : public dds::DataReaderListener {
       std::visit(
           [&](const auto& content) {
             if constexpr (!std::is_same_v<std::decay_t<decltype(content)>, Rejection>) {
-              const auto validated = validate(cell, content);
+              const auto validated = validate(cell, target_, content);
               if (const auto* rejection = std::get_if<Rejection>(&validated)) {
                 owner_.reject(*rejection, guid);
               } else {
@@ -273,10 +273,10 @@ std::optional<DiagnosticEvent> CommandSubscriber::diagnose_unmatched_writer(
     return DiagnosticEvent{Severity::warning, code, name, text_of(guid), sentence};
   };
   const std::string nobody = "Nobody listens to the topic " + topic + ": ";
-  // Validation knows best what is there and how to say what is not.
   if (!robot.empty() && cell.find_robot(robot) < 0) {
-    const auto verdict = validate(cell, RawJointCommand{robot, -1.0, {}, {}, {}, {}});
-    return event("unknown_robot", robot, nobody + std::get<Rejection>(verdict).message + ".");
+    return event(
+        "unknown_robot", robot,
+        nobody + "there is no robot '" + robot + "' in this cell; robots: " + names_of(cell.robots) + ".");
   }
   if (!other.empty()) {
     kind = cell.find_gripper(other) < 0 ? Kind::device : Kind::gripper;

@@ -132,12 +132,16 @@ takt_msgs::msg::DeviceDescription to_message(const DeviceDescription& device) {
 
 }  // namespace
 
+builtin_interfaces::msg::Time to_time(SimTime time) {
+  const std::int64_t ns = std::max<std::int64_t>(time.ns, 0);
+  builtin_interfaces::msg::Time message;
+  message.sec(static_cast<std::int32_t>(ns / 1'000'000'000));
+  message.nanosec(static_cast<std::uint32_t>(ns % 1'000'000'000));
+  return message;
+}
+
 builtin_interfaces::msg::Time to_time(double time_s) {
-  builtin_interfaces::msg::Time time;
-  const std::int64_t ns = stamp_ns(std::max(time_s, 0.0));
-  time.sec(static_cast<std::int32_t>(ns / 1'000'000'000));
-  time.nanosec(static_cast<std::uint32_t>(ns % 1'000'000'000));
-  return time;
+  return to_time(SimTime::from_seconds(time_s));
 }
 
 takt_msgs::msg::CellDescription to_message(const CellDescription& cell, const std::string& server_version) {
@@ -192,7 +196,7 @@ void fill_devices(takt_msgs::msg::CellState& message, const CellDescription& cel
     std::copy_n(sample.signals.begin(), signals.size(), signals.begin());
     auto& applied = message.applied()[cell.robots.size() + cell.grippers.size() + i];
     applied.count(sample.commands_applied);
-    applied.newest_stamp(to_time(sample.newest_stamp_s));
+    applied.newest_stamp(to_time(sample.newest_stamp));
   }
 }
 }  // namespace
@@ -227,7 +231,7 @@ void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const
     robot.motor_power().resize(sample.level_of_detail > 1 ? robot.position().size() : 0);
     std::copy_n(sample.power.mechanical_W.begin(), robot.motor_power().size(), robot.motor_power().begin());
     message.applied()[i].count(sample.commands_applied);
-    message.applied()[i].newest_stamp(to_time(sample.newest_stamp_s));
+    message.applied()[i].newest_stamp(to_time(sample.newest_stamp));
   }
   for (std::size_t i = 0; i < snapshot.grippers.size(); ++i) {
     const GripperSample& sample = snapshot.grippers[i];
@@ -240,7 +244,7 @@ void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const
     gripper.part(sample.part);
     auto& applied = message.applied()[cell.robots.size() + i];
     applied.count(sample.commands_applied);
-    applied.newest_stamp(to_time(sample.newest_stamp_s));
+    applied.newest_stamp(to_time(sample.newest_stamp));
   }
   fill_devices(message, cell, snapshot);
 }

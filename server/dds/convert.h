@@ -2,6 +2,7 @@
 // Wire types from and to the core's plain structs. Nothing is decided here: what is wrong with a command is
 // said by takt::validate.
 #include <string>
+#include <string_view>
 #include <variant>
 
 #include "server/runtime/loop/loop_output.h"
@@ -14,19 +15,20 @@
 
 namespace takt {
 
+/// No stamp is zero on the wire.
+builtin_interfaces::msg::Time to_time(SimTime time);
 builtin_interfaces::msg::Time to_time(double time_s);
 
-/// A stamp of zero means "none given" (-1). Rejection: nanoseconds that are none, or a time before 0.
-Validated<double> from_stamp(const builtin_interfaces::msg::Time& stamp, const std::string& subject);
+/// `target`: name of the robot, gripper or device, for a rejection. Rejection: nanoseconds that are none, or a time
+/// before 0.
+Validated<SimTime> from_stamp(const builtin_interfaces::msg::Time& stamp, std::string_view target);
 
-Validated<RawJointCommand> from_message(const std::string& robot,
-                                        const sensor_msgs::msg::JointState& message);
-Validated<RawTrajectory> from_message(const std::string& robot,
-                                      const trajectory_msgs::msg::JointTrajectory& message);
-Validated<RawDeviceCommand> from_message(const std::string& device,
-                                         const takt_msgs::msg::DeviceCommand& message);
-Validated<RawGripperCommand> from_message(const std::string& gripper,
-                                          const takt_msgs::msg::GripperCommand& message);
+/// What the message has is moved out of it.
+Validated<RawJointCommand> from_message(std::string_view target, sensor_msgs::msg::JointState&& message);
+Validated<RawTrajectory> from_message(std::string_view target,
+                                      trajectory_msgs::msg::JointTrajectory&& message);
+Validated<RawDeviceCommand> from_message(std::string_view target, takt_msgs::msg::DeviceCommand&& message);
+Validated<RawGripperCommand> from_message(std::string_view target, takt_msgs::msg::GripperCommand&& message);
 
 /// More triangles than this in one mesh are refused when the cell is described.
 inline constexpr std::size_t kMaxTriangles = 4'000'000;

@@ -108,10 +108,10 @@ void put(CdrWriter& out, const DeviceDescription& device) {
   }
 }
 
-void put_applied(CdrWriter& out, const std::string& target, std::uint64_t count, double newest_stamp_s) {
+void put_applied(CdrWriter& out, const std::string& target, std::uint64_t count, SimTime newest_stamp) {
   out.put(target);
   out.put(count);
-  put_time(out, nanoseconds(newest_stamp_s));
+  put_time(out, static_cast<std::uint64_t>(std::max<std::int64_t>(newest_stamp.ns, 0)));
 }
 
 }  // namespace
@@ -336,7 +336,7 @@ void McapRecording::write_state(const CellDescription& cell) {
   sample_.count(s.robots.size() + s.grippers.size() + s.devices.size());
   const auto applied = [&](const auto& described, const auto& samples) {
     for (std::size_t i = 0; i < samples.size(); ++i)
-      put_applied(sample_, described[i].name, samples[i].commands_applied, samples[i].newest_stamp_s);
+      put_applied(sample_, described[i].name, samples[i].commands_applied, samples[i].newest_stamp);
   };
   applied(cell.robots, s.robots);
   applied(cell.grippers, s.grippers);

@@ -26,7 +26,7 @@ const ComponentSample& sample(const Snapshot& s, int id) {
   return s.components[static_cast<std::size_t>(id)];
 }
 Command grip(GripperAction action) {
-  return GripperCommand{0, -1.0, action, 0.0, 0.0};
+  return GripperCommand{0, {}, action, 0.0, 0.0};
 }
 Command move_to(const JointArray& q, double period_s) {
   JointCommand command;

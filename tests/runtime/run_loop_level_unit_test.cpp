@@ -148,7 +148,7 @@ TEST(RunLoopLevel, APlantThatDivergesPausesTheLoopAndNothingThatIsNotANumberIsPu
   loop.start();
   ASSERT_EQ(reader.request("set_level_of_detail", {{"level", "2"}}).result, ControlResult::ok);
   JointCommand command = test::swing(0, 0.5);
-  command.stamp_s = -1.0;
+  command.stamp = {};
   command.velocity = {};
   loop.append(command, 1, monotonic_now_ns());
   ASSERT_EQ(reader.request("set_state", {{"state", "1"}}).result, ControlResult::ok);

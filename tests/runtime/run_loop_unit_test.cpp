@@ -51,7 +51,7 @@ class RunLoopTest : public testing::Test {
           commands.emplace_back(command);
         }
         if (gripper)
-          commands.emplace_back(GripperCommand{0, simulation.time_s(), GripperAction::close, 0.0, 0.0});
+          commands.emplace_back(GripperCommand{0, SimTime::from_seconds(simulation.time_s()), GripperAction::close, 0.0, 0.0});
       }
       EXPECT_TRUE(simulation.step(commands));
       hashes.push_back(simulation.state_hash());
@@ -154,7 +154,7 @@ TEST_F(RunLoopTest, TheNewestCommandOfATargetIsAppliedAtTheNextStep) {
   Snapshot snapshot = simulation_.make_snapshot();
   simulation_.read_snapshot(snapshot);
   EXPECT_EQ(snapshot.robots[1].commands_applied, 1U);
-  EXPECT_EQ(snapshot.robots[1].newest_stamp_s, 0.3);
+  EXPECT_EQ(snapshot.robots[1].newest_stamp.seconds(), 0.3);
   EXPECT_EQ(snapshot.robots[0].commands_applied, 0U);
 }
 
@@ -169,7 +169,7 @@ void answer_boundaries(RunLoop& loop, LoopReader& reader, std::uint64_t last_ste
     const double time_s = reader.snapshot->time_s;
     std::vector<Command> commands;
     for (int robot = 0; robot < robots; ++robot) commands.emplace_back(swing(robot, time_s));
-    if (gripper) commands.emplace_back(GripperCommand{0, time_s, GripperAction::close, 0.0, 0.0});
+    if (gripper) commands.emplace_back(GripperCommand{0, SimTime::from_seconds(time_s), GripperAction::close, 0.0, 0.0});
     if (reverse) std::reverse(commands.begin(), commands.end());
     for (const Command& command : commands) EXPECT_FALSE(loop.append(command, 1, monotonic_now_ns()));
     ++boundary;

@@ -15,8 +15,8 @@
 namespace takt::test {
 namespace {
 
-const Command kClose = GripperCommand{0, -1.0, GripperAction::close, 0.0, 0.0};
-const Command kOpen = GripperCommand{0, -1.0, GripperAction::open, 0.0, 0.0};
+const Command kClose = GripperCommand{0, {}, GripperAction::close, 0.0, 0.0};
+const Command kOpen = GripperCommand{0, {}, GripperAction::open, 0.0, 0.0};
 
 /// A gantry above a table whose flange is at z = 0.5 and reaches down to 0.44 with its jaws.
 class GraspingTest : public testing::TestWithParam<GraspRule> {

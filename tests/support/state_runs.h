@@ -38,7 +38,7 @@ inline void expect_same_snapshots(const Snapshot& a, const Snapshot& b) {
     ASSERT_EQ(a.robots[i].level_of_detail, b.robots[i].level_of_detail);
     ASSERT_EQ(a.robots[i].power.electrical_energy_J, b.robots[i].power.electrical_energy_J);
     ASSERT_EQ(a.robots[i].commands_applied, b.robots[i].commands_applied);
-    ASSERT_EQ(a.robots[i].newest_stamp_s, b.robots[i].newest_stamp_s);
+    ASSERT_EQ(a.robots[i].newest_stamp, b.robots[i].newest_stamp);
   }
   for (std::size_t i = 0; i < a.grippers.size(); ++i) {
     ASSERT_EQ(a.grippers[i].width_m, b.grippers[i].width_m);

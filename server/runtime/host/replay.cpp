@@ -90,7 +90,7 @@ class Replay {
       case LogKind::joint_command: {
         JointCommand command;
         command.robot = content.integer<std::int32_t>(0, size_of(cell.robots) - 1, "the robot");
-        command.stamp_s = content.get<double>();
+        command.stamp.ns = content.get<std::int64_t>();
         command.period_s = content.get<double>();
         command.has_velocity = content.flag("whether there are velocities");
         command.has_effort = content.flag("whether there are efforts");
@@ -106,7 +106,7 @@ class Replay {
       case LogKind::gripper_command: {
         GripperCommand command;
         command.gripper = content.integer<std::int32_t>(0, size_of(cell.grippers) - 1, "the gripper");
-        command.stamp_s = content.get<double>();
+        command.stamp.ns = content.get<std::int64_t>();
         command.action = static_cast<GripperAction>(content.integer(0, 2, "the gripper's action"));
         command.width_m = content.get<double>();
         command.max_force_N = content.get<double>();
@@ -116,7 +116,7 @@ class Replay {
       case LogKind::trajectory_command: {
         TrajectoryCommand command;
         command.robot = content.integer<std::int32_t>(0, size_of(cell.robots) - 1, "the robot");
-        command.stamp_s = content.get<double>();
+        command.stamp.ns = content.get<std::int64_t>();
         auto path = std::make_shared<JointPath>();
         path->order = static_cast<PathOrder>(content.integer(1, 5, "the order of the trajectory"));
         path->has_feed_forward = content.flag("whether the trajectory has efforts");
@@ -136,7 +136,7 @@ class Replay {
       case LogKind::device_command: {
         DeviceCommand command;
         command.device = content.integer<std::int32_t>(0, size_of(cell.devices) - 1, "the device");
-        command.stamp_s = content.get<double>();
+        command.stamp.ns = content.get<std::int64_t>();
         const int signals =
             static_cast<int>(cell.devices[static_cast<std::size_t>(command.device)].signals.size());
         command.count = content.integer(0, kMaxSignals, "the number of signals");
@@ -336,8 +336,7 @@ std::shared_ptr<const CellModel> load_logged_scenario(const LogScenario& logged,
                                                       const std::filesystem::path& cache_directory,
                                                       const std::filesystem::path& instead) {
   const std::filesystem::path& file = instead.empty() ? logged.source.file : instead;
-  if (file.empty())
-    throw LogError("the recorded cell '" + logged.scenario + "' came from no scenario file");
+  if (file.empty()) throw LogError("the recorded cell '" + logged.scenario + "' came from no scenario file");
   const Scenario scenario = read_scenario(file, logged.source.options);
   return build_cell(with_changes(scenario, logged.changes), {cache_directory});
 }

@@ -119,7 +119,7 @@ void RunLoop::collect_commands() {
   // that was there before a step must be in it.
   buffer_.take_all(incoming_, pace_ == Pace::lockstep || state_ != SimulationState::playing);
   for (ReceivedCommand& received : incoming_) {
-    const int target = target_of(cell(), received.command);
+    const int target = received.target;
     if (pace_ == Pace::lockstep && !accept_in_lockstep(target, received)) continue;
     // One command per target and step: of several that came in, the newest is the sender's present will.
     pending_[static_cast<std::size_t>(target)] = {true, received};
@@ -129,7 +129,7 @@ void RunLoop::collect_commands() {
 bool RunLoop::accept_in_lockstep(int target, ReceivedCommand& received) {
   const auto* controller = registry_.owner(target);
   const double step_s = cell().step_s;
-  std::int64_t stamp = stamp_ns(received.command);
+  SimTime stamp = stamp_of(received.command);
   RejectionCode code = RejectionCode::invalid_request;
   double boundary_s = -1.0;
   if (controller == nullptr) {
@@ -138,24 +138,24 @@ bool RunLoop::accept_in_lockstep(int target, ReceivedCommand& received) {
     if (state_ != SimulationState::playing) return true;
   } else {
     boundary_s = static_cast<double>(controller->boundary_step) * step_s;
-    const std::int64_t boundary = stamp_ns(boundary_s);
-    if (stamp < 0 && boundary == 0)
-      stamp = 0;  // a zero stamp means "none" on the wire, and the boundary at t = 0
+    const auto boundary = SimTime::from_seconds(boundary_s);
+    // A zero stamp means "none" on the wire, and the boundary at t = 0.
+    if (!stamp.given() && boundary.ns == 0) stamp = boundary;
     // Until its end a trajectory is what its controller has sent for every boundary; see
     // boundary_commands_present().
     if (stamp == boundary && !covered_by_trajectory(target, boundary_s)) return true;
-    if (stamp == boundary) stamp = -1;
+    if (stamp == boundary) stamp = {};
     if (controller->boundary > 0) {
       const auto crossed = period_boundary_step(controller->boundary - 1, controller->period_s, step_s);
       // The answer to a state that was sent twice.
-      if (stamp == stamp_ns(static_cast<double>(crossed) * step_s)) return false;
+      if (stamp == SimTime::from_seconds(static_cast<double>(crossed) * step_s)) return false;
     }
-    if (stamp >= 0) code = stamp < boundary ? RejectionCode::stale : RejectionCode::out_of_range;
+    if (stamp.given()) code = stamp < boundary ? RejectionCode::stale : RejectionCode::out_of_range;
   }
   EventRecord rejected = event(EventCode::command_rejected, Severity::warning);
   rejected.a = target;
   rejected.b = static_cast<int>(code);
-  rejected.x = stamp < 0 ? -1.0 : static_cast<double>(stamp) * 1e-9;
+  rejected.x = stamp.seconds();
   rejected.y = boundary_s;
   rejected.sender = received.sender;
   emit(rejected);
@@ -248,7 +248,7 @@ void RunLoop::gather_batch() {
     if (controller != nullptr) {
       if (auto* joints = std::get_if<JointCommand>(&command)) joints->period_s = controller->period_s;
       if (pace_ == Pace::lockstep) {
-        std::visit([&](auto& c) { c.stamp_s = simulation_.time_s(); }, command);
+        std::visit([&](auto& c) { c.stamp = SimTime::from_seconds(simulation_.time_s()); }, command);
       }
     }
     command_latency_.record_ns(monotonic_now_ns() - pending.received.received_ns);
@@ -287,7 +287,7 @@ void RunLoop::take_step() {
   computed_ns_ += ended - began;
   commands_applied_ += batch_.size();
   finish_boundaries(step);
-  buffer_.set_present_ns(stamp_ns(simulation_.time_s()));
+  buffer_.set_present(SimTime::from_seconds(simulation_.time_s()));
   for (const ConnectionChange& change : simulation_.connection_changes()) {
     EventRecord changed = event(EventCode::connection_changed, Severity::information);
     changed.time_s = change.time_s;

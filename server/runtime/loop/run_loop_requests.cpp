@@ -343,7 +343,7 @@ void RunLoop::do_reset() {
 
 void RunLoop::reset_loop_state(std::uint64_t step) {
   buffer_.forget();
-  buffer_.set_present_ns(stamp_ns(simulation_.time_s()));
+  buffer_.set_present(SimTime::from_seconds(simulation_.time_s()));
   for (Pending& pending : pending_) pending.present = false;
   registry_.restart(step);
   faulted_ = false;

@@ -44,7 +44,7 @@ enum class LogKind : std::uint8_t {
   deadlines = 37,        ///< whether deadlines of set-points count from here on
   checkpoint = 50,       ///< hash of the state, and the trail to it: see LogTrail
   fault = 51,            ///< the step with the commands directly before could not be taken
-  scenario_end = 52,        ///< the scenario is unloaded, or the recording ends
+  scenario_end = 52,     ///< the scenario is unloaded, or the recording ends
   lost = 53,             ///< from here on records are missing
   end = 54,              ///< the recording was ended in order
 };
@@ -67,7 +67,7 @@ inline constexpr std::size_t kMaxTrail = 1000;
 template <typename Sink>
 void encode(Sink& out, const JointCommand& command) {
   out.put(static_cast<std::int32_t>(command.robot));
-  out.put(command.stamp_s);
+  out.put(command.stamp.ns);
   out.put(command.period_s);
   out.put(static_cast<std::uint8_t>(command.has_velocity ? 1 : 0));
   out.put(static_cast<std::uint8_t>(command.has_effort ? 1 : 0));
@@ -80,7 +80,7 @@ void encode(Sink& out, const JointCommand& command) {
 template <typename Sink>
 void encode(Sink& out, const GripperCommand& command) {
   out.put(static_cast<std::int32_t>(command.gripper));
-  out.put(command.stamp_s);
+  out.put(command.stamp.ns);
   out.put(static_cast<std::uint8_t>(command.action));
   out.put(command.width_m);
   out.put(command.max_force_N);
@@ -88,7 +88,7 @@ void encode(Sink& out, const GripperCommand& command) {
 template <typename Sink>
 void encode(Sink& out, const TrajectoryCommand& command) {
   out.put(static_cast<std::int32_t>(command.robot));
-  out.put(command.stamp_s);
+  out.put(command.stamp.ns);
   out.put(static_cast<std::uint8_t>(command.path->order));
   out.put(static_cast<std::uint8_t>(command.path->has_feed_forward ? 1 : 0));
   out.put(static_cast<std::uint32_t>(command.path->points.size()));
@@ -103,7 +103,7 @@ void encode(Sink& out, const TrajectoryCommand& command) {
 template <typename Sink>
 void encode(Sink& out, const DeviceCommand& command) {
   out.put(static_cast<std::int32_t>(command.device));
-  out.put(command.stamp_s);
+  out.put(command.stamp.ns);
   out.put(static_cast<std::uint8_t>(command.count));
   for (std::size_t i = 0; i < static_cast<std::size_t>(command.count); ++i) {
     out.put(command.signals[i]);

@@ -175,28 +175,6 @@ std::string_view to_string(SimulationState state) {
   return "unknown";
 }
 
-std::string_view target_name(const CellDescription& cell, int target) {
-  const int robots = static_cast<int>(cell.robots.size());
-  if (target < 0) return "";
-  if (target < robots) return cell.robots[static_cast<std::size_t>(target)].name;
-  const int grippers = static_cast<int>(cell.grippers.size());
-  if (target < robots + grippers) return cell.grippers[static_cast<std::size_t>(target - robots)].name;
-  return cell.devices[static_cast<std::size_t>(target - robots - grippers)].name;
-}
-
-int find_target(const CellDescription& cell, std::string_view name) {
-  for (std::size_t i = 0; i < cell.robots.size(); ++i) {
-    if (cell.robots[i].name == name) return static_cast<int>(i);
-  }
-  for (std::size_t i = 0; i < cell.grippers.size(); ++i) {
-    if (cell.grippers[i].name == name) return static_cast<int>(cell.robots.size() + i);
-  }
-  for (std::size_t i = 0; i < cell.devices.size(); ++i) {
-    if (cell.devices[i].name == name) return static_cast<int>(cell.robots.size() + cell.grippers.size() + i);
-  }
-  return -1;
-}
-
 EventRecord fault_record(const Simulation& simulation) {
   EventRecord told;
   told.code = EventCode::simulation_fault;

@@ -59,11 +59,6 @@ enum class SimulationState : std::uint8_t {
 };
 std::string_view to_string(SimulationState state);
 
-/// Of a target (target_of()): its name.
-std::string_view target_name(const CellDescription& cell, int target);
-/// -1 when the cell has no robot, gripper or device of that name.
-int find_target(const CellDescription& cell, std::string_view name);
-
 struct EventRecord {
   EventCode code{};
   Severity severity = Severity::information;

@@ -78,10 +78,10 @@ void Simulation::watch_deadlines(bool watch) {
   impl_->watch_deadlines = watch;
 }
 std::span<const MotionNotice> Simulation::motion_notices() const {
-  return impl_->set_points.notices();
+  return impl_->motion_notices;
 }
 double Simulation::trajectory_end_s(std::size_t robot) const {
-  return impl_->set_points.trajectory_end_s(robot);
+  return impl_->reference_motions[robot].trajectory_end_s();
 }
 
 void Simulation::read_contacts(std::vector<ContactSample>& samples) const {

@@ -65,7 +65,7 @@ void Simulation::Impl::fill(Snapshot& snapshot) {
     sample.position = motion.arms[i].q;
     sample.velocity = motion.arms[i].qd;
     sample.commands_applied = s.robot_commands[i].count;
-    sample.newest_stamp_s = s.robot_commands[i].newest_stamp_s;
+    sample.newest_stamp = s.robot_commands[i].newest_stamp;
     sample.level_of_detail = s.plant.level(i);
     // A snapshot is filled again and again: at LoD 1 nothing of an earlier LoD 2 may stay.
     const DynamicRobot* robot = s.plant.dynamic(i);
@@ -92,14 +92,14 @@ void Simulation::Impl::fill(Snapshot& snapshot) {
     }
     sample.closed = s.grasping.closed(i);
     sample.commands_applied = s.gripper_commands[i].count;
-    sample.newest_stamp_s = s.gripper_commands[i].newest_stamp_s;
+    sample.newest_stamp = s.gripper_commands[i].newest_stamp;
   }
   for (std::size_t i = 0; i < snapshot.devices.size(); ++i) {
     DeviceSample& sample = snapshot.devices[i];
     s.plant.read_signals(i, t,
                          std::span(sample.signals).first(s.model->description.devices[i].signals.size()));
     sample.commands_applied = s.device_commands[i].count;
-    sample.newest_stamp_s = s.device_commands[i].newest_stamp_s;
+    sample.newest_stamp = s.device_commands[i].newest_stamp;
   }
   ContactsSample& sample = snapshot.contacts;
   sample.acting = std::find(s.process_levels.begin(), s.process_levels.end(), 3) != s.process_levels.end();
