@@ -30,7 +30,7 @@ CellPublisher::CellPublisher(RunLoop& loop, Participant& participant, const Topi
       participant_(participant),
       state_message_(make_state_message(loop.cell())),
       power_message_(make_power_message(loop.cell())),
-      contacts_message_(make_contacts_message(loop.cell(), loop.contact_capacity())),
+      contacts_message_(make_contacts_message(loop.cell(), loop.output().contact_capacity)),
       frames_(loop.cell()) {
   try {
     make_writers(topics);
@@ -54,7 +54,7 @@ void CellPublisher::make_writers(const TopicNames& topics) {
   const std::size_t contacts_bytes = serialized_bytes<msg::ContactsPubSubType>(contacts_message_);
   contacts_writer_ = participant_.create_writer<msg::ContactsPubSubType>(
       topics.of_cell("contacts"), state_writer_qos(participant_, contacts_bytes));
-  if (loop_.contact_capacity() > 0)
+  if (loop_.output().contact_capacity > 0)
     pressures_writer_ = participant_.create_writer<msg::ContactPressuresPubSubType>(
         topics.of_cell("contact_pressures"), state_writer_qos(participant_, kLargestUnfragmented_bytes + 1));
   clock_writer_ = participant_.create_writer<rosgraph_msgs::msg::ClockPubSubType>(
@@ -136,7 +136,7 @@ void CellPublisher::write_frames(std::int64_t now_ns) {
 /// Of pairs that were asked for, while somebody reads them.
 void CellPublisher::write_pressures() {
   if (pressures_writer_ == nullptr) return;
-  PressureSubscriptions& watch = loop_.pressures();
+  PressureSubscriptions& watch = loop_.output().pressures;
   const std::int64_t now = monotonic_now_ns();
   if (!watch.due(now) || !watch.watches(now) || !somebody_reads(pressures_writer_)) return;
   fill(pressures_message_, cell(), *newest_, watch.look(*newest_, &monotonic_now_ns));

@@ -47,7 +47,7 @@ DdsAdapter::DdsAdapter(CellHost& host, ParticipantOptions options, bool namespac
                                                 services_);
   control_.listen(*participant_, topics_);
   services_.serve(*participant_, host.cell());
-  host.set_observer(this);
+  host.set_listener(this);
   publisher_->start();
 }
 

@@ -358,7 +358,7 @@ class BadCommands : public testing::Test {
   static RunLoopOptions paused() {
     RunLoopOptions options;
     options.pace = Pace::free;
-    options.start_paused = true;
+    options.state = SimulationState::paused;
     return options;
   }
 

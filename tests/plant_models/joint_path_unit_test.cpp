@@ -80,7 +80,7 @@ class Trajectory : public ::testing::Test {
   void step(const std::vector<Command>& commands = {}) {
     ASSERT_TRUE(simulation_.step(commands)) << simulation_.fault();
     simulation_.read_snapshot(snapshot_);
-    for (const MotionNotice& notice : simulation_.motion_notices()) notices_.push_back(notice);
+    for (const MotionNotice& notice : simulation_.events().motion_notices) notices_.push_back(notice);
   }
   Command good(std::vector<RawTrajectoryPoint> points, double stamp_s = -1.0) const {
     RawTrajectory trajectory = raw(std::move(points));

@@ -74,7 +74,7 @@ std::uint64_t random_run(const std::shared_ptr<const CellModel>& model, LogRecor
   Simulation simulation(model);
   RunLoopOptions loop_options;
   loop_options.pace = Pace::free;
-  loop_options.start_paused = true;
+  loop_options.state = SimulationState::paused;
   RunLoop loop(simulation, loop_options);
   LoopReader reader(loop);
   const auto begin = [&](bool at_its_beginning) {
@@ -110,7 +110,7 @@ std::uint64_t random_run(const std::shared_ptr<const CellModel>& model, LogRecor
         reader.request("set_level_of_detail", {{"level", below(2) == 0 ? "1" : "2"}});
         break;
       case 5:
-        EXPECT_TRUE(loop.between_steps([&] { EXPECT_EQ(loop.save(saved), ""); }));
+        EXPECT_TRUE(loop.between_steps([&] { EXPECT_EQ(loop.saver().save(saved), ""); }));
         break;
       case 6:
         if (!saved.bytes.empty()) {
@@ -202,7 +202,7 @@ std::uint64_t with_another_command(const std::filesystem::path& from, const std:
     std::memcpy(&content[1], &entry.step, sizeof(entry.step));
     if (entry.kind == LogKind::joint_command && !done) {
       // A middle bit of the second joint.
-      constexpr std::size_t kBeforePositions = 4 + 8 + 8 + 1 + 1 + 1;
+      constexpr std::size_t kBeforePositions = 4 + 8 + 8 + 1 + 1;
       entry.content[kBeforePositions + 8 + 4] ^= std::byte{1};
       altered = entry.step;
       done = true;

@@ -117,7 +117,7 @@ TEST(RunLoopAllocation, NoneInSteadyStateWithCommands) {
   std::uint64_t counted_in_loop = 0, counted_with_one = 0;
   RunLoopOptions options;
   options.pace = Pace::free;
-  options.start_paused = true;
+  options.state = SimulationState::paused;
   options.on_instant = [&](const Simulation& now) {
     if (now.step_index() == kWarm) {
       allocations = 0;
@@ -268,7 +268,7 @@ TEST(StepAllocation, NoneUnderAnyAlgorithm) {
       const bool stepped = simulation.step(commands);
       counting = false;
       ASSERT_TRUE(stepped) << simulation.fault();
-      changes += simulation.connection_changes().size();
+      changes += simulation.events().connection_changes.size();
     }
     EXPECT_EQ(allocations, 0U) << to_string(algorithm);
     EXPECT_GT(changes, 0U);

@@ -16,7 +16,7 @@ using test::LoopReader;
 RunLoopOptions paused() {
   RunLoopOptions options;
   options.pace = Pace::free;
-  options.start_paused = true;
+  options.state = SimulationState::paused;
   return options;
 }
 
@@ -203,7 +203,7 @@ void expect_pause_and_event(std::string_view solver, test::FailureKind kind, con
 
   plan.last = -1;
   RunLoopOptions again = options;
-  again.start_paused = true;
+  again.state = SimulationState::paused;
   RunLoop second(simulation, again);
   LoopReader second_reader(second);
   second.start();
@@ -236,7 +236,7 @@ TEST(RunLoopFault, PeriodicSnapshotsOfARunawayAreRefusedWithAnEvent) {
   EXPECT_EQ(to_string(refused->code), "snapshot_failed");
   EXPECT_NE(told.message.find("was not taken: the state"), std::string::npos) << told.message;
   loop.stop();
-  const SavedState* newest = loop.saved().take();
+  const SavedState* newest = loop.saver().saved().take();
   ASSERT_NE(newest, nullptr);
   Simulation other(model);
   EXPECT_EQ(other.restore_state(newest->bytes), "") << "the newest one that was taken is good";

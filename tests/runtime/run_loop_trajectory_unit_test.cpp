@@ -25,7 +25,7 @@ Command trajectory(const CellDescription& cell, double first, double time_s, dou
 
 TEST(RunLoopTrajectory, InLockstepItStandsForItsControllerUntilItsEnd) {
   Simulation simulation(test::service_model());
-  RunLoop loop(simulation, {.pace = Pace::lockstep, .start_paused = true});
+  RunLoop loop(simulation, {.pace = Pace::lockstep, .state = SimulationState::paused});
   test::LoopReader reader(loop);
   loop.start();
   ASSERT_EQ(
@@ -57,7 +57,7 @@ TEST(RunLoopTrajectory, SilenceIsToldOutsideOfLockstep) {
   const auto model = test::service_model();
   model->description.robots[0].command_deadline = {0.05, SafeAction::hold, {}};
   Simulation simulation(model);
-  RunLoop loop(simulation, {.pace = Pace::free, .start_paused = true});
+  RunLoop loop(simulation, {.pace = Pace::free, .state = SimulationState::paused});
   test::LoopReader reader(loop);
   loop.start();
   EXPECT_FALSE(loop.append(test::swing(0, 0.0), 1, monotonic_now_ns()));

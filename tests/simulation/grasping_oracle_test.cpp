@@ -30,7 +30,7 @@ class GraspingTest : public testing::TestWithParam<GraspRule> {
     const auto steps = static_cast<int>(std::lround(seconds / 0.001));
     for (int i = 0; i < steps; ++i) {
       ASSERT_TRUE(simulation_->step(i == 0 ? std::span<const Command>(first) : std::span<const Command>{}));
-      for (const WeakGrip& grip : simulation_->weak_grips()) weak_.push_back(grip);
+      for (const WeakGrip& grip : simulation_->events().weak_grips) weak_.push_back(grip);
     }
   }
   /// Straight up by so much, from rest to rest with this largest acceleration (cosine).

@@ -247,7 +247,7 @@ TEST(Grasping, JawsStopWhereTheyTouchAndOnContactWaitsForBoth) {
   double held_since = -1.0;
   while (simulation.time_s() < 1.0) {
     ASSERT_TRUE(simulation.step({}));
-    for (const ConnectionChange& change : simulation.connection_changes()) {
+    for (const ConnectionChange& change : simulation.events().connection_changes) {
       if (change.to == palm) held_since = change.time_s;
     }
     const double t = simulation.time_s();

@@ -67,7 +67,7 @@ class LoopReader {
     while (loop_.output().events.pop(event)) events.push_back(event);
     if (const auto* taken = loop_.output().snapshots.take()) snapshot = taken->snapshot;
     if (const auto* taken = loop_.output().status.take()) status = *taken;
-    for (auto& reply : loop_.output().take_replies()) replies.push_back(std::move(reply));
+    for (auto& reply : loop_.output().outbound->take_replies()) replies.push_back(std::move(reply));
   }
 
   std::vector<EventRecord> events;

@@ -217,6 +217,20 @@ EventRecord motion_record(const MotionNotice& notice, std::uint32_t epoch) {
   return told;
 }
 
+namespace {
+
+EventRecord connection_record(const ConnectionChange& change, std::uint32_t epoch) {
+  EventRecord record;
+  record.code = EventCode::connection_changed;
+  record.time_s = change.time_s;
+  record.step = change.step;
+  record.epoch = epoch;
+  record.a = change.part;
+  record.b = change.from;
+  record.c = change.to;
+  return record;
+}
+
 EventRecord weak_grip_record(const WeakGrip& grip, std::uint32_t epoch) {
   EventRecord told;
   told.code = EventCode::weak_grip;
@@ -266,6 +280,18 @@ EventRecord collision_record(const CollisionEvent& found, std::uint32_t epoch) {
   told.z = found.duration_s;
   told.position_W = found.p_W;
   return told;
+}
+
+}  // namespace
+
+void report_step(const Simulation& simulation, const std::function<void(const EventRecord&)>& emit) {
+  const StepEvents events = simulation.events();
+  const std::uint32_t epoch = simulation.epoch();
+  for (const auto& change : events.connection_changes) emit(connection_record(change, epoch));
+  for (const auto& notice : events.motion_notices) emit(motion_record(notice, epoch));
+  for (const auto& found : events.collision_events) emit(collision_record(found, epoch));
+  for (const auto& grip : events.weak_grips) emit(weak_grip_record(grip, epoch));
+  for (const auto& force : events.alternating_forces) emit(alternating_force_record(force, epoch));
 }
 
 EventText describe(const EventRecord& event, const CellDescription& cell) {
