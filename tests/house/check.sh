@@ -40,6 +40,14 @@ violations=$(
       printf '%s\n' "${documents[@]}" | grep -qE "(^|/)$(basename "$name")\$" || echo "$file:$line: no such document: $name"
     done
 
+  # The way of a command, as the architecture shows it: at most eleven functions, each in the file that it names.
+  awk -F'`' '/^## / { way = /The way of a command/ } way && /^\| [0-9]+ \|/ { print FNR, ++n, $2, $4 }' docs/architecture.md |
+    while read -r line number function file; do
+      ((number <= 11)) || echo "docs/architecture.md:$line: the way of a command has more than eleven functions"
+      { grep -qwF -- "${function%%::*}" "$file" && grep -qE "\<${function##*::}\(" "$file"; } ||
+        echo "docs/architecture.md:$line: no function $function in $file"
+    done
+
   # The README is one screen; its reader sees at once what to type.
   awk 'END { if (NR >= 120) print FILENAME ":120: the README has 120 lines or more" }' README.md
   for command in './dev demo' './dev test'; do
