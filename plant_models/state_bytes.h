@@ -18,6 +18,7 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "plant_models/spatial.h"
@@ -159,6 +160,8 @@ class StateReader {
     body(content);
     content.expect_end();
   }
+  /// All that is left.
+  std::span<const std::byte> rest() { return std::exchange(left_, {}); }
   void expect_end() const {
     if (!left_.empty()) fail(std::to_string(left_.size()) + " bytes are left over");
   }

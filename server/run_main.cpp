@@ -234,26 +234,9 @@ std::optional<takt::PictureView> picture_view(const Arguments& a) {
 /// first step.
 void record_events(takt::McapRecording& recording, const takt::Simulation& s) {
   if (s.step_index() == 0) return;
-  const auto record = [&](const takt::EventRecord& event) {
+  takt::report_step(s, [&](const takt::EventRecord& event) {
     recording.record(takt::to_message(event, s.description()));
-  };
-  for (const takt::ConnectionChange& change : s.connection_changes()) {
-    takt::EventRecord event;
-    event.code = takt::EventCode::connection_changed;
-    event.time_s = change.time_s;
-    event.step = change.step;
-    event.epoch = s.epoch();
-    event.a = change.part;
-    event.b = change.from;
-    event.c = change.to;
-    record(event);
-  }
-  for (const takt::MotionNotice& notice : s.motion_notices()) record(takt::motion_record(notice, s.epoch()));
-  for (const takt::CollisionEvent& found : s.collision_events())
-    record(takt::collision_record(found, s.epoch()));
-  for (const takt::WeakGrip& grip : s.weak_grips()) record(takt::weak_grip_record(grip, s.epoch()));
-  for (const takt::AlternatingForce& force : s.alternating_forces())
-    record(takt::alternating_force_record(force, s.epoch()));
+  });
 }
 
 takt::StepPacer make_pacer(const Arguments& a) {

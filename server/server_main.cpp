@@ -129,7 +129,7 @@ takt::HostOptions host_options(const Arguments& arguments, std::optional<takt::P
   options.cell = arguments.cell;
   options.loop.pace = takt::enumerator_of<takt::Pace>(arguments.pace).value();
   options.loop.factor = arguments.factor;
-  options.loop.start_paused = arguments.paused;
+  if (arguments.paused) options.loop.state = takt::SimulationState::paused;
   options.loop.realtime_priority = arguments.realtime_priority;
   options.loop.quit_at_end = arguments.exit_at_end;
   options.end_at_duration = arguments.exit_at_end || arguments.pause_at_end;

@@ -28,7 +28,7 @@ CellPublisher::CellPublisher(RunLoop& loop, Participant& participant, const Topi
       participant_(participant),
       state_message_(make_state_message(loop.cell())),
       power_message_(make_power_message(loop.cell())),
-      contacts_message_(make_contacts_message(loop.cell(), loop.contact_capacity())),
+      contacts_message_(make_contacts_message(loop.cell(), loop.output().contact_capacity)),
       frames_(loop.cell()) {
   try {
     make_writers(topics);
@@ -49,7 +49,7 @@ void CellPublisher::make_writers(const TopicNames& names) {
   state_writer_ = writer(topics::state, cdr::size(state_message_));
   power_writer_ = writer(topics::power);
   contacts_writer_ = writer(topics::contacts, cdr::size(contacts_message_));
-  if (loop_.contact_capacity() > 0)
+  if (loop_.output().contact_capacity > 0)
     pressures_writer_ = writer(topics::contact_pressures, kLargestUnfragmented_bytes + 1);
   clock_writer_ = writer(topics::clock);
   tf_writer_ = writer(topics::tf);
@@ -124,7 +124,7 @@ void CellPublisher::write_frames(std::int64_t now_ns) {
 /// Of pairs that were asked for, while somebody reads them.
 void CellPublisher::write_pressures() {
   if (pressures_writer_ == nullptr) return;
-  PressureSubscriptions& watch = loop_.pressures();
+  PressureSubscriptions& watch = loop_.output().pressures;
   const std::int64_t now = monotonic_now_ns();
   if (!watch.due(now) || !watch.watches(now) || !somebody_reads(pressures_writer_)) return;
   fill(pressures_message_, cell(), *newest_, watch.look(*newest_, &monotonic_now_ns));

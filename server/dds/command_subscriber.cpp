@@ -1,10 +1,6 @@
 #include "server/dds/command_subscriber.h"
 
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
-#include <limits>
-#include <optional>
 #include <utility>
 
 #include "server/dds/convert_commands.h"
@@ -13,12 +9,6 @@
 
 namespace takt {
 namespace {
-
-LivelinessTracker::Prefix prefix_of(const DdsGuid& guid) {
-  LivelinessTracker::Prefix prefix{};
-  std::copy_n(guid.guidPrefix.value, prefix.size(), prefix.begin());
-  return prefix;
-}
 
 std::string policy_name(dds::QosPolicyId_t policy) {
   switch (policy) {
@@ -35,50 +25,36 @@ std::string policy_name(dds::QosPolicyId_t policy) {
   }
 }
 
-/// A type as people know it: std_msgs/msg/String for std_msgs::msg::dds_::String_. Another one as it is.
-std::string ros_name(std::string_view type) {
-  constexpr std::string_view kMark = "::dds_::";
-  const auto mark = type.find(kMark);
-  if (mark == std::string_view::npos || !type.ends_with('_')) return "'" + std::string(type) + "'";
-  std::string name(type.substr(0, mark));
-  if (const auto colons = name.find("::"); colons != std::string::npos) name.replace(colons, 2, "/");
-  const std::size_t last = mark + kMark.size();
-  return name + "/" + std::string(type.substr(last, type.size() - last - 1));
-}
-
-template <typename Item>
-std::string names_of(const std::vector<Item>& items) {
-  std::string names;
-  for (const Item& item : items) names += (names.empty() ? "" : ", ") + item.name;
-  return names.empty() ? "none" : names;
-}
-
 }  // namespace
 
 /// Listens to one topic with one kind of ownership.
 class CommandSubscriber::Reader final : public dds::DataReaderListener {
  public:
-  Reader(CommandSubscriber& owner, int target, Kind kind, bool exclusive)
-      : owner_(owner), target_(target), kind_(kind), exclusive_(exclusive) {}
+  Reader(CommandSubscriber& owner, int of_target, CommandKind of_kind, bool is_exclusive)
+      : target(of_target), kind(of_kind), exclusive(is_exclusive), owner_(owner) {}
+
+  const int target;
+  const CommandKind kind;
+  const bool exclusive;
 
   void on_data_available(dds::DataReader* reader) override {
-    switch (kind_) {
-      case Kind::joints:
+    switch (kind) {
+      case CommandKind::joints:
         return take<sensor_msgs::msg::JointState>(reader);
-      case Kind::trajectory:
+      case CommandKind::trajectory:
         return take<trajectory_msgs::msg::JointTrajectory>(reader);
-      case Kind::gripper:
+      case CommandKind::gripper:
         return take<takt_msgs::msg::GripperCommand>(reader);
-      case Kind::device:
+      case CommandKind::device:
         return take<takt_msgs::msg::DeviceCommand>(reader);
     }
   }
   void on_subscription_matched(dds::DataReader*, const dds::SubscriptionMatchedStatus& status) override {
     const DdsGuid guid = guid_of(status.last_publication_handle);
     if (status.current_count_change > 0) {
-      owner_.matched(target_, guid, exclusive_);
+      owner_.matched(target, guid, exclusive);
     } else {
-      owner_.unmatched(target_, guid);
+      owner_.unmatched(target, guid);
     }
   }
   void on_requested_incompatible_qos(dds::DataReader*,
@@ -86,136 +62,92 @@ class CommandSubscriber::Reader final : public dds::DataReaderListener {
     // A sender of the other kind of ownership is what the other reader is there for.
     const std::uint32_t of_other_kind = status.policies[dds::OWNERSHIP_QOS_POLICY_ID].count;
     if (std::exchange(of_other_kind_, of_other_kind) != of_other_kind) return;
-    owner_.incompatible(target_, policy_name(status.last_policy_id));
+    const std::string name = owner_.name_of(target);
+    owner_.warn("incompatible_qos", name, "",
+                "A sender of commands for " + name + " cannot be heard, because its QoS does not fit: " +
+                    policy_name(status.last_policy_id) + ".");
   }
 
  private:
   template <typename Message>
   void take(dds::DataReader* reader) {
+    const CellDescription& cell = owner_.loop_->cell();
     Message message;
     dds::SampleInfo info;
     while (is_ok(reader->take_next_sample(&message, &info))) {
       if (!info.valid_data) continue;
       const std::int64_t received_ns = monotonic_now_ns();
       const DdsGuid guid = guid_of(info.publication_handle);
-      const CellDescription& cell = owner_.loop_->cell();
-      const auto raw = from_message(std::string(target_name(cell, target_)), message);
+      const auto raw = from_message(target_name(cell, target), std::move(message));
       if (const auto* malformed = std::get_if<Rejection>(&raw)) {
         owner_.reject(*malformed, guid);
         continue;
       }
-      std::visit(
-          [&](const auto& content) {
-            if constexpr (!std::is_same_v<std::decay_t<decltype(content)>, Rejection>) {
-              const auto validated = validate(cell, content);
-              if (const auto* rejection = std::get_if<Rejection>(&validated)) {
-                owner_.reject(*rejection, guid);
-              } else {
-                owner_.deliver(target_, exclusive_, Command(std::get<0>(validated)), guid, received_ns);
-              }
-            }
-          },
-          raw);
+      const auto validated = validate(cell, target, std::get<0>(raw));
+      if (const auto* rejection = std::get_if<Rejection>(&validated)) {
+        owner_.reject(*rejection, guid);
+      } else {
+        owner_.deliver(target, exclusive, Command(std::get<0>(validated)), guid, received_ns);
+      }
     }
   }
 
   CommandSubscriber& owner_;
-  const int target_;
-  const Kind kind_;
-  const bool exclusive_;
-  std::uint32_t of_other_kind_ =
-      0;  ///< senders refused for their kind of ownership; told by one thread of DDS
+  std::uint32_t of_other_kind_ = 0;  ///< senders refused for their kind of ownership; one thread of DDS
 };
 
 CommandSubscriber::CommandSubscriber(EventQueue& events, SenderRegistry& senders, TopicNames topics)
-    : events_(events), senders_(senders), topics_(std::move(topics)) {}
+    : events_(events), senders_(senders), topics_(std::move(topics)), ownership_(senders) {}
 
 CommandSubscriber::~CommandSubscriber() = default;
 
 void CommandSubscriber::listen_for(const PacketGuard* guard, const DdsGuid& own) {
   const std::lock_guard lock(mutex_);
-  heard_ = guard != nullptr ? &guard->heard() : nullptr;
-  own_ = own;
-  for (auto& [guid, writer] : writers_) watch(guid, writer);
-}
-
-void CommandSubscriber::watch(const DdsGuid& guid, Writer& writer) {
-  if (heard_ == nullptr || own_.is_on_same_process_as(guid))
-    writer.lease_s = std::numeric_limits<double>::infinity();
-  if (std::isfinite(writer.lease_s)) heard_->watch(prefix_of(guid));
+  ownership_.listen_for(guard != nullptr ? &guard->heard() : nullptr, own);
 }
 
 void CommandSubscriber::open(Participant& participant, RunLoop& loop) {
   const CellDescription& cell = loop.cell();
   const int targets = target_count(cell);
-  std::vector<DiagnosticEvent> news;
   {
     const std::lock_guard lock(mutex_);
     loop_ = &loop;
     participant_ = &participant;
-    arbiters_.assign(static_cast<std::size_t>(targets), {});
-    silent_owners_.clear();
-    gone_.clear();
-    for (auto& [guid, writer] : writers_) {
-      if (auto event = diagnose_unmatched_writer(guid, writer, cell)) news.push_back(std::move(*event));
-    }
+    ownership_.restart(static_cast<std::size_t>(targets));
+    for (auto& [guid, writer] : ownership_.writers()) diagnose(guid, writer);
   }
-  for (DiagnosticEvent& event : news) events_.post(std::move(event));
   const std::lock_guard making(readers_mutex_);
   const auto robots = static_cast<int>(cell.robots.size());
   const auto grippers = static_cast<int>(cell.grippers.size());
   for (int target = 0; target < targets; ++target) {
-    if (target < robots) {
-      listen(target, Kind::joints);
-      listen(target, Kind::trajectory);
-    } else {
-      listen(target, target < robots + grippers ? Kind::gripper : Kind::device);
+    std::vector<CommandKind> kinds{CommandKind::joints, CommandKind::trajectory};
+    if (target >= robots) kinds = {target < robots + grippers ? CommandKind::gripper : CommandKind::device};
+    for (const CommandKind kind : kinds) {
+      for (const bool exclusive : {true, false}) {
+        Listening& made = readers_.emplace_back();
+        made.listener = std::make_unique<Reader>(*this, target, kind, exclusive);
+        made.reader = make_reader(*made.listener);
+      }
     }
   }
 }
 
-void CommandSubscriber::listen(int target, Kind kind) {
-  const std::string topic = topics_.of(topic_of(kind), target_name(loop_->cell(), target));
-  for (const bool exclusive : {true, false}) {
-    Listening& made = readers_.emplace_back();
-    made.target = target;
-    made.kind = kind;
-    made.exclusive = exclusive;
-    made.listener = std::make_unique<Reader>(*this, target, kind, exclusive);
-    made.reader = make_reader(topic, made);
-  }
-}
-
-dds::DataReader* CommandSubscriber::make_reader(const std::string& topic, const Listening& made) {
-  const TopicInfo& info = topic_of(made.kind);
+dds::DataReader* CommandSubscriber::make_reader(Reader& listener) {
+  const TopicInfo& info = topic_of(listener.kind);
+  const std::string topic = topics_.of(info, target_name(loop_->cell(), listener.target));
   auto qos = with_type_hash(service_reader_qos(participant_->default_reader_qos(), qos_of(info)), *info.type);
-  if (made.exclusive) qos.ownership().kind = dds::EXCLUSIVE_OWNERSHIP_QOS;
-  auto* const listener = made.listener.get();
-  switch (made.kind) {
-    case Kind::joints:
-      return participant_->create_reader<sensor_msgs::msg::JointState>(topic, qos, listener);
-    case Kind::trajectory:
-      return participant_->create_reader<trajectory_msgs::msg::JointTrajectory>(topic, qos, listener);
-    case Kind::gripper:
-      return participant_->create_reader<takt_msgs::msg::GripperCommand>(topic, qos, listener);
-    case Kind::device:
+  if (listener.exclusive) qos.ownership().kind = dds::EXCLUSIVE_OWNERSHIP_QOS;
+  switch (listener.kind) {
+    case CommandKind::joints:
+      return participant_->create_reader<sensor_msgs::msg::JointState>(topic, qos, &listener);
+    case CommandKind::trajectory:
+      return participant_->create_reader<trajectory_msgs::msg::JointTrajectory>(topic, qos, &listener);
+    case CommandKind::gripper:
+      return participant_->create_reader<takt_msgs::msg::GripperCommand>(topic, qos, &listener);
+    case CommandKind::device:
       break;
   }
-  return participant_->create_reader<takt_msgs::msg::DeviceCommand>(topic, qos, listener);
-}
-
-const TopicInfo& CommandSubscriber::topic_of(Kind kind) {
-  switch (kind) {
-    case Kind::joints:
-      return topics::joint_commands;
-    case Kind::trajectory:
-      return topics::joint_trajectory;
-    case Kind::gripper:
-      return topics::gripper_command;
-    case Kind::device:
-      break;
-  }
-  return topics::device_command;
+  return participant_->create_reader<takt_msgs::msg::DeviceCommand>(topic, qos, &listener);
 }
 
 void CommandSubscriber::close() {
@@ -228,223 +160,105 @@ void CommandSubscriber::close() {
   loop_ = nullptr;
 }
 
-void CommandSubscriber::writer_discovered(const Discovered& discovered) {
-  const std::string& topic = discovered.topic;
-  if (element_in(topic).empty()) return;
-  std::optional<DiagnosticEvent> event;
-  {
-    const std::lock_guard lock(mutex_);
-    Writer& writer = writers_[discovered.guid] = {
-        topic, discovered.type, discovered.strength, discovered.lease_s, false, false};
-    if (heard_ != nullptr) watch(discovered.guid, writer);
-    if (loop_ != nullptr) event = diagnose_unmatched_writer(discovered.guid, writer, loop_->cell());
-  }
-  if (event) events_.post(std::move(*event));
+void CommandSubscriber::writer_discovered(const DdsGuid& guid, CommandWriter writer) {
+  const auto command = command_topic(topics_, writer.topic, CellDescription{});
+  if (!command) return;
+  const std::lock_guard lock(mutex_);
+  CommandWriter& added = ownership_.add(guid, std::move(writer));
+  added.command = *command;
+  if (loop_ != nullptr) diagnose(guid, added);
 }
 
-std::optional<DiagnosticEvent> CommandSubscriber::diagnose_unmatched_writer(
-    const DdsGuid& guid, Writer& writer, const CellDescription& cell) const {
-  const std::string& topic = writer.topic;
-  std::string robot = topics_.element_in(topic, topics::joint_commands);
-  Kind kind = Kind::joints;
-  if (robot.empty()) {
-    robot = topics_.element_in(topic, topics::joint_trajectory);
-    kind = Kind::trajectory;
-  }
-  const std::string other = topics_.element_in(topic, topics::gripper_command);
-  const auto event = [&](const char* code, const std::string& name, const std::string& sentence) {
-    return DiagnosticEvent{Severity::warning, code, name, text_of(guid), sentence};
-  };
-  const std::string nobody = "Nobody listens to the topic " + topic + ": ";
-  // Validation knows best what is there and how to say what is not.
-  if (!robot.empty() && cell.find_robot(robot) < 0) {
-    const auto verdict = validate(cell, RawJointCommand{robot, -1.0, {}, {}, {}, {}});
-    return event("unknown_robot", robot, nobody + std::get<Rejection>(verdict).message + ".");
-  }
-  if (!other.empty()) {
-    kind = cell.find_gripper(other) < 0 ? Kind::device : Kind::gripper;
-    if (kind == Kind::device && cell.find_device(other) < 0) {
-      const bool for_device = writer.type == topic_of(Kind::device).type->dds_type;
-      return event(for_device ? "unknown_device" : "unknown_gripper", other,
-                   nobody + "there is no gripper or device '" + other + "' in this cell; grippers: " +
-                       names_of(cell.grippers) + "; devices: " + names_of(cell.devices) + ".");
-    }
-  }
-  if (writer.type_told || writer.type == topic_of(kind).type->dds_type) return std::nullopt;
-  writer.type_told = true;
-  const std::string& name = other.empty() ? robot : other;
-  return event("wrong_type", name,
-               "Nothing that this sender writes for " + name + " is heard: its type is " +
-                   ros_name(writer.type) + ", but the topic " + topic + " takes " +
-                   ros_name(topic_of(kind).type->dds_type) + ".");
+void CommandSubscriber::diagnose(const DdsGuid& guid, CommandWriter& writer) {
+  writer.command = *command_topic(topics_, writer.topic, loop_->cell());
+  auto event = diagnose_writer(writer.command, writer.topic, writer.type, text_of(guid), loop_->cell());
+  // A wrong type stays wrong in every cell.
+  if (!event || (writer.command.target >= 0 && std::exchange(writer.wrong_type_told, true))) return;
+  events_.post(std::move(*event));
 }
 
 void CommandSubscriber::writer_removed(const DdsGuid& guid) {
   const std::lock_guard lock(mutex_);
-  writers_.erase(guid);
-  gone_.erase(guid);
-  const auto same = [&](const auto& other) { return other.first.guidPrefix == guid.guidPrefix; };
-  if (heard_ != nullptr && std::none_of(writers_.begin(), writers_.end(), same))
-    heard_->forget(prefix_of(guid));
+  ownership_.remove(guid);
 }
 
 void CommandSubscriber::expire_liveliness_leases() {
-  if (heard_ == nullptr) return;
-  std::vector<DiagnosticEvent> news;
-  std::set<int> freed;  // targets whose exclusive readers still listen to the silent one alone
+  std::vector<CommandOwnership::Revoked> revoked;
   {
     const std::lock_guard lock(mutex_);
-    if (loop_ == nullptr) return;
-    for (auto& [guid, writer] : writers_) {
-      if (!std::isfinite(writer.lease_s)) continue;
-      const double time_since_last_packet_s = heard_->time_since_last_packet_s(prefix_of(guid));
-      if (writer.silent) {
-        if (time_since_last_packet_s < writer.lease_s)
-          writer.silent = false;  // it takes part again with its next command
-        continue;
-      }
-      if (time_since_last_packet_s < writer.lease_s) continue;
-      writer.silent = true;
-      const int target = target_of_topic(writer.topic);
-      if (target < 0) continue;
-      CommandArbiter& arbiter = arbiters_[static_cast<std::size_t>(target)];
-      const std::uint64_t sender = senders_.id(guid);
-      if (arbiter.owns(sender)) silent_owners_[target] = guid;
-      arbiter.vanished(sender);
-    }
-    revoke_expired_ownership(freed, news);
+    if (loop_ != nullptr && ownership_.listens()) revoked = ownership_.expire();
   }
-  if (!freed.empty()) renew_readers(freed);
-  for (DiagnosticEvent& event : news) events_.post(std::move(event));
-}
-
-// Of an owner that is silent its target is freed when somebody else is there who may have it, now or later:
-// one that is alone and comes back, or is forgotten by DDS, goes on as ever.
-void CommandSubscriber::revoke_expired_ownership(std::set<int>& freed, std::vector<DiagnosticEvent>& news) {
-  std::erase_if(silent_owners_, [&](const auto& owner) {
-    const int target = owner.first;
-    const auto& guid = owner.second;
-    const auto found = writers_.find(guid);
-    if (found == writers_.end() || !found->second.silent) return true;
-    const bool wanted = std::any_of(writers_.begin(), writers_.end(), [&](const auto& other) {
-      return !other.second.silent && other.first.guidPrefix != guid.guidPrefix &&
-             target_of_topic(other.second.topic) == target;
-    });
-    if (!wanted) return false;
-    freed.insert(target);
-    const std::string name(target_name(loop_->cell(), target));
+  if (revoked.empty()) return;
+  std::set<int> targets;
+  for (const auto& each : revoked) targets.insert(each.target);
+  renew_exclusive_readers(targets);
+  for (const auto& [target, name, owner, silent_s] : revoked) {
     char silence[32];
-    std::snprintf(silence, sizeof(silence), "%.1f s", heard_->time_since_last_packet_s(prefix_of(guid)));
-    news.push_back({Severity::warning, "owner_silent", name, text_of(guid),
-                    "Nothing was heard of this sender of commands for " + name + " for " + silence +
-                        "; another one may command it now."});
-    return true;
-  });
+    std::snprintf(silence, sizeof(silence), "%.1f s", silent_s);
+    warn("owner_silent", name, text_of(owner),
+         "Nothing was heard of this sender of commands for " + name + " for " + silence +
+             "; another one may command it now.");
+  }
 }
 
-// In DDS an exclusive reader keeps to its strongest sender for as long as that one's participant is
-// remembered. A new reader has none until the first command comes in, and that is not from one who is silent.
-void CommandSubscriber::renew_readers(const std::set<int>& targets) {
+void CommandSubscriber::renew_exclusive_readers(const std::set<int>& targets) {
   const std::lock_guard making(readers_mutex_);
   for (Listening& listening : readers_) {
-    if (!listening.exclusive || !targets.contains(listening.target)) continue;
+    const int target = listening.listener->target;
+    if (!listening.listener->exclusive || !targets.contains(target)) continue;
     participant_->remove(listening.reader);
     listening.reader = nullptr;
     try {
-      listening.reader = make_reader(
-          topics_.of(topic_of(listening.kind), target_name(loop_->cell(), listening.target)), listening);
+      listening.reader = make_reader(*listening.listener);
     } catch (const DdsError& error) {
-      events_.post({Severity::error, "no_reader", std::string(target_name(loop_->cell(), listening.target)),
-                    "", error.what()});
+      events_.post({Severity::error, "no_reader", name_of(target), "", error.what()});
     }
   }
-}
-
-std::string CommandSubscriber::element_in(const std::string& topic) const {
-  for (const TopicInfo* of : topics::kAll) {
-    if (of->writer != TopicWriter::client || !of->of_element()) continue;
-    if (std::string name = topics_.element_in(topic, *of); !name.empty()) return name;
-  }
-  return {};
-}
-
-int CommandSubscriber::target_of_topic(const std::string& topic) const {
-  return find_target(loop_->cell(), element_in(topic));
-}
-
-std::optional<std::uint64_t> CommandSubscriber::appeared(int target, const DdsGuid& guid, bool exclusive) {
-  CommandArbiter& arbiter = arbiters_[static_cast<std::size_t>(target)];
-  CommandArbiter::Sender sender;
-  sender.id = senders_.id(guid);
-  if (arbiter.knows(sender.id)) return std::nullopt;
-  sender.exclusive = exclusive;
-  std::copy_n(guid.guidPrefix.value, 12, sender.identity.begin());
-  std::copy_n(guid.entityId.value, 4, sender.identity.begin() + 12);
-  const auto writer = writers_.find(guid);
-  if (writer != writers_.end()) {
-    if (writer->second.silent) return std::nullopt;
-    sender.strength = writer->second.strength;
-    sender.topic = topics_.element_in(writer->second.topic, topics::joint_trajectory).empty() ? 0 : 1;
-  }
-  return arbiter.appeared(sender);
 }
 
 void CommandSubscriber::matched(int target, const DdsGuid& guid, bool exclusive) {
   std::optional<std::uint64_t> loser;
   {
     const std::lock_guard lock(mutex_);
-    gone_.erase(guid);
-    loser = appeared(target, guid, exclusive);
+    loser = ownership_.matched(target, guid, exclusive);
   }
   if (!loser) return;
-  const std::string name(target_name(loop_->cell(), target));
-  events_.post({Severity::warning, "not_owner", name, senders_.text(*loser),
-                "Several senders offer commands for " + name +
-                    " exclusively; only the strongest is heard, and this one is weaker than another."});
+  const std::string name = name_of(target);
+  warn("not_owner", name, senders_.text(*loser),
+       "Several senders offer commands for " + name +
+           " exclusively; only the strongest is heard, and this one is weaker than another.");
 }
 
 void CommandSubscriber::unmatched(int target, const DdsGuid& guid) {
   const std::lock_guard lock(mutex_);
-  arbiters_[static_cast<std::size_t>(target)].vanished(senders_.id(guid));
-  gone_.insert(guid);
-}
-
-void CommandSubscriber::incompatible(int target, const std::string& policy) {
-  const std::string name(target_name(loop_->cell(), target));
-  events_.post({Severity::warning, "incompatible_qos", name, "",
-                "A sender of commands for " + name +
-                    " cannot be heard, because its QoS does not fit: " + policy + "."});
+  ownership_.unmatched(target, guid);
 }
 
 void CommandSubscriber::deliver(int target, bool exclusive, const Command& command, const DdsGuid& guid,
                                 std::int64_t received_ns) {
-  const std::uint64_t sender = senders_.id(guid);
-  CommandArbiter::Verdict verdict;
+  std::optional<CommandArbiter::Verdict> verdict;
   {
     const std::lock_guard lock(mutex_);
-    if (gone_.contains(guid)) return;
-    const auto writer = writers_.find(guid);
-    if (writer != writers_.end()) writer->second.silent = false;  // here it is
-    // DDS hands over samples and matches by different threads: a first command may come before its sender.
-    (void)appeared(target, guid, exclusive);
-    verdict = arbiters_[static_cast<std::size_t>(target)].offered(sender, received_ns);
+    verdict = ownership_.on_command(target, guid, exclusive, received_ns);
   }
-  if (!verdict.heard) {
-    rejected_.fetch_add(1, std::memory_order_relaxed);
-    if (!verdict.tell) return;
-    const std::string name(target_name(loop_->cell(), target));
-    events_.post({Severity::warning, std::string(to_string(RejectionCode::not_owner)), name, text_of(guid),
-                  "Commands of this sender for " + name + " are not applied: " +
-                      senders_.text(verdict.owner) + " commands it as long as it is there."});
+  if (!verdict) return;
+  if (verdict->heard) {
+    if (const auto rejection = loop_->append(command, senders_.id(guid), received_ns))
+      reject(*rejection, guid);
     return;
   }
-  if (const auto rejection = loop_->append(command, sender, received_ns)) reject(*rejection, guid);
+  rejected_.fetch_add(1, std::memory_order_relaxed);
+  if (!verdict->tell) return;
+  const std::string name = name_of(target);
+  warn(std::string(to_string(RejectionCode::not_owner)), name, text_of(guid),
+       "Commands of this sender for " + name + " are not applied: " + senders_.text(verdict->owner) +
+           " commands it as long as it is there.");
 }
 
 void CommandSubscriber::reject(const Rejection& rejection, const DdsGuid& guid) {
   rejected_.fetch_add(1, std::memory_order_relaxed);
-  events_.post({Severity::warning, "command_rejected", rejection.subject, text_of(guid),
-                std::string(to_string(rejection.code)) + ": " + rejection.message});
+  warn("command_rejected", rejection.subject, text_of(guid),
+       std::string(to_string(rejection.code)) + ": " + rejection.message);
 }
 
 }  // namespace takt

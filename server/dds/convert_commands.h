@@ -1,6 +1,6 @@
 #pragma once
 // Commands off the wire as they came in. What is wrong with a command is decided by takt::validate.
-#include <string>
+#include <string_view>
 #include <variant>
 
 #include "ros2_msgs.h"
@@ -9,16 +9,15 @@
 
 namespace takt {
 
-/// A stamp of zero means "none given" (-1). Rejection: nanoseconds that are none, or a time before 0.
-Validated<double> from_stamp(const builtin_interfaces::msg::Time& stamp, const std::string& subject);
+/// `target`: name of the robot, gripper or device, for a rejection. Rejection: nanoseconds that are none, or a time
+/// before 0.
+Validated<SimTime> from_stamp(const builtin_interfaces::msg::Time& stamp, std::string_view target);
 
-Validated<RawJointCommand> from_message(const std::string& robot,
-                                        const sensor_msgs::msg::JointState& message);
-Validated<RawTrajectory> from_message(const std::string& robot,
-                                      const trajectory_msgs::msg::JointTrajectory& message);
-Validated<RawDeviceCommand> from_message(const std::string& device,
-                                         const takt_msgs::msg::DeviceCommand& message);
-Validated<RawGripperCommand> from_message(const std::string& gripper,
-                                          const takt_msgs::msg::GripperCommand& message);
+/// What the message has is moved out of it.
+Validated<RawJointCommand> from_message(std::string_view target, sensor_msgs::msg::JointState&& message);
+Validated<RawTrajectory> from_message(std::string_view target,
+                                      trajectory_msgs::msg::JointTrajectory&& message);
+Validated<RawDeviceCommand> from_message(std::string_view target, takt_msgs::msg::DeviceCommand&& message);
+Validated<RawGripperCommand> from_message(std::string_view target, takt_msgs::msg::GripperCommand&& message);
 
 }  // namespace takt

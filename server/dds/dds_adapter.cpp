@@ -48,8 +48,8 @@ DdsAdapter::DdsAdapter(CellHost& host, ParticipantOptions options, bool namespac
                                                 services_);
   control_.listen(*participant_, topics_);
   services_.serve(*participant_, host.cell());
-  host.set_observer(this);
-  publisher_->start();
+  host.set_listener(this);
+  io_.emplace(host, *publisher_, commands_, participant_->guard());
 }
 
 DdsAdapter::~DdsAdapter() {
@@ -57,7 +57,7 @@ DdsAdapter::~DdsAdapter() {
 }
 
 void DdsAdapter::stop() {
-  if (publisher_) publisher_->stop();
+  if (io_) io_->stop();
   commands_.close();
   if (publisher_) publisher_->close();
   participant_.reset();
@@ -117,7 +117,7 @@ void DdsAdapter::on_writer(const DiscoveredWriter& writer) {
   }
   if (writer.news == News::appeared)
     commands_.writer_discovered(
-        {writer.guid, writer.topic, writer.type, writer.ownership_strength, lease_s(writer.lease)});
+        writer.guid, {writer.topic, writer.type, writer.ownership_strength, lease_s(writer.lease)});
   else if (writer.news == News::gone)
     commands_.writer_removed(writer.guid);
 }

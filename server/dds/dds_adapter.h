@@ -9,6 +9,7 @@
 
 #include "server/dds/command_subscriber.h"
 #include "server/dds/control_service.h"
+#include "server/dds/dds_io_thread.h"
 #include "server/dds/participant.h"
 #include "server/dds/ros_services.h"
 #include "server/dds/sender_registry.h"
@@ -57,6 +58,7 @@ class DdsAdapter final : public DiscoveryListener, public CellLifecycleListener 
   RosServices services_;
   std::unique_ptr<Participant> participant_;
   std::unique_ptr<StatePublisher> publisher_;
+  std::optional<DdsIoThread> io_;
   StaleShmReaper remains_;
 };
 

@@ -12,10 +12,8 @@
 namespace takt {
 namespace {
 
-constexpr std::int64_t kLongestSleep_ns = 20'000'000;  // so that standing instants are repeated
 constexpr std::int64_t kIdleStatus_ns = 100'000'000;
 constexpr std::int64_t kAnnounced_ns = 15'000'000'000;
-constexpr std::int64_t kLookAfterOwners_ns = 50'000'000;
 // Of the type of an event (idl/takt_msgs.idl).
 std::string fitting(std::string_view text, const FieldInfo& field) {
   return plain_text(text, field.string_bound);
@@ -24,12 +22,11 @@ std::string fitting(std::string_view text, const FieldInfo& field) {
 }  // namespace
 
 StatePublisher::StatePublisher(CellHost& host, Participant& participant, const TopicNames& topics,
-                               const SenderRegistry& senders, CommandSubscriber& commands,
+                               const SenderRegistry& senders, const CommandSubscriber& commands,
                                ControlService& control, RosServices& services)
     : host_(host),
       participant_(participant),
       topics_(topics),
-      guard_(participant.guard()),
       senders_(senders),
       commands_(commands),
       control_(control),
@@ -40,10 +37,6 @@ StatePublisher::StatePublisher(CellHost& host, Participant& participant, const T
   event_writer_ = participant.create_writer(topics::events, topics.of(topics::events));
   status_writer_ = participant.create_writer(topics::status, topics.of(topics::status));
   description_writer_ = participant.create_writer(topics::description, topics.of(topics::description));
-}
-
-StatePublisher::~StatePublisher() {
-  stop();
 }
 
 void StatePublisher::open(RunLoop& loop) {
@@ -79,38 +72,24 @@ void StatePublisher::describe(const CellDescription& cell) {
   if (cell.scenario.empty()) nothing_ = cell;
 }
 
-void StatePublisher::start() {
-  thread_ = std::thread([this] { run(); });
-}
-
-void StatePublisher::stop() {
-  stop_.store(true);
-  host_.outbound().news.post();
-  if (thread_.joinable()) thread_.join();
+void StatePublisher::write() {
   const std::lock_guard lock(mutex_);
-  if (publisher_) publisher_->loop().output().writer_attached.store(false);
+  write_news(true);
+  if (publisher_) {
+    publisher_->repeat_if_due();
+  } else {
+    write_idle_status();
+  }
 }
 
-void StatePublisher::run() {
-  while (!stop_.load(std::memory_order_relaxed)) {
-    host_.outbound().news.wait_until_ns(monotonic_now_ns() + kLongestSleep_ns);
-    if (const std::int64_t now = monotonic_now_ns(); now - owners_seen_ns_ >= kLookAfterOwners_ns) {
-      owners_seen_ns_ = now;
-      commands_.expire_liveliness_leases();
-    }
-    const std::lock_guard lock(mutex_);
-    write_news(true);
-    guard_watch_.look(guard_, monotonic_now_ns(), host_.cell(), host_.outbound().events);
-    if (publisher_) {
-      publisher_->repeat_if_due();
-    } else {
-      write_idle_status();
-    }
-  }
+void StatePublisher::finish() {
   {
     const std::lock_guard lock(mutex_);
     write_news(true);
-    if (publisher_) publisher_->finish();
+    if (publisher_) {
+      publisher_->finish();
+      publisher_->loop().output().writer_attached.store(false);
+    }
   }
   // A client that waits for a reply or an event should have it before the server is gone.
   (void)event_writer_->wait_for_acknowledgments(DdsDuration(0, 200'000'000));

@@ -1,21 +1,17 @@
 #pragma once
-// The one thread that writes samples: instants of the loaded scenario, if there is one, events, status and
-// replies. The step loop never waits for it, but in lockstep, where no instant may be skipped.
+// Writes samples: instants of the loaded scenario, if there is one, events, status and replies.
 //
 // Its writers of description, status and events live as long as the server, and events are numbered through;
 // those of the scenario's own topics (cell_publisher.h) come and go with it.
-#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <mutex>
 #include <string>
-#include <thread>
 
 #include "idl/common/histogram.h"
 #include "server/dds/cell_publisher.h"
 #include "server/dds/command_subscriber.h"
 #include "server/dds/control_service.h"
-#include "server/dds/guard_watch.h"
 #include "server/dds/participant.h"
 #include "server/dds/ros_services.h"
 #include "server/dds/sender_registry.h"
@@ -29,9 +25,8 @@ class StatePublisher {
  public:
   /// Makes the writers. All must outlive this. Throws DdsError.
   StatePublisher(CellHost& host, Participant& participant, const TopicNames& topics,
-                 const SenderRegistry& senders, CommandSubscriber& commands, ControlService& control,
+                 const SenderRegistry& senders, const CommandSubscriber& commands, ControlService& control,
                  RosServices& services);
-  ~StatePublisher();
   StatePublisher(const StatePublisher&) = delete;
   StatePublisher& operator=(const StatePublisher&) = delete;
 
@@ -43,15 +38,17 @@ class StatePublisher {
   /// Writes the description of a cell without a scenario.
   void describe(const CellDescription& cell);
 
-  void start();
-  /// Writes what is left, then ends the thread. Stop the loop first.
-  void stop();
+  // The I/O thread:
 
-  /// Wall time of writing one instant (state, joint states, clock). Read it after stop().
+  /// Writes what is new, and repeats what stands.
+  void write();
+  /// Writes what is left. The loop has ended.
+  void finish();
+
+  /// Wall time of writing one instant (state, joint states, clock). Read it when the I/O thread has ended.
   const DurationHistogram& write_time() const { return write_time_; }
 
  private:
-  void run();
   // With mutex_ held:
   void write_news(bool with_status);
   void write_events();
@@ -66,10 +63,8 @@ class StatePublisher {
   CellHost& host_;
   Participant& participant_;
   const TopicNames topics_;
-  const PacketGuard* guard_;
-  GuardWatch guard_watch_;
   const SenderRegistry& senders_;
-  CommandSubscriber& commands_;
+  const CommandSubscriber& commands_;
   ControlService& control_;
   RosServices& services_;
 
@@ -77,11 +72,7 @@ class StatePublisher {
   dds::DataWriter* event_writer_ = nullptr;
   dds::DataWriter* status_writer_ = nullptr;
 
-  std::thread thread_;
-  std::atomic<bool> stop_{false};
-  std::int64_t owners_seen_ns_ = 0;  ///< of the publishing thread
-
-  /// The publishing thread holds it while it writes, the host's while it exchanges the scenario. DDS entities
+  /// The I/O thread holds it while it writes, the host's while it exchanges the scenario. DDS entities
   /// are made and removed without it.
   std::mutex mutex_;
   std::unique_ptr<CellPublisher> publisher_;  // guarded by mutex_, as all below

@@ -91,7 +91,7 @@ AssertionChecker::AssertionChecker(const Scenario& scenario, const Simulation& s
 
 void AssertionChecker::note(const Simulation& simulation) {
   if (watches_contacts_) note_contacts(simulation);
-  if (!simulation.collision_events().empty()) note_collisions(simulation);
+  if (!simulation.events().collision_events.empty()) note_collisions(simulation);
   note_grips(simulation);
   bool read = false;
   for (std::size_t i = 0; i < scenario_.assertions.size(); ++i) {
@@ -124,7 +124,7 @@ void AssertionChecker::note_contacts(const Simulation& simulation) {
 }
 
 void AssertionChecker::note_collisions(const Simulation& simulation) {
-  for (const CollisionEvent& event : simulation.collision_events()) {
+  for (const CollisionEvent& event : simulation.events().collision_events) {
     if (event.kind != CollisionEvent::Kind::collision) continue;
     for (std::size_t i = 0; i < scenario_.assertions.size(); ++i) {
       if (scenario_.assertions[i].kind != Kind::no_collision || judged_[i] != 0) continue;

@@ -118,10 +118,12 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
         result.fault = simulation.fault();
         break;
       }
-      for (const ConnectionChange& change : simulation.connection_changes()) result.changes.push_back(change);
-      for (const CollisionEvent& event : simulation.collision_events()) result.collisions.push_back(event);
-      for (const WeakGrip& grip : simulation.weak_grips()) result.weak_grips.push_back(grip);
-      for (const AlternatingForce& force : simulation.alternating_forces())
+      for (const ConnectionChange& change : simulation.events().connection_changes)
+        result.changes.push_back(change);
+      for (const CollisionEvent& event : simulation.events().collision_events)
+        result.collisions.push_back(event);
+      for (const WeakGrip& grip : simulation.events().weak_grips) result.weak_grips.push_back(grip);
+      for (const AlternatingForce& force : simulation.events().alternating_forces)
         result.alternating_forces.push_back(force);
       note_grips(simulation, result.grips);
       if (options.contact_extremes && !recorder) extremes.note(simulation);

@@ -55,21 +55,20 @@ InProcessController::InProcessController(const std::string& program_file, const 
 
 DeviceCommand InProcessController::validated(const controller::DeviceSetPoint& set_point,
                                              const CellDescription& cell) const {
-  const DeviceDescription& device = cell.devices[static_cast<std::size_t>(set_point.device)];
-  RawDeviceCommand raw{device.name, -1.0, {}, set_point.values};
-  for (const int signal : set_point.signals)
-    raw.signals.push_back(device.signals[static_cast<std::size_t>(signal)].name);
-  const Validated<DeviceCommand> result = validate(cell, raw);
-  if (const auto* rejection = std::get_if<Rejection>(&result))
-    throw std::runtime_error("the program's command for " + device.name + ": " + rejection->message);
-  return std::get<DeviceCommand>(result);
+  DeviceCommand command;
+  command.device = set_point.device;
+  for (std::size_t i = 0; i < set_point.signals.size(); ++i) {
+    if (const auto rejection = add_signal(cell, command, set_point.signals[i], set_point.values[i]))
+      throw std::runtime_error("the program's command for " + rejection->subject + ": " + rejection->message);
+  }
+  return command;
 }
 
 std::span<const Command> InProcessController::commands(const Simulation& simulation) {
   commands_.clear();
   if (simulation.step_index() != period_boundary_step(boundary_, controller_.period_s(), step_s_))
     return commands_;
-  const double stamp_s = static_cast<double>(boundary_) * controller_.period_s();
+  const auto stamp = SimTime::from_seconds(static_cast<double>(boundary_) * controller_.period_s());
   // A period shorter than the step: several boundaries fall on one step, the program runs once.
   while (period_boundary_step(boundary_, controller_.period_s(), step_s_) <= simulation.step_index())
     ++boundary_;
@@ -80,7 +79,7 @@ std::span<const Command> InProcessController::commands(const Simulation& simulat
   for (const controller::JointSetPoint& set_point : output.joints) {
     JointCommand command;
     command.robot = set_point.robot;
-    command.stamp_s = stamp_s;
+    command.stamp = stamp;
     command.period_s = controller_.period_s();
     command.has_velocity = true;
     command.position = set_point.position;
@@ -88,8 +87,8 @@ std::span<const Command> InProcessController::commands(const Simulation& simulat
     commands_.emplace_back(command);
   }
   for (const controller::GripperSetPoint& set_point : output.grippers) {
-    commands_.emplace_back(
-        GripperCommand{set_point.gripper, stamp_s, set_point.verb, set_point.width_m, set_point.max_force_N});
+    commands_.emplace_back(GripperCommand{set_point.gripper, stamp, set_point.verb, set_point.width_m,
+                                          set_point.max_force_N});
   }
   for (std::size_t i = 0; i < output.devices.size(); ++i) {
     const controller::DeviceSetPoint& set_point = output.devices[i];
@@ -99,7 +98,7 @@ std::span<const Command> InProcessController::commands(const Simulation& simulat
       checked = set_point;
     }
     command.device = set_point.device;
-    command.stamp_s = stamp_s;
+    command.stamp = stamp;
     commands_.emplace_back(command);
   }
   return commands_;

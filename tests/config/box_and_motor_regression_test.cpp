@@ -79,7 +79,7 @@ BoxOutcome grip_motor_out_of_box(const std::string& convex) {
   const int palm = cell->description.find_component("Gripper");
   Snapshot snapshot = simulation.make_snapshot();
 
-  const Command close = GripperCommand{0, -1.0, GripperAction::close, 0.0, 0.0};
+  const Command close = GripperCommand{0, {}, GripperAction::close, 0.0, 0.0};
   JointCommand lift;
   lift.robot = 0;
   lift.period_s = 2.0;

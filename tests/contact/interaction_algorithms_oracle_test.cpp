@@ -26,7 +26,7 @@ const ComponentSample& sample(const Snapshot& s, int id) {
   return s.components[static_cast<std::size_t>(id)];
 }
 Command grip(GripperAction action) {
-  return GripperCommand{0, -1.0, action, 0.0, 0.0};
+  return GripperCommand{0, {}, action, 0.0, 0.0};
 }
 Command move_to(const JointArray& q, double period_s) {
   JointCommand command;
@@ -88,9 +88,9 @@ TEST(InteractionAlgorithms, PickSwitchesFromTableToGripper) {  // Fig. 3.10
     run(simulation, 10);
     const Command close = grip(GripperAction::close);
     ASSERT_TRUE(simulation.step({&close, 1}));
-    ASSERT_EQ(simulation.connection_changes().size(), 1U);
-    EXPECT_EQ(simulation.connection_changes()[0].from, table);
-    EXPECT_EQ(simulation.connection_changes()[0].to, palm);
+    ASSERT_EQ(simulation.events().connection_changes.size(), 1U);
+    EXPECT_EQ(simulation.events().connection_changes[0].from, table);
+    EXPECT_EQ(simulation.events().connection_changes[0].to, palm);
     // The plain algorithm keeps hold of the table until the Part has left it.
     EXPECT_EQ(simulation.connections().size(), algorithm == InteractionAlgorithm::substitute_force ? 2U : 1U);
     const Command lift = move_to({0, 0, 0.05, 0, 0, 0}, 0.2);

@@ -144,7 +144,7 @@ TEST(SubstituteForce, GripperFeelsWeightAndLeverArmOfItsLoad) {
   // The Part hangs off centre by 10 mm in x.
   const int part = cell.part("C", 0.5, 3, {0.06, 0.08, 0.08}, at(0.01, 0, 0.40));
   Simulation simulation(cell.build());
-  const Command close = GripperCommand{0, -1.0, GripperAction::close, 0.0, 0.0};
+  const Command close = GripperCommand{0, {}, GripperAction::close, 0.0, 0.0};
   ASSERT_TRUE(simulation.step({&close, 1}));
   run_steps(simulation, 500);
   const Snapshot snapshot = simulation.make_snapshot();
@@ -161,7 +161,7 @@ TEST(SubstituteForce, WeightFollowsInAnyOrientationWithoutSagOrJump) {
   const int palm = cell.gantry_with_gripper("R", "G", at(0, 0, 0.5));
   const int part = cell.part("C", 0.5, 3, {0.06, 0.08, 0.08}, at(0.0, 0, 0.40));
   Simulation simulation(cell.build());
-  const Command close = GripperCommand{0, -1.0, GripperAction::close, 0.0, 0.0};
+  const Command close = GripperCommand{0, {}, GripperAction::close, 0.0, 0.0};
   ASSERT_TRUE(simulation.step({&close, 1}));
   const auto relative = [&] {
     const Snapshot s = simulation.make_snapshot();

@@ -297,16 +297,16 @@ class Generator {
   std::mt19937_64 dice_{20261122};
 };
 
-double time_of(const builtin_interfaces::msg::Time& stamp) {
-  const double time_s = stamp.sec + 1e-9 * stamp.nanosec;
-  return time_s > 0.0 ? time_s : -1.0;
+SimTime time_of(const builtin_interfaces::msg::Time& stamp) {
+  const std::int64_t ns = std::int64_t{1'000'000'000} * stamp.sec + stamp.nanosec;
+  return {ns > 0 ? ns : -1};
 }
 
 /// What a good sample means.
 JointCommand meaning(const Generator& generator, int robot, const sensor_msgs::msg::JointState& message) {
   JointCommand command;
   command.robot = robot;
-  command.stamp_s = time_of(message.header.stamp);
+  command.stamp = time_of(message.header.stamp);
   command.has_velocity = !message.velocity.empty();
   command.has_effort = !message.effort.empty();
   for (std::size_t i = 0; i < message.name.size(); ++i) {
@@ -334,7 +334,7 @@ GripperCommand meaning(const Generator&, int gripper, const takt_msgs::msg::Grip
 DeviceCommand meaning(const Generator&, int device, const takt_msgs::msg::DeviceCommand& message) {
   DeviceCommand command;
   command.device = device;
-  command.stamp_s = time_of(message.stamp);
+  command.stamp = time_of(message.stamp);
   for (std::size_t i = 0; i < message.signals.size(); ++i) {
     const auto place = static_cast<std::size_t>(command.count++);
     command.signals[place] = message.signals[i] == std::string("lamp") ? 1 : 0;
@@ -356,27 +356,27 @@ class BadCommands : public testing::Test {
   static RunLoopOptions paused() {
     RunLoopOptions options;
     options.pace = Pace::free;
-    options.start_paused = true;
+    options.state = SimulationState::paused;
     return options;
   }
 
   /// One sample down the server's path, and to the twin what it means.
   template <typename Message>
   void send(int target, int index, const Message& message, Codes codes) {
-    const Rejection verdict = sent(std::string(target_name(loop_.cell(), target)), message);
+    const Rejection verdict = sent(target, Message(message));
     const std::string code = verdict.message.empty() ? "" : std::string(to_string(verdict.code));
-    double stamp_s = -1.0;
+    SimTime stamp;
     if constexpr (requires { message.header; }) {
-      stamp_s = time_of(message.header.stamp);
+      stamp = time_of(message.header.stamp);
     } else {
-      stamp_s = time_of(message.stamp);
+      stamp = time_of(message.stamp);
     }
-    double& newest_s = newest_s_[target];
-    if (codes.empty() && stamp_s >= 0.0 && stamp_s < newest_s - 1e-12) codes.insert("stale");
+    SimTime& newest = newest_[target];
+    if (codes.empty() && stamp.given() && stamp < newest) codes.insert("stale");
     if (codes.empty()) {
       ASSERT_EQ(code, "") << verdict.message;
       ++good_;
-      newest_s = std::max(newest_s, stamp_s);
+      newest = std::max(newest, stamp);
       twin_commands_[target] = meaning(generator_, index, message);
     } else {
       ASSERT_TRUE(codes.contains(code)) << '\'' << code << "' " << verdict.message.substr(0, 200)
@@ -430,16 +430,16 @@ class BadCommands : public testing::Test {
   test::LoopReader reader_{loop_};
   Generator generator_{loop_.cell()};
   std::map<int, Command> twin_commands_;  ///< the newest by target
-  std::map<int, double> newest_s_;        ///< stamp by target
+  std::map<int, SimTime> newest_;         ///< stamp by target
   std::size_t good_ = 0;
   std::map<std::string, std::size_t> rejected_;
 
  private:
   template <typename Message>
-  Rejection sent(const std::string& target, const Message& message) {
-    const auto raw = from_message(target, message);
+  Rejection sent(int target, Message message) {
+    const auto raw = from_message(target_name(loop_.cell(), target), std::move(message));
     if (const auto* malformed = std::get_if<Rejection>(&raw)) return *malformed;
-    const auto validated = validate(loop_.cell(), std::get<0>(raw));
+    const auto validated = validate(loop_.cell(), target, std::get<0>(raw));
     if (const auto* rejection = std::get_if<Rejection>(&validated)) return *rejection;
     return loop_.append(Command(std::get<0>(validated)), 1, monotonic_now_ns()).value_or(Rejection{});
   }

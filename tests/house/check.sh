@@ -56,6 +56,14 @@ violations=$(
     grep -vE '^idl/transport/fastdds/(topic_qos|fastdds)\.h:' |
     sed -E 's/^([^:]+:[0-9]+):.*/\1: the QoS of topics is in topic_qos.h/' || true
 
+  # The way of a command, as the architecture shows it: at most eleven functions, each in the file that it names.
+  awk -F'`' '/^## / { way = /The way of a command/ } way && /^\| [0-9]+ \|/ { print FNR, ++n, $2, $4 }' docs/architecture.md |
+    while read -r line number function file; do
+      ((number <= 11)) || echo "docs/architecture.md:$line: the way of a command has more than eleven functions"
+      { grep -qwF -- "${function%%::*}" "$file" && grep -qE "\<${function##*::}\(" "$file"; } ||
+        echo "docs/architecture.md:$line: no function $function in $file"
+    done
+
   # The README is one screen; its reader sees at once what to type.
   awk 'END { if (NR >= 120) print FILENAME ":120: the README has 120 lines or more" }' README.md
   for command in './dev demo' './dev test'; do

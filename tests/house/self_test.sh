@@ -12,7 +12,8 @@ write() { mkdir -p "$tree/$(dirname "$1")"; printf '%b' "$2" >"$tree/$1"; }
 fresh() {
   rm -rf "${tree:?}"/*
   write README.md '# x\n\n    ./dev demo\n    ./dev test\n[all](docs/README.md)\n'
-  write docs/README.md '# All\n[a](a.md), [b](b.md#one-two), [d](decisions.md)\n'
+  write docs/README.md '# All\n[a](a.md), [b](b.md#one-two), [d](decisions.md), [w](architecture.md)\n'
+  write docs/architecture.md '## The way of a command\n| | function | place |\n|---|---|---|\n| 1 | `Loop::take` | `server/runtime/loop/loop.cpp` |\n'
   write docs/a.md 'x `server/dds/`, `spatial.h`\n'
   write docs/b.md '# B\n## One: `two`\n```\n[c](no.md)\n```\n[above](#b), [net](https://a.example/no.md)\n'
   write docs/decisions.md '**1. Two.**\n*Context:* a\n*Decision:* b *Consequence:* c\n'
@@ -23,7 +24,7 @@ fresh() {
   write server/scenario/reader.cpp '#include <yaml-cpp/yaml.h>\n#include "server/simulation/step/simulation.h"\n'
   write server/scenario/urdf.cpp '#include <urdf_model/model.h>\n#include <urdf_parser/urdf_parser.h>\n'
   write server/simulation/step/simulation.h '#pragma once\n#include "server/contact/holding/search.h"\n'
-  write server/runtime/loop/loop.cpp '#include <mutex>\n#include "server/simulation/step/simulation.h"\n'
+  write server/runtime/loop/loop.cpp '#include <mutex>\n#include "server/simulation/step/simulation.h"\nvoid Loop::take() {}\n'
   write server/dds/participant.cpp '#include <fastdds/dds/domain/DomainParticipant.hpp>\n#include "server/simulation/model/snapshot.h"\n#include "takt_msgs.h"\n'
   write idl/takt_enumerations.idl 'enum PartState {\n  free\n};\n'
   write idl/takt_msgs.idl '@final\n@topic(id="state", name="{cell}/state", by="server")\nstruct State { double x; };\n'
@@ -115,6 +116,9 @@ expect docs/c.md:1 docs/c.md '# C\n[a](a.md)\n'
 expect docs/decisions.md:1 docs/decisions.md '**1. Two.**\n*Context:* a\n*Consequence:* c\n'
 expect docs/decisions.md:4 docs/decisions.md "$(printf '**1. Two.**\\n*Context:* a *Decision:* b\\n*Consequence:* c\\n%.0s' {1..2})"
 expect server/contact/a.cpp:1 server/contact/a.cpp '// See docs/no.md\n'
+# The way of a command
+expect docs/architecture.md:2 docs/architecture.md '## The way of a command\n| 1 | `Loop::give` | `server/runtime/loop/loop.cpp` |\n'
+expect docs/architecture.md:13 docs/architecture.md "## The way of a command\\n$(printf '| 1 | `Loop::take` | `server/runtime/loop/loop.cpp` |\\n%.0s' {1..12})"
 
 printf '%d violations tried\n' "$cases"
 exit $failed

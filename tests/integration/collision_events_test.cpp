@@ -24,13 +24,13 @@ std::shared_ptr<CellModel> checked_model() {
 TEST(CollisionEvents, ArriveOverDdsWithPairDepthPositionAndTime) {
   RunLoopOptions options;
   options.pace = Pace::free;
-  options.start_paused = true;
+  options.state = SimulationState::paused;
   const auto model = checked_model();
   // The same cell by itself, for what is to be told.
   Simulation alone(model);
   ASSERT_TRUE(alone.step({}));
-  const std::vector<CollisionEvent> expected(alone.collision_events().begin(),
-                                             alone.collision_events().end());
+  const std::vector<CollisionEvent> expected(alone.events().collision_events.begin(),
+                                             alone.events().collision_events.end());
 
   test::DdsService service(options, model);
   test::RawCellClient client;

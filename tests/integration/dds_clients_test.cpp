@@ -29,7 +29,7 @@ class DdsFrozenClient : public testing::Test {
   RunLoopOptions options() {
     RunLoopOptions options;
     options.pace = Pace::lockstep;
-    options.start_paused = true;
+    options.state = SimulationState::paused;
     options.on_instant = [this](const Simulation&) {
       const std::int64_t now = monotonic_now_ns();
       if (counting_) blocked_ += now - previous_ns_ > kBlocked_ns ? 1U : 0U;

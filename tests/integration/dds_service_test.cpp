@@ -22,7 +22,7 @@ using JointStateType = sensor_msgs::msg::JointState;
 RunLoopOptions paused(Pace pace = Pace::free) {
   RunLoopOptions options;
   options.pace = pace;
-  options.start_paused = true;
+  options.state = SimulationState::paused;
   return options;
 }
 
@@ -413,7 +413,8 @@ TEST(DdsLockstep, GivesTheSameBitsAtEveryStepAsStepsTakenDirectly) {
         command.period_s = kPeriod;
         commands.emplace_back(command);
       }
-      commands.emplace_back(GripperCommand{1, direct.time_s(), GripperAction::close, 0.0, 0.0});
+      commands.emplace_back(
+          GripperCommand{1, SimTime::from_seconds(direct.time_s()), GripperAction::close, 0.0, 0.0});
     }
     ASSERT_TRUE(direct.step(commands));
     expected.push_back(direct.state_hash());

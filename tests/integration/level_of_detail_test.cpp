@@ -38,7 +38,7 @@ takt::ClientOptions options() {
 
 takt::RunLoopOptions loop_options(bool start_paused) {
   takt::RunLoopOptions options;
-  options.start_paused = start_paused;
+  if (start_paused) options.state = takt::SimulationState::paused;
   return options;
 }
 

@@ -21,7 +21,7 @@ using Frames = tf2_msgs::msg::TFMessage;
 RunLoopOptions free_and_paused() {
   RunLoopOptions options;
   options.pace = Pace::free;
-  options.start_paused = true;
+  options.state = SimulationState::paused;
   return options;
 }
 

@@ -25,7 +25,7 @@ constexpr double kQuarter = 1.5707963267948966;
 RunLoopOptions free_paused() {
   RunLoopOptions options;
   options.pace = Pace::free;
-  options.start_paused = true;
+  options.state = SimulationState::paused;
   return options;
 }
 

@@ -58,7 +58,7 @@ TEST(JointPath, ValuesOutsideAreFoundExactly) {
 class Trajectory : public ::testing::Test {
  protected:
   RawTrajectory raw(std::vector<RawTrajectoryPoint> points) const {
-    RawTrajectory raw{"Robot1", -1.0, {}, std::move(points)};
+    RawTrajectory raw{{}, {}, std::move(points)};
     for (const JointModel& joint : arm().joints) raw.names.push_back(joint.name);
     return raw;
   }
@@ -73,19 +73,19 @@ class Trajectory : public ::testing::Test {
   }
   static std::vector<double> moving(double first) { return {first, 0.0, 0.0, 0.0, 0.0, 0.0}; }
   Rejection refused(const RawTrajectory& wrong) const {
-    const auto result = validate(model_->description, wrong);
+    const auto result = validate(model_->description, 0, wrong);
     EXPECT_TRUE(std::holds_alternative<Rejection>(result));
     return std::holds_alternative<Rejection>(result) ? std::get<Rejection>(result) : Rejection{};
   }
   void step(const std::vector<Command>& commands = {}) {
     ASSERT_TRUE(simulation_.step(commands)) << simulation_.fault();
     simulation_.read_snapshot(snapshot_);
-    for (const MotionNotice& notice : simulation_.motion_notices()) notices_.push_back(notice);
+    for (const MotionNotice& notice : simulation_.events().motion_notices) notices_.push_back(notice);
   }
   Command good(std::vector<RawTrajectoryPoint> points, double stamp_s = -1.0) const {
     RawTrajectory trajectory = raw(std::move(points));
-    trajectory.stamp_s = stamp_s;
-    const auto result = validate(model_->description, trajectory);
+    trajectory.stamp = SimTime::from_seconds(stamp_s);
+    const auto result = validate(model_->description, 0, trajectory);
     if (const auto* rejection = std::get_if<Rejection>(&result)) ADD_FAILURE() << rejection->message;
     return Command(std::get<TrajectoryCommand>(result));
   }
@@ -100,13 +100,11 @@ class Trajectory : public ::testing::Test {
 
 TEST_F(Trajectory, EveryFaultHasItsCodeAndSentence) {
   const RawTrajectory fine = raw({{at(0.1), {}, {}, {}, 1.0}, {at(0.2), {}, {}, {}, 2.0}});
-  ASSERT_TRUE(std::holds_alternative<TrajectoryCommand>(validate(model_->description, fine)));
+  ASSERT_TRUE(std::holds_alternative<TrajectoryCommand>(validate(model_->description, 0, fine)));
   RawTrajectory wrong = fine;
-  wrong.robot = "Robot9";
-  EXPECT_EQ(refused(wrong).code, RejectionCode::unknown_robot);
-  wrong = fine;
   wrong.names[2] = "knee";
   EXPECT_EQ(refused(wrong).code, RejectionCode::unknown_joint);
+  EXPECT_EQ(refused(wrong).subject, "Robot1");
   EXPECT_THAT(refused(wrong).message, HasSubstr("no joint 'knee'"));
   wrong.names[2] = wrong.names[1];
   EXPECT_EQ(refused(wrong).code, RejectionCode::duplicate_joint);
@@ -126,10 +124,7 @@ TEST_F(Trajectory, EveryFaultHasItsCodeAndSentence) {
   wrong.points[1].positions[0] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(refused(wrong).code, RejectionCode::not_finite);
   wrong = fine;
-  wrong.stamp_s = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(refused(wrong).code, RejectionCode::not_finite);
-  wrong = fine;
-  wrong.stamp_s = 1.79e9;  // of a wall clock
+  wrong.stamp = SimTime::from_seconds(1.79e9);  // of a wall clock
   EXPECT_EQ(refused(wrong).code, RejectionCode::out_of_range);
   EXPECT_THAT(refused(wrong).message, HasSubstr("wall clock"));
   wrong = fine;

@@ -33,7 +33,7 @@ class PeriodicSnapshots : public testing::Test {
   /// A server that has played the cubes with another one, X, and without B, until three snapshots were there.
   void play_and_crash() {
     HostOptions options = options_;
-    options.loop.start_paused = true;  // so that steps beyond the first are of the changed cell
+    options.loop.state = SimulationState::paused;  // so that steps beyond the first are of the changed cell
     CellHost host(options);
     HostReader reader(host);
     host.open(ScenarioSource{file_, {}});
@@ -209,7 +209,9 @@ TEST_F(PeriodicSnapshots, AndTheLogOfBeforeTheCrashStay) {
   LogEntry entry;
   while (reader.next(entry) && entry.kind != LogKind::scenario) continue;
   ASSERT_EQ(entry.kind, LogKind::scenario);
-  EXPECT_EQ(decode_scenario(entry.content).changes.size(), 2U) << "what came and what went before the crash";
+  StateReader content(entry.content);
+  const auto record = decode(entry.kind, content, CellDescription{});
+  EXPECT_EQ(std::get<LogScenario>(*record).changes.size(), 2U) << "what came and what went before the crash";
   // It goes on without a log where none can be written, and says so.
   options_.log = directory_ / "no/such/directory/run.taktlog";
   static_cast<void>(resumed());

@@ -21,14 +21,14 @@ CellDescription two_robots_and_a_gripper() {
 Command joints(int robot, double stamp_s) {
   JointCommand command;
   command.robot = robot;
-  command.stamp_s = stamp_s;
+  command.stamp = SimTime::from_seconds(stamp_s);
   return command;
 }
 
 Command gripper(double stamp_s) {
   GripperCommand command;
   command.gripper = 0;
-  command.stamp_s = stamp_s;
+  command.stamp = SimTime::from_seconds(stamp_s);
   return command;
 }
 
@@ -53,7 +53,7 @@ TEST_F(CommandBufferTest, HandsOverEverythingOnceInTheOrderOfArrival) {
 }
 
 TEST_F(CommandBufferTest, RejectsWhatIsOlderThanTheNewestOfTheSameTarget) {
-  buffer_.set_present_ns(stamp_ns(5.0));
+  buffer_.set_present(SimTime::from_seconds(5.0));
   EXPECT_FALSE(buffer_.append(joints(0, 2.0), 1, 0));
   EXPECT_FALSE(buffer_.append(joints(0, 2.0), 1, 0)) << "the same stamp again replaces";
   const auto rejection = buffer_.append(joints(0, 1.999), 1, 0);
@@ -70,16 +70,16 @@ TEST_F(CommandBufferTest, RejectsWhatIsOlderThanTheNewestOfTheSameTarget) {
 }
 
 TEST_F(CommandBufferTest, ComparesStampsToTheNanosecond) {
-  EXPECT_EQ(stamp_ns(0.008), 8'000'000);
-  EXPECT_EQ(stamp_ns(12345.000000001), 12'345'000'000'001);
-  EXPECT_EQ(stamp_ns(-1.0), -1);
-  buffer_.set_present_ns(stamp_ns(5.0));
+  EXPECT_EQ(SimTime::from_seconds(0.008).ns, 8'000'000);
+  EXPECT_EQ(SimTime::from_seconds(12345.000000001).ns, 12'345'000'000'001);
+  EXPECT_EQ(SimTime::from_seconds(-1.0).ns, -1);
+  buffer_.set_present(SimTime::from_seconds(5.0));
   EXPECT_FALSE(buffer_.append(joints(0, 1.000000001), 1, 0));
   EXPECT_TRUE(buffer_.append(joints(0, 1.0), 1, 0));
 }
 
 TEST_F(CommandBufferTest, AForeignClockDoesNotLockTheTargetForever) {
-  buffer_.set_present_ns(stamp_ns(3.0));
+  buffer_.set_present(SimTime::from_seconds(3.0));
   EXPECT_FALSE(buffer_.append(joints(0, 1.7e9), 1, 0));
   EXPECT_FALSE(buffer_.append(joints(0, 3.0), 1, 0)) << "stamped with the present";
   EXPECT_TRUE(buffer_.append(joints(0, 2.0), 1, 0));
@@ -93,7 +93,7 @@ TEST_F(CommandBufferTest, FutureStampsAreOrderedAmongThemselves) {
 }
 
 TEST_F(CommandBufferTest, AnotherSenderBeginsAnew) {
-  buffer_.set_present_ns(stamp_ns(9.0));
+  buffer_.set_present(SimTime::from_seconds(9.0));
   EXPECT_FALSE(buffer_.append(joints(0, 8.0), 1, 0));
   EXPECT_FALSE(buffer_.append(joints(0, 7.0), 2, 0));
   EXPECT_TRUE(buffer_.append(joints(0, 6.0), 2, 0));
@@ -110,7 +110,7 @@ TEST_F(CommandBufferTest, OverflowIsRejectedAndSaid) {
 }
 
 TEST_F(CommandBufferTest, ForgetsAtAReset) {
-  buffer_.set_present_ns(stamp_ns(9.0));
+  buffer_.set_present(SimTime::from_seconds(9.0));
   EXPECT_FALSE(buffer_.append(joints(0, 8.0), 1, 0));
   buffer_.forget();
   buffer_.take_all(out_);

@@ -51,7 +51,7 @@ std::shared_ptr<CellModel> recorded_model() {
 
 Command trajectory(const CellDescription& cell, double first, double time_s, bool with_velocities,
                    bool with_efforts) {
-  RawTrajectory raw{cell.robots[0].name, -1.0, {}, {}};
+  RawTrajectory raw;
   for (const JointModel& joint : cell.robots[0].arm.joints) raw.names.push_back(joint.name);
   const auto point = [&](double q, double t) {
     const JointCommand at = swing(0, q);
@@ -63,7 +63,7 @@ Command trajectory(const CellDescription& cell, double first, double time_s, boo
   };
   point(first, 0.5 * time_s);
   point(0.5 * first, time_s);
-  return std::get<TrajectoryCommand>(validate(cell, raw));
+  return std::get<TrajectoryCommand>(validate(cell, 0, raw));
 }
 
 /// What a cell goes through. Returns the hash at the end.
@@ -74,7 +74,7 @@ std::uint64_t random_run(const std::shared_ptr<const CellModel>& model, LogRecor
   Simulation simulation(model);
   RunLoopOptions loop_options;
   loop_options.pace = Pace::free;
-  loop_options.start_paused = true;
+  loop_options.state = SimulationState::paused;
   RunLoop loop(simulation, loop_options);
   LoopReader reader(loop);
   const auto begin = [&](bool at_its_beginning) {
@@ -110,7 +110,7 @@ std::uint64_t random_run(const std::shared_ptr<const CellModel>& model, LogRecor
         reader.request("set_level_of_detail", {{"level", below(2) == 0 ? "1" : "2"}});
         break;
       case 5:
-        EXPECT_TRUE(loop.between_steps([&] { EXPECT_EQ(loop.save(saved), ""); }));
+        EXPECT_TRUE(loop.between_steps([&] { EXPECT_EQ(loop.saver().save(saved), ""); }));
         break;
       case 6:
         if (!saved.bytes.empty()) {
@@ -142,7 +142,7 @@ std::uint64_t random_run(const std::shared_ptr<const CellModel>& model, LogRecor
       }
       default: {
         JointCommand command = swing(static_cast<int>(below(2)), 1e-3 * static_cast<double>(below(40)));
-        command.stamp_s = -1.0;
+        command.stamp = {};
         command.has_effort = below(2) == 0;
         if (command.has_effort) command.effort[below(6)] = static_cast<double>(below(20)) - 10.0;
         (void)loop.append(command, 1, monotonic_now_ns());
@@ -202,7 +202,7 @@ std::uint64_t with_another_command(const std::filesystem::path& from, const std:
     std::memcpy(&content[1], &entry.step, sizeof(entry.step));
     if (entry.kind == LogKind::joint_command && !done) {
       // A middle bit of the second joint.
-      constexpr std::size_t kBeforePositions = 4 + 8 + 8 + 1 + 1 + 1;
+      constexpr std::size_t kBeforePositions = 4 + 8 + 8 + 1 + 1;
       entry.content[kBeforePositions + 8 + 4] ^= std::byte{1};
       altered = entry.step;
       done = true;

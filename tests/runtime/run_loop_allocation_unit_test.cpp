@@ -117,7 +117,7 @@ TEST(RunLoopAllocation, NoneInSteadyStateWithCommands) {
   std::uint64_t counted_in_loop = 0, counted_with_one = 0;
   RunLoopOptions options;
   options.pace = Pace::free;
-  options.start_paused = true;
+  options.state = SimulationState::paused;
   options.on_instant = [&](const Simulation& now) {
     if (now.step_index() == kWarm) {
       allocations = 0;
@@ -188,7 +188,7 @@ TEST(StepAllocation, NoneAtLevelOfDetailTwo) {
       if (commanded && i % 8 == 0) commands.push_back(test::swing(0, simulation.time_s()));
       if (commanded && i % 200 == 100)
         commands.push_back(
-            GripperCommand{0, -1.0, i == 100 ? GripperAction::close : GripperAction::open, 0.0, 0.0});
+            GripperCommand{0, {}, i == 100 ? GripperAction::close : GripperAction::open, 0.0, 0.0});
       counting = i > 0;
       const bool stepped = simulation.step(commands);
       simulation.read_snapshot(snapshot);
@@ -263,12 +263,12 @@ TEST(StepAllocation, NoneUnderAnyAlgorithm) {
       std::vector<Command> commands;
       const auto action = i % 1000 < 500 ? GripperAction::close : GripperAction::open;
       for (int g = 0; g < options.grippers && i % 500 == 0; ++g)
-        commands.push_back(GripperCommand{g, -1.0, action, 0.0, 0.0});
+        commands.push_back(GripperCommand{g, {}, action, 0.0, 0.0});
       counting = i > 0;
       const bool stepped = simulation.step(commands);
       counting = false;
       ASSERT_TRUE(stepped) << simulation.fault();
-      changes += simulation.connection_changes().size();
+      changes += simulation.events().connection_changes.size();
     }
     EXPECT_EQ(allocations, 0U) << to_string(algorithm);
     EXPECT_GT(changes, 0U);

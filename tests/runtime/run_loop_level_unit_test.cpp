@@ -16,7 +16,7 @@ using test::LoopReader;
 RunLoopOptions paused() {
   RunLoopOptions options;
   options.pace = Pace::free;
-  options.start_paused = true;
+  options.state = SimulationState::paused;
   return options;
 }
 
@@ -148,7 +148,7 @@ TEST(RunLoopLevel, APlantThatDivergesPausesTheLoopAndNothingThatIsNotANumberIsPu
   loop.start();
   ASSERT_EQ(reader.request("set_level_of_detail", {{"level", "2"}}).result, ControlResult::ok);
   JointCommand command = test::swing(0, 0.5);
-  command.stamp_s = -1.0;
+  command.stamp = {};
   command.velocity = {};
   loop.append(command, 1, monotonic_now_ns());
   ASSERT_EQ(reader.request("set_state", {{"state", "1"}}).result, ControlResult::ok);
@@ -203,7 +203,7 @@ void expect_pause_and_event(std::string_view solver, test::FailureKind kind, con
 
   plan.last = -1;
   RunLoopOptions again = options;
-  again.start_paused = true;
+  again.state = SimulationState::paused;
   RunLoop second(simulation, again);
   LoopReader second_reader(second);
   second.start();
@@ -236,7 +236,7 @@ TEST(RunLoopFault, PeriodicSnapshotsOfARunawayAreRefusedWithAnEvent) {
   EXPECT_EQ(to_string(refused->code), "snapshot_failed");
   EXPECT_NE(told.message.find("was not taken: the state"), std::string::npos) << told.message;
   loop.stop();
-  const SavedState* newest = loop.saved().take();
+  const SavedState* newest = loop.saver().saved().take();
   ASSERT_NE(newest, nullptr);
   Simulation other(model);
   EXPECT_EQ(other.restore_state(newest->bytes), "") << "the newest one that was taken is good";

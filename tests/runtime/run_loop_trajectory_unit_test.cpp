@@ -12,7 +12,7 @@ namespace takt {
 namespace {
 
 Command trajectory(const CellDescription& cell, double first, double time_s, double stamp_s) {
-  RawTrajectory raw{"Robot1", stamp_s, {}, {}};
+  RawTrajectory raw{SimTime::from_seconds(stamp_s), {}, {}};
   for (const JointModel& joint : cell.robots[0].arm.joints) raw.names.push_back(joint.name);
   raw.points.push_back({{first, -test::kQuarterTurn_rad, test::kQuarterTurn_rad, -test::kQuarterTurn_rad,
                          -test::kQuarterTurn_rad, 0.0},
@@ -20,12 +20,12 @@ Command trajectory(const CellDescription& cell, double first, double time_s, dou
                         {},
                         {},
                         time_s});
-  return std::get<TrajectoryCommand>(validate(cell, raw));
+  return std::get<TrajectoryCommand>(validate(cell, 0, raw));
 }
 
 TEST(RunLoopTrajectory, InLockstepItStandsForItsControllerUntilItsEnd) {
   Simulation simulation(test::service_model());
-  RunLoop loop(simulation, {.pace = Pace::lockstep, .start_paused = true});
+  RunLoop loop(simulation, {.pace = Pace::lockstep, .state = SimulationState::paused});
   test::LoopReader reader(loop);
   loop.start();
   ASSERT_EQ(
@@ -46,7 +46,7 @@ TEST(RunLoopTrajectory, InLockstepItStandsForItsControllerUntilItsEnd) {
   EXPECT_EQ(reader.snapshot->robots[0].commands_applied, 1U);
   EXPECT_EQ(reader.count(EventCode::trajectory_done), 1U);
   JointCommand next = test::swing(0, 0.0);
-  next.stamp_s = 0.2;
+  next.stamp = SimTime::from_seconds(0.2);
   next.position[0] = 0.1;
   EXPECT_FALSE(loop.append(next, 1, monotonic_now_ns()));
   ASSERT_TRUE(reader.wait_until([&] { return reader.snapshot->step == 208; }));
@@ -57,7 +57,7 @@ TEST(RunLoopTrajectory, SilenceIsToldOutsideOfLockstep) {
   const auto model = test::service_model();
   model->description.robots[0].command_deadline = {0.05, SafeAction::hold, {}};
   Simulation simulation(model);
-  RunLoop loop(simulation, {.pace = Pace::free, .start_paused = true});
+  RunLoop loop(simulation, {.pace = Pace::free, .state = SimulationState::paused});
   test::LoopReader reader(loop);
   loop.start();
   EXPECT_FALSE(loop.append(test::swing(0, 0.0), 1, monotonic_now_ns()));

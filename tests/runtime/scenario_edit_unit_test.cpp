@@ -45,9 +45,9 @@ SpawnEntity copy_of(const std::string& original, const std::string& name) {
 }
 
 template <typename Request>
-HostRefusal refusal_of_change(const Request& request) {
+Outcome refusal_of_change(const Request& request) {
   auto result = changed(one_of_each(), request);
-  if (auto* refusal = std::get_if<HostRefusal>(&result)) return *refusal;
+  if (auto* refusal = std::get_if<Outcome>(&result)) return *refusal;
   ADD_FAILURE() << "it was done";
   return {};
 }
@@ -61,7 +61,7 @@ TEST(ScenarioChanges, NamesAreTakenByWhateverIsThere) {
   for (const std::string& name :
        {std::string("A"), std::string("Floor"), std::string("Arm"), std::string("Hand"), std::string("Oven"),
         std::string("Driver"), heat_device_name("A"), thread_device_name("A")}) {
-    const HostRefusal refusal = refusal_of_change(copy_of("B", name));
+    const Outcome refusal = refusal_of_change(copy_of("B", name));
     EXPECT_EQ(refusal.result, ControlResult::name_not_unique);
     expect_words_in(refusal.message, "There is a '" + name + "' in this cell already");
     SpawnEntity renamed = copy_of("B", name);
@@ -71,13 +71,12 @@ TEST(ScenarioChanges, NamesAreTakenByWhateverIsThere) {
   // The device that would come with it is taken, though its name is not.
   Scenario crowded = scenario;
   crowded.grounds[0].name = heat_device_name("X");
-  EXPECT_EQ(std::get<HostRefusal>(changed(crowded, copy_of("A", "X"))).result,
-            ControlResult::name_not_unique);
+  EXPECT_EQ(std::get<Outcome>(changed(crowded, copy_of("A", "X"))).result, ControlResult::name_not_unique);
   EXPECT_EQ(std::get<ChangedScenario>(changed(crowded, copy_of("B", "X"))).entity, "X");
-  const HostRefusal wrong = refusal_of_change(copy_of("B", "no name"));
+  const Outcome wrong = refusal_of_change(copy_of("B", "no name"));
   EXPECT_EQ(wrong.result, ControlResult::name_invalid);
   expect_words_in(wrong.message, "The name 'no name' is not possible");
-  const HostRefusal nothing = refusal_of_change(copy_of("Q", "X"));
+  const Outcome nothing = refusal_of_change(copy_of("Q", "X"));
   EXPECT_EQ(nothing.result, ControlResult::not_found);
   expect_words_in(nothing.message, "There is no Part 'Q' to copy.");
   SpawnEntity lacking;
@@ -106,11 +105,11 @@ TEST(ScenarioChanges, ACopyIsOfTheProcessOfItsOriginalAndHeavierAsAWhole) {
 }
 
 TEST(ScenarioChanges, OnlyPartsThatHoldNothingGo) {
-  const HostRefusal held = refusal_of_change(DeleteEntity{"B"});
+  const Outcome held = refusal_of_change(DeleteEntity{"B"});
   EXPECT_EQ(held.result, ControlResult::failed);
   expect_words_in(held.message, "'B' cannot go while something is screwed into it: A; delete that first.");
   for (const char* other : {"Floor", "Arm", "Hand", "Oven", "Driver", "Hand/jaw"}) {
-    const HostRefusal refusal = refusal_of_change(DeleteEntity{other});
+    const Outcome refusal = refusal_of_change(DeleteEntity{other});
     EXPECT_EQ(refusal.result, ControlResult::failed);
     expect_words_in(refusal.message, std::string("'") + other + "' is no Part; only Parts can be deleted.");
   }

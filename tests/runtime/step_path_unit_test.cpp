@@ -31,7 +31,7 @@ Counts counted_run(const std::shared_ptr<const CellModel>& model, std::uint64_t 
   test::ThreadUsage before;
   RunLoopOptions options;
   options.pace = Pace::free;
-  options.start_paused = true;
+  options.state = SimulationState::paused;
   options.on_instant = [&](const Simulation& now) {
     if (now.step_index() == warm) {
       test::allocations = test::locks = 0;

@@ -147,12 +147,12 @@ TEST_F(CollisionChecking, OverlapAtTheStartIsToldWithTheFirstStepAndAgainAfterAR
   Simulation simulation(cell);
   for (int run = 0; run < 2; ++run) {
     ASSERT_TRUE(simulation.step({}));
-    ASSERT_EQ(simulation.collision_events().size(), 1U);
-    const CollisionEvent event = simulation.collision_events()[0];
+    ASSERT_EQ(simulation.events().collision_events.size(), 1U);
+    const CollisionEvent event = simulation.events().collision_events[0];
     EXPECT_EQ(event.kind, CollisionEvent::Kind::clearance);
     EXPECT_EQ(event.time_s, 0.0);
     ASSERT_TRUE(simulation.step({}));
-    EXPECT_TRUE(simulation.collision_events().empty());
+    EXPECT_TRUE(simulation.events().collision_events.empty());
     simulation.reset();
   }
 }

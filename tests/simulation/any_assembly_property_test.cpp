@@ -61,7 +61,7 @@ void run_trial(const Trial& trial, Coverage& coverage) {
   const auto advance = [&](std::vector<Command> commands) {
     ASSERT_TRUE(simulation.step(commands)) << simulation.fault();
     sent.push_back(std::move(commands));
-    for (const ConnectionChange& change : simulation.connection_changes()) {
+    for (const ConnectionChange& change : simulation.events().connection_changes) {
       coverage.passed_on += (is_palm(change.from) && is_palm(change.to)) ? 1 : 0;
     }
     std::swap(before, after);

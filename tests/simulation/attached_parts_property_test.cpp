@@ -81,7 +81,7 @@ TEST_P(Attached, FollowsAGripperFarAwayWithWhatRidesOnItUntilDetached) {
   ASSERT_EQ(run.simulation.attach(cell.a, cell.palm), "");
   run.move(1);
   bool told = false;
-  for (const ConnectionChange& change : run.simulation.connection_changes())
+  for (const ConnectionChange& change : run.simulation.events().connection_changes)
     told = told || (change.part == cell.a && change.from == cell.table && change.to == cell.palm);
   EXPECT_TRUE(told);
   EXPECT_EQ(run.partner(cell.a), cell.palm);

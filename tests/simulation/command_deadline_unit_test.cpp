@@ -29,7 +29,7 @@ class CommandDeadline : public ::testing::Test {
   void step(std::vector<Command> commands = {}) {
     ASSERT_TRUE(simulation_->step(commands)) << simulation_->fault();
     simulation_->read_snapshot(snapshot_);
-    for (const MotionNotice& notice : simulation_->motion_notices()) notices_.push_back(notice);
+    for (const MotionNotice& notice : simulation_->events().motion_notices) notices_.push_back(notice);
   }
   /// A stream at constant speed along axis 1, from `begin` on, up to and with step `last`.
   void stream_until(std::uint64_t last, double begin = 0.0, double speed = kSpeed) {

@@ -17,26 +17,26 @@ class Device : public ::testing::Test {
  protected:
   Device() { test::add_chamber(*model_); }
   Rejection refused(const RawDeviceCommand& raw) const {
-    const auto result = validate(model_->description, raw);
+    const auto result = validate(model_->description, chamber(), raw);
     EXPECT_TRUE(std::holds_alternative<Rejection>(result));
     return std::holds_alternative<Rejection>(result) ? std::get<Rejection>(result) : Rejection{};
   }
   Command good(std::vector<std::string> signals, std::vector<double> values) const {
-    return std::get<DeviceCommand>(validate(
-        model_->description, RawDeviceCommand{"Chamber", 0.25, std::move(signals), std::move(values)}));
+    const RawDeviceCommand raw{SimTime{250'000'000}, std::move(signals), std::move(values)};
+    return std::get<DeviceCommand>(validate(model_->description, chamber(), raw));
   }
+  int chamber() const { return find_target(model_->description, "Chamber"); }
   std::shared_ptr<CellModel> model_ = test::service_model();
 };
 
 TEST_F(Device, EveryFaultHasItsCodeAndSentence) {
-  EXPECT_EQ(refused({"Oven", -1.0, {"lamp"}, {1.0}}).code, RejectionCode::unknown_device);
-  EXPECT_THAT(refused({"Oven", -1.0, {"lamp"}, {1.0}}).message, HasSubstr("devices: Chamber"));
-  EXPECT_EQ(refused({"Chamber", -1.0, {"lamp"}, {}}).code, RejectionCode::wrong_count);
-  EXPECT_EQ(refused({"Chamber", -1.0, {"door"}, {1.0}}).code, RejectionCode::unknown_signal);
-  EXPECT_EQ(refused({"Chamber", -1.0, {"temperature"}, {30.0}}).code, RejectionCode::read_only_signal);
-  EXPECT_EQ(refused({"Chamber", -1.0, {"lamp", "lamp"}, {1.0, 0.0}}).code, RejectionCode::malformed);
-  EXPECT_EQ(refused({"Chamber", -1.0, {"lamp"}, {std::nan("")}}).code, RejectionCode::not_finite);
-  const Rejection range = refused({"Chamber", -1.0, {"lamp", "set_point"}, {1.0, 301.0}});
+  EXPECT_EQ(refused({{}, {"lamp"}, {}}).code, RejectionCode::wrong_count);
+  EXPECT_EQ(refused({{}, {"lamp"}, {}}).subject, "Chamber");
+  EXPECT_EQ(refused({{}, {"door"}, {1.0}}).code, RejectionCode::unknown_signal);
+  EXPECT_EQ(refused({{}, {"temperature"}, {30.0}}).code, RejectionCode::read_only_signal);
+  EXPECT_EQ(refused({{}, {"lamp", "lamp"}, {1.0, 0.0}}).code, RejectionCode::malformed);
+  EXPECT_EQ(refused({{}, {"lamp"}, {std::nan("")}}).code, RejectionCode::not_finite);
+  const Rejection range = refused({{}, {"lamp", "set_point"}, {1.0, 301.0}});
   EXPECT_EQ(range.code, RejectionCode::out_of_range);
   EXPECT_THAT(range.message, HasSubstr("'set_point' of Chamber is 301 C, outside [20, 300] C"));
 }
@@ -56,7 +56,7 @@ TEST_F(Device, CommandsReachTheModelAndSignalsTheSnapshot) {
     EXPECT_EQ(snapshot.devices[0].signals[1], 1.0);
     EXPECT_NEAR(snapshot.devices[0].signals[2], 120.0 - 100.0 * std::exp(-1.0), 2e-3) << solver;
     EXPECT_EQ(snapshot.devices[0].commands_applied, 1U);
-    EXPECT_EQ(snapshot.devices[0].newest_stamp_s, 0.25);
+    EXPECT_EQ(snapshot.devices[0].newest_stamp.seconds(), 0.25);
     // What is not named stays.
     ASSERT_TRUE(simulation.step(std::vector<Command>{good({"lamp"}, {0.0})}));
     simulation.read_snapshot(snapshot);

@@ -38,7 +38,7 @@ TEST(ExactSleeping, SkippingThemChangesNoBit) {
     ASSERT_TRUE(a.step(with.commands(a, 3.0)));
     ASSERT_TRUE(b.step(without.commands(b, 3.0)));
     ASSERT_EQ(a.state_hash(), b.state_hash()) << "step " << i;
-    ASSERT_EQ(a.connection_changes().size(), b.connection_changes().size()) << "step " << i;
+    ASSERT_EQ(a.events().connection_changes.size(), b.events().connection_changes.size()) << "step " << i;
     if (i % 250 != 0) continue;
     a.read_snapshot(sa);
     b.read_snapshot(sb);
@@ -107,7 +107,7 @@ TEST(ExactSleeping, SkippingThemChangesNoBitUnderAnyAlgorithm) {
         ASSERT_TRUE(a.step(with.commands(a, 1.6)));
         ASSERT_TRUE(b.step(without.commands(b, 1.6)));
         ASSERT_EQ(a.state_hash(), b.state_hash()) << to_string(algorithm) << ", step " << i;
-        ASSERT_EQ(a.connection_changes().size(), b.connection_changes().size()) << "step " << i;
+        ASSERT_EQ(a.events().connection_changes.size(), b.events().connection_changes.size()) << "step " << i;
         if (i % 250 != 0) continue;
         a.read_snapshot(sa);
         b.read_snapshot(sb);

@@ -34,7 +34,7 @@ TEST(Explanation, TellsWhatWasDecidedInAnyAssembly) {
     Snapshot snapshot = asked.make_snapshot();
     std::vector<Since> since(cell.model()->components.size());
     const auto note = [&] {
-      for (const ConnectionChange& change : asked.connection_changes()) {
+      for (const ConnectionChange& change : asked.events().connection_changes) {
         since[static_cast<std::size_t>(change.part)] = {change.time_s, change.step, change.from};
         ++changes;
       }
@@ -46,7 +46,7 @@ TEST(Explanation, TellsWhatWasDecidedInAnyAssembly) {
       ASSERT_TRUE(silent.step(commands));
       asked.read_snapshot(snapshot);
       note();
-      const bool changed = !asked.connection_changes().empty();
+      const bool changed = !asked.events().connection_changes.empty();
       if (snapshot.step % 50 != 0 && !changed) continue;
       for (const int part : cell.parts) {
         const Explanation e = asked.explain(part);

@@ -30,11 +30,11 @@ StepCommands pushing_commands(const CellDescription& cell, std::size_t steps, bo
           point.feed_forward[j] = torque_Nm();
         if (!with_efforts || !path->has_feed_forward) point.feed_forward = {};
       }
-      commands[i].emplace_back(TrajectoryCommand{robot, -1.0, path});
+      commands[i].emplace_back(TrajectoryCommand{robot, {}, path});
       continue;
     }
     JointCommand command = swing(robot, 1e-3 * static_cast<double>(dice() % 20));
-    command.stamp_s = -1.0;
+    command.stamp = {};
     command.has_effort = dice() % 3 != 0;
     for (std::size_t j = 0; j < cell.robots[0].arm.joints.size(); ++j) command.effort[j] = torque_Nm();
     if (!with_efforts || !command.has_effort) command.effort = {};

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "server/simulation/step/set_points.h"
+#include "server/simulation/step/reference_motion.h"
 #include "server/simulation/step/simulation.h"
 #include "tests/support/constants.h"
 #include "tests/support/geared_drives.h"
@@ -44,7 +44,7 @@ TrajectoryCommand standing(std::vector<double> torques_Nm, double stamp_s = -1.0
     point.q = at_rest();
     if (path->has_feed_forward) point.feed_forward[0] = torques_Nm[t < 0.75 ? 0 : 1];
   }
-  return {0, stamp_s, path};
+  return {0, SimTime::from_seconds(stamp_s), path};
 }
 
 class HeldFeedForward : public ::testing::Test {
@@ -104,7 +104,7 @@ TEST_F(HeldFeedForward, EndsWithATrajectoryAndWithAStop) {
   EXPECT_EQ(simulation_->set_level_of_detail(-1, 2), "");
   step({pushed()});
   settle();
-  step({TrajectoryCommand{0, -1.0, std::make_shared<JointPath>()}});
+  step({TrajectoryCommand{0, {}, std::make_shared<JointPath>()}});
   expect_gone();
 }
 
@@ -170,17 +170,18 @@ TEST_F(HeldFeedForward, IsPartOfWhatDrivesBeginWith) {
 
 // At the end of each step; from what was held when the trajectory began, and the last one stays.
 TEST_F(HeldFeedForward, OfATrajectoryGoesLinearlyFromPointToPoint) {
-  SetPoints set_points(model_->description);
   std::vector<KinematicRobot> robots;
   for (const KinematicRobotParameters& parameters : model_->robots) robots.emplace_back(parameters);
+  std::vector<MotionNotice> notices;
+  ReferenceMotion reference(model_->description, 0, robots[0], notices);
   robots[0].set_feed_forward(pushed().effort.data());
   std::uint64_t step_index = 0;
   const auto advance = [&] {
-    set_points.feed(static_cast<double>(step_index) * kStep_s, step_index, false, robots);
+    reference.advance(static_cast<double>(step_index) * kStep_s, step_index, false);
     ++step_index;
     return robots[0].feed_forward()[0];
   };
-  set_points.follow(standing({20.0, -10.0}), 0.0, 0, robots[0]);
+  reference.apply(standing({20.0, -10.0}), 0.0, 0);
   while (step_index < 1200) {
     const double found_Nm = advance();
     const double t = static_cast<double>(step_index) * kStep_s;
@@ -191,9 +192,9 @@ TEST_F(HeldFeedForward, OfATrajectoryGoesLinearlyFromPointToPoint) {
   }
   EXPECT_EQ(robots[0].feed_forward()[1], 0.0);
   // Begun in the past: its second half.
-  set_points.follow(standing({0.0, 10.0}, 0.45), 1.2, step_index, robots[0]);
+  reference.apply(standing({0.0, 10.0}, 0.45), 1.2, step_index);
   EXPECT_NEAR(advance(), (1.201 - 0.95) / 0.5 * 10.0, 1e-9);
-  set_points.follow(standing({}), 1.201, step_index, robots[0]);
+  reference.apply(standing({}), 1.201, step_index);
   EXPECT_EQ(advance(), 0.0);
 }
 

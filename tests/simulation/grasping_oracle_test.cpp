@@ -15,8 +15,8 @@
 namespace takt::test {
 namespace {
 
-const Command kClose = GripperCommand{0, -1.0, GripperAction::close, 0.0, 0.0};
-const Command kOpen = GripperCommand{0, -1.0, GripperAction::open, 0.0, 0.0};
+const Command kClose = GripperCommand{0, {}, GripperAction::close, 0.0, 0.0};
+const Command kOpen = GripperCommand{0, {}, GripperAction::open, 0.0, 0.0};
 
 /// A gantry above a table whose flange is at z = 0.5 and reaches down to 0.44 with its jaws.
 class GraspingTest : public testing::TestWithParam<GraspRule> {
@@ -30,7 +30,7 @@ class GraspingTest : public testing::TestWithParam<GraspRule> {
     const auto steps = static_cast<int>(std::lround(seconds / 0.001));
     for (int i = 0; i < steps; ++i) {
       ASSERT_TRUE(simulation_->step(i == 0 ? std::span<const Command>(first) : std::span<const Command>{}));
-      for (const WeakGrip& grip : simulation_->weak_grips()) weak_.push_back(grip);
+      for (const WeakGrip& grip : simulation_->events().weak_grips) weak_.push_back(grip);
     }
   }
   /// Straight up by so much, from rest to rest with this largest acceleration (cosine).

@@ -100,7 +100,7 @@ SwitchedRun run_switched(const Block& block, const std::vector<LevelSwitch>& swi
       r.end = simulation.make_snapshot();
       return r;
     }
-    for (const ConnectionChange& change : simulation.connection_changes()) r.changes.push_back(change);
+    for (const ConnectionChange& change : simulation.events().connection_changes) r.changes.push_back(change);
     const bool watched = without != nullptr && simulation.time_s() < latest_s + kTransient_s;
     if (paths == nullptr && !watched) continue;
     simulation.read_snapshot(after);

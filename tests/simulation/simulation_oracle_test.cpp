@@ -128,7 +128,7 @@ TEST(Simulation, SecondOrderConvergence) {
     static_cast<void>(palm);
     const int part = cell.part("C", 0.5, 3, {0.06, 0.08, 0.08}, at(0.0, 0, 0.40));
     Simulation simulation(cell.build());
-    const Command close = GripperCommand{0, -1.0, GripperAction::close, 0.0, 0.0};
+    const Command close = GripperCommand{0, {}, GripperAction::close, 0.0, 0.0};
     JointCommand move;
     move.robot = 0;
     move.period_s = 0.064;
@@ -212,7 +212,7 @@ TEST(Simulation, SameCommandsSameBitsAndResetRepeats) {
   cell.part("C", 0.5, 3, {0.06, 0.08, 0.08}, at(0.0, 0, 0.40));
   const auto model = cell.build();
   const auto run = [](Simulation& simulation) {
-    const Command close = GripperCommand{0, -1.0, GripperAction::close, 0.0, 0.0};
+    const Command close = GripperCommand{0, {}, GripperAction::close, 0.0, 0.0};
     JointCommand move;
     move.robot = 0;
     move.position = {0.1, 0.05, 0.1, 0.1, 0.2, 0.3};
@@ -241,13 +241,13 @@ TEST(Grasping, JawsStopWhereTheyTouchAndOnContactWaitsForBoth) {
   // 80 mm wide, 10 mm off centre: faces at y = -0.03 and +0.05.
   const int part = cell.part("C", 0.5, 3, {0.06, 0.08, 0.08}, at(0.0, 0.01, 0.40));
   Simulation simulation(cell.build());
-  const Command close = GripperCommand{0, -1.0, GripperAction::close, 0.0, 0.0};
+  const Command close = GripperCommand{0, {}, GripperAction::close, 0.0, 0.0};
   ASSERT_TRUE(simulation.step({&close, 1}));
   // The left jaw reaches +0.05 after 0.05 / 0.1 = 0.5 s, the right one -0.03 after 0.7 s.
   double held_since = -1.0;
   while (simulation.time_s() < 1.0) {
     ASSERT_TRUE(simulation.step({}));
-    for (const ConnectionChange& change : simulation.connection_changes()) {
+    for (const ConnectionChange& change : simulation.events().connection_changes) {
       if (change.to == palm) held_since = change.time_s;
     }
     const double t = simulation.time_s();
@@ -258,7 +258,7 @@ TEST(Grasping, JawsStopWhereTheyTouchAndOnContactWaitsForBoth) {
   EXPECT_NEAR(held_since, 0.7, 0.002);
   const Snapshot s = simulation.make_snapshot();
   EXPECT_NEAR(s.grippers[0].width_m, 0.08, 1e-6);
-  const Command open = GripperCommand{0, -1.0, GripperAction::open, 0.0, 0.0};
+  const Command open = GripperCommand{0, {}, GripperAction::open, 0.0, 0.0};
   ASSERT_TRUE(simulation.step({&open, 1}));
   EXPECT_EQ(sample_of(simulation.make_snapshot(), part).partner, table);
 }
@@ -271,7 +271,7 @@ TEST(Grasping, OnlyPartsBetweenTheJawsAreHeld) {
   const int beside = cell.part("D", 0.5, 3, {0.06, 0.08, 0.08}, at(0.1, 0.0, 0.40));
   const int below = cell.part("E", 0.5, 3, {0.02, 0.02, 0.02}, at(0.0, 0.06, 0.40));
   Simulation simulation(cell.build());
-  const Command close = GripperCommand{0, -1.0, GripperAction::close, 0.0, 0.0};
+  const Command close = GripperCommand{0, {}, GripperAction::close, 0.0, 0.0};
   ASSERT_TRUE(simulation.step({&close, 1}));
   for (int i = 0; i < 100; ++i) ASSERT_TRUE(simulation.step({}));
   const Snapshot s = simulation.make_snapshot();

@@ -45,11 +45,11 @@ class CrowdedCell {
     const std::uint64_t step = simulation.step_index();
     if (step == 0)
       for (int r = 0; r < kCarried; ++r)
-        commands_.push_back(GripperCommand{r, -1.0, GripperAction::close, 0.0, 0.0});
+        commands_.push_back(GripperCommand{r, {}, GripperAction::close, 0.0, 0.0});
     if (t >= let_go_s && !let_go_) {
       let_go_ = true;
       for (int r = 0; r < kCarried; ++r)
-        commands_.push_back(GripperCommand{r, -1.0, GripperAction::open, 0.0, 0.0});
+        commands_.push_back(GripperCommand{r, {}, GripperAction::open, 0.0, 0.0});
     }
     if (step % static_cast<std::uint64_t>(kPeriod_s / simulation.model().step_s + 0.5) != 0 || t < 1.0 ||
         let_go_)

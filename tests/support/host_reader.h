@@ -33,7 +33,7 @@ inline std::filesystem::path write_two_cubes(const TemporaryDirectory& directory
 inline HostOptions free_running(bool paused = true) {
   HostOptions options;
   options.loop.pace = Pace::free;
-  options.loop.start_paused = paused;
+  if (paused) options.loop.state = SimulationState::paused;
   return options;
 }
 

@@ -32,7 +32,7 @@ class HostedService {
 
   static HostOptions paused() {
     HostOptions options;
-    options.loop.start_paused = true;
+    options.loop.state = SimulationState::paused;
     options.loop.pace = Pace::free;
     return options;
   }

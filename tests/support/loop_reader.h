@@ -67,7 +67,7 @@ class LoopReader {
     while (loop_.output().events.pop(event)) events.push_back(event);
     if (const auto* taken = loop_.output().snapshots.take()) snapshot = taken->snapshot;
     if (const auto* taken = loop_.output().status.take()) status = *taken;
-    for (auto& reply : loop_.output().take_replies()) replies.push_back(std::move(reply));
+    for (auto& reply : loop_.output().outbound->take_replies()) replies.push_back(std::move(reply));
   }
 
   std::vector<EventRecord> events;
@@ -85,7 +85,7 @@ class LoopReader {
 inline JointCommand swing(int robot, double time_s) {
   JointCommand command;
   command.robot = robot;
-  command.stamp_s = time_s;
+  command.stamp = SimTime::from_seconds(time_s);
   command.position = {0.0, -1.5707963267948966, 1.5707963267948966, -1.5707963267948966, -1.5707963267948966,
                       0.0};
   command.position[0] += 0.2 * (1.0 - std::cos(3.0 * time_s));

@@ -47,7 +47,7 @@ class MovingCrowd {
   const std::vector<Command>& commands(const Simulation& simulation) {
     commands_.clear();
     const std::uint64_t step = simulation.step_index();
-    if (step == 0) commands_.push_back(GripperCommand{0, -1.0, GripperAction::close, 0.0, 0.0});
+    if (step == 0) commands_.push_back(GripperCommand{0, {}, GripperAction::close, 0.0, 0.0});
     if (step % 8 != 0) return commands_;
     const double s = simulation.time_s() + kPeriod_s;
     const double ramp = std::min(1.0, s) * std::min(1.0, s);

@@ -38,7 +38,7 @@ inline void expect_same_snapshots(const Snapshot& a, const Snapshot& b) {
     ASSERT_EQ(a.robots[i].level_of_detail, b.robots[i].level_of_detail);
     ASSERT_EQ(a.robots[i].power.electrical_energy_J, b.robots[i].power.electrical_energy_J);
     ASSERT_EQ(a.robots[i].commands_applied, b.robots[i].commands_applied);
-    ASSERT_EQ(a.robots[i].newest_stamp_s, b.robots[i].newest_stamp_s);
+    ASSERT_EQ(a.robots[i].newest_stamp, b.robots[i].newest_stamp);
   }
   for (std::size_t i = 0; i < a.grippers.size(); ++i) {
     ASSERT_EQ(a.grippers[i].width_m, b.grippers[i].width_m);
@@ -54,14 +54,14 @@ inline void expect_same_snapshots(const Snapshot& a, const Snapshot& b) {
 }
 
 inline void expect_same_changes(const Simulation& a, const Simulation& b) {
-  const auto x = a.connection_changes(), y = b.connection_changes();
+  const auto x = a.events().connection_changes, y = b.events().connection_changes;
   ASSERT_EQ(x.size(), y.size()) << "at step " << a.step_index();
   for (std::size_t i = 0; i < x.size(); ++i) {
     ASSERT_EQ(x[i].part, y[i].part);
     ASSERT_EQ(x[i].from, y[i].from);
     ASSERT_EQ(x[i].to, y[i].to);
   }
-  const auto e = a.collision_events(), f = b.collision_events();
+  const auto e = a.events().collision_events, f = b.events().collision_events;
   ASSERT_EQ(e.size(), f.size()) << "at step " << a.step_index();
   for (std::size_t i = 0; i < e.size(); ++i) {
     ASSERT_EQ(e[i].kind, f[i].kind);

@@ -5,7 +5,7 @@
 //            '-> all others: the loop of the loaded scenario; refused while there is none
 //
 // A scenario is read and built in the host's thread while the loaded one goes on. Only when that succeeded,
-// and the observer can show it outside, is it exchanged: the old loop ends between two steps, the observer
+// and the listener can show it outside, is it exchanged: the old loop ends between two steps, the listener
 // lets go of it, and the new one starts: stopped, at its initial state, with the pace of the old one. What
 // cannot be read changes nothing and is answered with the sentence of the reader.
 //
@@ -13,60 +13,21 @@
 // registered controllers kept. As the new one begins at its initial state, the simulation must be stopped,
 // which is that state.
 #include <atomic>
-#include <condition_variable>
-#include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
+#include <vector>
 
-#include "server/runtime/host/scenario_edit.h"
+#include "server/runtime/host/host_jobs.h"
+#include "server/runtime/host/host_options.h"
+#include "server/runtime/host/recordings.h"
+#include "server/runtime/host/scenario_slot.h"
+#include "server/runtime/host/snapshots.h"
 #include "server/runtime/loop/run_loop.h"
-#include "server/runtime/loop/worker_pool.h"
-#include "server/runtime/recording/command_log.h"
-#include "server/runtime/recording/session_store.h"
-#include "server/runtime/requests/host_requests.h"
 #include "server/runtime/requests/outbound_queue.h"
-#include "server/scenario/scenario.h"
-#include "server/simulation/model/cell_model.h"
 
 namespace takt {
-
-/// Shows to the outside what is loaded. Called by the thread of the host, or of open().
-class CellLifecycleListener {
- public:
-  virtual ~CellLifecycleListener() = default;
-  /// Before anything is exchanged. Throws what says, in a sentence, why this cell cannot be shown.
-  virtual void check(const CellDescription& cell) = 0;
-  /// A scenario is loaded; its loop has not been started and lives until closed().
-  virtual void opened(RunLoop& loop) = 0;
-  /// The loop has ended and will be destroyed.
-  virtual void closed(RunLoop& loop) = 0;
-  /// No scenario is loaded: `cell` is empty but for the names.
-  virtual void idle(const CellDescription& cell) = 0;
-};
-
-struct HostOptions {
-  std::string cell = "cell";  ///< name of the server
-  /// Of every loop; start_paused concerns the first one only, and pause_at_s is set by the next one below.
-  RunLoopOptions loop{};
-  bool end_at_duration = false;             ///< pause when the scenario's duration has been simulated
-  int threads = 1;                          ///< for the collision checks
-  std::filesystem::path snapshots{};        ///< directory of snapshots; empty: none are kept
-  std::filesystem::path log{};              ///< file to record to from the start; empty: none
-  std::filesystem::path recordings{};       ///< directory of recordings by request; empty: none are possible
-  std::filesystem::path scenarios{};        ///< the files that clients may name; empty: any (allowed_files.h)
-  std::string version{};                    ///< of the server, for recordings
-  std::filesystem::path cache_directory{};  ///< of convex decompositions; empty: none is kept
-  /// Called with what a person must be told about imported meshes and robots, by the thread that reads them;
-  /// it goes out as an event too.
-  std::function<void(const std::string& sentence)> on_note{};
-  /// Called by the same thread while an import takes long: component, and how much of it is done, 0 to 1.
-  std::function<void(const std::string& component, double part)> on_import{};
-};
 
 class CellHost {
  public:
@@ -76,29 +37,29 @@ class CellHost {
   CellHost& operator=(const CellHost&) = delete;
 
   /// Before the first open() or submit(); must outlive the host or its stop().
-  void set_observer(CellLifecycleListener* observer);
+  void set_listener(CellLifecycleListener* listener) { slot_.set_listener(listener); }
   /// Called once, from any thread, when a request or the end of a scenario ends the server. Set it before
   /// open().
-  void set_on_quit(std::function<void()> on_quit) { on_quit_ = std::move(on_quit); }
+  void set_on_quit(std::function<void()> on_quit);
 
   /// Loads the first scenario and starts it, in the calling thread. Throws ScenarioError, MeshError,
-  /// UrdfError, or what the observer throws.
+  /// UrdfError, or what the listener throws.
   void open(const ScenarioSource& source);
   /// The same for a cell that comes from no file; it cannot be reloaded.
   void open(std::shared_ptr<const CellModel> model);
   /// Instead: begins without a scenario.
-  void open_empty();
+  void open_empty() { open_first(nullptr); }
 
-  /// Instead, in a server that has crashed and starts again: what the one before had loaded, from its newest
+  /// Instead, in a server that has crashed and starts again: what the earlier one had loaded, from its newest
   /// periodic snapshot that can be read; without any from the initial state, without a session from
-  /// `otherwise`. `crash` says what happened. Everybody who listens is told (event `restarted`). Throws as
+  /// `otherwise`. `crash` says what happened. It is announced to all listeners (event `restarted`). Throws as
   /// open().
   void resume(const std::string& crash, const std::optional<ScenarioSource>& otherwise);
 
   /// Any thread. The reply comes through outbound().
   void submit(const ControlRequest& request);
   /// Any thread, while another one opens: the import ends as soon as it looks. stop() has to follow.
-  void give_up();
+  void give_up() { jobs_.give_up(); }
   /// Ends the loaded loop and the host's thread; what is being read is read to its end before. May be called
   /// more than once.
   void stop();
@@ -115,77 +76,43 @@ class CellHost {
   const Simulation* simulation() const;
 
  private:
-  struct LoadedScenario;
-  struct Job {
-    ControlRequest request;
-    HostAction action;
-  };
-  void run();
-  void execute(const Job& job);
-  void load(std::uint64_t id, const ScenarioSource& source);
-  void unload(std::uint64_t id);
-  std::shared_ptr<LoadedScenario> build(const ScenarioSource& source);
-  std::shared_ptr<LoadedScenario> build(const Scenario& scenario);
-  std::shared_ptr<LoadedScenario> make_loaded(std::shared_ptr<CellModel> model, double duration_s);
-  std::variant<std::shared_ptr<LoadedScenario>, HostRefusal> try_build(const ScenarioSource& source);
-  void opened();
-  // cell_host_changes.cpp
-  /// spawn_entity, delete_entity
-  void change(const Job& job);
-  void reset_spawned(const Job& job, const ResetSpawned& request);
-  /// What is loaded, or nullptr when a refusal was replied: nothing, or not from a file.
-  std::shared_ptr<LoadedScenario> changeable(std::uint64_t id);
-  /// The loaded scenario with another content; replies, and says whether it was done.
-  bool exchange_content(const Job& job, const Scenario& wanted, bool any_state,
-                        std::vector<ControlRequest> changes, const std::string& done, TextArguments values);
-  // cell_host_snapshots.cpp
-  void save(const Job& job, const SaveSnapshot& request);
-  void restore(const Job& job, const RestoreSnapshot& request);
-  /// False when a refusal was replied.
-  bool snapshots_possible(std::uint64_t id, const std::string& name);
-  Session session_of(const LoadedScenario* loaded) const;
-  /// Says how it goes on, as the end of a sentence.
-  std::string resume_session(const Session& session);
-  // cell_host_recording.cpp
-  static LogScenario logged_scenario(const LoadedScenario& loaded);
-  std::unique_ptr<LogRecorder> make_recorder(const std::filesystem::path& file, bool replace);
-  void open_log();        ///< of the options. Throws LogError
-  void open_log_again();  ///< in a server that was started again
-  void record(LoadedScenario& loaded);
-  void end_recording();
-  void start_recording(const Job& job, const StartRecording& request);
-  void stop_recording(const Job& job);
-  bool is_own_log() const;  ///< what is being recorded is HostOptions::log
-  /// nullptr: none. `kept_state`: pace and controllers stay, and the new loop starts in that state.
-  void exchange(std::shared_ptr<LoadedScenario> next,
-                std::optional<SimulationState> kept_state = std::nullopt);
-  /// As above; false when the new one could not be shown and nothing is loaded now, which was replied.
-  bool try_exchange(std::uint64_t id, std::shared_ptr<LoadedScenario> next,
-                    std::optional<SimulationState> kept_state);
-  void reply(std::uint64_t id, ControlResult result, std::string message, TextArguments values = {});
-  void tell(Severity severity, std::string code, std::string message);
+  using Job = HostJobs::Job;
+  void open_first(std::shared_ptr<LoadedScenario> first);
+  Outcome execute(const Job& job);
+  Outcome execute(const Job& job, const LoadScenario& request);
+  Outcome execute(const Job& job, const ReloadScenario& request);
+  Outcome execute(const Job& job, const UnloadScenario& request);
+  Outcome execute(const Job& job, const ResetSpawned& request);
+  Outcome execute(const Job& job, const SpawnEntity& request);
+  Outcome execute(const Job& job, const DeleteEntity& request);
+  Outcome execute(const Job&, const SaveSnapshot& request) { return snapshots_.save(request); }
+  Outcome execute(const Job&, const RestoreSnapshot& request) { return snapshots_.restore(request); }
+  Outcome execute(const Job&, const StartRecording& request) { return recordings_.start(request); }
+  Outcome execute(const Job&, const StopRecording&) { return recordings_.stop(); }
+  Outcome execute(const Job&, const WatchPressures&) { return {}; }  // answered by submit()
+  template <typename Change>
+  Outcome change(const Job& job, const Change& request, const char* done);
+  Outcome load(const ScenarioSource& source);
+  /// The loaded scenario with another content, by these changes of what its file says.
+  Outcome exchange_content(const Scenario& wanted, bool any_state, std::vector<ControlRequest> changes,
+                           std::string done, TextArguments values);
+  /// Nothing when it was done; else why the new one could not be shown, and nothing is loaded.
+  std::optional<Outcome> try_exchange(std::shared_ptr<LoadedScenario> next,
+                                      std::optional<SimulationState> state, bool keep_controllers);
   void answer_without_scenario(const ControlRequest& request);
   SimulationState state_without_scenario() const;
-  std::shared_ptr<LoadedScenario> loaded_scenario() const;
+  void report(Severity severity, std::string code, std::string message) {
+    outbound_->report(severity, std::move(code), options_.cell, std::move(message));
+  }
 
-  HostOptions options_;  ///< the pace in it: guarded by mutex_
-  std::shared_ptr<OutboundQueue> outbound_ = std::make_shared<OutboundQueue>();
-  CellLifecycleListener* observer_ = nullptr;
+  const HostOptions options_;
+  const std::shared_ptr<OutboundQueue> outbound_ = std::make_shared<OutboundQueue>();
   std::function<void()> on_quit_;
-  std::optional<WorkerPool> pool_;
-  std::optional<SessionStore> store_;
-  std::unique_ptr<LogRecorder> recorder_;  ///< thread of the host, or of open(), or the last of stop()
-  std::uint32_t scenarios_loaded_ = 0;     ///< loaded so far; thread of the host, or of open()
-
-  mutable std::mutex mutex_;
-  std::condition_variable news_;
-  std::shared_ptr<LoadedScenario> loaded_;                // guarded by mutex_, as all below
-  std::optional<Job> job_;                                ///< waiting or being executed
-  std::string busy_with_ = "loading its first scenario";  ///< for people; empty: nothing
-  bool opened_ = false;                                   ///< open() is done
-  bool stop_ = false;
   std::atomic<bool> announces_{false};
-  std::thread thread_;
+  ScenarioSlot slot_;
+  Snapshots snapshots_;
+  Recordings recordings_;
+  HostJobs jobs_;  ///< its thread uses all of the above
 };
 
 }  // namespace takt

@@ -1,9 +1,10 @@
 #include "server/runtime/host/replay.h"
 
+#include <concepts>
 #include <cstdio>
-#include <cstring>
 #include <map>
 #include <utility>
+#include <variant>
 
 #include "plant_models/state_bytes.h"
 #include "server/runtime/host/scenario_edit.h"
@@ -48,179 +49,85 @@ class Replay {
 
  private:
   void apply(const LogEntry& entry, StateReader& content) {
-    if (entry.kind == LogKind::begin) {
-      begun_ = true;
-      result_.version = content.text(1000, "letters of the version");
-      result_.cell = content.text(1000, "letters of the cell's name");
-      return;
-    }
-    if (!begun_) content.fail("the first record is not the beginning of a log");
-    switch (entry.kind) {
-      case LogKind::scenario:
-        begin_scenario(entry);
-        return;
-      case LogKind::state: {
-        const auto number = content.get<std::uint64_t>();
-        states_[number].assign(entry.content.begin() + sizeof(number), entry.content.end());
-        return;
-      }
-      case LogKind::lost:
-        result_.early_end = "from here on " + name_ + " lacks records, as the disk was too slow";
-        return;
-      case LogKind::end:
-        result_.complete = true;
-        return;
-      default:
-        break;
-    }
+    static const CellDescription no_cell;
+    const auto record = decode(entry.kind, content, simulation_ ? simulation_->description() : no_cell);
+    if (!record)
+      content.fail("it has a record of kind " + std::to_string(static_cast<int>(entry.kind)) +
+                   ", which this program does not know; it was recorded by " + result_.version);
+    if (!begun_ && entry.kind != LogKind::begin)
+      content.fail("the first record is not the beginning of a log");
+    std::visit([&](const auto& known) { apply_known(known, entry.step, content); }, *record);
+  }
+
+  // What belongs to no step.
+
+  void apply_known(const LogBegin& begin, std::uint64_t, StateReader&) {
+    begun_ = true;
+    result_.version = begin.version;
+    result_.cell = begin.cell;
+  }
+  void apply_known(const LogScenario& logged, std::uint64_t, StateReader&) { begin_scenario(logged); }
+  void apply_known(const LogState& state, std::uint64_t, StateReader&) {
+    states_[state.number] = state.bytes;
+  }
+  void apply_known(const LogLost&, std::uint64_t, StateReader&) {
+    result_.early_end = "from here on " + name_ + " lacks records, as the disk was too slow";
+  }
+  void apply_known(const LogEnd&, std::uint64_t, StateReader&) { result_.complete = true; }
+  template <typename Record>
+  void apply_known(const Record& record, std::uint64_t step, StateReader& content) {
     if (!simulation_) content.fail("there is a record of a step, but no scenario is loaded");
-    advance_to(entry.step, content);
-    if (!result_.difference.empty()) return;
-    apply_to_world(entry, content);
-    if (entry.kind != LogKind::checkpoint) content.expect_end();
+    advance_to(step, content);
+    if (result_.difference.empty()) apply_at_step(record, content);
   }
 
-  void apply_to_world(const LogEntry& entry, StateReader& content) {
-    const CellDescription& cell = simulation_->description();
-    const auto component = [&] {
-      return content.integer<std::int32_t>(0, size_of(cell.components) - 1, "a component");
-    };
-    ++result_.requests;
-    switch (entry.kind) {
-      case LogKind::joint_command: {
-        JointCommand command;
-        command.robot = content.integer<std::int32_t>(0, size_of(cell.robots) - 1, "the robot");
-        command.stamp_s = content.get<double>();
-        command.period_s = content.get<double>();
-        command.has_velocity = content.flag("whether there are velocities");
-        command.has_effort = content.flag("whether there are efforts");
-        content.integer(static_cast<int>(command.position.size()), static_cast<int>(command.position.size()),
-                        "the number of joints");
-        for (double& q : command.position) q = content.get<double>();
-        for (double& v : command.velocity) v = content.get<double>();
-        if (command.has_effort)
-          for (double& tau : command.effort) tau = content.get<double>();
-        add(command);
-        return;
-      }
-      case LogKind::gripper_command: {
-        GripperCommand command;
-        command.gripper = content.integer<std::int32_t>(0, size_of(cell.grippers) - 1, "the gripper");
-        command.stamp_s = content.get<double>();
-        command.action = static_cast<GripperAction>(content.integer(0, 2, "the gripper's action"));
-        command.width_m = content.get<double>();
-        command.max_force_N = content.get<double>();
-        add(command);
-        return;
-      }
-      case LogKind::trajectory_command: {
-        TrajectoryCommand command;
-        command.robot = content.integer<std::int32_t>(0, size_of(cell.robots) - 1, "the robot");
-        command.stamp_s = content.get<double>();
-        auto path = std::make_shared<JointPath>();
-        path->order = static_cast<PathOrder>(content.integer(1, 5, "the order of the trajectory"));
-        path->has_feed_forward = content.flag("whether the trajectory has efforts");
-        path->points.resize(static_cast<std::size_t>(content.integer<std::int32_t>(
-            0, static_cast<int>(kMaxTrajectoryPoints), "the number of points")));
-        for (JointPathPoint& point : path->points) {
-          point.t = content.get<double>();
-          for (JointArray* values : {&point.q, &point.qd, &point.qdd})
-            for (double& value : *values) value = content.get<double>();
-          if (!path->has_feed_forward) continue;
-          for (double& tau : point.feed_forward) tau = content.get<double>();
-        }
-        command.path = std::move(path);
-        add(command);
-        return;
-      }
-      case LogKind::device_command: {
-        DeviceCommand command;
-        command.device = content.integer<std::int32_t>(0, size_of(cell.devices) - 1, "the device");
-        command.stamp_s = content.get<double>();
-        const int signals =
-            static_cast<int>(cell.devices[static_cast<std::size_t>(command.device)].signals.size());
-        command.count = content.integer(0, kMaxSignals, "the number of signals");
-        for (std::size_t i = 0; i < static_cast<std::size_t>(command.count); ++i) {
-          command.signals[i] = static_cast<std::uint8_t>(content.integer(0, signals - 1, "a signal"));
-          command.values[i] = content.get<double>();
-        }
-        add(command);
-        return;
-      }
-      case LogKind::deadlines:
-        --result_.requests;
-        simulation_->watch_deadlines(content.flag("whether deadlines count"));
-        return;
-      case LogKind::reset:
-        batch_.clear();
-        simulation_->reset();
-        trail_.clear();
-        trail_begin_ = 0;
-        return;
-      case LogKind::level_of_detail: {
-        const int process = content.integer<std::int32_t>(-1, size_of(cell.processes) - 1, "the process");
-        const int level = content.integer<std::int32_t>(1, 3, "the level of detail");
-        expect_done("the level of detail was changed", simulation_->set_level_of_detail(process, level));
-        return;
-      }
-      case LogKind::attach: {
-        const int part = component();
-        expect_done("a Part was attached", simulation_->attach(part, component()));
-        return;
-      }
-      case LogKind::detach:
-        expect_done("a Part was detached", simulation_->detach(component()));
-        return;
-      case LogKind::entity_state: {
-        const int which = component();
-        Pose X_WB;
-        Twist V_WB;
-        for (double& value : std::span(X_WB.R.data(), 9)) value = content.get<double>();
-        for (double& value : std::span(X_WB.p.data(), 3)) value = content.get<double>();
-        for (double& value : std::span(V_WB.v.data(), 3)) value = content.get<double>();
-        for (double& value : std::span(V_WB.w.data(), 3)) value = content.get<double>();
-        expect_done("a Part was put elsewhere", simulation_->set_component_state(which, X_WB, V_WB));
-        return;
-      }
-      case LogKind::restored:
-        batch_.clear();
-        restore(content.get<std::uint64_t>(), content);
-        return;
-      case LogKind::saved:
-        static_cast<void>(simulation_->save_state(scratch_));  // it may have been refused then, too
-        return;
-      case LogKind::checkpoint:
-        --result_.requests;
-        compare(entry);
-        return;
-      case LogKind::fault:
-        --result_.requests;
-        if (simulation_->step(std::exchange(batch_, {})))
-          differ(simulation_->step_index(), "the step could not be taken then, but can now");
-        return;
-      case LogKind::scenario_end:
-        --result_.requests;
-        simulation_.reset();
-        return;
-      default:
-        content.fail("it has a record of kind " + std::to_string(static_cast<int>(entry.kind)) +
-                     ", which this program does not know; it was recorded by " + result_.version);
-    }
-  }
+  // What happened before a step: commands, what a request did, what the loop noted.
 
-  template <typename T>
-  static int size_of(const std::vector<T>& items) {
-    return static_cast<int>(items.size());
-  }
-
-  void add(const Command& command) {
-    batch_.push_back(command);
-    --result_.requests;
+  template <typename Record>
+  requires std::constructible_from<Command, Record>
+  void apply_at_step(const Record& command, StateReader&) {
+    batch_.emplace_back(command);
     ++result_.commands;
   }
+  void apply_at_step(const LogReset&, StateReader&) {
+    ++result_.requests;
+    batch_.clear();
+    simulation_->reset();
+    trail_.clear();
+    trail_begin_ = 0;
+  }
+  void apply_at_step(const LogLevelOfDetail& level, StateReader&) {
+    request("the level of detail was changed", simulation_->set_level_of_detail(level.process, level.level));
+  }
+  void apply_at_step(const LogAttach& attached, StateReader&) {
+    request("a Part was attached", simulation_->attach(attached.part, attached.to));
+  }
+  void apply_at_step(const LogDetach& detached, StateReader&) {
+    request("a Part was detached", simulation_->detach(detached.part));
+  }
+  void apply_at_step(const LogEntityState& put, StateReader&) {
+    request("a Part was put elsewhere", simulation_->set_component_state(put.component, put.X_WB, put.V_WB));
+  }
+  void apply_at_step(const LogRestored& restored, StateReader& content) {
+    ++result_.requests;
+    batch_.clear();
+    restore(restored.state, content);
+  }
+  void apply_at_step(const LogSaved&, StateReader&) {
+    ++result_.requests;
+    static_cast<void>(simulation_->save_state(scratch_));  // it may have been refused then, too
+  }
+  void apply_at_step(const LogDeadlines& deadlines, StateReader&) {
+    simulation_->watch_deadlines(deadlines.count);
+  }
+  void apply_at_step(const LogCheckpoint& checkpoint, StateReader&) { compare(checkpoint); }
+  void apply_at_step(const LogFault&, StateReader&) {
+    if (simulation_->step(std::exchange(batch_, {})))
+      differ(simulation_->step_index(), "the step could not be taken then, but can now");
+  }
+  void apply_at_step(const LogScenarioEnd&, StateReader&) { simulation_.reset(); }
 
-  void begin_scenario(const LogEntry& entry) {
-    const LogScenario logged = decode_scenario(entry.content);
+  void begin_scenario(const LogScenario& logged) {
     const auto model = options_.load(logged);
     const std::string& scenario = model->description.scenario;
     if (scenario != logged.scenario)
@@ -253,6 +160,10 @@ class Replay {
     trail_begin_ = simulation_->step_index();
   }
 
+  void request(const std::string& what, const std::string& refusal) {
+    ++result_.requests;
+    expect_done(what, refusal);
+  }
   void expect_done(const std::string& what, const std::string& refusal) {
     if (!refusal.empty()) differ(simulation_->step_index(), what + " then, but cannot be now: " + refusal);
   }
@@ -279,14 +190,8 @@ class Replay {
     }
   }
 
-  void compare(const LogEntry& entry) {
-    std::uint64_t hash = 0;
-    const std::size_t trail_bytes = entry.content.size() - sizeof(hash);
-    if (entry.content.size() < sizeof(hash) || trail_bytes % sizeof(LogTrail) != 0)
-      throw LogError(name_ + " has a checkpoint of a wrong length");
-    std::memcpy(&hash, entry.content.data(), sizeof(hash));
-    std::vector<LogTrail> trail(trail_bytes / sizeof(LogTrail));
-    if (!trail.empty()) std::memcpy(trail.data(), entry.content.data() + sizeof(hash), trail_bytes);
+  void compare(const LogCheckpoint& checkpoint) {
+    const auto& [hash, trail] = checkpoint;
     const std::vector<std::uint64_t> mine = std::exchange(trail_, {});
     const std::uint64_t begin = std::exchange(trail_begin_, simulation_->step_index());
     if (hash == simulation_->state_hash()) {
@@ -336,8 +241,7 @@ std::shared_ptr<const CellModel> load_logged_scenario(const LogScenario& logged,
                                                       const std::filesystem::path& cache_directory,
                                                       const std::filesystem::path& instead) {
   const std::filesystem::path& file = instead.empty() ? logged.source.file : instead;
-  if (file.empty())
-    throw LogError("the recorded cell '" + logged.scenario + "' came from no scenario file");
+  if (file.empty()) throw LogError("the recorded cell '" + logged.scenario + "' came from no scenario file");
   const Scenario scenario = read_scenario(file, logged.source.options);
   return build_cell(with_changes(scenario, logged.changes), {cache_directory});
 }

@@ -43,13 +43,13 @@ const ScenarioPart* find_part(const Scenario& scenario, const std::string& name)
   return part == scenario.parts.end() ? nullptr : &*part;
 }
 
-std::variant<ScenarioPart, HostRefusal> new_part(const Scenario& scenario, const SpawnEntity& request) {
+std::variant<ScenarioPart, Outcome> new_part(const Scenario& scenario, const SpawnEntity& request) {
   ScenarioPart part;
   if (!request.copy_of.empty()) {
     const ScenarioPart* original = find_part(scenario, request.copy_of);
     if (original == nullptr) {
-      return HostRefusal{ControlResult::not_found,
-                         "There is no Part '" + request.copy_of.substr(0, 100) + "' to copy."};
+      return Outcome{ControlResult::not_found,
+                     "There is no Part '" + request.copy_of.substr(0, 100) + "' to copy."};
     }
     part = *original;
     part.thread.reset();  // the copy is elsewhere, not in the threaded hole of the original
@@ -57,8 +57,8 @@ std::variant<ScenarioPart, HostRefusal> new_part(const Scenario& scenario, const
   } else {
     std::error_code unreadable;
     if (!std::filesystem::exists(request.mesh, unreadable)) {
-      return HostRefusal{ControlResult::no_resource, "There is no file " + request.mesh.string() +
-                                                         ", seen from the working directory of the server."};
+      return Outcome{ControlResult::no_resource, "There is no file " + request.mesh.string() +
+                                                     ", seen from the working directory of the server."};
     }
     part.mesh = request.mesh;
     part.mesh_scale = request.mesh_scale;
@@ -72,24 +72,23 @@ std::variant<ScenarioPart, HostRefusal> new_part(const Scenario& scenario, const
 
 }  // namespace
 
-std::variant<ChangedScenario, HostRefusal> changed(const Scenario& scenario, const SpawnEntity& request) {
+std::variant<ChangedScenario, Outcome> changed(const Scenario& scenario, const SpawnEntity& request) {
   std::string name = request.name;
   if (!is_scenario_name(name)) {
-    return HostRefusal{
+    return Outcome{
         ControlResult::name_invalid,
         "The name '" + name.substr(0, 100) + "' is not possible; allowed are " + kAllowedScenarioNames + "."};
   }
   auto part = new_part(scenario, request);
-  if (auto* refusal = std::get_if<HostRefusal>(&part)) return *refusal;
+  if (auto* refusal = std::get_if<Outcome>(&part)) return *refusal;
   auto& wanted = std::get<ScenarioPart>(part);
   for (int number = 2; request.allow_renaming && is_taken_by_another(scenario, wanted, name); ++number) {
     const std::string end = "_" + std::to_string(number);
     name = request.name.substr(0, kLongestScenarioName - end.size()) + end;
   }
   if (is_taken_by_another(scenario, wanted, name)) {
-    return HostRefusal{
-        ControlResult::name_not_unique,
-        "There is a '" + name + "' in this cell already; allow_renaming true finds another name."};
+    return Outcome{ControlResult::name_not_unique,
+                   "There is a '" + name + "' in this cell already; allow_renaming true finds another name."};
   }
   wanted.name = name;
   ChangedScenario result{scenario, name};
@@ -106,22 +105,21 @@ std::variant<ChangedScenario, HostRefusal> changed(const Scenario& scenario, con
   return result;
 }
 
-std::variant<ChangedScenario, HostRefusal> changed(const Scenario& scenario, const DeleteEntity& request) {
+std::variant<ChangedScenario, Outcome> changed(const Scenario& scenario, const DeleteEntity& request) {
   const std::string& name = request.name;
   if (find_part(scenario, name) == nullptr) {
     // A gripper's jaws are components named after it.
     const bool other = is_taken(scenario, name.substr(0, name.find('/')));
-    return other ? HostRefusal{ControlResult::failed, "'" + name + "' is no Part; only Parts can be deleted."}
-                 : HostRefusal{ControlResult::not_found,
-                               "There is no Part '" + name.substr(0, 128) + "' in this cell."};
+    return other ? Outcome{ControlResult::failed, "'" + name + "' is no Part; only Parts can be deleted."}
+                 : Outcome{ControlResult::not_found,
+                           "There is no Part '" + name.substr(0, 128) + "' in this cell."};
   }
   std::string screws;
   for (const ScenarioPart& part : scenario.parts)
     if (part.thread && part.thread->in == name) screws += (screws.empty() ? "" : ", ") + part.name;
   if (!screws.empty()) {
-    return HostRefusal{ControlResult::failed, "'" + name +
-                                                  "' cannot go while something is screwed into it: " +
-                                                  screws.substr(0, 300) + "; delete that first."};
+    return Outcome{ControlResult::failed, "'" + name + "' cannot go while something is screwed into it: " +
+                                              screws.substr(0, 300) + "; delete that first."};
   }
   ChangedScenario result{scenario, name};
   result.scenario.deleted.push_back(name);
@@ -141,7 +139,7 @@ Scenario with_changes(const Scenario& scenario, std::span<const ControlRequest> 
     const auto* to_delete = std::get_if<DeleteEntity>(&action);
     if (to_spawn == nullptr && to_delete == nullptr) continue;
     auto result = to_spawn != nullptr ? changed(content, *to_spawn) : changed(content, *to_delete);
-    if (const auto* refusal = std::get_if<HostRefusal>(&result)) throw std::runtime_error(refusal->message);
+    if (const auto* refusal = std::get_if<Outcome>(&result)) throw std::runtime_error(refusal->message);
     content = std::get<ChangedScenario>(std::move(result)).scenario;
   }
   return content;

@@ -9,22 +9,16 @@
 
 namespace takt {
 
-/// Why a request cannot be fulfilled, as a reply says it.
-struct HostRefusal {
-  ControlResult result = ControlResult::failed;
-  std::string message;
-};
-
 struct ChangedScenario {
   Scenario scenario;
   std::string entity;  ///< the Part that came or went
 };
 
-/// The Part belongs to the process of what it is a copy of, else to the first one. A copy of a Part that is
+/// Or why the request cannot be fulfilled. The Part belongs to the process of what it is a copy of, else to the first one. A copy of a Part that is
 /// screwed in is not.
-std::variant<ChangedScenario, HostRefusal> changed(const Scenario& scenario, const SpawnEntity& request);
+std::variant<ChangedScenario, Outcome> changed(const Scenario& scenario, const SpawnEntity& request);
 /// What rules of the scenario say of the Part counts no more. Refused while something is screwed into it.
-std::variant<ChangedScenario, HostRefusal> changed(const Scenario& scenario, const DeleteEntity& request);
+std::variant<ChangedScenario, Outcome> changed(const Scenario& scenario, const DeleteEntity& request);
 
 /// With everything that these requests spawn and delete, in turn. Throws std::runtime_error with the sentence
 /// of the first refusal.

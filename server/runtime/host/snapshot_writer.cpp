@@ -11,20 +11,20 @@ SnapshotWriter::SnapshotWriter(RunLoop& loop, SessionStore& store, Session sessi
 
 SnapshotWriter::~SnapshotWriter() {
   stop_.store(true);
-  loop_.saved_news().post();
+  loop_.saver().news().post();
   thread_.join();
 }
 
 void SnapshotWriter::run() {
   constexpr std::int64_t kLongestSleep_ns = 1'000'000'000;
   while (!stop_.load()) {
-    loop_.saved_news().wait_until_ns(monotonic_now_ns() + kLongestSleep_ns);
+    loop_.saver().news().wait_until_ns(monotonic_now_ns() + kLongestSleep_ns);
     write_newest();
   }
 }
 
 void SnapshotWriter::write_newest() {
-  const SavedState* saved = loop_.saved().take();
+  const SavedState* saved = loop_.saver().saved().take();
   if (saved == nullptr) return;
   session_.state = saved->state;
   session_.pace = saved->pace;

@@ -1,7 +1,6 @@
 #include "server/runtime/loop/command_buffer.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <string>
 
@@ -10,20 +9,16 @@
 namespace takt {
 namespace {
 
-std::string seconds(std::int64_t ns) {
+std::string seconds(SimTime time) {
   char text[48];
-  std::snprintf(text, sizeof text, "%.9f s", static_cast<double>(ns) * 1e-9);
+  std::snprintf(text, sizeof text, "%.9f s", time.seconds());
   return text;
 }
 
 }  // namespace
 
-std::int64_t stamp_ns(double time_s) {
-  return time_s < 0.0 ? -1 : std::llround(time_s * 1e9);
-}
-
-std::int64_t stamp_ns(const Command& command) {
-  return std::visit([](const auto& c) { return stamp_ns(c.stamp_s); }, command);
+SimTime stamp_of(const Command& command) {
+  return std::visit([](const auto& c) { return c.stamp; }, command);
 }
 
 CommandBuffer::CommandBuffer(const CellDescription& cell, std::size_t capacity)
@@ -33,28 +28,27 @@ CommandBuffer::CommandBuffer(const CellDescription& cell, std::size_t capacity)
 
 std::optional<Rejection> CommandBuffer::append(const Command& command, std::uint64_t sender,
                                                std::int64_t received_ns) {
-  const int number = target_of(cell_, command);
-  const auto index = static_cast<std::size_t>(number);
-  const auto subject = [&] { return std::string(target_name(cell_, number)); };
-  const std::int64_t stamp = stamp_ns(command);
-  const std::int64_t present = present_ns_.load(std::memory_order_relaxed);
+  const int index = target_of(cell_, command);
+  const auto subject = [&] { return std::string(target_name(cell_, index)); };
+  const SimTime stamp = stamp_of(command);
+  const SimTime present{present_ns_.load(std::memory_order_relaxed)};
 
-  std::int64_t newest = -1;
+  SimTime newest;
   {
     const std::lock_guard lock(mutex_);
-    Target& target = targets_[index];
-    newest = target.sender == sender ? target.newest_stamp_ns : -1;
-    const bool stale = stamp >= 0 && stamp < newest && !(newest > present && stamp <= present);
+    Target& target = targets_[static_cast<std::size_t>(index)];
+    if (target.sender == sender) newest = target.newest_stamp;
+    const bool stale = stamp.given() && stamp < newest && !(newest > present && stamp <= present);
     if (!stale && waiting_.size() < capacity_) {
-      waiting_.push_back({command, sender, received_ns});
+      waiting_.push_back({command, index, sender, received_ns});
       target.sender = sender;
-      target.newest_stamp_ns = stamp >= 0 ? stamp : newest;
+      target.newest_stamp = stamp.given() ? stamp : newest;
       empty_.store(false, std::memory_order_release);
       return std::nullopt;
     }
-    if (!stale) newest = -1;
+    if (!stale) newest = {};
   }
-  if (newest >= 0) {
+  if (newest.given()) {
     return Rejection{RejectionCode::stale, subject(),
                      "The command for " + subject() + " is stamped " + seconds(stamp) +
                          ", which is older than the newest one accepted, " + seconds(newest) + "."};

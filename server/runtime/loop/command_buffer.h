@@ -14,13 +14,11 @@
 
 namespace takt {
 
-/// Simulated time as whole nanoseconds, as on the wire. Stamps are compared in this form, never as doubles.
-std::int64_t stamp_ns(double time_s);
-/// The stamp of a command; negative when it has none.
-std::int64_t stamp_ns(const Command& command);
+SimTime stamp_of(const Command& command);
 
 struct ReceivedCommand {
   Command command;
+  int target = -1;               ///< target_of() the command
   std::uint64_t sender = 0;      ///< identifies the sender within this run of the server
   std::int64_t received_ns = 0;  ///< monotonic clock, when the adapter took it off the wire
 };
@@ -46,7 +44,7 @@ class CommandBuffer {
   void take_all(std::vector<ReceivedCommand>& out, bool may_wait = true);
 
   /// Loop thread: the present simulated time, for the rule about stamps.
-  void set_present_ns(std::int64_t present_ns) { present_ns_.store(present_ns, std::memory_order_relaxed); }
+  void set_present(SimTime present) { present_ns_.store(present.ns, std::memory_order_relaxed); }
 
   /// Loop thread, on a reset: forgets what waits and what was the newest stamp.
   void forget();
@@ -55,7 +53,7 @@ class CommandBuffer {
 
  private:
   struct Target {
-    std::int64_t newest_stamp_ns = -1;
+    SimTime newest_stamp;
     std::uint64_t sender = 0;
   };
 

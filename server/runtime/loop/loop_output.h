@@ -17,7 +17,9 @@
 #include "server/runtime/requests/control.h"
 #include "server/runtime/requests/event.h"
 #include "server/runtime/requests/outbound_queue.h"
+#include "server/runtime/requests/pressure_subscriptions.h"
 #include "server/simulation/model/snapshot.h"
+#include "server/simulation/step/simulation.h"
 
 namespace takt {
 
@@ -56,35 +58,38 @@ struct LoopStatus {
 
 struct PublishedSnapshot {
   Snapshot snapshot;
-  std::uint64_t number = 0;  ///< counts publications; see LoopOutput::written
+  std::uint64_t number = 0;  ///< counts publications; see RunLoop::snapshot_written()
 };
 
 struct LoopOutput {
-  LoopOutput(const Snapshot& shape, std::shared_ptr<OutboundQueue> shared)
+  LoopOutput(const Simulation& simulation, std::shared_ptr<OutboundQueue> shared)
       : outbound(std::move(shared)),
         news(outbound->news),
-        snapshots(PublishedSnapshot{shape, 0}),
-        events(4096) {}
+        contact_capacity(simulation.contact_capacity()),
+        snapshots(PublishedSnapshot{simulation.make_snapshot(), 0}),
+        events(4096),
+        pressures(simulation.model()) {}
 
   /// Replies, and what else outlives the loaded scenario.
   const std::shared_ptr<OutboundQueue> outbound;
   /// Something new is in one of the three below, or a reply is there.
   AutoResetEvent& news;
 
+  const std::size_t contact_capacity;  ///< most contacts that a published snapshot holds
   TripleBuffer<PublishedSnapshot> snapshots;
   TripleBuffer<LoopStatus> status;
   SpscRing<EventRecord> events;
+  /// Which pairs are to be published element by element: agreed upon between clients and the adapter.
+  PressureSubscriptions pressures;
 
-  /// Set by an adapter that writes every snapshot it takes to the outside and then calls written(): in
-  /// lockstep the loop waits for that before the next step, so that no state is skipped.
+  /// Set by an adapter that writes every snapshot it takes to the outside and then calls
+  /// RunLoop::snapshot_written(): in lockstep the loop waits for that before the next step, so that no state is
+  /// skipped.
   std::atomic<bool> writer_attached{false};
   std::atomic<std::uint64_t> newest_written{0};
   /// The loop stands at a boundary, or is paused: the adapter repeats the newest state now and then, since
   /// whoever has lost it gets no newer one.
   std::atomic<bool> standing_at_boundary{false};
-
-  void add_reply(ControlReply reply) { outbound->add_reply(std::move(reply)); }
-  std::vector<ControlReply> take_replies() { return outbound->take_replies(); }
 };
 
 }  // namespace takt

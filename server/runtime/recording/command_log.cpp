@@ -7,17 +7,13 @@
 #include <cerrno>
 #include <cstring>
 
-#include "plant_models/state_bytes.h"
-
 namespace takt {
 namespace {
 
 constexpr std::array<char, 8> kLogMagic{'T', 'A', 'K', 'T', 'L', 'O', 'G', '\n'};
-constexpr std::uint32_t kFormat = 2;
+constexpr std::uint32_t kFormat = 3;
 constexpr std::size_t kFileHeadSize = kLogMagic.size() + sizeof(kFormat);
 constexpr std::size_t kLeastContent = 1 + sizeof(std::uint64_t);
-constexpr std::size_t kMaxText = 1U << 20U;
-constexpr std::size_t kMaxItems = 100000;
 
 struct RecordHead {
   std::uint32_t size;      ///< of the content
@@ -48,52 +44,6 @@ void LogFraming::append(std::vector<std::byte>& out, std::span<const std::byte> 
   const auto* bytes = reinterpret_cast<const std::byte*>(&head);
   out.insert(out.end(), bytes, bytes + sizeof(head));
   out.insert(out.end(), content.begin(), content.end());
-}
-
-void encode(std::vector<std::byte>& out, const LogScenario& logged) {
-  StateWriter writer(out);
-  const auto& options = logged.source.options;
-  writer.put(std::string_view(logged.source.file.native()));
-  writer.put_size(options.overrides.size());
-  for (const std::string& text : options.overrides) writer.put(std::string_view(text));
-  writer.put(static_cast<std::int32_t>(options.level_of_detail.value_or(0)));
-  writer.put_size(logged.changes.size());
-  for (const ControlRequest& request : logged.changes) {
-    writer.put(std::string_view(request.request));
-    writer.put_size(request.arguments.size());
-    for (const auto& [name, value] : request.arguments) {
-      writer.put(std::string_view(name));
-      writer.put(std::string_view(value));
-    }
-  }
-  writer.put(std::string_view(logged.scenario));
-  writer.put(logged.model);
-  writer.put(logged.state);
-}
-
-LogScenario decode_scenario(std::span<const std::byte> content) {
-  StateReader reader(content, "the record of what was loaded");
-  LogScenario logged;
-  auto& options = logged.source.options;
-  logged.source.file = reader.text(kMaxText, "letters of the file's name");
-  options.overrides.resize(reader.size(kMaxItems, "overrides"));
-  for (std::string& text : options.overrides) text = reader.text(kMaxText, "letters of an override");
-  if (const int level = reader.integer<std::int32_t>(0, 3, "the level of detail"); level != 0)
-    options.level_of_detail = level;
-  logged.changes.resize(reader.size(kMaxItems, "changes"));
-  for (ControlRequest& request : logged.changes) {
-    request.request = reader.text(kMaxText, "letters of a request");
-    request.arguments.resize(reader.size(kMaxItems, "arguments"));
-    for (auto& [name, value] : request.arguments) {
-      name = reader.text(kMaxText, "letters of an argument");
-      value = reader.text(kMaxText, "letters of an argument");
-    }
-  }
-  logged.scenario = reader.text(kMaxText, "letters of the scenario's name");
-  logged.model = reader.get<std::uint64_t>();
-  logged.state = reader.get<std::uint64_t>();
-  reader.expect_end();
-  return logged;
 }
 
 LogReader::LogReader(const std::filesystem::path& file)

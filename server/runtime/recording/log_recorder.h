@@ -4,7 +4,6 @@
 // The step loop only appends to a ring that was made before: no allocation, lock or call to the system in the
 // step's path. A thread writes. A disk that refuses, or is slower than the ring is large, ends the recording
 // and is told within a second; the simulation goes on as if nothing was.
-#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -59,40 +58,33 @@ class LogRecorder {
   /// A scenario begins. `at_its_beginning`: it is as loaded; else its state is recorded too, which may start its
   /// solver anew. Allocates. Empty if done, else why the state cannot be recorded (Simulation::save_state).
   std::string begin_scenario(LogScenario logged, Simulation& simulation, bool at_its_beginning);
+  /// Something that changes the simulation, before this step.
+  template <typename Record>
+  void note(std::uint64_t step, const Record& record) {
+    ring_.begin();
+    encode(ring_, step, record);
+    commit();
+  }
   /// Before every step: whether deadlines count in it. Recorded when it changes.
-  void deadlines(const Simulation& simulation, bool watched);
+  void deadlines(const Simulation& simulation, bool count);
   /// Before the step that begins with them.
   void commands(const Simulation& simulation, std::span<const Command> batch);
-  /// After a step was taken, or not.
+  /// After a step was taken.
   void stepped(const Simulation& simulation);
-  void fault(const Simulation& simulation);
   /// To be called before reset() or restore_state(): they change what a checkpoint says.
   void checkpoint(const Simulation& simulation);
-  /// `step`: before the reset.
-  void reset(std::uint64_t step);
-  void level_of_detail(const Simulation& simulation, int process, int level);
-  void attach(const Simulation& simulation, int part, int to);
-  void detach(const Simulation& simulation, int part);
-  void entity_state(const Simulation& simulation, int component, const Pose& X_WB, const Twist& V_WB);
   /// `step`: before it. Allocates.
   void restored(std::uint64_t step, std::span<const std::byte> state);
-  void saved(const Simulation& simulation);
-  void end_world(const Simulation& simulation);
+  void end_scenario(const Simulation& simulation);
 
  private:
-  struct State {
-    std::uint64_t number = 0;
-    std::vector<std::byte> bytes;
-  };
-  template <typename... Values>
-  void note(LogKind kind, std::uint64_t step, const Values&... values);
-  void begin(LogKind kind, std::uint64_t step);
   void commit();
   std::uint64_t keep_state(std::span<const std::byte> state);
 
   void run();
   void write_waiting();
-  void frame(LogKind kind, std::span<const std::byte> content);
+  template <typename Record>
+  void frame(const Record& record);
   void write_out();
   void fail(const std::string& why);
 
@@ -101,13 +93,12 @@ class LogRecorder {
   ByteRing ring_;
   std::atomic<std::uint64_t> records_{0}, written_{0};
   std::atomic<bool> overflowed_{false}, failed_{false}, stop_{false};
-  std::array<LogTrail, kMaxTrail> trail_{};  // producer
-  std::size_t trail_length_ = 0;             // producer
-  std::uint64_t states_ = 0;                 // producer
-  int deadlines_watched_ = -1;               // producer; -1: not recorded in this scenario yet
+  LogCheckpoint checkpoint_;    // producer; the next one
+  std::uint64_t states_ = 0;    // producer
+  int deadlines_watched_ = -1;  // producer; -1: not recorded in this scenario yet
   mutable std::mutex mutex_;
-  std::vector<State> waiting_states_;  // guarded by mutex_
-  std::string failure_;                // guarded by mutex_
+  std::vector<LogState> waiting_states_;  // guarded by mutex_
+  std::string failure_;                   // guarded by mutex_
 
   // The writing thread only.
   int fd_ = -1;

@@ -49,6 +49,13 @@ struct ControlReply {
   TextArguments values;
 };
 
+/// What a request led to.
+struct Outcome {
+  ControlResult result = ControlResult::ok;
+  std::string message{};
+  TextArguments values{};
+};
+
 struct GetFeatures {};
 struct GetState {};
 struct SetState {

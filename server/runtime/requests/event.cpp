@@ -163,28 +163,6 @@ std::string_view words_of(SimulationState state) {
   return to_string(state);
 }
 
-std::string_view target_name(const CellDescription& cell, int target) {
-  const int robots = static_cast<int>(cell.robots.size());
-  if (target < 0) return "";
-  if (target < robots) return cell.robots[static_cast<std::size_t>(target)].name;
-  const int grippers = static_cast<int>(cell.grippers.size());
-  if (target < robots + grippers) return cell.grippers[static_cast<std::size_t>(target - robots)].name;
-  return cell.devices[static_cast<std::size_t>(target - robots - grippers)].name;
-}
-
-int find_target(const CellDescription& cell, std::string_view name) {
-  for (std::size_t i = 0; i < cell.robots.size(); ++i) {
-    if (cell.robots[i].name == name) return static_cast<int>(i);
-  }
-  for (std::size_t i = 0; i < cell.grippers.size(); ++i) {
-    if (cell.grippers[i].name == name) return static_cast<int>(cell.robots.size() + i);
-  }
-  for (std::size_t i = 0; i < cell.devices.size(); ++i) {
-    if (cell.devices[i].name == name) return static_cast<int>(cell.robots.size() + cell.grippers.size() + i);
-  }
-  return -1;
-}
-
 EventRecord fault_record(const Simulation& simulation) {
   EventRecord told;
   told.code = EventCode::simulation_fault;
@@ -225,6 +203,20 @@ EventRecord motion_record(const MotionNotice& notice, std::uint32_t epoch) {
       break;
   }
   return told;
+}
+
+namespace {
+
+EventRecord connection_record(const ConnectionChange& change, std::uint32_t epoch) {
+  EventRecord record;
+  record.code = EventCode::connection_changed;
+  record.time_s = change.time_s;
+  record.step = change.step;
+  record.epoch = epoch;
+  record.a = change.part;
+  record.b = change.from;
+  record.c = change.to;
+  return record;
 }
 
 EventRecord weak_grip_record(const WeakGrip& grip, std::uint32_t epoch) {
@@ -276,6 +268,18 @@ EventRecord collision_record(const CollisionEvent& found, std::uint32_t epoch) {
   told.z = found.duration_s;
   told.position_W = found.p_W;
   return told;
+}
+
+}  // namespace
+
+void report_step(const Simulation& simulation, const std::function<void(const EventRecord&)>& emit) {
+  const StepEvents events = simulation.events();
+  const std::uint32_t epoch = simulation.epoch();
+  for (const auto& change : events.connection_changes) emit(connection_record(change, epoch));
+  for (const auto& notice : events.motion_notices) emit(motion_record(notice, epoch));
+  for (const auto& found : events.collision_events) emit(collision_record(found, epoch));
+  for (const auto& grip : events.weak_grips) emit(weak_grip_record(grip, epoch));
+  for (const auto& force : events.alternating_forces) emit(alternating_force_record(force, epoch));
 }
 
 EventText describe(const EventRecord& event, const CellDescription& cell) {

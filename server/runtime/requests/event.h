@@ -2,6 +2,7 @@
 // What the step loop has to tell, as fixed-size records: the loop makes no text. describe() makes the
 // sentence for a person, in whatever thread sends the event.
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -49,11 +50,6 @@ std::string_view to_string(EventCode code);
 /// As words of a sentence: "without a scenario".
 std::string_view words_of(SimulationState state);
 
-/// Of a target (target_of()): its name.
-std::string_view target_name(const CellDescription& cell, int target);
-/// -1 when the cell has no robot, gripper or device of that name.
-int find_target(const CellDescription& cell, std::string_view name);
-
 struct EventRecord {
   EventCode code{};
   Severity severity = Severity::information;
@@ -67,20 +63,14 @@ struct EventRecord {
   FixedString<640> text;
 };
 
-/// What collision checking found.
-EventRecord collision_record(const CollisionEvent& found, std::uint32_t epoch);
-
 /// Why the simulation cannot go on.
 EventRecord fault_record(const Simulation& simulation);
 
-/// What hangs on a gripper is more than friction carries.
-EventRecord weak_grip_record(const WeakGrip& grip, std::uint32_t epoch);
-
-/// A contact force alternates from step to step.
-EventRecord alternating_force_record(const AlternatingForce& force, std::uint32_t epoch);
-
 /// What happened to a commanded motion.
 EventRecord motion_record(const MotionNotice& notice, std::uint32_t epoch);
+
+/// An event for everything that there is to report of the most recent step. `emit` is called within.
+void report_step(const Simulation& simulation, const std::function<void(const EventRecord&)>& emit);
 
 struct EventText {
   std::string subject;

@@ -12,7 +12,7 @@ namespace {
 /// As for what set_entity_state puts elsewhere.
 constexpr double kFurthest_m = 1e9;
 
-using Parsed = std::variant<HostAction, ControlReply>;
+using ParsedHostRequest = std::variant<HostAction, ControlReply>;
 
 std::filesystem::path path_of(std::string uri) {
   constexpr std::string_view kScheme = "file://";
@@ -20,7 +20,7 @@ std::filesystem::path path_of(std::string uri) {
   return uri;
 }
 
-Parsed parse_load(const ControlRequest& request) {
+ParsedHostRequest parse_load(const ControlRequest& request) {
   RequestArguments arguments(request, {"uri", "overrides", "lod"});
   LoadScenario action;
   action.file = path_of(arguments.text("uri", "the scenario file."));
@@ -38,7 +38,7 @@ Parsed parse_load(const ControlRequest& request) {
   return arguments.result<HostAction>(action);
 }
 
-Parsed parse_spawn(const ControlRequest& request) {
+ParsedHostRequest parse_spawn(const ControlRequest& request) {
   RequestArguments arguments(request, {"name", "allow_renaming", "uri", "copy_of", "mesh_scale", "mass_kg",
                                        "hierarchy", "position", "orientation"});
   SpawnEntity action;
@@ -74,30 +74,30 @@ Parsed parse_spawn(const ControlRequest& request) {
   return arguments.result<HostAction>(action);
 }
 
-Parsed parse_delete(const ControlRequest& request) {
+ParsedHostRequest parse_delete(const ControlRequest& request) {
   RequestArguments arguments(request, {"entity"});
   return arguments.result<HostAction>(DeleteEntity{arguments.text("entity", "the Part to delete.")});
 }
 
-Parsed parse_save(const ControlRequest& request) {
+ParsedHostRequest parse_save(const ControlRequest& request) {
   RequestArguments arguments(request, {"name"});
   return arguments.result<HostAction>(SaveSnapshot{arguments.text("name", "what the snapshot is called.")});
 }
 
-Parsed parse_restore(const ControlRequest& request) {
+ParsedHostRequest parse_restore(const ControlRequest& request) {
   RequestArguments arguments(request, {"name"});
   RestoreSnapshot action;
   if (arguments.find("name") != nullptr) action.name = arguments.text("name", "of the snapshot.");
   return arguments.result<HostAction>(action);
 }
 
-Parsed parse_start_recording(const ControlRequest& request) {
+ParsedHostRequest parse_start_recording(const ControlRequest& request) {
   RequestArguments arguments(request, {"name"});
   return arguments.result<HostAction>(
       StartRecording{arguments.text("name", "what the recording is called.")});
 }
 
-Parsed parse_watch(const ControlRequest& request) {
+ParsedHostRequest parse_watch(const ControlRequest& request) {
   RequestArguments arguments(request, {"pairs", "for_s"});
   WatchPressures action;
   action.pairs = arguments.text("pairs", "names BASE-TARGET, with * for any characters.");
@@ -106,7 +106,7 @@ Parsed parse_watch(const ControlRequest& request) {
 }
 
 /// Nothing: the loop's business.
-std::optional<Parsed> parse_reset(const ControlRequest& request) {
+std::optional<ParsedHostRequest> parse_reset(const ControlRequest& request) {
   const auto parsed = parse(request, CellDescription{});
   if (!std::holds_alternative<ControlAction>(parsed)) return std::nullopt;
   const RequestArguments arguments(request, {"scope"});
@@ -119,7 +119,7 @@ std::optional<Parsed> parse_reset(const ControlRequest& request) {
 
 }  // namespace
 
-std::optional<Parsed> parse_host_request(const ControlRequest& request, bool with_spawned) {
+std::optional<ParsedHostRequest> parse_host_request(const ControlRequest& request, bool with_spawned) {
   const std::string& name = request.request;
   if (name == "load_scenario") return parse_load(request);
   if (name == "unload_scenario") return RequestArguments(request, {}).result<HostAction>(UnloadScenario{});

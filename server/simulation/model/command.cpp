@@ -48,19 +48,14 @@ std::string_view to_string(RejectionCode code) {
   return names[static_cast<std::size_t>(code)];
 }
 
-Validated<JointCommand> validate(const CellDescription& cell, const RawJointCommand& raw) {
-  const int robot = cell.find_robot(raw.robot);
-  if (robot < 0) {
-    return reject(RejectionCode::unknown_robot, raw.robot,
-                  "there is no robot '" + raw.robot + "' in this cell; robots: " +
-                      list_names(cell.robots, [](const auto& r) { return r.name; }));
-  }
-  const ArmModel& arm = cell.robots[static_cast<std::size_t>(robot)].arm;
+Validated<JointCommand> validate(const CellDescription& cell, int target, const RawJointCommand& raw) {
+  const std::string& name = cell.robots[static_cast<std::size_t>(target)].name;
+  const ArmModel& arm = cell.robots[static_cast<std::size_t>(target)].arm;
   const auto count = static_cast<std::size_t>(arm.joint_count());
   const auto wrong_count = [&](const char* field, std::size_t found) {
-    return reject(RejectionCode::wrong_count, raw.robot,
-                  std::string("field '") + field + "' has " + std::to_string(found) + " entries; " +
-                      raw.robot + " needs " + std::to_string(count) +
+    return reject(RejectionCode::wrong_count, name,
+                  std::string("field '") + field + "' has " + std::to_string(found) + " entries; " + name +
+                      " needs " + std::to_string(count) +
                       ", one for each of: " + list_names(arm.joints, [](const auto& j) { return j.name; }));
   };
   if (raw.names.size() != count) return wrong_count("name", raw.names.size());
@@ -68,12 +63,10 @@ Validated<JointCommand> validate(const CellDescription& cell, const RawJointComm
   if (!raw.velocity.empty() && raw.velocity.size() != count)
     return wrong_count("velocity", raw.velocity.size());
   if (!raw.effort.empty() && raw.effort.size() != count) return wrong_count("effort", raw.effort.size());
-  if (!std::isfinite(raw.stamp_s))
-    return reject(RejectionCode::not_finite, raw.robot, "the stamp is not finite");
 
   JointCommand command;
-  command.robot = robot;
-  command.stamp_s = raw.stamp_s;
+  command.robot = target;
+  command.stamp = raw.stamp;
   command.has_velocity = !raw.velocity.empty();
   command.has_effort = !raw.effort.empty();
   std::array<bool, kMaxJoints> seen{};
@@ -81,12 +74,12 @@ Validated<JointCommand> validate(const CellDescription& cell, const RawJointComm
     std::size_t j = 0;
     while (j < count && arm.joints[j].name != raw.names[i]) ++j;
     if (j == count) {
-      return reject(RejectionCode::unknown_joint, raw.robot,
-                    raw.robot + " has no joint '" + raw.names[i].substr(0, 100) +
+      return reject(RejectionCode::unknown_joint, name,
+                    name + " has no joint '" + raw.names[i].substr(0, 100) +
                         "'; joints: " + list_names(arm.joints, [](const auto& joint) { return joint.name; }));
     }
     if (seen[j]) {
-      return reject(RejectionCode::duplicate_joint, raw.robot, "joint '" + raw.names[i] + "' is given twice");
+      return reject(RejectionCode::duplicate_joint, name, "joint '" + raw.names[i] + "' is given twice");
     }
     seen[j] = true;
     const JointModel& joint = arm.joints[j];
@@ -108,13 +101,13 @@ Validated<JointCommand> validate(const CellDescription& cell, const RawJointComm
       if (check.values.empty()) continue;
       const double value = check.values[i];
       if (!std::isfinite(value)) {
-        return reject(RejectionCode::not_finite, raw.robot,
+        return reject(RejectionCode::not_finite, name,
                       std::string(check.quantity) + " of joint '" + joint.name + "' is " + number(value) +
                           "; a finite number is needed");
       }
       const std::string fault =
           outside(check.quantity, joint.name, value, check.lower, check.upper, check.unit);
-      if (!fault.empty()) return reject(check.code, raw.robot, fault);
+      if (!fault.empty()) return reject(check.code, name, fault);
     }
     command.position[j] = raw.position[i];
     if (command.has_velocity) command.velocity[j] = raw.velocity[i];
@@ -123,16 +116,11 @@ Validated<JointCommand> validate(const CellDescription& cell, const RawJointComm
   return command;
 }
 
-Validated<GripperCommand> validate(const CellDescription& cell, const RawGripperCommand& raw) {
-  const int gripper = cell.find_gripper(raw.gripper);
-  if (gripper < 0) {
-    return reject(RejectionCode::unknown_gripper, raw.gripper,
-                  "there is no gripper '" + raw.gripper + "' in this cell; grippers: " +
-                      list_names(cell.grippers, [](const auto& g) { return g.name; }));
-  }
+Validated<GripperCommand> validate(const CellDescription& cell, int target, const RawGripperCommand& raw) {
+  const int gripper = target - static_cast<int>(cell.robots.size());
   const GripperDescription& description = cell.grippers[static_cast<std::size_t>(gripper)];
   if (!is_known(raw.action)) {
-    return reject(RejectionCode::malformed, raw.gripper,
+    return reject(RejectionCode::malformed, description.name,
                   "action " + std::to_string(static_cast<int>(raw.action)) +
                       " is unknown; allowed: 0 open, 1 close, 2 width");
   }
@@ -144,18 +132,17 @@ Validated<GripperCommand> validate(const CellDescription& cell, const RawGripper
   for (const Check& check : {Check{"width", raw.width_m, description.max_width_m, "m"},
                              Check{"max_force", raw.max_force_N, description.max_force_N, "N"}}) {
     if (!std::isfinite(check.value)) {
-      return reject(RejectionCode::not_finite, raw.gripper,
+      return reject(RejectionCode::not_finite, description.name,
                     std::string(check.name) + " is " + number(check.value) + "; a finite number is needed");
     }
     if (check.value < 0.0 || check.value > check.upper) {
-      return reject(RejectionCode::out_of_range, raw.gripper,
+      return reject(RejectionCode::out_of_range, description.name,
                     std::string(check.name) + " " + number(check.value) + " " + check.unit +
                         " is outside [0, " + number(check.upper) + "] " + check.unit);
     }
   }
-  if (!std::isfinite(raw.stamp_s))
-    return reject(RejectionCode::not_finite, raw.gripper, "the stamp is not finite");
-  return GripperCommand{gripper, raw.stamp_s, raw.action, raw.width_m, raw.max_force_N};
+  return GripperCommand{gripper, raw.stamp, raw.action, raw.width_m,
+                        raw.max_force_N};
 }
 
 int target_count(const CellDescription& cell) {
@@ -184,6 +171,22 @@ std::optional<DeviceDescription::Meter> DeviceDescription::meter() const {
   const int power = find_by_name(signals, "power"), energy = find_by_name(signals, "energy");
   if (power < 0 || energy < 0) return std::nullopt;
   return Meter{static_cast<std::size_t>(power), static_cast<std::size_t>(energy)};
+}
+
+std::string_view target_name(const CellDescription& cell, int target) {
+  auto index = static_cast<std::size_t>(target);
+  if (target < 0) return "";
+  if (index < cell.robots.size()) return cell.robots[index].name;
+  index -= cell.robots.size();
+  if (index < cell.grippers.size()) return cell.grippers[index].name;
+  return cell.devices[index - cell.grippers.size()].name;
+}
+
+int find_target(const CellDescription& cell, std::string_view name) {
+  const int count = target_count(cell);
+  for (int target = 0; target < count; ++target)
+    if (target_name(cell, target) == name) return target;
+  return -1;
 }
 
 int CellDescription::find_component(std::string_view name) const {

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -16,6 +17,7 @@
 #include "plant_models/device_model.h"
 #include "plant_models/robot/arm_kinematics.h"
 #include "plant_models/robot/joint_path.h"
+#include "server/simulation/model/sim_time.h"
 
 namespace takt {
 
@@ -25,7 +27,7 @@ struct CellDescription;
 /// effect.
 struct JointCommand {
   int robot = -1;             ///< index into CellDescription::robots
-  double stamp_s = -1.0;      ///< simulated time the sender meant; negative: none given
+  SimTime stamp;              ///< simulated time the sender meant
   double period_s = 0.0;      ///< the sender's command period; 0: the robot's own (RobotDescription)
   bool has_velocity = false;  ///< velocities were sent; otherwise they follow from successive positions
   bool has_effort = false;    ///< efforts were sent; otherwise they are zero from here on
@@ -37,8 +39,8 @@ struct JointCommand {
 };
 
 struct GripperCommand {
-  int gripper = -1;       ///< index into CellDescription::grippers
-  double stamp_s = -1.0;  ///< simulated time the sender meant; negative: none given
+  int gripper = -1;  ///< index into CellDescription::grippers
+  SimTime stamp;     ///< simulated time the sender meant
   GripperAction action = GripperAction::open;
   double width_m = 0.0;      ///< target of `width`; for `open` and `close` the stroke's ends are meant
   double max_force_N = 0.0;  ///< 0: the gripper's own limit
@@ -50,14 +52,14 @@ struct GripperCommand {
 /// the drives' feed-forward while it lasts; those of the last point stay.
 struct TrajectoryCommand {
   int robot = -1;                         ///< index into CellDescription::robots
-  double stamp_s = -1.0;                  ///< simulated time of the start; negative: at once
+  SimTime stamp;                          ///< simulated time of the start; none: at once
   std::shared_ptr<const JointPath> path;  ///< without points: the robot stops where it is
 };
 
 /// Signals of one device; those that are not among them stay as they are.
 struct DeviceCommand {
-  int device = -1;        ///< index into CellDescription::devices
-  double stamp_s = -1.0;  ///< simulated time the sender meant; negative: none given
+  int device = -1;  ///< index into CellDescription::devices
+  SimTime stamp;    ///< simulated time the sender meant
   int count = 0;
   std::array<std::uint8_t, kMaxSignals> signals{};  ///< indices, of the first `count`
   std::array<double, kMaxSignals> values{};         ///< of each, in its own unit
@@ -68,6 +70,9 @@ using Command = std::variant<JointCommand, GripperCommand, TrajectoryCommand, De
 /// Robots, grippers and devices together are "targets" of commands, numbered in that order.
 int target_count(const CellDescription& cell);
 int target_of(const CellDescription& cell, const Command& command);
+std::string_view target_name(const CellDescription& cell, int target);
+/// -1: there is none of this name.
+int find_target(const CellDescription& cell, std::string_view name);
 
 enum class RejectionCode : std::uint8_t {
   unknown_robot,
@@ -95,22 +100,20 @@ std::string_view to_string(RejectionCode code);
 /// range.
 struct Rejection {
   RejectionCode code{};
-  std::string subject;  ///< robot, gripper or topic
+  std::string subject;  ///< robot, gripper, device or topic
   std::string message;
 };
 
 /// A joint command as it came in, before validation: names select joints, in any order; all of the robot's
 /// joints must be present. `velocity` and `effort` are empty or as long as `position`.
 struct RawJointCommand {
-  std::string robot;
-  double stamp_s = -1.0;
+  SimTime stamp;
   std::vector<std::string> names;
   std::vector<double> position, velocity, effort;
 };
 
 struct RawGripperCommand {
-  std::string gripper;
-  double stamp_s = -1.0;
+  SimTime stamp;
   GripperAction action = GripperAction::open;  ///< any number, as it arrived
   double width_m = 0.0;
   double max_force_N = 0.0;
@@ -124,15 +127,13 @@ struct RawTrajectoryPoint {
   double time_from_start_s = 0.0;
 };
 struct RawTrajectory {
-  std::string robot;
-  double stamp_s = -1.0;
+  SimTime stamp;
   std::vector<std::string> names;
   std::vector<RawTrajectoryPoint> points;
 };
 
 struct RawDeviceCommand {
-  std::string device;
-  double stamp_s = -1.0;
+  SimTime stamp;
   std::vector<std::string> signals;
   std::vector<double> values;
 };
@@ -146,11 +147,15 @@ inline constexpr double kLongestTime_s = 1e9;
 template <typename T>
 using Validated = std::variant<T, Rejection>;
 
-Validated<JointCommand> validate(const CellDescription& cell, const RawJointCommand& raw);
-Validated<GripperCommand> validate(const CellDescription& cell, const RawGripperCommand& raw);
+/// `target`: that of the topic or port the command came in by; of the kind of the command.
+Validated<JointCommand> validate(const CellDescription& cell, int target, const RawJointCommand& raw);
+Validated<GripperCommand> validate(const CellDescription& cell, int target, const RawGripperCommand& raw);
 /// Positions and velocities are checked along the whole path from the first point on. The piece from the
 /// robot's own position to the first point can only be checked when the command takes effect.
-Validated<TrajectoryCommand> validate(const CellDescription& cell, const RawTrajectory& raw);
-Validated<DeviceCommand> validate(const CellDescription& cell, const RawDeviceCommand& raw);
+Validated<TrajectoryCommand> validate(const CellDescription& cell, int target, const RawTrajectory& raw);
+Validated<DeviceCommand> validate(const CellDescription& cell, int target, const RawDeviceCommand& raw);
+/// Appends a signal (index) of the command's device with its value, or says why not.
+std::optional<Rejection> add_signal(const CellDescription& cell, DeviceCommand& command, int signal,
+                                    double value);
 
 }  // namespace takt

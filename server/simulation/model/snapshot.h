@@ -13,6 +13,7 @@
 #include "plant_models/robot/drive.h"
 #include "plant_models/spatial.h"
 #include "server/contact/surface/contact_sample.h"
+#include "server/simulation/model/sim_time.h"
 
 namespace takt {
 
@@ -35,7 +36,7 @@ struct RobotSample {
   Wrench flange_load_W;    ///< of gripper and load on the flange, about the flange origin
   Wrench base_reaction_W;  ///< on the foundation, about the base origin
   std::uint64_t commands_applied = 0;
-  double newest_stamp_s = -1.0;  ///< stamp of the newest command applied, or -1
+  SimTime newest_stamp;  ///< of the newest command applied that had one
 };
 
 /// `closed` is what was commanded; all else is measured.
@@ -49,13 +50,13 @@ struct GripperSample {
   bool in_position = false;  ///< the jaws stand, 0.1 mm from the commanded width at most
   int part = -1;             ///< component that both jaws touch and hold (the first of several), or -1
   std::uint64_t commands_applied = 0;
-  double newest_stamp_s = -1.0;
+  SimTime newest_stamp;
 };
 
 struct DeviceSample {
   std::array<double, kMaxSignals> signals{};  ///< in the order of the device's description
   std::uint64_t commands_applied = 0;
-  double newest_stamp_s = -1.0;
+  SimTime newest_stamp;
 };
 
 /// Most contacts that a snapshot holds.

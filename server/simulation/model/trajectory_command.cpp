@@ -1,4 +1,5 @@
 // Validation of trajectories and of device commands.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <optional>
@@ -26,20 +27,21 @@ std::string names_of(const Items& items) {
 /// Checks one trajectory; the first fault is kept.
 class TrajectoryCheck {
  public:
-  TrajectoryCheck(const RawTrajectory& raw, const ArmModel& arm) : raw_(raw), arm_(arm) {}
+  TrajectoryCheck(const RawTrajectory& raw, const RobotDescription& robot)
+      : raw_(raw), robot_(robot), arm_(robot.arm) {}
 
   std::optional<Rejection> names() {
     const std::size_t n = arm_.joints.size();
     if (raw_.names.size() != n) {
-      return fault(RejectionCode::wrong_count, "'joint_names' has " + std::to_string(raw_.names.size()) +
-                                                   " entries; " + raw_.robot + " needs " + std::to_string(n) +
-                                                   ", one for each of: " + names_of(arm_.joints));
+      return fault(RejectionCode::wrong_count,
+                   "'joint_names' has " + std::to_string(raw_.names.size()) + " entries; " + robot_.name +
+                       " needs " + std::to_string(n) + ", one for each of: " + names_of(arm_.joints));
     }
     for (const std::string& name : raw_.names) {
       std::size_t j = 0;
       while (j < n && arm_.joints[j].name != name) ++j;
       if (j == n) {
-        return fault(RejectionCode::unknown_joint, raw_.robot + " has no joint '" + name.substr(0, 100) +
+        return fault(RejectionCode::unknown_joint, robot_.name + " has no joint '" + name.substr(0, 100) +
                                                        "'; joints: " + names_of(arm_.joints));
       }
       for (const std::size_t other : joint_) {
@@ -147,7 +149,7 @@ class TrajectoryCheck {
   }
 
   Rejection fault(RejectionCode code, const std::string& message) const {
-    return {code, raw_.robot, "the trajectory is not followed: " + message};
+    return {code, robot_.name, "the trajectory is not followed: " + message};
   }
 
  private:
@@ -174,28 +176,23 @@ class TrajectoryCheck {
   }
 
   const RawTrajectory& raw_;
+  const RobotDescription& robot_;
   const ArmModel& arm_;
   std::vector<std::size_t> joint_;  ///< by place in the message
 };
 
 }  // namespace
 
-Validated<TrajectoryCommand> validate(const CellDescription& cell, const RawTrajectory& raw) {
-  const int robot = cell.find_robot(raw.robot);
-  if (robot < 0) {
-    return Rejection{RejectionCode::unknown_robot, raw.robot,
-                     "there is no robot '" + raw.robot + "' in this cell; robots: " + names_of(cell.robots)};
-  }
-  TrajectoryCheck check(raw, cell.robots[static_cast<std::size_t>(robot)].arm);
-  if (!std::isfinite(raw.stamp_s)) return check.fault(RejectionCode::not_finite, "its stamp is not finite");
-  if (std::abs(raw.stamp_s) > kLongestTime_s) {
+Validated<TrajectoryCommand> validate(const CellDescription& cell, int target, const RawTrajectory& raw) {
+  TrajectoryCheck check(raw, cell.robots[static_cast<std::size_t>(target)]);
+  if (raw.stamp > SimTime::from_seconds(kLongestTime_s)) {
     return check.fault(RejectionCode::out_of_range,
-                       "its stamp is " + number(raw.stamp_s) +
+                       "its stamp is " + number(raw.stamp.seconds()) +
                            " s; needed is the simulated time at which it begins, at most " +
                            number(kLongestTime_s) + " s, or 0 for now (is it the time of a wall clock?)");
   }
   auto path = std::make_shared<JointPath>();
-  if (raw.points.empty()) return TrajectoryCommand{robot, raw.stamp_s, std::move(path)};
+  if (raw.points.empty()) return TrajectoryCommand{target, raw.stamp, std::move(path)};
   if (raw.points.size() > kMaxTrajectoryPoints) {
     return check.fault(RejectionCode::malformed, "it has " + std::to_string(raw.points.size()) +
                                                      " points; at most " +
@@ -215,61 +212,60 @@ Validated<TrajectoryCommand> validate(const CellDescription& cell, const RawTraj
     if (auto fault = check.way(*path, i == 0 ? 0 : i - 1, i)) return *std::move(fault);
   }
   if (auto fault = check.rest(path->points.back())) return *std::move(fault);
-  return TrajectoryCommand{robot, raw.stamp_s, std::move(path)};
+  return TrajectoryCommand{target, raw.stamp, std::move(path)};
 }
 
-Validated<DeviceCommand> validate(const CellDescription& cell, const RawDeviceCommand& raw) {
-  const int index = cell.find_device(raw.device);
+std::optional<Rejection> add_signal(const CellDescription& cell, DeviceCommand& command, int signal,
+                                    double value) {
+  const DeviceDescription& device = cell.devices[static_cast<std::size_t>(command.device)];
+  const SignalDescription& description = device.signals[static_cast<std::size_t>(signal)];
+  const auto name = [&] { return "signal '" + description.name + "'"; };
   const auto reject = [&](RejectionCode code, const std::string& message) {
-    return Rejection{code, raw.device, message};
+    return Rejection{code, device.name, message};
   };
-  if (index < 0) {
-    return reject(RejectionCode::unknown_device,
-                  "there is no device '" + raw.device + "' in this cell; devices: " + names_of(cell.devices));
+  if (!description.commanded)
+    return reject(RejectionCode::read_only_signal, name() + " of " + device.name + " can only be read");
+  const auto end = command.signals.begin() + command.count;
+  if (std::find(command.signals.begin(), end, signal) != end)
+    return reject(RejectionCode::malformed, name() + " is given twice");
+  if (!std::isfinite(value))
+    return reject(RejectionCode::not_finite, name() + " is " + number(value) + "; a finite number is needed");
+  if (value < description.lower || value > description.upper) {
+    return reject(RejectionCode::out_of_range, name() + " of " + device.name + " is " + number(value) + " " +
+                                                   description.unit + ", outside [" +
+                                                   number(description.lower) + ", " +
+                                                   number(description.upper) + "] " + description.unit);
   }
-  const DeviceDescription& device = cell.devices[static_cast<std::size_t>(index)];
-  if (raw.signals.size() != raw.values.size() || raw.signals.size() > static_cast<std::size_t>(kMaxSignals)) {
-    return reject(RejectionCode::wrong_count, "there are " + std::to_string(raw.signals.size()) +
-                                                  " signals and " + std::to_string(raw.values.size()) +
-                                                  " values; needed is one value for each of at most " +
-                                                  std::to_string(kMaxSignals) + " signals");
-  }
-  if (!std::isfinite(raw.stamp_s)) return reject(RejectionCode::not_finite, "the stamp is not finite");
+  const auto place = static_cast<std::size_t>(command.count++);
+  command.signals[place] = static_cast<std::uint8_t>(signal);
+  command.values[place] = value;
+  return std::nullopt;
+}
+
+Validated<DeviceCommand> validate(const CellDescription& cell, int target, const RawDeviceCommand& raw) {
   DeviceCommand command;
-  command.device = index;
-  command.stamp_s = raw.stamp_s;
-  for (std::size_t i = 0; i < raw.signals.size(); ++i) {
-    std::size_t s = 0;
-    while (s < device.signals.size() && device.signals[s].name != raw.signals[i]) ++s;
-    if (s == device.signals.size()) {
-      return reject(RejectionCode::unknown_signal, device.name + " has no signal '" +
-                                                       raw.signals[i].substr(0, 100) +
-                                                       "'; signals: " + names_of(device.signals));
-    }
-    const SignalDescription& signal = device.signals[s];
-    if (!signal.commanded) {
-      return reject(RejectionCode::read_only_signal,
-                    "signal '" + signal.name + "' of " + device.name + " can only be read");
-    }
-    for (std::size_t k = 0; k < i; ++k) {
-      if (raw.signals[k] == raw.signals[i])
-        return reject(RejectionCode::malformed, "signal '" + signal.name + "' is given twice");
-    }
-    const double value = raw.values[i];
-    if (!std::isfinite(value)) {
-      return reject(RejectionCode::not_finite,
-                    "signal '" + signal.name + "' is " + number(value) + "; a finite number is needed");
-    }
-    if (value < signal.lower || value > signal.upper) {
-      return reject(RejectionCode::out_of_range, "signal '" + signal.name + "' of " + device.name + " is " +
-                                                     number(value) + " " + signal.unit + ", outside [" +
-                                                     number(signal.lower) + ", " + number(signal.upper) +
-                                                     "] " + signal.unit);
-    }
-    command.signals[i] = static_cast<std::uint8_t>(s);
-    command.values[i] = value;
+  command.device = target - static_cast<int>(cell.robots.size() + cell.grippers.size());
+  command.stamp = raw.stamp;
+  const DeviceDescription& device = cell.devices[static_cast<std::size_t>(command.device)];
+  if (raw.signals.size() != raw.values.size() || raw.signals.size() > static_cast<std::size_t>(kMaxSignals)) {
+    return Rejection{RejectionCode::wrong_count, device.name,
+                     "there are " + std::to_string(raw.signals.size()) + " signals and " +
+                         std::to_string(raw.values.size()) +
+                         " values; needed is one value for each of at most " + std::to_string(kMaxSignals) +
+                         " signals"};
   }
-  command.count = static_cast<int>(raw.signals.size());
+  for (std::size_t i = 0; i < raw.signals.size(); ++i) {
+    const auto found = std::find_if(device.signals.begin(), device.signals.end(),
+                                    [&](const auto& signal) { return signal.name == raw.signals[i]; });
+    if (found == device.signals.end()) {
+      return Rejection{RejectionCode::unknown_signal, device.name,
+                       device.name + " has no signal '" + raw.signals[i].substr(0, 100) +
+                           "'; signals: " + names_of(device.signals)};
+    }
+    if (auto fault =
+            add_signal(cell, command, static_cast<int>(found - device.signals.begin()), raw.values[i]))
+      return *std::move(fault);
+  }
   return command;
 }
 

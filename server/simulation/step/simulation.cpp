@@ -48,9 +48,6 @@ std::uint32_t Simulation::epoch() const {
 std::uint64_t Simulation::state_hash() const {
   return impl_->hash.value();
 }
-std::span<const ConnectionChange> Simulation::connection_changes() const {
-  return impl_->changes;
-}
 std::span<const PairConnection> Simulation::connections() const {
   return impl_->interaction.connections();
 }
@@ -59,29 +56,20 @@ Wrench Simulation::pair_wrench(const PairConnection& pair) const {
   return impl_->interaction.pair_wrench(pair, impl_->system().motion());
 }
 
-std::span<const CollisionEvent> Simulation::collision_events() const {
-  return impl_->collisions;
+StepEvents Simulation::events() const {
+  return {impl_->changes, impl_->motion_notices, impl_->collisions, impl_->grip_loads.weak(),
+          impl_->alternation.found()};
 }
 
 const GripLoad& Simulation::grip_load(std::size_t gripper) const {
   return impl_->grip_loads.load(gripper);
 }
-std::span<const WeakGrip> Simulation::weak_grips() const {
-  return impl_->grip_loads.weak();
-}
-
-std::span<const AlternatingForce> Simulation::alternating_forces() const {
-  return impl_->alternation.found();
-}
 
 void Simulation::watch_deadlines(bool watch) {
   impl_->watch_deadlines = watch;
 }
-std::span<const MotionNotice> Simulation::motion_notices() const {
-  return impl_->set_points.notices();
-}
 double Simulation::trajectory_end_s(std::size_t robot) const {
-  return impl_->set_points.trajectory_end_s(robot);
+  return impl_->reference_motions[robot].trajectory_end_s();
 }
 
 void Simulation::read_contacts(std::vector<ContactSample>& samples) const {

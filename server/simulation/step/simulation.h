@@ -54,6 +54,18 @@ struct SimulationStatistics {
   SolverStatistics solver;
 };
 
+/// What there is to report of the most recent step; valid until the next one.
+struct StepEvents {
+  std::span<const ConnectionChange> connection_changes;  ///< changes of partner decided in it
+  std::span<const MotionNotice> motion_notices;          ///< of trajectories and deadlines
+  /// What collision checking found at its beginning (with the first step: and when the cell was loaded or
+  /// reset). Empty where the scenario does not check.
+  std::span<const CollisionEvent> collision_events;
+  std::span<const WeakGrip> weak_grips;  ///< grips that were found too weak at its beginning
+  /// Contact forces that were found there to alternate from step to step; each Part once.
+  std::span<const AlternatingForce> alternating_forces;
+};
+
 class Simulation {
  public:
   explicit Simulation(std::shared_ptr<const CellModel> model);
@@ -75,8 +87,7 @@ class Simulation {
   /// Whether robots act when their set-points stay away for longer than they allow
   /// (RobotDescription::command_deadline). Off at first: for where somebody else waits for commands.
   void watch_deadlines(bool watch);
-  /// What there was to tell of trajectories and deadlines in the most recent step.
-  std::span<const MotionNotice> motion_notices() const;
+  StepEvents events() const;
   /// When the newest trajectory of a robot ends; negative: it follows none.
   double trajectory_end_s(std::size_t robot) const;
 
@@ -149,8 +160,6 @@ class Simulation {
   /// anew in the next step and take their offsets there. Empty if done, else why not, and nothing changes.
   std::string set_component_state(int component, const Pose& X_WB, const Twist& V_WB);
 
-  /// Changes of partner decided in the most recent step.
-  std::span<const ConnectionChange> connection_changes() const;
   /// All closed connections, by base, then target; valid until the next step or reset.
   std::span<const PairConnection> connections() const;
   /// What one of them exerts on its Base now, about the Base's centre of mass, with the weight that passes
@@ -159,15 +168,8 @@ class Simulation {
   /// Pairs that press upon each other by surface contact now (level of detail 3), in the order of the pairs.
   void read_contacts(std::vector<ContactSample>& samples) const;
   ContactCallCounts contact_counts() const;
-  /// What collision checking found at the beginning of the most recent step (with the first step: and when
-  /// the cell was loaded or reset). Empty where the scenario does not check.
-  std::span<const CollisionEvent> collision_events() const;
   /// What friction had to carry at a gripper (index) at the beginning of the most recent step.
   const GripLoad& grip_load(std::size_t gripper) const;
-  /// Grips that were found too weak there.
-  std::span<const WeakGrip> weak_grips() const;
-  /// Contact forces that were found there to alternate from step to step; each Part once.
-  std::span<const AlternatingForce> alternating_forces() const;
   const SimulationStatistics& statistics() const;
 
   /// Optional: somebody who helps with the collision checks of steps that take at least so many calls, for as

@@ -33,10 +33,12 @@ Simulation::Impl::Impl(std::shared_ptr<const CellModel> cell_model)
       robot_commands(model->robots.size()),
       gripper_commands(model->grippers.size()),
       device_commands(model->description.devices.size()),
-      set_points(model->description),
       watch(*model),
       history(model->components.size()) {
   changes.reserve(2 * model->parts.size());
+  motion_notices.reserve(ReferenceMotion::kMaxNotices * model->robots.size());
+  for (std::size_t r = 0; r < model->robots.size(); ++r)
+    reference_motions.emplace_back(model->description, r, plant.robots()[r], motion_notices);
   if (model->clearance.enabled) {
     monitor =
         std::make_unique<ClearanceMonitor>(model->clearance, base_poses(*model), model->components.size());
@@ -76,7 +78,8 @@ void Simulation::Impl::start() {
   for (auto& counter : robot_commands) counter = {};
   for (auto& counter : gripper_commands) counter = {};
   for (auto& counter : device_commands) counter = {};
-  set_points.reset();
+  for (ReferenceMotion& motion : reference_motions) motion.reset();
+  motion_notices.clear();
   motion_is_current = false;
   choose_grippers();
   note_yielding();
@@ -164,39 +167,32 @@ void Simulation::Impl::refresh_motion() {
 }
 
 void Simulation::Impl::apply(const JointCommand& command) {
-  KinematicRobot& robot = plant.robots()[static_cast<std::size_t>(command.robot)];
+  const auto robot = static_cast<std::size_t>(command.robot);
+  const RobotDescription& description = model->description.robots[robot];
   // Commands are validated at the boundary; this is the second line of defence, for callers that make their
   // own.
-  for (std::size_t j = 0; j < robot.parameters().arm.joints.size(); ++j) {
+  for (std::size_t j = 0; j < description.arm.joints.size(); ++j) {
     if (std::isfinite(command.position[j]) && std::isfinite(command.velocity[j]) &&
         std::isfinite(command.effort[j]))
       continue;
-    fault = "the set-point of joint '" + robot.parameters().arm.joints[j].name + "' of " +
-            model->description.robots[static_cast<std::size_t>(command.robot)].name +
+    fault = "the set-point of joint '" + description.arm.joints[j].name + "' of " + description.name +
             " at t = " + std::to_string(time()) +
             " s is not a finite number; the last accepted state is kept.";
     return;
   }
-  const double period =
-      command.period_s > 0.0
-          ? command.period_s
-          : model->description.robots[static_cast<std::size_t>(command.robot)].command_period_s;
-  robot.set_point(time(), period, command.position.data(),
-                  command.has_velocity ? command.velocity.data() : nullptr);
-  robot.set_feed_forward(command.has_effort ? command.effort.data() : nullptr);
-  set_points.commanded(static_cast<std::size_t>(command.robot), time(), step_index, period);
-  robot_commands[static_cast<std::size_t>(command.robot)].note(command.stamp_s);
+  reference_motions[robot].apply(command, time(), step_index);
+  robot_commands[robot].note(command.stamp);
 }
 
 void Simulation::Impl::apply(const GripperCommand& command) {
   grasping.apply(command, time(), plant);
-  gripper_commands[static_cast<std::size_t>(command.gripper)].note(command.stamp_s);
+  gripper_commands[static_cast<std::size_t>(command.gripper)].note(command.stamp);
 }
 
 void Simulation::Impl::apply(const TrajectoryCommand& command) {
   const auto robot = static_cast<std::size_t>(command.robot);
-  set_points.follow(command, time(), step_index, plant.robots()[robot]);
-  robot_commands[robot].note(command.stamp_s);
+  reference_motions[robot].apply(command, time(), step_index);
+  robot_commands[robot].note(command.stamp);
 }
 
 void Simulation::Impl::apply(const DeviceCommand& command) {
@@ -213,7 +209,7 @@ void Simulation::Impl::apply(const DeviceCommand& command) {
     jumps = true;
   }
   if (jumps) plant.integrator().restart();
-  device_commands[device].note(command.stamp_s);
+  device_commands[device].note(command.stamp);
 }
 
 void Simulation::Impl::decide() {
@@ -350,12 +346,12 @@ bool Simulation::Impl::overlaps_at_start() {
 bool Simulation::Impl::step(std::span<const Command> commands) {
   if (overlaps_at_start()) return false;
   // 1 apply commands
-  set_points.begin_step();
+  motion_notices.clear();
   for (const Command& command : commands) {
     std::visit([this](const auto& c) { apply(c); }, command);
   }
   if (!fault.empty()) return false;
-  set_points.feed(time(), step_index, watch_deadlines, plant.robots());
+  for (ReferenceMotion& motion : reference_motions) motion.advance(time(), step_index, watch_deadlines);
   decide();
   // 2 update connections
   const auto now = [this] { return clock != nullptr ? clock() : 0.0; };

@@ -16,8 +16,8 @@
 #include "server/simulation/step/force_alternation.h"
 #include "server/simulation/step/grasping.h"
 #include "server/simulation/step/grip_loads.h"
+#include "server/simulation/step/reference_motion.h"
 #include "server/simulation/step/screw_joints.h"
-#include "server/simulation/step/set_points.h"
 #include "server/simulation/step/simulation.h"
 #include "server/simulation/step/threshold_sleeping.h"
 
@@ -26,10 +26,10 @@ namespace takt {
 struct Simulation::Impl {
   struct CommandCounter {
     std::uint64_t count = 0;
-    double newest_stamp_s = -1.0;
-    void note(double stamp_s) {
+    SimTime newest_stamp;
+    void note(SimTime stamp) {
       ++count;
-      if (stamp_s >= 0.0) newest_stamp_s = stamp_s;
+      if (stamp.given()) newest_stamp = stamp;
     }
   };
 
@@ -125,7 +125,8 @@ struct Simulation::Impl {
   std::vector<std::uint64_t> part_hashes;
   std::uint64_t parts_hash = 0;
   std::vector<CommandCounter> robot_commands, gripper_commands, device_commands;
-  SetPoints set_points;
+  std::vector<MotionNotice> motion_notices;        ///< of the most recent step
+  std::vector<ReferenceMotion> reference_motions;  ///< by robot
   bool watch_deadlines = false;
   std::vector<int> process_levels;  ///< at present
   std::vector<ConnectionChange> changes;

@@ -40,15 +40,14 @@ void Simulation::read_snapshot(Snapshot& snapshot) const {
 }
 
 void Simulation::Impl::fill(Snapshot& snapshot) {
-  Impl& s = *this;
-  const double t = s.time();
-  s.refresh_motion();
-  const std::span<const Wrench> wrenches = s.system().update_wrenches();
-  const CellMotion& motion = s.system().motion();
-  snapshot.step = s.step_index;
-  snapshot.epoch = s.epoch;
+  const double t = time();
+  refresh_motion();
+  const std::span<const Wrench> wrenches = system().update_wrenches();
+  const CellMotion& motion = system().motion();
+  snapshot.step = step_index;
+  snapshot.epoch = epoch;
   snapshot.time_s = t;
-  snapshot.state_hash = s.hash.value();
+  snapshot.state_hash = hash.value();
   for (std::size_t i = 0; i < snapshot.components.size(); ++i) {
     ComponentSample& sample = snapshot.components[i];
     const BodyMotion& body = motion.bodies[i];
@@ -56,54 +55,52 @@ void Simulation::Impl::fill(Snapshot& snapshot) {
     sample.q_WB = body.X_WB.quaternion();
     sample.V_WB = body.V_WB;
     sample.F_Bo_W = {wrenches[i].f, wrenches[i].t + (body.p_WBcm - body.X_WB.p).cross(wrenches[i].f)};
-    sample.partner = s.interaction.partner(static_cast<int>(i));
-    sample.state =
-        part_state(s.model->components, s.interaction.graph(), static_cast<int>(i), sample.partner);
+    sample.partner = interaction.partner(static_cast<int>(i));
+    sample.state = part_state(model->components, interaction.graph(), static_cast<int>(i), sample.partner);
   }
   for (std::size_t i = 0; i < snapshot.robots.size(); ++i) {
     RobotSample& sample = snapshot.robots[i];
     sample.position = motion.arms[i].q;
     sample.velocity = motion.arms[i].qd;
-    sample.commands_applied = s.robot_commands[i].count;
-    sample.newest_stamp_s = s.robot_commands[i].newest_stamp_s;
-    sample.level_of_detail = s.plant.level(i);
+    sample.commands_applied = robot_commands[i].count;
+    sample.newest_stamp = robot_commands[i].newest_stamp;
+    sample.level_of_detail = plant.level(i);
     // A snapshot is filled again and again: at LoD 1 nothing of an earlier LoD 2 may stay.
-    const DynamicRobot* robot = s.plant.dynamic(i);
-    read_dynamics(robot != nullptr ? robot->output(t, s.plant.segment(i).data(), motion, wrenches)
+    const DynamicRobot* robot = plant.dynamic(i);
+    read_dynamics(robot != nullptr ? robot->output(t, plant.segment(i).data(), motion, wrenches)
                                    : DynamicRobot::Output{},
                   sample);
   }
   for (std::size_t i = 0; i < snapshot.grippers.size(); ++i) {
     GripperSample& sample = snapshot.grippers[i];
-    sample.width_m = std::max(0.0, s.plant.width(i, t));
+    sample.width_m = std::max(0.0, plant.width(i, t));
     sample.moving = false;
     for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right})
-      sample.moving = sample.moving || std::abs(s.plant.jaw_speed(i, side, t)) > kJawStands_m_per_s;
+      sample.moving = sample.moving || std::abs(plant.jaw_speed(i, side, t)) > kJawStands_m_per_s;
     sample.in_position =
-        !sample.moving && std::abs(sample.width_m - s.grasping.commanded_width_m(i)) <= kInPosition_m;
-    sample.part = s.grasping.part_present(i);
+        !sample.moving && std::abs(sample.width_m - grasping.commanded_width_m(i)) <= kInPosition_m;
+    sample.part = grasping.part_present(i);
     sample.force_N = 0.0;
-    const auto robot = static_cast<std::size_t>(s.model->description.grippers[i].robot);
-    if (sample.part >= 0 && !s.grasping.by_contact(i)) {
-      sample.force_N = s.grasping.grip_force_N(i, s.plant);
-    } else if (s.plant.dynamic(robot) != nullptr) {
+    const auto robot = static_cast<std::size_t>(model->description.grippers[i].robot);
+    if (sample.part >= 0 && !grasping.by_contact(i)) {
+      sample.force_N = grasping.grip_force_N(i, plant);
+    } else if (plant.dynamic(robot) != nullptr) {
       for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right})
-        sample.force_N += 0.5 * std::abs(snapshot.robots[robot].effort[s.plant.jaw_joint(i, side)]);
+        sample.force_N += 0.5 * std::abs(snapshot.robots[robot].effort[plant.jaw_joint(i, side)]);
     }
-    sample.closed = s.grasping.closed(i);
-    sample.commands_applied = s.gripper_commands[i].count;
-    sample.newest_stamp_s = s.gripper_commands[i].newest_stamp_s;
+    sample.closed = grasping.closed(i);
+    sample.commands_applied = gripper_commands[i].count;
+    sample.newest_stamp = gripper_commands[i].newest_stamp;
   }
   for (std::size_t i = 0; i < snapshot.devices.size(); ++i) {
     DeviceSample& sample = snapshot.devices[i];
-    s.plant.read_signals(i, t,
-                         std::span(sample.signals).first(s.model->description.devices[i].signals.size()));
-    sample.commands_applied = s.device_commands[i].count;
-    sample.newest_stamp_s = s.device_commands[i].newest_stamp_s;
+    plant.read_signals(i, t, std::span(sample.signals).first(model->description.devices[i].signals.size()));
+    sample.commands_applied = device_commands[i].count;
+    sample.newest_stamp = device_commands[i].newest_stamp;
   }
   ContactsSample& sample = snapshot.contacts;
-  sample.acting = std::find(s.process_levels.begin(), s.process_levels.end(), 3) != s.process_levels.end();
-  const std::size_t pressing = s.contacts.read(motion, std::span<ContactSample>(sample.samples));
+  sample.acting = std::find(process_levels.begin(), process_levels.end(), 3) != process_levels.end();
+  const std::size_t pressing = contacts.read(motion, std::span<ContactSample>(sample.samples));
   sample.count = std::min(pressing, sample.samples.size());
   sample.omitted = pressing - sample.count;
 }

@@ -11,18 +11,18 @@ namespace takt {
 
 namespace {
 constexpr std::string_view kMagic = "taktstat";
-constexpr std::uint32_t kVersion = 4;
+constexpr std::uint32_t kVersion = 5;
 constexpr double kLongest_s = 1e9;
 constexpr std::size_t kLongestText = 1U << 20U;
 constexpr double kFurthest = 1e9;            // m, m/s, rad/s: what set_component_state() takes
 constexpr double kQuaternionInDoubt = 2e-3;  // of its squared length
 
 void save(const Simulation::Impl::CommandCounter& counter, StateWriter& out) {
-  out.put(counter.count), out.put(counter.newest_stamp_s);
+  out.put(counter.count), out.put(counter.newest_stamp.ns);
 }
 void load(StateReader& in, Simulation::Impl::CommandCounter& counter) {
   counter.count = in.get<std::uint64_t>();
-  counter.newest_stamp_s = in.number("a stamp");
+  counter.newest_stamp.ns = in.get<std::int64_t>();
 }
 
 void save(const CollisionEvent& event, StateWriter& out) {
@@ -67,7 +67,9 @@ void Simulation::Impl::save(std::vector<std::byte>& bytes) {
     out.put(std::string_view(fault));
     watch.save(out);
   });
-  out.section("SETP", [&] { set_points.save(out); });
+  out.section("SETP", [&] {
+    for (const ReferenceMotion& motion : reference_motions) motion.save(out);
+  });
   out.section("HOLD", [&] { interaction.save_attached(out); });
   out.section("PLNT", [&] { plant.save(out); });
   out.section("INTR", [&] { interaction.save(out); });
@@ -134,7 +136,10 @@ void Simulation::Impl::load(std::span<const std::byte> bytes) {
     fault = in.text(kLongestText, "letters of the fault");
     watch.load(in);
   });
-  all.section("SETP", [&](StateReader& in) { set_points.load(in); });
+  all.section("SETP", [&](StateReader& in) {
+    for (ReferenceMotion& motion : reference_motions) motion.load(in);
+    motion_notices.clear();
+  });
   all.section("HOLD", [&](StateReader& in) { interaction.load_attached(in); });
   choose_forces();
   all.section("PLNT", [&](StateReader& in) { plant.load(in); });

@@ -1,4 +1,4 @@
-#include "server/simulation/step/set_points.h"
+#include "server/simulation/step/reference_motion.h"
 
 #include <algorithm>
 #include <cmath>
@@ -45,62 +45,64 @@ std::size_t point_after(const JointPath& path, std::size_t from, double t) {
 
 }  // namespace
 
-SetPoints::SetPoints(const CellDescription& cell) : cell_(cell), robots_(cell.robots.size()) {
-  // One of each kind for every robot, and a refusal.
-  notices_.reserve(4 * robots_.size());
+ReferenceMotion::ReferenceMotion(const CellDescription& cell, std::size_t robot, KinematicRobot& kinematics,
+                                 std::vector<MotionNotice>& notices)
+    : description_(cell.robots[robot]),
+      step_s_(cell.step_s),
+      robot_(robot),
+      kinematics_(kinematics),
+      notices_(notices) {}
+
+void ReferenceMotion::reset() {
+  state_ = {};
 }
 
-void SetPoints::reset() {
-  std::fill(robots_.begin(), robots_.end(), Robot{});
-  notices_.clear();
-}
-
-void SetPoints::note(MotionNotice notice, double t, std::uint64_t step, std::size_t robot) {
+void ReferenceMotion::note(MotionNotice notice, double t, std::uint64_t step) {
   notice.time_s = t;
   notice.step = step;
-  notice.robot = static_cast<int>(robot);
+  notice.robot = static_cast<int>(robot_);
   notices_.push_back(notice);
 }
 
-double SetPoints::trajectory_end_s(std::size_t robot) const {
-  const Robot& r = robots_[robot];
-  const Following& last = r.later.path ? r.later : r.now;
+double ReferenceMotion::trajectory_end_s() const {
+  const Following& last = state_.later.path ? state_.later : state_.now;
   return last.path ? last.start_s + last.path->points.back().t : -1.0;
 }
 
-void SetPoints::drop(std::size_t robot, double t, std::uint64_t step) {
-  Robot& r = robots_[robot];
-  if (r.now.path) note({.kind = MotionNotice::Kind::trajectory_replaced}, t, step, robot);
-  r.now = {};
-  r.brakes = false;
+void ReferenceMotion::drop(double t, std::uint64_t step) {
+  if (state_.now.path) note({.kind = MotionNotice::Kind::trajectory_replaced}, t, step);
+  state_.now = {};
+  state_.brakes = false;
 }
 
-void SetPoints::commanded(std::size_t robot, double t, std::uint64_t step, double period_s) {
-  drop(robot, t, step);
-  Robot& r = robots_[robot];
-  r.later = {};
-  r.streams = true;
-  r.newest_s = t;
-  r.period_s = period_s;
+void ReferenceMotion::apply(const JointCommand& command, double t, std::uint64_t step) {
+  drop(t, step);
+  state_.later = {};
+  state_.streams = true;
+  state_.newest_s = t;
+  state_.period_s = command.period_s > 0.0 ? command.period_s : description_.command_period_s;
+  kinematics_.set_point(t, state_.period_s, command.position.data(),
+                        command.has_velocity ? command.velocity.data() : nullptr);
+  kinematics_.set_feed_forward(command.has_effort ? command.effort.data() : nullptr);
 }
 
-void SetPoints::follow(const TrajectoryCommand& command, double t, std::uint64_t step,
-                       KinematicRobot& reference) {
-  const auto robot = static_cast<std::size_t>(command.robot);
-  Robot& r = robots_[robot];
+void ReferenceMotion::apply(const TrajectoryCommand& command, double t, std::uint64_t step) {
+  State& r = state_;
   if (command.path->points.empty()) {
-    drop(robot, t, step);
+    drop(t, step);
     r.later = {};
     r.streams = false;
-    brake_from(robot, t, reference);
+    brake_from(t);
     return;
   }
   Following following;
   following.path = command.path;
-  following.start_s = command.stamp_s < 0.0 ? t : command.stamp_s;
+  // The instant itself where it is what was meant, which the nearest nanosecond may miss by a rounding.
+  const bool at_once = !command.stamp.given() || command.stamp == SimTime::from_seconds(t);
+  following.start_s = at_once ? t : command.stamp.seconds();
   const double end = following.start_s + command.path->points.back().t;
   if (end < t - kRounding_s) {
-    note({.kind = MotionNotice::Kind::trajectory_past, .value = end}, t, step, robot);
+    note({.kind = MotionNotice::Kind::trajectory_past, .value = end}, t, step);
     return;
   }
   if (following.start_s > t + kRounding_s) {
@@ -108,23 +110,22 @@ void SetPoints::follow(const TrajectoryCommand& command, double t, std::uint64_t
     r.streams = false;
     return;
   }
-  if (!take_over(robot, following, t, step, reference)) return;
-  drop(robot, t, step);
+  if (!take_over(following, t, step)) return;
+  drop(t, step);
   r.later = {};
   r.now = std::move(following);
   r.streams = false;
 }
 
-bool SetPoints::take_over(std::size_t robot, Following& following, double t, std::uint64_t step,
-                          const KinematicRobot& reference) {
+bool ReferenceMotion::take_over(Following& following, double t, std::uint64_t step) {
   const JointPath& path = *following.path;
   JointPathPoint& begin = following.begin;
   begin.t = t - following.start_s;
-  reference.joint_state(t, begin.q.data(), begin.qd.data());
-  if (path.order == PathOrder::quintic) reference.joint_acceleration(t, begin.qdd.data());
-  if (path.has_feed_forward) begin.feed_forward = reference.feed_forward();
+  kinematics_.joint_state(t, begin.q.data(), begin.qd.data());
+  if (path.order == PathOrder::quintic) kinematics_.joint_acceleration(t, begin.qdd.data());
+  if (path.has_feed_forward) begin.feed_forward = kinematics_.feed_forward();
   following.next = point_after(path, 0, begin.t);
-  const ArmModel& arm = reference.parameters().arm;
+  const ArmModel& arm = description_.arm;
   MotionNotice refusal{.kind = MotionNotice::Kind::trajectory_refused};
   const auto refuse = [&](std::size_t joint, double value, double lower, double upper, bool velocity) {
     refusal.joint = static_cast<int>(joint);
@@ -132,14 +133,14 @@ bool SetPoints::take_over(std::size_t robot, Following& following, double t, std
     refusal.lower = lower;
     refusal.upper = upper;
     refusal.velocity = velocity;
-    note(refusal, t, step, robot);
+    note(refusal, t, step);
     return false;
   };
   if (following.next > 0) {
     // The path has begun already: the robot must be where it leads along, as far as one step can take it.
     const JointArray q = evaluate(path, begin, following.next, begin.t, arm.joints.size()).q;
     for (std::size_t j = 0; j < arm.joints.size(); ++j) {
-      const double room = arm.joints[j].max_velocity * cell_.step_s + kRounding_s;
+      const double room = arm.joints[j].max_velocity * step_s_ + kRounding_s;
       if (std::abs(begin.q[j] - q[j]) > room) return refuse(j, begin.q[j], q[j] - room, q[j] + room, false);
     }
     return true;
@@ -157,78 +158,75 @@ bool SetPoints::take_over(std::size_t robot, Following& following, double t, std
   return true;
 }
 
-void SetPoints::feed(double t, std::uint64_t step, bool watch, std::span<KinematicRobot> robots) {
-  for (std::size_t i = 0; i < robots_.size(); ++i) {
-    Robot& r = robots_[i];
-    if (r.later.path && r.later.start_s <= t + kRounding_s) {
-      if (take_over(i, r.later, t, step, robots[i])) {
-        drop(i, t, step);
-        std::swap(r.now, r.later);
-      }
-      r.later = {};
+void ReferenceMotion::advance(double t, std::uint64_t step, bool watch) {
+  State& r = state_;
+  if (r.later.path && r.later.start_s <= t + kRounding_s) {
+    if (take_over(r.later, t, step)) {
+      drop(t, step);
+      std::swap(r.now, r.later);
     }
-    if (r.now.path) {
-      move_along(i, t, step, robots[i]);
-      continue;
-    }
-    const CommandDeadline& limit = cell_.robots[i].command_deadline;
-    if (watch && r.streams && limit.deadline_s > 0.0) {
-      const double silent_s = t - r.newest_s;
-      const bool stops = limit.action == SafeAction::stop;
-      bool ends = silent_s >= limit.deadline_s - kRounding_s;
-      if (stops && !ends && silent_s >= r.period_s - kRounding_s) ends = !goes_on(i, t, robots[i]);
-      if (ends) {
-        note({.kind = MotionNotice::Kind::deadline_missed, .value = silent_s}, t, step, i);
-        r.streams = false;
-        robots[i].set_feed_forward(nullptr);
-        if (stops) brake_from(i, t, robots[i]);
-      }
-    }
-    if (r.brakes) move_on(i, t, robots[i]);
+    r.later = {};
   }
+  if (r.now.path) {
+    move_along(t, step);
+    return;
+  }
+  const CommandDeadline& limit = description_.command_deadline;
+  if (watch && r.streams && limit.deadline_s > 0.0) {
+    const double silent_s = t - r.newest_s;
+    const bool stops = limit.action == SafeAction::stop;
+    bool ends = silent_s >= limit.deadline_s - kRounding_s;
+    if (stops && !ends && silent_s >= r.period_s - kRounding_s) ends = !goes_on(t);
+    if (ends) {
+      note({.kind = MotionNotice::Kind::deadline_missed, .value = silent_s}, t, step);
+      r.streams = false;
+      kinematics_.set_feed_forward(nullptr);
+      if (stops) brake_from(t);
+    }
+  }
+  if (r.brakes) continue_braking(t);
 }
 
-void SetPoints::move_along(std::size_t robot, double t, std::uint64_t step, KinematicRobot& reference) {
-  Robot& r = robots_[robot];
-  const double h = cell_.step_s;
+void ReferenceMotion::move_along(double t, std::uint64_t step) {
+  State& r = state_;
+  const double h = step_s_;
   const double then = t + h - r.now.start_s;
   r.now.next = point_after(*r.now.path, r.now.next, then);
   const JointPathPoint at =
-      evaluate(*r.now.path, r.now.begin, r.now.next, then, reference.parameters().arm.joints.size());
-  reference.set_point(t, h, at.q.data(), at.qd.data());
-  reference.set_feed_forward(at.feed_forward.data());
+      evaluate(*r.now.path, r.now.begin, r.now.next, then, description_.arm.joints.size());
+  kinematics_.set_point(t, h, at.q.data(), at.qd.data());
+  kinematics_.set_feed_forward(at.feed_forward.data());
   if (then < r.now.path->points.back().t - kRounding_s) return;
-  note({.kind = MotionNotice::Kind::trajectory_done}, t + h, step + 1, robot);
+  note({.kind = MotionNotice::Kind::trajectory_done}, t + h, step + 1);
   r.now = {};
 }
 
-bool SetPoints::goes_on(std::size_t robot, double t, KinematicRobot& reference) const {
-  const std::size_t n = reference.parameters().arm.joints.size();
-  const double h = cell_.step_s;
+bool ReferenceMotion::goes_on(double t) {
+  const std::size_t n = description_.arm.joints.size();
+  const double h = step_s_;
   JointArray q{}, v{};
-  reference.joint_state(t, q.data(), v.data());
+  kinematics_.joint_state(t, q.data(), v.data());
   const bool moves = std::any_of(v.begin(), v.end(), [](double value) { return value != 0.0; });
   if (!moves) return true;
   for (std::size_t j = 0; j < n; ++j) q[j] += h * v[j];
-  if (room_time(robot, q, v) < braking_time(robot, v)) return false;  // the next step would be too late
-  reference.set_point(t, h, q.data(), v.data());
+  if (room_time(q, v) < braking_time(v)) return false;  // the next step would be too late
+  kinematics_.set_point(t, h, q.data(), v.data());
   return true;
 }
 
-double SetPoints::braking_time(std::size_t robot, const JointArray& v) const {
-  const RobotDescription& description = cell_.robots[robot];
+double ReferenceMotion::braking_time(const JointArray& v) const {
   double longest = 0.0;
-  for (std::size_t j = 0; j < description.arm.joints.size(); ++j) {
-    const double a = description.command_deadline.max_acceleration[j];
+  for (std::size_t j = 0; j < description_.arm.joints.size(); ++j) {
+    const double a = description_.command_deadline.max_acceleration[j];
     // Where none is declared: from the largest velocity in 0.1 s.
-    const double most = a > 0.0 ? a : 10.0 * description.arm.joints[j].max_velocity;
+    const double most = a > 0.0 ? a : 10.0 * description_.arm.joints[j].max_velocity;
     longest = std::max(longest, std::abs(v[j]) / most);
   }
   return longest;
 }
 
-double SetPoints::room_time(std::size_t robot, const JointArray& q, const JointArray& v) const {
-  const ArmModel& arm = cell_.robots[robot].arm;
+double ReferenceMotion::room_time(const JointArray& q, const JointArray& v) const {
+  const ArmModel& arm = description_.arm;
   double shortest = std::numeric_limits<double>::infinity();
   for (std::size_t j = 0; j < arm.joints.size(); ++j) {
     if (v[j] == 0.0) continue;
@@ -238,31 +236,31 @@ double SetPoints::room_time(std::size_t robot, const JointArray& q, const JointA
   return shortest;
 }
 
-void SetPoints::brake_from(std::size_t robot, double t, KinematicRobot& reference) {
-  Robot& r = robots_[robot];
-  reference.set_feed_forward(nullptr);
-  reference.joint_state(t, r.q.data(), r.v.data());
+void ReferenceMotion::brake_from(double t) {
+  State& r = state_;
+  kinematics_.set_feed_forward(nullptr);
+  kinematics_.joint_state(t, r.q.data(), r.v.data());
   // All joints stop together, so that the robot stays on its path; harder where a limit is too near.
   r.brake_begin_s = t;
-  r.brake_duration_s = std::min(braking_time(robot, r.v), room_time(robot, r.q, r.v));
+  r.brake_duration_s = std::min(braking_time(r.v), room_time(r.q, r.v));
   r.brakes = r.brake_duration_s > 0.0;
 }
 
-void SetPoints::move_on(std::size_t robot, double t, KinematicRobot& reference) {
-  Robot& r = robots_[robot];
-  const double h = cell_.step_s;
+void ReferenceMotion::continue_braking(double t) {
+  State& r = state_;
+  const double h = step_s_;
   const double T = r.brake_duration_s;
   const double s = std::min(t + h - r.brake_begin_s, T);
   JointArray q{}, v{};
-  for (std::size_t j = 0; j < reference.parameters().arm.joints.size(); ++j) {
+  for (std::size_t j = 0; j < description_.arm.joints.size(); ++j) {
     q[j] = r.q[j] + r.v[j] * (s - 0.5 * s * s / T);
     v[j] = r.v[j] * (1.0 - s / T);
   }
-  reference.set_point(t, h, q.data(), v.data());
+  kinematics_.set_point(t, h, q.data(), v.data());
   if (s >= T) r.brakes = false;
 }
 
-void SetPoints::save(StateWriter& out) const {
+void ReferenceMotion::save(StateWriter& out) const {
   const auto put = [&](const Following& following) {
     out.put(following.path != nullptr);
     if (!following.path) return;
@@ -277,15 +275,14 @@ void SetPoints::save(StateWriter& out) const {
     out.put_size(following.next), out.put_size(following.path->points.size());
     for (const JointPathPoint& point : following.path->points) put_point(point);
   };
-  for (const Robot& r : robots_) {
-    put(r.now), put(r.later);
-    out.put(r.streams), out.put(r.newest_s), out.put(r.period_s);
-    out.put(r.brakes), out.put(r.brake_begin_s), out.put(r.brake_duration_s);
-    out.put(std::span<const double>(r.q)), out.put(std::span<const double>(r.v));
-  }
+  const State& r = state_;
+  put(r.now), put(r.later);
+  out.put(r.streams), out.put(r.newest_s), out.put(r.period_s);
+  out.put(r.brakes), out.put(r.brake_begin_s), out.put(r.brake_duration_s);
+  out.put(std::span<const double>(r.q)), out.put(std::span<const double>(r.v));
 }
 
-void SetPoints::load(StateReader& in) {
+void ReferenceMotion::load(StateReader& in) {
   const auto get = [&](Following& following) {
     if (!in.flag("'follows a trajectory'")) return;
     const auto get_point = [&](JointPathPoint& point) {
@@ -314,18 +311,15 @@ void SetPoints::load(StateReader& in) {
       in.fail("a trajectory begins after its first point");
     following.path = std::move(path);
   };
-  for (Robot& r : robots_) {
-    r = {};
-    get(r.now), get(r.later);
-    r.streams = in.flag("'gets set-points'");
-    r.newest_s = in.number("the time of a set-point");
-    r.period_s = in.number("the period of a set-point");
-    r.brakes = in.flag("'brakes'");
-    r.brake_begin_s = in.number("the time of braking");
-    r.brake_duration_s = in.number(r.brakes ? 1e-12 : 0.0, kLongestTime_s, "the duration of braking");
-    in.numbers(r.q, "a position"), in.numbers(r.v, "a velocity");
-  }
-  notices_.clear();
+  State& r = state_ = {};
+  get(r.now), get(r.later);
+  r.streams = in.flag("'gets set-points'");
+  r.newest_s = in.number("the time of a set-point");
+  r.period_s = in.number("the period of a set-point");
+  r.brakes = in.flag("'brakes'");
+  r.brake_begin_s = in.number("the time of braking");
+  r.brake_duration_s = in.number(r.brakes ? 1e-12 : 0.0, kLongestTime_s, "the duration of braking");
+  in.numbers(r.q, "a position"), in.numbers(r.v, "a velocity");
 }
 
 }  // namespace takt

@@ -1,0 +1,76 @@
+#pragma once
+// Which sender commands which robot, gripper or device (command_arbiter.h), with the leases that senders promise to
+// keep: a sender that sends no sign of life in time loses its target, before Fast DDS 2.9.1 gives up its participant.
+//
+// Not thread-safe.
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "server/dds/command_arbiter.h"
+#include "server/dds/command_topics.h"
+#include "server/dds/participant.h"
+#include "server/dds/sender_registry.h"
+
+namespace takt {
+
+/// A writer of commands that was discovered.
+struct CommandWriter {
+  std::string topic, type;
+  std::uint32_t strength = 0;
+  double lease_s = 0.0;    ///< within which it promises a sign of life; infinity: never
+  CommandTopic command{};  ///< in the present cell
+  bool expired = false;    ///< has not kept the lease; no sender until it is heard of again
+  bool wrong_type_told = false;
+};
+
+class CommandOwnership {
+ public:
+  explicit CommandOwnership(SenderRegistry& senders) : senders_(senders) {}
+
+  /// Before any writer is discovered: where to hear of participants. Null: their leases are left to DDS.
+  /// Participants of this process, whose packets take another way, are not listened for.
+  void listen_for(LivelinessTracker* tracker, const DdsGuid& own);
+  bool listens() const { return tracker_ != nullptr; }
+
+  /// Another cell, with so many targets: nobody owns anything. `command` of the writers is the caller's to renew.
+  void restart(std::size_t targets);
+  std::map<DdsGuid, CommandWriter>& writers() { return writers_; }
+  CommandWriter& add(const DdsGuid& guid, CommandWriter writer);
+  void remove(const DdsGuid& guid);
+
+  /// A reader of the target has matched. Returns the sender that is not heard beside a stronger one.
+  std::optional<std::uint64_t> matched(int target, const DdsGuid& guid, bool exclusive);
+  void unmatched(int target, const DdsGuid& guid);
+  /// A valid command came in. Nothing: from a sender that is gone already.
+  std::optional<CommandArbiter::Verdict> on_command(int target, const DdsGuid& guid, bool exclusive,
+                                                    std::int64_t received_ns);
+
+  struct Revoked {
+    int target = -1;
+    std::string name;  ///< of the target
+    DdsGuid owner;
+    double silent_s = 0.0;
+  };
+  /// To be called often: targets whose owner has not kept its lease, and which another sender may have, now or
+  /// later. An owner that is alone and comes back stays the owner.
+  std::vector<Revoked> expire();
+
+ private:
+  std::optional<std::uint64_t> appeared(int target, const DdsGuid& guid, bool exclusive);
+  void watch(const DdsGuid& guid, CommandWriter& writer);
+  double silent_s(const DdsGuid& guid) const;
+
+  SenderRegistry& senders_;
+  LivelinessTracker* tracker_ = nullptr;
+  DdsGuid own_;
+  std::vector<CommandArbiter> arbiters_;  ///< by target
+  std::map<DdsGuid, CommandWriter> writers_;
+  std::map<int, DdsGuid> silent_owners_;  ///< by target that exclusive readers keep for them
+  std::set<DdsGuid> gone_;                ///< unmatched: what is still under way from them does not count
+};
+
+}  // namespace takt

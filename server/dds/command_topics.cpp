@@ -1,0 +1,89 @@
+#include "server/dds/command_topics.h"
+
+#include <string_view>
+#include <vector>
+
+#include "server/simulation/model/command.h"
+#include "takt_topics.h"
+
+namespace takt {
+namespace {
+
+/// A type as people know it: std_msgs/msg/String for std_msgs::msg::dds_::String_. Another one as it is.
+std::string ros_name(std::string_view type) {
+  constexpr std::string_view kMark = "::dds_::";
+  const auto mark = type.find(kMark);
+  if (mark == std::string_view::npos || !type.ends_with('_')) return "'" + std::string(type) + "'";
+  std::string name(type.substr(0, mark));
+  if (const auto colons = name.find("::"); colons != std::string::npos) name.replace(colons, 2, "/");
+  const std::size_t last = mark + kMark.size();
+  return name + "/" + std::string(type.substr(last, type.size() - last - 1));
+}
+
+template <typename Item>
+std::string names_of(const std::vector<Item>& items) {
+  std::string names;
+  for (const Item& item : items) names += (names.empty() ? "" : ", ") + item.name;
+  return names.empty() ? "none" : names;
+}
+
+}  // namespace
+
+const TopicInfo& topic_of(CommandKind kind) {
+  switch (kind) {
+    case CommandKind::joints:
+      return topics::joint_commands;
+    case CommandKind::trajectory:
+      return topics::joint_trajectory;
+    case CommandKind::gripper:
+      return topics::gripper_command;
+    case CommandKind::device:
+      break;
+  }
+  return topics::device_command;
+}
+
+std::optional<CommandTopic> command_topic(const TopicNames& names, const std::string& topic,
+                                          const CellDescription& cell) {
+  for (const CommandKind kind : {CommandKind::joints, CommandKind::trajectory, CommandKind::gripper}) {
+    CommandTopic found{kind, names.element_in(topic, topic_of(kind)), -1};
+    if (found.name.empty()) continue;
+    const auto robots = static_cast<int>(cell.robots.size());
+    if (kind != CommandKind::gripper) {
+      found.target = cell.find_robot(found.name);
+    } else if (const int gripper = cell.find_gripper(found.name); gripper >= 0) {
+      found.target = robots + gripper;
+    } else {
+      found.kind = CommandKind::device;
+      if (const int device = cell.find_device(found.name); device >= 0)
+        found.target = robots + static_cast<int>(cell.grippers.size()) + device;
+    }
+    return found;
+  }
+  return std::nullopt;
+}
+
+std::optional<DiagnosticEvent> diagnose_writer(const CommandTopic& command, const std::string& topic,
+                                               const std::string& type, const std::string& sender,
+                                               const CellDescription& cell) {
+  const auto event = [&](std::string_view code, const std::string& sentence) {
+    return DiagnosticEvent{Severity::warning, std::string(code), command.name, sender, sentence};
+  };
+  const std::string nobody = "Nobody listens to the topic " + topic + ": there is no ";
+  if (command.target < 0 && command.kind == CommandKind::device) {
+    const bool for_device = type == topic_of(CommandKind::device).type->dds_type;
+    return event(to_string(for_device ? RejectionCode::unknown_device : RejectionCode::unknown_gripper),
+                 nobody + "gripper or device '" + command.name + "' in this cell; grippers: " +
+                     names_of(cell.grippers) + "; devices: " + names_of(cell.devices) + ".");
+  }
+  if (command.target < 0)
+    return event(
+        to_string(RejectionCode::unknown_robot),
+        nobody + "robot '" + command.name + "' in this cell; robots: " + names_of(cell.robots) + ".");
+  if (type == topic_of(command.kind).type->dds_type) return std::nullopt;
+  return event("wrong_type", "Nothing that this sender writes for " + command.name +
+                                 " is heard: its type is " + ros_name(type) + ", but the topic " + topic +
+                                 " takes " + ros_name(topic_of(command.kind).type->dds_type) + ".");
+}
+
+}  // namespace takt

@@ -1,0 +1,130 @@
+#include "server/runtime/host/recordings.h"
+
+namespace takt {
+namespace {
+
+constexpr const char* kSuffix = ".taktlog";
+
+LogScenario logged(const LoadedScenario& loaded) {
+  LogScenario result;
+  if (loaded.source) result.source = *loaded.source;
+  result.changes = loaded.changes;
+  return result;
+}
+
+}  // namespace
+
+std::unique_ptr<LogRecorder> Recordings::make(const std::filesystem::path& file, bool replace) const {
+  RecorderOptions options;
+  options.version = options_.version;
+  options.cell = options_.cell;
+  options.replace = replace;
+  options.on_failure = [this](const std::string& sentence) {
+    outbound_.report(Severity::error, "recording_failed", options_.cell, sentence);
+  };
+  return std::make_unique<LogRecorder>(file, std::move(options));
+}
+
+void Recordings::open_log() {
+  if (!options_.log.empty()) recorder_ = make(options_.log, true);
+}
+
+void Recordings::open_log_again() {
+  if (options_.log.empty()) return;
+  try {
+    for (int number = 2;; ++number) {
+      const std::filesystem::path file = options_.log.string() + "." + std::to_string(number);
+      if (std::filesystem::exists(file)) continue;
+      recorder_ = make(file, false);
+      return;
+    }
+  } catch (const std::exception& error) {  // a server that goes on is worth more than its log
+    outbound_.report(Severity::error, "recording_failed", options_.cell,
+                     std::string("Nothing is recorded: ") + error.what());
+  }
+}
+
+void Recordings::begin(LoadedScenario& loaded) {
+  if (!recorder_) return;
+  // A state that was restored counts an epoch.
+  if (const std::string refusal =
+          recorder_->begin_scenario(logged(loaded), loaded.simulation, loaded.simulation.epoch() == 0);
+      !refusal.empty()) {
+    outbound_.report(Severity::error, "recording_failed", options_.cell,
+                     "Nothing more is recorded: " + refusal);
+    return;
+  }
+  loaded.loop->record_with(recorder_.get());
+}
+
+Outcome Recordings::start(const StartRecording& request) {
+  if (options_.recordings.empty())
+    return {ControlResult::unsupported,
+            "This server keeps no recordings of requests; --recordings DIR says where to."};
+  if (std::string refusal = SessionStore::refused_name(request.name, "recording"); !refusal.empty())
+    return {ControlResult::failed, std::move(refusal)};
+  if (recorder_)
+    return {ControlResult::incorrect_state,
+            "It is being recorded already, to " + recorder_->file().string() +
+                (is_log_of_server() ? ", the log of the server." : "; stop_recording ends that.")};
+  try {
+    std::filesystem::create_directories(options_.recordings);
+    recorder_ = make(std::filesystem::absolute(options_.recordings) / (request.name + kSuffix), false);
+  } catch (const std::exception& error) {
+    return {ControlResult::failed, std::string("Nothing is recorded: ") + error.what()};
+  }
+  if (const auto loaded = slot_.loaded()) {
+    std::string refusal;
+    const bool began = loaded->loop->between_steps([&] {
+      refusal = recorder_->begin_scenario(logged(*loaded), loaded->simulation, false);
+      if (refusal.empty()) loaded->loop->record_with(recorder_.get());
+    });
+    if (!refusal.empty()) {
+      const std::filesystem::path file = recorder_->file();
+      recorder_.reset();
+      std::error_code ignored;
+      std::filesystem::remove(file, ignored);
+      return {ControlResult::failed, "Nothing is recorded, as the state could not be restored: " + refusal};
+    }
+    if (!began) {
+      recorder_.reset();
+      return {ControlResult::incorrect_state, "The simulation has ended; nothing is recorded."};
+    }
+  }
+  const std::string file = recorder_->file().string(), message = "It is being recorded to " + file + ".";
+  outbound_.report(Severity::information, "recording_started", options_.cell, message);
+  return {ControlResult::ok, message, {{"uri", file}}};
+}
+
+bool Recordings::is_log_of_server() const {
+  return recorder_ && !options_.log.empty() &&
+         std::filesystem::absolute(recorder_->file()) == std::filesystem::absolute(options_.log);
+}
+
+Outcome Recordings::stop() {
+  if (!recorder_) return {ControlResult::incorrect_state, "Nothing is being recorded."};
+  if (is_log_of_server())
+    return {ControlResult::incorrect_state,
+            "What is recorded is the log of the server (--log " + recorder_->file().string() +
+                "), which ends with the server." +
+                (recorder_->failure().empty() ? "" : " It has failed: " + recorder_->failure())};
+  if (const auto loaded = slot_.loaded()) {
+    // A loop that has ended has said so in the recording.
+    (void)loaded->loop->between_steps([&] {
+      recorder_->end_scenario(loaded->simulation);
+      loaded->loop->record_with(nullptr);
+    });
+  }
+  recorder_->flush();
+  const std::string file = recorder_->file().string();
+  std::string failure = recorder_->failure();
+  const std::string records = std::to_string(recorder_->records());
+  const std::string bytes = std::to_string(recorder_->written_bytes());
+  recorder_.reset();
+  if (!failure.empty()) return {ControlResult::failed, std::move(failure)};
+  const std::string message = file + " holds " + records + " records.";
+  outbound_.report(Severity::information, "recording_stopped", options_.cell, message);
+  return {ControlResult::ok, message, {{"uri", file}, {"records", records}, {"bytes", bytes}}};
+}
+
+}  // namespace takt

@@ -1,0 +1,144 @@
+#include "server/runtime/host/snapshots.h"
+
+#include <cstdio>
+#include <utility>
+
+#include "server/runtime/recording/snapshot_file.h"
+
+namespace takt {
+namespace {
+
+std::string instant(const SnapshotIdentity& identity) {
+  char text[80];
+  std::snprintf(text, sizeof text, "%.3f s (step %llu)", identity.time_s,
+                static_cast<unsigned long long>(identity.step));
+  return text;
+}
+
+}  // namespace
+
+Snapshots::Snapshots(const HostOptions& options, ScenarioSlot& slot, OutboundQueue& outbound)
+    : options_(options), slot_(slot), outbound_(outbound) {
+  if (!options_.snapshots.empty()) store_.emplace(options_.snapshots, options_.cell);
+}
+
+void Snapshots::begin() {
+  if (store_) store_->begin();
+}
+
+Session Snapshots::session_of(const LoadedScenario* loaded) const {
+  Session session;
+  if (loaded != nullptr) {
+    session.source = loaded->source;
+    session.changes = loaded->changes;
+  }
+  session.pace = slot_.pace();
+  session.factor = slot_.pace_factor();
+  session.state = SimulationState::stopped;
+  return session;
+}
+
+void Snapshots::attach(LoadedScenario* loaded) {
+  if (!store_) return;
+  if (loaded != nullptr) {
+    if (options_.loop.save_every_s > 0.0) loaded->writer.emplace(*loaded->loop, *store_, session_of(loaded));
+    return;
+  }
+  if (const std::string failure = store_->write(session_of(nullptr)); !failure.empty())
+    outbound_.report(Severity::error, "snapshot_failed", options_.cell, failure);
+}
+
+std::optional<Outcome> Snapshots::refusal(const std::string& name) const {
+  if (!store_)
+    return Outcome{ControlResult::unsupported,
+                   "This server keeps no snapshots; --snapshots DIR says where to."};
+  if (std::string refused = name.empty() ? "" : SessionStore::refused_name(name); !refused.empty())
+    return Outcome{ControlResult::failed, std::move(refused)};
+  if (!slot_.loaded())
+    return Outcome{ControlResult::incorrect_state, "No scenario is loaded; load_scenario loads one."};
+  return std::nullopt;
+}
+
+Outcome Snapshots::save(const SaveSnapshot& request) {
+  if (auto refused = refusal(request.name)) return *std::move(refused);
+  const auto loaded = slot_.loaded();
+  SavedState saved;
+  std::string why;
+  if (!loaded->loop->between_steps([&] { why = loaded->loop->saver().save(saved); }))
+    return {ControlResult::incorrect_state, "The simulation has ended; nothing was saved."};
+  if (!why.empty()) return {ControlResult::failed, "Nothing was saved, as it could not be restored: " + why};
+  const std::filesystem::path file = store_->file_of(request.name);
+  SnapshotResult written = write_snapshot_file(file, saved.identity, saved.bytes);
+  if (!written.good()) return {ControlResult::failed, std::move(written.message)};
+  const std::string message =
+      "Snapshot " + request.name + " holds the state at " + instant(saved.identity) + ".";
+  outbound_.report(Severity::information, "snapshot_saved", options_.cell, message);
+  return {ControlResult::ok,
+          message,
+          {{"uri", file.string()},
+           {"bytes", std::to_string(saved.bytes.size())},
+           {"time", exact_text(saved.identity.time_s)},
+           {"step", std::to_string(saved.identity.step)}}};
+}
+
+Outcome Snapshots::restore(const RestoreSnapshot& request) {
+  if (auto refused = refusal(request.name)) return *std::move(refused);
+  const auto loaded = slot_.loaded();
+  std::vector<std::filesystem::path> files = store_->periodic();
+  if (!request.name.empty()) files = {store_->file_of(request.name)};
+  SnapshotResult result{SnapshotError::not_found, "There is no periodic snapshot yet."};
+  for (const auto& file : files) {
+    SnapshotFile content;
+    result = read_snapshot_file(file, content);
+    if (result.good()) result = check_identity(file, content.identity, loaded->simulation);
+    if (!result.good()) continue;
+    std::string why = "The simulation has ended; nothing was restored.";
+    std::uint32_t epoch = 0;
+    (void)loaded->loop->between_steps([&] {
+      why = loaded->loop->restore(content.state);
+      epoch = loaded->simulation.epoch();
+    });
+    if (!why.empty()) {
+      result = {SnapshotError::damaged, why};
+      continue;
+    }
+    const std::string message = "The cell is back at " + instant(content.identity) + ".";
+    outbound_.report(Severity::information, "snapshot_restored", options_.cell, message);
+    return {ControlResult::ok,
+            message,
+            {{"time", exact_text(content.identity.time_s)},
+             {"step", std::to_string(content.identity.step)},
+             {"epoch", std::to_string(epoch)}}};
+  }
+  return {result.error == SnapshotError::not_found ? ControlResult::not_found : ControlResult::failed,
+          result.message};
+}
+
+std::optional<Session> Snapshots::session() const {
+  return store_ ? store_->read() : std::nullopt;
+}
+
+std::string Snapshots::resume(const Session& session) {
+  slot_.set_pace(session.pace, session.factor);
+  if (!session.source) {
+    slot_.exchange(nullptr);
+    return "no scenario is loaded, as before";
+  }
+  auto next = slot_.build(*session.source, session.changes);
+  std::string how = "the scenario begins anew, as no periodic snapshot can be used";
+  for (const auto& file : store_->periodic()) {
+    SnapshotFile content;
+    SnapshotResult result = read_snapshot_file(file, content);
+    if (result.good()) result = check_identity(file, content.identity, next->simulation);
+    if (result.good() && next->simulation.restore_state(content.state).empty()) {
+      how = "the cell goes on at " + instant(content.identity) + ", from a periodic snapshot";
+      break;
+    }
+  }
+  const SimulationState state =
+      session.state == SimulationState::quitting ? SimulationState::paused : session.state;
+  slot_.exchange(std::move(next), state);
+  return how + ", " + std::string(to_string(state));
+}
+
+}  // namespace takt

@@ -1,0 +1,118 @@
+#include "server/runtime/loop/lockstep_barrier.h"
+
+#include <algorithm>
+
+namespace takt {
+namespace {
+
+constexpr std::int64_t kLateAfter_ns = 1'000'000'000;  // a wait of this length is reported in an event
+
+}  // namespace
+
+LockstepBarrier::LockstepBarrier(LoopContext& loop)
+    : loop_(loop), controllers_(target_count(loop.cell()), loop.cell().step_s) {}
+
+bool LockstepBarrier::admits(const ReceivedCommand& received) {
+  const auto* controller = controllers_.owner(received.target);
+  const double step_s = loop_.cell().step_s;
+  SimTime stamp = stamp_of(received.command);
+  RejectionCode code = RejectionCode::invalid_request;
+  double boundary_s = -1.0;
+  if (controller == nullptr) {
+    // In single steps the one that steps decides what goes in between; a running lockstep must not depend on when a
+    // command happens to arrive.
+    if (!loop_.plays()) return true;
+  } else {
+    boundary_s = static_cast<double>(controller->boundary_step) * step_s;
+    const auto boundary = SimTime::from_seconds(boundary_s);
+    // A zero stamp means "none" on the wire, and the boundary at t = 0.
+    if (!stamp.given() && boundary.ns == 0) stamp = boundary;
+    // Until its end a trajectory is what its controller has sent for every boundary.
+    if (stamp == boundary && !covered_by_trajectory(received.target, boundary_s)) return true;
+    if (stamp == boundary) stamp = {};
+    if (controller->boundary > 0) {
+      const auto crossed = period_boundary_step(controller->boundary - 1, controller->period_s, step_s);
+      // The answer to a state that was sent twice.
+      if (stamp == SimTime::from_seconds(static_cast<double>(crossed) * step_s)) return false;
+    }
+    if (stamp.given()) code = stamp < boundary ? RejectionCode::stale : RejectionCode::out_of_range;
+  }
+  EventRecord rejected = loop_.event(EventCode::command_rejected, Severity::warning);
+  rejected.a = received.target;
+  rejected.b = static_cast<int>(code);
+  rejected.x = stamp.seconds();
+  rejected.y = boundary_s;
+  rejected.sender = received.sender;
+  loop_.emit(rejected);
+  ++refused_;
+  return false;
+}
+
+LockstepBarrier::Verdict LockstepBarrier::check(const std::function<bool(int)>& has_command,
+                                                bool single_step) {
+  Verdict verdict;
+  if (controllers_.controllers().empty()) {
+    if (!single_step) name("(no controller is registered)");
+    verdict.open = single_step;
+    return verdict;
+  }
+  const std::uint64_t step = loop_.simulation.step_index();
+  for (auto& controller : controllers_.controllers()) {
+    if (controller.boundary_step != step) continue;
+    const auto missing = std::find_if(controller.targets.begin(), controller.targets.end(), [&](int target) {
+      return !has_command(target) && !covered_by_trajectory(target, loop_.simulation.time_s());
+    });
+    if (missing == controller.targets.end()) continue;
+    name(controller.name);
+    if (auto timeout = wait_for(controller, *missing, verdict)) {
+      if (verdict.timeout) loop_.emit(*verdict.timeout);
+      verdict.timeout = timeout;
+    }
+  }
+  verdict.open = waiting_count_ == 0;
+  return verdict;
+}
+
+bool LockstepBarrier::covered_by_trajectory(int target, double time_s) const {
+  const auto robot = static_cast<std::size_t>(target);
+  if (robot >= loop_.cell().robots.size()) return false;
+  return loop_.simulation.trajectory_end_s(robot) > time_s + 0.5 * loop_.cell().step_s;
+}
+
+std::optional<EventRecord> LockstepBarrier::wait_for(ControllerRegistry::Controller& controller,
+                                                     int missing_target, Verdict& verdict) {
+  const std::int64_t now = monotonic_now_ns();
+  if (wait_began_ns_ == 0) {
+    wait_began_ns_ = now;
+    for (auto& each : controllers_.controllers()) each.late_told = false;
+    wait_in_status_ = false;
+  }
+  const std::int64_t waited = now - wait_began_ns_;
+  if (waited >= kWaitInStatus_ns && !wait_in_status_) wait_in_status_ = verdict.news_for_status = true;
+  EventRecord late = loop_.event(EventCode::controller_late, Severity::warning);
+  late.a = missing_target;
+  late.x = loop_.simulation.time_s();
+  late.text.assign(controller.name);
+  if (static_cast<double>(waited) >= controller.timeout_s * 1e9) {
+    late.code = EventCode::controller_timeout;
+    late.severity = Severity::error;
+    late.y = controller.timeout_s;
+    return late;
+  }
+  if (waited >= kLateAfter_ns && !controller.late_told) {
+    controller.late_told = true;
+    late.y = static_cast<double>(waited) * 1e-9;
+    loop_.emit(late);
+  }
+  return std::nullopt;
+}
+
+void LockstepBarrier::crossed(std::uint64_t step) {
+  for (auto& controller : controllers_.controllers()) {
+    // Out of lockstep nobody waits at boundaries; they are kept up to date for when lockstep begins.
+    while (controller.boundary_step <= step) controllers_.advance(controller);
+  }
+  stop_waiting();
+}
+
+}  // namespace takt

@@ -1,0 +1,66 @@
+#pragma once
+// Lockstep: the boundaries of the registered controllers (controller_registry.h), and the wait at them.
+//
+// At a step that is a boundary of a controller the loop waits until every target of that controller has a command
+// stamped with that step's time, to the nanosecond. While a robot follows a trajectory, its controller has nothing
+// to send for it. A controller that is late is reported in an event; beyond its time-out the simulation pauses.
+#include <array>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "idl/common/fixed_string.h"
+#include "server/runtime/loop/command_buffer.h"
+#include "server/runtime/loop/controller_registry.h"
+#include "server/runtime/loop/loop_context.h"
+
+namespace takt {
+
+class LockstepBarrier {
+ public:
+  /// A wait of this length is in the status at once (wall time).
+  static constexpr std::int64_t kWaitInStatus_ns = 20'000'000;
+
+  explicit LockstepBarrier(LoopContext& loop);
+
+  ControllerRegistry& controllers() { return controllers_; }
+  const ControllerRegistry& controllers() const { return controllers_; }
+
+  /// In lockstep: whether a command may wait for its boundary. A refused one is reported in an event and counted,
+  /// unless it answers a state that was sent twice.
+  bool admits(const ReceivedCommand& received);
+  std::uint64_t refused() const { return refused_; }
+
+  struct Verdict {
+    bool open = true;                    ///< nothing is missing: the step may be taken
+    bool news_for_status = false;        ///< the wait has just become long
+    std::optional<EventRecord> timeout;  ///< the last time-out, to pause with; the others are emitted
+  };
+  /// In lockstep, before a step; `has_command` of a target. `single_step`: a step without controllers is meant.
+  Verdict check(const std::function<bool(int target)>& has_command, bool single_step);
+  /// The step was taken: its boundaries are crossed.
+  void crossed(std::uint64_t step);
+  /// Nobody is waited for: the next wait begins anew.
+  void stop_waiting() { wait_began_ns_ = 0; }
+  /// Names of the controllers that are waited for.
+  std::span<const FixedString<128>> waiting_for() const { return {waiting_for_.data(), waiting_count_}; }
+  void clear_waiting_for() { waiting_count_ = 0; }
+
+ private:
+  bool covered_by_trajectory(int target, double time_s) const;
+  /// Reports that it is late; returns the event of its time-out when that is over.
+  std::optional<EventRecord> wait_for(ControllerRegistry::Controller& controller, int missing_target,
+                                      Verdict& verdict);
+  void name(std::string_view controller) { waiting_for_[waiting_count_++].assign(controller); }
+
+  LoopContext& loop_;
+  ControllerRegistry controllers_;
+  std::int64_t wait_began_ns_ = 0;  ///< at the present boundary; 0: no wait
+  bool wait_in_status_ = false;
+  std::array<FixedString<128>, ControllerRegistry::kMaxControllers> waiting_for_;
+  std::size_t waiting_count_ = 0;
+  std::uint64_t refused_ = 0;
+};
+
+}  // namespace takt

@@ -1,0 +1,222 @@
+#include "server/runtime/loop/loop_control.h"
+
+#include <utility>
+
+#include "server/runtime/loop/scheduling.h"
+
+namespace takt {
+namespace {
+
+constexpr std::int64_t kLongestWait_ns = 10'000'000;
+
+}  // namespace
+
+LoopControl::LoopControl(Simulation& simulation, LoopOutput& output, const RunLoopOptions& options,
+                         AutoResetEvent& wakeup, std::atomic<bool>& stop)
+    : context{simulation, output, options.state, options.pace, options.factor},
+      barrier(context),
+      intake(context, barrier),
+      pacer(options.clock != nullptr ? *options.clock : system_monotonic_clock()),
+      status(context, pacer, barrier, intake),
+      saver(context, options.save_every_s),
+      options_(options),
+      wakeup_(wakeup),
+      stop_(stop) {
+  for (const ControllerRegistration& controller : options.controllers) {
+    RegisterController request{controller.name, controller.period_s, controller.timeout_s, {}};
+    for (const std::string& target : controller.targets)
+      if (const int here = find_target(context.cell(), target); here >= 0) request.targets.push_back(here);
+    if (request.targets.empty()) {
+      EventRecord removed = context.event(EventCode::controller_unregistered, Severity::warning);
+      removed.text.assign(controller.name);
+      context.emit(removed);
+    } else {
+      (void)barrier.controllers().add(request, 0, context.cell());
+    }
+  }
+}
+
+void LoopControl::begin() {
+  status.set_scheduling(obtain_scheduling(options_.realtime_priority));
+  anchor();
+  publish_instant();
+}
+
+bool LoopControl::may_step() {
+  barrier.clear_waiting_for();
+  if (context.faulted) return false;
+  if (!context.plays() && single_steps_left_ == 0) {
+    barrier.stop_waiting();
+    return false;
+  }
+  if (context.pace != Pace::lockstep) return true;
+  const auto verdict =
+      barrier.check([this](int target) { return intake.has(target); }, single_steps_left_ > 0);
+  if (verdict.timeout) {
+    pause_with(*verdict.timeout);
+  } else if (verdict.news_for_status) {
+    status.publish();
+  }
+  return verdict.open;
+}
+
+void LoopControl::take_step() {
+  Simulation& simulation = context.simulation;
+  const std::uint64_t step = simulation.step_index();
+  const std::span<const Command> batch = intake.take_batch();
+  const bool deadlines_count = context.pace != Pace::lockstep;
+  simulation.watch_deadlines(deadlines_count);
+  if (context.recorder != nullptr) {
+    context.recorder->deadlines(simulation, deadlines_count);
+    context.recorder->commands(simulation, batch);
+  }
+  const std::int64_t began = monotonic_now_ns();
+  const bool advanced = simulation.step(batch);
+  const std::int64_t ended = monotonic_now_ns();
+  if (!advanced) {
+    context.record(LogFault{});
+    context.faulted = true;
+    pause_with(fault_record(simulation));
+    return;
+  }
+  if (context.recorder != nullptr) context.recorder->stepped(simulation);
+  status.stepped(ended - began);
+  intake.count_applied();
+  barrier.crossed(step);
+  intake.set_present(simulation.time_s());
+  report_step(simulation, [this](const EventRecord& event) { context.emit(event); });
+  publish_instant();
+  if (single_steps_left_ > 0 && --single_steps_left_ == 0)
+    end_single_steps(ControlResult::ok, "The steps are done.");
+  if (!ended_ && at_the_end()) {
+    ended_ = true;
+    pause_with(context.event(EventCode::end_of_scenario, Severity::information));
+    if (options_.quit_at_end) quit();
+  }
+  status.publish_if_due();
+  saver.note_change();
+  saver.save_if_due();
+}
+
+bool LoopControl::at_the_end() const {
+  return options_.pause_at_s &&
+         context.simulation.time_s() >= *options_.pause_at_s - 0.5 * context.cell().step_s;
+}
+
+void LoopControl::pause_with(const EventRecord& event) {
+  context.emit(event);
+  context.state = SimulationState::paused;
+  barrier.stop_waiting();
+  end_single_steps(ControlResult::failed, describe(event, context.cell()).message);
+  status.publish();
+}
+
+void LoopControl::publish_instant() {
+  LoopOutput& output = context.output;
+  PublishedSnapshot& published = output.snapshots.write_buffer();
+  context.simulation.read_snapshot(published.snapshot);
+  const ContactsSample& contacts = published.snapshot.contacts;
+  status.set_contact_pairs(contacts.count + contacts.omitted);
+  published.number = ++published_;
+  output.snapshots.publish();
+  output.news.post();
+  if (options_.on_instant) options_.on_instant(context.simulation);
+  if (context.pace == Pace::lockstep) wait_until_written();
+}
+
+void LoopControl::wait_until_written() {
+  const LoopOutput& output = context.output;
+  while (output.writer_attached.load(std::memory_order_relaxed) && !stop_.load(std::memory_order_relaxed) &&
+         output.newest_written.load(std::memory_order_acquire) < published_) {
+    wakeup_.wait_until_ns(monotonic_now_ns() + kLongestWait_ns);
+  }
+}
+
+void LoopControl::set_state(SimulationState state) {
+  if (context.state == state) return;
+  context.state = state;
+  barrier.stop_waiting();
+  if (state == SimulationState::playing) {
+    anchor();
+    if (context.pace == Pace::lockstep) {
+      for (int target = 0; target < target_count(context.cell()); ++target)
+        if (barrier.controllers().owner(target) == nullptr) intake.drop(target);
+    }
+  }
+  EventRecord changed = context.event(EventCode::state_changed, Severity::information);
+  changed.a = static_cast<int>(state);
+  context.emit(changed);
+  status.publish();
+}
+
+void LoopControl::set_pace(Pace pace, double factor) {
+  context.pace = pace;
+  context.factor = factor;
+  intake.drop_all();
+  barrier.stop_waiting();
+  anchor();
+}
+
+void LoopControl::quit() {
+  quits.store(true);
+  stop_.store(true);
+}
+
+void LoopControl::reset() {
+  Simulation& simulation = context.simulation;
+  end_single_steps(ControlResult::failed, "The remaining steps were not taken: the cell was reset.");
+  const std::uint64_t step = simulation.step_index();
+  if (context.recorder != nullptr) context.recorder->checkpoint(simulation);
+  simulation.reset();
+  if (context.recorder != nullptr) context.recorder->note(step, LogReset{});
+  restart(0);
+  context.emit(context.event(EventCode::reset, Severity::information));
+  publish_instant();
+  status.publish();
+}
+
+std::string LoopControl::restore(std::span<const std::byte> state) {
+  Simulation& simulation = context.simulation;
+  const std::uint64_t step = simulation.step_index();
+  if (context.recorder != nullptr) context.recorder->checkpoint(simulation);
+  const std::string refusal = simulation.restore_state(state);
+  if (!refusal.empty()) return refusal;
+  if (context.recorder != nullptr) context.recorder->restored(step, state);
+  end_single_steps(ControlResult::failed, "The remaining steps were not taken: a snapshot was restored.");
+  restart(simulation.step_index());
+  ended_ = at_the_end();
+  if (context.state == SimulationState::stopped) set_state(SimulationState::paused);
+  publish_instant();
+  status.publish();
+  return {};
+}
+
+void LoopControl::restart(std::uint64_t step) {
+  intake.restart();
+  barrier.controllers().restart(step);
+  barrier.stop_waiting();
+  context.faulted = false;
+  ended_ = false;
+  pacer.clear_figures();
+  status.restart();
+  anchor();
+}
+
+void LoopControl::begin_single_steps(std::uint64_t request, std::uint64_t count) {
+  if (context.state == SimulationState::stopped) set_state(SimulationState::paused);
+  single_steps_left_ = count;
+  single_steps_request_ = request;
+}
+
+void LoopControl::end_single_steps(ControlResult result, const std::string& message) {
+  if (single_steps_request_ == 0) return;
+  context.output.outbound->add_reply(single_steps_request_,
+                                     {result,
+                                      message,
+                                      {{"step", std::to_string(context.simulation.step_index())},
+                                       {"time", exact_text(context.simulation.time_s())}}});
+  single_steps_request_ = 0;
+  single_steps_left_ = 0;
+}
+
+}  // namespace takt

@@ -1,0 +1,26 @@
+#pragma once
+// Simulated time as a stamp: whole nanoseconds since the initial state, as on the wire. Stamps are stored, compared,
+// recorded and published in this form. Seconds are for physics and for text.
+#include <cmath>
+#include <compare>
+#include <cstdint>
+
+namespace takt {
+
+struct SimTime {
+  std::int64_t ns = -1;  ///< negative: no stamp
+
+  /// The nearest nanosecond; no stamp for a negative time. At most 9.2e9 s.
+  static SimTime from_seconds(double time_s) { return {time_s < 0.0 ? -1 : std::llround(time_s * 1e9)}; }
+
+  bool given() const { return ns >= 0; }
+  /// -1 without a stamp. Whole seconds are exact, so that the rounding is that of the fraction.
+  double seconds() const {
+    constexpr std::int64_t kSecond_ns = 1'000'000'000;
+    return given() ? static_cast<double>(ns / kSecond_ns) + static_cast<double>(ns % kSecond_ns) * 1e-9
+                   : -1.0;
+  }
+  friend auto operator<=>(const SimTime&, const SimTime&) = default;
+};
+
+}  // namespace takt
