@@ -34,11 +34,11 @@ bool meant(const Scenario& scenario, const CellModel& cell, int a, int b) {
     return (fits_pattern(name_a, pair[0]) && fits_pattern(name_b, pair[1])) ||
            (fits_pattern(name_a, pair[1]) && fits_pattern(name_b, pair[0]));
   };
-  const auto joined = [&](const ScrewJointModel& thread) {
-    return std::minmax(thread.part, thread.holder) == std::minmax(a, b);
+  const auto joined = [&](const std::pair<int, int>& pair) {
+    return std::minmax(pair.first, pair.second) == std::minmax(a, b);
   };
   return std::any_of(scenario.allow_overlap.begin(), scenario.allow_overlap.end(), named) ||
-         std::any_of(cell.threads.begin(), cell.threads.end(), joined);
+         std::any_of(cell.joined.begin(), cell.joined.end(), joined);
 }
 
 }  // namespace
