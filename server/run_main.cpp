@@ -463,7 +463,8 @@ int write_scenario(const Arguments& a) {
 
 int do_what_is_wanted(const Arguments& a) {
   if (!a.scenario_keys.empty())
-    return std::cout << (a.scenario_keys == "schema" ? takt::scenario_schema() : takt::scenario_reference()), 0;
+    return std::cout << (a.scenario_keys == "schema" ? takt::scenario_schema() : takt::scenario_reference()),
+           0;
   if (!a.write_scenario.empty()) return write_scenario(a);
   if (!a.check_mesh.empty()) return takt::print_mesh_check(std::cout, a.check_mesh, a.mesh) ? 0 : 2;
   if (!a.compare.empty()) return compare(a);

@@ -24,7 +24,10 @@ void describe_devices(Fields& f, std::vector<StatedDevice>& devices) {
     std::copy_if(devices.begin(), devices.end(), std::back_inserter(own),
                  [&](const StatedDevice& device) { return device.type == &type; });
     f.entries(
-        type.key, own, type.doc, type.item_doc, kNamesTopics, [&] { return StatedDevice{"", &type, type.fresh()}; },
+        type.key, own, type.doc, type.item_doc, kNamesTopics,
+        [&] {
+          return StatedDevice{"", &type, type.fresh()};
+        },
         [&](StatedDevice& device) { type.describe(f, device.section); });
     if (!f.reading()) continue;
     for (StatedDevice& device : own) {
@@ -41,9 +44,12 @@ void describe_part_devices(Fields& f, const std::string& part, std::vector<State
     std::optional<std::any> section;
     for (const StatedDevice& device : devices)
       if (device.type == &type) section = device.section;
-    if (!section && (f.informing() || f.has(type.key))) section.emplace(type.fresh());
+    if (f.informing() || (f.reading() && f.find(type.key))) section.emplace(type.fresh());
     if (!section) continue;
-    const auto describe_it = [&](std::any& stated) { f.section(type.key, type.doc, [&] { type.describe(f, stated); }, kAlwaysWritten); };
+    const auto describe_it = [&](std::any& stated) {
+      f.section(
+          type.key, type.doc, [&] { type.describe(f, stated); }, kAlwaysWritten);
+    };
     if (f.writing()) {
       f.note_defaults([&] {
         std::any usual = type.fresh();

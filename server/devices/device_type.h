@@ -32,11 +32,12 @@ struct HeldBy {
 /// What a device is made with, while a cell is built.
 class DeviceBuilder {
  public:
-  DeviceBuilder(const std::vector<TriangleMesh>& meshes_by_component, double temperature_degC, CellModel& model)
+  DeviceBuilder(const std::vector<TriangleMesh>& meshes_by_component, double temperature_degC,
+                CellModel& model)
       : meshes(meshes_by_component), surroundings_degC(temperature_degC), cell(model) {}
 
-  std::string name;    ///< of the device
-  int component = -1;  ///< the Part that the device belongs to
+  std::string name;                         ///< of the device
+  int component = -1;                       ///< the Part that the device belongs to
   const std::vector<TriangleMesh>& meshes;  ///< by component
   double surroundings_degC;
   CellModel& cell;
@@ -63,7 +64,7 @@ class DeviceBuilder {
   /// what enters the model hash.
   template <class Parameters>
   int add_signal_table(const Parameters& parameters, std::vector<SignalDescription> signals,
-                const std::vector<double>& initial = {}) {
+                       const std::vector<double>& initial = {}) {
     SignalTableParameters board;
     board.count = signals.size();
     std::copy(initial.begin(), initial.end(), board.initial.begin());
@@ -75,9 +76,11 @@ class DeviceBuilder {
   template <class Mechanism>
   typename Mechanism::Model& mechanism() {
     for (const MechanismModel& entry : cell.mechanisms)
-      if (entry.name == Mechanism::kName) return *std::static_pointer_cast<typename Mechanism::Model>(entry.model);
+      if (entry.name == Mechanism::kName)
+        return *std::static_pointer_cast<typename Mechanism::Model>(entry.model);
     auto model = std::make_shared<typename Mechanism::Model>();
-    cell.mechanisms.push_back({Mechanism::kName, model, [model] { return std::make_unique<Mechanism>(*model); }});
+    cell.mechanisms.push_back(
+        {Mechanism::kName, model, [model] { return std::make_unique<Mechanism>(*model); }});
     return *model;
   }
   Pose pose_of_ground(const std::string& ground) const;
@@ -108,7 +111,9 @@ DeviceType device_type(DeviceType::Owner owner, const char* key, const char* doc
   type.describe = [](Fields& f, std::any& stated) { describe(f, *std::any_cast<S>(&stated)); };
   type.build = [](const std::any& stated, DeviceBuilder& b) { build(*std::any_cast<S>(&stated), b); };
   if constexpr (requires(S s) { s.held_by; })
-    type.held_by = [](const std::any& stated) -> const HeldBy* { return &std::any_cast<S>(&stated)->held_by; };
+    type.held_by = [](const std::any& stated) -> const HeldBy* {
+      return &std::any_cast<S>(&stated)->held_by;
+    };
   return type;
 }
 

@@ -7,7 +7,8 @@
 namespace takt {
 
 const std::vector<DeviceType>& device_types() {
-  static const std::vector<DeviceType> types{heated_part_type(), furnace_type(), screw_joint_type(), screwdriver_type()};
+  static const std::vector<DeviceType> types{heated_part_type(), furnace_type(), screw_joint_type(),
+                                             screwdriver_type()};
   return types;
 }
 

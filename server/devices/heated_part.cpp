@@ -12,11 +12,15 @@ double surface_of(const TriangleMesh& mesh) {
 }  // namespace
 
 void describe(Fields& f, ScenarioHeat& s) {
-  f.field("specific_heat_J_per_kg_K", s.specific_heat_J_per_kg_K, positive("J/(kg K)"), "Specific heat.", kRequired);
-  f.field("temperature_degC", s.temperature_degC, kTemperature_degC, "Temperature at the start; without it: that of the surroundings.");
-  f.field("emissivity", s.emissivity, NumberRange{.lower = 0.0, .upper = 1.0}, "Towards a furnace around the part.");
+  f.field("specific_heat_J_per_kg_K", s.specific_heat_J_per_kg_K, positive("J/(kg K)"), "Specific heat.",
+          kRequired);
+  f.field("temperature_degC", s.temperature_degC, kTemperature_degC,
+          "Temperature at the start; without it: that of the surroundings.");
+  f.field("emissivity", s.emissivity, NumberRange{.lower = 0.0, .upper = 1.0},
+          "Towards a furnace around the part.");
   f.field("surface_m2", s.surface_m2, positive("m^2"), "Exposed surface; without it: that of the mesh.");
-  f.field("cooling_W_per_m2_K", s.cooling_W_per_m2_K, not_negative("W/(m^2 K)"), "Heat transfer to the surroundings, outside of furnaces.");
+  f.field("cooling_W_per_m2_K", s.cooling_W_per_m2_K, not_negative("W/(m^2 K)"),
+          "Heat transfer to the surroundings, outside of furnaces.");
 }
 
 void build(const ScenarioHeat& s, DeviceBuilder& b) {
@@ -28,7 +32,8 @@ void build(const ScenarioHeat& s, DeviceBuilder& b) {
   p.environment_K = kelvin(b.surroundings_degC);
   p.surface_m2 = s.surface_m2.value_or(surface_of(b.meshes[id]));
   p.cooling_W_per_m2_K = s.cooling_W_per_m2_K;
-  b.add<HeatedPart>(p, {reported("temperature", "degC"), reported("heat_flow", "W"), reported("energy_lost", "J")});
+  b.add<HeatedPart>(
+      p, {reported("temperature", "degC"), reported("heat_flow", "W"), reported("energy_lost", "J")});
   b.heated.push_back({p.body, p.surface_m2, s.emissivity});
 }
 

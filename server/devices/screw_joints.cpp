@@ -9,15 +9,19 @@
 namespace takt {
 
 void describe(Fields& f, ScenarioScrewJoint& s) {
-  f.field("in", s.held_by.component, Text{}, "Part or ground that the part is screwed into; a part without a thread of its own.", kRequired);
+  f.field("in", s.held_by.component, Text{},
+          "Part or ground that the part is screwed into; a part without a thread of its own.", kRequired);
   s.held_by.place = f.place("in");
   f.field("pitch_m", s.pitch_m, positive("m"), "Travel for each turn.", kRequired);
   f.field("length_m", s.length_m, positive("m"), "Length that is engaged at the start.", kRequired);
-  f.field("driving_torque_Nm", s.driving_torque_Nm, positive("N m"), "Torque that turns it, either way.", kRequired);
-  f.field("axis", s.axis_B, vector3(""), "Direction in which it comes out, in the frame of the part; of any length.");
+  f.field("driving_torque_Nm", s.driving_torque_Nm, positive("N m"), "Torque that turns it, either way.",
+          kRequired);
+  f.field("axis", s.axis_B, vector3(""),
+          "Direction in which it comes out, in the frame of the part; of any length.");
   f.check(s.axis_B.norm() > 1e-6, "axis", "a vector without direction", "e.g. [0, 0, 1]");
   f.field("head_m", s.p_BH, vector3("m"), "Where a screwdriver meets it, in the frame of the part.");
-  f.field("stiffness_N_per_m", s.stiffness_N_per_m, positive("N/m"), "Stiffness of the thread at level of detail 3.");
+  f.field("stiffness_N_per_m", s.stiffness_N_per_m, positive("N/m"),
+          "Stiffness of the thread at level of detail 3.");
 }
 
 void build(const ScenarioScrewJoint& s, DeviceBuilder& b) {
@@ -35,35 +39,41 @@ void build(const ScenarioScrewJoint& s, DeviceBuilder& b) {
 }
 
 DeviceType screw_joint_type() {
-  return device_type<ScenarioScrewJoint>(DeviceType::Owner::part, "thread", "The part is screwed in at the start.", "", false);
+  return device_type<ScenarioScrewJoint>(DeviceType::Owner::part, "thread",
+                                         "The part is screwed in at the start.", "", false);
 }
 
 void describe(Fields& f, ScenarioScrewdriver& s) {
-  f.field("gripper", s.gripper, f.name_of({"grippers"}, "a gripper"), "Gripper whose tool centre point carries the bit, along its z axis.", kRequired);
-  f.field("max_speed_rad_per_s", s.max_speed_rad_per_s, positive("rad/s"), "Largest speed that may be commanded.", kRequired);
+  f.field("gripper", s.gripper, f.name_of({"grippers"}, "a gripper"),
+          "Gripper whose tool centre point carries the bit, along its z axis.", kRequired);
+  f.field("max_speed_rad_per_s", s.max_speed_rad_per_s, positive("rad/s"),
+          "Largest speed that may be commanded.", kRequired);
   f.field("max_torque_Nm", s.max_torque_Nm, positive("N m"), "Largest torque.", kRequired);
-  f.field("reach_m", s.reach_m, positive("m"), "Largest distance of the tool centre point from the head of a screw.");
+  f.field("reach_m", s.reach_m, positive("m"),
+          "Largest distance of the tool centre point from the head of a screw.");
 }
 
 void build(const ScenarioScrewdriver& s, DeviceBuilder& b) {
   ScrewJoints::Screwdriver driver;
   driver.max_torque_Nm = s.max_torque_Nm;
   driver.reach_m = s.reach_m;
-  const auto& gripper = b.cell.description.grippers[static_cast<std::size_t>(b.cell.description.find_gripper(s.gripper))];
+  const auto& gripper =
+      b.cell.description.grippers[static_cast<std::size_t>(b.cell.description.find_gripper(s.gripper))];
   driver.palm = gripper.component;
   driver.X_GT = gripper.X_GT;
   const double fastest = s.max_speed_rad_per_s;
   driver.device = b.add_signal_table(driver, {{"speed", "rad/s", true, -fastest, fastest},
-                                       reported("torque", "N m"),
-                                       reported("engaged", ""),
-                                       reported("power", "W"),
-                                       reported("energy", "J")});
+                                              reported("torque", "N m"),
+                                              reported("engaged", ""),
+                                              reported("power", "W"),
+                                              reported("energy", "J")});
   b.mechanism<ScrewJoints>().screwdrivers.push_back(driver);
 }
 
 DeviceType screwdriver_type() {
-  return device_type<ScenarioScrewdriver>(DeviceType::Owner::cell, "screwdrivers", "Screwdrivers.",
-                                          "A bit at the tool centre point of a gripper, which turns parts with a `thread`.", true);
+  return device_type<ScenarioScrewdriver>(
+      DeviceType::Owner::cell, "screwdrivers", "Screwdrivers.",
+      "A bit at the tool centre point of a gripper, which turns parts with a `thread`.", true);
 }
 
 namespace {
@@ -86,7 +96,8 @@ bool ScrewJoints::is_held(const Joint& joint, const ComponentInteraction& intera
   return interaction.attached_to(joint.part) == joint.holder;
 }
 
-void ScrewJoints::choose_stiffness(const std::function<bool(int)>& by_contact, ComponentInteraction& interaction) const {
+void ScrewJoints::choose_stiffness(const std::function<bool(int)>& by_contact,
+                                   ComponentInteraction& interaction) const {
   for (const Joint& joint : model_.joints) {
     const bool own = by_contact(joint.part) && is_held(joint, interaction);
     interaction.set_stiffness(joint.part, own ? joint.stiffness_ratio : 1.0);
@@ -108,7 +119,8 @@ int ScrewJoints::engaged_joint(const Screwdriver& driver, const CellMotion& moti
   return nearest;
 }
 
-bool ScrewJoints::update(double h, const CellMotion& motion, CellPlant& plant, ComponentInteraction& interaction) {
+bool ScrewJoints::update(double h, const CellMotion& motion, CellPlant& plant,
+                         ComponentInteraction& interaction) {
   bool changed = false;
   for (const Screwdriver& driver : model_.screwdrivers) {
     SignalTable& signals = board(plant, driver.device);

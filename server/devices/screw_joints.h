@@ -62,9 +62,11 @@ class ScrewJoints final : public PartMechanism {
   explicit ScrewJoints(const Model& model) : model_(model), turned_rad_(model.joints.size(), 0.0) {}
 
   void start(ComponentInteraction& interaction) override;
-  bool update(double h, const CellMotion& motion, CellPlant& plant, ComponentInteraction& interaction) override;
+  bool update(double h, const CellMotion& motion, CellPlant& plant,
+              ComponentInteraction& interaction) override;
   /// At level 3, where Grippers pull by contact, a thread has a stiffness of its own.
-  void choose_stiffness(const std::function<bool(int)>& by_contact, ComponentInteraction& interaction) const override;
+  void choose_stiffness(const std::function<bool(int)>& by_contact,
+                        ComponentInteraction& interaction) const override;
   void save(StateWriter& out) const override;
   void load(StateReader& in) override;
 

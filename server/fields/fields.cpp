@@ -33,7 +33,8 @@ Mat3 rotation_of(const StatedPose& s) {
     const std::vector<double>& q = *s.quaternion_xyzw;
     return Quat(q[3], q[0], q[1], q[2]).normalized().toRotationMatrix();
   }
-  if (s.rotation_matrix) return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(s.rotation_matrix->data());
+  if (s.rotation_matrix)
+    return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(s.rotation_matrix->data());
   return Mat3::Identity();
 }
 
@@ -72,8 +73,8 @@ void describe(Fields& f, StatedPose& s) {
   f.field("rpy_deg", s.rpy_deg, vector3("deg"), "The same in degrees.");
   f.field("quaternion_xyzw", s.quaternion_xyzw, Numbers{4}, "Unit quaternion.");
   f.field("rotation_matrix", s.rotation_matrix, Numbers{9}, "Rotation matrix, row by row.");
-  f.alternatives({"rpy_rad", "rpy_deg", "quaternion_xyzw", "rotation_matrix"}, 0, 1, "", "several orientations",
-                 "at most one of rpy_rad, rpy_deg, quaternion_xyzw, rotation_matrix");
+  f.alternatives({"rpy_rad", "rpy_deg", "quaternion_xyzw", "rotation_matrix"}, 0, 1, "",
+                 "several orientations", "at most one of rpy_rad, rpy_deg, quaternion_xyzw, rotation_matrix");
   if (s.quaternion_xyzw) {
     const double length = Eigen::Map<const Eigen::Vector4d>(s.quaternion_xyzw->data()).norm();
     f.check(std::abs(length - 1.0) <= 1e-3, "quaternion_xyzw", "length " + rounded_number(length),
@@ -125,14 +126,16 @@ std::optional<FieldValue> Fields::find(const std::string& key) {
   return here(key);
 }
 
-void Fields::begin(const char* key, const char* generic, const char* doc, unsigned flags, const char* shared) {
+void Fields::begin(const char* key, const char* generic, const char* doc, unsigned flags,
+                   const char* shared) {
   const Frame& above = frames_.back();
   Frame frame{.node = {}, .path = dotted(above.path, key), .generic = dotted(above.generic, generic)};
   frame.key = key;
   frame.always = (flags & kAlwaysWritten) != 0;
   if (reading()) {
     const auto value = find(key);
-    frame.node.reset(value && !(value->node.IsNull() && *generic != '*') ? value->node : YAML::Node(YAML::NodeType::Map));
+    frame.node.reset(value && !(value->node.IsNull() && *generic != '*') ? value->node
+                                                                         : YAML::Node(YAML::NodeType::Map));
     if (!frame.node.IsMap()) value->fail(describe_node(value->node), "a mapping of keys to values");
   }
   frame.info.key = key;
@@ -194,7 +197,8 @@ void Fields::put(const std::string& key, const YAML::Node& value, unsigned flags
   if (always || fallback == defaults_.end() || fallback->second != text) frame.written[key] = value;
 }
 
-void Fields::add(const std::string& key, FieldInfo info, const char* doc, unsigned flags, const YAML::Node& fallback) {
+void Fields::add(const std::string& key, FieldInfo info, const char* doc, unsigned flags,
+                 const YAML::Node& fallback) {
   info.key = key;
   info.doc = doc;
   info.required = (flags & kRequired) != 0;
@@ -208,12 +212,14 @@ std::vector<std::string> Fields::names_in() const {
   const Frame& frame = frames_.back();
   for (const auto& entry : frame.node) {
     const FieldValue at{&source_, entry.first, frame.path};
-    if (!entry.first.IsScalar() || entry.first.Scalar().empty()) at.fail(describe_node(entry.first), "a name");
+    if (!entry.first.IsScalar() || entry.first.Scalar().empty())
+      at.fail(describe_node(entry.first), "a name");
     const std::string name = entry.first.Scalar();
     if (std::find(result.begin(), result.end(), name) != result.end())
       at.fail("the name '" + name + "' twice", "each name once");
     if (!entry.second.IsMap())
-      FieldValue{&source_, entry.first, dotted(frame.path, name)}.fail(describe_node(entry.second), "a mapping of keys to values");
+      FieldValue{&source_, entry.first, dotted(frame.path, name)}.fail(describe_node(entry.second),
+                                                                       "a mapping of keys to values");
     result.push_back(name);
   }
   return result;
@@ -250,14 +256,17 @@ void Fields::pose(const char* key, Pose& pose, const char* doc, unsigned flags) 
   if (reading()) pose = {rotation_of(stated), stated.position_m};
 }
 
-void Fields::angles(const std::string& name, std::vector<double>& angles_rad, std::size_t count, const char* doc) {
+void Fields::angles(const std::string& name, std::vector<double>& angles_rad, std::size_t count,
+                    const char* doc) {
   const std::string radians = name + "_rad", degrees = name + "_deg";
   std::vector<double> angles_deg;
   const bool in_degrees = has(degrees);
-  field(radians.c_str(), angles_rad, Numbers{count, {.unit = "rad"}}, doc, in_degrees || informing() ? 0U : kRequired);
+  field(radians.c_str(), angles_rad, Numbers{count, {.unit = "rad"}}, doc,
+        in_degrees || informing() ? 0U : kRequired);
   if (reading() || informing())
     field(degrees.c_str(), angles_deg, Numbers{count, {.unit = "deg"}}, "The same in degrees.");
-  alternatives({radians, degrees}, 1, 1, radians, degrees + " as well", "one of " + radians + " and " + degrees);
+  alternatives({radians, degrees}, 1, 1, radians, degrees + " as well",
+               "one of " + radians + " and " + degrees);
   if (!in_degrees) return;
   angles_rad.clear();
   for (const double angle : angles_deg) angles_rad.push_back(angle * (std::numbers::pi / 180.0));
@@ -273,7 +282,8 @@ void Fields::alternatives(const std::vector<std::string>& keys, std::size_t leas
 
 void Fields::together(const char* a, const char* b) {
   if (informing()) frames_.back().info.together.push_back({a, b});
-  check(has(a) == has(b), has(a) ? a : b, "one of the two", std::string(a) + " and " + b + " together, or neither");
+  check(has(a) == has(b), has(a) ? a : b, "one of the two",
+        std::string(a) + " and " + b + " together, or neither");
 }
 
 NameOf Fields::name_of(const std::vector<const char*>& sections, const char* what) const {

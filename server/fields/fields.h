@@ -53,7 +53,7 @@ class Fields {
   template <class T, class Rule>
   void field(const char* key, T& member, const Rule& rule, const char* doc, unsigned flags = 0) {
     if constexpr (is_optional<T>::value) {
-      if (pass_ == Pass::read && has(key)) rule.read(*find(key), member.emplace());
+      if (const auto value = reading() ? find(key) : std::nullopt) rule.read(*value, member.emplace());
       if (writing() && member) put(key, rule.write(*member), kAlwaysWritten);
       if (pass_ == Pass::info) add(key, rule.info(), doc, flags, {});
     } else {
@@ -64,7 +64,8 @@ class Fields {
           fail(key, "nothing (the key is missing)", rule.allowed());
       }
       if (writing()) put(key, rule.write(member), flags);
-      if (pass_ == Pass::info) add(key, rule.info(), doc, flags, (flags & kRequired) != 0 ? YAML::Node() : rule.write(member));
+      if (pass_ == Pass::info)
+        add(key, rule.info(), doc, flags, (flags & kRequired) != 0 ? YAML::Node() : rule.write(member));
     }
   }
   /// A mapping whose keys `body` describes.
@@ -84,7 +85,7 @@ class Fields {
   /// Unset without the key.
   template <class S, class Describe>
   void section(const char* key, const char* doc, std::optional<S>& member, const Describe& describe_it) {
-    if (informing() || has(key)) member.emplace();
+    if (informing() || (reading() && find(key))) member.emplace();
     if (!member) return;
     if (pass_ == Pass::write) {
       note_defaults([&] {
@@ -92,7 +93,8 @@ class Fields {
         section(key, doc, [&] { describe_it(usual); });
       });
     }
-    section(key, doc, [&] { describe_it(*member); }, kAlwaysWritten);
+    section(
+        key, doc, [&] { describe_it(*member); }, kAlwaysWritten);
   }
   /// Names that the user chooses, each with a mapping; S::name is the name. `fresh` makes an item, `describe_item`
   /// describes one.
@@ -104,7 +106,8 @@ class Fields {
       describe_item(item);
       end();
     };
-    if (const auto value = reading() ? find(key) : std::nullopt; value && !value->node.IsNull() && !value->node.IsMap())
+    if (const auto value = reading() ? find(key) : std::nullopt;
+        value && !value->node.IsNull() && !value->node.IsMap())
       value->fail(describe_node(value->node), "a mapping of names to mappings");
     begin(key, key, doc, flags);
     if (informing()) {
@@ -131,8 +134,10 @@ class Fields {
     end();
   }
   template <class S>
-  void entries(const char* key, std::vector<S>& items, const char* doc, const char* item_doc, unsigned flags = 0) {
-    entries(key, items, doc, item_doc, flags, [] { return S{}; }, [this](S& item) { describe(*this, item); });
+  void entries(const char* key, std::vector<S>& items, const char* doc, const char* item_doc,
+               unsigned flags = 0) {
+    entries(
+        key, items, doc, item_doc, flags, [] { return S{}; }, [this](S& item) { describe(*this, item); });
   }
   /// A list of mappings.
   template <class S>
@@ -186,8 +191,8 @@ class Fields {
   /// Angles under NAME_rad or NAME_deg, one of which must be there. `count` 0: any number.
   void angles(const std::string& name, std::vector<double>& angles_rad, std::size_t count, const char* doc);
   /// Of these keys at least and at most so many must be given; the texts are those of errors.
-  void alternatives(const std::vector<std::string>& keys, std::size_t least, std::size_t most, const std::string& place,
-                    const std::string& found, const std::string& allowed);
+  void alternatives(const std::vector<std::string>& keys, std::size_t least, std::size_t most,
+                    const std::string& place, const std::string& found, const std::string& allowed);
   /// These two are given together or not at all.
   void together(const char* a, const char* b);
 
@@ -241,8 +246,8 @@ class Fields {
  private:
   enum class Pass { read, defaults, write, info };
   struct Frame {
-    YAML::Node node;        ///< read
-    std::string path;       ///< dotted; `generic`: with * for names
+    YAML::Node node;   ///< read
+    std::string path;  ///< dotted; `generic`: with * for names
     std::string generic;
     std::vector<std::string> known{};
     YAML::Node written{};
@@ -255,7 +260,8 @@ class Fields {
   void begin_element(const char* key, const YAML::Node& node);
   void end();
   void put(const std::string& key, const YAML::Node& value, unsigned flags);
-  void add(const std::string& key, FieldInfo info, const char* doc, unsigned flags, const YAML::Node& fallback);
+  void add(const std::string& key, FieldInfo info, const char* doc, unsigned flags,
+           const YAML::Node& fallback);
   FieldValue here(const std::string& key) const;
   std::vector<std::string> names_in() const;
   std::vector<YAML::Node> nodes_in(const char* key, const char* what);

@@ -58,7 +58,8 @@ std::string rounded_number(double value) {
 std::string NumberRange::allowed() const {
   std::string result = "a number";
   if (std::isfinite(lower) && std::isfinite(upper)) {
-    result += std::string(" in ") + (lower_open ? "(" : "[") + rounded_number(lower) + ", " + rounded_number(upper) + "]";
+    result += std::string(" in ") + (lower_open ? "(" : "[") + rounded_number(lower) + ", " +
+              rounded_number(upper) + "]";
   } else if (std::isfinite(lower)) {
     result += std::string(lower_open ? " > " : " >= ") + rounded_number(lower);
   } else if (std::isfinite(upper)) {
@@ -111,12 +112,12 @@ std::string NameOf::allowed() const {
 
 void NameOf::read(const FieldValue& value, std::string& name) const {
   Text::read(value, name);
-  if (name != also && std::find(names.begin(), names.end(), name) == names.end()) value.fail("'" + name + "'", allowed());
+  if (name != also && std::find(names.begin(), names.end(), name) == names.end())
+    value.fail("'" + name + "'", allowed());
 }
 
 void ExistingFile::read(const FieldValue& value, std::filesystem::path& file) {
-  if (!value.node.IsScalar() || value.node.Scalar().empty())
-    value.fail(describe_node(value.node), allowed());
+  if (!value.node.IsScalar() || value.node.Scalar().empty()) value.fail(describe_node(value.node), allowed());
   const std::filesystem::path given = value.node.Scalar();
   file = given.is_absolute() ? given : value.source->file.parent_path() / given;
   if (!std::filesystem::is_regular_file(file)) {

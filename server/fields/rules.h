@@ -160,7 +160,9 @@ struct InertiaTensor {
 
 /// Two names or patterns.
 struct NamePair {
-  static std::string allowed() { return "two names, e.g. [Robot1/forearm_link, Table1]; * stands for any characters"; }
+  static std::string allowed() {
+    return "two names, e.g. [Robot1/forearm_link, Table1]; * stands for any characters";
+  }
   static void read(const FieldValue& value, std::array<std::string, 2>& pair);
   static YAML::Node write(const std::array<std::string, 2>& pair);
   static FieldInfo info();

@@ -49,7 +49,8 @@ class Schema {
       case Kind::number:
       case Kind::whole: {
         Json schema{{"type", field.kind == Kind::whole ? "integer" : "number"}};
-        if (std::isfinite(field.lower)) schema[field.lower_open ? "exclusiveMinimum" : "minimum"] = field.lower;
+        if (std::isfinite(field.lower))
+          schema[field.lower_open ? "exclusiveMinimum" : "minimum"] = field.lower;
         if (std::isfinite(field.upper)) schema["maximum"] = field.upper;
         return schema;
       }
@@ -87,7 +88,8 @@ class Schema {
       }
       schema["properties"][field.key] = property(field);
       if (!field.required_for.empty())
-        conditions[condition({field.required_key, field.required_for, false}).dump()]["then"]["required"].push_back(field.key);
+        conditions[condition({field.required_key, field.required_for, false}).dump()]["then"]["required"]
+            .push_back(field.key);
       if (field.when.key.empty()) {
         if (field.required) required.push_back(field.key);
         continue;
@@ -163,7 +165,10 @@ std::string words_of(const FieldInfo& field) {
       for (const std::string& word : field.choices) words += (words.empty() ? "`" : ", `") + word + "`";
       break;
     case Kind::list:
-      words = "list of " + (field.max_items == 0 || field.max_items != field.min_items ? "" : std::to_string(field.max_items) + ": ") +
+      words = "list of " +
+              (field.max_items == 0 || field.max_items != field.min_items
+                   ? ""
+                   : std::to_string(field.max_items) + ": ") +
               words_of(field.items.front());
       break;
     case Kind::section:
@@ -180,7 +185,8 @@ class Page {
     if (!info.doc.empty()) text += info.doc + "\n\n";
     for (const FieldInfo::Alternatives& group : info.alternatives) {
       text += group.least == 0 ? "At most one of" : group.most == 1 ? "Exactly one of" : "At least one of";
-      for (const std::string& key : group.keys) text += (&key == &group.keys.front() ? " `" : ", `") + key + "`";
+      for (const std::string& key : group.keys)
+        text += (&key == &group.keys.front() ? " `" : ", `") + key + "`";
       text += condition(group.when) + ".\n\n";
     }
     text += "| key | value | default | meaning |\n|---|---|---|---|\n";
@@ -202,13 +208,18 @@ class Page {
  private:
   static std::string condition(const FieldInfo::Condition& when) {
     std::string words;
-    for (const std::string& word : when.words) words += (words.empty() ? " where `" + when.key + "` is " : " or ") + word;
+    for (const std::string& word : when.words)
+      words += (words.empty() ? " where `" + when.key + "` is " : " or ") + word;
     return words;
   }
   void row(const FieldInfo& field) {
-    std::string fallback = field.required ? "required" : field.default_text.empty() ? "" : "`" + field.default_text + "`";
-    for (const std::string& word : field.required_for) fallback += (fallback.empty() ? "" : "; ") + ("required for " + word);
-    text += "| `" + (field.key == "*" ? "NAME" : field.key) + "` | " + words_of(field) + " | " + fallback + " | " + field.doc;
+    std::string fallback = field.required               ? "required"
+                           : field.default_text.empty() ? ""
+                                                        : "`" + field.default_text + "`";
+    for (const std::string& word : field.required_for)
+      fallback += (fallback.empty() ? "" : "; ") + ("required for " + word);
+    text += "| `" + (field.key == "*" ? "NAME" : field.key) + "` | " + words_of(field) + " | " + fallback +
+            " | " + field.doc;
     if (!field.when.key.empty()) text += " Only" + condition(field.when) + ".";
     if (!field.in_model) text += " *";
     text += " |\n";
@@ -225,10 +236,13 @@ std::string scenario_reference() {
   Page page;
   page.text =
       "# Keys of scenario files\n\n"
-      "A scenario is a YAML file. This page is made of the tables that read it (`takt-run --scenario-keys reference`), as is the "
-      "JSON Schema `config/scenarios/scenario.schema.json`, with which editors that know the YAML language server complete "
+      "A scenario is a YAML file. This page is made of the tables that read it (`takt-run --scenario-keys "
+      "reference`), as is the "
+      "JSON Schema `config/scenarios/scenario.schema.json`, with which editors that know the YAML language "
+      "server complete "
       "and check keys: the line `# yaml-language-server: $schema=PATH` at the top of a file names it.\n\n"
-      "Units are in the names of keys. Quaternions are x, y, z, w. Keys marked * do not influence the motion: with another "
+      "Units are in the names of keys. Quaternions are x, y, z, w. Keys marked * are not part of the model: "
+      "with another "
       "value a cell has the same model hash, and its saved states fit.\n";
   page.section(scenario_info(), Page::kTop);
   for (const auto& [name, info] : std::map<std::string, FieldInfo>(page.shared)) page.section(info, name);

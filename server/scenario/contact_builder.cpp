@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "server/devices/heated_part.h"
 #include "server/contact/surface/contact_roles.h"
+#include "server/devices/heated_part.h"
 #include "server/scenario/collision_checking.h"
 #include "server/scenario/scenario_reader.h"
 
@@ -13,8 +13,9 @@ namespace takt {
 namespace {
 
 bool has_temperature(const Scenario& scenario, const std::string& name) {
-  return std::any_of(scenario.parts.begin(), scenario.parts.end(),
-                     [&](const ScenarioPart& part) { return part.name == name && part.device("heat") != nullptr; });
+  return std::any_of(scenario.parts.begin(), scenario.parts.end(), [&](const ScenarioPart& part) {
+    return part.name == name && part.device("heat") != nullptr;
+  });
 }
 
 bool fits(const ScenarioContactPair& rule, const std::string& a, const std::string& b) {
@@ -115,8 +116,8 @@ void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& mesh
   ContactModel& contact = cell.contact;
   contact.enabled = true;
   contact.cache_unmoved_pairs = scenario.contact.cache_unmoved_pairs;
-  contact.sleeping = {scenario.sleeping.method == ScenarioSleeping::Method::threshold, scenario.sleeping.speed_m_per_s,
-                      scenario.sleeping.time_to_sleep_s};
+  contact.sleeping = {scenario.sleeping.method == ScenarioSleeping::Method::threshold,
+                      scenario.sleeping.speed_m_per_s, scenario.sleeping.time_to_sleep_s};
   contact.parallel = scenario.contact.parallel;
   require_known(scenario, cell);
   std::vector<ScenarioContactComponent> said;

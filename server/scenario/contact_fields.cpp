@@ -13,18 +13,25 @@ template <class Visit>
 void visit_parameters(Visit visit) {
   using P = ContactParameters;
   constexpr auto smaller = Joined::smaller, larger = Joined::larger;
-  visit("youngs_modulus_Pa", &P::youngs_modulus_Pa, positive("Pa"), smaller, "Young's modulus of the elastic layer.");
-  visit("poisson_ratio", &P::poisson_ratio, NumberRange{.lower = 0.0, .upper = 0.499}, smaller, "Poisson's ratio of the elastic layer.");
+  visit("youngs_modulus_Pa", &P::youngs_modulus_Pa, positive("Pa"), smaller,
+        "Young's modulus of the elastic layer.");
+  visit("poisson_ratio", &P::poisson_ratio, NumberRange{.lower = 0.0, .upper = 0.499}, smaller,
+        "Poisson's ratio of the elastic layer.");
   visit("layer_depth_m", &P::layer_depth_m, positive("m"), larger, "Thickness of the elastic layer.");
-  visit("areal_damping_Ns_per_m3", &P::areal_damping_Ns_per_m3, not_negative("N s/m^3"), smaller, "Damping pressure per normal speed.");
-  visit("damping_depth_m", &P::damping_depth_m, positive("m"), smaller, "Penetration up to which damping grows from 0.");
+  visit("areal_damping_Ns_per_m3", &P::areal_damping_Ns_per_m3, not_negative("N s/m^3"), smaller,
+        "Damping pressure per normal speed.");
+  visit("damping_depth_m", &P::damping_depth_m, positive("m"), smaller,
+        "Penetration up to which damping grows from 0.");
   visit("friction", &P::friction, not_negative(""), smaller, "Coefficient of friction.");
-  visit("friction_velocity_m_per_s", &P::friction_velocity_m_per_s, positive("m/s"), smaller, "Sliding speed up to which regularised friction grows from 0.");
-  visit("tangential_stiffness_ratio", &P::tangential_stiffness_ratio, positive(""), smaller, "Law `stick`: tangential over normal stiffness.");
-  visit("tangential_damping_ratio", &P::tangential_damping_ratio, not_negative(""), smaller, "Law `stick`: tangential over normal damping.");
+  visit("friction_velocity_m_per_s", &P::friction_velocity_m_per_s, positive("m/s"), smaller,
+        "Sliding speed up to which regularised friction grows from 0.");
+  visit("tangential_stiffness_ratio", &P::tangential_stiffness_ratio, positive(""), smaller,
+        "Law `stick`: tangential over normal stiffness.");
+  visit("tangential_damping_ratio", &P::tangential_damping_ratio, not_negative(""), smaller,
+        "Law `stick`: tangential over normal damping.");
   visit("friction_law", &P::friction_law,
-        Choice<FrictionLaw>{{{"regularised", FrictionLaw::regularised}, {"stick", FrictionLaw::stick}}}, larger,
-        "Regularised: no friction without sliding, what is held creeps; stick: holds without creep.");
+        Choice<FrictionLaw>{{{"regularised", FrictionLaw::regularised}, {"stick", FrictionLaw::stick}}},
+        larger, "Regularised: no friction without sliding, what is held creeps; stick: holds without creep.");
 }
 
 }  // namespace
@@ -72,13 +79,14 @@ void StatedContact::state(FrictionLaw law) {
 }
 
 void describe(Fields& f, StatedContact& s) {
-  visit_parameters([&, bit = 1U](const char* key, auto member, const auto& rule, Joined, const char* doc) mutable {
-    std::optional<std::remove_reference_t<decltype(s.parameters_.*member)>> value;
-    if ((s.stated_ & bit) != 0) value = s.parameters_.*member;
-    f.field(key, value, rule, doc);
-    if (f.reading() && value) s.parameters_.*member = *value, s.stated_ |= bit;
-    bit <<= 1U;
-  });
+  visit_parameters(
+      [&, bit = 1U](const char* key, auto member, const auto& rule, Joined, const char* doc) mutable {
+        std::optional<std::remove_reference_t<decltype(s.parameters_.*member)>> value;
+        if ((s.stated_ & bit) != 0) value = s.parameters_.*member;
+        f.field(key, value, rule, doc);
+        if (f.reading() && value) s.parameters_.*member = *value, s.stated_ |= bit;
+        bit <<= 1U;
+      });
 }
 
 namespace {
@@ -86,7 +94,8 @@ namespace {
 /// A list of (temperature, friction).
 struct FrictionTable {
   static std::string allowed() {
-    return "a list of [degC, friction] with rising temperatures and friction >= 0, e.g. [[20, 30], [280, 0.6]]";
+    return "a list of [degC, friction] with rising temperatures and friction >= 0, e.g. [[20, 30], [280, "
+           "0.6]]";
   }
   static void read(const FieldValue& value, std::vector<std::array<double, 2>>& table) {
     if (!value.node.IsSequence() || value.node.size() == 0) value.fail(describe_node(value.node), allowed());
@@ -94,7 +103,8 @@ struct FrictionTable {
       std::array<double, 2> entry{};
       bool good = row.IsSequence() && row.size() == 2;
       for (std::size_t i = 0; good && i < 2; ++i)
-        good = row[i].IsScalar() && YAML::convert<double>::decode(row[i], entry[i]) && std::isfinite(entry[i]);
+        good =
+            row[i].IsScalar() && YAML::convert<double>::decode(row[i], entry[i]) && std::isfinite(entry[i]);
       if (!good || entry[1] < 0.0 || (!table.empty() && entry[0] <= table.back()[0]))
         value.part(row).fail(describe_node(row), allowed());
       table.push_back(entry);
@@ -102,7 +112,8 @@ struct FrictionTable {
   }
   static YAML::Node write(const std::vector<std::array<double, 2>>& table) {
     YAML::Node result(YAML::NodeType::Sequence);
-    for (const auto& [temperature, friction] : table) result.push_back(Numbers{}.write({temperature, friction}));
+    for (const auto& [temperature, friction] : table)
+      result.push_back(Numbers{}.write({temperature, friction}));
     return result;
   }
   static FieldInfo info() {
@@ -115,21 +126,27 @@ struct FrictionTable {
 void describe(Fields& f, ScenarioContactComponent& s) {
   s.place = f.place("");
   describe(f, s.stated);
-  f.field("element_edge_m", s.element_edge_m, not_negative("m"), "Longest edge of contact elements; 0: the triangles of the mesh.");
-  f.field("role", s.role,
-          Choice<ContactRole>{{{"by_rule", ContactRole::by_rule}, {"base", ContactRole::base}, {"target", ContactRole::target}}},
-          "Base: the component carries the contact elements of its pairs; target: the other one does.");
+  f.field("element_edge_m", s.element_edge_m, not_negative("m"),
+          "Longest edge of contact elements; 0: the triangles of the mesh.");
+  f.field(
+      "role", s.role,
+      Choice<ContactRole>{
+          {{"by_rule", ContactRole::by_rule}, {"base", ContactRole::base}, {"target", ContactRole::target}}},
+      "Base: the component carries the contact elements of its pairs; target: the other one does.");
 }
 
 void describe(Fields& f, ScenarioContactPair& s) {
   f.field("pair", s.pair, NamePair{}, "Names or patterns of the two components.", kRequired);
   s.place = f.place("pair");
   describe(f, s.stated);
-  f.field("force", s.force, Choice<PairForce>{{{"contact", PairForce::contact}, {"holding_spring", PairForce::substitute}}},
-          "What acts between the two at level of detail 3: surface contact, or the spring of levels 1 and 2.");
+  f.field(
+      "force", s.force,
+      Choice<PairForce>{{{"contact", PairForce::contact}, {"holding_spring", PairForce::substitute}}},
+      "What acts between the two at level of detail 3: surface contact, or the spring of levels 1 and 2.");
   f.field("friction_at_degC", s.friction_at_degC, FrictionTable{},
           "Coefficient of friction over the temperature of the hotter of the two, one of which has `heat`.");
-  f.field("base", s.base, Text{}, "The side, one of the two names, that carries the contact elements; else a rule decides.");
+  f.field("base", s.base, Text{},
+          "The side, one of the two names, that carries the contact elements; else a rule decides.");
   f.check(s.base.empty() || s.base == s.pair[0] || s.base == s.pair[1], "base", "'" + s.base + "'",
           "one of the two names of the pair");
 }
@@ -138,12 +155,17 @@ void describe(Fields& f, ScenarioContact& s) {
   f.section("defaults", "Parameters of all pairs, as far as no more special statement exists.", s.defaults);
   f.section("grippers", "Parameters of pairs with a gripper.", s.grippers);
   f.field("element_edge_m", s.element_edge_m, not_negative("m"),
-          "Longest edge of contact elements; 0: the triangles of the mesh; without it: chosen by the size of each component.");
-  f.field("cache_unmoved_pairs", s.cache_unmoved_pairs, Flag{}, "A pair that has not moved is not evaluated again.", kNotInModel);
-  f.field("parallel", s.parallel, Flag{}, "Pairs are evaluated by several threads, where there are any.", kNotInModel);
-  f.entries("components", s.components, "Parameters of components, by name or pattern (*); a jaw is GRIPPER/left_jaw.",
+          "Longest edge of contact elements; 0: the triangles of the mesh; without it: chosen by the size of "
+          "each component.");
+  f.field("cache_unmoved_pairs", s.cache_unmoved_pairs, Flag{},
+          "A pair that has not moved is not evaluated again.", kNotInModel);
+  f.field("parallel", s.parallel, Flag{}, "Pairs are evaluated by several threads, where there are any.",
+          kNotInModel);
+  f.entries("components", s.components,
+            "Parameters of components, by name or pattern (*); a jaw is GRIPPER/left_jaw.",
             "What two components state is joined: the smaller number, of layer depths the larger one.");
-  f.list("pairs", s.pairs, "Parameters of pairs; of several entries that fit a pair, later ones replace earlier ones.",
+  f.list("pairs", s.pairs,
+         "Parameters of pairs; of several entries that fit a pair, later ones replace earlier ones.",
          "a list of {pair: [NAME, NAME], ...}");
 }
 

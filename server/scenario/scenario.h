@@ -125,7 +125,7 @@ struct ScenarioSleeping {
 struct ScenarioCheckedPair {
   std::array<std::string, 2> pair;
   double min_clearance_m = 0.0;  ///< of a limit
-  std::string place;           ///< file, line, column and key
+  std::string place;             ///< file, line, column and key
 };
 
 /// Checking of robot programs for collisions. Without the section nothing is checked.
@@ -156,8 +156,9 @@ struct Scenario {
   /// `world.allow_overlap`: pairs of name patterns that may stand inside each other at the start.
   std::vector<std::array<std::string, 2>> allow_overlap;
   std::string solver = "rk2";
-  double step_s = 0.001;
-  double tolerance = 1e-6;                        ///< of solvers with error control
+  double step_s = 0.001;         ///< at the start: of the section of `solver` that counts then
+  double solver_step_s = 0.001;  ///< `solver.step_s`
+  double tolerance = 1e-6;       ///< of solvers with error control
   SystemMatrix matrix = SystemMatrix::automatic;  ///< solver.matrix: automatic, separate or coupled
   /// What integrates while any process has a higher level of detail than 1.
   struct LevelSolver {
@@ -198,14 +199,15 @@ struct Scenario {
   std::vector<ScenarioGround> grounds;
   std::vector<ScenarioRobot> robots;
   std::vector<ScenarioGripper> grippers;
-  std::vector<StatedDevice> devices;  ///< of kinds that belong to the cell, by kind in the order of device_types()
+  std::vector<StatedDevice>
+      devices;  ///< of kinds that belong to the cell, by kind in the order of device_types()
   ScenarioSleeping sleeping;
   ScenarioContact contact;
   ScenarioCollisionChecking collision_checking;
   std::filesystem::path controller_program;          ///< empty: none
   std::map<std::string, double> program_parameters;  ///< instead of the program's own defaults
   std::vector<ScenarioReportTime> report_at;
-  std::vector<ExpectedPose> expected;                ///< analytic poses at the end
+  std::vector<ExpectedPose> expected;  ///< analytic poses at the end
   double expected_tolerance_m = 0.0001;
   std::vector<ScenarioAssertion> assertions;
 };

@@ -116,9 +116,14 @@ void choose_solver(const SolverKeys& given, const YamlSource& source, Scenario& 
   };
   take_over(scenario.contact_solver, only);
   if (scenario.dynamics_solver) take_over(*scenario.dynamics_solver, false);
+  if (overridden("solver.step_s")) {
+    if (scenario.contact_solver.step_s) scenario.contact_solver.step_s = scenario.solver_step_s;
+    if (scenario.dynamics_solver && scenario.dynamics_solver->step_s)
+      scenario.dynamics_solver->step_s = scenario.solver_step_s;
+  }
   const Scenario::LevelSolver* initial = scenario.initial_level_solver();
-  if (initial != nullptr && initial->step_s && !overridden("solver.step_s"))
-    scenario.step_s = *initial->step_s;
+  scenario.step_s =
+      initial != nullptr ? initial->step_s.value_or(scenario.solver_step_s) : scenario.solver_step_s;
 }
 
 /// Below `node`, whose key is `path`; `owner` is the name below a group such as parts.
@@ -175,7 +180,9 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
     for (ScenarioProcess& process : scenario.processes) process.level_of_detail = level;
   }
   const YAML::Node solver = std::as_const(root)["solver"];
-  const auto given = [&solver](const char* key) { return solver.IsDefined() && solver.IsMap() && solver[key].IsDefined(); };
+  const auto given = [&solver](const char* key) {
+    return solver.IsDefined() && solver.IsMap() && solver[key].IsDefined();
+  };
   choose_solver({given("method"), given("tolerance"), given("contact")}, source, scenario);
   find_odd_angles(root, "", "", 0, scenario);
   return scenario;

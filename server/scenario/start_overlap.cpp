@@ -13,7 +13,7 @@ namespace takt {
 
 namespace {
 
-struct Standing {
+struct StandingBody {
   int component = -1;
   Pose X_WB;
   Aabb box;
@@ -44,7 +44,7 @@ bool meant(const Scenario& scenario, const CellModel& cell, int a, int b) {
 }  // namespace
 
 void find_start_overlaps(const Scenario& scenario, const std::vector<TriangleMesh>& meshes, CellModel& cell) {
-  std::vector<Standing> all;
+  std::vector<StandingBody> all;
   const auto add = [&](int component, const Pose& X_WB, bool is_part) {
     const BodyBox box = box_of(meshes[static_cast<std::size_t>(component)]);
     all.push_back({component, X_WB, box.at(X_WB, 0.0), 2.0 * box.half_B.minCoeff(), is_part});
@@ -59,7 +59,7 @@ void find_start_overlaps(const Scenario& scenario, const std::vector<TriangleMes
   };
   for (std::size_t i = 0; i < all.size() && all[i].is_part; ++i) {
     for (std::size_t j = i + 1; j < all.size(); ++j) {
-      const Standing &a = all[i], &b = all[j];
+      const StandingBody &a = all[i], &b = all[j];
       const double fit_m = scenario.contact_margin_m + kLargestFit * std::min(a.thickness_m, b.thickness_m);
       const Vec3 common = a.box.upper.cwiseMin(b.box.upper) - a.box.lower.cwiseMax(b.box.lower);
       if (!(common.minCoeff() > fit_m) || meant(scenario, cell, a.component, b.component)) continue;

@@ -6,8 +6,8 @@
 
 #include <stdexcept>
 
-#include "server/runtime/requests/control.h"
 #include "server/devices/screw_joints.h"
+#include "server/runtime/requests/control.h"
 
 namespace takt {
 namespace {

@@ -4,9 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 
 #include "server/scenario/scenario_builder.h"
 #include "server/scenario/scenario_reader.h"
+#include "tests/support/kept_scenarios.h"
 
 namespace takt {
 namespace {
@@ -20,7 +23,16 @@ const std::filesystem::path kDropFile =
 Scenario with(const std::vector<std::string>& overrides) {
   ScenarioOptions options;
   options.overrides = overrides;
-  return read_scenario(kDropFile, options);
+  std::ifstream file(kDropFile);
+  const std::string text(std::istreambuf_iterator<char>(file), {});
+  try {
+    Scenario scenario = read_scenario(kDropFile, options);
+    test::keep_scenario(text, overrides, "");
+    return scenario;
+  } catch (const ScenarioError& error) {
+    test::keep_scenario(text, overrides, error.what());
+    throw;
+  }
 }
 std::string error(const std::vector<std::string>& overrides) {
   try {
@@ -33,7 +45,8 @@ std::string error(const std::vector<std::string>& overrides) {
 
 TEST(ContactSection, SleepingIsReadAndReachesTheCell) {
   const auto cell_with = [](const char* method) {
-    return build_cell(with({std::string("sleeping={method: ") + method + ", speed_m_per_s: 2.5e-6, time_to_sleep_s: 0.125}"}));
+    return build_cell(with(
+        {std::string("sleeping={method: ") + method + ", speed_m_per_s: 2.5e-6, time_to_sleep_s: 0.125}"}));
   };
   const auto threshold = cell_with("threshold"), exact = cell_with("exact"), never = cell_with("never");
   EXPECT_TRUE(threshold->contact.sleeping.enabled && threshold->interaction.skip_resting);

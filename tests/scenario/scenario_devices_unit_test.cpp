@@ -4,6 +4,7 @@
 
 #include "server/devices/furnace.h"
 #include "server/scenario/scenario_reader.h"
+#include "tests/support/kept_scenarios.h"
 #include "tests/support/temporary_directory.h"
 
 namespace takt {
@@ -24,7 +25,15 @@ const std::string kFurnace = R"(
 Scenario read_scenario_text(const std::string& text) {
   const test::TemporaryDirectory directory;
   directory.write("cell.yaml", "takt_scenario: 1\nname: cell\n" + text);
-  return read_scenario(directory.path() / "cell.yaml");
+  const std::string whole = "takt_scenario: 1\nname: cell\n" + text;
+  try {
+    Scenario scenario = read_scenario(directory.path() / "cell.yaml");
+    test::keep_scenario(whole, {}, "");
+    return scenario;
+  } catch (const ScenarioError& error) {
+    test::keep_scenario(whole, {}, error.what());
+    throw;
+  }
 }
 
 std::string scenario_error_of(const std::string& text) {

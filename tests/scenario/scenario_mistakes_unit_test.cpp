@@ -8,6 +8,7 @@
 
 #include "server/devices/screw_joints.h"
 #include "server/scenario/scenario_reader.h"
+#include "tests/support/kept_scenarios.h"
 #include "tests/support/temporary_directory.h"
 
 namespace takt {
@@ -23,7 +24,15 @@ Scenario scenario_of(const std::string& text, const std::vector<std::string>& ov
   directory.write("r.urdf", "");
   ScenarioOptions options;
   options.overrides = overrides;
-  return read_scenario(directory.path() / "cell.yaml", options);
+  const std::string whole = "takt_scenario: 1\nname: cell\n" + text;
+  try {
+    Scenario scenario = read_scenario(directory.path() / "cell.yaml", options);
+    test::keep_scenario(whole, overrides, "");
+    return scenario;
+  } catch (const ScenarioError& error) {
+    test::keep_scenario(whole, overrides, error.what());
+    throw;
+  }
 }
 
 std::string mistake_in(const std::string& text, const std::vector<std::string>& overrides = {}) {
@@ -217,9 +226,9 @@ TEST(ScenarioMistakes, InDevicesAreNamed) {
       scenario_of("parts:\n" + screw("Base", ", axis: [0, 0, 2]") +
                   part_with("thread: {in: C, " + thread + "}", "B") + part_with("", "C") + ground);
   const auto joint = [&scenario](std::size_t part) {
-    const StatedDevice* thread = scenario.parts[part].device("thread");
-    EXPECT_NE(thread, nullptr);
-    return thread != nullptr ? std::any_cast<ScenarioScrewJoint>(thread->section) : ScenarioScrewJoint{};
+    const StatedDevice* device = scenario.parts[part].device("thread");
+    EXPECT_NE(device, nullptr);
+    return device != nullptr ? std::any_cast<ScenarioScrewJoint>(device->section) : ScenarioScrewJoint{};
   };
   EXPECT_EQ(joint(0).held_by.component, "Base");
   EXPECT_EQ(joint(0).axis_B.normalized(), Vec3::UnitZ());

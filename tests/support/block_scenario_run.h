@@ -38,7 +38,7 @@ struct BlockRun {
   }
   const Snapshot& mark(double time_s) const {
     for (const ReportedInstant& m : result.report_at) {
-      if (std::abs(m.mark.time_s - time_s) < 1e-9) return m.snapshot;
+      if (std::abs(m.instant.time_s - time_s) < 1e-9) return m.snapshot;
     }
     throw std::out_of_range("no mark at this time");
   }

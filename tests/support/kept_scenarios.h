@@ -14,7 +14,8 @@ inline void keep_scenario(const std::string& text, const std::vector<std::string
                           const std::string& error) {
   const char* folder = std::getenv("TAKT_KEEP_SCENARIOS");
   if (folder == nullptr) return;
-  const std::filesystem::path base = std::filesystem::path(folder) / std::to_string(std::hash<std::string>{}(text + error));
+  const std::filesystem::path base =
+      std::filesystem::path(folder) / std::to_string(std::hash<std::string>{}(text + error));
   std::ofstream(base.string() + ".yaml") << text;
   std::ofstream all(base.string() + ".set");
   for (const std::string& set : overrides) all << set << '\n';

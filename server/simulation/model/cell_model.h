@@ -94,7 +94,7 @@ struct AuxiliaryModel {
 /// What holds, moves or frees Parts between steps (part_mechanism.h).
 struct MechanismModel {
   std::string name;
-  std::shared_ptr<void> model{};                            ///< constant while the cell runs
+  std::shared_ptr<void> model{};                           ///< constant while the cell runs
   std::function<std::unique_ptr<PartMechanism>()> make{};  ///< called once by every simulation
 };
 
@@ -130,7 +130,8 @@ struct CellModel {
   ContactModel contact;
   std::vector<AuxiliaryModel> auxiliary_models;
   std::vector<MechanismModel> mechanisms;
-  std::vector<std::pair<int, int>> joined;  ///< components that a mechanism joins at the start: Part, what holds it
+  std::vector<std::pair<int, int>>
+      joined;  ///< components that a mechanism joins at the start: Part, what holds it
   ClearanceModel clearance;
   std::vector<ConvexImport> convex_imports;
   std::vector<ImportNote> import_notes;

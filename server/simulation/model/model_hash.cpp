@@ -40,9 +40,6 @@ void digest(ModelDigest& hash, const RobotDescription& robot) {
   // The rest is in KinematicRobotParameters, or a picture.
   hash << robot.command_period_s << robot.command_deadline;
 }
-void digest(ModelDigest& hash, const SignalDescription& signal) {
-  hash << signal.name;
-}
 void digest(ModelDigest& hash, const CellDescription& cell) {
   // The rest is in the model itself, or a picture.
   hash << cell.processes << cell.robots << cell.devices;
@@ -56,13 +53,14 @@ void digest(ModelDigest& hash, const MechanismModel& mechanism) {
 
 std::uint64_t model_hash(const CellModel& model) {
   // A member that is added here does not compile before it is said whether it counts.
-  const auto& [description, step_s, solver, contact_solver, dynamics_solver, components, pairs, interaction, parts,
-               grounds, bounds, robots, dynamics, no_dynamics, robot_levels, trajectories, grippers, contact,
-               auxiliary_models, mechanisms, joined, clearance, convex_imports, import_notes, start_overlaps] = model;
+  const auto& [description, step_s, solver, contact_solver, dynamics_solver, components, pairs, interaction,
+               parts, grounds, bounds, robots, dynamics, no_dynamics, robot_levels, trajectories, grippers,
+               contact, auxiliary_models, mechanisms, joined, clearance, convex_imports, import_notes,
+               start_overlaps] = model;
   ModelDigest hash;
-  hash << kVersion << description << step_s << solver << contact_solver << dynamics_solver << components << pairs
-       << interaction << parts << grounds << bounds << robots << dynamics << robot_levels << trajectories << grippers
-       << contact << auxiliary_models << mechanisms << joined << clearance;
+  hash << kVersion << description << step_s << solver << contact_solver << dynamics_solver << components
+       << pairs << interaction << parts << grounds << bounds << robots << dynamics << robot_levels
+       << trajectories << grippers << contact << auxiliary_models << mechanisms << joined << clearance;
   return hash.value();
 }
 

@@ -20,7 +20,8 @@ class PartMechanism {
   virtual void start(ComponentInteraction& interaction) = 0;
   /// After the connections of a step of length h (s) have been decided. True if who is attached has changed, and with
   /// it which pairs act by contact.
-  virtual bool update(double h, const CellMotion& motion, CellPlant& plant, ComponentInteraction& interaction) = 0;
+  virtual bool update(double h, const CellMotion& motion, CellPlant& plant,
+                      ComponentInteraction& interaction) = 0;
   /// After levels of detail or what is attached have changed. `by_contact` says whether a component has level 3.
   virtual void choose_stiffness(const std::function<bool(int component)>& by_contact,
                                 ComponentInteraction& interaction) const = 0;

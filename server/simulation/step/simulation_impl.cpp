@@ -96,7 +96,8 @@ int Simulation::Impl::component_level(int component) const {
 
 void Simulation::Impl::choose_forces() {
   for (const auto& mechanism : mechanisms)
-    mechanism->choose_stiffness([this](int component) { return component_level(component) == 3; }, interaction);
+    mechanism->choose_stiffness([this](int component) { return component_level(component) == 3; },
+                                interaction);
   if (!model->contact.enabled) return;
   std::vector<int> levels;
   for (std::size_t c = 0; c < model->components.size(); ++c)
@@ -274,8 +275,13 @@ bool Simulation::Impl::accept() {
   ++step_index;
   statistics.part_steps_skipped += model->parts.size() - resting.awake().size();
   hash_parts();
-  if (model->interaction.skip_resting && plant.integrator().fixed_step() && !contacts.any_acting()) rest();
-  if (model->contact.sleeping.enabled && plant.integrator().one_step() && contacts.any_acting()) {
+  // A force element may set in motion what rests.
+  const bool may_sleep = !plant.has_force_elements();
+  if (may_sleep && model->interaction.skip_resting && plant.integrator().fixed_step() &&
+      !contacts.any_acting())
+    rest();
+  if (may_sleep && model->contact.sleeping.enabled && plant.integrator().one_step() &&
+      contacts.any_acting()) {
     refresh_motion();
     if (calm.fall_asleep(interaction, system().motion())) system().set_awake(resting.awake());
   }

@@ -70,7 +70,8 @@ class ScrewCell {
     thread.law = kM6;
     thread.p_BH = Vec3(0.0, 0.0, 0.03);
     auto joints = std::make_shared<ScrewJoints::Model>(ScrewJoints::Model{{thread}, {driver}});
-    model.mechanisms = {{ScrewJoints::kName, joints, [joints] { return std::make_unique<ScrewJoints>(*joints); }}};
+    model.mechanisms = {
+        {ScrewJoints::kName, joints, [joints] { return std::make_unique<ScrewJoints>(*joints); }}};
     model.joined = {{screw_, plate_}};
     add_signal_table("Driver", ScrewJoints::kDriverSignals, kDriver, {});
     add_signal_table("Screw_thread", ScrewJoints::kJointSignals, kThread, {0.0, 1.0});
