@@ -1,17 +1,9 @@
 #pragma once
-// The section `collision_checking` of a scenario: read from YAML, and turned into the bodies and pairs that a
-// cell checks.
+// The section `collision_checking` of a scenario turned into the bodies and pairs that a cell checks.
 #include "server/scenario/scenario.h"
-#include "server/scenario/yaml_fields.h"
 #include "server/simulation/model/cell_model.h"
 
 namespace takt {
-
-/// A list of [NAME, NAME], names or patterns; absent: empty. Throws ScenarioError.
-std::vector<std::array<std::string, 2>> read_name_pairs(YamlFields& section, const std::string& key);
-
-/// Throws ScenarioError.
-void read_collision_checking(YamlFields& root, const YamlSource& source, Scenario& scenario);
 
 /// Fills cell.clearance and the names in its description. Components, pairs, robots and grippers must be
 /// there. Checked are

@@ -155,7 +155,7 @@ RobotDynamics robot_dynamics(const Scenario& scenario, const ScenarioRobot& robo
   remarks = std::move(inertias_of_file.remarks);
   p.X_WR = robot.X_WR;
   p.gravity_W = scenario.gravity_m_per_s2;
-  p.power = {robot.power.idle_W, robot.power.loss_factor, robot.power.recovers};
+  p.power = {robot.power.idle_W, robot.power.loss_factor, robot.power.regenerative};
   std::vector<ParallelGripper> grippers;
   for (std::size_t g = 0; g < scenario.grippers.size(); ++g) {
     if (scenario.grippers[g].robot != robot.name) continue;
@@ -171,8 +171,8 @@ RobotDynamics robot_dynamics(const Scenario& scenario, const ScenarioRobot& robo
 
 std::vector<TrajectoryKnot> trajectory(const Scenario& scenario, const ScenarioRobot& robot,
                                        const KinematicRobotParameters& arm) {
-  const ScenarioTrajectory& t = robot.trajectory;
-  if (!t.given()) return {};
+  if (!robot.trajectory) return {};
+  const ScenarioTrajectory& t = *robot.trajectory;
   std::vector<MotionLimits> limits;
   for (std::size_t i = 0; i < t.end_rad.size(); ++i) {
     const JointModel& joint = arm.arm.joints[i];

@@ -7,7 +7,6 @@
 #include "server/scenario/collision_checking.h"
 #include "server/scenario/contact_builder.h"
 #include "server/scenario/convex_import.h"
-#include "server/scenario/device_builder.h"
 #include "server/scenario/dynamics_builder.h"
 #include "server/scenario/mesh_notes.h"
 #include "server/scenario/start_overlap.h"
@@ -149,7 +148,7 @@ void add_gripper(const Scenario& scenario, const ScenarioGripper& gripper, Conve
   model.parameters.robot = robot;
   model.parameters.X_FG = gripper.X_FG;
   model.parameters.max_width_m = gripper.max_width_m;
-  model.parameters.initial_width_m = gripper.initial_width_m;
+  model.parameters.initial_width_m = gripper.initial_width_m.value_or(gripper.max_width_m);
   model.parameters.jaw_speed_m_per_s = gripper.jaw_speed_m_per_s;
   model.rule = gripper.grasp_on_contact ? GraspRule::on_contact : GraspRule::on_command;
   model.max_force_N = gripper.max_force_N;
@@ -194,6 +193,26 @@ void add_gripper(const Scenario& scenario, const ScenarioGripper& gripper, Conve
   cell.description.grippers.push_back(description);
 }
 
+void add_devices(const Scenario& scenario, const Meshes& meshes, CellModel& cell) {
+  DeviceBuilder b(meshes, scenario.temperature_degC, cell);
+  for (const DeviceType& type : device_types()) {
+    for (const ScenarioPart& part : scenario.parts) {
+      for (const StatedDevice& device : part.devices) {
+        if (device.type != &type) continue;
+        b.name = part_device_name(part.name, type);
+        b.component = cell.description.find_component(part.name);
+        type.build(device.section, b);
+      }
+    }
+    b.component = -1;
+    for (const StatedDevice& device : scenario.devices) {
+      if (device.type != &type) continue;
+      b.name = device.name;
+      type.build(device.section, b);
+    }
+  }
+}
+
 /// The step of levels 1 and 2 against what is known of its limit. A cell that begins with contact has another
 /// solver then; Simulation refuses to leave it.
 void check_step(const Scenario& scenario, CellModel& cell) {
@@ -224,7 +243,7 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const Impo
                              scenario.step_s, SystemMatrix::coupled};
   }
   cell->interaction = {scenario.gravity_m_per_s2, scenario.contact_margin_m, scenario.weight_feed_forward,
-                       scenario.skip_resting};
+                       scenario.sleeping.method != ScenarioSleeping::Method::never};
   cell->interaction.step_s = scenario.step_s;
   cell->interaction.algorithm = interaction_algorithm(scenario.algorithm);
   ConvexImporter importer(scenario, import, *cell);

@@ -197,7 +197,7 @@ TEST(BlockAssembly, SameBitsInEveryRun) {
 
 TEST(BlockAssembly, TheKeySkipRestingChangesNoBit) {
   const BlockRun with = run({"solver.step_s=0.004"});
-  const BlockRun without = run({"solver.step_s=0.004", "interaction.skip_resting=false"});
+  const BlockRun without = run({"solver.step_s=0.004", "sleeping.method=never"});
   EXPECT_EQ(with.result.final_state.state_hash, without.result.final_state.state_hash);
   EXPECT_GT(with.result.statistics.part_steps_skipped, 1000U);
   EXPECT_EQ(without.result.statistics.part_steps_skipped, 0U);

@@ -256,7 +256,7 @@ TEST(BlockContact, TheSameBitsWithThreadsAndWithCallsLeftOut) {
   ContactCallCounts plain, again, every, threads;
   const std::uint64_t hash = hash_of_12_s({}, 1, plain);
   EXPECT_EQ(hash_of_12_s({}, 1, again), hash);
-  EXPECT_EQ(hash_of_12_s({"contact.optimize_calls=false"}, 1, every), hash);
+  EXPECT_EQ(hash_of_12_s({"contact.cache_unmoved_pairs=false"}, 1, every), hash);
   for (const int n : {1, 2, 3}) {
     EXPECT_EQ(hash_of_12_s({"contact.parallel=true"}, n, threads), hash) << n;
     EXPECT_EQ(threads.made, plain.made) << n;

@@ -95,7 +95,7 @@ TEST(ChangedCells, RulesThatNameADeletedPartSayNothing) {
   HostedService& service = incline.service;
   const auto checked = service.file("checked.yaml", takt::test::service_scenario_text() +
                                                         "collision_checking:\n  limits:\n"
-                                                        "    - {pair: [Robot1/*, P], closer_than_m: 0.05}\n"
+                                                        "    - {pair: [Robot1/*, P], min_clearance_m: 0.05}\n"
                                                         "  ignore: [[C, Robot2/*]]\n");
   incline.client.load_scenario(checked);
   incline.client.request("delete_entity", {{"entity", "P"}});

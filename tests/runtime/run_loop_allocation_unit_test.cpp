@@ -108,7 +108,7 @@ TEST(ContactAllocation, NoneWhenTheBlocksAreAssembledAgain) {
 
 TEST(RunLoopAllocation, NoneInSteadyStateWithCommands) {
   const auto file = test::write_service_scenario();
-  std::ofstream(file, std::ios::app) << "collision_checking: {default_limit_m: 0.05}\n";
+  std::ofstream(file, std::ios::app) << "collision_checking: {min_clearance_m: 0.05}\n";
   const auto model = std::make_shared<CellModel>(*load_cell(file));
   std::filesystem::remove(file);
   model->description.cell = "cell";

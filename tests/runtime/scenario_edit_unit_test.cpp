@@ -6,20 +6,28 @@
 
 #include <stdexcept>
 
+#include "server/devices/screw_joints.h"
 #include "server/runtime/requests/control.h"
-#include "server/scenario/device_builder.h"
 
 namespace takt {
 namespace {
+
+std::string heat_device_name(const std::string& part) {
+  return part_device_name(part, device_type("heat"));
+}
+std::string thread_device_name(const std::string& part) {
+  return part_device_name(part, device_type("thread"));
+}
 
 /// One of each kind; A is warm and screwed into B.
 Scenario one_of_each() {
   Scenario scenario;
   scenario.parts.resize(2);
   scenario.parts[0].name = "A";
-  scenario.parts[0].heat.emplace();
-  scenario.parts[0].thread.emplace();
-  scenario.parts[0].thread->in = "B";
+  ScenarioScrewJoint joint;
+  joint.held_by.component = "B";
+  const DeviceType &heat = device_type("heat"), &thread = device_type("thread");
+  scenario.parts[0].devices = {{"", &heat, heat.fresh()}, {"", &thread, joint}};
   scenario.parts[0].mass_kg = 2.0;
   scenario.parts[0].inertia_kg_m2 = Mat3::Identity();
   scenario.parts[1].name = "B";
@@ -29,10 +37,8 @@ Scenario one_of_each() {
   scenario.robots[0].name = "Arm";
   scenario.grippers.resize(1);
   scenario.grippers[0].name = "Hand";
-  scenario.furnaces.resize(1);
-  scenario.furnaces[0].name = "Oven";
-  scenario.screwdrivers.resize(1);
-  scenario.screwdrivers[0].name = "Driver";
+  for (const auto& [name, key] : {std::pair{"Oven", "furnaces"}, std::pair{"Driver", "screwdrivers"}})
+    scenario.devices.push_back({name, &device_type(key), device_type(key).fresh()});
   scenario.processes = {{"first", 1, false, {"B"}}, {"second", 1, false, {"A"}}};
   return scenario;
 }
@@ -96,8 +102,8 @@ TEST(ScenarioChanges, ACopyIsOfTheProcessOfItsOriginalAndHeavierAsAWhole) {
   EXPECT_EQ(part.mass_kg, 6.0);
   EXPECT_EQ(part.hierarchy, 7);
   EXPECT_EQ((*part.inertia_kg_m2)(0, 0), 3.0) << "of the same shape, three times as heavy";
-  EXPECT_FALSE(part.thread.has_value());
-  EXPECT_TRUE(part.heat.has_value());
+  EXPECT_EQ(part.device("thread"), nullptr);
+  EXPECT_NE(part.device("heat"), nullptr);
   EXPECT_EQ(result.scenario.processes[0].members, std::vector<std::string>{"B"});
   EXPECT_EQ(result.scenario.processes[1].members, (std::vector<std::string>{"A", "X"}));
   request.mass_kg.reset();

@@ -32,7 +32,7 @@ TEST(CheckedPrograms, CorrectProgramsAreToldNothingAboutAndTheHashIsTheSame) {
 TEST(CheckedPrograms, PadsThatCloseOnBAreCloserThan20mmToTheTable) {
   // From the program: the tips are 15 mm above the table when they grip B, on both tables.
   const BlockRun run =
-      test::run_block_scenario("block_assembly", {"collision_checking.default_limit_m=0.020",
+      test::run_block_scenario("block_assembly", {"collision_checking.min_clearance_m=0.020",
                                                   "collision_checking.ignore=[['*_link', '*_link'], "
                                                   "['Robot1/*','Robot1/*']]"});
   int cleared = 0;

@@ -2,7 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "server/devices/furnace.h"
 #include "server/scenario/scenario_reader.h"
+#include "tests/support/kept_scenarios.h"
 #include "tests/support/temporary_directory.h"
 
 namespace takt {
@@ -23,7 +25,15 @@ const std::string kFurnace = R"(
 Scenario read_scenario_text(const std::string& text) {
   const test::TemporaryDirectory directory;
   directory.write("cell.yaml", "takt_scenario: 1\nname: cell\n" + text);
-  return read_scenario(directory.path() / "cell.yaml");
+  const std::string whole = "takt_scenario: 1\nname: cell\n" + text;
+  try {
+    Scenario scenario = read_scenario(directory.path() / "cell.yaml");
+    test::keep_scenario(whole, {}, "");
+    return scenario;
+  } catch (const ScenarioError& error) {
+    test::keep_scenario(whole, {}, error.what());
+    throw;
+  }
 }
 
 std::string scenario_error_of(const std::string& text) {
@@ -39,9 +49,9 @@ TEST(ScenarioDevices, FurnacesAreRead) {
   const Scenario scenario =
       read_scenario_text("world: {temperature_degC: 25}\nfurnaces:\n  Oven:" + kFurnace);
   EXPECT_EQ(scenario.temperature_degC, 25.0);
-  ASSERT_EQ(scenario.furnaces.size(), 1U);
-  const ScenarioFurnace& furnace = scenario.furnaces[0];
-  EXPECT_EQ(furnace.name, "Oven");
+  ASSERT_EQ(scenario.devices.size(), 1U);
+  EXPECT_EQ(scenario.devices[0].name, "Oven");
+  const auto furnace = std::any_cast<ScenarioFurnace>(scenario.devices[0].section);
   EXPECT_EQ(furnace.X_GV.p, Vec3(0.0, 0.0, 0.4));
   EXPECT_EQ(furnace.set_temperature_degC, 300.0);
   EXPECT_FALSE(furnace.air_capacity_J_per_K.has_value());

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "server/devices/screw_joints.h"
 #include "server/scenario/scenario_reader.h"
+#include "tests/support/kept_scenarios.h"
 #include "tests/support/temporary_directory.h"
 
 namespace takt {
@@ -22,7 +24,15 @@ Scenario scenario_of(const std::string& text, const std::vector<std::string>& ov
   directory.write("r.urdf", "");
   ScenarioOptions options;
   options.overrides = overrides;
-  return read_scenario(directory.path() / "cell.yaml", options);
+  const std::string whole = "takt_scenario: 1\nname: cell\n" + text;
+  try {
+    Scenario scenario = read_scenario(directory.path() / "cell.yaml", options);
+    test::keep_scenario(whole, overrides, "");
+    return scenario;
+  } catch (const ScenarioError& error) {
+    test::keep_scenario(whole, overrides, error.what());
+    throw;
+  }
 }
 
 std::string mistake_in(const std::string& text, const std::vector<std::string>& overrides = {}) {
@@ -95,10 +105,10 @@ TEST(ScenarioMistakes, InPartsAreNamed) {
       {one_part("") + "name: again\n", {"cell.yaml:5:", "name", "the key twice"}},
       {"description: \"\"\n", {"cell.yaml:3:", "description", "''", "a text"}},
       {"csv_period_s: [1]\n", {"cell.yaml:3:", "csv_period_s", "a list of 1 values", "> 0 s"}},
-      {"interaction: {skip_resting: [true]}\n",
-       {"interaction.skip_resting", "a list of 1 values", "true or false"}},
-      {"marks: soon\n", {"cell.yaml:3:", "marks", "'soon'", "a list of {name, time_s}"}},
-      {"marks:\n  - {name: M, time_s: -1}\n", {"cell.yaml:4:", "marks.time_s", "-1", ">= 0 s"}},
+      {"interaction: {weight_feed_forward: [true]}\n",
+       {"interaction.weight_feed_forward", "a list of 1 values", "true or false"}},
+      {"report_at: soon\n", {"cell.yaml:3:", "report_at", "'soon'", "a list of {name, time_s}"}},
+      {"report_at:\n  - {name: M, time_s: -1}\n", {"cell.yaml:4:", "report_at.time_s", "-1", ">= 0 s"}},
       {"controller: {parameters: {[1]: 2}}\n", {"controller.parameters", "a list of 1 values", "a name"}},
       {"solver: {matrix: magic}\n", {"solver.matrix", "'magic'", "automatic, separate, coupled"}},
   });
@@ -172,16 +182,17 @@ TEST(ScenarioMistakes, InContactPairsAreNamed) {
   });
   const Scenario scenario = scenario_of(
       "contact:\n  components: {A: {role: base}, B: {role: target}, C: {friction: 1}}\n"
-      "  pairs:\n    - {pair: [A, B], interaction: contact, base: B, friction_law: regularised}\n"
+      "  pairs:\n    - {pair: [A, B], force: contact, base: B, friction_law: regularised}\n"
       "    - {pair: [A, C], base: A}\n");
   ASSERT_EQ(scenario.contact.components.size(), 3U);
   EXPECT_EQ(scenario.contact.components[0].role, ContactRole::base);
   EXPECT_EQ(scenario.contact.components[1].role, ContactRole::target);
   EXPECT_EQ(scenario.contact.components[2].role, ContactRole::by_rule);
   ASSERT_EQ(scenario.contact.pairs.size(), 2U);
-  EXPECT_EQ(scenario.contact.pairs[0].interaction, PairForce::contact);
+  EXPECT_EQ(scenario.contact.pairs[0].force, PairForce::contact);
   EXPECT_EQ(scenario.contact.pairs[0].base, "B");
-  EXPECT_EQ(scenario.contact.pairs[0].stated.friction_law, FrictionLaw::regularised);
+  EXPECT_EQ(scenario.contact.pairs[0].stated.value(&ContactParameters::friction_law),
+            FrictionLaw::regularised);
   EXPECT_EQ(scenario.contact.pairs[1].base, "A");
   EXPECT_TRUE(scenario_of("contact: {pairs: }\n").contact.pairs.empty());
 }
@@ -214,10 +225,14 @@ TEST(ScenarioMistakes, InDevicesAreNamed) {
   const Scenario scenario =
       scenario_of("parts:\n" + screw("Base", ", axis: [0, 0, 2]") +
                   part_with("thread: {in: C, " + thread + "}", "B") + part_with("", "C") + ground);
-  ASSERT_TRUE(scenario.parts[0].thread && scenario.parts[1].thread);
-  EXPECT_EQ(scenario.parts[0].thread->in, "Base");
-  EXPECT_EQ(scenario.parts[0].thread->axis_B, Vec3::UnitZ());
-  EXPECT_EQ(scenario.parts[1].thread->in, "C");
+  const auto joint = [&scenario](std::size_t part) {
+    const StatedDevice* device = scenario.parts[part].device("thread");
+    EXPECT_NE(device, nullptr);
+    return device != nullptr ? std::any_cast<ScenarioScrewJoint>(device->section) : ScenarioScrewJoint{};
+  };
+  EXPECT_EQ(joint(0).held_by.component, "Base");
+  EXPECT_EQ(joint(0).axis_B.normalized(), Vec3::UnitZ());
+  EXPECT_EQ(joint(1).held_by.component, "C");
 }
 
 TEST(ScenarioMistakes, InDemandsAreNamed) {

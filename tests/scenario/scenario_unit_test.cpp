@@ -10,6 +10,7 @@
 #include "server/scenario/scenario_builder.h"
 #include "server/scenario/urdf_reader.h"
 #include "server/simulation/step/simulation.h"
+#include "tests/support/kept_scenarios.h"
 
 namespace takt {
 namespace {
@@ -41,7 +42,12 @@ class ScenarioFile : public ::testing::Test {
   std::string error(const std::string& yaml, const ScenarioOptions& options = {}) {
     write("s.yaml", yaml);
     try {
+      read_scenario(directory_ / "s.yaml", options);
+      if (!options.level_of_detail) test::keep_scenario(yaml, options.overrides, "");
       load_cell(directory_ / "s.yaml", options);
+    } catch (const ScenarioError& e) {
+      if (!options.level_of_detail) test::keep_scenario(yaml, options.overrides, e.what());
+      return e.what();
     } catch (const std::exception& e) {
       return e.what();
     }

@@ -11,7 +11,7 @@ namespace takt {
 
 namespace {
 constexpr std::string_view kMagic = "taktstat";
-constexpr std::uint32_t kVersion = 4;
+constexpr std::uint32_t kVersion = 5;
 constexpr double kLongest_s = 1e9;
 constexpr std::size_t kLongestText = 1U << 20U;
 constexpr double kFurthest = 1e9;            // m, m/s, rad/s: what set_component_state() takes
@@ -83,10 +83,10 @@ void Simulation::Impl::save(std::vector<std::byte>& bytes) {
   out.section("CLRN", [&] {
     if (monitor) monitor->save(out);
   });
-  if (threads.any()) {
-    out.section("THRD", [&] {
-      out.put(thread_let_go);
-      threads.save(out);
+  if (!mechanisms.empty()) {
+    out.section("MECH", [&] {
+      out.put(mechanism_let_go);
+      for (const auto& mechanism : mechanisms) mechanism->save(out);
     });
   }
 }
@@ -152,10 +152,10 @@ void Simulation::Impl::load(std::span<const std::byte> bytes) {
   all.section("CLRN", [&](StateReader& in) {
     if (monitor) monitor->load(in);
   });
-  if (threads.any()) {
-    all.section("THRD", [&](StateReader& in) {
-      thread_let_go = in.flag("'a thread let go'");
-      threads.load(in);
+  if (!mechanisms.empty()) {
+    all.section("MECH", [&](StateReader& in) {
+      mechanism_let_go = in.flag("'a mechanism let go'");
+      for (const auto& mechanism : mechanisms) mechanism->load(in);
     });
   }
   all.expect_end();

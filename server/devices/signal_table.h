@@ -1,6 +1,6 @@
 #pragma once
 // A device whose signals are plain numbers between steps: the simulation itself reads what is commanded and
-// writes what is told (threads and screwdrivers, server/simulation/step/screw_joints.h).
+// writes what is reported (server/devices/screw_joints.h).
 #include <algorithm>
 #include <array>
 #include <cstddef>

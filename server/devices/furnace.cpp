@@ -1,15 +1,17 @@
-#include "plant_models/thermal/furnace.h"
+#include "server/devices/furnace.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "plant_models/state_bytes.h"
-#include "plant_models/thermal/heated_part.h"
+#include "server/devices/heated_part.h"
 
 namespace takt {
 
 namespace {
 constexpr double kStefanBoltzmann = 5.670374419e-8;  // W/(m^2 K^4)
+// Air at 20 degC and 1013 hPa.
+constexpr double kAirHeat_J_per_m3_K = 1.204 * 1005.0;
 // A Part that rests just at the opening must not come and go with every tremor.
 constexpr double kHysteresis_m = 1e-3;
 
@@ -17,6 +19,93 @@ double fourth(double x) {
   return x * x * x * x;
 }
 }  // namespace
+
+void describe(Fields& f, ScenarioFurnace& s) {
+  f.field("ground", s.ground, f.name_of({"grounds"}, "a ground"),
+          "Ground in whose frame the chamber is given; without it: the world.");
+  f.section(
+      "chamber", "The space inside.",
+      [&] {
+        f.pose("center", s.X_GV, "Pose of the centre.");
+        f.field("size_m", s.chamber_size_m, Vector3{positive("m")}, "Lengths along the axes of `center`.",
+                kRequired);
+        f.field("inner_surface_m2", s.inner_surface_m2, positive("m^2"),
+                "Surface towards the air inside; without it: that of the chamber.");
+        f.field("outer_surface_m2", s.outer_surface_m2, positive("m^2"),
+                "Surface towards the surroundings; without it: that of the chamber.");
+        f.field("air_capacity_J_per_K", s.air_capacity_J_per_K, positive("J/K"),
+                "Heat capacity of the air inside; without it: by the volume, at 20 degC.");
+      },
+      kRequired);
+  f.field("mass_kg", s.mass_kg, positive("kg"), "Mass of the lined body.", kRequired);
+  f.field("specific_heat_J_per_kg_K", s.specific_heat_J_per_kg_K, positive("J/(kg K)"),
+          "Specific heat of the lined body.", kRequired);
+  f.field("convection_W_per_m2_K", s.convection_W_per_m2_K, not_negative("W/(m^2 K)"),
+          "Heat transfer to the air inside and to parts.", kRequired);
+  f.field("loss_W_per_m2_K", s.loss_W_per_m2_K, not_negative("W/(m^2 K)"),
+          "Heat transfer to the surroundings.", kRequired);
+  f.field("max_set_temperature_degC", s.max_set_temperature_degC, kTemperature_degC,
+          "Largest temperature that may be commanded.");
+  f.field("set_temperature_degC", s.set_temperature_degC, kTemperature_degC,
+          "Set point until another one is commanded; not below the surroundings.", kRequired);
+  f.check(s.set_temperature_degC <= s.max_set_temperature_degC, "set_temperature_degC",
+          rounded_number(s.set_temperature_degC),
+          "a number <= " + rounded_number(s.max_set_temperature_degC) + " degC");
+  s.place_of_set_temperature = f.place("set_temperature_degC");
+  f.field("temperature_degC", s.temperature_degC, kTemperature_degC,
+          "Temperature at the start; without it: the set point.");
+  f.section(
+      "control", "PI controller of the heater.",
+      [&] {
+        f.field("gain_W_per_K", s.gain_W_per_K, positive("W/K"), "Gain.", kRequired);
+        f.field("integral_time_s", s.integral_time_s, positive("s"), "Integral time.", kRequired);
+        f.field("max_power_W", s.max_power_W, positive("W"), "Largest power of the heater.", kRequired);
+      },
+      kRequired);
+}
+
+void build(const ScenarioFurnace& s, DeviceBuilder& b) {
+  if (s.set_temperature_degC < b.surroundings_degC)
+    throw ScenarioError(s.place_of_set_temperature + ": found " + rounded_number(s.set_temperature_degC) +
+                        "; allowed: a number >= " + rounded_number(b.surroundings_degC) +
+                        " degC, the surroundings");
+  const Vec3& size = s.chamber_size_m;
+  const double surface = 2.0 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x());
+  FurnaceParameters p;
+  p.capacity_J_per_K = s.mass_kg * s.specific_heat_J_per_kg_K;
+  p.air_capacity_J_per_K = s.air_capacity_J_per_K.value_or(kAirHeat_J_per_m3_K * size.prod());
+  p.inner_surface_m2 = s.inner_surface_m2.value_or(surface);
+  p.outer_surface_m2 = s.outer_surface_m2.value_or(surface);
+  p.convection_W_per_m2_K = s.convection_W_per_m2_K;
+  p.loss_W_per_m2_K = s.loss_W_per_m2_K;
+  p.environment_K = kelvin(b.surroundings_degC);
+  p.set_K = kelvin(s.set_temperature_degC);
+  p.initial_K = kelvin(s.temperature_degC.value_or(s.set_temperature_degC));
+  p.gain_W_per_K = s.gain_W_per_K;
+  p.integral_time_s = s.integral_time_s;
+  p.max_power_W = s.max_power_W;
+  p.X_WV = s.ground.empty() ? s.X_GV : b.pose_of_ground(s.ground) * s.X_GV;
+  p.size_m = size;
+  p.parts = b.heated;
+  b.add<Furnace>(p, {{"set_temperature", "degC", true, b.surroundings_degC, s.max_set_temperature_degC},
+                     {"door", "", true, 0.0, 1.0},
+                     reported("temperature", "degC"),
+                     reported("air_temperature", "degC"),
+                     reported("power", "W"),
+                     reported("energy", "J"),
+                     reported("loss", "W"),
+                     reported("heat_to_parts", "W"),
+                     reported("energy_lost", "J"),
+                     reported("energy_to_parts", "J"),
+                     reported("energy_of_air", "J"),
+                     reported("parts_inside", "")});
+}
+
+DeviceType furnace_type() {
+  return device_type<ScenarioFurnace>(DeviceType::Owner::cell, "furnaces", "Chamber furnaces.",
+                                      "Heats the parts with `heat` whose centre of mass is in its chamber.",
+                                      true);
+}
 
 Furnace::Furnace(const FurnaceParameters& parameters) : p_(parameters) {
   reset();

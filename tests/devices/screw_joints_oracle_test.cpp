@@ -11,8 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "plant_models/signal_board.h"
-#include "server/simulation/step/screw_joints.h"
+#include "server/devices/screw_joints.h"
 #include "server/simulation/step/simulation.h"
 #include "tests/support/box_cell.h"
 
@@ -59,21 +58,23 @@ class ScrewCell {
     screw_ = cell_.part("Screw", 0.1, 1, {0.01, 0.01, 0.03}, test::at(0.0, 0.0, 0.04));
     palm_ = cell_.gantry_with_gripper("Robot", "Gripper", test::at(0.0, 0.0, 0.125));
     CellModel& model = cell_.model();
-    ScrewdriverModel driver;
+    ScrewJoints::Screwdriver driver;
     driver.palm = palm_;
     driver.device = kDriver;
     driver.X_GT.R = Vec3(1.0, -1.0, -1.0).asDiagonal();  // the bit points down
     driver.X_GT.p = Vec3(0.0, 0.0, -0.055);
     driver.reach_m = 0.02;
     driver.max_torque_Nm = max_torque_Nm;
-    ScrewJointModel thread;
+    ScrewJoints::Joint thread;
     thread.part = screw_, thread.holder = plate_, thread.device = kThread;
     thread.law = kM6;
     thread.p_BH = Vec3(0.0, 0.0, 0.03);
-    model.threads = {thread};
-    model.screwdrivers = {driver};
+    auto joints = std::make_shared<ScrewJoints::Model>(ScrewJoints::Model{{thread}, {driver}});
+    model.mechanisms = {
+        {ScrewJoints::kName, joints, [joints] { return std::make_unique<ScrewJoints>(*joints); }}};
+    model.joined = {{screw_, plate_}};
     add_signal_table("Driver", ScrewJoints::kDriverSignals, kDriver, {});
-    add_signal_table("Screw_thread", ScrewJoints::kThreadSignals, kThread, {0.0, 1.0});
+    add_signal_table("Screw_thread", ScrewJoints::kJointSignals, kThread, {0.0, 1.0});
     simulation_ = std::make_unique<Simulation>(cell_.build());
     snapshot_ = simulation_->make_snapshot();
   }

@@ -11,11 +11,29 @@
 // (I is held while Q is at a limit and e would push it further.) Air is exchanged fully at the instant at
 // which the door is opened: T_A becomes T_env. A Part that comes or goes while the door is closed has it
 // opened for that instant.
+#include <optional>
+#include <string>
 #include <vector>
 
-#include "plant_models/device_model.h"
+#include "server/devices/device_type.h"
 
 namespace takt {
+
+/// What a scenario says of a furnace.
+struct ScenarioFurnace {
+  std::string ground;  ///< whose frame `chamber` is given in; empty: the world
+  Pose X_GV;           ///< centre of the chamber
+  Vec3 chamber_size_m = Vec3::Zero();
+  double mass_kg = 0.0, specific_heat_J_per_kg_K = 0.0;
+  std::optional<double> air_capacity_J_per_K, inner_surface_m2, outer_surface_m2;
+  double convection_W_per_m2_K = 0.0, loss_W_per_m2_K = 0.0;
+  double set_temperature_degC = 0.0;
+  std::string place_of_set_temperature;
+  double max_set_temperature_degC = 1200.0;
+  std::optional<double> temperature_degC;
+  double gain_W_per_K = 0.0, integral_time_s = 1.0, max_power_W = 0.0;
+};
+DeviceType furnace_type();
 
 struct FurnaceParameters {
   double capacity_J_per_K = 0.0;      ///< C_F
@@ -30,10 +48,7 @@ struct FurnaceParameters {
   Pose X_WV;                   ///< centre of the chamber in the world
   Vec3 size_m = Vec3::Zero();  ///< of the chamber, along the axes of V
   /// Parts that have a temperature. A Part is inside while its centre of mass is.
-  struct Candidate {
-    int body = -1;
-    double surface_m2 = 0.0, emissivity = 0.0;
-  };
+  using Candidate = DeviceBuilder::Heated;
   std::vector<Candidate> parts;
 };
 

@@ -4,11 +4,26 @@
 // things it may cool to its surroundings:
 //   C dT/dt = sum of the flows - h A (T - T_environment)     (the last term where it is not enclosed)
 // Temperatures are absolute (K); signals are in degrees Celsius, as people read them.
-#include "plant_models/device_model.h"
+#include <optional>
+
+#include "server/devices/device_type.h"
 
 namespace takt {
 
 inline constexpr double kZeroCelsius_K = 273.15;
+constexpr double kelvin(double degC) {
+  return degC + kZeroCelsius_K;
+}
+
+/// What a scenario says of the heat of a Part.
+struct ScenarioHeat {
+  double specific_heat_J_per_kg_K = 0.0;
+  std::optional<double> temperature_degC;
+  double emissivity = 0.0;
+  std::optional<double> surface_m2;
+  double cooling_W_per_m2_K = 0.0;
+};
+DeviceType heated_part_type();
 
 struct HeatedPartParameters {
   int body = -1;
