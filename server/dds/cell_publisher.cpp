@@ -2,11 +2,11 @@
 
 #include <utility>
 
+#include "idl/common/utf8.h"
 #include "ros2_msgsPubSubTypes.h"
 #include "server/dds/convert.h"
 #include "server/dds/qos.h"
 #include "server/runtime/monotonic_clock.h"
-#include "server/runtime/requests/plain_text.h"
 #include "takt_msgsPubSubTypes.h"
 
 namespace takt {
@@ -71,7 +71,7 @@ void CellPublisher::make_writers(const TopicNames& topics) {
         topics.of(robot.name, "robot_description"),
         with_type_hash(latched_writer_qos(participant_, true), ros_type_hash::kString)));
     std_msgs::msg::String urdf;
-    urdf.data(plain_text(robot.urdf, robot.urdf.size(), Lines::kept));
+    urdf.data(utf8_sanitize(robot.urdf, robot.urdf.size(), LineBreaks::allow));
     if (!written(*urdf_writers_.back(), urdf))
       throw DdsError("DDS refused to send the URDF of '" + robot.name + "'.");
   }

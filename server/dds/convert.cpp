@@ -2,10 +2,10 @@
 
 #include <cmath>
 
+#include "idl/common/utf8.h"
 #include "server/dds/participant.h"
 #include "server/dds/tf_frames.h"
 #include "server/runtime/loop/command_buffer.h"
-#include "server/runtime/requests/plain_text.h"
 
 namespace takt {
 namespace {
@@ -38,14 +38,15 @@ takt_msgs::msg::Transform to_transform(const Pose& X) {
 template <std::size_t Capacity>
 std::string checked_length(const std::string& text, const char* what) {
   if (text.size() <= Capacity) return text;
-  throw DdsError(std::string(what) + " '" + plain_text(text, 60) + "...' has " + std::to_string(text.size()) +
-                 " characters; over DDS at most " + std::to_string(Capacity) + " are allowed.");
+  throw DdsError(std::string(what) + " '" + utf8_sanitize(text, 60) + "...' has " +
+                 std::to_string(text.size()) + " characters; over DDS at most " + std::to_string(Capacity) +
+                 " are allowed.");
 }
 /// The text as it is, or an error: a name cut off or with another character would be another name.
 template <std::size_t Capacity>
 std::string fitting(const std::string& text, const char* what) {
-  if (!is_plain(text))
-    throw DdsError(std::string(what) + " '" + plain_text(text, 60) +
+  if (!validate_utf8(text))
+    throw DdsError(std::string(what) + " '" + utf8_sanitize(text, 60) +
                    "' is no text; over DDS it must be UTF-8 without control characters.");
   return checked_length<Capacity>(text, what);
 }
@@ -62,7 +63,7 @@ takt_msgs::msg::ComponentDescription to_message(const ComponentDescription& comp
   message.hierarchy(component.hierarchy);
   message.mass(component.mass_kg);
   message.center_of_mass(to_vector(component.p_BBcm));
-  message.mesh_uri(fitting<1024>(plain_text(component.mesh_uri), "The mesh file"));
+  message.mesh_uri(fitting<1024>(utf8_sanitize(component.mesh_uri), "The mesh file"));
   message.vertices(component.vertices);
   message.triangles(component.triangles);
   message.color({component.color.begin(), component.color.end()});
@@ -79,7 +80,8 @@ void require_room(std::size_t count, std::size_t most, const std::string& what) 
 takt_msgs::msg::RobotDescription to_message(const RobotDescription& robot) {
   takt_msgs::msg::RobotDescription message;
   message.name(fitting<128>(robot.name, "The robot's name"));
-  message.urdf(checked_length<262144>(plain_text(robot.urdf, robot.urdf.size(), Lines::kept), "The URDF"));
+  message.urdf(
+      checked_length<262144>(utf8_sanitize(robot.urdf, robot.urdf.size(), LineBreaks::allow), "The URDF"));
   for (const JointModel& joint : robot.arm.joints) {
     takt_msgs::msg::JointDescription described;
     described.name(fitting<128>(joint.name, "The joint's name"));
@@ -400,14 +402,14 @@ takt_msgs::msg::Status to_message(const LoopStatus& status, const CellDescriptio
   message.solver_rejected_steps(status.solver_rejected_steps);
   for (std::uint32_t i = 0; i < status.process_count; ++i) {
     auto& process = message.processes().emplace_back();
-    process.name(plain_text(cell.processes[i].name, 128));
+    process.name(utf8_sanitize(cell.processes[i].name, 128));
     process.level_of_detail(status.process_levels[i]);
   }
   for (std::uint32_t i = 0; i < status.waiting_count; ++i) {
-    message.waiting_for().emplace_back(plain_text(status.waiting_for[i].view()));
+    message.waiting_for().emplace_back(utf8_sanitize(status.waiting_for[i].view()));
   }
-  message.scheduling(plain_text(status.scheduling.view()));
-  message.fault(plain_text(status.fault.view()));
+  message.scheduling(utf8_sanitize(status.scheduling.view()));
+  message.fault(utf8_sanitize(status.fault.view()));
   message.contact_pairs(status.contact_pairs);
   message.contact_calls(status.contact_calls.made);
   message.contact_calls_skipped(status.contact_calls.skipped);
@@ -424,8 +426,8 @@ takt_msgs::msg::Event to_message(const EventRecord& event, const CellDescription
   message.epoch(event.epoch);
   message.severity(static_cast<std::uint8_t>(event.severity));
   message.code(std::string(to_string(event.code)));
-  message.subject(plain_text(text.subject, 128));
-  message.message(plain_text(text.message, 1024));
+  message.subject(utf8_sanitize(text.subject, 128));
+  message.message(utf8_sanitize(text.message, 1024));
   return message;
 }
 

@@ -2,10 +2,10 @@
 
 #include <utility>
 
+#include "idl/common/utf8.h"
 #include "server/dds/convert.h"
 #include "server/dds/qos.h"
 #include "server/runtime/monotonic_clock.h"
-#include "server/runtime/requests/plain_text.h"
 #include "takt_msgsPubSubTypes.h"
 
 namespace takt {
@@ -188,10 +188,10 @@ void StatePublisher::write_event(const DiagnosticEvent& event) {
   message.step(publisher_ ? publisher_->present_step() : 0);
   message.epoch(publisher_ ? publisher_->present_epoch() : 0);
   message.severity(static_cast<std::uint8_t>(event.severity));
-  message.code(plain_text(event.code, kMaxOfCode));
-  message.subject(plain_text(event.subject, kMaxOfName));
-  message.sender(plain_text(event.sender, kMaxOfName));
-  message.message(plain_text(event.message, kMaxOfSentence));
+  message.code(utf8_sanitize(event.code, kMaxOfCode));
+  message.subject(utf8_sanitize(event.subject, kMaxOfName));
+  message.sender(utf8_sanitize(event.sender, kMaxOfName));
+  message.message(utf8_sanitize(event.message, kMaxOfSentence));
   write_event(message);
 }
 
