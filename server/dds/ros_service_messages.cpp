@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "idl/common/text.h"
 #include "server/dds/convert.h"
 
 namespace takt::ros {

@@ -87,7 +87,7 @@ BEGIN {
   library("V-HACD", "VHACD.h", "server/geometry/", "server/", 1)
   library("FCL", "fcl/", "server/geometry/ tests/", "server/", 1)
   library("SUNDIALS", "cvode/ arkode/ ida/ sundials/ sunlinsol/ sunmatrix/ sunnonlinsol/ nvector/", "server/simulation/", "server/", 1)
-  library("liburdfdom", "urdf_parser/ urdf_model/", "server/scenario/ tests/", "server/", 1)
+  library("tinyxml2", "tinyxml2.h", "server/scenario/", "server/", 1)
   library("utf8cpp", "utf8cpp/", "idl/common/", "", 0)
   library("yaml-cpp", "yaml-cpp/", "server/scenario/ client_lib/recording/ client_lib/tools/ tests/", "", 0)
   library("Lua", "lua.h lua.hpp lauxlib.h lualib.h", "client_lib/controller/ tests/", "", 0)

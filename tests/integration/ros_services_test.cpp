@@ -6,6 +6,7 @@
 #include <map>
 
 #include "ros2_service_msgsPubSubTypes.h"
+#include "idl/common/text.h"
 #include "server/dds/convert.h"
 #include "server/dds/ros_service_messages.h"
 #include "tests/support/hosted_service.h"
