@@ -6,7 +6,7 @@
 #include "server/messages/description_message.h"
 #include "server/messages/status_messages.h"
 #include "server/runtime/monotonic_clock.h"
-#include "server/runtime/requests/plain_text.h"
+#include "idl/common/utf8.h"
 #include "takt_topics.h"
 
 namespace takt {
@@ -18,7 +18,7 @@ constexpr std::int64_t kAnnounced_ns = 15'000'000'000;
 constexpr std::int64_t kLookAfterOwners_ns = 50'000'000;
 // Of the type of an event (idl/takt_msgs.idl).
 std::string fitting(std::string_view text, const FieldInfo& field) {
-  return plain_text(text, field.string_bound);
+  return utf8_sanitize(text, field.string_bound);
 }
 
 }  // namespace

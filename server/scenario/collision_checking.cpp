@@ -18,11 +18,10 @@ RoundedShape plain(ConvexShape shape) {
   return {std::move(shape), 0.0};
 }
 
-void add_links(const Scenario& scenario, CellModel& cell) {
+void add_links(const Scenario& scenario, const std::vector<UrdfArm>& arms, CellModel& cell) {
   for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
     const ScenarioRobot& robot = scenario.robots[r];
-    const UrdfArm urdf{cell.description.robots[r].urdf, cell.robots[r].arm};
-    for (UrdfLinkShapes& link : read_urdf_collision(robot.urdf, urdf, robot.base_link)) {
+    for (UrdfLinkShapes& link : urdf_collision(arms[r])) {
       CheckedBody body;
       body.name = robot.name + "/" + link.link;
       body.robot = static_cast<int>(r);
@@ -149,13 +148,13 @@ bool fits_pattern(std::string_view name, std::string_view pattern) {
   return p == pattern.size();
 }
 
-void add_collision_checking(const Scenario& scenario, const std::vector<TriangleMesh>& meshes,
-                            CellModel& cell) {
+void add_collision_checking(const Scenario& scenario, const std::vector<UrdfArm>& arms,
+                            const std::vector<TriangleMesh>& meshes, CellModel& cell) {
   const ScenarioCollisionChecking& checking = scenario.collision_checking;
   cell.clearance = {};
   cell.clearance.enabled = true;
   cell.clearance.hysteresis_m = checking.hysteresis_m;
-  add_links(scenario, cell);
+  add_links(scenario, arms, cell);
   add_components(scenario, meshes, cell);
   const double layer_m = thickest_layer_m(scenario);
   const std::vector<CheckedBody>& bodies = cell.clearance.bodies;

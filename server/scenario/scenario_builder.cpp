@@ -10,7 +10,7 @@
 #include "server/scenario/dynamics_builder.h"
 #include "server/scenario/mesh_notes.h"
 #include "server/scenario/start_overlap.h"
-#include "server/scenario/urdf_reader.h"
+#include "server/scenario/urdf_arm.h"
 #include "server/scenario/world_bounds.h"
 #include "server/simulation/step/step_limit.h"
 
@@ -104,8 +104,7 @@ void add_ground(const Scenario& scenario, const ScenarioGround& ground, ConvexIm
       {add_component(cell, std::move(component), mesh, ground.mesh, ground.color, meshes), ground.X_WB});
 }
 
-void add_robot(const Scenario& scenario, const ScenarioRobot& robot, CellModel& cell) {
-  const UrdfArm urdf = read_urdf_arm(robot.urdf, robot.base_link, robot.flange_link);
+void add_robot(const Scenario& scenario, const ScenarioRobot& robot, const UrdfArm& urdf, CellModel& cell) {
   const std::string key = "robots." + robot.name + ".initial_joints_rad";
   const auto count = static_cast<std::size_t>(urdf.arm.joint_count());
   if (robot.initial_joints_rad.size() != count) {
@@ -132,7 +131,7 @@ void add_robot(const Scenario& scenario, const ScenarioRobot& robot, CellModel& 
   for (std::size_t i = 0; i < count && robot.deadline.max_acceleration_rad_per_s2.given(); ++i)
     deadline.max_acceleration[i] = robot.deadline.max_acceleration_rad_per_s2.at(i);
   cell.description.robots.push_back(
-      {robot.name, urdf.text, urdf.arm, robot.X_WR, robot.command_period_s, deadline, urdf.links});
+      {robot.name, urdf.robot.text, urdf.arm, robot.X_WR, robot.command_period_s, deadline, urdf.links});
 }
 
 void add_gripper(const Scenario& scenario, const ScenarioGripper& gripper, ConvexImporter& importer,
@@ -250,18 +249,22 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const Impo
   Meshes meshes;
   for (const ScenarioPart& part : scenario.parts) add_part(scenario, part, importer, *cell, meshes);
   for (const ScenarioGround& ground : scenario.grounds) add_ground(scenario, ground, importer, *cell, meshes);
-  for (const ScenarioRobot& robot : scenario.robots) add_robot(scenario, robot, *cell);
+  std::vector<UrdfArm> arms;
+  for (const ScenarioRobot& robot : scenario.robots) {
+    arms.push_back(read_urdf_arm(robot.urdf, robot.base_link, robot.flange_link));
+    add_robot(scenario, robot, arms.back(), *cell);
+  }
   for (const ScenarioGripper& gripper : scenario.grippers)
     add_gripper(scenario, gripper, importer, *cell, meshes);
   note_units(scenario, *cell);
   add_world_bounds(scenario, *cell);
-  add_dynamics(scenario, *cell);
+  add_dynamics(scenario, arms, *cell);
   add_devices(scenario, meshes, *cell);
   cell->pairs = generate_pairs(cell->components);
   add_grip_friction(scenario, *cell);
   add_contact(scenario, meshes, *cell);
   find_start_overlaps(scenario, meshes, *cell);
-  if (scenario.collision_checking.enabled) add_collision_checking(scenario, meshes, *cell);
+  if (scenario.collision_checking.enabled) add_collision_checking(scenario, arms, meshes, *cell);
   check_step(scenario, *cell);
   return cell;
 }

@@ -8,7 +8,7 @@
 #include <kdl/chainjnttojacsolver.hpp>
 #include <random>
 
-#include "server/scenario/urdf_reader.h"
+#include "server/scenario/urdf_arm.h"
 
 namespace takt {
 namespace {

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "idl/common/text.h"
+
 namespace takt {
 namespace {
 

@@ -9,6 +9,7 @@
 #include <iterator>
 #include <random>
 
+#include "idl/common/text.h"
 #include "server/runtime/host/replay.h"
 #include "server/runtime/recording/log_recorder.h"
 #include "tests/support/loop_reader.h"

@@ -8,7 +8,7 @@
 
 #include "server/geometry/mesh/import.h"
 #include "server/scenario/scenario_builder.h"
-#include "server/scenario/urdf_reader.h"
+#include "server/scenario/urdf_arm.h"
 #include "server/simulation/step/simulation.h"
 #include "tests/support/kept_scenarios.h"
 

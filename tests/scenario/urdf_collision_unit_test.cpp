@@ -45,7 +45,7 @@ class UrdfCollision : public testing::Test {
   std::vector<UrdfLinkShapes> read(const std::string& text) {
     directory_.write("r.urdf", text);
     const auto file = directory_ / "r.urdf";
-    return read_urdf_collision(file, read_urdf_arm(file, "base", "tool"), "base");
+    return urdf_collision(read_urdf_arm(file, "base", "tool"));
   }
   std::string error(const std::string& arm) {
     try {
@@ -124,14 +124,13 @@ TEST_F(UrdfCollision, MistakesAreAnsweredWithTheirPlace) {
               AllOf(HasSubstr("r.urdf: line 5"), HasSubstr("link 'arm'"), HasSubstr("package://ur/elbow.stl"),
                     HasSubstr("relative to the URDF file")));
   EXPECT_NE(error(collision("<mesh filename='missing.stl'/>")), "no error");
-  // What urdfdom lets pass.
   EXPECT_THAT(error(collision("<box size='0.2 0 0.6'/>")), HasSubstr("3 finite numbers > 0"));
   EXPECT_THAT(error(collision("<sphere radius='-1'/>")), HasSubstr("a finite number > 0"));
 }
 
 TEST(UrdfCollisionUr10e, EachMovingLinkHasSimplifiedShapes) {
   const auto file = std::filesystem::path(TAKT_CONFIG_DIR) / "robots" / "ur10e.urdf";
-  const auto links = read_urdf_collision(file, read_urdf_arm(file, "base_link", "tool0"), "base_link");
+  const auto links = urdf_collision(read_urdf_arm(file, "base_link", "tool0"));
   ASSERT_EQ(links.size(), 7U);
   for (std::size_t i = 0; i < links.size(); ++i) {
     EXPECT_EQ(links[i].joint, static_cast<int>(i) - 1) << links[i].link;

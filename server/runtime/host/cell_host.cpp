@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <utility>
 
+#include "idl/common/text.h"
 #include "server/geometry/mesh/import.h"
 #include "server/runtime/recording/log_recorder.h"
 #include "server/scenario/scenario_builder.h"
-#include "server/scenario/urdf_reader.h"
+#include "server/scenario/urdf_robot.h"
 
 namespace takt {
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "idl/common/text.h"
 #include "server/runtime/loop/run_loop.h"
 #include "server/runtime/recording/log_recorder.h"
 #include "server/runtime/requests/entity_requests.h"
