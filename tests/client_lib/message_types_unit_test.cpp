@@ -16,7 +16,7 @@ using takt::recording::RecordingError;
 using takt::recording::SignalNames;
 using takt::recording::to_json;
 
-TEST(MessageTypes, IdlBecomesTheTextRos2Uses) {
+TEST(MessageTypes, IdlBecomesTheTextOfRos2) {
   MessageTypes types;
   types.add_idl(
       "module geo { module msg {\n"
@@ -34,7 +34,7 @@ TEST(MessageTypes, IdlBecomesTheTextRos2Uses) {
   EXPECT_EQ(again.ros2msg("geo/msg/Path"), types.ros2msg("geo/msg/Path"));
 }
 
-TEST(MessageTypes, AMistakeInIdlIsToldWithItsLine) {
+TEST(MessageTypes, AMistakeInIdlIsReportedWithItsLine) {
   MessageTypes types;
   try {
     types.add_idl("module a {\nmodule msg {\n@final struct T { double x };\n};\n};\n");
@@ -44,7 +44,7 @@ TEST(MessageTypes, AMistakeInIdlIsToldWithItsLine) {
   }
 }
 
-TEST(MessageTypes, OfTheCellHaveTheirFields) {
+TEST(MessageTypes, TypesOfTheCellHaveTheirFields) {
   const auto& state = known_types().at("takt_msgs/msg/CellState");
   EXPECT_EQ(state.fields.at(0).message, "builtin_interfaces/msg/Time");
   EXPECT_EQ(state.fields.at(6).name, "components");
@@ -54,7 +54,7 @@ TEST(MessageTypes, OfTheCellHaveTheirFields) {
   EXPECT_EQ(takt::recording::dds_type_name("std_msgs/msg/String"), "std_msgs::msg::dds_::String_");
 }
 
-TEST(Samples, AreReadWithTheAlignmentOfCdr) {
+TEST(Samples, SamplesAreReadWithTheAlignmentOfCdr) {
   MessageTypes types;
   types.add_idl(
       "module a { module msg { @final struct T { octet flag; double x; string s; short n; sequence<long> l; "
@@ -81,7 +81,7 @@ TEST(Samples, AreReadWithTheAlignmentOfCdr) {
     EXPECT_THROW(to_json(types, "a/msg/T", sample.substr(0, length)), RecordingError) << length;
 }
 
-TEST(Signals, AreCalledByTheNamesOfTheDescription) {
+TEST(Signals, SignalsHaveTheNamesOfTheDescription) {
   SignalNames names;
   names.describe(Json::parse(R"({"components": [{"name": "P"}, {"name": "Table1"}],
     "robots": [{"name": "Robot1", "joints": [{"name": "pan"}, {"name": "lift"}]}]})"));
@@ -98,7 +98,7 @@ TEST(Signals, AreCalledByTheNamesOfTheDescription) {
                                              "contacts.P-Table1.area=5", "effort.pan=6", "effort.lift=7"}));
 }
 
-TEST(Signals, FitPatterns) {
+TEST(Signals, SignalsMatchPatterns) {
   EXPECT_TRUE(fits_pattern("state.components.P.x", "state.*.x"));
   EXPECT_TRUE(fits_pattern("state.x", "*"));
   EXPECT_TRUE(fits_pattern("state.x", "state.x"));

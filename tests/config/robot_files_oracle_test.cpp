@@ -84,7 +84,7 @@ TEST(RobotFiles, R3IsThatOfTheFactSheet) {
   EXPECT_NE(file.remarks[0].find("link 'link_1'"), std::string::npos) << file.remarks[0];
 }
 
-TEST(RobotFiles, InertiasOfAnArmAreThoseOfTheTree) {
+TEST(RobotFiles, InertiasOfAnArmEqualThoseOfTheTree) {
   const UrdfArm arm = read_urdf_arm(robot_file("r3.urdf"), "base_link", "flange");
   const UrdfInertias read = read_urdf_inertias(robot_file("r3.urdf"), arm, "base_link");
   const auto& inertias = read.links;

@@ -22,7 +22,7 @@ bool is_utf8(const std::string& text) {
   }
 }
 
-TEST(PlainText, GoodOnesStay) {
+TEST(PlainText, ValidTextIsUnchanged) {
   for (const char* text : {"", "Robot1", "a \"quoted\" \\ name", "Größe", "部品", "\xF0\x9F\x94\xA9",
                            "\xF4\x8F\xBF\xBF", "\xED\x9F\xBF", "\xEE\x80\x80", "\xEF\xBF\xBD", "\xC2\xA0"}) {
     EXPECT_TRUE(is_plain(text)) << text;
@@ -32,7 +32,7 @@ TEST(PlainText, GoodOnesStay) {
   EXPECT_TRUE(is_plain("a\nb\tc", Lines::kept));
 }
 
-TEST(PlainText, WhatIsNoTextIsReplacedByteByByte) {
+TEST(PlainText, InvalidBytesAreReplacedOneByOne) {
   const std::pair<std::string, std::string> cases[] = {
       {"x\"\\\n\xFF", "x\"\\??"},
       {std::string("a\0b", 3), "a?b"},
@@ -61,7 +61,7 @@ TEST(PlainText, WhatIsNoTextIsReplacedByteByByte) {
   EXPECT_EQ(plain_text("a\r\n", 100, Lines::kept), "a?\n");
 }
 
-TEST(PlainText, IsCutBetweenCharacters) {
+TEST(PlainText, TextIsCutBetweenCharacters) {
   EXPECT_EQ(plain_text("\xC3\xA4\xC3\xB6", 4), "\xC3\xA4\xC3\xB6");
   EXPECT_EQ(plain_text("\xC3\xA4\xC3\xB6", 3), "\xC3\xA4");
   EXPECT_EQ(plain_text("\xF0\x9F\x94\xA9", 3), "");
@@ -72,7 +72,7 @@ TEST(PlainText, IsCutBetweenCharacters) {
   EXPECT_EQ(text.view(), "abc");
 }
 
-TEST(PlainText, OfAnyBytesAProgramCanReadIt) {
+TEST(PlainText, AnyBytesBecomeValidText) {
   std::mt19937 dice(7);
   // Bytes that begin, continue and end characters come often.
   const std::string likely = "\x80\xBF\xC2\xE0\xED\xEF\xF0\xF4\xA0\x9F\x90 a\n\x1F";
@@ -91,7 +91,7 @@ TEST(PlainText, OfAnyBytesAProgramCanReadIt) {
   }
 }
 
-TEST(PlainText, OfRequestsWhatIsWrongIsSaid) {
+TEST(PlainText, InvalidTextInRequestsIsReported) {
   EXPECT_EQ(fault_of_texts({1, "load_scenario", {{"uri", "Größe.yaml"}, {"overrides", "a=1\nb=2"}}}), "");
   const std::string name = fault_of_texts({1, "sto\xFFp", {}});
   EXPECT_NE(name.find("The request's name 'sto?p'"), std::string::npos) << name;
@@ -102,7 +102,7 @@ TEST(PlainText, OfRequestsWhatIsWrongIsSaid) {
   EXPECT_NE(fault_of_texts({1, "explain_part", {{"pa\nrt", "P"}}}), "");
 }
 
-TEST(PlainText, DocumentsAreCutBetweenCharactersAndCanBePutTogether) {
+TEST(PlainText, DocumentsAreCutBetweenCharactersAndJoinAgain) {
   std::string text = "x";
   while (text.size() < 20'000) text += "\xC3\xA4\xE2\x82\xAC";
   ControlReply reply;

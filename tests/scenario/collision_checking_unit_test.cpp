@@ -18,7 +18,7 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-TEST(NamePattern, StarStandsForAnyCharacters) {
+TEST(NamePattern, AStarMatchesAnyCharacters) {
   EXPECT_TRUE(fits_pattern("Robot1/forearm_link", "Robot1/forearm_link"));
   EXPECT_FALSE(fits_pattern("Robot1/forearm_link", "Robot1/forearm"));
   EXPECT_FALSE(fits_pattern("Robot1", "Robot1/forearm_link"));
@@ -65,7 +65,7 @@ TEST_F(CollisionChecking, WithoutTheSectionNothingIsChecked) {
   EXPECT_TRUE(load("collision_checking: {enabled: false}\n")->clearance.bodies.empty());
 }
 
-TEST_F(CollisionChecking, PairsThatAreCheckedAndPairsThatAreNot) {
+TEST_F(CollisionChecking, LimitsFollowTheKindOfPair) {
   const auto cell = load("collision_checking: {default_limit_m: 0.01}\n");
   const auto of = [&](const char* a, const char* b) { return limit(*cell, a, b); };
   // The report pairs of the 3 x 3 table, and what the table does not know: links.
@@ -94,7 +94,7 @@ TEST_F(CollisionChecking, PairsThatAreCheckedAndPairsThatAreNot) {
   EXPECT_EQ(of("P", "C"), 0.0);
 }
 
-TEST_F(CollisionChecking, LimitsByPatternTheLastOneCountsAndIgnoredPairsAreGone) {
+TEST_F(CollisionChecking, TheLastMatchingLimitCountsAndIgnoredPairsAreLeftOut) {
   const auto cell = load(
       "collision_checking:\n"
       "  limits:\n"
@@ -112,7 +112,7 @@ TEST_F(CollisionChecking, LimitsByPatternTheLastOneCountsAndIgnoredPairsAreGone)
   EXPECT_EQ(limit(*cell, "Robot1/forearm_link", "C"), -1.0);
 }
 
-TEST_F(CollisionChecking, MistakesAreAnsweredWithPlaceKeyAndWhatIsAllowed) {
+TEST_F(CollisionChecking, MistakesAreReportedWithPlaceKeyAndAllowedValues) {
   const std::string lines = test::service_scenario_text();
   const auto line = std::to_string(std::count(lines.begin(), lines.end(), '\n') + 3);
   const std::string limits = "collision_checking:\n  limits:\n    - ";
@@ -141,7 +141,7 @@ TEST_F(CollisionChecking, MistakesAreAnsweredWithPlaceKeyAndWhatIsAllowed) {
   EXPECT_THAT(error("collision_checking: {limit: 1}\n"), HasSubstr("collision_checking.limit"));
 }
 
-TEST_F(CollisionChecking, OverlapAtTheStartIsToldWithTheFirstStepAndAgainAfterAReset) {
+TEST_F(CollisionChecking, AnOverlapAtTheStartIsReportedInTheFirstStepAndAfterAReset) {
   const auto cell =
       load("collision_checking: {limits: [{pair: [Gripper1/left_jaw, Table1], closer_than_m: 2}]}\n");
   Simulation simulation(cell);

@@ -43,7 +43,7 @@ TEST(ContactSection, SleepingIsReadAndReachesTheCell) {
   EXPECT_EQ(cell->contact.sleeping.after_s, 0.125);
 }
 
-TEST(ContactSection, PairsAddToWhatEarlierOnesState) {
+TEST(ContactSection, LaterPairsAddToEarlierOnes) {
   const Scenario scenario =
       with({"contact.pairs=[{pair: [\"*\", \"*\"], friction: 0.3, friction_law: stick}, {pair: [\"*\", "
             "\"*\"], friction: 0.7, interaction: substitute}]"});
@@ -56,7 +56,7 @@ TEST(ContactSection, PairsAddToWhatEarlierOnesState) {
   EXPECT_EQ(scenario.contact.pairs[1].interaction, PairForce::substitute);
 }
 
-TEST(ContactSection, EveryWrongValueIsNamed) {
+TEST(ContactSection, EveryInvalidValueIsNamed) {
   struct Case {
     const char *override_text, *key, *found, *allowed;
   };

@@ -57,7 +57,7 @@ class UrdfDynamics : public testing::Test {
   std::filesystem::path path_;
 };
 
-TEST_F(UrdfDynamics, ReadsATreeWithBranchesFixedLinksAndMimicJoints) {
+TEST_F(UrdfDynamics, ATreeWithBranchesFixedLinksAndMimicJointsIsRead) {
   const std::string half_turn = "<origin xyz='0 0 1' rpy='0 0 3.141592653589793'/>";
   const UrdfTree file = read(
       link_with("base", body()) + link_with("arm", body()) + link_with("hand", body(1.0)) +
@@ -102,7 +102,7 @@ TEST_F(UrdfDynamics, ReadsATreeWithBranchesFixedLinksAndMimicJoints) {
   EXPECT_EQ(MultibodyTree(file.tree).joint_count(), 4);
 }
 
-TEST_F(UrdfDynamics, RefusesInertiasThatAreNot) {
+TEST_F(UrdfDynamics, ImpossibleInertiasAreRefused) {
   const auto with = [](const std::string& inside) {
     return link_with("base") + link_with("arm", inside) + joint_with("j", "revolute", "base", "arm");
   };
@@ -134,7 +134,7 @@ TEST_F(UrdfDynamics, RefusesInertiasThatAreNot) {
   EXPECT_THAT(odd.remarks[0], AllOf(HasSubstr("line 3"), HasSubstr("link 'arm'"), HasSubstr("(1, 1, 3)")));
 }
 
-TEST_F(UrdfDynamics, RefusesBadTrees) {
+TEST_F(UrdfDynamics, InvalidTreesAreRefused) {
   const std::string links = link_with("base") + link_with("a", body()) + link_with("b", body());
   const std::string first = joint_with("j1", "revolute", "base", "a");
   EXPECT_THAT(error_of(links + first + joint_with("j2", "revolute", "a", "b") +
@@ -176,7 +176,7 @@ TEST_F(UrdfDynamics, RefusesBadTrees) {
   EXPECT_THAT(error_of(many), HasSubstr("joint 'j17' (revolute): it is moving joint number 17"));
 }
 
-TEST_F(UrdfDynamics, RefusesLimitsBetweenWhichNothingIs) {
+TEST_F(UrdfDynamics, EmptyRangesOfLimitsAreRefused) {
   const auto with = [](const std::string& limits) {
     return link_with("base") + link_with("arm", body()) +
            joint_with("j", "revolute", "base", "arm", "<limit " + limits + "/>");
@@ -192,7 +192,7 @@ TEST_F(UrdfDynamics, RefusesLimitsBetweenWhichNothingIs) {
   EXPECT_EQ(error_of(with("lower='-1' upper='1' velocity='1' effort='0'")), "no error");
 }
 
-TEST_F(UrdfDynamics, RefusesMeshesThatAreNotThere) {
+TEST_F(UrdfDynamics, MissingMeshesAreRefused) {
   const auto with = [](const std::string& file) {
     return link_with("base", "<visual><geometry><mesh filename='" + file + "'/></geometry></visual>");
   };
@@ -222,7 +222,7 @@ std::string tree_error(const std::function<void(TreeModel&)>& change) {
   return "no error";
 }
 
-TEST(MultibodyTreeModel, RefusesWhatIsNotPhysical) {
+TEST(MultibodyTreeModel, UnphysicalModelsAreRefused) {
   const auto second = [](TreeModel& model) -> TreeJoint& { return model.joints[1]; };
   EXPECT_EQ(tree_error([](TreeModel&) {}), "no error");
   EXPECT_THAT(tree_error([&](TreeModel& m) { second(m).parent = 1; }),
@@ -254,7 +254,7 @@ TEST(MultibodyTreeModel, RefusesWhatIsNotPhysical) {
               HasSubstr("17 moving joints; at most 16"));
 }
 
-TEST(JointCouplingModel, RefusesRingsAndUnknownJoints) {
+TEST(JointCouplingModel, RingsAndUnknownJointsAreRefused) {
   const auto error = [](const std::vector<MimicJoint>& mimics) -> std::string {
     try {
       const JointCoupling coupling(3, mimics);

@@ -62,7 +62,7 @@ std::string two_joints(const std::string& second) {
   return robot(link("a") + link("b") + link("c") + joint("j1", "revolute", "a", "b") + second);
 }
 
-TEST_F(UrdfReader, ReadsExactFiguresInAnyLocale) {
+TEST_F(UrdfReader, FiguresAreReadExactlyInAnyLocale) {
   const std::string text =
       two_joints(joint("j2", "prismatic", "b", "c",
                        "<origin xyz='0.1 -0.57155 1e-3' rpy='0 0 0'/><axis xyz='0 3 4'/>"
@@ -96,7 +96,7 @@ struct CommaPunctuation : std::numpunct<char> {
   std::string do_grouping() const override { return "\3"; }
 };
 
-TEST_F(UrdfReader, IgnoresTheGlobalLocaleOfTheProgram) {
+TEST_F(UrdfReader, TheGlobalLocaleOfTheProgramIsIgnored) {
   const std::string text = two_joints(joint("j2", "revolute", "b", "c"));
   const std::locale before = std::locale::global(std::locale(std::locale::classic(), new CommaPunctuation));
   const ArmModel arm = read(text).arm;
@@ -108,7 +108,7 @@ TEST_F(UrdfReader, IgnoresTheGlobalLocaleOfTheProgram) {
   EXPECT_THAT(error, HasSubstr("lower limit 1234.5 is not below its upper limit 1"));
 }
 
-TEST_F(UrdfReader, FoldsFixedJoints) {
+TEST_F(UrdfReader, FixedJointsAreFolded) {
   const std::string origin = "<origin xyz='0 0 1' rpy='0 0 1.5707963267948966'/>";
   const ArmModel arm =
       read(robot(link("a") + link("m") + link("b") + link("c") + link("camera") +
@@ -125,7 +125,7 @@ TEST_F(UrdfReader, FoldsFixedJoints) {
   EXPECT_EQ(arm.joints[0].upper, 2.0 * M_PI);
 }
 
-TEST_F(UrdfReader, RefusesBadFiles) {
+TEST_F(UrdfReader, InvalidFilesAreRefused) {
   try {
     read_urdf_arm("no/such/file.urdf", "a", "b");
     FAIL() << "not refused";
@@ -144,7 +144,7 @@ TEST_F(UrdfReader, RefusesBadFiles) {
   EXPECT_THAT(error_of(robot("")), HasSubstr("No link elements"));
 }
 
-TEST_F(UrdfReader, RefusesBadChains) {
+TEST_F(UrdfReader, InvalidChainsAreRefused) {
   const std::string good = joint("j2", "revolute", "b", "c");
   EXPECT_THAT(error_of(two_joints(good), "base", "c"),
               HasSubstr("there is no link 'base'; the file has the links a, b, c"));
@@ -173,7 +173,7 @@ TEST_F(UrdfReader, RefusesBadChains) {
             16);
 }
 
-TEST_F(UrdfReader, RefusesBadJoints) {
+TEST_F(UrdfReader, InvalidJointsAreRefused) {
   const auto error = [this](const std::string& type, const std::string& inside) {
     return error_of(two_joints(joint("j2", type, "b", "c", inside)));
   };
