@@ -36,7 +36,7 @@ double energy_gap(const FurnaceRun& run, const FurnaceParameters& p, double part
   return std::abs(run.furnace(F::energy) - stored - gone) / run.furnace(F::energy);
 }
 
-TEST(Furnace, TenThousandSecondsAsIntegratedElsewhere) {
+TEST(Furnace, TenThousandSecondsEqualASecondIntegration) {
   for (const std::string solver : {"rk4", "rosenbrock", "cvode"}) {
     FurnaceCell cell(0.5, solver);
     FurnaceRun run(cell);
@@ -67,7 +67,7 @@ TEST(Furnace, TenThousandSecondsAsIntegratedElsewhere) {
   }
 }
 
-TEST(Furnace, FirstPeakAndTheHeatFlowAtInsertion) {
+TEST(Furnace, FirstPeakAndHeatFlowAtInsertionAreThoseOfTheReference) {
   FurnaceCell cell(0.1);
   FurnaceRun run(cell);
   ASSERT_TRUE(run.run_until(1000.0));
@@ -84,7 +84,7 @@ TEST(Furnace, FirstPeakAndTheHeatFlowAtInsertion) {
   EXPECT_NEAR(peak_s, 1068.7, 1.0);  // the top is flat
 }
 
-TEST(Furnace, AnOpenedDoorExchangesTheAirOnceAndAPartThatPassesIsFree) {
+TEST(Furnace, AnOpenedDoorExchangesTheAirOnceAndPartsPassFreely) {
   FurnaceCell cell(0.1);
   FurnaceRun run(cell);
   const auto command = [&](double door) {
@@ -109,7 +109,7 @@ TEST(Furnace, AnOpenedDoorExchangesTheAirOnceAndAPartThatPassesIsFree) {
   EXPECT_NEAR(run.furnace(F::energy_of_air), 415.065 * 280.0, 1e-3);
 }
 
-TEST(Furnace, WhatIsInsideFromTheStartIsHeatedWithoutADoor) {
+TEST(Furnace, APartInsideFromTheStartIsHeatedWithoutADoor) {
   FurnaceCell cell(0.5, "rk4", 1e-8, FurnaceCell::kInside);
   FurnaceRun run(cell);
   ASSERT_TRUE(run.run_until(1.0));
@@ -137,7 +137,7 @@ TEST(Furnace, TheHeaterSaturatesAndItsIntegralIsHeld) {
   EXPECT_LT(energy_gap(run, cell.furnace(), cell.part().capacity_J_per_K, 20.0), 1e-9);
 }
 
-TEST(HeatedPart, CoolsExponentiallyOutsideAndNotInside) {
+TEST(HeatedPart, APartCoolsExponentiallyOutsideAndNotInside) {
   FurnaceCell cell(1.0);
   cell.part().initial_K = 573.15;
   cell.part().surface_m2 = 0.157080;
@@ -152,7 +152,7 @@ TEST(HeatedPart, CoolsExponentiallyOutsideAndNotInside) {
   EXPECT_GT(run.part(P::heat_flow), 0.0);
 }
 
-TEST(HeatedPart, SavedStateGoesOnWithTheSameBits) {
+TEST(HeatedPart, ASavedStateContinuesWithTheSameBits) {
   FurnaceCell cell(0.5);
   FurnaceRun run(cell);
   ASSERT_TRUE(run.run_until(100.0));

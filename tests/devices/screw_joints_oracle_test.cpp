@@ -21,7 +21,7 @@ namespace {
 constexpr double kTurn = 2.0 * std::numbers::pi;
 const ScrewThread kM6{0.001, 0.012, 1.5};
 
-TEST(ScrewThread, TakesLengthOverPitchTurns) {
+TEST(ScrewThread, TurnsAreLengthOverPitch) {
   EXPECT_DOUBLE_EQ(kM6.whole_angle_rad(), 12.0 * kTurn);
   double turned = 0.0, time = 0.0;
   const double speed = 10.0 * kTurn, h = 1e-3;
@@ -36,7 +36,7 @@ TEST(ScrewThread, TakesLengthOverPitchTurns) {
   EXPECT_DOUBLE_EQ(kM6.travel_m(turned), 0.012);
 }
 
-TEST(ScrewThread, StallsWhereTheScrewdriverIsTooWeakAndAtItsSeat) {
+TEST(ScrewThread, AScrewStallsUnderAWeakScrewdriverAndAtItsSeat) {
   const ThreadTurn weak = turn_thread(kM6, 0.0, 60.0, 1.4, 1e-3);
   EXPECT_EQ(weak.angle_rad, 0.0);
   EXPECT_EQ(weak.torque_Nm, 1.4);
@@ -136,7 +136,7 @@ class ScrewCell {
   Snapshot snapshot_;
 };
 
-TEST(Screwdriver, TurnsTheScrewOutInTurnsOverSpeed) {
+TEST(Screwdriver, TheScrewIsOutAfterTurnsOverSpeed) {
   ScrewCell cell;
   cell.run(0.1);
   EXPECT_EQ(cell.thread(ScrewJoints::held), 1.0);
@@ -164,7 +164,7 @@ TEST(Screwdriver, TurnsTheScrewOutInTurnsOverSpeed) {
   EXPECT_EQ(cell.palm().F_Bo_W.t.z(), 0.0);
 }
 
-TEST(Screwdriver, AScrewInItsThreadIsNotPulledOffAndAFreeOneIs) {
+TEST(Screwdriver, AScrewInItsThreadStaysAndAFreeScrewIsPulledOff) {
   for (const bool turned_out : {false, true}) {
     ScrewCell cell;
     cell.run(0.05);
@@ -186,7 +186,7 @@ TEST(Screwdriver, AScrewInItsThreadIsNotPulledOffAndAFreeOneIs) {
   }
 }
 
-TEST(Screwdriver, OneThatIsTooWeakStalls) {
+TEST(Screwdriver, AWeakScrewdriverStalls) {
   ScrewCell cell(1.0);
   cell.speed(10.0 * kTurn);
   cell.run(0.5);
@@ -195,7 +195,7 @@ TEST(Screwdriver, OneThatIsTooWeakStalls) {
   EXPECT_EQ(cell.driver(ScrewJoints::power), 0.0);
 }
 
-TEST(Screwdriver, StateHalfWayOutGoesOnToTheBit) {
+TEST(Screwdriver, AStateHalfWayOutContinuesWithTheSameBits) {
   ScrewCell cell;
   cell.speed(10.0 * kTurn);
   cell.run(0.6);

@@ -21,7 +21,7 @@ std::shared_ptr<CellModel> checked_model() {
   return model;
 }
 
-TEST(CollisionEvents, ArriveOverDdsWithPairDepthPositionAndTime) {
+TEST(CollisionEvents, EventsHavePairDepthPositionAndTime) {
   RunLoopOptions options;
   options.pace = Pace::free;
   options.start_paused = true;

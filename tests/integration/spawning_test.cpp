@@ -35,7 +35,7 @@ State exchanged(Client& client, const std::string& name, const Arguments& argume
   return *state;
 }
 
-TEST(Spawning, ACopyOfAPartIsThereBehavesLikeItAndGoes) {
+TEST(Spawning, ACopyOfAPartIsSpawnedBehavesLikeItAndIsDeleted) {
   HostedService service;
   Client client(client_options());
   const auto first = client.cell();
@@ -107,7 +107,7 @@ TEST(Spawning, ANewPartComesFromAMeshFile) {
   EXPECT_EQ(client.cell()->scenario_generation, there.cell->scenario_generation);
 }
 
-TEST(Spawning, AResetOfAllBringsBackTheScenario) {
+TEST(Spawning, AResetOfAllRestoresTheScenario) {
   HostedService service;
   Client client(client_options());
   exchanged(client, "delete_entity", {{"entity", "P"}});
@@ -140,7 +140,7 @@ TEST(Spawning, RegisteredControllersStay) {
   EXPECT_TRUE(waiting.has_value());
 }
 
-TEST(Entities, AreListedAndTellTheirState) {
+TEST(Entities, EntitiesAreListedWithTheirState) {
   HostedService service;
   Client client(client_options());
   const Reply all = client.request("get_entities");

@@ -62,7 +62,7 @@ void expect_words_in(const std::string& text, const std::string& words) {
   EXPECT_NE(text.find(words), std::string::npos) << words << " is not in: " << text;
 }
 
-TEST(ScenarioChanges, NamesAreTakenByWhateverIsThere) {
+TEST(ScenarioChanges, NamesAreUniqueAmongAllComponents) {
   const Scenario scenario = one_of_each();
   for (const std::string& name :
        {std::string("A"), std::string("Floor"), std::string("Arm"), std::string("Hand"), std::string("Oven"),
@@ -92,7 +92,7 @@ TEST(ScenarioChanges, NamesAreTakenByWhateverIsThere) {
   EXPECT_EQ(refusal_of_change(lacking).result, ControlResult::no_resource);
 }
 
-TEST(ScenarioChanges, ACopyIsOfTheProcessOfItsOriginalAndHeavierAsAWhole) {
+TEST(ScenarioChanges, ACopyKeepsTheProcessAndScalesTheMass) {
   SpawnEntity request = copy_of("A", "X");
   request.mass_kg = 6.0;
   request.hierarchy = 7;
@@ -111,7 +111,7 @@ TEST(ScenarioChanges, ACopyIsOfTheProcessOfItsOriginalAndHeavierAsAWhole) {
   EXPECT_EQ((*as_heavy.scenario.parts.back().inertia_kg_m2)(0, 0), 1.0);
 }
 
-TEST(ScenarioChanges, OnlyPartsThatHoldNothingGo) {
+TEST(ScenarioChanges, OnlyPartsThatHoldNothingAreDeleted) {
   const HostRefusal held = refusal_of_change(DeleteEntity{"B"});
   EXPECT_EQ(held.result, ControlResult::failed);
   expect_words_in(held.message, "'B' cannot go while something is screwed into it: A; delete that first.");
@@ -126,7 +126,7 @@ TEST(ScenarioChanges, OnlyPartsThatHoldNothingGo) {
   EXPECT_TRUE(gone.scenario.processes[1].members.empty());
 }
 
-TEST(ScenarioChanges, AreTakenFromRequestsInTurn) {
+TEST(ScenarioChanges, ChangesAreTakenFromRequestsInOrder) {
   const std::vector<ControlRequest> requests{
       {0, "spawn_entity", {{"name", "X"}, {"copy_of", "B"}, {"position", "1 2 3"}}},
       {0, "reset", {}},
@@ -154,7 +154,7 @@ CellDescription parts_and_table() {
   return cell;
 }
 
-TEST(EntityRequests, SayWhatTheyLack) {
+TEST(EntityRequests, MissingArgumentsAreReported) {
   struct Row {
     const char* request;
     TextArguments arguments;
@@ -186,7 +186,7 @@ TEST(EntityRequests, SayWhatTheyLack) {
   }
 }
 
-TEST(EntityRequests, SetAnythingOfAStateAlone) {
+TEST(EntityRequests, EachFieldOfAStateIsSetAlone) {
   const auto action = [](const TextArguments& more) {
     TextArguments arguments{{"entity", "P"}};
     arguments.insert(arguments.end(), more.begin(), more.end());

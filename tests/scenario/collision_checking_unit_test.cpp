@@ -18,7 +18,7 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-TEST(NamePattern, StarStandsForAnyCharacters) {
+TEST(NamePattern, AStarMatchesAnyCharacters) {
   EXPECT_TRUE(fits_pattern("Robot1/forearm_link", "Robot1/forearm_link"));
   EXPECT_FALSE(fits_pattern("Robot1/forearm_link", "Robot1/forearm"));
   EXPECT_FALSE(fits_pattern("Robot1", "Robot1/forearm_link"));
@@ -94,7 +94,7 @@ TEST_F(CollisionChecking, PairsThatAreCheckedAndPairsThatAreNot) {
   EXPECT_EQ(of("P", "C"), 0.0);
 }
 
-TEST_F(CollisionChecking, LimitsByPatternTheLastOneCountsAndIgnoredPairsAreGone) {
+TEST_F(CollisionChecking, TheLastMatchingLimitCountsAndIgnoredPairsAreLeftOut) {
   const auto cell = load(
       "collision_checking:\n"
       "  limits:\n"
@@ -112,7 +112,7 @@ TEST_F(CollisionChecking, LimitsByPatternTheLastOneCountsAndIgnoredPairsAreGone)
   EXPECT_EQ(limit(*cell, "Robot1/forearm_link", "C"), -1.0);
 }
 
-TEST_F(CollisionChecking, MistakesAreAnsweredWithPlaceKeyAndWhatIsAllowed) {
+TEST_F(CollisionChecking, MistakesAreReportedWithPlaceKeyAndAllowedValues) {
   const std::string lines = test::service_scenario_text();
   const auto line = std::to_string(std::count(lines.begin(), lines.end(), '\n') + 3);
   const std::string limits = "collision_checking:\n  limits:\n    - ";
@@ -141,7 +141,7 @@ TEST_F(CollisionChecking, MistakesAreAnsweredWithPlaceKeyAndWhatIsAllowed) {
   EXPECT_THAT(error("collision_checking: {limit: 1}\n"), HasSubstr("collision_checking.limit"));
 }
 
-TEST_F(CollisionChecking, OverlapAtTheStartIsToldWithTheFirstStepAndAgainAfterAReset) {
+TEST_F(CollisionChecking, AnOverlapAtTheStartIsReportedInTheFirstStepAndAfterAReset) {
   const auto cell =
       load("collision_checking: {limits: [{pair: [Gripper1/left_jaw, Table1], min_clearance_m: 2}]}\n");
   Simulation simulation(cell);

@@ -58,7 +58,7 @@ TEST(ContactSection, SleepingIsReadAndReachesTheCell) {
   EXPECT_TRUE(build_cell(with({}))->contact.sleeping.enabled);
 }
 
-TEST(ContactSection, PairsAddToWhatEarlierOnesState) {
+TEST(ContactSection, LaterPairsAddToEarlierOnes) {
   const Scenario scenario =
       with({"contact.pairs=[{pair: [\"*\", \"*\"], friction: 0.3, friction_law: stick}, {pair: [\"*\", "
             "\"*\"], friction: 0.7, force: holding_spring}]"});
@@ -72,7 +72,7 @@ TEST(ContactSection, PairsAddToWhatEarlierOnesState) {
   EXPECT_EQ(scenario.contact.pairs[1].force, PairForce::substitute);
 }
 
-TEST(ContactSection, EveryWrongValueIsNamed) {
+TEST(ContactSection, EveryInvalidValueIsNamed) {
   struct Case {
     const char *override_text, *key, *found, *allowed;
   };

@@ -58,7 +58,7 @@ TEST(ScenarioDevices, FurnacesAreRead) {
   EXPECT_EQ(furnace.max_power_W, 9000.0);
 }
 
-TEST(ScenarioDevices, MistakesAboutThreadsAreAnswered) {
+TEST(ScenarioDevices, MistakesInScrewJointsAreReported) {
   const std::string driver =
       "screwdrivers:\n  Driver: {gripper: Hand, max_speed_rad_per_s: 60, max_torque_Nm: 4}\n";
   const std::string answer = scenario_error_of(driver);
@@ -86,7 +86,7 @@ TEST(ScenarioDevices, MistakesNameFileLineAndKey) {
               HasSubstr("the member 'Oven'"));
 }
 
-TEST(ScenarioDevices, DemandsAreReadOrRefused) {
+TEST(ScenarioDevices, AssertionsAreReadOrRefused) {
   const std::string oven = "furnaces:\n  Oven:" + kFurnace + "assertions:\n";
   const Scenario scenario =
       read_scenario_text(oven +

@@ -74,7 +74,7 @@ const std::string kDetailed =
     "model: detailed, gear_ratio: 100, motor_inertia_kg_m2: 1e-4, torque_constant_N_m_per_A: 0.1, "
     "current_loop_rad_per_s: 1000, current_loop_damping: 0.7";
 
-TEST(ScenarioMistakes, InPartsAreNamed) {
+TEST(ScenarioMistakes, MistakesInPartsAreNamed) {
   expect_named({
       {one_part("color: red"), {"cell.yaml:4:", "parts.A.color", "'red'", "three or four numbers in [0, 1]"}},
       {one_part("color: [1, 0]"), {"parts.A.color", "a list of 2 values", "three or four"}},
@@ -114,7 +114,7 @@ TEST(ScenarioMistakes, InPartsAreNamed) {
   });
 }
 
-TEST(ScenarioMistakes, InRobotsAndTheirDrivesAreNamed) {
+TEST(ScenarioMistakes, MistakesInRobotsAndTheirDrivesAreNamed) {
   const auto detailed_without = [](const std::string& key) {
     std::string text = kDetailed;
     const auto begin = text.find(", " + key);
@@ -166,7 +166,7 @@ TEST(ScenarioMistakes, InRobotsAndTheirDrivesAreNamed) {
   });
 }
 
-TEST(ScenarioMistakes, InContactPairsAreNamed) {
+TEST(ScenarioMistakes, MistakesInContactPairsAreNamed) {
   const auto pair = [](const std::string& fields) { return "contact:\n  pairs:\n    - {" + fields + "}\n"; };
   expect_named({
       {pair("pair: A"), {"cell.yaml:5:", "contact.pairs.pair", "'A'", "two names"}},
@@ -197,7 +197,7 @@ TEST(ScenarioMistakes, InContactPairsAreNamed) {
   EXPECT_TRUE(scenario_of("contact: {pairs: }\n").contact.pairs.empty());
 }
 
-TEST(ScenarioMistakes, InDevicesAreNamed) {
+TEST(ScenarioMistakes, MistakesInDevicesAreNamed) {
   const std::string furnace = "furnaces:\n  Oven: {ground: Floor}\n";
   const std::string ground = "grounds:\n  Base: {mesh: a.obj}\n  Wall: {mesh: a.obj}\n";
   const std::string thread = "pitch_m: 1e-3, length_m: 0.01, driving_torque_Nm: 1";
@@ -235,7 +235,7 @@ TEST(ScenarioMistakes, InDevicesAreNamed) {
   EXPECT_EQ(joint(1).held_by.component, "C");
 }
 
-TEST(ScenarioMistakes, InDemandsAreNamed) {
+TEST(ScenarioMistakes, MistakesInAssertionsAreNamed) {
   const auto demand = [](const std::string& fields) {
     return "parts:\n" + part_with("") + part_with("", "B") + "assertions:\n  a: {" + fields + "}\n";
   };
@@ -261,7 +261,7 @@ TEST(ScenarioMistakes, InDemandsAreNamed) {
   EXPECT_DOUBLE_EQ(posed.assertions.at(0).tolerance_rad, std::numbers::pi);
 }
 
-TEST(ScenarioMistakes, OnTheCommandLineAreNamed) {
+TEST(ScenarioMistakes, MistakesOnTheCommandLineAreNamed) {
   const std::string text = one_part("");
   EXPECT_THAT(mistake_in(text, {"=1"}), HasSubstr("--set =1: found no '='"));
   EXPECT_THAT(mistake_in(text, {"parts=[1"}), HasSubstr("--set parts=[1: the value is not valid YAML"));
@@ -276,7 +276,7 @@ TEST(ScenarioMistakes, OnTheCommandLineAreNamed) {
   EXPECT_EQ(scenario_of("world:\n", {"world.temperature_degC=30"}).temperature_degC, 30.0);
 }
 
-TEST(ScenarioChoices, OfDrivesAreRead) {
+TEST(ScenarioChoices, ChoicesOfDrivesAreRead) {
   using Drives = ScenarioDrives;
   const auto drives_of = [](const std::string& fields) {
     return scenario_of(drives(fields)).robots.at(0).drives;
@@ -297,7 +297,7 @@ TEST(ScenarioChoices, OfDrivesAreRead) {
   EXPECT_EQ(stops.deadline.max_acceleration_rad_per_s2.values, (std::vector<double>{1, 2}));
 }
 
-TEST(ScenarioChoices, OfConvexPartsSolversAndMembersAreRead) {
+TEST(ScenarioChoices, ChoicesOfConvexPiecesSolversAndMembersAreRead) {
   EXPECT_EQ(scenario_of(one_part("convex: {method: objects}")).parts[0].convex.kind,
             ConvexSource::Kind::objects);
   const ConvexSource of_file = scenario_of(one_part("convex: {method: file, file: a.obj}")).parts[0].convex;
@@ -318,7 +318,7 @@ TEST(ScenarioChoices, OfConvexPartsSolversAndMembersAreRead) {
   EXPECT_TRUE(scenario.processes.at(0).all_members);
 }
 
-TEST(ScenarioChoices, OfTheCommandLineHoldForTheContactLevelToo) {
+TEST(ScenarioChoices, ChoicesOfTheCommandLineApplyToTheContactLevel) {
   const std::string text = "solver: {method: rk2, contact: {method: cvode, tolerance: 1.0e-6}}\n";
   EXPECT_EQ(scenario_of(text).contact_solver.method, "cvode");
   EXPECT_EQ(scenario_of(text, {"solver.method=ida"}).contact_solver.method, "ida");

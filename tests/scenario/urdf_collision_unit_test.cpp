@@ -58,7 +58,7 @@ class UrdfCollision : public testing::Test {
   test::TemporaryDirectory directory_;
 };
 
-TEST_F(UrdfCollision, ShapesLieInTheFrameOfWhatMovesThem) {
+TEST_F(UrdfCollision, ShapesLieInTheFrameOfTheirJoint) {
   const auto links = read(robot("", collision("<box size='0.2 0.4 0.6'/>"),
                                 collision("<sphere radius='0.3'/>", "xyz='0 0 2'"),
                                 collision("<box size='0.2 0.4 0.6'/>", "xyz='0 1 0'")));
@@ -78,7 +78,7 @@ TEST_F(UrdfCollision, ShapesLieInTheFrameOfWhatMovesThem) {
   EXPECT_NEAR((links[2].shapes[0].core.box.half_B - Vec3(0.2, 0.1, 0.3)).norm(), 0.0, 1e-12);
 }
 
-TEST_F(UrdfCollision, ACylinderIsEnclosedByLittleMore) {
+TEST_F(UrdfCollision, ACylinderIsEnclosedClosely) {
   const auto links = read(robot("", "", collision("<cylinder radius='0.1' length='0.5'/>"), ""));
   const ConvexShape& prism = links.at(0).shapes.at(0).core;
   for (const Vec3& v : prism.vertices) {
@@ -92,7 +92,7 @@ TEST_F(UrdfCollision, ACylinderIsEnclosedByLittleMore) {
   }
 }
 
-TEST_F(UrdfCollision, AMeshIsScaledAndFoundBesideTheUrdf) {
+TEST_F(UrdfCollision, AMeshIsFoundBesideTheUrdfAndScaled) {
   directory_.write("wedge.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
   const auto links =
       read(robot("", "", collision("<mesh filename='wedge.obj' scale='0.1 0.2 0.3'/>", "xyz='0 0 1'"), ""));
@@ -102,7 +102,7 @@ TEST_F(UrdfCollision, AMeshIsScaledAndFoundBesideTheUrdf) {
   EXPECT_NEAR(hull.box.center_B.z(), 1.15, 1e-7);
 }
 
-TEST_F(UrdfCollision, AMeshMayBeNamedAsAFileAndAnOriginMayTurnOnly) {
+TEST_F(UrdfCollision, AMeshMayBeAFileUriAndAnOriginMayOnlyRotate) {
   directory_.write("wedge.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
   const auto links = read(robot("", collision("<box size='0.2 0.4 0.6'/>", "rpy='0 0 1.5707963267948966'"),
                                 collision("<mesh filename='file://wedge.obj'/>"), ""));
@@ -110,7 +110,7 @@ TEST_F(UrdfCollision, AMeshMayBeNamedAsAFileAndAnOriginMayTurnOnly) {
   EXPECT_EQ(links.at(1).shapes.at(0).core.vertices.size(), 4U);
 }
 
-TEST_F(UrdfCollision, MistakesAreAnsweredWithTheirPlace) {
+TEST_F(UrdfCollision, MistakesAreReportedWithTheirPlace) {
   EXPECT_THAT(error(collision("<mesh filename='arm.stl' scale='1 0 1'/>")), HasSubstr("arm.stl"));
   directory_.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 3 2\n");
   EXPECT_THAT(error(collision("<mesh filename='flat.obj' scale='1 -1 1'/>")),
