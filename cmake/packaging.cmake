@@ -15,6 +15,7 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/config/scenarios ${PROJECT_SOURCE_DIR}/c
 install(FILES README.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} PATTERN figures EXCLUDE)
 install(FILES "config/systemd/takt-server@.service" DESTINATION lib/systemd/system)
+install(DIRECTORY ${CMAKE_BINARY_DIR}/idl/generated/ros/takt_msgs DESTINATION ${CMAKE_INSTALL_DATADIR}/takt/ros)
 install(DIRECTORY idl/ DESTINATION ${CMAKE_INSTALL_DATADIR}/takt/idl FILES_MATCHING PATTERN "*.idl" PATTERN common EXCLUDE
   PATTERN transport EXCLUDE)
 # What was built only where its parts were there is installed only then.
