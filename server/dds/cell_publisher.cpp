@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "idl/common/stamp.h"
-#include "server/runtime/monotonic_clock.h"
 #include "idl/common/utf8.h"
+#include "server/runtime/monotonic_clock.h"
 #include "takt_topics.h"
 
 namespace takt {

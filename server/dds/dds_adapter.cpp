@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <limits>
 
+#include "idl/common/utf8.h"
 #include "server/dds/topic_names.h"
 #include "server/messages/description_message.h"
-#include "idl/common/utf8.h"
 #include "takt_topics.h"
 
 namespace takt {

@@ -3,10 +3,10 @@
 #include <utility>
 
 #include "idl/common/stamp.h"
+#include "idl/common/utf8.h"
 #include "server/messages/description_message.h"
 #include "server/messages/status_messages.h"
 #include "server/runtime/monotonic_clock.h"
-#include "idl/common/utf8.h"
 #include "takt_topics.h"
 
 namespace takt {

@@ -3,8 +3,8 @@
 #include <type_traits>
 #include <vector>
 
-#include "server/messages/geometry_messages.h"
 #include "idl/common/utf8.h"
+#include "server/messages/geometry_messages.h"
 
 namespace takt {
 namespace {
@@ -22,7 +22,8 @@ struct Faults {
   static std::string of(const FieldInfo& field, const std::string& path, const std::string& text) {
     const LineBreaks lines = field.name == "urdf" ? LineBreaks::allow : LineBreaks::refuse;
     const std::string what = path + " '" + utf8_sanitize(text, 60) + "...'";
-    if (!validate_utf8(text, lines)) return what + " is no text; it must be UTF-8 without control characters.";
+    if (!validate_utf8(text, lines))
+      return what + " is no text; it must be UTF-8 without control characters.";
     if (field.string_bound == 0 || text.size() <= field.string_bound) return {};
     return what + " has " + std::to_string(text.size()) + " bytes; messages have room for " +
            std::to_string(field.string_bound) + ".";

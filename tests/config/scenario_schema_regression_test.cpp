@@ -21,12 +21,14 @@ std::string text_of(const std::filesystem::path& file) {
 }
 
 TEST(ScenarioSchema, IsTheCommittedOne) {
-  EXPECT_TRUE(text_of(std::filesystem::path(TAKT_CONFIG_DIR) / "scenarios" / "scenario.schema.json") == scenario_schema())
+  EXPECT_TRUE(text_of(std::filesystem::path(TAKT_CONFIG_DIR) / "scenarios" / "scenario.schema.json") ==
+              scenario_schema())
       << "takt-run --scenario-keys schema > config/scenarios/scenario.schema.json";
 }
 
 TEST(ScenarioSchema, IsTheReferencePage) {
-  EXPECT_TRUE(text_of(std::filesystem::path(TAKT_SOURCE_DIR) / "docs" / "scenario_reference.md") == scenario_reference())
+  EXPECT_TRUE(text_of(std::filesystem::path(TAKT_SOURCE_DIR) / "docs" / "scenario_reference.md") ==
+              scenario_reference())
       << "takt-run --scenario-keys reference > docs/scenario_reference.md";
 }
 
@@ -44,7 +46,8 @@ TEST_P(WrittenScenario, IsTheSameModelAtEveryLevel) {
   for (const int level : {1, 3}) {
     ScenarioOptions options;
     options.level_of_detail = level;
-    const Scenario one = read_scenario(GetParam(), options), other = read_scenario(directory.path() / "written.yaml", options);
+    const Scenario one = read_scenario(GetParam(), options),
+                   other = read_scenario(directory.path() / "written.yaml", options);
     EXPECT_EQ(one.step_s, other.step_s);
     EXPECT_EQ(one.initial_solver(), other.initial_solver());
     EXPECT_EQ(one.initial_tolerance(), other.initial_tolerance());
@@ -53,7 +56,8 @@ TEST_P(WrittenScenario, IsTheSameModelAtEveryLevel) {
 
 std::vector<std::filesystem::path> shipped() {
   std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(std::filesystem::path(TAKT_CONFIG_DIR) / "scenarios"))
+  for (const auto& entry :
+       std::filesystem::recursive_directory_iterator(std::filesystem::path(TAKT_CONFIG_DIR) / "scenarios"))
     if (entry.path().extension() == ".yaml") files.push_back(entry.path());
   return files;
 }

@@ -16,7 +16,8 @@ namespace {
 
 const std::string kCube =
     "v 0 0 0\nv 0.1 0 0\nv 0.1 0.1 0\nv 0 0.1 0\nv 0 0 0.1\nv 0.1 0 0.1\nv 0.1 0.1 0.1\nv 0 0.1 0.1\n"
-    "f 1 4 3\nf 1 3 2\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8\nf 3 8 7\nf 4 1 5\nf 4 5 8\n";
+    "f 1 4 3\nf 1 3 2\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8\nf 3 8 7\nf 4 1 5\nf 4 "
+    "5 8\n";
 const std::string kArm = R"(<robot name='r'><link name='base_link'/>
 <link name='tool0'><inertial><mass value='2'/><inertia ixx='.1' iyy='.1' izz='.1' ixy='0' ixz='0' iyz='0'/></inertial></link>
 <joint name='j' type='revolute'><parent link='base_link'/><child link='tool0'/><axis xyz='0 0 1'/>
@@ -102,8 +103,8 @@ const FieldInfo* find_field(const FieldInfo& section, const std::string& key) {
   return nullptr;
 }
 
-void collect(const YAML::Node& node, const FieldInfo& info, const std::string& path, bool in_model, Leaves& leaves,
-             std::set<std::string>& outside) {
+void collect(const YAML::Node& node, const FieldInfo& info, const std::string& path, bool in_model,
+             Leaves& leaves, std::set<std::string>& outside) {
   for (const auto& entry : node) {
     const auto key = entry.first.as<std::string>();
     const std::string below = path.empty() ? key : path + "." + key;
@@ -127,8 +128,10 @@ std::vector<std::string> others(const YAML::Node& node, const FieldInfo& field) 
     for (const std::string& word : field.choices)
       if (word != text) result.push_back(word);
     if (field.kind == FieldInfo::Kind::flag) result = {text == "true" ? "false" : "true"};
-    if (double number = 0.0; field.kind == FieldInfo::Kind::number && YAML::convert<double>::decode(node, number))
-      result = {std::to_string(number == 0.0 ? 0.01 : 0.97 * number), std::to_string(0.97e9 * number) + "e-9"};
+    if (double number = 0.0;
+        field.kind == FieldInfo::Kind::number && YAML::convert<double>::decode(node, number))
+      result = {std::to_string(number == 0.0 ? 0.01 : 0.97 * number),
+                std::to_string(0.97e9 * number) + "e-9"};
     if (int number = 0; field.kind == FieldInfo::Kind::whole && YAML::convert<int>::decode(node, number))
       result = {std::to_string(number + 1)};
   } else if (field.kind == FieldInfo::Kind::list && node.size() > 0 && node[0].IsScalar()) {
@@ -137,7 +140,8 @@ std::vector<std::string> others(const YAML::Node& node, const FieldInfo& field) 
       if (!YAML::convert<double>::decode(node[i], number)) continue;
       std::string list = "[";
       for (std::size_t k = 0; k < node.size(); ++k)
-        list += (k == 0 ? "" : ", ") + (k == i ? std::to_string(number == 0.0 ? 0.001 : 0.9 * number) : node[k].Scalar());
+        list += (k == 0 ? "" : ", ") +
+                (k == i ? std::to_string(number == 0.0 ? 0.001 : 0.9 * number) : node[k].Scalar());
       result.push_back(list + "]");
     }
   }

@@ -1,6 +1,6 @@
 // Snapshots by request, and going on from periodic ones in a server that starts again.
-#include "server/runtime/host/cell_host_world.h"
 #include "idl/common/text.h"
+#include "server/runtime/host/cell_host_world.h"
 #include "server/runtime/host/scenario_edit.h"
 #include "server/runtime/recording/snapshot_file.h"
 

@@ -44,7 +44,7 @@ enum class LogKind : std::uint8_t {
   deadlines = 37,        ///< whether deadlines of set-points count from here on
   checkpoint = 50,       ///< hash of the state, and the trail to it: see LogTrail
   fault = 51,            ///< the step with the commands directly before could not be taken
-  scenario_end = 52,        ///< the scenario is unloaded, or the recording ends
+  scenario_end = 52,     ///< the scenario is unloaded, or the recording ends
   lost = 53,             ///< from here on records are missing
   end = 54,              ///< the recording was ended in order
 };
