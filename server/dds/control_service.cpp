@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "idl/common/utf8.h"
+#include "server/runtime/requests/request_text.h"
 #include "takt_topics.h"
 
 namespace takt {

@@ -179,8 +179,8 @@ YAML::Node Fields::take_written() {
   return frames_.back().written;
 }
 
-FieldInfo Fields::take_info() {
-  FieldInfo result = std::move(frames_.back().info);
+KeyInfo Fields::take_info() {
+  KeyInfo result = std::move(frames_.back().info);
   frames_.pop_back();
   return result;
 }
@@ -197,7 +197,7 @@ void Fields::put(const std::string& key, const YAML::Node& value, unsigned flags
   if (always || fallback == defaults_.end() || fallback->second != text) frame.written[key] = value;
 }
 
-void Fields::add(const std::string& key, FieldInfo info, const char* doc, unsigned flags,
+void Fields::add(const std::string& key, KeyInfo info, const char* doc, unsigned flags,
                  const YAML::Node& fallback) {
   info.key = key;
   info.doc = doc;

@@ -12,7 +12,7 @@
 //
 // The default of a key is the initialiser of the member. Fields runs the function in one of four passes: `read`
 // fills the members from YAML; `defaults` notes what a fresh struct has; `write` gives a YAML tree of what differs
-// from that; `info` collects FieldInfo. A description that depends on a value read before uses when(), so that
+// from that; `info` collects KeyInfo. A description that depends on a value read before uses when(), so that
 // `info` sees all branches; check() acts in `read` alone.
 #include <optional>
 #include <string>
@@ -162,7 +162,7 @@ class Fields {
     }
     if (pass_ == Pass::info) {
       S fresh{};
-      FieldInfo whole{.kind = FieldInfo::Kind::list};
+      KeyInfo whole{.kind = KeyInfo::Kind::list};
       begin(key, key, "", 0);
       describe(*this, fresh);
       whole.items = {take_info()};
@@ -175,10 +175,10 @@ class Fields {
             const Body& body) {
     const bool holds = std::find(wanted.begin(), wanted.end(), value) != wanted.end();
     if (pass_ == Pass::info) {
-      FieldInfo& info = frames_.back().info;
+      KeyInfo& info = frames_.back().info;
       const std::size_t fields = info.items.size(), groups = info.alternatives.size();
       body();
-      FieldInfo::Condition condition{word_key, {}, holds};
+      KeyInfo::Condition condition{word_key, {}, holds};
       for (const Value& one : wanted) condition.words.push_back(rule.word(one));
       for (std::size_t i = fields; i < info.items.size(); ++i) info.items[i].when = condition;
       for (std::size_t i = groups; i < info.alternatives.size(); ++i) info.alternatives[i].when = condition;
@@ -220,12 +220,12 @@ class Fields {
   /// Ends the pass at the root: unknown keys fail.
   void finish();
   YAML::Node take_written();
-  FieldInfo take_info();
+  KeyInfo take_info();
 
   // Pass `info` alone: more about the field described last.
 
   /// Another form of its value.
-  void or_else(FieldInfo form) {
+  void or_else(KeyInfo form) {
     if (informing()) frames_.back().info.items.back().other_forms.push_back(std::move(form));
   }
   /// It is required where this other key has one of these words.
@@ -253,14 +253,14 @@ class Fields {
     YAML::Node written{};
     bool always = false, element = false;
     std::string key{};
-    FieldInfo info{};
+    KeyInfo info{};
   };
 
   void begin(const char* key, const char* generic, const char* doc, unsigned flags, const char* shared = "");
   void begin_element(const char* key, const YAML::Node& node);
   void end();
   void put(const std::string& key, const YAML::Node& value, unsigned flags);
-  void add(const std::string& key, FieldInfo info, const char* doc, unsigned flags,
+  void add(const std::string& key, KeyInfo info, const char* doc, unsigned flags,
            const YAML::Node& fallback);
   FieldValue here(const std::string& key) const;
   std::vector<std::string> names_in() const;

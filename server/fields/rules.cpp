@@ -6,7 +6,7 @@
 
 namespace takt {
 
-using Kind = FieldInfo::Kind;
+using Kind = KeyInfo::Kind;
 
 std::string FieldValue::place() const {
   bool from_command_line = false;
@@ -76,7 +76,7 @@ void NumberRange::read(const FieldValue& value, double& number) const {
   if (!inside) value.fail(value.node.Scalar(), allowed());
 }
 
-FieldInfo NumberRange::info() const {
+KeyInfo NumberRange::info() const {
   return {.kind = Kind::number, .unit = unit, .lower = lower, .upper = upper, .lower_open = lower_open};
 }
 
@@ -90,7 +90,7 @@ void WholeRange::read(const FieldValue& value, int& number) const {
     value.fail(describe_node(value.node), allowed());
 }
 
-FieldInfo WholeRange::info() const {
+KeyInfo WholeRange::info() const {
   return {.kind = Kind::whole, .lower = static_cast<double>(lower), .upper = static_cast<double>(upper)};
 }
 
@@ -149,7 +149,7 @@ YAML::Node Numbers::write(const std::vector<double>& numbers) const {
   return ListOf<NumberRange>{range}.write(numbers);
 }
 
-FieldInfo Numbers::info() const {
+KeyInfo Numbers::info() const {
   return {.kind = Kind::list, .min_items = count, .max_items = count, .items = {range.info()}};
 }
 
@@ -169,8 +169,8 @@ YAML::Node ForJoints::write(const std::vector<double>& numbers) const {
   return numbers.size() == 1 ? range.write(numbers.front()) : Numbers{0, range}.write(numbers);
 }
 
-FieldInfo ForJoints::info() const {
-  FieldInfo result = range.info();
+KeyInfo ForJoints::info() const {
+  KeyInfo result = range.info();
   result.other_forms = {Numbers{0, range}.info()};
   return result;
 }
@@ -194,7 +194,7 @@ YAML::Node Color::write(const std::array<float, 4>& color) {
   return result;
 }
 
-FieldInfo Color::info() {
+KeyInfo Color::info() {
   return {.kind = Kind::list, .min_items = 3, .max_items = 4, .items = {kShare.info()}};
 }
 
@@ -226,7 +226,7 @@ YAML::Node NamePair::write(const std::array<std::string, 2>& pair) {
   return result;
 }
 
-FieldInfo NamePair::info() {
+KeyInfo NamePair::info() {
   return {.kind = Kind::list, .min_items = 2, .max_items = 2, .items = {Text::info()}};
 }
 
@@ -245,8 +245,8 @@ YAML::Node NumberMap::write(const std::map<std::string, double>& numbers) {
   return result;
 }
 
-FieldInfo NumberMap::info() {
-  FieldInfo any = NumberRange{}.info();
+KeyInfo NumberMap::info() {
+  KeyInfo any = NumberRange{}.info();
   any.key = "*";
   return {.kind = Kind::section, .items = {any}};
 }

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "plant_models/spatial.h"
-#include "server/fields/field_info.h"
+#include "server/fields/key_info.h"
 #include "server/fields/field_value.h"
 
 namespace takt {
@@ -24,7 +24,7 @@ struct NumberRange {
   std::string allowed() const;
   void read(const FieldValue& value, double& number) const;
   static YAML::Node write(double number) { return YAML::Node(exact_number(number)); }
-  FieldInfo info() const;
+  KeyInfo info() const;
 };
 inline NumberRange positive(const char* unit) {
   return {.lower = 0.0, .lower_open = true, .unit = unit};
@@ -39,21 +39,21 @@ struct WholeRange {
   std::string allowed() const;
   void read(const FieldValue& value, int& number) const;
   static YAML::Node write(int number) { return YAML::Node(number); }
-  FieldInfo info() const;
+  KeyInfo info() const;
 };
 
 struct Flag {
   static std::string allowed() { return "true or false"; }
   static void read(const FieldValue& value, bool& flag);
   static YAML::Node write(bool flag) { return YAML::Node(flag); }
-  static FieldInfo info() { return {.kind = FieldInfo::Kind::flag}; }
+  static KeyInfo info() { return {.kind = KeyInfo::Kind::flag}; }
 };
 
 struct Text {
   static std::string allowed() { return "a text"; }
   static void read(const FieldValue& value, std::string& text);
   static YAML::Node write(const std::string& text) { return YAML::Node(text); }
-  static FieldInfo info() { return {.kind = FieldInfo::Kind::text}; }
+  static KeyInfo info() { return {.kind = KeyInfo::Kind::text}; }
 };
 
 /// The name of something that the scenario has.
@@ -64,7 +64,7 @@ struct NameOf {
   std::string allowed() const;
   void read(const FieldValue& value, std::string& name) const;
   static YAML::Node write(const std::string& name) { return YAML::Node(name); }
-  static FieldInfo info() { return Text::info(); }
+  static KeyInfo info() { return Text::info(); }
 };
 
 /// An existing file, by a path relative to the scenario file.
@@ -73,7 +73,7 @@ struct ExistingFile {
   static std::string allowed() { return "a path relative to the scenario file"; }
   static void read(const FieldValue& value, std::filesystem::path& file);
   YAML::Node write(const std::filesystem::path& file) const;
-  static FieldInfo info() { return {.kind = FieldInfo::Kind::file}; }
+  static KeyInfo info() { return {.kind = KeyInfo::Kind::file}; }
 };
 
 /// One of several words, each standing for a value.
@@ -97,8 +97,8 @@ struct Choice {
     return std::find_if(words.begin(), words.end(), [&](const auto& w) { return w.second == value; })->first;
   }
   YAML::Node write(const Value& value) const { return YAML::Node(word(value)); }
-  FieldInfo info() const {
-    FieldInfo result{.kind = FieldInfo::Kind::choice};
+  KeyInfo info() const {
+    KeyInfo result{.kind = KeyInfo::Kind::choice};
     for (const auto& [word, meant] : words) result.choices.push_back(word);
     return result;
   }
@@ -118,7 +118,7 @@ struct Numbers {
   std::string allowed() const;
   void read(const FieldValue& value, std::vector<double>& numbers) const;
   YAML::Node write(const std::vector<double>& numbers) const;
-  FieldInfo info() const;
+  KeyInfo info() const;
 };
 
 /// Three numbers.
@@ -127,7 +127,7 @@ struct Vector3 {
   std::string allowed() const { return Numbers{3, range}.allowed(); }
   void read(const FieldValue& value, Vec3& vector) const;
   YAML::Node write(const Vec3& v) const { return Numbers{3, range}.write({v.x(), v.y(), v.z()}); }
-  FieldInfo info() const { return Numbers{3, range}.info(); }
+  KeyInfo info() const { return Numbers{3, range}.info(); }
 };
 inline Vector3 vector3(const char* unit) {
   return {{.unit = unit}};
@@ -139,7 +139,7 @@ struct ForJoints {
   std::string allowed() const { return "a number, or one for each joint"; }
   void read(const FieldValue& value, std::vector<double>& numbers) const;
   YAML::Node write(const std::vector<double>& numbers) const;
-  FieldInfo info() const;
+  KeyInfo info() const;
 };
 
 /// Red, green, blue, and alpha if given.
@@ -147,7 +147,7 @@ struct Color {
   static std::string allowed() { return "three or four numbers in [0, 1]: red, green, blue, alpha"; }
   static void read(const FieldValue& value, std::array<float, 4>& color);
   static YAML::Node write(const std::array<float, 4>& color);
-  static FieldInfo info();
+  static KeyInfo info();
 };
 
 /// xx, yy, zz, xy, xz, yz of a positive definite tensor.
@@ -155,7 +155,7 @@ struct InertiaTensor {
   static std::string allowed() { return "a list of 6 numbers"; }
   static void read(const FieldValue& value, Mat3& inertia);
   static YAML::Node write(const Mat3& inertia);
-  static FieldInfo info() { return Numbers{6, {.unit = "kg m^2"}}.info(); }
+  static KeyInfo info() { return Numbers{6, {.unit = "kg m^2"}}.info(); }
 };
 
 /// Two names or patterns.
@@ -165,7 +165,7 @@ struct NamePair {
   }
   static void read(const FieldValue& value, std::array<std::string, 2>& pair);
   static YAML::Node write(const std::array<std::string, 2>& pair);
-  static FieldInfo info();
+  static KeyInfo info();
 };
 
 /// A list of values of one rule.
@@ -187,8 +187,8 @@ struct ListOf {
     for (const Value& value : values) result.push_back(rule.write(value));
     return result;
   }
-  FieldInfo info() const {
-    return {.kind = FieldInfo::Kind::list, .min_items = least, .items = {rule.info()}};
+  KeyInfo info() const {
+    return {.kind = KeyInfo::Kind::list, .min_items = least, .items = {rule.info()}};
   }
 };
 
@@ -197,7 +197,7 @@ struct NumberMap {
   static std::string allowed() { return "a mapping of names to numbers"; }
   static void read(const FieldValue& value, std::map<std::string, double>& numbers);
   static YAML::Node write(const std::map<std::string, double>& numbers);
-  static FieldInfo info();
+  static KeyInfo info();
 };
 
 }  // namespace takt

@@ -13,16 +13,16 @@ namespace takt {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using Kind = FieldInfo::Kind;
+using Kind = KeyInfo::Kind;
 
-Json default_value(const FieldInfo& field) {
+Json default_value(const KeyInfo& field) {
   const Json value = Json::parse(field.default_text, nullptr, false);
   return value.is_discarded() ? Json(field.default_text) : value;
 }
 
 class Schema {
  public:
-  Json root(const FieldInfo& info) {
+  Json root(const KeyInfo& info) {
     Json schema{{"$schema", "https://json-schema.org/draft/2020-12/schema"}, {"title", "Scenario of takt"}};
     schema.update(section(info));
     schema["type"] = "object";
@@ -31,11 +31,11 @@ class Schema {
   }
 
  private:
-  Json property(const FieldInfo& field) {
+  Json property(const KeyInfo& field) {
     Json schema = value(field);
     if (!field.other_forms.empty()) {
       Json forms = Json::array({schema});
-      for (const FieldInfo& form : field.other_forms) forms.push_back(value(form));
+      for (const KeyInfo& form : field.other_forms) forms.push_back(value(form));
       schema = Json{{"anyOf", forms}};
     }
     const std::string unit = field.unit.empty() ? "" : " (" + field.unit + ")";
@@ -44,7 +44,7 @@ class Schema {
     return schema;
   }
 
-  Json value(const FieldInfo& field) {
+  Json value(const KeyInfo& field) {
     switch (field.kind) {
       case Kind::number:
       case Kind::whole: {
@@ -76,11 +76,11 @@ class Schema {
     return {{"$ref", "#/$defs/" + field.shared}};
   }
 
-  Json section(const FieldInfo& info) {
+  Json section(const KeyInfo& info) {
     Json schema{{"type", "object"}, {"properties", Json::object()}, {"additionalProperties", false}};
     Json required = Json::array(), all = Json::array();
     std::map<std::string, Json> conditions;  // by the condition as text: what holds then, and else
-    for (const FieldInfo& field : info.items) {
+    for (const KeyInfo& field : info.items) {
       if (field.key == "*") {
         schema["additionalProperties"] = property(field);
         if (info.scenario_names) schema["propertyNames"] = {{"pattern", "^[A-Za-z][A-Za-z0-9_]{0,63}$"}};
@@ -103,7 +103,7 @@ class Schema {
       rule.update(both);
       all.push_back(rule);
     }
-    for (const FieldInfo::Alternatives& group : info.alternatives) {
+    for (const KeyInfo::Alternatives& group : info.alternatives) {
       const Json rule = alternatives(group);
       all.push_back(group.when.key.empty() ? rule : Json{{"if", condition(group.when)}, {"then", rule}});
     }
@@ -117,13 +117,13 @@ class Schema {
     return schema;
   }
 
-  static Json condition(const FieldInfo::Condition& when) {
+  static Json condition(const KeyInfo::Condition& when) {
     Json result{{"properties", {{when.key, {{"enum", when.words}}}}}};
     if (!when.absent) result["required"] = {when.key};
     return result;
   }
 
-  static Json alternatives(const FieldInfo::Alternatives& group) {
+  static Json alternatives(const KeyInfo::Alternatives& group) {
     Json given = Json::array(), both = Json::array();
     for (std::size_t i = 0; i < group.keys.size(); ++i) {
       given.push_back({{"required", {group.keys[i]}}});
@@ -138,14 +138,14 @@ class Schema {
 
 // The page.
 
-std::string interval(const FieldInfo& field) {
+std::string interval(const KeyInfo& field) {
   NumberRange range{field.lower, field.upper, field.lower_open};
   const std::string words = range.allowed();
   return field.kind == Kind::whole ? "whole number" + words.substr(std::string("a number").size())
                                    : words.substr(std::string("a ").size());
 }
 
-std::string words_of(const FieldInfo& field) {
+std::string words_of(const KeyInfo& field) {
   std::string words;
   switch (field.kind) {
     case Kind::number:
@@ -174,25 +174,25 @@ std::string words_of(const FieldInfo& field) {
     case Kind::section:
       words = field.shared.empty() ? "section" : "section [" + field.shared + "](#" + field.shared + ")";
   }
-  for (const FieldInfo& form : field.other_forms) words += "; or " + words_of(form);
+  for (const KeyInfo& form : field.other_forms) words += "; or " + words_of(form);
   return field.unit.empty() ? words : words + "; " + field.unit;
 }
 
 class Page {
  public:
-  void section(const FieldInfo& info, const std::string& path) {
+  void section(const KeyInfo& info, const std::string& path) {
     text += "\n## " + path + "\n\n";
     if (!info.doc.empty()) text += info.doc + "\n\n";
-    for (const FieldInfo::Alternatives& group : info.alternatives) {
+    for (const KeyInfo::Alternatives& group : info.alternatives) {
       text += group.least == 0 ? "At most one of" : group.most == 1 ? "Exactly one of" : "At least one of";
       for (const std::string& key : group.keys)
         text += (&key == &group.keys.front() ? " `" : ", `") + key + "`";
       text += condition(group.when) + ".\n\n";
     }
     text += "| key | value | default | meaning |\n|---|---|---|---|\n";
-    for (const FieldInfo& field : info.items) row(field);
-    for (const FieldInfo& field : info.items) {
-      const FieldInfo& inner = field.kind == Kind::list ? field.items.front() : field;
+    for (const KeyInfo& field : info.items) row(field);
+    for (const KeyInfo& field : info.items) {
+      const KeyInfo& inner = field.kind == Kind::list ? field.items.front() : field;
       if (inner.kind != Kind::section || inner.items.empty()) continue;
       const std::string key = field.key == "*" ? "NAME" : field.key;
       if (inner.shared.empty())
@@ -203,16 +203,16 @@ class Page {
   }
   static constexpr const char* kTop = "The file";
   std::string text;
-  std::map<std::string, FieldInfo> shared;
+  std::map<std::string, KeyInfo> shared;
 
  private:
-  static std::string condition(const FieldInfo::Condition& when) {
+  static std::string condition(const KeyInfo::Condition& when) {
     std::string words;
     for (const std::string& word : when.words)
       words += (words.empty() ? " where `" + when.key + "` is " : " or ") + word;
     return words;
   }
-  void row(const FieldInfo& field) {
+  void row(const KeyInfo& field) {
     std::string fallback = field.required               ? "required"
                            : field.default_text.empty() ? ""
                                                         : "`" + field.default_text + "`";
@@ -245,7 +245,7 @@ std::string scenario_reference() {
       "with another "
       "value a cell has the same model hash, and its saved states fit.\n";
   page.section(scenario_info(), Page::kTop);
-  for (const auto& [name, info] : std::map<std::string, FieldInfo>(page.shared)) page.section(info, name);
+  for (const auto& [name, info] : std::map<std::string, KeyInfo>(page.shared)) page.section(info, name);
   return page.text;
 }
 

@@ -116,8 +116,8 @@ struct FrictionTable {
       result.push_back(Numbers{}.write({temperature, friction}));
     return result;
   }
-  static FieldInfo info() {
-    return {.kind = FieldInfo::Kind::list, .min_items = 1, .items = {Numbers{2}.info()}};
+  static KeyInfo info() {
+    return {.kind = KeyInfo::Kind::list, .min_items = 1, .items = {Numbers{2}.info()}};
   }
 };
 

@@ -209,8 +209,8 @@ struct Members {
   static YAML::Node write(const ScenarioProcess& s) {
     return s.all_members ? YAML::Node("all") : ListOf<Text>{}.write(s.members);
   }
-  static FieldInfo info() {
-    FieldInfo result = choice_of(std::vector<std::string>{"all"}).info();
+  static KeyInfo info() {
+    KeyInfo result = choice_of(std::vector<std::string>{"all"}).info();
     result.other_forms = {ListOf<Text>{}.info()};
     return result;
   }
@@ -238,7 +238,7 @@ struct PlacedPair {
     s.place = value.place();
   }
   static YAML::Node write(const ScenarioCheckedPair& s) { return NamePair::write(s.pair); }
-  static FieldInfo info() { return NamePair::info(); }
+  static KeyInfo info() { return NamePair::info(); }
 };
 
 }  // namespace

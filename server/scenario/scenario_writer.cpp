@@ -35,7 +35,7 @@ std::string write_scenario(const Scenario& scenario, const std::filesystem::path
   return std::string(out.c_str()) + "\n";
 }
 
-FieldInfo scenario_info() {
+KeyInfo scenario_info() {
   Fields f;
   Scenario usual;
   describe(f, usual);

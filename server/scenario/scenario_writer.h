@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "server/fields/field_info.h"
+#include "server/fields/key_info.h"
 #include "server/scenario/scenario.h"
 
 namespace takt {
@@ -15,6 +15,6 @@ namespace takt {
 std::string write_scenario(const Scenario& scenario, const std::filesystem::path& directory);
 
 /// All sections and keys of a scenario file.
-FieldInfo scenario_info();
+KeyInfo scenario_info();
 
 }  // namespace takt

@@ -95,20 +95,20 @@ const std::set<std::string> kWithoutEffectHere{
     "solver.contact.step_s",  // counts where a cell begins at level of detail 3
 };
 
-using Leaves = std::map<std::string, std::pair<YAML::Node, const FieldInfo*>>;  // by dotted key
+using Leaves = std::map<std::string, std::pair<YAML::Node, const KeyInfo*>>;  // by dotted key
 
-const FieldInfo* find_field(const FieldInfo& section, const std::string& key) {
-  for (const FieldInfo& field : section.items)
+const KeyInfo* find_field(const KeyInfo& section, const std::string& key) {
+  for (const KeyInfo& field : section.items)
     if (field.key == key || field.key == "*") return &field;
   return nullptr;
 }
 
-void collect(const YAML::Node& node, const FieldInfo& info, const std::string& path, bool in_model,
+void collect(const YAML::Node& node, const KeyInfo& info, const std::string& path, bool in_model,
              Leaves& leaves, std::set<std::string>& outside) {
   for (const auto& entry : node) {
     const auto key = entry.first.as<std::string>();
     const std::string below = path.empty() ? key : path + "." + key;
-    const FieldInfo* field = find_field(info, key);
+    const KeyInfo* field = find_field(info, key);
     ASSERT_NE(field, nullptr) << below;
     const bool counts = in_model && field->in_model;
     if (entry.second.IsMap()) {
@@ -121,20 +121,20 @@ void collect(const YAML::Node& node, const FieldInfo& info, const std::string& p
 }
 
 /// Other values of a field, the first that is read is taken.
-std::vector<std::string> others(const YAML::Node& node, const FieldInfo& field) {
+std::vector<std::string> others(const YAML::Node& node, const KeyInfo& field) {
   std::vector<std::string> result;
   if (node.IsScalar()) {
     const std::string text = node.Scalar();
     for (const std::string& word : field.choices)
       if (word != text) result.push_back(word);
-    if (field.kind == FieldInfo::Kind::flag) result = {text == "true" ? "false" : "true"};
+    if (field.kind == KeyInfo::Kind::flag) result = {text == "true" ? "false" : "true"};
     if (double number = 0.0;
-        field.kind == FieldInfo::Kind::number && YAML::convert<double>::decode(node, number))
+        field.kind == KeyInfo::Kind::number && YAML::convert<double>::decode(node, number))
       result = {std::to_string(number == 0.0 ? 0.01 : 0.97 * number),
                 std::to_string(0.97e9 * number) + "e-9"};
-    if (int number = 0; field.kind == FieldInfo::Kind::whole && YAML::convert<int>::decode(node, number))
+    if (int number = 0; field.kind == KeyInfo::Kind::whole && YAML::convert<int>::decode(node, number))
       result = {std::to_string(number + 1)};
-  } else if (field.kind == FieldInfo::Kind::list && node.size() > 0 && node[0].IsScalar()) {
+  } else if (field.kind == KeyInfo::Kind::list && node.size() > 0 && node[0].IsScalar()) {
     for (std::size_t i = node.size(); i-- > 0;) {
       double number = 0.0;
       if (!YAML::convert<double>::decode(node[i], number)) continue;
@@ -162,7 +162,7 @@ TEST(ScenarioHash, HasEveryKeyThatTheTablesSayIsInTheModel) {
   EXPECT_EQ(hash({}), usual);
   Leaves leaves;
   std::set<std::string> outside;
-  const FieldInfo info = scenario_info();
+  const KeyInfo info = scenario_info();
   collect(YAML::Load(kCell), info, "", true, leaves, outside);
   int counted = 0;
   for (const auto& [key, leaf] : leaves) {

@@ -124,12 +124,12 @@ TEST(GripperCommandValidation, EveryFaultHasItsCode) {
                ? std::string(to_string(std::get<Rejection>(result).code))
                : "";
   };
-  EXPECT_EQ(code({"G", -1.0, 2, 0.05, 10.0}), "");
-  EXPECT_EQ(code({"H", -1.0, 0, 0.0, 0.0}), "unknown_gripper");
-  EXPECT_EQ(code({"G", -1.0, 3, 0.0, 0.0}), "malformed");
-  EXPECT_EQ(code({"G", -1.0, 2, 0.2, 0.0}), "out_of_range");
-  EXPECT_EQ(code({"G", -1.0, 2, 0.05, -1.0}), "out_of_range");
-  EXPECT_EQ(code({"G", -1.0, 2, std::nan(""), 0.0}), "not_finite");
+  EXPECT_EQ(code({"G", -1.0, GripperAction{2}, 0.05, 10.0}), "");
+  EXPECT_EQ(code({"H", -1.0, GripperAction{0}, 0.0, 0.0}), "unknown_gripper");
+  EXPECT_EQ(code({"G", -1.0, GripperAction{3}, 0.0, 0.0}), "malformed");
+  EXPECT_EQ(code({"G", -1.0, GripperAction{2}, 0.2, 0.0}), "out_of_range");
+  EXPECT_EQ(code({"G", -1.0, GripperAction{2}, 0.05, -1.0}), "out_of_range");
+  EXPECT_EQ(code({"G", -1.0, GripperAction{2}, std::nan(""), 0.0}), "not_finite");
 }
 
 }  // namespace

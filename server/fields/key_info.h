@@ -8,7 +8,7 @@
 
 namespace takt {
 
-struct FieldInfo {
+struct KeyInfo {
   enum class Kind : std::uint8_t { number, whole, flag, text, file, choice, list, section };
 
   Kind kind = Kind::section;
@@ -19,8 +19,8 @@ struct FieldInfo {
   bool lower_open = false;
   std::vector<std::string> choices{};
   std::size_t min_items = 0, max_items = 0;  ///< of a list; max_items 0: any number
-  std::vector<FieldInfo> items{};            ///< fields of a section; the one element of a list
-  std::vector<FieldInfo> other_forms{};      ///< what the value may be instead
+  std::vector<KeyInfo> items{};            ///< fields of a section; the one element of a list
+  std::vector<KeyInfo> other_forms{};      ///< what the value may be instead
   std::string shared{};                      ///< name of a section that appears in several places
   std::string default_text{};                ///< as in a file; empty: without one
   bool required = false;
