@@ -155,6 +155,11 @@ struct Scenario {
   std::vector<OddAngle> odd_angles;
   /// `world.allow_overlap`: pairs of name patterns that may stand inside each other at the start.
   std::vector<std::array<std::string, 2>> allow_overlap;
+  /// What the section `solver` states; what it does not state may follow from the rest of it.
+  struct SolverKeys {
+    bool method = false, tolerance = false, contact = false;
+  };
+  SolverKeys solver_keys;
   std::string solver = "rk2";
   double step_s = 0.001;         ///< at the start: of the section of `solver` that counts then
   double solver_step_s = 0.001;  ///< `solver.step_s`

@@ -282,22 +282,26 @@ void describe_level_solver(Fields& f, Scenario::LevelSolver& s, const Names& nam
 }
 
 void describe_solver(Fields& f, Scenario& s) {
+  const auto written = [](bool stated) { return stated ? kAlwaysWritten : 0U; };
+  if (f.reading()) s.solver_keys = {f.has("method"), f.has("tolerance"), f.has("contact")};
   using Matrix = SystemMatrix;
   f.field("method", s.solver, choice_of(solver_names()), "Method of integration at level of detail 1.",
-          kAlwaysWritten);
+          written(s.solver_keys.method));
   f.field("step_s", s.solver_step_s, kStep,
           "Step of methods without error control; communication step of the others.", kAlwaysWritten);
   if (f.reading()) s.tolerance = solver_default_tolerance(s.solver);
-  f.field("tolerance", s.tolerance, kTolerance,
-          "Relative tolerance of methods with error control; default: by method.", kAlwaysWritten);
+  if (!f.writing() || s.solver_keys.tolerance || s.tolerance != solver_default_tolerance(s.solver))
+    f.field("tolerance", s.tolerance, kTolerance,
+            "Relative tolerance of methods with error control; default: by method.", kAlwaysWritten);
   f.field(
       "matrix", s.matrix,
       Choice<Matrix>{
           {{"automatic", Matrix::automatic}, {"separate", Matrix::separate}, {"coupled", Matrix::coupled}}},
       "System matrix of implicit methods: a block for each model, or one for all.");
-  f.section(
-      "contact", "Solver while any process has level of detail 3; an implicit method.",
-      [&] { describe_level_solver(f, s.contact_solver, implicit_solver_names()); }, kAlwaysWritten);
+  if (!f.writing() || s.solver_keys.contact)
+    f.section(
+        "contact", "Solver while any process has level of detail 3; an implicit method.",
+        [&] { describe_level_solver(f, s.contact_solver, implicit_solver_names()); }, kAlwaysWritten);
   f.section(
       "dynamics", "Solver while any process has level of detail 2, none has 3; without it: `solver` itself.",
       s.dynamics_solver, [&](Scenario::LevelSolver& own) { describe_level_solver(f, own, solver_names()); });

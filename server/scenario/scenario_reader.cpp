@@ -86,15 +86,12 @@ void check_holders(const Scenario& scenario) {
   }
 }
 
-struct SolverKeys {
-  bool method, tolerance, contact;
-};
-
 /// What was said for the cell as a whole holds for levels 2 and 3 too where it came from the command line,
 /// or where nothing was said of contact and the cell begins with it. Explicit methods never hold for contact:
 /// in a file they are those of the other levels, on the command line of a cell that begins with contact they
 /// are refused.
-void choose_solver(const SolverKeys& given, const YamlSource& source, Scenario& scenario) {
+void choose_solver(const YamlSource& source, Scenario& scenario) {
+  Scenario::SolverKeys& given = scenario.solver_keys;
   const bool only = scenario.begins_with_contact() && !given.contact;
   const auto overridden = [&source](const char* key) { return source.overridden.count(key) != 0; };
   const bool no_contact = solver_is_explicit(scenario.solver);
@@ -116,6 +113,7 @@ void choose_solver(const SolverKeys& given, const YamlSource& source, Scenario& 
   };
   take_over(scenario.contact_solver, only);
   if (scenario.dynamics_solver) take_over(*scenario.dynamics_solver, false);
+  given.contact = given.contact || overridden("solver.method") || overridden("solver.tolerance");
   if (overridden("solver.step_s")) {
     if (scenario.contact_solver.step_s) scenario.contact_solver.step_s = scenario.solver_step_s;
     if (scenario.dynamics_solver && scenario.dynamics_solver->step_s)
@@ -179,11 +177,7 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
     }
     for (ScenarioProcess& process : scenario.processes) process.level_of_detail = level;
   }
-  const YAML::Node solver = std::as_const(root)["solver"];
-  const auto given = [&solver](const char* key) {
-    return solver.IsDefined() && solver.IsMap() && solver[key].IsDefined();
-  };
-  choose_solver({given("method"), given("tolerance"), given("contact")}, source, scenario);
+  choose_solver(source, scenario);
   find_odd_angles(root, "", "", 0, scenario);
   return scenario;
 }

@@ -62,7 +62,7 @@ TEST(ForceElements, ASpringBetweenTwoBodiesOscillatesWithTheReducedMass) {
   SpringCell cell(kStiffness);
   const double w = std::sqrt(kStiffness * (1.0 / 1.0 + 1.0 / 3.0));
   for (int i = 1; i <= 2000; ++i) {
-    ASSERT_TRUE(cell.simulation().step({}));
+    ASSERT_TRUE(cell.simulation().step({})) << cell.simulation().fault();
     if (i % 100 != 0) continue;
     const double distance = cell.p(cell.b()).x() - cell.p(cell.a()).x();
     EXPECT_NEAR(distance, kLength + 0.2 * std::cos(w * 0.001 * i), 2e-6) << i;
