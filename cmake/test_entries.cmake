@@ -1,6 +1,6 @@
 # Entries of ctest for a program of GoogleTest: one a suite, so that its cases share what SetUpTestSuite makes. A suite that
 # tests/schedule.cmake names is one entry a case instead. At configure time takt_test_entries(PROGRAM NAME) leaves word for
-# ctest; as a script (-P, with PROGRAM, NAME, SCHEDULE and OUT) this file asks the program for its cases, when ctest starts
+# ctest, with what TAKT_TEST_ENVIRONMENT lists for every entry; as a script (-P, with PROGRAM, NAME, SCHEDULE, ENVIRONMENT and OUT) this file asks the program for its cases, when ctest starts
 # and the program is newer than the entries.
 # Name of an entry: NAME.Suite or NAME.Suite.Case, "long." before it for the long form. Labels: NAME, the kinds of its files
 # (unit, oracle, property, regression), and `long` for the long form of a suite (tests/support/effort.h).
@@ -17,8 +17,8 @@ if(NOT EXISTS "@built@")
 endif()
 if("@built@" IS_NEWER_THAN "@entries@" OR "@schedule@" IS_NEWER_THAN "@entries@" OR
     "@TAKT_TEST_ENTRIES_SCRIPT@" IS_NEWER_THAN "@entries@")
-  execute_process(COMMAND "@CMAKE_COMMAND@" "-DPROGRAM=@built@" "-DNAME=@name@" "-DSCHEDULE=@schedule@" "-DOUT=@entries@"
-    -P "@TAKT_TEST_ENTRIES_SCRIPT@" RESULT_VARIABLE result)
+  execute_process(COMMAND "@CMAKE_COMMAND@" "-DPROGRAM=@built@" "-DNAME=@name@" "-DSCHEDULE=@schedule@"
+    "-DENVIRONMENT=@TAKT_TEST_ENVIRONMENT@" "-DOUT=@entries@" -P "@TAKT_TEST_ENTRIES_SCRIPT@" RESULT_VARIABLE result)
   if(NOT result EQUAL 0)
     message(FATAL_ERROR "The cases of @built@ cannot be listed.")
   endif()
@@ -69,39 +69,42 @@ function(takt_matches name list out)
   endforeach()
 endfunction()
 
+# The newlines are those of the output. All cases of the entry are skipped: no list of failed ones ends it.
+set(all_skipped [=[PASSED  . 0 tests[.]
+.  SKIPPED . [0-9]+ tests?, listed below:(
+.  SKIPPED . [^
+]*)*
+*$]=])
 set(text "")
-# takt_entry(NAME FILTER LABELS LONG): appends to `text`.
-macro(takt_entry entry filter entry_labels long)
-  string(APPEND text "add_test([=[${entry}]=] [=[${PROGRAM}]=] [=[--gtest_filter=${filter}]=] --gtest_color=no)\n")
-  # A filter that nothing matches is no success. A suite is skipped where all of its cases are: what ends the list of failed
-  # ones comes after that of skipped ones.
-  set(properties "TIMEOUT 1200 LABELS [=[${entry_labels}]=] FAIL_REGULAR_EXPRESSION [=[Running 0 tests]=]")
-  string(APPEND properties " SKIP_REGULAR_EXPRESSION "
-    "[=[PASSED  . 0 tests[.]\n.  SKIPPED . [0-9]+ tests?, listed below:(\n.  SKIPPED . [^\n]*)*\n*$]=]")
+
+# Appends the entry with these labels to `text`; TRUE as the last one: its long form.
+function(takt_entry entry filter labels long)
   takt_matches("${NAME}.${filter}" TAKT_TESTS_ALONE alone)
   takt_matches("${NAME}.${filter}" TAKT_TESTS_THAT_WAIT waits)
-  if(alone)
-    string(APPEND properties " RUN_SERIAL ON")
-  elseif(NOT waits)
-    string(APPEND properties " PROCESSORS ${TAKT_PROCESSORS_OF_WORK}")
+  set(environment ${ENVIRONMENT})
+  if(long)
+    list(APPEND environment TAKT_TEST_EFFORT=10)
   endif()
-  set(cost 0)
+  # A filter that nothing matches is no success.
+  set(properties "TIMEOUT 1200 FAIL_REGULAR_EXPRESSION [=[Running 0 tests]=] SKIP_REGULAR_EXPRESSION [==[${all_skipped}]==]"
+    "LABELS [=[${labels}]=]" "ENVIRONMENT [=[${environment}]=]")
+  if(alone)
+    list(APPEND properties "RUN_SERIAL ON")
+  elseif(NOT waits)
+    list(APPEND properties "PROCESSORS ${TAKT_PROCESSORS_OF_WORK}")
+  endif()
   foreach(row IN LISTS TAKT_TEST_COSTS)
-    if(row MATCHES "^([0-9]+) (.*)$")
-      set(seconds ${CMAKE_MATCH_1})
-      if("${NAME}.${filter}" MATCHES "${CMAKE_MATCH_2}")
-        set(cost ${seconds})
-      endif()
+    string(REGEX MATCH "^([0-9]+) (.*)$" row "${row}")
+    set(seconds ${CMAKE_MATCH_1})
+    if("${NAME}.${filter}" MATCHES "${CMAKE_MATCH_2}")
+      list(APPEND properties "COST ${seconds}")
     endif()
   endforeach()
-  if(NOT cost EQUAL 0)
-    string(APPEND properties " COST ${cost}")
-  endif()
-  if(${long})
-    string(APPEND properties " ENVIRONMENT TAKT_TEST_EFFORT=10")
-  endif()
-  string(APPEND text "set_tests_properties([=[${entry}]=] PROPERTIES ${properties})\n")
-endmacro()
+  list(JOIN properties " " properties)
+  set(text "${text}add_test([=[${entry}]=] [=[${PROGRAM}]=] [=[--gtest_filter=${filter}]=] --gtest_color=no)
+set_tests_properties([=[${entry}]=] PROPERTIES ${properties})
+" PARENT_SCOPE)
+endfunction()
 
 foreach(suite IN LISTS suites)
   set(labels ${NAME})
