@@ -15,7 +15,9 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/config/scenarios ${PROJECT_SOURCE_DIR}/c
 install(FILES README.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} PATTERN figures EXCLUDE)
 install(FILES "config/systemd/takt-server@.service" DESTINATION lib/systemd/system)
-install(DIRECTORY idl/ DESTINATION ${CMAKE_INSTALL_DATADIR}/takt/idl FILES_MATCHING PATTERN "*.idl" PATTERN transport EXCLUDE)
+install(DIRECTORY ${CMAKE_BINARY_DIR}/idl/generated/ros/takt_msgs DESTINATION ${CMAKE_INSTALL_DATADIR}/takt/ros)
+install(DIRECTORY idl/ DESTINATION ${CMAKE_INSTALL_DATADIR}/takt/idl FILES_MATCHING PATTERN "*.idl" PATTERN common EXCLUDE
+  PATTERN transport EXCLUDE)
 # What was built only where its parts were there is installed only then.
 install(DIRECTORY ${CMAKE_BINARY_DIR}/share/takt/view DESTINATION ${CMAKE_INSTALL_DATADIR}/takt OPTIONAL)
 install(FILES ${CMAKE_BINARY_DIR}/vhacd/package/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME VHACD-LICENSE OPTIONAL)
@@ -75,7 +77,7 @@ if(TARGET takt_client)
     client_lib/lockstep_controller.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/client_lib)
   install(FILES ${CMAKE_BINARY_DIR}/idl/generated/takt_enumerations.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt)
   install(FILES idl/common/enumeration.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/idl/common)
-  install(TARGETS takt_client takt_idl takt_transport takt_rtps_guard takt_recording takt_warnings EXPORT takt
+  install(TARGETS takt_client takt_common takt_idl takt_transport takt_rtps_guard takt_recording takt_warnings EXPORT takt
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt)
   install(EXPORT takt NAMESPACE takt:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/takt FILE taktTargets.cmake)
   file(WRITE ${CMAKE_BINARY_DIR}/taktConfig.cmake

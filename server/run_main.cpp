@@ -19,12 +19,14 @@
 #include "server/headless/picture.h"
 #include "server/headless/progress.h"
 #include "server/headless/report.h"
+#include "server/headless/scenario_schema.h"
 #include "server/headless/study.h"
 #include "server/messages/status_messages.h"
 #include "server/runtime/host/replay.h"
 #include "server/runtime/loop/worker_pool.h"
 #include "server/runtime/requests/event.h"
 #include "server/scenario/scenario_builder.h"
+#include "server/scenario/scenario_writer.h"
 #include "server/simulation/model/state_hash.h"
 #include "server/simulation/solver/integrator.h"
 
@@ -37,6 +39,7 @@ struct Arguments {
   std::string picture_view;
   std::string table = "study.csv", plot, slurm, task;
   std::string mcap_compression = "zstd", mcap_pressures;
+  std::string write_scenario, scenario_keys;
   int jobs = 0;
   std::optional<int> lod;
   std::optional<double> step, tolerance, duration;
@@ -147,6 +150,11 @@ void declare(CLI::App& app, Arguments& a) {
          "by the same command without it")
       ->needs(vary)
       ->excludes(slurm);
+  app.add_option("--write-scenario", a.write_scenario,
+                 "Write the scenario, with --set and --lod, into this YAML file instead of running");
+  app.add_option("--scenario-keys", a.scenario_keys,
+                 "Print what can be written in scenario files: schema (JSON Schema), reference (Markdown)")
+      ->check(CLI::IsMember({"schema", "reference"}));
   app.add_flag("--stage-times", a.stage_times, "Measure the stages of a step");
   app.add_flag("--quiet", a.quiet, "Print nothing but errors");
   auto* json = app.add_flag(
@@ -425,7 +433,20 @@ int replay(const Arguments& a) {
   return 0;
 }
 
+int write_scenario(const Arguments& a) {
+  const std::filesystem::path file = a.write_scenario;
+  std::ofstream out(file);
+  out << takt::write_scenario(takt::read_scenario(a.scenario, scenario_options(a)), file.parent_path());
+  out.close();
+  if (!out) throw std::runtime_error(a.write_scenario + ": cannot be written");
+  return 0;
+}
+
 int do_what_is_wanted(const Arguments& a) {
+  if (!a.scenario_keys.empty())
+    return std::cout << (a.scenario_keys == "schema" ? takt::scenario_schema() : takt::scenario_reference()),
+           0;
+  if (!a.write_scenario.empty()) return write_scenario(a);
   if (!a.check_mesh.empty()) return takt::print_mesh_check(std::cout, a.check_mesh, a.mesh) ? 0 : 2;
   if (!a.compare.empty()) return compare(a);
   if (!a.replay.empty()) return replay(a);
@@ -446,7 +467,7 @@ int main(int argc, char** argv) {
     return code == 0 ? 0 : 2;
   }
   if (arguments.scenario.empty() && arguments.check_mesh.empty() && arguments.replay.empty() &&
-      arguments.compare.empty()) {
+      arguments.compare.empty() && arguments.scenario_keys.empty()) {
     std::cerr << "takt-run: a scenario file is required; or --check-mesh FILE. Run with --help for more.\n";
     return 2;
   }

@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "idl/common/utf8.h"
+
 namespace takt {
 
 template <std::size_t Capacity>
@@ -16,10 +18,7 @@ class FixedString {
 
   /// What does not fit is cut off, between characters of UTF-8.
   void assign(std::string_view text) {
-    size_ = std::min(text.size(), Capacity);
-    if (size_ < text.size())
-      for (int i = 0; i < 3 && size_ > 0 && (static_cast<unsigned char>(text[size_]) & 0xC0U) == 0x80U; ++i)
-        --size_;
+    size_ = utf8_prefix_size(text, Capacity);
     std::copy_n(text.begin(), size_, characters_.begin());
   }
   void clear() { size_ = 0; }

@@ -2,6 +2,7 @@
 import json
 
 from idl import PRIMITIVES
+from ros import type_hash
 
 CPP_TYPES = {kind: cpp for kind, cpp, _ in PRIMITIVES.values()}
 OF_COLUMNS = ("unit", "frame", "enumeration", "default", "final", "quantity", "value", "bit_bound")
@@ -44,11 +45,11 @@ def initial(field):
     return f" = {default or {'boolean': 'false', 'float32': '0.0F', 'float64': '0.0'}.get(field.kind, '0')}"
 
 
-def annotations(holder):
+def annotations(holder, more=()):
     rows = [f"{{{quoted(a.name)}, {quoted(key)}, {quoted(text)}}}"
             for a in holder.annotations if a.name not in OF_COLUMNS
             for key, text in (a.arguments or {"": ""}).items()]
-    return ", ".join(rows)
+    return ", ".join([*rows, *more])
 
 
 def enumeration(one):
@@ -73,14 +74,15 @@ def struct(one):
     return text + f"\n  bool operator==(const {one.name}&) const = default;\n}};\n"
 
 
-def table(one):
+def table(one, reader):
     name = type_of(one.full_name)
+    hashed = [f'{{"type_hash", "value", "{type_hash(one, reader)}"}}'] if one.has("topic") else []
     text = f"template <>\nstruct MessageTable<{name}> {{\n"
     for field in one.fields:
         if annotations(field):
             text += f"  static constexpr AnnotationInfo {field.name}_annotations[] = {{{annotations(field)}}};\n"
-    if annotations(one):
-        text += f"  static constexpr AnnotationInfo annotations[] = {{{annotations(one)}}};\n"
+    if annotations(one, hashed):
+        text += f"  static constexpr AnnotationInfo annotations[] = {{{annotations(one, hashed)}}};\n"
     text += "  static constexpr FieldInfo fields[] = {\n"
     for field in one.fields:
         message = f"&MessageTable<{type_of(field.type)}>::info" if field.kind == "message" else "nullptr"
@@ -90,7 +92,7 @@ def table(one):
                  f"{field.string_bound}, {message}, {values}, "
                  f"{f'{field.name}_annotations' if annotations(field) else '{}'}}},\n")
     text += (f"  }};\n  static constexpr MessageInfo info{{{quoted(one.full_name)}, {quoted(one.dds_type)}, "
-             f"{quoted(one.doc)}, fields, {'annotations' if annotations(one) else '{}'}}};\n")
+             f"{quoted(one.doc)}, fields, {'annotations' if annotations(one, hashed) else '{}'}}};\n")
     text += "  template <typename Message, typename Visitor>\n"
     text += "  static constexpr void visit(Message& message, Visitor&& visitor) {\n"
     for place, field in enumerate(one.fields):
@@ -114,7 +116,7 @@ def types_header(file, reader):
         text += enumeration(one) if one in file.enumerations else struct(one) + "\n"
     text += f"}}  // namespace {namespace_of(scope)}\n"
     if file.structs:
-        text += "\nnamespace takt {\n\n" + "\n".join(table(one) for one in file.structs) + "\n}  // namespace takt\n"
+        text += "\nnamespace takt {\n\n" + "\n".join(table(one, reader) for one in file.structs) + "\n}  // namespace takt\n"
         types = ",\n    ".join(type_of(one.full_name) for one in file.structs)
         text += f"\nnamespace takt {{\n/// All messages of this file.\nusing {camel(file.path.stem)} = MessageList<\n    {types}>;\n}}\n"
     return text

@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "idl/common/stamp.h"
+#include "idl/common/utf8.h"
 #include "server/runtime/monotonic_clock.h"
-#include "server/runtime/requests/plain_text.h"
 #include "takt_topics.h"
 
 namespace takt {
@@ -59,7 +59,7 @@ void CellPublisher::make_writers(const TopicNames& names) {
     joint_messages_.push_back(make_joint_states_message(robot));
     urdf_writers_.push_back(writer(topics::robot_description, 0, robot.name));
     std_msgs::msg::String urdf;
-    urdf.data = plain_text(robot.urdf, robot.urdf.size(), Lines::kept);
+    urdf.data = utf8_sanitize(robot.urdf, robot.urdf.size(), LineBreaks::allow);
     if (!written(*urdf_writers_.back(), urdf))
       throw DdsError("DDS refused to send the URDF of '" + robot.name + "'.");
   }

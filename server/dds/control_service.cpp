@@ -4,7 +4,8 @@
 #include <string>
 #include <utility>
 
-#include "server/runtime/requests/plain_text.h"
+#include "idl/common/utf8.h"
+#include "server/runtime/requests/request_text.h"
 #include "takt_topics.h"
 
 namespace takt {
@@ -51,10 +52,10 @@ void ControlService::received(const takt_msgs::msg::ControlRequest& message) {
     const Key key(message.client_id, message.sequence_number);
     const auto refuse = [&](const char* why) {
       if (asked_again_.size() < kRemembered)
-        asked_again_.push_back({{plain_text(key.first), key.second}, {0, ControlResult::failed, why, {}}});
+        asked_again_.push_back({{utf8_sanitize(key.first), key.second}, {0, ControlResult::failed, why, {}}});
       host_.outbound().news.post();
     };
-    if (!is_plain(key.first))
+    if (!validate_utf8(key.first))
       return refuse("The client_id is no text; it must be UTF-8 without control characters.");
     if (key.first.empty())
       return refuse("The request has no client_id; each run of a client needs one of its own.");
@@ -81,7 +82,7 @@ void ControlService::received(const takt_msgs::msg::ControlRequest& message) {
   for (const auto& argument : message.arguments) {
     request.arguments.emplace_back(argument.name, argument.value);
   }
-  if (std::string fault = fault_of_texts(request); !fault.empty())
+  if (std::string fault = find_text_fault(request); !fault.empty())
     return host_.outbound().add_reply({request.id, ControlResult::failed, std::move(fault), {}});
   host_.submit(request);
 }
@@ -114,7 +115,7 @@ void ControlService::write_replies(std::span<const ControlReply> replies) {
   }
   takt_msgs::msg::ControlReply message;
   for (const auto& [key, answer] : answers) {
-    const ControlReply reply = plain_reply(answer, kMaxOfMessage, kMaxOfValue);
+    const ControlReply reply = sanitize(answer, kMaxOfMessage, kMaxOfValue);
     message.client_id = key.first;
     message.sequence_number = key.second;
     message.result = static_cast<std::int32_t>(reply.result);

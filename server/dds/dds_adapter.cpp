@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <limits>
 
+#include "idl/common/utf8.h"
 #include "server/dds/topic_names.h"
 #include "server/messages/description_message.h"
-#include "server/runtime/requests/plain_text.h"
 #include "takt_topics.h"
 
 namespace takt {
@@ -25,8 +25,8 @@ const std::string& checked(const std::string& name, const char* what) {
 }
 
 const std::string& plain(const std::string& name, const char* what) {
-  if (is_plain(name)) return name;
-  throw DdsError(std::string(what) + " '" + plain_text(name, 60) +
+  if (validate_utf8(name)) return name;
+  throw DdsError(std::string(what) + " '" + utf8_sanitize(name, 60) +
                  "' is no text; over DDS it must be UTF-8 without control characters.");
 }
 

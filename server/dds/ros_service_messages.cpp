@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "idl/common/stamp.h"
+#include "idl/common/text.h"
 
 namespace takt::ros {
 namespace {

@@ -7,7 +7,7 @@
 #include "ros2_service_msgs.h"
 #include "server/dds/ros_service_messages.h"
 #include "server/runtime/monotonic_clock.h"
-#include "server/runtime/requests/plain_text.h"
+#include "server/runtime/requests/request_text.h"
 
 namespace takt {
 
@@ -53,7 +53,7 @@ class RosServices::Service : public dds::DataReaderListener, public dds::DataWri
     Call call{this, caller_of(info), {}};
     if (auto* asked = std::get_if<ros::Asked>(&question)) {
       call.note = std::move(asked->note);
-      if (std::string fault = fault_of_texts(asked->request); !fault.empty())
+      if (std::string fault = find_text_fault(asked->request); !fault.empty())
         return services_.answer(std::move(call), {0, ControlResult::failed, std::move(fault), {}});
       services_.submit(std::move(call), std::move(asked->request));
     } else {
@@ -163,8 +163,7 @@ void RosServices::write_replies(std::span<const ControlReply> replies) {
     if (waiting_.size() > kRemembered)
       waiting_.erase(waiting_.begin(), waiting_.end() - static_cast<std::ptrdiff_t>(kRemembered));
   }
-  for (Waiting& waiting : due)
-    waiting.call.service->write(waiting.call, plain_reply(std::move(waiting.reply)));
+  for (Waiting& waiting : due) waiting.call.service->write(waiting.call, sanitize(std::move(waiting.reply)));
 }
 
 }  // namespace takt

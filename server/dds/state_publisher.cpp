@@ -3,10 +3,10 @@
 #include <utility>
 
 #include "idl/common/stamp.h"
+#include "idl/common/utf8.h"
 #include "server/messages/description_message.h"
 #include "server/messages/status_messages.h"
 #include "server/runtime/monotonic_clock.h"
-#include "server/runtime/requests/plain_text.h"
 #include "takt_topics.h"
 
 namespace takt {
@@ -16,7 +16,7 @@ constexpr std::int64_t kIdleStatus_ns = 100'000'000;
 constexpr std::int64_t kAnnounced_ns = 15'000'000'000;
 // Of the type of an event (idl/takt_msgs.idl).
 std::string fitting(std::string_view text, const FieldInfo& field) {
-  return plain_text(text, field.string_bound);
+  return utf8_sanitize(text, field.string_bound);
 }
 
 }  // namespace

@@ -69,14 +69,14 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
   HeadlessResult result;
   const double h = simulation.description().step_s;
   const auto steps = static_cast<std::uint64_t>(std::llround(options.duration_s / h));
-  std::vector<std::uint64_t> mark_steps;
-  for (const ScenarioMark& mark : scenario.marks) {
-    mark_steps.push_back(static_cast<std::uint64_t>(std::llround(mark.time_s / h)));
+  std::vector<std::uint64_t> report_steps;
+  for (const ScenarioReportTime& instant : scenario.report_at) {
+    report_steps.push_back(static_cast<std::uint64_t>(std::llround(instant.time_s / h)));
   }
-  const auto record_marks = [&] {
-    for (std::size_t i = 0; i < mark_steps.size(); ++i) {
-      if (mark_steps[i] == simulation.step_index()) {
-        result.marks.push_back({scenario.marks[i], simulation.make_snapshot()});
+  const auto record_instants = [&] {
+    for (std::size_t i = 0; i < report_steps.size(); ++i) {
+      if (report_steps[i] == simulation.step_index()) {
+        result.report_at.push_back({scenario.report_at[i], simulation.make_snapshot()});
       }
     }
   };
@@ -105,7 +105,7 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
     gather();
     if (observer) observer(simulation);
     if (demands) demands->note(simulation);
-    record_marks();
+    record_instants();
     for (std::uint64_t i = 0; i < steps; ++i) {
       if (pacer) pacer(simulation.time_s());
       std::span<const Command> commands;
@@ -130,7 +130,7 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
       gather();
       if (observer) observer(simulation);
       if (demands) demands->note(simulation);
-      record_marks();
+      record_instants();
     }
   } catch (const std::exception& error) {
     result.fault = error.what();

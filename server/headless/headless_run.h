@@ -22,8 +22,8 @@ struct HeadlessOptions {
   bool run_metrics = false;       ///< gather HeadlessResult::process, with contact_extremes in it
 };
 
-struct MarkRecord {
-  ScenarioMark mark;
+struct ReportedInstant {
+  ScenarioReportTime instant;
   Snapshot snapshot;
 };
 
@@ -43,7 +43,7 @@ struct HeadlessResult {
   std::vector<WeakGrip> weak_grips;
   std::vector<AlternatingForce> alternating_forces;
   std::vector<GripExtreme> grips;  ///< of each gripper and Part that it gripped at levels of detail 1 and 2
-  std::vector<MarkRecord> marks;
+  std::vector<ReportedInstant> report_at;
   bool surface_contact = false;  ///< some process was at level of detail 3 at the end
   ContactCallCounts contact_counts;
   std::vector<ContactExtreme> contact_extremes;  ///< of each pair that ever pressed, in the order of pairs

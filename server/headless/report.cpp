@@ -255,18 +255,18 @@ Json report_document(const Scenario& scenario, const CellDescription& cell, cons
   report["grips"] = grips_json(cell, result);
   report["alternating_forces"] = alternating_forces_json(cell, result);
   if (result.surface_contact) report["contacts"] = contacts_json(cell, result);
-  Json marks = Json::array();
-  for (const MarkRecord& mark : result.marks) {
-    Json item{{"name", mark.mark.name},
-              {"time_s", mark.snapshot.time_s},
-              {"components", components_json(cell, mark.snapshot, nullptr)},
-              {"robots", robots_json(cell, mark.snapshot)}};
-    if (!cell.devices.empty()) item["devices"] = devices_json(cell, mark.snapshot);
-    item["energy"] = energy_json(cell, mark.snapshot);
-    if (mark.snapshot.contacts.acting) item["contacts"] = contacts_json(cell, mark.snapshot);
-    marks.push_back(std::move(item));
+  Json instants = Json::array();
+  for (const ReportedInstant& reported : result.report_at) {
+    Json item{{"name", reported.instant.name},
+              {"time_s", reported.snapshot.time_s},
+              {"components", components_json(cell, reported.snapshot, nullptr)},
+              {"robots", robots_json(cell, reported.snapshot)}};
+    if (!cell.devices.empty()) item["devices"] = devices_json(cell, reported.snapshot);
+    item["energy"] = energy_json(cell, reported.snapshot);
+    if (reported.snapshot.contacts.acting) item["contacts"] = contacts_json(cell, reported.snapshot);
+    instants.push_back(std::move(item));
   }
-  report["marks"] = marks;
+  report["report_at"] = instants;
   report["mpr_calls"] = result.statistics.mpr_calls;
   report["mpr_skipped"] = result.statistics.mpr_skipped;
   report["solver"] = statistics_json(result.statistics);

@@ -3,8 +3,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "idl/common/utf8.h"
 #include "server/messages/geometry_messages.h"
-#include "server/runtime/requests/plain_text.h"
 
 namespace takt {
 namespace {
@@ -20,9 +20,10 @@ struct Faults {
     return {};
   }
   static std::string of(const FieldInfo& field, const std::string& path, const std::string& text) {
-    const Lines lines = field.name == "urdf" ? Lines::kept : Lines::replaced;
-    const std::string what = path + " '" + plain_text(text, 60) + "...'";
-    if (!is_plain(text, lines)) return what + " is no text; it must be UTF-8 without control characters.";
+    const LineBreaks lines = field.name == "urdf" ? LineBreaks::allow : LineBreaks::refuse;
+    const std::string what = path + " '" + utf8_sanitize(text, 60) + "...'";
+    if (!validate_utf8(text, lines))
+      return what + " is no text; it must be UTF-8 without control characters.";
     if (field.string_bound == 0 || text.size() <= field.string_bound) return {};
     return what + " has " + std::to_string(text.size()) + " bytes; messages have room for " +
            std::to_string(field.string_bound) + ".";
@@ -67,7 +68,7 @@ takt_msgs::msg::ComponentDescription to_message(const ComponentDescription& comp
   message.hierarchy = component.hierarchy;
   message.mass = component.mass_kg;
   message.center_of_mass = to_vector(component.p_BBcm);
-  message.mesh_uri = plain_text(component.mesh_uri);
+  message.mesh_uri = utf8_sanitize(component.mesh_uri);
   message.vertices = component.vertices;
   message.triangles = component.triangles;
   message.color = {component.color.begin(), component.color.end()};
@@ -77,7 +78,7 @@ takt_msgs::msg::ComponentDescription to_message(const ComponentDescription& comp
 takt_msgs::msg::RobotDescription to_message(const RobotDescription& robot) {
   takt_msgs::msg::RobotDescription message;
   message.name = robot.name;
-  message.urdf = plain_text(robot.urdf, robot.urdf.size(), Lines::kept);
+  message.urdf = utf8_sanitize(robot.urdf, robot.urdf.size(), LineBreaks::allow);
   for (const JointModel& joint : robot.arm.joints) {
     takt_msgs::msg::JointDescription described;
     described.name = joint.name;

@@ -1,7 +1,7 @@
 #include "server/messages/status_messages.h"
 
 #include "idl/common/stamp.h"
-#include "server/runtime/requests/plain_text.h"
+#include "idl/common/utf8.h"
 
 namespace takt {
 
@@ -40,14 +40,14 @@ takt_msgs::msg::Status to_message(const LoopStatus& status, const CellDescriptio
   message.solver_rejected_steps = status.solver_rejected_steps;
   for (std::uint32_t i = 0; i < status.process_count; ++i) {
     auto& process = message.processes.emplace_back();
-    process.name = plain_text(cell.processes[i].name, 128);
+    process.name = utf8_sanitize(cell.processes[i].name, 128);
     process.level_of_detail = status.process_levels[i];
   }
   for (std::uint32_t i = 0; i < status.waiting_count; ++i) {
-    message.waiting_for.emplace_back(plain_text(status.waiting_for[i].view()));
+    message.waiting_for.emplace_back(utf8_sanitize(status.waiting_for[i].view()));
   }
-  message.scheduling = plain_text(status.scheduling.view());
-  message.fault = plain_text(status.fault.view());
+  message.scheduling = utf8_sanitize(status.scheduling.view());
+  message.fault = utf8_sanitize(status.fault.view());
   message.contact_pairs = status.contact_pairs;
   message.contact_calls = status.contact_calls.made;
   message.contact_calls_skipped = status.contact_calls.skipped;
@@ -64,8 +64,8 @@ takt_msgs::msg::Event to_message(const EventRecord& event, const CellDescription
   message.epoch = event.epoch;
   message.severity = event.severity;
   message.code = std::string(to_string(event.code));
-  message.subject = plain_text(text.subject, 128);
-  message.message = plain_text(text.message, 1024);
+  message.subject = utf8_sanitize(text.subject, 128);
+  message.message = utf8_sanitize(text.message, 1024);
   return message;
 }
 

@@ -1,115 +1,98 @@
-#include "server/scenario/assertion_fields.h"
-
-#include <algorithm>
+// The section `assertions` of scenario files.
 #include <numbers>
 
-#include "server/scenario/device_builder.h"
+#include "server/fields/fields.h"
+#include "server/scenario/scenario.h"
 
 namespace takt {
 
 namespace {
-
 using Kind = ScenarioAssertion::Kind;
 
-template <class Items>
-void add_names(const Items& items, std::vector<std::string>& names) {
-  for (const auto& item : items) names.push_back(item.name);
+/// A bound that is infinite where the file says nothing.
+void bound(Fields& f, const char* key, double& value, const char* doc) {
+  std::optional<double> stated;
+  if (!f.reading() && std::isfinite(value)) stated = value;
+  f.field(key, stated, NumberRange{}, doc, kNotInModel);
+  if (stated) value = *stated;
 }
-
-std::string known_name(YamlFields& fields, const std::string& key, const std::vector<std::string>& names,
-                       const char* what) {
-  const std::string name = fields.text(key);
-  if (std::find(names.begin(), names.end(), name) != names.end()) return name;
-  std::string list;
-  for (const std::string& known : names) list += (list.empty() ? "" : ", ") + known;
-  fields.fail(key, "'" + name + "'",
-              std::string(what) + " of this scenario: " + (list.empty() ? "none" : list));
-}
-
-void read_limits(YamlFields& fields, const char* unit, ScenarioAssertion& assertion) {
-  const std::optional<double> above = fields.number_if("above", {.unit = unit});
-  const std::optional<double> below = fields.number_if("below", {.unit = unit});
-  if (!above && !below) fields.fail("below", "neither 'above' nor 'below'", "at least one of them, a number");
-  if (above) assertion.lower = *above;
-  if (below) assertion.upper = *below;
-  if (assertion.lower > assertion.upper)
-    fields.fail("above", "more than 'below'", "an interval that is not empty");
-}
-
-void read_pair(YamlFields& fields, ScenarioAssertion& assertion) {
-  const char* allowed = "two names, e.g. [Motor, Housing]; * stands for any characters";
-  const YAML::Node names = fields.required("pair", allowed);
-  if (!names.IsSequence() || names.size() != 2 || !names[0].IsScalar() || !names[1].IsScalar())
-    fields.fail("pair", describe(names), allowed);
-  for (std::size_t i = 0; i < 2; ++i) assertion.pair[i] = names[i].Scalar();
-}
-
-void read_pose(YamlFields& fields, ScenarioAssertion& assertion) {
-  assertion.X_WB = fields.pose_or_identity("pose");
-  assertion.tolerance_m = fields.number("tolerance_m", positive("m"));
-  const std::optional<double> angle = fields.number_if("tolerance_deg", positive("deg"));
-  if (angle) assertion.tolerance_rad = *angle * std::numbers::pi / 180.0;
-}
-
-ScenarioAssertion read_assertion(YamlFields fields, const std::string& name, const Scenario& scenario) {
-  ScenarioAssertion assertion;
-  assertion.name = name;
-  assertion.place = fields.path();
-  const std::string kind = fields.choice(
-      "check", {"contact_force", "pose", "held_by", "energy", "signal", "grip_margin", "no_collision"}, "");
-  std::vector<std::string> parts, robots, grippers, devices, components;
-  add_names(scenario.parts, parts);
-  add_names(scenario.robots, robots);
-  add_names(scenario.furnaces, devices);
-  for (const ScenarioPart& part : scenario.parts)
-    if (part.heat) devices.push_back(heat_device_name(part.name));
-  components = parts;
-  add_names(scenario.grounds, components);
-  add_names(scenario.grippers, components);
-  add_names(scenario.grippers, grippers);
-  if (fields.has("time_s")) assertion.time_s = fields.number("time_s", {.lower = 0.0, .unit = "s"});
-  if (kind == "contact_force") {
-    assertion.kind = Kind::contact_force;
-    read_pair(fields, assertion);
-    read_limits(fields, "N", assertion);
-  } else if (kind == "pose") {
-    assertion.kind = Kind::pose;
-    assertion.subject = known_name(fields, "part", parts, "a part");
-    read_pose(fields, assertion);
-  } else if (kind == "held_by") {
-    assertion.kind = Kind::held_by;
-    assertion.subject = known_name(fields, "part", parts, "a part");
-    if (fields.text("by") != "nothing")
-      assertion.holder = known_name(fields, "by", components, "a component");
-  } else if (kind == "energy") {
-    assertion.kind = Kind::energy;
-    std::vector<std::string> consumers = robots;
-    add_names(scenario.furnaces, consumers);
-    assertion.subject = known_name(fields, "of", consumers, "a robot or device that draws energy");
-    read_limits(fields, "J", assertion);
-  } else if (kind == "signal") {
-    assertion.kind = Kind::signal;
-    assertion.subject = known_name(fields, "device", devices, "a device");
-    assertion.signal = fields.text("signal");
-    read_limits(fields, "", assertion);
-  } else if (kind == "grip_margin") {
-    assertion.kind = Kind::grip_margin;
-    assertion.subject = known_name(fields, "gripper", grippers, "a gripper");
-    read_limits(fields, "", assertion);
-  } else {
-    assertion.kind = Kind::no_collision;
-    if (!scenario.collision_checking.enabled)
-      fields.fail("check", "no_collision", "this check together with a section collision_checking");
-  }
-  fields.finish();
-  return assertion;
-}
-
 }  // namespace
 
-void read_assertions(YamlFields& top, Scenario& scenario) {
-  for (auto& [name, fields] : top.entries("assertions"))
-    scenario.assertions.push_back(read_assertion(fields, name, scenario));
+void describe(Fields& f, ScenarioAssertion& s) {
+  const Choice<Kind> kinds{{{"contact_force", Kind::contact_force},
+                            {"pose", Kind::pose},
+                            {"held_by", Kind::held_by},
+                            {"energy", Kind::energy},
+                            {"signal", Kind::signal},
+                            {"grip_margin", Kind::grip_margin},
+                            {"no_collision", Kind::no_collision}}};
+  s.place = f.path();
+  f.field("check", s.kind, kinds, "What is checked.", kRequired | kNotInModel);
+  std::optional<double> time_s;
+  if (!f.reading() && s.time_s >= 0.0) time_s = s.time_s;
+  f.field("time_s", time_s, not_negative("s"), "When; without it: at the end.", kNotInModel);
+  if (time_s) s.time_s = *time_s;
+  const auto when = [&](std::vector<Kind> which, const auto& body) {
+    f.when("check", kinds, s.kind, which, body);
+  };
+  const auto subject = [&](const char* key, const NameOf& names, const char* doc) {
+    f.field(key, s.subject, names, doc, kRequired | kNotInModel);
+  };
+  when({Kind::contact_force}, [&] {
+    f.field("pair", s.pair, NamePair{},
+            "Names or patterns of two components; the largest normal force between them is checked.",
+            kRequired | kNotInModel);
+  });
+  when({Kind::pose, Kind::held_by},
+       [&] { subject("part", f.name_of({"parts"}, "a part"), "The part that is checked."); });
+  when({Kind::pose}, [&] {
+    f.pose("pose", s.X_WB, "Where the part must be, in the world.", kNotInModel);
+    f.field("tolerance_m", s.tolerance_m, positive("m"), "Largest distance from there.",
+            kRequired | kNotInModel);
+    std::optional<double> angle_deg;
+    if (!f.reading() && std::isfinite(s.tolerance_rad))
+      angle_deg = s.tolerance_rad * 180.0 / std::numbers::pi;
+    f.field("tolerance_deg", angle_deg, positive("deg"), "Largest angle from there; without it: any.",
+            kNotInModel);
+    if (f.reading() && angle_deg) s.tolerance_rad = *angle_deg * std::numbers::pi / 180.0;
+  });
+  when({Kind::held_by}, [&] {
+    NameOf holders = f.name_of({"parts", "grounds", "grippers"}, "a component");
+    holders.also = "nothing";
+    std::string by = s.holder.empty() ? holders.also : s.holder;
+    f.field("by", by, holders, "The component that must hold the part, or `nothing`.",
+            kRequired | kNotInModel);
+    if (f.reading()) s.holder = by == holders.also ? "" : by;
+  });
+  when({Kind::energy}, [&] {
+    subject("of", f.name_of({"robots", "consumers"}, "a robot or device that draws energy"),
+            "The robot or device whose drawn energy (J) is checked.");
+  });
+  when({Kind::signal}, [&] {
+    subject("device", f.name_of({"devices"}, "a device"), "The device whose signal is checked.");
+    f.field("signal", s.signal, Text{}, "Name of the signal.", kRequired | kNotInModel);
+  });
+  when({Kind::grip_margin}, [&] {
+    subject("gripper", f.name_of({"grippers"}, "a gripper"),
+            "The gripper whose least force over what friction needs is checked (levels of detail 1 and 2).");
+  });
+  when({Kind::contact_force, Kind::energy, Kind::signal, Kind::grip_margin}, [&] {
+    bound(f, "above", s.lower, "Lower bound: force (N), energy (J), signal or margin.");
+    bound(f, "below", s.upper, "Upper bound.");
+    f.alternatives({"above", "below"}, 1, 2, "below", "neither 'above' nor 'below'",
+                   "at least one of them, a number");
+    f.check(s.lower <= s.upper, "above", "more than 'below'", "an interval that is not empty");
+  });
+}
+
+void describe_assertions(Fields& f, Scenario& scenario) {
+  f.entries("assertions", scenario.assertions,
+            "What the run must show; it ends with exit code 3 where it does not.",
+            "One demand; its name appears in the report.", kNotInModel);
+  for (const ScenarioAssertion& assertion : scenario.assertions)
+    f.check(assertion.kind != Kind::no_collision || scenario.collision_checking.enabled, "assertions",
+            "the check no_collision of '" + assertion.name + "'",
+            "this check together with a section collision_checking");
 }
 
 }  // namespace takt

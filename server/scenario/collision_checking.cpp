@@ -12,38 +12,16 @@ namespace takt {
 
 namespace {
 
-/// An upper end for lengths that nobody mistakes in good faith: beyond it is a wrong unit.
-constexpr double kLargestLimit_m = 10.0;
 constexpr std::size_t kNamesInError = 40;
-
-std::array<std::string, 2> read_names(YamlFields& fields, const YAML::Node& node, const std::string& key) {
-  const char* allowed = "two names, e.g. [Robot1/forearm_link, Table1]; * stands for any characters";
-  if (!node.IsSequence() || node.size() != 2) fields.fail_at(node, key, describe(node), allowed);
-  std::array<std::string, 2> names;
-  for (std::size_t i = 0; i < 2; ++i) {
-    if (!node[i].IsScalar() || node[i].Scalar().empty())
-      fields.fail_at(node[i], key, describe(node[i]), allowed);
-    names[i] = node[i].Scalar();
-  }
-  return names;
-}
-
-const YAML::Node list_of(YamlFields& section, const std::string& key, const char* allowed) {
-  const YAML::Node node = section.optional(key);
-  if (!node.IsDefined() || node.IsNull()) return YAML::Node(YAML::NodeType::Sequence);
-  if (!node.IsSequence()) section.fail(key, describe(node), allowed);
-  return node;
-}
 
 RoundedShape plain(ConvexShape shape) {
   return {std::move(shape), 0.0};
 }
 
-void add_links(const Scenario& scenario, CellModel& cell) {
+void add_links(const Scenario& scenario, const std::vector<UrdfArm>& arms, CellModel& cell) {
   for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
     const ScenarioRobot& robot = scenario.robots[r];
-    const UrdfArm urdf{cell.description.robots[r].urdf, cell.robots[r].arm};
-    for (UrdfLinkShapes& link : read_urdf_collision(robot.urdf, urdf, robot.base_link)) {
+    for (UrdfLinkShapes& link : urdf_collision(arms[r])) {
       CheckedBody body;
       body.name = robot.name + "/" + link.link;
       body.robot = static_cast<int>(r);
@@ -85,16 +63,16 @@ int moving_joint(const CellModel& cell, const CheckedBody& body) {
   return cell.robots[static_cast<std::size_t>(body.robot)].arm.joint_count();
 }
 
-bool joined_by_thread(const CellModel& cell, int a, int b) {
-  return std::any_of(cell.threads.begin(), cell.threads.end(), [&](const ScrewJointModel& thread) {
-    return std::minmax(thread.part, thread.holder) == std::minmax(a, b);
+bool are_joined(const CellModel& cell, int a, int b) {
+  return std::any_of(cell.joined.begin(), cell.joined.end(), [&](const std::pair<int, int>& joined) {
+    return std::minmax(joined.first, joined.second) == std::minmax(a, b);
   });
 }
 
 bool is_checked(const CellModel& cell, const CheckedBody& a, const CheckedBody& b) {
   if (a.shapes.empty() || b.shapes.empty()) return false;
   if (!a.moves && !b.moves) return false;
-  if (a.robot < 0 && b.robot < 0) return !joined_by_thread(cell, a.component, b.component);
+  if (a.robot < 0 && b.robot < 0) return !are_joined(cell, a.component, b.component);
   if (a.robot >= 0 && b.robot >= 0) {
     if (a.robot != b.robot) return true;
     if (a.component >= 0 && b.component >= 0) return false;
@@ -111,11 +89,11 @@ bool is_checked(const CellModel& cell, const CheckedBody& a, const CheckedBody& 
 
 /// What gives way where surfaces press is the layer of the contact law.
 double thickest_layer_m(const Scenario& scenario) {
-  double layer_m = scenario.contact.defaults.layer_depth_m.value_or(ContactParameters{}.layer_depth_m);
+  double layer_m = scenario.contact.defaults.parameters().layer_depth_m;
   for (const ScenarioContactComponent& component : scenario.contact.components)
-    layer_m = std::max(layer_m, component.stated.layer_depth_m.value_or(0.0));
+    layer_m = std::max(layer_m, component.stated.value(&ContactParameters::layer_depth_m).value_or(0.0));
   for (const ScenarioContactPair& pair : scenario.contact.pairs)
-    layer_m = std::max(layer_m, pair.stated.layer_depth_m.value_or(0.0));
+    layer_m = std::max(layer_m, pair.stated.value(&ContactParameters::layer_depth_m).value_or(0.0));
   return layer_m;
 }
 
@@ -170,47 +148,13 @@ bool fits_pattern(std::string_view name, std::string_view pattern) {
   return p == pattern.size();
 }
 
-std::vector<std::array<std::string, 2>> read_name_pairs(YamlFields& section, const std::string& key) {
-  std::vector<std::array<std::string, 2>> pairs;
-  for (const YAML::Node& node : list_of(section, key, "a list of [NAME, NAME]"))
-    pairs.push_back(read_names(section, node, key));
-  return pairs;
-}
-
-void read_collision_checking(YamlFields& root, const YamlSource& source, Scenario& scenario) {
-  if (!root.has("collision_checking")) return;
-  ScenarioCollisionChecking& checking = scenario.collision_checking;
-  const NumberRange length{.lower = 0.0, .upper = kLargestLimit_m, .unit = "m"};
-  YamlFields section = root.mapping("collision_checking");
-  checking.enabled = section.boolean_or("enabled", true);
-  checking.default_limit_m = section.number_or("default_limit_m", length, checking.default_limit_m);
-  checking.hysteresis_m = section.number_or("hysteresis_m", length, checking.hysteresis_m);
-  for (const YAML::Node& node : list_of(section, "limits", "a list of {pair: [NAME, NAME], closer_than_m}")) {
-    YamlFields fields(source, node, "collision_checking.limits");
-    ScenarioCheckedPair limit;
-    const YAML::Node pair = fields.required("pair", "two names");
-    limit.pair = read_names(fields, pair, "pair");
-    limit.place = fields.place_of(pair, "pair");
-    limit.closer_than_m = fields.number("closer_than_m", length);
-    fields.finish();
-    checking.limits.push_back(std::move(limit));
-  }
-  for (const YAML::Node& node : list_of(section, "ignore", "a list of [NAME, NAME]")) {
-    ScenarioCheckedPair ignored;
-    ignored.pair = read_names(section, node, "ignore");
-    ignored.place = section.place_of(node, "ignore");
-    checking.ignore.push_back(std::move(ignored));
-  }
-  section.finish();
-}
-
-void add_collision_checking(const Scenario& scenario, const std::vector<TriangleMesh>& meshes,
-                            CellModel& cell) {
+void add_collision_checking(const Scenario& scenario, const std::vector<UrdfArm>& arms,
+                            const std::vector<TriangleMesh>& meshes, CellModel& cell) {
   const ScenarioCollisionChecking& checking = scenario.collision_checking;
   cell.clearance = {};
   cell.clearance.enabled = true;
   cell.clearance.hysteresis_m = checking.hysteresis_m;
-  add_links(scenario, cell);
+  add_links(scenario, arms, cell);
   add_components(scenario, meshes, cell);
   const double layer_m = thickest_layer_m(scenario);
   const std::vector<CheckedBody>& bodies = cell.clearance.bodies;
@@ -225,7 +169,7 @@ void add_collision_checking(const Scenario& scenario, const std::vector<Triangle
       const bool gripper_and_part =
           (bodies[i].is_part && bodies[j].component >= 0) || (bodies[j].is_part && bodies[i].component >= 0);
       CheckedPair pair{static_cast<int>(i), static_cast<int>(j),
-                       gripper_and_part ? 0.0 : checking.default_limit_m};
+                       gripper_and_part ? 0.0 : checking.min_clearance_m};
       pair.by_solids = bodies[i].solid != nullptr && bodies[j].solid != nullptr;
       if (pair.by_solids) {
         pair.touching_m = std::max(pair.touching_m, scenario.contact_margin_m);
@@ -234,7 +178,7 @@ void add_collision_checking(const Scenario& scenario, const std::vector<Triangle
       for (std::size_t k = 0; k < checking.limits.size(); ++k) {
         if (!fits(checking.limits[k], bodies[i], bodies[j])) continue;
         used[k] = true;
-        pair.limit_m = checking.limits[k].closer_than_m;
+        pair.limit_m = checking.limits[k].min_clearance_m;
       }
       const bool ignored =
           std::any_of(checking.ignore.begin(), checking.ignore.end(),

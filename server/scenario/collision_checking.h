@@ -1,17 +1,10 @@
 #pragma once
-// The section `collision_checking` of a scenario: read from YAML, and turned into the bodies and pairs that a
-// cell checks.
+// The section `collision_checking` of a scenario turned into the bodies and pairs that a cell checks.
 #include "server/scenario/scenario.h"
-#include "server/scenario/yaml_fields.h"
+#include "server/scenario/urdf_arm.h"
 #include "server/simulation/model/cell_model.h"
 
 namespace takt {
-
-/// A list of [NAME, NAME], names or patterns; absent: empty. Throws ScenarioError.
-std::vector<std::array<std::string, 2>> read_name_pairs(YamlFields& section, const std::string& key);
-
-/// Throws ScenarioError.
-void read_collision_checking(YamlFields& root, const YamlSource& source, Scenario& scenario);
 
 /// Fills cell.clearance and the names in its description. Components, pairs, robots and grippers must be
 /// there. Checked are
@@ -21,11 +14,11 @@ void read_collision_checking(YamlFields& root, const YamlSource& source, Scenari
 ///   them);
 /// - links and gripper of one robot with each other, unless the same or successive joints move them;
 /// - Parts with Parts and Grounds, by their meshes, unless a thread joins the two.
-/// `meshes`: by component.
+/// `arms`: by robot; `meshes`: by component.
 /// Left out is what cannot move relative to each other, and what the scenario ignores. Throws ScenarioError
 /// for a name that fits nothing, UrdfError, MeshError.
-void add_collision_checking(const Scenario& scenario, const std::vector<TriangleMesh>& meshes,
-                            CellModel& cell);
+void add_collision_checking(const Scenario& scenario, const std::vector<UrdfArm>& arms,
+                            const std::vector<TriangleMesh>& meshes, CellModel& cell);
 
 /// Whether a name fits a pattern in which `*` stands for any characters, none included.
 bool fits_pattern(std::string_view name, std::string_view pattern);

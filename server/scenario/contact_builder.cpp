@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "plant_models/thermal/heated_part.h"
 #include "server/contact/surface/contact_roles.h"
+#include "server/devices/heated_part.h"
 #include "server/scenario/collision_checking.h"
 #include "server/scenario/scenario_reader.h"
 
@@ -12,63 +12,10 @@ namespace takt {
 
 namespace {
 
-/// Where both components state a value, the softer, weaker, more slippery side decides.
-void add_sides(const StatedContact& a, const StatedContact& b, StatedContact& to) {
-  const auto join = [](const auto& x, const auto& y, auto& result, bool larger = false) {
-    if (x && y)
-      result = larger ? std::max(*x, *y) : std::min(*x, *y);
-    else if (x || y)
-      result = x ? x : y;
-  };
-  join(a.youngs_modulus_Pa, b.youngs_modulus_Pa, to.youngs_modulus_Pa);
-  join(a.poisson_ratio, b.poisson_ratio, to.poisson_ratio);
-  join(a.layer_depth_m, b.layer_depth_m, to.layer_depth_m, true);
-  join(a.areal_damping_Ns_per_m3, b.areal_damping_Ns_per_m3, to.areal_damping_Ns_per_m3);
-  join(a.damping_depth_m, b.damping_depth_m, to.damping_depth_m);
-  join(a.friction, b.friction, to.friction);
-  join(a.friction_velocity_m_per_s, b.friction_velocity_m_per_s, to.friction_velocity_m_per_s);
-  join(a.tangential_stiffness_ratio, b.tangential_stiffness_ratio, to.tangential_stiffness_ratio);
-  join(a.tangential_damping_ratio, b.tangential_damping_ratio, to.tangential_damping_ratio);
-  join(a.friction_law, b.friction_law, to.friction_law, true);
-}
-
-void replace(const StatedContact& with, StatedContact& in) {
-  const auto take = [](const auto& from, auto& to) {
-    if (from) to = from;
-  };
-  take(with.youngs_modulus_Pa, in.youngs_modulus_Pa);
-  take(with.poisson_ratio, in.poisson_ratio);
-  take(with.layer_depth_m, in.layer_depth_m);
-  take(with.areal_damping_Ns_per_m3, in.areal_damping_Ns_per_m3);
-  take(with.damping_depth_m, in.damping_depth_m);
-  take(with.friction, in.friction);
-  take(with.friction_velocity_m_per_s, in.friction_velocity_m_per_s);
-  take(with.tangential_stiffness_ratio, in.tangential_stiffness_ratio);
-  take(with.tangential_damping_ratio, in.tangential_damping_ratio);
-  take(with.friction_law, in.friction_law);
-}
-
-ContactParameters parameters(const StatedContact& s) {
-  ContactParameters p;
-  const auto take = [](const auto& from, auto& to) {
-    if (from) to = *from;
-  };
-  take(s.youngs_modulus_Pa, p.youngs_modulus_Pa);
-  take(s.poisson_ratio, p.poisson_ratio);
-  take(s.layer_depth_m, p.layer_depth_m);
-  take(s.areal_damping_Ns_per_m3, p.areal_damping_Ns_per_m3);
-  take(s.damping_depth_m, p.damping_depth_m);
-  take(s.friction, p.friction);
-  take(s.friction_velocity_m_per_s, p.friction_velocity_m_per_s);
-  take(s.tangential_stiffness_ratio, p.tangential_stiffness_ratio);
-  take(s.tangential_damping_ratio, p.tangential_damping_ratio);
-  take(s.friction_law, p.friction_law);
-  return p;
-}
-
 bool has_temperature(const Scenario& scenario, const std::string& name) {
-  return std::any_of(scenario.parts.begin(), scenario.parts.end(),
-                     [&](const ScenarioPart& part) { return part.name == name && part.heat; });
+  return std::any_of(scenario.parts.begin(), scenario.parts.end(), [&](const ScenarioPart& part) {
+    return part.name == name && part.device("heat") != nullptr;
+  });
 }
 
 bool fits(const ScenarioContactPair& rule, const std::string& a, const std::string& b) {
@@ -89,7 +36,7 @@ void require_known(const Scenario& scenario, const CellModel& cell) {
                         "', which fits no component; allowed: names or patterns (*) of " + list);
   };
   for (const ScenarioContactComponent& component : scenario.contact.components)
-    if (!known(component.name)) refuse(scenario.file.string() + ": " + component.place, component.name);
+    if (!known(component.name)) refuse(component.place, component.name);
   for (const ScenarioContactPair& pair : scenario.contact.pairs)
     for (const std::string& name : pair.pair)
       if (!known(name)) refuse(pair.place, name);
@@ -100,7 +47,7 @@ ScenarioContactComponent of_component(const Scenario& scenario, const std::strin
   ScenarioContactComponent result;
   for (const ScenarioContactComponent& entry : scenario.contact.components) {
     if (!fits_pattern(name, entry.name)) continue;
-    replace(entry.stated, result.stated);
+    result.stated.replace_by(entry.stated);
     if (entry.element_edge_m) result.element_edge_m = entry.element_edge_m;
     if (entry.role != ContactRole::by_rule) result.role = entry.role;
   }
@@ -136,15 +83,13 @@ bool base_is_first(const Scenario& scenario, const CellModel& cell, std::size_t 
 StatedContact stated_of_pair(const Scenario& scenario, const CellModel& cell, std::size_t a, std::size_t b,
                              const ScenarioContactComponent& of_a, const ScenarioContactComponent& of_b) {
   StatedContact stated = scenario.contact.defaults;
-  StatedContact sides;
-  add_sides(of_a.stated, of_b.stated, sides);
-  replace(sides, stated);
+  stated.replace_by(StatedContact::joined(of_a.stated, of_b.stated));
   const bool grip = cell.components[b].type == ComponentType::gripper;
-  if (grip) replace(scenario.contact.grippers, stated);
+  if (grip) stated.replace_by(scenario.contact.grippers);
   for (const ScenarioContactPair& rule : scenario.contact.pairs)
-    if (fits(rule, cell.components[a].name, cell.components[b].name)) replace(rule.stated, stated);
+    if (fits(rule, cell.components[a].name, cell.components[b].name)) stated.replace_by(rule.stated);
   // What a regularised grip carries creeps, and joints that hold it chatter.
-  if (grip && !stated.friction_law) stated.friction_law = FrictionLaw::stick;
+  if (grip && !stated.value(&ContactParameters::friction_law)) stated.state(FrictionLaw::stick);
   return stated;
 }
 
@@ -159,7 +104,7 @@ void add_grip_friction(const Scenario& scenario, CellModel& cell) {
       if (cell.components[part].type != ComponentType::part) continue;
       const auto with = [&](int id) {
         const auto jaw = static_cast<std::size_t>(id);
-        return parameters(stated_of_pair(scenario, cell, part, jaw, said[part], said[jaw])).friction;
+        return stated_of_pair(scenario, cell, part, jaw, said[part], said[jaw]).parameters().friction;
       };
       gripper.friction[part] = std::min(with(gripper.parameters.jaws[0]), with(gripper.parameters.jaws[1]));
     }
@@ -170,8 +115,9 @@ void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& mesh
   if (!scenario.contact.given && !scenario.begins_with_contact()) return;
   ContactModel& contact = cell.contact;
   contact.enabled = true;
-  contact.optimize_calls = scenario.contact.optimize_calls;
-  contact.sleeping = scenario.contact.sleeping;
+  contact.cache_unmoved_pairs = scenario.contact.cache_unmoved_pairs;
+  contact.sleeping = {scenario.sleeping.method == ScenarioSleeping::Method::threshold,
+                      scenario.sleeping.speed_m_per_s, scenario.sleeping.time_to_sleep_s};
   contact.parallel = scenario.contact.parallel;
   require_known(scenario, cell);
   std::vector<ScenarioContactComponent> said;
@@ -200,7 +146,7 @@ void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& mesh
     ContactPairModel model;
     for (const ScenarioContactPair& rule : scenario.contact.pairs) {
       if (!fits(rule, name_a, name_b)) continue;
-      if (rule.interaction) model.force = *rule.interaction;
+      if (rule.force) model.force = *rule.force;
       if (rule.friction_at_degC.empty()) continue;
       if (!has_temperature(scenario, name_a) && !has_temperature(scenario, name_b))
         throw ScenarioError(rule.place + ": found friction_at_degC for " + name_a + " and " + name_b +
@@ -211,7 +157,7 @@ void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& mesh
     const bool base_first = base_is_first(scenario, cell, a, b, said[a], said[b]);
     model.base = base_first ? pair.base : pair.target;
     model.target = base_first ? pair.target : pair.base;
-    model.law = contact_law(parameters(stated));
+    model.law = contact_law(stated.parameters());
     contact.pairs.push_back(model);
   }
   std::sort(contact.pairs.begin(), contact.pairs.end(),

@@ -1,121 +1,172 @@
-#include "server/scenario/contact_fields.h"
-
-#include <cmath>
+// The section `contact` of scenario files, and the table of contact parameters.
+#include "server/fields/fields.h"
+#include "server/scenario/scenario_contact.h"
 
 namespace takt {
 
 namespace {
 
-StatedContact read_stated(YamlFields& fields) {
-  StatedContact s;
-  s.youngs_modulus_Pa = fields.number_if("youngs_modulus_Pa", positive("Pa"));
-  s.poisson_ratio = fields.number_if("poisson_ratio", {.lower = 0.0, .upper = 0.499});
-  s.layer_depth_m = fields.number_if("layer_depth_m", positive("m"));
-  s.areal_damping_Ns_per_m3 = fields.number_if("areal_damping_Ns_per_m3", not_negative("N s/m^3"));
-  s.damping_depth_m = fields.number_if("damping_depth_m", positive("m"));
-  s.friction = fields.number_if("friction", not_negative(""));
-  s.friction_velocity_m_per_s = fields.number_if("friction_velocity_m_per_s", positive("m/s"));
-  s.tangential_stiffness_ratio = fields.number_if("tangential_stiffness_ratio", positive(""));
-  s.tangential_damping_ratio = fields.number_if("tangential_damping_ratio", not_negative(""));
-  if (fields.has("friction_law")) {
-    const std::string law = fields.choice("friction_law", {"regularised", "stick"}, "regularised");
-    s.friction_law = law == "stick" ? FrictionLaw::stick : FrictionLaw::regularised;
-  }
-  return s;
-}
+enum class Joined : bool { smaller, larger };  // of what two components state
 
-ScenarioContactComponent read_component(YamlFields fields, const std::string& name) {
-  ScenarioContactComponent component;
-  component.name = name;
-  component.place = fields.path();
-  component.stated = read_stated(fields);
-  component.element_edge_m = fields.number_if("element_edge_m", not_negative("m"));
-  const std::string role = fields.choice("role", {"by_rule", "base", "target"}, "by_rule");
-  component.role = role == "base"     ? ContactRole::base
-                   : role == "target" ? ContactRole::target
-                                      : ContactRole::by_rule;
-  fields.finish();
-  return component;
-}
-
-std::vector<std::array<double, 2>> read_friction_table(YamlFields& fields) {
-  const char* key = "friction_at_degC";
-  const char* allowed =
-      "a list of [degC, friction] with rising temperatures and friction >= 0, e.g. [[20, 30], [280, 0.6]]";
-  std::vector<std::array<double, 2>> table;
-  const YAML::Node rows = fields.optional(key);
-  if (!rows.IsDefined()) return table;
-  if (!rows.IsSequence() || rows.size() == 0) fields.fail(key, describe(rows), allowed);
-  for (const YAML::Node& row : rows) {
-    std::array<double, 2> entry{};
-    bool good = row.IsSequence() && row.size() == 2;
-    for (std::size_t i = 0; good && i < 2; ++i)
-      good = row[i].IsScalar() && YAML::convert<double>::decode(row[i], entry[i]) && std::isfinite(entry[i]);
-    if (!good || entry[1] < 0.0 || (!table.empty() && entry[0] <= table.back()[0]))
-      fields.fail_at(row, key, describe(row), allowed);
-    table.push_back(entry);
-  }
-  return table;
-}
-
-ScenarioContactPair read_pair(YamlFields& fields) {
-  ScenarioContactPair pair;
-  const char* allowed = "two names, e.g. [P, Table1]; * stands for any characters";
-  const YAML::Node names = fields.required("pair", allowed);
-  if (!names.IsSequence() || names.size() != 2) fields.fail("pair", describe(names), allowed);
-  for (std::size_t i = 0; i < 2; ++i) {
-    if (!names[i].IsScalar() || names[i].Scalar().empty())
-      fields.fail_at(names[i], "pair", describe(names[i]), allowed);
-    pair.pair[i] = names[i].Scalar();
-  }
-  pair.place = fields.place_of(names, "pair");
-  pair.stated = read_stated(fields);
-  if (fields.has("interaction")) {
-    const std::string force = fields.choice("interaction", {"contact", "substitute"}, "contact");
-    pair.interaction = force == "contact" ? PairForce::contact : PairForce::substitute;
-  }
-  pair.friction_at_degC = read_friction_table(fields);
-  pair.base = fields.text_or("base", "");
-  if (!pair.base.empty() && pair.base != pair.pair[0] && pair.base != pair.pair[1])
-    fields.fail("base", "'" + pair.base + "'", "one of the two names of the pair");
-  fields.finish();
-  return pair;
+/// One row for each parameter. All else about parameters follows from it.
+template <class Visit>
+void visit_parameters(Visit visit) {
+  using P = ContactParameters;
+  constexpr auto smaller = Joined::smaller, larger = Joined::larger;
+  visit("youngs_modulus_Pa", &P::youngs_modulus_Pa, positive("Pa"), smaller,
+        "Young's modulus of the elastic layer.");
+  visit("poisson_ratio", &P::poisson_ratio, NumberRange{.lower = 0.0, .upper = 0.499}, smaller,
+        "Poisson's ratio of the elastic layer.");
+  visit("layer_depth_m", &P::layer_depth_m, positive("m"), larger, "Thickness of the elastic layer.");
+  visit("areal_damping_Ns_per_m3", &P::areal_damping_Ns_per_m3, not_negative("N s/m^3"), smaller,
+        "Damping pressure per normal speed.");
+  visit("damping_depth_m", &P::damping_depth_m, positive("m"), smaller,
+        "Penetration up to which damping grows from 0.");
+  visit("friction", &P::friction, not_negative(""), smaller, "Coefficient of friction.");
+  visit("friction_velocity_m_per_s", &P::friction_velocity_m_per_s, positive("m/s"), smaller,
+        "Sliding speed up to which regularised friction grows from 0.");
+  visit("tangential_stiffness_ratio", &P::tangential_stiffness_ratio, positive(""), smaller,
+        "Law `stick`: tangential over normal stiffness.");
+  visit("tangential_damping_ratio", &P::tangential_damping_ratio, not_negative(""), smaller,
+        "Law `stick`: tangential over normal damping.");
+  visit("friction_law", &P::friction_law,
+        Choice<FrictionLaw>{{{"regularised", FrictionLaw::regularised}, {"stick", FrictionLaw::stick}}},
+        larger, "Regularised: no friction without sliding, what is held creeps; stick: holds without creep.");
 }
 
 }  // namespace
 
-void read_contact(YamlFields& root, const YamlSource& source, Scenario& scenario) {
-  ScenarioContact& contact = scenario.contact;
-  contact.given = root.has("contact");
-  YamlFields section = root.mapping("contact");
-  const auto stated = [&section](const char* key) {
-    YamlFields fields = section.mapping(key);
-    const StatedContact result = read_stated(fields);
-    fields.finish();
-    return result;
-  };
-  contact.defaults = stated("defaults");
-  contact.grippers = stated("grippers");
-  contact.element_edge_m = section.number_if("element_edge_m", not_negative("m"));
-  contact.optimize_calls = section.boolean_or("optimize_calls", contact.optimize_calls);
-  contact.parallel = section.boolean_or("parallel", contact.parallel);
-  YamlFields sleeping = section.mapping("sleeping");
-  contact.sleeping.enabled = sleeping.boolean_or("enabled", contact.sleeping.enabled);
-  contact.sleeping.speed_m_per_s =
-      sleeping.number_or("speed_m_per_s", positive("m/s"), contact.sleeping.speed_m_per_s);
-  contact.sleeping.after_s = sleeping.number_or("after_s", not_negative("s"), contact.sleeping.after_s);
-  sleeping.finish();
-  for (auto& [name, fields] : section.entries("components"))
-    contact.components.push_back(read_component(fields, name));
-  const YAML::Node pairs = section.optional("pairs");
-  if (pairs.IsDefined() && !pairs.IsNull()) {
-    if (!pairs.IsSequence()) section.fail("pairs", describe(pairs), "a list of {pair: [NAME, NAME], ...}");
-    for (const YAML::Node& node : pairs) {
-      YamlFields fields(source, node, "contact.pairs");
-      contact.pairs.push_back(read_pair(fields));
+template <class T>
+std::optional<T> StatedContact::value(T ContactParameters::*parameter) const {
+  std::optional<T> result;
+  visit_parameters([&, bit = 1U](const char*, auto member, const auto&, Joined, const char*) mutable {
+    if constexpr (std::is_same_v<decltype(member), T ContactParameters::*>)
+      if (member == parameter && (stated_ & bit) != 0) result = parameters_.*member;
+    bit <<= 1U;
+  });
+  return result;
+}
+template std::optional<double> StatedContact::value(double ContactParameters::*) const;
+template std::optional<FrictionLaw> StatedContact::value(FrictionLaw ContactParameters::*) const;
+
+void StatedContact::replace_by(const StatedContact& other) {
+  visit_parameters([&, bit = 1U](const char*, auto member, const auto&, Joined, const char*) mutable {
+    if ((other.stated_ & bit) != 0) parameters_.*member = other.parameters_.*member;
+    bit <<= 1U;
+  });
+  stated_ |= other.stated_;
+}
+
+StatedContact StatedContact::joined(const StatedContact& a, const StatedContact& b) {
+  StatedContact result = a;
+  result.replace_by(b);
+  visit_parameters([&, bit = 1U](const char*, auto member, const auto&, Joined joined, const char*) mutable {
+    if ((a.stated_ & b.stated_ & bit) != 0) {
+      const auto [least, most] = std::minmax(a.parameters_.*member, b.parameters_.*member);
+      result.parameters_.*member = joined == Joined::larger ? most : least;
+    }
+    bit <<= 1U;
+  });
+  return result;
+}
+
+void StatedContact::state(FrictionLaw law) {
+  visit_parameters([&, bit = 1U](const char*, auto member, const auto&, Joined, const char*) mutable {
+    if constexpr (std::is_same_v<decltype(member), FrictionLaw ContactParameters::*>)
+      parameters_.*member = law, stated_ |= bit;
+    bit <<= 1U;
+  });
+}
+
+void describe(Fields& f, StatedContact& s) {
+  visit_parameters(
+      [&, bit = 1U](const char* key, auto member, const auto& rule, Joined, const char* doc) mutable {
+        std::optional<std::remove_reference_t<decltype(s.parameters_.*member)>> value;
+        if ((s.stated_ & bit) != 0) value = s.parameters_.*member;
+        f.field(key, value, rule, doc);
+        if (f.reading() && value) s.parameters_.*member = *value, s.stated_ |= bit;
+        bit <<= 1U;
+      });
+}
+
+namespace {
+
+/// A list of (temperature, friction).
+struct FrictionTable {
+  static std::string allowed() {
+    return "a list of [degC, friction] with rising temperatures and friction >= 0, e.g. [[20, 30], [280, "
+           "0.6]]";
+  }
+  static void read(const FieldValue& value, std::vector<std::array<double, 2>>& table) {
+    if (!value.node.IsSequence() || value.node.size() == 0) value.fail(describe_node(value.node), allowed());
+    for (const YAML::Node& row : value.node) {
+      std::array<double, 2> entry{};
+      bool good = row.IsSequence() && row.size() == 2;
+      for (std::size_t i = 0; good && i < 2; ++i)
+        good =
+            row[i].IsScalar() && YAML::convert<double>::decode(row[i], entry[i]) && std::isfinite(entry[i]);
+      if (!good || entry[1] < 0.0 || (!table.empty() && entry[0] <= table.back()[0]))
+        value.part(row).fail(describe_node(row), allowed());
+      table.push_back(entry);
     }
   }
-  section.finish();
+  static YAML::Node write(const std::vector<std::array<double, 2>>& table) {
+    YAML::Node result(YAML::NodeType::Sequence);
+    for (const auto& [temperature, friction] : table)
+      result.push_back(Numbers{}.write({temperature, friction}));
+    return result;
+  }
+  static KeyInfo info() {
+    return {.kind = KeyInfo::Kind::list, .min_items = 1, .items = {Numbers{2}.info()}};
+  }
+};
+
+}  // namespace
+
+void describe(Fields& f, ScenarioContactComponent& s) {
+  s.place = f.place("");
+  describe(f, s.stated);
+  f.field("element_edge_m", s.element_edge_m, not_negative("m"),
+          "Longest edge of contact elements; 0: the triangles of the mesh.");
+  f.field(
+      "role", s.role,
+      Choice<ContactRole>{
+          {{"by_rule", ContactRole::by_rule}, {"base", ContactRole::base}, {"target", ContactRole::target}}},
+      "Base: the component carries the contact elements of its pairs; target: the other one does.");
+}
+
+void describe(Fields& f, ScenarioContactPair& s) {
+  f.field("pair", s.pair, NamePair{}, "Names or patterns of the two components.", kRequired);
+  s.place = f.place("pair");
+  describe(f, s.stated);
+  f.field(
+      "force", s.force,
+      Choice<PairForce>{{{"contact", PairForce::contact}, {"holding_spring", PairForce::substitute}}},
+      "What acts between the two at level of detail 3: surface contact, or the spring of levels 1 and 2.");
+  f.field("friction_at_degC", s.friction_at_degC, FrictionTable{},
+          "Coefficient of friction over the temperature of the hotter of the two, one of which has `heat`.");
+  f.field("base", s.base, Text{},
+          "The side, one of the two names, that carries the contact elements; else a rule decides.");
+  f.check(s.base.empty() || s.base == s.pair[0] || s.base == s.pair[1], "base", "'" + s.base + "'",
+          "one of the two names of the pair");
+}
+
+void describe(Fields& f, ScenarioContact& s) {
+  f.section("defaults", "Parameters of all pairs, as far as no more special statement exists.", s.defaults);
+  f.section("grippers", "Parameters of pairs with a gripper.", s.grippers);
+  f.field("element_edge_m", s.element_edge_m, not_negative("m"),
+          "Longest edge of contact elements; 0: the triangles of the mesh; without it: chosen by the size of "
+          "each component.");
+  f.field("cache_unmoved_pairs", s.cache_unmoved_pairs, Flag{},
+          "A pair that has not moved is not evaluated again.", kNotInModel);
+  f.field("parallel", s.parallel, Flag{}, "Pairs are evaluated by several threads, where there are any.",
+          kNotInModel);
+  f.entries("components", s.components,
+            "Parameters of components, by name or pattern (*); a jaw is GRIPPER/left_jaw.",
+            "What two components state is joined: the smaller number, of layer depths the larger one.");
+  f.list("pairs", s.pairs,
+         "Parameters of pairs; of several entries that fit a pair, later ones replace earlier ones.",
+         "a list of {pair: [NAME, NAME], ...}");
 }
 
 }  // namespace takt

@@ -7,7 +7,6 @@
 #include "plant_models/robot/trajectory.h"
 #include "server/geometry/mesh/import.h"
 #include "server/scenario/scenario_reader.h"
-#include "server/scenario/urdf_dynamics.h"
 
 namespace takt {
 
@@ -142,20 +141,19 @@ std::vector<double> seen_inertias(const DynamicRobotParameters& parameters,
   return result;
 }
 
-RobotDynamics robot_dynamics(const Scenario& scenario, const ScenarioRobot& robot, std::size_t index,
-                             const CellModel& cell, std::vector<std::string>& remarks) {
+RobotDynamics robot_dynamics(const Scenario& scenario, const ScenarioRobot& robot, const UrdfArm& urdf,
+                             std::size_t index, const CellModel& cell, std::vector<std::string>& remarks) {
   const KinematicRobotParameters& arm = cell.robots[index];
   RobotDynamics result;
   DynamicRobotParameters& p = result.parameters;
   p.robot = static_cast<int>(index);
   p.arm = arm.arm;
-  UrdfInertias inertias_of_file = read_urdf_inertias(
-      robot.urdf, read_urdf_arm(robot.urdf, robot.base_link, robot.flange_link), robot.base_link);
+  UrdfInertias inertias_of_file = urdf_inertias(urdf);
   p.links = std::move(inertias_of_file.links);
   remarks = std::move(inertias_of_file.remarks);
   p.X_WR = robot.X_WR;
   p.gravity_W = scenario.gravity_m_per_s2;
-  p.power = {robot.power.idle_W, robot.power.loss_factor, robot.power.recovers};
+  p.power = {robot.power.idle_W, robot.power.loss_factor, robot.power.regenerative};
   std::vector<ParallelGripper> grippers;
   for (std::size_t g = 0; g < scenario.grippers.size(); ++g) {
     if (scenario.grippers[g].robot != robot.name) continue;
@@ -171,8 +169,8 @@ RobotDynamics robot_dynamics(const Scenario& scenario, const ScenarioRobot& robo
 
 std::vector<TrajectoryKnot> trajectory(const Scenario& scenario, const ScenarioRobot& robot,
                                        const KinematicRobotParameters& arm) {
-  const ScenarioTrajectory& t = robot.trajectory;
-  if (!t.given()) return {};
+  if (!robot.trajectory) return {};
+  const ScenarioTrajectory& t = *robot.trajectory;
   std::vector<MotionLimits> limits;
   for (std::size_t i = 0; i < t.end_rad.size(); ++i) {
     const JointModel& joint = arm.arm.joints[i];
@@ -216,7 +214,7 @@ ProcessDescription process_description(const Scenario& scenario, const ScenarioP
 
 }  // namespace
 
-void add_dynamics(const Scenario& scenario, CellModel& cell) {
+void add_dynamics(const Scenario& scenario, const std::vector<UrdfArm>& arms, CellModel& cell) {
   cell.robot_levels.assign(scenario.robots.size(), 1);
   for (const ScenarioProcess& process : scenario.processes) {
     cell.description.processes.push_back(process_description(scenario, process, cell));
@@ -230,7 +228,7 @@ void add_dynamics(const Scenario& scenario, CellModel& cell) {
     std::string reason;
     std::vector<std::string> remarks;
     try {
-      dynamics = robot_dynamics(scenario, robot, r, cell, remarks);
+      dynamics = robot_dynamics(scenario, robot, arms[r], r, cell, remarks);
       make_drives(dynamics->drives);  // refuses parameters that no drive can have
       for (const std::string& remark : remarks)
         cell.import_notes.push_back({robot.name, robot.name + ": " + remark + "; it is used as it is", {}});

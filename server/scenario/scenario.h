@@ -1,20 +1,20 @@
 #pragma once
 // A scenario: everything a user says about a cell, as plain structs with defaults. Read from YAML by
-// scenario_reader, or written in C++; turned into a CellModel by scenario_builder. Keys in the file are the
-// member names below; units are in the names, angles in radians, lengths in metres. Quaternions are x, y, z,
-// w.
+// scenario_reader, or written in C++; turned into a CellModel by scenario_builder. What the keys of the file are,
+// mean and may hold is said by the describe() functions (server/fields/fields.h) in the *_fields.cpp files.
 #include <array>
 #include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "plant_models/spatial.h"
+#include "server/devices/device_type.h"
 #include "server/geometry/convex/decomposition.h"
 #include "server/scenario/scenario_assertions.h"
 #include "server/scenario/scenario_contact.h"
-#include "server/scenario/scenario_devices.h"
 #include "server/scenario/scenario_dynamics.h"
 #include "server/simulation/model/solver.h"
 
@@ -42,11 +42,16 @@ struct ScenarioPart {
   /// Both or neither; without them they follow from the closed mesh at uniform density.
   std::optional<Vec3> center_of_mass_m;
   std::optional<Mat3> inertia_kg_m2;
-  // Substitute force of this Part; unset values come from `interaction`.
+  // Spring that holds this Part at levels of detail 1 and 2; unset values come from `interaction`.
   std::optional<double> allowed_position_error_m, damping_ratio;
   std::optional<double> rotational_stiffness_N_m_per_rad, rotational_damping_N_m_s_per_rad;
-  std::optional<ScenarioHeat> heat;      ///< unset: it has no temperature
-  std::optional<ScenarioThread> thread;  ///< unset: it is not screwed in
+  std::vector<StatedDevice> devices;  ///< of kinds that belong to a Part
+  /// Its device of this kind, or null.
+  const StatedDevice* device(std::string_view key) const {
+    for (const StatedDevice& device : devices)
+      if (key == device.type->key) return &device;
+    return nullptr;
+  }
 };
 
 struct ScenarioGround {
@@ -70,7 +75,7 @@ struct ScenarioRobot {
   // From LoD 2 on.
   ScenarioDrives drives;
   ScenarioPower power;
-  ScenarioTrajectory trajectory;
+  std::optional<ScenarioTrajectory> trajectory;
 };
 
 struct ScenarioGripper {
@@ -81,7 +86,7 @@ struct ScenarioGripper {
   std::filesystem::path body_mesh, jaw_mesh;
   double mesh_scale = 1.0;  ///< of both
   double max_width_m = 0.0;
-  double initial_width_m = 0.0;
+  std::optional<double> initial_width_m;  ///< unset: the largest
   double jaw_speed_m_per_s = 0.0;
   double max_force_N = 0.0;
   double mass_kg = 0.0;               ///< all of it, jaws included
@@ -102,23 +107,31 @@ struct ExpectedPose {
   Pose X_WB;
 };
 
-struct ScenarioMark {
+/// An instant whose poses and wrenches go into the report.
+struct ScenarioReportTime {
   std::string name;
   double time_s = 0.0;
+};
+
+/// Which Parts at rest are left out of the computation.
+struct ScenarioSleeping {
+  enum class Method { threshold, exact, never } method = Method::threshold;
+  double speed_m_per_s = SleepingParameters{}.speed_m_per_s;
+  double time_to_sleep_s = SleepingParameters{}.time_to_sleep_s;
 };
 
 /// Two name patterns, `*` standing for any characters: names of parts, grounds and grippers,
 /// gripper/left_jaw, robot/link. Which comes first does not matter.
 struct ScenarioCheckedPair {
   std::array<std::string, 2> pair;
-  double closer_than_m = 0.0;  ///< of a limit
-  std::string place;           ///< file, line, column and key
+  double min_clearance_m = 0.0;  ///< of a limit
+  std::string place;             ///< file, line, column and key
 };
 
 /// Checking of robot programs for collisions. Without the section nothing is checked.
 struct ScenarioCollisionChecking {
   bool enabled = false;
-  double default_limit_m = 0.0;  ///< of pairs without a limit of their own, but for gripper and Part
+  double min_clearance_m = 0.0;  ///< of pairs without a limit of their own, but for gripper and Part
   double hysteresis_m = 0.001;
   std::vector<ScenarioCheckedPair> limits;  ///< of several that fit a pair the last one counts
   std::vector<ScenarioCheckedPair> ignore;
@@ -142,9 +155,15 @@ struct Scenario {
   std::vector<OddAngle> odd_angles;
   /// `world.allow_overlap`: pairs of name patterns that may stand inside each other at the start.
   std::vector<std::array<std::string, 2>> allow_overlap;
+  /// What the section `solver` states; what it does not state may follow from the rest of it.
+  struct SolverKeys {
+    bool method = false, tolerance = false, contact = false;
+  };
+  SolverKeys solver_keys;
   std::string solver = "rk2";
-  double step_s = 0.001;
-  double tolerance = 1e-6;                        ///< of solvers with error control
+  double step_s = 0.001;         ///< at the start: of the section of `solver` that counts then
+  double solver_step_s = 0.001;  ///< `solver.step_s`
+  double tolerance = 1e-6;       ///< of solvers with error control
   SystemMatrix matrix = SystemMatrix::automatic;  ///< solver.matrix: automatic, separate or coupled
   /// What integrates while any process has a higher level of detail than 1.
   struct LevelSolver {
@@ -179,21 +198,21 @@ struct Scenario {
   double allowed_position_error_m = 0.0001;
   double damping_ratio = 1.0;
   double contact_margin_m = 0.0002;
-  bool skip_resting = true;        ///< false: every pair and every Part anew in every step
   double max_volume_error = 0.05;  ///< of the convex shapes of a component, as a share; more is told
   std::vector<ScenarioPart> parts;
   std::vector<std::string> deleted;  ///< by request: Parts that the file has, and its rules may name
   std::vector<ScenarioGround> grounds;
   std::vector<ScenarioRobot> robots;
   std::vector<ScenarioGripper> grippers;
-  std::vector<ScenarioFurnace> furnaces;
-  std::vector<ScenarioScrewdriver> screwdrivers;
+  std::vector<StatedDevice>
+      devices;  ///< of kinds that belong to the cell, by kind in the order of device_types()
+  ScenarioSleeping sleeping;
   ScenarioContact contact;
   ScenarioCollisionChecking collision_checking;
   std::filesystem::path controller_program;          ///< empty: none
   std::map<std::string, double> program_parameters;  ///< instead of the program's own defaults
-  std::vector<ScenarioMark> marks;                   ///< instants whose poses and wrenches go into the report
-  std::vector<ExpectedPose> expected;                ///< analytic poses at the end
+  std::vector<ScenarioReportTime> report_at;
+  std::vector<ExpectedPose> expected;  ///< analytic poses at the end
   double expected_tolerance_m = 0.0001;
   std::vector<ScenarioAssertion> assertions;
 };
@@ -201,6 +220,8 @@ struct Scenario {
 /// Levels of detail (thesis Table 3.4).
 inline constexpr int kMinLevelOfDetail = 1;
 inline constexpr int kMaxLevelOfDetail = 3;
+
+void describe(Fields& f, Scenario& s);
 
 /// Bounds of the hierarchy of a Part.
 inline constexpr int kMinHierarchy = 1;

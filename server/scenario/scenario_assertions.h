@@ -32,4 +32,9 @@ struct ScenarioAssertion {
   double lower = -std::numeric_limits<double>::infinity(), upper = std::numeric_limits<double>::infinity();
 };
 
+class Fields;
+struct Scenario;
+/// Parts, robots, grippers, Grounds and devices of the scenario must have been read.
+void describe_assertions(Fields& f, Scenario& scenario);
+
 }  // namespace takt

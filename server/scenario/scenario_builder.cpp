@@ -7,11 +7,10 @@
 #include "server/scenario/collision_checking.h"
 #include "server/scenario/contact_builder.h"
 #include "server/scenario/convex_import.h"
-#include "server/scenario/device_builder.h"
 #include "server/scenario/dynamics_builder.h"
 #include "server/scenario/mesh_notes.h"
 #include "server/scenario/start_overlap.h"
-#include "server/scenario/urdf_reader.h"
+#include "server/scenario/urdf_arm.h"
 #include "server/scenario/world_bounds.h"
 #include "server/simulation/step/step_limit.h"
 
@@ -105,8 +104,7 @@ void add_ground(const Scenario& scenario, const ScenarioGround& ground, ConvexIm
       {add_component(cell, std::move(component), mesh, ground.mesh, ground.color, meshes), ground.X_WB});
 }
 
-void add_robot(const Scenario& scenario, const ScenarioRobot& robot, CellModel& cell) {
-  const UrdfArm urdf = read_urdf_arm(robot.urdf, robot.base_link, robot.flange_link);
+void add_robot(const Scenario& scenario, const ScenarioRobot& robot, const UrdfArm& urdf, CellModel& cell) {
   const std::string key = "robots." + robot.name + ".initial_joints_rad";
   const auto count = static_cast<std::size_t>(urdf.arm.joint_count());
   if (robot.initial_joints_rad.size() != count) {
@@ -133,7 +131,7 @@ void add_robot(const Scenario& scenario, const ScenarioRobot& robot, CellModel& 
   for (std::size_t i = 0; i < count && robot.deadline.max_acceleration_rad_per_s2.given(); ++i)
     deadline.max_acceleration[i] = robot.deadline.max_acceleration_rad_per_s2.at(i);
   cell.description.robots.push_back(
-      {robot.name, urdf.text, urdf.arm, robot.X_WR, robot.command_period_s, deadline, urdf.links});
+      {robot.name, urdf.robot.text, urdf.arm, robot.X_WR, robot.command_period_s, deadline, urdf.links});
 }
 
 void add_gripper(const Scenario& scenario, const ScenarioGripper& gripper, ConvexImporter& importer,
@@ -149,7 +147,7 @@ void add_gripper(const Scenario& scenario, const ScenarioGripper& gripper, Conve
   model.parameters.robot = robot;
   model.parameters.X_FG = gripper.X_FG;
   model.parameters.max_width_m = gripper.max_width_m;
-  model.parameters.initial_width_m = gripper.initial_width_m;
+  model.parameters.initial_width_m = gripper.initial_width_m.value_or(gripper.max_width_m);
   model.parameters.jaw_speed_m_per_s = gripper.jaw_speed_m_per_s;
   model.rule = gripper.grasp_on_contact ? GraspRule::on_contact : GraspRule::on_command;
   model.max_force_N = gripper.max_force_N;
@@ -194,6 +192,26 @@ void add_gripper(const Scenario& scenario, const ScenarioGripper& gripper, Conve
   cell.description.grippers.push_back(description);
 }
 
+void add_devices(const Scenario& scenario, const Meshes& meshes, CellModel& cell) {
+  DeviceBuilder b(meshes, scenario.temperature_degC, cell);
+  for (const DeviceType& type : device_types()) {
+    for (const ScenarioPart& part : scenario.parts) {
+      for (const StatedDevice& device : part.devices) {
+        if (device.type != &type) continue;
+        b.name = part_device_name(part.name, type);
+        b.component = cell.description.find_component(part.name);
+        type.build(device.section, b);
+      }
+    }
+    b.component = -1;
+    for (const StatedDevice& device : scenario.devices) {
+      if (device.type != &type) continue;
+      b.name = device.name;
+      type.build(device.section, b);
+    }
+  }
+}
+
 /// The step of levels 1 and 2 against what is known of its limit. A cell that begins with contact has another
 /// solver then; Simulation refuses to leave it.
 void check_step(const Scenario& scenario, CellModel& cell) {
@@ -224,25 +242,29 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const Impo
                              scenario.step_s, SystemMatrix::coupled};
   }
   cell->interaction = {scenario.gravity_m_per_s2, scenario.contact_margin_m, scenario.weight_feed_forward,
-                       scenario.skip_resting};
+                       scenario.sleeping.method != ScenarioSleeping::Method::never};
   cell->interaction.step_s = scenario.step_s;
   cell->interaction.algorithm = interaction_algorithm(scenario.algorithm);
   ConvexImporter importer(scenario, import, *cell);
   Meshes meshes;
   for (const ScenarioPart& part : scenario.parts) add_part(scenario, part, importer, *cell, meshes);
   for (const ScenarioGround& ground : scenario.grounds) add_ground(scenario, ground, importer, *cell, meshes);
-  for (const ScenarioRobot& robot : scenario.robots) add_robot(scenario, robot, *cell);
+  std::vector<UrdfArm> arms;
+  for (const ScenarioRobot& robot : scenario.robots) {
+    arms.push_back(read_urdf_arm(robot.urdf, robot.base_link, robot.flange_link));
+    add_robot(scenario, robot, arms.back(), *cell);
+  }
   for (const ScenarioGripper& gripper : scenario.grippers)
     add_gripper(scenario, gripper, importer, *cell, meshes);
   note_units(scenario, *cell);
   add_world_bounds(scenario, *cell);
-  add_dynamics(scenario, *cell);
+  add_dynamics(scenario, arms, *cell);
   add_devices(scenario, meshes, *cell);
   cell->pairs = generate_pairs(cell->components);
   add_grip_friction(scenario, *cell);
   add_contact(scenario, meshes, *cell);
   find_start_overlaps(scenario, meshes, *cell);
-  if (scenario.collision_checking.enabled) add_collision_checking(scenario, meshes, *cell);
+  if (scenario.collision_checking.enabled) add_collision_checking(scenario, arms, meshes, *cell);
   check_step(scenario, *cell);
   return cell;
 }

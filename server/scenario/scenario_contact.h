@@ -1,7 +1,8 @@
 #pragma once
-// What a scenario says about surface contact (level of detail 3). Plain structs; keys in the file are the
-// member names, in the section `contact`.
+// What a scenario says about surface contact (level of detail 3). Plain structs; the keys in the file are said by the
+// table in contact_fields.cpp, in the section `contact`.
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,12 +12,26 @@
 
 namespace takt {
 
-/// Parameters as far as somebody states them.
-struct StatedContact {
-  std::optional<double> youngs_modulus_Pa, poisson_ratio, layer_depth_m, areal_damping_Ns_per_m3,
-      damping_depth_m, friction, friction_velocity_m_per_s, tangential_stiffness_ratio,
-      tangential_damping_ratio;
-  std::optional<FrictionLaw> friction_law;
+class Fields;
+
+/// Contact parameters as far as a scenario states them. What may be stated is a table in contact_fields.cpp.
+class StatedContact {
+ public:
+  /// Of a parameter, if it is stated.
+  template <class T>
+  std::optional<T> value(T ContactParameters::*parameter) const;
+  /// What is stated, and the defaults of all else.
+  const ContactParameters& parameters() const { return parameters_; }
+  /// What `other` states replaces what is stated here.
+  void replace_by(const StatedContact& other);
+  /// Of two components: where both state a parameter, the softer, weaker, more slippery side decides.
+  static StatedContact joined(const StatedContact& a, const StatedContact& b);
+  void state(FrictionLaw law);
+  friend void describe(Fields& f, StatedContact& s);
+
+ private:
+  ContactParameters parameters_;
+  std::uint32_t stated_ = 0;  ///< a bit for each row of the table
 };
 
 /// Of components whose name fits.
@@ -33,7 +48,7 @@ struct ScenarioContactPair {
   std::array<std::string, 2> pair;
   std::string place;
   StatedContact stated;
-  std::optional<PairForce> interaction;
+  std::optional<PairForce> force;
   std::vector<std::array<double, 2>> friction_at_degC;  ///< (temperature, friction), ascending; may be empty
   std::string base;  ///< name (or pattern) of the side that carries the elements; empty: by rule
 };
@@ -48,9 +63,10 @@ struct ScenarioContact {
   std::vector<ScenarioContactPair> pairs;
   /// Elements are divided down to this edge; 0: the mesh's own triangles; none: default_element_edge_m().
   std::optional<double> element_edge_m;
-  bool optimize_calls = true;
+  bool cache_unmoved_pairs = true;
   bool parallel = false;
-  SleepingParameters sleeping;
 };
+
+void describe(Fields& f, ScenarioContact& s);
 
 }  // namespace takt

@@ -1,6 +1,6 @@
 #pragma once
 // What a scenario says about the dynamics of a robot (level of detail 2 and above): its drives, its power,
-// the trajectory it follows of itself. Plain structs; keys in the file are the member names.
+// the trajectory it follows of itself. Plain structs.
 #include <string>
 #include <vector>
 
@@ -12,6 +12,8 @@ struct JointValues {
   bool given() const { return !values.empty(); }
   double at(std::size_t joint) const { return values[values.size() == 1 ? 0 : joint]; }
 };
+
+class Fields;
 
 struct ScenarioDrives {
   enum class Model { ideal, simplified, detailed } model = Model::simplified;
@@ -44,14 +46,16 @@ struct ScenarioCommandDeadline {
 struct ScenarioPower {
   double idle_W = 0.0;
   double loss_factor = 1.3;  ///< thesis 5.5.2
-  bool recovers = false;
+  bool regenerative = false;
 };
 
 /// A synchronous point-to-point motion with trapezoidal speed, followed from time 0 on without a controller.
 /// It starts at initial_joints_rad.
 struct ScenarioTrajectory {
   std::vector<double> end_rad, max_velocity_rad_per_s, max_acceleration_rad_per_s2;
-  bool given() const { return !end_rad.empty(); }
 };
+
+void describe(Fields& f, ScenarioDrives& s);
+void describe(Fields& f, ScenarioPower& s);
 
 }  // namespace takt

@@ -3,24 +3,13 @@
 // key, what was found and what is allowed.
 #include <filesystem>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "server/fields/scenario_error.h"
 #include "server/scenario/scenario.h"
 
 namespace takt {
-
-class ScenarioError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
-/// Of a scenario that names a file which is not there.
-class MissingFileError : public ScenarioError {
- public:
-  using ScenarioError::ScenarioError;
-};
 
 struct ScenarioOptions {
   /// "key=value" with a dotted key as in the file, e.g. "parts.P.mass_kg=0.4"; the value is YAML.

@@ -13,7 +13,7 @@ namespace takt {
 
 namespace {
 
-struct Standing {
+struct StandingBody {
   int component = -1;
   Pose X_WB;
   Aabb box;
@@ -34,17 +34,17 @@ bool meant(const Scenario& scenario, const CellModel& cell, int a, int b) {
     return (fits_pattern(name_a, pair[0]) && fits_pattern(name_b, pair[1])) ||
            (fits_pattern(name_a, pair[1]) && fits_pattern(name_b, pair[0]));
   };
-  const auto joined = [&](const ScrewJointModel& thread) {
-    return std::minmax(thread.part, thread.holder) == std::minmax(a, b);
+  const auto joined = [&](const std::pair<int, int>& pair) {
+    return std::minmax(pair.first, pair.second) == std::minmax(a, b);
   };
   return std::any_of(scenario.allow_overlap.begin(), scenario.allow_overlap.end(), named) ||
-         std::any_of(cell.threads.begin(), cell.threads.end(), joined);
+         std::any_of(cell.joined.begin(), cell.joined.end(), joined);
 }
 
 }  // namespace
 
 void find_start_overlaps(const Scenario& scenario, const std::vector<TriangleMesh>& meshes, CellModel& cell) {
-  std::vector<Standing> all;
+  std::vector<StandingBody> all;
   const auto add = [&](int component, const Pose& X_WB, bool is_part) {
     const BodyBox box = box_of(meshes[static_cast<std::size_t>(component)]);
     all.push_back({component, X_WB, box.at(X_WB, 0.0), 2.0 * box.half_B.minCoeff(), is_part});
@@ -59,7 +59,7 @@ void find_start_overlaps(const Scenario& scenario, const std::vector<TriangleMes
   };
   for (std::size_t i = 0; i < all.size() && all[i].is_part; ++i) {
     for (std::size_t j = i + 1; j < all.size(); ++j) {
-      const Standing &a = all[i], &b = all[j];
+      const StandingBody &a = all[i], &b = all[j];
       const double fit_m = scenario.contact_margin_m + kLargestFit * std::min(a.thickness_m, b.thickness_m);
       const Vec3 common = a.box.upper.cwiseMin(b.box.upper) - a.box.lower.cwiseMax(b.box.lower);
       if (!(common.minCoeff() > fit_m) || meant(scenario, cell, a.component, b.component)) continue;

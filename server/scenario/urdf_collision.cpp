@@ -1,198 +1,101 @@
 #include "server/scenario/urdf_collision.h"
 
-#include <tinyxml.h>
-
-#include <array>
+#include <algorithm>
 #include <cmath>
-#include <locale>
-#include <map>
 #include <numbers>
-#include <sstream>
 #include <system_error>
 
+#include "idl/common/text.h"
 #include "server/geometry/mesh/import.h"
 
 namespace takt {
 
 namespace {
 
-class CollisionReader {
- public:
-  CollisionReader(const std::filesystem::path& file, const UrdfArm& urdf, std::string base_link)
-      : file_(file), urdf_(urdf), base_link_(std::move(base_link)) {}
-
-  std::vector<UrdfLinkShapes> read() {
-    TiXmlDocument document;  // read_urdf_arm() found it well-formed, without loops
-    document.Parse(urdf_.text.c_str(), nullptr, TIXML_ENCODING_UTF8);
-    const TiXmlElement* robot = document.FirstChildElement("robot");
-    std::vector<UrdfLinkShapes> result;
-    if (robot == nullptr) return result;
-    for (const TiXmlElement* joint = robot->FirstChildElement("joint"); joint != nullptr;
-         joint = joint->NextSiblingElement("joint")) {
-      const TiXmlElement* child = joint->FirstChildElement("child");
-      if (child != nullptr) above_[text(*child, "link")] = joint;
-    }
-    for (const TiXmlElement* link = robot->FirstChildElement("link"); link != nullptr;
-         link = link->NextSiblingElement("link")) {
-      if (link->FirstChildElement("collision") == nullptr) continue;
-      UrdfLinkShapes shapes;
-      shapes.link = text(*link, "name");
-      Pose X_JL;
-      if (!place(shapes.link, shapes.joint, X_JL)) continue;
-      for (const TiXmlElement* element = link->FirstChildElement("collision"); element != nullptr;
-           element = element->NextSiblingElement("collision")) {
-        read_collision(*element, shapes.link, X_JL, shapes.shapes);
-      }
-      result.push_back(std::move(shapes));
-    }
-    return result;
+/// The prism whose sides touch the cylinder.
+RoundedShape prism(double radius, double length) {
+  const double corner = radius / std::cos(std::numbers::pi / kCylinderSides);
+  std::vector<Vec3> vertices;
+  for (int i = 0; i < kCylinderSides; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / kCylinderSides;
+    for (const double z : {-0.5 * length, 0.5 * length})
+      vertices.emplace_back(corner * std::cos(angle), corner * std::sin(angle), z);
   }
+  return {ConvexShape::from_points(std::move(vertices)), 0.0};
+}
 
- private:
-  [[noreturn]] void refuse(const TiXmlElement& element, const std::string& reason) const {
-    throw UrdfError(file_.string() + ": line " + std::to_string(element.Row()) + ", column " +
-                    std::to_string(element.Column()) + ": " + reason);
-  }
+template <class Numbers>
+void require_positive(const UrdfRobot& robot, const UrdfShape& shape, const std::string& where,
+                      const Numbers& numbers) {
+  if (std::all_of(numbers.begin(), numbers.end(), [](double number) { return number > 0.0; })) return;
+  robot.fail(shape.line, where + ": found '" + join(numbers, " ", exact_text) + "'; allowed: " +
+                             (numbers.size() == 1 ? "a finite number > 0" : "3 finite numbers > 0"));
+}
 
-  static std::string text(const TiXmlElement& element, const char* attribute) {
-    const char* value = element.Attribute(attribute);
-    return value != nullptr ? value : "";
-  }
-
-  template <std::size_t N>
-  std::array<double, N> numbers(const TiXmlElement& element, const char* attribute, const char* of,
-                                const std::string& who, bool positive) const {
-    const std::string value = text(element, attribute);
-    std::istringstream in(value);
-    in.imbue(std::locale::classic());
-    std::array<double, N> result{};
-    bool good = true;
-    for (double& number : result)
-      good = good && (in >> number) && std::isfinite(number) && (!positive || number > 0.0);
-    std::string rest;
-    if (!good || (in >> rest)) {
-      const std::string many = N == 1 ? "a finite number" : std::to_string(N) + " finite numbers";
-      refuse(element, who + ": " + of + ": " + attribute + ": found '" + value + "'; allowed: " + many +
-                          (positive ? " > 0" : "") + " (m" +
-                          (std::string(attribute) == "rpy" ? "; rad" : "") + ")");
+void add_hulls(const UrdfRobot& robot, const UrdfShape& shape, const std::string& where, const Pose& X_JS,
+               std::vector<RoundedShape>& shapes) {
+  std::error_code error;
+  const std::filesystem::path path = robot.file.parent_path() / shape.filename;
+  if (shape.filename.find("://") != std::string::npos || !std::filesystem::is_regular_file(path, error))
+    robot.fail(shape.line, where + "<mesh>: filename: found '" + shape.filename +
+                               "'; allowed: an existing OBJ, STL or GLB file, relative to the URDF file");
+  require_positive(robot, shape, where + "<mesh>: scale", shape.scale);
+  for (const NamedMesh& object : import_mesh_objects(path)) {
+    std::vector<Vec3> points;
+    for (const Vec3& v : object.mesh.vertices) points.push_back(X_JS * v.cwiseProduct(shape.scale));
+    try {
+      shapes.push_back({ConvexShape::from_points(convex_hull_vertices(points)), 0.0});
+    } catch (const std::invalid_argument& reason) {
+      robot.fail(shape.line,
+                 where + "<mesh>: object '" + object.name + "' of " + path.string() + ": " + reason.what());
     }
-    return result;
   }
+}
 
-  Pose origin(const TiXmlElement& parent, const std::string& who) const {
-    Pose X;
-    const TiXmlElement* element = parent.FirstChildElement("origin");
-    if (element == nullptr) return X;
-    if (element->Attribute("xyz") != nullptr) {
-      const auto p = numbers<3>(*element, "xyz", "<origin>", who, false);
-      X.p = Vec3(p[0], p[1], p[2]);
-    }
-    if (element->Attribute("rpy") != nullptr) {
-      const auto rpy = numbers<3>(*element, "rpy", "<origin>", who, false);
-      X.R = rotation_from_rpy(Vec3(rpy[0], rpy[1], rpy[2]));
-    }
-    return X;
-  }
-
-  /// Up from a link over fixed joints to what moves it. False for what is above the base link.
-  bool place(const std::string& link, int& joint, Pose& X_JL) const {
-    std::string at = link;
-    while (at != base_link_) {
-      const auto found = above_.find(at);
-      if (found == above_.end()) return false;
-      const std::string name = text(*found->second, "name");
-      for (int i = 0; i < urdf_.arm.joint_count(); ++i) {
-        if (urdf_.arm.joints[static_cast<std::size_t>(i)].name != name) continue;
-        joint = i;
-        return true;
-      }
-      X_JL = origin(*found->second, "joint '" + name + "'") * X_JL;
-      at = text(*found->second->FirstChildElement("parent"), "link");
-    }
-    joint = -1;
-    return true;
-  }
-
-  void read_collision(const TiXmlElement& element, const std::string& link, const Pose& X_JL,
-                      std::vector<RoundedShape>& shapes) const {
-    const std::string who = "link '" + link + "': <collision>";
-    const Pose X_JS = X_JL * origin(element, who);
-    const TiXmlElement* geometry = element.FirstChildElement("geometry");
-    const TiXmlElement* kind = geometry != nullptr ? geometry->FirstChildElement() : nullptr;
-    if (kind == nullptr) {
-      refuse(element, who + ": found no geometry; allowed: <geometry> with box, cylinder, sphere or mesh");
-    }
-    const std::string name = kind->ValueStr();
-    if (name == "box") {
-      const auto size = numbers<3>(*kind, "size", "<box>", who, true);
+void add_shapes(const UrdfRobot& robot, const UrdfShape& shape, const std::string& where, const Pose& X_JL,
+                std::vector<RoundedShape>& shapes) {
+  const Pose X_JS = X_JL * shape.X_LS;
+  const auto require = [&](const char* attribute, const auto& numbers) {
+    require_positive(robot, shape, where + attribute, numbers);
+  };
+  switch (shape.kind) {
+    case UrdfShapeKind::box: {
+      require("<box>: size", shape.size_m);
       ConvexShape box = ConvexShape::from_points(std::vector<Vec3>(8, Vec3::Zero()));
-      box.become_box(-0.5 * Vec3(size[0], size[1], size[2]), 0.5 * Vec3(size[0], size[1], size[2]));
+      box.become_box(-0.5 * shape.size_m, 0.5 * shape.size_m);
       shapes.push_back(moved({std::move(box), 0.0}, X_JS));
-    } else if (name == "sphere") {
-      const double radius = numbers<1>(*kind, "radius", "<sphere>", who, true)[0];
-      shapes.push_back({ConvexShape::from_points({X_JS.p}), radius});
-    } else if (name == "cylinder") {
-      const double radius = numbers<1>(*kind, "radius", "<cylinder>", who, true)[0];
-      const double length = numbers<1>(*kind, "length", "<cylinder>", who, true)[0];
-      shapes.push_back(moved(cylinder(radius, length), X_JS));
-    } else if (name == "mesh") {
-      read_mesh(*kind, who, X_JS, shapes);
-    } else {
-      refuse(*kind, who + ": found <" + name + ">; allowed: box, cylinder, sphere, mesh");
+      break;
     }
+    case UrdfShapeKind::sphere:
+      require("<sphere>: radius", std::array{shape.radius_m});
+      shapes.push_back({ConvexShape::from_points({X_JS.p}), shape.radius_m});
+      break;
+    case UrdfShapeKind::cylinder:
+      require("<cylinder>: radius", std::array{shape.radius_m});
+      require("<cylinder>: length", std::array{shape.length_m});
+      shapes.push_back(moved(prism(shape.radius_m, shape.length_m), X_JS));
+      break;
+    case UrdfShapeKind::mesh:
+      add_hulls(robot, shape, where, X_JS, shapes);
+      break;
   }
-
-  /// The prism whose sides touch the cylinder.
-  static RoundedShape cylinder(double radius, double length) {
-    const double corner = radius / std::cos(std::numbers::pi / kCylinderSides);
-    std::vector<Vec3> vertices;
-    for (int i = 0; i < kCylinderSides; ++i) {
-      const double angle = 2.0 * std::numbers::pi * i / kCylinderSides;
-      for (const double z : {-0.5 * length, 0.5 * length})
-        vertices.emplace_back(corner * std::cos(angle), corner * std::sin(angle), z);
-    }
-    return {ConvexShape::from_points(std::move(vertices)), 0.0};
-  }
-
-  void read_mesh(const TiXmlElement& element, const std::string& who, const Pose& X_JS,
-                 std::vector<RoundedShape>& shapes) const {
-    std::string name = text(element, "filename");
-    if (name.rfind("file://", 0) == 0) name.erase(0, 7);
-    std::error_code error;
-    const std::filesystem::path path = file_.parent_path() / name;
-    if (name.empty() || name.find("://") != std::string::npos ||
-        !std::filesystem::is_regular_file(path, error)) {
-      refuse(element, who + ": <mesh>: filename: found '" + text(element, "filename") +
-                          "'; allowed: an existing OBJ, STL or GLB file, relative to the URDF file");
-    }
-    Vec3 scale = Vec3::Ones();
-    if (element.Attribute("scale") != nullptr) {
-      const auto s = numbers<3>(element, "scale", "<mesh>", who, true);
-      scale = Vec3(s[0], s[1], s[2]);
-    }
-    for (const NamedMesh& object : import_mesh_objects(path)) {
-      std::vector<Vec3> points;
-      for (const Vec3& v : object.mesh.vertices) points.push_back(X_JS * v.cwiseProduct(scale));
-      try {
-        shapes.push_back({ConvexShape::from_points(convex_hull_vertices(points)), 0.0});
-      } catch (const std::invalid_argument& reason) {
-        refuse(element,
-               who + ": <mesh>: object '" + object.name + "' of " + path.string() + ": " + reason.what());
-      }
-    }
-  }
-
-  std::filesystem::path file_;
-  const UrdfArm& urdf_;
-  std::string base_link_;
-  std::map<std::string, const TiXmlElement*> above_;  ///< joint by child link
-};
+}
 
 }  // namespace
 
-std::vector<UrdfLinkShapes> read_urdf_collision(const std::filesystem::path& file, const UrdfArm& urdf,
-                                                const std::string& base_link) {
-  return CollisionReader(file, urdf, base_link).read();
+std::vector<UrdfLinkShapes> urdf_collision(const UrdfArm& arm) {
+  const UrdfRobot& robot = arm.robot;
+  std::vector<const RobotLink*> places(robot.links.size(), nullptr);
+  for (std::size_t i = 0; i < arm.below_base.size(); ++i) places[arm.below_base[i]] = &arm.links[i];
+  std::vector<UrdfLinkShapes> result;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (places[i] == nullptr || robot.links[i].collisions.empty()) continue;
+    result.push_back({robot.links[i].name, places[i]->joint, {}});
+    for (const UrdfShape& shape : robot.links[i].collisions)
+      add_shapes(robot, shape, "link '" + robot.links[i].name + "': <collision>: ", places[i]->X_JL,
+                 result.back().shapes);
+  }
+  return result;
 }
 
 }  // namespace takt

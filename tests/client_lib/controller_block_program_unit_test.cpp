@@ -71,7 +71,7 @@ void expect_tcp(double time_s, int robot, const Pose& expected) {
     EXPECT_EQ(velocity, 0.0) << "Robot" << robot + 1 << " at " << time_s;
 }
 
-TEST(BlockProgram, ReachesTheAnalyticPosesAtThePublishedTimes) {
+TEST(BlockProgram, RobotsReachTheAnalyticPosesAtThePublishedTimes) {
   constexpr double kTable = 0.7;
   expect_tcp(3.8, 0, tcp_at_part(-0.22, 0.20, kTable, 0.054, 0.0));  // P
   expect_tcp(4.9, 1, tcp_at_part(0.30, -0.20, kTable, 0.045, 0.0));  // C
@@ -87,7 +87,7 @@ TEST(BlockProgram, ReachesTheAnalyticPosesAtThePublishedTimes) {
   expect_tcp(38.0, 1, tcp_at_part(1.15, 0.0, kTable, 0.015, M_PI / 2.0));             // B on Table2
 }
 
-TEST(BlockProgram, GripsAndReleasesAtThePublishedTimes) {
+TEST(BlockProgram, GrippersCloseAndOpenAtThePublishedTimes) {
   // A close is one from any other verb; an opening one that ends a close.
   std::array<std::vector<double>, 2> closes, opens;
   for (size_t k = 1; k < block_run().size(); ++k) {
@@ -106,7 +106,7 @@ TEST(BlockProgram, GripsAndReleasesAtThePublishedTimes) {
   EXPECT_LT(block_run().back().time_s, 42.0);
 }
 
-TEST(BlockProgram, StandsStillAroundEveryChangeOfAHold) {
+TEST(BlockProgram, RobotsRestAroundEveryChangeOfAGrip) {
   for (size_t k = 1; k < block_run().size(); ++k) {
     for (size_t i = 0; i < 2; ++i) {
       const bool before = block_run()[k - 1].verb[i] == GripperAction::close;
@@ -128,7 +128,7 @@ TEST(BlockProgram, StandsStillAroundEveryChangeOfAHold) {
   }
 }
 
-TEST(BlockProgram, KeepsSpeedLimitsAndIsContinuous) {
+TEST(BlockProgram, MotionsKeepSpeedLimitsAndAreContinuous) {
   const ArmModel& arm = ur10e();
   for (size_t k = 1; k < block_run().size(); ++k) {
     for (size_t i = 0; i < 2; ++i) {
@@ -177,7 +177,7 @@ TEST(BlockProgram, RobotsKeepClearOfEachOtherAndOfTheTables) {
   EXPECT_GT(lowest, 0.7 + 0.1);
 }
 
-TEST(BlockProgram, CarriesPartsClearOfWhatStandsBelow) {
+TEST(BlockProgram, CarriedPartsKeepClearOfPartsBelow) {
   const CellInfo cell = block_cell();
   const auto tcp = [&](const Record& record, int robot) {
     return tcp_in_world(cell, robot, record.q[static_cast<size_t>(robot)]);
@@ -198,7 +198,7 @@ TEST(BlockProgram, CarriesPartsClearOfWhatStandsBelow) {
   }
 }
 
-TEST(BlockProgram, GivesTheSameBitsAgain) {
+TEST(BlockProgram, RepeatedRunsGiveTheSameBits) {
   const CellInfo cell = block_cell();
   Controller controller(kProgram, cell);
   for (int run = 0; run < 2; ++run) {
@@ -216,7 +216,7 @@ TEST(BlockProgram, GivesTheSameBitsAgain) {
   }
 }
 
-TEST(BlockProgram, DoesNotDependOnTheLastBitsOfTime) {
+TEST(BlockProgram, TheProgramDoesNotDependOnTheLastBitsOfTime) {
   const CellInfo cell = block_cell();
   Controller controller(kProgram, cell);
   Input input = initial_input(cell);

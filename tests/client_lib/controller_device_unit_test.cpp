@@ -23,7 +23,7 @@ Input input_at(const CellInfo& cell, double time_s, double temperature) {
   return input;
 }
 
-TEST(ControllerDevices, AreSetAndReadByNameAndStand) {
+TEST(ControllerDevices, SignalsAreSetAndReadByNameAndKept) {
   const ProgramFile program(R"(
     local oven = device("Oven")
     routine("Robot1", function(r)
@@ -58,7 +58,7 @@ std::string device_error_of(const std::string& text, const Parameters& parameter
   return "";
 }
 
-TEST(ControllerDevices, MistakesAreAnswered) {
+TEST(ControllerDevices, MistakesAreReported) {
   const std::string end = "routine('Robot1', function(r) end)";
   EXPECT_THAT(device_error_of("device('Stove') " + end), HasSubstr("no device 'Stove'; it has Lamp, Oven"));
   EXPECT_THAT(device_error_of("local o = device('Oven') o:set{door = 1} " + end),
@@ -73,7 +73,7 @@ TEST(ControllerDevices, MistakesAreAnswered) {
               HasSubstr("signal of Oven called 'heat'"));
 }
 
-TEST(ControllerParameters, ReplaceTheDefaultsThatAProgramStates) {
+TEST(ControllerParameters, ParametersReplaceTheDefaultsOfAProgram) {
   const std::string text = R"(
     local offset = parameter("offset_m", 0.25)
     routine("Robot1", function(r) if offset ~= 0.25 then error("offset " .. offset) end end))";

@@ -64,15 +64,15 @@ void expect_random_poses_solved(const ArmModel& arm, int count, unsigned seed) {
   }
 }
 
-TEST(InverseKinematics, ReachesRandomReachablePoses) {
+TEST(InverseKinematics, RandomReachablePosesAreReached) {
   expect_random_poses_solved(ur10e(), 1000, 1);
 }
 
-TEST(InverseKinematics, ReachesPosesWithMoreJointsThanSix) {
+TEST(InverseKinematics, ArmsOfMoreThanSixJointsReachPoses) {
   expect_random_poses_solved(arm_on_rail(), 100, 2);
 }
 
-TEST(InverseKinematics, StaysNearTheSeed) {
+TEST(InverseKinematics, TheSolutionIsNearTheSeed) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> small(-0.02, 0.02);
   for (int i = 0; i < 500; ++i) {
@@ -86,7 +86,7 @@ TEST(InverseKinematics, StaysNearTheSeed) {
   }
 }
 
-TEST(InverseKinematics, TellsWhatIsOutOfReach) {
+TEST(InverseKinematics, PosesOutOfReachAreReported) {
   Pose target = flange(ur10e(), kHome1);
   target.p = Vec3(2.0, 0.0, 0.5);
   const IkSolution solution = solve_ik(ur10e(), target, kHome1);
@@ -96,7 +96,7 @@ TEST(InverseKinematics, TellsWhatIsOutOfReach) {
   EXPECT_LT(solution.position_error_m, 1.2);
 }
 
-TEST(InverseKinematics, RotationVectorInvertsRotation) {
+TEST(InverseKinematics, TheRotationVectorInvertsTheRotation) {
   std::mt19937 random(4);
   std::normal_distribution<double> value;
   for (const double angle : {0.0, 1e-12, 1e-6, 0.1, 1.0, 2.6, 3.0, 3.14159, M_PI - 1e-9}) {
@@ -127,7 +127,7 @@ TEST(InverseKinematics, JointVelocitiesGiveTheTwist) {
   }
 }
 
-TEST(InverseKinematics, StretchedArmIsSingular) {
+TEST(InverseKinematics, AStretchedArmIsSingular) {
   const JointArray stretched{0.3, -1.0, 0.0, 0.5, 1.0, 0.0};
   ArmPoses poses;
   forward_kinematics(ur10e(), stretched.data(), poses);
@@ -135,7 +135,7 @@ TEST(InverseKinematics, StretchedArmIsSingular) {
   EXPECT_FALSE(joint_velocities(ur10e(), poses, {{0.1, 0.0, 0.0}, {0.0, 0.0, 0.0}}, qd));
 }
 
-TEST(JointMotion, IsSynchronisedAndKeepsLimits) {
+TEST(JointMotion, JointsMoveInSynchronyWithinLimits) {
   const ArmModel& arm = ur10e();
   std::mt19937 random(6);
   for (int i = 0; i < 50; ++i) {
@@ -158,7 +158,7 @@ TEST(JointMotion, IsSynchronisedAndKeepsLimits) {
   }
 }
 
-TEST(JointMotion, RefusesPositionsOutOfRange) {
+TEST(JointMotion, PositionsOutOfRangeAreRefused) {
   JointArray to = kHome1;
   to[2] = 3.5;
   try {
@@ -169,7 +169,7 @@ TEST(JointMotion, RefusesPositionsOutOfRange) {
   }
 }
 
-TEST(LineMotion, IsStraightAndTurnsEvenly) {
+TEST(LineMotion, TheMotionIsStraightAndTurnsEvenly) {
   const ArmModel& arm = ur10e();
   const Pose start = flange(arm, kHome1) * kX_FT;
   const Vec3 axis = Vec3(0.2, -0.3, 0.9).normalized();
@@ -195,7 +195,7 @@ TEST(LineMotion, IsStraightAndTurnsEvenly) {
   EXPECT_EQ(here.velocity, JointArray{});
 }
 
-TEST(LineMotion, VelocityIsTheDerivativeOfPosition) {
+TEST(LineMotion, TheVelocityIsTheDerivativeOfThePosition) {
   const ArmModel& arm = ur10e();
   Pose end = flange(arm, kHome1) * kX_FT;
   end.p += Vec3(0.2, 0.1, -0.2);
@@ -226,7 +226,7 @@ void expect_refused(const Pose& end, const LineOptions& options, const JointArra
   }
 }
 
-TEST(LineMotion, RefusesWhatItCannotFollowBeforeItStarts) {
+TEST(LineMotion, UnreachableLinesAreRefusedBeforeTheStart) {
   Pose end = flange(ur10e(), kHome1) * kX_FT;
   end.p.x() += 1.5;
   expect_refused(end, {}, kHome1, "cannot be followed");

@@ -33,20 +33,20 @@ void expect_smooth_within(const MotionProfile& profile, const ProfileLimits& lim
   EXPECT_LE(top_acceleration, limits.acceleration * (1.0 + 1e-12));
 }
 
-TEST(MotionProfile, KeepsLimitsAndIsTwiceDifferentiable) {
+TEST(MotionProfile, TheProfileKeepsLimitsAndIsTwiceDifferentiable) {
   for (const ProfileLimits limits : {ProfileLimits{0.5, 1.0}, {2.0, 0.3}, {0.1, 5.0}, {1.0, 1.5}}) {
     expect_smooth_within(MotionProfile::fastest(limits, kSample_s), limits);
   }
 }
 
-TEST(MotionProfile, IsTheFastestOfItsKind) {
+TEST(MotionProfile, TheProfileIsTheFastestOfItsKind) {
   // With cruise: 1 / v + 1.5 v / a. Without: twice the ramp of the peak speed sqrt(a / 1.5).
   EXPECT_NEAR(MotionProfile::fastest({0.5, 1.0}, 1e-6).duration_s(), 2.0 + 0.75, 2e-6);
   EXPECT_NEAR(MotionProfile::fastest({kInfinity, 0.3}, 1e-6).duration_s(), 2.0 / std::sqrt(0.2), 2e-6);
   EXPECT_NEAR(MotionProfile::fastest({0.25, kInfinity}, 1e-6).duration_s(), 4.0, 2e-6);
 }
 
-TEST(MotionProfile, EndsExactlyAfterWholePeriods) {
+TEST(MotionProfile, TheProfileEndsExactlyAfterWholePeriods) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> value(0.05, 5.0);
   for (int i = 0; i < 1000; ++i) {
@@ -64,11 +64,11 @@ TEST(MotionProfile, EndsExactlyAfterWholePeriods) {
   }
 }
 
-TEST(MotionProfile, NothingToDoTakesOnePeriod) {
+TEST(MotionProfile, AMotionOfNoLengthTakesOnePeriod) {
   EXPECT_EQ(MotionProfile::fastest({kInfinity, kInfinity}, kSample_s).periods(), 1);
 }
 
-TEST(MotionProfile, LastsAsLongAsAsked) {
+TEST(MotionProfile, TheProfileLastsTheGivenDuration) {
   const ProfileLimits limits{0.5, 1.0};  // 2.75 s at least
   EXPECT_FALSE(MotionProfile::lasting(2.7, limits, kSample_s).has_value());
   const auto profile = MotionProfile::lasting(4.0, limits, kSample_s);

@@ -45,7 +45,7 @@ std::string in_routine(const std::string& body) {
   return "routine('Robot1', function(r)\n" + body + "\nend)\n";
 }
 
-TEST(Program, WaitsForTimes) {
+TEST(Program, AProgramWaitsForTimes) {
   EXPECT_NEAR(closing_time(in_routine("r:wait_until(3.8) r.gripper:close()")), 3.8, 1e-12);
   EXPECT_NEAR(closing_time(in_routine("r:wait_until(4.9) r.gripper:close()")), 4.904, 1e-12);
   EXPECT_NEAR(closing_time(in_routine("r:wait(1.0) r:wait(0.5) r.gripper:close()")), 1.504, 0.0041);
@@ -53,14 +53,14 @@ TEST(Program, WaitsForTimes) {
   EXPECT_NEAR(closing_time("period_s = 0.25\n" + in_routine("r:wait(1) r.gripper:close()")), 1.0, 1e-12);
 }
 
-TEST(Program, GoesOnWhenTheRobotHasArrived) {
+TEST(Program, TheProgramContinuesWhenTheRobotHasArrived) {
   const std::string program = in_routine(
       "local q = r.joints\n q[1] = q[1] + 0.5\n r:move_joints(q, {duration_s = 2})\n"
       "assert(cell.robots.Robot1.joints[1] == q[1])\n r.gripper:close()");
   EXPECT_NEAR(closing_time(program), 2.0, 1e-12);
 }
 
-TEST(Program, SignalsWorkInTheSamePeriodInBothDirections) {
+TEST(Program, SignalsArriveInTheSamePeriodInBothDirections) {
   const char* const giving = " r:wait(1) signal('go') r:wait(30) end)\n";
   const char* const taking = " r:wait_signal('go') r.gripper:close() end)\n";
   EXPECT_NEAR(closing_time("routine('Robot2', function(r)" + std::string(giving) +
@@ -74,7 +74,7 @@ TEST(Program, SignalsWorkInTheSamePeriodInBothDirections) {
   EXPECT_NEAR(closing_time("signal('go')" + in_routine("r:wait_signal('go') r.gripper:close()")), 0.0, 0.0);
 }
 
-TEST(Program, TellsWhatItsRoutinesDoAndWhen) {
+TEST(Program, RoutinesReportTheirActionsAndTimes) {
   const ProgramFile file(
       "routine('Robot1', function(r)\n"
       "  r:step('pick')\n"
@@ -122,7 +122,7 @@ TEST(Program, TellsWhatItsRoutinesDoAndWhen) {
   EXPECT_TRUE(controller.steps().empty());
 }
 
-TEST(Program, SeesTheCell) {
+TEST(Program, AProgramReadsTheCell) {
   const ProgramFile file(
       in_routine("r:wait_for(function(cell) return cell.components.P.partner == 'Gripper1' end)\n"
                  "assert(cell.components.O.partner == nil)\n"
@@ -151,7 +151,7 @@ TEST(Program, SeesTheCell) {
   EXPECT_EQ(output.grippers.at(0).max_force_N, 20.0);
 }
 
-TEST(Program, StandingCommandsGoOutEveryPeriod) {
+TEST(Program, StandingCommandsAreSentEveryPeriod) {
   const ProgramFile file(in_routine("r:wait(1) r.gripper:width(0.06) r:wait(1) r.gripper:open() r:wait(1)"));
   const CellInfo cell = block_cell();
   Controller controller(file.path(), cell);
@@ -179,7 +179,7 @@ TEST(Program, StandingCommandsGoOutEveryPeriod) {
   EXPECT_EQ(opens, 188);
 }
 
-TEST(Program, PosesMultiplyAndMove) {
+TEST(Program, PosesMultiplyAndTransform) {
   EXPECT_EQ(error_of(in_routine(R"(
     local a = pose{x = 1, y = 2, z = 3, yaw = math.pi / 2}
     local b = a * pose{x = 1}
@@ -211,7 +211,7 @@ TEST(Program, ErrorsNameFileLineRobotAndTime) {
   EXPECT_THAT(error_of(in_routine("r:wait_for(function() return nothing.x end)")), HasSubstr(".lua:2: "));
 }
 
-TEST(Program, RefusesWhatTheCellDoesNotHave) {
+TEST(Program, UnknownNamesAreRefused) {
   EXPECT_THAT(error_of("routine('Robot3', function(r) end)"),
               HasSubstr("the cell has no robot 'Robot3'; it has Robot1, Robot2"));
   EXPECT_THAT(error_of(in_routine("return cell.components.X.pose")),
@@ -224,7 +224,7 @@ TEST(Program, RefusesWhatTheCellDoesNotHave) {
               HasSubstr(".lua:4: robot Robot1 has a routine already"));
 }
 
-TEST(Program, RefusesWrongArguments) {
+TEST(Program, InvalidArgumentsAreRefused) {
   const auto error = [](const std::string& body) { return error_of(in_routine(body)); };
   EXPECT_THAT(error("r:move_joints({1, 2, 3})"),
               HasSubstr("a table of 6 joint positions is needed, not 3 values"));
@@ -263,7 +263,7 @@ TEST(Program, EndlessLoopsAreErrors) {
               HasSubstr("not enough memory"));
 }
 
-TEST(Program, ReachesNothingOutside) {
+TEST(Program, AProgramReachesNothingOutside) {
   for (const char* name : {"io", "os", "require", "package", "debug", "dofile", "load", "loadfile",
                            "collectgarbage", "coroutine", "getmetatable", "next"}) {
     EXPECT_THAT(error_of("return " + std::string(name)),
@@ -273,7 +273,7 @@ TEST(Program, ReachesNothingOutside) {
   EXPECT_THAT(error_of("\27Lua"), Not(HasSubstr("no error")));
 }
 
-TEST(Program, TablesHaveOneOrder) {
+TEST(Program, TablesHaveAFixedOrder) {
   EXPECT_EQ(error_of(in_routine(R"(
     local text = ''
     for key, value in pairs({z = 1, a = 2, [3] = 3, [1.5] = 4, [true] = 5, m = 6, [false] = 7}) do
@@ -299,7 +299,7 @@ TEST(Controller, AFailedProgramStaysFailedUntilRestarted) {
   EXPECT_FALSE(controller.update(input).finished);
 }
 
-TEST(Controller, RefusesInputThatDoesNotFit) {
+TEST(Controller, MismatchedInputIsRefused) {
   const ProgramFile file(in_routine("r:wait(10)"));
   const CellInfo cell = block_cell();
   Input input = initial_input(cell);
@@ -316,7 +316,7 @@ TEST(Controller, RefusesInputThatDoesNotFit) {
   EXPECT_THROW(Controller("no/such/program.lua", cell), std::runtime_error);
 }
 
-TEST(Controller, CatchesUpWithAMissedPeriod) {
+TEST(Controller, TheControllerCatchesUpWithAMissedPeriod) {
   const ProgramFile file(
       in_routine("local q = r.joints q[1] = q[1] + 0.4 r:move_joints(q, {duration_s = 0.8, "
                  "acceleration_rad_per_s2 = 9})"));

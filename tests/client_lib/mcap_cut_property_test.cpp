@@ -92,7 +92,7 @@ std::uint64_t count_messages(McapReader& reader) {
 
 class CutRecording : public testing::TestWithParam<Compression> {};
 
-TEST_P(CutRecording, AtAThousandPlacesIsReadUpToItsLastWholeChunk) {
+TEST_P(CutRecording, ARecordingCutAnywhereIsReadUpToItsLastWholeChunk) {
   std::mt19937 random(20240611);
   const takt::test::TemporaryDirectory directory;
   const auto whole = directory / "whole.mcap", cut = directory / "cut.mcap";
@@ -139,7 +139,7 @@ TEST_P(CutRecording, AtAThousandPlacesIsReadUpToItsLastWholeChunk) {
   EXPECT_GT(with_all, 0);
 }
 
-TEST_P(CutRecording, ADamagedChunkIsToldAndNotHandedOut) {
+TEST_P(CutRecording, ADamagedChunkIsReportedAndNotHandedOut) {
   std::mt19937 random(7);
   const takt::test::TemporaryDirectory directory;
   const auto whole = directory / "whole.mcap", damaged = directory / "damaged.mcap";
@@ -176,7 +176,7 @@ INSTANTIATE_TEST_SUITE_P(Compressions, CutRecording,
                          });
 
 /// One byte changed anywhere in a chunk's content: told, or the same bytes (a bit that means nothing).
-TEST(Compression, DamagedLz4IsToldOrTheSame) {
+TEST(Compression, DamagedLz4IsReportedOrUnchanged) {
   std::mt19937 random(11);
   std::string bytes;
   for (int i = 0; i < 20000; ++i) bytes.push_back(static_cast<char>('a' + random() % 4));
@@ -208,7 +208,7 @@ TEST(Compression, DamagedLz4IsToldOrTheSame) {
   EXPECT_THROW(takt::recording::decompress("brotli", packed, bytes.size()), RecordingError);
 }
 
-TEST(McapRecording, AFileThatIsNoneIsRefusedWithItsName) {
+TEST(McapRecording, AnotherFileIsRefusedWithItsName) {
   const takt::test::TemporaryDirectory directory;
   const auto file = directory / "notes.mcap";
   std::ofstream(file) << "not a recording at all";

@@ -41,7 +41,7 @@ TEST(MessageTypes, OfEveryKindBecomeTheTextTheyWereReadFrom) {
   EXPECT_EQ(types.ros2msg("geo/msg/Path"), text);
 }
 
-TEST(MessageTypes, OfTheCellHaveTheirFields) {
+TEST(MessageTypes, TypesOfTheCellHaveTheirFields) {
   const auto& state = known_types().at("takt_msgs/msg/CellState");
   EXPECT_EQ(state.fields.at(0).message, "builtin_interfaces/msg/Time");
   EXPECT_EQ(state.fields.at(6).name, "components");
@@ -51,7 +51,7 @@ TEST(MessageTypes, OfTheCellHaveTheirFields) {
   EXPECT_EQ(takt::recording::dds_type_name("std_msgs/msg/String"), "std_msgs::msg::dds_::String_");
 }
 
-TEST(Samples, AreReadWithTheAlignmentOfCdr) {
+TEST(Samples, SamplesAreReadWithTheAlignmentOfCdr) {
   MessageTypes types;
   types.add_ros2msg("a/msg/T", "uint8 flag\nfloat64 x\nstring s\nint16 n\nint32[] l\n");
   // By hand: head; 1, seven of padding, 1.5; 3, "hi" with its end, one of padding, -2, two of padding, 2, 7,
@@ -76,7 +76,7 @@ TEST(Samples, AreReadWithTheAlignmentOfCdr) {
     EXPECT_THROW(to_json(types, "a/msg/T", sample.substr(0, length)), RecordingError) << length;
 }
 
-TEST(Signals, AreCalledByTheNamesOfTheDescription) {
+TEST(Signals, SignalsHaveTheNamesOfTheDescription) {
   SignalNames names;
   names.describe(Json::parse(R"({"components": [{"name": "P"}, {"name": "Table1"}],
     "robots": [{"name": "Robot1", "joints": [{"name": "pan"}, {"name": "lift"}]}]})"));
@@ -93,7 +93,7 @@ TEST(Signals, AreCalledByTheNamesOfTheDescription) {
                                              "contacts.P-Table1.area=5", "effort.pan=6", "effort.lift=7"}));
 }
 
-TEST(Signals, FitPatterns) {
+TEST(Signals, SignalsMatchPatterns) {
   EXPECT_TRUE(fits_pattern("state.components.P.x", "state.*.x"));
   EXPECT_TRUE(fits_pattern("state.x", "*"));
   EXPECT_TRUE(fits_pattern("state.x", "state.x"));

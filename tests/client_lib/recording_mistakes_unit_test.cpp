@@ -59,7 +59,7 @@ TEST(ForeignTypes, Ros2TextIsReadAsOthersWriteIt) {
   EXPECT_EQ(dds_type_name("String"), "");
 }
 
-TEST(ForeignSamples, OfEveryKindAreRead) {
+TEST(ForeignSamples, SamplesOfEveryKindAreRead) {
   MessageTypes types;
   types.add_ros2msg(
       "a/msg/T",
@@ -91,14 +91,14 @@ TEST(ForeignSamples, OfEveryKindAreRead) {
               HasSubstr("ends before its last member"));
 }
 
-TEST(ForeignSamples, OfATypeThatHoldsItselfAreRefused) {
+TEST(ForeignSamples, SamplesOfARecursiveTypeAreRefused) {
   MessageTypes types;
   types.add_ros2msg("a/msg/T", "U u\nMSG: a/U\nT t\n");
   EXPECT_EQ(sentence_of([&] { to_json(types, "a/msg/T", std::string("\0\1\0\0", 4)); }),
             "The message type 'a/msg/T' holds itself.");
 }
 
-TEST(ForeignSignals, AreNamedAsFarAsTheyCan) {
+TEST(ForeignSignals, SignalsHaveTheNamesOfTheirDescription) {
   SignalNames names;
   std::vector<std::string> found;
   const auto visit = [&](const char* sample) {
@@ -132,7 +132,7 @@ TEST(ForeignSignals, AreNamedAsFarAsTheyCan) {
   EXPECT_FALSE(fits_pattern("state.x", "state.x*y"));
 }
 
-TEST(ForeignSignals, HaveTheTimeOfTheirSampleWhereItHasOne) {
+TEST(ForeignSignals, SignalsHaveTheTimeOfTheirSample) {
   EXPECT_EQ(sample_time_s(Json::parse(R"({"time": 1.5})")), 1.5);
   EXPECT_EQ(sample_time_s(Json::parse(R"({"stamp": {"sec": 2, "nanosec": 500000000}})")), 2.5);
   EXPECT_EQ(sample_time_s(Json::parse(R"({"time": "now", "header": {"stamp": {"sec": 3}}})")), 3.0);
@@ -256,7 +256,7 @@ class ForeignRecording : public testing::Test {
 
 using Times = std::vector<std::uint64_t>;
 
-TEST_F(ForeignRecording, IsReadByItsSummaryOrWithoutIt) {
+TEST_F(ForeignRecording, ARecordingIsReadWithAndWithoutItsSummary) {
   const Times all{10, 20};  // not those of the channel that nobody announced
   Handmade good;
   McapReader reader = open(good.bytes());
@@ -294,7 +294,7 @@ TEST_F(ForeignRecording, IsReadByItsSummaryOrWithoutIt) {
   }
 }
 
-TEST_F(ForeignRecording, WhoseBytesDoNotFitIsRefusedOrReadAsFarAsTheyDo) {
+TEST_F(ForeignRecording, ADamagedRecordingIsRefusedOrReadUpToTheDamage) {
   EXPECT_THAT(sentence_of([&] { McapReader reader(directory_.path()); }), HasSubstr("cannot be read."));
   EXPECT_THAT(sentence_of([&] { McapReader reader(directory_ / "none"); }),
               HasSubstr("none' cannot be read."));
@@ -346,7 +346,7 @@ TEST_F(ForeignRecording, WhoseBytesDoNotFitIsRefusedOrReadAsFarAsTheyDo) {
   EXPECT_THAT(open(open_end + endless).cut_off(), HasSubstr("(the file ends within a record)"));
 }
 
-TEST_F(ForeignRecording, SignalsAreReadOfWhatIsUnderstood) {
+TEST_F(ForeignRecording, SignalsOfKnownTypesAreRead) {
   const auto names = [&](const Handmade& file) {
     McapReader reader = open(file.bytes());
     return signal_names(reader, {"n.*"});
@@ -368,7 +368,7 @@ TEST_F(ForeignRecording, SignalsAreReadOfWhatIsUnderstood) {
   EXPECT_TRUE(signal_names(reader, {"n.m"}).empty());
 }
 
-TEST(OwnRecording, IsCompleteWithoutMessagesAndWithoutClose) {
+TEST(OwnRecording, ARecordingIsCompleteWithoutMessagesAndWithoutClose) {
   const test::TemporaryDirectory directory;
   const auto empty = directory / "empty.mcap", left = directory / "left.mcap";
   {
@@ -401,7 +401,7 @@ TEST(OwnRecording, IsCompleteWithoutMessagesAndWithoutClose) {
             "The recording '/dev/full' cannot be written.");
 }
 
-TEST(OwnRecording, CompressionsHaveTheirNamesAndRefuseOtherSizes) {
+TEST(OwnRecording, CompressionsHaveNamesAndRefuseOtherSizes) {
   EXPECT_EQ(compression_named("none"), Compression::none);
   EXPECT_EQ(compression_named("lz4"), Compression::lz4);
   EXPECT_EQ(compression_named("zstd"), Compression::zstd);

@@ -50,7 +50,7 @@ Camera front_camera() {
 const Color kRed{1.0, 0.0, 0.0}, kBlue{0.0, 0.0, 1.0};
 const Pixel kRedPixel{255, 0, 0}, kBluePixel{0, 0, 255};
 
-TEST(Render, NearTriangleHidesFarOneWhateverTheOrder) {
+TEST(Render, ANearTriangleHidesAFarOneInAnyOrder) {
   const Mesh red = wall(0.5, 0.25, kRed);   // at distance 0.5: covers the middle half of the picture
   const Mesh blue = wall(0.0, 0.8, kBlue);  // at distance 1: covers 80 %
   for (const auto& meshes : {std::vector<Mesh>{red, blue}, std::vector<Mesh>{blue, red}}) {
@@ -66,7 +66,7 @@ TEST(Render, NearTriangleHidesFarOneWhateverTheOrder) {
   }
 }
 
-TEST(Render, PictureIsNotMirrored) {
+TEST(Render, ThePictureIsNotMirrored) {
   Scene scene;
   scene.meshes = {wall(0.0, 0.1, kRed, 0.5), wall(0.0, 0.1, kBlue)};
   scene.meshes[1].X_WB.p = Vec3(0.0, 0.0, 0.5);
@@ -75,7 +75,7 @@ TEST(Render, PictureIsNotMirrored) {
   EXPECT_EQ(pixel_at(image, 50, 25), kBluePixel);  // +z is up
 }
 
-TEST(Render, IntersectingWallsMeetWhereGeometrySays) {
+TEST(Render, IntersectingWallsMeetInTheirLine) {
   // A wall through the vertical line y = 0, turned by 45 degrees: its half with y > 0 is in front of the wall
   // x = 0.
   Mesh turned = wall(0.0, 0.4, kRed);
@@ -87,7 +87,7 @@ TEST(Render, IntersectingWallsMeetWhereGeometrySays) {
   EXPECT_EQ(pixel_at(image, 47, 50), kBluePixel);
 }
 
-TEST(Render, TriangleThroughTheEyePlaneIsClipped) {
+TEST(Render, ATriangleThroughTheEyePlaneIsClipped) {
   Mesh floor;
   floor.color = kRed;
   floor.lit = false;
@@ -103,7 +103,7 @@ TEST(Render, TriangleThroughTheEyePlaneIsClipped) {
   }
 }
 
-TEST(Render, AntiAliasingMixesAtABorder) {
+TEST(Render, EdgesAreAntiAliased) {
   Scene scene;
   scene.background_top = scene.background_bottom = {0.0, 0.0, 0.0};
   Mesh half = wall(0.0, 2.0, {1.0, 1.0, 1.0}, 2.01);  // white right of pixel 50.5
@@ -116,7 +116,7 @@ TEST(Render, AntiAliasingMixesAtABorder) {
   EXPECT_EQ(pixel_at(rasterise(scene, camera), 51, 50)[0], 255);
 }
 
-TEST(Render, LinesLieOnTheSurfaceThatCarriesThemAndBehindOthers) {
+TEST(Render, LinesLieOnTheirSurfaceAndBehindOthers) {
   Scene scene;
   scene.meshes = {wall(0.0, 0.9, kBlue), wall(0.5, 0.1, {0.0, 1.0, 0.0})};
   scene.lines.push_back({Vec3(0.0, -0.8, 0.0), Vec3(0.0, 0.8, 0.0), kRed, 3.0});
@@ -126,7 +126,7 @@ TEST(Render, LinesLieOnTheSurfaceThatCarriesThemAndBehindOthers) {
   EXPECT_EQ(pixel_at(image, 50, 50), (Pixel{0, 255, 0}));
 }
 
-TEST(Render, ShadowFallsAwayFromTheLight) {
+TEST(Render, TheShadowFallsAwayFromTheLight) {
   Scene scene;
   add_floor(scene, Vec3::Zero(), 4.0, 10.0);
   scene.lines.clear();
@@ -164,13 +164,13 @@ TEST(Render, CapsuleAndCylinderHaveTheirVolume) {
   EXPECT_LT((make_capsule(from, to, r, kRed).X_WB * Vec3(0.0, 0.0, l) - to).norm(), 1e-12);
 }
 
-TEST(Render, EdgesOfABoxAreItsTwelve) {
+TEST(Render, ABoxHasTwelveEdges) {
   Scene scene;
   add_edges(scene, make_box(Pose{}, Vec3(1.0, 1.0, 1.0), kRed), 0.5, kBlue, 1.0);
   EXPECT_EQ(scene.lines.size(), 12U);
 }
 
-TEST(Render, ArmReachesFromBaseToFlange) {
+TEST(Render, AnArmReachesFromBaseToFlange) {
   ArmModel arm;
   JointModel joint;
   joint.axis = Vec3::UnitY();
@@ -189,7 +189,7 @@ TEST(Render, ArmReachesFromBaseToFlange) {
   EXPECT_NEAR(box.max().z(), 1.0, 0.1);
 }
 
-TEST(Render, PngHoldsWhatWasDrawn) {
+TEST(Render, ThePngHoldsTheDrawnPixels) {
   Scene scene;
   scene.meshes = {wall(0.0, 0.5, kRed)};
   const std::string file = testing::TempDir() + "takt_render_test.png";
@@ -206,7 +206,7 @@ TEST(Render, PngHoldsWhatWasDrawn) {
   std::filesystem::remove(file);
 }
 
-TEST(Render, WrongInputIsNamed) {
+TEST(Render, InvalidInputIsNamed) {
   const auto message = [](const Scene& scene, const Camera& camera) {
     try {
       rasterise(scene, camera);

@@ -11,7 +11,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-TEST(RobotFiles, OnlyWhatIsBelowAFolderAndCanBeDrawn) {
+TEST(RobotFiles, OnlyDrawableFilesBelowTheFolderAreServed) {
   const test::TemporaryDirectory directory;
   const fs::path root = fs::canonical(directory / ".");
   for (const char* folder : {"robots/meshes", "robots/urdf", "secret", "robots2"})

@@ -26,7 +26,7 @@ std::vector<std::string> after(Stream& stream, std::uint32_t id, std::uint64_t n
   return texts;
 }
 
-TEST(ViewStream, WhoIsSlowGetsTheNewestOfAState) {
+TEST(ViewStream, ASlowReaderGetsTheNewestState) {
   Stream stream;
   const auto id = stream.add_channel(channel("/cell/state"));
   EXPECT_TRUE(after(stream, id, 0).empty());
@@ -41,7 +41,7 @@ TEST(ViewStream, WhoIsSlowGetsTheNewestOfAState) {
   EXPECT_EQ(one.at(0).time_ns, 50U);
 }
 
-TEST(ViewStream, EveryEventIsKeptUpToAThousand) {
+TEST(ViewStream, AThousandEventsAreKept) {
   Stream stream;
   const auto id = stream.add_channel(channel("/cell/events", true));
   for (int i = 1; i <= 3; ++i) stream.push(id, 0, "e" + std::to_string(i));
@@ -56,7 +56,7 @@ TEST(ViewStream, EveryEventIsKeptUpToAThousand) {
   EXPECT_EQ(after(stream, id, 1003), std::vector<std::string>{"1004 again"});
 }
 
-TEST(ViewStream, TellsWhenTheFirstWantsAChannelAndWhenTheLastGoes) {
+TEST(ViewStream, FirstAndLastSubscriptionsOfAChannelAreReported) {
   Stream stream;
   const auto id = stream.add_channel(channel("/cell/state"));
   std::vector<std::string> told;
@@ -74,7 +74,7 @@ TEST(ViewStream, TellsWhenTheFirstWantsAChannelAndWhenTheLastGoes) {
   EXPECT_EQ(told.size(), 2U);
 }
 
-TEST(FoxgloveProtocol, ReadsSubscriptionsAndRefusesWhatIsNone) {
+TEST(FoxgloveProtocol, SubscriptionsAreReadAndInvalidOnesRefused) {
   const auto wanted =
       foxglove::read_text(R"({"op": "subscribe", "subscriptions": [{"id": 7, "channelId": 3}]})");
   ASSERT_TRUE(wanted);
@@ -88,7 +88,7 @@ TEST(FoxgloveProtocol, ReadsSubscriptionsAndRefusesWhatIsNone) {
     EXPECT_FALSE(foxglove::read_text(text)) << text;
 }
 
-TEST(FoxgloveProtocol, ReadsCallsHoweverTheyAreCutOff) {
+TEST(FoxgloveProtocol, CallsAreReadAndCutOnesReported) {
   std::string call("\x02\x01\x00\x00\x00\x05\x00\x00\x00\x04\x00\x00\x00json", 17);
   const std::size_t head = call.size();
   call += R"({"request": "step", "arguments": {"steps": 10, "why": "a test"}})";
@@ -115,7 +115,7 @@ std::string called(std::size_t levels) {
          "}}";
 }
 
-TEST(FoxgloveProtocol, RefusesWhatIsNestedTooDeepAndWhatObserversAsk) {
+TEST(FoxgloveProtocol, DeepNestingAndRequestsOfObserversAreRefused) {
   EXPECT_EQ(foxglove::read_binary(called(30))->problem, "");
   EXPECT_NE(foxglove::read_binary(called(31))->problem, "");
   EXPECT_NE(foxglove::read_binary(called(400'000))->problem, "");
@@ -128,7 +128,7 @@ TEST(FoxgloveProtocol, RefusesWhatIsNestedTooDeepAndWhatObserversAsk) {
   EXPECT_FALSE(foxglove::read_text(R"({"op": "subscribe")" + std::string("\xff") + "}"));
 }
 
-TEST(JsonText, TakesWhatIsNoUtf8) {
+TEST(JsonText, InvalidUtf8IsReplaced) {
   using takt::recording::json_text;
   EXPECT_EQ(json_text(nlohmann::json{{"name",
                                       "a\xff"
@@ -139,7 +139,7 @@ TEST(JsonText, TakesWhatIsNoUtf8) {
             "{\n \"b\": 1,\n \"a\": \"\xef\xbf\xbd\"\n}");
 }
 
-TEST(FoxgloveProtocol, WritesSamplesWithTheirSubscriptionAndTime) {
+TEST(FoxgloveProtocol, SamplesCarryTheirSubscriptionAndTime) {
   const auto head = foxglove::sample_head(0x04030201, 0x0c0b0a0908070605);
   const char expected[] = "\x01\x01\x02\x03\x04\x05\x06\x07\x08\x09\x0a\x0b\x0c";
   EXPECT_EQ(std::memcmp(head.data(), expected, head.size()), 0);

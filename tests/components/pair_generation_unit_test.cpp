@@ -12,7 +12,7 @@ Component component(ComponentType type, int hierarchy = 0) {
   return c;
 }
 
-TEST(PairGeneration, TableOfFigure34) {
+TEST(PairGeneration, PairsAreThoseOfFigure34) {
   using enum ComponentType;
   for (const ComponentType other : {part, gripper, ground}) {
     EXPECT_EQ(pair_kind(part, other), PairKind::hold);
@@ -24,7 +24,7 @@ TEST(PairGeneration, TableOfFigure34) {
   EXPECT_EQ(pair_kind(ground, gripper), PairKind::report);
 }
 
-TEST(PairGeneration, EveryPairOnceWithTheRightBase) {
+TEST(PairGeneration, EveryPairAppearsOnceWithTheRightBase) {
   using enum ComponentType;
   const std::vector<Component> components{component(ground), component(part, 4), component(gripper),
                                           component(part, 2), component(part, 4)};

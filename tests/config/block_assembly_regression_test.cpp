@@ -25,7 +25,7 @@ const BlockRun& reference() {
   return r;
 }
 
-TEST(BlockAssembly, EndsAtTheAnalyticPlaces) {
+TEST(BlockAssembly, PartsEndAtTheAnalyticPlaces) {
   const BlockRun& r = reference();
   ASSERT_EQ(r.result.fault, "");
   EXPECT_NEAR(r.result.final_state.time_s, 42.0, 1e-9);
@@ -43,7 +43,7 @@ TEST(BlockAssembly, EveryPartHasExactlyOnePartnerAtEveryStep) {
   EXPECT_EQ(reference().lost_part_steps, 0U);
 }
 
-TEST(BlockAssembly, PublishedTimes) {
+TEST(BlockAssembly, PartsChangeHandsAtThePublishedTimes) {
   const BlockRun& r = reference();
   const double tolerance = 0.05;
   EXPECT_NEAR(r.change("P", "Table1", "Gripper1"), 3.8, tolerance);
@@ -62,7 +62,7 @@ TEST(BlockAssembly, PublishedTimes) {
   EXPECT_EQ(r.result.changes.size(), 4U + 4U + 4U + 8U) << "connections changed at other times too";
 }
 
-TEST(BlockAssembly, PublishedMarks) {
+TEST(BlockAssembly, PartsPassThePublishedMarks) {
   const BlockRun& r = reference();
   EXPECT_LE((r.relative(r.mark(9.8), "P", "O") - kP_in_O).norm(), 1e-6);
   EXPECT_GT(r.relative(r.mark(9.8), "C", "B").z(), 0.060) << "C is still above B";
@@ -78,7 +78,7 @@ TEST(BlockAssembly, PublishedMarks) {
   }
 }
 
-TEST(BlockAssembly, SteadyLoads) {
+TEST(BlockAssembly, LoadsAtRestAreThoseOfStatics) {
   const BlockRun& r = reference();
   // Gripper2 carries C.
   const Wrench& F2 = r.sample(r.mark(9.8), "Gripper2").F_Bo_W;
@@ -93,7 +93,7 @@ TEST(BlockAssembly, SteadyLoads) {
   EXPECT_GT(moment.norm(), 0.01);
 }
 
-TEST(BlockAssembly, ThesisLawSagsATenthOfAMillimetrePerRegrasp) {
+TEST(BlockAssembly, TheLawOfTheThesisSagsATenthOfAMillimetrePerRegrasp) {
   const BlockRun r = run({"interaction.weight_feed_forward=false"});
   ASSERT_EQ(r.result.fault, "");
   EXPECT_EQ(r.lost_part_steps, 0U);
@@ -108,21 +108,21 @@ TEST(BlockAssembly, ThesisLawSagsATenthOfAMillimetrePerRegrasp) {
   }
 }
 
-TEST(BlockAssembly, HoldsUpToTheThesisLargestStep) {
+TEST(BlockAssembly, PartsAreHeldUpToTheLargestStepOfTheThesis) {
   const BlockRun r = run({"solver.step_s=0.005"});
   ASSERT_EQ(r.result.fault, "");
   EXPECT_EQ(r.lost_part_steps, 0U);
   EXPECT_LE(max_position_error_m(r.scenario, r.cell->description, r.result.final_state), 1e-4);
 }
 
-TEST(BlockAssembly, PlainHullsWorkTooAsInTheThesis) {
+TEST(BlockAssembly, PartsAreAssembledWithPlainHullsAsInTheThesis) {
   const BlockRun r = run({"parts.O.convex=hull", "parts.B.convex=hull"});
   ASSERT_EQ(r.result.fault, "");
   EXPECT_EQ(r.lost_part_steps, 0U);
   EXPECT_LE(max_position_error_m(r.scenario, r.cell->description, r.result.final_state), 1e-4);
 }
 
-TEST(BlockAssembly, RealDecompositionWorksToo) {
+TEST(BlockAssembly, PartsAreAssembledWithARealDecomposition) {
   if (!decomposition_available()) GTEST_SKIP() << "built without V-HACD";
   const std::string convex = "={method: vhacd, resolution: 100000}";
   const BlockRun r = run({"parts.O.convex" + convex, "parts.B.convex" + convex});
@@ -137,7 +137,7 @@ BlockRun run_with(const std::string& algorithm, bool feed_forward, const std::st
               std::string("interaction.weight_feed_forward=") + (feed_forward ? "true" : "false")});
 }
 
-TEST(BlockAssembly, ExtendedSubstituteForceSagsInChainsAsInTheThesis) {
+TEST(BlockAssembly, TheExtendedSubstituteForceSagsInChainsAsInTheThesis) {
   const BlockRun r = run_with("extended_substitute_force", false, "0.0007");
   ASSERT_EQ(r.result.fault, "");
   EXPECT_EQ(r.lost_part_steps, 0U);
@@ -167,7 +167,7 @@ TEST(BlockAssembly, ExtendedSubstituteForceSagsInChainsAsInTheThesis) {
   EXPECT_EQ(r.sample(r.result.final_state, "P").partner, r.id("O"));
 }
 
-TEST(BlockAssembly, ExtendedSubstituteForceWithFeedForwardEndsAtTheAnalyticPlaces) {
+TEST(BlockAssembly, PartsEndAtTheAnalyticPlacesUnderTheExtendedForceWithFeedForward) {
   const BlockRun r = run_with("extended_substitute_force", true, "0.0007");
   ASSERT_EQ(r.result.fault, "");
   EXPECT_EQ(r.lost_part_steps, 0U);
@@ -178,26 +178,26 @@ TEST(BlockAssembly, ExtendedSubstituteForceWithFeedForwardEndsAtTheAnalyticPlace
   EXPECT_LE((load.t - r.moment_of_weights(r.mark(38.0), {"P", "C", "O", "B"}, "Gripper2")).norm(), 1e-6);
 }
 
-TEST(BlockAssembly, ExtendedSubstituteForceBreaksAtAMillisecond) {  // thesis: at 0.8 ms
+TEST(BlockAssembly, TheExtendedSubstituteForceBreaksAtAMillisecond) {  // thesis: at 0.8 ms
   const BlockRun r = run_with("extended_substitute_force", false, "0.001");
   EXPECT_GT(max_position_error_m(r.scenario, r.cell->description, r.result.final_state), 5e-3);
 }
 
-TEST(BlockAssembly, PlainSubstituteForceHoldsWithTheThesisLaw) {
+TEST(BlockAssembly, ThePlainSubstituteForceHoldsWithTheLawOfTheThesis) {
   const BlockRun r = run_with("substitute_force", false, "0.0005");
   ASSERT_EQ(r.result.fault, "");
   EXPECT_EQ(r.lost_part_steps, 0U);
   EXPECT_LE(max_position_error_m(r.scenario, r.cell->description, r.result.final_state), 2e-4);
 }
 
-TEST(BlockAssembly, SameBitsInEveryRun) {
+TEST(BlockAssembly, RepeatedRunsGiveTheSameBits) {
   const BlockRun second = run();
   EXPECT_EQ(second.result.final_state.state_hash, reference().result.final_state.state_hash);
 }
 
 TEST(BlockAssembly, TheKeySkipRestingChangesNoBit) {
   const BlockRun with = run({"solver.step_s=0.004"});
-  const BlockRun without = run({"solver.step_s=0.004", "interaction.skip_resting=false"});
+  const BlockRun without = run({"solver.step_s=0.004", "sleeping.method=never"});
   EXPECT_EQ(with.result.final_state.state_hash, without.result.final_state.state_hash);
   EXPECT_GT(with.result.statistics.part_steps_skipped, 1000U);
   EXPECT_EQ(without.result.statistics.part_steps_skipped, 0U);

@@ -84,7 +84,7 @@ struct Trace {
   }
 };
 
-TEST(BlockContact, AssemblyEndsWhereTheDrawingsSayAndGoesAsAtLevel2) {
+TEST(BlockContact, TheAssemblyEndsAsDrawnAndFollowsLevel2) {
   Trace contact, substitute;
   const BlockRun r =
       test::run_block_scenario("block_assembly", at_level_3("cvode", "1e-6"),
@@ -129,12 +129,12 @@ TEST(BlockContact, AssemblyEndsWhereTheDrawingsSayAndGoesAsAtLevel2) {
   }
 }
 
-TEST(BlockContact, AssemblyByTheLinearlyImplicitMethod) {
+TEST(BlockContact, TheAssemblyEndsAtItsPlacesByTheLinearlyImplicitMethod) {
   const BlockRun r = test::run_block_scenario("block_assembly", at_level_3("rosenbrock", "1e-4"));
   expect_held_and_near(r, 5e-4);
 }
 
-TEST(BlockContact, DisassemblyEndsWhereTheDrawingsSay) {
+TEST(BlockContact, TheDisassemblyEndsAsDrawn) {
   // CVODE needs 1e-6: at 1e-5 a tolerance relative to heights of 0.7 m is coarser than the 3 um by which
   // parts sink in, and P, put down from 44 um, bounces. P ends 0.550 mm off by cvode 1e-8 and rosenbrock 1e-6
   // alike: grips that stick draw it along.
@@ -143,7 +143,7 @@ TEST(BlockContact, DisassemblyEndsWhereTheDrawingsSay) {
                        5.6e-4);
 }
 
-TEST(BlockContact, WithDetailedDrivesWhoseFrictionSticks) {
+TEST(BlockContact, TheAssemblyEndsAtItsPlacesWithDetailedDrives) {
   const BlockRun r = test::run_block_scenario("block_assembly_kr16", at_level_3("cvode", "1e-5"));
   expect_held_and_near(r, 5e-4);
   EXPECT_GT(r.result.statistics.solver.mode_switches, 100U);
@@ -186,7 +186,7 @@ void expect_assembled(const std::vector<Switch>& switches, const Overrides& more
   EXPECT_LE(largest_error_m(scenario, *cell, after), 3e-4);
 }
 
-TEST(BlockContact, LevelsSwitchedBetween1And3WhileRunning) {
+TEST(BlockContact, SwitchesBetweenLevels1And3KeepTheAssembly) {
   // Jaws close; P lifted; both hold; P put down; O with P carried; the whole assembly carried, and put down.
   expect_assembled({{1.0, 1},
                     {3.9, 3},
@@ -202,7 +202,7 @@ TEST(BlockContact, LevelsSwitchedBetween1And3WhileRunning) {
                     {40.0, 3}});
 }
 
-TEST(BlockContact, LevelsSwitchedBetween2And3WhileRunning) {
+TEST(BlockContact, SwitchesBetweenLevels2And3KeepTheAssembly) {
   expect_assembled({{1.0, 2},
                     {3.9, 3},
                     {4.6, 2},
@@ -222,7 +222,7 @@ TEST(BlockContact, APartHeldBySubstituteForceIsPressedByContact) {
   expect_assembled({}, {"contact.pairs=[{pair: [B, \"Table*\"], interaction: substitute}]"});
 }
 
-TEST(BlockContact, OneProcessAtLevel3BesideOneAtLevel1) {
+TEST(BlockContact, OneProcessRunsAtLevel3BesideOneAtLevel1) {
   // P and O are handled by contact, C and B by substitute forces; what O and B do to each other is of both,
   // so of the lower one.
   Overrides overrides = at_level_3("cvode", "1e-6");
@@ -252,11 +252,11 @@ std::uint64_t hash_of_12_s(const Overrides& more, int threads, ContactCallCounts
   return result.final_state.state_hash;
 }
 
-TEST(BlockContact, TheSameBitsWithThreadsAndWithCallsLeftOut) {
+TEST(BlockContact, ThreadsAndSkippedCallsChangeNoBit) {
   ContactCallCounts plain, again, every, threads;
   const std::uint64_t hash = hash_of_12_s({}, 1, plain);
   EXPECT_EQ(hash_of_12_s({}, 1, again), hash);
-  EXPECT_EQ(hash_of_12_s({"contact.optimize_calls=false"}, 1, every), hash);
+  EXPECT_EQ(hash_of_12_s({"contact.cache_unmoved_pairs=false"}, 1, every), hash);
   for (const int n : {1, 2, 3}) {
     EXPECT_EQ(hash_of_12_s({"contact.parallel=true"}, n, threads), hash) << n;
     EXPECT_EQ(threads.made, plain.made) << n;

@@ -166,7 +166,7 @@ std::vector<Change> changes(const BlockRun& r) {
   return all;
 }
 
-TEST(BlockDisassembly, StartsWhereTheAssemblyEndsAndEndsWhereItStarts) {
+TEST(BlockDisassembly, ItIsTheReverseOfTheAssembly) {
   const std::filesystem::path scenarios = std::filesystem::path(TAKT_CONFIG_DIR) / "scenarios";
   const Scenario assembly = read_scenario(scenarios / "block_assembly.yaml");
   const Scenario disassembly = read_scenario(scenarios / "block_disassembly.yaml");
@@ -185,7 +185,7 @@ TEST(BlockDisassembly, StartsWhereTheAssemblyEndsAndEndsWhereItStarts) {
   match(assembly, disassembly);
 }
 
-TEST(BlockDisassembly, EndsAtTheAnalyticPlacesAndNoPartIsEverLost) {
+TEST(BlockDisassembly, PartsEndAtTheAnalyticPlacesAndNoPartIsLost) {
   expect_ends_where_the_assembly_starts(whole_disassembly());
   for (const ExpectedPose& expected : whole_disassembly().scenario.expected) {
     EXPECT_EQ(whole_disassembly().sample(whole_disassembly().result.final_state, expected.part).state,
@@ -194,7 +194,7 @@ TEST(BlockDisassembly, EndsAtTheAnalyticPlacesAndNoPartIsEverLost) {
   }
 }
 
-TEST(BlockDisassembly, PartsChangeHandsAsIntendedAndAtNoOtherTime) {
+TEST(BlockDisassembly, PartsChangeHandsAtTheIntendedTimesOnly) {
   using testing::DoubleNear;
   using testing::FieldsAre;
   std::vector<testing::Matcher<Change>> expected;
@@ -234,7 +234,7 @@ TEST(BlockDisassembly, RobotsRestWhenPartsChangeHands) {
   EXPECT_EQ(looked_at, 16);
 }
 
-TEST(BlockDisassembly, PassesThroughItsMarks) {
+TEST(BlockDisassembly, PartsPassTheirMarks) {
   const BlockRun& r = whole_disassembly();
   const auto is_in = [&](double t, const char* part, const char* base, const Vec3& seat) {
     EXPECT_LE((r.relative(r.mark(t), part, base) - seat).norm(), 1e-6)
@@ -257,7 +257,7 @@ TEST(BlockDisassembly, PassesThroughItsMarks) {
   is_above(30.5, "P", "O", kP_in_O, 0.080);
 }
 
-TEST(BlockDisassembly, TouchesNothingButWhatItMustAndOnlyThen) {
+TEST(BlockDisassembly, PartsTouchOnlyWhatTheProgramIntends) {
   const std::map<std::string, Touch>& touches = watched().watch.touches();
   std::set<std::string> pairs;
   for (const auto& [pair, touch] : touches) {
@@ -324,7 +324,7 @@ TEST(BlockDisassembly, RobotsKeepClearOfEachOtherAndOfTheTables) {
   EXPECT_GT(watched().watch.lowest_m(), 0.7 + 0.1);
 }
 
-TEST(BlockDisassembly, SteadyLoads) {
+TEST(BlockDisassembly, LoadsAtRestAreThoseOfStatics) {
   const BlockRun& r = whole_disassembly();
   struct Load {
     double time_s;
@@ -345,7 +345,7 @@ TEST(BlockDisassembly, SteadyLoads) {
   EXPECT_GT(r.moment_of_weights(r.mark(20.4), {"P", "O"}, "Gripper1").norm(), 0.01);
 }
 
-TEST(BlockDisassembly, PlainHullsWorkToo) {
+TEST(BlockDisassembly, PartsAreTakenApartWithPlainHulls) {
   // P stands in the hull of O and reaches into that of B; O and C stand in that of B, and stay in it longer
   // than they touch B itself. A gripper is preferred to a table, and nothing rests on what is higher up.
   const WatchedRun hulls = watched_run({"parts.O.convex=hull", "parts.B.convex=hull"});
@@ -361,7 +361,7 @@ TEST(BlockDisassembly, PlainHullsWorkToo) {
   EXPECT_GT(hulls.watch.touches().at("O P").last_s, watched().watch.touches().at("O P").last_s + 0.1);
 }
 
-TEST(BlockDisassembly, ThesisLawSagsATenthOfAMillimetrePerRegrasp) {
+TEST(BlockDisassembly, TheLawOfTheThesisSagsATenthOfAMillimetrePerRegrasp) {
   const BlockRun r = test::run_block_scenario("block_disassembly", {"interaction.weight_feed_forward=false"});
   ASSERT_EQ(r.result.fault, "");
   EXPECT_EQ(r.lost_part_steps, 0U);
@@ -375,12 +375,12 @@ TEST(BlockDisassembly, ThesisLawSagsATenthOfAMillimetrePerRegrasp) {
   }
 }
 
-TEST(BlockDisassembly, HoldsUpToTheThesisLargestStep) {
+TEST(BlockDisassembly, PartsAreHeldUpToTheLargestStepOfTheThesis) {
   expect_ends_where_the_assembly_starts(
       test::run_block_scenario("block_disassembly", {"solver.step_s=0.005"}));
 }
 
-TEST(BlockDisassembly, SameBitsInEveryRun) {
+TEST(BlockDisassembly, RepeatedRunsGiveTheSameBits) {
   const BlockRun second = test::run_block_scenario("block_disassembly");
   EXPECT_EQ(second.result.final_state.state_hash, whole_disassembly().result.final_state.state_hash);
 }

@@ -76,7 +76,7 @@ void expect_good(const Recorded& r) {
   }
 }
 
-TEST(BlockDynamics, AssemblyEndsAtTheAnalyticPlacesAndTheFlangeCarriesWhatStaticsSays) {
+TEST(BlockDynamics, TheAssemblyEndsAtTheAnalyticPlacesAndTheFlangeCarriesTheWeight) {
   const Recorded r = record("block_assembly", "rk2");
   expect_good(r);
   // (5.21): Gripper2 (3 kg) holds C (0.5 kg) still above B.
@@ -84,17 +84,17 @@ TEST(BlockDynamics, AssemblyEndsAtTheAnalyticPlacesAndTheFlangeCarriesWhatStatic
   EXPECT_LT(r.highest_load_N - r.lowest_load_N, 1e-3);
 }
 
-TEST(BlockDynamics, AssemblyByTheLinearlyImplicitSolver) {
+TEST(BlockDynamics, TheAssemblyEndsAtItsPlacesByTheLinearlyImplicitSolver) {
   const Recorded r = record("block_assembly", "implicit");
   expect_good(r);
   EXPECT_NEAR(r.load_at_mark_N, (0.5 + 3.0) * kGravity_m_s2, 1e-4);
 }
 
-TEST(BlockDynamics, DisassemblyEndsAtTheAnalyticPlaces) {
+TEST(BlockDynamics, TheDisassemblyEndsAtTheAnalyticPlaces) {
   expect_good(record("block_disassembly", "rk2"));
 }
 
-TEST(BlockDynamics, TheSameBitsTwice) {
+TEST(BlockDynamics, RepeatedRunsGiveTheSameBits) {
   const auto hash = [] {
     return test::run_block_scenario("block_assembly",
                                     {"processes.assembly.level_of_detail=2", "duration_s=6"})

@@ -76,7 +76,7 @@ void expect(const ExplainedRun& r, const Explanation& e, const std::string& part
   EXPECT_EQ(r.name(e.decision.rival), rival);
 }
 
-TEST(BlockExplanation, AtTheStartPartsArePlaced) {
+TEST(BlockExplanation, PartsStandOnTheirTablesAtTheStart) {
   const ExplainedRun& r = with_decomposition();
   for (const char* part : {"P", "O", "C", "B"}) {
     const Explanation& e = r.explain(0.0, part);
@@ -88,7 +88,7 @@ TEST(BlockExplanation, AtTheStartPartsArePlaced) {
   }
 }
 
-TEST(BlockExplanation, PIsInOAndStillHeldWhileOStands) {
+TEST(BlockExplanation, PIsInOAndHeldByItsGripperWhileOStands) {
   const ExplainedRun& r = with_decomposition();
   const Explanation& p = r.explain(9.8, "P");
   EXPECT_EQ(p.state, PartState::grasped);
@@ -128,7 +128,7 @@ TEST(BlockExplanation, ThePartnerNeedNotTouchThePart) {
   EXPECT_THAT(pairs, ElementsAre("P-O", "O-B", "B-Gripper2")) << "the contacts along the sequence";
 }
 
-TEST(BlockExplanation, AssembledOnTable1) {
+TEST(BlockExplanation, TheAssemblyOnTable1IsExplained) {
   const ExplainedRun& r = with_decomposition();
   EXPECT_THAT(r.sequences(r.explain(25.0, "P")), ElementsAre("P,O,B,Table1"));
   EXPECT_THAT(r.sequences(r.explain(25.0, "O")), ElementsAre("O,B,Table1"));
@@ -143,7 +143,7 @@ TEST(BlockExplanation, AssembledOnTable1) {
   EXPECT_NEAR(r.explain(25.0, "C").since.time_s, 11.0, 0.05);
 }
 
-TEST(BlockExplanation, WithHullsThereAreTwoWaysToTheTable) {
+TEST(BlockExplanation, PlainHullsGiveTwoSequencesToTheTable) {
   const ExplainedRun& r = with_hulls();
   for (const double t : {25.0, 41.0}) {
     const std::string table = t < 30.0 ? "Table1" : "Table2";
@@ -157,7 +157,7 @@ TEST(BlockExplanation, WithHullsThereAreTwoWaysToTheTable) {
   }
 }
 
-TEST(BlockExplanation, TheWholeIsHeldAtBAndThenStandsOnTable2) {
+TEST(BlockExplanation, TheAssemblyIsHeldAtBAndThenStandsOnTable2) {
   const ExplainedRun& r = with_decomposition();
   for (const char* part : {"P", "O", "C", "B"}) {
     const Explanation& e = r.explain(41.0, part);
@@ -171,7 +171,7 @@ TEST(BlockExplanation, TheWholeIsHeldAtBAndThenStandsOnTable2) {
   EXPECT_THAT(describe(r.explain(41.0, "P"), r.cell->description), HasSubstr("before: Gripper2"));
 }
 
-TEST(BlockExplanation, ForcesAreThoseOfTheSnapshot) {
+TEST(BlockExplanation, ExplainedForcesEqualThoseOfTheSnapshot) {
   const ExplainedRun& r = with_decomposition();
   for (const auto& [key, e] : r.at) {
     if (e.connections.empty() || e.held_count > 0) continue;

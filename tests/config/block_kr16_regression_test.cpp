@@ -14,7 +14,7 @@ namespace {
 
 using test::BlockRun;
 
-TEST(BlockKr16, AssemblesWithDetailedDrives) {
+TEST(BlockKr16, DetailedDrivesAssembleTheBlocks) {
   std::vector<std::array<double, 6>> largest_effort, least_effort;
   bool detailed = true;
   const auto observe = [&](const CellModel& cell, const Snapshot& snapshot) {
@@ -59,7 +59,7 @@ TEST(BlockKr16, AssemblesWithDetailedDrives) {
   }
 }
 
-TEST(BlockKr16, AgreesWithASolverWithErrorControl) {
+TEST(BlockKr16, TheRunAgreesWithASolverWithErrorControl) {
   const auto run = [](const std::vector<std::string>& overrides) {
     return test::run_block_scenario("block_assembly_kr16", overrides);
   };

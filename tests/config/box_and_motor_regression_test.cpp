@@ -114,7 +114,7 @@ void expect_only_the_motor_is_gripped(const BoxOutcome& outcome) {
   EXPECT_LE((outcome.box - Vec3(0.0, 0.0, kTable)).norm(), 1e-6);
 }
 
-TEST(BoxAndMotor, WithTheHullTheBoxIsGrippedToo) {
+TEST(BoxAndMotor, TheBoxIsGrippedTooWithTheHull) {
   const BoxOutcome outcome = grip_motor_out_of_box("hull");
   EXPECT_EQ(outcome.motor_partner, "Gripper");
   EXPECT_TRUE(outcome.box_was_gripped);
@@ -124,14 +124,14 @@ TEST(BoxAndMotor, WithTheHullTheBoxIsGrippedToo) {
   EXPECT_EQ(outcome.notes[0].component, "Box");
 }
 
-TEST(BoxAndMotor, WithTheDecompositionTheBoxStays) {
+TEST(BoxAndMotor, TheBoxStaysWithTheDecomposition) {
   if (!decomposition_available()) GTEST_SKIP() << "built without V-HACD";
   const BoxOutcome outcome = grip_motor_out_of_box("{method: vhacd, resolution: 400000}");
   expect_only_the_motor_is_gripped(outcome);
   EXPECT_TRUE(outcome.notes.empty()) << outcome.notes[0].sentence;
 }
 
-TEST(BoxAndMotor, WithPartsMadeByHandTheBoxStays) {
+TEST(BoxAndMotor, TheBoxStaysWithHandMadePieces) {
   const BoxOutcome outcome = grip_motor_out_of_box("box_convex.obj");
   expect_only_the_motor_is_gripped(outcome);
   EXPECT_TRUE(outcome.notes.empty()) << outcome.notes[0].sentence;

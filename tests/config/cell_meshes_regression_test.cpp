@@ -44,7 +44,7 @@ double widest(const Solid& solid, double from, double to) {
   return most;
 }
 
-TEST(CellMeshes, AllAreClosedAndOfTheSizeSaid) {
+TEST(CellMeshes, MeshesAreClosedAndOfTheDocumentedSize) {
   const test::TemporaryDirectory directory;
   const std::string command =
       std::string(TAKT_BIN_DIR) + "/takt-make-meshes --cells " + directory.path().string();
@@ -77,7 +77,7 @@ TEST(CellMeshes, ParametersAreSetByNameWithinTheirBounds) {
     EXPECT_THROW(meshes::set_parameter(p, wrong), std::invalid_argument) << wrong;
 }
 
-TEST(CellMeshes, AllAreClosedAtTheBoundsOfTheirParameters) {
+TEST(CellMeshes, MeshesAreClosedAtTheBoundsOfTheirParameters) {
   std::ostringstream list;
   meshes::list_parameters(list, {});
   std::istringstream lines(list.str());
@@ -105,7 +105,7 @@ TEST(CellMeshes, AllAreClosedAtTheBoundsOfTheirParameters) {
   EXPECT_EQ(parameters, 21);
 }
 
-TEST(CellMeshes, PressFitIsAsNarrowAsItsParameterSays) {
+TEST(CellMeshes, ThePressFitIsAsNarrowAsItsParameter) {
   for (const double interference : {10e-6, 50e-6, -100e-6}) {
     meshes::ChainsawParameters p;
     p.interference = interference;
@@ -121,7 +121,7 @@ TEST(CellMeshes, PressFitIsAsNarrowAsItsParameterSays) {
   }
 }
 
-TEST(CellMeshes, MotorIsItsFiveConvexPieces) {
+TEST(CellMeshes, TheMotorEqualsItsFiveConvexPieces) {
   const meshes::ChainsawParameters p;
   const std::vector<Solid> pieces = make_motor_pieces(p);
   ASSERT_EQ(pieces.size(), 5U);

@@ -139,7 +139,7 @@ TEST(ContactMeshes, SphereRingAndHookLieOnTheirSurfaces) {
   EXPECT_NEAR(outermost, 0.023, 4e-9);
 }
 
-TEST(ContactMeshes, LargeOnesAreMadeOnDemand) {
+TEST(ContactMeshes, LargeMeshesAreMadeOnDemand) {
   const test::TemporaryDirectory directory;
   const std::string command =
       std::string(TAKT_BIN_DIR) + "/takt-make-meshes --large " + directory.path().string();
@@ -159,7 +159,7 @@ TEST(ContactMeshes, LargeOnesAreMadeOnDemand) {
       4e-9);
 }
 
-TEST(ContactMeshes, WrongArgumentsOfTheGeneratorAreAnswered) {
+TEST(ContactMeshes, InvalidArgumentsOfTheGeneratorAreReported) {
   const std::string generator = std::string(TAKT_BIN_DIR) + "/takt-make-meshes";
   for (const char* arguments : {"", " --small x", " --large", " a b", " --large a b"})
     EXPECT_EQ(WEXITSTATUS(std::system((generator + arguments + " 2> /dev/null").c_str())), 2) << arguments;

@@ -52,7 +52,7 @@ double first_touch(const std::shared_ptr<BoxedMesh>& a, Pose X, const std::share
   return high;
 }
 
-TEST(ContactSceneGeometry, ABoltGoesDownByTheBacklashOfItsThread) {
+TEST(ContactSceneGeometry, ABoltDropsByTheBacklashOfItsThread) {
   const double backlash = 0.004 / std::numbers::pi * std::asin(1e-4 / (2 * 5e-4));
   EXPECT_NEAR(first_touch(boxed_mesh("bolt"), {}, boxed_mesh("socket"), -3e-4, 0.0), -backlash, 1e-5);
 }
@@ -85,7 +85,7 @@ TEST(ContactSceneGeometry, PegsHaveTheirClearanceOnEverySide) {
   }
 }
 
-TEST(ContactSceneGeometry, APressedPegIsTooLargeAndItsChamferIsNot) {
+TEST(ContactSceneGeometry, APressedPegIsOversizedAndItsChamferIsNot) {
   const auto peg = boxed_mesh("press_peg"), bush = boxed_mesh("bush");
   EXPECT_TRUE(surfaces_meet(peg, {Mat3::Identity(), {0.0, 0.0, -0.015}}, bush));
   // From above it enters until the chamfers lie on each other: radius 8.01 mm + height on 10 mm + height - 29

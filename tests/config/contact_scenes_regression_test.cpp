@@ -23,7 +23,7 @@ std::vector<fs::path> scenes() {
   return files;
 }
 
-TEST(ContactScenes, AreListedInTheDocumentation) {
+TEST(ContactScenes, EverySceneIsListedInTheDocumentation) {
   std::ifstream stream(fs::path(TAKT_SOURCE_DIR) / "docs" / "scenes.md");
   const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
   const auto files = scenes();
@@ -32,7 +32,7 @@ TEST(ContactScenes, AreListedInTheDocumentation) {
     EXPECT_NE(text.find("`" + file.stem().string() + "`"), std::string::npos) << file;
 }
 
-TEST(ContactScenes, Load) {
+TEST(ContactScenes, EverySceneLoads) {
   if constexpr (kMaxLevelOfDetail < 3) GTEST_SKIP() << "they need level of detail 3";
   for (const fs::path& file : scenes()) {
     SCOPED_TRACE(file);

@@ -85,7 +85,7 @@ std::map<std::string, Moments> drawings() {
   return all;
 }
 
-TEST(Meshes, GeneratorMakesTheCommittedFilesByteForByte) {
+TEST(Meshes, TheGeneratorMakesTheCommittedFilesByteForByte) {
   const fs::path directory = fs::temp_directory_path() / ("takt_meshes_" + std::to_string(::getpid()));
   const std::string command = std::string(TAKT_BIN_DIR) + "/takt-make-meshes " + directory.string();
   ASSERT_EQ(std::system(command.c_str()), 0) << command;

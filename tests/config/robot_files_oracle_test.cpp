@@ -2,14 +2,22 @@
 // of an independent calculation.
 #include <gtest/gtest.h>
 
-#include "server/scenario/urdf_dynamics.h"
+#include "server/scenario/urdf_arm.h"
 #include "tests/support/robot_tables.h"
 
 namespace takt {
 namespace {
 
-std::string robot_file(const std::string& name) {
-  return std::string(TAKT_CONFIG_DIR) + "/robots/" + name;
+UrdfArm arm_of(const std::string& file, const std::string& flange = "tool0") {
+  return read_urdf_arm(std::string(TAKT_CONFIG_DIR) + "/robots/" + file, "base_link", flange);
+}
+
+TreeModel tree_of(const UrdfArm& arm) {
+  TreeModel tree;
+  const std::vector<BodyInertia> inertias = urdf_inertias(arm).links;
+  for (std::size_t i = 0; i < inertias.size(); ++i)
+    tree.joints.push_back({arm.arm.joints[i], static_cast<int>(i) - 1, inertias[i]});
+  return tree;
 }
 
 void expect_tree(const TreeModel& found, const TreeModel& expected) {
@@ -35,18 +43,18 @@ void expect_tree(const TreeModel& found, const TreeModel& expected) {
 }
 
 TEST(RobotFiles, Ur10eIsThePublishedOne) {
-  const UrdfTree file = read_urdf_tree(robot_file("ur10e.urdf"), "base_link", {true, true});
-  expect_tree(file.tree, test::tree_of(test::ur10e_table()));
-  EXPECT_TRUE(file.remarks.empty());
-  EXPECT_EQ(file.frames.back().link, "tool0");
-  EXPECT_EQ(file.frames.back().joint, 5);
+  const UrdfArm file = arm_of("ur10e.urdf");
+  expect_tree(tree_of(file), test::tree_of(test::ur10e_table()));
+  EXPECT_TRUE(urdf_inertias(file).remarks.empty());
+  EXPECT_EQ(file.links.back().name, "tool0");
+  EXPECT_EQ(file.links.back().joint, 5);
 }
 
 TEST(RobotFiles, Kr16HasThePublishedKinematicsAndTheAssumedInertias) {
-  const UrdfTree file = read_urdf_tree(robot_file("kr16.urdf"), "base_link", {true, true});
-  expect_tree(file.tree, test::tree_of(test::kr16_table()));
-  EXPECT_TRUE(file.remarks.empty());
-  const ArmModel arm = read_urdf_arm(robot_file("kr16.urdf"), "base_link", "tool0").arm;
+  const UrdfArm file = arm_of("kr16.urdf");
+  expect_tree(tree_of(file), test::tree_of(test::kr16_table()));
+  EXPECT_TRUE(urdf_inertias(file).remarks.empty());
+  const ArmModel& arm = file.arm;
   ArmPoses poses;
   forward_kinematics(arm, JointArray{}.data(), poses);
   EXPECT_LT((poses.X_RF.p - Vec3(1.768, 0.0, 0.640)).norm(), 1e-12);
@@ -55,7 +63,7 @@ TEST(RobotFiles, Kr16HasThePublishedKinematicsAndTheAssumedInertias) {
   EXPECT_NEAR(poses.link[2].p.x() + (poses.link[4].p - poses.link[2].p).norm(), 1.6109, 5e-5);
 
   // Static torques of the assumption with 16 kg on the flange, arm stretched: A2 872, A3 248, A5 27 N m.
-  TreeModel loaded = file.tree;
+  TreeModel loaded = tree_of(file);
   BodyInertia& last = loaded.joints.back().inertia;
   last = combined(last, {16.0, Vec3::Zero(), Mat3::Zero()}, arm.X_JF);
   const MultibodyTree tree(loaded);
@@ -69,32 +77,21 @@ TEST(RobotFiles, Kr16HasThePublishedKinematicsAndTheAssumedInertias) {
 }
 
 TEST(RobotFiles, R3IsThatOfTheFactSheet) {
-  const UrdfTree file = read_urdf_tree(robot_file("r3.urdf"), "base_link", {true, true});
+  const UrdfArm file = arm_of("r3.urdf", "flange");
+  const TreeModel tree = tree_of(file);
   TreeModel expected = test::r3_tree();
   // Link 6 and the load as one, by the figures of the sheet.
-  const BodyInertia& last = file.tree.joints.back().inertia;
+  const BodyInertia& last = tree.joints.back().inertia;
   EXPECT_DOUBLE_EQ(last.mass_kg, 15.5);
   EXPECT_LT((last.p_BBcm_B - Vec3(0.098387097, 0.243548387, 0.098387097)).norm(), 1e-9);
   Mat3 tensor;
   tensor << 0.022564516, -0.004838710, -0.001209677, -0.004838710, 0.004419355, -0.004838710, -0.001209677,
       -0.004838710, 0.022564516;
   EXPECT_LT((last.I_BBcm_B - tensor).norm(), 2e-9);
-  expect_tree(file.tree, expected);
-  ASSERT_EQ(file.remarks.size(), 1u);
-  EXPECT_NE(file.remarks[0].find("link 'link_1'"), std::string::npos) << file.remarks[0];
-}
-
-TEST(RobotFiles, InertiasOfAnArmAreThoseOfTheTree) {
-  const UrdfArm arm = read_urdf_arm(robot_file("r3.urdf"), "base_link", "flange");
-  const UrdfInertias read = read_urdf_inertias(robot_file("r3.urdf"), arm, "base_link");
-  const auto& inertias = read.links;
-  EXPECT_EQ(read.remarks.size(), 1u);
-  ASSERT_EQ(inertias.size(), 6u);
-  const TreeModel expected = test::r3_tree();
-  for (size_t i = 0; i < 6; ++i) {
-    EXPECT_NEAR(inertias[i].mass_kg, expected.joints[i].inertia.mass_kg, 1e-14);
-    EXPECT_LT((inertias[i].I_BBcm_B - expected.joints[i].inertia.I_BBcm_B).norm(), 1e-14);
-  }
+  expect_tree(tree, expected);
+  const std::vector<std::string> remarks = urdf_inertias(file).remarks;
+  ASSERT_EQ(remarks.size(), 1u);
+  EXPECT_NE(remarks[0].find("link 'link_1'"), std::string::npos) << remarks[0];
 }
 
 /// Figures as printed in the fact sheet, with the unit of the last digit.
@@ -126,7 +123,7 @@ const CheckValues kChecks[] = {
 TEST(RobotFiles, R3HasTheCheckValuesOfTheFactSheet) {
   // In a cell: z up, base turned, so that gravity is along -y of the base.
   const Mat3 R_WR = rotation_from_rpy({M_PI / 2.0, 0.0, 0.0});
-  TreeModel model = read_urdf_tree(robot_file("r3.urdf"), "base_link").tree;
+  TreeModel model = tree_of(arm_of("r3.urdf", "flange"));
   model.gravity_R = R_WR.transpose() * Vec3(0.0, 0.0, -9.81);
   const MultibodyTree tree(model);
   const JointArray qd{0.5, -0.4, 0.3, 1.0, -0.8, 1.2}, qdd{1.0, 2.0, -1.0, 0.5, -2.0, 3.0}, still{};

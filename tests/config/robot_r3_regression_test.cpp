@@ -135,7 +135,7 @@ void expect_within(const Motion& motion, const Limits& limits) {
 
 class RobotR3 : public testing::TestWithParam<std::string> {};
 
-TEST_P(RobotR3, WholeMotionWithLocatedEvents) {
+TEST_P(RobotR3, TheWholeMotionKeepsThePublishedFiguresWithLocatedEvents) {
   const R3Run r = run_r3({"solver.method=" + GetParam(), "solver.tolerance=1e-8"});
   ASSERT_EQ(r.result.fault, "");
   expect_within(r.motion, {1e-6, 5e-4, 0.03, 0.03, 1e-4});  // a tenth of what is accepted
@@ -150,20 +150,20 @@ TEST_P(RobotR3, WholeMotionWithLocatedEvents) {
 INSTANTIATE_TEST_SUITE_P(Solvers, RobotR3, testing::Values("cvode", "esdirk", "ida"),
                          [](const auto& test) { return test.param; });
 
-TEST(RobotR3FixedSteps, ImplicitAtATenthOfAMillisecondIsAccepted) {
+TEST(RobotR3FixedSteps, TheImplicitMethodAtATenthOfAMillisecondKeepsThePublishedFigures) {
   const R3Run r = run_r3({"solver.method=implicit", "solver.step_s=0.0001"});
   ASSERT_EQ(r.result.fault, "");
   expect_within(r.motion, kAcceptance);
 }
 
-TEST(RobotR3FixedSteps, ClassicalRungeKuttaAtTenMicroseconds) {
+TEST(RobotR3FixedSteps, ClassicalRungeKuttaAtTenMicrosecondsKeepsThePublishedFigures) {
   const R3Run r = run_r3({"solver.method=rk4", "solver.step_s=0.00001"});
   ASSERT_EQ(r.result.fault, "");
   // The same method at the same steps: nothing but rounding is left, and what a switch makes of it.
   expect_within(r.motion, {1e-9, 1e-7, 1e-5, 1e-5, 1e-8});
 }
 
-TEST(RobotR3Tolerance, SmallerToleranceComesCloser) {
+TEST(RobotR3Tolerance, ASmallerToleranceComesCloser) {
   const R3Run reference = run_r3({"solver.tolerance=1e-11"});
   double previous = 1.0;
   for (const char* tolerance : {"1e-4", "1e-6", "1e-8"}) {
@@ -180,7 +180,7 @@ TEST(RobotR3Tolerance, SmallerToleranceComesCloser) {
   EXPECT_LT(previous, 2e-8);  // a switch located, yet only made at the end of a step, costs more
 }
 
-TEST(RobotR3Scenario, StartsInThePublishedState) {
+TEST(RobotR3Scenario, TheRobotStartsInThePublishedState) {
   const Simulation simulation(load_cell(r3_scenario("robot_r3")));
   const Snapshot snapshot = simulation.make_snapshot();
   const RobotSample& robot = snapshot.robots[0];
@@ -203,7 +203,7 @@ TEST(RobotR3Scenario, StartsInThePublishedState) {
 }
 
 // Link 1 has a tensor as no body has it (only what turns about its axis counts): told to who uses the robot.
-TEST(RobotR3Scenario, DoubtfulInertiasAreToldByTheProgramAndInTheReport) {
+TEST(RobotR3Scenario, DoubtfulInertiasAreReportedByTheProgramAndInTheReport) {
   const auto cell = load_cell(r3_scenario("robot_r3"));
   ASSERT_EQ(cell->import_notes.size(), 1U);
   const ImportNote& note = cell->import_notes[0];
@@ -284,7 +284,7 @@ struct SingleAxis {
   }
 };
 
-TEST(RobotR3SingleAxis, WholeMotion) {
+TEST(RobotR3SingleAxis, TheWholeMotionOfASingleAxisKeepsThePublishedFigures) {
   const auto cell = load_cell(r3_scenario("robot_r3_single_axis"));
   Simulation simulation(cell);
   SingleAxis axis;
@@ -312,7 +312,7 @@ TEST(RobotR3SingleAxis, WholeMotion) {
   EXPECT_NEAR(snapshot.robots[0].position[0], 2.0 * M_PI / 3.0, 0.002);
 }
 
-TEST(RobotR3Csv, HasItsColumnsByQuantity) {
+TEST(RobotR3Csv, ColumnsAreOrderedByQuantity) {
   const test::TemporaryDirectory directory;
   const auto file = directory.path() / "r3.csv";
   const Scenario scenario = read_scenario(r3_scenario("robot_r3"));

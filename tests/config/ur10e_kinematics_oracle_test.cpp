@@ -8,7 +8,7 @@
 #include <kdl/chainjnttojacsolver.hpp>
 #include <random>
 
-#include "server/scenario/urdf_reader.h"
+#include "server/scenario/urdf_arm.h"
 
 namespace takt {
 namespace {
@@ -52,7 +52,7 @@ class Ur10e : public testing::Test {
   std::mt19937 random_{20};
 };
 
-TEST_F(Ur10e, HasThePublishedLimits) {
+TEST_F(Ur10e, LimitsAreThePublishedOnes) {
   ASSERT_EQ(arm_.joint_count(), 6);
   for (size_t i = 0; i < 6; ++i) {
     const double degree = M_PI / 180.0;
@@ -63,7 +63,7 @@ TEST_F(Ur10e, HasThePublishedLimits) {
   }
 }
 
-TEST_F(Ur10e, FlangePoseAndJacobianAreThoseOfKdl) {
+TEST_F(Ur10e, FlangePoseAndJacobianEqualThoseOfKdl) {
   KDL::Chain chain = kdl_chain();
   KDL::ChainFkSolverPos_recursive forward(chain);
   KDL::ChainJntToJacSolver jacobian(chain);
@@ -88,7 +88,7 @@ TEST_F(Ur10e, FlangePoseAndJacobianAreThoseOfKdl) {
   }
 }
 
-TEST_F(Ur10e, JacobianIsTheDerivativeOfThePose) {
+TEST_F(Ur10e, TheJacobianIsTheDerivativeOfThePose) {
   constexpr double h = 1e-6;
   for (int n = 0; n < 100; ++n) {
     const JointArray q = random_joints();
@@ -110,7 +110,7 @@ TEST_F(Ur10e, JacobianIsTheDerivativeOfThePose) {
   }
 }
 
-TEST_F(Ur10e, TwistIsJacobianTimesJointVelocity) {
+TEST_F(Ur10e, TheTwistIsTheJacobianTimesTheJointVelocity) {
   for (int n = 0; n < 200; ++n) {
     const JointArray q = random_joints(), qd = random_joints();
     ArmPoses poses;
@@ -123,7 +123,7 @@ TEST_F(Ur10e, TwistIsJacobianTimesJointVelocity) {
   }
 }
 
-TEST_F(Ur10e, FlangePointsOutwards) {
+TEST_F(Ur10e, TheFlangePointsOutwards) {
   const JointArray q = random_joints();
   ArmPoses poses;
   forward_kinematics(arm_, q.data(), poses);

@@ -149,7 +149,7 @@ class NaiveMonitor {
   std::vector<int> holder_;
 };
 
-TEST(ClearanceMonitorProperty, TellsTheSameAsAskingInEveryStep) {
+TEST(ClearanceMonitorProperty, TheMonitorReportsTheSameAsAQueryInEveryStep) {
   std::size_t told[3] = {0, 0, 0};
   std::uint64_t asked = 0, always = 0;
   for (unsigned seed = 1; seed <= 6; ++seed) {

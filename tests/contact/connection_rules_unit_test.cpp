@@ -37,24 +37,24 @@ Keys extended(const ContactGraph& graph, int present = -1) {
   return keys;
 }
 
-TEST(ConnectionRules, PlainConnectsWhateverTouches) {
+TEST(ConnectionRules, ThePlainRuleConnectsAllTouchingPairs) {
   EXPECT_THAT(plain(assembly({{O, G}})),
               ElementsAre(ConnectionKey{P, O}, ConnectionKey{P, B}, ConnectionKey{O, B}, ConnectionKey{O, G},
                           ConnectionKey{B, T}, ConnectionKey{C, B}));
 }
 
-TEST(ConnectionRules, ExtendedWithoutGripperIsThePlainOne) {
+TEST(ConnectionRules, TheExtendedRuleWithoutAGripperEqualsThePlainRule) {
   EXPECT_EQ(extended(assembly()), plain(assembly()));
 }
 
-TEST(ConnectionRules, GripperComesBeforeGround) {
+TEST(ConnectionRules, AGripperComesBeforeAGround) {
   const Keys keys = extended(assembly({{B, G}}));
   // B is carried, and all that is lower rides on it.
   EXPECT_THAT(keys, ElementsAre(ConnectionKey{P, O}, ConnectionKey{P, B}, ConnectionKey{O, B},
                                 ConnectionKey{B, G}, ConnectionKey{C, B}));
 }
 
-TEST(ConnectionRules, AGraspedPartLetsGoOfWhatIsHigher) {
+TEST(ConnectionRules, AGraspedPartReleasesPartsOfHigherRank) {
   EXPECT_THAT(extended(assembly({{O, G}})),
               ElementsAre(ConnectionKey{P, O}, ConnectionKey{P, B}, ConnectionKey{O, G}, ConnectionKey{B, T},
                           ConnectionKey{C, B}));
@@ -63,7 +63,7 @@ TEST(ConnectionRules, AGraspedPartLetsGoOfWhatIsHigher) {
                                                                 ConnectionKey{B, T}, ConnectionKey{C, B}));
 }
 
-TEST(ConnectionRules, EqualRankConnectsOnlyUngrasped) {
+TEST(ConnectionRules, PartsOfEqualRankConnectOnlyWhileUngrasped) {
   ContactGraph graph(3);
   graph.vertices = {{ComponentType::part, 2}, {ComponentType::part, 2}, {ComponentType::gripper, 0}};
   graph.add_contact(0, 1);
@@ -79,7 +79,7 @@ TEST(ConnectionRules, EqualRankConnectsOnlyUngrasped) {
   }
 }
 
-TEST(ConnectionRules, OfTwoGrippersThePresentOneStays) {
+TEST(ConnectionRules, ThePresentGripperStaysWhenASecondOneTouches) {
   const ContactGraph graph = assembly({{B, G}, {B, H}});
   Keys keys;
   extended_substitute_force_connections(graph, B, -1, keys);
@@ -106,7 +106,7 @@ class SupportTreeTest : public testing::Test {
   std::vector<Component> components_;
 };
 
-TEST_F(SupportTreeTest, GrowsFromTheTable) {
+TEST_F(SupportTreeTest, TheTreeGrowsFromTheTable) {
   const SupportTree tree = grown(assembly());
   EXPECT_EQ(tree.carrier(B), T);
   EXPECT_EQ(tree.carrier(O), B);
@@ -124,7 +124,7 @@ TEST_F(SupportTreeTest, AGripperIsPreferredAtEqualDistance) {
   EXPECT_EQ(grown(assembly({{B, G}})).carrier(B), G);
 }
 
-TEST_F(SupportTreeTest, AFreeClusterHangsOnItsHighest) {
+TEST_F(SupportTreeTest, AFreeClusterHangsOnItsHighestPart) {
   ContactGraph graph = assembly();
   graph.remove_contact(B, T);
   const SupportTree tree = grown(graph);

@@ -34,7 +34,7 @@ bool any_overlap(const std::vector<ConvexShape>& a, const Pose& X_WA, const std:
   });
 }
 
-TEST(CollisionWorld, HierarchyAndMemoryGiveTheVerdictsOfAllCombinations) {
+TEST(CollisionWorld, HierarchyAndMemoryGiveTheVerdictsOfBruteForce) {
   Random random(41);
   int overlapping = 0, asked = 0;
   DetectionCounts counts;
@@ -78,7 +78,7 @@ TEST(CollisionWorld, HierarchyAndMemoryGiveTheVerdictsOfAllCombinations) {
   EXPECT_GT(counts.answered.by_hint, counts.mpr_calls / 5);  // two margins take turns, and one shape changes
 }
 
-TEST(CollisionWorld, TellsWhatMoved) {
+TEST(CollisionWorld, TheWorldReportsEveryBodyThatMoved) {
   Random random(42);
   std::vector<Component> components;
   for (int i = 0; i < 3; ++i) components.push_back(random_component(random, 2));
@@ -92,7 +92,7 @@ TEST(CollisionWorld, TellsWhatMoved) {
   EXPECT_EQ(world.moved(), std::vector<int>{2});
 }
 
-TEST(BroadPhase, FindsAllThatIsNear) {
+TEST(BroadPhase, TheQueryFindsEveryNearPair) {
   Random random(43);
   for (int round = 0; round < 20; ++round) {
     constexpr int kCount = 80;

@@ -10,6 +10,7 @@
 
 #include "server/geometry/mesh/import.h"
 #include "tests/support/contact_pairs.h"
+#include "tests/support/effort.h"
 #include "tests/support/random_shapes.h"
 
 namespace takt {
@@ -104,7 +105,7 @@ Pose turned(const Pose& X, const Vec3& shift, const Vec3& turn) {
   return {R * X.R, X.p + shift};
 }
 
-TEST(ContactEnergy, WrenchIsMinusItsGradient) {
+TEST(ContactEnergy, TheWrenchIsTheNegativeGradientOfTheEnergy) {
   for (const EnergyScene& s : energy_scenes()) {
     PolygonalContact contact(surface(s.base), surface(s.target), elastic_law());
     Random random(17);
@@ -145,7 +146,7 @@ TEST(ContactEnergy, ClosedLoopsOfAMotionDoNoWork) {
       if (base->element_count() > 7000) continue;
       PolygonalContact contact(base, surface(s.target), elastic_law());
       Random random(29);
-      for (int loop = 0; loop < 2; ++loop) {
+      for (std::size_t loop = 0; loop < test::effort(); ++loop) {
         // Sines of different frequencies and phases in all six coordinates.
         std::array<Vec3, 3> shift, turn;
         for (std::size_t k = 0; k < 3; ++k) {
@@ -162,37 +163,50 @@ TEST(ContactEnergy, ClosedLoopsOfAMotionDoNoWork) {
           return turned(s.touching, a, w);
         };
         // Work by Simpson's rule; a piece is divided until that changes nothing. Where an element passes from
-        // one face to another the force jumps: there pieces become very short.
+        // one face to another the force jumps: there pieces become very short. Each pose is evaluated once.
         double moved = 0.0, largest_J = 0.0;
-        const auto piece = [&](double from, double to) {
-          const Pose last = pose(from), next = pose(to);
-          const Eigen::AngleAxisd rotation(Mat3(next.R * last.R.transpose()));
-          const Vec3 w = rotation.angle() * rotation.axis(), a = next.p - last.p;
-          const auto work_at = [&](const Pose& X) {
-            const ContactResult r = evaluate(contact, {X, {}});
-            largest_J = std::max(largest_J, r.elastic_energy_J);
-            return r.F_B_T.f.dot(a) + (r.F_B_T.t - X.p.cross(r.F_B_T.f)).dot(w);
-          };
-          return (work_at(last) + 4.0 * work_at(pose(0.5 * (from + to))) + work_at(next)) / 6.0;
+        struct Instant {
+          double phase;
+          Pose X;
+          Vec3 force, moment;  ///< on the base, about the origin of the target
         };
-        const std::function<double(double, double, double, double)> divided =
-            [&](double from, double to, double whole, double tolerance) {
-              const double half = 0.5 * (from + to);
-              const double first = piece(from, half), second = piece(half, to);
-              if (std::abs(first + second - whole) <= tolerance || to - from < 1e-12) return first + second;
-              return divided(from, half, first, 0.6 * tolerance) + divided(half, to, second, 0.6 * tolerance);
+        const auto instant = [&](double phase) {
+          const Pose X = pose(phase);
+          const ContactResult r = evaluate(contact, {X, {}});
+          largest_J = std::max(largest_J, r.elastic_energy_J);
+          return Instant{phase, X, r.F_B_T.f, r.F_B_T.t - X.p.cross(r.F_B_T.f)};
+        };
+        const auto between = [&](const Instant& from, const Instant& to) {
+          return instant(0.5 * (from.phase + to.phase));
+        };
+        const auto simpson = [](const Instant& from, const Instant& half, const Instant& to) {
+          const Eigen::AngleAxisd rotation(Mat3(to.X.R * from.X.R.transpose()));
+          const Vec3 w = rotation.angle() * rotation.axis(), a = to.X.p - from.X.p;
+          const auto work_at = [&](const Instant& at) { return at.force.dot(a) + at.moment.dot(w); };
+          return (work_at(from) + 4.0 * work_at(half) + work_at(to)) / 6.0;
+        };
+        const std::function<double(const Instant&, const Instant&, const Instant&, double, double)> divided =
+            [&](const Instant& from, const Instant& half, const Instant& to, double whole, double tolerance) {
+              const Instant early = between(from, half), late = between(half, to);
+              const double first = simpson(from, early, half), second = simpson(half, late, to);
+              if (std::abs(first + second - whole) <= tolerance || to.phase - from.phase < 1e-12)
+                return first + second;
+              return divided(from, early, half, first, 0.6 * tolerance) +
+                     divided(half, late, to, second, 0.6 * tolerance);
             };
         const int pieces = base->element_count() > 2000 ? 500 : 6000;
-        std::vector<double> whole(static_cast<std::size_t>(pieces));
+        std::vector<Instant> ends{instant(0.0)}, halves;
+        std::vector<double> whole;
         for (int i = 0; i < pieces; ++i) {
-          whole[static_cast<std::size_t>(i)] =
-              piece(static_cast<double>(i) / pieces, static_cast<double>(i + 1) / pieces);
-          moved += std::abs(whole[static_cast<std::size_t>(i)]);
+          ends.push_back(instant(static_cast<double>(i + 1) / pieces));
+          const Instant& from = ends[ends.size() - 2];
+          halves.push_back(between(from, ends.back()));
+          whole.push_back(simpson(from, halves.back(), ends.back()));
+          moved += std::abs(whole.back());
         }
         double work = 0.0;
-        for (int i = 0; i < pieces; ++i)
-          work += divided(static_cast<double>(i) / pieces, static_cast<double>(i + 1) / pieces,
-                          whole[static_cast<std::size_t>(i)], 1e-11 * moved);
+        for (std::size_t i = 0; i < whole.size(); ++i)
+          work += divided(ends[i], halves[i], ends[i + 1], whole[i], 1e-11 * moved);
         EXPECT_GT(largest_J, 0.0) << s.name;
         EXPECT_LT(std::abs(work), 1e-6 * moved) << s.name << " edge " << edge_m << " loop " << loop;
       }
@@ -200,7 +214,7 @@ TEST(ContactEnergy, ClosedLoopsOfAMotionDoNoWork) {
   }
 }
 
-TEST(ContactEnergy, ALevelPlateDoesNotPushSideways) {
+TEST(ContactEnergy, ALevelPlateHasNoSidewaysForce) {
   const TriangleMesh plates[] = {test::lattice_box({0.3, 0.3, 0.05}, std::array<int, 3>{1, 1, 1}),
                                  test::lattice_box({0.3, 0.3, 0.05}, std::array<int, 3>{37, 41, 3})};
   for (const TriangleMesh& plate : plates)

@@ -56,7 +56,7 @@ std::vector<SearchScene> search_scenes() {
   return list;
 }
 
-TEST(ContactSearch, FindsWhatEveryFaceSays) {
+TEST(ContactSearch, TheSearchFindsTheContactsOfBruteForce) {
   for (const SearchScene& s : search_scenes()) {
     const auto &base = s.base->data(), &target = s.target->data();
     Random random(31);

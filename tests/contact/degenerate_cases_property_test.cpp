@@ -31,7 +31,7 @@ Expected outcome(const Query& query) {
   }
 }
 
-TEST(DegenerateCases, EveryQueryHasTheVerdictOfGeometryOrIsRefused) {
+TEST(DegenerateCases, EveryQueryHasTheGeometricVerdictOrIsRefused) {
   const DegenerateCases list;
   int of_kind[3] = {};
   QueryCounts counts;
@@ -94,7 +94,7 @@ TEST(DegenerateCases, TheDistanceAgreesWithTheVerdictOrIsRefused) {
   }
 }
 
-TEST(DegenerateCases, TheCollisionWorldRefusesPosesAndKeepsTheLastGoodOne) {
+TEST(DegenerateCases, TheCollisionWorldRefusesNonFinitePosesAndKeepsTheLastOne) {
   const DegenerateCases list;
   int refused = 0;
   for (const DegenerateCase& c : list.all()) {
@@ -151,7 +151,7 @@ TEST(DegenerateCases, PointsWithoutAHullAreRefusedWithAReason) {
     EXPECT_EQ(convex_hull_vertices(DegenerateCases::box(1.0, 1.0, thin)).size(), 8U) << thin;
 }
 
-TEST(DegenerateCases, ASimulationStopsAtAPoseThatIsNotFiniteAndNamesIt) {
+TEST(DegenerateCases, ASimulationStopsAtANonFinitePoseAndNamesIt) {
   for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
     test::BoxCell cell;
     cell.ground("T", {1.0, 1.0, 0.05}, test::at(0.0, 0.0, -0.05));

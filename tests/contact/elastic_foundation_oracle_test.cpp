@@ -49,13 +49,13 @@ void expect_same(const char* name, const TriangleMesh& base, const TriangleMesh&
       << name << ": " << ours.t.transpose() << " and " << theirs.t.transpose();
 }
 
-TEST(ElasticFoundation, OfSimbodyGivesTheSameWrenchOfABall) {
+TEST(ElasticFoundation, SimbodyGivesTheSameWrenchOfABall) {
   const TriangleMesh plate = test::lattice_box({0.2, 0.2, 0.05}, 0.05);
   for (const double depth : {1e-4, 5e-4, 2e-3})
     expect_same("ball", test::ball(0.02, 4), plate, {Mat3::Identity(), Vec3(0.013, 0.007, 0.045 - depth)});
 }
 
-TEST(ElasticFoundation, OfSimbodyGivesTheSameWrenchOfATiltedBox) {
+TEST(ElasticFoundation, SimbodyGivesTheSameWrenchOfATiltedBox) {
   const TriangleMesh plate = test::lattice_box({0.2, 0.2, 0.05}, 0.05);
   const TriangleMesh box = test::lattice_box({0.04, 0.04, 0.04}, 0.004);
   for (const double degrees : {0.5, 2.0, 10.0, 30.0, 45.0})
@@ -68,7 +68,7 @@ TEST(ElasticFoundation, OfSimbodyGivesTheSameWrenchOfATiltedBox) {
     }
 }
 
-TEST(ElasticFoundation, OfSimbodyGivesTheSameWrenchOfAPegInItsHole) {
+TEST(ElasticFoundation, SimbodyGivesTheSameWrenchOfAPegInItsHole) {
   const auto part = [](const char* name) {
     return import_solid(std::string(TAKT_CONFIG_DIR "/meshes/contact/") + name + ".obj");
   };

@@ -39,7 +39,7 @@ void run(Simulation& simulation, int steps) {
   for (int i = 0; i < steps; ++i) ASSERT_TRUE(simulation.step({})) << simulation.fault();
 }
 
-TEST(InteractionAlgorithms, OnePartOnATableHasTheSameBits) {
+TEST(InteractionAlgorithms, OnePartOnATableHasTheSameBitsUnderEveryAlgorithm) {
   for (const bool feed_forward : {true, false}) {
     std::vector<std::uint64_t> hashes;
     for (const InteractionAlgorithm algorithm : kAlgorithms) {
@@ -57,7 +57,7 @@ TEST(InteractionAlgorithms, OnePartOnATableHasTheSameBits) {
   }
 }
 
-TEST(InteractionAlgorithms, OnePartInAGripperHasTheSameBits) {
+TEST(InteractionAlgorithms, OnePartInAGripperHasTheSameBitsUnderEveryAlgorithm) {
   std::vector<std::uint64_t> hashes;
   for (const InteractionAlgorithm algorithm : kAlgorithms) {
     BoxCell cell;
@@ -75,7 +75,7 @@ TEST(InteractionAlgorithms, OnePartInAGripperHasTheSameBits) {
   EXPECT_EQ(hashes[1], hashes[2]);
 }
 
-TEST(InteractionAlgorithms, PickSwitchesFromTableToGripper) {  // Fig. 3.10
+TEST(InteractionAlgorithms, APickSwitchesFromTableToGripper) {  // Fig. 3.10
   std::vector<std::uint64_t> hashes;
   for (const InteractionAlgorithm algorithm : kAlgorithms) {
     SCOPED_TRACE(name(algorithm));
@@ -123,7 +123,7 @@ Chain chain(InteractionAlgorithm algorithm, bool feed_forward, double offset) {
   return r;
 }
 
-TEST(InteractionAlgorithms, SeriesSagAddsUp) {  // (3.24), (3.25)
+TEST(InteractionAlgorithms, SagOfAChainAddsUp) {  // (3.24), (3.25)
   for (const InteractionAlgorithm algorithm : kChains) {
     const Chain r = chain(algorithm, false, 0.0);
     Simulation simulation(r.model);
@@ -193,7 +193,7 @@ TEST(InteractionAlgorithms, FeedForwardHoldsAChainInAGripperInAnyPose) {
   }
 }
 
-TEST(InteractionAlgorithms, ParallelConnectionsStiffen) {  // (3.28), (3.29)
+TEST(InteractionAlgorithms, ParallelConnectionsAddTheirStiffness) {  // (3.28), (3.29)
   // P on two Parts that stand in the same place: it hangs on two equal springs, each of which carries half.
   for (const InteractionAlgorithm algorithm : kChains) {
     BoxCell cell;
@@ -216,7 +216,8 @@ TEST(InteractionAlgorithms, ParallelConnectionsStiffen) {  // (3.28), (3.29)
   }
 }
 
-TEST(InteractionAlgorithms, ExtendedLimitsAPartToOneGround) {  // 3.4.2: limit and prioritize the connections
+TEST(InteractionAlgorithms,
+     TheExtendedAlgorithmLimitsAPartToOneGround) {  // 3.4.2: limit and prioritize the connections
   const auto sag = [](InteractionAlgorithm algorithm) {
     BoxCell cell;
     cell.step(2e-4).feed_forward(false);

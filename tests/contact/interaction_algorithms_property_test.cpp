@@ -182,7 +182,7 @@ void run_algorithm_trial(const AlgorithmTrial& trial, int& picks) {
   ASSERT_LE(energy(cell, simulation, s), first * (1.0 + 1e-6));
 }
 
-TEST(InteractionAlgorithmsProperty, BalanceRulesAndEnergyOfRandomAssemblies) {
+TEST(InteractionAlgorithmsProperty, RandomAssembliesKeepForceBalanceRulesAndEnergy) {
   int picks = 0;
   for (const InteractionAlgorithm algorithm :
        {InteractionAlgorithm::substitute_force, InteractionAlgorithm::extended_substitute_force,

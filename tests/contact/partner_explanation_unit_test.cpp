@@ -31,20 +31,20 @@ void expect(const PartnerDecision& d, int partner, PartnerRule rule, int rival) 
   EXPECT_EQ(d.rival, rival);
 }
 
-TEST(PartnerDecision, NothingReachable) {
+TEST(PartnerDecision, APartWithoutAReachableEndHasNoPartner) {
   // A Part of lower hierarchy is touched, but no sequence leads there.
   const ContactGraph g = graph({part(2), part(1), kGround}, {{0, 1}});
   expect(decide_partner(g, 0, 2), -1, PartnerRule::nothing_reachable, -1);
 }
 
-TEST(PartnerDecision, OnlyEndHoweverManySequences) {
+TEST(PartnerDecision, TheOnlyEndIsThePartnerForAnyNumberOfSequences) {
   const ContactGraph g = graph({part(1), part(2), part(3), kGround}, {{0, 1}, {0, 2}, {1, 3}, {2, 3}});
   const PartnerDecision d = decide_partner(g, 0, -1);
   expect(d, 3, PartnerRule::only_end, -1);
   EXPECT_EQ(d.contacts, 2);
 }
 
-TEST(PartnerDecision, AGripperFurtherAwayBeatsTheGroundThatHeldThePart) {
+TEST(PartnerDecision, ADistantGripperBeatsTheGroundThatHeldThePart) {
   const ContactGraph g = graph({part(1), part(2), kGround, kGripper}, {{0, 2}, {0, 1}, {1, 3}});
   const PartnerDecision d = decide_partner(g, 0, 2);
   expect(d, 3, PartnerRule::end_type, 2);
@@ -67,19 +67,19 @@ TEST(PartnerDecision, ThePresentPartnerBeatsTheLowerId) {
   expect(decide_partner(g, 0, 2), 2, PartnerRule::present_partner, 1);
 }
 
-TEST(PartnerDecision, TheLowerIdWhereNeitherHeldThePart) {
+TEST(PartnerDecision, TheLowerIdIsThePartnerWhereNeitherHeldThePart) {
   const ContactGraph g = graph({part(1), kGround, kGround}, {{0, 1}, {0, 2}});
   expect(decide_partner(g, 0, -1), 1, PartnerRule::lower_id, 2);
 }
 
-TEST(PartnerDecision, TheStrongestRivalIsNamedNotTheFirst) {
+TEST(PartnerDecision, TheStrongestRivalIsNamed) {
   // The search sees the ground first, but without the partner the other gripper would hold the Part.
   const ContactGraph g =
       graph({part(1), part(2), kGround, kGripper, kGripper}, {{0, 2}, {0, 4}, {0, 1}, {1, 3}});
   expect(decide_partner(g, 0, -1), 4, PartnerRule::shorter_sequence, 3);
 }
 
-TEST(SequenceListing, ToThePartnerFirstThenByTypeAndLength) {
+TEST(SequenceListing, SequencesToThePartnerComeFirstThenByTypeAndLength) {
   // Thesis Fig. 3.15: P 0, O 1, B 2, C 3, T 4, G 5; (3.38) to (3.40): POG, PBT, POBT.
   const ContactGraph g = graph({part(2), part(3), part(4), part(3), kGround, kGripper},
                                {{0, 1}, {0, 2}, {1, 2}, {2, 3}, {2, 4}, {1, 5}});
@@ -107,7 +107,7 @@ ContactGraph layers(int count, int width) {
   return g;
 }
 
-TEST(SequenceListing, ExponentiallyManyAreCountedAndSomeListed) {
+TEST(SequenceListing, ExponentiallyManySequencesAreCountedAndSomeListed) {
   const SequenceListing listing = list_sequences(layers(12, 10), 0, 121, {});
   EXPECT_EQ(listing.count, 1'000'000'000'000U);
   // 200 of 14 components each are more than the 2000 vertices allowed.
@@ -118,7 +118,7 @@ TEST(SequenceListing, ExponentiallyManyAreCountedAndSomeListed) {
   EXPECT_EQ(list_sequences(layers(40, 10), 0, 401, {}).count, std::numeric_limits<std::uint64_t>::max());
 }
 
-TEST(SequenceListing, EndsWhenItHasLookedAtEnoughContacts) {
+TEST(SequenceListing, TheListingEndsAtItsLimitOfContacts) {
   ListingLimits limits;
   limits.visits = 50;
   const SequenceListing listing = list_sequences(layers(5, 10), 0, 51, limits);
@@ -126,7 +126,7 @@ TEST(SequenceListing, EndsWhenItHasLookedAtEnoughContacts) {
   EXPECT_LT(listing.sequences.size(), 50U);
 }
 
-TEST(ContactDepth, IsTheDeepestPairOfConvexParts) {
+TEST(ContactDepth, TheDepthIsThatOfTheDeepestPairOfConvexPieces) {
   // An L of two boxes under a cube: one leg is 2 mm deep in it, the other 5 mm.
   std::vector<Component> components(2);
   const auto box = [](const Vec3& lower, const Vec3& upper) {

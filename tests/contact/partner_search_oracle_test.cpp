@@ -38,12 +38,12 @@ ContactGraph assembly(bool grasped) {
   return graph;
 }
 
-TEST(PartnerSearch, SequencesOfTheThesis) {
+TEST(PartnerSearch, SequencesAreThoseOfTheThesis) {
   const ContactGraph graph = assembly(true);
   EXPECT_THAT(texts(list_sequences(graph, P).back().resulting), UnorderedElementsAre("POG", "PBT", "POBT"));
 }
 
-TEST(PartnerSearch, Table33StepByStep) {
+TEST(PartnerSearch, TheStepsAreThoseOfTable33) {
   const auto steps = list_sequences(assembly(true), P);
   ASSERT_EQ(steps.size(), 4U);
   EXPECT_THAT(texts(steps[0].queue), ElementsAre("P"));
@@ -60,7 +60,7 @@ TEST(PartnerSearch, Table33StepByStep) {
   EXPECT_THAT(texts(steps[3].resulting), UnorderedElementsAre("POG", "PBT", "POBT"));
 }
 
-TEST(PartnerSearch, GripperBeforeGroundBeforePart) {
+TEST(PartnerSearch, AGripperComesBeforeAGroundAndAGroundBeforeAPart) {
   PartnerSearch search(6);
   const ContactGraph grasped = assembly(true);
   EXPECT_EQ(search.find(grasped, P, -1), G);
@@ -71,7 +71,7 @@ TEST(PartnerSearch, GripperBeforeGroundBeforePart) {
   for (const int part : {P, O, B, C}) EXPECT_EQ(search.find(placed, part, -1), T) << kNames[part];
 }
 
-TEST(PartnerSearch, AnAssemblyThatNothingHoldsHangsOnItsBase) {
+TEST(PartnerSearch, AFreeAssemblyHangsOnItsBase) {
   ContactGraph graph(6);
   graph.vertices = assembly(false).vertices;
   for (const auto& [a, b] : {std::pair{P, O}, {O, B}, {B, C}}) graph.add_contact(a, b);
@@ -94,7 +94,7 @@ TEST(PartnerSearch, SequencesEndAtGrippersAndGrounds) {
   EXPECT_EQ(search.find(graph, O, -1), G);
 }
 
-TEST(PartnerSearch, TiesGoToTheShorterSequenceThenThePresentPartnerThenTheLowerId) {
+TEST(PartnerSearch, TiesGoToTheShorterSequenceThePresentPartnerAndTheLowerId) {
   ContactGraph graph(4);  // a Part between two grippers, and a second Part above it
   graph.vertices = {{ComponentType::part, 1},
                     {ComponentType::gripper, 0},

@@ -42,7 +42,7 @@ PartnerRule rule_by_listing(const std::vector<std::vector<int>>& sequences, cons
   return std::get<2>(mine) != std::get<2>(other) ? PartnerRule::present_partner : PartnerRule::lower_id;
 }
 
-TEST(PartnerSearchProperty, EqualsListingAllSequencesOnRandomGraphs) {
+TEST(PartnerSearchProperty, TheSearchEqualsListingAllSequencesOnRandomGraphs) {
   std::mt19937 random(20261121);
   const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
   int with_partner = 0;

@@ -28,7 +28,7 @@ RelativeMotion pressed(double u) {
   return at_rest({0.013, -0.021, 0.5 * kHeight - u});
 }
 
-TEST(PolygonalContact, FlatPunchIsStiffnessTimesAreaTimesPenetration) {
+TEST(PolygonalContact, TheForceOfAFlatPunchIsStiffnessTimesAreaTimesPenetration) {
   const ContactLaw law = contact_law({});
   // (2.17): nu = 0.3 gives K = 0.7 / (1.3 * 0.4) E.
   ASSERT_NEAR(law.stiffness_Pa_per_m, 0.7 / 0.52 * 1e6 / 0.001, 1.0);
@@ -52,7 +52,7 @@ TEST(PolygonalContact, FlatPunchIsStiffnessTimesAreaTimesPenetration) {
   EXPECT_EQ(evaluate(contact, pressed(-0.2)).elements, 0);
 }
 
-TEST(PolygonalContact, AreaOfAPunchAsLargeAsTheTargetIsKeptOnAverage) {
+TEST(PolygonalContact, APunchAsLargeAsItsTargetKeepsItsAreaOnAverage) {
   // Both sides end at the same place.
   const auto top = test::lattice_box({kSide, kSide, kHeight}, 0.01);
   const ContactLaw law = frictionless_law();
@@ -71,7 +71,7 @@ TEST(PolygonalContact, AreaOfAPunchAsLargeAsTheTargetIsKeptOnAverage) {
   EXPECT_NEAR(sum, covered, 0.02 * covered);
 }
 
-TEST(PolygonalContact, BallOnALayerConvergesToTheClosedForm) {
+TEST(PolygonalContact, ABallOnALayerConvergesToTheClosedForm) {
   // Winkler: p = K/b (delta - r^2 / 2R) gives F = pi K R delta^2 / b for delta << R (Johnson 1985, 4.3).
   const double radius = 0.05, delta = 0.0005;
   const ContactLaw law = frictionless_law();
@@ -96,7 +96,7 @@ TEST(PolygonalContact, BallOnALayerConvergesToTheClosedForm) {
   EXPECT_LT(last, 0.02);
 }
 
-TEST(PolygonalContact, BallAsTargetGivesTheSameForce) {
+TEST(PolygonalContact, ABallAsTargetGivesTheSameForce) {
   const double radius = 0.05, delta = 0.0005;
   const ContactLaw law = frictionless_law();
   const double force = std::numbers::pi * law.stiffness_Pa_per_m * radius * delta * delta;
@@ -143,7 +143,7 @@ TEST(PolygonalContact, FrictionIsRegularised) {
   }
 }
 
-TEST(PolygonalContact, TurningPunchFeelsTheMomentOfFriction) {
+TEST(PolygonalContact, ATurningPunchHasTheMomentOfFriction) {
   // Every point slides: M = mu p times the integral of r over the square, a^3 (sqrt(2) + asinh(1)) / 6.
   const ContactLaw law = contact_law({});
   PolygonalContact contact(surface(test::lattice_box({kSide, kSide, kHeight}, 0.001)),
@@ -162,7 +162,7 @@ ContactLaw stick_law() {
   return contact_law(parameters);
 }
 
-TEST(PolygonalContact, StickIsASpringUpToTheLimit) {
+TEST(PolygonalContact, StickingFrictionIsASpringUpToTheLimit) {
   const ContactLaw law = stick_law();
   PolygonalContact contact(surface(punch()), surface(test::floor_mesh()), law);
   const double u = 1e-5, area = kSide * kSide, normal = law.stiffness_Pa_per_m * area * u;
@@ -202,7 +202,7 @@ TEST(PolygonalContact, StickIsASpringUpToTheLimit) {
   EXPECT_LT(std::abs(evaluate(contact, back).F_B_T.f.x()), 1e-9 * normal);
 }
 
-TEST(PolygonalContact, HeldBelowTheLimitSpringsNeverCreep) {
+TEST(PolygonalContact, SpringsBelowTheLimitNeverCreep) {
   PolygonalContact contact(surface(punch()), surface(test::floor_mesh()), stick_law());
   const RelativeMotion start = pressed(1e-5);
   contact.accept(start);
@@ -233,7 +233,7 @@ TEST(PolygonalContact, SavedSpringsContinueWithTheSameBits) {
   EXPECT_EQ(contact.save(), other.save());
 }
 
-TEST(PolygonalContact, PressuresAddUp) {
+TEST(PolygonalContact, PressuresAddUpToTheForce) {
   const ContactLaw law = frictionless_law();
   PolygonalContact contact(surface(test::ball(0.05, 5)), surface(test::floor_mesh()), law);
   const RelativeMotion motion = at_rest({0.0, 0.0, 0.0495});
@@ -252,7 +252,7 @@ TEST(PolygonalContact, PressuresAddUp) {
   EXPECT_NEAR(largest, r.largest_pressure_Pa, 1e-9 * largest);
 }
 
-TEST(RelativeMotion, IsThatOfTheTwoBodies) {
+TEST(RelativeMotion, TheRelativeMotionIsThatOfTheTwoBodies) {
   const Pose X_WT{Eigen::AngleAxisd(0.7, Vec3(1.0, 2.0, 3.0).normalized()).toRotationMatrix(),
                   Vec3(0.3, -0.2, 0.5)};
   const Pose X_TB{Eigen::AngleAxisd(-1.1, Vec3(2.0, -1.0, 0.5).normalized()).toRotationMatrix(),

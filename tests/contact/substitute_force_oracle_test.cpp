@@ -15,7 +15,7 @@ void run_steps(Simulation& simulation, int steps) {
   for (int i = 0; i < steps; ++i) ASSERT_TRUE(simulation.step({})) << simulation.fault();
 }
 
-TEST(SubstituteParameters, SpringConstantsOfTheThesis) {
+TEST(SubstituteParameters, SpringConstantsAreThoseOfTheThesis) {
   const double k = translational_stiffness(0.3, kGravity_m_s2, 0.0001);
   EXPECT_NEAR(k, 29419.95, 1e-6);                                 // (5.8)
   EXPECT_NEAR(translational_damping(0.3, k, 1.0), 187.89, 0.01);  // (5.10)
@@ -30,7 +30,7 @@ TEST(SubstituteParameters, RotationHasTheSamePolesInEveryAxis) {
   EXPECT_TRUE(p.D_rot_B.isApprox(I * 2.0 * std::sqrt(omega_squared), 1e-14));
 }
 
-TEST(SubstituteForce, ThesisLawSagsByWeightOverStiffness) {  // (3.19) to (3.21)
+TEST(SubstituteForce, TheLawOfTheThesisSagsByWeightOverStiffness) {  // (3.19) to (3.21)
   BoxCell cell;
   cell.feed_forward(false).ground("T", {1, 1, 0.1}, at(0, 0, -0.1));
   const int part = cell.part("B", 1.0, 4, {0.2, 0.1, 0.06}, at(0, 0, 0));
@@ -65,7 +65,7 @@ TEST(SubstituteForce, SingleConnectionsDoNotAddUp) {  // (3.30), (3.31): C on B 
   EXPECT_NEAR(snapshot.components[static_cast<size_t>(table)].F_Bo_W.f.z(), -1.5 * kGravity_m_s2, 1e-6);
 }
 
-TEST(SubstituteForce, ChainOfConnectionsAddsUpAndParallelOnesStiffen) {  // (3.22) to (3.25), (3.29)
+TEST(SubstituteForce, SagOfAChainAddsUpAndParallelConnectionsAddTheirStiffness) {  // (3.22) to (3.25), (3.29)
   // Chains do not arise under partner search; the law itself must still give the series and parallel results.
   BoxCell cell;
   const int table = cell.ground("T", {1, 1, 0.1}, at(0, 0, -0.1));
@@ -104,7 +104,7 @@ TEST(SubstituteForce, ChainOfConnectionsAddsUpAndParallelOnesStiffen) {  // (3.2
   EXPECT_NEAR(sum.f.z(), 2.0 * sum_a.f.z(), 1e-12);
 }
 
-TEST(SubstituteForce, ReturnsFromADisplacementCriticallyDamped) {  // (A.9) with D = 1: x (1 + w t) exp(-w t)
+TEST(SubstituteForce, ADisplacedPartReturnsCriticallyDamped) {  // (A.9) with D = 1: x (1 + w t) exp(-w t)
   BoxCell cell;
   cell.step(1e-4).ground("T", {1, 1, 0.1}, at(0, 0, -0.1));
   const int part = cell.part("B", 1.0, 4, {0.2, 0.1, 0.06}, at(0, 0, 0));
@@ -138,7 +138,7 @@ TEST(SubstituteForce, ReturnsFromADisplacementCriticallyDamped) {  // (A.9) with
   }
 }
 
-TEST(SubstituteForce, GripperFeelsWeightAndLeverArmOfItsLoad) {
+TEST(SubstituteForce, AGripperCarriesWeightAndMomentOfItsLoad) {
   BoxCell cell;
   const int palm = cell.gantry_with_gripper("R", "G", at(0, 0, 0.5));
   // The Part hangs off centre by 10 mm in x.
@@ -155,7 +155,7 @@ TEST(SubstituteForce, GripperFeelsWeightAndLeverArmOfItsLoad) {
   EXPECT_NEAR(F.t.x(), 0.0, 1e-9);
 }
 
-TEST(SubstituteForce, WeightFollowsInAnyOrientationWithoutSagOrJump) {
+TEST(SubstituteForce, FeedForwardCarriesTheWeightInAnyOrientationWithoutSagOrJump) {
   // A Part is held by a gripper that turns it upside down; its place in the gripper does not change.
   BoxCell cell;
   const int palm = cell.gantry_with_gripper("R", "G", at(0, 0, 0.5));

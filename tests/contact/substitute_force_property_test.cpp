@@ -46,7 +46,7 @@ class SubstituteForceProperty : public ::testing::Test {
   std::mt19937 random_{7};
 };
 
-TEST_F(SubstituteForceProperty, ForceAndMomentBalance) {
+TEST_F(SubstituteForceProperty, ForcesAndMomentsBalance) {
   for (int trial = 0; trial < 2000; ++trial) {
     const Vec3 cm_base = vector(0.1), cm_target = vector(0.1);
     const BodyMotion base = body(random_pose(), cm_base), target = body(random_pose(), cm_target);
@@ -66,7 +66,7 @@ TEST_F(SubstituteForceProperty, ForceAndMomentBalance) {
   }
 }
 
-TEST_F(SubstituteForceProperty, ZeroAtClosingExceptFeedForward) {
+TEST_F(SubstituteForceProperty, TheForceAtClosingIsTheFeedForward) {
   for (int trial = 0; trial < 2000; ++trial) {
     const Vec3 cm = vector(0.1);
     BodyMotion base = body(random_pose(), cm), target = body(random_pose(), vector(0.1));
@@ -96,7 +96,7 @@ TEST_F(SubstituteForceProperty, ACommonRigidMotionIsNotDamped) {
   }
 }
 
-TEST_F(SubstituteForceProperty, TurningTheWholeSceneTurnsTheWrench) {
+TEST_F(SubstituteForceProperty, ARotatedSceneHasTheRotatedWrench) {
   for (int trial = 0; trial < 2000; ++trial) {
     const Vec3 cm_base = vector(0.1), cm_target = vector(0.1);
     const BodyMotion base = body(random_pose(), cm_base), target = body(random_pose(), cm_target);
@@ -140,7 +140,7 @@ TEST_F(SubstituteForceProperty, TheSpringPullsBackInEveryAxis) {
   }
 }
 
-TEST_F(SubstituteForceProperty, NoModeOfALooseAssemblyIsFasterThanOfOnePartAlone) {
+TEST_F(SubstituteForceProperty, NoModeOfAFreeAssemblyIsFasterThanThatOfOnePart) {
   // The whole system's stiffness, column by column from the wrenches themselves, against its inertia.
   double softest = 1.0;
   for (int trial = 0; trial < 200; ++trial) {

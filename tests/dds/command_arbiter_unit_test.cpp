@@ -49,7 +49,7 @@ TEST(CommandArbiter, SharedSendersDoNotInterleaveAcrossTopics) {
   EXPECT_TRUE(arbiter.owns(2));
 }
 
-TEST(CommandArbiter, TheStrongerIsHeardAcrossTopicsOnceItHasSpoken) {
+TEST(CommandArbiter, TheStrongerSenderIsHeardOnBothTopicsFromItsFirstSample) {
   CommandArbiter arbiter;
   arbiter.appeared(sender(1, 7, kSetPoints, true, 1));
   EXPECT_EQ(arbiter.appeared(sender(2, 8, kTrajectories, true, 5)), 1U) << "the loser";
@@ -62,7 +62,7 @@ TEST(CommandArbiter, TheStrongerIsHeardAcrossTopicsOnceItHasSpoken) {
   EXPECT_TRUE(arbiter.offered(1, 0).heard);
 }
 
-TEST(CommandArbiter, AmongEqualsTheLowerIdentityIsHeardAcrossTopicsToo) {
+TEST(CommandArbiter, TheLowerIdentityIsHeardAmongEqualsOnBothTopics) {
   CommandArbiter arbiter;
   arbiter.appeared(sender(1, 9, kSetPoints, true));
   EXPECT_EQ(arbiter.appeared(sender(2, 8, kTrajectories, true)), 1U);

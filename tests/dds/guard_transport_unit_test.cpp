@@ -52,7 +52,7 @@ class GuardThreads : public testing::Test {
   rtps::Locator_t local_{LOCATOR_KIND_UDPv4, 7410};
 };
 
-TEST_F(GuardThreads, PacketsOfDiscoveryGoInOneAtATime) {
+TEST_F(GuardThreads, PacketsOfDiscoveryPassOneAtATime) {
   std::atomic<int> inside{0}, most{0}, count{0};
   behind_.received = [&] {
     const int now = ++inside;

@@ -56,12 +56,12 @@ class IdentityFault : public testing::Test {
   std::string fault() const { return identity_fault(own_, kDomain); }
 };
 
-TEST_F(IdentityFault, OfAGoodOneThereIsNone) {
+TEST_F(IdentityFault, AValidIdentityHasNoFault) {
   EXPECT_EQ(fault(), "");
   EXPECT_NE(refused_identity(own_, kDomain).find("the messages of Fast DDS"), std::string::npos);
 }
 
-TEST_F(IdentityFault, NamesTheCertificateThatIsOutOfDate) {
+TEST_F(IdentityFault, AnExpiredCertificateIsNamed) {
   make_identities(all_, {"--role", "observer", "--until", "20210203040506Z"});
   EXPECT_EQ(fault(), "identity.pem expired on Feb  3 04:05:06 2021 GMT");
   make_identities(all_, {"--role", "observer", "--from", "20390203040506Z"});
@@ -69,7 +69,7 @@ TEST_F(IdentityFault, NamesTheCertificateThatIsOutOfDate) {
   EXPECT_NE(refused_identity(own_, kDomain).find("identity.pem is not valid before"), std::string::npos);
 }
 
-TEST_F(IdentityFault, NamesWhatIsOfAnotherAuthority) {
+TEST_F(IdentityFault, FilesOfAnotherAuthorityAreNamed) {
   take(others(), "identity.pem");
   EXPECT_EQ(
       fault(),
@@ -77,14 +77,14 @@ TEST_F(IdentityFault, NamesWhatIsOfAnotherAuthority) {
       "authority,O=takt)");
 }
 
-TEST_F(IdentityFault, NamesAKeyThatIsNotThatOfTheCertificate) {
+TEST_F(IdentityFault, AKeyOfAnotherCertificateIsNamed) {
   take(others(), "identity_key.pem");
   EXPECT_EQ(fault(), "identity_key.pem is not the key of identity.pem");
   write("identity_key.pem", "nothing");
   EXPECT_EQ(fault(), "identity_key.pem holds no private key (PEM, without password)");
 }
 
-TEST_F(IdentityFault, NamesFilesThatHoldSomethingElse) {
+TEST_F(IdentityFault, FilesOfAnotherKindAreNamed) {
   for (const std::string name : {"identity_ca.pem", "identity.pem", "permissions_ca.pem"}) {
     const std::string before = text_of_file(own_ / name);
     write(name, "nothing");
@@ -99,7 +99,7 @@ TEST_F(IdentityFault, NamesFilesThatHoldSomethingElse) {
   }
 }
 
-TEST_F(IdentityFault, NamesDocumentsThatWereChangedOrSignedByOthers) {
+TEST_F(IdentityFault, DocumentsChangedOrSignedByOthersAreNamed) {
   const fs::path others_directory = others();
   for (const std::string name : {"governance.p7s", "permissions.p7s"}) {
     const std::string before = text_of_file(own_ / name);
@@ -116,7 +116,7 @@ TEST_F(IdentityFault, NamesDocumentsThatWereChangedOrSignedByOthers) {
   EXPECT_EQ(fault(), "");
 }
 
-TEST_F(IdentityFault, NamesPermissionsThatDoNotHold) {
+TEST_F(IdentityFault, InvalidPermissionsAreNamed) {
   permit("<not_after>2040-01-01", "<not_after>2022-01-01");
   EXPECT_EQ(fault(), "permissions.p7s expired on 2022-01-01T00:00:00");
   permit("<not_before>2020-01-01", "<not_before>2039-01-01");

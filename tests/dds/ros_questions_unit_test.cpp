@@ -22,7 +22,7 @@ std::string argument_of(const Question& question, const std::string& name) {
   return "no " + name;
 }
 
-TEST(RosQuestions, AboutWorldsNeedAFile) {
+TEST(RosQuestions, RequestsAboutWorldsNeedAFile) {
   srv::LoadWorld_Request load;
   expect_no(ask(load), static_cast<ControlResult>(102), "The uri of a scenario file is missing.");
   load.world_resource.resource_string = "takt_scenario: 1";
@@ -31,7 +31,7 @@ TEST(RosQuestions, AboutWorldsNeedAFile) {
   EXPECT_EQ(argument_of(ask(load), "uri"), "cell.yaml");
 }
 
-TEST(RosQuestions, ForEntitiesHaveFiltersThatCanBe) {
+TEST(RosQuestions, UnsupportedFiltersForEntitiesAreRefused) {
   const auto with = [](const std::string& filter) {
     srv::GetEntities_Request request;
     request.filters.filter = filter;
@@ -49,7 +49,7 @@ TEST(RosQuestions, ForEntitiesHaveFiltersThatCanBe) {
   EXPECT_TRUE(std::holds_alternative<Asked>(with(std::string(200, 'a'))));
 }
 
-TEST(RosQuestions, SetWhatCanBeSet) {
+TEST(RosQuestions, OnlySettableFieldsAreSet) {
   srv::SetEntityState_Request request;
   request.entity = "P";
   request.state.header.frame_id = "map";
@@ -78,7 +78,7 @@ TEST(RosQuestions, SetWhatCanBeSet) {
   EXPECT_EQ(argument_of(ask(request), "angular_velocity"), "0 0 0.5");
 }
 
-TEST(RosQuestions, SpawnFilesAndCopies) {
+TEST(RosQuestions, FilesAndCopiesAreSpawned) {
   srv::SpawnEntity_Request request;
   const auto with = [&](const std::string& uri) {
     request.entity_resource.uri = uri;
@@ -111,7 +111,7 @@ TEST(RosQuestions, SpawnFilesAndCopies) {
   EXPECT_EQ(argument_of(with("m6.obj"), "name"), "Q");
 }
 
-TEST(RosAnswers, OfFailuresSayNothingElse) {
+TEST(RosAnswers, AnswersOfFailuresHaveNoOtherFields) {
   const ControlReply failed{1, ControlResult::failed, "It could not be.", {}};
   srv::GetEntities_Response entities;
   respond(failed, "\n", entities);
@@ -126,7 +126,7 @@ TEST(RosAnswers, OfFailuresSayNothingElse) {
   EXPECT_EQ(simulation.state.state, 0);
 }
 
-TEST(RosAnswers, ListEntitiesByExpressionAndCategory) {
+TEST(RosAnswers, EntitiesAreListedByExpressionAndCategory) {
   const ControlReply reply{1,
                            ControlResult::ok,
                            "",

@@ -13,8 +13,6 @@
 #include "server/geometry/mesh/import.h"
 #include "server/scenario/scenario_reader.h"
 #include "server/scenario/urdf_collision.h"
-#include "server/scenario/urdf_dynamics.h"
-#include "server/scenario/urdf_reader.h"
 
 namespace takt::test {
 
@@ -32,15 +30,9 @@ inline void read_mesh(const std::filesystem::path& file) {
 }
 
 inline void read_urdf(const std::filesystem::path& file) {
-  // Each by itself: what is no arm may be a tree.
-  try {
-    const UrdfArm arm = read_urdf_arm(file, "base_link", "tool0");
-    (void)read_urdf_collision(file, arm, "base_link");
-    (void)read_urdf_inertias(file, arm, "base_link");
-  } catch (const UrdfError&) {
-    (void)read_urdf_tree(file, "base_link", {false, false});
-    throw;
-  }
+  const UrdfArm arm = read_urdf_arm(file, "base_link", "tool0");
+  (void)urdf_collision(arm);
+  (void)urdf_inertias(arm);
 }
 
 }  // namespace fuzzing

@@ -21,7 +21,7 @@ TEST(Aabb, OverlapsWhenTouchingInEveryAxis) {
   }
 }
 
-TEST(BodyBox, WorldBoxIsTheTightestOfItsCorners) {
+TEST(BodyBox, TheWorldBoxIsTheTightestOfItsCorners) {
   std::mt19937_64 engine(1);
   std::normal_distribution<double> normal;
   const BodyBox box{{0.1, -0.2, 0.3}, {0.5, 0.05, 1.0}};

@@ -100,7 +100,7 @@ class BadGeometries : public testing::Test {
   int errors_ = 0, repairs_ = 0;
 };
 
-TEST_F(BadGeometries, AreAnsweredWithAnErrorOfFileAndPlaceOrARepairThatIsTold) {
+TEST_F(BadGeometries, EachIsRefusedWithFileAndPlaceOrRepairedWithANote) {
   for (int i = 0; i < kOfEachKind; ++i) {
     SCOPED_TRACE("geometry " + std::to_string(i));
     const TriangleMesh good = good_mesh(dice_);
@@ -175,7 +175,7 @@ TEST_F(BadGeometries, AreAnsweredWithAnErrorOfFileAndPlaceOrARepairThatIsTold) {
 }
 
 /// A millionth of a millionth of a metre and a million million metres: taken, as large as it is said to be.
-TEST_F(BadGeometries, OfExtremeScaleKeepTheirShapeOrAreRefused) {
+TEST_F(BadGeometries, MeshesOfExtremeScaleKeepTheirShapeOrAreRefused) {
   for (int i = 0; i < kOfEachKind; ++i) {
     const TriangleMesh good = good_mesh(dice_);
     const double volume = volume_properties(good).volume;

@@ -21,7 +21,7 @@ namespace {
 
 using test::surface;
 
-TEST(ContactSurface, DividesLongEdgesAndKeepsTheArea) {
+TEST(ContactSurface, LongEdgesAreDividedAndTheAreaIsKept) {
   const TriangleMesh box = test::lattice_box({0.04, 0.03, 0.02}, std::array<int, 3>{1, 1, 1});
   const double area = 2.0 * (0.04 * 0.03 + 0.03 * 0.02 + 0.02 * 0.04);
   EXPECT_EQ(surface(box)->element_count(), 12u);
@@ -37,7 +37,7 @@ TEST(ContactSurface, DividesLongEdgesAndKeepsTheArea) {
   }
 }
 
-TEST(ContactSurface, CornersOfElementsAreThoseOfItsPieces) {
+TEST(ContactSurface, CornersOfElementsEqualThoseOfTheirPieces) {
   // A body of slanted triangles, divided and not: each element is its corners' triangle, on the mesh's
   // triangle.
   for (const double edge : {0.0, 0.02, 0.0031}) {
@@ -53,7 +53,7 @@ TEST(ContactSurface, CornersOfElementsAreThoseOfItsPieces) {
   }
 }
 
-TEST(ContactSurface, SignedDistanceIsThatOfABox) {
+TEST(ContactSurface, SignedDistanceToABoxIsTheClosedForm) {
   // Sides, edges and corners of a box, from outside and inside.
   const Vec3 half(0.02, 0.015, 0.01);
   const auto s = surface(test::lattice_box(2.0 * half, std::array<int, 3>{3, 2, 2}));
@@ -66,7 +66,7 @@ TEST(ContactSurface, SignedDistanceIsThatOfABox) {
   }
 }
 
-TEST(ContactSurface, SignedDistanceKnowsInsideAtConcaveEdgesAndThinWalls) {
+TEST(ContactSurface, SignedDistanceHasTheRightSignAtConcaveEdgesAndThinWalls) {
   // A box open at the top: walls and floor of 12 mm.
   const auto s = surface(test::open_box({0.2, 0.16, 0.1}, 0.012));
   const auto distance = [&](double x, double y, double z) { return s->data().signed_distance_m({x, y, z}); };
@@ -84,7 +84,7 @@ TEST(ContactSurface, FlatTrianglesAreOnePatch) {
   EXPECT_EQ(surface(test::u_shape())->data().patches.size(), 10u);
 }
 
-TEST(ContactSurface, RefusesWhatItCannotUse) {
+TEST(ContactSurface, UnusableMeshesAreRefused) {
   TriangleMesh open = test::lattice_box({0.04, 0.03, 0.02}, 0.01);
   open.triangles.pop_back();
   EXPECT_THROW(surface(open), std::invalid_argument);
@@ -94,7 +94,7 @@ TEST(ContactSurface, RefusesWhatItCannotUse) {
   EXPECT_THROW(surface(good, std::nan("")), std::invalid_argument);
 }
 
-TEST(BoxTree, FindsAllThatASegmentTouches) {
+TEST(BoxTree, TheQueryFindsEveryBoxThatASegmentTouches) {
   test::Random random(4);
   std::vector<Aabb> boxes;
   for (int i = 0; i < 500; ++i) {
@@ -120,7 +120,7 @@ TEST(BoxTree, FindsAllThatASegmentTouches) {
   }
 }
 
-TEST(SegmentDistance, IsTheLeastOfManyPoints) {
+TEST(SegmentDistance, TheDistanceIsTheLeastOfManyPoints) {
   test::Random random(9);
   for (int i = 0; i < 300; ++i) {
     std::array<Vec3, 3> t;
@@ -141,7 +141,7 @@ TEST(SegmentDistance, IsTheLeastOfManyPoints) {
   }
 }
 
-TEST(ContactRoles, DependOnTheSurfacesAndIdsOnly) {
+TEST(ContactRoles, RolesDependOnSurfacesAndIdsOnly) {
   const auto small = surface(test::lattice_box({0.02, 0.02, 0.02}, 0.005));
   const auto large = surface(test::lattice_box({0.2, 0.2, 0.2}, 0.005));
   const auto coarse = surface(test::lattice_box({0.02, 0.02, 0.02}, 0.02));
@@ -160,7 +160,7 @@ TEST(ContactRoles, DependOnTheSurfacesAndIdsOnly) {
   EXPECT_FALSE(first_is_base(*small, 2, *small, 1));
 }
 
-TEST(ContactSprings, AreRestoredOrRefused) {
+TEST(ContactSprings, SavedSpringsAreRestoredOrRefused) {
   const std::vector<ContactSpring> springs{{3, Vec3(0.1, 0.2, 0.3)}, {5, Vec3(-1.0, 0.0, 2.0)}};
   const std::vector<double> kept = save_springs(springs);
   const auto back = restore_springs(kept, 6);
@@ -179,7 +179,7 @@ TEST(ContactSprings, AreRestoredOrRefused) {
   EXPECT_THROW(restore_springs(infinite, 6), std::invalid_argument);
 }
 
-TEST(PolygonalContactArguments, AreChecked) {
+TEST(PolygonalContactArguments, ArgumentsAreChecked) {
   const auto s = surface(test::lattice_box({0.02, 0.02, 0.02}, 0.01));
   EXPECT_THROW(PolygonalContact(nullptr, s, contact_law({})), std::invalid_argument);
   ContactLaw law = contact_law({});

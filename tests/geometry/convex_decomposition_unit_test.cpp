@@ -122,7 +122,7 @@ void expect_open_pocket(const std::vector<ConvexShape>& parts, const Vec3& pocke
   EXPECT_TRUE(probe(0.0, 0.0, -through));
 }
 
-TEST_F(Decomposition, UShape) {
+TEST_F(Decomposition, AUShapeKeepsItsPocket) {
   const auto parts = decompose(u_shape(), coarse());
   EXPECT_GE(parts.size(), 3U);
   expect_covers(u_shape(), parts, 0.03);
@@ -136,7 +136,7 @@ TEST_F(Decomposition, UShape) {
   EXPECT_TRUE(probe(0.06 - 2.0 * gap, 0.0199));
 }
 
-TEST_F(Decomposition, OpenBox) {
+TEST_F(Decomposition, AnOpenBoxKeepsItsOpening) {
   const Vec3 size(0.20, 0.24, 0.10);
   const TriangleMesh box = open_box(size, 0.012);
   const auto parts = decompose(box, coarse());
@@ -145,7 +145,7 @@ TEST_F(Decomposition, OpenBox) {
   expect_open_pocket(parts, {0.176, 0.216, 0.088}, {0.0, 0.0, 0.012}, voxel_size(size, coarse()));
 }
 
-TEST_F(Decomposition, BlockB) {
+TEST_F(Decomposition, BlockBKeepsItsPockets) {
   const TriangleMesh b = block("B");
   const auto parts = decompose(b, coarse());
   EXPECT_LE(parts.size(), 32U);
@@ -155,7 +155,7 @@ TEST_F(Decomposition, BlockB) {
   expect_open_pocket(parts, {0.080, 0.080, 0.040}, {0.040, 0.0, 0.020}, voxel);
 }
 
-TEST_F(Decomposition, BlockO) {
+TEST_F(Decomposition, BlockOKeepsItsPocket) {
   const TriangleMesh o = block("O");
   const auto parts = decompose(o, coarse());
   expect_covers(o, parts, 0.03);
@@ -163,7 +163,7 @@ TEST_F(Decomposition, BlockO) {
                      voxel_size({0.079, 0.079, 0.08}, coarse()));
 }
 
-TEST_F(Decomposition, StandsWhereTheSolidStands) {
+TEST_F(Decomposition, PiecesStandWhereTheSolidStands) {
   // C in the pocket of B, O on the table: plane faces are where they are in the mesh, to 1 um, not to a
   // voxel.
   const auto b = decompose(block("B"), coarse());
@@ -174,14 +174,14 @@ TEST_F(Decomposition, StandsWhereTheSolidStands) {
   EXPECT_FALSE(overlaps(o, box_mesh({0.5, 0.5, 0.04}, {0.0, 0.0, -0.04 - 1e-6})));
 }
 
-TEST_F(Decomposition, ConvexBodyStaysWhole) {
+TEST_F(Decomposition, AConvexBodyStaysWhole) {
   const TriangleMesh box = box_mesh({0.1, 0.2, 0.3});
   const auto parts = decompose(box, coarse());
   EXPECT_EQ(parts.size(), 1U);
   expect_covers(box, parts, 0.005);
 }
 
-TEST_F(Decomposition, NeverMorePartsThanAllowed) {
+TEST_F(Decomposition, PiecesAreNeverMoreThanAllowed) {
   for (const int hulls : {1, 2, 7}) {
     DecompositionParameters p = coarse();
     p.max_hulls = hulls;
@@ -189,7 +189,7 @@ TEST_F(Decomposition, NeverMorePartsThanAllowed) {
   }
 }
 
-TEST_F(Decomposition, ScaleDoesNotMatter) {
+TEST_F(Decomposition, TheScaleDoesNotMatter) {
   TriangleMesh small = u_shape();
   for (Vec3& v : small.vertices) v = v / 64.0 + Vec3(1.0, 2.0, 3.0);
   const auto parts = decompose(small, coarse());
@@ -209,7 +209,7 @@ void expect_same_bits(const std::vector<ConvexShape>& a, const std::vector<Conve
   }
 }
 
-TEST_F(Decomposition, SameBitsEveryTime) {
+TEST_F(Decomposition, RepeatedRunsGiveTheSameBits) {
   const TriangleMesh o = block("O");
   expect_same_bits(decompose(o, coarse()), decompose(o, coarse()));
 }
@@ -227,7 +227,7 @@ TEST_F(Decomposition, ProgressRisesAndChangesNoBit) {
   for (std::size_t i = 0; i < parts.size(); ++i) EXPECT_EQ(parts[i].vertices, quiet[i].vertices) << i;
 }
 
-TEST_F(Decomposition, CacheGivesTheSameBitsBack) {
+TEST_F(Decomposition, TheCacheReturnsTheSameBits) {
   const TemporaryDirectory directory;
   const DecompositionCache cache(directory / "a" / "b");  // created when needed
   const CachedDecomposition made = decompose_cached(u_shape(), coarse(), cache);
@@ -254,7 +254,7 @@ std::vector<ConvexShape> two_shapes() {
   return shapes;
 }
 
-TEST(DecompositionCache, RoundTrip) {
+TEST(DecompositionCache, AnEntryIsReadBackUnchanged) {
   const TemporaryDirectory directory;
   const DecompositionCache cache(directory.path());
   EXPECT_FALSE(cache.find("0123").has_value());
@@ -287,7 +287,7 @@ TEST(DecompositionCache, DamagedEntriesAreIgnored) {
   EXPECT_TRUE(cache.find("0123").has_value());
 }
 
-TEST_F(Decomposition, DamagedEntryIsMadeAgain) {
+TEST_F(Decomposition, ADamagedEntryIsMadeAgain) {
   const TemporaryDirectory directory;
   const DecompositionCache cache(directory.path());
   const CachedDecomposition made = decompose_cached(u_shape(), coarse(), cache);
@@ -313,7 +313,7 @@ TEST(DecompositionCache, AnUnusableDirectoryIsNoError) {
   EXPECT_FALSE(std::filesystem::exists("0123.convex"));
 }
 
-TEST(DecompositionCache, KeyFollowsContentAlone) {
+TEST(DecompositionCache, TheKeyFollowsContentAlone) {
   const std::string key = DecompositionCache::key(u_shape(), {});
   EXPECT_EQ(key.size(), 32U);
   EXPECT_EQ(DecompositionCache::key(u_shape(), {}), key);
@@ -335,7 +335,7 @@ TEST(DecompositionCache, KeyFollowsContentAlone) {
   EXPECT_NE(changed([](auto& p) { p.best_plane = !p.best_plane; }), key);
 }
 
-TEST(DecompositionParameters, OutOfBoundsAreRefused) {
+TEST(DecompositionParameters, ParametersOutOfBoundsAreRefused) {
   const auto refusal = [](auto change) -> std::string {
     DecompositionParameters p;
     change(p);

@@ -83,7 +83,7 @@ void report(const char* name, const Tally& tally) {
   EXPECT_LT(tally.apart, tally.pairs * 9 / 10);
 }
 
-TEST(ConvexDistance, AgreesWithBruteForce) {
+TEST(ConvexDistance, RandomShapesHaveTheDistanceOfBruteForce) {
   Random random(31);
   Tally tally;
   for (int i = 0; i < 20000; ++i) {
@@ -96,7 +96,7 @@ TEST(ConvexDistance, AgreesWithBruteForce) {
   report("distance", tally);
 }
 
-TEST(ConvexDistance, AgreesOnFlatAndNeedleShapes) {
+TEST(ConvexDistance, FlatAndNeedleShapesHaveTheDistanceOfBruteForce) {
   Random random(32);
   Tally tally;
   for (int i = 0; i < 5000; ++i) {
@@ -109,7 +109,7 @@ TEST(ConvexDistance, AgreesOnFlatAndNeedleShapes) {
   report("degenerate", tally);
 }
 
-TEST(ConvexDistance, ManyVertices) {
+TEST(ConvexDistance, ShapesOfManyVerticesHaveTheDistanceOfBruteForce) {
   // No axis may separate better than the depth says, and the result names an axis that does as well.
   Random random(33);
   for (int i = 0; i < 200; ++i) {
@@ -131,7 +131,7 @@ TEST(ConvexDistance, ManyVertices) {
   }
 }
 
-TEST(ConvexDistance, BoxesSideBySide) {
+TEST(ConvexDistance, BoxesSideBySideHaveTheClosedFormDistance) {
   std::vector<Vec3> corners;
   for (int i = 0; i < 8; ++i)
     corners.emplace_back((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 4) != 0 ? 1 : -1);
@@ -146,7 +146,7 @@ TEST(ConvexDistance, BoxesSideBySide) {
   }
 }
 
-TEST(ConvexDistance, ShapesWithoutVolume) {
+TEST(ConvexDistance, ShapesWithoutVolumeHaveADistance) {
   const ConvexShape point = ConvexShape::from_points({Vec3(0.1, 0.2, 0.3)});
   const ConvexShape square = ConvexShape::from_points({{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}});
   const ConvexShape segment = ConvexShape::from_points({{-1, 0, 0}, {1, 0, 0}});

@@ -1,5 +1,4 @@
-// The MPR verdict against two independent judges: brute force (exact) and FCL's distance by GJK. Number of
-// pairs: TAKT_TEST_PAIRS, else 100000.
+// The MPR verdict against two independent judges: brute force (exact) and FCL's distance by GJK.
 #include "server/geometry/convex/overlap.h"
 
 #include <fcl/geometry/shape/convex.h>
@@ -18,6 +17,7 @@
 #include <vector>
 
 #include "tests/support/convex_oracle.h"
+#include "tests/support/effort.h"
 #include "tests/support/random_shapes.h"
 
 namespace takt {
@@ -28,8 +28,7 @@ using test::Random;
 constexpr double kBand = 1e-6;  // m: verdicts may differ this close to touching, for shapes up to metres
 
 int number_of_pairs() {
-  const char* text = std::getenv("TAKT_TEST_PAIRS");
-  return text == nullptr ? 100000 : std::max(1, std::atoi(text));
+  return 20'000 * static_cast<int>(test::effort());
 }
 
 /// FCL's distance, -1 when the shapes overlap. Not its GJKSolver_indep: that one is wrong by millimetres in
@@ -109,7 +108,7 @@ void report_counts(const char* name, const Counts& counts) {
   EXPECT_LT(counts.overlapping, counts.pairs * 9 / 10);
 }
 
-TEST(ConvexOverlap, AgreesWithSeparatingAxesAndFclOnRandomPairs) {
+TEST(ConvexOverlap, RandomPairsHaveTheVerdictOfSeparatingAxesAndFcl) {
   Random random(1);
   Counts counts;
   for (int i = 0; i < number_of_pairs(); ++i) {
@@ -120,7 +119,7 @@ TEST(ConvexOverlap, AgreesWithSeparatingAxesAndFclOnRandomPairs) {
   report_counts("random", counts);
 }
 
-TEST(ConvexOverlap, AgreesOnFlatAndNeedleShapes) {
+TEST(ConvexOverlap, FlatAndNeedleShapesHaveTheVerdictOfSeparatingAxes) {
   Random random(2);
   Counts counts;
   for (int i = 0; i < number_of_pairs() / 10; ++i) {
@@ -134,7 +133,7 @@ TEST(ConvexOverlap, AgreesOnFlatAndNeedleShapes) {
   report_counts("degenerate", counts);
 }
 
-TEST(ConvexOverlap, AgreesOnShapesOfVeryDifferentSize) {
+TEST(ConvexOverlap, ShapesOfVeryDifferentSizeHaveTheVerdictOfSeparatingAxes) {
   Random random(3);
   Counts counts;
   for (int i = 0; i < number_of_pairs() / 10; ++i) {
@@ -144,7 +143,7 @@ TEST(ConvexOverlap, AgreesOnShapesOfVeryDifferentSize) {
   report_counts("size_ratio", counts);
 }
 
-TEST(ConvexOverlap, AgreesOnHugeShapes) {
+TEST(ConvexOverlap, HugeShapesHaveTheVerdictOfSeparatingAxes) {
   Random random(4);
   Counts counts;
   for (int i = 0; i < number_of_pairs() / 100; ++i)
@@ -187,7 +186,7 @@ TEST(ConvexOverlap, CoincidingCentresOverlap) {
   }
 }
 
-TEST(ConvexOverlap, ShapesWithoutVolumeEndWithAVerdict) {
+TEST(ConvexOverlap, ShapesWithoutVolumeHaveAVerdict) {
   // Points, segments and polygons, in one plane or not: distances are known, both verdicts are asked for.
   Random random(7);
   const ConvexShape point = ConvexShape::from_points({Vec3(0.1, 0.2, 0.3)});
@@ -215,7 +214,7 @@ TEST(ConvexOverlap, ShapesWithoutVolumeEndWithAVerdict) {
   }
 }
 
-TEST(ConvexOverlap, ManyVerticesAreNoTrouble) {
+TEST(ConvexOverlap, ShapesOfManyVerticesHaveTheVerdictOfSeparatingAxes) {
   // Two spheres of 2000 points each: apart beyond 0.2 m, and overlapping when closer than the points'
   // polyhedron allows.
   Random random(9);
@@ -230,7 +229,7 @@ TEST(ConvexOverlap, ManyVerticesAreNoTrouble) {
   }
 }
 
-TEST(ConvexOverlap, ExactTouchingCounts) {
+TEST(ConvexOverlap, ExactTouchingIsAnOverlap) {
   const auto box = [](const Vec3& lower, const Vec3& upper) {
     std::vector<Vec3> corners;
     for (int i = 0; i < 8; ++i)
@@ -247,7 +246,7 @@ TEST(ConvexOverlap, ExactTouchingCounts) {
   EXPECT_TRUE(convex_overlap(table, X_WT, block, {Mat3::Identity(), {0.1, -0.05, 0.7 + 1e-6}}, 2e-6));
 }
 
-TEST(ConvexOverlap, AFarPoseEndsWithoutContactAndOneThatIsNotFiniteIsRefused) {
+TEST(ConvexOverlap, AFarPoseHasNoContactAndANonFinitePoseIsRefused) {
   const ConvexShape shape = ConvexShape::from_points({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
   Pose pose;
   for (const double far : {1e20, 1e155, 1e300}) {
@@ -260,7 +259,7 @@ TEST(ConvexOverlap, AFarPoseEndsWithoutContactAndOneThatIsNotFiniteIsRefused) {
   }
 }
 
-TEST(ConvexHull, KeepsExactlyTheCornersOfAMeshedBox) {
+TEST(ConvexHull, TheHullOfAMeshedBoxHasItsEightCorners) {
   std::vector<Vec3> points;
   for (int i = 0; i <= 6; ++i)
     for (int j = 0; j <= 4; ++j)
@@ -271,7 +270,7 @@ TEST(ConvexHull, KeepsExactlyTheCornersOfAMeshedBox) {
   EXPECT_TRUE(shape.is_box);
 }
 
-TEST(ConvexHull, HasEveryPointInside) {
+TEST(ConvexHull, EveryPointIsInsideTheHull) {
   Random random(8);
   for (int i = 0; i < 200; ++i) {
     std::vector<Vec3> points;
@@ -287,7 +286,7 @@ TEST(ConvexHull, HasEveryPointInside) {
   }
 }
 
-TEST(ConvexHull, RejectsPointsWithoutVolume) {
+TEST(ConvexHull, PointsWithoutVolumeAreRejected) {
   EXPECT_THROW(convex_hull_vertices({}), std::invalid_argument);
   EXPECT_THROW(convex_hull_vertices({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}), std::invalid_argument);
   EXPECT_THROW(convex_hull_vertices({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 1, 0}}),

@@ -1,6 +1,5 @@
 // Queries with a memory (ConvexHint) against queries without: the verdicts must be the same whatever was
-// asked before, in coherent motion, after jumps, and within micrometres of touching. Number of queries:
-// TAKT_TEST_PAIRS, else 100000.
+// asked before, in coherent motion, after jumps, and within micrometres of touching.
 #include "server/geometry/convex/query.h"
 
 #include <gtest/gtest.h>
@@ -15,6 +14,7 @@
 #include <vector>
 
 #include "tests/support/convex_oracle.h"
+#include "tests/support/effort.h"
 #include "tests/support/random_shapes.h"
 
 namespace takt {
@@ -23,8 +23,7 @@ namespace {
 using test::Random;
 
 int number_of_queries() {
-  const char* text = std::getenv("TAKT_TEST_PAIRS");
-  return text == nullptr ? 100000 : std::max(1, std::atoi(text));
+  return 20'000 * static_cast<int>(test::effort());
 }
 
 /// Points on an ellipsoid: all of them are corners of its hull.
@@ -121,7 +120,7 @@ TEST(ConvexQuery, CoherentMotionHasTheVerdictsOfIndependentQueries) {
   EXPECT_GT(tally.counts.by_hint, static_cast<std::uint64_t>(tally.queries) / 2);
 }
 
-TEST(ConvexQuery, JumpsAndForeignHintsDoNotMatter) {
+TEST(ConvexQuery, JumpsAndForeignHintsChangeNoVerdict) {
   Random random(22);
   QueryTally tally;
   while (tally.queries < number_of_queries()) {
@@ -164,7 +163,7 @@ TEST(ConvexQuery, NearTouchingTheVerdictsAreThoseOfIndependentQueries) {
   report_queries("near_touching", tally);
 }
 
-TEST(ConvexQuery, TheMemoryAnswersWhatRests) {
+TEST(ConvexQuery, TheMemoryAnswersForRestingPairs) {
   // A block on a table, then carried along: after the first query no search is needed.
   Random random(24);
   const ConvexShape table = ConvexShape::from_points(random.points(Vec3(0.9, 0.7, 0.04), true));
@@ -185,7 +184,7 @@ TEST(ConvexQuery, TheMemoryAnswersWhatRests) {
   EXPECT_EQ(counts.by_search, 1U);
 }
 
-TEST(ConvexQuery, PosesThatAreNotFiniteAreRefusedAndLeaveNoTrace) {
+TEST(ConvexQuery, NonFinitePosesAreRefusedAndLeaveNoTrace) {
   Random random(25);
   const ConvexShape a = ConvexShape::from_points(ellipsoid(random, 64, Vec3(0.1, 0.1, 0.1)));
   for (const double bad :
@@ -231,7 +230,7 @@ TEST(HullGraph, ClimbingFindsTheHighestVertex) {
   EXPECT_GT(with_graph, 250);
 }
 
-TEST(HullGraph, ShapesThatAClimbCannotBeTrustedOnAreScanned) {
+TEST(HullGraph, ShapesUnfitForAClimbAreScanned) {
   Random random(27);
   std::vector<Vec3> flat;
   for (int i = 0; i < 30; ++i) flat.emplace_back(random.uniform(0, 1), random.uniform(0, 1), 0.0);

@@ -72,7 +72,7 @@ class GlbFile : public testing::Test {
   const test::TemporaryDirectory directory_;
 };
 
-TEST_F(GlbFile, MistakesAreToldWithTheirPlace) {
+TEST_F(GlbFile, MistakesAreReportedWithTheirPlace) {
   struct Row {
     const char *old_text, *new_text, *words;
   };
@@ -120,7 +120,7 @@ TEST_F(GlbFile, ChunksMustBeWholeAndBeginWithTheDescription) {
   EXPECT_THAT(answer(whole(json)), HasSubstr("do not fit into the 0 bytes of the file's data"));
 }
 
-TEST_F(GlbFile, WhatMayBeOtherwiseIsRead) {
+TEST_F(GlbFile, OptionalVariantsAreRead) {
   EXPECT_EQ(answer(whole(chunk("JSON", kTetrahedronJson, ' ') + binary())), "4");
   EXPECT_EQ(answer(with(R"({"mesh":0})", R"({"mesh":0,"name":5})")), "4");
   EXPECT_EQ(answer(with(R"("meshes":[{)", R"("meshes":[{"name":5,)")), "4");
@@ -131,7 +131,7 @@ TEST_F(GlbFile, WhatMayBeOtherwiseIsRead) {
             "4");
 }
 
-TEST(MeshDiagnostics, HaveWordsOfTheirOwn) {
+TEST(MeshDiagnostics, EachDiagnosticHasItsOwnWords) {
   using Kind = MeshDiagnosticKind;
   const std::pair<Kind, const char*> words[] = {
       {Kind::bad_vertex, "bad vertex"},

@@ -59,7 +59,7 @@ Mat3 box_inertia(const Vec3& size) {
   return Vec3((s.y() + s.z()) / 12.0, (s.z() + s.x()) / 12.0, (s.x() + s.y()) / 12.0).asDiagonal();
 }
 
-TEST(MassProperties, BoxFarFromTheOrigin) {
+TEST(MassProperties, ABoxFarFromTheOriginHasItsClosedForm) {
   const Vec3 size(0.22, 0.12, 0.06);
   const Vec3 lower(10.0, -7.0, 3.0);
   const TriangleMesh mesh = box(lower, lower + size);
@@ -70,7 +70,7 @@ TEST(MassProperties, BoxFarFromTheOrigin) {
   EXPECT_LT((p.G_BBcm_B - box_inertia(size)).norm(), 1e-12 * box_inertia(size).norm() + 1e-15);
 }
 
-TEST(MassProperties, BoxWithAClosedPocketInside) {
+TEST(MassProperties, ABoxWithAClosedPocketHasItsClosedForm) {
   const Vec3 size(0.22, 0.12, 0.06);
   const Vec3 pocket_size(0.06, 0.08, 0.04);
   const Vec3 pocket_lower(-0.09, -0.04, 0.01);
@@ -94,7 +94,7 @@ TEST(MassProperties, BoxWithAClosedPocketInside) {
   EXPECT_LT((p.G_BBcm_B - inertia).norm(), 1e-12 * inertia.norm());
 }
 
-TEST(MassProperties, RightTetrahedron) {
+TEST(MassProperties, ARightTetrahedronHasItsClosedForm) {
   const TriangleMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
                           {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
   const VolumeProperties p = volume_properties(mesh);
@@ -106,7 +106,7 @@ TEST(MassProperties, RightTetrahedron) {
   EXPECT_LT((p.G_BBcm_B - expected).norm(), 1e-15);
 }
 
-TEST(MassProperties, CylinderConvergesWithTheSquareOfTheSides) {
+TEST(MassProperties, ACylinderConvergesWithTheSquareOfItsSides) {
   const double r = 0.05;
   const double h = 0.2;
   const double volume = std::numbers::pi * r * r * h;
@@ -131,7 +131,7 @@ TEST(MassProperties, CylinderConvergesWithTheSquareOfTheSides) {
   }
 }
 
-TEST(MassProperties, MoveWithTheFrame) {
+TEST(MassProperties, MassPropertiesMoveWithTheFrame) {
   std::mt19937_64 engine(1);
   std::normal_distribution<double> normal;
   const TriangleMesh mesh = cylinder(0.05, 0.2, 7);

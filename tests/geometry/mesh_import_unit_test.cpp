@@ -124,7 +124,7 @@ class MeshImport : public ::testing::Test {
   fs::path directory_;
 };
 
-TEST_F(MeshImport, ReadsEachFormatWithSharedVertices) {
+TEST_F(MeshImport, EachFormatIsReadWithSharedVertices) {
   for (const fs::path& file :
        {write("a.obj", kVertices + kFaces), write("b.stl", binary_stl(kCorners, kTriangles)),
         write("c.STL", text_stl()), write("d.glb", glb(kCorners, kTriangles))}) {
@@ -136,7 +136,7 @@ TEST_F(MeshImport, ReadsEachFormatWithSharedVertices) {
   }
 }
 
-TEST_F(MeshImport, DecimalNumbersStayWhatTheFileSays) {
+TEST_F(MeshImport, DecimalNumbersKeepTheValueOfTheFile) {
   const auto file = write("a.obj", "v -0.0295 0.0395 0.002\nv 1 -0 +0.25\nv 0 1e-3 0\nv 0 0 1\n" + kFaces);
   const auto objects = import_mesh_objects(file);
   ASSERT_EQ(objects.size(), 1U);
@@ -144,7 +144,7 @@ TEST_F(MeshImport, DecimalNumbersStayWhatTheFileSays) {
   EXPECT_THAT(objects[0].mesh.vertices, ::testing::UnorderedElementsAreArray(expected));
 }
 
-TEST_F(MeshImport, KeepsObjectsApart) {
+TEST_F(MeshImport, ObjectsAreKeptApart) {
   // Two tetrahedra that share a vertex position stay two solids.
   const auto file = write(
       "a.obj", "o first\n" + kVertices + kFaces +
@@ -157,7 +157,7 @@ TEST_F(MeshImport, KeepsObjectsApart) {
   EXPECT_NEAR(volume_properties(import_solid(file)).volume, 2.0 / 6.0, 1e-15);
 }
 
-TEST_F(MeshImport, JoinsOneSurfaceCutIntoGroupsOrMaterials) {
+TEST_F(MeshImport, ASurfaceCutIntoGroupsOrMaterialsIsJoined) {
   const auto groups = write("g.obj", kVertices + "g low\nf 1 3 2\nf 1 2 4\ng high\nf 1 4 3\nf 2 3 4\n");
   EXPECT_EQ(import_mesh_objects(groups).size(), 2U);
   EXPECT_EQ(import_solid(groups).vertices.size(), 4U);
@@ -166,7 +166,7 @@ TEST_F(MeshImport, JoinsOneSurfaceCutIntoGroupsOrMaterials) {
   EXPECT_EQ(import_solid(materials).vertices.size(), 4U);
 }
 
-TEST_F(MeshImport, ReadsPolygonsNegativeIndicesAndContinuedLines) {
+TEST_F(MeshImport, PolygonsNegativeIndicesAndContinuedLinesAreRead) {
   const auto file =
       write("a.obj",
             "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 \\\n0\nv 0.5 0.5 1\nf 4 3 2 1\nf -5 -4 -1\nf 2//1 3//1 5//1\n"
@@ -174,7 +174,7 @@ TEST_F(MeshImport, ReadsPolygonsNegativeIndicesAndContinuedLines) {
   EXPECT_NEAR(volume_properties(import_solid(file)).volume, 1.0 / 3.0, 1e-15);
 }
 
-TEST_F(MeshImport, AppliesNodeTransformsAndTurnsMirroredFaces) {
+TEST_F(MeshImport, NodeTransformsAreAppliedAndMirroredFacesTurned) {
   const auto moved = write("a.glb", glb(kCorners, kTriangles, R"(,"translation":[1,2,3],"scale":[2,2,2])"));
   const VolumeProperties p = volume_properties(import_solid(moved));
   EXPECT_NEAR(p.volume, 8.0 / 6.0, 1e-14);
@@ -183,7 +183,7 @@ TEST_F(MeshImport, AppliesNodeTransformsAndTurnsMirroredFaces) {
   EXPECT_NEAR(volume_properties(import_solid(mirrored)).volume, 1.0 / 6.0, 1e-14);
 }
 
-TEST_F(MeshImport, RefusesWhatIsNoMeshFile) {
+TEST_F(MeshImport, OtherFilesThanMeshesAreRefused) {
   EXPECT_THAT(refusal(directory_ / "missing.obj"), HasSubstr("no such file"));
   EXPECT_THAT(refusal(directory_), HasSubstr("not supported"));
   fs::create_directories(directory_ / "folder.obj");
@@ -201,14 +201,14 @@ TEST_F(MeshImport, RefusesWhatIsNoMeshFile) {
   EXPECT_THAT(refusal_of("d.glb", glb(kCorners, {})), HasSubstr("mesh file"));
 }
 
-TEST_F(MeshImport, RefusesAScaleThatIsNone) {
+TEST_F(MeshImport, AnInvalidScaleIsRefused) {
   const auto file = write("a.obj", kVertices + kFaces);
   for (const double scale :
        {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
     EXPECT_THROW(import_mesh_objects(file, scale), MeshError);
 }
 
-TEST_F(MeshImport, RefusesNumbersThatAreNoneInObj) {
+TEST_F(MeshImport, InvalidNumbersInObjAreRefused) {
   for (const char* bad : {"nan", "inf", "-inf", "NaN", "1e400", "1e39"})
     EXPECT_THAT(
         refusal_of("a.obj", "o part\nv 0 0 0\nv 1 " + std::string(bad) + " 0\nv 0 1 0\nv 0 0 1\n" + kFaces),
@@ -220,7 +220,7 @@ TEST_F(MeshImport, RefusesNumbersThatAreNoneInObj) {
               HasSubstr("line 2: vertex 2 needs three coordinates, found 2"));
 }
 
-TEST_F(MeshImport, RefusesWrongFacesInObj) {
+TEST_F(MeshImport, WrongFacesInObjAreRefused) {
   EXPECT_THAT(refusal_of("a.obj", kVertices + "f 1 3 2\nf 1 2 9\n", false),
               HasSubstr("line 6: vertex 3 of the face: index 9 is out of range, the file has 4 vertices"));
   EXPECT_THAT(refusal_of("a.obj", kVertices + "f 1 0 2\n", false),
@@ -233,7 +233,7 @@ TEST_F(MeshImport, RefusesWrongFacesInObj) {
               HasSubstr("line 9: lines and points"));
 }
 
-TEST_F(MeshImport, RefusesBrokenTextStl) {
+TEST_F(MeshImport, BrokenTextStlIsRefused) {
   std::string bad = text_stl();
   bad.replace(bad.find("vertex 0.000000"), 15, "vertex nan");
   EXPECT_THAT(refusal_of("a.stl", bad), HasSubstr("line 4: coordinate 1 of a vertex: 'nan'"));
@@ -247,7 +247,7 @@ TEST_F(MeshImport, RefusesBrokenTextStl) {
   EXPECT_THAT(refusal_of("a.stl", "solid a\nhello\nendsolid\n"), HasSubstr("line 2: unknown word 'hello'"));
 }
 
-TEST_F(MeshImport, RefusesBrokenBinaryStl) {
+TEST_F(MeshImport, BrokenBinaryStlIsRefused) {
   const std::string whole = binary_stl(kCorners, kTriangles);
   EXPECT_THAT(refusal_of("a.stl", whole.substr(0, whole.size() - 30)),
               HasSubstr("announces 4 triangles, that is 284 bytes, but the file has 254 bytes"));
@@ -259,7 +259,7 @@ TEST_F(MeshImport, RefusesBrokenBinaryStl) {
               HasSubstr("triangle 1, corner 2: coordinate 2 is not finite"));
 }
 
-TEST_F(MeshImport, RefusesBrokenGlb) {
+TEST_F(MeshImport, BrokenGlbIsRefused) {
   const std::string whole = glb(kCorners, kTriangles);
   EXPECT_THAT(refusal_of("a.glb", whole.substr(0, whole.size() - 20)), HasSubstr("it is truncated"));
   EXPECT_THAT(refusal_of("a.glb", whole.substr(0, 10)), HasSubstr("header of 20 bytes"));
@@ -277,7 +277,7 @@ TEST_F(MeshImport, RefusesBrokenGlb) {
   EXPECT_THAT(refusal_of("a.glb", glb(kCorners, triangles), false), HasSubstr("out of range"));
 }
 
-TEST_F(MeshImport, RefusesWhatBoundsNoSolid) {
+TEST_F(MeshImport, SurfacesThatBoundNoSolidAreRefused) {
   EXPECT_THAT(refusal_of("a.obj", "o part\n" + kVertices + "f 1 3 2\nf 1 2 4\nf 1 4 3\n"),
               HasSubstr("object 'part': the edge from vertex"));
   EXPECT_THAT(refusal_of("a.obj", "o part\n" + kVertices + "f 1 3 2\nf 1 2 4\nf 1 4 3\n"),

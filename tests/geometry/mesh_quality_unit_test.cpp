@@ -43,7 +43,7 @@ double edge_of(const MeshDiagnostic& finding) {
   return std::stod(finding.remedy.substr(at + 18));
 }
 
-TEST(MeshCare, ABallHasNothingToTell) {
+TEST(MeshCare, ABallHasNoDiagnostics) {
   EXPECT_TRUE(find_contact_risks(committed("contact/sphere"), {}).empty());
 }
 
@@ -76,7 +76,7 @@ TEST(MeshCare, AKnifeIsAWarning) {
   EXPECT_LT((find(findings, Kind::sharp_edges)->place_B - Vec3(0.0, 0.0, 0.025)).norm(), 1e-12);
 }
 
-TEST(MeshCare, CoarseFacesAreToldAndTheRemedyHelps) {
+TEST(MeshCare, CoarseFacesAreReportedAndTheRemedyHelps) {
   const auto findings = find_contact_risks(block_mesh(), options_of("Box"));
   const MeshDiagnostic* coarse = find(findings, Kind::coarse);
   ASSERT_NE(coarse, nullptr);
@@ -108,7 +108,7 @@ TEST(MeshCare, MeshesMadeForContactAreFineEnough) {
   }
 }
 
-TEST(MeshCare, NeedlesAreTold) {
+TEST(MeshCare, NeedlesAreReported) {
   const TriangleMesh rod = box_mesh({0.3, 0.004, 0.004});
   const auto findings = find_contact_risks(rod, options_of("Rod"));
   const MeshDiagnostic* needles = find(findings, Kind::needles);
@@ -123,7 +123,7 @@ TEST(MeshCare, NeedlesAreTold) {
   EXPECT_EQ(find(find_contact_risks(block_mesh(), {}), Kind::needles), nullptr);
 }
 
-TEST(MeshCare, ABodyFarFromItsOriginIsTold) {
+TEST(MeshCare, ABodyFarFromItsOriginIsReported) {
   for (const auto& [away, told] : {std::pair{1.0, false}, {20.0, true}}) {
     const auto findings = find_contact_risks(box_mesh({0.1, 0.08, 0.06}, {0.0, away, 0.0}), {});
     EXPECT_EQ(find(findings, Kind::far_from_origin) != nullptr, told);

@@ -55,7 +55,7 @@ double smallest_angle(const TriangleMesh& mesh) {
   return smallest;
 }
 
-TEST(MeshRefinement, RandomBodiesStayTheSameBodyWithShortEdges) {
+TEST(MeshRefinement, RandomBodiesKeepTheirShapeWithShortEdges) {
   Generator g(51);
   for (int run = 0; run < 60; ++run) {
     SCOPED_TRACE(run);
@@ -78,7 +78,7 @@ TEST(MeshRefinement, RandomBodiesStayTheSameBodyWithShortEdges) {
   }
 }
 
-TEST(MeshRefinement, SameMeshSameBits) {
+TEST(MeshRefinement, TheSameMeshGivesTheSameBits) {
   Generator g(52);
   const TriangleMesh mesh = random_star(g);
   const double edge = 0.1 * longest_edge(mesh);
@@ -88,7 +88,7 @@ TEST(MeshRefinement, SameMeshSameBits) {
   for (std::size_t i = 0; i < a.vertices.size(); ++i) EXPECT_EQ(a.vertices[i], b.vertices[i]);
 }
 
-TEST(MeshRefinement, InsideARegionOnly) {
+TEST(MeshRefinement, OnlyFacesInsideTheRegionAreRefined) {
   Generator g(53);
   for (int run = 0; run < 40; ++run) {
     SCOPED_TRACE(run);
@@ -114,7 +114,7 @@ TEST(MeshRefinement, InsideARegionOnly) {
   }
 }
 
-TEST(MeshRefinement, ASquareIsCutIntoLikeTriangles) {
+TEST(MeshRefinement, ASquareIsCutIntoSimilarTriangles) {
   // Cut along a diagonal: bisection gives right isosceles triangles again, so the count is exact.
   TriangleMesh square;
   square.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
@@ -124,7 +124,7 @@ TEST(MeshRefinement, ASquareIsCutIntoLikeTriangles) {
   EXPECT_EQ(refine_to_edge(square, 1.5).triangles.size(), 2U);
 }
 
-TEST(MeshRefinement, TheTableOfTheBlockScenarioToTenMillimetres) {
+TEST(MeshRefinement, TheTableOfTheBlockScenarioIsRefinedToTenMillimetres) {
   const TriangleMesh table = import_solid(std::string(TAKT_CONFIG_DIR) + "/meshes/table.obj");
   const TriangleMesh fine = refine_to_edge(table, 0.01);
   EXPECT_EQ(check_closed(fine).problem, "");
@@ -133,7 +133,7 @@ TEST(MeshRefinement, TheTableOfTheBlockScenarioToTenMillimetres) {
   EXPECT_LT(static_cast<double>(fine.triangles.size()), 2.5 * area(table) / (0.5 * 0.01 * 0.01 / 2.0));
 }
 
-TEST(MeshRefinement, WhatCannotBeRefinedIsRefused) {
+TEST(MeshRefinement, MeshesThatCannotBeRefinedAreRefused) {
   const TriangleMesh mesh = import_solid(std::string(TAKT_CONFIG_DIR) + "/meshes/P.obj");
   for (const double edge : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()})
     EXPECT_THROW(refine_to_edge(mesh, edge), std::invalid_argument);

@@ -52,7 +52,7 @@ void expect_box(const RepairedMesh& repaired) {
   EXPECT_NEAR(volume_properties(repaired.mesh).volume, 4.8e-4, 1e-15);
 }
 
-TEST(MeshRepair, ASoundMeshStaysAsItIs) {
+TEST(MeshRepair, ASoundMeshIsUnchanged) {
   for (const TriangleMesh& mesh : {block_mesh(), u_shape()}) {
     const RepairedMesh repaired = repair_mesh(mesh);
     EXPECT_TRUE(repaired.findings.empty());
@@ -61,7 +61,7 @@ TEST(MeshRepair, ASoundMeshStaysAsItIs) {
   }
 }
 
-TEST(MeshRepair, DuplicateFacesGo) {
+TEST(MeshRepair, DuplicateFacesAreRemoved) {
   TriangleMesh mesh = block_mesh();
   const auto t = mesh.triangles[3], u = mesh.triangles[7];
   mesh.triangles.push_back({t[1], t[2], t[0]});
@@ -76,7 +76,7 @@ TEST(MeshRepair, DuplicateFacesGo) {
   EXPECT_THAT(finding.sentence, HasSubstr("3 faces are there more than once, the first at ("));
 }
 
-TEST(MeshRepair, AWallInsideIsNeededByNobodyAndGoes) {
+TEST(MeshRepair, AWallInsideIsRemoved) {
   // Two pyramids over one square: between them a double wall.
   TriangleMesh mesh{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5, 0.5, 1}, {0.5, 0.5, -1}}, {}};
   for (std::uint32_t i = 0; i < 4; ++i) {
@@ -93,7 +93,7 @@ TEST(MeshRepair, AWallInsideIsNeededByNobodyAndGoes) {
   EXPECT_NEAR(volume_properties(repaired.mesh).volume, 2.0 / 3.0, 1e-15);
 }
 
-TEST(MeshRepair, FacesWithoutAreaGo) {
+TEST(MeshRepair, FacesWithoutAreaAreRemoved) {
   TriangleMesh twice = block_mesh();
   twice.triangles.push_back({2, 2, 5});
   const RepairedMesh repaired = repair_mesh(twice);
@@ -163,7 +163,7 @@ TEST(MeshRepair, EdgesOfMoreThanTwoFacesAreRefused) {
   EXPECT_EQ(repaired.findings[1].figure, 3.0);
 }
 
-TEST(MeshRepair, FacesTurnedAgainstTheirNeighboursAreTurnedBack) {
+TEST(MeshRepair, FacesAgainstTheirNeighboursAreTurned) {
   TriangleMesh mesh = block_mesh();
   for (const std::size_t i : {2U, 3U, 9U}) std::swap(mesh.triangles[i][0], mesh.triangles[i][1]);
   const RepairedMesh repaired = repair_mesh(mesh);
@@ -194,7 +194,7 @@ TEST(MeshRepair, AShellInsideOutIsTurnedWithItsCavities) {
   EXPECT_NEAR(repaired.findings[1].figure, 8e-6, 1e-15);
 }
 
-TEST(MeshRepair, ASolidInsideAnotherIsToldButNotOneInACavity) {
+TEST(MeshRepair, ASolidInsideAnotherIsReportedAndOneInACavityIsNot) {
   TriangleMesh mesh = block_mesh();
   add(mesh, box_mesh({0.04, 0.04, 0.04}, {0.0, 0.0, 0.01}));
   const RepairedMesh twice = repair_mesh(mesh);
@@ -210,7 +210,7 @@ TEST(MeshRepair, ASolidInsideAnotherIsToldButNotOneInACavity) {
   EXPECT_EQ(only(repair_mesh(rattle)).count, 1U);
 }
 
-TEST(MeshRepair, WhatEnclosesNothingGoesOrIsRefused) {
+TEST(MeshRepair, SurfacesThatEncloseNothingAreRemovedOrRefused) {
   // A sheet with two sides that are cut differently.
   const TriangleMesh sheet{{{1, 0, 0}, {2, 0, 0}, {2, 1, 0}, {1, 1, 0}},
                            {{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {1, 3, 2}}};
@@ -247,7 +247,7 @@ TEST(MeshRepair, ASurfaceWithOneSideIsRefused) {
   EXPECT_EQ(only(repaired).kind, Kind::not_orientable);
 }
 
-TEST(MeshRepair, WhatIsNoMeshIsRefused) {
+TEST(MeshRepair, InvalidMeshesAreRefused) {
   EXPECT_EQ(only(repair_mesh({})).kind, Kind::bad_vertex);
   TriangleMesh missing = block_mesh();
   missing.triangles[1][0] = 99;
@@ -257,7 +257,7 @@ TEST(MeshRepair, WhatIsNoMeshIsRefused) {
   EXPECT_EQ(only(repair_mesh(infinite)).severity, Severity::refused);
 }
 
-TEST(MeshRepair, RandomDamageIsUndone) {
+TEST(MeshRepair, RandomDamageIsRepaired) {
   std::mt19937_64 g(54);
   const auto integer = [&](std::size_t n) { return static_cast<std::size_t>(g() % n); };
   for (int run = 0; run < 100; ++run) {
@@ -299,7 +299,7 @@ TEST(MeshRepair, RandomDamageIsUndone) {
   }
 }
 
-TEST(ImportAndRepair, RepairsEachObjectOrAllAsOneSurface) {
+TEST(ImportAndRepair, ObjectsAreRepairedOneByOneOrAsOneSurface) {
   const TemporaryDirectory directory;
   TriangleMesh inside_out = block_mesh();
   turn_all(inside_out);

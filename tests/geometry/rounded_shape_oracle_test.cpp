@@ -22,7 +22,7 @@ BodyDistance distance(const std::vector<RoundedShape>& a, const Pose& X_WA,
   return body_distance(a, bounds_of(a), X_WA, b, bounds_of(b), X_WB, 100.0);
 }
 
-TEST(BodyDistanceOracle, BoxesFaceToFaceAndCornerToCorner) {
+TEST(BodyDistanceOracle, BoxesFaceToFaceAndCornerToCornerHaveTheClosedFormDistance) {
   const auto a = box_shape({0.1, 0.2, 0.3}), b = box_shape({0.2, 0.1, 0.1});
   EXPECT_NEAR(distance(a, at(0, 0, 0), b, at(0.5, 0, 0)).distance_m, 0.2, 1e-10);
   const BodyDistance corner = distance(a, at(0, 0, 0), b, at(0.3 + 0.03, 0.3 + 0.04, 0.4 + 0.12));
@@ -30,7 +30,7 @@ TEST(BodyDistanceOracle, BoxesFaceToFaceAndCornerToCorner) {
   EXPECT_NEAR((corner.p_W - Vec3(0.115, 0.22, 0.36)).norm(), 0.0, 1e-9);
 }
 
-TEST(BodyDistanceOracle, DepthAndPlaceOfAnOverlap) {
+TEST(BodyDistanceOracle, DepthAndPlaceOfAnOverlapAreThoseOfTheClosedForm) {
   // A block of 20 mm pushed 3 mm into a table top at z = 0.7.
   const auto table = box_shape({0.45, 0.35, 0.02}), block = box_shape({0.01, 0.01, 0.01});
   const BodyDistance found = distance(table, at(0, 0, 0.68), block, at(0.1, -0.2, 0.7 + 0.01 - 0.003));
@@ -40,7 +40,7 @@ TEST(BodyDistanceOracle, DepthAndPlaceOfAnOverlap) {
   EXPECT_LE(std::abs(found.p_W.y() + 0.2), 0.01 + 1e-9);
 }
 
-TEST(BodyDistanceOracle, BallsAreExact) {
+TEST(BodyDistanceOracle, TheDistanceOfBallsIsExact) {
   const auto a = ball(0.05), b = ball(0.02), cube = box_shape({0.1, 0.1, 0.1});
   const BodyDistance apart = distance(a, at(0, 0, 0), b, at(0.06, 0.08, 0));
   EXPECT_NEAR(apart.distance_m, 0.1 - 0.07, 1e-12);

@@ -44,7 +44,7 @@ std::vector<RoundedShape> random_body(test::Random& random) {
   return shapes;
 }
 
-TEST(BodyDistance, AgreesWithFclOnMeshes) {
+TEST(BodyDistance, TheDistanceAgreesWithFclOnMeshes) {
   test::Random random(7);
   int apart = 0, near = 0;
   for (int i = 0; i < 4000; ++i) {

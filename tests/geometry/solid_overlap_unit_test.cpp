@@ -26,7 +26,7 @@ double both_ways(const TriangleMesh& a, const Pose& X_WA, const TriangleMesh& b,
   return one.depth_m;
 }
 
-TEST(SolidOverlap, ABoxPressedIntoAPlateIsAsDeepAsItIs) {
+TEST(SolidOverlap, TheDepthOfABoxInAPlateIsTheClosedForm) {
   const TriangleMesh box = test::box_mesh({0.04, 0.04, 0.04}), plate = test::box_mesh({0.6, 0.4, 0.04});
   std::mt19937 random(7);
   std::uniform_real_distribution<double> depth(2e-5, 0.015), turn(-3.0, 3.0), place(-0.1, 0.1);
@@ -37,13 +37,13 @@ TEST(SolidOverlap, ABoxPressedIntoAPlateIsAsDeepAsItIs) {
   }
 }
 
-TEST(SolidOverlap, WhatTouchesOrIsApartIsNotInside) {
+TEST(SolidOverlap, SolidsThatTouchOrAreApartHaveNoDepth) {
   const TriangleMesh box = test::box_mesh({0.04, 0.04, 0.04}), plate = test::box_mesh({0.6, 0.4, 0.04});
   for (const double gap : {0.0, 1e-6, -1e-6, -9e-6, 0.01, 1.0})
     EXPECT_EQ(both_ways(box, at({0.01, 0.02, 0.04 + gap}, 0.3), plate, Pose{}), 0.0) << gap;
 }
 
-TEST(SolidOverlap, ARodThroughAThinPlateIsSeen) {
+TEST(SolidOverlap, ARodThroughAThinPlateIsFound) {
   const TriangleMesh rod = test::box_mesh({0.01, 0.01, 0.3});
   for (const double thickness : {0.0005, 0.002, 0.005}) {
     const TriangleMesh plate = test::box_mesh({0.6, 0.4, thickness});
@@ -55,7 +55,7 @@ TEST(SolidOverlap, ARodThroughAThinPlateIsSeen) {
   }
 }
 
-TEST(SolidOverlap, WhatStandsInAPocketTouchesAtMost) {
+TEST(SolidOverlap, ASolidInAPocketHasNoDepth) {
   // The U's pocket is 60 mm wide and 60 mm deep above its floor of 20 mm.
   const TriangleMesh u = test::u_shape();
   const TriangleMesh guest = test::box_mesh({0.0599, 0.06, 0.05});
@@ -63,12 +63,12 @@ TEST(SolidOverlap, WhatStandsInAPocketTouchesAtMost) {
   EXPECT_NEAR(both_ways(guest, at({0.05, 0.047, 0.0}), u, Pose{}), 0.003, 1e-9) << "3 mm into the floor";
 }
 
-TEST(SolidOverlap, OneInsideTheOtherIsAsDeepAsItsDeepestPoint) {
+TEST(SolidOverlap, ASolidInsideAnotherIsAsDeepAsItsDeepestPoint) {
   const TriangleMesh small = test::box_mesh({0.01, 0.01, 0.01}), large = test::box_mesh({0.2, 0.2, 0.2});
   EXPECT_NEAR(both_ways(small, at({0.0, 0.0, 0.05}), large, Pose{}), 0.06, 1e-9);
 }
 
-TEST(SolidOverlap, BallsAreFoundNearlyAsDeepAsTheyAre) {
+TEST(SolidOverlap, TheDepthOfBallsIsCloseToTheClosedForm) {
   const TriangleMesh ball = test::ball(0.02, 4);
   for (const double apart : {0.039, 0.035, 0.03}) {
     const double depth = both_ways(ball, at({0.0, 0.0, 0.0}), ball, at({0.6 * apart, 0.0, 0.8 * apart}, 0.4));

@@ -17,7 +17,7 @@ ConvexShape shape_of(const TriangleMesh& mesh) {
   return ConvexShape::from_points(convex_hull_vertices(mesh.vertices));
 }
 
-TEST(VolumeComparison, ConvexBodyIsItsOwnHull) {
+TEST(VolumeComparison, AConvexBodyIsItsOwnHull) {
   const TriangleMesh box = box_mesh({0.2, 0.1, 0.3});
   const ConvexShape hull = shape_of(box);
   const VolumeComparison v = compare_volumes(box, {&hull, 1});
@@ -26,7 +26,7 @@ TEST(VolumeComparison, ConvexBodyIsItsOwnHull) {
   EXPECT_NEAR(v.error(), 0.0, 1e-12);
 }
 
-TEST(VolumeComparison, HullOfAUFillsItsPocket) {
+TEST(VolumeComparison, TheHullOfAUFillsItsPocket) {
   const TriangleMesh u = u_shape();
   const ConvexShape hull = shape_of(u);
   const VolumeComparison v = compare_volumes(u, {&hull, 1});
@@ -36,7 +36,7 @@ TEST(VolumeComparison, HullOfAUFillsItsPocket) {
   EXPECT_NEAR(v.lost, 0.0, 1e-12);
 }
 
-TEST(VolumeComparison, WhatPartsShareCountsOnce) {
+TEST(VolumeComparison, SharedVolumeCountsOnce) {
   const Vec3 size(0.2, 0.16, 0.10);
   const double wall = 0.012;
   const TriangleMesh box = open_box(size, wall);
@@ -65,7 +65,7 @@ TEST(VolumeComparison, LostAndGainedDoNotCancel) {
   EXPECT_NEAR(v.gained, 0.25, kRays);
 }
 
-TEST(VolumeComparison, SlantedFaces) {
+TEST(VolumeComparison, SlantedFacesHaveTheClosedFormVolume) {
   // A cone of 200 sides in its bounding prism of as many: 1/3 is solid.
   std::vector<std::array<double, 2>> outline;
   std::vector<std::array<std::uint32_t, 3>> cap;
@@ -87,13 +87,13 @@ TEST(VolumeComparison, SlantedFaces) {
   EXPECT_NEAR(compare_volumes(cone, {&own, 1}).error(), 0.0, 1e-9);
 }
 
-TEST(VolumeComparison, SameBitsEveryTime) {
+TEST(VolumeComparison, RepeatedRunsGiveTheSameBits) {
   const TriangleMesh u = u_shape();
   const ConvexShape hull = shape_of(u);
   EXPECT_EQ(compare_volumes(u, {&hull, 1}).gained, compare_volumes(u, {&hull, 1}).gained);
 }
 
-TEST(ConvexHullMesh, IsClosedAndEnclosesItsVolume) {
+TEST(ConvexHullMesh, TheMeshOfAHullIsClosedAndEnclosesItsVolume) {
   const TriangleMesh hull = convex_hull_mesh(u_shape().vertices);
   // Only corners of the hull are used: merge the list before asking whether it is closed.
   TriangleMesh used = hull;

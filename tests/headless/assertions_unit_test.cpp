@@ -67,7 +67,7 @@ TEST_F(Assertions, PosesAreJudgedAtTheirTime) {
   EXPECT_THAT(results[2].sentence, HasSubstr("the run ended at 0.3 s, before 5 s"));
 }
 
-TEST_F(Assertions, HoldersSignalsAndWhatCannotBeJudged) {
+TEST_F(Assertions, HoldersAndSignalsAreJudgedOrReportedAsUndecided) {
   demand(Kind::held_by, "Box", 0.0).holder = "";
   demand(Kind::held_by, "Box").holder = "Table";
   ScenarioAssertion& warm = demand(Kind::signal, "Chamber");
@@ -89,7 +89,7 @@ TEST_F(Assertions, HoldersSignalsAndWhatCannotBeJudged) {
   EXPECT_THAT(results[3].sentence, HasSubstr("temperature is 20; allowed: at least 100"));
 }
 
-TEST_F(Assertions, NamesThatFitNothingAreAnswered) {
+TEST_F(Assertions, UnknownNamesAreReported) {
   demand(Kind::signal, "Chamber").signal = "colour";
   try {
     run(0.1);
@@ -102,7 +102,7 @@ TEST_F(Assertions, NamesThatFitNothingAreAnswered) {
   EXPECT_THROW(run(0.1), ScenarioError);
 }
 
-TEST(Junit, HasACaseForTheRunAndForEachDemand) {
+TEST(Junit, TheFileHasACaseForTheRunAndForEachAssertion) {
   std::ostringstream out;
   write_junit(out, "cell", 1.5, "it <stopped>",
               {{"a & b", "pose", Verdict::passed, "fine", 1.0},

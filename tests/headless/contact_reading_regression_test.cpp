@@ -45,7 +45,7 @@ struct ContactReading : testing::Test {
 };
 
 // Grippers take P and C and let go of P at 9.9 s and of C at 11.0 s.
-TEST_F(ContactReading, PressingIsNoCollisionAndTheReportTellsOfIt) {
+TEST_F(ContactReading, PressingIsNoCollisionAndIsInTheReport) {
   const Scenario scenario = block_with_contact();
   const auto cell = build_cell(scenario);
   ASSERT_TRUE(cell->clearance.enabled);
@@ -87,7 +87,7 @@ TEST_F(ContactReading, PressingIsNoCollisionAndTheReportTellsOfIt) {
 }
 
 // Up to where both grippers hold, by their programs.
-TEST_F(ContactReading, LookingChangesNeitherBitsNorCounts) {
+TEST_F(ContactReading, ReadingChangesNeitherBitsNorCounts) {
   const Scenario scenario = block_with_contact();
   const auto cell = build_cell(scenario);
   HeadlessOptions options;
@@ -114,7 +114,7 @@ TEST_F(ContactReading, LookingChangesNeitherBitsNorCounts) {
   EXPECT_GE(told.contact_extremes.size(), 8U);
 }
 
-TEST_F(ContactReading, SnapshotsHoldWhatPressesAndCountWhatFindsNoRoom) {
+TEST_F(ContactReading, SnapshotsHoldContactsAndCountThoseWithoutRoom) {
   const auto cell = build_cell(block_with_contact());
   Simulation simulation(cell);
   for (int i = 0; i < 500; ++i) ASSERT_TRUE(simulation.step({})) << simulation.fault();
@@ -156,7 +156,7 @@ TEST_F(ContactReading, SnapshotsHoldWhatPressesAndCountWhatFindsNoRoom) {
   EXPECT_EQ(describe(simulation.explain(p), cell->description).find("level of detail 3"), std::string::npos);
 }
 
-TEST_F(ContactReading, CsvHasColumnsOfContactsAtLevelThreeAlone) {
+TEST_F(ContactReading, CsvHasColumnsOfContactsAtLevelThreeOnly) {
   const test::TemporaryDirectory directory;
   for (const int level : {1, 3}) {
     ScenarioOptions options;

@@ -48,7 +48,7 @@ class MeshCheckTest : public ::testing::Test {
   TemporaryDirectory directory_;
 };
 
-TEST_F(MeshCheckTest, TableOfAUsableMesh) {
+TEST_F(MeshCheckTest, AUsableMeshHasATableWithoutFaults) {
   const std::string text = table("box.obj", true);
   EXPECT_THAT(text, AllOf(HasSubstr("8 vertices, 12 triangles, 100 x 80 x 60 mm, longest edge 128.1 mm"),
                           HasSubstr("volume 480 cm^3, 1 shell\n"), HasSubstr("warning   coarse for contact"),
@@ -60,7 +60,7 @@ TEST_F(MeshCheckTest, TableOfAUsableMesh) {
   EXPECT_THAT(table("box.obj", true, {.scale = 0.001}), HasSubstr("0.1 x 0.08 x 0.06 mm"));
 }
 
-TEST_F(MeshCheckTest, TableOfMeshesWithFaults) {
+TEST_F(MeshCheckTest, FaultyMeshesHaveATableOfTheirFaults) {
   EXPECT_THAT(table("inside_out.obj", true),
               AllOf(HasSubstr("repaired  inside out"), HasSubstr("1 closed shell is inside out"),
                     HasSubstr("turned; export the mesh with normals outwards"), HasSubstr("\nUsable.\n")));
@@ -71,7 +71,7 @@ TEST_F(MeshCheckTest, TableOfMeshesWithFaults) {
   EXPECT_THROW(table("missing.obj", false), MeshError);
 }
 
-TEST_F(MeshCheckTest, ScenariosTellWhatWasRepaired) {
+TEST_F(MeshCheckTest, ScenariosReportRepairedMeshes) {
   EXPECT_THAT(build_cell(scenario("box.obj"))->import_notes, IsEmpty());
   const auto cell = build_cell(scenario("inside_out.obj"));
   ASSERT_EQ(cell->import_notes.size(), 1U);
@@ -83,7 +83,7 @@ TEST_F(MeshCheckTest, ScenariosTellWhatWasRepaired) {
   EXPECT_THROW(build_cell(scenario("open.obj")), MeshError);
 }
 
-TEST_F(MeshCheckTest, ScenariosWithSurfaceContactTellWhatWouldFalsifyForces) {
+TEST_F(MeshCheckTest, ScenariosWithSurfaceContactReportUnsuitableMeshes) {
   Scenario with_contact = scenario("box.obj");
   with_contact.processes.front().level_of_detail = 3;
   const auto cell = build_cell(with_contact);

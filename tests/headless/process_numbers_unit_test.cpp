@@ -66,7 +66,7 @@ const ToldRun& dynamic() {
   return done;
 }
 
-TEST(RunMetrics, LargestLoadsAreThoseThatAnObserverSees) {
+TEST(RunMetrics, LargestLoadsEqualThoseOfAnObserver) {
   const Json& joint = dynamic().report["process"]["robots"]["Robot2"]["joints"][1];
   EXPECT_EQ(joint["largest_speed"].get<double>(), dynamic().largest_speed);
   EXPECT_EQ(joint["largest_torque"].get<double>(), dynamic().largest_torque);
@@ -92,7 +92,7 @@ TEST(RunMetrics, MarginsAreSharesOfTheLimitsOfTheUrdf) {
     EXPECT_GE(margins[i - 1]["use"].get<double>(), margins[i]["use"].get<double>());
 }
 
-TEST(RunMetrics, StepsHaveTheirTimesAndTheEnergyDrawnMeanwhile) {
+TEST(RunMetrics, StepsHaveTheirTimesAndTheirEnergy) {
   int of_robot2 = 0;
   double sum_J = 0.0;
   for (const Json& step : dynamic().report["process"]["steps"]) {
@@ -109,7 +109,7 @@ TEST(RunMetrics, StepsHaveTheirTimesAndTheEnergyDrawnMeanwhile) {
   EXPECT_NEAR(sum_J, dynamic().report["energy"]["consumers"]["Robot2"]["energy_J"].get<double>(), 1e-9);
 }
 
-TEST(RunMetrics, AProgramThatNamesNoStepsIsToldByItsCalls) {
+TEST(RunMetrics, AProgramWithoutStepsIsReportedByItsCalls) {
   const ToldRun done = run(1, {"controller.program=" TAKT_CONFIG_DIR "/programs/block_disassembly.lua"}, 0.5);
   const Json& steps = done.report["process"]["steps"];
   ASSERT_FALSE(steps.empty());
@@ -120,7 +120,7 @@ TEST(RunMetrics, AProgramThatNamesNoStepsIsToldByItsCalls) {
   }
 }
 
-TEST(RunMetrics, ThePageStandsForItself) {
+TEST(RunMetrics, ThePageIsSelfContained) {
   for (const std::string& page : {kinematic().page, dynamic().page}) {
     EXPECT_THAT(page, HasSubstr("C into B"));
     EXPECT_THAT(page, HasSubstr("<svg"));
@@ -146,7 +146,7 @@ TEST(Comparison, ARunDoesNotDifferFromItself) {
   EXPECT_EQ(same.verdict, "Nothing that counts differs");
 }
 
-TEST(Comparison, TheLowerLevelIsEnoughWhileTheHigherOneSaysNothingThatCounts) {
+TEST(Comparison, TheLowerLevelIsEnoughWhileTheHigherOneAddsNothing) {
   const Comparison enough = compare_reports(kinematic().report, dynamic().report, {});
   EXPECT_TRUE(enough.enough) << enough.verdict;
   EXPECT_THAT(enough.verdict, HasSubstr("LoD 1 is enough here"));
@@ -160,7 +160,7 @@ TEST(Comparison, TheLowerLevelIsEnoughWhileTheHigherOneSaysNothingThatCounts) {
   EXPECT_THAT(missing.differences.front().of, HasSubstr("torque"));
 }
 
-TEST(Comparison, WhatDiffersIsNamedTheLargestFirst) {
+TEST(Comparison, DifferencesAreListedTheLargestFirst) {
   Json changed = dynamic().report;
   double& energy = *changed["process"]["consumers"]["Robot1"]["energy_J"].get_ptr<double*>();
   energy *= 1.2;
@@ -180,7 +180,7 @@ TEST(Comparison, WhatDiffersIsNamedTheLargestFirst) {
   EXPECT_THAT(found.contradictions[0], HasSubstr("it diverged"));
 }
 
-TEST(Comparison, DemandsThatOneRunCannotJudgeMustHoldInTheOther) {
+TEST(Comparison, AssertionsUndecidedInOneRunMustHoldInTheOther) {
   Json one = kinematic().report, other = dynamic().report;
   one["assertions"]["force"] = {{"verdict", "skipped"}, {"sentence", "nothing to judge by"}};
   other["assertions"]["force"] = {{"verdict", "passed"}, {"sentence", "20 N"}};
@@ -189,7 +189,7 @@ TEST(Comparison, DemandsThatOneRunCannotJudgeMustHoldInTheOther) {
   EXPECT_FALSE(compare_reports(one, other, {}).enough);
 }
 
-TEST(Comparison, WrongLimitsAndForeignReportsAreRefused) {
+TEST(Comparison, InvalidLimitsAndForeignReportsAreRefused) {
   ComparisonLimits limits;
   for (const char* wrong : {"", "energy", "energy=", "energy=-1", "energy=x", "speed=1", "energy=1 "})
     EXPECT_ANY_THROW(set_limit(limits, wrong)) << wrong;

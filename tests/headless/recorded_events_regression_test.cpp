@@ -15,7 +15,7 @@
 namespace takt::test {
 namespace {
 
-TEST(RecordedEvents, ComeOnceAndInTheirOwnStep) {
+TEST(RecordedEvents, EventsComeOnceAndInTheirOwnStep) {
   TemporaryDirectory directory;
   const std::string recording = directory.path() / "run.mcap", file = directory.path() / "run.json";
   ChildProcess run({TAKT_BIN_DIR "/takt-run", TAKT_CONFIG_DIR "/scenarios/block_assembly.yaml", "--duration",

@@ -19,7 +19,7 @@ TEST(RunJson, TheReportIsAllThatIsPrinted) {
   EXPECT_FALSE(report.at("scenario").get<std::string>().empty());
 }
 
-TEST(RunJson, WhereItMeansNothingItIsRefused) {
+TEST(RunJson, TheOptionIsRefusedWhereItHasNoMeaning) {
   const std::string scenario = TAKT_CONFIG_DIR "/scenarios/contact/sliding_block.yaml";
   ChildProcess run(
       {TAKT_BIN_DIR "/takt-run", scenario, "--vary", "contact.defaults.friction=0.1,0.2", "--json"});

@@ -65,7 +65,7 @@ class StudyRuns : public ::testing::Test {
   TemporaryDirectory directory_;
 };
 
-TEST_F(StudyRuns, AStudyThatWasKilledGoesOnWhereItWas) {
+TEST_F(StudyRuns, AKilledStudyContinuesAtItsPlace) {
   {
     ChildProcess study(command({"--jobs", "2"}));
     ASSERT_TRUE(study.wait_for_output("3 of 60 runs")) << study.text;
@@ -138,7 +138,7 @@ TEST_F(StudyRuns, TasksBesideEachOtherShareTheRuns) {
   EXPECT_EQ(rows(), 1U + kRuns);
 }
 
-TEST_F(StudyRuns, TwoStudiesDoNotWorkOnOneDirectory) {
+TEST_F(StudyRuns, ASecondStudyInTheSameDirectoryIsRefused) {
   ChildProcess first(command({"--jobs", "1"}));
   ASSERT_TRUE(first.wait_for_output("1 of 60 runs")) << first.text;
   ChildProcess second(command());
@@ -146,7 +146,7 @@ TEST_F(StudyRuns, TwoStudiesDoNotWorkOnOneDirectory) {
   EXPECT_THAT(second.text, HasSubstr("another process is working on this study"));
 }
 
-TEST_F(StudyRuns, SlurmGetsAJobThatIsTheSameStudy) {
+TEST_F(StudyRuns, TheSlurmJobIsTheSameStudy) {
   ChildProcess writer(command({"--slurm", (directory_ / "job").string()}));
   ASSERT_EQ(writer.wait(), 0) << writer.text;
   std::ifstream in(directory_ / "job/study.sbatch");

@@ -25,7 +25,7 @@ TEST(Study, KeysAreParsedOrRefused) {
     EXPECT_THROW(parse_varied_key(wrong), ScenarioError) << wrong;
 }
 
-TEST(Study, EveryCombinationIsARunTheLastKeyFirst) {
+TEST(Study, EveryCombinationIsARunAndTheLastKeyVariesFirst) {
   StudyOptions options;
   options.keys = {parse_varied_key("a=0:1:2"), parse_varied_key("b=10:30:3")};
   EXPECT_EQ(study_runs(options), 6);
@@ -36,7 +36,7 @@ TEST(Study, EveryCombinationIsARunTheLastKeyFirst) {
   EXPECT_THROW(study_runs(options), ScenarioError);
 }
 
-TEST(Table, ColumnsAppearAsTheyComeAndCellsAreQuoted) {
+TEST(Table, ColumnsAppearInOrderAndCellsAreQuoted) {
   Table table;
   table.begin_row();
   table.set("a", 1.5);
@@ -49,7 +49,7 @@ TEST(Table, ColumnsAppearAsTheyComeAndCellsAreQuoted) {
   EXPECT_EQ(csv.str(), "a,said,b\n1.5,\"no, \"\"never\"\"\",\n0.1,,2\n");
 }
 
-TEST(Table, PlotHasALineForEachSeriesAndLeavesOutWhatIsNoNumber) {
+TEST(Table, APlotHasALineForEachSeriesAndLeavesOutTexts) {
   Table table;
   for (int i = 0; i < 6; ++i) {
     table.begin_row();

@@ -14,7 +14,7 @@ BEGIN {
   rooms = split("plant_models/ idl/common/ idl/transport/ " \
                 "server/geometry/mesh/ server/geometry/convex/ server/geometry/surface/ server/geometry/ server/components/ " \
                 "server/contact/collision/ server/contact/holding/ server/contact/clearance/ server/contact/surface/ server/contact/ " \
-                "server/simulation/model/ server/simulation/solver/ server/simulation/step/ server/scenario/ " \
+                "server/simulation/model/ server/simulation/solver/ server/simulation/step/ server/fields/ server/devices/ server/scenario/ " \
                 "server/runtime/requests/ server/runtime/recording/ server/runtime/loop/ server/runtime/host/ server/runtime/ " \
                 "server/messages/ server/dds/ server/headless/ server/server_main.cpp server/run_main.cpp client_lib/controller/ " \
                 "client_lib/render/ client_lib/recording/ client_lib/tools/ client_lib/ idl/command_line/ idl/ config/", room, " ")
@@ -47,7 +47,11 @@ BEGIN {
   may["server/simulation/solver/"] = model " server/simulation/solver/"
   simulation = contact " server/simulation/"
   may["server/simulation/step/"] = simulation
-  scenario = simulation " server/scenario/"
+
+  # Tables of fields know values and YAML, no section; devices are described by them, and by the simulation.
+  may["server/fields/"] = plant " server/fields/"
+  may["server/devices/"] = simulation " server/fields/ server/devices/"
+  scenario = simulation " server/fields/ server/devices/ server/scenario/"
   may["server/scenario/"] = scenario
 
   # The service around the core: requests and events, what is kept on disk, the loop of one scenario, its host.
@@ -75,7 +79,7 @@ BEGIN {
   may["idl/"] = "idl/ GENERATED"
   may["config/"] = plant " config/"
 
-  core = "plant_models/ server/geometry/ server/components/ server/contact/ server/simulation/ server/scenario/"
+  core = "plant_models/ server/geometry/ server/components/ server/contact/ server/simulation/ server/fields/ server/devices/ server/scenario/"
   timeless = core " idl/common/ client_lib/controller/ client_lib/render/ client_lib/recording/ config/"
   clocks_and_threads = " chrono ctime time.h sys/time.h thread mutex shared_mutex condition_variable future semaphore " \
                        "latch barrier stop_token pthread.h "
@@ -90,8 +94,9 @@ BEGIN {
   library("V-HACD", "VHACD.h", "server/geometry/", "server/", 1)
   library("FCL", "fcl/", "server/geometry/ tests/", "server/", 1)
   library("SUNDIALS", "cvode/ arkode/ ida/ sundials/ sunlinsol/ sunmatrix/ sunnonlinsol/ nvector/", "server/simulation/", "server/", 1)
-  library("liburdfdom", "urdf_parser/ urdf_model/", "server/scenario/ tests/", "server/", 1)
-  library("yaml-cpp", "yaml-cpp/", "server/scenario/ client_lib/recording/ client_lib/tools/ tests/", "", 0)
+  library("tinyxml2", "tinyxml2.h", "server/scenario/", "server/", 1)
+  library("utf8cpp", "utf8cpp/", "idl/common/", "", 0)
+  library("yaml-cpp", "yaml-cpp/", "server/fields/ server/scenario/ client_lib/recording/ client_lib/tools/ tests/", "", 0)
   library("Lua", "lua.h lua.hpp lauxlib.h lualib.h", "client_lib/controller/ tests/", "", 0)
   library("libpng", "png.h", "client_lib/render/ tests/", "", 0)
   library("CLI11", "CLI/", "server/server_main.cpp server/run_main.cpp client_lib/tools/ client_lib/examples/ config/ tests/", "", 0)

@@ -18,7 +18,7 @@ cmake --install "$build" --prefix "$place/stage/usr" >"$place/log" || { cat "$pl
 package=$(echo "$place"/takt_*_*.deb)
 field() { dpkg-deb --field "$package" "$1"; }
 [[ $(field Package) == takt && $(field Version) =~ ^[0-9]+\.[0-9]+\.[0-9]+$ ]]
-for library in libc6 libstdc++6 libyaml-cpp liburdfdom libzstd1 liblz4-1 'python3 (<<'; do
+for library in libc6 libstdc++6 libyaml-cpp libtinyxml2 libzstd1 liblz4-1 'python3 (<<'; do
   [[ $(field Depends) == *"$library"* ]] || { echo "the package does not depend on $library: $(field Depends)"; exit 1; }
 done
 dpkg-deb --info "$package" prerm | grep -q __pycache__

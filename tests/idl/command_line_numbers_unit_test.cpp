@@ -12,7 +12,7 @@ void expect_number_check(const command_line::NumberCheck& check, const std::vect
   for (const std::string& text : bad) EXPECT_EQ(check(text), "found '" + text + "'; allowed: " + allowed);
 }
 
-TEST(CommandLineNumbers, AreFiniteAndInTheirRange) {
+TEST(CommandLineNumbers, NumbersAreFiniteAndInTheirRange) {
   const std::vector<std::string> no_numbers{"", " ", "x", "1x", "1,5", "nan", "-nan", "inf", "-inf", "1e999"};
   const auto with = [&](std::vector<std::string> more) {
     more.insert(more.end(), no_numbers.begin(), no_numbers.end());
@@ -27,7 +27,7 @@ TEST(CommandLineNumbers, AreFiniteAndInTheirRange) {
                       with({"0.049", "86400.1", "-1"}), "a number from 0.05 to 86400");
 }
 
-TEST(CommandLineNumbers, AreWholeWhereTheyCount) {
+TEST(CommandLineNumbers, CountsAreWholeNumbers) {
   const std::vector<std::string> no_whole{"", " ", "x", "1x", "1.5", "1e3", "nan", "99999999999999999999"};
   const auto with = [&](std::vector<std::string> more) {
     more.insert(more.end(), no_whole.begin(), no_whole.end());

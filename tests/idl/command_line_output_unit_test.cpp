@@ -38,7 +38,7 @@ int code_after_printing(int to, int code) {
   return with_output_written("takt-test", code);
 }
 
-TEST(CommandLineOutput, ThatCannotBeWrittenIsAFailure) {
+TEST(CommandLineOutput, OutputThatCannotBeWrittenIsAFailure) {
   const char* sentence = "takt-test: Standard output cannot be written on;";
   for (const auto& [code, expected] : {std::pair{0, 1}, {3, 3}}) {
     testing::internal::CaptureStderr();
@@ -55,7 +55,7 @@ TEST(CommandLineOutput, ThatCannotBeWrittenIsAFailure) {
   EXPECT_EQ(testing::internal::GetCapturedStderr().find(sentence), 0U);
 }
 
-TEST(CommandLineOutput, ThatIsWrittenLeavesTheCode) {
+TEST(CommandLineOutput, WrittenOutputKeepsTheExitCode) {
   EXPECT_EQ(code_after_printing(::open("/dev/null", O_WRONLY), 0), 0);
   EXPECT_EQ(code_after_printing(::open("/dev/null", O_WRONLY), 2), 2);
 }

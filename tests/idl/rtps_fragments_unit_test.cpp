@@ -82,7 +82,7 @@ bool has_fragment(const Bytes& packet) {
 class RtpsFragments : public testing::TestWithParam<bool> {};
 INSTANTIATE_TEST_SUITE_P(ByteOrders, RtpsFragments, testing::Bool());
 
-TEST_P(RtpsFragments, BecomeTheSampleInAnyOrder) {
+TEST_P(RtpsFragments, FragmentsInAnyOrderMakeTheSample) {
   Wire qos(GetParam());
   qos.parameter(0x8000, Bytes(4, 7)).u16(1).u16(0);
   for (const Bytes& list : {Bytes{}, qos.bytes}) {
@@ -104,7 +104,7 @@ TEST_P(RtpsFragments, BecomeTheSampleInAnyOrder) {
   }
 }
 
-TEST(RtpsFragmentsOfSome, WhatStandsBesideThemStays) {
+TEST(RtpsFragmentsOfSome, SubmessagesBesideFragmentsAreKept) {
   FragmentAssembly assembly(1U << 20U);
   const Bytes whole = sample(1500, 1);
   const Fragments fragments;
@@ -126,7 +126,7 @@ TEST(RtpsFragmentsOfSome, WhatStandsBesideThemStays) {
       << "the time of its packet";
 }
 
-TEST(RtpsFragmentsOfSome, AForgedOneDoesNotSpoilTheRest) {
+TEST(RtpsFragmentsOfSome, AForgedFragmentDoesNotSpoilTheOthers) {
   FragmentAssembly assembly(1U << 20U);
   const Fragments fragments;
   const Bytes whole = sample(2500, 1), other = sample(4500, 9);
@@ -139,7 +139,7 @@ TEST(RtpsFragmentsOfSome, AForgedOneDoesNotSpoilTheRest) {
   EXPECT_EQ(seen[0], in_one_piece(fragments, whole, 5));
 }
 
-TEST(RtpsFragmentsOfSome, OfMoreFragmentsThanAreSentAgainAreLeftToTheReader) {
+TEST(RtpsFragmentsOfSome, SamplesOfVeryManyFragmentsAreLeftToTheReader) {
   constexpr std::uint32_t most = 4;
   FragmentAssembly assembly(1U << 20U, most);
   const Fragments fragments;
@@ -149,7 +149,7 @@ TEST(RtpsFragmentsOfSome, OfMoreFragmentsThanAreSentAgainAreLeftToTheReader) {
   EXPECT_EQ(assembly.samples(), 1U);
 }
 
-TEST(RtpsFragmentsOfSome, AreBounded) {
+TEST(RtpsFragmentsOfSome, MemoryOfFragmentsIsBounded) {
   FragmentAssembly assembly(1U << 20U);
   const Fragments fragments;
   const Bytes whole = sample(1U << 20U, 1);
@@ -167,7 +167,7 @@ TEST(RtpsFragmentsOfSome, AreBounded) {
   }
 }
 
-TEST(RtpsFragmentsOfSome, ForOthersAreNotKept) {
+TEST(RtpsFragmentsOfSome, FragmentsForOthersAreNotKept) {
   FragmentAssembly assembly(1U << 20U);
   const Bytes whole = sample(2500, 1);
   const auto to = [&](std::uint8_t last) {

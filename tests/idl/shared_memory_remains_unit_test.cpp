@@ -26,7 +26,7 @@ class HeldLock {
   int fd_;
 };
 
-TEST(SharedMemoryRemains, OnlyWhatNobodyOwnsIsRemoved) {
+TEST(SharedMemoryRemains, OnlyFilesWithoutAnOwnerAreRemoved) {
   const test::TemporaryDirectory directory;
   const auto make = [&](const std::string& name) { std::ofstream(directory / name) << "x"; };
   const auto names = [&] {

@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000, kLease = 5 * kSecond;
 
-TEST(SuspendDetector, WhoTicksHearsEverything) {
+TEST(SuspendDetector, PacketsPassWithRegularTicks) {
   SuspendDetector suspend_detector(kLease, 100 * kSecond);
   for (std::int64_t t = 100 * kSecond; t < 160 * kSecond; t += kSecond / 2) {
     EXPECT_FALSE(suspend_detector.quarantined(t));
@@ -16,7 +16,7 @@ TEST(SuspendDetector, WhoTicksHearsEverything) {
   EXPECT_EQ(suspend_detector.resumed_ns(), 0);
 }
 
-TEST(SuspendDetector, AShortStopIsNone) {
+TEST(SuspendDetector, AShortStopIsIgnored) {
   SuspendDetector suspend_detector(kLease, 10 * kSecond);
   EXPECT_FALSE(suspend_detector.quarantined(
       13 * kSecond));  // others forget after 5 s, less the time between two announcements
@@ -34,7 +34,7 @@ std::int64_t heard_again_ns(SuspendDetector& suspend_detector, std::int64_t from
   return -1;
 }
 
-TEST(SuspendDetector, AfterALongStopNothingComesInForAMoment) {
+TEST(SuspendDetector, PacketsAreHeldBackAfterALongStop) {
   SuspendDetector suspend_detector(kLease, 10 * kSecond);
   EXPECT_TRUE(suspend_detector.quarantined(300 * kSecond));  // asked before the first tick
   EXPECT_EQ(suspend_detector.resumed_ns(), 300 * kSecond);
@@ -42,14 +42,14 @@ TEST(SuspendDetector, AfterALongStopNothingComesInForAMoment) {
   EXPECT_EQ(suspend_detector.resumed_ns(), 300 * kSecond);
 }
 
-TEST(SuspendDetector, TheTickItselfNoticesAStopToo) {
+TEST(SuspendDetector, TheTickDetectsAStop) {
   SuspendDetector suspend_detector(kLease, 10 * kSecond);
   EXPECT_EQ(heard_again_ns(suspend_detector, 30 * kSecond), 31 * kSecond + kSecond / 2);
   EXPECT_EQ(suspend_detector.resumed_ns(), 30 * kSecond);
 }
 
 /// Where ticks are late, those threads may be too that forget.
-TEST(SuspendDetector, OnAStarvedMachineItTakesLonger) {
+TEST(SuspendDetector, TheQuarantineLastsLongerWithLateTicks) {
   SuspendDetector suspend_detector(kLease, 10 * kSecond);
   suspend_detector.tick(30 * kSecond);
   for (const std::int64_t late : {32, 34, 36}) {
@@ -60,7 +60,7 @@ TEST(SuspendDetector, OnAStarvedMachineItTakesLonger) {
 }
 
 /// While others still know it, it must not forget them.
-TEST(SuspendDetector, AStopOfLessThanALeaseIsLetPass) {
+TEST(SuspendDetector, AStopShorterThanALeaseIsIgnored) {
   for (std::int64_t stop = 3 * kSecond; stop <= 5 * kSecond; stop += kSecond / 4) {
     SuspendDetector suspend_detector(kLease, 10 * kSecond);
     EXPECT_EQ(heard_again_ns(suspend_detector, 10 * kSecond + stop), 10 * kSecond + stop);
@@ -68,7 +68,7 @@ TEST(SuspendDetector, AStopOfLessThanALeaseIsLetPass) {
   }
 }
 
-TEST(SuspendDetector, AStopOfALittleMoreLastsUntilBothHaveForgotten) {
+TEST(SuspendDetector, AStopJustOverALeaseLastsUntilBothSidesForget) {
   for (std::int64_t stop = 23 * kSecond / 4; stop <= 7 * kSecond; stop += kSecond / 4) {
     SuspendDetector suspend_detector(kLease, 10 * kSecond);
     const std::int64_t back = 10 * kSecond + stop;

@@ -56,7 +56,7 @@ TEST(ChangedCells, ControllersKeepTheirTargetsWhenDevicesComeAndGo) {
   EXPECT_EQ(cell.client.status().step, 0U);
 }
 
-TEST(ChangedCells, AControllerWhoseTargetsAreGoneIsGoneToo) {
+TEST(ChangedCells, AControllerWithoutTargetsIsRemoved) {
   LoadedService cell("furnace.yaml");
   cell.client.request("spawn_entity", {{"name", "Rotor2"}, {"copy_of", "Rotor"}, {"position", "0 0 2"}});
   cell.client.register_controller("reader", Seconds{0.008}, kGenerous, {"Rotor2_heat"});
@@ -67,7 +67,7 @@ TEST(ChangedCells, AControllerWhoseTargetsAreGoneIsGoneToo) {
   EXPECT_EQ(gone->subject, "reader");
 }
 
-TEST(ChangedCells, WhatIsScrewedInGoesBeforeWhatItIsScrewedInto) {
+TEST(ChangedCells, ScrewsAreDeletedBeforeThePartThatHoldsThem) {
   LoadedService cell("bev_rotor.yaml");
   const ClientError early = refusal(cell.client, "delete_entity", {{"entity", "Core1"}});
   EXPECT_EQ(early.result(), 4);
@@ -95,7 +95,7 @@ TEST(ChangedCells, RulesThatNameADeletedPartSayNothing) {
   HostedService& service = incline.service;
   const auto checked = service.file("checked.yaml", takt::test::service_scenario_text() +
                                                         "collision_checking:\n  limits:\n"
-                                                        "    - {pair: [Robot1/*, P], closer_than_m: 0.05}\n"
+                                                        "    - {pair: [Robot1/*, P], min_clearance_m: 0.05}\n"
                                                         "  ignore: [[C, Robot2/*]]\n");
   incline.client.load_scenario(checked);
   incline.client.request("delete_entity", {{"entity", "P"}});
@@ -107,7 +107,7 @@ TEST(ChangedCells, RulesThatNameADeletedPartSayNothing) {
   expect_words(refusal(incline.client, "load_scenario", {{"uri", wrong.string()}}).what(), {"Nobody"});
 }
 
-TEST(ChangedCells, NamesAreUniqueAmongDevicesToo) {
+TEST(ChangedCells, NamesAreUniqueAmongPartsAndDevices) {
   LoadedService cell("furnace.yaml");
   const auto spawn = [](const std::string& name, const std::string& rename = "false") {
     return Arguments{{"name", name}, {"allow_renaming", rename}, {"copy_of", "Rotor"}, {"position", "0 0 2"}};
@@ -125,7 +125,7 @@ TEST(ChangedCells, NamesAreUniqueAmongDevicesToo) {
   expect_words(far.what(), {"position", "1e9"});
 }
 
-TEST(ChangedCells, MoreThanMessagesHaveRoomForIsRefused) {
+TEST(ChangedCells, MorePartsThanAMessageHoldsAreRefused) {
   HostedService service;
   Client client(client_options());
   const std::string text = takt::test::service_scenario_text();
@@ -150,7 +150,7 @@ TEST(ChangedCells, MoreThanMessagesHaveRoomForIsRefused) {
       4);
 }
 
-TEST(ChangedCells, AResetOfWhatWasSpawnedIsToldAsAReset) {
+TEST(ChangedCells, AResetOfSpawnedPartsIsReportedAsAReset) {
   HostedService service;
   Client client(client_options());
   client.set_state(SimulationState::stopped);
@@ -161,7 +161,7 @@ TEST(ChangedCells, AResetOfWhatWasSpawnedIsToldAsAReset) {
   EXPECT_TRUE(client.wait_for_event([](const Event& e) { return e.code == "reset"; }, kGenerous));
 }
 
-TEST(ChangedCells, WhatIsNotThereIsToldFromWhatIsWrong) {
+TEST(ChangedCells, MissingAndInvalidFilesHaveDifferentResults) {
   HostedService service;
   Client client(client_options());
   EXPECT_EQ(refusal(client, "load_scenario", {{"uri", service.wrong_key().string()}}).result(), 103);
@@ -177,7 +177,7 @@ TEST(ChangedCells, WhatIsNotThereIsToldFromWhatIsWrong) {
   expect_words(folder.what(), {"directory"});
 }
 
-TEST(Registering, ANameIsNotTakenFromAnotherController) {
+TEST(Registering, ARegisteredNameIsNotGivenToAnotherController) {
   HostedService service;
   Client client(client_options());
   client.register_controller("plc", Seconds{0.008}, kGenerous, {"Robot1"});

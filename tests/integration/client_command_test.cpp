@@ -16,9 +16,9 @@ using takt::client::GripperAction;
 using takt::client::Seconds;
 using takt::client::SimulationState;
 using takt::test::kGenerous;
-using takt::test::kTestDomain;
 using takt::test::ScriptedCell;
 using takt::test::small_description;
+using takt::test::test_domain;
 using takt::test::unique_cell_name;
 
 class ClientCommand : public testing::Test {
@@ -29,7 +29,7 @@ class ClientCommand : public testing::Test {
     server_ = std::make_unique<ScriptedCell>(name_, small_description(name_), std::move(handler));
     takt::ClientOptions options;
     options.cell = name_;
-    options.domain = kTestDomain;
+    options.domain = static_cast<int>(test_domain());
     options.timeout = kGenerous;
     options.liveliness_timeout = kGenerous;
     options.timeout = timeout;
@@ -65,7 +65,7 @@ TEST_F(ClientCommand, TheFirstJointCommandArrivesExactly) {
   EXPECT_EQ(received[0].header.stamp.nanosec, 8U);
 }
 
-TEST_F(ClientCommand, GripperCommandArrives) {
+TEST_F(ClientCommand, AGripperCommandArrives) {
   connect();
   server_->listen_to_gripper("Gripper1");
   client_->set_gripper("Gripper1", GripperAction::width, 0.03, 40.0);
@@ -78,7 +78,7 @@ TEST_F(ClientCommand, GripperCommandArrives) {
   EXPECT_EQ(received[0].stamp.nanosec, 0U);
 }
 
-TEST_F(ClientCommand, WrongCommandsAreRefusedHereAndNotSent) {
+TEST_F(ClientCommand, InvalidCommandsAreRefusedByTheClient) {
   connect();
   server_->listen_to_joints("Robot1");
   const ClientError robot = error_of([&] { client_->send_joint_command("Robot7", {0.0, 0.0}); });
@@ -123,7 +123,7 @@ TEST_F(ClientCommand, WrongCommandsAreRefusedHereAndNotSent) {
   EXPECT_EQ(received[0].position, (std::vector<double>{0.25, 0.5}));
 }
 
-TEST_F(ClientCommand, ACommandNobodyListensToIsAnError) {
+TEST_F(ClientCommand, ACommandWithoutAListenerIsAnError) {
   connect({}, Seconds{5.0});  // also the time to connect, on a machine that does other things too
   const ClientError error = error_of([&] { client_->send_joint_command("Robot1", {0.0, 0.0}); });
   EXPECT_EQ(error.kind(), ClientError::Kind::timeout);

@@ -46,7 +46,7 @@ class Environment {
   std::optional<std::string> before_;
 };
 
-TEST(ClientMistakes, InTheEnvironmentAreTold) {
+TEST(ClientMistakes, InvalidEnvironmentVariablesAreReported) {
   const Environment domain("TAKT_DOMAIN"), cell("TAKT_CELL"), secure("TAKT_SECURE");
   for (const char* wrong : {"x", "1x", "-1", "233"}) {
     domain.set(wrong);
@@ -72,7 +72,7 @@ TEST(ClientMistakes, InTheEnvironmentAreTold) {
   expect_refused(Kind::invalid, {"The name of the cell is empty."}, [&] { const Client client(options); });
 }
 
-TEST(ClientMistakes, StatesHaveTheirWords) {
+TEST(ClientMistakes, StatesHaveNames) {
   EXPECT_EQ(to_string(client::ComponentType::part), "part");
   EXPECT_EQ(to_string(client::PartState::free), "free");
   EXPECT_EQ(to_string(client::PartState::grasped), "grasped");
@@ -87,7 +87,7 @@ TEST(ClientMistakes, StatesHaveTheirWords) {
   EXPECT_EQ(to_string(client::Severity::error), "error");
 }
 
-TEST(ClientMistakes, InNamesAndNumbersAreTold) {
+TEST(ClientMistakes, InvalidNamesAndNumbersAreReported) {
   HostedService service;
   Client cell(client_options());
   const client::State state = cell.state();
@@ -132,7 +132,7 @@ TEST(ClientMistakes, InNamesAndNumbersAreTold) {
                  [&] { static_cast<void>(of_arm.gripper("Gripper1")); });
 }
 
-TEST(ClientMistakes, RarerArgumentsArriveToo) {
+TEST(ClientMistakes, RareArgumentsArrive) {
   HostedService service;
   Client cell(client_options());
   cell.set_state(client::SimulationState::stopped);

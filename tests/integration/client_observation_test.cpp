@@ -15,10 +15,10 @@ using takt::client::Event;
 using takt::client::Seconds;
 using takt::client::State;
 using takt::test::kGenerous;
-using takt::test::kTestDomain;
 using takt::test::ScriptedCell;
 using takt::test::small_description;
 using takt::test::small_state;
+using takt::test::test_domain;
 using takt::test::unique_cell_name;
 
 class ClientObservation : public testing::Test {
@@ -28,7 +28,7 @@ class ClientObservation : public testing::Test {
   takt::ClientOptions options() const {
     takt::ClientOptions made;
     made.cell = name_;
-    made.domain = kTestDomain;
+    made.domain = static_cast<int>(test_domain());
     made.timeout = kGenerous;
     made.liveliness_timeout = kGenerous;
     return made;
@@ -53,7 +53,7 @@ class ClientObservation : public testing::Test {
   std::unique_ptr<Client> client_;
 };
 
-TEST_F(ClientObservation, LateJoinerGetsADescriptionOfMegabytes) {
+TEST_F(ClientObservation, ALateJoinerGetsADescriptionOfMegabytes) {
   auto description = small_description(name_);
   auto& vertices = description.components[1].vertices;
   vertices.resize(2'000'000);
@@ -69,7 +69,7 @@ TEST_F(ClientObservation, LateJoinerGetsADescriptionOfMegabytes) {
   EXPECT_EQ(cell->robots.at(1).joints.at(1).name, "elbow");
 }
 
-TEST_F(ClientObservation, ErrorOfAnUnknownCellNamesTheOnesThatAnswer) {
+TEST_F(ClientObservation, TheErrorOfAnUnknownCellNamesTheKnownOnes) {
   server_ = std::make_unique<ScriptedCell>(name_, small_description(name_));
   takt::ClientOptions wrong = options();
   wrong.cell = "nowhere";
@@ -84,22 +84,22 @@ TEST_F(ClientObservation, ErrorOfAnUnknownCellNamesTheOnesThatAnswer) {
   }
 }
 
-TEST_F(ClientObservation, ListsTheCellsOfADomain) {
+TEST_F(ClientObservation, CellsOfADomainAreListed) {
   server_ = std::make_unique<ScriptedCell>(name_, small_description(name_));
-  const auto cells = takt::list_cells(kTestDomain, Seconds{3.0});
+  const auto cells = takt::list_cells(static_cast<int>(test_domain()), Seconds{3.0});
   const auto found =
       std::find_if(cells.begin(), cells.end(), [&](const auto& cell) { return cell.name == name_; });
   ASSERT_NE(found, cells.end());
   EXPECT_TRUE(found->status.has_value());
 }
 
-TEST_F(ClientObservation, DomainOutOfRangeIsRefused) {
+TEST_F(ClientObservation, ADomainOutOfRangeIsRefused) {
   takt::ClientOptions wrong = options();
   wrong.domain = 233;
   EXPECT_THROW(Client{wrong}, ClientError);
 }
 
-TEST_F(ClientObservation, ReadsAStateByName) {
+TEST_F(ClientObservation, AStateIsReadByName) {
   connect();
   auto state = small_state(0, 7);
   state.components[1].position.y = 2.0;
@@ -128,7 +128,7 @@ TEST_F(ClientObservation, ReadsAStateByName) {
   }
 }
 
-TEST_F(ClientObservation, DropsOlderInstantsAndKeepsRepeatedOnes) {
+TEST_F(ClientObservation, OlderInstantsAreDroppedAndRepeatedOnesKept) {
   connect();
   EXPECT_EQ(publish_and_see(small_state(0, 10)).sample_number, 1U);
   server_->publish("state", small_state(0, 9));
@@ -209,7 +209,7 @@ TEST_F(ClientObservation, AServerThatFallsSilentCountsAsGone) {
   }
 }
 
-TEST_F(ClientObservation, AServerStartedAgainReplacesWhatWasKnown) {
+TEST_F(ClientObservation, ARestartedServerReplacesTheKnownState) {
   connect();
   publish_and_see(small_state(4, 1000));
   server_.reset();

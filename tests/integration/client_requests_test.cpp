@@ -30,7 +30,7 @@ using takt::test::expect_words;
 using takt::test::HostedService;
 using takt::test::ScriptedCell;
 
-TEST(ClientRequests, StateIsNeverOlderThanTheReply) {
+TEST(ClientRequests, TheStateIsNeverOlderThanTheReply) {
   HostedService service;
   Client client(client_options());
   for (std::uint64_t steps = 1; steps <= 30; ++steps) {
@@ -54,7 +54,7 @@ TEST(ClientRequests, StateIsNeverOlderThanTheReply) {
   EXPECT_EQ(client.state().step, 0U);
 }
 
-TEST(ClientRequests, ThatAreRememberedTakeWhatTheirRepliesTake) {
+TEST(ClientRequests, AnsweredRequestsTakeLittleMemory) {
   HostedService service;
   Client client(client_options());
   const auto ask = [&](int times) {
@@ -68,7 +68,7 @@ TEST(ClientRequests, ThatAreRememberedTakeWhatTheirRepliesTake) {
   EXPECT_LT(more / kRequests, 5000.0);  // of DDS, a reply takes 37 000
 }
 
-TEST(ClientRequests, LoadingReturnsTheNewDescription) {
+TEST(ClientRequests, ALoadReturnsTheNewDescription) {
   HostedService service;
   Client client(client_options());
   client.step(10);
@@ -205,7 +205,7 @@ class ClientVocabulary : public testing::Test {
         });
     takt::ClientOptions options = client_options();
     options.cell = name_;
-    options.domain = takt::test::kTestDomain;
+    options.domain = static_cast<int>(takt::test::test_domain());
     client_ = std::make_unique<Client>(options);
   }
   State publish_and_see(std::uint32_t epoch, std::uint64_t step) {
@@ -247,7 +247,7 @@ TEST_F(ClientVocabulary, RequestsAboutPartsAndFilesHaveTheArgumentsOfTheServer) 
   EXPECT_EQ(asked_, "stop_recording");
 }
 
-TEST_F(ClientVocabulary, WhatIsOlderThanAReplyIsDropped) {
+TEST_F(ClientVocabulary, SamplesOlderThanAReplyAreDropped) {
   connect({{"epoch", "2"}, {"step", "40"}});
   publish_and_see(1, 100);
   client_->restore_snapshot("before");

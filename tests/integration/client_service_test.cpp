@@ -49,7 +49,7 @@ std::string contents(const std::filesystem::path& file) {
   return text.str();
 }
 
-TEST(ClientAndService, DescriptionIsThatOfTheCellBitByBit) {
+TEST(ClientAndService, TheDescriptionEqualsThatOfTheCellBitByBit) {
   const DdsService service(paused_loop());
   const Client client(options_for(takt::test::test_cell()));
   const auto cell = client.cell();
@@ -75,7 +75,7 @@ TEST(ClientAndService, DescriptionIsThatOfTheCellBitByBit) {
     EXPECT_EQ(digested.grippers.at(i).X_FT, truth.grippers[i].X_FG * truth.grippers[i].X_GT);
 }
 
-TEST(ClientAndService, StepsResetsAndTellsItsState) {
+TEST(ClientAndService, StepsAndResetsShowInTheState) {
   const DdsService service(paused_loop());
   Client client(options_for(takt::test::test_cell()));
   EXPECT_EQ(client.get_state(), SimulationState::paused);
@@ -98,7 +98,7 @@ TEST(ClientAndService, StepsResetsAndTellsItsState) {
   }
 }
 
-TEST(ClientAndService, CommandsMoveTheCellAndRefusedOnesAreToldInAnEvent) {
+TEST(ClientAndService, CommandsMoveTheCellAndRefusedOnesAreEvents) {
   const DdsService service(paused_loop());
   Client client(options_for(takt::test::test_cell()));
   const std::vector<double> start = client.state().robot("Robot1").position;
@@ -186,7 +186,7 @@ TEST(ClientAndService, BlockAssemblyInLockstepEqualsTheRunInOneProcess) {
   EXPECT_EQ(server.wait(), 0) << server.text;
 }
 
-TEST(ClientAndService, AFaultyProgramEndsWithItsPlace) {
+TEST(ClientAndService, AFaultyProgramIsReportedWithItsPlace) {
   const DdsService service(paused_loop());
   const auto program =
       std::filesystem::temp_directory_path() / ("takt_program_" + std::to_string(getpid()) + ".lua");
@@ -199,7 +199,7 @@ TEST(ClientAndService, AFaultyProgramEndsWithItsPlace) {
   EXPECT_NE(controller.text.find("this program is broken"), std::string::npos) << controller.text;
 }
 
-TEST(TaktCommand, ExitCodesTellUsageFromFailure) {
+TEST(TaktCommand, ExitCodesSeparateUsageFromFailure) {
   const std::string domain = std::to_string(takt::test::test_domain());
   ChildProcess usage({kBin + "/takt", "no_such_command"});
   EXPECT_EQ(usage.wait(), 2) << usage.text;
@@ -216,7 +216,7 @@ TEST(TaktCommand, ExitCodesTellUsageFromFailure) {
   EXPECT_NE(nowhere.text.find("'nowhere'"), std::string::npos) << nowhere.text;
 }
 
-TEST(ClientAndService, ExplainsAPartWithoutChangingTheRun) {
+TEST(ClientAndService, AnExplanationDoesNotChangeTheRun) {
   const DdsService service(paused_loop());
   Client client(options_for(takt::test::test_cell()));
   client.step(30);
@@ -268,7 +268,7 @@ TEST(ClientAndService, ExplainsAPartWithoutChangingTheRun) {
   EXPECT_EQ(silent.state_hash(), end->state_hash);
 }
 
-TEST(TaktCommand, ExplainTellsAPersonAndAProgram) {
+TEST(TaktCommand, ExplainHasAFormForPeopleAndOneForPrograms) {
   const DdsService service(paused_loop());
   Client(options_for(takt::test::test_cell())).step(30);
   const std::string domain = std::to_string(takt::test::test_domain());

@@ -11,7 +11,7 @@ std::shared_ptr<CellModel> checked_model() {
   const auto file = test::write_service_scenario();
   std::ofstream(file, std::ios::app)
       << "collision_checking:\n"
-         "  limits: [{pair: [Robot2/forearm_link, Table1], closer_than_m: 2.0}]\n"
+         "  limits: [{pair: [Robot2/forearm_link, Table1], min_clearance_m: 2.0}]\n"
          "  ignore: [['Robot1/*', 'Robot1/*'], ['Robot2/*', 'Robot2/*']]\n";
   ScenarioOptions options;
   options.overrides = {"grounds.Table9={mesh: " + std::string(TAKT_CONFIG_DIR) +
@@ -21,7 +21,7 @@ std::shared_ptr<CellModel> checked_model() {
   return model;
 }
 
-TEST(CollisionEvents, ArriveOverDdsWithPairDepthPositionAndTime) {
+TEST(CollisionEvents, EventsHavePairDepthPositionAndTime) {
   RunLoopOptions options;
   options.pace = Pace::free;
   options.state = SimulationState::paused;

@@ -10,7 +10,7 @@
 namespace takt {
 namespace {
 
-TEST(CycloneDds, DrivesARobotAndReadsStateEventsAndJointStates) {
+TEST(CycloneDds, ACycloneClientDrivesARobotAndReadsStateEventsAndJointStates) {
   ASSERT_EQ(setenv("CYCLONEDDS_URI",
                    "<General><Interfaces><NetworkInterface name='lo' multicast='true'/></Interfaces>"
                    "<AllowMulticast>true</AllowMulticast></General>",

@@ -58,7 +58,7 @@ class DdsFrozenClient : public testing::Test {
   RawCellClient client_;
 };
 
-TEST_F(DdsFrozenClient, DelaysNoStep) {
+TEST_F(DdsFrozenClient, AFrozenClientDelaysNoStep) {
   ChildProcess subscriber(
       {kBin + "/takt-test-subscriber", std::to_string(test::test_domain()), test::test_cell(), "Robot1"});
   // Joint states and clock are sent at every step: step until the subscriber has one of each.
@@ -89,7 +89,7 @@ TEST_F(DdsFrozenClient, DelaysNoStep) {
                  std::to_string(service_.adapter->publisher().write_time().quantile_s(0.99) * 1e6));
 }
 
-TEST(TaktServer, SaysWhenItIsReadyAndEndsCleanly) {
+TEST(TaktServer, TheServerReportsThatItIsReadyAndEndsCleanly) {
   const auto scenario = test::write_service_scenario();
   for (const int signal : {SIGTERM, SIGINT}) {
     ChildProcess server({kBin + "/takt-server", scenario, "--cell", test::test_cell(), "--domain",
@@ -107,7 +107,7 @@ TEST(TaktServer, SaysWhenItIsReadyAndEndsCleanly) {
   std::filesystem::remove(scenario);
 }
 
-TEST(TaktServer, EndsWhenAClientAsksItTo) {
+TEST(TaktServer, TheServerEndsOnRequestOfAClient) {
   const auto scenario = test::write_service_scenario();
   ChildProcess server({kBin + "/takt-server", scenario, "--cell", test::test_cell(), "--domain",
                        std::to_string(test::test_domain()), "--paused"});
@@ -118,7 +118,7 @@ TEST(TaktServer, EndsWhenAClientAsksItTo) {
   std::filesystem::remove(scenario);
 }
 
-TEST(TaktServer, EndsAtTheEndOfTheScenarioWhenAsked) {
+TEST(TaktServer, TheServerEndsAtTheEndOfTheScenarioOnRequest) {
   const auto scenario = test::write_service_scenario();
   ChildProcess server({kBin + "/takt-server", scenario, "--cell", test::test_cell(), "--domain",
                        std::to_string(test::test_domain()), "--pace", "free", "--exit-at-end", "--set",
@@ -128,7 +128,7 @@ TEST(TaktServer, EndsAtTheEndOfTheScenarioWhenAsked) {
   std::filesystem::remove(scenario);
 }
 
-TEST(TaktServer, BadInputIsSaidAndEndsWithTwo) {
+TEST(TaktServer, InvalidInputIsReportedWithExitCodeTwo) {
   const auto scenario = test::write_service_scenario();
   const auto broken = scenario.string() + ".broken.xml";
   std::ofstream(broken)

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "server/runtime/requests/plain_text.h"
+#include "idl/common/utf8.h"
 #include "tests/support/child_process.h"
 #include "tests/support/dds_service.h"
 #include "tests/support/loop_reader.h"
@@ -26,7 +26,7 @@ RunLoopOptions paused(Pace pace = Pace::free) {
   return options;
 }
 
-TEST(DdsService, DescribesItselfAndShowsItsInstants) {
+TEST(DdsService, TheServiceDescribesItselfAndPublishesItsInstants) {
   DdsService service(paused());
   RawCellClient client;
   const auto descriptions = client.dds.read<msg::CellDescription>(client.topic("description"), true, true, 1);
@@ -161,7 +161,7 @@ class DdsCommands : public testing::Test {
   RawWriter robot1_, gripper1_;
 };
 
-TEST_F(DdsCommands, WrongOnesAreRefusedWithTheReasonAndChangeNothing) {
+TEST_F(DdsCommands, InvalidCommandsAreRefusedWithTheReasonAndChangeNothing) {
   auto bad = good();
   bad.position[2] = std::numeric_limits<double>::quiet_NaN();
   expect_rejected(bad, "not_finite: position of joint 'elbow_joint'");
@@ -210,13 +210,13 @@ TEST_F(DdsCommands, WrongOnesAreRefusedWithTheReasonAndChangeNothing) {
   EXPECT_EQ(service_.simulation().state_hash(), untouched.state_hash());
 }
 
-TEST_F(DdsCommands, StaleOnesAreRefused) {
+TEST_F(DdsCommands, StaleCommandsAreRefused) {
   auto message = test::to_message(arm(), swing(0, 0.0), 2.0);
   robot1_.writer->write(&message);
   expect_rejected(test::to_message(arm(), swing(0, 0.0), 1.5), "stale: ");
 }
 
-TEST_F(DdsCommands, ForRobotsThatAreNotThereAreTold) {
+TEST_F(DdsCommands, CommandsForUnknownRobotsAreReported) {
   const auto ghost = client_.dds.write<JointStateType>(client_.topic("Robot9/joint_commands"));
   const auto hand = client_.dds.write<msg::GripperCommand>(client_.topic("Hand/command"));
   msg::Event event;
@@ -246,7 +246,7 @@ TEST_F(DdsCommands, OfAWrongTypeAreTold) {
 }
 
 /// Programs that read events as JSON or in Python take text in UTF-8 only, and terminals obey the rest.
-TEST_F(DdsCommands, WithBytesThatAreNoTextAreToldInText) {
+TEST_F(DdsCommands, CommandsWithInvalidUtf8AreReportedInUtf8) {
   auto bad = good();
   bad.name[0] = "x\"\\\n\xFF\x1B[2J";
   expect_rejected(bad, "has no joint 'x\"\\???[2J'");
@@ -264,12 +264,12 @@ TEST_F(DdsCommands, WithBytesThatAreNoTextAreToldInText) {
   EXPECT_EQ(client_.replies().back().result, 4);
   for (const auto& event : client_.events->messages()) {
     for (const std::string& text : {event.subject, event.sender, event.message})
-      EXPECT_TRUE(is_plain(text)) << text;
+      EXPECT_TRUE(validate_utf8(text)) << text;
   }
-  for (const auto& one : client_.replies()) EXPECT_TRUE(is_plain(one.message, Lines::kept));
+  for (const auto& one : client_.replies()) EXPECT_TRUE(validate_utf8(one.message, LineBreaks::allow));
 }
 
-TEST_F(DdsCommands, OfTwoSharedSendersTheFirstIsHeardUntilItGoes) {
+TEST_F(DdsCommands, TheFirstOfTwoSharedSendersIsHeardUntilItLeaves) {
   command_until_applied(robot1_, good());
   auto second = client_.dds.write<JointStateType>(client_.topic("Robot1/joint_commands"));
   ASSERT_TRUE(second.matches->wait_for(1));
@@ -313,7 +313,7 @@ TEST_F(DdsCommands, ExclusiveSendersComeFirstAndTheStrongestOfThem) {
 }
 
 /// A sender that is killed cannot say goodbye: the lease of its participant decides.
-TEST_F(DdsCommands, AfterTheOwnerIsKilledTheNextTakesOver) {
+TEST_F(DdsCommands, TheNextSenderTakesOverFromAKilledOwner) {
   test::ChildProcess owner({std::string(TAKT_BIN_DIR) + "/takt-test-commander",
                             std::to_string(test::test_domain()), test::test_cell(), "Robot1", "0.02"});
   ASSERT_TRUE(owner.wait_for_output("ready")) << owner.text;
@@ -332,7 +332,7 @@ TEST_F(DdsCommands, AfterTheOwnerIsKilledTheNextTakesOver) {
   EXPECT_NEAR(robot1_position(20), 0.01, 1e-12);
 }
 
-TEST(DdsControl, RepliesGoToWhoAsked) {
+TEST(DdsControl, RepliesGoToTheirRequester) {
   DdsService service(paused());
   RawCellClient client;
   // The same number for something else: two clients of one id, or one that was started again.
@@ -368,7 +368,7 @@ TEST(DdsControl, RequestsAreAnsweredOnce) {
   EXPECT_EQ(client.request("step").result, 3);
 }
 
-TEST(DdsLockstep, GivesTheSameBitsAtEveryStepAsStepsTakenDirectly) {
+TEST(DdsLockstep, LockstepGivesTheBitsOfDirectSteps) {
   constexpr std::uint64_t kSteps = 480;
   constexpr double kPeriod = 0.008;
   std::vector<std::uint64_t> served;
@@ -423,7 +423,7 @@ TEST(DdsLockstep, GivesTheSameBitsAtEveryStepAsStepsTakenDirectly) {
   EXPECT_EQ(client.count_events("command_rejected"), 0U);
 }
 
-TEST(DdsDescription, OfMegabytesReachesALateJoiner) {
+TEST(DdsDescription, ADescriptionOfMegabytesReachesALateJoiner) {
   auto model = test::service_model();
   auto& mesh = model->description.components[0];
   const std::size_t triangles = 60'000;  // 12 bytes of indices each, and 24 bytes of vertices: 2.2 MB
@@ -438,7 +438,7 @@ TEST(DdsDescription, OfMegabytesReachesALateJoiner) {
 }
 
 /// More fragments than a request for missing ones can name (256), and more than shared memory has room for.
-TEST(DdsDescription, OfMillionsOfTrianglesReachesOtherProcesses) {
+TEST(DdsDescription, ADescriptionOfMillionsOfTrianglesReachesOtherProcesses) {
   auto model = test::service_model();
   auto& mesh = model->description.components[0];
   const std::size_t triangles = 2'000'000;

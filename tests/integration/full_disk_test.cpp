@@ -81,7 +81,7 @@ class FullDisk : public testing::Test {
        directory_ / "two_robots.yaml");
 };
 
-TEST_F(FullDisk, AFileThatMayGrowNoFurther) {
+TEST_F(FullDisk, AFileAtItsLimitIsReportedAndTheCellContinues) {
   const auto log = directory_ / "run.taktlog";
   ChildProcess program(server(log));
   ASSERT_TRUE(program.wait_for_output("ready")) << program.text;
@@ -92,7 +92,7 @@ TEST_F(FullDisk, AFileThatMayGrowNoFurther) {
   expect_told_and_unharmed(client, log, "File too large");
 }
 
-TEST_F(FullDisk, AFileSystemWithoutRoom) {
+TEST_F(FullDisk, AFullFileSystemIsReportedAndTheCellContinues) {
   if (geteuid() != 0) GTEST_SKIP() << "mounting a small file system needs root";
   const auto small = directory_ / "small";
   std::filesystem::create_directory(small);

@@ -37,7 +37,7 @@ std::optional<Status> status_in(const Client& client, SimulationState state) {
   return client.wait_for_status([&](const Status& s) { return s.state == state; }, kGenerous);
 }
 
-TEST(Hosting, AWrongFileIsAnsweredInTheReadersWordsAndTheCellGoesOn) {
+TEST(Hosting, AnInvalidFileIsReportedAndTheCellContinues) {
   HostedService service;
   Client client(client_options());
   client.play();
@@ -109,7 +109,7 @@ TEST(Hosting, AnotherScenarioWithOtherRobotsTakesThePlace) {
   EXPECT_THROW(client.send_joint_command("Robot1", target), ClientError);
 }
 
-TEST(Hosting, ASenderForARobotThatIsNoLongerThereIsTold) {
+TEST(Hosting, ACommandForARemovedRobotIsReported) {
   HostedService service;
   Client client(client_options());
   client.send_joint_command("Robot1", client.state().robot("Robot1").position);
@@ -134,7 +134,7 @@ TEST(Hosting, ASenderForARobotThatIsNoLongerThereIsTold) {
   EXPECT_TRUE(moved.has_value());
 }
 
-TEST(Hosting, BeginsWithoutAScenarioLoadsAndUnloads) {
+TEST(Hosting, AnEmptyServerLoadsAndUnloads) {
   HostedService service(false);
   Client client(client_options());
   EXPECT_EQ(client.get_state(), SimulationState::no_world);
@@ -162,7 +162,7 @@ TEST(Hosting, BeginsWithoutAScenarioLoadsAndUnloads) {
   ASSERT_TRUE(state_of_scenario(client, "service_test").has_value());
 }
 
-TEST(Hosting, ReloadReadsTheFileAgainWithTheSameOverrides) {
+TEST(Hosting, AReloadReadsTheFileWithTheSameOverrides) {
   HostedService service;
   Client client(client_options());
   client.request("load_scenario", {{"uri", service.one_arm().string()},
@@ -202,7 +202,7 @@ TEST(Hosting, ThePaceIsKept) {
   EXPECT_EQ(state.values.at("factor"), "2.5");
 }
 
-TEST(Hosting, StepsUnderWayAreAnsweredWhenTheScenarioGoes) {
+TEST(Hosting, PendingStepsAreAnsweredWhenTheScenarioIsUnloaded) {
   HostedService service;
   Client stepping(client_options());
   Client loading(client_options());
@@ -246,7 +246,7 @@ TEST(Hosting, TwentyReloadsLeaveNothingBehind) {
   EXPECT_LT(after.allocated_bytes, before.allocated_bytes + 4.0e6);
 }
 
-TEST(Hosting, TheProgramBeginsWithoutAScenario) {
+TEST(Hosting, TheProgramStartsWithoutAScenario) {
   const std::string bin = TAKT_BIN_DIR;
   const std::string cell = takt::test::test_cell() + "_empty";
   takt::test::ChildProcess server({bin + "/takt-server", "--cell", cell, "--domain",

@@ -48,7 +48,7 @@ std::shared_ptr<takt::CellModel> model_with_idle_power() {
   return model;
 }
 
-TEST(LevelOfDetailOverDds, ChangesWhileRunningAndPowerAndEffortsAreSent) {
+TEST(LevelOfDetailOverDds, TheLevelChangesWhileRunningAndPowerAndEffortsAreSent) {
   const DdsService service(loop_options(false), model_with_idle_power());
   Client client(options());
   takt::test::RawCellClient raw;
@@ -119,7 +119,7 @@ TEST(LevelOfDetailOverDds, ChangesWhileRunningAndPowerAndEffortsAreSent) {
   }
 }
 
-TEST(LevelOfDetailOverDds, JawsTellTheForceOfTheirDrives) {
+TEST(LevelOfDetailOverDds, JawsPublishTheForceOfTheirDrives) {
   const DdsService service(loop_options(true));
   Client client(options());
   client.set_level_of_detail(2);
@@ -137,7 +137,7 @@ TEST(LevelOfDetailOverDds, JawsTellTheForceOfTheirDrives) {
 }
 
 /// Furnaces and screwdrivers draw power whatever the level of detail is.
-TEST(LevelOfDetail, DevicesAreConsumersOfPowerAsInTheReport) {
+TEST(LevelOfDetail, DevicesConsumePowerAsInTheReport) {
   const auto model = model_with_idle_power();
   takt::test::add_chamber(*model);  // has no meter
   takt::test::add_heater(*model);
@@ -174,7 +174,7 @@ TEST(LevelOfDetail, DevicesAreConsumersOfPowerAsInTheReport) {
   }
 }
 
-TEST(TaktCommand, LodAndPower) {
+TEST(TaktCommand, LodAndPowerArePrinted) {
   const DdsService service(loop_options(true), model_with_idle_power());
   const std::string domain = std::to_string(takt::test::test_domain());
   const auto takt = [&](std::vector<std::string> arguments) {
@@ -226,7 +226,7 @@ double carried(const Contacts& contacts, const std::string& part, const std::str
   return 0.0;
 }
 
-TEST(ContactsOverDds, LevelThreeWhileRunningAndBack) {
+TEST(ContactsOverDds, TheCellSwitchesToLevelThreeAndBackWhileRunning) {
   const DdsService service(loop_options(true), takt::test::service_contact_model(takt::test::test_cell()));
   Client client(options());
   const auto takt = [&](std::vector<std::string> arguments) {
@@ -306,7 +306,7 @@ double pressed_with(const takt_msgs::msg::ContactPressure& pair) {
   return force;
 }
 
-TEST(ContactsOverDds, PressuresOfPairsThatWereAskedFor) {
+TEST(ContactsOverDds, PressuresOfRequestedPairsAreSent) {
   using takt_msgs::msg::ContactPressures;
   const DdsService service(loop_options(true), takt::test::service_contact_model(takt::test::test_cell()));
   Client client(options());
@@ -342,7 +342,7 @@ TEST(ContactsOverDds, PressuresOfPairsThatWereAskedFor) {
   EXPECT_EQ(none.values[0].value, "0");
 }
 
-TEST(ContactsOverDds, PressuresAreRefusedWhereNothingCanPress) {
+TEST(ContactsOverDds, PressuresOfPairsWithoutContactAreRefused) {
   const DdsService service(loop_options(true));
   takt::test::RawCellClient raw;
   const auto refused = raw.request("watch_pressures", {{"pairs", "*"}});
@@ -350,7 +350,7 @@ TEST(ContactsOverDds, PressuresAreRefusedWhereNothingCanPress) {
   EXPECT_NE(refused.message.find("section contact"), std::string::npos) << refused.message;
 }
 
-TEST(ContactsOverDds, RestingPartsOfTheBlockScenarioPacedAreCarriedByTheirTable) {
+TEST(ContactsOverDds, RestingPartsOfThePacedBlockScenarioAreCarriedByTheirTable) {
   takt::ScenarioOptions scenario;
   scenario.overrides = {"solver.method=implicit", "solver.step_s=0.001"};
   scenario.level_of_detail = 3;

@@ -22,7 +22,7 @@ std::unique_ptr<ChildProcess> paused_server() {
       "--domain", std::to_string(takt::test::test_domain()), "--paused"});
 }
 
-TEST(LiveSource, ARequestReachesTheServerThatIsJustBeingStartedAgain) {
+TEST(LiveSource, ARequestReachesARestartingServer) {
   auto server = paused_server();
   takt::client::ClientOptions options;
   options.cell = takt::test::test_cell();
@@ -46,7 +46,7 @@ TEST(LiveSource, ARequestReachesTheServerThatIsJustBeingStartedAgain) {
   }
 }
 
-TEST(LiveSource, ARequestToACellThatIsGoneIsAnsweredSo) {
+TEST(LiveSource, ARequestToAMissingCellIsRefused) {
   auto server = paused_server();
   takt::client::ClientOptions options;
   options.cell = takt::test::test_cell();

@@ -1,5 +1,5 @@
 // The block scenario over DDS in lockstep, with the programs a user starts: the same bits as takt-run of the
-// same program, ten times in a row, whatever the load of the machine.
+// same program, in every run, whatever the load of the machine.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -11,6 +11,8 @@
 #include "server/scenario/scenario_builder.h"
 #include "tests/support/built_programs.h"
 #include "tests/support/child_process.h"
+#include "tests/support/effort.h"
+#include "tests/support/test_domain.h"
 
 namespace takt::test {
 namespace {
@@ -35,11 +37,12 @@ std::vector<std::uint64_t> hashes_in_process() {
   return hashes;
 }
 
-TEST(LockstepBlockScenario, HasTheBitsOfTheInProcessRunTenTimesInARow) {
+TEST(LockstepBlockScenario, EveryRunHasTheBitsOfTheRunInOneProcess) {
   const std::vector<std::uint64_t> expected = hashes_in_process();
   ASSERT_EQ(expected.size(), 42001U);
-  const std::string domain = std::to_string(10 + getpid() % 80);
-  for (int round = 0; round < 10; ++round) {
+  const std::string domain = std::to_string(takt::test::test_domain());
+  const std::size_t rounds = 2 * effort();
+  for (std::size_t round = 0; round < rounds; ++round) {
     const std::string cell_name = "lockstep_" + std::to_string(getpid()) + "_" + std::to_string(round);
     ChildProcess server(
         {kBin + "/takt-server", kBlockScenario, "--paused", "--cell", cell_name, "--domain", domain});

@@ -14,7 +14,7 @@ namespace {
 
 using client::ParticipantNumbers;
 
-TEST(ParticipantNumbers, ComeAgainAsLateAsPossible) {
+TEST(ParticipantNumbers, NumbersReturnAsLateAsPossible) {
   ParticipantNumbers numbers;
   std::vector<int> order;
   for (int i = 0; i < ParticipantNumbers::kCount; ++i) {
@@ -33,14 +33,14 @@ TEST(ParticipantNumbers, ComeAgainAsLateAsPossible) {
   EXPECT_EQ(numbers.draw(), order[7]);
 }
 
-TEST(ParticipantNumbers, OfTwoProcessesAreDrawnByChance) {
+TEST(ParticipantNumbers, TwoProcessesDrawDifferentNumbers) {
   std::set<int> firsts;
   for (int i = 0; i < 100; ++i) firsts.insert(ParticipantNumbers().draw());
   EXPECT_GT(firsts.size(), 10U);
 }
 
 /// Fast DDS 2.9.1 would delete the other one.
-TEST(ParticipantNumbers, OfOthersInTheProcessAreLeftToThem) {
+TEST(ParticipantNumbers, NumbersOfOtherParticipantsAreNotTaken) {
   const int domain = static_cast<int>(test::test_domain());
   auto& numbers = ParticipantNumbers::of_process();
   std::vector<int> held;

@@ -86,7 +86,7 @@ std::size_t compare(const McapReader& file, const std::map<std::string, OfferedQ
   return file.channels().size();
 }
 
-TEST(RecordedQos, IsWhatTheServersWritersOffer) {
+TEST(RecordedQos, RecordedQosEqualsThatOfTheServersWriters) {
   HostedService service;
   const std::string prefix = "/" + takt::test::test_cell() + "/";
   std::vector<std::string> wanted = kOfAllCells;
@@ -131,7 +131,7 @@ TEST(RecordedQos, IsWhatTheServersWritersOffer) {
   EXPECT_GT(compare(McapReader(simulated), of_cell), 6U);
 }
 
-TEST(RecordedQos, IsReadInAllItsForms) {
+TEST(RecordedQos, EveryFormOfQosIsRead) {
   using takt::recording::read_offered_qos;
   for (const bool reliable : {false, true})
     for (const bool latched : {false, true}) {
@@ -154,7 +154,7 @@ TEST(RecordedQos, IsReadInAllItsForms) {
 }
 
 /// A file of another program: its names say nothing of its QoS, or something else.
-TEST(RecordedQos, IsOfferedAgainByAReplay) {
+TEST(RecordedQos, AReplayOffersTheRecordedQos) {
   const takt::test::TemporaryDirectory directory;
   const auto file = directory / "foreign.mcap";
   const std::string prefix = "/" + takt::test::test_cell() + "/";

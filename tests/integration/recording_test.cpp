@@ -57,7 +57,7 @@ void swing_arms(Client& client, int times) {
   }
 }
 
-TEST(Recording, OfAFreeRunWithRequestsIsReplayedByTaktRun) {
+TEST(Recording, ARecordedFreeRunIsReplayedByTaktRun) {
   const takt::test::TemporaryDirectory directory;
   const auto log = directory / "run.taktlog";
   std::uint64_t hash = 0;
@@ -107,7 +107,7 @@ TEST(Recording, OfAFreeRunWithRequestsIsReplayedByTaktRun) {
       {"cut off", "1 scenarios"});
 }
 
-TEST(Recording, BeginsAndEndsByRequestInTheMiddleOfARun) {
+TEST(Recording, ARecordingStartsAndEndsByRequestDuringARun) {
   const takt::test::TemporaryDirectory directory;
   takt::HostOptions options = HostedService::paused();
   options.recordings = directory / "recordings";
@@ -129,7 +129,7 @@ TEST(Recording, BeginsAndEndsByRequestInTheMiddleOfARun) {
   expect_words(refusal(client, "start_recording", {{"name", "middle"}}).what(), {"exists"});
 }
 
-TEST(Recording, AFullDiskIsAnEventAndTheCellGoesOn) {
+TEST(Recording, AFullDiskIsAnEventAndTheCellContinues) {
   takt::HostOptions options = HostedService::paused();
   options.log = "/dev/full";
   HostedService service(false, options);
@@ -142,7 +142,7 @@ TEST(Recording, AFullDiskIsAnEventAndTheCellGoesOn) {
   EXPECT_TRUE(client.wait_for_state([](const State& s) { return s.step == 200; }, kGenerous).has_value());
 }
 
-TEST(Recording, TaktRecordsWhatItSees) {
+TEST(Recording, TaktRecordsThePublishedSamples) {
   const takt::test::TemporaryDirectory directory;
   HostedService service;
   Client client(client_options());

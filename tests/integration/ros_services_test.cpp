@@ -230,7 +230,7 @@ TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
 }
 
 /// A node looks up frames and clock by this stamp: a nanosecond less is another instant.
-TEST(RosServices, StampsAreThoseOfTheClock) {
+TEST(RosServices, StampsEqualTheClock) {
   for (int step = 0; step <= 20'000; ++step) {
     const double time_s = step * 0.001;
     const takt::ControlReply reply{1, takt::ControlResult::ok, "", {{"time", takt::exact_text(time_s)}}};

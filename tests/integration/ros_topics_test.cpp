@@ -49,7 +49,7 @@ struct RosNode {
   std::shared_ptr<test::Inbox<sensor_msgs::msg::JointState>> joints;
 };
 
-TEST(RosTopics, OfACellThatStandsReachWhoComesLater) {
+TEST(RosTopics, TopicsOfAStoppedCellReachLateJoiners) {
   const DdsService service(free_and_paused());
   RawCellClient client;
   ASSERT_EQ(client.request("step", {{"steps", "30"}}).result, 1);
@@ -62,7 +62,7 @@ TEST(RosTopics, OfACellThatStandsReachWhoComesLater) {
   EXPECT_TRUE(node.has_come_to(0.03));
 }
 
-TEST(RosTopics, EndWithTheLastInstant) {
+TEST(RosTopics, TopicsEndWithTheLastInstant) {
   const DdsService service(free_and_paused());
   RawCellClient client;
   RosNode node;

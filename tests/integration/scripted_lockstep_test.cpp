@@ -12,6 +12,7 @@
 #include "tests/support/built_programs.h"
 #include "tests/support/child_process.h"
 #include "tests/support/temporary_directory.h"
+#include "tests/support/test_domain.h"
 
 namespace takt::test {
 namespace {
@@ -69,10 +70,10 @@ client::State drive(Client& cell) {
   return controller.state();
 }
 
-TEST(ScriptedLockstep, HasTheBitsOfTheSameMotionInOneProcess) {
+TEST(ScriptedLockstep, AScriptedMotionHasTheBitsOfTheSameMotionInOneProcess) {
   const std::uint64_t expected = hash_in_process();
   const std::string name = "scripted_" + std::to_string(getpid());
-  const std::string domain = std::to_string(10 + getpid() % 80);
+  const std::string domain = std::to_string(takt::test::test_domain());
   ChildProcess server(
       {kBin + "/takt-server", kBlockScenario, "--paused", "--cell", name, "--domain", domain});
   ASSERT_TRUE(server.wait_for_output("ready")) << server.text;

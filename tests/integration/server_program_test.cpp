@@ -27,7 +27,7 @@ std::string test_domain_text() {
   return std::to_string(takt::test::test_domain());
 }
 
-TEST(ServerProgram, EndsWellOnEachSignal) {
+TEST(ServerProgram, TheProgramEndsCleanlyOnEachSignal) {
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
     ChildProcess server({kServer, "--cell", takt::test::test_cell(), "--domain", test_domain_text()});
     ASSERT_TRUE(server.wait_for_output("ready")) << server.text;
@@ -38,7 +38,7 @@ TEST(ServerProgram, EndsWellOnEachSignal) {
 }
 
 /// Nobody waits for the end of an import. The child is told to end when it has hardly begun.
-TEST(ServerProgram, EndsWhileItsScenarioIsBeingRead) {
+TEST(ServerProgram, TheProgramEndsWhileItsScenarioIsRead) {
   for (const int number : {SIGTERM, SIGHUP}) {
     ChildProcess server({kServer, kBlockScenario, "--supervised", "--cell", takt::test::test_cell(),
                          "--domain", test_domain_text()});
@@ -50,7 +50,7 @@ TEST(ServerProgram, EndsWhileItsScenarioIsBeingRead) {
   }
 }
 
-TEST(ServerProgram, TakesItsCellFromTheEnvironmentAsItsClientsDo) {
+TEST(ServerProgram, TheCellComesFromTheEnvironment) {
   ChildProcess server({"/usr/bin/env", "TAKT_CELL=of_environment", kServer, "--domain", test_domain_text()});
   ASSERT_TRUE(server.wait_for_output("ready")) << server.text;
   expect_words(server.text.c_str(), {"cell 'of_environment'"});
@@ -58,7 +58,7 @@ TEST(ServerProgram, TakesItsCellFromTheEnvironmentAsItsClientsDo) {
   EXPECT_EQ(server.wait(), 0);
 }
 
-TEST(ServerProgram, WhatCannotBeIsNoCrash) {
+TEST(ServerProgram, ImpossibleOptionsAreRefused) {
   const TemporaryDirectory directory;
   directory.write("file", "");
   ChildProcess server({kServer, "--supervised", "--snapshots", (directory / "file").string(), "--domain",
@@ -68,7 +68,7 @@ TEST(ServerProgram, WhatCannotBeIsNoCrash) {
   EXPECT_EQ(server.text.find("started again"), std::string::npos) << server.text;
 }
 
-TEST(ServerProgram, ItsOwnLogIsNotEndedByRequest) {
+TEST(ServerProgram, TheLogOfTheProgramIsNotEndedByRequest) {
   const TemporaryDirectory directory;
   const std::string log = (directory / "own.taktlog").string();
   ChildProcess server({kServer, kBlockScenario, "--paused", "--log", log, "--recordings",

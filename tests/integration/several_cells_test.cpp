@@ -19,7 +19,7 @@ using takt::client::SimulationState;
 using takt::test::ChildProcess;
 using takt::test::kGenerous;
 
-TEST(SeveralCells, InOneDomainKnowNothingOfEachOther) {
+TEST(SeveralCells, CellsInOneDomainAreIndependent) {
   const std::string domain = std::to_string(takt::test::test_domain());
   std::vector<std::string> names;
   std::vector<std::unique_ptr<ChildProcess>> servers;
@@ -67,7 +67,7 @@ TEST(SeveralCells, InOneDomainKnowNothingOfEachOther) {
 }
 
 /// One source of time is what ROS tools expect of a domain: a second one is told, and can be put elsewhere.
-TEST(SeveralCells, AClockThatIsSharedIsToldAndCanBeTheCellsOwn) {
+TEST(SeveralCells, ASharedClockIsReportedAndCanBeSeparate) {
   const std::string domain = std::to_string(takt::test::test_domain());
   const auto server = [&](const std::string& name, std::vector<std::string> more = {}) {
     std::vector<std::string> command{std::string(TAKT_BIN_DIR) + "/takt-server",
@@ -121,7 +121,7 @@ TEST(SeveralCells, AClockThatIsSharedIsToldAndCanBeTheCellsOwn) {
   EXPECT_EQ(own->text.find("/clock too"), std::string::npos) << own->text;
 }
 
-TEST(SeveralCells, ANameThatIsTakenIsTold) {
+TEST(SeveralCells, ATakenNameIsReported) {
   takt::test::HostedService service;
   takt::Client client(takt::test::client_options());
   takt::test::ChildProcess second({std::string(TAKT_BIN_DIR) + "/takt-server", "--cell",

@@ -38,7 +38,7 @@ std::optional<State> state_at(const Client& client, std::uint32_t epoch, std::ui
   return client.wait_for_state([&](const State& s) { return s.epoch == epoch && s.step == step; }, kGenerous);
 }
 
-TEST(Snapshots, ARestoredStateGoesOnWithTheSameBits) {
+TEST(Snapshots, ARestoredStateContinuesWithTheSameBits) {
   const takt::test::TemporaryDirectory directory;
   HostedService service(true, with_snapshots(directory));
   Client client(client_options());
@@ -65,7 +65,7 @@ TEST(Snapshots, ARestoredStateGoesOnWithTheSameBits) {
   EXPECT_EQ(again->state_hash, straight->state_hash);
 }
 
-TEST(Snapshots, AreRefusedByNameByPlaceAndByScenario) {
+TEST(Snapshots, SnapshotsAreRefusedForNamePlaceAndScenario) {
   const takt::test::TemporaryDirectory directory;
   HostedService service(true, with_snapshots(directory));
   Client client(client_options());
@@ -87,7 +87,7 @@ TEST(Snapshots, AreRefusedByNameByPlaceAndByScenario) {
   EXPECT_EQ(refusal(client, "save_snapshot", {{"name", "none"}}).result(), 3);
 }
 
-TEST(Snapshots, WithoutADirectoryThereAreNone) {
+TEST(Snapshots, SnapshotsWithoutADirectoryAreRefused) {
   HostedService service;
   Client client(client_options());
   const ClientError error = refusal(client, "save_snapshot", {{"name", "a"}});
@@ -95,7 +95,7 @@ TEST(Snapshots, WithoutADirectoryThereAreNone) {
   expect_words(error.what(), {"--snapshots"});
 }
 
-TEST(Snapshots, OfPeriodicOnesTheNewestThreeAreKept) {
+TEST(Snapshots, TheNewestThreePeriodicSnapshotsAreKept) {
   const takt::test::TemporaryDirectory directory;
   const auto periodic = directory / takt::test::test_cell() / "periodic";
   {
@@ -190,7 +190,7 @@ class Supervised : public testing::Test {
   takt::test::ChildProcess server_;
 };
 
-TEST_F(Supervised, GoesOnFromTheNewestSnapshotAndSaysSo) {
+TEST_F(Supervised, TheServerContinuesFromTheNewestSnapshotAndReportsIt) {
   const pid_t first = wait_for_child();
   Client client(options());
   const auto saved = [&] {
@@ -218,7 +218,7 @@ TEST_F(Supervised, GoesOnFromTheNewestSnapshotAndSaysSo) {
 
 /// The client lives through the crash and never notices: what it sent to the old server, or while there was
 /// none, is not applied by the new one, and its states go on in a new epoch, at a time that is told.
-TEST_F(Supervised, CommandsOfTheOldLifeAreNotApplied) {
+TEST_F(Supervised, CommandsFromBeforeTheCrashAreNotApplied) {
   const pid_t first = wait_for_child();
   Client client(options());
   const auto applied = [](const State& s) { return s.applied.front().count; };
@@ -267,7 +267,7 @@ TEST_F(Supervised, CommandsOfTheOldLifeAreNotApplied) {
 }
 
 /// Robot programs begin with the cell. One that goes on in the middle is left alone until somebody resets it.
-TEST_F(Supervised, AControllerBeginsAgainOnlyWhenACellThatWentOnIsReset) {
+TEST_F(Supervised, AControllerRestartsOnlyAfterAResetOfTheResumedCell) {
   const pid_t first = wait_for_child();
   directory_.write(
       "program.lua",
@@ -300,7 +300,7 @@ TEST_F(Supervised, AControllerBeginsAgainOnlyWhenACellThatWentOnIsReset) {
   EXPECT_TRUE(again.has_value());
 }
 
-TEST_F(Supervised, KeepsWhatWasLoadedAndSpawnedMeanwhile) {
+TEST_F(Supervised, TheServerKeepsTheLoadedScenarioAndSpawnedParts) {
   const pid_t first = wait_for_child();
   {
     Client client(options());
@@ -310,7 +310,8 @@ TEST_F(Supervised, KeepsWhatWasLoadedAndSpawnedMeanwhile) {
     ASSERT_TRUE(client
                     .wait_for_state(
                         [&](const State& s) {
-                          return std::to_string(s.cell->scenario_generation) == reply.values.at("scenario_generation");
+                          return std::to_string(s.cell->scenario_generation) ==
+                                 reply.values.at("scenario_generation");
                         },
                         kGenerous)
                     .has_value());
@@ -332,7 +333,7 @@ TEST_F(Supervised, KeepsWhatWasLoadedAndSpawnedMeanwhile) {
   EXPECT_EQ(client.get_state(), SimulationState::paused);
 }
 
-TEST_F(Supervised, GivesUpWhenItCrashesAgainAndAgain) {
+TEST_F(Supervised, TheSupervisorGivesUpAfterRepeatedCrashes) {
   for (int crash = 1; crash <= 5; ++crash) {
     const pid_t child = wait_for_child();
     ::kill(child, crash % 2 == 0 ? SIGABRT : SIGKILL);
@@ -341,7 +342,7 @@ TEST_F(Supervised, GivesUpWhenItCrashesAgainAndAgain) {
   expect_words(server_.text, {"5th time", "not started again"});
 }
 
-TEST_F(Supervised, EndsWithItsSupervisor) {
+TEST_F(Supervised, TheServerEndsWithItsSupervisor) {
   wait_for_child();
   server_.signal(SIGTERM);
   EXPECT_EQ(server_.wait(), 0) << server_.text;

@@ -29,13 +29,15 @@ State exchanged(Client& client, const std::string& name, const Arguments& argume
   client.set_state(SimulationState::stopped);
   const Reply reply = client.request(name, arguments);
   const auto state = client.wait_for_state(
-      [&](const State& s) { return std::to_string(s.cell->scenario_generation) == reply.values.at("scenario_generation"); },
+      [&](const State& s) {
+        return std::to_string(s.cell->scenario_generation) == reply.values.at("scenario_generation");
+      },
       kGenerous);
   if (!state) throw ClientError(ClientError::Kind::timeout, "no state after " + name);
   return *state;
 }
 
-TEST(Spawning, ACopyOfAPartIsThereBehavesLikeItAndGoes) {
+TEST(Spawning, ACopyOfAPartIsSpawnedBehavesLikeItAndIsDeleted) {
   HostedService service;
   Client client(client_options());
   const auto first = client.cell();
@@ -107,7 +109,7 @@ TEST(Spawning, ANewPartComesFromAMeshFile) {
   EXPECT_EQ(client.cell()->scenario_generation, there.cell->scenario_generation);
 }
 
-TEST(Spawning, AResetOfAllBringsBackTheScenario) {
+TEST(Spawning, AResetOfAllRestoresTheScenario) {
   HostedService service;
   Client client(client_options());
   exchanged(client, "delete_entity", {{"entity", "P"}});
@@ -118,7 +120,9 @@ TEST(Spawning, AResetOfAllBringsBackTheScenario) {
   EXPECT_GE(client.cell()->find_component("Q"), 0);
   const Reply reply = client.request("reset");
   const auto back = client.wait_for_state(
-      [&](const State& s) { return std::to_string(s.cell->scenario_generation) == reply.values.at("scenario_generation"); },
+      [&](const State& s) {
+        return std::to_string(s.cell->scenario_generation) == reply.values.at("scenario_generation");
+      },
       kGenerous);
   ASSERT_TRUE(back.has_value());
   EXPECT_LT(back->cell->find_component("Q"), 0);
@@ -140,7 +144,7 @@ TEST(Spawning, RegisteredControllersStay) {
   EXPECT_TRUE(waiting.has_value());
 }
 
-TEST(Entities, AreListedAndTellTheirState) {
+TEST(Entities, EntitiesAreListedWithTheirState) {
   HostedService service;
   Client client(client_options());
   const Reply all = client.request("get_entities");

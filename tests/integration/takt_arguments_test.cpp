@@ -24,7 +24,7 @@ std::vector<std::string> of_this_cell(std::vector<std::string> arguments) {
   return arguments;
 }
 
-TEST(TaktArguments, ThatAreWrongAreToldWithWhatIsAllowed) {
+TEST(TaktArguments, InvalidArgumentsAreReportedWithTheAllowedOnes) {
   struct WrongArguments {
     std::vector<std::string> command;
     std::string words;
@@ -68,13 +68,13 @@ TEST(TaktArguments, ThatAreWrongAreToldWithWhatIsAllowed) {
   }
 }
 
-TEST(TaktArguments, APaceIsTakenInAnyLetters) {
+TEST(TaktArguments, APaceIsReadInUpperAndLowerCase) {
   HostedService service;
   ChildProcess program(of_this_cell({"pace", "FREE"}));
   EXPECT_EQ(program.wait(), 0) << program.text;
 }
 
-TEST(TaktWatch, SaysThatThereIsNoScenarioAndWaitsForTheNext) {
+TEST(TaktWatch, WatchReportsAnEmptyCellAndWaitsForAScenario) {
   HostedService service;
   Client client(client_options());
   // An answer would be waited for this long; the next scenario is waited for however long it takes.
@@ -93,7 +93,7 @@ TEST(TaktWatch, SaysThatThereIsNoScenarioAndWaitsForTheNext) {
   EXPECT_EQ(watch.text.find("no scenario"), watch.text.rfind("no scenario")) << watch.text;
 }
 
-TEST(TaktStep, ThatIsNotWaitedForGoesOnAndThatIsSaid) {
+TEST(TaktStep, AStepBeyondTheTimeoutContinuesAndIsReported) {
   takt::HostOptions options = HostedService::paused();
   options.loop.pace = takt::Pace::realtime;
   HostedService service(true, options);

@@ -80,7 +80,7 @@ class RecordedServer : public testing::Test {
        directory_ / "two_robots.yaml");
 };
 
-TEST_F(RecordedServer, ThatIsNotThereLeavesFilesAsTheyAre) {
+TEST_F(RecordedServer, AMissingServerLeavesFilesUnchanged) {
   for (const std::string name : {"run.mcap", "run.jsonl", "run.csv"}) {
     directory_.write(name, "what was recorded before");
     std::vector<std::string> arguments{"record", (directory_ / name).string(), "--timeout", "0.5"};
@@ -91,7 +91,7 @@ TEST_F(RecordedServer, ThatIsNotThereLeavesFilesAsTheyAre) {
   }
 }
 
-TEST_F(RecordedServer, ThatDiesEndsARecordingWithAnEnd) {
+TEST_F(RecordedServer, ARecordingWithAnEndEndsWhenTheServerDies) {
   const auto program = server();
   const Client client(client_options());
   const auto mcap = directory_ / "run.mcap", lines = directory_ / "run.jsonl", table = directory_ / "run.csv";
@@ -109,7 +109,7 @@ TEST_F(RecordedServer, ThatDiesEndsARecordingWithAnEnd) {
   EXPECT_EQ(takt::recording::McapReader(mcap).cut_off(), "");
 }
 
-TEST_F(RecordedServer, ThatDiesIsWaitedForByARecordingWithoutAnEnd) {
+TEST_F(RecordedServer, ARecordingWithoutAnEndWaitsForADeadServer) {
   auto program = server();
   const auto mcap = directory_ / "run.mcap", lines = directory_ / "run.jsonl";
   ChildProcess record_mcap(takt_command({"record", mcap.string()}));
@@ -134,7 +134,7 @@ TEST_F(RecordedServer, ThatDiesIsWaitedForByARecordingWithoutAnEnd) {
   }
 }
 
-TEST(TaktRecord, ATableThatEndsBeforeItsEndIsAFailure) {
+TEST(TaktRecord, ATableCutShortIsAFailure) {
   HostedService service;
   Client client(client_options());
   client.step(10);
@@ -190,7 +190,7 @@ TEST_F(RecordingFile, LostOutputIsAFailure) {
   EXPECT_EQ(code, 1) << text;
 }
 
-TEST_F(RecordingFile, AClosedPipeIsNoFailureWorthAWord) {
+TEST_F(RecordingFile, AClosedPipeEndsTheExportSilently) {
   for (const std::vector<std::string>& command : {takt_command({"export", file_.string(), "--json"}),
                                                   takt_command({"export", file_.string(), "--csv", "-"})}) {
     EXPECT_EQ(count_of(shell(command, "| true").second, "cannot be written"), 0U);
@@ -203,7 +203,7 @@ TEST_F(RecordingFile, AClosedPipeIsNoFailureWorthAWord) {
   }
 }
 
-TEST_F(RecordingFile, IsNotWrittenOver) {
+TEST_F(RecordingFile, AnExistingFileIsNotOverwritten) {
   const std::string before = bytes_of(file_);
   const auto link = directory_ / "link.png";
   std::filesystem::create_symlink(file_, link);
@@ -220,7 +220,7 @@ TEST_F(RecordingFile, IsNotWrittenOver) {
   EXPECT_EQ(other.wait(), 0) << other.text;
 }
 
-TEST_F(RecordingFile, IsNotDrawnWithoutGnuplotOrAFolderForThePicture) {
+TEST_F(RecordingFile, APlotWithoutGnuplotOrFolderIsRefused) {
   std::vector<std::string> command = takt_command({"plot", file_.string(), "state.robots.Robot1.*", "-o"});
   command.insert(command.begin(), {"/usr/bin/env", "PATH=" + directory_.path().string()});
   command.push_back((directory_ / "run.svg").string());

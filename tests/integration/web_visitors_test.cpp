@@ -74,7 +74,7 @@ class Viewer : public testing::Test {
   std::uint16_t port_ = 0;
 };
 
-TEST_F(Viewer, HandsOutItsPageAndNothingElse) {
+TEST_F(Viewer, OnlyThePageIsServed) {
   start();
   EXPECT_TRUE(says(page(), "200 OK")) << page();
   EXPECT_TRUE(says(page(), "the page"));
@@ -95,7 +95,7 @@ TEST_F(Viewer, HandsOutItsPageAndNothingElse) {
   EXPECT_TRUE(says(WebClient(port_).ask("?"), "must begin with a slash"));
 }
 
-TEST_F(Viewer, TellsTheSizeOfAFileWithoutSendingIt) {
+TEST_F(Viewer, TheSizeOfAFileIsGivenWithoutItsContent) {
   start();
   WebClient visitor(port_);
   visitor.send("HEAD /large.js HTTP/1.1\r\nHost: localhost\r\n\r\n");
@@ -108,7 +108,7 @@ TEST_F(Viewer, TellsTheSizeOfAFileWithoutSendingIt) {
   EXPECT_TRUE(says(visitor.answer(), "405 Method Not Allowed"));
 }
 
-TEST_F(Viewer, OutlivesMessagesOfAnyDepth) {
+TEST_F(Viewer, DeeplyNestedMessagesAreSurvived) {
   for (const char* rights : {"", "--observer"}) {
     start(rights);
     WebClient visitor(port_);
@@ -132,7 +132,7 @@ TEST_F(Viewer, OutlivesMessagesOfAnyDepth) {
   EXPECT_TRUE(says(foreign.hear_of("serviceCallFailure"), "Observers may look, not touch."));
 }
 
-TEST_F(Viewer, AnswersToNamesOfThisMachineOnlyOnAnyAddressOfIt) {
+TEST_F(Viewer, OnlyNamesOfThisMachineAreAnsweredOnAnyAddress) {
   for (const std::string address : {"127.0.0.1", "localhost", "127.0.0.5", "::1"}) {
     start("--address " + address);
     const bool six = address == "::1";
@@ -148,7 +148,7 @@ TEST_F(Viewer, AnswersToNamesOfThisMachineOnlyOnAnyAddressOfIt) {
   }
 }
 
-TEST_F(Viewer, IsIdleWhenItHasNoFileDescriptorsLeft) {
+TEST_F(Viewer, TheViewerIsIdleWithoutFileDescriptors) {
 #ifdef __SANITIZE_ADDRESS__
   GTEST_SKIP() << "sanitizers ask by a pipe whether memory is there, and end the program that can have none";
 #endif
@@ -162,7 +162,7 @@ TEST_F(Viewer, IsIdleWhenItHasNoFileDescriptorsLeft) {
   EXPECT_TRUE(says(page(), "the page"));
 }
 
-TEST_F(Viewer, IsNotKeptBusyByConnectionsThatAskNothing) {
+TEST_F(Viewer, TheOldestSilentConnectionIsClosed) {
   start();
   std::list<WebClient> silent;
   for (int i = 0; i < 250; ++i) silent.emplace_back(port_);
@@ -198,7 +198,7 @@ class Server : public testing::Test {
   int asked_ = 0;
 };
 
-TEST_F(Server, AnswersFiveHundredWhenItsOwnPartsFail) {
+TEST_F(Server, AFailureOfTheServerIsAnsweredWith500) {
   options_.metrics = []() -> std::string { throw std::out_of_range("a sample is not whole"); };
   const takt::view::WebServer server(stream_, options_,
                                      [&](const auto& request, const auto&) { return control(request); });
@@ -208,7 +208,7 @@ TEST_F(Server, AnswersFiveHundredWhenItsOwnPartsFail) {
   EXPECT_TRUE(says(visitor.ask("/"), "200 OK"));
 }
 
-TEST_F(Server, KeepsSoManyRequestsOfAVisitorWaitingAndNoMore) {
+TEST_F(Server, PendingRequestsOfAVisitorAreBounded) {
   const takt::view::WebServer server(stream_, options_,
                                      [&](const auto& request, const auto&) { return control(request); });
   WebClient hasty(server.port()), other(server.port());
@@ -225,7 +225,7 @@ TEST_F(Server, KeepsSoManyRequestsOfAVisitorWaitingAndNoMore) {
   EXPECT_TRUE(says(hasty.hear_of("Done: "), "Done: step"));
 }
 
-TEST(ViewAddresses, OfThisMachineAreKnownHoweverTheyAreWritten) {
+TEST(ViewAddresses, AddressesOfThisMachineAreRecognisedInEveryForm) {
   using takt::view::host_name;
   using takt::view::is_loopback;
   for (const char* host : {"localhost", "LocalHost:80", "127.0.0.1:8765", "127.1.2.3", "[::1]:8765", "[::1]",

@@ -62,7 +62,7 @@ class WireCommands : public testing::Test {
   std::unique_ptr<Client> client_;
 };
 
-TEST_F(WireCommands, TrajectoryIsFollowedAndItsEndIsAnEvent) {
+TEST_F(WireCommands, ATrajectoryIsFollowedAndItsEndIsAnEvent) {
   client_->send_trajectory(
       "Robot1", {{0.1, at(0.01), std::vector<double>(6, 0.0)}, {0.2, at(0.03), std::vector<double>(6, 0.0)}});
   step_until_applied(0, 1);
@@ -78,7 +78,7 @@ TEST_F(WireCommands, TrajectoryIsFollowedAndItsEndIsAnEvent) {
   EXPECT_TRUE(there.has_value());
 }
 
-TEST_F(WireCommands, WrongTrajectoriesAreRefusedInEvents) {
+TEST_F(WireCommands, InvalidTrajectoriesAreRefusedInEvents) {
   client_->send_trajectory("Robot1", {{0.1, at(3.0)}, {0.2, at(-3.0)}});
   const auto refused =
       client_->wait_for_event([](const auto& e) { return e.code == "command_rejected"; }, kGenerous);
@@ -96,7 +96,7 @@ TEST_F(WireCommands, WrongTrajectoriesAreRefusedInEvents) {
   EXPECT_THROW(client_->send_trajectory("Robot1", {{0.1, {1.0}}}), ClientError);
 }
 
-TEST_F(WireCommands, DeviceSignalsGoInAndOut) {
+TEST_F(WireCommands, SignalsOfDevicesAreSetAndPublished) {
   const auto cell = client_->cell();
   ASSERT_EQ(cell->devices.size(), 1U);
   EXPECT_EQ(cell->devices[0].name, "Chamber");
@@ -155,7 +155,7 @@ std::string timeout_of(client::LockstepController& controller) {
   return "";
 }
 
-TEST_F(WireCommands, ALockstepControllerGivesUpWhileAnotherIsSilent) {
+TEST_F(WireCommands, ALockstepControllerTimesOutWhileAnotherIsSilent) {
   int looks = 0;
   client::ClientOptions options = test::client_options();
   options.while_waiting = [&] { ++looks; };
@@ -178,7 +178,7 @@ TEST_F(WireCommands, ALockstepControllerGivesUpWhileAnotherIsSilent) {
   EXPECT_NEAR(silent.state().time_s, 0.02, 1e-12);
 }
 
-TEST_F(WireCommands, ALockstepControllerGivesUpOnAPausedCell) {
+TEST_F(WireCommands, ALockstepControllerTimesOutOnAPausedCell) {
   client::LockstepController controller(*client_,
                                         {.targets = {"Gripper1"}, .period_s = 0.01, .timeout = Seconds{1.0}});
   client_->pause();
@@ -237,7 +237,7 @@ TEST_F(WireCommands, FramesFormATreeFromTheWorldToEveryLink) {
   EXPECT_LT((X_WF.R - wanted.R).norm(), 1e-12);
 }
 
-TEST_F(WireCommands, RobotsOfAFrozenOwnerPassToTheNextWithinASecondOrTwo) {
+TEST_F(WireCommands, ARobotOfAFrozenOwnerPassesToTheNextSender) {
   test::ChildProcess owner({std::string(TAKT_BIN_DIR) + "/takt-test-commander",
                             std::to_string(test::test_domain()), test::test_cell(), "Robot1", "0.02", "2"});
   ASSERT_TRUE(owner.wait_for_output("ready")) << owner.text;
@@ -267,7 +267,7 @@ TEST_F(WireCommands, RobotsOfAFrozenOwnerPassToTheNextWithinASecondOrTwo) {
 
 /// A controller that died, and is started anew later than its silence was noticed. DDS itself would wait for
 /// the end of the dead participant's lease, and tell nobody.
-TEST_F(WireCommands, RobotsOfAnOwnerThatFrozeAlonePassToWhoComesLater) {
+TEST_F(WireCommands, ARobotOfAFrozenSoleOwnerPassesToALaterSender) {
   test::ChildProcess owner({std::string(TAKT_BIN_DIR) + "/takt-test-commander",
                             std::to_string(test::test_domain()), test::test_cell(), "Robot1", "0.02", "30"});
   ASSERT_TRUE(owner.wait_for_output("ready")) << owner.text;

@@ -45,10 +45,10 @@ constexpr Row kRows[] = {
 void run(const RunOptions& options, const Row& row) {
   takt::ScenarioOptions scenario_options;
   scenario_options.level_of_detail = 3;
-  scenario_options.overrides = {std::string("solver.method=") + row.solver, "solver.tolerance=2e-6",
-                                "solver.step_s=" + options.step,
-                                std::string("contact.optimize_calls=") + (row.optimize ? "true" : "false"),
-                                std::string("contact.parallel=") + (row.parallel ? "true" : "false")};
+  scenario_options.overrides = {
+      std::string("solver.method=") + row.solver, "solver.tolerance=2e-6", "solver.step_s=" + options.step,
+      std::string("contact.cache_unmoved_pairs=") + (row.optimize ? "true" : "false"),
+      std::string("contact.parallel=") + (row.parallel ? "true" : "false")};
   const takt::Scenario scenario = takt::read_scenario(options.file, scenario_options);
   const auto cell = takt::build_cell(scenario);
   std::optional<takt::WorkerPool> pool;

@@ -53,7 +53,7 @@ Values values(const Drive& drive, const JointReference& r, double q, double qd, 
 }
 
 // Central differences in every argument, in every mode; nothing may lie outside the pattern.
-TEST(Drive, JacobiansAreThoseOfFiniteDifferences) {
+TEST(Drive, JacobiansEqualFiniteDifferences) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> number(-1.0, 1.0);
   int compared = 0;
@@ -130,7 +130,7 @@ TEST(Drive, InitialStatesAreEquilibria) {
 
 // A step of the reference on a free inertia, as designed and three times as large, against the partial
 // fractions of q / q_ref = kv (kp s + kp / Ti) / (s (s^3 + kv s^2 + kv (kp + 1 / Ti) s + kv kp / Ti)).
-TEST(SimplifiedDrive, StepResponseIsThatOfItsTransferFunction) {
+TEST(SimplifiedDrive, TheStepResponseIsThatOfTheTransferFunction) {
   SimplifiedDriveParameters p;
   p.gear_ratio = 100.0, p.rotor_inertia_kg_m2 = 1e-4, p.load_inertia_kg_m2 = 1.0;
   p.set_bandwidth(40.0);
@@ -178,7 +178,7 @@ TEST(SimplifiedDrive, StepResponseIsThatOfItsTransferFunction) {
 
 // Section "single axis example": one elastic drive on 19.5 kg m^2 without gravity, 0 to 120 degrees; beside
 // it the same equations as plain scalars, both with Runge-Kutta steps of 1e-5 s.
-TEST(DetailedDrive, SingleAxisFollowsItsEquations) {
+TEST(DetailedDrive, ASingleAxisFollowsItsEquations) {
   KinematicRobotParameters k;
   k.robot = 0;
   k.arm.joints.resize(1);
@@ -292,7 +292,7 @@ TEST(DetailedDrive, RegularisedFrictionStaysNearTrueFriction) {
   EXPECT_NE(end[0], end[1]);
 }
 
-TEST(Drive, ParametersThatCannotWorkAreRefusedByName) {
+TEST(Drive, InvalidParametersAreRefusedByName) {
   const auto refused = [](const auto& make, const char* text) {
     try {
       make();
@@ -315,7 +315,7 @@ TEST(Drive, ParametersThatCannotWorkAreRefusedByName) {
   refused([&] { DetailedDrive{p}; }, "break-away");
 }
 
-TEST(RobotPower, FollowsTheThesis) {
+TEST(RobotPower, PowerFollowsTheThesis) {
   RobotPowerParameters p;
   p.loss_factor = 1.3;
   EXPECT_DOUBLE_EQ(electrical_power_of_axis(p, 100.0), 130.0);

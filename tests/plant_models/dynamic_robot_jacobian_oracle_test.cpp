@@ -51,7 +51,7 @@ class Comparison {
   std::vector<double> values_;
 };
 
-TEST(DynamicRobotJacobian, OfDetailedDrivesInAnyModesIsExactAtRest) {
+TEST(DynamicRobotJacobian, DetailedDrivesInAnyModeHaveTheExactJacobianAtRest) {
   KinematicRobotParameters k;
   k.robot = 0;
   k.arm = r3::arm();
@@ -83,7 +83,7 @@ TEST(DynamicRobotJacobian, OfDetailedDrivesInAnyModesIsExactAtRest) {
   }
 }
 
-TEST(DynamicRobotJacobian, OfServosAndJawsIsExactAtRest) {
+TEST(DynamicRobotJacobian, ServosAndJawsHaveTheExactJacobianAtRest) {
   for (const auto make : {test::ideal_servo, test::simplified_drive}) {
     test::Ur10eCell cell(make);
     DynamicRobotParameters p = cell.robot->parameters();
@@ -105,7 +105,7 @@ TEST(DynamicRobotJacobian, OfServosAndJawsIsExactAtRest) {
 }
 
 // How the reference alone changes the derivatives: exact in positions and speeds, at any state.
-TEST(DynamicRobotJacobian, TimeDerivativeIsThatOfTheMovingReference) {
+TEST(DynamicRobotJacobian, TheTimeDerivativeFollowsTheMovingReference) {
   for (const auto make : {test::ideal_servo, test::simplified_drive, r3_drive}) {
     KinematicRobotParameters k;
     k.robot = 0;
@@ -143,7 +143,7 @@ TEST(DynamicRobotJacobian, ErrorWeightsArePositive) {
   for (const double scale : scales) EXPECT_GT(scale, 0.0);
 }
 
-TEST(DynamicRobotJacobian, PatternHasEveryPlaceOnceAndInsideTheSegment) {
+TEST(DynamicRobotJacobian, ThePatternHasEveryPlaceOnceAndInsideTheSegment) {
   test::Ur10eCell cell(test::simplified_drive);
   std::vector<std::pair<int, int>> pattern;
   cell.robot->jacobian_pattern(pattern);

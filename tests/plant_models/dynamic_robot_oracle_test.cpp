@@ -28,7 +28,7 @@ std::vector<TrajectoryKnot> swing(const JointArray& from) {
   return point_to_point(0.1, {from.data(), 6}, {to.data(), 6}, limits);
 }
 
-TEST(DynamicRobot, WritesTheMotionThatLevelOneWrites) {
+TEST(DynamicRobot, TheReferenceMotionEqualsThatOfLevelOne) {
   Ur10eCell cell(test::ideal_servo);
   cell.reference.set_trajectory(swing(test::ready_position()));
   cell.gripper.move_to(0.0, 0.01);
@@ -95,7 +95,7 @@ TEST(DynamicRobot, AtRestFlangeAndBaseCarryTheWeight) {
 }
 
 // In motion: Newton's law for gripper and Part, with accelerations from finite differences of momentum.
-TEST(DynamicRobot, MovingFlangeLoadIsTheRateOfMomentum) {
+TEST(DynamicRobot, TheLoadOfAMovingFlangeIsTheRateOfMomentum) {
   Ur10eCell cell(test::ideal_servo);
   cell.reference.set_trajectory(swing(test::ready_position()));
   cell.gripper.move_to(0.0, 0.01);
@@ -156,7 +156,7 @@ TEST(DynamicRobot, IdealServosFollowExactlyWhateverTheLoad) {
 }
 
 // What the drives put in and the wrenches take out is the change of the arm's energy.
-TEST(DynamicRobot, EnergyBalances) {
+TEST(DynamicRobot, TheEnergyOfAMotionBalances) {
   RobotPowerParameters power;
   power.idle_W = 200.0, power.loss_factor = 1.3;
   Ur10eCell cell(test::simplified_drive, test::base_pose(), 60.0, power);
@@ -214,7 +214,7 @@ TEST(DynamicRobot, SimplifiedDrivesFollowWithHeunStepsOfOneMillisecond) {
   for (size_t j = 0; j < 6; ++j) EXPECT_NEAR(cell.bench->x[j], q[j], 1e-5);
 }
 
-TEST(Jaws, TravelToTheCommandedWidthAndStopAtTheirStroke) {
+TEST(Jaws, JawsTravelToTheCommandedWidthAndStopAtTheirStroke) {
   Ur10eCell cell(test::ideal_servo);
   const auto run = [&](double until) {
     while (cell.bench->t < until) cell.bench->rk2(0.001);
@@ -240,7 +240,7 @@ TEST(Jaws, TravelToTheCommandedWidthAndStopAtTheirStroke) {
   EXPECT_NEAR(cell.bench->output().torque[6], -60.0, 1e-9);
 }
 
-TEST(Jaws, PressWithNoMoreThanTheirForce) {
+TEST(Jaws, JawsPressWithNoMoreThanTheirForce) {
   Ur10eCell cell(test::ideal_servo);
   cell.gripper.move_to(0.0, 0.0);
   // Between the jaws lies a springy block of 40 mm.
@@ -314,7 +314,7 @@ TEST(DynamicRobot, DrivesStartInEquilibriumWithLoadAndAcceleration) {
   }
 }
 
-TEST(DynamicRobot, RefusesWhatDoesNotFit) {
+TEST(DynamicRobot, MismatchedParametersAreRefused) {
   const KinematicRobot reference(test::ur10e_reference({}));
   DynamicRobotParameters p;
   p.arm = test::ur10e_arm();

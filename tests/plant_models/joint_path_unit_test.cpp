@@ -158,7 +158,7 @@ TEST_F(Trajectory, EveryFaultHasItsCodeAndSentence) {
   EXPECT_EQ(refused(wrong).code, RejectionCode::velocity_out_of_range);
 }
 
-TEST_F(Trajectory, CubicPathIsFollowedExactlyAndItsEndIsTold) {
+TEST_F(Trajectory, ACubicPathIsFollowedExactlyAndItsEndIsReported) {
   step({good({{at(0.3), moving(0.5), {}, {}, 1.0}, {at(0.6), moving(0.0), {}, {}, 2.0}})});
   JointPathPoint start, middle, end;
   middle.t = 1.0, middle.q[0] = 0.3, middle.qd[0] = 0.5;
@@ -203,7 +203,7 @@ TEST_F(Trajectory, LinearAndQuinticPathsAreFollowed) {
   ASSERT_EQ(notices_.size(), 1U);
 }
 
-TEST_F(Trajectory, ALaterStartWaitsAndANewerCommandReplaces) {
+TEST_F(Trajectory, ALaterStartWaitsAndANewerCommandReplacesIt) {
   step({good({{at(0.5), {}, {}, {}, 1.0}})});
   while (simulation_.step_index() < 200) step();
   const double here = q();
@@ -230,7 +230,7 @@ TEST_F(Trajectory, ALaterStartWaitsAndANewerCommandReplaces) {
   EXPECT_EQ(qd(), 0.0);
 }
 
-TEST_F(Trajectory, WhatCannotBeReachedFromHereIsRefusedAndNothingMoves) {
+TEST_F(Trajectory, UnreachablePathsAreRefusedAndNothingMoves) {
   step({good({{at(1.0), {}, {}, {}, 0.1}})});  // 10 rad/s on the way there
   ASSERT_EQ(notices_.size(), 1U);
   EXPECT_EQ(notices_[0].kind, MotionNotice::Kind::trajectory_refused);
@@ -254,7 +254,7 @@ TEST_F(Trajectory, WhatCannotBeReachedFromHereIsRefusedAndNothingMoves) {
   EXPECT_LT(q(), 0.06);
 }
 
-TEST_F(Trajectory, SavedStateGoesOnWithTheSameBits) {
+TEST_F(Trajectory, ASavedStateContinuesWithTheSameBits) {
   step({good({{at(0.3), moving(0.5), {}, {}, 1.0}, {at(0.6), moving(0.0), {}, {}, 2.0}})});
   while (simulation_.step_index() < 700) step();
   std::vector<std::byte> saved;

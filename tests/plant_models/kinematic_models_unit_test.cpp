@@ -30,7 +30,7 @@ State state(const KinematicRobot& robot, double t) {
   return {q[0], qd[0]};
 }
 
-TEST(KinematicRobot, FollowsAStreamOnePeriodLaterWithContinuousVelocity) {
+TEST(KinematicRobot, TheRobotFollowsAStreamOnePeriodLaterWithContinuousVelocity) {
   KinematicRobot robot = slide();
   const double T = 0.008;
   const auto q = [](double t) { return 0.1 * (1.0 - std::cos(3.0 * t)); };
@@ -52,7 +52,7 @@ TEST(KinematicRobot, FollowsAStreamOnePeriodLaterWithContinuousVelocity) {
   }
 }
 
-TEST(KinematicRobot, CoastsToRestWithoutAJumpWhenTheStreamStops) {
+TEST(KinematicRobot, TheRobotCoastsToRestWithoutAJumpWhenTheStreamStops) {
   KinematicRobot robot = slide();
   const double position = 0.01, velocity = 1.0, T = 0.01;
   robot.set_point(0.0, T, &position, &velocity);
@@ -64,7 +64,7 @@ TEST(KinematicRobot, CoastsToRestWithoutAJumpWhenTheStreamStops) {
   EXPECT_EQ(state(robot, 5.0).q, state(robot, 2 * T).q);
 }
 
-TEST(KinematicRobot, AJumpTakesAsLongAsRatedVelocityAllows) {
+TEST(KinematicRobot, AJumpTakesTheTimeOfTheRatedVelocity) {
   KinematicRobot robot = slide(0.5);
   const double position = 0.4;
   robot.set_point(0.0, 0.008, &position, nullptr);
@@ -75,7 +75,7 @@ TEST(KinematicRobot, AJumpTakesAsLongAsRatedVelocityAllows) {
   EXPECT_EQ(state(robot, 2.0).q, 0.4);
 }
 
-TEST(KinematicRobot, VelocitiesFollowFromAStreamWithoutThem) {
+TEST(KinematicRobot, VelocitiesAreDerivedFromAStreamOfPositions) {
   KinematicRobot robot = slide();
   const double T = 0.01;
   for (int k = 0; k < 50; ++k) {
@@ -85,7 +85,7 @@ TEST(KinematicRobot, VelocitiesFollowFromAStreamWithoutThem) {
   EXPECT_NEAR(state(robot, 49.5 * T).qd, 0.2, 1e-9);
 }
 
-TEST(KinematicRobot, StandingSetPointChangesNothing) {
+TEST(KinematicRobot, AConstantSetPointChangesNothing) {
   KinematicRobot robot = slide();
   const double position = 0.1, velocity = 0.0;
   robot.set_point(0.0, 0.1, &position, &velocity);
@@ -109,7 +109,7 @@ TEST(KinematicRobot, AccelerationIsTheDerivativeOfTheVelocity) {
   }
 }
 
-TEST(KinematicRobot, FollowsATrajectoryUntilTheFirstSetPoint) {
+TEST(KinematicRobot, TheRobotFollowsATrajectoryUntilTheFirstSetPoint) {
   KinematicRobot robot = slide();
   const double from[] = {0.1}, to[] = {0.6};
   const MotionLimits limits[] = {{1.0, 4.0}};  // 0.25 s each to accelerate and brake, 0.25 s in between
@@ -148,7 +148,7 @@ TEST(KinematicRobot, FollowsATrajectoryUntilTheFirstSetPoint) {
   EXPECT_THROW(robot.set_trajectory(knots), std::invalid_argument) << "moves at the end";
 }
 
-TEST(ParallelGripper, JawsMoveAtRatedSpeedEachOnItsOwn) {
+TEST(ParallelGripper, EachJawMovesAtRatedSpeed) {
   ParallelGripperParameters p;
   p.max_width_m = p.initial_width_m = 0.15;
   p.jaw_speed_m_per_s = 0.075;
@@ -172,7 +172,7 @@ TEST(ParallelGripper, JawsMoveAtRatedSpeedEachOnItsOwn) {
   EXPECT_NEAR(gripper.width(9.0), 0.1, 1e-15);
 }
 
-TEST(ParallelGripper, JawFacesLookAtEachOther) {
+TEST(ParallelGripper, JawFacesAreOpposite) {
   const Pose left = ParallelGripper::jaw_pose(ParallelGripper::left, 0.04);
   const Pose right = ParallelGripper::jaw_pose(ParallelGripper::right, 0.03);
   EXPECT_NEAR((left * Vec3(0, 0.01, 0)).y(), 0.05, 1e-15);    // material of the left jaw lies outwards

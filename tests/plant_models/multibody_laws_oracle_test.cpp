@@ -272,7 +272,7 @@ TEST(MultibodyLaws, AFixedLoadIsPartOfItsLink) {
   }
 }
 
-TEST(MultibodyLaws, SineAndCosineAreThoseOfTheLibrary) {
+TEST(MultibodyLaws, SineAndCosineEqualThoseOfTheLibrary) {
   TreeMaker make(15);
   double worst = 0.0;
   for (int k = 0; k < 200000; ++k) {

@@ -63,7 +63,7 @@ std::vector<Robot> robots() {
   return all;
 }
 
-TEST(MultibodyTree, InverseDynamicsOfArmsIsThatOfKdl) {
+TEST(MultibodyTree, InverseDynamicsOfArmsEqualsThatOfKdl) {
   for (const Robot& robot : robots()) {
     TreeMaker make(1);
     const MultibodyTree tree(robot.model);
@@ -89,7 +89,7 @@ TEST(MultibodyTree, InverseDynamicsOfArmsIsThatOfKdl) {
   }
 }
 
-TEST(MultibodyTree, MassMatrixAndForwardDynamicsOfArmsAreThoseOfKdl) {
+TEST(MultibodyTree, MassMatrixAndForwardDynamicsOfArmsEqualThoseOfKdl) {
   for (const Robot& robot : robots()) {
     TreeMaker make(2);
     const MultibodyTree tree(robot.model);
@@ -120,7 +120,7 @@ TEST(MultibodyTree, MassMatrixAndForwardDynamicsOfArmsAreThoseOfKdl) {
   }
 }
 
-TEST(MultibodyTree, TreesWithBranchesAndSlidersAreThoseOfKdl) {
+TEST(MultibodyTree, TreesWithBranchesAndSlidersEqualThoseOfKdl) {
   TreeMaker make(3);
   double worst = 0.0;
   for (int k = 0; k < 300; ++k) {
@@ -152,7 +152,7 @@ TEST(MultibodyTree, TreesWithBranchesAndSlidersAreThoseOfKdl) {
   EXPECT_LT(worst, 1e-12);
 }
 
-TEST(MultibodyTree, BaseReactionIsThatOfKdlWithAFloatingBase) {
+TEST(MultibodyTree, BaseReactionEqualsThatOfKdlWithAFloatingBase) {
   TreeMaker make(4);
   for (int k = 0; k < 500; ++k) {
     const TreeModel model = make.tree(make.integer(1, 10));
@@ -188,7 +188,7 @@ TEST(MultibodyTree, BaseReactionIsThatOfKdlWithAFloatingBase) {
   }
 }
 
-TEST(MultibodyTree, ForwardDynamicsUndoesInverseDynamics) {
+TEST(MultibodyTree, ForwardDynamicsInvertsInverseDynamics) {
   TreeMaker make(5);
   double worst = 0.0;
   for (int k = 0; k < 2000; ++k) {
@@ -218,7 +218,7 @@ TEST(MultibodyTree, ForwardDynamicsUndoesInverseDynamics) {
   EXPECT_LT(worst, 1e-10);
 }
 
-TEST(MultibodyTree, MassMatrixIsWhatInverseDynamicsMultipliesBy) {
+TEST(MultibodyTree, TheMassMatrixEqualsTheColumnsOfInverseDynamics) {
   TreeMaker make(6);
   for (int k = 0; k < 500; ++k) {
     TreeModel model = make.tree(make.integer(1, kMaxJoints));

@@ -44,7 +44,7 @@ TEST(MultibodyTree, PrescribedAccelerationsTakeTheForcesOfInverseDynamics) {
 
 // Whatever the motors do to an arm at rest, the set of sticking joints found is consistent: none that sticks
 // needs more than break-away, none that slides would rather go the other way.
-TEST(DynamicRobot, StuckSetsAreConsistent) {
+TEST(DynamicRobot, JointsThatStickCarryConsistentForces) {
   KinematicRobotParameters k;
   k.robot = 0;
   k.arm = r3::arm();

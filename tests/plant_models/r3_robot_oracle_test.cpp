@@ -39,7 +39,7 @@ void expect_relative(double value, double expected, double relative) {
   EXPECT_NEAR(value, expected, relative * std::max(1.0, std::abs(expected)));
 }
 
-TEST_F(R3, StartsInThePublishedState) {
+TEST_F(R3, TheRobotStartsInThePublishedState) {
   const double psi[3] = {0.0, 0.274150862, 0.073678181};
   const double i[6] = {0.0, -1.888091334, -3.678834772, -0.600424393, -0.724279315, 0.0};
   const double vC[6] = {0.0, 94.40456670, 183.94173862, 30.02121966, 36.21396577, 0.0};
@@ -66,7 +66,7 @@ TEST_F(R3, StartsInThePublishedState) {
   }
 }
 
-TEST_F(R3, ReferenceHasThePublishedCorners) {
+TEST_F(R3, TheReferenceHasThePublishedCorners) {
   const double corners[] = {0.11742424, 1.23862076, 1.35604500};
   double t = 0.0;
   for (const double corner : corners) EXPECT_NEAR(t = robot_->next_time_event(t), corner, 5e-9);
@@ -84,7 +84,7 @@ TEST_F(R3, ReferenceHasThePublishedCorners) {
   }
 }
 
-TEST_F(R3, FollowsTheSecondImplementation) {
+TEST_F(R3, TheMotionFollowsTheSecondImplementation) {
   r3::Oracle oracle;
   oracle.switch_modes();
   bench_->switch_modes();
@@ -112,7 +112,7 @@ TEST_F(R3, FollowsTheSecondImplementation) {
 
 // Sections "expected behaviour": deviations, currents, and the power balance of the whole motion, from the
 // work of the drives to the energy of the arm.
-TEST_F(R3, WholeMotionStaysWithinThePublishedBounds) {
+TEST_F(R3, TheWholeMotionStaysWithinThePublishedBounds) {
   bench_->switch_modes();
   constexpr double h = 2e-5;
   std::array<double, 6> deviation{};

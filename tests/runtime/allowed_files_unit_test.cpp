@@ -23,7 +23,7 @@ HostAction spawn(const std::filesystem::path& mesh) {
   return action;
 }
 
-TEST(AllowedFiles, WithoutADirectoryAnyIs) {
+TEST(AllowedFiles, EveryFileIsAllowedWithoutADirectory) {
   HostAction action = load("/etc/passwd");
   EXPECT_EQ(confine(action, ""), "");
   EXPECT_EQ(std::get<LoadScenario>(action).file, "/etc/passwd");

@@ -74,7 +74,7 @@ bool says(const std::string& text, const std::string& words) {
   return text.find(words) != std::string::npos;
 }
 
-TEST_F(PeriodicSnapshots, ThatCannotBeWrittenAreToldOnceAndAgainWhenTheyCan) {
+TEST_F(PeriodicSnapshots, FailedSnapshotsAreReportedOnceAndTheirRecoveryToo) {
   CellHost host(options_);
   HostReader reader(host);
   host.open(ScenarioSource{file_, {}});
@@ -97,7 +97,7 @@ TEST_F(PeriodicSnapshots, ThatCannotBeWrittenAreToldOnceAndAgainWhenTheyCan) {
   EXPECT_EQ(failures, 1U);
 }
 
-TEST_F(PeriodicSnapshots, OfAServerWhoseSessionCannotBeWrittenAreToldToo) {
+TEST_F(PeriodicSnapshots, ASessionThatCannotBeWrittenIsReported) {
   CellHost host(options_);
   HostReader reader(host);
   block();
@@ -109,7 +109,7 @@ TEST_F(PeriodicSnapshots, OfAServerWhoseSessionCannotBeWrittenAreToldToo) {
   EXPECT_TRUE(says(reader.event("snapshot_failed").message, "session.json cannot be written."));
 }
 
-TEST_F(PeriodicSnapshots, TellAServerThatStartsAgainWhereToGoOn) {
+TEST_F(PeriodicSnapshots, ARestartedServerContinuesFromItsSnapshot) {
   ASSERT_NO_FATAL_FAILURE(play_and_crash());
   SnapshotFile newest;
   const auto files = newest_first();
@@ -146,7 +146,7 @@ TEST_F(PeriodicSnapshots, TellAServerThatStartsAgainWhereToGoOn) {
   EXPECT_EQ(host_->loop(), nullptr);
 }
 
-TEST_F(PeriodicSnapshots, OfNothingLoadedOrNoSessionBeginAnew) {
+TEST_F(PeriodicSnapshots, AServerWithoutASessionStartsAnew) {
   {
     CellHost host(options_);
     host.open_empty();
@@ -163,7 +163,7 @@ TEST_F(PeriodicSnapshots, OfNothingLoadedOrNoSessionBeginAnew) {
   EXPECT_TRUE(says(resumed(), "no scenario is loaded."));
 }
 
-TEST_F(PeriodicSnapshots, OfASessionWithADamagedFieldAreNotGuessedAt) {
+TEST_F(PeriodicSnapshots, ASessionWithADamagedFieldIsNotResumed) {
   ASSERT_NO_FATAL_FAILURE(play_and_crash());
   const auto session = periodic_ / "session.json";
   std::ifstream in(session);
@@ -196,7 +196,7 @@ TEST_F(PeriodicSnapshots, OfASessionWithADamagedFieldAreNotGuessedAt) {
   EXPECT_TRUE(says(with("\"state\": 1", "\"state\": 3"), "from a periodic snapshot, paused."));
 }
 
-TEST_F(PeriodicSnapshots, AndTheLogOfBeforeTheCrashStay) {
+TEST_F(PeriodicSnapshots, TheSnapshotsAndTheLogOfACrashedRunAreKept) {
   options_.log = directory_ / "run.taktlog";
   ASSERT_NO_FATAL_FAILURE(play_and_crash());
   const auto size = std::filesystem::file_size(options_.log);

@@ -46,7 +46,7 @@ class Hosted : public testing::Test {
   std::optional<HostReader> reader_;
 };
 
-TEST_F(Hosted, WithoutAScenarioAnswersWhatItCan) {
+TEST_F(Hosted, AHostWithoutAScenarioAnswersGeneralRequests) {
   begin();
   expect_reply(request("spawn_entity", {{"name", "X"}, {"copy_of", "A"}, {"position", "9 9 9"}}),
                Result::incorrect_state, "The server is loading its first scenario");
@@ -74,7 +74,7 @@ TEST_F(Hosted, WithoutAScenarioAnswersWhatItCan) {
   EXPECT_EQ(quits_.load(), 1);
 }
 
-TEST_F(Hosted, LoadsUnloadsAndEnds) {
+TEST_F(Hosted, TheHostLoadsUnloadsAndEnds) {
   options_.threads = 2;  // with a pool for the collision checks
   open();
   EXPECT_FALSE(host_->idle_status().has_value());
@@ -89,7 +89,7 @@ TEST_F(Hosted, LoadsUnloadsAndEnds) {
   expect_reply(request("reload_scenario"), Result::incorrect_state, "The server is ending");
 }
 
-TEST_F(Hosted, RefusalsOfFilesSayWhichKindOfMistake) {
+TEST_F(Hosted, RefusedFilesHaveTheKindOfMistake) {
   begin();
   host_->open_empty();
   const auto load = [&](const std::string& name) {
@@ -114,7 +114,7 @@ TEST_F(Hosted, RefusalsOfFilesSayWhichKindOfMistake) {
   EXPECT_EQ(host_->loop(), nullptr);
 }
 
-TEST_F(Hosted, NotesOfImportsAreToldToo) {
+TEST_F(Hosted, NotesOfImportsAreReported) {
   // The cube with one face turned: mended, and told.
   directory_.write(
       "cube.obj",
@@ -130,7 +130,7 @@ TEST_F(Hosted, NotesOfImportsAreToldToo) {
   EXPECT_EQ(notes.front(), note.message);
 }
 
-TEST_F(Hosted, ACellFromNoFileIsNeitherChangedNorReloaded) {
+TEST_F(Hosted, ACellWithoutAFileIsNeitherChangedNorReloaded) {
   options_.recordings = directory_ / "recordings";
   begin();
   host_->open(load_cell(file_));
@@ -153,7 +153,7 @@ TEST_F(Hosted, ACellFromNoFileIsNeitherChangedNorReloaded) {
   }
 }
 
-TEST_F(Hosted, PartsComeAndGoOnlyWhileItIsStopped) {
+TEST_F(Hosted, PartsComeAndGoOnlyInAStoppedCell) {
   open();
   expect_reply(request("spawn_entity", {{"name", "X"}, {"copy_of", "A"}, {"position", "9 9 9"}}),
                Result::incorrect_state,
@@ -180,7 +180,7 @@ TEST_F(Hosted, PartsComeAndGoOnlyWhileItIsStopped) {
   EXPECT_GE(host_->loop()->cell().find_component("B"), 0);
 }
 
-TEST_F(Hosted, AResetOfAllBringsTheScenarioBackAndGoesOnPlaying) {
+TEST_F(Hosted, AResetOfAllRestoresTheScenarioAndContinuesPlaying) {
   open();
   ASSERT_EQ(request("set_state", {{"state", "0"}}).result, Result::ok);
   ASSERT_EQ(request("delete_entity", {{"entity", "B"}}).result, Result::ok);
@@ -190,7 +190,7 @@ TEST_F(Hosted, AResetOfAllBringsTheScenarioBackAndGoesOnPlaying) {
   EXPECT_GE(host_->loop()->cell().find_component("B"), 0);
 }
 
-TEST_F(Hosted, OnceTheSimulationHasEndedNothingIsDoneWithIt) {
+TEST_F(Hosted, RequestsAfterTheEndOfTheSimulationAreRefused) {
   options_.snapshots = directory_ / "snapshots";
   options_.recordings = directory_ / "recordings";
   open();
@@ -208,7 +208,7 @@ TEST_F(Hosted, OnceTheSimulationHasEndedNothingIsDoneWithIt) {
   expect_reply(request("delete_entity", {{"entity", "B"}}), Result::incorrect_state, "it is ending.");
 }
 
-TEST_F(Hosted, WithoutDirectoriesNeitherSnapshotsNorRecordingsAreKept) {
+TEST_F(Hosted, AHostWithoutDirectoriesRefusesSnapshotsAndRecordings) {
   open();
   for (const char* name : {"save_snapshot", "restore_snapshot"})
     expect_reply(request(name, {{"name", "s"}}), Result::unsupported, "--snapshots DIR says where to");
@@ -216,7 +216,7 @@ TEST_F(Hosted, WithoutDirectoriesNeitherSnapshotsNorRecordingsAreKept) {
                "--recordings DIR says where to");
 }
 
-TEST_F(Hosted, SnapshotsByRequestSayWhyNot) {
+TEST_F(Hosted, RefusedSnapshotsHaveAReason) {
   options_.snapshots = directory_ / "snapshots";
   begin();
   host_->open_empty();
@@ -240,7 +240,7 @@ TEST_F(Hosted, SnapshotsByRequestSayWhyNot) {
   EXPECT_EQ(files, 1U) << "s.snapshot alone";
 }
 
-TEST_F(Hosted, ARestoredEndOfAScenarioIsItsEndAgain) {
+TEST_F(Hosted, ARestoredEndOfAScenarioIsTheEnd) {
   options_.snapshots = directory_ / "snapshots";
   options_.end_at_duration = true;
   open();
@@ -262,7 +262,7 @@ TEST_F(Hosted, ARestoredEndOfAScenarioIsItsEndAgain) {
   EXPECT_TRUE(reader_->wait_until([&] { return std::stoi(value_in(request("get_state"), "step")) > 60; }));
 }
 
-TEST_F(Hosted, RecordingsByRequestSayWhyNot) {
+TEST_F(Hosted, RefusedRecordingsHaveAReason) {
   options_.recordings = directory_ / "recordings";
   open();
   expect_reply(request("stop_recording"), Result::incorrect_state, "Nothing is being recorded.");
@@ -295,7 +295,7 @@ TEST_F(Hosted, RecordingsByRequestSayWhyNot) {
   EXPECT_TRUE(result.complete);
 }
 
-TEST_F(Hosted, TheLogOfTheServerHoldsWhatWasSpawnedAndDeleted) {
+TEST_F(Hosted, TheLogOfTheServerHoldsSpawnedAndDeletedParts) {
   options_.log = directory_ / "run.taktlog";
   options_.recordings = directory_ / "recordings";
   source_options_.level_of_detail = 1;
@@ -338,7 +338,7 @@ TEST_F(Hosted, TheLogOfTheServerHoldsWhatWasSpawnedAndDeleted) {
   EXPECT_NE(refusal(file_).find("cubes.yaml' is no log of takt: it begins otherwise"), std::string::npos);
 }
 
-TEST_F(Hosted, ALogThatCannotBeWrittenEndsTheBeginning) {
+TEST_F(Hosted, ALogThatCannotBeWrittenEndsTheStart) {
   options_.log = directory_ / "no/such/directory/run.taktlog";
   begin();
   EXPECT_THROW(host_->open(ScenarioSource{file_, {}}), LogError);

@@ -39,7 +39,7 @@ class CommandBufferTest : public testing::Test {
   std::vector<ReceivedCommand> out_;
 };
 
-TEST_F(CommandBufferTest, HandsOverEverythingOnceInTheOrderOfArrival) {
+TEST_F(CommandBufferTest, CommandsAreHandedOverOnceInTheOrderOfArrival) {
   EXPECT_FALSE(buffer_.append(joints(1, -1.0), 7, 100));
   EXPECT_FALSE(buffer_.append(gripper(-1.0), 8, 200));
   buffer_.take_all(out_);
@@ -52,7 +52,7 @@ TEST_F(CommandBufferTest, HandsOverEverythingOnceInTheOrderOfArrival) {
   EXPECT_TRUE(out_.empty());
 }
 
-TEST_F(CommandBufferTest, RejectsWhatIsOlderThanTheNewestOfTheSameTarget) {
+TEST_F(CommandBufferTest, CommandsOlderThanTheNewestOfTheirTargetAreRejected) {
   buffer_.set_present(SimTime::from_seconds(5.0));
   EXPECT_FALSE(buffer_.append(joints(0, 2.0), 1, 0));
   EXPECT_FALSE(buffer_.append(joints(0, 2.0), 1, 0)) << "the same stamp again replaces";
@@ -69,7 +69,7 @@ TEST_F(CommandBufferTest, RejectsWhatIsOlderThanTheNewestOfTheSameTarget) {
   EXPECT_EQ(out_.size(), 5U);
 }
 
-TEST_F(CommandBufferTest, ComparesStampsToTheNanosecond) {
+TEST_F(CommandBufferTest, StampsAreComparedToTheNanosecond) {
   EXPECT_EQ(SimTime::from_seconds(0.008).ns, 8'000'000);
   EXPECT_EQ(SimTime::from_seconds(12345.000000001).ns, 12'345'000'000'001);
   EXPECT_EQ(SimTime::from_seconds(-1.0).ns, -1);
@@ -92,14 +92,14 @@ TEST_F(CommandBufferTest, FutureStampsAreOrderedAmongThemselves) {
   EXPECT_EQ(rejection->code, RejectionCode::stale);
 }
 
-TEST_F(CommandBufferTest, AnotherSenderBeginsAnew) {
+TEST_F(CommandBufferTest, AnotherSenderStartsItsOwnOrder) {
   buffer_.set_present(SimTime::from_seconds(9.0));
   EXPECT_FALSE(buffer_.append(joints(0, 8.0), 1, 0));
   EXPECT_FALSE(buffer_.append(joints(0, 7.0), 2, 0));
   EXPECT_TRUE(buffer_.append(joints(0, 6.0), 2, 0));
 }
 
-TEST_F(CommandBufferTest, OverflowIsRejectedAndSaid) {
+TEST_F(CommandBufferTest, AnOverflowIsRejectedAndReported) {
   for (int i = 0; i < 8; ++i) EXPECT_FALSE(buffer_.append(joints(0, -1.0), 1, 0));
   const auto rejection = buffer_.append(joints(0, -1.0), 1, 0);
   ASSERT_TRUE(rejection);
@@ -109,7 +109,7 @@ TEST_F(CommandBufferTest, OverflowIsRejectedAndSaid) {
   EXPECT_FALSE(buffer_.append(joints(0, -1.0), 1, 0));
 }
 
-TEST_F(CommandBufferTest, ForgetsAtAReset) {
+TEST_F(CommandBufferTest, AResetClearsTheOrderOfStamps) {
   buffer_.set_present(SimTime::from_seconds(9.0));
   EXPECT_FALSE(buffer_.append(joints(0, 8.0), 1, 0));
   buffer_.forget();
@@ -118,7 +118,7 @@ TEST_F(CommandBufferTest, ForgetsAtAReset) {
   EXPECT_FALSE(buffer_.append(joints(0, 0.0), 1, 0));
 }
 
-TEST(CommandBuffer, LosesNothingBetweenThreads) {
+TEST(CommandBuffer, NoCommandIsLostBetweenThreads) {
   const CellDescription cell = two_robots_and_a_gripper();
   CommandBuffer buffer(cell);
   constexpr int kEach = 20000;

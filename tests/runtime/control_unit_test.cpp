@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "idl/common/text.h"
+
 namespace takt {
 namespace {
 
@@ -45,7 +47,7 @@ class ControlTest : public testing::Test {
   CellDescription cell_;
 };
 
-TEST_F(ControlTest, ReadsRequests) {
+TEST_F(ControlTest, RequestsAreRead) {
   EXPECT_EQ(action<SetState>("set_state", {{"state", "1"}}).state, SimulationState::playing);
   EXPECT_EQ(action<SetState>("set_state", {{"state", "paused"}}).state, SimulationState::paused);
   EXPECT_EQ(action<Step>("step", {{"steps", "12"}}).steps, 12U);
@@ -81,7 +83,7 @@ TEST_F(ControlTest, AnUnknownRequestIsUnsupported) {
   }
 }
 
-TEST_F(ControlTest, BadArgumentsAreNamedTogetherWithWhatIsAllowed) {
+TEST_F(ControlTest, InvalidArgumentsAreNamedWithTheAllowedOnes) {
   expect_failure("get_state", {{"x", "1"}}, "no argument 'x'; it takes none");
   expect_failure("step", {{"step", "1"}}, "no argument 'step'; it takes steps");
   expect_failure("step", {{"steps", "0"}}, "'steps' is '0'; allowed is a whole number from 1");
@@ -129,7 +131,7 @@ TEST_F(ControlTest, LevelsOfDetailAreChecked) {
             features.values.end());
 }
 
-TEST_F(ControlTest, AListOfManyNamesEnds) {
+TEST_F(ControlTest, ALongListOfNamesIsCut) {
   cell_.components.resize(4096);
   for (auto& component : cell_.components) component.name = std::string(100, 'x');
   const ControlReply reply = refusal("explain_part", {{"part", std::string(5000, 'q')}});

@@ -9,7 +9,7 @@
 namespace takt {
 namespace {
 
-TEST(DurationHistogram, IsZeroWhenEmpty) {
+TEST(DurationHistogram, AnEmptyHistogramIsZero) {
   const DurationHistogram histogram;
   EXPECT_EQ(histogram.count(), 0U);
   EXPECT_EQ(histogram.quantile_s(0.5), 0.0);
@@ -31,7 +31,7 @@ TEST(DurationHistogram, NegativeAndHugeDurationsAreKept) {
   EXPECT_DOUBLE_EQ(histogram.max_s(), static_cast<double>(std::int64_t{1} << 62) * 1e-9);
 }
 
-TEST(DurationHistogram, QuantilesAreRightToOneBin) {
+TEST(DurationHistogram, QuantilesAreExactToOneBin) {
   std::mt19937_64 random(20240607);
   std::lognormal_distribution<double> distribution(11.0, 1.5);  // around 60 us, with a long tail
   DurationHistogram histogram;

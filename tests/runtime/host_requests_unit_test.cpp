@@ -33,7 +33,7 @@ void expect_failure(const std::string& name, TextArguments arguments, const std:
   EXPECT_NE(reply->message.find(words), std::string::npos) << reply->message;
 }
 
-TEST(HostRequests, LoadReadsFileOverridesAndLevel) {
+TEST(HostRequests, ALoadHasFileOverridesAndLevel) {
   const auto load = action<LoadScenario>(
       "load_scenario", {{"uri", "file:///a/b.yaml"}, {"overrides", "x.y=1\n\nz=[1, 2]\n"}, {"lod", "2"}});
   EXPECT_EQ(load.file, "/a/b.yaml");
@@ -49,7 +49,7 @@ TEST(HostRequests, LoadReadsFileOverridesAndLevel) {
   expect_failure("unload_scenario", {{"uri", "a"}}, "it takes none");
 }
 
-TEST(HostRequests, WatchReadsPairsAndHowLong) {
+TEST(HostRequests, AWatchHasPairsAndADuration) {
   const auto watch = action<WatchPressures>("watch_pressures", {{"pairs", "P-*, O-P"}, {"for_s", "2.5"}});
   EXPECT_EQ(watch.pairs, "P-*, O-P");
   EXPECT_EQ(watch.for_s, 2.5);
@@ -58,7 +58,7 @@ TEST(HostRequests, WatchReadsPairsAndHowLong) {
   expect_failure("watch_pressures", {{"pairs", "*"}, {"for_s", "-1"}}, "'for_s' is '-1'");
 }
 
-TEST(HostRequests, SpawnReadsANewPartOrACopy) {
+TEST(HostRequests, ASpawnHasANewPartOrACopy) {
   const auto made = action<SpawnEntity>("spawn_entity", {{"name", "A"},
                                                          {"uri", "a.obj"},
                                                          {"mass_kg", "0.5"},
@@ -103,7 +103,7 @@ TEST(HostRequests, SpawnReadsANewPartOrACopy) {
     expect_failure("spawn_entity", with("orientation", orientation), "length 1");
 }
 
-TEST(HostRequests, AResetIsTheHostsOnlyWhereSomethingWasSpawnedAndItsScopeIncludesThat) {
+TEST(HostRequests, AResetGoesToTheHostOnlyWithSpawnedPartsInItsScope) {
   EXPECT_FALSE(parse_host_request({7, "reset", {}}).has_value());
   for (const char* scope : {"1", "2", "3"})
     EXPECT_FALSE(parse_host_request({7, "reset", {{"scope", scope}}}, true).has_value()) << scope;
@@ -114,7 +114,7 @@ TEST(HostRequests, AResetIsTheHostsOnlyWhereSomethingWasSpawnedAndItsScopeInclud
   EXPECT_FALSE(parse_host_request({7, "reset", {{"scope", "9"}}}, true).has_value());
 }
 
-TEST(EntityRequests, PatternsMatchAsAListOfAllWaysToPlaceTheStars) {
+TEST(EntityRequests, PatternsMatchAsEveryExpansionOfTheirStars) {
   // The definition, by trying every split.
   const std::function<bool(std::string_view, std::string_view)> defined = [&](std::string_view pattern,
                                                                               std::string_view name) {

@@ -82,7 +82,7 @@ TEST_F(PacerTest, ASmallLagIsCaughtUpWithoutSkippingAStep) {
   EXPECT_EQ(pacer_.figures().lag_ns, 0);
 }
 
-TEST_F(PacerTest, BehindIsHowLongTheNextStepIsOverdueNow) {
+TEST_F(PacerTest, TheDelayIsThatOfTheNextStep) {
   pacer_.anchor(0.001, 1.0);
   pacer_.wait(test::kMillisecond_ns);
   EXPECT_EQ(pacer_.behind_ns(), 0);

@@ -9,6 +9,7 @@
 #include <iterator>
 #include <random>
 
+#include "idl/common/text.h"
 #include "server/runtime/host/replay.h"
 #include "server/runtime/recording/log_recorder.h"
 #include "tests/support/loop_reader.h"
@@ -162,7 +163,7 @@ int records_of(const std::filesystem::path& file, LogKind kind) {
   return count;
 }
 
-TEST(Recording, OfRandomCommandsAndRequestsIsReplayedWithTheSameBits) {
+TEST(Recording, RandomCommandsAndRequestsAreReplayedWithTheSameBits) {
   const TemporaryDirectory directory;
   const auto model = recorded_model();
   for (unsigned seed = 1; seed <= 6; ++seed) {
@@ -215,7 +216,7 @@ std::uint64_t with_another_command(const std::filesystem::path& from, const std:
   return altered;
 }
 
-TEST(Recording, ReplayTellsTheStepOfTheFirstDifferenceAndRefusesOtherModels) {
+TEST(Recording, AReplayReportsTheFirstDifferenceAndRefusesOtherModels) {
   const TemporaryDirectory directory;
   const auto model = service_model();
   const auto file = directory / "run";
@@ -245,7 +246,7 @@ TEST(Recording, ReplayTellsTheStepOfTheFirstDifferenceAndRefusesOtherModels) {
   }
 }
 
-TEST(Recording, AnotherFormatIsRefusedWithASentence) {
+TEST(Recording, AnotherFormatIsRefusedWithAReason) {
   const TemporaryDirectory directory;
   const auto file = directory / "run";
   {
@@ -264,7 +265,7 @@ TEST(Recording, AnotherFormatIsRefusedWithASentence) {
   }
 }
 
-TEST(Recording, TornFilesAreGoodToTheLastWholeRecordAndFlippedBytesAreRefused) {
+TEST(Recording, TornFilesAreReadToTheLastWholeRecordAndFlippedBytesRefused) {
   const TemporaryDirectory directory;
   const auto file = directory / "run", damaged = directory / "damaged";
   {
@@ -314,7 +315,7 @@ TEST(Recording, TornFilesAreGoodToTheLastWholeRecordAndFlippedBytesAreRefused) {
   }
 }
 
-TEST(Recording, AFullDiskIsToldAndTheSimulationGoesOn) {
+TEST(Recording, AFullDiskIsReportedAndTheSimulationContinues) {
   const auto model = service_model();
   std::string told;
   RecorderOptions full = options(1);

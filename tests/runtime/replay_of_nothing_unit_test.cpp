@@ -25,7 +25,7 @@ std::string refusal_of_log(const std::filesystem::path& file) {
   return "it was replayed";
 }
 
-TEST(ReplayOfNothing, IsRefusedHoweverMuchOfTheLogIsThere) {
+TEST(ReplayOfNothing, ALogWithoutCheckpointsIsRefused) {
   const test::TemporaryDirectory directory;
   const auto whole = directory / "whole", cut = directory / "cut";
   RecorderOptions recorder_options;

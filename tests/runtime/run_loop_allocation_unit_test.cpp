@@ -20,7 +20,7 @@ namespace {
 using test::allocations;
 using test::counting;
 
-TEST(SolverAllocation, NoneInAStepAfterTheFirst) {
+TEST(SolverAllocation, StepsAfterTheFirstAllocateNothing) {
   // Of our own; SUNDIALS takes its memory by malloc, when it is made and at its first step.
   for (const std::string_view name : solver_names()) {
     test::NonlinearModel model(test::NonlinearModel::Jacobian::exact);
@@ -40,7 +40,7 @@ TEST(SolverAllocation, NoneInAStepAfterTheFirst) {
 }
 
 // Lists of candidates grow where more elements come near than ever before, and keep their memory.
-TEST(ContactAllocation, ListsGrowAFewTimesAndNeverForWhatHasBeenSeen) {
+TEST(ContactAllocation, ListsGrowAFewTimesAndNeverForKnownPoses) {
   if constexpr (kMaxLevelOfDetail < 3) GTEST_SKIP() << "needs level of detail 3";
   for (const char* name : {"drop", "sliding_block", "stack_of_ten", "peg_in_hole_100um", "incline"}) {
     for (const char* solver : {"rosenbrock", "cvode", "implicit"}) {
@@ -77,7 +77,7 @@ TEST(ContactAllocation, ListsGrowAFewTimesAndNeverForWhatHasBeenSeen) {
 
 // Parts gripped, lifted, slid into one another and let go by surface contact: lists are made again and again,
 // and what they need is there once they have been made for the same motion.
-TEST(ContactAllocation, NoneWhenTheBlocksAreAssembledAgain) {
+TEST(ContactAllocation, ASecondAssemblyOfTheBlocksAllocatesNothing) {
   if constexpr (kMaxLevelOfDetail < 3) GTEST_SKIP() << "needs level of detail 3";
   ScenarioOptions options;
   options.level_of_detail = 3;
@@ -106,9 +106,9 @@ TEST(ContactAllocation, NoneWhenTheBlocksAreAssembledAgain) {
   EXPECT_EQ(total[1], 0U);
 }
 
-TEST(RunLoopAllocation, NoneInSteadyStateWithCommands) {
+TEST(RunLoopAllocation, TheLoopAllocatesNothingInSteadyStateWithCommands) {
   const auto file = test::write_service_scenario();
-  std::ofstream(file, std::ios::app) << "collision_checking: {default_limit_m: 0.05}\n";
+  std::ofstream(file, std::ios::app) << "collision_checking: {min_clearance_m: 0.05}\n";
   const auto model = std::make_shared<CellModel>(*load_cell(file));
   std::filesystem::remove(file);
   model->description.cell = "cell";
@@ -158,7 +158,7 @@ TEST(RunLoopAllocation, NoneInSteadyStateWithCommands) {
 }
 
 // Dynamic robots: two arms with grippers under commands, and detailed drives with stick-slip.
-TEST(StepAllocation, NoneAtLevelOfDetailTwo) {
+TEST(StepAllocation, AStepAtLevelTwoAllocatesNothing) {
   struct Case {
     const char* scenario;
     const char* solver;
@@ -206,7 +206,7 @@ TEST(StepAllocation, NoneAtLevelOfDetailTwo) {
 }
 
 // None for the state as bytes once the vector has grown, but for solvers that saving starts anew.
-TEST(SaveAllocation, NoneOnceTheBytesHaveRoom) {
+TEST(SaveAllocation, ASaveWithReservedMemoryAllocatesNothing) {
   for (const char* solver : {"rk2", "implicit", "rosenbrock"}) {
     ScenarioOptions options;
     options.overrides = {std::string("solver.method=") + solver};
@@ -229,7 +229,7 @@ TEST(SaveAllocation, NoneOnceTheBytesHaveRoom) {
 }
 
 // Parts that rest by surface contact: none for what a snapshot says of contacts.
-TEST(StepAllocation, NoneForReadingContacts) {
+TEST(StepAllocation, ReadingContactsAllocatesNothing) {
   Simulation simulation(test::service_contact_model());
   ASSERT_EQ(simulation.set_level_of_detail(-1, 3), "");
   Snapshot snapshot = simulation.make_snapshot();
@@ -247,7 +247,7 @@ TEST(StepAllocation, NoneForReadingContacts) {
   EXPECT_EQ(allocations, 0U);
 }
 
-TEST(StepAllocation, NoneUnderAnyAlgorithm) {
+TEST(StepAllocation, AStepUnderAnyAlgorithmAllocatesNothing) {
   test::RandomCellOptions options;
   options.seed = 5;
   options.parts = 40;

@@ -46,7 +46,7 @@ bool finite(const Snapshot& snapshot) {
   return good;
 }
 
-TEST(RunLoopLevel, ChangesAreToldAndAResetKeepsTheLevel) {
+TEST(RunLoopLevel, ChangesAreReportedAndAResetKeepsTheLevel) {
   Simulation simulation(test::service_model());
   RunLoop loop(simulation, paused());
   LoopReader reader(loop);
@@ -71,7 +71,7 @@ TEST(RunLoopLevel, ChangesAreToldAndAResetKeepsTheLevel) {
   loop.stop();
 }
 
-TEST(RunLoopLevel, ARobotWithoutInertiaStaysAsItIsAndTheReasonIsTold) {
+TEST(RunLoopLevel, ARobotWithoutInertiaKeepsItsLevelAndTheReasonIsReported) {
   const auto model = test::service_model();
   model->dynamics[1].reset();
   model->no_dynamics[1] = "the link 'forearm_link' has no inertia";
@@ -126,7 +126,7 @@ TEST(RunLoopLevel, ContactsArePublishedAtLevelThree) {
   loop.stop();
 }
 
-TEST(RunLoopLevel, APlantThatDivergesPausesTheLoopAndNothingThatIsNotANumberIsPublished) {
+TEST(RunLoopLevel, ADivergingPlantPausesTheLoopAndOnlyFiniteNumbersArePublished) {
   const auto model = test::service_model();
   // Servos far too fast for a fixed step of 1 ms, with motors that know no limit.
   for (auto& robot : model->dynamics) {

@@ -31,7 +31,7 @@ std::int64_t work_ns(std::uint64_t step) {
   return 200'000;
 }
 
-TEST(Overload, IsCaughtUpOrRebasedAndNoStepIsLeftOut) {
+TEST(Overload, AnOverloadIsCaughtUpOrRebasedWithoutALostStep) {
   const auto model = test::service_model();
   Simulation simulation(model);
   WorkClock clock;

@@ -23,7 +23,7 @@ Command trajectory(const CellDescription& cell, double first, double time_s, dou
   return std::get<TrajectoryCommand>(validate(cell, 0, raw));
 }
 
-TEST(RunLoopTrajectory, InLockstepItStandsForItsControllerUntilItsEnd) {
+TEST(RunLoopTrajectory, ATrajectoryStandsForItsControllerInLockstepUntilItsEnd) {
   Simulation simulation(test::service_model());
   RunLoop loop(simulation, {.pace = Pace::lockstep, .state = SimulationState::paused});
   test::LoopReader reader(loop);
@@ -53,7 +53,7 @@ TEST(RunLoopTrajectory, InLockstepItStandsForItsControllerUntilItsEnd) {
   loop.stop();
 }
 
-TEST(RunLoopTrajectory, SilenceIsToldOutsideOfLockstep) {
+TEST(RunLoopTrajectory, SilenceIsReportedOutsideOfLockstep) {
   const auto model = test::service_model();
   model->description.robots[0].command_deadline = {0.05, SafeAction::hold, {}};
   Simulation simulation(model);

@@ -69,7 +69,7 @@ class RunLoopTest : public testing::Test {
 };
 std::shared_ptr<CellModel> RunLoopTest::model_;
 
-TEST_F(RunLoopTest, StepsOnlyWhenAsked) {
+TEST_F(RunLoopTest, APausedLoopStepsOnlyOnRequest) {
   start({.pace = Pace::free, .state = SimulationState::paused});
   const ControlReply state = reader_->request("get_state");
   EXPECT_EQ(state.values.front(), (std::pair<std::string, std::string>("state", "2")));
@@ -126,7 +126,7 @@ TEST_F(RunLoopTest, QuestionsAreAnsweredOneByOneAndChangeNothing) {
   EXPECT_EQ(simulation_.state_hash(), silent.state_hash());
 }
 
-TEST_F(RunLoopTest, StoppedIsPausedAndReset) {
+TEST_F(RunLoopTest, AStoppedLoopIsPausedAndReset) {
   start({.pace = Pace::free});
   ASSERT_TRUE(reader_->wait_until([&] { return reader_->snapshot && reader_->snapshot->step > 100; }));
   expect_ok(reader_->request("set_state", {{"state", "stopped"}}));
@@ -135,7 +135,7 @@ TEST_F(RunLoopTest, StoppedIsPausedAndReset) {
   EXPECT_EQ(state.values[5], (std::pair<std::string, std::string>("step", "0")));
 }
 
-TEST_F(RunLoopTest, ARequestWhileStepsAreTakenIsHeard) {
+TEST_F(RunLoopTest, ARequestDuringStepsIsHandled) {
   start({.pace = Pace::free, .state = SimulationState::paused});
   const auto many = reader_->submit("step", {{"steps", "1000000000"}});
   EXPECT_EQ(reader_->request("step", {{"steps", "1"}}).result, ControlResult::incorrect_state);
@@ -178,7 +178,7 @@ void answer_boundaries(RunLoop& loop, LoopReader& reader, std::uint64_t last_ste
   }
 }
 
-TEST_F(RunLoopTest, LockstepGivesTheSameBitsAsStepsTakenDirectly) {
+TEST_F(RunLoopTest, LockstepGivesTheBitsOfDirectSteps) {
   constexpr std::uint64_t kSteps = 400;
   const auto expected = direct_hashes(kSteps, 0.008, 2, true);
   for (const bool reverse : {false, true}) {
@@ -197,7 +197,7 @@ TEST_F(RunLoopTest, LockstepGivesTheSameBitsAsStepsTakenDirectly) {
   }
 }
 
-TEST_F(RunLoopTest, LockstepWithAPeriodThatIsNoMultipleOfTheStep) {
+TEST_F(RunLoopTest, LockstepKeepsAPeriodThatIsNoMultipleOfTheStep) {
   constexpr std::uint64_t kSteps = 100;
   start({.pace = Pace::lockstep, .state = SimulationState::paused, .pause_at_s = 0.1});
   expect_ok(reader_->request("register_controller",
@@ -253,7 +253,7 @@ TEST_F(RunLoopTest, EachOfSeveralLateControllersIsNamed) {
   EXPECT_EQ(reader_->request("get_state").values[0].second, "2");
 }
 
-TEST_F(RunLoopTest, WhatIsAskedOfALoopThatIsHeldIsNotDone) {
+TEST_F(RunLoopTest, RequestsToAHeldLoopWaitForItsRelease) {
   start({.state = SimulationState::paused});
   for (int round = 0; round < 300; ++round) {
     expect_ok(reader_->request("set_state", {{"state", "2"}}));
@@ -272,7 +272,7 @@ TEST_F(RunLoopTest, WhatIsAskedOfALoopThatIsHeldIsNotDone) {
   }
 }
 
-TEST_F(RunLoopTest, LockstepWithoutAControllerWaitsAndSaysSo) {
+TEST_F(RunLoopTest, LockstepWithoutAControllerWaitsAndReportsIt) {
   start({.pace = Pace::lockstep});
   ASSERT_TRUE(reader_->wait_until([&] { return reader_->status && reader_->status->waiting_count == 1; }));
   EXPECT_EQ(reader_->status->waiting_for[0].view(), "(no controller is registered)");
@@ -316,7 +316,7 @@ TEST_F(RunLoopTest, OneTargetHasOneController) {
   EXPECT_EQ(reader_->request("unregister_controller", {{"name", "a"}}).result, ControlResult::not_found);
 }
 
-TEST(RunLoopFault, PausesAndIsToldAndAResetHeals) {
+TEST(RunLoopFault, AFaultPausesTheLoopAndAResetClearsIt) {
   // Parts that fall far faster than the gravity of the cell lets them.
   const auto model = test::service_model();
   model->interaction.weight_feed_forward = false;
@@ -337,7 +337,7 @@ TEST(RunLoopFault, PausesAndIsToldAndAResetHeals) {
   EXPECT_EQ(reader.request("step").result, ControlResult::ok);
 }
 
-TEST_F(RunLoopTest, RealtimeKeepsToTheClock) {
+TEST_F(RunLoopTest, ThePaceRealtimeFollowsTheClock) {
   start({.pace = Pace::realtime, .factor = 2.0, .pause_at_s = 0.5});
   ASSERT_TRUE(reader_->wait_for_event(EventCode::end_of_scenario));
   // Never faster than the clock: half a second at factor 2.
@@ -347,7 +347,7 @@ TEST_F(RunLoopTest, RealtimeKeepsToTheClock) {
   EXPECT_EQ(simulation_.step_index(), 500U);
 }
 
-TEST_F(RunLoopTest, QuitsWhenAsked) {
+TEST_F(RunLoopTest, TheLoopQuitsOnRequest) {
   std::atomic<bool> told{false};
   loop_ = std::make_unique<RunLoop>(simulation_, RunLoopOptions{.state = SimulationState::paused});
   reader_ = std::make_unique<LoopReader>(*loop_);

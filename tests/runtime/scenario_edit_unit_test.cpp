@@ -6,20 +6,28 @@
 
 #include <stdexcept>
 
+#include "server/devices/screw_joints.h"
 #include "server/runtime/requests/control.h"
-#include "server/scenario/device_builder.h"
 
 namespace takt {
 namespace {
+
+std::string heat_device_name(const std::string& part) {
+  return part_device_name(part, device_type("heat"));
+}
+std::string thread_device_name(const std::string& part) {
+  return part_device_name(part, device_type("thread"));
+}
 
 /// One of each kind; A is warm and screwed into B.
 Scenario one_of_each() {
   Scenario scenario;
   scenario.parts.resize(2);
   scenario.parts[0].name = "A";
-  scenario.parts[0].heat.emplace();
-  scenario.parts[0].thread.emplace();
-  scenario.parts[0].thread->in = "B";
+  ScenarioScrewJoint joint;
+  joint.held_by.component = "B";
+  const DeviceType &heat = device_type("heat"), &thread = device_type("thread");
+  scenario.parts[0].devices = {{"", &heat, heat.fresh()}, {"", &thread, joint}};
   scenario.parts[0].mass_kg = 2.0;
   scenario.parts[0].inertia_kg_m2 = Mat3::Identity();
   scenario.parts[1].name = "B";
@@ -29,10 +37,8 @@ Scenario one_of_each() {
   scenario.robots[0].name = "Arm";
   scenario.grippers.resize(1);
   scenario.grippers[0].name = "Hand";
-  scenario.furnaces.resize(1);
-  scenario.furnaces[0].name = "Oven";
-  scenario.screwdrivers.resize(1);
-  scenario.screwdrivers[0].name = "Driver";
+  for (const auto& [name, key] : {std::pair{"Oven", "furnaces"}, std::pair{"Driver", "screwdrivers"}})
+    scenario.devices.push_back({name, &device_type(key), device_type(key).fresh()});
   scenario.processes = {{"first", 1, false, {"B"}}, {"second", 1, false, {"A"}}};
   return scenario;
 }
@@ -56,7 +62,7 @@ void expect_words_in(const std::string& text, const std::string& words) {
   EXPECT_NE(text.find(words), std::string::npos) << words << " is not in: " << text;
 }
 
-TEST(ScenarioChanges, NamesAreTakenByWhateverIsThere) {
+TEST(ScenarioChanges, NamesAreUniqueAmongAllComponents) {
   const Scenario scenario = one_of_each();
   for (const std::string& name :
        {std::string("A"), std::string("Floor"), std::string("Arm"), std::string("Hand"), std::string("Oven"),
@@ -85,7 +91,7 @@ TEST(ScenarioChanges, NamesAreTakenByWhateverIsThere) {
   EXPECT_EQ(refusal_of_change(lacking).result, ControlResult::no_resource);
 }
 
-TEST(ScenarioChanges, ACopyIsOfTheProcessOfItsOriginalAndHeavierAsAWhole) {
+TEST(ScenarioChanges, ACopyKeepsTheProcessAndScalesTheMass) {
   SpawnEntity request = copy_of("A", "X");
   request.mass_kg = 6.0;
   request.hierarchy = 7;
@@ -95,8 +101,8 @@ TEST(ScenarioChanges, ACopyIsOfTheProcessOfItsOriginalAndHeavierAsAWhole) {
   EXPECT_EQ(part.mass_kg, 6.0);
   EXPECT_EQ(part.hierarchy, 7);
   EXPECT_EQ((*part.inertia_kg_m2)(0, 0), 3.0) << "of the same shape, three times as heavy";
-  EXPECT_FALSE(part.thread.has_value());
-  EXPECT_TRUE(part.heat.has_value());
+  EXPECT_EQ(part.device("thread"), nullptr);
+  EXPECT_NE(part.device("heat"), nullptr);
   EXPECT_EQ(result.scenario.processes[0].members, std::vector<std::string>{"B"});
   EXPECT_EQ(result.scenario.processes[1].members, (std::vector<std::string>{"A", "X"}));
   request.mass_kg.reset();
@@ -104,7 +110,7 @@ TEST(ScenarioChanges, ACopyIsOfTheProcessOfItsOriginalAndHeavierAsAWhole) {
   EXPECT_EQ((*as_heavy.scenario.parts.back().inertia_kg_m2)(0, 0), 1.0);
 }
 
-TEST(ScenarioChanges, OnlyPartsThatHoldNothingGo) {
+TEST(ScenarioChanges, OnlyPartsThatHoldNothingAreDeleted) {
   const Outcome held = refusal_of_change(DeleteEntity{"B"});
   EXPECT_EQ(held.result, ControlResult::failed);
   expect_words_in(held.message, "'B' cannot go while something is screwed into it: A; delete that first.");
@@ -119,7 +125,7 @@ TEST(ScenarioChanges, OnlyPartsThatHoldNothingGo) {
   EXPECT_TRUE(gone.scenario.processes[1].members.empty());
 }
 
-TEST(ScenarioChanges, AreTakenFromRequestsInTurn) {
+TEST(ScenarioChanges, ChangesAreTakenFromRequestsInOrder) {
   const std::vector<ControlRequest> requests{
       {0, "spawn_entity", {{"name", "X"}, {"copy_of", "B"}, {"position", "1 2 3"}}},
       {0, "reset", {}},
@@ -147,7 +153,7 @@ CellDescription parts_and_table() {
   return cell;
 }
 
-TEST(EntityRequests, SayWhatTheyLack) {
+TEST(EntityRequests, MissingArgumentsAreReported) {
   struct Row {
     const char* request;
     TextArguments arguments;
@@ -179,7 +185,7 @@ TEST(EntityRequests, SayWhatTheyLack) {
   }
 }
 
-TEST(EntityRequests, SetAnythingOfAStateAlone) {
+TEST(EntityRequests, EachFieldOfAStateIsSetAlone) {
   const auto action = [](const TextArguments& more) {
     TextArguments arguments{{"entity", "P"}};
     arguments.insert(arguments.end(), more.begin(), more.end());

@@ -16,7 +16,7 @@ TEST(SessionStore, NamesAreNoPaths) {
     EXPECT_NE(SessionStore::refused_name(bad), "") << bad;
 }
 
-TEST(SessionStore, ASessionComesBackAsItWas) {
+TEST(SessionStore, ASessionIsReadBackUnchanged) {
   const test::TemporaryDirectory directory;
   Session session;
   session.source = ScenarioSource{"/a/b.yaml", {{"solver.step_s=0.002", "x=[1, 2]"}, 2}};
@@ -49,7 +49,7 @@ TEST(SessionStore, ASessionComesBackAsItWas) {
   EXPECT_FALSE(store.read()->source.has_value());
 }
 
-TEST(SessionStore, WhatIsTornOrForeignIsNoSession) {
+TEST(SessionStore, TornAndForeignFilesAreNoSession) {
   const test::TemporaryDirectory directory;
   SessionStore store(directory.path(), "cell");
   ASSERT_EQ(store.write(Session{}), "");
@@ -66,7 +66,7 @@ TEST(SessionStore, WhatIsTornOrForeignIsNoSession) {
   }
 }
 
-TEST(SessionStore, KeepsTheNewestThreePeriodicSnapshotsAcrossRuns) {
+TEST(SessionStore, TheNewestThreePeriodicSnapshotsAreKeptAcrossRuns) {
   const test::TemporaryDirectory directory;
   const std::vector<std::byte> state(100, std::byte{7});
   for (int run = 0; run < 2; ++run) {
@@ -85,7 +85,7 @@ TEST(SessionStore, KeepsTheNewestThreePeriodicSnapshotsAcrossRuns) {
   EXPECT_EQ(newest.state, state);
 }
 
-TEST(SessionStore, ANewBeginningKeepsTheNewestOfEarlierOnesByName) {
+TEST(SessionStore, ANewSessionKeepsTheNewestSnapshotOfTheEarlierOne) {
   const test::TemporaryDirectory directory;
   SessionStore store(directory.path(), "cell");
   const auto step_of = [&](const char* name) {
@@ -112,7 +112,7 @@ TEST(SessionStore, ANewBeginningKeepsTheNewestOfEarlierOnesByName) {
   EXPECT_EQ(step_of("earlier_4"), -1);
 }
 
-TEST(SessionStore, ADirectoryThatCannotBeMadeIsSaid) {
+TEST(SessionStore, ADirectoryThatCannotBeMadeIsReported) {
   const test::TemporaryDirectory directory;
   directory.write("file", "");
   try {

@@ -43,7 +43,7 @@ struct SnapshotFiles : testing::Test {
   std::unique_ptr<Simulation> simulation;
 };
 
-TEST_F(SnapshotFiles, BringAStateBack) {
+TEST_F(SnapshotFiles, AStateIsReadBack) {
   ASSERT_EQ(save_snapshot_file(file, *simulation).message, "");
   const std::uint64_t hash = simulation->state_hash();
   SnapshotFile content;
@@ -57,7 +57,7 @@ TEST_F(SnapshotFiles, BringAStateBack) {
   EXPECT_EQ(other.step_index(), 20U);
 }
 
-TEST_F(SnapshotFiles, AreReplacedAsAWholeAndLeaveNothingBeside) {
+TEST_F(SnapshotFiles, FilesAreReplacedAtOnceAndLeaveNothingBehind) {
   ASSERT_TRUE(save_snapshot_file(file, *simulation).good());
   const std::string first = bytes_of(file);
   ASSERT_TRUE(simulation->step({}));
@@ -67,7 +67,7 @@ TEST_F(SnapshotFiles, AreReplacedAsAWholeAndLeaveNothingBeside) {
   EXPECT_EQ(std::distance(begin(entries), end(entries)), 1);
 }
 
-TEST_F(SnapshotFiles, TornOnesAreRefusedWhereverTheyEnd) {
+TEST_F(SnapshotFiles, FilesCutAnywhereAreRefused) {
   ASSERT_TRUE(save_snapshot_file(file, *simulation).good());
   const std::string whole = bytes_of(file);
   Simulation target(model);
@@ -102,7 +102,7 @@ TEST_F(SnapshotFiles, AnyFlippedBitIsFound) {
   EXPECT_TRUE(content.state.empty()) << "it must stay untouched";
 }
 
-TEST_F(SnapshotFiles, OfAnotherScenarioOrModelAreRefused) {
+TEST_F(SnapshotFiles, FilesOfAnotherScenarioOrModelAreRefused) {
   ASSERT_TRUE(save_snapshot_file(file, *simulation).good());
   auto renamed = std::make_shared<CellModel>(*model);
   renamed->description.scenario = "four_parts";
@@ -119,7 +119,7 @@ TEST_F(SnapshotFiles, OfAnotherScenarioOrModelAreRefused) {
   EXPECT_NE(result.message.find("another model"), std::string::npos) << result.message;
 }
 
-TEST_F(SnapshotFiles, OfARunawayAreNotWrittenAndTheOldOneStays) {
+TEST_F(SnapshotFiles, ARunawayIsNotWrittenAndTheOldFileIsKept) {
   ASSERT_TRUE(save_snapshot_file(file, *simulation).good());
   const std::string good = bytes_of(file);
   auto spinning = std::make_shared<CellModel>(*model);
@@ -134,7 +134,7 @@ TEST_F(SnapshotFiles, OfARunawayAreNotWrittenAndTheOldOneStays) {
   EXPECT_EQ(bytes_of(file), good);
 }
 
-TEST_F(SnapshotFiles, MissingUnreadableAndUnwritableOnesAreNamed) {
+TEST_F(SnapshotFiles, MissingUnreadableAndUnwritableFilesAreNamed) {
   SnapshotResult result = restore_snapshot_file(directory / "nowhere.snapshot", *simulation);
   EXPECT_EQ(result.error, SnapshotError::not_found);
   EXPECT_NE(result.message.find("nowhere.snapshot"), std::string::npos) << result.message;

@@ -129,7 +129,7 @@ TEST(ThreadCount, DecomposedPartsThatAllMoveHaveTheSameBitsAndCounts) {
   }
 }
 
-TEST(AdaptiveDispatch, TakesTheFasterOneAndNoticesWhenThatChanges) {
+TEST(AdaptiveDispatch, TheFasterWayIsTakenAndAChangeIsNoticed) {
   std::mt19937 engine(3);
   const auto noise = [&engine] { return 0.9 + 0.2 * static_cast<double>(engine() % 1000) / 1000.0; };
   AdaptiveDispatch way;
@@ -149,7 +149,7 @@ TEST(AdaptiveDispatch, TakesTheFasterOneAndNoticesWhenThatChanges) {
   EXPECT_GT(share_of_1(1.0, 0.6, 20000), 0.9);
 }
 
-TEST(WorkerPool, DoesEveryTaskOnceAndShowsWhatItWrote) {
+TEST(WorkerPool, EveryTaskRunsOnceAndItsResultIsVisible) {
   for (const int threads : {1, 2, 3, 8}) {
     WorkerPool pool(threads);
     EXPECT_EQ(pool.threads(), threads);

@@ -11,7 +11,7 @@
 namespace takt {
 namespace {
 
-TEST(TripleBuffer, GivesEachValueOnceAndOnlyTheNewest) {
+TEST(TripleBuffer, EachValueIsReadOnceAndOnlyTheNewest) {
   TripleBuffer<int> slot;
   EXPECT_EQ(slot.take(), nullptr);
   for (const int value : {1, 2, 3}) {
@@ -24,7 +24,7 @@ TEST(TripleBuffer, GivesEachValueOnceAndOnlyTheNewest) {
   EXPECT_EQ(slot.take(), nullptr);
 }
 
-TEST(TripleBuffer, AValueTakenIsNotTouchedByTheWriter) {
+TEST(TripleBuffer, ATakenValueIsNotTouchedByTheWriter) {
   TripleBuffer<int> slot;
   slot.write_buffer() = 1;
   slot.publish();
@@ -36,7 +36,7 @@ TEST(TripleBuffer, AValueTakenIsNotTouchedByTheWriter) {
   }
 }
 
-TEST(TripleBuffer, ReaderSeesWholeValuesInOrderAndTheLastOne) {
+TEST(TripleBuffer, TheReaderGetsWholeValuesInOrderAndTheLastOne) {
   using Block = std::array<std::uint64_t, 64>;
   TripleBuffer<Block> slot;
   constexpr std::uint64_t kLast = 200'000;
@@ -60,7 +60,7 @@ TEST(TripleBuffer, ReaderSeesWholeValuesInOrderAndTheLastOne) {
   writer.join();
 }
 
-TEST(SpscRing, KeepsOrderAndCountsWhatDidNotFit) {
+TEST(SpscRing, TheOrderIsKeptAndRejectedEntriesAreCounted) {
   SpscRing<int> ring(3);
   for (int i = 0; i < 5; ++i) EXPECT_EQ(ring.push(i), i < 3);
   EXPECT_EQ(ring.lost(), 2U);
@@ -72,7 +72,7 @@ TEST(SpscRing, KeepsOrderAndCountsWhatDidNotFit) {
   EXPECT_FALSE(ring.pop(value));
 }
 
-TEST(SpscRing, LosesNothingBetweenThreads) {
+TEST(SpscRing, NoEntryIsLostBetweenThreads) {
   SpscRing<int> ring(16);
   constexpr int kCount = 100'000;
   std::thread writer([&] {

@@ -15,7 +15,7 @@ namespace {
 using test::BlockRun;
 using Kind = CollisionEvent::Kind;
 
-TEST(CheckedPrograms, CorrectProgramsAreToldNothingAboutAndTheHashIsTheSame) {
+TEST(CheckedPrograms, CorrectProgramsHaveNoReportAndTheSameHash) {
   for (const char* name : {"block_assembly", "block_disassembly"}) {
     const BlockRun checked = test::run_block_scenario(name);
     EXPECT_EQ(checked.result.fault, "");
@@ -29,10 +29,10 @@ TEST(CheckedPrograms, CorrectProgramsAreToldNothingAboutAndTheHashIsTheSame) {
   }
 }
 
-TEST(CheckedPrograms, PadsThatCloseOnBAreCloserThan20mmToTheTable) {
+TEST(CheckedPrograms, PadsThatCloseOnBAreReportedWithin20mmOfTheTable) {
   // From the program: the tips are 15 mm above the table when they grip B, on both tables.
   const BlockRun run =
-      test::run_block_scenario("block_assembly", {"collision_checking.default_limit_m=0.020",
+      test::run_block_scenario("block_assembly", {"collision_checking.min_clearance_m=0.020",
                                                   "collision_checking.ignore=[['*_link', '*_link'], "
                                                   "['Robot1/*','Robot1/*']]"});
   int cleared = 0;
@@ -58,7 +58,7 @@ routine("Robot1", function(r)
 end)
 )";
 
-TEST(CheckedPrograms, AGripperDrivenIntoTheTable) {
+TEST(CheckedPrograms, AGripperDrivenIntoTheTableIsReported) {
   const test::TemporaryDirectory directory;
   directory.write("into_the_table.lua", kProgram);
   BlockRun r;

@@ -18,7 +18,7 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-TEST(NamePattern, StarStandsForAnyCharacters) {
+TEST(NamePattern, AStarMatchesAnyCharacters) {
   EXPECT_TRUE(fits_pattern("Robot1/forearm_link", "Robot1/forearm_link"));
   EXPECT_FALSE(fits_pattern("Robot1/forearm_link", "Robot1/forearm"));
   EXPECT_FALSE(fits_pattern("Robot1", "Robot1/forearm_link"));
@@ -66,7 +66,7 @@ TEST_F(CollisionChecking, WithoutTheSectionNothingIsChecked) {
 }
 
 TEST_F(CollisionChecking, PairsThatAreCheckedAndPairsThatAreNot) {
-  const auto cell = load("collision_checking: {default_limit_m: 0.01}\n");
+  const auto cell = load("collision_checking: {min_clearance_m: 0.01}\n");
   const auto of = [&](const char* a, const char* b) { return limit(*cell, a, b); };
   // The report pairs of the 3 x 3 table, and what the table does not know: links.
   EXPECT_EQ(of("Gripper1", "Table1"), 0.01);
@@ -94,13 +94,13 @@ TEST_F(CollisionChecking, PairsThatAreCheckedAndPairsThatAreNot) {
   EXPECT_EQ(of("P", "C"), 0.0);
 }
 
-TEST_F(CollisionChecking, LimitsByPatternTheLastOneCountsAndIgnoredPairsAreGone) {
+TEST_F(CollisionChecking, TheLastMatchingLimitCountsAndIgnoredPairsAreLeftOut) {
   const auto cell = load(
       "collision_checking:\n"
       "  limits:\n"
-      "    - {pair: ['Robot1/*', 'Table*'], closer_than_m: 0.02}\n"
-      "    - {pair: [Table1, Robot1/forearm_link], closer_than_m: 0.05}\n"
-      "    - {pair: [Gripper1/*, P], closer_than_m: 0.003}\n"
+      "    - {pair: ['Robot1/*', 'Table*'], min_clearance_m: 0.02}\n"
+      "    - {pair: [Table1, Robot1/forearm_link], min_clearance_m: 0.05}\n"
+      "    - {pair: [Gripper1/*, P], min_clearance_m: 0.003}\n"
       "  ignore:\n"
       "    - [Robot1/base_link, Table1]\n"
       "    - ['*', C]\n");
@@ -112,38 +112,38 @@ TEST_F(CollisionChecking, LimitsByPatternTheLastOneCountsAndIgnoredPairsAreGone)
   EXPECT_EQ(limit(*cell, "Robot1/forearm_link", "C"), -1.0);
 }
 
-TEST_F(CollisionChecking, MistakesAreAnsweredWithPlaceKeyAndWhatIsAllowed) {
+TEST_F(CollisionChecking, MistakesAreReportedWithPlaceKeyAndAllowedValues) {
   const std::string lines = test::service_scenario_text();
   const auto line = std::to_string(std::count(lines.begin(), lines.end(), '\n') + 3);
   const std::string limits = "collision_checking:\n  limits:\n    - ";
-  EXPECT_THAT(error(limits + "{pair: [Robot1/forarm_link, Table1], closer_than_m: 0.02}\n"),
+  EXPECT_THAT(error(limits + "{pair: [Robot1/forarm_link, Table1], min_clearance_m: 0.02}\n"),
               AllOf(HasSubstr("s.yaml:" + line + ":14: collision_checking.limits.pair"),
                     HasSubstr("'Robot1/forarm_link', which fits no body"), HasSubstr("Robot1/forearm_link")));
-  EXPECT_THAT(error(limits + "{pair: [Robot1/base_link, Table1], closer_than_m: 0.02}\n"),
+  EXPECT_THAT(error(limits + "{pair: [Robot1/base_link, Table1], min_clearance_m: 0.02}\n"),
               AllOf(HasSubstr("s.yaml:" + line + ":"),
                     HasSubstr("[Robot1/base_link, Table1], which fits no checked pair"),
                     HasSubstr("a robot link or gripper with a ground")));
-  EXPECT_THAT(error(limits + "{pair: [Table1], closer_than_m: 0.02}\n"),
+  EXPECT_THAT(error(limits + "{pair: [Table1], min_clearance_m: 0.02}\n"),
               AllOf(HasSubstr("collision_checking.limits.pair"), HasSubstr("a list of 1 values"),
                     HasSubstr("two names")));
-  EXPECT_THAT(error(limits + "{pair: [Robot1/*, Table1], closer_than_m: 20}\n"),
-              AllOf(HasSubstr("collision_checking.limits.closer_than_m"), HasSubstr("[0, 10]")));
-  EXPECT_THAT(error(limits + "{pair: [Robot1/*, Table1]}\n"), HasSubstr("closer_than_m"));
-  EXPECT_THAT(error(limits + "{pair: [Robot1/*, Table1], closer_than_m: 0.1, depth: 1}\n"),
+  EXPECT_THAT(error(limits + "{pair: [Robot1/*, Table1], min_clearance_m: 20}\n"),
+              AllOf(HasSubstr("collision_checking.limits.min_clearance_m"), HasSubstr("[0, 10]")));
+  EXPECT_THAT(error(limits + "{pair: [Robot1/*, Table1]}\n"), HasSubstr("min_clearance_m"));
+  EXPECT_THAT(error(limits + "{pair: [Robot1/*, Table1], min_clearance_m: 0.1, depth: 1}\n"),
               HasSubstr("collision_checking.limits.depth"));
   EXPECT_THAT(error("collision_checking: {limits: 3}\n"), HasSubstr("a list of {pair"));
   EXPECT_THAT(error("collision_checking: {ignore: [Table1]}\n"),
               AllOf(HasSubstr("collision_checking.ignore"), HasSubstr("'Table1'"), HasSubstr("two names")));
   EXPECT_THAT(error("collision_checking: {ignore: [[Table9, P]]}\n"),
               HasSubstr("'Table9', which fits no body"));
-  EXPECT_THAT(error("collision_checking: {default_limit_m: -1}\n"),
-              HasSubstr("collision_checking.default_limit_m"));
+  EXPECT_THAT(error("collision_checking: {min_clearance_m: -1}\n"),
+              HasSubstr("collision_checking.min_clearance_m"));
   EXPECT_THAT(error("collision_checking: {limit: 1}\n"), HasSubstr("collision_checking.limit"));
 }
 
-TEST_F(CollisionChecking, OverlapAtTheStartIsToldWithTheFirstStepAndAgainAfterAReset) {
+TEST_F(CollisionChecking, AnOverlapAtTheStartIsReportedInTheFirstStepAndAfterAReset) {
   const auto cell =
-      load("collision_checking: {limits: [{pair: [Gripper1/left_jaw, Table1], closer_than_m: 2}]}\n");
+      load("collision_checking: {limits: [{pair: [Gripper1/left_jaw, Table1], min_clearance_m: 2}]}\n");
   Simulation simulation(cell);
   for (int run = 0; run < 2; ++run) {
     ASSERT_TRUE(simulation.step({}));

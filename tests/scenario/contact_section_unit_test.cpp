@@ -4,9 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 
 #include "server/scenario/scenario_builder.h"
 #include "server/scenario/scenario_reader.h"
+#include "tests/support/kept_scenarios.h"
 
 namespace takt {
 namespace {
@@ -20,7 +23,16 @@ const std::filesystem::path kDropFile =
 Scenario with(const std::vector<std::string>& overrides) {
   ScenarioOptions options;
   options.overrides = overrides;
-  return read_scenario(kDropFile, options);
+  std::ifstream file(kDropFile);
+  const std::string text(std::istreambuf_iterator<char>(file), {});
+  try {
+    Scenario scenario = read_scenario(kDropFile, options);
+    test::keep_scenario(text, overrides, "");
+    return scenario;
+  } catch (const ScenarioError& error) {
+    test::keep_scenario(text, overrides, error.what());
+    throw;
+  }
 }
 std::string error(const std::vector<std::string>& overrides) {
   try {
@@ -32,40 +44,44 @@ std::string error(const std::vector<std::string>& overrides) {
 }
 
 TEST(ContactSection, SleepingIsReadAndReachesTheCell) {
-  const SleepingParameters by_default = with({}).contact.sleeping;
-  const Scenario scenario =
-      with({"contact.sleeping={enabled: " + std::string(by_default.enabled ? "false" : "true") +
-            ", speed_m_per_s: 2.5e-6, after_s: 0.125}"});
-  EXPECT_EQ(scenario.contact.sleeping.enabled, !by_default.enabled);
-  const auto cell = build_cell(scenario);
-  EXPECT_EQ(cell->contact.sleeping.enabled, !by_default.enabled);
-  EXPECT_EQ(cell->contact.sleeping.speed_m_per_s, 2.5e-6);
-  EXPECT_EQ(cell->contact.sleeping.after_s, 0.125);
+  const auto cell_with = [](const char* method) {
+    return build_cell(with(
+        {std::string("sleeping={method: ") + method + ", speed_m_per_s: 2.5e-6, time_to_sleep_s: 0.125}"}));
+  };
+  const auto threshold = cell_with("threshold"), exact = cell_with("exact"), never = cell_with("never");
+  EXPECT_TRUE(threshold->contact.sleeping.enabled && threshold->interaction.skip_resting);
+  EXPECT_FALSE(exact->contact.sleeping.enabled);
+  EXPECT_TRUE(exact->interaction.skip_resting);
+  EXPECT_FALSE(never->contact.sleeping.enabled || never->interaction.skip_resting);
+  EXPECT_EQ(threshold->contact.sleeping.speed_m_per_s, 2.5e-6);
+  EXPECT_EQ(threshold->contact.sleeping.time_to_sleep_s, 0.125);
+  EXPECT_TRUE(build_cell(with({}))->contact.sleeping.enabled);
 }
 
-TEST(ContactSection, PairsAddToWhatEarlierOnesState) {
+TEST(ContactSection, LaterPairsAddToEarlierOnes) {
   const Scenario scenario =
       with({"contact.pairs=[{pair: [\"*\", \"*\"], friction: 0.3, friction_law: stick}, {pair: [\"*\", "
-            "\"*\"], friction: 0.7, interaction: substitute}]"});
+            "\"*\"], friction: 0.7, force: holding_spring}]"});
   ASSERT_EQ(scenario.contact.pairs.size(), 2U);
-  EXPECT_EQ(scenario.contact.pairs[0].stated.friction, 0.3);
-  EXPECT_EQ(scenario.contact.pairs[0].stated.friction_law, FrictionLaw::stick);
-  EXPECT_FALSE(scenario.contact.pairs[0].interaction.has_value());
-  EXPECT_EQ(scenario.contact.pairs[1].stated.friction, 0.7);
-  EXPECT_FALSE(scenario.contact.pairs[1].stated.friction_law.has_value());
-  EXPECT_EQ(scenario.contact.pairs[1].interaction, PairForce::substitute);
+  using P = ContactParameters;
+  EXPECT_EQ(scenario.contact.pairs[0].stated.value(&P::friction), 0.3);
+  EXPECT_EQ(scenario.contact.pairs[0].stated.value(&P::friction_law), FrictionLaw::stick);
+  EXPECT_FALSE(scenario.contact.pairs[0].force.has_value());
+  EXPECT_EQ(scenario.contact.pairs[1].stated.value(&P::friction), 0.7);
+  EXPECT_FALSE(scenario.contact.pairs[1].stated.value(&P::friction_law).has_value());
+  EXPECT_EQ(scenario.contact.pairs[1].force, PairForce::substitute);
 }
 
-TEST(ContactSection, EveryWrongValueIsNamed) {
+TEST(ContactSection, EveryInvalidValueIsNamed) {
   struct Case {
     const char *override_text, *key, *found, *allowed;
   };
   const Case cases[] = {
-      {"contact.sleeping.speed_m_per_s=0", "contact.sleeping.speed_m_per_s", "0", "m/s"},
-      {"contact.sleeping.speed_m_per_s=fast", "contact.sleeping.speed_m_per_s", "fast", "number"},
-      {"contact.sleeping.after_s=-1", "contact.sleeping.after_s", "-1", "s"},
-      {"contact.sleeping.enabled=perhaps", "contact.sleeping.enabled", "perhaps", "true"},
-      {"contact.sleeping.depth=1", "depth", "", "speed_m_per_s"},
+      {"sleeping.speed_m_per_s=0", "sleeping.speed_m_per_s", "0", "m/s"},
+      {"sleeping.speed_m_per_s=fast", "sleeping.speed_m_per_s", "fast", "number"},
+      {"sleeping.time_to_sleep_s=-1", "sleeping.time_to_sleep_s", "-1", "s"},
+      {"sleeping.method=perhaps", "sleeping.method", "perhaps", "threshold, exact, never"},
+      {"sleeping.depth=1", "depth", "", "speed_m_per_s"},
       {"contact.defaults.youngs_modulus_Pa=0", "contact.defaults.youngs_modulus_Pa", "0", "Pa"},
       {"contact.defaults.poisson_ratio=0.5", "contact.defaults.poisson_ratio", "0.5", "0.499"},
       {"contact.defaults.friction=-0.1", "contact.defaults.friction", "-0.1", "0"},
@@ -73,10 +89,10 @@ TEST(ContactSection, EveryWrongValueIsNamed) {
       {"contact.defaults.friction_law=glue", "contact.defaults.friction_law", "glue", "stick"},
       {"contact.grippers.layer_depth_m=0", "contact.grippers.layer_depth_m", "0", "m"},
       {"contact.element_edge_m=-1e-3", "contact.element_edge_m", "-", "m"},
-      {"contact.optimize_calls=2", "contact.optimize_calls", "2", "true"},
+      {"contact.cache_unmoved_pairs=2", "contact.cache_unmoved_pairs", "2", "true"},
       {"contact.pairs=none", "contact.pairs", "none", "list"},
       {"contact.pairs=[{pair: [A]}]", "pair", "", "two names"},
-      {"contact.pairs=[{pair: [A, B], interaction: magic}]", "interaction", "magic", "substitute"},
+      {"contact.pairs=[{pair: [A, B], force: magic}]", "force", "magic", "holding_spring"},
       {"contact.pairs=[{pair: [A, B], base: C}]", "base", "C", "one of the two names"},
       {"contact.pairs=[{pair: [A, B], colour: red}]", "colour", "", "friction"},
       {"contact.thickness=1", "thickness", "", "element_edge_m"},

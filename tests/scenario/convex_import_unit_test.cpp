@@ -46,7 +46,7 @@ class ConvexImportTest : public testing::Test {
   TemporaryDirectory directory_;
 };
 
-TEST_F(ConvexImportTest, AHullThatFillsAPocketIsTold) {
+TEST_F(ConvexImportTest, AHullThatFillsAPocketIsReported) {
   for (const char* convex : {"", "hull", "{method: hull}", "{max_volume_error: 0.5}"}) {
     const auto cell = load(convex);
     ASSERT_EQ(cell->import_notes.size(), 1U) << convex;
@@ -60,7 +60,7 @@ TEST_F(ConvexImportTest, AHullThatFillsAPocketIsTold) {
   }
 }
 
-TEST_F(ConvexImportTest, TheShareThatIsToldCanBeSet) {
+TEST_F(ConvexImportTest, TheReportedShareCanBeSet) {
   EXPECT_THAT(load("{method: hull, max_volume_error: 0.9}")->import_notes, IsEmpty());
   ScenarioOptions options;
   options.overrides = {"interaction.max_volume_error=0.9"};
@@ -68,7 +68,7 @@ TEST_F(ConvexImportTest, TheShareThatIsToldCanBeSet) {
   EXPECT_EQ(load("{method: hull, max_volume_error: 0.1}", options)->import_notes.size(), 1U);
 }
 
-TEST_F(ConvexImportTest, PartsMadeByHandAreMeasuredToo) {
+TEST_F(ConvexImportTest, HandMadePiecesAreMeasured) {
   EXPECT_THAT(load("by_hand.obj")->import_notes, IsEmpty());
   const auto whole = load("{method: file, file: by_hand.obj}");
   EXPECT_THAT(whole->import_notes, IsEmpty());
@@ -86,7 +86,7 @@ TEST_F(ConvexImportTest, PartsMadeByHandAreMeasuredToo) {
   EXPECT_THAT(objects->import_notes[0].sentence, HasSubstr("1 convex part (objects)"));
 }
 
-TEST_F(ConvexImportTest, DecomposedPartsAreWithinTheBound) {
+TEST_F(ConvexImportTest, DecomposedPartsStayWithinTheBound) {
   if (!decomposition_available()) GTEST_SKIP() << "built without V-HACD";
   const TemporaryDirectory cache;
   static double ticks;
@@ -124,7 +124,7 @@ TEST_F(ConvexImportTest, WithoutVhacdTheScenarioIsRefused) {
   }
 }
 
-TEST_F(ConvexImportTest, WrongParametersAreRefusedWithTheirPlace) {
+TEST_F(ConvexImportTest, InvalidParametersAreRefusedWithTheirPlace) {
   EXPECT_THAT(error("{method: vhacd, max_hulls: 0}"),
               AllOf(HasSubstr("s.yaml:4:"), HasSubstr("parts.A.convex.max_hulls"), HasSubstr("'0'"),
                     HasSubstr("a whole number in [1, 1024]")));

@@ -119,7 +119,7 @@ class FuzzedFiles : public testing::TestWithParam<std::string> {
   test::TemporaryDirectory directory_;
 };
 
-TEST_P(FuzzedFiles, OfTheCorpusAreReadOrRefused) {
+TEST_P(FuzzedFiles, FilesOfTheCorpusAreReadOrRefused) {
   std::size_t good = 0;
   for (const Seed& seed : corpus_of(GetParam())) {
     SCOPED_TRACE(seed.name);
@@ -128,7 +128,7 @@ TEST_P(FuzzedFiles, OfTheCorpusAreReadOrRefused) {
   EXPECT_GE(good, 1U);
 }
 
-TEST_P(FuzzedFiles, MutatedAreReadOrRefused) {
+TEST_P(FuzzedFiles, MutatedFilesAreReadOrRefused) {
   constexpr std::size_t kMutations = 1500;
   auto seeds = corpus_of(GetParam());
   std::erase_if(seeds, [](const Seed& seed) { return seed.bytes.size() > 5000; });  // the others are quicker

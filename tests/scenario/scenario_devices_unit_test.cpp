@@ -2,7 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "server/devices/furnace.h"
 #include "server/scenario/scenario_reader.h"
+#include "tests/support/kept_scenarios.h"
 #include "tests/support/temporary_directory.h"
 
 namespace takt {
@@ -23,7 +25,15 @@ const std::string kFurnace = R"(
 Scenario read_scenario_text(const std::string& text) {
   const test::TemporaryDirectory directory;
   directory.write("cell.yaml", "takt_scenario: 1\nname: cell\n" + text);
-  return read_scenario(directory.path() / "cell.yaml");
+  const std::string whole = "takt_scenario: 1\nname: cell\n" + text;
+  try {
+    Scenario scenario = read_scenario(directory.path() / "cell.yaml");
+    test::keep_scenario(whole, {}, "");
+    return scenario;
+  } catch (const ScenarioError& error) {
+    test::keep_scenario(whole, {}, error.what());
+    throw;
+  }
 }
 
 std::string scenario_error_of(const std::string& text) {
@@ -39,16 +49,16 @@ TEST(ScenarioDevices, FurnacesAreRead) {
   const Scenario scenario =
       read_scenario_text("world: {temperature_degC: 25}\nfurnaces:\n  Oven:" + kFurnace);
   EXPECT_EQ(scenario.temperature_degC, 25.0);
-  ASSERT_EQ(scenario.furnaces.size(), 1U);
-  const ScenarioFurnace& furnace = scenario.furnaces[0];
-  EXPECT_EQ(furnace.name, "Oven");
+  ASSERT_EQ(scenario.devices.size(), 1U);
+  EXPECT_EQ(scenario.devices[0].name, "Oven");
+  const auto furnace = std::any_cast<ScenarioFurnace>(scenario.devices[0].section);
   EXPECT_EQ(furnace.X_GV.p, Vec3(0.0, 0.0, 0.4));
   EXPECT_EQ(furnace.set_temperature_degC, 300.0);
   EXPECT_FALSE(furnace.air_capacity_J_per_K.has_value());
   EXPECT_EQ(furnace.max_power_W, 9000.0);
 }
 
-TEST(ScenarioDevices, MistakesAboutThreadsAreAnswered) {
+TEST(ScenarioDevices, MistakesInScrewJointsAreReported) {
   const std::string driver =
       "screwdrivers:\n  Driver: {gripper: Hand, max_speed_rad_per_s: 60, max_torque_Nm: 4}\n";
   const std::string answer = scenario_error_of(driver);
@@ -76,7 +86,7 @@ TEST(ScenarioDevices, MistakesNameFileLineAndKey) {
               HasSubstr("the member 'Oven'"));
 }
 
-TEST(ScenarioDevices, DemandsAreReadOrRefused) {
+TEST(ScenarioDevices, AssertionsAreReadOrRefused) {
   const std::string oven = "furnaces:\n  Oven:" + kFurnace + "assertions:\n";
   const Scenario scenario =
       read_scenario_text(oven +

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "server/devices/screw_joints.h"
 #include "server/scenario/scenario_reader.h"
+#include "tests/support/kept_scenarios.h"
 #include "tests/support/temporary_directory.h"
 
 namespace takt {
@@ -22,7 +24,15 @@ Scenario scenario_of(const std::string& text, const std::vector<std::string>& ov
   directory.write("r.urdf", "");
   ScenarioOptions options;
   options.overrides = overrides;
-  return read_scenario(directory.path() / "cell.yaml", options);
+  const std::string whole = "takt_scenario: 1\nname: cell\n" + text;
+  try {
+    Scenario scenario = read_scenario(directory.path() / "cell.yaml", options);
+    test::keep_scenario(whole, overrides, "");
+    return scenario;
+  } catch (const ScenarioError& error) {
+    test::keep_scenario(whole, overrides, error.what());
+    throw;
+  }
 }
 
 std::string mistake_in(const std::string& text, const std::vector<std::string>& overrides = {}) {
@@ -64,7 +74,7 @@ const std::string kDetailed =
     "model: detailed, gear_ratio: 100, motor_inertia_kg_m2: 1e-4, torque_constant_N_m_per_A: 0.1, "
     "current_loop_rad_per_s: 1000, current_loop_damping: 0.7";
 
-TEST(ScenarioMistakes, InPartsAreNamed) {
+TEST(ScenarioMistakes, MistakesInPartsAreNamed) {
   expect_named({
       {one_part("color: red"), {"cell.yaml:4:", "parts.A.color", "'red'", "three or four numbers in [0, 1]"}},
       {one_part("color: [1, 0]"), {"parts.A.color", "a list of 2 values", "three or four"}},
@@ -95,16 +105,16 @@ TEST(ScenarioMistakes, InPartsAreNamed) {
       {one_part("") + "name: again\n", {"cell.yaml:5:", "name", "the key twice"}},
       {"description: \"\"\n", {"cell.yaml:3:", "description", "''", "a text"}},
       {"csv_period_s: [1]\n", {"cell.yaml:3:", "csv_period_s", "a list of 1 values", "> 0 s"}},
-      {"interaction: {skip_resting: [true]}\n",
-       {"interaction.skip_resting", "a list of 1 values", "true or false"}},
-      {"marks: soon\n", {"cell.yaml:3:", "marks", "'soon'", "a list of {name, time_s}"}},
-      {"marks:\n  - {name: M, time_s: -1}\n", {"cell.yaml:4:", "marks.time_s", "-1", ">= 0 s"}},
+      {"interaction: {weight_feed_forward: [true]}\n",
+       {"interaction.weight_feed_forward", "a list of 1 values", "true or false"}},
+      {"report_at: soon\n", {"cell.yaml:3:", "report_at", "'soon'", "a list of {name, time_s}"}},
+      {"report_at:\n  - {name: M, time_s: -1}\n", {"cell.yaml:4:", "report_at.time_s", "-1", ">= 0 s"}},
       {"controller: {parameters: {[1]: 2}}\n", {"controller.parameters", "a list of 1 values", "a name"}},
       {"solver: {matrix: magic}\n", {"solver.matrix", "'magic'", "automatic, separate, coupled"}},
   });
 }
 
-TEST(ScenarioMistakes, InRobotsAndTheirDrivesAreNamed) {
+TEST(ScenarioMistakes, MistakesInRobotsAndTheirDrivesAreNamed) {
   const auto detailed_without = [](const std::string& key) {
     std::string text = kDetailed;
     const auto begin = text.find(", " + key);
@@ -156,7 +166,7 @@ TEST(ScenarioMistakes, InRobotsAndTheirDrivesAreNamed) {
   });
 }
 
-TEST(ScenarioMistakes, InContactPairsAreNamed) {
+TEST(ScenarioMistakes, MistakesInContactPairsAreNamed) {
   const auto pair = [](const std::string& fields) { return "contact:\n  pairs:\n    - {" + fields + "}\n"; };
   expect_named({
       {pair("pair: A"), {"cell.yaml:5:", "contact.pairs.pair", "'A'", "two names"}},
@@ -172,21 +182,22 @@ TEST(ScenarioMistakes, InContactPairsAreNamed) {
   });
   const Scenario scenario = scenario_of(
       "contact:\n  components: {A: {role: base}, B: {role: target}, C: {friction: 1}}\n"
-      "  pairs:\n    - {pair: [A, B], interaction: contact, base: B, friction_law: regularised}\n"
+      "  pairs:\n    - {pair: [A, B], force: contact, base: B, friction_law: regularised}\n"
       "    - {pair: [A, C], base: A}\n");
   ASSERT_EQ(scenario.contact.components.size(), 3U);
   EXPECT_EQ(scenario.contact.components[0].role, ContactRole::base);
   EXPECT_EQ(scenario.contact.components[1].role, ContactRole::target);
   EXPECT_EQ(scenario.contact.components[2].role, ContactRole::by_rule);
   ASSERT_EQ(scenario.contact.pairs.size(), 2U);
-  EXPECT_EQ(scenario.contact.pairs[0].interaction, PairForce::contact);
+  EXPECT_EQ(scenario.contact.pairs[0].force, PairForce::contact);
   EXPECT_EQ(scenario.contact.pairs[0].base, "B");
-  EXPECT_EQ(scenario.contact.pairs[0].stated.friction_law, FrictionLaw::regularised);
+  EXPECT_EQ(scenario.contact.pairs[0].stated.value(&ContactParameters::friction_law),
+            FrictionLaw::regularised);
   EXPECT_EQ(scenario.contact.pairs[1].base, "A");
   EXPECT_TRUE(scenario_of("contact: {pairs: }\n").contact.pairs.empty());
 }
 
-TEST(ScenarioMistakes, InDevicesAreNamed) {
+TEST(ScenarioMistakes, MistakesInDevicesAreNamed) {
   const std::string furnace = "furnaces:\n  Oven: {ground: Floor}\n";
   const std::string ground = "grounds:\n  Base: {mesh: a.obj}\n  Wall: {mesh: a.obj}\n";
   const std::string thread = "pitch_m: 1e-3, length_m: 0.01, driving_torque_Nm: 1";
@@ -214,13 +225,17 @@ TEST(ScenarioMistakes, InDevicesAreNamed) {
   const Scenario scenario =
       scenario_of("parts:\n" + screw("Base", ", axis: [0, 0, 2]") +
                   part_with("thread: {in: C, " + thread + "}", "B") + part_with("", "C") + ground);
-  ASSERT_TRUE(scenario.parts[0].thread && scenario.parts[1].thread);
-  EXPECT_EQ(scenario.parts[0].thread->in, "Base");
-  EXPECT_EQ(scenario.parts[0].thread->axis_B, Vec3::UnitZ());
-  EXPECT_EQ(scenario.parts[1].thread->in, "C");
+  const auto joint = [&scenario](std::size_t part) {
+    const StatedDevice* device = scenario.parts[part].device("thread");
+    EXPECT_NE(device, nullptr);
+    return device != nullptr ? std::any_cast<ScenarioScrewJoint>(device->section) : ScenarioScrewJoint{};
+  };
+  EXPECT_EQ(joint(0).held_by.component, "Base");
+  EXPECT_EQ(joint(0).axis_B.normalized(), Vec3::UnitZ());
+  EXPECT_EQ(joint(1).held_by.component, "C");
 }
 
-TEST(ScenarioMistakes, InDemandsAreNamed) {
+TEST(ScenarioMistakes, MistakesInAssertionsAreNamed) {
   const auto demand = [](const std::string& fields) {
     return "parts:\n" + part_with("") + part_with("", "B") + "assertions:\n  a: {" + fields + "}\n";
   };
@@ -246,7 +261,7 @@ TEST(ScenarioMistakes, InDemandsAreNamed) {
   EXPECT_DOUBLE_EQ(posed.assertions.at(0).tolerance_rad, std::numbers::pi);
 }
 
-TEST(ScenarioMistakes, OnTheCommandLineAreNamed) {
+TEST(ScenarioMistakes, MistakesOnTheCommandLineAreNamed) {
   const std::string text = one_part("");
   EXPECT_THAT(mistake_in(text, {"=1"}), HasSubstr("--set =1: found no '='"));
   EXPECT_THAT(mistake_in(text, {"parts=[1"}), HasSubstr("--set parts=[1: the value is not valid YAML"));
@@ -261,7 +276,7 @@ TEST(ScenarioMistakes, OnTheCommandLineAreNamed) {
   EXPECT_EQ(scenario_of("world:\n", {"world.temperature_degC=30"}).temperature_degC, 30.0);
 }
 
-TEST(ScenarioChoices, OfDrivesAreRead) {
+TEST(ScenarioChoices, ChoicesOfDrivesAreRead) {
   using Drives = ScenarioDrives;
   const auto drives_of = [](const std::string& fields) {
     return scenario_of(drives(fields)).robots.at(0).drives;
@@ -282,7 +297,7 @@ TEST(ScenarioChoices, OfDrivesAreRead) {
   EXPECT_EQ(stops.deadline.max_acceleration_rad_per_s2.values, (std::vector<double>{1, 2}));
 }
 
-TEST(ScenarioChoices, OfConvexPartsSolversAndMembersAreRead) {
+TEST(ScenarioChoices, ChoicesOfConvexPiecesSolversAndMembersAreRead) {
   EXPECT_EQ(scenario_of(one_part("convex: {method: objects}")).parts[0].convex.kind,
             ConvexSource::Kind::objects);
   const ConvexSource of_file = scenario_of(one_part("convex: {method: file, file: a.obj}")).parts[0].convex;
@@ -303,7 +318,7 @@ TEST(ScenarioChoices, OfConvexPartsSolversAndMembersAreRead) {
   EXPECT_TRUE(scenario.processes.at(0).all_members);
 }
 
-TEST(ScenarioChoices, OfTheCommandLineHoldForTheContactLevelToo) {
+TEST(ScenarioChoices, ChoicesOfTheCommandLineApplyToTheContactLevel) {
   const std::string text = "solver: {method: rk2, contact: {method: cvode, tolerance: 1.0e-6}}\n";
   EXPECT_EQ(scenario_of(text).contact_solver.method, "cvode");
   EXPECT_EQ(scenario_of(text, {"solver.method=ida"}).contact_solver.method, "ida");

@@ -8,8 +8,9 @@
 
 #include "server/geometry/mesh/import.h"
 #include "server/scenario/scenario_builder.h"
-#include "server/scenario/urdf_reader.h"
+#include "server/scenario/urdf_arm.h"
 #include "server/simulation/step/simulation.h"
+#include "tests/support/kept_scenarios.h"
 
 namespace takt {
 namespace {
@@ -41,7 +42,12 @@ class ScenarioFile : public ::testing::Test {
   std::string error(const std::string& yaml, const ScenarioOptions& options = {}) {
     write("s.yaml", yaml);
     try {
+      read_scenario(directory_ / "s.yaml", options);
+      if (!options.level_of_detail) test::keep_scenario(yaml, options.overrides, "");
       load_cell(directory_ / "s.yaml", options);
+    } catch (const ScenarioError& e) {
+      if (!options.level_of_detail) test::keep_scenario(yaml, options.overrides, e.what());
+      return e.what();
     } catch (const std::exception& e) {
       return e.what();
     }
@@ -53,7 +59,7 @@ class ScenarioFile : public ::testing::Test {
 const std::string kHead = "takt_scenario: 1\nname: test\n";
 const std::string kPart = "parts:\n  A: {mesh: cube.obj, mass_kg: 1, hierarchy: 2}\n";
 
-TEST_F(ScenarioFile, MinimalScenarioLoads) {
+TEST_F(ScenarioFile, AMinimalScenarioLoads) {
   EXPECT_EQ(error(kHead + kPart), "");
   const auto cell = load_cell(directory_ / "s.yaml");
   ASSERT_EQ(cell->parts.size(), 1U);
@@ -61,7 +67,7 @@ TEST_F(ScenarioFile, MinimalScenarioLoads) {
   EXPECT_NEAR(cell->parts[0].I_BBcm_B(0, 0), 1.0 / 6.0, 1e-15);  // unit cube, 1 kg: m (a^2 + a^2) / 12
 }
 
-TEST_F(ScenarioFile, UnknownKey) {
+TEST_F(ScenarioFile, AnUnknownKeyIsRefused) {
   EXPECT_THAT(error(kHead + "parts:\n  A: {mesh: cube.obj, mass_kg: 1, hierarchy: 2, weight: 3}\n"),
               AllOf(HasSubstr("s.yaml:4:"), HasSubstr("parts.A.weight"), HasSubstr("unknown key"),
                     HasSubstr("mass_kg")));
@@ -69,7 +75,7 @@ TEST_F(ScenarioFile, UnknownKey) {
               AllOf(HasSubstr("s.yaml:3:1"), HasSubstr("solvr"), HasSubstr("solver")));
 }
 
-TEST_F(ScenarioFile, MissingKeyAndWrongType) {
+TEST_F(ScenarioFile, AMissingKeyAndAWrongTypeAreRefused) {
   EXPECT_THAT(error(kHead + "parts:\n  A: {mesh: cube.obj, hierarchy: 2}\n"),
               AllOf(HasSubstr("parts.A.mass_kg"), HasSubstr("missing"), HasSubstr("> 0 kg")));
   EXPECT_THAT(error(kHead + "parts:\n  A: {mesh: cube.obj, mass_kg: heavy, hierarchy: 2}\n"),
@@ -82,7 +88,7 @@ TEST_F(ScenarioFile, MissingKeyAndWrongType) {
   EXPECT_THAT(error("takt_scenario: 2\nname: x\n"), AllOf(HasSubstr("takt_scenario"), HasSubstr("'2'")));
 }
 
-TEST_F(ScenarioFile, MissingMeshAndMeshThatIsNotClosed) {
+TEST_F(ScenarioFile, AMissingMeshAndAnOpenMeshAreRefused) {
   EXPECT_THAT(
       error(kHead + "parts:\n  A: {mesh: none.obj, mass_kg: 1, hierarchy: 2}\n"),
       AllOf(HasSubstr("s.yaml:4:"), HasSubstr("parts.A.mesh"), HasSubstr("none.obj"), HasSubstr("existing")));
@@ -90,7 +96,7 @@ TEST_F(ScenarioFile, MissingMeshAndMeshThatIsNotClosed) {
               AllOf(HasSubstr("open.obj"), HasSubstr("edge")));
 }
 
-TEST_F(ScenarioFile, HierarchyOutOfRange) {
+TEST_F(ScenarioFile, AHierarchyOutOfRangeIsRefused) {
   EXPECT_THAT(error(kHead + "parts:\n  A: {mesh: cube.obj, mass_kg: 1, hierarchy: 0}\n"),
               AllOf(HasSubstr("s.yaml:4:"), HasSubstr("parts.A.hierarchy"), HasSubstr("'0'"),
                     HasSubstr("[1, 1000]")));
@@ -107,7 +113,7 @@ TEST_F(ScenarioFile, NamesMustBeUniqueAndFitForTopics) {
               AllOf(HasSubstr("s.yaml:5:"), HasSubstr("twice")));
 }
 
-TEST_F(ScenarioFile, BrokenYamlNamesThePlace) {
+TEST_F(ScenarioFile, BrokenYamlIsReportedWithItsPlace) {
   EXPECT_THAT(error("takt_scenario: 1\nname: [a\n"),
               AllOf(HasSubstr("s.yaml:"), HasSubstr("not valid YAML")));
   EXPECT_THAT(error("- 1\n- 2\n"), HasSubstr("a mapping"));
@@ -153,7 +159,7 @@ TEST_F(ScenarioFile, SolverNameAndToleranceReachTheCell) {
   EXPECT_EQ(cell->step_s, 0.002);
 }
 
-TEST_F(ScenarioFile, TwistOfAPartAtTheStart) {
+TEST_F(ScenarioFile, TheInitialTwistOfAPartIsRead) {
   const auto twist = [](const std::string& text) {
     return kHead + "parts:\n  A: {mesh: cube.obj, mass_kg: 2, hierarchy: 2, twist: {" + text + "}}\n";
   };
@@ -181,7 +187,7 @@ TEST_F(ScenarioFile, TwistOfAPartAtTheStart) {
               AllOf(HasSubstr("parts.A.twist.angular_velocity_rad_per_s"), HasSubstr("rad/s")));
 }
 
-TEST(BlockScenario, LoadsWithThePublishedFacts) {
+TEST(BlockScenario, TheScenarioHasThePublishedFigures) {
   const auto cell = load_cell(kBlock);
   const auto& components = cell->components;
   const std::array<std::tuple<const char*, double, int>, 4> facts{

@@ -45,7 +45,7 @@ class UrdfCollision : public testing::Test {
   std::vector<UrdfLinkShapes> read(const std::string& text) {
     directory_.write("r.urdf", text);
     const auto file = directory_ / "r.urdf";
-    return read_urdf_collision(file, read_urdf_arm(file, "base", "tool"), "base");
+    return urdf_collision(read_urdf_arm(file, "base", "tool"));
   }
   std::string error(const std::string& arm) {
     try {
@@ -58,7 +58,7 @@ class UrdfCollision : public testing::Test {
   test::TemporaryDirectory directory_;
 };
 
-TEST_F(UrdfCollision, ShapesLieInTheFrameOfWhatMovesThem) {
+TEST_F(UrdfCollision, ShapesLieInTheFrameOfTheirJoint) {
   const auto links = read(robot("", collision("<box size='0.2 0.4 0.6'/>"),
                                 collision("<sphere radius='0.3'/>", "xyz='0 0 2'"),
                                 collision("<box size='0.2 0.4 0.6'/>", "xyz='0 1 0'")));
@@ -78,7 +78,7 @@ TEST_F(UrdfCollision, ShapesLieInTheFrameOfWhatMovesThem) {
   EXPECT_NEAR((links[2].shapes[0].core.box.half_B - Vec3(0.2, 0.1, 0.3)).norm(), 0.0, 1e-12);
 }
 
-TEST_F(UrdfCollision, ACylinderIsEnclosedByLittleMore) {
+TEST_F(UrdfCollision, ACylinderIsEnclosedClosely) {
   const auto links = read(robot("", "", collision("<cylinder radius='0.1' length='0.5'/>"), ""));
   const ConvexShape& prism = links.at(0).shapes.at(0).core;
   for (const Vec3& v : prism.vertices) {
@@ -92,7 +92,7 @@ TEST_F(UrdfCollision, ACylinderIsEnclosedByLittleMore) {
   }
 }
 
-TEST_F(UrdfCollision, AMeshIsScaledAndFoundBesideTheUrdf) {
+TEST_F(UrdfCollision, AMeshIsFoundBesideTheUrdfAndScaled) {
   directory_.write("wedge.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
   const auto links =
       read(robot("", "", collision("<mesh filename='wedge.obj' scale='0.1 0.2 0.3'/>", "xyz='0 0 1'"), ""));
@@ -102,7 +102,7 @@ TEST_F(UrdfCollision, AMeshIsScaledAndFoundBesideTheUrdf) {
   EXPECT_NEAR(hull.box.center_B.z(), 1.15, 1e-7);
 }
 
-TEST_F(UrdfCollision, AMeshMayBeNamedAsAFileAndAnOriginMayTurnOnly) {
+TEST_F(UrdfCollision, AMeshMayBeAFileUriAndAnOriginMayOnlyRotate) {
   directory_.write("wedge.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
   const auto links = read(robot("", collision("<box size='0.2 0.4 0.6'/>", "rpy='0 0 1.5707963267948966'"),
                                 collision("<mesh filename='file://wedge.obj'/>"), ""));
@@ -110,7 +110,7 @@ TEST_F(UrdfCollision, AMeshMayBeNamedAsAFileAndAnOriginMayTurnOnly) {
   EXPECT_EQ(links.at(1).shapes.at(0).core.vertices.size(), 4U);
 }
 
-TEST_F(UrdfCollision, MistakesAreAnsweredWithTheirPlace) {
+TEST_F(UrdfCollision, MistakesAreReportedWithTheirPlace) {
   EXPECT_THAT(error(collision("<mesh filename='arm.stl' scale='1 0 1'/>")), HasSubstr("arm.stl"));
   directory_.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 3 2\n");
   EXPECT_THAT(error(collision("<mesh filename='flat.obj' scale='1 -1 1'/>")),
@@ -124,14 +124,13 @@ TEST_F(UrdfCollision, MistakesAreAnsweredWithTheirPlace) {
               AllOf(HasSubstr("r.urdf: line 5"), HasSubstr("link 'arm'"), HasSubstr("package://ur/elbow.stl"),
                     HasSubstr("relative to the URDF file")));
   EXPECT_NE(error(collision("<mesh filename='missing.stl'/>")), "no error");
-  // What urdfdom lets pass.
   EXPECT_THAT(error(collision("<box size='0.2 0 0.6'/>")), HasSubstr("3 finite numbers > 0"));
   EXPECT_THAT(error(collision("<sphere radius='-1'/>")), HasSubstr("a finite number > 0"));
 }
 
 TEST(UrdfCollisionUr10e, EachMovingLinkHasSimplifiedShapes) {
   const auto file = std::filesystem::path(TAKT_CONFIG_DIR) / "robots" / "ur10e.urdf";
-  const auto links = read_urdf_collision(file, read_urdf_arm(file, "base_link", "tool0"), "base_link");
+  const auto links = urdf_collision(read_urdf_arm(file, "base_link", "tool0"));
   ASSERT_EQ(links.size(), 7U);
   for (std::size_t i = 0; i < links.size(); ++i) {
     EXPECT_EQ(links[i].joint, static_cast<int>(i) - 1) << links[i].link;

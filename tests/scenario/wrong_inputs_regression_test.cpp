@@ -59,7 +59,7 @@ TEST_F(ToldInputs, AStepBeyondTheStabilityLimitIsRefusedAtLoad) {
   EXPECT_THAT(found.text, HasSubstr("allowed: at most 6.39 ms"));
 }
 
-TEST_F(ToldInputs, AStepThatIsTooLongForADynamicRobotEndsWithAFault) {
+TEST_F(ToldInputs, ATooLongStepOfADynamicRobotEndsWithAFault) {
   const Outcome found = run("block_assembly.yaml", {"--lod", "2", "--step", "0.006"});
   EXPECT_EQ(found.code, 1) << found.text;
   EXPECT_THAT(found.text,
@@ -70,7 +70,7 @@ TEST_F(ToldInputs, AStepThatIsTooLongForADynamicRobotEndsWithAFault) {
       EXPECT_LT(std::abs(coordinate.get<double>()), 100.0) << name;
 }
 
-TEST_F(ToldInputs, AnExplicitMethodForSurfaceContactIsNoSuccess) {
+TEST_F(ToldInputs, AnExplicitMethodForSurfaceContactFails) {
   const Outcome found =
       run("block_assembly.yaml", {"--lod", "3", "--set", "solver.contact={method: rk2, step_s: 0.001}"});
   EXPECT_TRUE(found.code == 1 || found.code == 2) << found.code << ": " << found.text;
@@ -145,7 +145,7 @@ TEST_F(ToldInputs, MeshesInMillimetresAreNoted) {
                                   HasSubstr("grippers.Gripper1.mesh_scale: 1.")));
 }
 
-TEST_F(ToldInputs, WidthsPosesAndAnglesOfAWrongUnitAreNoted) {
+TEST_F(ToldInputs, WidthsPosesAndAnglesInAWrongUnitAreNoted) {
   const Outcome width =
       run(kLift, {"--lod", "1", "--duration", "0.01", "--set", "grippers.Gripper1.max_width_m=85"});
   EXPECT_THAT(width.text,
@@ -170,7 +170,7 @@ end)
   EXPECT_EQ(angle.text.find("roll = 180 is"), angle.text.rfind("roll = 180 is")) << "once for each line";
 }
 
-TEST_F(ToldInputs, AMeshThatIsLookedAtIsCalledOdd) {
+TEST_F(ToldInputs, AnOddMeshIsReported) {
   ChildProcess check({TAKT_BIN_DIR "/takt-run", "--check-mesh", TAKT_CONFIG_DIR "/meshes/contact/plate.obj",
                       "--mesh-scale", "1000"});
   EXPECT_EQ(check.wait(), 0);
@@ -201,7 +201,7 @@ TEST_F(ToldInputs, APartThatFallsRestsWhereItTouches) {
   }
 }
 
-TEST_F(ToldInputs, TheShippedScenariosAreQuiet) {
+TEST_F(ToldInputs, TheShippedScenariosHaveNoNotes) {
   for (const std::string& scenario :
        {kDrop, kLift, std::string("block_assembly.yaml"), std::string("contact/press_fit.yaml"),
         std::string("contact/stack_of_ten.yaml")}) {

@@ -11,6 +11,7 @@
 
 #include "server/simulation/step/simulation.h"
 #include "tests/support/assembly_oracles.h"
+#include "tests/support/effort.h"
 #include "tests/support/random_handling.h"
 
 namespace takt::test {
@@ -118,15 +119,9 @@ void run_trial(const Trial& trial, Coverage& coverage) {
               holds.worst_angle, static_cast<double>(partners.unclear_steps));
 }
 
-/// TAKT_TEST_TRIALS asks for more than the suite has time for.
-unsigned trials() {
-  const char* text = std::getenv("TAKT_TEST_TRIALS");
-  return text != nullptr ? static_cast<unsigned>(std::max(10, std::atoi(text))) : 10U;
-}
-
-TEST(AnyAssembly, NoPartIsLostWhateverIsDoneToIt) {
+TEST(AnyAssembly, NoPartIsLostUnderRandomHandling) {
   Coverage coverage;
-  for (unsigned seed = 1; seed <= trials(); ++seed) {
+  for (unsigned seed = 1; seed <= 10 * effort(); ++seed) {
     Trial trial;
     trial.cell.seed = seed;
     trial.cell.parts = 10 + 6 * static_cast<int>(seed % 11);
@@ -157,7 +152,7 @@ TEST(AnyAssembly, NoPartIsLostWhateverIsDoneToIt) {
       static_cast<double>(coverage.passed_on), static_cast<double>(coverage.let_go));
 }
 
-TEST(AnyAssembly, FiveHundredParts) {
+TEST(AnyAssembly, FiveHundredPartsKeepTheirPartners) {
   Coverage coverage;
   Trial trial;
   trial.cell = {77, 500, 4, 4, 5};

@@ -105,7 +105,7 @@ class AttachedFar : public testing::TestWithParam<Case> {
 
 /// An arm in motion takes P along at once, so that it has to gain 0.7 m/s: it swings out, and comes back.
 using AttachedFarToAGoodControl = AttachedFar;
-TEST_P(AttachedFarToAGoodControl, IsTakenAlongAndComesToRestWhereItWas) {
+TEST_P(AttachedFarToAGoodControl, ThePartFollowsAndComesToRestInItsPlace) {
   run_.run_to(3.0);
   EXPECT_LE(run_.largest_way_m, 0.03);
   EXPECT_LE(run_.largest_force_N, 150.0);
@@ -120,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(Cases, AttachedFarToAGoodControl,
                          name_of);
 
 using AttachedFarToAWeakControl = AttachedFar;
-TEST_P(AttachedFarToAWeakControl, SwingsButDoesNotDiverge) {
+TEST_P(AttachedFarToAWeakControl, ThePartSwingsAndDoesNotDiverge) {
   run_.run_to(4.0);
   EXPECT_LE(run_.largest_way_m, 0.5);
   EXPECT_LE(run_.largest_force_N, 200.0);
@@ -133,7 +133,7 @@ INSTANTIATE_TEST_SUITE_P(Cases, AttachedFarToAWeakControl,
                                          Case{"implicit", 3, false}, Case{"rosenbrock", 2, false}),
                          name_of);
 
-TEST(AttachedFarParts, StayWhenTheRobotBecomesDynamic) {
+TEST(AttachedFarParts, AttachedPartsStayWhenTheRobotBecomesDynamic) {
   FarRun run(far_model(false));
   run.run_to(0.5);
   run.attach("P");
@@ -147,7 +147,7 @@ TEST(AttachedFarParts, StayWhenTheRobotBecomesDynamic) {
   EXPECT_LE((run.relative("P", "Gripper1").p - run.offset.p).norm(), 1e-4);
 }
 
-TEST(AttachedFarParts, OnOneAnotherAndSeveralOnOneGripper) {
+TEST(AttachedFarParts, ChainsAndSeveralPartsOnOneGripperStayInPlace) {
   FarRun run(far_model(true));
   ASSERT_EQ(run.simulation.set_level_of_detail(-1, 2), "");
   run.run_to(0.5);
@@ -158,7 +158,7 @@ TEST(AttachedFarParts, OnOneAnotherAndSeveralOnOneGripper) {
   EXPECT_LE((run.relative("P", "Gripper1").p - run.offset.p).norm(), 1e-4);
 }
 
-TEST(AttachedFarParts, AreSavedAndRestored) {
+TEST(AttachedFarParts, DistantAttachmentsAreSavedAndRestored) {
   const std::shared_ptr<const CellModel> model = far_model(true);
   FarRun run(model), restored(model);
   ASSERT_EQ(run.simulation.set_level_of_detail(-1, 2), "");
@@ -177,7 +177,7 @@ TEST(AttachedFarParts, AreSavedAndRestored) {
 }
 
 /// A grip is no attachment: constants and bits of what is only gripped stay.
-TEST(AttachedFarParts, AreSoftenedAloneNotWhatIsGripped) {
+TEST(AttachedFarParts, SofteningAppliesToTheAttachmentAndNotToTheGrip) {
   FarRun run(far_model(false));
   ASSERT_EQ(run.simulation.set_level_of_detail(-1, 2), "");
   run.run_to(0.2);
@@ -195,7 +195,7 @@ TEST(AttachedFarParts, AreSoftenedAloneNotWhatIsGripped) {
 
 /// What the palm feels as inert as, in the axes of the base and about its centre of mass: (J M^-1 J^T)^-1. It
 /// is never less than the body that stands for it.
-TEST(LeastPalmInertia, BoundsThatOfTheArmInEveryPosition) {
+TEST(LeastPalmInertia, TheBoundHoldsForTheArmInEveryPosition) {
   const auto model = service_model();
   Dice dice(3);
   for (const double armature : {0.0, 0.3}) {

@@ -72,7 +72,7 @@ double distance(const Pose& x, const Pose& y) {
 
 class Attached : public testing::TestWithParam<std::string> {};
 
-TEST_P(Attached, FollowsAGripperFarAwayWithWhatRidesOnItUntilDetached) {
+TEST_P(Attached, AnAttachedPartAndItsLoadFollowADistantGripperUntilDetached) {
   const AttachCell cell(GetParam());
   AttachRun run(cell);
   run.move(9);
@@ -105,7 +105,7 @@ TEST_P(Attached, FollowsAGripperFarAwayWithWhatRidesOnItUntilDetached) {
 INSTANTIATE_TEST_SUITE_P(Solvers, Attached, testing::Values("rk2", "rosenbrock", "cvode"),
                          [](const auto& test) { return test.param; });
 
-TEST(AttachedParts, OnAPartThatIsCarriedDoNotSag) {
+TEST(AttachedParts, PartsAttachedToACarriedPartDoNotSag) {
   const AttachCell cell;
   AttachRun run(cell);
   run.move(9);
@@ -127,7 +127,7 @@ TEST(AttachedParts, OnAPartThatIsCarriedDoNotSag) {
   EXPECT_NEAR(run.snapshot.components[static_cast<std::size_t>(cell.palm)].F_Bo_W.f.z(), -weight, 1e-6);
 }
 
-TEST(AttachedParts, ToAGroundStayAloftAndAgainTakeTheirPresentPose) {
+TEST(AttachedParts, PartsAttachedToAGroundKeepThePoseOfEachAttachment) {
   const AttachCell cell;
   AttachRun run(cell);
   ASSERT_EQ(run.simulation.set_component_state(cell.c, at(-0.4, 0.3, 0.5), {}), "");
@@ -140,7 +140,7 @@ TEST(AttachedParts, ToAGroundStayAloftAndAgainTakeTheirPresentPose) {
   EXPECT_EQ(run.partner(cell.c), cell.table);
 }
 
-TEST(AttachedParts, AreRefusedWithASentence) {
+TEST(AttachedParts, InvalidAttachmentsAreRefusedWithAReason) {
   const AttachCell cell;
   AttachRun run(cell);
   Simulation& s = run.simulation;
@@ -171,7 +171,7 @@ TEST(AttachedParts, AreRefusedWithASentence) {
   for (int i = 0; i < 300; ++i) ASSERT_TRUE(s.step({})) << s.fault();
 }
 
-TEST(AttachedParts, AreHashed) {
+TEST(AttachedParts, AttachmentsAreInTheStateHash) {
   const AttachCell cell;
   AttachRun attached(cell), other(cell);
   ASSERT_EQ(attached.simulation.attach(cell.c, cell.table), "");  // who holds it already
@@ -179,7 +179,7 @@ TEST(AttachedParts, AreHashed) {
   EXPECT_NE(attached.simulation.state_hash(), other.simulation.state_hash());
 }
 
-TEST(AttachedParts, AreSaved) {
+TEST(AttachedParts, AttachmentsAreSaved) {
   const AttachCell cell;
   for (const bool between : {false, true}) {  // saved before the next step has taken it up, too
     AttachRun run(cell), restored(cell);
@@ -203,7 +203,7 @@ TEST(AttachedParts, AreSaved) {
   }
 }
 
-TEST(PartPutElsewhere, IsThereAtOnceFallsWithItsTwistAndIsCaught) {
+TEST(PartPutElsewhere, APartPutElsewhereAppearsAtOnceFallsWithItsTwistAndIsCaught) {
   const AttachCell cell;
   AttachRun run(cell);
   for (int i = 0; i < 300; ++i) ASSERT_TRUE(run.simulation.step({}));  // all rest
@@ -226,7 +226,7 @@ TEST(PartPutElsewhere, IsThereAtOnceFallsWithItsTwistAndIsCaught) {
 
 // Attached, detached and put elsewhere at random among random assemblies: nothing diverges, partners never go
 // in circles, what is attached keeps its partner.
-TEST(AttachedParts, AtRandomUnderEveryAlgorithm) {
+TEST(AttachedParts, RandomAttachmentsStayInPlaceUnderEveryAlgorithm) {
   for (const auto algorithm : {InteractionAlgorithm::partner_search, InteractionAlgorithm::substitute_force,
                                InteractionAlgorithm::extended_substitute_force}) {
     RandomCellOptions options;

@@ -20,7 +20,7 @@ void expect_bounded(const LargestWork& work) {
   EXPECT_LE(work.evaluations, 4 * kMost);
 }
 
-TEST(BoundedSolver, RestitutionIsThatOfTheModelAtAnyDamping) {
+TEST(BoundedSolver, RestitutionEqualsThatOfTheModelAtAnyDamping) {
   for (const double damping : {0.0, 1e3, 1e4, 1e5, 2.5e5, 1e6}) {
     SCOPED_TRACE(damping);
     const SolverFigure found = restitution(kBounded, damping);
@@ -49,7 +49,7 @@ TEST(BoundedSolver, ABlockSlidesOneDegreeAboveTheFrictionAngle) {
 }
 
 // Smooth motion is taken in whole communication steps, by ROS2.
-TEST(BoundedSolver, OrderTwoInSmoothMotionWithStiffPairs) {
+TEST(BoundedSolver, TheOrderIsTwoInSmoothMotionWithStiffPairs) {
   using Jacobian = NonlinearModel::Jacobian;
   for (const Jacobian jacobian : {Jacobian::none, Jacobian::wrong, Jacobian::exact}) {
     const auto error = [jacobian](double h) {
@@ -77,7 +77,7 @@ class RestlessForce final : public FreeModel {
   }
 };
 
-TEST(BoundedSolver, SpentAttemptsAreCountedAndTheStepEndsInTime) {
+TEST(BoundedSolver, AttemptsAreCountedAndTheStepEndsAtTheBound) {
   RestlessForce model;
   LooseSystem loose({&model});
   loose.system().set_stiff_pairs(true);

@@ -60,7 +60,7 @@ class CommandDeadline : public ::testing::Test {
   std::vector<MotionNotice> notices_;
 };
 
-TEST_F(CommandDeadline, HoldKeepsTheLastSetPointAndSaysSo) {
+TEST_F(CommandDeadline, HoldKeepsTheLastSetPointAndIsReported) {
   make(SafeAction::hold);
   stream_until(400);  // the last set-point at 0.4 s
   while (simulation_->step_index() < 450) step();
@@ -80,7 +80,7 @@ TEST_F(CommandDeadline, HoldKeepsTheLastSetPointAndSaysSo) {
   EXPECT_EQ(notices_.size(), 1U) << "told once";
 }
 
-TEST_F(CommandDeadline, StopGoesOnUntilTheDeadlineAndBrakesAsItMay) {
+TEST_F(CommandDeadline, StopFollowsTheCommandUntilTheDeadlineAndBrakesWithinLimits) {
   make(SafeAction::stop);
   stream_until(400);
   while (simulation_->step_index() < 450) {
@@ -128,7 +128,7 @@ TEST_F(CommandDeadline, BrakingStaysWithinTheLimitsOfPosition) {
   EXPECT_EQ(notices_.size(), 1U);
 }
 
-TEST_F(CommandDeadline, CommandsInTimeOrLaterOnesGoOnAndNobodyWatchesInLockstep) {
+TEST_F(CommandDeadline, CommandsInTimeKeepTheMotionAndLockstepHasNoDeadline) {
   make(SafeAction::stop);
   stream_until(400);
   while (simulation_->step_index() < 500) step();  // braking
@@ -144,7 +144,7 @@ TEST_F(CommandDeadline, CommandsInTimeOrLaterOnesGoOnAndNobodyWatchesInLockstep)
   EXPECT_EQ(qd(), 0.0) << "faded, as ever";
 }
 
-TEST_F(CommandDeadline, SavedWhileBrakingGoesOnWithTheSameBits) {
+TEST_F(CommandDeadline, AStateSavedWhileBrakingContinuesWithTheSameBits) {
   make(SafeAction::stop);
   stream_until(400);
   while (simulation_->step_index() < 480) step();

@@ -26,7 +26,7 @@ double slip_m(const std::vector<std::string>& overrides, double begin_s, double 
   return last - first;
 }
 
-TEST(ContactGrip, ThePadsCreepAsTheRegularisedLawSaysAndNotAtAllWithStick) {
+TEST(ContactGrip, PadsCreepAsTheRegularisedLawPredictsAndStickWithoutCreep) {
   const std::vector<std::string> exact{"solver.method=cvode", "solver.tolerance=1e-8"};
   // Two pads of N each carry m g with mu N (2 s - s^2): v = m g v_eps / (4 mu N) for small s = v / v_eps.
   std::vector<std::string> regularised = exact;
@@ -37,7 +37,7 @@ TEST(ContactGrip, ThePadsCreepAsTheRegularisedLawSaysAndNotAtAllWithStick) {
   EXPECT_LE(std::abs(slip_m(exact, 6.0, 11.0)), 1e-7);
 }
 
-TEST(ContactScenes, EachEndsWhereItSays) {
+TEST(ContactScenes, EachSceneEndsAtItsDocumentedPose) {
   namespace fs = std::filesystem;
   for (const auto& entry : fs::directory_iterator(fs::path(TAKT_CONFIG_DIR) / "scenarios" / "contact")) {
     SCOPED_TRACE(entry.path());
@@ -50,7 +50,7 @@ TEST(ContactScenes, EachEndsWhereItSays) {
   }
 }
 
-TEST(ContactScenes, APressFitHoldsWhatTheLayerPredicts) {
+TEST(ContactScenes, APressFitHoldsThePredictedForce) {
   // Pressure k u = 13462 Pa on 1771 mm^2 with friction 0.3: 7.15 N.
   const double holds_N = 7.15;
   const auto fallen_m = [](double weight_N) {

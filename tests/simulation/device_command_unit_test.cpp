@@ -65,7 +65,7 @@ TEST_F(Device, CommandsReachTheModelAndSignalsTheSnapshot) {
   }
 }
 
-TEST_F(Device, SavedStateGoesOnWithTheSameBits) {
+TEST_F(Device, ASavedStateContinuesWithTheSameBits) {
   Simulation simulation(model_);
   ASSERT_TRUE(simulation.step(std::vector<Command>{good({"set_point"}, {120.0})}));
   while (simulation.step_index() < 100) ASSERT_TRUE(simulation.step({}));
@@ -80,7 +80,7 @@ TEST_F(Device, SavedStateGoesOnWithTheSameBits) {
   EXPECT_NEAR(snapshot.devices[0].signals[2], 120.0 - 100.0 * std::exp(-0.6), 1e-3);
 }
 
-TEST_F(Device, ADescriptionWithoutAModelIsNoCell) {
+TEST_F(Device, ADescriptionWithoutAModelIsRefused) {
   model_->auxiliary_models.clear();
   EXPECT_THROW(Simulation{model_}, std::invalid_argument);
 }

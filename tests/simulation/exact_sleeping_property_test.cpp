@@ -27,7 +27,7 @@ void expect_same_bits(const Snapshot& a, const Snapshot& b) {
   }
 }
 
-TEST(ExactSleeping, SkippingThemChangesNoBit) {
+TEST(ExactSleeping, SkippingRestingPartsChangesNoBit) {
   CrowdedCell with(60, true);
   CrowdedCell without(60, false);
   Simulation a(with.model());
@@ -88,7 +88,7 @@ TEST(ExactSleeping, RandomCellsHaveTheSameBits) {
   }
 }
 
-TEST(ExactSleeping, SkippingThemChangesNoBitUnderAnyAlgorithm) {
+TEST(ExactSleeping, SkippingRestingPartsChangesNoBitUnderAnyAlgorithm) {
   for (const InteractionAlgorithm algorithm :
        {InteractionAlgorithm::substitute_force, InteractionAlgorithm::extended_substitute_force}) {
     for (const bool feed_forward : {true, false}) {
@@ -118,7 +118,7 @@ TEST(ExactSleeping, SkippingThemChangesNoBitUnderAnyAlgorithm) {
   }
 }
 
-TEST(ExactSleeping, CountsOfCallsAreThoseOfTestingOnlyWhatMoved) {
+TEST(ExactSleeping, CountsOfCallsEqualThoseOfTestingMovedPairsOnly) {
   // One Part falls past four that rest: only its pairs are looked at.
   test::BoxCell cell;
   cell.ground("T", {1.0, 1.0, 0.05}, test::at(0.0, 0.0, -0.05));

@@ -20,7 +20,7 @@ struct Since {
   int before = -1;
 };
 
-TEST(Explanation, TellsWhatWasDecidedInAnyAssembly) {
+TEST(Explanation, TheExplanationEqualsTheDecisionInAnyAssembly) {
   std::array<std::uint64_t, 6> rules{};
   std::uint64_t contacts = 0, changes = 0;
   for (unsigned seed = 21; seed < 25; ++seed) {

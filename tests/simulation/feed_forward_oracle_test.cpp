@@ -46,7 +46,7 @@ double largest_way(Ur10eCell& cell, int steps) {
 }
 
 // The weight comes as a step: integrators at zero carry nothing of it.
-TEST(FeedForward, OfTheWeightTakesTheSagOfAStepOfLoadAway) {
+TEST(FeedForward, TheWeightAsFeedForwardRemovesTheSagAfterAStepOfLoad) {
   for (const bool sent : {false, true}) {
     Ur10eCell cell(test::simplified_drive);
     const JointArray weights = weights_by_kdl(cell);
@@ -65,7 +65,7 @@ TEST(FeedForward, OfTheWeightTakesTheSagOfAStepOfLoadAway) {
 
 // What is wrong in a feed-forward the integrators take over, all of it: x = -tau_ff Ti / (I kv) beside the
 // weight.
-TEST(FeedForward, ThatIsWrongEndsInTheSamePlace) {
+TEST(FeedForward, WrongFeedForwardEndsInTheSamePlace) {
   Ur10eCell cell(test::simplified_drive);
   const std::vector<double> begin = cell.bench->x;
   const JointArray wrong{30.0, -50.0, 20.0, 5.0, -4.0, 2.0};
@@ -84,7 +84,7 @@ TEST(FeedForward, ThatIsWrongEndsInTheSamePlace) {
 }
 
 // One axis on its own inertia: q / tau_ff = s / (I (s + a) (s + b) (s + c)), the gains made for these poles.
-TEST(FeedForward, OfOneAxisIsAnsweredAsByItsTransferFunction) {
+TEST(FeedForward, TheResponseOfOneAxisIsThatOfItsTransferFunction) {
   constexpr double a = 10.0, b = 40.0, c = 100.0, inertia = 3.0, torque = 7.0;
   SimplifiedDriveParameters p;
   p.load_inertia_kg_m2 = inertia;
@@ -122,7 +122,7 @@ TEST(FeedForward, OfOneAxisIsAnsweredAsByItsTransferFunction) {
 }
 
 // The limit is that of the whole torque, and the integrator does not wind up against it.
-TEST(FeedForward, CountsBeforeTheLimit) {
+TEST(FeedForward, TorqueIsAddedBeforeTheLimit) {
   SimplifiedDriveParameters p;
   p.load_inertia_kg_m2 = 2.0, p.max_torque = 5.0;
   p.set_bandwidth(40.0);
@@ -141,7 +141,7 @@ TEST(FeedForward, CountsBeforeTheLimit) {
 
 // With the mechanics held at their reference nothing but the current can move: to tau_ff / (n k), with the
 // sign of the gear. That is just what stands at the joint: n k i = tau_ff.
-TEST(FeedForward, MovesTheCurrentOfAMotorByTorquePerRatioAndConstant) {
+TEST(FeedForward, TheMotorCurrentChangesByTorqueOverRatioAndConstant) {
   constexpr double torque = 12.0, h = 1e-6;
   int backward = 0;
   for (const r3::Axis& axis : r3::kAxes) {
@@ -174,7 +174,7 @@ TEST(FeedForward, MovesTheCurrentOfAMotorByTorquePerRatioAndConstant) {
   EXPECT_GT(backward, 0);
 }
 
-TEST(FeedForward, ChangesNothingOfAnIdealServo) {
+TEST(FeedForward, AnIdealServoIsNotAffected) {
   const IdealServo servo(IdealServoParameters{});
   const JointReference still{0.3, 0.1, 0.2}, pushed{0.3, 0.1, 0.2, 50.0};
   EXPECT_EQ(servo.output(still, 0.0, 0.0, nullptr).acceleration,

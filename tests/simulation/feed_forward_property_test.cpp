@@ -45,7 +45,7 @@ StepCommands pushing_commands(const CellDescription& cell, std::size_t steps, bo
 }
 
 class SavedFeedForward : public testing::TestWithParam<std::string> {};
-TEST_P(SavedFeedForward, GoesOnWithTheSameBits) {
+TEST_P(SavedFeedForward, SavedFeedForwardContinuesWithTheSameBits) {
   auto model = service_model();
   add_rotors(*model);
   model->solver.name = GetParam();

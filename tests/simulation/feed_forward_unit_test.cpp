@@ -76,7 +76,7 @@ class HeldFeedForward : public ::testing::Test {
   std::unique_ptr<Simulation> simulation_;
 };
 
-TEST_F(HeldFeedForward, HoldsUntilTheNextCommand) {
+TEST_F(HeldFeedForward, FeedForwardHoldsUntilTheNextCommand) {
   step({pushed()});
   EXPECT_GT(torque_Nm(), 0.3 * kTorque_Nm);
   settle();
@@ -91,7 +91,7 @@ TEST_F(HeldFeedForward, HoldsUntilTheNextCommand) {
   expect_gone(0.5 * kTorque_Nm);
 }
 
-TEST_F(HeldFeedForward, EndsWithATrajectoryAndWithAStop) {
+TEST_F(HeldFeedForward, FeedForwardEndsWithATrajectoryAndWithAStop) {
   step({pushed()});
   settle();
   step({standing({}, 2.0)});  // goes on until it begins
@@ -108,7 +108,7 @@ TEST_F(HeldFeedForward, EndsWithATrajectoryAndWithAStop) {
   expect_gone();
 }
 
-TEST_F(HeldFeedForward, EndsAtADeadline) {
+TEST_F(HeldFeedForward, FeedForwardEndsAtADeadline) {
   for (const SafeAction action : {SafeAction::hold, SafeAction::stop}) {
     model_->description.robots[0].command_deadline.action = action;
     model_->description.robots[0].command_deadline.deadline_s = 2.0;
@@ -124,7 +124,7 @@ TEST_F(HeldFeedForward, EndsAtADeadline) {
   }
 }
 
-TEST_F(HeldFeedForward, EndsWithAResetAndMovesNoKinematicRobot) {
+TEST_F(HeldFeedForward, FeedForwardEndsWithAResetAndMovesNoKinematicRobot) {
   Simulation other(model_);
   ASSERT_EQ(other.set_level_of_detail(-1, 2), "");
   step({pushed()});
@@ -146,7 +146,7 @@ TEST_F(HeldFeedForward, EndsWithAResetAndMovesNoKinematicRobot) {
   EXPECT_EQ(with.state_hash(), without.state_hash());
 }
 
-TEST_F(HeldFeedForward, ThatIsNotFiniteIsAFaultAndNothingMoves) {
+TEST_F(HeldFeedForward, NonFiniteFeedForwardIsAFaultAndNothingMoves) {
   JointCommand wrong = pushed();
   wrong.effort[3] = std::nan("");
   const std::vector<Command> commands{wrong};
@@ -155,7 +155,7 @@ TEST_F(HeldFeedForward, ThatIsNotFiniteIsAFaultAndNothingMoves) {
 }
 
 // A level that begins while torques are held: what the drives' integrators then have is the rest.
-TEST_F(HeldFeedForward, IsPartOfWhatDrivesBeginWith) {
+TEST_F(HeldFeedForward, InitialStatesOfDrivesIncludeFeedForward) {
   ASSERT_EQ(simulation_->set_level_of_detail(-1, 1), "");
   step({pushed()});
   for (int i = 0; i < 100; ++i) step();
@@ -169,7 +169,7 @@ TEST_F(HeldFeedForward, IsPartOfWhatDrivesBeginWith) {
 }
 
 // At the end of each step; from what was held when the trajectory began, and the last one stays.
-TEST_F(HeldFeedForward, OfATrajectoryGoesLinearlyFromPointToPoint) {
+TEST_F(HeldFeedForward, FeedForwardOfATrajectoryIsLinearBetweenPoints) {
   std::vector<KinematicRobot> robots;
   for (const KinematicRobotParameters& parameters : model_->robots) robots.emplace_back(parameters);
   std::vector<MotionNotice> notices;

@@ -66,7 +66,7 @@ INSTANTIATE_TEST_SUITE_P(Rules, GraspingTest, testing::Values(GraspRule::on_comm
                            return rule.param == GraspRule::on_command ? "OnCommand" : "OnContact";
                          });
 
-TEST_P(GraspingTest, WhatComesBetweenTheJawsLaterIsNotHeld) {
+TEST_P(GraspingTest, APartThatEntersClosedJawsIsNotHeld) {
   for (const auto algorithm :
        {InteractionAlgorithm::partner_search, InteractionAlgorithm::extended_substitute_force,
         InteractionAlgorithm::substitute_force}) {
@@ -111,7 +111,7 @@ TEST_P(GraspingTest, JawsThatClosedOnNothingHoldNothing) {
   EXPECT_EQ(z(low), 0.40);
 }
 
-TEST_P(GraspingTest, WhatBothJawsDoNotTouchIsLetGoWhenTheyStand) {
+TEST_P(GraspingTest, PartsOutsideBothJawsAreReleasedWhenTheyStand) {
   // The narrow one beside the wide one, with a gap: it is between the jaws, but they never reach it.
   const int wide = cell_.part("W", 0.5, 3, {0.015, 0.08, 0.08}, at(-0.01, 0.0, 0.40));
   const int narrow = cell_.part("N", 0.5, 3, {0.015, 0.04, 0.08}, at(0.01, 0.0, 0.40));
@@ -143,7 +143,7 @@ TEST_P(GraspingTest, PartsClampedTogetherAreHeldTogether) {
   EXPECT_EQ(snapshot().grippers[0].part, a);
 }
 
-TEST_P(GraspingTest, MeasuresWhileTheJawsMove) {
+TEST_P(GraspingTest, GripForceIsMeasuredWhileTheJawsMove) {
   cell_.part("P", 0.5, 3, {0.06, 0.08, 0.06}, at(0, 0, 0.40));
   start();
   EXPECT_TRUE(snapshot().grippers[0].in_position);
@@ -183,7 +183,7 @@ TEST_P(GraspingTest, FrictionMustCarryWeightAndAcceleration) {
   EXPECT_EQ(partner(part), palm_);
 }
 
-TEST_P(GraspingTest, ALoadAlongTheJawsTakesFromOneOfThem) {
+TEST_P(GraspingTest, ALoadAlongTheJawsRelievesOneOfThem) {
   const double m = 0.5, a = 2.0;
   cell_.part("P", m, 3, {0.06, 0.08, 0.06}, at(0, 0, 0.40));
   start();
@@ -203,7 +203,7 @@ TEST_P(GraspingTest, ALoadAlongTheJawsTakesFromOneOfThem) {
   EXPECT_NEAR(most, 0.5 * (m * kGravity_m_s2 / 0.3 + m * a), 0.02);
 }
 
-TEST_P(GraspingTest, GoesOnWithTheSameBitsFromASavedState) {
+TEST_P(GraspingTest, ASavedStateContinuesWithTheSameBits) {
   const int part = cell_.part("P", 0.5, 3, {0.06, 0.08, 0.06}, at(0, 0, 0.40));
   cell_.part("Q", 0.5, 3, {0.015, 0.02, 0.08}, at(0.045, 0.0, 0.40));
   start();

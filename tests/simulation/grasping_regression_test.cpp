@@ -76,7 +76,7 @@ void expect_grip(const GraspingRun& done, const std::string& part, double max_fo
   EXPECT_EQ(after.part, -1);
 }
 
-TEST_P(GraspingCells, GearOnShaft) {
+TEST_P(GraspingCells, AGearIsPutOnItsShaft) {
   const GraspingRun done = run_cell("gear_on_shaft", GetParam());
   expect_grip(done, "Gear", 100.0);
   for (const ConnectionChange& change : done.result.changes)
@@ -84,14 +84,14 @@ TEST_P(GraspingCells, GearOnShaft) {
   EXPECT_TRUE(done.result.weak_grips.empty());
 }
 
-TEST_P(GraspingCells, RingOnPin) {
+TEST_P(GraspingCells, ARingIsPutOnItsPin) {
   const GraspingRun done = run_cell("ring_on_pin", GetParam());
   expect_grip(done, "Ring", 60.0);
   for (const ConnectionChange& change : done.result.changes)
     EXPECT_TRUE(change.part != done.component("Pin") || change.step == 0) << change.time_s;
 }
 
-TEST_P(GraspingCells, ClosedJawsLoweredOntoAPin) {
+TEST_P(GraspingCells, ClosedJawsLoweredOntoAPinHoldNothing) {
   const GraspingRun done = run_cell("closed_jaws", GetParam());
   const GripperSample& closed = done.at(2.9).grippers[0];
   EXPECT_TRUE(closed.closed);

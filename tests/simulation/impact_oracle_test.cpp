@@ -79,7 +79,7 @@ Fall fall(double mass, const SolverParameters& parameters, double h, double end)
   return result;
 }
 
-TEST(Impact, OfTheRosenbrockMethodIsThatOfSmallSteps) {
+TEST(Impact, TheRosenbrockMethodEqualsSmallSteps) {
   for (const double mass : {0.3, 5.0}) {
     const Fall exact = fall(mass, {"rk4", 0.0, 0.0}, 1e-5, 0.5);
     for (const double h : {0.001, 0.01}) {
@@ -94,7 +94,7 @@ TEST(Impact, OfTheRosenbrockMethodIsThatOfSmallSteps) {
 }
 
 // Also where the pieces of a step are larger than the impact is long: then energy is lost, never gained.
-TEST(Impact, OfTheImplicitMethodIsThatOfSmallStepsAtBoundedWork) {
+TEST(Impact, TheImplicitMethodEqualsSmallStepsAtBoundedWork) {
   constexpr auto most = static_cast<std::uint64_t>(ImplicitIntegrator::kMaxAttempts);
   for (const double mass : {0.3, 1.0, 5.0}) {
     const ImpactModel model(mass);

@@ -101,7 +101,7 @@ bool expect_recovery_or_reason(std::string_view name, FailureKind kind, long fir
   return recovered;
 }
 
-TEST(InjectedFailures, AnyCallOfAnySolverEndsInRecoveryOrAReason) {
+TEST(InjectedFailures, AFailureInAnyCallEndsInRecoveryOrAReason) {
   for (const std::string_view name : solver_names()) {
     Slide good(name);
     ASSERT_EQ(good.run(), kSteps) << name << ": " << good.solver->failure();
@@ -123,7 +123,7 @@ TEST(InjectedFailures, AnyCallOfAnySolverEndsInRecoveryOrAReason) {
   }
 }
 
-TEST(InjectedFailures, WhatStaysEndsWithAReason) {
+TEST(InjectedFailures, APersistentFailureEndsWithAReason) {
   for (const std::string_view name : solver_names()) {
     Slide good(name);
     ASSERT_EQ(good.run(), kSteps) << name << ": " << good.solver->failure();
@@ -140,7 +140,7 @@ bool finite(const Snapshot& snapshot) {
   });
 }
 
-TEST(InjectedFailures, ACellKeepsItsLastStateAndStartsAnewAfterAReset) {
+TEST(InjectedFailures, ACellKeepsItsLastStateAndRestartsAfterAReset) {
   constexpr std::uint64_t kCellSteps = 8;  // the mass breaks away and passes the corner
   for (const std::string_view name : solver_names()) {
     const auto model = service_model();

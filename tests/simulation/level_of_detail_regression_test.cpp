@@ -121,7 +121,7 @@ SwitchedRun run_switched(const Block& block, const std::vector<LevelSwitch>& swi
 
 class LevelOfDetailSwitch : public testing::TestWithParam<std::string> {};
 
-TEST_P(LevelOfDetailSwitch, NothingJumpsAndTheAssemblyEndsAsEver) {
+TEST_P(LevelOfDetailSwitch, NothingJumpsAndTheAssemblyEndsAtItsPlaces) {
   const Block block(GetParam());
   Paths path;
   const SwitchedRun kinematic = run_switched(block, {}, 1, &path);
@@ -149,7 +149,7 @@ TEST_P(LevelOfDetailSwitch, NothingJumpsAndTheAssemblyEndsAsEver) {
 INSTANTIATE_TEST_SUITE_P(Solvers, LevelOfDetailSwitch, testing::Values("implicit", "rk4", "cvode"),
                          [](const auto& test) { return test.param; });
 
-TEST(LevelOfDetail, EnergiesGoOnWhereTheyWereWhenTheRobotIsDynamicAgain) {
+TEST(LevelOfDetail, EnergiesContinueWhenTheRobotIsDynamicAgain) {
   const Block block("implicit");
   Simulation simulation(block.cell);
   InProcessController controller(block.scenario.controller_program.string(), simulation);
@@ -181,7 +181,7 @@ TEST(LevelOfDetail, EnergiesGoOnWhereTheyWereWhenTheRobotIsDynamicAgain) {
 
 /// Explicit steps of 6 ms are too large where a dynamic robot holds a Part: the run must end before anything
 /// is not a number. (Steps that are too large for the Parts alone are refused at load.)
-TEST(LevelOfDetail, AStepThatIsTooLargeEndsWithAFaultAndKeepsTheLastState) {
+TEST(LevelOfDetail, ATooLargeStepEndsWithAFaultAndKeepsTheLastState) {
   const Block block("rk2", "0.006");
   const SwitchedRun r = run_switched(block, {}, 2);
   EXPECT_NE(r.fault.find("gains energy without a cause"), std::string::npos) << r.fault;

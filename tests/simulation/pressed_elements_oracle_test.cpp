@@ -31,7 +31,7 @@ std::shared_ptr<const CellModel> ball_on_plate(const TemporaryDirectory& directo
   return load_scene(directory, text);
 }
 
-TEST(PressedElements, ABallsCapIsPressedAsItsDepthSaysAndCarriesItsWeight) {
+TEST(PressedElements, PressuresOfABallFollowTheDepthAndCarryItsWeight) {
   const TemporaryDirectory directory;
   const auto cell = ball_on_plate(directory, 5);
   Simulation simulation(cell);
@@ -73,7 +73,7 @@ TEST(PressedElements, ABallsCapIsPressedAsItsDepthSaysAndCarriesItsWeight) {
   EXPECT_TRUE(elements.read(snapshot, {}).empty());
 }
 
-TEST(PressedElements, OfTooManyTheStrongestAreListed) {
+TEST(PressedElements, TheStrongestElementsAreListedWhenThereAreTooMany) {
   const TemporaryDirectory directory;
   SceneText text;
   text.contact = "{element_edge_m: 0.0012, defaults: {friction: 0.3}}";
@@ -95,7 +95,7 @@ TEST(PressedElements, OfTooManyTheStrongestAreListed) {
                    snapshot.contacts.pressing().front().result.largest_pressure_Pa);
 }
 
-TEST(ContactPairNames, FitEitherWayRoundAndUnknownOnesAreTold) {
+TEST(ContactPairNames, NamesFitInEitherOrderAndUnknownNamesAreReported) {
   const TemporaryDirectory directory;
   const auto cell = ball_on_plate(directory, 2);
   std::vector<std::string> unknown;

@@ -58,7 +58,7 @@ TEST(Rosenbrock, CoefficientsMeetTheOrderConditionsForAnyMatrix) {
 }
 
 // One step of x' = z x by the transformed method is that of the method as it is printed.
-TEST(Rosenbrock, TheTransformedMethodIsTheSame) {
+TEST(Rosenbrock, TheTransformedMethodGivesTheSameStep) {
   constexpr RosenbrockTableau t;
   constexpr RosenbrockForm form = transformed(t);
   for (const double z : {-0.3, -3.0, -200.0}) {
@@ -105,7 +105,7 @@ double rosenbrock_order(NonlinearModel::Jacobian jacobian) {
   return std::log2(error(0.02) / error(0.01));
 }
 
-TEST(Rosenbrock, OrderThreeWithAnyJacobian) {
+TEST(Rosenbrock, TheOrderIsThreeWithAnyJacobian) {
   using Jacobian = NonlinearModel::Jacobian;
   for (const Jacobian jacobian : {Jacobian::none, Jacobian::zero, Jacobian::wrong, Jacobian::exact})
     EXPECT_NEAR(rosenbrock_order(jacobian), 3.0, 0.25) << static_cast<int>(jacobian);
@@ -192,7 +192,7 @@ double order_on_parts(const std::string& name, double h) {
                    largest_difference(state(parameters, 0.5 * h), exact));
 }
 
-TEST(CoupledSolvers, OrderOnTwoPartsThatHoldEachOther) {
+TEST(CoupledSolvers, TheOrderHoldsOnTwoConnectedParts) {
   EXPECT_NEAR(order_on_parts("rosenbrock", 0.004), 3.0, 0.3);
   EXPECT_NEAR(order_on_parts("implicit", 0.004), 2.0, 0.3);
 }
@@ -223,12 +223,12 @@ double order_on_arm(const std::string& name, double h) {
                    largest_difference(state(parameters, 0.5 * h), exact));
 }
 
-TEST(CoupledSolvers, OrderOnASwingingArm) {
+TEST(CoupledSolvers, TheOrderHoldsOnASwingingArm) {
   EXPECT_GT(order_on_arm("rosenbrock", 0.002), 2.9);  // the leading error is small here
   EXPECT_NEAR(order_on_arm("implicit", 0.001), 2.0, 0.4);
 }
 
-TEST(CoupledSolvers, TakeStiffChainsInLargeSteps) {
+TEST(CoupledSolvers, StiffChainsAreSolvedInLargeSteps) {
   constexpr double kEnd = 0.512, kLarge = 0.008;
   const auto algorithm = InteractionAlgorithm::extended_substitute_force;
   SpinningParts exact(1e-5, algorithm, 3), adaptive(1e-5, algorithm, 3), fixed(1e-5, algorithm, 3),
@@ -330,7 +330,7 @@ class CliffModel final : public FreeModel {
   double edge_;
 };
 
-TEST(Rosenbrock, DerivativesThatAreNotFiniteCostStepsOrEndWithAReason) {
+TEST(Rosenbrock, NonFiniteDerivativesCostStepsOrEndWithAReason) {
   // x - edge = (1 - t / 2)^2 up to t = 2.
   CliffModel model(0.0);
   LooseSystem loose({&model});

@@ -49,14 +49,14 @@ RandomCellOptions small_cell(unsigned seed) {
 }
 
 class SavedAssembly : public testing::TestWithParam<unsigned> {};
-TEST_P(SavedAssembly, GoesOnWithTheSameBits) {
+TEST_P(SavedAssembly, ASavedAssemblyContinuesWithTheSameBits) {
   const RandomCell cell(small_cell(GetParam()));
   const StepCommands commands = handling(cell, cell.model(), GetParam(), 5000);
   check_restored_runs(cell.model(), commands, some_steps(GetParam(), 6, 4500), 1200);
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, SavedAssembly, testing::Range(1U, 7U));
 
-TEST(SavedState, WithoutResting) {
+TEST(SavedState, AStateSavedWithoutSleepingContinuesWithTheSameBits) {
   const RandomCell cell(small_cell(11));
   auto model = std::make_shared<CellModel>(*cell.model());
   model->interaction.skip_resting = false;
@@ -66,7 +66,7 @@ TEST(SavedState, WithoutResting) {
 }
 
 class SavedSolver : public testing::TestWithParam<std::string> {};
-TEST_P(SavedSolver, GoesOnWithTheSameBits) {
+TEST_P(SavedSolver, ASavedSolverContinuesWithTheSameBits) {
   RandomCellOptions options = small_cell(3);
   options.parts = 8;
   const RandomCell cell(options);
@@ -83,7 +83,7 @@ INSTANTIATE_TEST_SUITE_P(Solvers, SavedSolver, testing::ValuesIn(names()),
                          [](const auto& test) { return test.param; });
 
 class SavedAlgorithm : public testing::TestWithParam<InteractionAlgorithm> {};
-TEST_P(SavedAlgorithm, GoesOnWithTheSameBits) {
+TEST_P(SavedAlgorithm, ASavedAlgorithmContinuesWithTheSameBits) {
   RandomCellOptions options = small_cell(8);
   options.parts = 8;
   const RandomCell cell(options);
@@ -182,7 +182,7 @@ TEST(SavedState, ForeignBytesAreRefusedWithASentence) {
 
 /// A Part that spins too fast for the step: its quaternion grows, sooner or later. Whatever save_state()
 /// gives can be restored; what could not be is refused and gives no bytes.
-TEST(SavedState, OfARunawayIsRefusedWithAReason) {
+TEST(SavedState, TheStateOfARunawayIsRefusedWithAReason) {
   RandomCellOptions options = small_cell(2);
   options.parts = 3;
   const RandomCell cell(options);
@@ -210,7 +210,7 @@ TEST(SavedState, OfARunawayIsRefusedWithAReason) {
   EXPECT_GT(refused, 3);
 }
 
-TEST(SavedState, TheEpochGoesBeyondTheSavedOne) {
+TEST(SavedState, TheEpochAfterARestoreIsNew) {
   const RandomCell cell(small_cell(2));
   Simulation first(cell.model());
   for (int i = 0; i < 5; ++i) first.reset();
@@ -223,7 +223,7 @@ TEST(SavedState, TheEpochGoesBeyondTheSavedOne) {
   EXPECT_EQ(second.epoch(), 7U);
 }
 
-TEST(SavedState, AFaultIsPartOfIt) {
+TEST(SavedState, AFaultIsPartOfTheState) {
   const SavedRun saved;
   Simulation first(saved.cell.model());
   JointCommand wrong;

@@ -55,7 +55,7 @@ struct SceneTrial {
 
 class SavedScenario : public testing::TestWithParam<SceneTrial> {};
 
-TEST_P(SavedScenario, GoesOnWithTheSameBits) {
+TEST_P(SavedScenario, ASavedScenarioContinuesWithTheSameBits) {
   const SceneTrial& trial = GetParam();
   const Cell cell(trial.scenario, trial.overrides);
   check_restored_runs(cell.model, cell.commands(trial.level, trial.duration_s), trial.save_at, trial.go_on,
@@ -76,14 +76,14 @@ INSTANTIATE_TEST_SUITE_P(
         SceneTrial{"block_disassembly", {}, 0, 12.0, {1003, 6444, 9001}, 1500, "disassembly"}),
     [](const auto& test) { return test.param.name; });
 
-TEST(SavedContact, BlockAssemblyAtLevel3) {
+TEST(SavedContact, ASavedBlockAssemblyAtLevel3ContinuesWithTheSameBits) {
   const Cell cell("block_assembly", {"solver.contact.step_s=0.001"});
   check_restored_runs(cell.model, cell.commands(3, 5.2), {1003, 3913, 4501}, 600,
                       [](Simulation& simulation) { set_level(simulation, 3); });
 }
 
 class SavedScene : public testing::TestWithParam<std::string> {};
-TEST_P(SavedScene, SpringsAndSolverGoOn) {
+TEST_P(SavedScene, SpringsAndSolverContinueWithTheSameBits) {
   for (const char* law : {"regularised", "stick"}) {
     const auto model = library_scene(GetParam(), {std::string("contact.defaults.friction_law=") + law});
     check_restored_runs(model, StepCommands(500), {0, 101, 250, 333}, 150);

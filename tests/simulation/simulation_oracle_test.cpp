@@ -33,7 +33,7 @@ TEST(Simulation, FreeFallIsExact) {
   EXPECT_EQ(sample_of(s, part).p_WB.x(), 0.1);
 }
 
-TEST(Simulation, AnAssemblyThatIsLetGoFallsAsOneWithoutGainingEnergy) {
+TEST(Simulation, AReleasedAssemblyFallsAsOneWithoutGainingEnergy) {
   BoxCell cell;
   const int b = cell.part("B", 1.0, 4, {0.2, 0.1, 0.06}, at(0, 0, 3.0));
   const int p = cell.part("P", 0.3, 2, {0.03, 0.03, 0.08}, at(0.05, 0.01, 3.06));
@@ -72,7 +72,7 @@ TEST(Simulation, ManyPartsOnALightBaseFallAsOne) {
   }
 }
 
-TEST(Simulation, ALooseAssemblySpinsWithConstantMomentum) {
+TEST(Simulation, AFreeAssemblySpinsWithConstantMomentum) {
   // No gravity, no partner outside: the pair forces must not create linear or angular momentum.
   BoxCell cell;
   cell.gravity(Vec3::Zero());
@@ -118,7 +118,7 @@ TEST(Simulation, ALooseAssemblySpinsWithConstantMomentum) {
   EXPECT_LE((l1 - l0).norm(), 1e-6 * l0.norm());  // what the solver's error leaves
 }
 
-TEST(Simulation, SecondOrderConvergence) {
+TEST(Simulation, TheSolverConvergesWithOrderTwo) {
   // A Part thrown out of its rest by a moving gripper: error against a fine solution falls by four per
   // halving.
   const auto end_position = [](double h) {
@@ -145,7 +145,7 @@ TEST(Simulation, SecondOrderConvergence) {
   EXPECT_NEAR(std::log2(coarse / fine), 2.0, 0.2);
 }
 
-TEST(Simulation, LargestStableStepIsTheClosedForm) {
+TEST(Simulation, TheLargestStableStepIsTheClosedForm) {
   // Double real pole at -w, w = sqrt(g / error): Runge-Kutta of order two is stable up to h = 2 / w = 6.39
   // ms.
   const double limit = 2.0 / std::sqrt(kGravity_m_s2 / 1e-4);
@@ -163,7 +163,7 @@ TEST(Simulation, LargestStableStepIsTheClosedForm) {
   EXPECT_FALSE(settles(1.03 * limit));
 }
 
-TEST(Simulation, NonFiniteStateIsNeverAccepted) {
+TEST(Simulation, ANonFiniteStateIsNeverAccepted) {
   BoxCell cell;
   cell.step(0.5).ground("T", {1, 1, 0.1}, at(0, 0, -0.1));  // far beyond the stable step
   const int part = cell.part("B", 1.0, 4, {0.2, 0.1, 0.06}, at(0, 0, 0));
@@ -186,7 +186,7 @@ TEST(Simulation, NonFiniteStateIsNeverAccepted) {
   }
 }
 
-TEST(Simulation, ASetPointThatIsNoNumberEndsInAFaultNotInAState) {
+TEST(Simulation, ANonFiniteSetPointEndsInAFault) {
   BoxCell cell;
   cell.gantry_with_gripper("R", "G", at(0, 0, 0.5));
   Simulation simulation(cell.build());
@@ -205,7 +205,7 @@ TEST(Simulation, ASetPointThatIsNoNumberEndsInAFaultNotInAState) {
   }
 }
 
-TEST(Simulation, SameCommandsSameBitsAndResetRepeats) {
+TEST(Simulation, TheSameCommandsGiveTheSameBitsAndAResetRepeatsThem) {
   BoxCell cell;
   cell.gantry_with_gripper("R", "G", at(0, 0, 0.5));
   cell.ground("T", {1, 1, 0.1}, at(0, 0, 0.3));
@@ -234,7 +234,7 @@ TEST(Simulation, SameCommandsSameBitsAndResetRepeats) {
   EXPECT_EQ(run(second), hash);
 }
 
-TEST(Grasping, JawsStopWhereTheyTouchAndOnContactWaitsForBoth) {
+TEST(Grasping, JawsStopWhereTheyTouchAndOnContactNeedsBoth) {
   BoxCell cell;
   const int palm = cell.gantry_with_gripper("R", "G", at(0, 0, 0.5), GraspRule::on_contact);
   const int table = cell.ground("T", {1, 1, 0.1}, at(0, 0, 0.3));

@@ -56,7 +56,7 @@ TEST(SolverFailures, ManyBadValuesInARowAreRecoveredOrEndWithAReason) {
   }
 }
 
-TEST(SolverFailures, BadValuesThatStayEndWithAReason) {
+TEST(SolverFailures, PersistentBadValuesEndWithAReason) {
   for (const std::string& name : kAdaptive) {
     for (long k = 1; k <= 60; ++k) {
       FaultyModel model;

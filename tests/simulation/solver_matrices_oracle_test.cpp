@@ -15,7 +15,7 @@ namespace {
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-TEST(StaticLu, RandomSparseMatrices) {
+TEST(StaticLu, RandomSparseSystemsHaveTheDenseSolution) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> value(-1.0, 1.0);
   for (int round = 0; round < 200; ++round) {
@@ -47,7 +47,7 @@ TEST(StaticLu, AStarHasNoFillWhenItsCentreGoesLast) {
   EXPECT_EQ(StaticLu(20, pattern).fill(), 20U + 2U * 19U);
 }
 
-TEST(StaticLu, RefusesSingularMatrices) {
+TEST(StaticLu, SingularMatricesAreRefused) {
   const std::vector<std::pair<int, int>> pattern{{0, 0}, {0, 1}, {1, 0}, {1, 1}};
   StaticLu lu(2, pattern);
   const double singular[] = {1.0, 0.0, 0.0, 0.5}, dependent[] = {0.5, 0.5, 0.5, 0.5};
@@ -56,7 +56,7 @@ TEST(StaticLu, RefusesSingularMatrices) {
   EXPECT_TRUE(lu.factorise(0.5, singular));
 }
 
-TEST(SystemJacobian, BlocksAreThoseOfTheDenseMatrix) {
+TEST(SystemJacobian, TheBlocksEqualThoseOfTheDenseMatrix) {
   // Two groups, of two and of three Parts that hold each other in the air, and one Part alone.
   BoxCell cell;
   for (const double x : {0.0, 1.0}) {

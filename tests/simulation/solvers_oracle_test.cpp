@@ -24,17 +24,17 @@ double nonlinear_order(const std::string& name, Jacobian jacobian) {
   return std::log2(nonlinear_error(name, jacobian, 0.02) / nonlinear_error(name, jacobian, 0.01));
 }
 
-TEST(Solvers, OrderOnANonlinearEquation) {
+TEST(Solvers, TheOrderHoldsOnANonlinearEquation) {
   EXPECT_NEAR(nonlinear_order("rk2", Jacobian::none), 2.0, 0.1);
   EXPECT_NEAR(nonlinear_order("rk4", Jacobian::none), 4.0, 0.2);
 }
 
-TEST(Solvers, OrderOfTheImplicitMethodWithAnyJacobian) {
+TEST(Solvers, TheImplicitMethodKeepsItsOrderWithAnyJacobian) {
   for (const Jacobian jacobian : {Jacobian::none, Jacobian::zero, Jacobian::wrong, Jacobian::exact})
     EXPECT_NEAR(nonlinear_order("implicit", jacobian), 2.0, 0.15) << static_cast<int>(jacobian);
 }
 
-TEST(Solvers, ImplicitIsHeunWhereNothingIsStiff) {
+TEST(Solvers, TheImplicitMethodIsHeunsWithoutStiffness) {
   NonlinearModel model;
   LooseSystem a({&model}), b({&model});
   const auto implicit = a.solver("implicit"), heun = b.solver("rk2");
@@ -71,7 +71,7 @@ struct Top {
   }
 };
 
-TEST(Solvers, OrderOnASpinningTop) {
+TEST(Solvers, TheOrderHoldsOnASpinningTop) {
   const Top top;
   const std::pair<const char*, double> orders[] = {{"rk2", 2.0}, {"implicit", 2.0}, {"rk4", 4.0}};
   for (const auto& [name, order] : orders) {
@@ -156,7 +156,7 @@ TEST(Solvers, ASpinningTopKeepsEnergyAndMomentum) {
   EXPECT_LT(top.error("rk4", 0.001, 0.0, true), 1e-11);
 }
 
-TEST(Solvers, SameBitsTwice) {
+TEST(Solvers, RepeatedRunsGiveTheSameBits) {
   for (const std::string_view name : solver_names()) {
     std::vector<double> first;
     for (int run = 0; run < 2; ++run) {
@@ -171,7 +171,7 @@ TEST(Solvers, SameBitsTwice) {
   }
 }
 
-TEST(Solvers, AResetSolverIsAsNew) {
+TEST(Solvers, AResetSolverEqualsANewOne) {
   for (const std::string_view name : solver_names()) {
     NonlinearModel model(Jacobian::exact);
     LooseSystem loose({&model});
@@ -189,7 +189,7 @@ TEST(Solvers, AResetSolverIsAsNew) {
   }
 }
 
-TEST(Solvers, UnknownNamesAreToldWithTheAllowedOnes) {
+TEST(Solvers, UnknownNamesAreReportedWithTheAllowedOnes) {
   NonlinearModel model;
   const LooseSystem loose({&model});
   try {

@@ -12,7 +12,7 @@ using test::BlockRun;
 
 class EverySolver : public testing::TestWithParam<std::string> {};
 
-TEST_P(EverySolver, BlockAssembly) {
+TEST_P(EverySolver, BlocksEndAtTheSamePlaces) {
   static const BlockRun reference = test::run_block_scenario("block_assembly");
   const BlockRun r = test::run_block_scenario("block_assembly", {"solver.method=" + GetParam()});
   ASSERT_EQ(r.result.fault, "");
@@ -44,7 +44,7 @@ TEST_P(EverySolver, BlockAssembly) {
   EXPECT_EQ(again.result.final_state.state_hash, r.result.final_state.state_hash);
 }
 
-TEST_P(EverySolver, LargeCommunicationStepsWithErrorControl) {
+TEST_P(EverySolver, ErrorControlKeepsThePlacesAtLargeCommunicationSteps) {
   if (!solver_has_error_control(GetParam())) GTEST_SKIP() << "beyond the stability of fixed steps";
   const BlockRun r =
       test::run_block_scenario("block_assembly", {"solver.method=" + GetParam(), "solver.step_s=0.008"});
@@ -54,7 +54,7 @@ TEST_P(EverySolver, LargeCommunicationStepsWithErrorControl) {
 }
 
 // At level of detail 3, in communication steps of 1 ms.
-TEST(BoundedSolverOfABlockAssembly, EndsTheBlockAssemblyWhereTheExactOneDoes) {
+TEST(BoundedSolverOfABlockAssembly, TheBlocksEndWhereTheExactSolverPutsThem) {
   const auto run = [](const std::string& solver, const std::string& tolerance) {
     return test::run_block_scenario("block_assembly",
                                     {"processes.assembly.level_of_detail=3", "solver.step_s=0.001",

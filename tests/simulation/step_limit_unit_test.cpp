@@ -36,7 +36,7 @@ std::string note(const CellModel& cell) {
   return "";
 }
 
-TEST(StepLimit, IsThatOfTheOscillator) {
+TEST(StepLimit, TheLimitIsThatOfTheOscillator) {
   const double w = std::sqrt(9.80665 / 1e-4);
   EXPECT_NEAR(longest_stable_step_s({"rk2"}, w * w, 2.0 * w), 2.0 / w, 1e-8);
   EXPECT_NEAR(longest_stable_step_s({"implicit"}, w * w, 2.0 * w), 2.0 / w, 1e-8);
@@ -49,7 +49,7 @@ TEST(StepLimit, IsThatOfTheOscillator) {
 }
 
 // The thesis: 5 ms works, 6 ms breaks; ours holds up to 2 / w and places roughly from 5.5 ms on.
-TEST(StepLimit, OfTheBlockAssemblyIsCheckedAtLoad) {
+TEST(StepLimit, TheLimitOfTheBlockAssemblyIsCheckedAtLoad) {
   EXPECT_EQ(note(*blocks({"solver.step_s=0.005"})), "");
   EXPECT_THAT(note(*blocks({"solver.step_s=0.006"})), HasSubstr("close to its limit of 6.39 ms"));
   EXPECT_THAT(refusal({"solver.step_s=0.0064"}),
@@ -61,13 +61,13 @@ TEST(StepLimit, OfTheBlockAssemblyIsCheckedAtLoad) {
   EXPECT_EQ(refusal({"solver.step_s=0.0064", "solver.method=rk4"}), "");
 }
 
-TEST(StepLimit, ExplicitMethodsDoNotServeSurfaceContact) {
+TEST(StepLimit, ExplicitMethodsAreRefusedForSurfaceContact) {
   EXPECT_THAT(refusal({"solver.method=rk2"}, 3), AllOf(HasSubstr("'rk2'"), HasSubstr("rosenbrock")));
   EXPECT_THAT(refusal({"solver.contact.method=rk4"}, 3), AllOf(HasSubstr("rk4"), HasSubstr("rosenbrock")));
   EXPECT_EQ(blocks({"solver.method=rk2"})->contact_solver.name, "cvode") << "as the file says";
 }
 
-TEST(StepLimit, NobodySwitchesToALevelWhoseStepIsTooLong) {
+TEST(StepLimit, ALevelWhoseStepIsTooLongIsRefused) {
   Simulation simulation(blocks({"solver.contact.step_s=0.008"}, 3));
   ASSERT_EQ(simulation.solver().name, "cvode");
   EXPECT_THAT(simulation.set_level_of_detail(-1, 1), HasSubstr("allowed: at most 6.39 ms"));

@@ -21,7 +21,7 @@ using test::TemporaryDirectory;
 
 constexpr double kSlab_m2 = 0.058 * 0.058;  // 60 mm with chamfers of 1 mm
 
-TEST(SurfaceContactCell, AWeightIsCarriedAndSinksIntoTheLayer) {
+TEST(SurfaceContactCell, AWeightSinksIntoTheLayerByItsClosedForm) {
   const TemporaryDirectory directory;
   SceneText text;
   text.parts = "  Slab: {mesh: " + library_mesh("slab") + ", mass_kg: 0.2, hierarchy: 1}";
@@ -50,7 +50,7 @@ double sinking_of_ball(int levels) {
   return 0.025 - scene.sample("Ball").p_WB.z();
 }
 
-TEST(SurfaceContactCell, ABallSinksInUntilItsCapCarriesIt) {
+TEST(SurfaceContactCell, ABallSinksInToTheClosedFormDepth) {
   // m g = k times the cap's volume pi r u^2. Its triangles lie within the ball by up to an edge^2 / (8 r).
   const double u = std::sqrt(0.5 * kG / (std::numbers::pi * 0.025 * kLayer_Pa_per_m));
   const double coarse = std::abs(sinking_of_ball(4) - u), fine = std::abs(sinking_of_ball(5) - u);
@@ -62,7 +62,7 @@ constexpr double kSlope = 20.0 * std::numbers::pi / 180.0;
 
 class FrictionAngle : public testing::TestWithParam<std::string> {};
 
-TEST_P(FrictionAngle, BelowItABlockStaysAboveItItSlides) {
+TEST_P(FrictionAngle, ABlockStaysBelowAndSlidesAboveTheFrictionAngle) {
   const double mu = std::tan(kSlope);
   const auto pairs = [](double holds, double slides) {
     return "contact.pairs=[{pair: [Holds, Incline], friction: " + std::to_string(holds) +
@@ -167,7 +167,7 @@ TEST(SurfaceContactCell, ThePeakForceOfAnImpactDoesNotDependOnTheTolerance) {
     EXPECT_NEAR(impact("2.5e+5", solver).peak_N, exact, 0.01 * exact) << solver;
 }
 
-TEST(SurfaceContactCell, NothingTunnelsAtOneMetrePerSecond) {
+TEST(SurfaceContactCell, NoPartTunnelsAtOneMetrePerSecond) {
   for (const double thickness : {0.01, 0.02, 0.04}) {
     for (const char* solver :
          {"{method: rosenbrock, step_s: 0.008, tolerance: 1.0e-4}",

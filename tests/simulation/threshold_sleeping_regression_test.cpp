@@ -9,7 +9,7 @@
 namespace takt {
 namespace {
 
-const std::string kAwake = "contact.sleeping.enabled=false";
+const std::string kAwake = "sleeping.method=exact";
 
 void expect_same(const test::BlockRun& a, const test::BlockRun& b, double bound_m) {
   ASSERT_EQ(a.result.fault, "");

@@ -76,7 +76,7 @@ double error_of_solve(OdeSystem& system, VelocitySystem& linear, double t, const
   return worst;
 }
 
-TEST(SubstituteLinearisation, IsTheDerivativeOfTheWrench) {
+TEST(SubstituteLinearisation, TheLinearisationIsTheDerivativeOfTheWrench) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   const auto vector = [&](double s) { return Vec3(s * unit(random), s * unit(random), s * unit(random)); };
@@ -152,7 +152,7 @@ struct FloatingParts {
   std::vector<double> x;
 };
 
-TEST(VelocitySystem, IsExactForPartsAtRestJoinedBySprings) {
+TEST(VelocitySystem, TheMatrixIsExactForPartsAtRestOnSprings) {
   // A tower of three on each other, turned any way, and one alone: two groups.
   BoxCell cell;
   const Mat3 R = rotation_from_rpy({0.3, -0.8, 1.1});
@@ -172,7 +172,7 @@ TEST(VelocitySystem, IsExactForPartsAtRestJoinedBySprings) {
   EXPECT_EQ(linear.largest_group(), 18U);
 }
 
-TEST(VelocitySystem, FollowsTheGroups) {
+TEST(VelocitySystem, TheSystemFollowsTheGroups) {
   BoxCell cell;
   cell.part("B", 1.0, 4, {0.2, 0.1, 0.06}, at(0, 0, 3.0));
   cell.part("O", 0.3, 3, {0.03, 0.05, 0.08}, at(0.05, 0.01, 3.06));
@@ -189,7 +189,7 @@ TEST(VelocitySystem, FollowsTheGroups) {
   EXPECT_EQ(linear.largest_group(), 6U);
 }
 
-TEST(VelocitySystem, OtherModelsAreBlocksOfTheirOwn) {
+TEST(VelocitySystem, OtherModelsAreSeparateBlocks) {
   NonlinearModel none(NonlinearModel::Jacobian::none), exact(NonlinearModel::Jacobian::exact);
   LooseSystem loose({&none, &exact});
   VelocitySystem linear(loose.system());
@@ -211,7 +211,7 @@ double error_at_rest(DynamicRobot& robot, std::size_t bodies, double h,
   return error_of_solve(system, linear, 0.0, x, 1.0 / h, 1.0);
 }
 
-TEST(VelocitySystem, IsExactForRobotsAtRest) {
+TEST(VelocitySystem, TheMatrixIsExactForRobotsAtRest) {
   for (const auto make : {ideal_servo, simplified_drive}) {
     Ur10eCell cell(make);
     DynamicRobotParameters p = cell.robot->parameters();
@@ -223,7 +223,7 @@ TEST(VelocitySystem, IsExactForRobotsAtRest) {
   }
 }
 
-TEST(VelocitySystem, IsExactForDetailedDrivesInAnyModesAtRest) {
+TEST(VelocitySystem, TheMatrixIsExactForDetailedDrivesAtRestInAnyMode) {
   KinematicRobotParameters k;
   k.robot = 0;
   k.arm = r3::arm();
@@ -258,7 +258,7 @@ TEST(VelocitySystem, AServoThatYieldsIsAFreeJoint) {
   EXPECT_LT(error_at_rest(geared, 3, 1e-3, apart(-0.02, 0.0)), 3e-2) << "one jaw pulls at the other";
 }
 
-TEST(VelocitySystem, IsCloseInACellThatMoves) {
+TEST(VelocitySystem, TheMatrixIsCloseInAMovingCell) {
   // P and C in the grippers.
   const Pose X_GB{Mat3::Identity(), Vec3(0.01, 0.0, 0.18)};
   BlockPlant cell({{0, 0, X_GB}, {1, 1, X_GB}});
@@ -287,7 +287,7 @@ TEST(VelocitySystem, IsCloseInACellThatMoves) {
   EXPECT_EQ(linear.largest_group(), 14U);
 }
 
-TEST(VelocitySystem, TakesARobotAndAnAssemblyInOneGroup) {
+TEST(VelocitySystem, ARobotAndItsAssemblyAreOneGroup) {
   BlockPlant cell(BlockPlant::assembly(), "substitute_force");
   VelocitySystem linear(cell.system());
   EXPECT_LT(error_of_solve(cell.system(), linear, 0.0, cell.x(), 1e3, 1.0), 1e-2);
@@ -295,7 +295,7 @@ TEST(VelocitySystem, TakesARobotAndAnAssemblyInOneGroup) {
   EXPECT_GE(linear.pairs().size(), 7U);
 }
 
-TEST(VelocitySystem, KnowsHowKinematicGrippersPull) {
+TEST(VelocitySystem, TheSystemIncludesThePullOfKinematicGrippers) {
   // A Part in a gripper that moves and turns: what time alone does to the Part, besides what its states do.
   BoxCell cell;
   const int palm = cell.gantry_with_gripper("R", "G", at(0.0, 0.0, 1.0));

@@ -37,8 +37,8 @@ struct BlockRun {
     return pose(snapshot, base).inverse() * sample(snapshot, part).p_WB;
   }
   const Snapshot& mark(double time_s) const {
-    for (const MarkRecord& m : result.marks) {
-      if (std::abs(m.mark.time_s - time_s) < 1e-9) return m.snapshot;
+    for (const ReportedInstant& m : result.report_at) {
+      if (std::abs(m.instant.time_s - time_s) < 1e-9) return m.snapshot;
     }
     throw std::out_of_range("no mark at this time");
   }

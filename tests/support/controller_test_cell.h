@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "client_lib/controller/controller.h"
-#include "server/scenario/urdf_reader.h"
+#include "server/scenario/urdf_arm.h"
 
 namespace takt::controller {
 

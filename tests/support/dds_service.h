@@ -1,8 +1,6 @@
 #pragma once
 // The service in this process, on a domain and under a cell name of its own, with raw endpoints to talk to
 // it.
-#include <unistd.h>
-
 #include <map>
 #include <memory>
 #include <string>
@@ -13,18 +11,11 @@
 #include "server/runtime/host/cell_host.h"
 #include "tests/support/raw_dds_client.h"
 #include "tests/support/service_cell.h"
+#include "tests/support/test_domain.h"
 
 namespace takt::test {
 
 namespace msg = takt_msgs::msg;
-
-/// Tests may run side by side: each process has its own domain and its own names.
-inline std::uint32_t test_domain() {
-  return 100 + static_cast<std::uint32_t>(getpid()) % 100;
-}
-inline std::string test_cell() {
-  return "cell_" + std::to_string(getpid());
-}
 
 class DdsService {
  public:

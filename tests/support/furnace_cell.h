@@ -4,8 +4,8 @@
 #include <memory>
 #include <string>
 
-#include "plant_models/thermal/furnace.h"
-#include "plant_models/thermal/heated_part.h"
+#include "server/devices/furnace.h"
+#include "server/devices/heated_part.h"
 #include "server/simulation/step/simulation.h"
 #include "tests/support/box_cell.h"
 

@@ -16,10 +16,9 @@
 #include "client_lib/dds_link.h"
 #include "ros2_msgs.h"
 #include "takt_msgs.h"
+#include "tests/support/test_domain.h"
 
 namespace takt::test {
-
-inline constexpr int kTestDomain = 151;
 
 /// A name no other test process uses at the same time.
 inline std::string unique_cell_name(const std::string& stem) {
@@ -81,7 +80,7 @@ class ScriptedCell {
         requests_([this](const auto& request, const auto&) { on_request(request); }),
         joints_([this](const auto& command, const auto&) { keep(joint_commands_, command); }),
         grippers_([this](const auto& command, const auto&) { keep(gripper_commands_, command); }),
-        link_(kTestDomain, "scripted", {}) {
+        link_(static_cast<int>(test_domain()), "scripted", {}) {
     make_writer<takt_msgs::msg::CellState>("state", false, false);
     make_writer<takt_msgs::msg::Event>("events", true, false);
     make_writer<takt_msgs::msg::Status>("status", true, true);

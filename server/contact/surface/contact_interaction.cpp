@@ -276,7 +276,7 @@ void ContactInteraction::evaluate_pair(Pair& pair, const CellMotion& motion) con
       ++pair.made;
       return;
     }
-    if (model_.optimize_calls) {
+    if (model_.cache_unmoved_pairs) {
       ++pair.skipped;
       return;
     }

@@ -32,14 +32,14 @@ struct SleepingParameters {
   /// Calm: no point of a Part is faster than this. Bounds what is missed: a Part that would have gone on at
   /// this speed is 1 um behind after 10 s.
   double speed_m_per_s = 1e-7;
-  double after_s = 0.05;  ///< calm for so long, and no less than two steps
+  double time_to_sleep_s = 0.05;  ///< calm for so long, and no less than two steps
 };
 
 struct ContactModel {
   bool enabled = false;  ///< surfaces and pairs have been made: level 3 is possible
   std::vector<std::shared_ptr<const ContactSurface>> surfaces;  ///< by component; null: none
   std::vector<ContactPairModel> pairs;                          ///< ordered by base, then target
-  bool optimize_calls = true;  ///< a pair that has not moved is not evaluated again (thesis 4.5)
+  bool cache_unmoved_pairs = true;  ///< a pair that has not moved is not evaluated again (thesis 4.5)
   SleepingParameters sleeping;
   bool parallel = false;  ///< pairs are evaluated by the executor, where there is one (thesis 4.5)
 };

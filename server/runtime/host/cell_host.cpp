@@ -5,10 +5,11 @@
 #include <utility>
 #include <variant>
 
+#include "idl/common/text.h"
 #include "server/geometry/mesh/import.h"
 #include "server/runtime/host/allowed_files.h"
 #include "server/runtime/host/scenario_edit.h"
-#include "server/scenario/urdf_reader.h"
+#include "server/scenario/urdf_robot.h"
 
 namespace takt {
 namespace {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "server/scenario/device_builder.h"
 #include "server/scenario/scenario_names.h"
 
 namespace takt {
@@ -12,8 +11,7 @@ namespace {
 /// Names of the devices that come with a Part.
 std::vector<std::string> devices_of(const ScenarioPart& part) {
   std::vector<std::string> names;
-  if (part.heat) names.push_back(heat_device_name(part.name));
-  if (part.thread) names.push_back(thread_device_name(part.name));
+  for (const StatedDevice& device : part.devices) names.push_back(part_device_name(part.name, *device.type));
   return names;
 }
 
@@ -22,7 +20,7 @@ bool is_taken(const Scenario& scenario, const std::string& name) {
     return std::any_of(items.begin(), items.end(), [&](const auto& item) { return item.name == name; });
   };
   return has(scenario.parts) || has(scenario.grounds) || has(scenario.robots) || has(scenario.grippers) ||
-         has(scenario.furnaces) || has(scenario.screwdrivers) ||
+         has(scenario.devices) ||
          std::any_of(scenario.parts.begin(), scenario.parts.end(), [&](const ScenarioPart& part) {
            const auto names = devices_of(part);
            return std::find(names.begin(), names.end(), name) != names.end();
@@ -52,7 +50,8 @@ std::variant<ScenarioPart, Outcome> new_part(const Scenario& scenario, const Spa
                      "There is no Part '" + request.copy_of.substr(0, 100) + "' to copy."};
     }
     part = *original;
-    part.thread.reset();  // the copy is elsewhere, not in the threaded hole of the original
+    // The copy is elsewhere, not in the threaded hole of the original.
+    std::erase_if(part.devices, [](const StatedDevice& device) { return device.held_by() != nullptr; });
     if (request.mass_kg && part.inertia_kg_m2) *part.inertia_kg_m2 *= *request.mass_kg / part.mass_kg;
   } else {
     std::error_code unreadable;
@@ -116,7 +115,10 @@ std::variant<ChangedScenario, Outcome> changed(const Scenario& scenario, const D
   }
   std::string screws;
   for (const ScenarioPart& part : scenario.parts)
-    if (part.thread && part.thread->in == name) screws += (screws.empty() ? "" : ", ") + part.name;
+    if (std::any_of(part.devices.begin(), part.devices.end(), [&](const StatedDevice& device) {
+          return device.held_by() != nullptr && device.held_by()->component == name;
+        }))
+      screws += (screws.empty() ? "" : ", ") + part.name;
   if (!screws.empty()) {
     return Outcome{ControlResult::failed, "'" + name + "' cannot go while something is screwed into it: " +
                                               screws.substr(0, 300) + "; delete that first."};

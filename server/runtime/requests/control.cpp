@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <initializer_list>
@@ -109,12 +108,6 @@ std::string known_requests() {
 }
 
 }  // namespace
-
-std::string exact_text(double value) {
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  return {text.data(), end};
-}
 
 bool is_known_request(std::string_view name) {
   return std::find(kRequests.begin(), kRequests.end(), name) != kRequests.end();

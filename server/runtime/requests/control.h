@@ -122,7 +122,4 @@ ControlReply unknown_request_reply(const ControlRequest& request);
 /// The answer to get_features.
 ControlReply features_reply(std::uint64_t id);
 
-/// A number as text that reads back as the same bits.
-std::string exact_text(double value);
-
 }  // namespace takt

@@ -3,7 +3,7 @@
 #include <string_view>
 #include <vector>
 
-#include "server/runtime/requests/plain_text.h"
+#include "idl/common/utf8.h"
 
 namespace takt {
 namespace {
@@ -15,7 +15,7 @@ bool add_document(ControlReply& reply, const std::string& text) {
   std::vector<std::string_view> pieces;
   for (std::string_view rest = text; !rest.empty(); rest.remove_prefix(pieces.back().size())) {
     if (pieces.size() == kMaxPieces) return false;
-    pieces.push_back(rest.substr(0, whole_characters(rest, kPiece)));
+    pieces.push_back(rest.substr(0, utf8_prefix_size(rest, kPiece)));
   }
   reply.values.emplace_back("pieces", std::to_string(pieces.size()));
   for (std::size_t i = 0; i < pieces.size(); ++i)

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "idl/common/text.h"
 #include "server/runtime/requests/document_reply.h"
 
 namespace takt {

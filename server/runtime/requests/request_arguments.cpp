@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "idl/common/text.h"
+
 namespace takt {
 namespace {
 

@@ -4,12 +4,12 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
 #include "plant_models/gripper/parallel_gripper.h"
 #include "plant_models/mechanics/rigid_body.h"
-#include "plant_models/mechanics/screw_thread.h"
 #include "plant_models/robot/detailed_drive.h"
 #include "plant_models/robot/dynamic_robot.h"
 #include "plant_models/robot/ideal_servo.h"
@@ -20,6 +20,7 @@
 #include "server/contact/holding/component_interaction.h"
 #include "server/contact/surface/contact_model.h"
 #include "server/simulation/model/cell_description.h"
+#include "server/simulation/model/part_mechanism.h"
 #include "server/simulation/model/solver.h"
 
 namespace takt {
@@ -87,24 +88,14 @@ struct AuxiliaryModel {
   std::string name;
   std::function<std::unique_ptr<PlantModel>()> make;  ///< called once by every simulation
   int device = -1;                                    ///< -1: it has no signals
-  std::vector<double> identity{};                     ///< its parameters: what makes it another model
+  std::uint64_t digest = 0;                           ///< hash of its parameters: what makes it another model
 };
 
-/// A Part that is screwed into another component at the start. See threads.h.
-struct ScrewJointModel {
-  int part = -1, holder = -1;
-  int device = -1;  ///< that tells about it
-  ScrewThread law;
-  Vec3 axis_B = Vec3::UnitZ();   ///< along which it comes out
-  Vec3 p_BH = Vec3::Zero();      ///< where a screwdriver meets it
-  double stiffness_ratio = 1.0;  ///< of the thread at level 3 to the Part's own spring
-};
-
-/// A Gripper with a bit at its tool centre point T, which points along the z axis of T.
-struct ScrewdriverModel {
-  int palm = -1, device = -1;
-  Pose X_GT;
-  double reach_m = 0.0, max_torque_Nm = 0.0;
+/// What holds, moves or frees Parts between steps (part_mechanism.h).
+struct MechanismModel {
+  std::string name;
+  std::shared_ptr<void> model{};                           ///< constant while the cell runs
+  std::function<std::unique_ptr<PartMechanism>()> make{};  ///< called once by every simulation
 };
 
 /// Where Parts may be.
@@ -138,8 +129,9 @@ struct CellModel {
   std::vector<GripperModel> grippers;
   ContactModel contact;
   std::vector<AuxiliaryModel> auxiliary_models;
-  std::vector<ScrewJointModel> threads;
-  std::vector<ScrewdriverModel> screwdrivers;
+  std::vector<MechanismModel> mechanisms;
+  std::vector<std::pair<int, int>>
+      joined;  ///< components that a mechanism joins at the start: Part, what holds it
   ClearanceModel clearance;
   std::vector<ConvexImport> convex_imports;
   std::vector<ImportNote> import_notes;

@@ -92,10 +92,11 @@ void OdeSystem::evaluate_wrenches() {
     // What a Gripper bore before it let go, or before its screwdriver stopped, is not there any more.
     for (const int body : stateless_bodies_) wrenches_[static_cast<std::size_t>(body)] = {};
     interaction_.evaluate(motion_, awake_, wrenches_);
-    return;
+  } else {
+    interaction_.evaluate(motion_, wrenches_);
+    contacts_->evaluate_moving(motion_, wrenches_);
   }
-  interaction_.evaluate(motion_, wrenches_);
-  contacts_->evaluate_moving(motion_, wrenches_);
+  for (const ForceElement* element : elements_) element->add_wrenches(motion_, wrenches_);
 }
 
 void OdeSystem::update_stateless_motion(double t) {
@@ -106,6 +107,7 @@ void OdeSystem::update_stateless_motion(double t) {
 std::span<const Wrench> OdeSystem::update_wrenches() {
   interaction_.evaluate(motion_, wrenches_);
   if (has_contacts()) contacts_->evaluate(motion_, wrenches_);
+  for (const ForceElement* element : elements_) element->add_wrenches(motion_, wrenches_);
   return wrenches_;
 }
 

@@ -3,8 +3,10 @@
 // segments; its length is fixed from load to reset.
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "plant_models/force_element.h"
 #include "plant_models/plant_model.h"
 #include "server/contact/holding/component_interaction.h"
 #include "server/contact/surface/contact_interaction.h"
@@ -17,6 +19,9 @@ class OdeSystem {
   /// contact, where pairs act by it; else null.
   OdeSystem(std::vector<PlantModel*> models, const ComponentInteraction& interaction, std::size_t body_count,
             std::size_t arm_count, ContactInteraction* contacts = nullptr);
+
+  /// Further forces, added in this order; they outlive the system. Without any, wrenches are the same bits.
+  void set_force_elements(std::vector<const ForceElement*> elements) { elements_ = std::move(elements); }
 
   int state_count() const { return state_count_; }
 
@@ -130,6 +135,7 @@ class OdeSystem {
   std::vector<int> awake_;  ///< component ids of the Parts among them
   const ComponentInteraction& interaction_;
   ContactInteraction* contacts_;
+  std::vector<const ForceElement*> elements_;
   CellMotion motion_;
   std::vector<Wrench> wrenches_;
   int state_count_ = 0;

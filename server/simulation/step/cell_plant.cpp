@@ -19,6 +19,8 @@ CellPlant::CellPlant(const CellModel& model, const ComponentInteraction& interac
   devices_.resize(model.description.devices.size(), {nullptr, 0});
   for (const AuxiliaryModel& further : model.auxiliary_models) {
     auxiliary_.push_back(further.make());
+    if (const auto* element = dynamic_cast<const ForceElement*>(auxiliary_.back().get()))
+      force_elements_.push_back(element);
     if (further.device < 0) continue;
     const auto device = static_cast<std::size_t>(further.device);
     auto* with_signals = dynamic_cast<DeviceModel*>(auxiliary_.back().get());
@@ -105,6 +107,7 @@ void CellPlant::build() {
   parts_begin_ = begin;
   system_ = std::make_unique<OdeSystem>(std::move(models), interaction_, model_.components.size(),
                                         robots_.size(), contacts_);
+  system_->set_force_elements(force_elements_);
   x_.resize(static_cast<std::size_t>(system_->state_count()));
   accepted_.resize(x_.size());
   system_->set_clock(clock_);

@@ -157,7 +157,7 @@ std::string DivergenceMonitor::look(double time_s, std::span<const int> parts, c
     const auto name = [&] {
       return model_.components[static_cast<std::size_t>(model_.parts[part].body)].name;
     };
-    if (speed > most)
+    if (speed > most && !plant.has_force_elements())  // which may do work
       return name() + " gains energy without a cause at t = " + number(time_s) + " s, at " +
              place(body.p_WBcm) + ": it moves as fast as " + number(speed) + " m/s, while grippers (" +
              number(gripper_m_per_s_) + " m/s) and gravity can have given it no more than " + number(most) +

@@ -25,7 +25,6 @@ Simulation::Impl::Impl(std::shared_ptr<const CellModel> cell_model)
       grasping(*model),
       grip_loads(*model),
       alternation(*model),
-      threads(*model),
       plant(*model, interaction, &contacts),
       resting(model->components, part_bodies(*model)),
       calm(model->components, model->contact.sleeping, model->step_s, contacts, resting),
@@ -35,6 +34,7 @@ Simulation::Impl::Impl(std::shared_ptr<const CellModel> cell_model)
       device_commands(model->description.devices.size()),
       watch(*model),
       history(model->components.size()) {
+  for (const MechanismModel& mechanism : model->mechanisms) mechanisms.push_back(mechanism.make());
   changes.reserve(2 * model->parts.size());
   motion_notices.reserve(ReferenceMotion::kMaxNotices * model->robots.size());
   for (std::size_t r = 0; r < model->robots.size(); ++r)
@@ -51,8 +51,8 @@ void Simulation::Impl::start() {
   step_index = 0;
   interaction.reset();
   contacts.reset();
-  threads.start(interaction);
-  thread_let_go = false;
+  for (const auto& mechanism : mechanisms) mechanism->start(interaction);
+  mechanism_let_go = false;
   if (process_levels.empty()) {
     for (const ProcessDescription& process : model->description.processes)
       process_levels.push_back(process.level_of_detail);
@@ -97,13 +97,10 @@ int Simulation::Impl::component_level(int component) const {
   return level;
 }
 
-void Simulation::Impl::choose_threads() {
-  for (std::size_t i = 0; i < threads.models().size(); ++i)
-    threads.set_stiffness(i, component_level(threads.models()[i].part) == 3, interaction);
-}
-
 void Simulation::Impl::choose_forces() {
-  choose_threads();
+  for (const auto& mechanism : mechanisms)
+    mechanism->choose_stiffness([this](int component) { return component_level(component) == 3; },
+                                interaction);
   if (!model->contact.enabled) return;
   std::vector<int> levels;
   for (std::size_t c = 0; c < model->components.size(); ++c)
@@ -213,8 +210,8 @@ void Simulation::Impl::apply(const DeviceCommand& command) {
 }
 
 void Simulation::Impl::decide() {
-  if (thread_let_go) changed_holds();
-  thread_let_go = false;
+  if (mechanism_let_go) changed_holds();
+  mechanism_let_go = false;
   if (model->auxiliary_models.empty()) return;
   refresh_motion();
   if (plant.decide(time())) motion_is_current = false;
@@ -239,8 +236,8 @@ void Simulation::Impl::update_connections() {
   grasping.update(time(), model->step_s, system().motion(), plant, interaction, contacts);
   interaction.update_connections(system().motion(), grasping.states(), clock);
   grip_loads.update(time(), step_index, system().motion(), interaction, grasping, plant);
-  if (threads.any() && threads.update(model->step_s, system().motion(), plant, interaction))
-    thread_let_go = true;
+  for (const auto& mechanism : mechanisms)
+    mechanism_let_go |= mechanism->update(model->step_s, system().motion(), plant, interaction);
   history.note(time(), step_index, interaction.changes());
   const bool changed = resting.wake_changed(interaction);
   const bool reached = contacts.any_acting() && calm.wake_reached(system().motion());
@@ -274,8 +271,13 @@ bool Simulation::Impl::accept() {
   ++step_index;
   statistics.part_steps_skipped += model->parts.size() - resting.awake().size();
   hash_parts();
-  if (model->interaction.skip_resting && plant.integrator().fixed_step() && !contacts.any_acting()) rest();
-  if (model->contact.sleeping.enabled && plant.integrator().one_step() && contacts.any_acting()) {
+  // A force element may set in motion what rests.
+  const bool may_sleep = !plant.has_force_elements();
+  if (may_sleep && model->interaction.skip_resting && plant.integrator().fixed_step() &&
+      !contacts.any_acting())
+    rest();
+  if (may_sleep && model->contact.sleeping.enabled && plant.integrator().one_step() &&
+      contacts.any_acting()) {
     refresh_motion();
     if (calm.fall_asleep(interaction, system().motion())) system().set_awake(resting.awake());
   }

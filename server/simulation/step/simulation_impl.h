@@ -17,7 +17,6 @@
 #include "server/simulation/step/grasping.h"
 #include "server/simulation/step/grip_loads.h"
 #include "server/simulation/step/reference_motion.h"
-#include "server/simulation/step/screw_joints.h"
 #include "server/simulation/step/simulation.h"
 #include "server/simulation/step/threshold_sleeping.h"
 
@@ -92,8 +91,6 @@ struct Simulation::Impl {
   /// Name and sentence where a component is none, or no Part.
   std::string not_a_part(int component, const char* wanted) const;
   void wake_all();
-  /// How stiff threads are at the present levels of detail.
-  void choose_threads();
   /// After attach and detach: the fault, if one arose.
   std::string changed_holds();
 
@@ -117,8 +114,8 @@ struct Simulation::Impl {
   Grasping grasping;
   GripLoads grip_loads;
   ForceAlternation alternation;
-  ScrewJoints threads;
-  bool thread_let_go = false;  ///< in the last step
+  std::vector<std::unique_ptr<PartMechanism>> mechanisms;
+  bool mechanism_let_go = false;  ///< who is attached changed in the last step
   CellPlant plant;
   ExactSleeping resting;
   ThresholdSleeping calm;

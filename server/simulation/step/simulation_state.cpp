@@ -85,10 +85,10 @@ void Simulation::Impl::save(std::vector<std::byte>& bytes) {
   out.section("CLRN", [&] {
     if (monitor) monitor->save(out);
   });
-  if (threads.any()) {
-    out.section("THRD", [&] {
-      out.put(thread_let_go);
-      threads.save(out);
+  if (!mechanisms.empty()) {
+    out.section("MECH", [&] {
+      out.put(mechanism_let_go);
+      for (const auto& mechanism : mechanisms) mechanism->save(out);
     });
   }
 }
@@ -157,10 +157,10 @@ void Simulation::Impl::load(std::span<const std::byte> bytes) {
   all.section("CLRN", [&](StateReader& in) {
     if (monitor) monitor->load(in);
   });
-  if (threads.any()) {
-    all.section("THRD", [&](StateReader& in) {
-      thread_let_go = in.flag("'a thread let go'");
-      threads.load(in);
+  if (!mechanisms.empty()) {
+    all.section("MECH", [&](StateReader& in) {
+      mechanism_let_go = in.flag("'a mechanism let go'");
+      for (const auto& mechanism : mechanisms) mechanism->load(in);
     });
   }
   all.expect_end();

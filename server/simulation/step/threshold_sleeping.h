@@ -4,7 +4,7 @@
 //
 // A group are Parts whose bounds are, or may soon be, together, or that a substitute force connects. It falls
 // asleep when no point of any of its Parts has been faster than SleepingParameters::speed_m_per_s for
-// SleepingParameters::after_s, and nothing else that may move (an awake Part, a Gripper) is near. States and
+// SleepingParameters::time_to_sleep_s, and nothing else that may move (an awake Part, a Gripper) is near. States and
 // springs of the stick law stay as they are, to the bit. A group wakes as a whole, with the states it had:
 //  - before a step in which anything that moves might reach one of its Parts,
 //  - when a substitute force on one of its Parts changes,

@@ -1,0 +1,81 @@
+#pragma once
+// Parts that are held by their thread, and screwdrivers that turn them out; between steps.
+//
+// A threaded Part is attached to what it is screwed into (ComponentInteraction::attach), so it goes where
+// that goes, no Gripper takes it along, and at level of detail 3 no surface contact acts between the two. A
+// screwdriver is a Gripper with a bit at its tool centre point: while its signal `speed` is not zero and the
+// bit meets the head of such a Part, it turns the Part, which moves along its axis by one pitch per turn. The
+// torque acts between Gripper and what the thread is in. Once turned out, the Part is free: whatever touches
+// it by the usual rules has it.
+#include <string>
+#include <vector>
+
+#include "plant_models/mechanics/screw_thread.h"
+#include "server/devices/device_type.h"
+
+namespace takt {
+
+/// What a scenario says of the thread of a Part.
+struct ScenarioScrewJoint {
+  HeldBy held_by;
+  double pitch_m = 0.0, length_m = 0.0, driving_torque_Nm = 0.0;
+  Vec3 axis_B = Vec3::UnitZ();     ///< along which it comes out, in the Part's frame; of any length
+  Vec3 p_BH = Vec3::Zero();        ///< `head_m`: where a screwdriver meets it
+  double stiffness_N_per_m = 1e6;  ///< at level of detail 3
+};
+DeviceType screw_joint_type();
+
+/// What a scenario says of a bit at the tool centre point of a Gripper.
+struct ScenarioScrewdriver {
+  std::string gripper;
+  double max_speed_rad_per_s = 0.0, max_torque_Nm = 0.0;
+  double reach_m = 0.01;  ///< from the tool centre point to the head
+};
+DeviceType screwdriver_type();
+
+class ScrewJoints final : public PartMechanism {
+ public:
+  /// A Part that is screwed into another component at the start.
+  struct Joint {
+    int part = -1, holder = -1;
+    int device = -1;  ///< that reports it
+    ScrewThread law;
+    Vec3 axis_B = Vec3::UnitZ();   ///< along which it comes out
+    Vec3 p_BH = Vec3::Zero();      ///< where a screwdriver meets it
+    double stiffness_ratio = 1.0;  ///< of the thread at level 3 to the Part's own spring
+  };
+  /// A Gripper with a bit at its tool centre point T, which points along the z axis of T.
+  struct Screwdriver {
+    int palm = -1, device = -1;
+    Pose X_GT;
+    double reach_m = 0.0, max_torque_Nm = 0.0;
+  };
+  struct Model {
+    std::vector<Joint> joints;
+    std::vector<Screwdriver> screwdrivers;
+  };
+  static constexpr const char* kName = "screw joints";
+  enum JointSignal : int { turns, held, kJointSignals };
+  enum DriverSignal : int { speed, torque, engaged, power, energy, kDriverSignals };
+
+  /// `model` outlives it.
+  explicit ScrewJoints(const Model& model) : model_(model), turned_rad_(model.joints.size(), 0.0) {}
+
+  void start(ComponentInteraction& interaction) override;
+  bool update(double h, const CellMotion& motion, CellPlant& plant,
+              ComponentInteraction& interaction) override;
+  /// At level 3, where Grippers pull by contact, a thread has a stiffness of its own.
+  void choose_stiffness(const std::function<bool(int)>& by_contact,
+                        ComponentInteraction& interaction) const override;
+  void save(StateWriter& out) const override;
+  void load(StateReader& in) override;
+
+ private:
+  bool is_held(const Joint& joint, const ComponentInteraction& interaction) const;
+  int engaged_joint(const Screwdriver& driver, const CellMotion& motion) const;
+
+  const Model& model_;
+  std::vector<double> turned_rad_;  ///< by joint
+};
+
+}  // namespace takt

@@ -1,0 +1,39 @@
+#pragma once
+// A value of a YAML file and where it stands.
+#include <yaml-cpp/yaml.h>
+
+#include <filesystem>
+#include <set>
+#include <string>
+
+#include "server/fields/scenario_error.h"
+
+namespace takt {
+
+/// Where values come from: the file, and the keys that --set replaced.
+struct YamlSource {
+  std::filesystem::path file;
+  std::set<std::string> overridden{};  ///< dotted keys
+};
+
+struct FieldValue {
+  const YamlSource* source = nullptr;
+  YAML::Node node;
+  std::string path;  ///< dotted key
+
+  /// "file:line:column: dotted.key", for an error that is found only later.
+  std::string place() const;
+  /// Throws ScenarioError.
+  [[noreturn]] void fail(const std::string& found, const std::string& allowed) const;
+  /// The same for a part of this value, e.g. an element of a list.
+  FieldValue part(const YAML::Node& inner) const { return {source, inner, path}; }
+};
+
+/// What a node holds, for error texts.
+std::string describe_node(const YAML::Node& node);
+/// The shortest text that is read back as the same bits.
+std::string exact_number(double value);
+/// For error texts: 12 digits.
+std::string rounded_number(double value);
+
+}  // namespace takt

@@ -1,0 +1,18 @@
+#pragma once
+// Errors of scenarios. Each names file, line, column, key, what was found and what is allowed.
+#include <stdexcept>
+
+namespace takt {
+
+class ScenarioError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// A scenario names a file that does not exist.
+class MissingFileError : public ScenarioError {
+ public:
+  using ScenarioError::ScenarioError;
+};
+
+}  // namespace takt

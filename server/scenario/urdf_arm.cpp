@@ -1,0 +1,183 @@
+#include "server/scenario/urdf_arm.h"
+
+#include <algorithm>
+#include <numbers>
+#include <system_error>
+
+#include "idl/common/text.h"
+
+namespace takt {
+
+namespace {
+
+class ArmBuilder {
+ public:
+  explicit ArmBuilder(UrdfRobot robot) { result_.robot = std::move(robot); }
+
+  UrdfArm build(const std::string& base_link, const std::string& flange_link) {
+    const std::size_t base = result_.robot.find_link(base_link),
+                      flange = result_.robot.find_link(flange_link);
+    add_chain(base, flange);
+    for (std::size_t i = 0; i < joints().size(); ++i) {
+      if (joints()[i].type == UrdfJointType::fixed || moving_[i] >= 0) continue;
+      fail(joints()[i], " moves but is not on the chain from '" + base_link + "' to '" + flange_link +
+                            "'; an arm is one chain, so branches may only be fixed");
+    }
+    add_links(base, {base_link, -1, {}}, kNoJoint);
+    result_.below_base = walked_;
+    Pose X_RL;
+    for (std::size_t link = base; links()[link].above;) {
+      const std::size_t above = *links()[link].above;
+      link = joints()[above].parent;
+      X_RL = X_RL * joints()[above].X_PJ.inverse();
+      add_links(link, {links()[link].name, -1, X_RL}, above);
+    }
+    return std::move(result_);
+  }
+
+ private:
+  static constexpr std::size_t kNoJoint = static_cast<std::size_t>(-1);
+
+  const std::vector<UrdfLink>& links() const { return result_.robot.links; }
+  const std::vector<UrdfJoint>& joints() const { return result_.robot.joints; }
+
+  [[noreturn]] void fail(const UrdfJoint& joint, const std::string& reason) const {
+    result_.robot.fail(joint.line, joint.describe() + reason);
+  }
+
+  void add_chain(std::size_t base, std::size_t flange) {
+    std::vector<std::size_t> chain;
+    for (std::size_t link = flange; link != base; link = joints()[chain.back()].parent) {
+      if (!links()[link].above)
+        result_.robot.fail(links()[flange].line,
+                           "link '" + links()[flange].name + "' is not below link '" + links()[base].name +
+                               "': the chain of parents ends at '" + links()[link].name + "'");
+      chain.push_back(*links()[link].above);
+    }
+    moving_.assign(joints().size(), -1);
+    ArmModel& arm = result_.arm;
+    Pose X_PJ;  // from the last moving link, or the base, over the fixed joints in between
+    for (auto at = chain.rbegin(); at != chain.rend(); ++at) {
+      const UrdfJoint& joint = joints()[*at];
+      X_PJ = X_PJ * joint.X_PJ;
+      if (joint.type == UrdfJointType::fixed) continue;
+      if (arm.joint_count() == kMaxJoints)
+        fail(joint, " is moving joint number " + std::to_string(kMaxJoints + 1) + " of the chain; at most " +
+                        std::to_string(kMaxJoints) + " are allowed");
+      moving_[*at] = arm.joint_count();
+      arm.joints.push_back(joint_model(joint));
+      arm.joints.back().X_PJ = X_PJ;
+      X_PJ = Pose{};
+    }
+    if (arm.joints.empty())
+      result_.robot.fail(0, "the chain from '" + links()[base].name + "' to '" + links()[flange].name +
+                                "' has no moving joint");
+    arm.X_JF = X_PJ;
+  }
+
+  JointModel joint_model(const UrdfJoint& joint) const {
+    const bool continuous = joint.type == UrdfJointType::continuous;
+    if (joint.type != UrdfJointType::revolute && joint.type != UrdfJointType::prismatic && !continuous)
+      fail(joint, ": the type is not allowed in an arm; allowed: revolute, continuous, prismatic, fixed");
+    if (!joint.mimics.empty())
+      fail(joint, ": it mimics joint '" + joint.mimics + "'; joints of an arm move on their own");
+    if (!(joint.axis.norm() > 1e-6))
+      fail(joint, ": <axis>: xyz: found (" + join(joint.axis, ", ", exact_text) +
+                      "); allowed: a vector with a direction");
+    if (!joint.limit) fail(joint, ": found no <limit>; velocity and effort are needed");
+    const UrdfLimit& limit = *joint.limit;
+    const auto require = [&](bool allowed, const std::string& reason) {
+      if (!allowed) result_.robot.fail(limit.line, joint.describe() + ": <limit>: " + reason);
+    };
+    require(continuous || limit.lower < limit.upper, "found lower " + exact_text(limit.lower) + ", upper " +
+                                                         exact_text(limit.upper) +
+                                                         "; lower must be below upper");
+    require(limit.velocity > 0.0, "velocity: found " + exact_text(limit.velocity) + "; allowed: > 0");
+    require(limit.effort >= 0.0, "effort: found " + exact_text(limit.effort) + "; allowed: >= 0");
+    JointModel model;
+    model.name = joint.name;
+    model.type = joint.type == UrdfJointType::prismatic ? JointType::prismatic : JointType::revolute;
+    model.axis = joint.axis.normalized();
+    model.lower = continuous ? -2.0 * std::numbers::pi : limit.lower;
+    model.upper = continuous ? 2.0 * std::numbers::pi : limit.upper;
+    model.max_velocity = limit.velocity;
+    model.max_effort = limit.effort;
+    return model;
+  }
+
+  /// `first`, a link at `place`, and all below it but what `left_out` carries, which is there already.
+  void add_links(std::size_t first, RobotLink place, std::size_t left_out) {
+    std::vector<std::pair<std::size_t, RobotLink>> waiting{{first, std::move(place)}};
+    while (!waiting.empty()) {
+      const auto [link, here] = std::move(waiting.back());
+      waiting.pop_back();
+      walked_.push_back(link);
+      for (auto joint = links()[link].below.rbegin(); joint != links()[link].below.rend(); ++joint) {
+        if (*joint == left_out) continue;
+        const std::size_t child = joints()[*joint].child;
+        RobotLink below{links()[child].name, moving_[*joint], {}};
+        if (below.joint < 0) below.joint = here.joint, below.X_JL = here.X_JL * joints()[*joint].X_PJ;
+        waiting.emplace_back(child, std::move(below));
+      }
+      result_.links.push_back(here);
+    }
+  }
+
+  UrdfArm result_;
+  std::vector<int> moving_;  ///< by joint of the file: the arm's joint, or -1
+  std::vector<std::size_t> walked_;
+};
+
+void require_meshes(const UrdfRobot& robot, const UrdfLink& link) {
+  for (const auto* shapes : {&link.visuals, &link.collisions}) {
+    for (const UrdfShape& shape : *shapes) {
+      std::error_code error;
+      if (shape.kind != UrdfShapeKind::mesh || shape.filename.rfind("package://", 0) == 0 ||
+          std::filesystem::is_regular_file(robot.file.parent_path() / shape.filename, error))
+        continue;
+      robot.fail(shape.line, "link '" + link.name + "': <mesh>: filename: found '" + shape.filename +
+                                 "'; there is no such file beside the URDF file");
+    }
+  }
+}
+
+}  // namespace
+
+UrdfArm read_urdf_arm(const std::filesystem::path& file, const std::string& base_link,
+                      const std::string& flange_link) {
+  return ArmBuilder(read_urdf(file)).build(base_link, flange_link);
+}
+
+UrdfInertias urdf_inertias(const UrdfArm& arm) {
+  const UrdfRobot& robot = arm.robot;
+  for (const UrdfLink& link : robot.links) require_meshes(robot, link);
+  UrdfInertias result;
+  result.links.resize(arm.arm.joints.size());
+  std::vector<bool> found(arm.arm.joints.size(), false);
+  for (std::size_t i = 0; i < arm.below_base.size(); ++i) {
+    const UrdfLink& link = robot.links[arm.below_base[i]];
+    if (!link.inertial) continue;
+    const std::string where = "link '" + link.name + "': <inertial>: ";
+    const std::string problem = inertia_problem(link.inertial->at_centre);
+    if (!problem.empty()) robot.fail(link.inertial->line, where + problem);
+    if (arm.links[i].joint < 0) continue;  // the base does not move
+    const auto joint = static_cast<std::size_t>(arm.links[i].joint);
+    const std::string remark = inertia_remark(link.inertial->at_centre);
+    if (!remark.empty()) result.remarks.push_back(robot.place(link.inertial->line) + where + remark);
+    result.links[joint] =
+        combined(result.links[joint], link.inertial->at_centre, arm.links[i].X_JL * link.inertial->X_LC);
+    found[joint] = true;
+  }
+  for (std::size_t i = 0; i < arm.below_base.size(); ++i) {
+    const int joint = arm.links[i].joint;
+    if (joint < 0 || found[static_cast<std::size_t>(joint)]) continue;
+    robot.fail(robot.links[arm.below_base[i]].line,
+               "link '" + arm.links[i].name +
+                   "': found no <inertial>, neither on it nor on what is fixed to it, but joint '" +
+                   arm.arm.joints[static_cast<std::size_t>(joint)].name +
+                   "' moves it and dynamics are needed here; needed: <inertial> with <mass> and <inertia>");
+  }
+  return result;
+}
+
+}  // namespace takt

@@ -1,0 +1,43 @@
+#pragma once
+// A serial arm out of a URDF: the chain from a base link to a flange link. Only the joints of the chain may move; each
+// other link is fixed to one of the chain, or carries the base.
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "plant_models/mechanics/multibody_tree.h"
+#include "plant_models/robot/arm_kinematics.h"
+#include "plant_models/robot/robot_link.h"
+#include "server/scenario/urdf_robot.h"
+
+namespace takt {
+
+struct UrdfArm {
+  UrdfRobot robot;
+  ArmModel arm;
+  /// All links of the file. First the base link and those below it: a link after the one that carries it, else in the
+  /// order of the file. Then those above and beside the base link.
+  std::vector<RobotLink> links;
+  /// Of the base link and those below it, the first of `links`: the index in robot.links.
+  std::vector<std::size_t> below_base;
+};
+
+/// Fixed joints are folded into their neighbours; at least one and at most kMaxJoints moving joints; revolute,
+/// continuous and prismatic joints whose axis has a direction; limits with lower < upper, velocity > 0, effort >= 0
+/// (continuous joints: +-2 pi). Throws UrdfError for anything else, and as read_urdf().
+UrdfArm read_urdf_arm(const std::filesystem::path& file, const std::string& base_link,
+                      const std::string& flange_link);
+
+struct UrdfInertias {
+  /// Of what each joint of the arm moves up to the next one, in the joint's frame.
+  std::vector<BodyInertia> links;
+  /// Of figures that are doubtful but can be computed with, one sentence each with file, line and element.
+  std::vector<std::string> remarks;
+};
+
+/// Apart from the kinematics, which need no inertias. Throws UrdfError for a joint that moves no <inertial>, an inertia
+/// that no body has (inertia_problem()), and a mesh file that is missing: nothing is computed from it here, but the robot
+/// is not the one that was meant. Meshes of ROS packages (package://) are not looked for.
+UrdfInertias urdf_inertias(const UrdfArm& arm);
+
+}  // namespace takt

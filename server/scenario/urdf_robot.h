@@ -1,0 +1,98 @@
+#pragma once
+// A URDF file as a tree of links and joints: read once, strictly, into one model. Kinematics and dynamics of an arm are
+// taken from it (urdf_arm.h), and the shapes of collision checking (urdf_collision.h). The only place that knows
+// tinyxml2.
+//
+// Frames and units are those of URDF: m, rad, kg, N, N m. L is the frame of a link, J that of the joint above it at
+// position zero (the same frame), P the frame of the link that carries the joint. Rotations are fixed-axis roll, pitch,
+// yaw (rotation_from_rpy). Ignored is what nothing is computed from: materials, <dynamics>, <safety_controller>,
+// <calibration>, <transmission>, <gazebo>.
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "plant_models/mechanics/multibody_tree.h"
+#include "plant_models/spatial.h"
+
+namespace takt {
+
+/// what() names the file, the line, the element, what was found and what is allowed.
+class UrdfError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct UrdfInertial {
+  Pose X_LC;              ///< centre of mass and axes of the tensor
+  BodyInertia at_centre;  ///< in C: p_BBcm_B is zero. Finite numbers, not necessarily physical ones
+  int line = 0;
+};
+
+enum class UrdfShapeKind { box, cylinder, sphere, mesh };
+
+/// Geometry of a <visual> or <collision>. Sizes are finite numbers, not necessarily positive ones.
+struct UrdfShape {
+  UrdfShapeKind kind = UrdfShapeKind::box;
+  Pose X_LS;
+  Vec3 size_m = Vec3::Zero();  ///< of a box
+  double radius_m = 0.0;       ///< of a sphere or cylinder
+  double length_m = 0.0;       ///< of a cylinder, along z
+  Vec3 scale = Vec3::Ones();   ///< of a mesh
+  std::string filename;        ///< of a mesh, as the file has it, without file://
+  int line = 0;
+};
+
+struct UrdfLink {
+  std::string name;
+  std::optional<std::size_t> above;  ///< joint that carries it; the root has none
+  std::vector<std::size_t> below;    ///< joints that it carries, in the order of the file
+  std::optional<UrdfInertial> inertial;
+  std::vector<UrdfShape> visuals, collisions;
+  int line = 0;
+};
+
+enum class UrdfJointType { fixed, revolute, continuous, prismatic, floating, planar };
+
+struct UrdfLimit {
+  double lower = 0.0, upper = 0.0;  ///< rad or m
+  double velocity = 0.0;            ///< rad/s or m/s
+  double effort = 0.0;              ///< N m or N
+  int line = 0;
+};
+
+struct UrdfJoint {
+  std::string name;
+  UrdfJointType type = UrdfJointType::fixed;
+  std::size_t parent = 0, child = 0;  ///< links
+  Pose X_PJ;
+  Vec3 axis = Vec3::UnitX();       ///< in J, of any length
+  std::optional<UrdfLimit> limit;  ///< always there for revolute and prismatic joints
+  std::string mimics;              ///< the joint that it follows; empty: none
+  int line = 0;
+
+  std::string describe() const;  ///< "joint 'NAME' (TYPE)"
+};
+
+struct UrdfRobot {
+  std::filesystem::path file;
+  std::string text;               ///< the file as it is
+  std::vector<UrdfLink> links;    ///< in the order of the file, as joints
+  std::vector<UrdfJoint> joints;  ///< join all links to one tree
+
+  /// Index of the link of that name. Throws UrdfError that lists the links.
+  std::size_t find_link(const std::string& name) const;
+  /// "FILE: line LINE: ", where line 0 stands for the whole file.
+  std::string place(int line) const;
+  /// Throws UrdfError: place and reason.
+  [[noreturn]] void fail(int line, const std::string& reason) const;
+};
+
+/// Throws UrdfError for a file that is not there, bytes that are not UTF-8, text that is not well-formed XML, a version
+/// other than 1.0, names that are missing or used twice, numbers that are not finite, elements and attributes that URDF
+/// requires and the file lacks, unknown types of joints and geometry, and links that are not one tree.
+UrdfRobot read_urdf(const std::filesystem::path& file);
+
+}  // namespace takt

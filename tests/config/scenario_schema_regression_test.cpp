@@ -1,0 +1,69 @@
+// What can be written in scenario files, as committed for editors and readers, is what the tables of fields say; and
+// every shipped scenario that is read and written back is the same model.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "server/headless/scenario_schema.h"
+#include "server/scenario/scenario_builder.h"
+#include "server/scenario/scenario_writer.h"
+#include "server/simulation/model/model_hash.h"
+#include "tests/support/temporary_directory.h"
+
+namespace takt {
+namespace {
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST(ScenarioSchema, IsTheCommittedOne) {
+  EXPECT_TRUE(text_of(std::filesystem::path(TAKT_CONFIG_DIR) / "scenarios" / "scenario.schema.json") ==
+              scenario_schema())
+      << "takt-run --scenario-keys schema > config/scenarios/scenario.schema.json";
+}
+
+TEST(ScenarioSchema, IsTheReferencePage) {
+  EXPECT_TRUE(text_of(std::filesystem::path(TAKT_SOURCE_DIR) / "docs" / "scenario_reference.md") ==
+              scenario_reference())
+      << "takt-run --scenario-keys reference > docs/scenario_reference.md";
+}
+
+class WrittenScenario : public testing::TestWithParam<std::filesystem::path> {};
+
+TEST_P(WrittenScenario, IsTheSameModelAtEveryLevel) {
+  const test::TemporaryDirectory directory;
+  const ImportOptions import{directory.path() / "cache"};
+  const Scenario scenario = read_scenario(GetParam());
+  const std::string text = write_scenario(scenario, directory.path());
+  directory.write("written.yaml", text);
+  const Scenario again = read_scenario(directory.path() / "written.yaml");
+  EXPECT_EQ(write_scenario(again, directory.path()), text);
+  EXPECT_EQ(model_hash(*build_cell(scenario, import)), model_hash(*build_cell(again, import))) << text;
+  for (const int level : {1, 3}) {
+    ScenarioOptions options;
+    options.level_of_detail = level;
+    const Scenario one = read_scenario(GetParam(), options),
+                   other = read_scenario(directory.path() / "written.yaml", options);
+    EXPECT_EQ(one.step_s, other.step_s);
+    EXPECT_EQ(one.initial_solver(), other.initial_solver());
+    EXPECT_EQ(one.initial_tolerance(), other.initial_tolerance());
+  }
+}
+
+std::vector<std::filesystem::path> shipped() {
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry :
+       std::filesystem::recursive_directory_iterator(std::filesystem::path(TAKT_CONFIG_DIR) / "scenarios"))
+    if (entry.path().extension() == ".yaml") files.push_back(entry.path());
+  return files;
+}
+
+INSTANTIATE_TEST_SUITE_P(Shipped, WrittenScenario, testing::ValuesIn(shipped()),
+                         [](const auto& file) { return file.param.stem().string(); });
+
+}  // namespace
+}  // namespace takt
