@@ -260,8 +260,7 @@ class Fields {
   void begin_element(const char* key, const YAML::Node& node);
   void end();
   void put(const std::string& key, const YAML::Node& value, unsigned flags);
-  void add(const std::string& key, KeyInfo info, const char* doc, unsigned flags,
-           const YAML::Node& fallback);
+  void add(const std::string& key, KeyInfo info, const char* doc, unsigned flags, const YAML::Node& fallback);
   FieldValue here(const std::string& key) const;
   std::vector<std::string> names_in() const;
   std::vector<YAML::Node> nodes_in(const char* key, const char* what);

@@ -19,8 +19,8 @@ struct KeyInfo {
   bool lower_open = false;
   std::vector<std::string> choices{};
   std::size_t min_items = 0, max_items = 0;  ///< of a list; max_items 0: any number
-  std::vector<KeyInfo> items{};            ///< fields of a section; the one element of a list
-  std::vector<KeyInfo> other_forms{};      ///< what the value may be instead
+  std::vector<KeyInfo> items{};              ///< fields of a section; the one element of a list
+  std::vector<KeyInfo> other_forms{};        ///< what the value may be instead
   std::string shared{};                      ///< name of a section that appears in several places
   std::string default_text{};                ///< as in a file; empty: without one
   bool required = false;

@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "plant_models/spatial.h"
-#include "server/fields/key_info.h"
 #include "server/fields/field_value.h"
+#include "server/fields/key_info.h"
 
 namespace takt {
 
@@ -187,9 +187,7 @@ struct ListOf {
     for (const Value& value : values) result.push_back(rule.write(value));
     return result;
   }
-  KeyInfo info() const {
-    return {.kind = KeyInfo::Kind::list, .min_items = least, .items = {rule.info()}};
-  }
+  KeyInfo info() const { return {.kind = KeyInfo::Kind::list, .min_items = least, .items = {rule.info()}}; }
 };
 
 /// Names, each with a number.

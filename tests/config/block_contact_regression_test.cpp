@@ -219,7 +219,7 @@ TEST(BlockContact, SwitchesBetweenLevels2And3KeepTheAssembly) {
 
 TEST(BlockContact, APartHeldBySubstituteForceIsPressedByContact) {
   // B stands on the tables by substitute force, what is put into it presses by contact.
-  expect_assembled({}, {"contact.pairs=[{pair: [B, \"Table*\"], interaction: substitute}]"});
+  expect_assembled({}, {"contact.pairs=[{pair: [B, \"Table*\"], force: holding_spring}]"});
 }
 
 TEST(BlockContact, OneProcessRunsAtLevel3BesideOneAtLevel1) {

@@ -107,8 +107,7 @@ double duration_of(const Case& c, const Scenario& scenario) {
   static const std::map<std::pair<std::string, int>, double> short_s{
       {{"bev_rotor", 2}, 20.0},         {{"bev_rotor", 3}, 10.0},         {{"chainsaw_motor", 2}, 12.0},
       {{"chainsaw_motor", 3}, 5.0},     {{"block_disassembly", 3}, 12.0}, {{"block_assembly_kr16", 2}, 12.0},
-      {{"block_disassembly", 2}, 20.0}, {{"block_assembly", 2}, 20.0},    {{"furnace", 1}, 2500.0},
-      {{"weak_grip", 3}, 5.0}};
+      {{"block_disassembly", 2}, 20.0}, {{"block_assembly", 2}, 20.0},    {{"furnace", 1}, 2500.0}};
   const auto found = short_s.find({c.scenario, c.level});
   return found == short_s.end() || test::effort() > 1 ? scenario.duration_s : found->second;
 }

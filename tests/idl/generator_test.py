@@ -71,7 +71,7 @@ class Reading(unittest.TestCase):
         self.assertTrue(struct.has("bare"))
         self.assertEqual(struct.fields[0].annotation("unit"), "N m")
         self.assertEqual(struct.fields[0].annotation("range", "max"), "2.5")
-        table = cpp.table(struct)
+        table = cpp.table(struct, reader)
         self.assertIn('{"event", "sentence", "Part {part} (%) is \\"free\\"."}', table)
         self.assertIn('{"bare", "", ""}', table)
 

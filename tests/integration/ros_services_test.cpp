@@ -6,6 +6,7 @@
 #include <map>
 
 #include "idl/common/stamp.h"
+#include "idl/common/text.h"
 #include "ros2_service_msgs.h"
 #include "server/dds/ros_service_messages.h"
 #include "tests/support/hosted_service.h"

@@ -107,9 +107,9 @@ TEST(SessionStore, ANewSessionKeepsTheNewestSnapshotOfTheEarlierOne) {
   // A server that ended before it saved anything changes nothing.
   store.begin();
   EXPECT_EQ(step_of("previous-run"), 52);
-  EXPECT_EQ(step_of("earlier_2"), 42);
-  EXPECT_EQ(step_of("earlier_3"), 32);
-  EXPECT_EQ(step_of("earlier_4"), -1);
+  EXPECT_EQ(step_of("previous-run-2"), 42);
+  EXPECT_EQ(step_of("previous-run-3"), 32);
+  EXPECT_EQ(step_of("previous-run-4"), -1);
 }
 
 TEST(SessionStore, ADirectoryThatCannotBeMadeIsReported) {

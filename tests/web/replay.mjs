@@ -52,7 +52,11 @@ if (existsSync('/usr/bin/gnuplot')) {
 // A recorder that is killed leaves what it has written so far, a second old at most.
 const doomed = await start('takt', ['record', 'killed.mcap']);
 const again = await start('takt', ['replay', 'run.mcap']);
-while (!existsSync('killed.mcap') || statSync('killed.mcap').size < 50000) await new Promise((resolve) => setTimeout(resolve, 20));
+const written = () => (existsSync('killed.mcap') ? statSync('killed.mcap').size : 0);
+const until = async (condition) => { while (!condition()) await new Promise((resolve) => setTimeout(resolve, 20)); };
+await until(() => written() >= 50000);
+const first = written();
+await until(() => written() > first + 50000);  // a chunk is on its way to the file at any moment: the first one is whole then
 doomed.kill('SIGKILL');
 await doomed.ended.catch(() => {});
 assert.equal(await again.ended, 0, again.text);

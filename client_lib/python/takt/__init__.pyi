@@ -89,7 +89,7 @@ class CellInfo:
     """What a cell consists of; another object when another scenario is loaded."""
     cell: str
     scenario: str
-    world: int
+    scenario_generation: int
     server_version: str
     step_s: float
     components: Dict[str, ComponentInfo]
@@ -152,7 +152,7 @@ class Status:
     time_s: float
     step: int
     epoch: int
-    world: int
+    scenario_generation: int
     state: SimulationState
     pace: str
     pace_factor: float
