@@ -39,7 +39,7 @@ takt::ClientOptions options_for(const std::string& cell) {
 
 takt::RunLoopOptions paused_loop() {
   takt::RunLoopOptions options;
-  options.state = SimulationState::paused;
+  options.state = takt::SimulationState::paused;
   return options;
 }
 

@@ -76,6 +76,7 @@ void ScenarioSlot::exchange(std::shared_ptr<LoadedScenario> next, std::optional<
   }
   if (old) {
     old->loop->stop();
+    old->writer.reset();  // the last state of what ended is written before anything of what comes
     set_pace(old->loop->pace(), old->loop->pace_factor());
     if (keep_controllers) options.controllers = old->loop->controllers();
     if (listener_ != nullptr) listener_->closed(*old->loop);
