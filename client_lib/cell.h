@@ -13,17 +13,12 @@
 #include <vector>
 
 #include "takt_enumerations.h"
+#include "takt_msgs.h"
 
 namespace takt::client {
 
-struct Vector3 {
-  double x = 0.0, y = 0.0, z = 0.0;
-};
-
-/// Unit quaternion of a rotation, scalar last.
-struct Quaternion {
-  double x = 0.0, y = 0.0, z = 0.0, w = 1.0;
-};
+using takt_msgs::msg::Quaternion;
+using takt_msgs::msg::Vector3;
 
 /// A constant pose of the description: position, and the exact rotation matrix, row by row.
 struct Transform {

@@ -21,11 +21,12 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "client_lib/cell.h"
-#include "client_lib/entities.h"
-#include "client_lib/part_explanation.h"
+#include "idl/vocabulary/arguments.h"
 
 namespace takt::client {
 
@@ -89,12 +90,29 @@ struct TrajectoryPoint {
 using takt::GripperAction;
 using takt::Pace;
 
-/// Named arguments or values of a control request, as text.
-using Arguments = std::map<std::string, std::string>;
+namespace requests = takt::requests;
+using takt::Arguments;
 
 struct Reply {
-  std::string message;
+  std::string message;  ///< a whole sentence
   Arguments values;
+  /// A value as text, e.g. "0.5"; empty where there is none of that name.
+  std::string text(std::string_view name) const;
+};
+
+/// The response to a request (docs/requests.md), with the sentence of the server.
+template <Request Type>
+struct Answer : ResponseOf<Type> {
+  std::string message{};
+};
+
+/// Why a component is held as it is.
+using PartExplanation = requests::ExplainPartResponse;
+
+struct LoadOptions {
+  std::vector<std::string> overrides;    ///< KEY=VALUE, e.g. solver.step_s=0.0005
+  std::optional<int> level_of_detail;    ///< of every process
+  std::optional<Seconds> timeout;        ///< large meshes take their time
 };
 
 class Client {
@@ -183,81 +201,121 @@ class Client {
   void set_gripper(const std::string& gripper, GripperAction action, double width_m = 0.0,
                    double max_force_N = 0.0, std::optional<double> stamp_s = {});
 
-  // --- control
-  // ------------------------------------------------------------------------------------------------------
+  // --- requests
   // Each waits for the reply; throws ClientError: refused (with the server's sentence), timeout, lost.
   // Whatever is not given a timeout has options.timeout.
-  /// What the server can do: `requests`, `paces`, `levels_of_detail`, ... as lists separated by commas.
-  Arguments get_features();
-  SimulationState get_state();
-  void set_state(SimulationState state);
+
+  /// Any request of docs/requests.md, e.g. call(requests::SaveSnapshot{.name = "before"}).uri.
+  template <Request Type>
+  Answer<Type> call(const Type& wanted, std::optional<Seconds> timeout = {}) {
+    const std::string name(request_info<Type>().name);
+    Reply reply = request(name, arguments_of(wanted), timeout);
+    Answer<Type> answer;
+    answer.message = std::move(reply.message);
+    read_values(name, reply.values, static_cast<ResponseOf<Type>&>(answer));
+    return answer;
+  }
+  /// The same by name.
+  Reply request(const std::string& name, const Arguments& arguments, std::optional<Seconds> timeout = {});
+  /// With arguments as a person types them (arguments_of_text()).
+  Reply request(const std::string& name, const std::map<std::string, std::string>& arguments = {},
+                std::optional<Seconds> timeout = {});
+
+  SimulationState get_state() { return call(requests::GetState{}).state; }
+  void set_state(SimulationState state) { call(requests::SetState{state}); }
   void play() { set_state(SimulationState::playing); }
   void pause() { set_state(SimulationState::paused); }
   void resume() { set_state(SimulationState::playing); }
   /// Advances a paused simulation by this many steps and returns when they are done.
-  void step(std::uint64_t steps, std::optional<Seconds> timeout = {});
+  void step(std::uint64_t steps, std::optional<Seconds> timeout = {}) { call(requests::Step{steps}, timeout); }
   /// Back to the initial state; the epoch counts up.
-  void reset();
+  void reset() { call(requests::Reset{}); }
   /// `factor` scales simulated against wall time (realtime only).
-  void set_pace(Pace pace, double factor = 1.0);
+  void set_pace(Pace pace, double factor = 1.0) {
+    call(requests::SetPace{pace, pace == Pace::realtime ? factor : 1.0});
+  }
   /// New level of detail, 1 to 3, of a process ("all": of every one) from the present instant on. Refused,
   /// with the reason, when a robot cannot have it or, 3, when the scenario has no section 'contact'. A reset
   /// goes back to the levels of the scenario.
-  void set_level_of_detail(int level, const std::string& process = "all");
+  void set_level_of_detail(int level, const std::string& process = "all") {
+    call(requests::SetLevelOfDetail{level, process});
+  }
   /// From now on, in lockstep, the simulation waits at each multiple of `period` for a command for every
-  /// target (robots, grippers) from this client; when none has come after `timeout` of wall time, it pauses
-  /// and says so in an event. The reply names the first such instant: next_boundary_step, next_boundary_time.
-  /// LockstepController (lockstep_controller.h) does all this.
-  Reply register_controller(const std::string& name, Seconds period, Seconds timeout,
-                            const std::vector<std::string>& targets);
-  void unregister_controller(const std::string& name);
-  /// Why a Part is free, grasped, placed or assembled: who holds it, by which rule, since when, and what it
-  /// touches. For a Gripper or Ground: whom it holds. The server answers between two steps; the simulation
-  /// goes on unchanged. Throws ClientError: refused (result 2, with the names there are) for an unknown name.
-  PartExplanation explain_part(const std::string& part, std::optional<Seconds> timeout = {});
+  /// target (robots, grippers, devices) from this client; when none has come after `timeout` of wall time, it
+  /// pauses and says so in an event. Returns the first such instant. LockstepController
+  /// (lockstep_controller.h) does all this.
+  Answer<requests::RegisterController> register_controller(const std::string& name, Seconds period,
+                                                           Seconds timeout,
+                                                           const std::vector<std::string>& targets) {
+    return call(requests::RegisterController{name, period.count(), timeout.count(), targets});
+  }
+  void unregister_controller(const std::string& name) { call(requests::UnregisterController{name}); }
+  /// Why a Part is free, grasped, placed or assembled: what holds it, by which rule, since when, and what it
+  /// touches. For a Gripper or Ground: what it holds. The server answers between two steps; the simulation
+  /// goes on unchanged.
+  PartExplanation explain_part(const std::string& part, std::optional<Seconds> timeout = {}) {
+    return call(requests::ExplainPart{part}, timeout);
+  }
 
-  // --- scenarios
-  // ----------------------------------------------------------------------------------------------------
   /// Exchanges what is simulated; returns the new description once it has come here. `file` is seen from the
   /// working directory of the server. The simulation is stopped afterwards. When it is refused, with the
   /// sentence of the scenario's reader, the cell goes on as it was.
-  std::shared_ptr<const CellInfo> load_scenario(const std::string& file, const LoadOptions& options = {});
+  std::shared_ptr<const CellInfo> load_scenario(const std::string& file, const LoadOptions& options = {}) {
+    call(requests::LoadScenario{file, options.overrides, options.level_of_detail}, options.timeout);
+    return cell();
+  }
   /// The file of the loaded scenario again, with the same overrides.
-  std::shared_ptr<const CellInfo> reload_scenario(std::optional<Seconds> timeout = {});
+  std::shared_ptr<const CellInfo> reload_scenario(std::optional<Seconds> timeout = {}) {
+    call(requests::ReloadScenario{}, timeout);
+    return cell();
+  }
   /// Afterwards cell() lists nothing, and no state comes.
-  void unload_scenario(std::optional<Seconds> timeout = {});
+  void unload_scenario(std::optional<Seconds> timeout = {}) { call(requests::UnloadScenario{}, timeout); }
 
-  // --- entities: components, as simulation_interfaces call them
-  // -----------------------------------------------------
-  /// A new Part, while the simulation is stopped. Returns its name.
-  std::string spawn_entity(const SpawnRequest& request, std::optional<Seconds> timeout = {});
+  /// A new Part, while the simulation is stopped.
+  Answer<requests::SpawnEntity> spawn_entity(const requests::SpawnEntity& wanted, std::optional<Seconds> timeout = {}) {
+    return call(wanted, timeout);
+  }
   /// Any Part, while the simulation is stopped.
-  void delete_entity(const std::string& entity, std::optional<Seconds> timeout = {});
-  /// `filter`: name with * for any characters; `category`: part, gripper or ground; empty: all.
-  std::vector<EntityInfo> get_entities(const std::string& filter = {}, const std::string& category = {});
+  void delete_entity(const std::string& entity, std::optional<Seconds> timeout = {}) {
+    call(requests::DeleteEntity{entity}, timeout);
+  }
+  /// `filter`: name with * for any characters; empty: all.
+  std::vector<requests::EntityInfo> get_entities(const std::string& filter = {},
+                                                 std::optional<ComponentType> category = {}) {
+    return call(requests::GetEntities{filter, category}).entities;
+  }
   /// The server answers between two steps.
-  EntityState get_entity_state(const std::string& entity);
+  Answer<requests::GetEntityState> get_entity_state(const std::string& entity) {
+    return call(requests::GetEntityState{entity});
+  }
   /// Puts a Part elsewhere while the simulation is paused or stopped.
-  void set_entity_state(const std::string& entity, const EntityPlacement& placement);
+  void set_entity_state(const requests::SetEntityState& wanted) { call(wanted); }
   /// The Part hangs on the component `to` from now on, until detached, whatever touches it.
-  void attach(const std::string& part, const std::string& to);
-  void detach(const std::string& part);
+  void attach(const std::string& part, const std::string& to) { call(requests::Attach{part, to}); }
+  void detach(const std::string& part) { call(requests::Detach{part}); }
 
-  // --- snapshots and recordings, files of the server
-  // -----------------------------------------------------------------
-  /// The whole state of the simulation, under a name.
-  Reply save_snapshot(const std::string& name, std::optional<Seconds> timeout = {});
+  /// The whole state of the simulation, under a name, in a file of the server.
+  Answer<requests::SaveSnapshot> save_snapshot(const std::string& name, std::optional<Seconds> timeout = {}) {
+    return call(requests::SaveSnapshot{name}, timeout);
+  }
   /// Back to that state, of the same scenario; without a name: the newest periodic one. The epoch counts up.
-  Reply restore_snapshot(const std::string& name = {}, std::optional<Seconds> timeout = {});
-  /// Arguments as the server has them (request start_recording).
-  Reply start_recording(const Arguments& arguments = {});
-  Reply stop_recording(const Arguments& arguments = {});
-
-  /// Any request of the control vocabulary.
-  Reply request(const std::string& name, const Arguments& arguments = {},
-                std::optional<Seconds> timeout = {});
+  Answer<requests::RestoreSnapshot> restore_snapshot(const std::string& name = {},
+                                                     std::optional<Seconds> timeout = {}) {
+    return call(requests::RestoreSnapshot{name}, timeout);
+  }
+  /// All that changes the simulation from here on, in a file of the server.
+  Answer<requests::StartRecording> start_recording(const std::string& name) {
+    return call(requests::StartRecording{name});
+  }
+  Answer<requests::StopRecording> stop_recording() { return call(requests::StopRecording{}); }
 
  private:
+  template <typename Response>
+  static void read_values(const std::string& name, const Arguments& values, Response& response) {
+    if (const auto fault = read_arguments(name, values, response))
+      throw ClientError(ClientError::Kind::refused, fault->sentence);
+  }
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

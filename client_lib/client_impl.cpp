@@ -320,12 +320,9 @@ void require_room(const std::string& name, const Arguments& arguments) {
   within("a name with characters:", name.size(),
          field_info<takt_msgs::msg::ControlRequest>("request").string_bound);
   within("arguments:", arguments.size(), field_info<takt_msgs::msg::ControlRequest>("arguments").bound);
-  for (const auto& [key, value] : arguments) {
-    within("an argument whose name has characters:", key.size(),
+  for (const auto& argument : arguments)
+    within("an argument whose name has characters:", argument.name.size(),
            field_info<takt_msgs::msg::Argument>("name").string_bound);
-    within("the argument '" + key + "' with characters:", value.size(),
-           field_info<takt_msgs::msg::Argument>("value").string_bound);
-  }
 }
 
 std::uint64_t Client::Impl::write_request(const std::string& name, const Arguments& arguments) {
@@ -333,9 +330,12 @@ std::uint64_t Client::Impl::write_request(const std::string& name, const Argumen
   takt_msgs::msg::ControlRequest request;
   request.client_id = id;
   request.request = name;
-  for (const auto& [key, value] : arguments) {
-    request.arguments.push_back({key, value});
-  }
+  request.arguments = arguments;
+  constexpr std::size_t kMost = cdr::max_bytes<takt_msgs::msg::ControlRequest>();
+  if (const std::size_t bytes = cdr::size(request); bytes > kMost)
+    throw ClientError(ClientError::Kind::invalid, "The request '" + name + "' has " + std::to_string(bytes) +
+                                                      " bytes; at most " + std::to_string(kMost) +
+                                                      " are possible.");
   auto& sender = sender_for(topics::control_request);
   {
     const std::lock_guard lock(mutex);
@@ -355,7 +355,7 @@ void Client::Impl::open_control(Clock::time_point deadline) {
   std::vector<std::uint64_t> tries;
   while (!control_is_open) {
     lock.unlock();
-    tries.push_back(write_request("get_state", {}));
+    tries.push_back(write_request(std::string(request_info<requests::GetState>().name), {}));
     lock.lock();
     const auto answered = [&] {
       return std::any_of(tries.begin(), tries.end(),
@@ -389,15 +389,13 @@ Reply Client::Impl::call(const std::string& name, const Arguments& arguments, Se
     throw ClientError(ClientError::Kind::timeout, where() + sentence);
   }
   const auto reply = *std::move(replies.at(sequence));
-  if (reply.result != 1)
+  if (reply.result != static_cast<int>(ControlResult::ok))
     throw ClientError(
         ClientError::Kind::refused,
         "Request '" + name + "' was refused (result " + std::to_string(reply.result) + "): " + reply.message,
         reply.result);
-  Reply result{reply.message, {}};
-  for (const auto& value : reply.values) result.values[value.name] = value.value;
-  apply_reply_causality(lock, name, result.values, generation_before, deadline);
-  return result;
+  apply_reply_causality(lock, name, reply.values, generation_before, deadline);
+  return {reply.message, reply.values};
 }
 
 }  // namespace takt::client

@@ -7,12 +7,8 @@
 namespace takt::client {
 namespace {
 
-Vector3 vector3(const takt_msgs::msg::Vector3& wire) {
-  return {wire.x, wire.y, wire.z};
-}
-
 Transform transform(const takt_msgs::msg::Vector3& position, const std::vector<double>& rotation) {
-  Transform X{vector3(position), {}};
+  Transform X{position, {}};
   if (rotation.size() == X.rotation.size())
     std::copy(rotation.begin(), rotation.end(), X.rotation.begin());
   else
@@ -35,7 +31,7 @@ ComponentInfo component_info(const takt_msgs::msg::ComponentDescription& wire) {
   info.type = known_or(wire.type, ComponentType::ground);
   info.hierarchy = wire.hierarchy;
   info.mass_kg = wire.mass;
-  info.center_of_mass_m = vector3(wire.center_of_mass);
+  info.center_of_mass_m = wire.center_of_mass;
   info.mesh_uri = wire.mesh_uri;
   info.vertices_m = wire.vertices;
   info.triangles = wire.triangles;
@@ -50,7 +46,7 @@ RobotInfo robot_info(const takt_msgs::msg::RobotDescription& wire) {
   info.urdf = wire.urdf;
   for (const auto& joint : wire.joints)
     info.joints.push_back({joint.name, joint.type == JointType::prismatic,
-                           transform(joint.position, joint.rotation), vector3(joint.axis), joint.lower,
+                           transform(joint.position, joint.rotation), joint.axis, joint.lower,
                            joint.upper, joint.max_velocity, joint.max_effort});
   info.X_JF = transform(wire.flange);
   info.X_WR = transform(wire.base);
@@ -100,7 +96,7 @@ CellInfo from_wire(const takt_msgs::msg::CellDescription& wire) {
   info.server_version = wire.server_version;
   info.step_s = wire.step_size;
   info.level_of_detail = wire.level_of_detail;
-  info.gravity_m_per_s2 = vector3(wire.gravity);
+  info.gravity_m_per_s2 = wire.gravity;
   for (const auto& component : wire.components) info.components.push_back(component_info(component));
   for (const auto& robot : wire.robots) info.robots.push_back(robot_info(robot));
   for (const auto& gripper : wire.grippers) info.grippers.push_back(gripper_info(gripper));
@@ -187,8 +183,8 @@ std::optional<Contacts> from_wire(const takt_msgs::msg::Contacts& wire, const Ce
   contacts.contacts.reserve(wire.contacts.size());
   for (const auto& pair : wire.contacts) {
     if (!known(pair.base) || !known(pair.target)) return std::nullopt;
-    contacts.contacts.push_back({name(pair.base), name(pair.target), vector3(pair.force),
-                                 vector3(pair.torque), vector3(pair.center_of_pressure), pair.elements,
+    contacts.contacts.push_back({name(pair.base), name(pair.target), pair.force,
+                                 pair.torque, pair.center_of_pressure, pair.elements,
                                  pair.area, pair.normal_force, pair.friction_force, pair.largest_pressure,
                                  pair.largest_penetration});
   }
@@ -210,12 +206,12 @@ std::optional<State> from_wire(const takt_msgs::msg::CellState& wire, std::share
   for (const auto& component : wire.components) {
     if (component.partner >= count) return std::nullopt;
     const auto& q = component.orientation;
-    state.components.push_back({vector3(component.position),
+    state.components.push_back({component.position,
                                 {q.x, q.y, q.z, q.w},
-                                vector3(component.linear_velocity),
-                                vector3(component.angular_velocity),
-                                vector3(component.force),
-                                vector3(component.torque),
+                                component.linear_velocity,
+                                component.angular_velocity,
+                                component.force,
+                                component.torque,
                                 known_or(component.state, PartState::fixed),
                                 std::max(component.partner, -1)});
   }

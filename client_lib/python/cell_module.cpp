@@ -248,41 +248,68 @@ void bind_figures(py::module_& m) {
       .def_readonly("epoch", &Contacts::epoch)
       .def_readonly("contacts", &Contacts::contacts)
       .def_readonly("omitted", &Contacts::omitted);
-  py::class_<EntityInfo>(m, "EntityInfo")
-      .def_readonly("name", &EntityInfo::name)
-      .def_readonly("category", &EntityInfo::category)
-      .def_readonly("hierarchy", &EntityInfo::hierarchy)
-      .def_readonly("mass_kg", &EntityInfo::mass_kg);
-  py::class_<EntityState> entity(m, "EntityState");
-  entity.def_readonly("name", &EntityState::name)
-      .def_readonly("category", &EntityState::category)
-      .def_readonly("state", &EntityState::state)
-      .def_readonly("partner", &EntityState::partner)
-      .def_readonly("time_s", &EntityState::time_s)
-      .def_readonly("step", &EntityState::step)
-      .def_readonly("epoch", &EntityState::epoch);
-  vector_property(entity, "position_m", &EntityState::position_m);
-  vector_property(entity, "orientation", &EntityState::orientation);
-  vector_property(entity, "linear_velocity", &EntityState::linear_velocity);
-  vector_property(entity, "angular_velocity", &EntityState::angular_velocity);
   py::class_<Reply>(m, "Reply")
       .def_readonly("message", &Reply::message)
-      .def_readonly("values", &Reply::values);
+      .def_property_readonly("values", [](const Reply& reply) { return values_of(reply.values); });
 }
 
 }  // namespace
 
-client::Vector3 vector3(const std::vector<double>& numbers, const char* what) {
-  if (numbers.size() != 3)
-    throw py::value_error(std::string(what) + " needs 3 numbers, not " + std::to_string(numbers.size()));
-  return {numbers[0], numbers[1], numbers[2]};
+py::dict values_of(const Arguments& values) {
+  py::dict result;
+  for (const auto& [name, value] : values) {
+    const py::str key(name);
+    switch (value.kind) {
+      case ValueKind::boolean:
+        result[key] = value.flag;
+        break;
+      case ValueKind::integer:
+        result[key] = value.integer;
+        break;
+      case ValueKind::number:
+        result[key] = value.number;
+        break;
+      case ValueKind::text:
+        result[key] = value.text;
+        break;
+      case ValueKind::numbers:
+        result[key] = value.numbers;
+        break;
+      case ValueKind::texts:
+        result[key] = value.texts;
+        break;
+      case ValueKind::document:
+        result[key] = py::module_::import("json").attr("loads")(value.text);
+        break;
+    }
+  }
+  return result;
 }
 
-client::Quaternion quaternion(const std::vector<double>& numbers, const char* what) {
-  if (numbers.size() != 4)
-    throw py::value_error(std::string(what) + " needs 4 numbers (x y z w), not " +
-                          std::to_string(numbers.size()));
-  return {numbers[0], numbers[1], numbers[2], numbers[3]};
+Arguments arguments_of_dict(const py::dict& given) {
+  Arguments arguments;
+  for (const auto& [key, object] : given) {
+    Value value;
+    if (py::isinstance<py::bool_>(object)) {
+      value = {.kind = ValueKind::boolean, .flag = object.cast<bool>()};
+    } else if (py::isinstance<py::int_>(object)) {
+      value = {.kind = ValueKind::integer, .integer = object.cast<std::int64_t>()};
+    } else if (py::isinstance<py::str>(object)) {
+      value = {.kind = ValueKind::text, .text = object.cast<std::string>()};
+    } else if (py::hasattr(object, "name")) {  // an enumerator
+      value = {.kind = ValueKind::text, .text = object.attr("name").cast<std::string>()};
+    } else if (py::isinstance<py::sequence>(object)) {
+      const auto items = py::reinterpret_borrow<py::sequence>(object);
+      if (items.size() == 0 || py::isinstance<py::str>(items[0]))
+        value = {.kind = ValueKind::texts, .texts = object.cast<std::vector<std::string>>()};
+      else
+        value = {.kind = ValueKind::numbers, .numbers = object.cast<std::vector<double>>()};
+    } else {
+      value = {.kind = ValueKind::number, .number = object.cast<double>()};
+    }
+    arguments.push_back({key.cast<std::string>(), std::move(value)});
+  }
+  return arguments;
 }
 
 void bind_errors(py::module_& m) {

@@ -45,125 +45,6 @@ std::shared_ptr<Client> connect(const std::string& cell, int domain, double time
 template <typename Sample>
 using Predicate = std::function<bool(const Sample&)>;
 
-EntityPlacement placement(const std::optional<std::vector<double>>& position_m,
-                          const std::optional<std::vector<double>>& orientation,
-                          const std::optional<std::vector<double>>& linear_velocity,
-                          const std::optional<std::vector<double>>& angular_velocity) {
-  EntityPlacement result;
-  if (position_m) result.position_m = vector3(*position_m, "position_m");
-  if (orientation) result.orientation = quaternion(*orientation, "orientation");
-  if (linear_velocity) result.linear_velocity = vector3(*linear_velocity, "linear_velocity");
-  if (angular_velocity) result.angular_velocity = vector3(*angular_velocity, "angular_velocity");
-  return result;
-}
-
-void bind_requests(py::class_<Client, std::shared_ptr<Client>>& c) {
-  const py::call_guard<py::gil_scoped_release> unlocked;
-  c.def("get_features", &Client::get_features, unlocked)
-      .def("get_state", &Client::get_state, unlocked)
-      .def("set_state", &Client::set_state, py::arg("state"), unlocked)
-      .def("play", &Client::play, unlocked)
-      .def("pause", &Client::pause, unlocked)
-      .def("resume", &Client::resume, unlocked)
-      .def(
-          "stop", [](Client& self) { self.set_state(SimulationState::stopped); }, unlocked)
-      .def(
-          "quit", [](Client& self) { self.set_state(SimulationState::quitting); }, unlocked)
-      .def(
-          "step",
-          [](Client& self, std::uint64_t steps, std::optional<double> timeout) {
-            self.step(steps, seconds(timeout));
-          },
-          py::arg("steps") = 1, py::arg("timeout") = py::none(), unlocked)
-      .def("reset", &Client::reset, unlocked)
-      .def("set_pace", &Client::set_pace, py::arg("pace"), py::arg("factor") = 1.0, unlocked)
-      .def("set_level_of_detail", &Client::set_level_of_detail, py::arg("level"), py::arg("process") = "all",
-           unlocked)
-      .def(
-          "load_scenario",
-          [](Client& self, const std::string& file, std::vector<std::string> overrides,
-             std::optional<int> level_of_detail, std::optional<double> timeout) {
-            return shared(
-                self.load_scenario(file, {std::move(overrides), level_of_detail, seconds(timeout)}));
-          },
-          py::arg("file"), py::arg("overrides") = std::vector<std::string>{},
-          py::arg("level_of_detail") = py::none(), py::arg("timeout") = py::none(), unlocked)
-      .def(
-          "reload_scenario",
-          [](Client& self, std::optional<double> timeout) {
-            return shared(self.reload_scenario(seconds(timeout)));
-          },
-          py::arg("timeout") = py::none(), unlocked)
-      .def(
-          "unload_scenario",
-          [](Client& self, std::optional<double> timeout) { self.unload_scenario(seconds(timeout)); },
-          py::arg("timeout") = py::none(), unlocked)
-      .def(
-          "spawn_entity",
-          [](Client& self, const std::string& name, const std::vector<double>& position_m,
-             const std::vector<double>& orientation, const std::string& mesh, const std::string& copy_of,
-             std::optional<double> mass_kg, double mesh_scale, std::optional<int> hierarchy,
-             bool allow_renaming) {
-            SpawnRequest request{name,
-                                 allow_renaming,
-                                 mesh,
-                                 copy_of,
-                                 mesh_scale,
-                                 mass_kg,
-                                 hierarchy,
-                                 vector3(position_m, "position_m"),
-                                 quaternion(orientation, "orientation")};
-            return self.spawn_entity(request);
-          },
-          py::arg("name"), py::arg("position_m"), py::arg("orientation") = std::vector<double>{0, 0, 0, 1},
-          py::kw_only(), py::arg("mesh") = "", py::arg("copy_of") = "", py::arg("mass_kg") = py::none(),
-          py::arg("mesh_scale") = 1.0, py::arg("hierarchy") = py::none(), py::arg("allow_renaming") = false,
-          unlocked)
-      .def(
-          "delete_entity", [](Client& self, const std::string& entity) { self.delete_entity(entity); },
-          py::arg("entity"), unlocked)
-      .def("get_entities", &Client::get_entities, py::arg("filter") = "", py::arg("category") = "", unlocked)
-      .def("get_entity_state", &Client::get_entity_state, py::arg("entity"), unlocked)
-      .def(
-          "set_entity_state",
-          [](Client& self, const std::string& entity, const std::optional<std::vector<double>>& position_m,
-             const std::optional<std::vector<double>>& orientation,
-             const std::optional<std::vector<double>>& linear_velocity,
-             const std::optional<std::vector<double>>& angular_velocity) {
-            self.set_entity_state(entity,
-                                  placement(position_m, orientation, linear_velocity, angular_velocity));
-          },
-          py::arg("entity"), py::arg("position_m") = py::none(), py::arg("orientation") = py::none(),
-          py::arg("linear_velocity") = py::none(), py::arg("angular_velocity") = py::none(), unlocked)
-      .def("attach", &Client::attach, py::arg("part"), py::arg("to"), unlocked)
-      .def("detach", &Client::detach, py::arg("part"), unlocked)
-      .def(
-          "save_snapshot", [](Client& self, const std::string& name) { return self.save_snapshot(name); },
-          py::arg("name"), unlocked)
-      .def(
-          "restore_snapshot",
-          [](Client& self, const std::string& name) { return self.restore_snapshot(name); },
-          py::arg("name") = "", unlocked)
-      .def("start_recording", &Client::start_recording, py::arg("arguments") = Arguments{}, unlocked)
-      .def("stop_recording", &Client::stop_recording, py::arg("arguments") = Arguments{}, unlocked)
-      .def(
-          "explain_part",
-          [](Client& self, const std::string& part) {
-            std::string document;
-            {
-              const py::gil_scoped_release released;
-              document = self.explain_part(part).document;
-            }
-            return py::module_::import("json").attr("loads")(document);
-          },
-          py::arg("part"))
-      .def(
-          "request",
-          [](Client& self, const std::string& name, const Arguments& arguments,
-             std::optional<double> timeout) { return self.request(name, arguments, seconds(timeout)); },
-          py::arg("name"), py::arg("arguments") = Arguments{}, py::arg("timeout") = py::none(), unlocked);
-}
-
 template <typename Sample, typename Wait>
 auto waiter(Wait wait) {
   return [wait](Client& self, const Predicate<Sample>& predicate, double timeout) {
@@ -224,8 +105,17 @@ void bind_client(py::module_& m) {
       .def("set_signals", &Client::set_signals, py::arg("device"), py::arg("signals"),
            py::arg("stamp_s") = py::none(), unlocked)
       .def("set_gripper", &Client::set_gripper, py::arg("gripper"), py::arg("action"),
-           py::arg("width_m") = 0.0, py::arg("max_force_N") = 0.0, py::arg("stamp_s") = py::none(), unlocked);
-  bind_requests(c);
+           py::arg("width_m") = 0.0, py::arg("max_force_N") = 0.0, py::arg("stamp_s") = py::none(), unlocked)
+      // All else is requests.py, made of the table.
+      .def(
+          "request",
+          [](Client& self, const std::string& name, const py::dict& given, std::optional<double> timeout) {
+            const Arguments arguments = arguments_of_dict(given);
+            const py::gil_scoped_release released;
+            return self.request(name, arguments, seconds(timeout));
+          },
+          py::arg("name"), py::arg("arguments") = py::dict(), py::arg("timeout") = py::none(),
+          "Any request by name, with arguments {name: value}; the values of the reply as they came.");
 
   m.def(
       "list_cells",

@@ -14,9 +14,10 @@ namespace takt::python {
 
 namespace py = pybind11;
 
-/// Of three numbers, or of four; another count is a ValueError that names `what`.
-client::Vector3 vector3(const std::vector<double>& numbers, const char* what);
-client::Quaternion quaternion(const std::vector<double>& numbers, const char* what);
+/// Values of a reply, {name: value}; and arguments of a request: bool, int, float, str, enumerators, sequences of
+/// numbers or of str.
+py::dict values_of(const Arguments& values);
+Arguments arguments_of_dict(const py::dict& given);
 
 /// Python knows no const; all its properties are read-only.
 inline std::shared_ptr<client::CellInfo> shared(const std::shared_ptr<const client::CellInfo>& info) {

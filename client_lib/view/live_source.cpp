@@ -122,11 +122,12 @@ void LiveSource::reach() {
 }
 
 Answer LiveSource::request(const std::string& name, const Arguments& arguments) {
-  client::Arguments texts(arguments.begin(), arguments.end());
   try {
     reach();
-    const client::Reply reply = client_->request(name, texts);
-    return {1, reply.message, {reply.values.begin(), reply.values.end()}};
+    const client::Reply reply = client_->request(name, arguments_of_text(name, arguments));
+    Answer answer{1, reply.message, {}};
+    for (const auto& [key, value] : reply.values) answer.values.emplace_back(key, text_of(value));
+    return answer;
   } catch (const client::ClientError& error) {
     if (error.kind() == client::ClientError::Kind::lost) client_.reset();  // found anew by the next request
     const int result = error.kind() == client::ClientError::Kind::refused ? error.result() : 4;

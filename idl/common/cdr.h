@@ -258,9 +258,19 @@ bool write(const Type& message, std::string& bytes) {
   return write(message, std::span(reinterpret_cast<std::uint8_t*>(bytes.data()), bytes.size())) > 0;
 }
 
+/// @max_bytes of the IDL: most bytes of a sample, whatever it holds.
+template <Message Type>
+constexpr std::size_t max_bytes() {
+  std::size_t most = 0;
+  for (const char digit : annotation(message_info<Type>().annotations, "max_bytes"))
+    most = 10 * most + static_cast<std::size_t>(digit - '0');
+  return most == 0 ? SIZE_MAX : most;
+}
+
 /// False where the sample is refused (see above); `message` is then partly filled.
 template <Message Type>
 bool read(std::span<const std::uint8_t> sample, Type& message) {
+  if (sample.size() > max_bytes<Type>()) return false;
   Reader reader(sample);
   detail::Values::get(reader, detail::kWhole, message);
   return reader.ok();

@@ -25,6 +25,7 @@ class FixedString {
   bool empty() const { return size_ == 0; }
   std::string_view view() const { return {characters_.data(), size_}; }
   std::string str() const { return std::string(view()); }
+  friend bool operator==(const FixedString& a, const FixedString& b) { return a.view() == b.view(); }
 
  private:
   std::array<char, Capacity> characters_{};

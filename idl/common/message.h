@@ -48,6 +48,12 @@ constexpr std::string_view annotation(std::span<const AnnotationInfo> of, std::s
   return {};
 }
 
+constexpr bool has_annotation(std::span<const AnnotationInfo> of, std::string_view name) {
+  for (const AnnotationInfo& one : of)
+    if (one.name == name) return true;
+  return false;
+}
+
 struct MessageInfo;
 
 struct FieldInfo {

@@ -5,7 +5,7 @@ from idl import PRIMITIVES
 from ros import type_hash
 
 CPP_TYPES = {kind: cpp for kind, cpp, _ in PRIMITIVES.values()}
-OF_COLUMNS = ("unit", "frame", "enumeration", "default", "final", "quantity", "value", "bit_bound")
+OF_COLUMNS = ("unit", "frame", "enumeration", "final", "value", "bit_bound")
 
 
 def quoted(text):
@@ -33,13 +33,19 @@ def cpp_type(field):
         single = "takt::" + field.annotation("enumeration")
     else:
         single = type_of(field.type) if field.kind == "message" else CPP_TYPES[field.kind]
+    if field.has("fixed"):
+        single = f"takt::FixedString<{field.string_bound}>"
+    if field.has("optional"):
+        return f"std::optional<{single}>"
     return f"std::vector<{single}>" if field.sequence else single
 
 
 def initial(field):
-    if field.sequence or field.kind in ("string", "message"):
-        return ""
     default = field.annotation("default")
+    if field.kind == "string" and default:
+        return f" = {quoted(default)}"
+    if field.sequence or field.has("optional") or field.kind in ("string", "message"):
+        return "{}"
     if field.annotation("enumeration"):
         return f" = takt::{field.annotation('enumeration')}::{default}" if default else "{}"
     return f" = {default or {'boolean': 'false', 'float32': '0.0F', 'float64': '0.0'}.get(field.kind, '0')}"
@@ -83,7 +89,7 @@ def table(one, reader):
             text += f"  static constexpr AnnotationInfo {field.name}_annotations[] = {{{annotations(field)}}};\n"
     if annotations(one, hashed):
         text += f"  static constexpr AnnotationInfo annotations[] = {{{annotations(one, hashed)}}};\n"
-    text += "  static constexpr FieldInfo fields[] = {\n"
+    text += "  static constexpr FieldInfo fields[] = {\n" if one.fields else "  static constexpr std::span<const FieldInfo> fields{"
     for field in one.fields:
         message = f"&MessageTable<{type_of(field.type)}>::info" if field.kind == "message" else "nullptr"
         values = f"&kEnumeration<{field.annotation('enumeration')}>" if field.annotation("enumeration") else "nullptr"
@@ -91,10 +97,11 @@ def table(one, reader):
                  f"{quoted(field.doc)}, FieldKind::{field.kind}, {str(field.sequence).lower()}, {field.bound}, "
                  f"{field.string_bound}, {message}, {values}, "
                  f"{f'{field.name}_annotations' if annotations(field) else '{}'}}},\n")
-    text += (f"  }};\n  static constexpr MessageInfo info{{{quoted(one.full_name)}, {quoted(one.dds_type)}, "
+    text += (f"{'  ' if one.fields else ''}}};\n  static constexpr MessageInfo info{{{quoted(one.full_name)}, {quoted(one.dds_type)}, "
              f"{quoted(one.doc)}, fields, {'annotations' if annotations(one, hashed) else '{}'}}};\n")
     text += "  template <typename Message, typename Visitor>\n"
-    text += "  static constexpr void visit(Message& message, Visitor&& visitor) {\n"
+    unused = "" if one.fields else "[[maybe_unused]] "
+    text += f"  static constexpr void visit({unused}Message& message, {unused}Visitor&& visitor) {{\n"
     for place, field in enumerate(one.fields):
         text += f"    visitor(fields[{place}], message.{field.name});\n"
     return text + "  }\n};\n"
@@ -104,8 +111,11 @@ def types_header(file, reader):
     """NAME.h of NAME.idl."""
     own = "".join(f'#include "{name.removesuffix(".idl")}.h"\n' for name in file.includes)
     text = f"#pragma once\n// Generated from idl/{file.path.name}.\n"
-    text += "#include <cstdint>\n#include <string>\n#include <vector>\n\n" if file.structs else "#include <cstdint>\n\n"
+    optional = "#include <optional>\n" if any(f.has("optional") for s in file.structs for f in s.fields) else ""
+    text += f"#include <cstdint>\n{optional}#include <string>\n#include <vector>\n\n" if file.structs else "#include <cstdint>\n\n"
     text += '#include "idl/common/enumeration.h"\n' + ('#include "idl/common/message.h"\n' if file.structs else "")
+    if any(f.has("fixed") for s in file.structs for f in s.fields):
+        text += '#include "idl/common/fixed_string.h"\n'
     text += own + "\n"
     scope = None
     for one in file.enumerations + file.structs:

@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
-"""Writes what is generated from takt's IDL. Usage: generate.py OUTPUT_DIRECTORY FILE.idl...
-Into the directory: C++ headers, and below ros/takt_msgs the package folder for ROS 2.
-A file is written only when its text changes, so that a build repeats no work."""
+"""Writes what is generated from takt's IDL. Usage: generate.py OUTPUT_DIRECTORY FILE.idl..., or
+generate.py --docs DIRECTORY FILE.idl... for the pages that are made of it. A file is written only when its text
+changes, so that a build repeats no work."""
 import sys
 from pathlib import Path
 
 import cpp
+import events
 import idl
+import python_api
+import requests
 import ros
 
 
@@ -16,6 +19,8 @@ def write(path, text):
 
 
 def main(arguments):
+    pages = arguments[:1] == ["--docs"]
+    arguments = arguments[1:] if pages else arguments
     if len(arguments) < 2:
         sys.exit(__doc__)
     output = Path(arguments[0])
@@ -26,10 +31,22 @@ def main(arguments):
     gaps = list(idl.find_gaps(reader))
     if gaps:
         sys.exit("\n".join(gaps))
+    try:
+        requests.of(reader)
+        events.of(reader)
+    except idl.IdlError as error:
+        sys.exit(str(error))
     output.mkdir(parents=True, exist_ok=True)
+    if pages:
+        write(output / "requests.md", requests.page(reader))
+        write(output / "events.md", events.page(reader))
+        return
     for file in reader.files.values():
         write(output / f"{file.path.stem}.h", cpp.types_header(file, reader))
     write(output / "takt_topics.h", cpp.topics_header(reader))
+    write(output / "takt_request_table.h", requests.table_header(reader))
+    write(output / "takt_event_table.h", events.table_header(reader))
+    write(output / "requests.py", python_api.module(reader))
     for path, text in ros.package(reader).items():
         file = output / "ros" / ros.PACKAGE / path
         file.parent.mkdir(parents=True, exist_ok=True)

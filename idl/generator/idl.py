@@ -239,9 +239,9 @@ class Reader:
             struct.fields.append(self._field(tokens, file, scope))
         tokens.expect(";")
         names = [f.name for f in struct.fields]
-        if not names or len(set(names)) != len(names):
+        if (not names and scope[0] != "takt") or len(set(names)) != len(names):
             raise IdlError(f"{file.path}:{line}: struct {struct.name} has {'a field twice' if names else 'no field'}; "
-                           "each has at least one field, each name once")
+                           "each message of DDS has at least one field, each name once")
         if struct.full_name in self.structs:
             raise IdlError(f"{file.path}:{line}: struct {struct.full_name} is defined twice; remove one of them")
         self.structs[struct.full_name] = struct
@@ -325,7 +325,7 @@ def find_gaps(reader):
     """What the types of takt's own modules leave unsaid: a field without meaning, a number without unit."""
     for file in reader.files.values():
         for struct in file.structs:
-            if struct.scope != ("takt_msgs", "msg") or struct.has("quantity"):
+            if struct.scope not in (("takt_msgs", "msg"), ("takt", "requests"), ("takt", "events")) or struct.has("quantity"):
                 continue
             for one in struct.fields:
                 where = f"{file.path}:{one.line}: {struct.name}.{one.name}"

@@ -1,6 +1,5 @@
 #include "server/dds/command_subscriber.h"
 
-#include <cstdio>
 #include <utility>
 
 #include "server/dds/convert_commands.h"
@@ -62,10 +61,7 @@ class CommandSubscriber::Reader final : public dds::DataReaderListener {
     // A sender of the other kind of ownership is what the other reader is there for.
     const std::uint32_t of_other_kind = status.policies[dds::OWNERSHIP_QOS_POLICY_ID].count;
     if (std::exchange(of_other_kind_, of_other_kind) != of_other_kind) return;
-    const std::string name = owner_.name_of(target);
-    owner_.warn("incompatible_qos", name, "",
-                "A sender of commands for " + name + " cannot be heard, because its QoS does not fit: " +
-                    policy_name(status.last_policy_id) + ".");
+    owner_.events_.post(events::IncompatibleQos{owner_.name_of(target), policy_name(status.last_policy_id)});
   }
 
  private:
@@ -192,13 +188,8 @@ void CommandSubscriber::expire_liveliness_leases() {
   std::set<int> targets;
   for (const auto& each : revoked) targets.insert(each.target);
   renew_exclusive_readers(targets);
-  for (const auto& [target, name, owner, silent_s] : revoked) {
-    char silence[32];
-    std::snprintf(silence, sizeof(silence), "%.1f s", silent_s);
-    warn("owner_silent", name, text_of(owner),
-         "Nothing was heard of this sender of commands for " + name + " for " + silence +
-             "; another one may command it now.");
-  }
+  for (const auto& [target, name, owner, silent_s] : revoked)
+    events_.post(events::OwnerSilent{name, silent_s}, text_of(owner));
 }
 
 void CommandSubscriber::renew_exclusive_readers(const std::set<int>& targets) {
@@ -211,7 +202,7 @@ void CommandSubscriber::renew_exclusive_readers(const std::set<int>& targets) {
     try {
       listening.reader = make_reader(*listening.listener);
     } catch (const DdsError& error) {
-      events_.post({Severity::error, "no_reader", name_of(target), "", error.what()});
+      events_.post(events::NoReader{name_of(target), error.what()});
     }
   }
 }
@@ -222,11 +213,7 @@ void CommandSubscriber::matched(int target, const DdsGuid& guid, bool exclusive)
     const std::lock_guard lock(mutex_);
     loser = ownership_.matched(target, guid, exclusive);
   }
-  if (!loser) return;
-  const std::string name = name_of(target);
-  warn("not_owner", name, senders_.text(*loser),
-       "Several senders offer commands for " + name +
-           " exclusively; only the strongest is heard, and this one is weaker than another.");
+  if (loser) events_.post(events::NotOwner{name_of(target)}, senders_.text(*loser));
 }
 
 void CommandSubscriber::unmatched(int target, const DdsGuid& guid) {
@@ -248,17 +235,15 @@ void CommandSubscriber::deliver(int target, bool exclusive, const Command& comma
     return;
   }
   rejected_.fetch_add(1, std::memory_order_relaxed);
-  if (!verdict->tell) return;
-  const std::string name = name_of(target);
-  warn(std::string(to_string(RejectionCode::not_owner)), name, text_of(guid),
-       "Commands of this sender for " + name + " are not applied: " + senders_.text(verdict->owner) +
-           " commands it as long as it is there.");
+  if (verdict->tell)
+    events_.post(events::OwnedByAnother{name_of(target), senders_.text(verdict->owner)}, text_of(guid));
 }
 
 void CommandSubscriber::reject(const Rejection& rejection, const DdsGuid& guid) {
   rejected_.fetch_add(1, std::memory_order_relaxed);
-  warn("command_rejected", rejection.subject, text_of(guid),
-       std::string(to_string(rejection.code)) + ": " + rejection.message);
+  events_.post(events::CommandRejected{rejection.subject, std::string(to_string(rejection.code)),
+                                       rejection.message},
+               text_of(guid));
 }
 
 }  // namespace takt

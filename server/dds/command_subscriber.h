@@ -57,10 +57,6 @@ class CommandSubscriber {
   /// new reader has none until the first command comes in, and that is not from one that is silent.
   void renew_exclusive_readers(const std::set<int>& targets);
   std::string name_of(int target) const { return std::string(target_name(loop_->cell(), target)); }
-  void warn(std::string code, std::string name, std::string sender, std::string sentence) {
-    events_.post(
-        {Severity::warning, std::move(code), std::move(name), std::move(sender), std::move(sentence)});
-  }
 
   void matched(int target, const DdsGuid& guid, bool exclusive);
   void unmatched(int target, const DdsGuid& guid);

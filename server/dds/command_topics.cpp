@@ -66,24 +66,18 @@ std::optional<CommandTopic> command_topic(const TopicNames& names, const std::st
 std::optional<DiagnosticEvent> diagnose_writer(const CommandTopic& command, const std::string& topic,
                                                const std::string& type, const std::string& sender,
                                                const CellDescription& cell) {
-  const auto event = [&](std::string_view code, const std::string& sentence) {
-    return DiagnosticEvent{Severity::warning, std::string(code), command.name, sender, sentence};
-  };
-  const std::string nobody = "Nobody listens to the topic " + topic + ": there is no ";
+  const auto event = [&](const auto& known) { return diagnostic(known, cell.cell, sender); };
   if (command.target < 0 && command.kind == CommandKind::device) {
-    const bool for_device = type == topic_of(CommandKind::device).type->dds_type;
-    return event(to_string(for_device ? RejectionCode::unknown_device : RejectionCode::unknown_gripper),
-                 nobody + "gripper or device '" + command.name + "' in this cell; grippers: " +
-                     names_of(cell.grippers) + "; devices: " + names_of(cell.devices) + ".");
+    const std::string grippers = names_of(cell.grippers), devices = names_of(cell.devices);
+    if (type == topic_of(CommandKind::device).type->dds_type)
+      return event(events::UnknownDevice{command.name, topic, grippers, devices});
+    return event(events::UnknownGripper{command.name, topic, grippers, devices});
   }
   if (command.target < 0)
-    return event(
-        to_string(RejectionCode::unknown_robot),
-        nobody + "robot '" + command.name + "' in this cell; robots: " + names_of(cell.robots) + ".");
+    return event(events::UnknownRobot{command.name, topic, names_of(cell.robots)});
   if (type == topic_of(command.kind).type->dds_type) return std::nullopt;
-  return event("wrong_type", "Nothing that this sender writes for " + command.name +
-                                 " is heard: its type is " + ros_name(type) + ", but the topic " + topic +
-                                 " takes " + ros_name(topic_of(command.kind).type->dds_type) + ".");
+  return event(events::WrongType{command.name, topic, ros_name(type),
+                                 ros_name(topic_of(command.kind).type->dds_type)});
 }
 
 }  // namespace takt

@@ -11,21 +11,21 @@
 namespace takt {
 namespace {
 
-// Of the type of a reply (idl/takt_msgs.idl).
 constexpr std::size_t kMaxOfMessage = field_info<takt_msgs::msg::ControlReply>("message").string_bound;
-constexpr std::size_t kMaxOfValue = field_info<takt_msgs::msg::Argument>("value").string_bound;
 
 std::size_t bytes_of(const ControlReply& reply) {
   std::size_t bytes = sizeof(reply) + reply.message.size();
-  for (const auto& [name, value] : reply.values) bytes += name.size() + value.size();
+  for (const auto& argument : reply.values) bytes += cdr::size(argument);
   return bytes;
 }
 
 /// What is asked for: the same when a client asks again.
-std::size_t content_of(const takt_msgs::msg::ControlRequest& message) {
-  std::string text = message.request;
-  for (const auto& argument : message.arguments) text += '\0' + argument.name + '\0' + argument.value;
-  return std::hash<std::string>{}(text);
+std::size_t content_of(takt_msgs::msg::ControlRequest message) {
+  message.client_id.clear();
+  message.sequence_number = 0;
+  std::string bytes;
+  cdr::write(message, bytes);
+  return std::hash<std::string>{}(bytes);
 }
 
 }  // namespace
@@ -52,7 +52,7 @@ void ControlService::received(const takt_msgs::msg::ControlRequest& message) {
     const Key key(message.client_id, message.sequence_number);
     const auto refuse = [&](const char* why) {
       if (asked_again_.size() < kRemembered)
-        asked_again_.push_back({{utf8_sanitize(key.first), key.second}, {0, ControlResult::failed, why, {}}});
+        asked_again_.push_back({{utf8_sanitize(key.first), key.second}, {0, ControlResult::failed, why}});
       host_.outbound().news.post();
     };
     if (!validate_utf8(key.first))
@@ -79,11 +79,9 @@ void ControlService::received(const takt_msgs::msg::ControlRequest& message) {
     forget_old();
   }
   request.request = message.request;
-  for (const auto& argument : message.arguments) {
-    request.arguments.emplace_back(argument.name, argument.value);
-  }
+  request.arguments = message.arguments;
   if (std::string fault = find_text_fault(request); !fault.empty())
-    return host_.outbound().add_reply({request.id, ControlResult::failed, std::move(fault), {}});
+    return host_.outbound().add_reply({request.id, ControlResult::failed, std::move(fault)});
   host_.submit(request);
 }
 
@@ -115,14 +113,16 @@ void ControlService::write_replies(std::span<const ControlReply> replies) {
   }
   takt_msgs::msg::ControlReply message;
   for (const auto& [key, answer] : answers) {
-    const ControlReply reply = sanitize(answer, kMaxOfMessage, kMaxOfValue);
+    ControlReply reply = sanitize(answer, kMaxOfMessage);
     message.client_id = key.first;
     message.sequence_number = key.second;
     message.result = static_cast<std::int32_t>(reply.result);
-    message.message = reply.message;
-    message.values.clear();
-    for (const auto& [name, value] : reply.values) {
-      message.values.push_back({name, value});
+    message.message = std::move(reply.message);
+    message.values = std::move(reply.values);
+    if (cdr::size(message) > cdr::max_bytes<takt_msgs::msg::ControlReply>()) {
+      message.result = static_cast<std::int32_t>(ControlResult::failed);
+      message.message = "The answer does not fit into one reply; ask for less.";
+      message.values.clear();
     }
     // A reply that DDS refuses now is sent again when the client asks again.
     (void)written(*writer_, message);

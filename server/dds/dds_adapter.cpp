@@ -98,17 +98,18 @@ bool DdsAdapter::is_own(const DdsGuid& writer) {
   return own_ && own_->guidPrefix == writer.guidPrefix;
 }
 
+template <typename Type>
+void DdsAdapter::report(const Type& event, const DdsGuid& writer) {
+  DiagnosticEvent text = diagnostic(event, host_.cell(), text_of(writer));
+  std::fprintf(stderr, "takt-server: %s\n", text.message.c_str());
+  host_.outbound().events.post(std::move(text));
+}
+
 void DdsAdapter::on_writer(const DiscoveredWriter& writer) {
   using News = DiscoveredWriter::News;
   if (writer.topic == topics_.of(topics::status)) {
     if (writer.news != News::appeared || is_own(writer.guid)) return;
-    const std::string sentence = "Another server on this domain is called '" + host_.cell() +
-                                 "' too: clients hear now the one, now the other. Give one of them another "
-                                 "name (--cell), or another domain.";
-    std::fprintf(stderr, "takt-server: %s\n", sentence.c_str());
-    host_.outbound().events.post(
-        {Severity::error, "cell_name_taken", host_.cell(), text_of(writer.guid), sentence});
-    return;
+    return report(events::CellNameTaken{host_.cell()}, writer.guid);
   }
   // Frames come from many nodes; time has one source.
   if (writer.topic == topics_.of(topics::clock) && !topics_.clock_is_own()) {
@@ -132,12 +133,7 @@ void DdsAdapter::tell_shared_clock(const DdsGuid& writer) {
     if (other_clocks_.size() == kRemembered) other_clocks_.erase(other_clocks_.begin());
     other_clocks_.push_back(writer);
   }
-  const std::string sentence =
-      "Something else on this domain writes /clock too, as another takt-server does: ROS nodes get now the "
-      "one's time and frames, now the other's. Give each cell a domain of its own (--domain), or one of them "
-      "--namespaced-clock-and-tf.";
-  std::fprintf(stderr, "takt-server: %s\n", sentence.c_str());
-  host_.outbound().events.post({Severity::warning, "clock_shared", host_.cell(), text_of(writer), sentence});
+  report(events::ClockShared{}, writer);
 }
 
 }  // namespace takt

@@ -45,6 +45,9 @@ class DdsAdapter final : public DiscoveryListener, public CellLifecycleListener 
  private:
   void on_writer(const DiscoveredWriter& writer) override;
   bool is_own(const DdsGuid& writer);
+  /// As an event, and on the terminal.
+  template <typename Type>
+  void report(const Type& event, const DdsGuid& writer);
   void tell_shared_clock(const DdsGuid& writer);
 
   CellHost& host_;

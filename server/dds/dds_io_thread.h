@@ -42,7 +42,7 @@ class DdsIoThread {
         commands_.expire_liveliness_leases();
       }
       publisher_.write();
-      guard_watch_.look(guard_, now, host_.cell(), host_.outbound().events);
+      guard_watch_.look(guard_, now, host_.outbound().events);
     }
     publisher_.finish();
   }

@@ -1,7 +1,6 @@
 #pragma once
 // Tells of packets that the guard has dropped: at most once a second, however many come.
 #include <cstdint>
-#include <string>
 
 #include "idl/transport/rtps_guard/guard_transport.h"
 #include "server/runtime/requests/event_queue.h"
@@ -11,14 +10,12 @@ namespace takt {
 class GuardWatch {
  public:
   /// Call it often. `guard` may be null.
-  void look(const PacketGuard* guard, std::int64_t now_ns, const std::string& cell, EventQueue& events) {
+  void look(const PacketGuard* guard, std::int64_t now_ns, EventQueue& events) {
     constexpr std::int64_t interval_ns = 1'000'000'000;
     if (guard == nullptr || (told_ > 0 && now_ns - told_ns_ < interval_ns)) return;
     const std::uint64_t dropped = guard->dropped();
     if (dropped == told_) return;
-    events.post({Severity::warning, "packets_dropped", cell, "",
-                 std::to_string(dropped - told_) +
-                     " malformed packets were dropped (since the start: " + guard->summary() + ")."});
+    events.post(events::PacketsDropped{dropped - told_, guard->summary()});
     told_ = dropped;
     told_ns_ = now_ns;
   }

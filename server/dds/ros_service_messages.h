@@ -16,7 +16,7 @@ struct Asked {
   ControlRequest request;
   std::string note;
 };
-using Question = std::variant<Asked, ControlReply>;
+using Question = std::variant<Asked, Refusal>;
 
 Question ask(const srv::GetSimulatorFeatures_Request& request);
 Question ask(const srv::GetSimulationState_Request& request);
@@ -36,19 +36,20 @@ Question ask(const srv::SpawnEntity_Request& request);
 Question ask(const srv::DeleteEntity_Request& request);
 Question ask(const takt_msgs::srv::Control_Request& request);
 
+simulation_interfaces::msg::Result result_of(const ControlReply& reply);
+
+/// Those whose response is the result alone.
+template <typename Response>
+void respond(const ControlReply& reply, const std::string&, Response& response) {
+  response.result = result_of(reply);
+}
 void respond(const ControlReply& reply, const std::string& note,
              srv::GetSimulatorFeatures_Response& response);
 void respond(const ControlReply& reply, const std::string& note, srv::GetSimulationState_Response& response);
-void respond(const ControlReply& reply, const std::string& note, srv::SetSimulationState_Response& response);
-void respond(const ControlReply& reply, const std::string& note, srv::StepSimulation_Response& response);
-void respond(const ControlReply& reply, const std::string& note, srv::ResetSimulation_Response& response);
 void respond(const ControlReply& reply, const std::string& note, srv::LoadWorld_Response& response);
-void respond(const ControlReply& reply, const std::string& note, srv::UnloadWorld_Response& response);
 void respond(const ControlReply& reply, const std::string& note, srv::GetEntities_Response& response);
 void respond(const ControlReply& reply, const std::string& note, srv::GetEntityState_Response& response);
-void respond(const ControlReply& reply, const std::string& note, srv::SetEntityState_Response& response);
 void respond(const ControlReply& reply, const std::string& note, srv::SpawnEntity_Response& response);
-void respond(const ControlReply& reply, const std::string& note, srv::DeleteEntity_Response& response);
 void respond(const ControlReply& reply, const std::string& note, takt_msgs::srv::Control_Response& response);
 
 }  // namespace takt::ros

@@ -54,10 +54,11 @@ class RosServices::Service : public dds::DataReaderListener, public dds::DataWri
     if (auto* asked = std::get_if<ros::Asked>(&question)) {
       call.note = std::move(asked->note);
       if (std::string fault = find_text_fault(asked->request); !fault.empty())
-        return services_.answer(std::move(call), {0, ControlResult::failed, std::move(fault), {}});
+        return services_.answer(std::move(call), {0, ControlResult::failed, std::move(fault)});
       services_.submit(std::move(call), std::move(asked->request));
     } else {
-      services_.answer(std::move(call), std::get<ControlReply>(std::move(question)));
+      auto& refusal = std::get<Refusal>(question);
+      services_.answer(std::move(call), {0, refusal.result, std::move(refusal.message)});
     }
   }
 
@@ -107,20 +108,9 @@ void RosServices::serve(Participant& participant, const std::string& cell) {
     services_.push_back(
         std::make_unique<TypedService<Request, Response>>(*this, participant, cell + "/" + name));
   };
-#define TAKT_SERVICE(Type, name) add.template operator()<Type##_Request, Type##_Response>(name)
-  TAKT_SERVICE(GetSimulatorFeatures, "get_simulator_features");
-  TAKT_SERVICE(GetSimulationState, "get_simulation_state");
-  TAKT_SERVICE(SetSimulationState, "set_simulation_state");
-  TAKT_SERVICE(StepSimulation, "step_simulation");
-  TAKT_SERVICE(ResetSimulation, "reset_simulation");
-  TAKT_SERVICE(LoadWorld, "load_world");
-  TAKT_SERVICE(UnloadWorld, "unload_world");
-  TAKT_SERVICE(GetEntities, "get_entities");
-  TAKT_SERVICE(GetEntityState, "get_entity_state");
-  TAKT_SERVICE(SetEntityState, "set_entity_state");
-  TAKT_SERVICE(SpawnEntity, "spawn_entity");
-  TAKT_SERVICE(DeleteEntity, "delete_entity");
-  TAKT_SERVICE(takt_msgs::srv::Control, "control");
+#define TAKT_SERVICE(Type, name, request) add.template operator()<Type##_Request, Type##_Response>(name);
+  TAKT_FOR_EACH_ROS_SERVICE(TAKT_SERVICE)
+  TAKT_SERVICE(takt_msgs::srv::Control, "control", )
 #undef TAKT_SERVICE
 }
 

@@ -138,16 +138,10 @@ void StatePublisher::write_events() {
   }
   const EventQueue::Taken taken = host_.outbound().events.take();
   for (const DiagnosticEvent& event : taken.events) write_event(event);
-  if (taken.lost > 0) {
-    write_event({Severity::warning, std::string(to_string(EventCode::events_lost)), host_.cell(), "",
-                 std::to_string(taken.lost) + " events were lost: more came than could be sent."});
-  }
+  if (taken.lost > 0) write_event(diagnostic(events::EventsLost{taken.lost}, host_.cell()));
   if (publisher_) refused_writes_ += publisher_->take_refused();
-  if (refused_writes_ > 0) {
-    const std::uint64_t refused = std::exchange(refused_writes_, 0);
-    write_event({Severity::warning, "write_refused", host_.cell(), "",
-                 "DDS refused to send " + std::to_string(refused) + " samples."});
-  }
+  if (refused_writes_ > 0)
+    write_event(diagnostic(events::WriteRefused{std::exchange(refused_writes_, 0)}, host_.cell()));
 }
 
 /// Events are not kept for those who come later, and after a restart everybody does.

@@ -62,8 +62,8 @@ takt_msgs::msg::Event to_message(const EventRecord& event, const CellDescription
   message.stamp = to_time(event.time_s);
   message.step = event.step;
   message.epoch = event.epoch;
-  message.severity = event.severity;
-  message.code = std::string(to_string(event.code));
+  message.severity = info_of(event).severity;
+  message.code = std::string(info_of(event).code);
   message.subject = utf8_sanitize(text.subject, 128);
   message.message = utf8_sanitize(text.message, 1024);
   return message;

@@ -7,7 +7,9 @@ from pathlib import Path
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "idl" / "generator"))
 import cpp  # noqa: E402
+import events  # noqa: E402
 import idl  # noqa: E402
+import requests  # noqa: E402
 
 
 def read(text, **others):
@@ -135,6 +137,58 @@ class Documents(unittest.TestCase):
             if cells[0].startswith("`/"):
                 found.add((cells[0].strip("`"), cells[1].strip("`")) + tuple(cells[3:]))
         self.assertEqual(found, wanted)
+
+
+ROOT = Path(__file__).resolve().parents[2]
+ENUMERATIONS = """
+module takt {
+enum Severity { information, warning };
+@bit_bound(32) enum ControlResult { unsupported, ok, not_found, incorrect_state, failed, @value(101) taken, @value(101) gone };
+"""
+
+
+class Vocabulary(unittest.TestCase):
+    def table(self, kind, text, module):
+        return kind.of(read(f"{ENUMERATIONS}module {module} {{\n{text}\n}};\n}};\n"))
+
+    def test_a_request_has_the_name_of_its_struct_and_a_response(self):
+        request, = self.table(requests, """
+// Does it.
+@final @request(phase="loop", results="not_found, taken", changes="bits", renews="state") struct DoIt {};
+@final struct DoItResponse {};""", "requests")
+        self.assertEqual((request.name, request.phase, request.changes, request.renews),
+                         ("do_it", "loop", "bits", ["state"]))
+        self.assertEqual([code.value for code in request.codes], [1, 4, 2, 101])
+
+    def test_mistakes_in_a_request_are_named_with_what_is_allowed(self):
+        for words, text in (
+                ("has no struct DoItResponse", '@final @request(phase="loop") struct DoIt {};'),
+                ("allowed are the phases at_once, loop", '@final @request(phase="later") struct DoIt {};'),
+                ("has result 'lost'; ControlResult has unsupported", '@final @request(phase="loop", results="lost") struct DoIt {};'),
+                ("two results of one number", '@final @request(phase="loop", results="taken, gone") struct DoIt {};'),
+                ("allowed are phase, results", '@final @request(phase="loop", resluts="taken") struct DoIt {};')):
+            with self.assertRaises(idl.IdlError) as caught:
+                self.table(requests, text, "requests")
+            self.assertIn(words, str(caught.exception))
+
+    def test_an_event_says_its_fields_and_does_not_allocate_in_the_loop(self):
+        event, = self.table(events, '@final @event(of="loop", severity="warning", says="{part}{?n: {n}}") '
+                            'struct GoneBad { @fixed string<8> part; long n; };', "events")
+        self.assertEqual((event.code, event.of_loop), ("gone_bad", True))
+        for words, text in (
+                ("speaks of {parts}; it has part", 'severity="warning", says="{parts}") struct E { string part; };'),
+                ("allowed are information, warning", 'severity="bad", says="x") struct E {};'),
+                ("says nothing", 'severity="warning") struct E {};'),
+                ("allocates in the step loop", 'of="loop", severity="warning", says="x") struct E { string part; };')):
+            with self.assertRaises(idl.IdlError) as caught:
+                self.table(events, "@final @event(" + text, "events")
+            self.assertIn(words, str(caught.exception))
+
+    def test_the_pages_are_those_of_the_idl(self):
+        reader = idl.read([ROOT / "idl" / "takt_requests.idl", ROOT / "idl" / "takt_events.idl"])
+        for name, text in (("requests", requests.page(reader)), ("events", events.page(reader))):
+            page = (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
+            self.assertTrue(page == text, f"docs/{name}.md is not what the IDL says: ./dev docs writes it anew")
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ namespace {
 
 using takt::Client;
 using takt::ClientError;
-using takt::client::Arguments;
+using Arguments = std::map<std::string, std::string>;
 using takt::client::Event;
 using takt::client::Seconds;
 using takt::client::SimulationState;
@@ -116,8 +116,8 @@ TEST(ChangedCells, NamesAreUniqueAmongPartsAndDevices) {
     EXPECT_EQ(refusal(cell.client, "spawn_entity", spawn(taken)).result(), 101) << taken;
   // The longest name there may be has room for a number.
   const std::string longest(64, 'x');
-  EXPECT_EQ(cell.client.request("spawn_entity", spawn(longest, "true")).values.at("entity"), longest);
-  EXPECT_EQ(cell.client.request("spawn_entity", spawn(longest, "true")).values.at("entity"),
+  EXPECT_EQ(cell.client.request("spawn_entity", spawn(longest, "true")).text("entity"), longest);
+  EXPECT_EQ(cell.client.request("spawn_entity", spawn(longest, "true")).text("entity"),
             std::string(62, 'x') + "_2");
   const ClientError far = refusal(cell.client, "spawn_entity",
                                   {{"name", "far"}, {"copy_of", "Rotor"}, {"position", "1e300 0 0"}});

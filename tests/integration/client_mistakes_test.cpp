@@ -136,28 +136,25 @@ TEST(ClientMistakes, RareArgumentsArrive) {
   HostedService service;
   Client cell(client_options());
   cell.set_state(client::SimulationState::stopped);
-  client::SpawnRequest spawn;
+  requests::SpawnEntity spawn;
   spawn.name = "Small";
-  spawn.mesh = std::string(TAKT_CONFIG_DIR) + "/meshes/C.obj";
+  spawn.uri = std::string(TAKT_CONFIG_DIR) + "/meshes/C.obj";
   spawn.mesh_scale = 0.5;
   spawn.mass_kg = 0.1;
   spawn.hierarchy = 4;
-  spawn.position_m = {0.0, 0.0, 2.0};
-  EXPECT_EQ(cell.spawn_entity(spawn), "Small");
+  spawn.position = {0.0, 0.0, 2.0};
+  EXPECT_EQ(cell.spawn_entity(spawn).entity, "Small");
   const auto found = cell.get_entities("Small");
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].hierarchy, 4);
-  EXPECT_EQ(found[0].mass_kg, 0.1);
-  client::EntityPlacement turned;
-  turned.orientation = client::Quaternion{0.0, 0.0, std::sqrt(0.5), std::sqrt(0.5)};
-  cell.set_entity_state("Small", turned);
-  client::EntityPlacement moving;
-  moving.linear_velocity = client::Vector3{0.5, 0.0, 0.0};
-  cell.set_entity_state("Small", moving);
-  const client::EntityState state = cell.get_entity_state("Small");
+  EXPECT_EQ(found[0].mass, 0.1);
+  cell.set_entity_state(
+      {.entity = "Small", .orientation = client::Quaternion{0.0, 0.0, std::sqrt(0.5), std::sqrt(0.5)}});
+  cell.set_entity_state({.entity = "Small", .linear_velocity = client::Vector3{0.5, 0.0, 0.0}});
+  const auto state = cell.get_entity_state("Small");
   EXPECT_NEAR(state.orientation.z, std::sqrt(0.5), 1e-12);
   EXPECT_NEAR(state.linear_velocity.x, 0.5, 1e-12);
-  EXPECT_NEAR(state.position_m.z, 2.0, 1e-12);
+  EXPECT_NEAR(state.position.z, 2.0, 1e-12);
 }
 
 }  // namespace

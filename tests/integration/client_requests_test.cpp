@@ -1,6 +1,7 @@
 // The typed requests of takt::Client: what they send, and that nothing of before is seen after a reply.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "client_lib/client.h"
@@ -15,15 +16,10 @@ namespace {
 using takt::Client;
 using takt::ClientError;
 using takt::LockstepController;
-using takt::client::Arguments;
 using takt::client::ComponentType;
-using takt::client::EntityInfo;
-using takt::client::EntityPlacement;
-using takt::client::EntityState;
 using takt::client::PartState;
 using takt::client::Seconds;
 using takt::client::SimulationState;
-using takt::client::SpawnRequest;
 using takt::client::State;
 using takt::test::client_options;
 using takt::test::expect_words;
@@ -104,37 +100,37 @@ TEST(ClientRequests, PartsComeAndGo) {
   HostedService service;
   Client client(client_options());
   client.set_state(SimulationState::stopped);
-  SpawnRequest spawn;
+  takt::requests::SpawnEntity spawn;
   spawn.name = "C";
   spawn.copy_of = "C";
   spawn.allow_renaming = true;
   spawn.mass_kg = 0.25;
-  spawn.position_m = {0.3, 0.2, 0.9};
+  spawn.position = {0.3, 0.2, 0.9};
   spawn.orientation = {0.0, 0.0, std::sqrt(0.5), std::sqrt(0.5)};
-  EXPECT_EQ(client.spawn_entity(spawn), "C_2");
+  EXPECT_EQ(client.spawn_entity(spawn).entity, "C_2");
   EXPECT_GE(client.cell()->find_component("C_2"), 0);
 
-  const auto parts = client.get_entities("C*", "part");
+  const auto parts = client.get_entities("C*", ComponentType::part);
   ASSERT_EQ(parts.size(), 2U);
   EXPECT_EQ(parts[0].name, "C");
-  EXPECT_EQ(parts[0].mass_kg, 0.5);
+  EXPECT_EQ(parts[0].mass, 0.5);
   EXPECT_EQ(parts[1].name, "C_2");
-  EXPECT_EQ(parts[1].mass_kg, 0.25);
+  EXPECT_EQ(parts[1].mass, 0.25);
   EXPECT_EQ(parts[1].hierarchy, parts[0].hierarchy);
   EXPECT_EQ(client.get_entities().size(), client.cell()->components.size());
-  for (const EntityInfo& gripper : client.get_entities({}, "gripper"))
+  for (const auto& gripper : client.get_entities({}, ComponentType::gripper))
     EXPECT_EQ(gripper.category, ComponentType::gripper);
 
   // In the air: it falls by g t^2 / 2.
   client.step(50);
-  const EntityState fallen = client.get_entity_state("C_2");
+  const auto fallen = client.get_entity_state("C_2");
   EXPECT_EQ(fallen.step, 50U);
   EXPECT_EQ(fallen.state, PartState::free);
-  EXPECT_EQ(fallen.partner, "");
-  EXPECT_NEAR(fallen.position_m.z, 0.9 - 0.5 * 9.80665 * 0.05 * 0.05, 1e-6);
+  EXPECT_EQ(fallen.partner, std::nullopt);
+  EXPECT_NEAR(fallen.position.z, 0.9 - 0.5 * 9.80665 * 0.05 * 0.05, 1e-6);
   EXPECT_NEAR(fallen.linear_velocity.z, -9.80665 * 0.05, 1e-9);
   EXPECT_NEAR(fallen.orientation.z, std::sqrt(0.5), 1e-12);
-  const EntityState table = client.get_entity_state("Table1");
+  const auto table = client.get_entity_state("Table1");
   EXPECT_EQ(table.category, ComponentType::ground);
   EXPECT_EQ(table.state, PartState::fixed);
 
@@ -152,9 +148,10 @@ TEST(ClientRequests, PartsComeAndGo) {
 TEST(ClientRequests, FeaturesNameTheRequests) {
   HostedService service;
   Client client(client_options());
-  const Arguments features = client.get_features();
-  expect_words(features.at("requests"), {"load_scenario", "get_entities", "step", "set_pace"});
-  EXPECT_EQ(features.at("paces"), "realtime,free,lockstep");
+  const auto features = client.call(takt::requests::GetFeatures{});
+  for (const char* name : {"load_scenario", "get_entities", "step", "set_pace"})
+    EXPECT_EQ(std::count(features.requests.begin(), features.requests.end(), name), 1) << name;
+  EXPECT_EQ(features.paces, (std::vector<std::string>{"realtime", "free", "lockstep"}));
 }
 
 TEST(ClientRequests, ALockstepControllerCommandsEachBoundary) {
@@ -200,7 +197,7 @@ class ClientVocabulary : public testing::Test {
         [this, reply](ScriptedCell& cell, const takt_msgs::msg::ControlRequest& request) {
           if (request.request == "get_state") return cell.reply(request, 1, "Paused.", {{"state", "2"}});
           asked_ = request.request;
-          for (const auto& argument : request.arguments) asked_ += " " + argument.name + "=" + argument.value;
+          for (const auto& argument : request.arguments) asked_ += " " + argument.name + "=" + takt::text_of(argument.value);
           cell.reply(request, 1, "Done.", reply);
         });
     takt::ClientOptions options = client_options();
@@ -226,11 +223,10 @@ class ClientVocabulary : public testing::Test {
 
 TEST_F(ClientVocabulary, RequestsAboutPartsAndFilesHaveTheArgumentsOfTheServer) {
   connect({});
-  EntityPlacement placement;
-  placement.position_m = {0.1, -0.25, 1e-9};
-  placement.angular_velocity = {0.0, 0.0, 2.5};
-  client_->set_entity_state("B", placement);
-  EXPECT_EQ(asked_, "set_entity_state angular_velocity=0 0 2.5 entity=B position=0.1 -0.25 1e-09");
+  client_->set_entity_state({.entity = "B",
+                             .position = takt::client::Vector3{0.1, -0.25, 1e-9},
+                             .angular_velocity = takt::client::Vector3{0.0, 0.0, 2.5}});
+  EXPECT_EQ(asked_, "set_entity_state entity=B position=0.1 -0.25 1e-09 angular_velocity=0 0 2.5");
   client_->attach("B", "Table");
   EXPECT_EQ(asked_, "attach part=B to=Table");
   client_->detach("B");
@@ -240,8 +236,8 @@ TEST_F(ClientVocabulary, RequestsAboutPartsAndFilesHaveTheArgumentsOfTheServer) 
   client_->restore_snapshot("before");
   EXPECT_EQ(asked_, "restore_snapshot name=before");
   client_->restore_snapshot();
-  EXPECT_EQ(asked_, "restore_snapshot");
-  client_->start_recording({{"name", "run"}});
+  EXPECT_EQ(asked_, "restore_snapshot name=");
+  client_->start_recording("run");
   EXPECT_EQ(asked_, "start_recording name=run");
   client_->stop_recording();
   EXPECT_EQ(asked_, "stop_recording");
@@ -262,7 +258,7 @@ TEST_F(ClientVocabulary, SamplesOlderThanAReplyAreDropped) {
 TEST_F(ClientVocabulary, AMovedPartIsSeenInTheNextSampleOnly) {
   connect({});
   const std::uint64_t before = publish_and_see(0, 5).sample_number;
-  client_->set_entity_state("B", {.position_m = takt::client::Vector3{0, 0, 1}});
+  client_->set_entity_state({.entity = "B", .position = takt::client::Vector3{0, 0, 1}});
   EXPECT_FALSE(client_->wait_for_state([](const State&) { return true; }, Seconds{0.1}).has_value());
   EXPECT_GT(publish_and_see(0, 5).sample_number, before);
 }

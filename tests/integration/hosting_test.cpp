@@ -84,7 +84,7 @@ TEST(Hosting, AnotherScenarioWithOtherRobotsTakesThePlace) {
   EXPECT_EQ(fresh->cell->robots[0].name, "Arm");
   EXPECT_EQ(fresh->cell->grippers.size(), 0U);
   EXPECT_GT(fresh->cell->scenario_generation, first->scenario_generation);
-  EXPECT_EQ(reply.values.at("scenario_generation"), std::to_string(fresh->cell->scenario_generation));
+  EXPECT_EQ(reply.text("scenario_generation"), std::to_string(fresh->cell->scenario_generation));
   EXPECT_EQ(client.get_state(), SimulationState::stopped);
   EXPECT_TRUE(client.connected());
 
@@ -148,7 +148,7 @@ TEST(Hosting, AnEmptyServerLoadsAndUnloads) {
   EXPECT_EQ(refusal(client, "no_such_request").result(), 0);
   EXPECT_EQ(refusal(client, "unload_scenario").result(), 101);
   EXPECT_EQ(refusal(client, "reload_scenario").result(), 101);
-  expect_words(client.request("get_features").values.at("requests"), {"load_scenario", "unload_scenario"});
+  expect_words(client.request("get_features").text("requests"), {"load_scenario", "unload_scenario"});
 
   client.request("load_scenario", {{"uri", service.one_arm().string()}});
   ASSERT_TRUE(state_of_scenario(client, "one_arm").has_value());
@@ -198,8 +198,8 @@ TEST(Hosting, ThePaceIsKept) {
   client.set_pace(takt::client::Pace::realtime, 2.5);
   client.request("reload_scenario");
   const Reply state = client.request("get_state");
-  EXPECT_EQ(state.values.at("pace"), "realtime");
-  EXPECT_EQ(state.values.at("factor"), "2.5");
+  EXPECT_EQ(state.text("pace"), "realtime");
+  EXPECT_EQ(state.text("factor"), "2.5");
 }
 
 TEST(Hosting, PendingStepsAreAnsweredWhenTheScenarioIsUnloaded) {
@@ -221,7 +221,7 @@ TEST(Hosting, TwentyReloadsLeaveNothingBehind) {
   Client client(client_options());
   const auto reload = [&](const std::filesystem::path& file) {
     const Reply reply = client.request("load_scenario", {{"uri", file.string()}});
-    const std::string world = reply.values.at("scenario_generation");
+    const std::string world = reply.text("scenario_generation");
     ASSERT_TRUE(client
                     .wait_for_state(
                         [&](const State& s) { return std::to_string(s.cell->scenario_generation) == world; },
@@ -259,7 +259,7 @@ TEST(Hosting, TheProgramStartsWithoutAScenario) {
   client.request("load_scenario",
                  {{"uri", std::string(TAKT_CONFIG_DIR) + "/scenarios/block_assembly.yaml"}, {"lod", "1"}});
   client.step(3);
-  EXPECT_EQ(client.request("get_state").values.at("step"), "3");
+  EXPECT_EQ(client.request("get_state").text("step"), "3");
   client.request("unload_scenario");
   client.set_state(SimulationState::quitting);
   EXPECT_EQ(server.wait(), 0) << server.text;

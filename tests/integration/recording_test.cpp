@@ -122,9 +122,9 @@ TEST(Recording, ARecordingStartsAndEndsByRequestDuringARun) {
   EXPECT_EQ(refusal(client, "start_recording", {{"name", "other"}}).result(), 3);
   swing_arms(client, 4);
   const Reply stopped = client.request("stop_recording");
-  EXPECT_EQ(stopped.values.at("uri"), started.values.at("uri"));
+  EXPECT_EQ(stopped.text("uri"), started.text("uri"));
   swing_arms(client, 1);
-  expect_words(replayed({"--replay", stopped.values.at("uri")}, 0), {"The same bits", "1 scenarios"});
+  expect_words(replayed({"--replay", stopped.text("uri")}, 0), {"The same bits", "1 scenarios"});
   // A recording is never replaced by request.
   expect_words(refusal(client, "start_recording", {{"name", "middle"}}).what(), {"exists"});
 }

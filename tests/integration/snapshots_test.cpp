@@ -47,15 +47,15 @@ TEST(Snapshots, ARestoredStateContinuesWithTheSameBits) {
   client.send_joint_command("Robot1", target);
   client.step(40);
   const Reply saved = client.request("save_snapshot", {{"name", "before"}});
-  EXPECT_EQ(saved.values.at("step"), "40");
+  EXPECT_EQ(saved.text("step"), "40");
   EXPECT_TRUE(std::filesystem::exists(directory / takt::test::test_cell() / "before.snapshot"));
   client.step(60);
   const auto straight = state_at(client, 0, 100);
   ASSERT_TRUE(straight.has_value());
 
   const Reply restored = client.request("restore_snapshot", {{"name", "before"}});
-  EXPECT_EQ(restored.values.at("step"), "40");
-  const auto epoch = static_cast<std::uint32_t>(std::stoul(restored.values.at("epoch")));
+  EXPECT_EQ(restored.text("step"), "40");
+  const auto epoch = static_cast<std::uint32_t>(std::stoul(restored.text("epoch")));
   EXPECT_GT(epoch, 0U);
   ASSERT_TRUE(state_at(client, epoch, 40).has_value());
   EXPECT_EQ(client.get_state(), SimulationState::paused);
@@ -111,7 +111,7 @@ TEST(Snapshots, TheNewestThreePeriodicSnapshotsAreKept) {
     }
     ASSERT_GE(newest, 5U);
     const Reply back = client.request("restore_snapshot");
-    EXPECT_GT(std::stoul(back.values.at("step")), 0U);
+    EXPECT_GT(std::stoul(back.text("step")), 0U);
   }
   std::size_t count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(periodic))
@@ -310,8 +310,7 @@ TEST_F(Supervised, TheServerKeepsTheLoadedScenarioAndSpawnedParts) {
     ASSERT_TRUE(client
                     .wait_for_state(
                         [&](const State& s) {
-                          return std::to_string(s.cell->scenario_generation) ==
-                                 reply.values.at("scenario_generation");
+                          return std::to_string(s.cell->scenario_generation) == reply.text("scenario_generation");
                         },
                         kGenerous)
                     .has_value());

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 
 #include "client_lib/client.h"
 #include "tests/support/hosted_service.h"
@@ -11,7 +12,7 @@ namespace {
 
 using takt::Client;
 using takt::ClientError;
-using takt::client::Arguments;
+using Arguments = std::map<std::string, std::string>;
 using takt::client::Reply;
 using takt::client::Seconds;
 using takt::client::SimulationState;
@@ -29,9 +30,7 @@ State exchanged(Client& client, const std::string& name, const Arguments& argume
   client.set_state(SimulationState::stopped);
   const Reply reply = client.request(name, arguments);
   const auto state = client.wait_for_state(
-      [&](const State& s) {
-        return std::to_string(s.cell->scenario_generation) == reply.values.at("scenario_generation");
-      },
+      [&](const State& s) { return std::to_string(s.cell->scenario_generation) == reply.text("scenario_generation"); },
       kGenerous);
   if (!state) throw ClientError(ClientError::Kind::timeout, "no state after " + name);
   return *state;
@@ -120,9 +119,7 @@ TEST(Spawning, AResetOfAllRestoresTheScenario) {
   EXPECT_GE(client.cell()->find_component("Q"), 0);
   const Reply reply = client.request("reset");
   const auto back = client.wait_for_state(
-      [&](const State& s) {
-        return std::to_string(s.cell->scenario_generation) == reply.values.at("scenario_generation");
-      },
+      [&](const State& s) { return std::to_string(s.cell->scenario_generation) == reply.text("scenario_generation"); },
       kGenerous);
   ASSERT_TRUE(back.has_value());
   EXPECT_LT(back->cell->find_component("Q"), 0);
@@ -147,18 +144,17 @@ TEST(Spawning, RegisteredControllersStay) {
 TEST(Entities, EntitiesAreListedWithTheirState) {
   HostedService service;
   Client client(client_options());
-  const Reply all = client.request("get_entities");
-  EXPECT_EQ(all.values.at("count"), std::to_string(client.cell()->components.size()));
+  EXPECT_EQ(client.get_entities().size(), client.cell()->components.size());
   const Reply parts = client.request("get_entities", {{"category", "part"}});
-  EXPECT_EQ(parts.values.at("count"), "2");
-  expect_words(parts.values.at("document_0"), {"\"P\"", "\"C\"", "0.3"});
-  EXPECT_EQ(client.request("get_entities", {{"filter", "Gripper1*"}}).values.at("count"), "3");
-  EXPECT_EQ(client.request("get_entities", {{"filter", "nobody"}}).values.at("count"), "0");
+  expect_words(parts.message, {"2 of "});
+  expect_words(parts.text("entities"), {"\"P\"", "\"C\"", "0.3"});
+  EXPECT_EQ(client.get_entities("Gripper1*").size(), 3U);
+  EXPECT_EQ(client.get_entities("nobody").size(), 0U);
 
   const Reply state = client.request("get_entity_state", {{"entity", "C"}});
-  EXPECT_EQ(state.values.at("position"), "0.3 -0.2 0.7");
-  EXPECT_EQ(state.values.at("orientation"), "0 0 0 1");
-  EXPECT_EQ(state.values.at("category"), "part");
+  EXPECT_EQ(state.text("position"), "0.3 -0.2 0.7");
+  EXPECT_EQ(state.text("orientation"), "0 0 0 1");
+  EXPECT_EQ(state.text("category"), "part");
   const ClientError unknown = refusal(client, "get_entity_state", {{"entity", "nobody"}});
   EXPECT_EQ(unknown.result(), 2);
   expect_words(unknown.what(), {"Table1"});

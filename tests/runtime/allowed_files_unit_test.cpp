@@ -11,22 +11,17 @@ namespace {
 
 using ::testing::HasSubstr;
 
-HostAction load(const std::filesystem::path& file, std::vector<std::string> overrides = {}) {
-  LoadScenario action;
-  action.file = file;
-  action.options.overrides = std::move(overrides);
-  return action;
+requests::Any load(const std::filesystem::path& file, std::vector<std::string> overrides = {}) {
+  return requests::LoadScenario{file.string(), std::move(overrides), {}};
 }
-HostAction spawn(const std::filesystem::path& mesh) {
-  SpawnEntity action;
-  action.mesh = mesh;
-  return action;
+requests::Any spawn(const std::filesystem::path& mesh) {
+  return requests::SpawnEntity{.name = "X", .uri = mesh.string()};
 }
 
 TEST(AllowedFiles, EveryFileIsAllowedWithoutADirectory) {
-  HostAction action = load("/etc/passwd");
+  requests::Any action = load("/etc/passwd");
   EXPECT_EQ(confine(action, ""), "");
-  EXPECT_EQ(std::get<LoadScenario>(action).file, "/etc/passwd");
+  EXPECT_EQ(std::get<requests::LoadScenario>(action).uri, "/etc/passwd");
 }
 
 TEST(AllowedFiles, NamesAreRelativeToTheDirectoryAndStayBelowIt) {
@@ -41,31 +36,36 @@ TEST(AllowedFiles, NamesAreRelativeToTheDirectoryAndStayBelowIt) {
         {"sub/../cell.yaml", root / "cell.yaml"},
         {files / "cell.yaml", root / "cell.yaml"},
         {"sub/not_yet.yaml", root / "sub/not_yet.yaml"}}) {
-    HostAction action = load(name);
+    requests::Any action = load(name);
     EXPECT_EQ(confine(action, files.path()), "") << name;
-    EXPECT_EQ(std::get<LoadScenario>(action).file, becomes);
+    EXPECT_EQ(std::get<requests::LoadScenario>(action).uri, becomes.string());
     action = spawn(name);
     EXPECT_EQ(confine(action, files.path()), "") << name;
   }
   for (const std::filesystem::path& name :
        {std::filesystem::path("../x.yaml"), others / "secret.yaml", std::filesystem::path("link.yaml"),
         std::filesystem::path("sub/../../x"), std::filesystem::path(files.path().string() + "_beside/x")}) {
-    HostAction action = load(name);
+    requests::Any action = load(name);
     EXPECT_THAT(confine(action, files.path()), HasSubstr("is not below the directory of scenarios")) << name;
     action = spawn(name);
     EXPECT_THAT(confine(action, files.path()), HasSubstr("is not below")) << name;
   }
 }
 
+TEST(AllowedFiles, AUriIsAFileOrItsName) {
+  EXPECT_EQ(file_of_uri("file:///a/b.yaml"), "/a/b.yaml");
+  EXPECT_EQ(file_of_uri("cell.yaml"), "cell.yaml");
+}
+
 TEST(AllowedFiles, OverridesNameNoFilesElsewhere) {
   const test::TemporaryDirectory files;
-  HostAction action = load("cell.yaml", {"parts.C.mesh=/etc/passwd"});
+  requests::Any action = load("cell.yaml", {"parts.C.mesh=/etc/passwd"});
   EXPECT_THAT(confine(action, files.path()), HasSubstr("parts.C.mesh=/etc/passwd"));
   action = load("cell.yaml", {"parts.C.mesh=../C.obj"});
   EXPECT_NE(confine(action, files.path()), "");
   action = load("cell.yaml", {"solver.step_s=0.002"});
   EXPECT_EQ(confine(action, files.path()), "");
-  action = UnloadScenario{};
+  action = requests::UnloadScenario{};
   EXPECT_EQ(confine(action, files.path()), "");
 }
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
+#include "tests/support/text_requests.h"
 
 #include "idl/common/text.h"
 
@@ -21,66 +21,66 @@ class ControlTest : public testing::Test {
     cell_.grippers.resize(1);
     cell_.grippers[0].name = "Gripper1";
   }
-  template <typename Action>
-  Action action(const std::string& name, TextArguments arguments) {
-    auto parsed = parse({7, name, std::move(arguments)}, cell_);
-    if (const auto* reply = std::get_if<ControlReply>(&parsed)) {
-      ADD_FAILURE() << reply->message;
+  template <Request Type>
+  Type action(const std::string& name, const test::TextArguments& arguments) {
+    auto parsed = parse(test::text_request(7, name, arguments), &cell_);
+    if (const auto* refused = std::get_if<Refusal>(&parsed)) {
+      ADD_FAILURE() << refused->message;
       return {};
     }
-    return std::get<Action>(std::get<ControlAction>(parsed));
+    return std::get<Type>(std::get<requests::Any>(parsed));
   }
-  ControlReply refusal(const std::string& name, TextArguments arguments) {
-    auto parsed = parse({7, name, std::move(arguments)}, cell_);
-    if (std::holds_alternative<ControlAction>(parsed)) {
+  Refusal refusal(const std::string& name, const test::TextArguments& arguments) {
+    auto parsed = parse(test::text_request(7, name, arguments), &cell_);
+    if (std::holds_alternative<requests::Any>(parsed)) {
       ADD_FAILURE() << name << " was accepted";
       return {};
     }
-    EXPECT_EQ(std::get<ControlReply>(parsed).id, 7U);
-    return std::get<ControlReply>(parsed);
+    return std::get<Refusal>(parsed);
   }
-  void expect_failure(const std::string& name, TextArguments arguments, const std::string& words) {
-    const ControlReply reply = refusal(name, std::move(arguments));
-    EXPECT_EQ(reply.result, ControlResult::failed);
-    EXPECT_NE(reply.message.find(words), std::string::npos) << reply.message;
+  void expect_failure(const std::string& name, const test::TextArguments& arguments,
+                      const std::string& words) {
+    const Refusal refused = refusal(name, arguments);
+    EXPECT_EQ(refused.result, ControlResult::failed);
+    EXPECT_NE(refused.message.find(words), std::string::npos) << refused.message;
   }
   CellDescription cell_;
 };
 
 TEST_F(ControlTest, RequestsAreRead) {
-  EXPECT_EQ(action<SetState>("set_state", {{"state", "1"}}).state, SimulationState::playing);
-  EXPECT_EQ(action<SetState>("set_state", {{"state", "paused"}}).state, SimulationState::paused);
-  EXPECT_EQ(action<Step>("step", {{"steps", "12"}}).steps, 12U);
-  EXPECT_EQ(action<Step>("step", {}).steps, 1U);
-  const auto pace = action<SetPace>("set_pace", {{"pace", "realtime"}, {"factor", "2.5"}});
+  EXPECT_EQ(action<requests::SetState>("set_state", {{"state", "1"}}).state, SimulationState::playing);
+  EXPECT_EQ(action<requests::SetState>("set_state", {{"state", "paused"}}).state, SimulationState::paused);
+  EXPECT_EQ(action<requests::Step>("step", {{"steps", "12"}}).steps, 12U);
+  EXPECT_EQ(action<requests::Step>("step", {}).steps, 1U);
+  const auto pace = action<requests::SetPace>("set_pace", {{"pace", "realtime"}, {"factor", "2.5"}});
   EXPECT_EQ(pace.pace, Pace::realtime);
   EXPECT_EQ(pace.factor, 2.5);
-  const auto controller = action<RegisterController>(
+  const auto controller = action<requests::RegisterController>(
       "register_controller",
       {{"name", "plc"}, {"period_s", "0.008"}, {"timeout_s", "3"}, {"targets", "Gripper1, Robot1"}});
   EXPECT_EQ(controller.period_s, 0.008);
   EXPECT_EQ(controller.timeout_s, 3.0);
-  EXPECT_EQ(controller.targets, (std::vector<int>{1, 0}));
-  EXPECT_EQ(action<ExplainPart>("explain_part", {{"part", "Table"}}).component, 1);
-  const auto all = action<SetLevelOfDetail>("set_level_of_detail", {{"level", "2"}});
-  EXPECT_EQ(all.process, -1);
+  EXPECT_EQ(controller.targets, (std::vector<std::string>{"Gripper1", "Robot1"}));
+  EXPECT_EQ(action<requests::ExplainPart>("explain_part", {{"part", "Table"}}).part, "Table");
+  const auto all = action<requests::SetLevelOfDetail>("set_level_of_detail", {{"level", "2"}});
+  EXPECT_EQ(all.process, "all");
   EXPECT_EQ(all.level, 2);
-  EXPECT_EQ(action<SetLevelOfDetail>("set_level_of_detail", {{"level", "3"}}).level, 3);
-  EXPECT_EQ(action<SetLevelOfDetail>("set_level_of_detail", {{"level", "1"}, {"process", "all"}}).process,
-            -1);
-  EXPECT_EQ(action<SetLevelOfDetail>("set_level_of_detail", {{"level", "1"}, {"process", "packing"}}).process,
-            1);
-  for (const char* scope : {"0", "1", "2", "3", "5", "255"})
-    EXPECT_FALSE(action<Reset>("reset", {{"scope", scope}}).spawned_only);
-  EXPECT_TRUE(action<Reset>("reset", {{"scope", "4"}}).spawned_only);
+  EXPECT_EQ(action<requests::SetLevelOfDetail>("set_level_of_detail", {{"level", "3"}}).level, 3);
+  EXPECT_EQ(action<requests::SetLevelOfDetail>("set_level_of_detail", {{"level", "1"}, {"process", "all"}}).process,
+            "all");
+  EXPECT_EQ(action<requests::SetLevelOfDetail>("set_level_of_detail", {{"level", "1"}, {"process", "packing"}}).process,
+            "packing");
+  for (const int scope : {0, 1, 2, 3, 4, 5, 255})
+    EXPECT_EQ(action<requests::Reset>("reset", {{"scope", std::to_string(scope)}}).scope, scope);
 }
 
 TEST_F(ControlTest, AnUnknownRequestIsUnsupported) {
-  for (const char* name : {"load_scenario", "spawn_entity", ""}) {
-    const ControlReply reply = refusal(name, {});
-    EXPECT_EQ(reply.result, ControlResult::unsupported);
-    EXPECT_NE(reply.message.find("get_state"), std::string::npos) << reply.message;
+  for (const char* name : {"load_world", "save_snapshots", ""}) {
+    const Refusal refused = refusal(name, {});
+    EXPECT_EQ(refused.result, ControlResult::unsupported);
+    EXPECT_NE(refused.message.find("get_state"), std::string::npos) << refused.message;
   }
+  EXPECT_TRUE(refusal("save_snapshots", {}).message.ends_with("Did you mean 'save_snapshot'?"));
 }
 
 TEST_F(ControlTest, InvalidArgumentsAreNamedWithTheAllowedOnes) {
@@ -90,25 +90,33 @@ TEST_F(ControlTest, InvalidArgumentsAreNamedWithTheAllowedOnes) {
   expect_failure("step", {{"steps", "1.5"}}, "'1.5'");
   expect_failure("step", {{"steps", "-1"}}, "'-1'");
   expect_failure("step", {{"steps", "1"}, {"steps", "2"}}, "twice");
-  expect_failure("set_state", {{"state", "7"}}, "'7'; allowed is 0 (stopped)");
+  expect_failure("set_state", {{"state", "7"}}, "'7'; allowed is stopped, playing, paused or quitting");
   expect_failure("set_state", {}, "needs the argument 'state'");
   expect_failure("set_pace", {{"pace", "fast"}}, "'fast'; allowed is realtime, free or lockstep");
   for (const char* factor : {"nan", "inf", "0", "-1", "1e9", "x", ""}) {
     expect_failure("set_pace", {{"pace", "realtime"}, {"factor", factor}}, "'factor'");
   }
   expect_failure("reset", {{"scope", "8"}}, "'scope' is '8'");
-  expect_failure("register_controller", {{"name", "a"}, {"period_s", "0.008"}, {"targets", "Robot1,Robot9"}},
-                 "'Robot9'; allowed is any of Robot1, Gripper1");
-  expect_failure("register_controller", {{"name", "a"}, {"period_s", "0.008"}, {"targets", "Robot1,Robot1"}},
-                 "twice");
+  const Refusal unknown =
+      refusal("register_controller", {{"name", "a"}, {"period_s", "0.008"}, {"targets", "Robot1,Robot9"}});
+  EXPECT_EQ(unknown.result, ControlResult::not_found);
+  EXPECT_EQ(unknown.message,
+            "There is no target 'Robot9' in this cell; it has Robot1, Gripper1. Did you mean 'Robot1'?");
   expect_failure("register_controller", {{"name", "a"}, {"period_s", "0.008"}}, "'targets'");
-  expect_failure("register_controller", {{"name", "a"}, {"period_s", "0.0005"}, {"targets", "Robot1"}},
+  expect_failure("register_controller", {{"name", "a"}, {"period_s", "-0.0005"}, {"targets", "Robot1"}},
                  "'period_s'");
   expect_failure("register_controller", {{"period_s", "0.008"}, {"targets", "Robot1"}}, "'name'");
 }
 
+TEST_F(ControlTest, ANameThatIsNearlyRightIsSuggested) {
+  EXPECT_EQ(refusal("set_pace", {{"pace", "free"}, {"faktor", "2"}}).message,
+            "Request 'set_pace' has no argument 'faktor'; it takes pace, factor. Did you mean 'factor'?");
+  EXPECT_TRUE(refusal("explain_part", {{"part", "Tabel"}}).message.ends_with("Did you mean 'Table'?"));
+  EXPECT_FALSE(refusal("explain_part", {{"part", "Oven"}}).message.ends_with("?"));
+}
+
 TEST_F(ControlTest, AnUnknownPartIsNotFound) {
-  const ControlReply reply = refusal("explain_part", {{"part", "Q"}});
+  const Refusal reply = refusal("explain_part", {{"part", "Q"}});
   EXPECT_EQ(reply.result, ControlResult::not_found);
   EXPECT_EQ(reply.message, "There is no component 'Q' in this cell; it has P, Table.");
   expect_failure("explain_part", {}, "needs the argument 'part'");
@@ -119,30 +127,56 @@ TEST_F(ControlTest, LevelsOfDetailAreChecked) {
   for (const char* level : {"0", "4", "-1", "1.5", "two", ""})
     expect_failure("set_level_of_detail", {{"level", level}}, "'level'");
   expect_failure("set_level_of_detail", {{"process", "assembly"}},
-                 "'level' is missing; allowed is a whole number from 1 to 3");
+                 "needs the argument 'level', a whole number from 1 to 3");
   expect_failure("set_level_of_detail", {{"level", "2"}, {"robot", "Robot1"}},
-                 "no argument 'robot'; it takes process, level");
-  const ControlReply reply = refusal("set_level_of_detail", {{"level", "2"}, {"process", "welding"}});
+                 "no argument 'robot'; it takes level, process");
+  const Refusal reply = refusal("set_level_of_detail", {{"level", "2"}, {"process", "welding"}});
   EXPECT_EQ(reply.result, ControlResult::not_found);
-  EXPECT_EQ(reply.message, "There is no process 'welding' in this cell; there are: all, assembly, packing.");
-  const ControlReply features = features_reply(1);
-  EXPECT_NE(std::find(features.values.begin(), features.values.end(),
-                      std::pair<std::string, std::string>("levels_of_detail", "1,2,3")),
-            features.values.end());
+  EXPECT_EQ(reply.message, "There is no process 'welding' in this cell; it has all, assembly, packing.");
+  EXPECT_EQ(features().levels_of_detail, (std::vector<std::int32_t>{1, 2, 3}));
 }
 
 TEST_F(ControlTest, ALongListOfNamesIsCut) {
   cell_.components.resize(4096);
   for (auto& component : cell_.components) component.name = std::string(100, 'x');
-  const ControlReply reply = refusal("explain_part", {{"part", std::string(5000, 'q')}});
+  const Refusal reply = refusal("explain_part", {{"part", std::string(100, 'q')}});
   EXPECT_EQ(reply.result, ControlResult::not_found);
   EXPECT_LT(reply.message.size(), 1024U);
 }
 
-TEST(Control, NumbersKeepTheirBits) {
+TEST(Control, EachRequestComesBackFromItsValuesAsItWas) {
+  const auto back = [](const requests::Any& request) {
+    const auto parsed = parse(control_request(request), nullptr);
+    EXPECT_TRUE(std::holds_alternative<requests::Any>(parsed));
+    return std::get<requests::Any>(parsed);
+  };
   for (const double value : {0.1, 1.0 / 3.0, 42.0, 1e-300, 123456.789012345}) {
-    EXPECT_EQ(std::stod(exact_text(value)), value);
+    const requests::SetEntityState put{.entity = "P", .position = takt_msgs::msg::Vector3{value, -value, 0}};
+    EXPECT_EQ(std::get<requests::SetEntityState>(back(put)), put);
   }
+  const requests::RegisterController plc{"plc", 0.008, 3.0, {"a, b", "c"}};
+  EXPECT_EQ(std::get<requests::RegisterController>(back(plc)), plc);
+  const requests::SpawnEntity spawn{.name = "X", .allow_renaming = true, .copy_of = "A"};
+  EXPECT_EQ(std::get<requests::SpawnEntity>(back(spawn)), spawn);
+}
+
+TEST(Control, AValueOfAnotherKindIsRefused) {
+  Value text{.kind = ValueKind::text, .text = "3"};
+  const auto parsed = parse({1, "step", {{"steps", text}}}, nullptr);
+  ASSERT_TRUE(std::holds_alternative<Refusal>(parsed));
+  EXPECT_EQ(std::get<Refusal>(parsed).message,
+            "Request 'step': argument 'steps' is '3'; allowed is a whole number from 1 to 1000000000.");
+}
+
+TEST(Control, AnExplanationComesThroughItsValues) {
+  requests::ExplainPartResponse told{.part = "P", .hierarchy = 2, .partner = "G"};
+  told.sequence_count = ~std::uint64_t{0} / 2;
+  told.sequences = {{{"P", "G"}}};
+  told.contacts = {{.a = "P", .b = "G", .measured = true, .distance = -1e-6, .normal = {0, 0, 1}}};
+  told.components = {{"P", ComponentType::part, 2}, {"G", ComponentType::gripper, {}}};
+  requests::ExplainPartResponse back;
+  EXPECT_FALSE(read_arguments("explain_part", arguments_of(told), back));
+  EXPECT_EQ(back, told);
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ TEST(RunLoopLevel, ChangesAreReportedAndAResetKeepsTheLevel) {
   const ControlReply changed = reader.request("set_level_of_detail", {{"level", "2"}});
   ASSERT_EQ(changed.result, ControlResult::ok) << changed.message;
   EXPECT_EQ(changed.message, "The level of detail of all processes is now 2.");
-  const auto event = reader.wait_for_event(EventCode::level_of_detail_changed);
+  const auto event = reader.wait_for_event("level_of_detail_changed");
   ASSERT_TRUE(event);
   EXPECT_EQ(describe(*event, loop.cell()).message, changed.message);
   ASSERT_EQ(reader.request("step", {{"steps", "20"}}).result, ControlResult::ok);
@@ -84,7 +84,7 @@ TEST(RunLoopLevel, ARobotWithoutInertiaKeepsItsLevelAndTheReasonIsReported) {
   EXPECT_EQ(refused.message,
             "The level of detail stays as it is: Robot2 can only be kinematic: the link 'forearm_link' has "
             "no inertia");
-  EXPECT_EQ(reader.count(EventCode::level_of_detail_changed), 0U);
+  EXPECT_EQ(reader.count("level_of_detail_changed"), 0U);
   expect_levels(reader, 1);
   EXPECT_EQ(reader.request("step").result, ControlResult::ok);
   loop.stop();
@@ -152,7 +152,7 @@ TEST(RunLoopLevel, ADivergingPlantPausesTheLoopAndOnlyFiniteNumbersArePublished)
   command.velocity = {};
   loop.append(command, 1, monotonic_now_ns());
   ASSERT_EQ(reader.request("set_state", {{"state", "1"}}).result, ControlResult::ok);
-  const auto fault = reader.wait_for_event(EventCode::simulation_fault);
+  const auto fault = reader.wait_for_event("simulation_fault");
   ASSERT_TRUE(fault);
   const std::string told = describe(*fault, loop.cell()).message;
   EXPECT_NE(told.find("of Robot"), std::string::npos) << told;
@@ -186,7 +186,7 @@ void expect_pause_and_event(std::string_view solver, test::FailureKind kind, con
   RunLoop loop(simulation, options);
   LoopReader reader(loop);
   loop.start();
-  const auto fault = reader.wait_for_event(EventCode::simulation_fault);
+  const auto fault = reader.wait_for_event("simulation_fault");
   ASSERT_TRUE(fault);
   EXPECT_NE(describe(*fault, loop.cell()).message.find(reason), std::string::npos)
       << describe(*fault, loop.cell()).message;
@@ -229,11 +229,10 @@ TEST(RunLoopFault, PeriodicSnapshotsOfARunawayAreRefusedWithAnEvent) {
   ASSERT_EQ(reader.request("set_entity_state", {{"entity", part}, {"angular_velocity", "0 0 10000"}}).result,
             ControlResult::ok);
   ASSERT_EQ(reader.request("set_state", {{"state", "1"}}).result, ControlResult::ok);
-  ASSERT_TRUE(reader.wait_for_event(EventCode::simulation_fault));
-  ASSERT_EQ(reader.count(EventCode::save_refused), 1U) << "told once";
-  const auto refused = reader.wait_for_event(EventCode::save_refused);
+  ASSERT_TRUE(reader.wait_for_event("simulation_fault"));
+  ASSERT_EQ(reader.count("snapshot_failed"), 1U) << "told once";
+  const auto refused = reader.wait_for_event("snapshot_failed");
   const EventText told = describe(*refused, loop.cell());
-  EXPECT_EQ(to_string(refused->code), "snapshot_failed");
   EXPECT_NE(told.message.find("was not taken: the state"), std::string::npos) << told.message;
   loop.stop();
   const SavedState* newest = loop.saver().saved().take();

@@ -87,9 +87,10 @@ TEST(Overload, AnOverloadIsCaughtUpOrRebasedWithoutALostStep) {
   EXPECT_EQ(reader.status->schedule_resets, moved);
   std::size_t told = 0;
   for (const EventRecord& event : reader.events) {
-    if (event.code != EventCode::schedule_rebased) continue;
+    const auto* rebased = std::get_if<events::ScheduleRebased>(&event.event);
+    if (rebased == nullptr) continue;
     ++told;
-    EXPECT_NEAR(event.x, 0.160, 1e-3) << describe(event, loop.cell()).message;
+    EXPECT_NEAR(rebased->lag, 0.160, 1e-3) << describe(event, loop.cell()).message;
   }
   EXPECT_EQ(told, moved);
 }

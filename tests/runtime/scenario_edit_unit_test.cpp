@@ -8,6 +8,7 @@
 
 #include "server/devices/screw_joints.h"
 #include "server/runtime/requests/control.h"
+#include "tests/support/text_requests.h"
 
 namespace takt {
 namespace {
@@ -43,17 +44,17 @@ Scenario one_of_each() {
   return scenario;
 }
 
-SpawnEntity copy_of(const std::string& original, const std::string& name) {
-  SpawnEntity request;
+requests::SpawnEntity copy_of(const std::string& original, const std::string& name) {
+  requests::SpawnEntity request;
   request.name = name;
   request.copy_of = original;
   return request;
 }
 
-template <typename Request>
-Outcome refusal_of_change(const Request& request) {
+template <Request Type>
+Refusal refusal_of_change(const Type& request) {
   auto result = changed(one_of_each(), request);
-  if (auto* refusal = std::get_if<Outcome>(&result)) return *refusal;
+  if (auto* refusal = std::get_if<Refusal>(&result)) return *refusal;
   ADD_FAILURE() << "it was done";
   return {};
 }
@@ -67,32 +68,34 @@ TEST(ScenarioChanges, NamesAreUniqueAmongAllComponents) {
   for (const std::string& name :
        {std::string("A"), std::string("Floor"), std::string("Arm"), std::string("Hand"), std::string("Oven"),
         std::string("Driver"), heat_device_name("A"), thread_device_name("A")}) {
-    const Outcome refusal = refusal_of_change(copy_of("B", name));
+    const Refusal refusal = refusal_of_change(copy_of("B", name));
     EXPECT_EQ(refusal.result, ControlResult::name_not_unique);
     expect_words_in(refusal.message, "There is a '" + name + "' in this cell already");
-    SpawnEntity renamed = copy_of("B", name);
+    requests::SpawnEntity renamed = copy_of("B", name);
     renamed.allow_renaming = true;
     EXPECT_EQ(std::get<ChangedScenario>(changed(scenario, renamed)).entity, name + "_2");
   }
   // The device that would come with it is taken, though its name is not.
   Scenario crowded = scenario;
   crowded.grounds[0].name = heat_device_name("X");
-  EXPECT_EQ(std::get<Outcome>(changed(crowded, copy_of("A", "X"))).result, ControlResult::name_not_unique);
+  EXPECT_EQ(std::get<Refusal>(changed(crowded, copy_of("A", "X"))).result, ControlResult::name_not_unique);
   EXPECT_EQ(std::get<ChangedScenario>(changed(crowded, copy_of("B", "X"))).entity, "X");
-  const Outcome wrong = refusal_of_change(copy_of("B", "no name"));
+  const Refusal wrong = refusal_of_change(copy_of("B", "no name"));
   EXPECT_EQ(wrong.result, ControlResult::name_invalid);
   expect_words_in(wrong.message, "The name 'no name' is not possible");
-  const Outcome nothing = refusal_of_change(copy_of("Q", "X"));
+  const Refusal nothing = refusal_of_change(copy_of("Q", "X"));
   EXPECT_EQ(nothing.result, ControlResult::not_found);
   expect_words_in(nothing.message, "There is no Part 'Q' to copy.");
-  SpawnEntity lacking;
-  lacking.name = "X";
-  lacking.mesh = "no/such/mesh.obj";
+  requests::SpawnEntity lacking{.name = "X"};
+  expect_words_in(refusal_of_change(lacking).message, "either 'uri', a mesh file, or 'copy_of'");
+  lacking.uri = "no/such/mesh.obj";
+  expect_words_in(refusal_of_change(lacking).message, "needs the argument 'mass_kg'");
+  lacking.mass_kg = 1.0;
   EXPECT_EQ(refusal_of_change(lacking).result, ControlResult::no_resource);
 }
 
 TEST(ScenarioChanges, ACopyKeepsTheProcessAndScalesTheMass) {
-  SpawnEntity request = copy_of("A", "X");
+  requests::SpawnEntity request = copy_of("A", "X");
   request.mass_kg = 6.0;
   request.hierarchy = 7;
   const auto result = std::get<ChangedScenario>(changed(one_of_each(), request));
@@ -111,34 +114,32 @@ TEST(ScenarioChanges, ACopyKeepsTheProcessAndScalesTheMass) {
 }
 
 TEST(ScenarioChanges, OnlyPartsThatHoldNothingAreDeleted) {
-  const Outcome held = refusal_of_change(DeleteEntity{"B"});
+  const Refusal held = refusal_of_change(requests::DeleteEntity{"B"});
   EXPECT_EQ(held.result, ControlResult::failed);
   expect_words_in(held.message, "'B' cannot go while something is screwed into it: A; delete that first.");
   for (const char* other : {"Floor", "Arm", "Hand", "Oven", "Driver", "Hand/jaw"}) {
-    const Outcome refusal = refusal_of_change(DeleteEntity{other});
+    const Refusal refusal = refusal_of_change(requests::DeleteEntity{other});
     EXPECT_EQ(refusal.result, ControlResult::failed);
     expect_words_in(refusal.message, std::string("'") + other + "' is no Part; only Parts can be deleted.");
   }
-  EXPECT_EQ(refusal_of_change(DeleteEntity{"Q"}).result, ControlResult::not_found);
-  const auto gone = std::get<ChangedScenario>(changed(one_of_each(), DeleteEntity{"A"}));
+  EXPECT_EQ(refusal_of_change(requests::DeleteEntity{"Q"}).result, ControlResult::not_found);
+  const auto gone = std::get<ChangedScenario>(changed(one_of_each(), requests::DeleteEntity{"A"}));
   EXPECT_EQ(gone.scenario.deleted, std::vector<std::string>{"A"});
   EXPECT_TRUE(gone.scenario.processes[1].members.empty());
 }
 
 TEST(ScenarioChanges, ChangesAreTakenFromRequestsInOrder) {
-  const std::vector<ControlRequest> requests{
-      {0, "spawn_entity", {{"name", "X"}, {"copy_of", "B"}, {"position", "1 2 3"}}},
-      {0, "reset", {}},
-      {0, "save_snapshot", {{"name", "s"}}},
-      {0, "spawn_entity", {{"name", "Y"}}},  // not well-formed: it was refused then too
-      {0, "delete_entity", {{"entity", "A"}}}};
-  const Scenario result = with_changes(one_of_each(), requests);
+  requests::SpawnEntity x = copy_of("B", "X");
+  x.position = {1, 2, 3};
+  const std::vector<requests::Any> wanted{x, requests::Reset{}, requests::SaveSnapshot{"s"},
+                                          requests::DeleteEntity{"A"}};
+  const Scenario result = with_changes(one_of_each(), wanted);
   ASSERT_EQ(result.parts.size(), 2U);
   EXPECT_EQ(result.parts[0].name, "B");
   EXPECT_EQ(result.parts[1].name, "X");
   EXPECT_EQ(result.parts[1].X_WB.p, Vec3(1, 2, 3));
   try {
-    with_changes(one_of_each(), std::vector<ControlRequest>{{0, "delete_entity", {{"entity", "Q"}}}});
+    with_changes(one_of_each(), std::vector<requests::Any>{requests::DeleteEntity{"Q"}});
     ADD_FAILURE() << "it was done";
   } catch (const std::runtime_error& error) {
     expect_words_in(error.what(), "There is no Part 'Q' in this cell.");
@@ -156,7 +157,7 @@ CellDescription parts_and_table() {
 TEST(EntityRequests, MissingArgumentsAreReported) {
   struct Row {
     const char* request;
-    TextArguments arguments;
+    test::TextArguments arguments;
     ControlResult result;
     const char* words;
   };
@@ -164,7 +165,6 @@ TEST(EntityRequests, MissingArgumentsAreReported) {
       {"get_entities", {{"category", "robot"}}, ControlResult::failed, "part, gripper or ground"},
       {"get_entity_state", {}, ControlResult::failed, "'entity'"},
       {"get_entity_state", {{"entity", "Q"}}, ControlResult::not_found, "Q"},
-      {"set_entity_state", {{"entity", "P"}}, ControlResult::failed, "needs a position, an orientation"},
       {"set_entity_state", {{"position", "1 2 3"}}, ControlResult::failed, "'entity'"},
       {"set_entity_state", {{"entity", "Q"}, {"position", "1 2 3"}}, ControlResult::not_found, "Q"},
       {"set_entity_state", {{"entity", "P"}, {"position", "1 2"}}, ControlResult::failed, "'position'"},
@@ -176,31 +176,34 @@ TEST(EntityRequests, MissingArgumentsAreReported) {
       {"detach", {{"part", "Q"}}, ControlResult::not_found, "Q"},
   };
   for (const Row& row : rows) {
-    const auto parsed = parse({5, row.request, row.arguments}, parts_and_table());
-    const auto* reply = std::get_if<ControlReply>(&parsed);
+    const CellDescription cell = parts_and_table();
+    const auto parsed = parse(test::text_request(5, row.request, row.arguments), &cell);
+    const auto* reply = std::get_if<Refusal>(&parsed);
     ASSERT_NE(reply, nullptr) << row.request << " was accepted, though " << row.words;
-    EXPECT_EQ(reply->id, 5U);
     EXPECT_EQ(reply->result, row.result) << reply->message;
     expect_words_in(reply->message, row.words);
   }
 }
 
 TEST(EntityRequests, EachFieldOfAStateIsSetAlone) {
-  const auto action = [](const TextArguments& more) {
-    TextArguments arguments{{"entity", "P"}};
+  const CellDescription cell = parts_and_table();
+  const auto action = [&](const test::TextArguments& more) {
+    test::TextArguments arguments{{"entity", "P"}};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    return std::get<SetEntityState>(
-        std::get<ControlAction>(parse({5, "set_entity_state", arguments}, parts_and_table())));
+    const auto parsed = parse(test::text_request(5, "set_entity_state", arguments), &cell);
+    return std::get<requests::SetEntityState>(std::get<requests::Any>(parsed));
   };
-  EXPECT_EQ(action({{"position", "1 2 3"}}).p_WB, Vec3(1, 2, 3));
-  EXPECT_TRUE(action({{"orientation", "0 0 0 1"}}).R_WB->isApprox(Mat3::Identity()));
-  EXPECT_EQ(action({{"linear_velocity", "1 0 0"}}).linear_velocity, Vec3(1, 0, 0));
-  const SetEntityState turning = action({{"angular_velocity", "0 0 2"}});
-  EXPECT_EQ(turning.angular_velocity, Vec3(0, 0, 2));
-  EXPECT_FALSE(turning.p_WB || turning.R_WB || turning.linear_velocity);
-  for (const char* category : {"part", "gripper", "ground"}) {
-    const auto parsed = parse({5, "get_entities", {{"category", category}}}, parts_and_table());
-    EXPECT_EQ(std::get<GetEntities>(std::get<ControlAction>(parsed)).category, category);
+  using Vector3 = takt_msgs::msg::Vector3;
+  EXPECT_EQ(action({{"position", "1 2 3"}}).position, (Vector3{1, 2, 3}));
+  EXPECT_EQ(action({{"orientation", "0 0 0 1"}}).orientation, takt_msgs::msg::Quaternion{});
+  EXPECT_EQ(action({{"linear_velocity", "1 0 0"}}).linear_velocity, (Vector3{1, 0, 0}));
+  const requests::SetEntityState turning = action({{"angular_velocity", "0 0 2"}});
+  EXPECT_EQ(turning.angular_velocity, (Vector3{0, 0, 2}));
+  EXPECT_FALSE(turning.position || turning.orientation || turning.linear_velocity);
+  for (const ComponentType category : {ComponentType::part, ComponentType::gripper, ComponentType::ground}) {
+    const auto parsed =
+        parse(test::text_request(5, "get_entities", {{"category", std::string(to_string(category))}}), &cell);
+    EXPECT_EQ(std::get<requests::GetEntities>(std::get<requests::Any>(parsed)).category, category);
   }
 }
 

@@ -100,12 +100,7 @@ class RawCellClient {
     message.client_id = client_id;
     message.sequence_number = sequence;
     message.request = name;
-    for (const auto& [key, value] : arguments) {
-      msg::Argument argument;
-      argument.name = key;
-      argument.value = value;
-      message.arguments.push_back(argument);
-    }
+    message.arguments = arguments_of_text(name, arguments);
     requests_.writer->write(&message);
   }
   std::vector<msg::ControlReply> replies() { return replies_->messages(); }
@@ -123,7 +118,7 @@ class RawCellClient {
   }
   static std::string value(const msg::ControlReply& reply, const std::string& name) {
     for (const auto& argument : reply.values) {
-      if (argument.name == name.c_str()) return argument.value;
+      if (argument.name == name) return text_of(argument.value);
     }
     return "(none)";
   }

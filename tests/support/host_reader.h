@@ -13,6 +13,7 @@
 
 #include "server/runtime/host/cell_host.h"
 #include "tests/support/temporary_directory.h"
+#include "tests/support/text_requests.h"
 
 namespace takt::test {
 
@@ -51,15 +52,16 @@ class HostReader {
       host_.outbound().news.wait_until_ns(monotonic_now_ns() + 10'000'000);
     }
   }
-  ControlReply request(const std::string& name, TextArguments arguments = {}) {
+  ControlReply request(const std::string& name, const TextArguments& arguments = {}) {
     const std::uint64_t id = ++newest_id_;
-    host_.submit({id, name, std::move(arguments)});
-    ControlReply found{0, ControlResult::failed, "no reply", {}};
+    host_.submit(text_request(id, name, arguments));
+    ControlReply found{0, ControlResult::failed, "no reply"};
     wait_until([&] {
       for (const ControlReply& reply : replies)
         if (reply.id == id) found = reply;
       return found.id == id;
     });
+    expect_declared_result(name, found);
     return found;
   }
   /// The first event of that code, waited for.

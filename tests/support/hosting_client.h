@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <initializer_list>
+#include <map>
 #include <string>
 
 #include "client_lib/client.h"
@@ -22,7 +23,7 @@ inline ClientOptions client_options() {
 }
 
 /// The refusal of a request that must be refused.
-inline ClientError refusal(Client& cell, const std::string& name, const client::Arguments& arguments = {}) {
+inline ClientError refusal(Client& cell, const std::string& name, const std::map<std::string, std::string>& arguments = {}) {
   try {
     const client::Reply reply = cell.request(name, arguments);
     ADD_FAILURE() << name << " was done: " << reply.message;

@@ -10,6 +10,7 @@
 
 #include "server/runtime/loop/run_loop.h"
 #include "server/runtime/monotonic_clock.h"
+#include "tests/support/text_requests.h"
 
 namespace takt::test {
 
@@ -27,8 +28,12 @@ class LoopReader {
     }
   }
 
-  std::uint64_t submit(const std::string& name, TextArguments arguments = {}) {
-    loop_.submit({++newest_id_, name, std::move(arguments)});
+  std::uint64_t submit(const std::string& name, const TextArguments& arguments = {}) {
+    auto parsed = parse(text_request(++newest_id_, name, arguments), &loop_.cell());
+    if (auto* refusal = std::get_if<Refusal>(&parsed))
+      replies.push_back({newest_id_, refusal->result, std::move(refusal->message)});
+    else
+      loop_.submit(newest_id_, std::get<requests::Any>(std::move(parsed)));
     return newest_id_;
   }
   std::optional<ControlReply> reply_to(std::uint64_t id) {
@@ -41,24 +46,26 @@ class LoopReader {
     });
     return found;
   }
-  ControlReply request(const std::string& name, TextArguments arguments = {}) {
-    return reply_to(submit(name, std::move(arguments)))
-        .value_or(ControlReply{0, ControlResult::failed, "no reply", {}});
+  ControlReply request(const std::string& name, const TextArguments& arguments = {}) {
+    ControlReply reply = reply_to(submit(name, arguments))
+                             .value_or(ControlReply{0, ControlResult::failed, "no reply"});
+    expect_declared_result(name, reply);
+    return reply;
   }
 
-  std::optional<EventRecord> wait_for_event(EventCode code) {
+  std::optional<EventRecord> wait_for_event(std::string_view code) {
     std::optional<EventRecord> found;
     wait_until([&] {
       for (const auto& event : events) {
-        if (event.code == code) found = event;
+        if (info_of(event).code == code) found = event;
       }
       return found.has_value();
     });
     return found;
   }
-  std::size_t count(EventCode code) {
+  std::size_t count(std::string_view code) {
     std::size_t number = 0;
-    for (const auto& event : events) number += event.code == code ? 1U : 0U;
+    for (const auto& event : events) number += info_of(event).code == code ? 1U : 0U;
     return number;
   }
 

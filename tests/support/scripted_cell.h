@@ -117,10 +117,14 @@ class ScriptedCell {
     answer.sequence_number = request.sequence_number;
     answer.result = result;
     answer.message = message;
-    for (const auto& [key, value] : values) {
-      auto& argument = answer.values.emplace_back();
-      argument.name = key;
-      argument.value = value;
+    for (const auto& [name, text] : values) {
+      const bool whole = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+      auto& value = answer.values.emplace_back(takt_msgs::msg::Argument{name, {}}).value;
+      value.kind = whole ? ValueKind::integer : ValueKind::text;
+      if (whole)
+        value.integer = std::stoll(text);
+      else
+        value.text = text;
     }
     publish("control/reply", answer);
   }

@@ -26,8 +26,6 @@ from ._takt import (
     Contact,
     Contacts,
     DeviceInfo,
-    EntityInfo,
-    EntityState,
     Event,
     GripperAction,
     GripperInfo,
@@ -53,6 +51,7 @@ from ._takt import (
     TrajectoryPoint,
     list_cells,
 )
+from .requests import Requests
 from .server import Server, ServerError, program_path
 
 
@@ -66,8 +65,28 @@ class LockstepController(_takt.LockstepController):
         self.close()
 
 
-class Client(_takt.Client):
+class Client(_takt.Client, Requests):
     """A connection to one cell; waits until the cell has described itself."""
+
+    def play(self):
+        """Lets the simulation run."""
+        self.set_state(SimulationState.playing)
+
+    def pause(self):
+        """Stops the simulation where it is."""
+        self.set_state(SimulationState.paused)
+
+    def resume(self):
+        """Lets a paused simulation go on."""
+        self.set_state(SimulationState.playing)
+
+    def stop(self):
+        """Stops the simulation and resets it."""
+        self.set_state(SimulationState.stopped)
+
+    def quit(self):
+        """Ends the server."""
+        self.set_state(SimulationState.quitting)
 
     def __enter__(self):
         return self

@@ -3,6 +3,7 @@
 // program reads goes to standard output; errors are thrown.
 #include <cstdint>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -52,10 +53,14 @@ std::string hash_text(std::uint64_t hash);
 
 /// The sentence of a reply, or all of it as JSON.
 int report(const Common& common, const client::Reply& reply);
+/// {name: value}; documents as they are.
+nlohmann::json values_json(const Arguments& values);
 /// Tells an error (with `json` on standard output too) and returns the exit code for it.
 int report_error(bool json, const std::exception& error);
 
-/// Commands that exchange what is simulated, and requests by name: content.cpp.
+/// Requests by name, and the commands that are one request: requests.cpp.
+void declare_requests(CLI::App& app, const Common& common, int& result);
+/// Commands that exchange what is simulated: content.cpp.
 void declare_content(CLI::App& app, const Common& common, int& result);
 /// Examples at the end of each command's help: examples.cpp.
 void add_examples(CLI::App& app);
@@ -96,17 +101,10 @@ struct FollowOptions {
   bool watch = false;
   std::optional<double> until_s;
 };
-struct LodOptions {
-  int level = 1;
-  std::string process = "all";
-};
 
 int power(const Common& common, const FollowOptions& options);
 int contacts(const Common& common, const FollowOptions& options);
-int level_of_detail(const Common& common, const LodOptions& options);
 int step(const Common& common, std::uint64_t steps);
-int set_state(const Common& common, client::SimulationState state);
-int reset(const Common& common);
 int pace(const Common& common, client::Pace pace, double factor);
 
 }  // namespace takt::tool

@@ -1,5 +1,4 @@
-// takt load, unload, reload, entities, spawn, delete, move, attach, detach, snapshot, restore, request: what
-// is simulated, and requests by name.
+// takt load, reload, entities, spawn, move: what is simulated.
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
@@ -88,23 +87,14 @@ int say_loaded(const Common& common, const client::CellInfo& info) {
 
 int entities(const Common& common, const std::string& filter, const std::string& category) {
   Session cell(common);
-  const auto found = cell->get_entities(filter, category);
+  const auto found = cell->call(client::requests::GetEntities{filter, enumerator_of<ComponentType>(category)});
   if (common.json) {
-    auto list = nlohmann::json::array();
-    for (const auto& entity : found) {
-      const bool part = entity.category == client::ComponentType::part;
-      list.push_back({{"name", entity.name},
-                      {"category", to_string(entity.category)},
-                      {"hierarchy", part ? nlohmann::json(entity.hierarchy) : nlohmann::json()},
-                      {"mass", part ? nlohmann::json(entity.mass_kg) : nlohmann::json()}});
-    }
-    std::printf("%s\n", recording::json_text(list).c_str());
+    std::printf("%s\n", recording::json_text(values_json(arguments_of(found)).at("entities")).c_str());
     return 0;
   }
-  for (const auto& entity : found) {
+  for (const auto& entity : found.entities) {
     std::printf("%-24s %-8s", entity.name.c_str(), std::string(to_string(entity.category)).c_str());
-    if (entity.category == client::ComponentType::part)
-      std::printf(" %g kg, hierarchy %d", entity.mass_kg, entity.hierarchy);
+    if (entity.mass && entity.hierarchy) std::printf(" %g kg, hierarchy %d", *entity.mass, *entity.hierarchy);
     std::printf("\n");
   }
   return 0;
@@ -136,9 +126,6 @@ void declare_scenarios(CLI::App& app, const Common& common, int& result) {
   app.add_subcommand("reload", "load the file of the present scenario again")->callback([&] {
     result = say_loaded(common, *Session(common)->reload_scenario());
   });
-  app.add_subcommand("unload", "leave the server without a scenario")->callback([&] {
-    result = report(common, Session(common)->request("unload_scenario"));
-  });
 }
 
 void declare_parts(CLI::App& app, const Common& common, int& result) {
@@ -153,14 +140,14 @@ void declare_parts(CLI::App& app, const Common& common, int& result) {
   list->callback([&common, &result, listed] { result = entities(common, listed->first, listed->second); });
 
   struct Spawn {
-    client::SpawnRequest request;
+    client::requests::SpawnEntity request;
     Place place;
   };
   auto spawn = kept<Spawn>();
   auto* to_spawn = app.add_subcommand("spawn", "add a Part while the cell is stopped");
   auto& wanted = spawn->request;
   to_spawn->add_option("NAME", wanted.name, "what the new Part is called")->required();
-  auto* mesh = to_spawn->add_option("--mesh", wanted.mesh, "mesh file: OBJ, STL or GLB");
+  auto* mesh = to_spawn->add_option("--mesh", wanted.uri, "mesh file: OBJ, STL or GLB");
   to_spawn->add_option("--copy-of", wanted.copy_of, "or the Part that it is like")->excludes(mesh);
   to_spawn->add_option("--mass", wanted.mass_kg, "kg; needed with --mesh")->check(command_line::positive());
   to_spawn->add_option("--scale", wanted.mesh_scale, "lengths of the mesh are multiplied by this")
@@ -172,18 +159,11 @@ void declare_parts(CLI::App& app, const Common& common, int& result) {
   spawn->place.declare(*to_spawn, true);
   to_spawn->callback([&common, &result, spawn] {
     auto& request = spawn->request;
-    request.position_m = vector(spawn->place.position);
+    request.position = vector(spawn->place.position);
     request.orientation = spawn->place.orientation().value_or(Quaternion{});
-    if (!request.mesh.empty()) request.mesh = as_the_server_sees_it(request.mesh);
-    const std::string name = Session(common)->spawn_entity(request);
+    if (request.uri) request.uri = as_the_server_sees_it(*request.uri);
+    const std::string name = Session(common)->spawn_entity(request).entity;
     result = say(common, name + " is there now.", {{"entity", name}});
-  });
-
-  auto deleted = kept<Names>();
-  auto* to_delete = app.add_subcommand("delete", "remove a Part while the cell is stopped");
-  to_delete->add_option("PART", deleted->first, "name of the Part")->required();
-  to_delete->callback([&common, &result, deleted] {
-    result = report(common, Session(common)->request("delete_entity", {{"entity", deleted->first}}));
   });
 
   struct Move {
@@ -202,62 +182,13 @@ void declare_parts(CLI::App& app, const Common& common, int& result) {
       ->expected(3)
       ->check(command_line::finite());
   to_move->callback([&common, &result, move] {
-    client::EntityPlacement placement;
-    if (!move->place.position.empty()) placement.position_m = vector(move->place.position);
+    client::requests::SetEntityState placement{.entity = move->part};
+    if (!move->place.position.empty()) placement.position = vector(move->place.position);
     placement.orientation = move->place.orientation();
     if (!move->velocity.empty()) placement.linear_velocity = vector(move->velocity);
     if (!move->angular_velocity.empty()) placement.angular_velocity = vector(move->angular_velocity);
-    Session(common)->set_entity_state(move->part, placement);
+    Session(common)->set_entity_state(placement);
     result = say(common, move->part + " is there now.", {{"entity", move->part}});
-  });
-
-  auto attached = kept<Names>();
-  auto* to_attach = app.add_subcommand("attach", "let a Part hang on a component, whatever touches it");
-  to_attach->add_option("PART", attached->first, "name of the Part")->required();
-  to_attach->add_option("TO", attached->second, "Gripper, Ground or Part")->required();
-  to_attach->callback([&common, &result, attached] {
-    result = report(
-        common, Session(common)->request("attach", {{"part", attached->first}, {"to", attached->second}}));
-  });
-  auto detached = kept<Names>();
-  auto* to_detach = app.add_subcommand("detach", "let an attached Part go");
-  to_detach->add_option("PART", detached->first, "name of the Part")->required();
-  to_detach->callback([&common, &result, detached] {
-    result = report(common, Session(common)->request("detach", {{"part", detached->first}}));
-  });
-}
-
-void declare_requests(CLI::App& app, const Common& common, int& result) {
-  auto saved = kept<std::string>();
-  auto* snapshot = app.add_subcommand("snapshot", "save the whole state of the simulation in the server");
-  snapshot->add_option("NAME", *saved, "what the snapshot is called")->required();
-  snapshot->callback(
-      [&common, &result, saved] { result = report(common, Session(common)->save_snapshot(*saved)); });
-  auto restored = kept<std::string>();
-  auto* restore = app.add_subcommand("restore", "go back to a saved state");
-  restore->add_option("NAME", *restored, "of the snapshot; without: the newest periodic one");
-  restore->callback([&common, &result, restored] {
-    result = report(common, Session(common)->restore_snapshot(*restored));
-  });
-
-  struct Any {
-    std::string name;
-    std::vector<std::string> arguments;
-  };
-  auto any = kept<Any>();
-  auto* request = app.add_subcommand("request", "any request of the control vocabulary, by name");
-  request->add_option("NAME", any->name, "e.g. get_features")->required();
-  request->add_option("ARGUMENTS", any->arguments, "KEY=VALUE ...")->check([](const std::string& text) {
-    return text.find('=') == std::string::npos ? "'" + text + "' is not KEY=VALUE" : std::string();
-  });
-  request->callback([&common, &result, any] {
-    client::Arguments arguments;
-    for (const std::string& text : any->arguments)
-      arguments[text.substr(0, text.find('='))] = text.substr(text.find('=') + 1);
-    const client::Reply reply = Session(common)->request(any->name, arguments);
-    result = report(common, reply);
-    if (!common.json)
-      for (const auto& [key, value] : reply.values) std::printf("  %-20s %s\n", key.c_str(), value.c_str());
   });
 }
 
@@ -266,7 +197,6 @@ void declare_requests(CLI::App& app, const Common& common, int& result) {
 void declare_content(CLI::App& app, const Common& common, int& result) {
   declare_scenarios(app, common, result);
   declare_parts(app, common, result);
-  declare_requests(app, common, result);
 }
 
 }  // namespace takt::tool

@@ -1,4 +1,4 @@
-// takt list, status, step, play, pause, resume, reset, pace, lod, quit.
+// takt list, status, step, pace.
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -57,6 +57,12 @@ nlohmann::json json_of(const client::Status& s) {
 void print_percentiles(const char* label, const client::Percentiles& p) {
   std::printf("  %-17s %.0f / %.0f / %.0f µs (median / 99 %% / largest)\n", label, 1e6 * p.p50_s,
               1e6 * p.p99_s, 1e6 * p.max_s);
+}
+
+/// A request whose whole reply is shown.
+template <Request Type>
+client::Reply ask(Session& cell, const Type& request) {
+  return cell->request(std::string(request_info<Type>().name), arguments_of(request));
 }
 
 }  // namespace
@@ -149,7 +155,7 @@ int step(const Common& common, std::uint64_t steps) {
   Session cell(common);
   cell->get_state();  // from here on the server is known to get what it is asked
   try {
-    return report(common, cell->request("step", {{"steps", std::to_string(steps)}}));
+    return report(common, ask(cell, client::requests::Step{steps}));
   } catch (const ClientError& error) {
     if (error.kind() != ClientError::Kind::timeout) throw;
     throw ClientError(ClientError::Kind::timeout,
@@ -157,25 +163,10 @@ int step(const Common& common, std::uint64_t steps) {
   }
 }
 
-int set_state(const Common& common, client::SimulationState state) {
-  return report(common,
-                Session(common)->request("set_state", {{"state", std::to_string(static_cast<int>(state))}}));
-}
-
-int reset(const Common& common) {
-  return report(common, Session(common)->request("reset"));
-}
-
-int level_of_detail(const Common& common, const LodOptions& options) {
-  return report(common,
-                Session(common)->request("set_level_of_detail", {{"level", std::to_string(options.level)},
-                                                                 {"process", options.process}}));
-}
-
 int pace(const Common& common, client::Pace pace, double factor) {
   Session cell(common);
   cell->set_pace(pace, factor);
-  return report(common, cell->request("get_state"));
+  return report(common, ask(cell, client::requests::GetState{}));
 }
 
 }  // namespace takt::tool

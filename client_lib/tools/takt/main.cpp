@@ -69,7 +69,6 @@ int answer(const CLI::App& app, const CLI::ParseError& error, bool json) {
 
 int run(int argc, char** argv) {
   namespace numbers = takt::command_line;
-  using takt::client::SimulationState;
   CLI::App app{"Look at a running takt cell and control it."};
   app.footer(kExamples);
   app.set_version_flag("--version", std::string("takt ") + takt_build_info());
@@ -129,15 +128,6 @@ int run(int argc, char** argv) {
   contacts->add_option("--until", contacts_options.until_s, "follow it up to this simulated time, s")
       ->check(numbers::not_negative());
 
-  takt::tool::LodOptions lod_options;
-  auto* lod = add("lod", "change the level of detail of a process, or of all",
-                  [&] { return takt::tool::level_of_detail(common, lod_options); });
-  lod->add_option("LEVEL", lod_options.level,
-                  "1: kinematic robots; 2: robots with drives and masses; 3: and surface contact")
-      ->required()
-      ->check(numbers::whole_number_from(1, 3));
-  lod->add_option("PROCESS", lod_options.process, "name of the process")->capture_default_str();
-
   takt::tool::WatchOptions watch_options;
   add("watch", "follow time, pace and partners (one line that renews itself on a terminal)",
       [&] { return takt::tool::watch(common, watch_options); })
@@ -195,13 +185,6 @@ int run(int argc, char** argv) {
       ->add_option("N", steps, "number of steps")
       ->check(numbers::whole_number_from(1))
       ->capture_default_str();
-  add("play", "let the cell run", [&] { return takt::tool::set_state(common, SimulationState::playing); });
-  add("pause", "stop the cell where it is",
-      [&] { return takt::tool::set_state(common, SimulationState::paused); });
-  add("resume", "let a paused cell go on",
-      [&] { return takt::tool::set_state(common, SimulationState::playing); });
-  add("reset", "back to the initial state", [&] { return takt::tool::reset(common); });
-  add("quit", "end the server", [&] { return takt::tool::set_state(common, SimulationState::quitting); });
 
   std::string pace;
   double factor = 1.0;
@@ -213,6 +196,7 @@ int run(int argc, char** argv) {
       ->transform(CLI::IsMember({"realtime", "free", "lockstep"}, CLI::ignore_case));
   set_pace->add_option("--factor", factor, "simulated / wall time (realtime)")->check(numbers::positive());
 
+  takt::tool::declare_requests(app, common, result);
   takt::tool::declare_content(app, common, result);
   takt::tool::declare_view(app, common, result);
   takt::tool::declare_recordings(app, common, result);

@@ -136,9 +136,9 @@ class McapRecorder {
 
   /// They are sent while somebody reads them: when this ends, nobody does.
   void ask_for_pressures() const {
-    constexpr const char* kLongest_s = "86400";
+    constexpr double kLongest_s = 86400.0;
     (void)client::Client(common_.client)
-        .request("watch_pressures", {{"pairs", options_.pressures}, {"for_s", kLongest_s}});
+        .call(client::requests::WatchPressures{options_.pressures, kLongest_s});
   }
 
   void progress() const {

@@ -53,11 +53,42 @@ std::string hash_text(std::uint64_t hash) {
   return text;
 }
 
+nlohmann::json values_json(const Arguments& values) {
+  auto object = nlohmann::json::object();
+  for (const auto& [name, value] : values) {
+    nlohmann::json& member = object[name];
+    switch (value.kind) {
+      case ValueKind::boolean:
+        member = value.flag;
+        break;
+      case ValueKind::integer:
+        member = value.integer;
+        break;
+      case ValueKind::number:
+        member = value.number;
+        break;
+      case ValueKind::text:
+        member = value.text;
+        break;
+      case ValueKind::numbers:
+        member = value.numbers;
+        break;
+      case ValueKind::texts:
+        member = value.texts;
+        break;
+      case ValueKind::document:
+        member = recording::read_json(value.text).value_or(nullptr);
+        break;
+    }
+  }
+  return object;
+}
+
 int report(const Common& common, const client::Reply& reply) {
   if (common.json)
     std::printf(
         "%s\n",
-        recording::json_text(nlohmann::json{{"message", reply.message}, {"values", reply.values}}).c_str());
+        recording::json_text(nlohmann::json{{"message", reply.message}, {"values", values_json(reply.values)}}).c_str());
   else
     std::printf("%s\n", reply.message.c_str());
   return kOk;

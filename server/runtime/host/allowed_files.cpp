@@ -5,7 +5,8 @@
 namespace takt {
 namespace {
 
-std::string confine(std::filesystem::path& file, const std::filesystem::path& directory) {
+std::string confine(std::string& uri, const std::filesystem::path& directory) {
+  const std::filesystem::path file = file_of_uri(uri);
   std::error_code error;
   const auto root = std::filesystem::canonical(directory, error);
   if (error) return "The directory of scenarios " + directory.string() + " is not there.";
@@ -14,7 +15,7 @@ std::string confine(std::filesystem::path& file, const std::filesystem::path& di
   if (error || differs.first != root.end())
     return "The file '" + file.string().substr(0, 200) + "' is not below the directory of scenarios, " +
            root.string() + "; this server reads no others.";
-  file = whole;
+  uri = whole.string();
   return {};
 }
 
@@ -26,18 +27,24 @@ bool leaves(const std::string& text) {
 
 }  // namespace
 
-std::string confine(HostAction& action, const std::filesystem::path& directory) {
+std::string confine(requests::Any& request, const std::filesystem::path& directory) {
   if (directory.empty()) return {};
-  if (auto* spawn = std::get_if<SpawnEntity>(&action))
-    return spawn->mesh.empty() ? std::string() : confine(spawn->mesh, directory);
-  auto* load = std::get_if<LoadScenario>(&action);
+  if (auto* spawn = std::get_if<requests::SpawnEntity>(&request))
+    return spawn->uri ? confine(*spawn->uri, directory) : std::string();
+  auto* load = std::get_if<requests::LoadScenario>(&request);
   if (load == nullptr) return {};
-  for (const std::string& text : load->options.overrides) {
+  for (const std::string& text : load->overrides) {
     if (leaves(text))
       return "The override '" + text.substr(0, 200) +
              "' names a file in another directory; with a directory of scenarios that is not allowed.";
   }
-  return confine(load->file, directory);
+  return confine(load->uri, directory);
+}
+
+std::filesystem::path file_of_uri(std::string uri) {
+  constexpr std::string_view kScheme = "file://";
+  if (uri.starts_with(kScheme)) uri.erase(0, kScheme.size());
+  return uri;
 }
 
 }  // namespace takt

@@ -4,12 +4,15 @@
 #include <filesystem>
 #include <string>
 
-#include "server/runtime/requests/host_requests.h"
+#include "takt_request_table.h"
 
 namespace takt {
 
 /// Relative names become names below `directory`. Returns why the request is not allowed, as a sentence, or
 /// nothing. Links are followed before it is decided.
-std::string confine(HostAction& action, const std::filesystem::path& directory);
+std::string confine(requests::Any& request, const std::filesystem::path& directory);
+
+/// Without file:// in front.
+std::filesystem::path file_of_uri(std::string uri);
 
 }  // namespace takt

@@ -14,15 +14,19 @@
 namespace takt {
 namespace {
 
-const Outcome kNothingLoaded{ControlResult::incorrect_state,
-                             "No scenario is loaded; load_scenario loads one."};
+constexpr const char* kNothingLoaded = "No scenario is loaded; load_scenario loads one.";
 
 /// Nothing: the loaded scenario has content that can change.
-std::optional<Outcome> unchangeable(const LoadedScenario* loaded) {
-  if (loaded == nullptr) return kNothingLoaded;
+std::optional<Refusal> unchangeable(const LoadedScenario* loaded) {
+  if (loaded == nullptr) return Refusal{ControlResult::incorrect_state, kNothingLoaded};
   if (loaded->content) return std::nullopt;
-  return Outcome{ControlResult::incorrect_state,
+  return Refusal{ControlResult::incorrect_state,
                  "The loaded cell came from no scenario file; nothing can be spawned or deleted."};
+}
+
+/// Scope 4 of a reset: what was spawned goes, what was deleted comes back.
+bool includes_spawned(const requests::Reset& request) {
+  return (request.scope & 4) != 0 || request.scope == 0;
 }
 
 }  // namespace
@@ -32,7 +36,8 @@ CellHost::CellHost(HostOptions options)
       slot_(options_, outbound_, [this] { return jobs_.stopping(); }),
       snapshots_(options_, slot_, *outbound_),
       recordings_(options_, slot_, *outbound_),
-      jobs_(outbound_, [this](const Job& job) { return execute(job); }) {
+      jobs_(outbound_, [this](const HostJobs::Job& job) { return execute_job(job); }) {
+  outbound_->events.cell = options_.cell;
   slot_.set_on_exchange([this](LoadedScenario* loaded) {
     snapshots_.attach(loaded);
     if (loaded != nullptr) recordings_.begin(*loaded);
@@ -78,102 +83,115 @@ void CellHost::resume(const std::string& crash, const std::optional<ScenarioSour
     slot_.exchange(otherwise ? slot_.build(*otherwise) : nullptr);
     how = otherwise ? "the scenario begins anew, as there is no periodic snapshot" : "no scenario is loaded";
   }
-  outbound_->announcement = DiagnosticEvent{Severity::error, "restarted", options_.cell, "",
-                                            "The server " + crash + " and was started again: " + how + "."};
+  outbound_->announcement = diagnostic(events::Restarted{crash, how}, options_.cell);
   announces_.store(true);
   jobs_.opened();
 }
 
 void CellHost::submit(const ControlRequest& request) {
   const auto loaded = slot_.loaded();
-  auto parsed = parse_host_request(request, loaded && !loaded->changes.empty());
-  if (!parsed) {
-    if (loaded)
-      loaded->loop->submit(request);
+  auto parsed = parse(request, loaded ? &loaded->simulation.description() : nullptr);
+  if (auto* refusal = std::get_if<Refusal>(&parsed))
+    return outbound_->add_reply({request.id, refusal->result, std::move(refusal->message)});
+  auto& any = std::get<requests::Any>(parsed);
+  const auto submit_one = [&]<typename Type>(const Type& typed) {
+    constexpr RequestPhase phase = request_info<Type>().phase;
+    if constexpr (std::is_same_v<Type, requests::Reset>)
+      if (loaded && !loaded->changes.empty() && includes_spawned(typed)) return offer(request.id, any);
+    if constexpr (phase == RequestPhase::at_once)
+      outbound_->add_reply(execute(typed).reply(request.id));
+    else if constexpr (phase == RequestPhase::host)
+      offer(request.id, any);
+    else if (loaded)
+      loaded->loop->submit(request.id, any);
+    else if constexpr (std::is_same_v<Type, requests::GetState> || std::is_same_v<Type, requests::SetState>)
+      outbound_->add_reply(execute(typed).reply(request.id));
     else
-      answer_without_scenario(request);
-    return;
-  }
-  if (auto* answer = std::get_if<ControlReply>(&*parsed)) {
-    outbound_->add_reply(std::move(*answer));
-    return;
-  }
-  auto& action = std::get<HostAction>(*parsed);
-  if (const auto* to_watch = std::get_if<WatchPressures>(&action); to_watch != nullptr && loaded) {
-    outbound_->add_reply(loaded->loop->output().pressures.watch(request.id, *to_watch, monotonic_now_ns()));
-  } else if (to_watch != nullptr) {
-    answer_without_scenario(request);
-  } else if (std::string refusal = confine(action, options_.scenarios); !refusal.empty()) {
-    outbound_->add_reply(request.id, {ControlResult::failed, std::move(refusal)});
-  } else if (const std::string busy = jobs_.offer({request, std::move(action)}); !busy.empty()) {
-    outbound_->add_reply(request.id, {ControlResult::incorrect_state,
-                                      "The server is " + busy + "; ask again when that is done."});
-  }
+      outbound_->add_reply(Outcome<Type>(nothing_loaded()).reply(request.id));
+  };
+  std::visit(submit_one, any);
 }
 
-void CellHost::answer_without_scenario(const ControlRequest& request) {
-  const SimulationState state = state_without_scenario();
-  const auto parsed = parse(request, CellDescription{});
-  const auto* action = std::get_if<ControlAction>(&parsed);
-  const auto* to_state = action == nullptr ? nullptr : std::get_if<SetState>(action);
-  const bool is_of_host =
-      std::find(kHostRequests.begin(), kHostRequests.end(), request.request) != kHostRequests.end();
-  if (to_state != nullptr && to_state->state == SimulationState::quitting) {
-    outbound_->add_reply(request.id, {ControlResult::ok, "The server ends.", {{"state", "3"}}});
-    if (on_quit_) on_quit_();
-  } else if (!is_known_request(request.request) && !is_of_host) {
-    outbound_->add_reply(unknown_request_reply(request));
-  } else if (request.request == "get_features") {
-    outbound_->add_reply(features_reply(request.id));
-  } else if (request.request == "get_state") {
-    outbound_->add_reply(request.id, {ControlResult::ok,
-                                      "The server is " + std::string(to_string(state)) + ".",
-                                      {{"state", std::to_string(static_cast<int>(state))},
-                                       {"state_name", std::string(to_string(state))},
-                                       {"pace", std::string(to_string(slot_.pace()))},
-                                       {"factor", exact_text(slot_.pace_factor())},
-                                       {"time", "0"},
-                                       {"step", "0"},
-                                       {"epoch", "0"},
-                                       {"fault", ""}}});
-  } else {
-    outbound_->add_reply(request.id, state == SimulationState::loading_world
-                                         ? Outcome{ControlResult::incorrect_state,
-                                                   "A scenario is being loaded; ask again when it is there."}
-                                         : kNothingLoaded);
+void CellHost::offer(std::uint64_t id, requests::Any request) {
+  Refusal refusal{ControlResult::failed, confine(request, options_.scenarios)};
+  if (refusal.message.empty()) {
+    const std::string busy = jobs_.offer({id, std::move(request)});
+    if (busy.empty()) return;
+    refusal = {ControlResult::incorrect_state, "The server is " + busy + "; ask again when that is done."};
   }
+  outbound_->add_reply({id, refusal.result, std::move(refusal.message)});
 }
 
-Outcome CellHost::execute(const Job& job) {
-  return std::visit([&](const auto& request) { return execute(job, request); }, job.action);
+ControlReply CellHost::execute_job(const HostJobs::Job& job) {
+  const auto execute_one = [&]<typename Type>(const Type& typed) {
+    if constexpr (request_info<Type>().phase == RequestPhase::host || std::is_same_v<Type, requests::Reset>)
+      return execute(typed).reply(job.id);
+    else
+      return ControlReply{job.id, ControlResult::failed, "It is not for the host."};
+  };
+  return std::visit(execute_one, job.request);
 }
 
-Outcome CellHost::execute(const Job&, const LoadScenario& request) {
-  return load({request.file, request.options});
+Refusal CellHost::nothing_loaded() const {
+  const bool loading = state_without_scenario() == SimulationState::loading_world;
+  return {ControlResult::incorrect_state,
+          loading ? "A scenario is being loaded; ask again when it is there." : kNothingLoaded};
 }
 
-Outcome CellHost::execute(const Job&, const ReloadScenario&) {
+Outcome<requests::GetFeatures> CellHost::execute(const requests::GetFeatures&) const {
+  return {"This server simulates one scenario at a time.", features()};
+}
+
+Outcome<requests::GetEntities> CellHost::execute(const requests::GetEntities& request) const {
   const auto loaded = slot_.loaded();
-  if (loaded && loaded->source) return load(*loaded->source);
-  return {ControlResult::no_world_loaded, "No scenario was loaded from a file; there is none to load again."};
+  if (!loaded) return nothing_loaded();
+  return entities(request, loaded->simulation.description());
 }
 
-Outcome CellHost::execute(const Job&, const UnloadScenario&) {
+Outcome<requests::WatchPressures> CellHost::execute(const requests::WatchPressures& request) const {
   const auto loaded = slot_.loaded();
-  if (!loaded) return {ControlResult::no_world_loaded, "No scenario is loaded."};
-  const std::string message =
-      "Scenario " + loaded->simulation.description().scenario + " was unloaded; none is loaded now.";
-  slot_.exchange(nullptr);
-  report(Severity::information, "scenario_unloaded", message);
-  return {
-      ControlResult::ok, message, {{"state", std::to_string(static_cast<int>(SimulationState::no_world))}}};
+  if (!loaded) return nothing_loaded();
+  return loaded->loop->output().pressures.watch(request, monotonic_now_ns());
 }
 
-Outcome CellHost::load(const ScenarioSource& source) {
+Outcome<requests::GetState> CellHost::execute(const requests::GetState&) const {
+  requests::GetStateResponse response;
+  response.state = state_without_scenario();
+  response.pace = slot_.pace();
+  response.factor = slot_.pace_factor();
+  return {"The server is " + std::string(words_of(response.state)) + ".", std::move(response)};
+}
+
+Outcome<requests::SetState> CellHost::execute(const requests::SetState& request) const {
+  if (request.state != SimulationState::quitting) return nothing_loaded();
+  if (on_quit_) on_quit_();
+  return {"The server ends.", {SimulationState::quitting, 0, 0}};
+}
+
+Outcome<requests::LoadScenario> CellHost::execute(const requests::LoadScenario& request) {
+  return load<requests::LoadScenario>({file_of_uri(request.uri), {request.overrides, request.lod}});
+}
+
+Outcome<requests::ReloadScenario> CellHost::execute(const requests::ReloadScenario&) {
+  const auto loaded = slot_.loaded();
+  if (loaded && loaded->source) return load<requests::ReloadScenario>(*loaded->source);
+  return Refusal{ControlResult::no_world_loaded,
+                 "No scenario was loaded from a file; there is none to load again."};
+}
+
+Outcome<requests::UnloadScenario> CellHost::execute(const requests::UnloadScenario&) {
+  if (!slot_.loaded()) return Refusal{ControlResult::no_world_loaded, "No scenario is loaded."};
+  const std::string name = slot_.loaded()->simulation.description().scenario;
+  const std::uint32_t generation = slot_.exchange(nullptr);
+  return {outbound_->events.post(events::ScenarioUnloaded{name}), {generation, SimulationState::no_world}};
+}
+
+template <Request Type>
+Outcome<Type> CellHost::load(const ScenarioSource& source) {
   std::shared_ptr<LoadedScenario> next;
   const auto refused = [&](ControlResult result, std::string message) {
-    report(Severity::warning, "scenario_refused", message);
-    return Outcome{result, std::move(message)};
+    outbound_->events.post(events::ScenarioRefused{message});
+    return Refusal{result, std::move(message)};
   };
   std::error_code unreadable;
   if (!std::filesystem::exists(source.file, unreadable))
@@ -193,44 +211,33 @@ Outcome CellHost::load(const ScenarioSource& source) {
     return refused(ControlResult::failed, error.what());
   }
   const CellDescription& cell = next->simulation.description();
-  const std::string message = "Scenario " + cell.scenario +
-                              " is loaded: " + std::to_string(cell.components.size()) + " components, " +
-                              std::to_string(cell.robots.size()) + " robots; the simulation is stopped.";
   if (auto fault = try_exchange(next, SimulationState::stopped, false)) return *std::move(fault);
-  report(Severity::information, "scenario_loaded", message);
-  return {ControlResult::ok,
-          message,
-          {{"scenario", cell.scenario},
-           {"uri", source.file.string()},
-           {"scenario_generation", std::to_string(cell.scenario_generation)},
-           {"state", std::to_string(static_cast<int>(SimulationState::stopped))}}};
+  return {outbound_->events.post(
+              events::ScenarioLoaded{cell.scenario, cell.components.size(), cell.robots.size()}),
+          {cell.scenario, source.file.string(), cell.scenario_generation, SimulationState::stopped}};
 }
 
-std::optional<Outcome> CellHost::try_exchange(std::shared_ptr<LoadedScenario> next,
+std::optional<Refusal> CellHost::try_exchange(std::shared_ptr<LoadedScenario> next,
                                               std::optional<SimulationState> state, bool keep_controllers) {
   try {
     slot_.exchange(std::move(next), state, keep_controllers);
     return std::nullopt;
   } catch (const std::exception& error) {
     slot_.exchange(nullptr);
-    const std::string message =
-        std::string("The scenario was read but cannot be shown outside; none is loaded now: ") + error.what();
-    report(Severity::error, "scenario_refused", message);
-    return Outcome{ControlResult::failed, message};
+    return Refusal{ControlResult::failed, outbound_->events.post(events::ScenarioNotShown{error.what()})};
   }
 }
 
-Outcome CellHost::exchange_content(const Scenario& wanted, bool any_state,
-                                   std::vector<ControlRequest> changes, std::string done,
-                                   TextArguments values) {
+std::variant<std::uint32_t, Refusal> CellHost::exchange_content(const Scenario& wanted, bool any_state,
+                                                                std::vector<requests::Any> changes) {
   const auto loaded = slot_.loaded();
   const auto state = loaded->loop->suspend();
-  Outcome refusal;
+  Refusal refusal;
   std::shared_ptr<LoadedScenario> next;
   if (!state || (!any_state && *state != SimulationState::stopped)) {
     refusal = {
         ControlResult::incorrect_state,
-        "Parts come and go only while the simulation is stopped (set_state 0, which resets it); it is " +
+        "Parts come and go only while the simulation is stopped (set_state stopped, which resets it); it is " +
             std::string(state ? to_string(*state) : "ending") + "."};
   } else {
     try {
@@ -248,43 +255,42 @@ Outcome CellHost::exchange_content(const Scenario& wanted, bool any_state,
   next->source = loaded->source;
   next->as_loaded = loaded->as_loaded;
   next->changes = std::move(changes);
-  values.emplace_back("scenario_generation",
-                      std::to_string(next->simulation.description().scenario_generation));
+  const std::uint32_t generation = next->simulation.description().scenario_generation;
   if (auto fault = try_exchange(std::move(next), *state, true)) return *std::move(fault);
-  return {ControlResult::ok, std::move(done), std::move(values)};
+  return generation;
 }
 
-Outcome CellHost::execute(const Job& job, const SpawnEntity& request) {
-  return change(job, request, " is there now.");
+Outcome<requests::SpawnEntity> CellHost::execute(const requests::SpawnEntity& request) {
+  return change(request, " is there now.");
 }
 
-Outcome CellHost::execute(const Job& job, const DeleteEntity& request) {
-  return change(job, request, " is gone.");
+Outcome<requests::DeleteEntity> CellHost::execute(const requests::DeleteEntity& request) {
+  return change(request, " is gone.");
 }
 
-template <typename Change>
-Outcome CellHost::change(const Job& job, const Change& request, const char* done) {
+template <Request Type>
+Outcome<Type> CellHost::change(const Type& request, const char* done) {
   const auto loaded = slot_.loaded();
   if (auto refused = unchangeable(loaded.get())) return *std::move(refused);
   auto result = changed(*loaded->content, request);
-  if (auto* refused = std::get_if<Outcome>(&result)) return std::move(*refused);
+  if (auto* refused = std::get_if<Refusal>(&result)) return std::move(*refused);
   const auto& wanted = std::get<ChangedScenario>(result);
-  std::vector<ControlRequest> changes = loaded->changes;
-  changes.push_back(job.request);
-  return exchange_content(wanted.scenario, false, std::move(changes), wanted.entity + done,
-                          {{"entity", wanted.entity}});
+  std::vector<requests::Any> changes = loaded->changes;
+  changes.push_back(request);
+  auto exchanged = exchange_content(wanted.scenario, false, std::move(changes));
+  if (auto* refused = std::get_if<Refusal>(&exchanged)) return std::move(*refused);
+  return {wanted.entity + done, {wanted.entity, std::get<std::uint32_t>(exchanged)}};
 }
 
-Outcome CellHost::execute(const Job&, const ResetSpawned& request) {
+Outcome<requests::Reset> CellHost::execute(const requests::Reset& request) {
+  constexpr int kSpawnedOnly = 4;
   const auto loaded = slot_.loaded();
   if (auto refused = unchangeable(loaded.get())) return *std::move(refused);
-  const std::string done = request.spawned_only
-                               ? "What was spawned is gone, and what was deleted is back."
-                               : "The cell is back in its initial state, with the Parts of its scenario.";
+  const bool spawned_only = request.scope == kSpawnedOnly;
   const Scenario original = *loaded->as_loaded;
-  Outcome outcome = exchange_content(original, !request.spawned_only, {}, done, {{"epoch", "0"}});
-  if (outcome.result == ControlResult::ok) report(Severity::information, "reset", done);
-  return outcome;
+  auto exchanged = exchange_content(original, !spawned_only, {});
+  if (auto* refused = std::get_if<Refusal>(&exchanged)) return std::move(*refused);
+  return {outbound_->events.post(events::SpawnedReset{spawned_only}), {0, std::get<std::uint32_t>(exchanged)}};
 }
 
 void CellHost::stop() {

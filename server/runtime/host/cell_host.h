@@ -17,6 +17,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "server/runtime/host/host_jobs.h"
@@ -76,34 +77,45 @@ class CellHost {
   const Simulation* simulation() const;
 
  private:
-  using Job = HostJobs::Job;
   void open_first(std::shared_ptr<LoadedScenario> first);
-  Outcome execute(const Job& job);
-  Outcome execute(const Job& job, const LoadScenario& request);
-  Outcome execute(const Job& job, const ReloadScenario& request);
-  Outcome execute(const Job& job, const UnloadScenario& request);
-  Outcome execute(const Job& job, const ResetSpawned& request);
-  Outcome execute(const Job& job, const SpawnEntity& request);
-  Outcome execute(const Job& job, const DeleteEntity& request);
-  Outcome execute(const Job&, const SaveSnapshot& request) { return snapshots_.save(request); }
-  Outcome execute(const Job&, const RestoreSnapshot& request) { return snapshots_.restore(request); }
-  Outcome execute(const Job&, const StartRecording& request) { return recordings_.start(request); }
-  Outcome execute(const Job&, const StopRecording&) { return recordings_.stop(); }
-  Outcome execute(const Job&, const WatchPressures&) { return {}; }  // answered by submit()
-  template <typename Change>
-  Outcome change(const Job& job, const Change& request, const char* done);
-  Outcome load(const ScenarioSource& source);
-  /// The loaded scenario with another content, by these changes of what its file says.
-  Outcome exchange_content(const Scenario& wanted, bool any_state, std::vector<ControlRequest> changes,
-                           std::string done, TextArguments values);
-  /// Nothing when it was done; else why the new one could not be shown, and nothing is loaded.
-  std::optional<Outcome> try_exchange(std::shared_ptr<LoadedScenario> next,
-                                      std::optional<SimulationState> state, bool keep_controllers);
-  void answer_without_scenario(const ControlRequest& request);
-  SimulationState state_without_scenario() const;
-  void report(Severity severity, std::string code, std::string message) {
-    outbound_->report(severity, std::move(code), options_.cell, std::move(message));
+
+  // At once, in any thread.
+  Outcome<requests::GetFeatures> execute(const requests::GetFeatures& request) const;
+  Outcome<requests::GetEntities> execute(const requests::GetEntities& request) const;
+  Outcome<requests::WatchPressures> execute(const requests::WatchPressures& request) const;
+  // While no scenario is loaded, in any thread; all others of the loop are refused.
+  Outcome<requests::GetState> execute(const requests::GetState& request) const;
+  Outcome<requests::SetState> execute(const requests::SetState& request) const;
+  // The host's thread.
+  Outcome<requests::LoadScenario> execute(const requests::LoadScenario& request);
+  Outcome<requests::ReloadScenario> execute(const requests::ReloadScenario& request);
+  Outcome<requests::UnloadScenario> execute(const requests::UnloadScenario& request);
+  Outcome<requests::SpawnEntity> execute(const requests::SpawnEntity& request);
+  Outcome<requests::DeleteEntity> execute(const requests::DeleteEntity& request);
+  Outcome<requests::SaveSnapshot> execute(const requests::SaveSnapshot& r) { return snapshots_.save(r); }
+  Outcome<requests::RestoreSnapshot> execute(const requests::RestoreSnapshot& r) {
+    return snapshots_.restore(r);
   }
+  Outcome<requests::StartRecording> execute(const requests::StartRecording& r) { return recordings_.start(r); }
+  Outcome<requests::StopRecording> execute(const requests::StopRecording&) { return recordings_.stop(); }
+  /// Of a scenario to which something was spawned, or from which something was deleted.
+  Outcome<requests::Reset> execute(const requests::Reset& request);
+
+  ControlReply execute_job(const HostJobs::Job& job);
+  void offer(std::uint64_t id, requests::Any request);
+  template <Request Type>
+  Outcome<Type> change(const Type& request, const char* done);
+  template <Request Type>
+  Outcome<Type> load(const ScenarioSource& source);
+  /// Exchanges the loaded scenario for another content, by these changes of what its file says. Returns the
+  /// generation of its description.
+  std::variant<std::uint32_t, Refusal> exchange_content(const Scenario& wanted, bool any_state,
+                                                        std::vector<requests::Any> changes);
+  /// Nothing when it was done; else why the new one could not be shown, and nothing is loaded.
+  std::optional<Refusal> try_exchange(std::shared_ptr<LoadedScenario> next,
+                                      std::optional<SimulationState> state, bool keep_controllers);
+  Refusal nothing_loaded() const;
+  SimulationState state_without_scenario() const;
 
   const HostOptions options_;
   const std::shared_ptr<OutboundQueue> outbound_ = std::make_shared<OutboundQueue>();

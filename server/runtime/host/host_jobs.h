@@ -9,7 +9,7 @@
 #include <thread>
 #include <utility>
 
-#include "server/runtime/requests/host_requests.h"
+#include "server/runtime/requests/control.h"
 #include "server/runtime/requests/outbound_queue.h"
 
 namespace takt {
@@ -17,12 +17,12 @@ namespace takt {
 class HostJobs {
  public:
   struct Job {
-    ControlRequest request;
-    HostAction action;
+    std::uint64_t id = 0;
+    requests::Any request;
   };
 
   /// `execute` is called by the thread; it may be called as soon as a job is offered.
-  HostJobs(std::shared_ptr<OutboundQueue> outbound, std::function<Outcome(const Job&)> execute)
+  HostJobs(std::shared_ptr<OutboundQueue> outbound, std::function<ControlReply(const Job&)> execute)
       : outbound_(std::move(outbound)), execute_(std::move(execute)), thread_([this] { run(); }) {}
   ~HostJobs() { stop(); }
   HostJobs(const HostJobs&) = delete;
@@ -36,7 +36,7 @@ class HostJobs {
       const std::lock_guard lock(mutex_);
       if (stop_) return "ending";
       if (!busy_with_.empty()) return busy_with_;
-      busy_with_ = "working on " + job.request.request;
+      busy_with_ = "working on " + control_request(job.request).request;
       job_ = std::move(job);
     }
     news_.notify_all();
@@ -52,7 +52,7 @@ class HostJobs {
   /// A scenario may come of what is being done.
   bool loading() const {
     const std::lock_guard lock(mutex_);
-    return !opened_ || (job_ && !std::holds_alternative<UnloadScenario>(job_->action));
+    return !opened_ || (job_ && !std::holds_alternative<requests::UnloadScenario>(job_->request));
   }
   bool stopping() const {
     const std::lock_guard lock(mutex_);
@@ -80,17 +80,17 @@ class HostJobs {
       if (stop_) return;
       const Job job = *job_;
       lock.unlock();
-      Outcome outcome = execute_(job);
+      ControlReply reply = execute_(job);
       lock.lock();
       // Before the reply is out: its receiver may ask for the next thing.
       job_.reset();
       busy_with_.clear();
-      outbound_->add_reply(job.request.id, std::move(outcome));
+      outbound_->add_reply(std::move(reply));
     }
   }
 
   const std::shared_ptr<OutboundQueue> outbound_;
-  const std::function<Outcome(const Job&)> execute_;
+  const std::function<ControlReply(const Job&)> execute_;
   mutable std::mutex mutex_;
   std::condition_variable news_;
   std::optional<Job> job_;  // guarded by mutex_, as all below; waiting or being executed

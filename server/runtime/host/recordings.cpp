@@ -20,7 +20,7 @@ std::unique_ptr<LogRecorder> Recordings::make(const std::filesystem::path& file,
   options.cell = options_.cell;
   options.replace = replace;
   options.on_failure = [this](const std::string& sentence) {
-    outbound_.report(Severity::error, "recording_failed", options_.cell, sentence);
+    outbound_.events.post(events::RecordingFailed{sentence});
   };
   return std::make_unique<LogRecorder>(file, std::move(options));
 }
@@ -39,8 +39,7 @@ void Recordings::open_log_again() {
       return;
     }
   } catch (const std::exception& error) {  // a server that goes on is worth more than its log
-    outbound_.report(Severity::error, "recording_failed", options_.cell,
-                     std::string("Nothing is recorded: ") + error.what());
+    outbound_.events.post(events::RecordingFailed{std::string("Nothing is recorded: ") + error.what()});
   }
 }
 
@@ -50,28 +49,27 @@ void Recordings::begin(LoadedScenario& loaded) {
   if (const std::string refusal =
           recorder_->begin_scenario(logged(loaded), loaded.simulation, loaded.simulation.epoch() == 0);
       !refusal.empty()) {
-    outbound_.report(Severity::error, "recording_failed", options_.cell,
-                     "Nothing more is recorded: " + refusal);
+    outbound_.events.post(events::RecordingFailed{"Nothing more is recorded: " + refusal});
     return;
   }
   loaded.loop->record_with(recorder_.get());
 }
 
-Outcome Recordings::start(const StartRecording& request) {
+Outcome<requests::StartRecording> Recordings::start(const requests::StartRecording& request) {
   if (options_.recordings.empty())
-    return {ControlResult::unsupported,
+    return Refusal{ControlResult::unsupported,
             "This server keeps no recordings of requests; --recordings DIR says where to."};
   if (std::string refusal = SessionStore::refused_name(request.name, "recording"); !refusal.empty())
-    return {ControlResult::failed, std::move(refusal)};
+    return Refusal{ControlResult::failed, std::move(refusal)};
   if (recorder_)
-    return {ControlResult::incorrect_state,
+    return Refusal{ControlResult::incorrect_state,
             "It is being recorded already, to " + recorder_->file().string() +
                 (is_log_of_server() ? ", the log of the server." : "; stop_recording ends that.")};
   try {
     std::filesystem::create_directories(options_.recordings);
     recorder_ = make(std::filesystem::absolute(options_.recordings) / (request.name + kSuffix), false);
   } catch (const std::exception& error) {
-    return {ControlResult::failed, std::string("Nothing is recorded: ") + error.what()};
+    return Refusal{ControlResult::failed, std::string("Nothing is recorded: ") + error.what()};
   }
   if (const auto loaded = slot_.loaded()) {
     std::string refusal;
@@ -84,16 +82,15 @@ Outcome Recordings::start(const StartRecording& request) {
       recorder_.reset();
       std::error_code ignored;
       std::filesystem::remove(file, ignored);
-      return {ControlResult::failed, "Nothing is recorded, as the state could not be restored: " + refusal};
+      return Refusal{ControlResult::failed, "Nothing is recorded, as the state could not be restored: " + refusal};
     }
     if (!began) {
       recorder_.reset();
-      return {ControlResult::incorrect_state, "The simulation has ended; nothing is recorded."};
+      return Refusal{ControlResult::incorrect_state, "The simulation has ended; nothing is recorded."};
     }
   }
-  const std::string file = recorder_->file().string(), message = "It is being recorded to " + file + ".";
-  outbound_.report(Severity::information, "recording_started", options_.cell, message);
-  return {ControlResult::ok, message, {{"uri", file}}};
+  const std::string file = recorder_->file().string();
+  return {outbound_.events.post(events::RecordingStarted{file}), {file}};
 }
 
 bool Recordings::is_log_of_server() const {
@@ -101,10 +98,10 @@ bool Recordings::is_log_of_server() const {
          std::filesystem::absolute(recorder_->file()) == std::filesystem::absolute(options_.log);
 }
 
-Outcome Recordings::stop() {
-  if (!recorder_) return {ControlResult::incorrect_state, "Nothing is being recorded."};
+Outcome<requests::StopRecording> Recordings::stop() {
+  if (!recorder_) return Refusal{ControlResult::incorrect_state, "Nothing is being recorded."};
   if (is_log_of_server())
-    return {ControlResult::incorrect_state,
+    return Refusal{ControlResult::incorrect_state,
             "What is recorded is the log of the server (--log " + recorder_->file().string() +
                 "), which ends with the server." +
                 (recorder_->failure().empty() ? "" : " It has failed: " + recorder_->failure())};
@@ -118,13 +115,10 @@ Outcome Recordings::stop() {
   recorder_->flush();
   const std::string file = recorder_->file().string();
   std::string failure = recorder_->failure();
-  const std::string records = std::to_string(recorder_->records());
-  const std::string bytes = std::to_string(recorder_->written_bytes());
+  const std::uint64_t records = recorder_->records(), bytes = recorder_->written_bytes();
   recorder_.reset();
-  if (!failure.empty()) return {ControlResult::failed, std::move(failure)};
-  const std::string message = file + " holds " + records + " records.";
-  outbound_.report(Severity::information, "recording_stopped", options_.cell, message);
-  return {ControlResult::ok, message, {{"uri", file}, {"records", records}, {"bytes", bytes}}};
+  if (!failure.empty()) return Refusal{ControlResult::failed, std::move(failure)};
+  return {outbound_.events.post(events::RecordingStopped{file, records}), {file, records, bytes}};
 }
 
 }  // namespace takt

@@ -6,7 +6,7 @@
 
 #include "server/runtime/host/scenario_slot.h"
 #include "server/runtime/recording/log_recorder.h"
-#include "server/runtime/requests/host_requests.h"
+#include "server/runtime/requests/control.h"
 
 namespace takt {
 
@@ -22,8 +22,8 @@ class Recordings {
   void open_log_again();
   /// A scenario is about to start.
   void begin(LoadedScenario& loaded);
-  Outcome start(const StartRecording& request);
-  Outcome stop();
+  Outcome<requests::StartRecording> start(const requests::StartRecording& request);
+  Outcome<requests::StopRecording> stop();
   /// Writes what is left. No loop is running.
   void end() { recorder_.reset(); }
 

@@ -8,6 +8,7 @@
 
 #include "plant_models/state_bytes.h"
 #include "server/runtime/host/scenario_edit.h"
+#include "server/runtime/requests/bit_changes.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/simulation/model/model_hash.h"
 #include "server/simulation/model/state_hash.h"
@@ -96,17 +97,16 @@ class Replay {
     trail_.clear();
     trail_begin_ = 0;
   }
-  void apply_at_step(const LogLevelOfDetail& level, StateReader&) {
-    request("the level of detail was changed", simulation_->set_level_of_detail(level.process, level.level));
-  }
-  void apply_at_step(const LogAttach& attached, StateReader&) {
-    request("a Part was attached", simulation_->attach(attached.part, attached.to));
-  }
-  void apply_at_step(const LogDetach& detached, StateReader&) {
-    request("a Part was detached", simulation_->detach(detached.part));
-  }
-  void apply_at_step(const LogEntityState& put, StateReader&) {
-    request("a Part was put elsewhere", simulation_->set_component_state(put.component, put.X_WB, put.V_WB));
+  void apply_at_step(const LogRequest& logged, StateReader& content) {
+    ++result_.requests;
+    const auto apply_one = [&]<typename Type>(const Type& request) {
+      if constexpr (request_info<Type>().changes == RequestChanges::bits)
+        expect_done("the request " + std::string(request_info<Type>().name) + " was executed",
+                    takt::apply(request, *simulation_));
+      else
+        content.fail("a request of it changes no bits");
+    };
+    std::visit(apply_one, logged.request);
   }
   void apply_at_step(const LogRestored& restored, StateReader& content) {
     ++result_.requests;
@@ -160,10 +160,6 @@ class Replay {
     trail_begin_ = simulation_->step_index();
   }
 
-  void request(const std::string& what, const std::string& refusal) {
-    ++result_.requests;
-    expect_done(what, refusal);
-  }
   void expect_done(const std::string& what, const std::string& refusal) {
     if (!refusal.empty()) differ(simulation_->step_index(), what + " then, but cannot be now: " + refusal);
   }

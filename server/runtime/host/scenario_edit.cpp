@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "server/runtime/host/allowed_files.h"
 #include "server/scenario/scenario_names.h"
 
 namespace takt {
@@ -41,28 +42,35 @@ const ScenarioPart* find_part(const Scenario& scenario, const std::string& name)
   return part == scenario.parts.end() ? nullptr : &*part;
 }
 
-std::variant<ScenarioPart, Outcome> new_part(const Scenario& scenario, const SpawnEntity& request) {
+std::variant<ScenarioPart, Refusal> new_part(const Scenario& scenario, const requests::SpawnEntity& request) {
+  if (request.uri.has_value() == request.copy_of.has_value())
+    return Refusal{ControlResult::failed,
+                   "A new Part needs either 'uri', a mesh file, or 'copy_of', a Part of the scenario."};
+  if (request.uri && !request.mass_kg)
+    return Refusal{ControlResult::failed, "A Part of a mesh file needs the argument 'mass_kg'."};
+  if (request.copy_of && request.mesh_scale)
+    return Refusal{ControlResult::failed, "The argument 'mesh_scale' belongs to 'uri'; a copy has its own."};
   ScenarioPart part;
-  if (!request.copy_of.empty()) {
-    const ScenarioPart* original = find_part(scenario, request.copy_of);
-    if (original == nullptr) {
-      return Outcome{ControlResult::not_found,
-                     "There is no Part '" + request.copy_of.substr(0, 100) + "' to copy."};
-    }
+  if (request.copy_of) {
+    const ScenarioPart* original = find_part(scenario, *request.copy_of);
+    if (original == nullptr)
+      return Refusal{ControlResult::not_found, "There is no Part '" + *request.copy_of + "' to copy."};
     part = *original;
     // The copy is elsewhere, not in the threaded hole of the original.
     std::erase_if(part.devices, [](const StatedDevice& device) { return device.held_by() != nullptr; });
     if (request.mass_kg && part.inertia_kg_m2) *part.inertia_kg_m2 *= *request.mass_kg / part.mass_kg;
   } else {
+    part.mesh = file_of_uri(*request.uri);
+    part.mesh_scale = request.mesh_scale.value_or(1.0);
     std::error_code unreadable;
-    if (!std::filesystem::exists(request.mesh, unreadable)) {
-      return Outcome{ControlResult::no_resource, "There is no file " + request.mesh.string() +
+    if (!std::filesystem::exists(part.mesh, unreadable))
+      return Refusal{ControlResult::no_resource, "There is no file " + part.mesh.string() +
                                                      ", seen from the working directory of the server."};
-    }
-    part.mesh = request.mesh;
-    part.mesh_scale = request.mesh_scale;
   }
-  part.X_WB = request.X_WB;
+  const auto& position = request.position;
+  const auto& q = request.orientation;
+  part.X_WB = {Quat(q.w, q.x, q.y, q.z).normalized().toRotationMatrix(),
+               Vec3(position.x, position.y, position.z)};
   part.V_WB = {};
   if (request.mass_kg) part.mass_kg = *request.mass_kg;
   if (request.hierarchy) part.hierarchy = *request.hierarchy;
@@ -71,22 +79,22 @@ std::variant<ScenarioPart, Outcome> new_part(const Scenario& scenario, const Spa
 
 }  // namespace
 
-std::variant<ChangedScenario, Outcome> changed(const Scenario& scenario, const SpawnEntity& request) {
+std::variant<ChangedScenario, Refusal> changed(const Scenario& scenario, const requests::SpawnEntity& request) {
   std::string name = request.name;
   if (!is_scenario_name(name)) {
-    return Outcome{
+    return Refusal{
         ControlResult::name_invalid,
         "The name '" + name.substr(0, 100) + "' is not possible; allowed are " + kAllowedScenarioNames + "."};
   }
   auto part = new_part(scenario, request);
-  if (auto* refusal = std::get_if<Outcome>(&part)) return *refusal;
+  if (auto* refusal = std::get_if<Refusal>(&part)) return *refusal;
   auto& wanted = std::get<ScenarioPart>(part);
   for (int number = 2; request.allow_renaming && is_taken_by_another(scenario, wanted, name); ++number) {
     const std::string end = "_" + std::to_string(number);
     name = request.name.substr(0, kLongestScenarioName - end.size()) + end;
   }
   if (is_taken_by_another(scenario, wanted, name)) {
-    return Outcome{ControlResult::name_not_unique,
+    return Refusal{ControlResult::name_not_unique,
                    "There is a '" + name + "' in this cell already; allow_renaming true finds another name."};
   }
   wanted.name = name;
@@ -95,8 +103,8 @@ std::variant<ChangedScenario, Outcome> changed(const Scenario& scenario, const S
   result.scenario.parts.push_back(std::move(wanted));
   for (ScenarioProcess& process : result.scenario.processes) {
     const auto& members = process.members;
-    const bool home = request.copy_of.empty() ||
-                      std::find(members.begin(), members.end(), request.copy_of) != members.end();
+    const bool home =
+        !request.copy_of || std::find(members.begin(), members.end(), *request.copy_of) != members.end();
     if (process.all_members || !home) continue;
     process.members.push_back(name);
     break;
@@ -104,13 +112,13 @@ std::variant<ChangedScenario, Outcome> changed(const Scenario& scenario, const S
   return result;
 }
 
-std::variant<ChangedScenario, Outcome> changed(const Scenario& scenario, const DeleteEntity& request) {
-  const std::string& name = request.name;
+std::variant<ChangedScenario, Refusal> changed(const Scenario& scenario, const requests::DeleteEntity& request) {
+  const std::string& name = request.entity;
   if (find_part(scenario, name) == nullptr) {
     // A gripper's jaws are components named after it.
     const bool other = is_taken(scenario, name.substr(0, name.find('/')));
-    return other ? Outcome{ControlResult::failed, "'" + name + "' is no Part; only Parts can be deleted."}
-                 : Outcome{ControlResult::not_found,
+    return other ? Refusal{ControlResult::failed, "'" + name + "' is no Part; only Parts can be deleted."}
+                 : Refusal{ControlResult::not_found,
                            "There is no Part '" + name.substr(0, 128) + "' in this cell."};
   }
   std::string screws;
@@ -120,7 +128,7 @@ std::variant<ChangedScenario, Outcome> changed(const Scenario& scenario, const D
         }))
       screws += (screws.empty() ? "" : ", ") + part.name;
   if (!screws.empty()) {
-    return Outcome{ControlResult::failed, "'" + name + "' cannot go while something is screwed into it: " +
+    return Refusal{ControlResult::failed, "'" + name + "' cannot go while something is screwed into it: " +
                                               screws.substr(0, 300) + "; delete that first."};
   }
   ChangedScenario result{scenario, name};
@@ -131,18 +139,17 @@ std::variant<ChangedScenario, Outcome> changed(const Scenario& scenario, const D
   return result;
 }
 
-Scenario with_changes(const Scenario& scenario, std::span<const ControlRequest> requests) {
+Scenario with_changes(const Scenario& scenario, std::span<const requests::Any> requests) {
   Scenario content = scenario;
-  for (const ControlRequest& request : requests) {
-    const auto parsed = parse_host_request(request);
-    if (!parsed || !std::holds_alternative<HostAction>(*parsed)) continue;
-    const auto& action = std::get<HostAction>(*parsed);
-    const auto* to_spawn = std::get_if<SpawnEntity>(&action);
-    const auto* to_delete = std::get_if<DeleteEntity>(&action);
-    if (to_spawn == nullptr && to_delete == nullptr) continue;
-    auto result = to_spawn != nullptr ? changed(content, *to_spawn) : changed(content, *to_delete);
-    if (const auto* refusal = std::get_if<Outcome>(&result)) throw std::runtime_error(refusal->message);
-    content = std::get<ChangedScenario>(std::move(result)).scenario;
+  for (const requests::Any& request : requests) {
+    const auto change = [&]<typename Type>(const Type& typed) {
+      if constexpr (request_info<Type>().changes == RequestChanges::model) {
+        auto result = changed(content, typed);
+        if (const auto* refusal = std::get_if<Refusal>(&result)) throw std::runtime_error(refusal->message);
+        content = std::get<ChangedScenario>(std::move(result)).scenario;
+      }
+    };
+    std::visit(change, request);
   }
   return content;
 }

@@ -39,7 +39,7 @@ std::shared_ptr<LoadedScenario> ScenarioSlot::build(const Scenario& scenario) {
       std::make_shared<CellModel>(*build_cell(scenario, {options_.cache_directory, nullptr, on_import}));
   for (const ImportNote& note : model->import_notes) {
     if (options_.on_note) options_.on_note(note.sentence);
-    outbound_->events.post({Severity::warning, "import_note", note.component, "", note.sentence});
+    outbound_->events.post(events::ImportNote{note.component, note.sentence});
   }
   auto loaded = build(std::move(model), scenario.duration_s);
   loaded->as_loaded = loaded->content = scenario;
@@ -55,7 +55,7 @@ std::shared_ptr<LoadedScenario> ScenarioSlot::build(const ScenarioSource& source
 }
 
 std::shared_ptr<LoadedScenario> ScenarioSlot::build(const ScenarioSource& source,
-                                                    std::vector<ControlRequest> changes) {
+                                                    std::vector<requests::Any> changes) {
   auto loaded = build(source);
   if (changes.empty()) return loaded;
   auto changed = build(with_changes(*loaded->content, changes));
@@ -65,8 +65,8 @@ std::shared_ptr<LoadedScenario> ScenarioSlot::build(const ScenarioSource& source
   return changed;
 }
 
-void ScenarioSlot::exchange(std::shared_ptr<LoadedScenario> next, std::optional<SimulationState> state,
-                            bool keep_controllers) {
+std::uint32_t ScenarioSlot::exchange(std::shared_ptr<LoadedScenario> next,
+                                     std::optional<SimulationState> state, bool keep_controllers) {
   RunLoopOptions options = options_.loop;
   options.outbound = outbound_;
   std::shared_ptr<LoadedScenario> old;
@@ -106,6 +106,7 @@ void ScenarioSlot::exchange(std::shared_ptr<LoadedScenario> next, std::optional<
     on_exchange_(nullptr);
   }
   outbound_->news.post();
+  return generation_;
 }
 
 std::shared_ptr<LoadedScenario> ScenarioSlot::loaded() const {

@@ -42,7 +42,7 @@ struct LoadedScenario {
   std::optional<ScenarioSource> source;
   std::optional<Scenario> as_loaded;    ///< what the file said
   std::optional<Scenario> content;      ///< with what was spawned, without what was deleted
-  std::vector<ControlRequest> changes;  ///< that made the one of the other
+  std::vector<requests::Any> changes;  ///< that made the one of the other
   std::optional<RunLoop> loop;          ///< from the exchange on
   std::optional<SnapshotWriter> writer;
 };
@@ -66,11 +66,12 @@ class ScenarioSlot {
   std::shared_ptr<LoadedScenario> build(const Scenario& scenario);
   std::shared_ptr<LoadedScenario> build(std::shared_ptr<CellModel> model, double duration_s);
   /// With everything that these requests spawn and delete, in turn.
-  std::shared_ptr<LoadedScenario> build(const ScenarioSource& source, std::vector<ControlRequest> changes);
+  std::shared_ptr<LoadedScenario> build(const ScenarioSource& source, std::vector<requests::Any> changes);
   /// Ends the loop of what is loaded and starts the next; null: none. In `state`; without it a scenario that is not
-  /// the first one is stopped. `keep_controllers`: those of the ended loop stay registered.
-  void exchange(std::shared_ptr<LoadedScenario> next, std::optional<SimulationState> state = std::nullopt,
-                bool keep_controllers = false);
+  /// the first one is stopped. `keep_controllers`: those of the ended loop stay registered. Returns the
+  /// generation of the description from here on.
+  std::uint32_t exchange(std::shared_ptr<LoadedScenario> next,
+                         std::optional<SimulationState> state = std::nullopt, bool keep_controllers = false);
 
   // Any thread.
 

@@ -33,11 +33,11 @@ void SnapshotWriter::write_newest() {
   if (failure.empty()) failure = store_.write_periodic(saved->identity, saved->bytes).message;
   if (failure.empty() == failing_) {  // told when it begins and when it ends
     failing_ = !failure.empty();
-    loop_.output().outbound->events.post({failing_ ? Severity::error : Severity::information,
-                                          failing_ ? "snapshot_failed" : "snapshot_written",
-                                          loop_.cell().cell, "",
-                                          failing_ ? "The periodic snapshot could not be written: " + failure
-                                                   : "Periodic snapshots are written again."});
+    EventQueue& reports = loop_.output().outbound->events;
+    if (failing_)
+      reports.post(events::SnapshotFailed{"The periodic snapshot could not be written: " + failure});
+    else
+      reports.post(events::SnapshotWritten{});
   }
 }
 

@@ -45,43 +45,38 @@ void Snapshots::attach(LoadedScenario* loaded) {
     return;
   }
   if (const std::string failure = store_->write(session_of(nullptr)); !failure.empty())
-    outbound_.report(Severity::error, "snapshot_failed", options_.cell, failure);
+    outbound_.events.post(events::SnapshotFailed{failure});
 }
 
-std::optional<Outcome> Snapshots::refusal(const std::string& name) const {
+std::optional<Refusal> Snapshots::refusal(const std::string& name) const {
   if (!store_)
-    return Outcome{ControlResult::unsupported,
+    return Refusal{ControlResult::unsupported,
                    "This server keeps no snapshots; --snapshots DIR says where to."};
   if (std::string refused = name.empty() ? "" : SessionStore::refused_name(name); !refused.empty())
-    return Outcome{ControlResult::failed, std::move(refused)};
+    return Refusal{ControlResult::failed, std::move(refused)};
   if (!slot_.loaded())
-    return Outcome{ControlResult::incorrect_state, "No scenario is loaded; load_scenario loads one."};
+    return Refusal{ControlResult::incorrect_state, "No scenario is loaded; load_scenario loads one."};
   return std::nullopt;
 }
 
-Outcome Snapshots::save(const SaveSnapshot& request) {
+Outcome<requests::SaveSnapshot> Snapshots::save(const requests::SaveSnapshot& request) {
   if (auto refused = refusal(request.name)) return *std::move(refused);
   const auto loaded = slot_.loaded();
   SavedState saved;
   std::string why;
   if (!loaded->loop->between_steps([&] { why = loaded->loop->saver().save(saved); }))
-    return {ControlResult::incorrect_state, "The simulation has ended; nothing was saved."};
-  if (!why.empty()) return {ControlResult::failed, "Nothing was saved, as it could not be restored: " + why};
+    return Refusal{ControlResult::incorrect_state, "The simulation has ended; nothing was saved."};
+  if (!why.empty()) return Refusal{ControlResult::failed, "Nothing was saved, as it could not be restored: " + why};
   const std::filesystem::path file = store_->file_of(request.name);
   SnapshotResult written = write_snapshot_file(file, saved.identity, saved.bytes);
-  if (!written.good()) return {ControlResult::failed, std::move(written.message)};
-  const std::string message =
-      "Snapshot " + request.name + " holds the state at " + instant(saved.identity) + ".";
-  outbound_.report(Severity::information, "snapshot_saved", options_.cell, message);
-  return {ControlResult::ok,
-          message,
-          {{"uri", file.string()},
-           {"bytes", std::to_string(saved.bytes.size())},
-           {"time", exact_text(saved.identity.time_s)},
-           {"step", std::to_string(saved.identity.step)}}};
+  if (!written.good()) return Refusal{ControlResult::failed, std::move(written.message)};
+  const double time_s = saved.identity.time_s;
+  const std::uint64_t step = saved.identity.step;
+  return {outbound_.events.post(events::SnapshotSaved{request.name, time_s, step}),
+          {file.string(), saved.bytes.size(), time_s, step}};
 }
 
-Outcome Snapshots::restore(const RestoreSnapshot& request) {
+Outcome<requests::RestoreSnapshot> Snapshots::restore(const requests::RestoreSnapshot& request) {
   if (auto refused = refusal(request.name)) return *std::move(refused);
   const auto loaded = slot_.loaded();
   std::vector<std::filesystem::path> files = store_->periodic();
@@ -102,15 +97,11 @@ Outcome Snapshots::restore(const RestoreSnapshot& request) {
       result = {SnapshotError::damaged, why};
       continue;
     }
-    const std::string message = "The cell is back at " + instant(content.identity) + ".";
-    outbound_.report(Severity::information, "snapshot_restored", options_.cell, message);
-    return {ControlResult::ok,
-            message,
-            {{"time", exact_text(content.identity.time_s)},
-             {"step", std::to_string(content.identity.step)},
-             {"epoch", std::to_string(epoch)}}};
+    const double time_s = content.identity.time_s;
+    const std::uint64_t step = content.identity.step;
+    return {outbound_.events.post(events::SnapshotRestored{time_s, step}), {time_s, step, epoch}};
   }
-  return {result.error == SnapshotError::not_found ? ControlResult::not_found : ControlResult::failed,
+  return Refusal{result.error == SnapshotError::not_found ? ControlResult::not_found : ControlResult::failed,
           result.message};
 }
 

@@ -6,7 +6,7 @@
 
 #include "server/runtime/host/scenario_slot.h"
 #include "server/runtime/recording/session_store.h"
-#include "server/runtime/requests/host_requests.h"
+#include "server/runtime/requests/control.h"
 
 namespace takt {
 
@@ -19,8 +19,8 @@ class Snapshots {
   void begin();
   /// In an exchange: periodic snapshots of this scenario are written from here on; null: none is loaded.
   void attach(LoadedScenario* loaded);
-  Outcome save(const SaveSnapshot& request);
-  Outcome restore(const RestoreSnapshot& request);
+  Outcome<requests::SaveSnapshot> save(const requests::SaveSnapshot& request);
+  Outcome<requests::RestoreSnapshot> restore(const requests::RestoreSnapshot& request);
   /// What the earlier server had loaded.
   std::optional<Session> session() const;
   /// Loads it and goes on from its newest periodic snapshot that can be used. Says how, as the end of a sentence.
@@ -28,7 +28,7 @@ class Snapshots {
 
  private:
   /// Why not; nothing: they are.
-  std::optional<Outcome> refusal(const std::string& name) const;
+  std::optional<Refusal> refusal(const std::string& name) const;
   Session session_of(const LoadedScenario* loaded) const;
 
   const HostOptions& options_;

@@ -9,9 +9,14 @@ namespace takt {
 ControllerRegistry::ControllerRegistry(int target_count, double step_s)
     : step_s_(step_s), owner_(static_cast<std::size_t>(target_count), -1) {}
 
-std::string ControllerRegistry::add(const RegisterController& request, std::uint64_t present_step,
+std::string ControllerRegistry::add(const requests::RegisterController& request, std::uint64_t present_step,
                                     const CellDescription& cell) {
-  for (const int target : request.targets) {
+  std::vector<int> targets;
+  for (const std::string& name : request.targets) {
+    const int target = find_target(cell, name);
+    if (std::find(targets.begin(), targets.end(), target) != targets.end())
+      return "It names the target '" + name + "' twice.";
+    targets.push_back(target);
     const Controller* other = owner(target);
     if (other != nullptr && other->name != request.name) {
       return "The target '" + std::string(target_name(cell, target)) +
@@ -20,7 +25,6 @@ std::string ControllerRegistry::add(const RegisterController& request, std::uint
   }
   const auto same_name = [&](const Controller& controller) { return controller.name == request.name; };
   auto place = std::find_if(controllers_.begin(), controllers_.end(), same_name);
-  std::vector<int> targets = request.targets;
   std::sort(targets.begin(), targets.end());
   if (place != controllers_.end() && place->targets != targets) {
     std::string others;

@@ -30,8 +30,9 @@ class ControllerRegistry {
 
   /// Adds a controller whose next boundary is the first at or after `present_step`; one of the same name and
   /// the same targets is replaced (it was started anew). Returns a sentence when that is not possible: too
-  /// many controllers, another one of that name, or a target that another one has declared.
-  std::string add(const RegisterController& request, std::uint64_t present_step, const CellDescription& cell);
+  /// many controllers, another one of that name, a target that another one has declared, or one twice. The
+  /// cell has all targets.
+  std::string add(const requests::RegisterController& request, std::uint64_t present_step, const CellDescription& cell);
   bool remove(const std::string& name);
 
   /// The present step is another one: every controller's next boundary is the first at or after it.

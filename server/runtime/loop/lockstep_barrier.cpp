@@ -37,13 +37,13 @@ bool LockstepBarrier::admits(const ReceivedCommand& received) {
     }
     if (stamp.given()) code = stamp < boundary ? RejectionCode::stale : RejectionCode::out_of_range;
   }
-  EventRecord rejected = loop_.event(EventCode::command_rejected, Severity::warning);
-  rejected.a = received.target;
-  rejected.b = static_cast<int>(code);
-  rejected.x = stamp.seconds();
-  rejected.y = boundary_s;
-  rejected.sender = received.sender;
-  loop_.emit(rejected);
+  const FixedString<32> reason(to_string(code));
+  if (controller == nullptr)
+    loop_.emit(loop_.record_of(events::CommandWithoutController{received.target, reason}, received.sender));
+  else
+    loop_.emit(loop_.record_of(events::CommandBesideBoundary{received.target, reason, stamp.given(),
+                                                             stamp.seconds(), boundary_s},
+                               received.sender));
   ++refused_;
   return false;
 }
@@ -79,7 +79,7 @@ bool LockstepBarrier::covered_by_trajectory(int target, double time_s) const {
   return loop_.simulation.trajectory_end_s(robot) > time_s + 0.5 * loop_.cell().step_s;
 }
 
-std::optional<EventRecord> LockstepBarrier::wait_for(ControllerRegistry::Controller& controller,
+std::optional<events::OfLoop> LockstepBarrier::wait_for(ControllerRegistry::Controller& controller,
                                                      int missing_target, Verdict& verdict) {
   const std::int64_t now = monotonic_now_ns();
   if (wait_began_ns_ == 0) {
@@ -89,20 +89,14 @@ std::optional<EventRecord> LockstepBarrier::wait_for(ControllerRegistry::Control
   }
   const std::int64_t waited = now - wait_began_ns_;
   if (waited >= kWaitInStatus_ns && !wait_in_status_) wait_in_status_ = verdict.news_for_status = true;
-  EventRecord late = loop_.event(EventCode::controller_late, Severity::warning);
-  late.a = missing_target;
-  late.x = loop_.simulation.time_s();
-  late.text.assign(controller.name);
-  if (static_cast<double>(waited) >= controller.timeout_s * 1e9) {
-    late.code = EventCode::controller_timeout;
-    late.severity = Severity::error;
-    late.y = controller.timeout_s;
-    return late;
-  }
+  const FixedString<128> name(controller.name);
+  const double boundary_s = loop_.simulation.time_s();
+  if (static_cast<double>(waited) >= controller.timeout_s * 1e9)
+    return events::ControllerTimeout{name, missing_target, boundary_s, controller.timeout_s};
   if (waited >= kLateAfter_ns && !controller.late_told) {
     controller.late_told = true;
-    late.y = static_cast<double>(waited) * 1e-9;
-    loop_.emit(late);
+    loop_.emit(
+        events::ControllerLate{name, missing_target, boundary_s, static_cast<double>(waited) * 1e-9});
   }
   return std::nullopt;
 }

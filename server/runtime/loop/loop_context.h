@@ -1,6 +1,10 @@
 #pragma once
 // What the parts of a step loop share: the simulation, whether it plays and at which pace, and the way out for
 // events and replies. For the loop's thread only.
+#include <cstdint>
+#include <string>
+#include <utility>
+
 #include "server/runtime/loop/loop_output.h"
 #include "server/runtime/pacer.h"
 #include "server/runtime/recording/log_recorder.h"
@@ -13,32 +17,28 @@ struct LoopContext {
   LoopOutput& output;
   SimulationState state{};
   Pace pace{};
-  double factor = 1.0;              ///< simulated seconds per second of wall time, for realtime
-  bool faulted = false;             ///< the simulation takes no step until a reset
-  LogRecorder* recorder = nullptr;  ///< records what changes the simulation; null: nothing is recorded
+  double factor = 1.0;               ///< simulated seconds per second of wall time, for realtime
+  bool faulted = false;              ///< the simulation takes no step until a reset
+  LogRecorder* recorder = nullptr;   ///< records what changes the simulation; null: nothing is recorded
 
   const CellDescription& cell() const { return simulation.description(); }
   bool plays() const { return state == SimulationState::playing; }
 
-  /// At the present instant.
-  EventRecord event(EventCode code, Severity severity) const {
-    EventRecord record;
-    record.code = code;
-    record.severity = severity;
-    record.time_s = simulation.time_s();
-    record.step = simulation.step_index();
-    record.epoch = simulation.epoch();
-    return record;
+  /// At the present instant. `sender`: of the command that caused it, 0: none.
+  EventRecord record_of(const events::OfLoop& event, std::uint64_t sender = 0) const {
+    return {simulation.time_s(), simulation.step_index(), simulation.epoch(), sender, event};
   }
-  void emit(const EventRecord& event) {
-    output.events.push(event);
+  void emit(const EventRecord& record) {
+    output.events.push(record);
     output.news.post();
   }
+  void emit(const events::OfLoop& event) { emit(record_of(event)); }
   /// Where the simulation is recorded: something changed it before the present step.
   template <typename Record>
   void record(const Record& record) {
     if (recorder != nullptr) recorder->note(simulation.step_index(), record);
   }
+  void reply(ControlReply reply) { output.outbound->add_reply(std::move(reply)); }
 };
 
 }  // namespace takt

@@ -22,17 +22,13 @@ LoopControl::LoopControl(Simulation& simulation, LoopOutput& output, const RunLo
       options_(options),
       wakeup_(wakeup),
       stop_(stop) {
-  for (const ControllerRegistration& controller : options.controllers) {
-    RegisterController request{controller.name, controller.period_s, controller.timeout_s, {}};
-    for (const std::string& target : controller.targets)
-      if (const int here = find_target(context.cell(), target); here >= 0) request.targets.push_back(here);
-    if (request.targets.empty()) {
-      EventRecord removed = context.event(EventCode::controller_unregistered, Severity::warning);
-      removed.text.assign(controller.name);
-      context.emit(removed);
-    } else {
-      (void)barrier.controllers().add(request, 0, context.cell());
-    }
+  for (requests::RegisterController controller : options.controllers) {
+    std::erase_if(controller.targets,
+                  [&](const std::string& target) { return find_target(context.cell(), target) < 0; });
+    if (controller.targets.empty())
+      context.emit(events::ControllerWithoutTargets{FixedString<128>(controller.name)});
+    else
+      (void)barrier.controllers().add(controller, 0, context.cell());
   }
 }
 
@@ -50,8 +46,7 @@ bool LoopControl::may_step() {
     return false;
   }
   if (context.pace != Pace::lockstep) return true;
-  const auto verdict =
-      barrier.check([this](int target) { return intake.has(target); }, single_steps_left_ > 0);
+  const auto verdict = barrier.check([this](int target) { return intake.has(target); }, single_steps_left_ > 0);
   if (verdict.timeout) {
     pause_with(*verdict.timeout);
   } else if (verdict.news_for_status) {
@@ -76,7 +71,7 @@ void LoopControl::take_step() {
   if (!advanced) {
     context.record(LogFault{});
     context.faulted = true;
-    pause_with(fault_record(simulation));
+    pause_with(fault_record(simulation).event);
     return;
   }
   if (context.recorder != nullptr) context.recorder->stepped(simulation);
@@ -84,13 +79,13 @@ void LoopControl::take_step() {
   intake.count_applied();
   barrier.crossed(step);
   intake.set_present(simulation.time_s());
-  report_step(simulation, [this](const EventRecord& event) { context.emit(event); });
+  report_step(simulation, [this](const EventRecord& record) { context.emit(record); });
   publish_instant();
   if (single_steps_left_ > 0 && --single_steps_left_ == 0)
-    end_single_steps(ControlResult::ok, "The steps are done.");
+    end_single_steps({ControlResult::ok, "The steps are done."});
   if (!ended_ && at_the_end()) {
     ended_ = true;
-    pause_with(context.event(EventCode::end_of_scenario, Severity::information));
+    pause_with(events::EndOfScenario{});
     if (options_.quit_at_end) quit();
   }
   status.publish_if_due();
@@ -103,11 +98,12 @@ bool LoopControl::at_the_end() const {
          context.simulation.time_s() >= *options_.pause_at_s - 0.5 * context.cell().step_s;
 }
 
-void LoopControl::pause_with(const EventRecord& event) {
-  context.emit(event);
+void LoopControl::pause_with(const events::OfLoop& event) {
+  const EventRecord record = context.record_of(event);
+  context.emit(record);
   context.state = SimulationState::paused;
   barrier.stop_waiting();
-  end_single_steps(ControlResult::failed, describe(event, context.cell()).message);
+  end_single_steps({ControlResult::failed, describe(record, context.cell()).message});
   status.publish();
 }
 
@@ -143,9 +139,7 @@ void LoopControl::set_state(SimulationState state) {
         if (barrier.controllers().owner(target) == nullptr) intake.drop(target);
     }
   }
-  EventRecord changed = context.event(EventCode::state_changed, Severity::information);
-  changed.a = static_cast<int>(state);
-  context.emit(changed);
+  context.emit(events::StateChanged{state});
   status.publish();
 }
 
@@ -164,13 +158,13 @@ void LoopControl::quit() {
 
 void LoopControl::reset() {
   Simulation& simulation = context.simulation;
-  end_single_steps(ControlResult::failed, "The remaining steps were not taken: the cell was reset.");
+  end_single_steps({ControlResult::failed, "The remaining steps were not taken: the cell was reset."});
   const std::uint64_t step = simulation.step_index();
   if (context.recorder != nullptr) context.recorder->checkpoint(simulation);
   simulation.reset();
   if (context.recorder != nullptr) context.recorder->note(step, LogReset{});
   restart(0);
-  context.emit(context.event(EventCode::reset, Severity::information));
+  context.emit(events::CellReset{});
   publish_instant();
   status.publish();
 }
@@ -182,7 +176,7 @@ std::string LoopControl::restore(std::span<const std::byte> state) {
   const std::string refusal = simulation.restore_state(state);
   if (!refusal.empty()) return refusal;
   if (context.recorder != nullptr) context.recorder->restored(step, state);
-  end_single_steps(ControlResult::failed, "The remaining steps were not taken: a snapshot was restored.");
+  end_single_steps({ControlResult::failed, "The remaining steps were not taken: a snapshot was restored."});
   restart(simulation.step_index());
   ended_ = at_the_end();
   if (context.state == SimulationState::stopped) set_state(SimulationState::paused);
@@ -208,13 +202,13 @@ void LoopControl::begin_single_steps(std::uint64_t request, std::uint64_t count)
   single_steps_request_ = request;
 }
 
-void LoopControl::end_single_steps(ControlResult result, const std::string& message) {
+void LoopControl::end_single_steps(Refusal end) {
   if (single_steps_request_ == 0) return;
-  context.output.outbound->add_reply(single_steps_request_,
-                                     {result,
-                                      message,
-                                      {{"step", std::to_string(context.simulation.step_index())},
-                                       {"time", exact_text(context.simulation.time_s())}}});
+  ControlReply reply{single_steps_request_, end.result, std::move(end.message)};
+  if (end.result == ControlResult::ok)
+    reply.values = arguments_of(
+        requests::StepResponse{context.simulation.step_index(), context.simulation.time_s()});
+  context.reply(std::move(reply));
   single_steps_request_ = 0;
   single_steps_left_ = 0;
 }

@@ -50,10 +50,11 @@ class LoopControl {
   /// Single steps for a request, which is answered when they are done or when something ends them.
   void begin_single_steps(std::uint64_t request, std::uint64_t count);
   std::uint64_t single_steps_left() const { return single_steps_left_; }
-  void end_single_steps(ControlResult result, const std::string& message);
+  /// ControlResult::ok: they are done.
+  void end_single_steps(Refusal end);
 
  private:
-  void pause_with(const EventRecord& event);
+  void pause_with(const events::OfLoop& event);
   /// After the simulation was put to another instant.
   void restart(std::uint64_t step);
   void anchor() { pacer.anchor(context.cell().step_s, context.factor); }

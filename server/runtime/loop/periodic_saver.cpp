@@ -41,11 +41,8 @@ void PeriodicSaver::save_if_due() {
   due_ns_ = now + static_cast<std::int64_t>(every_s_ * 1e9);
   changed_ = false;
   const std::string refusal = save(saved_.write_buffer());
-  if (!refusal.empty() && !refused_) {  // reported when it begins
-    EventRecord event = loop_.event(EventCode::save_refused, Severity::error);
-    event.text.assign(refusal);
-    loop_.emit(event);
-  }
+  if (!refusal.empty() && !refused_)  // reported when it begins
+    loop_.emit(events::PeriodicSnapshotRefused{FixedString<640>(refusal)});
   refused_ = !refusal.empty();
   if (refused_) return;
   saved_.publish();

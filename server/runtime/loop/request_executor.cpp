@@ -1,248 +1,214 @@
 #include "server/runtime/loop/request_executor.h"
 
-#include <optional>
-#include <string>
-#include <utility>
 #include <variant>
 
-#include "server/runtime/requests/entity_requests.h"
-#include "server/runtime/requests/explain_reply.h"
+#include "server/runtime/requests/bit_changes.h"
+#include "server/simulation/model/state_hash.h"
 
 namespace takt {
+namespace {
 
-/// One request, as a visitor of its kinds.
-struct RequestExecutor::Execution {
-  /// Nothing: the reply is out, or follows later.
-  using Answer = std::optional<Outcome>;
+template <typename Type>
+const Outcome<Type>* answered(const Outcome<Type>& outcome) {
+  return &outcome;
+}
+template <typename Type>
+const Outcome<Type>* answered(const std::optional<Outcome<Type>>& answer) {
+  return answer ? &*answer : nullptr;
+}
 
-  LoopControl& control;
-  LoopContext& loop;
-  std::deque<Query>& queries;
-  std::uint64_t id;
+}  // namespace
 
-  Answer operator()(const GetFeatures&) {
-    loop.output.outbound->add_reply(features_reply(id));
-    return std::nullopt;
+template <typename Type>
+void RequestExecutor::execute_and_reply(std::uint64_t id, const Type& request) {
+  constexpr const RequestInfo& info = request_info<Type>();
+  if constexpr (info.phase == RequestPhase::loop || info.phase == RequestPhase::query) {
+    const std::uint64_t step = loop_.simulation.step_index();
+    executing_ = id;
+    const auto answer = execute(request);
+    const auto* outcome = answered<Type>(answer);
+    if (outcome == nullptr) return;
+    if (info.changes == RequestChanges::bits && outcome->ok() && loop_.recorder != nullptr)
+      loop_.recorder->note(step, LogRequest{request});
+    loop_.reply(outcome->reply(id));
   }
+}
 
-  Answer operator()(const GetEntities& request) {
-    loop.output.outbound->add_reply(entities_reply(id, request, loop.cell()));
-    return std::nullopt;
-  }
-
-  Answer operator()(const GetState&) {
-    const Simulation& simulation = loop.simulation;
-    return Outcome{ControlResult::ok,
-                   "The simulation is " + std::string(to_string(loop.state)) + ".",
-                   {{"state", std::to_string(static_cast<int>(loop.state))},
-                    {"state_name", std::string(to_string(loop.state))},
-                    {"pace", std::string(to_string(loop.pace))},
-                    {"factor", exact_text(loop.factor)},
-                    {"time", exact_text(simulation.time_s())},
-                    {"step", std::to_string(simulation.step_index())},
-                    {"epoch", std::to_string(simulation.epoch())},
-                    {"state_hash", std::to_string(simulation.state_hash())},
-                    {"fault", loop.faulted ? simulation.fault() : std::string()}}};
-  }
-
-  Answer operator()(const SetState& request) {
-    const SimulationState before = loop.state;
-    switch (request.state) {
-      case SimulationState::stopped:
-        control.reset();
-        break;
-      case SimulationState::playing:
-        if (loop.faulted) return faulted();
-        control.end_single_steps(
-            ControlResult::failed,
-            "The remaining steps were not taken one by one: the simulation was set playing.");
-        break;
-      case SimulationState::paused:
-        control.end_single_steps(ControlResult::failed,
-                                 "The remaining steps were not taken: the simulation was paused.");
-        break;
-      case SimulationState::quitting:
-        control.quit();
-        break;
-      case SimulationState::no_world:
-      case SimulationState::loading_world:
-        break;  // none that a request may ask for
+void RequestExecutor::execute(std::uint64_t id, const requests::Any& request) {
+  const auto execute_one = [&]<typename Type>(const Type& typed) {
+    if constexpr (request_info<Type>().phase != RequestPhase::query) {
+      execute_and_reply(id, typed);
+    } else if (queries_.size() < kMaxQueries) {
+      queries_.push_back({id, request});
+    } else {
+      loop_.reply({id, ControlResult::failed,
+                   std::to_string(kMaxQueries) +
+                       " questions are waiting already; at most one is answered before each step."});
     }
-    control.set_state(request.state);
-    return Outcome{ControlResult::ok,
-                   "The simulation is " + std::string(before == loop.state ? "already " : "now ") +
-                       std::string(to_string(loop.state)) + ".",
-                   {{"state", std::to_string(static_cast<int>(loop.state))}}};
-  }
-
-  Answer operator()(const Step& request) {
-    if (loop.faulted) return faulted();
-    if (loop.plays())
-      return Outcome{ControlResult::incorrect_state,
-                     "Single steps are possible only while the simulation is paused; it is playing."};
-    if (control.single_steps_left() > 0)
-      return Outcome{ControlResult::incorrect_state, "An earlier step request is still being worked on; " +
-                                                         std::to_string(control.single_steps_left()) +
-                                                         " steps are left."};
-    control.begin_single_steps(id, request.steps);
-    return std::nullopt;
-  }
-
-  Answer operator()(const Reset& request) {
-    // A scenario with something spawned is exchanged by the host, which does not ask the loop.
-    if (request.spawned_only) return Outcome{ControlResult::ok, "Nothing was spawned or deleted."};
-    control.reset();
-    return Outcome{ControlResult::ok,
-                   "The cell is back in its initial state.",
-                   {{"epoch", std::to_string(loop.simulation.epoch())}}};
-  }
-
-  Answer operator()(const SetPace& request) {
-    control.set_pace(request.pace, request.pace == Pace::realtime ? request.factor : 1.0);
-    EventRecord changed = loop.event(EventCode::pace_changed, Severity::information);
-    changed.a = static_cast<int>(loop.pace);
-    changed.x = loop.factor;
-    Outcome outcome =
-        done(changed, {{"pace", std::string(to_string(loop.pace))}, {"factor", exact_text(loop.factor)}});
-    control.status.publish();
-    return outcome;
-  }
-
-  Answer operator()(const RegisterController& request) {
-    ControllerRegistry& controllers = control.barrier.controllers();
-    std::string refusal = controllers.add(request, loop.simulation.step_index(), loop.cell());
-    if (!refusal.empty()) return Outcome{ControlResult::failed, std::move(refusal)};
-    for (const int target : request.targets) control.intake.drop(target);
-    control.barrier.stop_waiting();
-    EventRecord registered = loop.event(EventCode::controller_registered, Severity::information);
-    registered.text.assign(request.name);
-    registered.x = request.period_s;
-    const auto boundary_step = controllers.owner(request.targets.front())->boundary_step;
-    return done(registered,
-                {{"next_boundary_step", std::to_string(boundary_step)},
-                 {"next_boundary_time", exact_text(static_cast<double>(boundary_step) * loop.cell().step_s)},
-                 {"epoch", std::to_string(loop.simulation.epoch())}});
-  }
-
-  Answer operator()(const UnregisterController& request) {
-    if (!control.barrier.controllers().remove(request.name))
-      return Outcome{ControlResult::not_found, "There is no controller '" + request.name + "'."};
-    control.barrier.stop_waiting();
-    EventRecord removed = loop.event(EventCode::controller_unregistered, Severity::information);
-    removed.text.assign(request.name);
-    return done(removed);
-  }
-
-  Answer operator()(const SetLevelOfDetail& request) {
-    const std::string reason = loop.simulation.set_level_of_detail(request.process, request.level);
-    if (!reason.empty())
-      return Outcome{ControlResult::failed, "The level of detail stays as it is: " + reason};
-    loop.record(LogLevelOfDetail{request.process, request.level});
-    EventRecord changed = loop.event(EventCode::level_of_detail_changed, Severity::information);
-    changed.a = request.process;
-    changed.b = request.level;
-    loop.emit(changed);
-    control.publish_instant();
-    control.status.publish();
-    const std::string process = request.process < 0
-                                    ? "all processes"
-                                    : loop.cell().processes[static_cast<std::size_t>(request.process)].name;
-    const std::string level = std::to_string(request.level);
-    return Outcome{ControlResult::ok,
-                   "The level of detail of " + process + " is now " + level + ".",
-                   {{"level", level}}};
-  }
-
-  Answer operator()(const ExplainPart& request) { return queue({id, request.component, true}); }
-
-  Answer operator()(const GetEntityState& request) { return queue({id, request.component, false}); }
-
-  Answer operator()(const SetEntityState& request) {
-    if (loop.plays() || control.single_steps_left() > 0)
-      return Outcome{ControlResult::incorrect_state,
-                     "A Part can be put elsewhere only while the simulation is paused or stopped."};
-    Simulation& simulation = loop.simulation;
-    const ComponentSample now =
-        simulation.make_snapshot().components[static_cast<std::size_t>(request.component)];
-    const Pose X_WB{request.R_WB.value_or(now.q_WB.toRotationMatrix()), request.p_WB.value_or(now.p_WB)};
-    const Twist V_WB{request.linear_velocity.value_or(now.V_WB.v),
-                     request.angular_velocity.value_or(now.V_WB.w)};
-    const std::string refusal = simulation.set_component_state(request.component, X_WB, V_WB);
-    if (!refusal.empty()) return Outcome{ControlResult::failed, "It stays where it is: " + refusal};
-    loop.record(LogEntityState{request.component, X_WB, V_WB});
-    EventRecord set = loop.event(EventCode::entity_state_set, Severity::information);
-    set.a = request.component;
-    set.position_W = X_WB.p;
-    Outcome outcome = done(set);
-    control.publish_instant();
-    return outcome;
-  }
-
-  Answer operator()(const Attach& request) {
-    const std::string refusal = loop.simulation.attach(request.part, request.to);
-    if (!refusal.empty()) return Outcome{ControlResult::failed, "It was not attached: " + refusal};
-    loop.record(LogAttach{request.part, request.to});
-    EventRecord attached = loop.event(EventCode::attached, Severity::information);
-    attached.a = request.part;
-    attached.b = request.to;
-    return done(attached);
-  }
-
-  Answer operator()(const Detach& request) {
-    const std::string refusal = loop.simulation.detach(request.part);
-    if (!refusal.empty()) return Outcome{ControlResult::failed, "It was not detached: " + refusal};
-    loop.record(LogDetach{request.part});
-    EventRecord detached = loop.event(EventCode::detached, Severity::information);
-    detached.a = request.part;
-    return done(detached);
-  }
-
-  Answer queue(const Query& query) {
-    constexpr std::size_t kMaxQueries = 64;
-    if (queries.size() >= kMaxQueries)
-      return Outcome{ControlResult::failed,
-                     std::to_string(kMaxQueries) +
-                         " questions are waiting already; at most one is answered before each step."};
-    queries.push_back(query);
-    return std::nullopt;
-  }
-  /// Emits the event; its sentence is the reply.
-  Outcome done(const EventRecord& event, TextArguments values = {}) {
-    loop.emit(event);
-    return {ControlResult::ok, describe(event, loop.cell()).message, std::move(values)};
-  }
-  Outcome faulted() const {
-    return {ControlResult::incorrect_state,
-            "The simulation has a fault and must be reset first: " + loop.simulation.fault()};
-  }
-};
-
-void RequestExecutor::execute(const RequestInbox::Request& request) {
-  auto answer = std::visit(Execution{control_, control_.context, queries_, request.id}, request.action);
-  if (answer) control_.context.output.outbound->add_reply(request.id, *std::move(answer));
+  };
+  std::visit(execute_one, request);
 }
 
 void RequestExecutor::answer_query() {
   if (queries_.empty()) return;
-  LoopContext& loop = control_.context;
-  const Query query = queries_.front();
+  const RequestInbox::Request query = std::move(queries_.front());
   queries_.pop_front();
-  const Simulation& simulation = loop.simulation;
-  loop.output.outbound->add_reply(
-      query.explains
-          ? explanation_reply(query.id, simulation.explain(query.component), loop.cell())
-          : entity_state_reply(query.id, query.component, simulation.make_snapshot(), loop.cell()));
+  std::visit([&](const auto& typed) { execute_and_reply(query.id, typed); }, query.request);
 }
 
 void RequestExecutor::refuse(std::uint64_t id) {
-  control_.context.output.outbound->add_reply(
-      id, {ControlResult::incorrect_state,
-           "The simulation of this scenario has ended; the request was not executed."});
+  loop_.reply({id, ControlResult::incorrect_state,
+               "The simulation of this scenario has ended; the request was not executed."});
 }
 
 void RequestExecutor::refuse_queries() {
-  for (const Query& query : queries_) refuse(query.id);
+  for (const RequestInbox::Request& query : queries_) refuse(query.id);
   queries_.clear();
+}
+
+std::string RequestExecutor::report(const events::OfLoop& event) {
+  const EventRecord record = loop_.record_of(event);
+  loop_.emit(record);
+  return describe(record, loop_.cell()).message;
+}
+
+Refusal RequestExecutor::faulted() const {
+  return {ControlResult::incorrect_state,
+          "The simulation has a fault and must be reset first: " + loop_.simulation.fault()};
+}
+
+Outcome<requests::GetState> RequestExecutor::execute(const requests::GetState&) {
+  const Simulation& simulation = loop_.simulation;
+  return {"The simulation is " + std::string(to_string(loop_.state)) + ".",
+          {loop_.state, loop_.pace, loop_.factor, simulation.time_s(), simulation.step_index(),
+           simulation.epoch(), hash_text(simulation.state_hash()),
+           loop_.faulted ? simulation.fault() : std::string()}};
+}
+
+Outcome<requests::SetState> RequestExecutor::execute(const requests::SetState& request) {
+  const SimulationState before = loop_.state;
+  switch (request.state) {
+    case SimulationState::stopped:
+      control_.reset();
+      break;
+    case SimulationState::playing:
+      if (loop_.faulted) return faulted();
+      control_.end_single_steps(
+          {ControlResult::failed,
+           "The remaining steps were not taken one by one: the simulation was set playing."});
+      break;
+    case SimulationState::paused:
+      control_.end_single_steps(
+          {ControlResult::failed, "The remaining steps were not taken: the simulation was paused."});
+      break;
+    case SimulationState::quitting:
+      control_.quit();
+      break;
+    case SimulationState::no_world:
+    case SimulationState::loading_world:
+      break;  // no request asks for them
+  }
+  control_.set_state(request.state);
+  return {"The simulation is " + std::string(before == loop_.state ? "already " : "now ") +
+              std::string(to_string(loop_.state)) + ".",
+          {loop_.state, loop_.simulation.step_index(), loop_.simulation.epoch()}};
+}
+
+RequestExecutor::Answer<requests::Step> RequestExecutor::execute(const requests::Step& request) {
+  if (loop_.faulted) return faulted();
+  if (loop_.plays())
+    return Refusal{ControlResult::incorrect_state,
+                   "Single steps are possible only while the simulation is paused; it is playing."};
+  if (control_.single_steps_left() > 0)
+    return Refusal{ControlResult::incorrect_state, "An earlier step request is still being worked on; " +
+                                                       std::to_string(control_.single_steps_left()) +
+                                                       " steps are left."};
+  control_.begin_single_steps(executing_, request.steps);
+  return std::nullopt;
+}
+
+Outcome<requests::Reset> RequestExecutor::execute(const requests::Reset& request) {
+  // A scenario with something spawned is exchanged by the host, which does not ask the loop.
+  constexpr int kSpawnedOnly = 4;
+  if (request.scope == kSpawnedOnly)
+    return {"Nothing was spawned or deleted.", {loop_.simulation.epoch(), {}}};
+  control_.reset();
+  return {"The cell is back in its initial state.", {loop_.simulation.epoch(), {}}};
+}
+
+Outcome<requests::SetPace> RequestExecutor::execute(const requests::SetPace& request) {
+  const bool has_factor = request.pace == Pace::realtime;
+  control_.set_pace(request.pace, has_factor ? request.factor : 1.0);
+  std::string sentence = report(events::PaceChanged{loop_.pace, has_factor ? loop_.factor : 0.0});
+  control_.status.publish();
+  return {std::move(sentence), {loop_.pace, loop_.factor}};
+}
+
+Outcome<requests::RegisterController> RequestExecutor::execute(const requests::RegisterController& request) {
+  const CellDescription& cell = loop_.cell();
+  if (request.targets.empty() || request.period_s < cell.step_s)
+    return Refusal{ControlResult::failed, "A controller has a target at least, and a period of " +
+                                              std::to_string(cell.step_s) + " s, one step, or more."};
+  ControllerRegistry& controllers = control_.barrier.controllers();
+  std::string refusal = controllers.add(request, loop_.simulation.step_index(), cell);
+  if (!refusal.empty()) return Refusal{ControlResult::failed, std::move(refusal)};
+  for (const std::string& target : request.targets) control_.intake.drop(find_target(cell, target));
+  control_.barrier.stop_waiting();
+  const auto boundary_step = controllers.owner(find_target(cell, request.targets.front()))->boundary_step;
+  return {report(events::ControllerRegistered{FixedString<128>(request.name), request.period_s}),
+          {boundary_step, static_cast<double>(boundary_step) * cell.step_s, loop_.simulation.epoch()}};
+}
+
+Outcome<requests::UnregisterController> RequestExecutor::execute(
+    const requests::UnregisterController& request) {
+  if (!control_.barrier.controllers().remove(request.name))
+    return Refusal{ControlResult::not_found, "There is no controller '" + request.name + "'."};
+  control_.barrier.stop_waiting();
+  return report(events::ControllerUnregistered{FixedString<128>(request.name)});
+}
+
+Outcome<requests::SetLevelOfDetail> RequestExecutor::execute(const requests::SetLevelOfDetail& request) {
+  if (std::string reason = apply(request, loop_.simulation); !reason.empty())
+    return Refusal{ControlResult::failed, "The level of detail stays as it is: " + reason};
+  std::string sentence =
+      report(events::LevelOfDetailChanged{loop_.cell().find_process(request.process), request.level});
+  control_.publish_instant();
+  control_.status.publish();
+  return {std::move(sentence), {request.level}};
+}
+
+Outcome<requests::ExplainPart> RequestExecutor::execute(const requests::ExplainPart& request) {
+  return explanation(loop_.simulation.explain(component(request.part)), loop_.cell());
+}
+
+Outcome<requests::GetEntityState> RequestExecutor::execute(const requests::GetEntityState& request) {
+  return entity_state(component(request.entity), loop_.simulation.make_snapshot(), loop_.cell());
+}
+
+Outcome<requests::SetEntityState> RequestExecutor::execute(const requests::SetEntityState& request) {
+  if (loop_.plays() || control_.single_steps_left() > 0)
+    return Refusal{ControlResult::incorrect_state,
+                   "A Part can be put elsewhere only while the simulation is paused or stopped."};
+  Simulation& simulation = loop_.simulation;
+  if (std::string reason = apply(request, simulation); !reason.empty())
+    return Refusal{ControlResult::failed, "It stays where it is: " + reason};
+  const int part = component(request.entity);
+  const Vec3& p = simulation.make_snapshot().components[static_cast<std::size_t>(part)].p_WB;
+  std::string sentence = report(events::EntityStateSet{part, {p.x(), p.y(), p.z()}});
+  control_.publish_instant();
+  return sentence;
+}
+
+Outcome<requests::Attach> RequestExecutor::execute(const requests::Attach& request) {
+  if (std::string reason = apply(request, loop_.simulation); !reason.empty())
+    return Refusal{ControlResult::failed, "It was not attached: " + reason};
+  return report(events::Attached{component(request.part), component(request.to)});
+}
+
+Outcome<requests::Detach> RequestExecutor::execute(const requests::Detach& request) {
+  if (std::string reason = apply(request, loop_.simulation); !reason.empty())
+    return Refusal{ControlResult::failed, "It was not detached: " + reason};
+  return report(events::Detached{component(request.part)});
 }
 
 }  // namespace takt

@@ -1,10 +1,13 @@
 #pragma once
-// Executes control requests between two steps: one function per request, in request_executor.cpp.
+// Executes control requests between two steps: one function per request, chosen by its type.
 //
-// What takes longer than a look (explain_part, get_entity_state) waits in a queue of which at most one is answered
-// before a step, so that no client can hold up the simulation with queries.
+// Queries take longer than a look: they wait in a queue of which at most one is answered before a step, so that no
+// client can hold up the simulation with them.
 #include <cstdint>
 #include <deque>
+#include <optional>
+#include <string>
+#include <utility>
 
 #include "server/runtime/loop/loop_control.h"
 #include "server/runtime/loop/request_inbox.h"
@@ -13,12 +16,14 @@ namespace takt {
 
 class RequestExecutor {
  public:
+  static constexpr std::size_t kMaxQueries = 64;
+
   /// The control outlives it.
-  explicit RequestExecutor(LoopControl& control) : control_(control) {}
+  explicit RequestExecutor(LoopControl& control) : control_(control), loop_(control.context) {}
 
-  // The loop's thread; execute() of GetEntities any.
+  // The loop's thread:
 
-  void execute(const RequestInbox::Request& request);
+  void execute(std::uint64_t id, const requests::Any& request);
   bool has_queries() const { return !queries_.empty(); }
   void answer_query();
   /// The loop has ended: refuses the request, or all queries that wait.
@@ -26,15 +31,36 @@ class RequestExecutor {
   void refuse_queries();
 
  private:
-  struct Execution;
-  struct Query {
-    std::uint64_t id = 0;
-    int component = -1;
-    bool explains = false;  ///< explain_part; else get_entity_state
-  };
+  /// Nothing: the reply follows later.
+  template <Request Type>
+  using Answer = std::optional<Outcome<Type>>;
+
+  template <typename Type>
+  void execute_and_reply(std::uint64_t id, const Type& request);
+
+  Outcome<requests::GetState> execute(const requests::GetState& request);
+  Outcome<requests::SetState> execute(const requests::SetState& request);
+  Answer<requests::Step> execute(const requests::Step& request);
+  Outcome<requests::Reset> execute(const requests::Reset& request);
+  Outcome<requests::SetPace> execute(const requests::SetPace& request);
+  Outcome<requests::RegisterController> execute(const requests::RegisterController& request);
+  Outcome<requests::UnregisterController> execute(const requests::UnregisterController& request);
+  Outcome<requests::ExplainPart> execute(const requests::ExplainPart& request);
+  Outcome<requests::SetLevelOfDetail> execute(const requests::SetLevelOfDetail& request);
+  Outcome<requests::GetEntityState> execute(const requests::GetEntityState& request);
+  Outcome<requests::SetEntityState> execute(const requests::SetEntityState& request);
+  Outcome<requests::Attach> execute(const requests::Attach& request);
+  Outcome<requests::Detach> execute(const requests::Detach& request);
+
+  /// Emits the event, and returns its sentence.
+  std::string report(const events::OfLoop& event);
+  int component(const std::string& name) const { return loop_.cell().find_component(name); }
+  Refusal faulted() const;
 
   LoopControl& control_;
-  std::deque<Query> queries_;
+  LoopContext& loop_;
+  std::uint64_t executing_ = 0;  ///< id of the request
+  std::deque<RequestInbox::Request> queries_;
 };
 
 }  // namespace takt

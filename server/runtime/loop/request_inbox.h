@@ -17,7 +17,7 @@ class RequestInbox {
  public:
   struct Request {
     std::uint64_t id = 0;
-    ControlAction action;
+    requests::Any request;
   };
   using Visit = std::function<void()>;
 

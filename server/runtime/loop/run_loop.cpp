@@ -50,7 +50,7 @@ void RunLoop::run() {
       continue;
     }
     if (inbox_.waiting())
-      for (const RequestInbox::Request& request : inbox_.take()) executor_.execute(request);
+      for (const RequestInbox::Request& request : inbox_.take()) executor_.execute(request.id, request.request);
     executor_.answer_query();
     control_.intake.collect();
     if (!control_.may_step()) {
@@ -62,8 +62,7 @@ void RunLoop::run() {
   }
   LoopContext& loop = control_.context;
   if (loop.recorder != nullptr) loop.recorder->end_scenario(loop.simulation);
-  control_.end_single_steps(ControlResult::failed,
-                            "The remaining steps were not taken: the simulation has ended.");
+  control_.end_single_steps({ControlResult::failed, "The remaining steps were not taken: the simulation has ended."});
   for (const RequestInbox::Request& request : inbox_.close()) executor_.refuse(request.id);
   executor_.refuse_queries();
   loop.state = SimulationState::quitting;
@@ -88,9 +87,7 @@ bool RunLoop::wait_for_schedule() {
     return false;
   }
   if (result == Pacer::Result::rebased) {
-    EventRecord rebased = loop.event(EventCode::schedule_rebased, Severity::warning);
-    rebased.x = static_cast<double>(control_.pacer.figures().lag_ns) * 1e-9;
-    loop.emit(rebased);
+    loop.emit(events::ScheduleRebased{static_cast<double>(control_.pacer.figures().lag_ns) * 1e-9});
   }
   control_.intake.collect();
   return true;
@@ -103,19 +100,11 @@ std::optional<Rejection> RunLoop::append(const Command& command, std::uint64_t s
   return rejection;
 }
 
-void RunLoop::submit(const ControlRequest& request) {
-  auto parsed = parse(request, cell());
-  if (auto* answer = std::get_if<ControlReply>(&parsed)) {
-    output_.outbound->add_reply(std::move(*answer));
-    return;
-  }
-  RequestInbox::Request action{request.id, std::get<ControlAction>(std::move(parsed))};
-  if (std::holds_alternative<GetEntities>(action.action)) {
-    executor_.execute(action);  // depends on the description alone, and is long in large cells
-  } else if (inbox_.push(std::move(action))) {
+void RunLoop::submit(std::uint64_t id, requests::Any request) {
+  if (inbox_.push({id, std::move(request)})) {
     wakeup_.post();
   } else {
-    executor_.refuse(request.id);
+    executor_.refuse(id);
   }
 }
 
@@ -138,8 +127,8 @@ void RunLoop::resume() {
   wakeup_.post();
 }
 
-std::vector<ControllerRegistration> RunLoop::controllers() const {
-  std::vector<ControllerRegistration> result;
+std::vector<requests::RegisterController> RunLoop::controllers() const {
+  std::vector<requests::RegisterController> result;
   for (const ControllerRegistry::Controller& controller : control_.barrier.controllers().controllers()) {
     result.push_back({controller.name, controller.period_s, controller.timeout_s, {}});
     for (const int target : controller.targets)

@@ -48,10 +48,9 @@ class RunLoop {
 
   /// Any thread. As CommandBuffer::append, and wakes a waiting loop.
   std::optional<Rejection> append(const Command& command, std::uint64_t sender, std::int64_t received_ns);
-  /// Any thread. The reply comes through output(): at once when the request is not well-formed, else when it
-  /// was done.
-  /// A loop that has ended refuses, also what waited until then.
-  void submit(const ControlRequest& request);
+  /// Any thread: a request of phase loop or query. The reply comes through output(), when it was executed. A
+  /// loop that has ended refuses, also what waited until then.
+  void submit(std::uint64_t id, requests::Any request);
 
   LoopOutput& output() { return output_; }
   /// To be called by the reader of the output after writing a snapshot.
@@ -77,7 +76,7 @@ class RunLoop {
   // Once the loop has ended: what the next one goes on with.
   Pace pace() const { return control_.context.pace; }
   double pace_factor() const { return control_.context.factor; }
-  std::vector<ControllerRegistration> controllers() const;
+  std::vector<requests::RegisterController> controllers() const;
 
   const CellDescription& cell() const { return control_.context.cell(); }
 

@@ -9,15 +9,9 @@
 #include "server/runtime/pacer.h"
 #include "server/runtime/requests/event.h"
 #include "server/runtime/requests/outbound_queue.h"
+#include "takt_requests.h"
 
 namespace takt {
-
-/// A controller with its targets by name, as in the request register_controller: it outlives the loop's cell.
-struct ControllerRegistration {
-  std::string name;
-  double period_s = 0.0, timeout_s = 0.0;
-  std::vector<std::string> targets;
-};
 
 struct RunLoopOptions {
   Pace pace = Pace::realtime;
@@ -36,7 +30,7 @@ struct RunLoopOptions {
   std::shared_ptr<OutboundQueue> outbound{};  ///< to share with other loops; empty: one of its own
   /// Registered from the start. Targets that the cell does not have are left out; a controller without any is
   /// unregistered with an event.
-  std::vector<ControllerRegistration> controllers{};
+  std::vector<requests::RegisterController> controllers{};
 };
 
 }  // namespace takt

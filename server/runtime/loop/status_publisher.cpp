@@ -34,10 +34,8 @@ void StatusPublisher::publish() {
     rate_count_ = std::min(rate_count_ + 1, rate_.size());
   }
   if (output.events.lost() > lost_reported_) {
-    EventRecord lost = loop_.event(EventCode::events_lost, Severity::warning);
-    lost.a = static_cast<int>(output.events.lost() - lost_reported_);
+    loop_.emit(events::EventsLost{output.events.lost() - lost_reported_});
     lost_reported_ = output.events.lost();
-    loop_.emit(lost);
   }
   LoopStatus& status = output.status.write_buffer();
   status.time_s = simulation.time_s();

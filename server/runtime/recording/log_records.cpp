@@ -1,5 +1,8 @@
 #include "server/runtime/recording/log_records.h"
 
+#include "idl/common/cdr.h"
+#include "server/runtime/requests/control.h"
+
 namespace takt {
 namespace {
 
@@ -19,6 +22,26 @@ void decode_one_of(LogKind kind, LogFields& fields, std::optional<LogRecord>& re
 }
 
 }  // namespace
+
+std::string encoded(const requests::Any& request) {
+  ControlRequest named = control_request(request);
+  takt_msgs::msg::ControlRequest message;
+  message.request = std::move(named.request);
+  message.arguments = std::move(named.arguments);
+  std::string bytes;
+  cdr::write(message, bytes);
+  return bytes;
+}
+
+std::string decode_request(std::string_view bytes, const CellDescription* cell, requests::Any& request) {
+  takt_msgs::msg::ControlRequest message;
+  if (!cdr::read(std::span(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()), message))
+    return "a request cannot be read";
+  auto parsed = parse({0, std::move(message.request), std::move(message.arguments)}, cell);
+  if (auto* refusal = std::get_if<Refusal>(&parsed)) return refusal->message;
+  request = std::get<requests::Any>(std::move(parsed));
+  return {};
+}
 
 std::optional<LogRecord> decode(LogKind kind, StateReader& in, const CellDescription& cell) {
   LogFields fields(in, cell);

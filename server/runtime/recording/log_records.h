@@ -32,10 +32,7 @@ enum class LogKind : std::uint8_t {
   trajectory_command = 12,
   device_command = 13,
   reset = 30,  ///< as all that follows: before the step of the record
-  level_of_detail = 31,
-  attach = 32,
-  detach = 33,
-  entity_state = 34,
+  request = 31,
   restored = 35,
   saved = 36,  ///< saving starts some solvers anew
   deadlines = 37,
@@ -76,7 +73,7 @@ struct LogBegin {
 /// What was loaded, and how.
 struct LogScenario {
   ScenarioSource source;                ///< file empty: the cell came from no file
-  std::vector<ControlRequest> changes;  ///< spawn_entity and delete_entity since then
+  std::vector<requests::Any> changes;   ///< spawn_entity and delete_entity since then
   std::string scenario;
   std::uint64_t model = 0;  ///< model_hash()
   std::uint64_t state = 0;  ///< number of the state it is in; 0: its initial one
@@ -88,13 +85,7 @@ struct LogScenario {
     archive.list(record.source.options.overrides, kMaxItems, "overrides",
                  [&](auto& text) { archive.text(text, "letters of an override"); });
     archive.optional(record.source.options.level_of_detail, 3, "the level of detail");
-    archive.list(record.changes, kMaxItems, "changes", [&](auto& change) {
-      archive.text(change.request, "letters of a request");
-      archive.list(change.arguments, kMaxItems, "arguments", [&](auto& argument) {
-        archive.text(argument.first, "letters of an argument");
-        archive.text(argument.second, "letters of an argument");
-      });
-    });
+    archive.list(record.changes, kMaxItems, "changes", [&](auto& change) { archive.request(change, false); });
     archive.text(record.scenario, "letters of the scenario's name");
     archive.value(record.model);
     archive.value(record.state);
@@ -110,45 +101,12 @@ struct LogState {
     archive.rest(record.bytes);
   }
 };
-struct LogLevelOfDetail {
-  int process = -1, level = 1;
+/// One that changes bits.
+struct LogRequest {
+  requests::Any request;
 
-  static constexpr LogKind kind = LogKind::level_of_detail;
-  static void fields(auto& archive, auto& record) {
-    archive.integer(record.process, -1, archive.last(&CellDescription::processes), "the process");
-    archive.integer(record.level, 1, 3, "the level of detail");
-  }
-};
-struct LogAttach {
-  int part = -1, to = -1;
-
-  static constexpr LogKind kind = LogKind::attach;
-  static void fields(auto& archive, auto& record) {
-    archive.integer(record.part, 0, archive.last(&CellDescription::components), "a component");
-    archive.integer(record.to, 0, archive.last(&CellDescription::components), "a component");
-  }
-};
-struct LogDetach {
-  int part = -1;
-
-  static constexpr LogKind kind = LogKind::detach;
-  static void fields(auto& archive, auto& record) {
-    archive.integer(record.part, 0, archive.last(&CellDescription::components), "a component");
-  }
-};
-struct LogEntityState {
-  int component = -1;
-  Pose X_WB;
-  Twist V_WB;
-
-  static constexpr LogKind kind = LogKind::entity_state;
-  static void fields(auto& archive, auto& record) {
-    archive.integer(record.component, 0, archive.last(&CellDescription::components), "a component");
-    archive.numbers(record.X_WB.R);
-    archive.numbers(record.X_WB.p);
-    archive.numbers(record.V_WB.v);
-    archive.numbers(record.V_WB.w);
-  }
+  static constexpr LogKind kind = LogKind::request;
+  static void fields(auto& archive, auto& record) { archive.request(record.request, true); }
 };
 struct LogRestored {
   std::uint64_t state = 0;  ///< its number
@@ -172,6 +130,11 @@ struct LogCheckpoint {
     archive.rest(record.trail);
   }
 };
+
+/// A request as it travels (takt_msgs::msg::ControlRequest); and back: empty, or what is wrong with it. `cell`: whose
+/// names it has, or nullptr.
+std::string encoded(const requests::Any& request);
+std::string decode_request(std::string_view bytes, const CellDescription* cell, requests::Any& request);
 
 /// `kind`, and fields(archive, record): the archive is a LogWriter with a constant record, or a LogFields.
 template <typename Record>
@@ -200,6 +163,7 @@ class LogWriter {
     value(static_cast<std::uint64_t>(items.size()));
     for (const auto& item : items) body(item);
   }
+  void request(const requests::Any& request, bool) { bytes(encoded(request)); }
   void rest(const auto& items) { out_.append(items.data(), items.size() * sizeof(items[0])); }
   void shared(const auto& object, const auto& body) { body(*object); }
   int last(auto) const { return 0; }
@@ -241,6 +205,12 @@ class LogFields {
   void list(auto& items, std::size_t most, const char* what, const auto& body) {
     items.resize(in_.size(most, what));
     for (auto& item : items) body(item);
+  }
+  /// `of_cell`: its names are those of the cell.
+  void request(requests::Any& request, bool of_cell) {
+    const std::string why =
+        decode_request(in_.text(kMaxText, "bytes of a request"), of_cell ? &cell_ : nullptr, request);
+    if (!why.empty()) in_.fail(why);
   }
   template <typename T>
   void rest(std::vector<T>& items) {
@@ -331,7 +301,7 @@ struct LogCodec<DeviceCommand> {
 
 using LogRecord =
     std::variant<LogBegin, LogScenario, LogState, JointCommand, GripperCommand, TrajectoryCommand,
-                 DeviceCommand, LogReset, LogLevelOfDetail, LogAttach, LogDetach, LogEntityState, LogRestored,
+                 DeviceCommand, LogReset, LogRequest, LogRestored,
                  LogSaved, LogDeadlines, LogCheckpoint, LogFault, LogScenarioEnd, LogLost, LogEnd>;
 
 /// Kind, step and fields. `Sink` has append(bytes, size).

@@ -28,7 +28,7 @@ std::uint64_t number_of(const std::filesystem::path& file) {
   return error == std::errc() && end == stem.data() + stem.size() ? number : 0;
 }
 
-std::string text_of(const Session& session) {
+std::string document_of(const Session& session) {
   json document{{"version", kSessionVersion},
                 {"state", static_cast<int>(session.state)},
                 {"pace", to_string(session.pace)},
@@ -41,8 +41,12 @@ std::string text_of(const Session& session) {
     document["overrides"] = options.overrides;
     document["level_of_detail"] = options.level_of_detail ? json(*options.level_of_detail) : json();
   }
-  for (const ControlRequest& change : session.changes)
-    document["changes"].push_back({{"request", change.request}, {"arguments", change.arguments}});
+  for (const requests::Any& change : session.changes) {
+    const ControlRequest request = control_request(change);
+    json arguments = json::object();
+    for (const auto& [name, value] : request.arguments) arguments[name] = text_of(value);
+    document["changes"].push_back({{"request", request.request}, {"arguments", arguments}});
+  }
   return document.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
 }
 
@@ -53,10 +57,13 @@ Session session_of(const json& document) {
   if (state < 0 || state > static_cast<int>(SimulationState::quitting))
     throw std::runtime_error("unknown state");
   session.state = static_cast<SimulationState>(state);
-  session.pace = enumerator_of<Pace>(document.at("pace").get<std::string>()).value_or(session.pace);
-  session.factor = document.at("factor").get<double>();
-  if (!(session.factor >= kSlowestPace && session.factor <= kFastestPace))
-    throw std::runtime_error("impossible pace");
+  requests::SetPace pace;
+  const std::string_view set_pace = request_info<requests::SetPace>().name;
+  const Arguments paced = arguments_of_text(
+      set_pace, {{"pace", document.at("pace").get<std::string>()}, {"factor", document.at("factor").dump()}});
+  if (read_arguments(set_pace, paced, pace)) throw std::runtime_error("impossible pace");
+  session.pace = pace.pace;
+  session.factor = pace.factor;
   if (!document.at("scenario").is_null()) {
     ScenarioSource source;
     source.file = document.at("scenario").get<std::string>();
@@ -66,8 +73,12 @@ Session session_of(const json& document) {
     session.source = source;
   }
   for (const json& change : document.at("changes")) {
-    session.changes.push_back(
-        {0, change.at("request").get<std::string>(), change.at("arguments").get<TextArguments>()});
+    const std::string name = change.at("request").get<std::string>();
+    std::vector<std::pair<std::string, std::string>> texts;
+    for (const auto& [argument, text] : change.at("arguments").items())
+      texts.emplace_back(argument, text.get<std::string>());
+    if (read_request(name, arguments_of_text(name, texts), session.changes.emplace_back()))
+      throw std::runtime_error("unknown change");
   }
   return session;
 }
@@ -144,7 +155,7 @@ SnapshotResult SessionStore::write_periodic(const SnapshotIdentity& identity,
 }
 
 std::string SessionStore::write(const Session& session) {
-  const std::string text = text_of(session);
+  const std::string text = document_of(session);
   const std::lock_guard lock(mutex_);
   if (text == written_) return {};
   const std::filesystem::path file = periodic_directory_ / kSession;

@@ -26,7 +26,7 @@ struct ScenarioSource {
 /// What a server that starts again goes on with.
 struct Session {
   std::optional<ScenarioSource> source;  ///< nothing: no scenario is loaded
-  std::vector<ControlRequest> changes;   ///< spawn_entity and delete_entity since it was loaded
+  std::vector<requests::Any> changes;    ///< spawn_entity and delete_entity since it was loaded
   SimulationState state = SimulationState::playing;
   Pace pace = Pace::realtime;
   double factor = 1.0;

@@ -1,194 +1,222 @@
 #include "server/runtime/requests/control.h"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdio>
-#include <initializer_list>
-#include <string_view>
-
-#include "server/runtime/requests/entity_requests.h"
-#include "server/runtime/requests/host_requests.h"
-#include "server/runtime/requests/request_arguments.h"
+#include "server/simulation/model/command.h"
 
 namespace takt {
 namespace {
 
-using Arguments = RequestArguments;
+template <typename Items>
+std::vector<std::string> names_of(const Items& items) {
+  std::vector<std::string> names;
+  for (const auto& item : items) names.push_back(item.name);
+  return names;
+}
 
-std::vector<int> read_targets(Arguments& arguments, const CellDescription& cell) {
-  const std::string list = arguments.text("targets", "robots, grippers and devices, separated by commas.");
-  std::vector<int> targets;
-  std::size_t begin = 0;
-  while (begin <= list.size() && !list.empty()) {
-    const std::size_t comma = std::min(list.find(',', begin), list.size());
-    std::string name = list.substr(begin, comma - begin);
-    const auto first = name.find_first_not_of(' ');
-    name = first == std::string::npos ? "" : name.substr(first, name.find_last_not_of(' ') - first + 1);
-    const int target = find_target(cell, name);
-    if (target < 0) {
-      std::string known;
-      const int count = target_count(cell);
-      for (int i = 0; i < count; ++i) known += (i == 0 ? "" : ", ") + std::string(target_name(cell, i));
-      arguments.fail_value("targets", &name, "any of " + known);
-    } else if (std::find(targets.begin(), targets.end(), target) != targets.end()) {
-      arguments.fail("names the target '" + name + "' twice.");
-    } else {
-      targets.push_back(target);
-    }
-    begin = comma + 1;
+std::vector<std::string> known_names(std::string_view kind, const CellDescription& cell) {
+  if (kind == "component") return names_of(cell.components);
+  if (kind == "process") {
+    std::vector<std::string> names = names_of(cell.processes);
+    names.insert(names.begin(), "all");
+    return names;
   }
-  return targets;
+  std::vector<std::string> names;
+  for (int target = 0; target < target_count(cell); ++target) names.emplace_back(target_name(cell, target));
+  return names;
 }
 
-std::variant<ControlAction, ControlReply> parse_register(const ControlRequest& request,
-                                                         const CellDescription& cell) {
-  Arguments arguments(request, {"name", "period_s", "timeout_s", "targets"});
-  RegisterController action;
-  action.name = arguments.text("name", "what the controller is called in events and in the status.");
-  if (action.name.size() > 128) arguments.fail("argument 'name' is longer than 128 characters.");
-  action.period_s = arguments.real("period_s", std::nullopt, cell.step_s, 3600.0);
-  action.timeout_s = arguments.real("timeout_s", 10.0, 0.001, 86400.0);
-  action.targets = read_targets(arguments, cell);
-  return arguments.result<ControlAction>(action);
-}
-
-std::variant<ControlAction, ControlReply> parse_explain(const ControlRequest& request,
-                                                        const CellDescription& cell) {
-  Arguments arguments(request, {"part"});
-  const std::string name = arguments.text("part", "the Part (or Gripper, or Ground) to explain.");
-  const int component = cell.find_component(name);
-  const auto result = arguments.result<ControlAction>(ExplainPart{component});
-  if (component >= 0 || std::holds_alternative<ControlReply>(result)) return result;
-  return no_component_reply(request.id, name, cell);
-}
-
-std::variant<ControlAction, ControlReply> parse_level_of_detail(const ControlRequest& request,
-                                                                const CellDescription& cell) {
-  Arguments arguments(request, {"process", "level"});
-  SetLevelOfDetail action;
-  action.level = static_cast<int>(arguments.natural("level", std::nullopt, 1, 3));
-  const std::string* process = arguments.find("process");
-  if (process != nullptr && *process != "all") {
-    action.process = cell.find_process(*process);
-    if (action.process < 0) {
-      std::string known = "all";
-      for (const ProcessDescription& p : cell.processes) known += ", " + p.name;
-      return ControlReply{
-          request.id,
-          ControlResult::not_found,
-          "There is no process '" + process->substr(0, 100) + "' in this cell; there are: " + known + ".",
-          {}};
-    }
-  }
-  return arguments.result<ControlAction>(action);
-}
-
-constexpr std::array<std::string_view, 15> kRequests{"get_features",
-                                                     "get_state",
-                                                     "set_state",
-                                                     "step",
-                                                     "reset",
-                                                     "set_pace",
-                                                     "register_controller",
-                                                     "unregister_controller",
-                                                     "explain_part",
-                                                     "set_level_of_detail",
-                                                     "get_entities",
-                                                     "get_entity_state",
-                                                     "set_entity_state",
-                                                     "attach",
-                                                     "detach"};
-
-std::string known_requests() {
-  std::string list;
-  for (const auto name : kRequests) list += (list.empty() ? "" : ",") + std::string(name);
-  for (const auto name : kHostRequests) list += "," + std::string(name);
-  return list;
+takt_msgs::msg::Vector3 vector_of(const Vec3& v) {
+  return {v.x(), v.y(), v.z()};
 }
 
 }  // namespace
 
-bool is_known_request(std::string_view name) {
-  return std::find(kRequests.begin(), kRequests.end(), name) != kRequests.end();
+std::variant<requests::Any, Refusal> parse(const ControlRequest& request, const CellDescription* cell) {
+  requests::Any parsed;
+  KnownNames known;
+  if (cell != nullptr) known = [cell](std::string_view kind) { return known_names(kind, *cell); };
+  if (auto fault = read_request(request.request, request.arguments, parsed, known))
+    return Refusal{fault->result, std::move(fault->sentence)};
+  return parsed;
 }
 
-ControlReply features_reply(std::uint64_t id) {
-  return {id,
-          ControlResult::ok,
-          "This server simulates one scenario at a time.",
-          {{"requests", known_requests()},
-           {"paces", "realtime,free,lockstep"},
-           {"reset_scopes", "0,1,2,4,255"},
-           {"levels_of_detail", "1,2,3"},
-           {"interface", "simulation_interfaces 2.1"}}};
+ControlRequest control_request(const requests::Any& request) {
+  return std::visit(
+      []<typename Type>(const Type& typed) {
+        return ControlRequest{0, std::string(request_info<Type>().name), arguments_of(typed)};
+      },
+      request);
 }
 
-std::variant<ControlAction, ControlReply> parse(const ControlRequest& request, const CellDescription& cell) {
-  const std::string& name = request.request;
-  if (name == "get_features") return Arguments(request, {}).result<ControlAction>(GetFeatures{});
-  if (name == "get_state") return Arguments(request, {}).result<ControlAction>(GetState{});
-  if (name == "set_state") {
-    Arguments arguments(request, {"state"});
-    // By number as in simulation_interfaces, or by name.
-    const std::string state = arguments.text("state", "0 stopped, 1 playing, 2 paused or 3 quitting.");
-    for (std::uint8_t i = 0; i <= static_cast<std::uint8_t>(SimulationState::quitting); ++i) {
-      const auto known = static_cast<SimulationState>(i);
-      if (state == std::to_string(i) || state == to_string(known))
-        return arguments.result<ControlAction>(SetState{known});
-    }
-    arguments.fail_value("state", &state, "0 (stopped), 1 (playing), 2 (paused) or 3 (quitting)");
-    return arguments.result<ControlAction>(SetState{});
-  }
-  if (name == "step") {
-    Arguments arguments(request, {"steps"});
-    return arguments.result<ControlAction>(Step{arguments.natural("steps", 1, 1, 1'000'000'000)});
-  }
-  if (name == "reset") {
-    Arguments arguments(request, {"scope"});
-    const std::uint64_t scope = arguments.natural("scope", 255, 0, 255);
-    // Time and state belong together here: the state at time 0 is the initial one.
-    if (scope > 7 && scope != 255) {
-      arguments.fail_value("scope", arguments.find("scope"),
-                           "0 or 255 (all), or a sum of 1 (time), 2 (state), each of which resets both, and "
-                           "4 (spawned)");
-    }
-    return arguments.result<ControlAction>(Reset{scope == 4});
-  }
-  if (name == "set_pace") {
-    Arguments arguments(request, {"pace", "factor"});
-    const std::string pace = arguments.text("pace", "realtime, free or lockstep.");
-    SetPace action;
-    if (pace == "realtime") {
-      action.pace = Pace::realtime;
-    } else if (pace == "free") {
-      action.pace = Pace::free;
-    } else if (pace == "lockstep") {
-      action.pace = Pace::lockstep;
+requests::GetFeaturesResponse features() {
+  requests::GetFeaturesResponse response;
+  for (const RequestInfo* request : requests::kAll) response.requests.emplace_back(request->name);
+  for (const EnumeratorInfo& pace : kEnumeration<Pace>.enumerators) response.paces.emplace_back(pace.name);
+  response.reset_scopes = {0, 1, 2, 4, 255};
+  response.levels_of_detail = {1, 2, 3};
+  response.spawn_formats = {"obj", "stl", "glb"};
+  response.interface = "simulation_interfaces 2.1";
+  return response;
+}
+
+bool matches(std::string_view pattern, std::string_view name) {
+  std::size_t p = 0, n = 0;
+  std::size_t star = std::string_view::npos, resume = 0;  // the newest *, and where its text ends so far
+  while (n < name.size()) {
+    if (p < pattern.size() && pattern[p] == '*') {
+      star = p++;
+      resume = n;
+    } else if (p < pattern.size() && pattern[p] == name[n]) {
+      ++p;
+      ++n;
+    } else if (star != std::string_view::npos) {
+      p = star + 1;
+      n = ++resume;
     } else {
-      arguments.fail_value("pace", &pace, "realtime, free or lockstep");
+      return false;
     }
-    action.factor = arguments.real("factor", 1.0, kSlowestPace, kFastestPace);
-    return arguments.result<ControlAction>(action);
   }
-  if (name == "register_controller") return parse_register(request, cell);
-  if (name == "set_level_of_detail") return parse_level_of_detail(request, cell);
-  if (name == "explain_part") return parse_explain(request, cell);
-  if (name == "unregister_controller") {
-    Arguments arguments(request, {"name"});
-    return arguments.result<ControlAction>(
-        UnregisterController{arguments.text("name", "the controller to remove.")});
-  }
-  if (auto parsed = parse_entity_request(request, cell)) return *std::move(parsed);
-  return unknown_request_reply(request);
+  while (p < pattern.size() && pattern[p] == '*') ++p;
+  return p == pattern.size();
 }
 
-ControlReply unknown_request_reply(const ControlRequest& request) {
-  return {
-      request.id,
-      ControlResult::unsupported,
-      "This server has no request '" + request.request.substr(0, 64) + "'; it has " + known_requests() + ".",
-      {}};
+Outcome<requests::GetEntities> entities(const requests::GetEntities& request, const CellDescription& cell) {
+  requests::GetEntitiesResponse response;
+  for (const ComponentDescription& c : cell.components) {
+    if (!request.filter.empty() && !matches(request.filter, c.name)) continue;
+    if (request.category && *request.category != c.type) continue;
+    auto& entity = response.entities.emplace_back();
+    entity.name = c.name;
+    entity.category = c.type;
+    if (c.type != ComponentType::part) continue;
+    entity.hierarchy = c.hierarchy;
+    entity.mass = c.mass_kg;
+  }
+  return {std::to_string(response.entities.size()) + " of " + std::to_string(cell.components.size()) +
+              " components are as asked for.",
+          std::move(response)};
+}
+
+Outcome<requests::GetEntityState> entity_state(int component, const Snapshot& snapshot,
+                                               const CellDescription& cell) {
+  const auto index = static_cast<std::size_t>(component);
+  const ComponentSample& sample = snapshot.components[index];
+  const Quat& q = sample.q_WB;
+  requests::GetEntityStateResponse state;
+  state.entity = cell.components[index].name;
+  state.category = cell.components[index].type;
+  state.position = vector_of(sample.p_WB);
+  state.orientation = {q.x(), q.y(), q.z(), q.w()};
+  state.linear_velocity = vector_of(sample.V_WB.v);
+  state.angular_velocity = vector_of(sample.V_WB.w);
+  state.state = sample.state;
+  if (sample.partner >= 0) state.partner = cell.components[static_cast<std::size_t>(sample.partner)].name;
+  state.time = snapshot.time_s;
+  state.step = snapshot.step;
+  state.epoch = snapshot.epoch;
+  return {state.entity + " is " + std::string(to_string(state.state)) +
+              (state.partner ? ", held by " + *state.partner : "") + ".",
+          std::move(state)};
+}
+
+namespace {
+
+/// Names components, and remembers which.
+class Names {
+ public:
+  explicit Names(const CellDescription& cell) : cell_(cell), used_(cell.components.size(), 0) {}
+
+  std::string operator()(int component) {
+    used_[static_cast<std::size_t>(component)] = 1;
+    return cell_.components[static_cast<std::size_t>(component)].name;
+  }
+  std::optional<std::string> if_any(int component) {
+    return component < 0 ? std::nullopt : std::optional((*this)(component));
+  }
+  std::vector<std::string> operator()(const std::vector<int>& components) {
+    std::vector<std::string> names;
+    for (const int component : components) names.push_back((*this)(component));
+    return names;
+  }
+  std::optional<std::int32_t> hierarchy(int component) const {
+    const ComponentDescription& c = cell_.components[static_cast<std::size_t>(component)];
+    return c.type == ComponentType::part ? std::optional(c.hierarchy) : std::nullopt;
+  }
+  std::vector<requests::ExplainedComponent> used() const {
+    std::vector<requests::ExplainedComponent> all;
+    for (std::size_t i = 0; i < used_.size(); ++i)
+      if (used_[i] != 0)
+        all.push_back({cell_.components[i].name, cell_.components[i].type, hierarchy(static_cast<int>(i))});
+    return all;
+  }
+
+ private:
+  const CellDescription& cell_;
+  std::vector<char> used_;
+};
+
+requests::ExplainedContact contact_of(const ExplainedContact& contact, Names& name) {
+  requests::ExplainedContact told{.a = name(contact.a), .b = name(contact.b)};
+  told.surface_contact = contact.by_surface;
+  told.measured = contact.depth.known;
+  if (!told.measured) return told;
+  told.distance = contact.depth.distance_m;
+  told.error = contact.depth.error_m;
+  told.position = vector_of(contact.depth.position_W);
+  told.normal = vector_of(contact.depth.normal_W);
+  return told;
+}
+
+requests::ExplainedPressure pressure_of(const ContactSample& pair, int component, Names& name) {
+  const bool is_base = pair.base == component;
+  const double sign = is_base ? 1.0 : -1.0;
+  return {name(is_base ? pair.target : pair.base),
+          vector_of(sign * pair.F_base_W.f),
+          vector_of(sign * pair.F_base_W.t),
+          vector_of(pair.p_WC),
+          static_cast<std::uint32_t>(pair.result.elements),
+          pair.result.area_m2,
+          pair.result.normal_force_N,
+          pair.result.friction_force_N,
+          pair.result.largest_pressure_Pa,
+          pair.result.largest_penetration_m};
+}
+
+}  // namespace
+
+Outcome<requests::ExplainPart> explanation(const Explanation& e, const CellDescription& cell) {
+  Names name(cell);
+  requests::ExplainPartResponse told;
+  told.part = name(e.component);
+  told.type = e.type;
+  told.hierarchy = name.hierarchy(e.component);
+  told.state = e.state;
+  told.state_because = name.if_any(e.state_because);
+  told.explanation = describe(e, cell);
+  told.time = e.time_s;
+  told.step = e.step;
+  told.epoch = e.epoch;
+  told.decided_at = e.decided_at_s;
+  told.partner = name.if_any(e.decision.partner);
+  if (e.type == ComponentType::part) told.rule = std::string(to_string(e.decision.rule));
+  told.contacts_to_partner = e.decision.contacts;
+  told.rival = name.if_any(e.decision.rival);
+  told.contacts_to_rival = e.decision.rival_contacts;
+  told.since = e.since.time_s;
+  told.since_step = e.since.step;
+  told.partner_before = name.if_any(e.since.before);
+  told.sequence_count = e.sequences.count;
+  for (const std::vector<int>& sequence : e.sequences.sequences) told.sequences.push_back({name(sequence)});
+  told.contact_count = e.contact_count;
+  for (const ExplainedContact& contact : e.contacts) told.contacts.push_back(contact_of(contact, name));
+  for (const ExplainedConnection& c : e.connections)
+    told.connections.push_back({name(c.target), vector_of(c.on_base_W.f), vector_of(c.on_base_W.t),
+                                vector_of(c.feed_forward_W), c.softening});
+  told.surface_contact = e.surface_contact;
+  for (const ContactSample& pair : e.pressing) told.pressing.push_back(pressure_of(pair, e.component, name));
+  told.held_count = e.held_count;
+  told.held = name(e.held);
+  told.components = name.used();
+  return {told.explanation, std::move(told)};
 }
 
 }  // namespace takt

@@ -1,125 +1,69 @@
 #pragma once
-// The control vocabulary, that of simulation_interfaces 2.1: requests by name with arguments as text, checked
-// here and turned into an action for the step loop. A request that is not known or not well-formed is
-// answered at once.
+// Control requests in the server: by name with typed values as they arrive, checked against the table
+// (takt_requests.idl) and the cell, executed by one function per request, and answered.
 #include <cstdint>
-#include <optional>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <variant>
-#include <vector>
 
-#include "server/runtime/pacer.h"
-#include "server/runtime/requests/event.h"
+#include "idl/vocabulary/arguments.h"
 #include "server/simulation/model/cell_description.h"
+#include "server/simulation/model/snapshot.h"
+#include "server/simulation/step/explanation.h"
 
 namespace takt {
-
-using TextArguments = std::vector<std::pair<std::string, std::string>>;
 
 struct ControlRequest {
   std::uint64_t id = 0;  ///< chosen by who submits it, comes back in the reply
   std::string request;
-  TextArguments arguments;
-};
-
-/// Result codes of simulation_interfaces.
-enum class ControlResult : std::int32_t {
-  unsupported = 0,
-  ok = 1,
-  not_found = 2,
-  incorrect_state = 3,
-  failed = 4,
-  // Those of single requests, numbered as there.
-  no_world_loaded = 101,       ///< unload_scenario, reload_scenario
-  name_not_unique = 101,       ///< spawn_entity
-  name_invalid = 102,          ///< spawn_entity
-  resource_parse_error = 103,  ///< load_scenario: the scenario file
-  no_resource = 104,           ///< spawn_entity: no such mesh file
-  missing_assets = 104,        ///< load_scenario: a file that it names is not there
-  unsupported_assets = 105,    ///< load_scenario: a mesh or a robot that it names
-  spawn_parse_error = 106,     ///< spawn_entity: the mesh, or what it is to be
+  Arguments arguments;
 };
 
 struct ControlReply {
   std::uint64_t id = 0;
   ControlResult result = ControlResult::ok;
   std::string message;  ///< a whole sentence for a person
-  TextArguments values;
+  Arguments values{};
 };
 
-/// What a request led to.
+/// Why a request is not executed, as a reply says it.
+struct Refusal {
+  ControlResult result = ControlResult::failed;
+  std::string message;
+};
+
+/// What executing a request comes to: a sentence and the response, or a refusal.
+template <Request Type>
 struct Outcome {
-  ControlResult result = ControlResult::ok;
-  std::string message{};
-  TextArguments values{};
+  Outcome(std::string sentence, ResponseOf<Type> values = {})
+      : result(ControlResult::ok), message(std::move(sentence)), response(std::move(values)) {}
+  Outcome(Refusal refusal) : result(refusal.result), message(std::move(refusal.message)) {}
+
+  bool ok() const { return result == ControlResult::ok; }
+  ControlReply reply(std::uint64_t id) const {
+    return {id, result, message, ok() ? arguments_of(response) : Arguments{}};
+  }
+
+  ControlResult result;
+  std::string message;
+  ResponseOf<Type> response{};
 };
 
-struct GetFeatures {};
-struct GetState {};
-struct SetState {
-  SimulationState state{};
-};
-struct Step {
-  std::uint64_t steps = 1;
-};
-struct Reset {
-  bool spawned_only = false;  ///< scope 4: what was spawned goes, nothing else is reset
-};
-struct SetPace {
-  Pace pace{};
-  double factor = 1.0;
-};
-struct RegisterController {
-  std::string name;
-  double period_s = 0.0;
-  double timeout_s = 10.0;
-  std::vector<int> targets;  ///< see target_name()
-};
-struct UnregisterController {
-  std::string name;
-};
-struct SetLevelOfDetail {
-  int process = -1;  ///< index of the process, -1: all
-  int level = 1;
-};
-struct ExplainPart {
-  int component = -1;
-};
-struct GetEntities {
-  std::string filter;    ///< name with * for any characters; empty: all
-  std::string category;  ///< part, gripper, ground; empty: all
-};
-struct GetEntityState {
-  int component = -1;
-};
-/// Of a Part; what is not given stays as it is.
-struct SetEntityState {
-  int component = -1;
-  std::optional<Vec3> p_WB;
-  std::optional<Mat3> R_WB;
-  std::optional<Vec3> linear_velocity, angular_velocity;  ///< of the origin of B, in the world
-};
-struct Attach {
-  int part = -1;
-  int to = -1;
-};
-struct Detach {
-  int part = -1;
-};
-using ControlAction = std::variant<GetFeatures, GetState, SetState, Step, Reset, SetPace, RegisterController,
-                                   UnregisterController, ExplainPart, SetLevelOfDetail, GetEntities,
-                                   GetEntityState, SetEntityState, Attach, Detach>;
+/// `cell`: of the loaded scenario, whose names are checked; nullptr: no scenario is loaded.
+std::variant<requests::Any, Refusal> parse(const ControlRequest& request, const CellDescription* cell);
 
-/// Checks a request against the vocabulary and the cell.
-std::variant<ControlAction, ControlReply> parse(const ControlRequest& request, const CellDescription& cell);
+/// As a request travels and is stored.
+ControlRequest control_request(const requests::Any& request);
 
-/// Whether parse() knows it; see host_requests.h for those of the host.
-bool is_known_request(std::string_view name);
-ControlReply unknown_request_reply(const ControlRequest& request);
+// Answers that depend on what they are given alone.
 
-/// The answer to get_features.
-ControlReply features_reply(std::uint64_t id);
+requests::GetFeaturesResponse features();
+Outcome<requests::GetEntities> entities(const requests::GetEntities& request, const CellDescription& cell);
+Outcome<requests::GetEntityState> entity_state(int component, const Snapshot& snapshot,
+                                               const CellDescription& cell);
+Outcome<requests::ExplainPart> explanation(const Explanation& explanation, const CellDescription& cell);
+
+/// `pattern` with * for any characters.
+bool matches(std::string_view pattern, std::string_view name);
 
 }  // namespace takt

@@ -1,378 +1,199 @@
 #include "server/runtime/requests/event.h"
 
+#include <cmath>
 #include <cstdio>
+#include <variant>
 
-#include "server/runtime/pacer.h"
+#include "server/contact/clearance/clearance_model.h"
 #include "server/simulation/model/command.h"
+#include "server/simulation/step/simulation.h"
 
 namespace takt {
+namespace detail {
 namespace {
 
-std::string number(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.9g", value);
+template <typename... Values>
+std::string formatted(const char* format, Values... values) {
+  char text[120];
+  std::snprintf(text, sizeof text, format, values...);
   return text;
 }
 
-std::string component_name(const CellDescription& cell, int component) {
-  if (component < 0) return "nothing";
-  return cell.components[static_cast<std::size_t>(component)].name;
+std::string name_of(std::string_view kind, std::int32_t index, const CellDescription& cell) {
+  if (index < 0) return kind == "processes" ? "all processes" : "nothing";
+  const auto at = static_cast<std::size_t>(index);
+  if (kind == "components") return cell.components[at].name;
+  if (kind == "robots") return cell.robots[at].name;
+  if (kind == "grippers") return cell.grippers[at].name;
+  if (kind == "processes") return cell.processes[at].name;
+  if (kind == "checked_bodies") return cell.checked_bodies[at];
+  return std::string(target_name(cell, index));
 }
 
-EventText describe_rejection(const EventRecord& event, const CellDescription& cell) {
-  const std::string target(target_name(cell, event.a));
-  const auto code = static_cast<RejectionCode>(event.b);
-  std::string message = std::string(to_string(code)) + ": ";
-  if (event.y < 0.0) {
-    message +=
-        "In lockstep pace " + target + " takes commands only from a registered controller that declares it.";
-  } else if (event.x < 0.0) {
-    message += "The command for " + target +
-               " has no stamp, or the robot follows a trajectory; in lockstep it must be stamped with the "
-               "boundary it is for, now " +
-               number(event.y) + " s, and a trajectory is followed to its end.";
-  } else {
-    message += "The command for " + target + " is stamped " + number(event.x) +
-               " s, but the boundary awaited is " + number(event.y) + " s.";
+/// Up to the brace that closes what begins at `at`.
+std::size_t closing_brace(std::string_view text, std::size_t at) {
+  for (int depth = 1; at < text.size(); ++at) {
+    depth += text[at] == '{' ? 1 : text[at] == '}' ? -1 : 0;
+    if (depth == 0) return at;
   }
-  return {target, message};
+  return text.size();
 }
 
-EventText describe_motion(const EventRecord& event, const CellDescription& cell) {
-  const RobotDescription& robot = cell.robots[static_cast<std::size_t>(event.a)];
-  switch (event.code) {
-    case EventCode::trajectory_done:
-      return {robot.name, robot.name + " is at the end of its trajectory."};
-    case EventCode::trajectory_replaced:
-      return {robot.name,
-              "The trajectory of " + robot.name + " was replaced before its end by a newer command."};
-    case EventCode::command_deadline_missed:
-      return {robot.name,
-              "No set-point has come for " + robot.name + " for " + number(event.x) +
-                  " s (simulated); allowed are " + number(robot.command_deadline.deadline_s) + " s. " +
-                  (robot.command_deadline.action == SafeAction::stop ? "It brakes to a stop."
-                                                                     : "It holds the last set-point.")};
-    default:
-      break;
-  }
-  if (event.b < 0) {
-    return {robot.name, "The trajectory for " + robot.name + " is not followed: it ended at " +
-                            number(event.x) + " s, before it took effect."};
-  }
-  const JointModel& joint = robot.arm.joints[static_cast<std::size_t>(event.b)];
-  const std::string unit =
-      std::string(joint.type == JointType::revolute ? "rad" : "m") + (event.c == 1 ? "/s" : "");
-  return {robot.name, "The trajectory for " + robot.name +
-                          " is not followed: on the way to it from where the robot is, the " +
-                          (event.c == 1 ? "velocity" : "position") + " of joint '" + joint.name +
-                          "' would be " + number(event.x) + " " + unit + ", outside [" + number(event.y) +
-                          ", " + number(event.z) + "] " + unit + "."};
-}
-
-std::string millimetres(double value_m) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.3f mm", 1e3 * value_m);
-  return text;
-}
-
-EventText describe_clearance(const EventRecord& event, const CellDescription& cell) {
-  const std::string& a = cell.checked_bodies[static_cast<std::size_t>(event.a)];
-  const std::string& b = cell.checked_bodies[static_cast<std::size_t>(event.b)];
-  char place[80];
-  std::snprintf(place, sizeof place, " at (%.4f, %.4f, %.4f) m", event.position_W.x(), event.position_W.y(),
-                event.position_W.z());
-  const std::string limit = event.x > 0.0 ? " (limit " + millimetres(event.x) + ")" : "";
-  switch (event.code) {
-    case EventCode::clearance:
-      return {a, a + " and " + b + " are " + millimetres(event.y) + " apart" + place + limit + "."};
-    case EventCode::collision:
-      return {a, a + " and " + b + " overlap by " + millimetres(event.y) + place + "."};
-    default:
-      return {a, a + " and " + b + " are clear again after " + number(event.z) + " s; " +
-                     (event.y < 0.0 ? "deepest overlap " + millimetres(-event.y)
-                                    : "least distance " + millimetres(event.y)) +
-                     place + limit + "."};
+void append(std::string& sentence, std::string_view says, std::span<const FieldText> fields) {
+  while (!says.empty()) {
+    const std::size_t open = says.find('{');
+    sentence += says.substr(0, open);
+    if (open == std::string_view::npos) return;
+    const std::size_t close = closing_brace(says, open + 1);
+    std::string_view inside = says.substr(open + 1, close - open - 1);
+    says.remove_prefix(std::min(close + 1, says.size()));
+    const char condition = inside.front() == '?' || inside.front() == '!' ? inside.front() : '\0';
+    if (condition != '\0') inside.remove_prefix(1);
+    const std::size_t colon = condition != '\0' ? inside.find(':') : std::string_view::npos;
+    for (const FieldText& field : fields) {
+      if (field.name != inside.substr(0, colon)) continue;
+      if (condition == '\0')
+        sentence += field.text;
+      else if (field.given == (condition == '?'))
+        append(sentence, inside.substr(colon + 1), fields);
+    }
   }
 }
 
 }  // namespace
 
-std::string_view to_string(EventCode code) {
-  switch (code) {
-    case EventCode::clearance:
-      return "clearance";
-    case EventCode::collision:
-      return "collision";
-    case EventCode::clearance_restored:
-      return "clearance_restored";
-    case EventCode::connection_changed:
-      return "connection_changed";
-    case EventCode::simulation_fault:
-      return "simulation_fault";
-    case EventCode::state_changed:
-      return "state_changed";
-    case EventCode::reset:
-      return "reset";
-    case EventCode::pace_changed:
-      return "pace_changed";
-    case EventCode::schedule_rebased:
-      return "schedule_rebased";
-    case EventCode::controller_registered:
-      return "controller_registered";
-    case EventCode::controller_unregistered:
-      return "controller_unregistered";
-    case EventCode::controller_late:
-      return "controller_late";
-    case EventCode::controller_timeout:
-      return "controller_timeout";
-    case EventCode::command_rejected:
-      return "command_rejected";
-    case EventCode::end_of_scenario:
-      return "end_of_scenario";
-    case EventCode::level_of_detail_changed:
-      return "level_of_detail_changed";
-    case EventCode::attached:
-      return "attached";
-    case EventCode::detached:
-      return "detached";
-    case EventCode::entity_state_set:
-      return "entity_state_set";
-    case EventCode::trajectory_done:
-      return "trajectory_done";
-    case EventCode::trajectory_replaced:
-      return "trajectory_replaced";
-    case EventCode::trajectory_refused:
-      return "trajectory_refused";
-    case EventCode::command_deadline_missed:
-      return "command_deadline_missed";
-    case EventCode::weak_grip:
-      return "weak_grip";
-    case EventCode::alternating_force:
-      return "alternating_force";
-    case EventCode::save_refused:
-      return "snapshot_failed";
-    case EventCode::events_lost:
-      return "events_lost";
+FieldText text_of_field(const FieldInfo& field, double value, const CellDescription&) {
+  const std::string_view shown = annotation(field.annotations, "shown");
+  const bool plain = field.unit.empty() || field.unit == "1" || field.unit.find('|') != std::string_view::npos;
+  std::string text;
+  if (shown == "mm")
+    text = formatted("%.3f mm", 1e3 * value);
+  else if (shown == "ms")  // to the millisecond
+    text = formatted("%.3f s", value);
+  else if (shown == "s")
+    text = formatted("%.1f s", value);
+  else
+    text = formatted("%.9g", value) + (plain ? "" : " " + std::string(field.unit));
+  return {field.name, text, value != 0.0};
+}
+FieldText text_of_field(const FieldInfo& field, std::int32_t value, const CellDescription& cell) {
+  const std::string_view kind = annotation(field.annotations, "index");
+  if (kind.empty()) return {field.name, std::to_string(value), value != 0};
+  return {field.name, name_of(kind, value, cell), value >= 0};
+}
+FieldText text_of_field(const FieldInfo& field, std::uint64_t value, const CellDescription&) {
+  return {field.name, std::to_string(value), value != 0};
+}
+FieldText text_of_field(const FieldInfo& field, bool value, const CellDescription&) {
+  return {field.name, value ? "true" : "false", value};
+}
+FieldText text_of_field(const FieldInfo& field, std::string_view value, const CellDescription&) {
+  return {field.name, std::string(value), !value.empty()};
+}
+FieldText text_of_field(const FieldInfo& field, const takt_msgs::msg::Vector3& value, const CellDescription&) {
+  return {field.name,
+          formatted("(%.4f, %.4f, %.4f) ", value.x, value.y, value.z) + std::string(field.unit)};
+}
+
+EventText render(const EventInfo& info, std::span<const FieldText> fields, const CellDescription& cell) {
+  EventText text;
+  append(text.subject, info.subject, fields);
+  if (info.subject.empty()) text.subject = cell.cell;
+  append(text.message, info.says, fields);
+  if (!info.remedy.empty()) text.message.append(" ").append(info.remedy);
+  return text;
+}
+
+}  // namespace detail
+
+namespace {
+
+takt_msgs::msg::Vector3 vector_of(const Vec3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+events::OfLoop event_of(const CollisionEvent& found) {
+  const takt_msgs::msg::Vector3 position = vector_of(found.p_W);
+  switch (found.kind) {
+    case CollisionEvent::Kind::collision:
+      return events::Collision{found.a, found.b, -found.distance_m, position};
+    case CollisionEvent::Kind::cleared:
+      return events::ClearanceRestored{found.a,
+                                       found.b,
+                                       found.duration_s,
+                                       std::max(-found.distance_m, 0.0),
+                                       found.distance_m,
+                                       found.limit_m,
+                                       position};
+    case CollisionEvent::Kind::clearance:
+      break;
   }
-  return "unknown";
+  return events::Clearance{found.a, found.b, found.distance_m, found.limit_m, position};
+}
+
+events::OfLoop event_of(const MotionNotice& notice, const CellDescription& cell) {
+  const RobotDescription& robot = cell.robots[static_cast<std::size_t>(notice.robot)];
+  switch (notice.kind) {
+    case MotionNotice::Kind::trajectory_done:
+      return events::TrajectoryDone{notice.robot};
+    case MotionNotice::Kind::trajectory_replaced:
+      return events::TrajectoryReplaced{notice.robot};
+    case MotionNotice::Kind::trajectory_past:
+      return events::TrajectoryPast{notice.robot, notice.value};
+    case MotionNotice::Kind::deadline_missed:
+      return events::CommandDeadlineMissed{notice.robot, notice.value, robot.command_deadline.deadline_s,
+                                           robot.command_deadline.action == SafeAction::stop};
+    case MotionNotice::Kind::trajectory_refused:
+      break;
+  }
+  const JointModel& joint = robot.arm.joints[static_cast<std::size_t>(notice.joint)];
+  const bool turns = joint.type == JointType::revolute;
+  return events::TrajectoryRefused{
+      notice.robot,
+      FixedString<128>(joint.name),
+      FixedString<16>(notice.velocity ? "velocity" : "position"),
+      FixedString<8>(notice.velocity ? (turns ? "rad/s" : "m/s") : (turns ? "rad" : "m")),
+      notice.value,
+      notice.lower,
+      notice.upper};
+}
+
+}  // namespace
+
+const EventInfo& info_of(const EventRecord& record) {
+  return std::visit([]<typename Type>(const Type&) -> const EventInfo& { return event_info<Type>(); },
+                    record.event);
+}
+
+void report_step(const Simulation& simulation, const std::function<void(const EventRecord&)>& report) {
+  const auto at = [&](const auto& found, const events::OfLoop& event) {
+    report({found.time_s, found.step, simulation.epoch(), 0, event});
+  };
+  const StepEvents found_in_step = simulation.events();
+  for (const ConnectionChange& change : found_in_step.connection_changes)
+    at(change, events::ConnectionChanged{change.part, change.from, change.to});
+  for (const MotionNotice& notice : found_in_step.motion_notices)
+    at(notice, event_of(notice, simulation.description()));
+  for (const CollisionEvent& found : found_in_step.collision_events) at(found, event_of(found));
+  for (const WeakGrip& grip : found_in_step.weak_grips)
+    at(grip, events::WeakGrip{grip.gripper, grip.part, grip.force_N, grip.needed_N});
+  for (const AlternatingForce& force : found_in_step.alternating_forces)
+    at(force, events::AlternatingForce{force.part, force.other, force.change_N});
+}
+
+EventRecord fault_record(const Simulation& simulation) {
+  return {simulation.time_s(), simulation.step_index(), simulation.epoch(), 0,
+          events::SimulationFault{FixedString<640>(simulation.fault())}};
+}
+
+EventText describe(const EventRecord& record, const CellDescription& cell) {
+  return std::visit([&](const auto& event) { return describe(event, cell); }, record.event);
 }
 
 std::string_view words_of(SimulationState state) {
   if (state == SimulationState::no_world) return "without a scenario";
   if (state == SimulationState::loading_world) return "loading a scenario";
   return to_string(state);
-}
-
-EventRecord fault_record(const Simulation& simulation) {
-  EventRecord told;
-  told.code = EventCode::simulation_fault;
-  told.severity = Severity::error;
-  told.time_s = simulation.time_s();
-  told.step = simulation.step_index();
-  told.epoch = simulation.epoch();
-  told.text.assign(simulation.fault());
-  return told;
-}
-
-EventRecord motion_record(const MotionNotice& notice, std::uint32_t epoch) {
-  EventRecord told;
-  told.time_s = notice.time_s;
-  told.step = notice.step;
-  told.epoch = epoch;
-  told.a = notice.robot;
-  told.b = notice.joint;
-  told.c = notice.velocity ? 1 : 0;
-  told.x = notice.value;
-  told.y = notice.lower;
-  told.z = notice.upper;
-  switch (notice.kind) {
-    case MotionNotice::Kind::trajectory_done:
-      told.code = EventCode::trajectory_done;
-      break;
-    case MotionNotice::Kind::trajectory_replaced:
-      told.code = EventCode::trajectory_replaced;
-      break;
-    case MotionNotice::Kind::trajectory_refused:
-    case MotionNotice::Kind::trajectory_past:
-      told.code = EventCode::trajectory_refused;
-      told.severity = Severity::warning;
-      break;
-    case MotionNotice::Kind::deadline_missed:
-      told.code = EventCode::command_deadline_missed;
-      told.severity = Severity::warning;
-      break;
-  }
-  return told;
-}
-
-namespace {
-
-EventRecord connection_record(const ConnectionChange& change, std::uint32_t epoch) {
-  EventRecord record;
-  record.code = EventCode::connection_changed;
-  record.time_s = change.time_s;
-  record.step = change.step;
-  record.epoch = epoch;
-  record.a = change.part;
-  record.b = change.from;
-  record.c = change.to;
-  return record;
-}
-
-EventRecord weak_grip_record(const WeakGrip& grip, std::uint32_t epoch) {
-  EventRecord told;
-  told.code = EventCode::weak_grip;
-  told.severity = Severity::warning;
-  told.time_s = grip.time_s;
-  told.step = grip.step;
-  told.epoch = epoch;
-  told.a = grip.gripper;
-  told.b = grip.part;
-  told.x = grip.needed_N;
-  told.y = grip.force_N;
-  return told;
-}
-
-EventRecord alternating_force_record(const AlternatingForce& force, std::uint32_t epoch) {
-  EventRecord told;
-  told.code = EventCode::alternating_force;
-  told.severity = Severity::warning;
-  told.time_s = force.time_s;
-  told.step = force.step;
-  told.epoch = epoch;
-  told.a = force.part;
-  told.b = force.other;
-  told.x = force.change_N;
-  return told;
-}
-
-EventRecord collision_record(const CollisionEvent& found, std::uint32_t epoch) {
-  EventRecord told;
-  told.code = EventCode::clearance;
-  told.severity = Severity::warning;
-  told.y = found.distance_m;
-  if (found.kind == CollisionEvent::Kind::collision) {
-    told.code = EventCode::collision;
-    told.severity = Severity::error;
-    told.y = -found.distance_m;
-  } else if (found.kind == CollisionEvent::Kind::cleared) {
-    told.code = EventCode::clearance_restored;
-    told.severity = Severity::information;
-  }
-  told.time_s = found.time_s;
-  told.step = found.step;
-  told.epoch = epoch;
-  told.a = found.a;
-  told.b = found.b;
-  told.x = found.limit_m;
-  told.z = found.duration_s;
-  told.position_W = found.p_W;
-  return told;
-}
-
-}  // namespace
-
-void report_step(const Simulation& simulation, const std::function<void(const EventRecord&)>& emit) {
-  const StepEvents events = simulation.events();
-  const std::uint32_t epoch = simulation.epoch();
-  for (const auto& change : events.connection_changes) emit(connection_record(change, epoch));
-  for (const auto& notice : events.motion_notices) emit(motion_record(notice, epoch));
-  for (const auto& found : events.collision_events) emit(collision_record(found, epoch));
-  for (const auto& grip : events.weak_grips) emit(weak_grip_record(grip, epoch));
-  for (const auto& force : events.alternating_forces) emit(alternating_force_record(force, epoch));
-}
-
-EventText describe(const EventRecord& event, const CellDescription& cell) {
-  const std::string text = event.text.str();
-  const auto awaited = [&] {
-    return "the command of controller '" + text + "' for " + std::string(target_name(cell, event.a)) +
-           " at the boundary " + number(event.x) + " s";
-  };
-  switch (event.code) {
-    case EventCode::clearance:
-    case EventCode::collision:
-    case EventCode::clearance_restored:
-      return describe_clearance(event, cell);
-    case EventCode::trajectory_done:
-    case EventCode::trajectory_replaced:
-    case EventCode::trajectory_refused:
-    case EventCode::command_deadline_missed:
-      return describe_motion(event, cell);
-    case EventCode::connection_changed: {
-      const std::string part = component_name(cell, event.a);
-      return {part, part + ": " + component_name(cell, event.b) + " -> " + component_name(cell, event.c)};
-    }
-    case EventCode::simulation_fault:
-      return {cell.cell,
-              "The simulation cannot go on and is paused: " + text + " A reset returns to the start."};
-    case EventCode::state_changed:
-      return {cell.cell,
-              "The simulation is now " + std::string(to_string(static_cast<SimulationState>(event.a))) + "."};
-    case EventCode::reset:
-      return {cell.cell, "The cell is back in its initial state."};
-    case EventCode::pace_changed: {
-      const auto pace = static_cast<Pace>(event.a);
-      const std::string factor = pace == Pace::realtime ? ", factor " + number(event.x) : "";
-      return {cell.cell, "The pace is now " + std::string(to_string(pace)) + factor + "."};
-    }
-    case EventCode::schedule_rebased:
-      return {cell.cell,
-              "The simulation was " + number(event.x) +
-                  " s behind its schedule, more than the 0.05 s that are caught up: the schedule was moved."};
-    case EventCode::controller_registered:
-      return {text, "Controller '" + text + "' is registered with a period of " + number(event.x) + " s."};
-    case EventCode::controller_unregistered:
-      return {text, "Controller '" + text + "' is no longer registered."};
-    case EventCode::controller_late:
-      return {text, "The simulation waits for " + awaited() + "; missing for " + number(event.y) + " s."};
-    case EventCode::controller_timeout:
-      return {text,
-              "The simulation is paused: " + awaited() + " did not come within " + number(event.y) + " s."};
-    case EventCode::command_rejected:
-      return describe_rejection(event, cell);
-    case EventCode::end_of_scenario:
-      return {cell.scenario, "The scenario's duration has been simulated; the simulation is paused."};
-    case EventCode::level_of_detail_changed: {
-      const std::string process =
-          event.a < 0 ? std::string("all processes") : cell.processes[static_cast<std::size_t>(event.a)].name;
-      return {process, "The level of detail of " + process + " is now " + std::to_string(event.b) + "."};
-    }
-    case EventCode::attached: {
-      const std::string part = component_name(cell, event.a);
-      return {part, part + " is attached to " + component_name(cell, event.b) + " until it is detached."};
-    }
-    case EventCode::detached: {
-      const std::string part = component_name(cell, event.a);
-      return {part, part + " is attached to nothing any more; the rules decide who holds it."};
-    }
-    case EventCode::entity_state_set: {
-      const std::string part = component_name(cell, event.a);
-      char place[100];
-      std::snprintf(place, sizeof place, " was put to (%.6g, %.6g, %.6g) m.", event.position_W.x(),
-                    event.position_W.y(), event.position_W.z());
-      return {part, part + place};
-    }
-    case EventCode::weak_grip: {
-      const std::string& gripper = cell.grippers[static_cast<std::size_t>(event.a)].name;
-      return {gripper, gripper + " presses on " + component_name(cell, event.b) + " with " + number(event.y) +
-                           " N; friction needs " + number(event.x) +
-                           " N to carry what hangs on it, which would slip. Remedy: a larger max_force_N, a "
-                           "gentler motion, or the contact.grippers.friction that is true."};
-    }
-    case EventCode::alternating_force: {
-      const std::string part = component_name(cell, event.a);
-      return {part, "The contact force on " + part + " alternates from step to step by " + number(event.x) +
-                        " N, where " + component_name(cell, event.b) +
-                        " presses most upon it: forces, joint torques and power of this run are not right. "
-                        "Remedy: friction_law: stick, a larger friction_velocity_m_per_s, or a smaller "
-                        "solver.contact.tolerance."};
-    }
-    case EventCode::save_refused:
-      return {cell.cell, "The periodic snapshot was not taken: " + text};
-    case EventCode::events_lost:
-      return {cell.cell, std::to_string(event.a) + " events were lost: more came than could be sent."};
-  }
-  return {};
 }
 
 }  // namespace takt

@@ -21,12 +21,35 @@ struct DiagnosticEvent {
   std::string message;
 };
 
+/// For events that name no part of a cell by an index. `cell`: name of the server.
+template <Event Type>
+DiagnosticEvent diagnostic(const Type& event, const std::string& cell, std::string sender = {}) {
+  CellDescription named;
+  named.cell = cell;
+  const EventInfo& info = event_info<Type>();
+  EventText text = describe(event, named);
+  return {info.severity, std::string(info.code), std::move(text.subject), std::move(sender),
+          std::move(text.message)};
+}
+
 class EventQueue {
  public:
   /// Beyond this many that wait, further ones are counted as lost.
   static constexpr std::size_t kCapacity = 10000;
 
   explicit EventQueue(AutoResetEvent& wakeup) : wakeup_(wakeup) {}
+
+  /// Of the server, the subject of events that are about no part of it. Set before others post.
+  std::string cell{};
+
+  /// Any thread. `sender`: identity of the sender of commands that caused it. Returns the sentence.
+  template <Event Type>
+  std::string post(const Type& event, std::string sender = {}) {
+    DiagnosticEvent text = diagnostic(event, cell, std::move(sender));
+    std::string sentence = text.message;
+    post(std::move(text));
+    return sentence;
+  }
 
   /// Any thread.
   void post(DiagnosticEvent event) {

@@ -32,13 +32,6 @@ class OutboundQueue {
     }
     news.post();
   }
-  void add_reply(std::uint64_t id, Outcome outcome) {
-    add_reply({id, outcome.result, std::move(outcome.message), std::move(outcome.values)});
-  }
-  /// An event about the cell of this server.
-  void report(Severity severity, std::string code, std::string cell, std::string message) {
-    events.post({severity, std::move(code), std::move(cell), "", std::move(message)});
-  }
   std::vector<ControlReply> take_replies() {
     const std::lock_guard lock(mutex_);
     return std::exchange(replies_, {});

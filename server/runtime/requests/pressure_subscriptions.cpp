@@ -27,22 +27,19 @@ std::string some_pairs(const CellModel& model) {
 
 }  // namespace
 
-ControlReply PressureSubscriptions::watch(std::uint64_t id, const WatchPressures& request,
-                                          std::int64_t now_ns) {
+Outcome<requests::WatchPressures> PressureSubscriptions::watch(const requests::WatchPressures& request,
+                                                               std::int64_t now_ns) {
   if (model_.contact.pairs.empty())
-    return {id,
-            ControlResult::incorrect_state,
-            "This scenario has no pairs in surface contact (section contact); there are no pressures.",
-            {}};
+    return Refusal{ControlResult::incorrect_state,
+                   "This scenario has no pairs in surface contact (section contact); there are no pressures."};
   std::vector<std::string> unknown;
   const std::vector<std::size_t> pairs =
       find_contact_pairs(model_.contact, model_.description, request.pairs, &unknown);
   if (!unknown.empty())
-    return {id,
-            ControlResult::not_found,
-            "No pair of this cell is called '" + listed(unknown).substr(0, 200) +
-                "'; there are: " + some_pairs(model_).substr(0, 700) + "; * stands for any characters.",
-            {}};
+    return Refusal{ControlResult::not_found,
+                   "No pair of this cell is called '" + listed(unknown).substr(0, 200) +
+                       "'; there are: " + some_pairs(model_).substr(0, 700) +
+                       "; * stands for any characters."};
   const std::lock_guard lock(mutex_);
   std::erase_if(until_ns_, [&](const auto& watched) { return watched.second <= now_ns; });
   for (const std::size_t pair : pairs) {
@@ -51,12 +48,10 @@ ControlReply PressureSubscriptions::watch(std::uint64_t id, const WatchPressures
     else
       until_ns_.erase(pair);
   }
-  return {id,
-          ControlResult::ok,
-          std::to_string(until_ns_.size()) + " of " + std::to_string(model_.contact.pairs.size()) +
+  return {std::to_string(until_ns_.size()) + " of " + std::to_string(model_.contact.pairs.size()) +
               " pairs are watched; of those that press, " + std::to_string(kMaxPairs) +
               " at most are sent as contact_pressures.",
-          {{"watched", std::to_string(until_ns_.size())}}};
+          {until_ns_.size()}};
 }
 
 bool PressureSubscriptions::watches(std::int64_t now_ns) {

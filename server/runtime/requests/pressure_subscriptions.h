@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "server/runtime/requests/host_requests.h"
+#include "server/runtime/requests/control.h"
 #include "server/simulation/model/cell_model.h"
 #include "server/simulation/model/pressed_elements.h"
 
@@ -23,7 +23,7 @@ class PressureSubscriptions {
   explicit PressureSubscriptions(const CellModel& model) : model_(model), elements_(model.contact) {}
 
   /// Any thread.
-  ControlReply watch(std::uint64_t id, const WatchPressures& request, std::int64_t now_ns);
+  Outcome<requests::WatchPressures> watch(const requests::WatchPressures& request, std::int64_t now_ns);
   /// Any thread: whether anything is watched now.
   bool watches(std::int64_t now_ns);
 

@@ -9,18 +9,26 @@ std::string find_text_fault(const ControlRequest& request) {
   if (!validate_utf8(request.request))
     return "The request's name '" + utf8_sanitize(request.request, 64) + "' is no text" + kNeeded;
   for (const auto& [name, value] : request.arguments) {
-    if (validate_utf8(name) && validate_utf8(value, LineBreaks::allow)) continue;
+    const std::string* invalid = validate_utf8(value.text, LineBreaks::allow) ? nullptr : &value.text;
+    for (const std::string& text : value.texts)
+      if (!validate_utf8(text, LineBreaks::allow)) invalid = &text;
+    if (!validate_utf8(name)) invalid = &name;
+    if (invalid == nullptr) continue;
     return "The argument '" + utf8_sanitize(name, 64) + "' of the request '" + request.request +
-           "' is no text: '" + utf8_sanitize(value, 100) + "'" + kNeeded;
+           "' is no text: '" + utf8_sanitize(*invalid, 100) + "'" + kNeeded;
   }
   return {};
 }
 
-ControlReply sanitize(ControlReply reply, std::size_t max_message_size, std::size_t max_value_size) {
+ControlReply sanitize(ControlReply reply, std::size_t max_message_size) {
+  const auto replace = [](std::string& text) {
+    text = utf8_sanitize(text, std::string::npos, LineBreaks::allow);
+  };
   reply.message = utf8_sanitize(reply.message, max_message_size, LineBreaks::allow);
   for (auto& [name, value] : reply.values) {
     name = utf8_sanitize(name);
-    value = utf8_sanitize(value, max_value_size, LineBreaks::allow);
+    replace(value.text);
+    for (std::string& text : value.texts) replace(text);
   }
   return reply;
 }
