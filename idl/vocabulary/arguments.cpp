@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "idl/common/near_miss.h"
+#include "idl/common/text.h"
 
 namespace takt {
 namespace {
@@ -44,18 +45,6 @@ bool take_numbers(const std::vector<double>& numbers, Type& quantity) {
   std::size_t at = 0;
   for_each_field(quantity, [&](const FieldInfo&, double& value) { value = numbers[at++]; });
   return true;
-}
-
-std::string number_text(double value) {
-  char text[32];
-  return {text, std::to_chars(text, text + sizeof text, value).ptr};
-}
-
-template <typename Texts>
-std::string joined(const Texts& texts, const char* between = ", ") {
-  std::string all;
-  for (const auto& text : texts) all.append(all.empty() ? "" : between).append(text);
-  return all;
 }
 
 std::vector<std::string_view> split(std::string_view text, std::string_view between) {
@@ -300,7 +289,7 @@ std::optional<std::string> strange_argument(const Arguments& arguments, std::spa
   for (auto one = arguments.begin(); one != arguments.end(); ++one) {
     if (std::ranges::find(names, one->name) == names.end())
       return " has no argument " + in_quotes(one->name) + "; it takes " +
-             (names.empty() ? "none" : joined(names)) + "." + did_you_mean(one->name, names);
+             (names.empty() ? "none" : join(names, ", ")) + "." + did_you_mean(one->name, names);
     if (std::any_of(arguments.begin(), one, [&](const auto& other) { return other.name == one->name; }))
       return " has the argument " + in_quotes(one->name) + " twice.";
   }
@@ -369,7 +358,7 @@ const RequestInfo* find_request(std::string_view name) {
 std::string unknown_request(std::string_view name) {
   std::vector<std::string_view> names;
   for (const RequestInfo* one : requests::kAll) names.push_back(one->name);
-  return "This server has no request " + in_quotes(name) + "; it has " + joined(names) + "." +
+  return "This server has no request " + in_quotes(name) + "; it has " + join(names, ", ") + "." +
          did_you_mean(name, names);
 }
 
@@ -396,17 +385,14 @@ std::string text_of(const Value& value) {
     case ValueKind::integer:
       return std::to_string(value.integer);
     case ValueKind::number:
-      return number_text(value.number);
+      return exact_text(value.number);
     case ValueKind::text:
     case ValueKind::document:
       return value.text;
-    case ValueKind::numbers: {
-      std::vector<std::string> texts;
-      for (const double number : value.numbers) texts.push_back(number_text(number));
-      return joined(texts, " ");
-    }
+    case ValueKind::numbers:
+      return join(value.numbers, " ", exact_text);
     case ValueKind::texts:
-      return joined(value.texts, ", ");
+      return join(value.texts, ", ");
   }
   return "of an unknown kind";
 }
@@ -419,7 +405,7 @@ std::string allowed_of(const FieldInfo& field) {
       for (const EnumeratorInfo& one : field.enumeration->enumerators) names.push_back(one.name);
     const std::string_view last = names.back();
     names.pop_back();
-    return joined(names) + (names.empty() ? "" : " or ") + std::string(last);
+    return join(names, ", ") + (names.empty() ? "" : " or ") + std::string(last);
   }
   const std::string low(annotation(field.annotations, "min")), high(annotation(field.annotations, "max"));
   const std::string range = low.empty() ? "" : " from " + low + " to " + high;
