@@ -73,11 +73,15 @@ endif()
 # For one's own clients: find_package(takt), link takt::takt_client, #include "client_lib/client.h".
 if(TARGET takt_client)
   include(${PROJECT_SOURCE_DIR}/cmake/fast_dds.cmake)
-  install(FILES client_lib/client.h client_lib/cell.h client_lib/entities.h client_lib/part_explanation.h
-    client_lib/lockstep_controller.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/client_lib)
-  install(FILES ${CMAKE_BINARY_DIR}/idl/generated/takt_enumerations.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt)
-  install(FILES idl/common/enumeration.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/idl/common)
-  install(TARGETS takt_client takt_common takt_idl takt_transport takt_rtps_guard takt_recording takt_warnings EXPORT takt
+  install(FILES client_lib/client.h client_lib/cell.h client_lib/lockstep_controller.h
+    DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/client_lib)
+  foreach(header takt_enumerations ros2_msgs takt_msgs takt_requests takt_request_table)
+    install(FILES ${TAKT_GENERATED_DIR}/${header}.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt)
+  endforeach()
+  install(FILES idl/common/enumeration.h idl/common/message.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/idl/common)
+  install(FILES idl/vocabulary/arguments.h idl/vocabulary/request.h
+    DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/idl/vocabulary)
+  install(TARGETS takt_client takt_vocabulary takt_common takt_idl takt_transport takt_rtps_guard takt_recording takt_warnings EXPORT takt
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt)
   install(EXPORT takt NAMESPACE takt:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/takt FILE taktTargets.cmake)
   file(WRITE ${CMAKE_BINARY_DIR}/taktConfig.cmake

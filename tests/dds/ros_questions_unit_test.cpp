@@ -8,7 +8,7 @@ namespace takt::ros {
 namespace {
 
 void expect_no(const Question& question, ControlResult result, const std::string& words) {
-  const auto* refused = std::get_if<ControlReply>(&question);
+  const auto* refused = std::get_if<Refusal>(&question);
   ASSERT_NE(refused, nullptr) << "it was asked, though " << words;
   EXPECT_EQ(refused->result, result) << refused->message;
   EXPECT_NE(refused->message.find(words), std::string::npos) << refused->message;
@@ -16,15 +16,15 @@ void expect_no(const Question& question, ControlResult result, const std::string
 
 std::string argument_of(const Question& question, const std::string& name) {
   const auto* asked = std::get_if<Asked>(&question);
-  if (asked == nullptr) return std::get<ControlReply>(question).message;
+  if (asked == nullptr) return std::get<Refusal>(question).message;
   for (const auto& [key, value] : asked->request.arguments)
-    if (key == name) return value;
+    if (key == name) return text_of(value);
   return "no " + name;
 }
 
 TEST(RosQuestions, RequestsAboutWorldsNeedAFile) {
   srv::LoadWorld_Request load;
-  expect_no(ask(load), static_cast<ControlResult>(102), "The uri of a scenario file is missing.");
+  expect_no(ask(load), ControlResult::uri_missing, "The uri of a scenario file is missing.");
   load.world_resource.resource_string = "takt_scenario: 1";
   expect_no(ask(load), ControlResult::unsupported, "cannot be passed as text here");
   load.world_resource.uri = "cell.yaml";
@@ -112,7 +112,7 @@ TEST(RosQuestions, FilesAndCopiesAreSpawned) {
 }
 
 TEST(RosAnswers, AnswersOfFailuresHaveNoOtherFields) {
-  const ControlReply failed{1, ControlResult::failed, "It could not be.", {}};
+  const ControlReply failed{1, ControlResult::failed, "It could not be."};
   srv::GetEntities_Response entities;
   respond(failed, "\n", entities);
   EXPECT_EQ(entities.result.error_message, "It could not be.");
@@ -127,25 +127,25 @@ TEST(RosAnswers, AnswersOfFailuresHaveNoOtherFields) {
 }
 
 TEST(RosAnswers, EntitiesAreListedByExpressionAndCategory) {
-  const ControlReply reply{1,
-                           ControlResult::ok,
-                           "",
-                           {{"pieces", "2"},
-                            {"document_0", R"([{"name":"P1","category":"part"},{"name":"G","category":)"},
-                            {"document_1", R"("gripper"},{"name":"T","category":"ground"},{"mass":1}])"}}};
+  requests::GetEntitiesResponse listed;
+  listed.entities = {{.name = "P1", .category = ComponentType::part},
+                     {.name = "G", .category = ComponentType::gripper},
+                     {.name = "T", .category = ComponentType::ground}};
+  ControlReply reply{1, ControlResult::ok, "", arguments_of(listed)};
   const auto names = [&](const std::string& note) {
     srv::GetEntities_Response response;
     respond(reply, note, response);
     return response.entities;
   };
   using Names = std::vector<std::string>;
-  EXPECT_EQ(names("\n"), (Names{"P1", "G", "T", ""}));
+  EXPECT_EQ(names("\n"), (Names{"P1", "G", "T"}));
   EXPECT_EQ(names("^P\n"), Names{"P1"});
   EXPECT_EQ(names("\n1"), Names{"P1"});
   EXPECT_EQ(names("\n2"), Names{"G"});
   EXPECT_EQ(names("T|G\n25"), (Names{"G", "T"}));
   srv::GetEntities_Response nothing;
-  respond({1, ControlResult::ok, "", {{"document_0", "[{"}}}, "\n", nothing);
+  reply.values[0].value.text = "[{";
+  respond(reply, "\n", nothing);
   EXPECT_TRUE(nothing.entities.empty());
 }
 
