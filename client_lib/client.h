@@ -110,9 +110,9 @@ struct Answer : ResponseOf<Type> {
 using PartExplanation = requests::ExplainPartResponse;
 
 struct LoadOptions {
-  std::vector<std::string> overrides;    ///< KEY=VALUE, e.g. solver.step_s=0.0005
-  std::optional<int> level_of_detail;    ///< of every process
-  std::optional<Seconds> timeout;        ///< large meshes take their time
+  std::vector<std::string> overrides;  ///< KEY=VALUE, e.g. solver.step_s=0.0005
+  std::optional<int> level_of_detail;  ///< of every process
+  std::optional<Seconds> timeout;      ///< large meshes take their time
 };
 
 class Client {
@@ -227,7 +227,9 @@ class Client {
   void pause() { set_state(SimulationState::paused); }
   void resume() { set_state(SimulationState::playing); }
   /// Advances a paused simulation by this many steps and returns when they are done.
-  void step(std::uint64_t steps, std::optional<Seconds> timeout = {}) { call(requests::Step{steps}, timeout); }
+  void step(std::uint64_t steps, std::optional<Seconds> timeout = {}) {
+    call(requests::Step{steps}, timeout);
+  }
   /// Back to the initial state; the epoch counts up.
   void reset() { call(requests::Reset{}); }
   /// `factor` scales simulated against wall time (realtime only).
@@ -273,7 +275,8 @@ class Client {
   void unload_scenario(std::optional<Seconds> timeout = {}) { call(requests::UnloadScenario{}, timeout); }
 
   /// A new Part, while the simulation is stopped.
-  Answer<requests::SpawnEntity> spawn_entity(const requests::SpawnEntity& wanted, std::optional<Seconds> timeout = {}) {
+  Answer<requests::SpawnEntity> spawn_entity(const requests::SpawnEntity& wanted,
+                                             std::optional<Seconds> timeout = {}) {
     return call(wanted, timeout);
   }
   /// Any Part, while the simulation is stopped.

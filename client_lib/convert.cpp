@@ -46,8 +46,8 @@ RobotInfo robot_info(const takt_msgs::msg::RobotDescription& wire) {
   info.urdf = wire.urdf;
   for (const auto& joint : wire.joints)
     info.joints.push_back({joint.name, joint.type == JointType::prismatic,
-                           transform(joint.position, joint.rotation), joint.axis, joint.lower,
-                           joint.upper, joint.max_velocity, joint.max_effort});
+                           transform(joint.position, joint.rotation), joint.axis, joint.lower, joint.upper,
+                           joint.max_velocity, joint.max_effort});
   info.X_JF = transform(wire.flange);
   info.X_WR = transform(wire.base);
   info.command_period_s = wire.command_period;
@@ -183,10 +183,9 @@ std::optional<Contacts> from_wire(const takt_msgs::msg::Contacts& wire, const Ce
   contacts.contacts.reserve(wire.contacts.size());
   for (const auto& pair : wire.contacts) {
     if (!known(pair.base) || !known(pair.target)) return std::nullopt;
-    contacts.contacts.push_back({name(pair.base), name(pair.target), pair.force,
-                                 pair.torque, pair.center_of_pressure, pair.elements,
-                                 pair.area, pair.normal_force, pair.friction_force, pair.largest_pressure,
-                                 pair.largest_penetration});
+    contacts.contacts.push_back({name(pair.base), name(pair.target), pair.force, pair.torque,
+                                 pair.center_of_pressure, pair.elements, pair.area, pair.normal_force,
+                                 pair.friction_force, pair.largest_pressure, pair.largest_penetration});
   }
   return contacts;
 }

@@ -53,6 +53,12 @@ struct Arguments {
   std::optional<int> level_of_detail;
 };
 
+/// What the request set_pace allows.
+double limit_of_factor(std::string_view which) {
+  constexpr const takt::FieldInfo& factor = takt::field_info<takt::requests::SetPace>("factor");
+  return std::stod(std::string(takt::annotation(factor.annotations, which)));
+}
+
 void describe_arguments(CLI::App& app, Arguments& arguments) {
   app.set_version_flag("--version", std::string("takt-server ") + takt_build_info());
   app.add_option("SCENARIO", arguments.scenario,
@@ -66,7 +72,7 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
       ->check(CLI::IsMember({"realtime", "free", "lockstep"}))
       ->option_text("realtime|free|lockstep");
   app.add_option("--factor", arguments.factor, "simulated seconds per second of wall time, for realtime")
-      ->check(takt::command_line::number_from(takt::kSlowestPace, takt::kFastestPace))
+      ->check(takt::command_line::number_from(limit_of_factor("min"), limit_of_factor("max")))
       ->capture_default_str();
   app.add_flag("--paused", arguments.paused, "start paused");
   app.add_flag("--pause-at-end", arguments.pause_at_end,

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "client_lib/recording/json_text.h"
+#include "takt_request_table.h"
 #include "takt_topics.h"
 
 namespace takt::view {
@@ -190,17 +191,19 @@ Answer FileSource::request(const std::string& name, const Arguments& arguments) 
                    static_cast<std::uint64_t>(std::llround(1e9 * std::clamp(position_s, 0.0, length_s)));
     sought_ = true;
   };
-  const std::string state = argument(arguments, "state");
-  if (name == "play" || (name == "set_state" && state == "1")) {
+  const auto is = [&]<Request Type>(const Type&) { return name == request_info<Type>().name; };
+  const std::string state = is(requests::SetState{}) ? argument(arguments, "state") : "";
+  if (name == "play" || state == to_string(SimulationState::playing)) {
     if (position_ns_ >= reader_.last_ns()) seek(0.0);
     playing_ = true;
     return changed("The recording is played.");
   }
-  if (name == "pause" || (name == "set_state" && (state == "0" || state == "2"))) {
+  if (name == "pause" || state == to_string(SimulationState::paused) ||
+      state == to_string(SimulationState::stopped)) {
     playing_ = false;
     return changed("The recording is paused.");
   }
-  if (name == "reset") {
+  if (is(requests::Reset{})) {
     seek(0.0);
     return changed("Back to the begin of the recording.");
   }
@@ -210,7 +213,7 @@ Answer FileSource::request(const std::string& name, const Arguments& arguments) 
     seek(*position);
     return changed("The recording is at another place.");
   }
-  if (name == "rate" || name == "set_pace") {
+  if (name == "rate" || is(requests::SetPace{})) {
     const auto factor = number(argument(arguments, "factor"));
     if (!factor || !(*factor > 0.0)) return {4, "'factor' must be a number above 0.", {}};
     rate_ = *factor;

@@ -72,12 +72,12 @@ def default(field, reader):
     return text.capitalize() if field.kind == "boolean" else text
 
 
-def dataclass(struct, reader, with_message):
-    doc = struct.doc or "The response."
+def dataclass(struct, reader, replies_to=""):
+    doc = struct.doc or f"Reply to {replies_to}."
     text = f"\n\n@dataclasses.dataclass(frozen=True)\nclass {struct.name}:\n    \"\"\"{doc}\n\n"
     for field in struct.fields:
         text += f"    {field.name}: {meaning(field)}\n"
-    text += "    message: the server's sentence\n" if with_message else ""
+    text += "    message: the server's sentence\n" if replies_to else ""
     text += '    """\n\n'
     for field in struct.fields:
         of = field.annotation("enumeration")
@@ -87,7 +87,7 @@ def dataclass(struct, reader, with_message):
         if not of and PYTHON_TYPES.get(field.kind, "int") == "int" and field.kind != "message":
             metadata = " = dataclasses.field(metadata={\"whole\": True})"
         text += f"    {field.name}: {annotation(field, reader, False)}{metadata}\n"
-    return text + ("    message: str\n" if with_message else "")
+    return text + ("    message: str\n" if replies_to else "")
 
 
 def method(one, reader):
@@ -116,9 +116,9 @@ def module(reader):
     text = HEAD.format(enumerations=", ".join(enumerations))
     nested = dict.fromkeys(s.full_name for one in every for s in requests.nested(one.response, reader))
     for name in nested:
-        text += dataclass(reader.structs[name], reader, False)
+        text += dataclass(reader.structs[name], reader)
     for one in every:
-        text += dataclass(one.response, reader, True)
+        text += dataclass(one.response, reader, one.name)
     text += '''
 
 class Requests:

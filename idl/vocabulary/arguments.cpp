@@ -196,8 +196,7 @@ bool take(const FieldInfo& field, const Value& from, Type& value) {
                                        : from.kind == ValueKind::integer && one.value == from.integer)
         found = &one;
     const std::string_view listed = annotation(field.annotations, "one_of");
-    if (found == nullptr ||
-        (!listed.empty() && std::ranges::count(split(listed, ", "), found->name) == 0))
+    if (found == nullptr || (!listed.empty() && std::ranges::count(split(listed, ", "), found->name) == 0))
       return false;
     value = static_cast<Type>(found->value);
     return true;
@@ -209,8 +208,8 @@ bool take(const FieldInfo& field, const Value& from, Type& value) {
     return true;
   } else if constexpr (std::floating_point<Type>) {
     if (from.kind != ValueKind::number && from.kind != ValueKind::integer) return false;
-    value = static_cast<Type>(from.kind == ValueKind::number ? from.number
-                                                             : static_cast<double>(from.integer));
+    value =
+        static_cast<Type>(from.kind == ValueKind::number ? from.number : static_cast<double>(from.integer));
     return std::isfinite(value) && is_allowed(field, value);
   } else if constexpr (std::same_as<Type, std::string>) {
     value = from.text;
@@ -229,8 +228,7 @@ bool take(const FieldInfo& field, const Value& from, Type& value) {
            std::ranges::all_of(value, [&](const std::string& text) { return is_allowed(field, text); });
   } else if constexpr (is_list<Type> && !Message<typename Type::value_type>) {
     value.clear();
-    for (const double number : from.numbers)
-      value.push_back(static_cast<typename Type::value_type>(number));
+    for (const double number : from.numbers) value.push_back(static_cast<typename Type::value_type>(number));
     return from.kind == ValueKind::numbers;
   } else {
     if (from.kind != ValueKind::document) return false;
@@ -265,10 +263,10 @@ std::optional<ArgumentFault> unknown_name(const FieldInfo& field, const Value& v
       }
       list += (list.empty() ? "" : ", ") + one;
     }
-    return ArgumentFault{ControlResult::not_found,
-                         "There is no " + std::string(kind) + " '" + name.substr(0, kMaxFound) +
-                             "' in this cell; it has " + (list.empty() ? "none" : list) + "." +
-                             did_you_mean(name, names)};
+    return ArgumentFault{ControlResult::not_found, "There is no " + std::string(kind) + " '" +
+                                                       name.substr(0, kMaxFound) + "' in this cell; it has " +
+                                                       (list.empty() ? "none" : list) + "." +
+                                                       did_you_mean(name, names)};
   }
   return std::nullopt;
 }
@@ -331,8 +329,8 @@ std::optional<ArgumentFault> read_arguments(std::string_view name, const Argumen
         found = fault(" needs the argument " + in_quotes(field.name) + ", " + allowed_of(field) +
                       (field.doc.empty() ? "." : ": " + std::string(field.doc) + "."));
     } else if (!take(field, given->value, value)) {
-      found = fault(": argument " + in_quotes(field.name) + " is " +
-                    in_quotes(text_of(given->value)) + "; allowed is " + allowed_of(field) + ".");
+      found = fault(": argument " + in_quotes(field.name) + " is " + in_quotes(text_of(given->value)) +
+                    "; allowed is " + allowed_of(field) + ".");
     } else {
       found = unknown_name(field, given->value, known);
     }
@@ -340,12 +338,12 @@ std::optional<ArgumentFault> read_arguments(std::string_view name, const Argumen
   return found;
 }
 
-#define TAKT_INSTANTIATE(Name)                                                                            \
-  template Arguments arguments_of(const requests::Name&);                                                 \
-  template Arguments arguments_of(const requests::Name##Response&);                                       \
-  template std::optional<ArgumentFault> read_arguments(std::string_view, const Arguments&,                \
-                                                       requests::Name&, const KnownNames&);               \
-  template std::optional<ArgumentFault> read_arguments(std::string_view, const Arguments&,                \
+#define TAKT_INSTANTIATE(Name)                                                                              \
+  template Arguments arguments_of(const requests::Name&);                                                   \
+  template Arguments arguments_of(const requests::Name##Response&);                                         \
+  template std::optional<ArgumentFault> read_arguments(std::string_view, const Arguments&, requests::Name&, \
+                                                       const KnownNames&);                                  \
+  template std::optional<ArgumentFault> read_arguments(std::string_view, const Arguments&,                  \
                                                        requests::Name##Response&, const KnownNames&);
 TAKT_FOR_EACH_REQUEST(TAKT_INSTANTIATE)
 #undef TAKT_INSTANTIATE

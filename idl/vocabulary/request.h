@@ -20,9 +20,9 @@ enum class RequestPhase : std::uint8_t {
 
 enum class RequestChanges : std::uint8_t {
   nothing,
-  bits,    ///< what is simulated: it is in the command log and is replayed
+  bits,  ///< what is simulated: it is in the command log and is replayed
   effect,  ///< the same, but the log has records of its own for what comes of it: resets, saved and restored states
-  model,   ///< the scenario: it belongs to what a log and a session say of what is loaded
+  model,  ///< the scenario: it belongs to what a log and a session say of what is loaded
 };
 
 struct RequestInfo {

@@ -241,9 +241,7 @@ void CommandSubscriber::deliver(int target, bool exclusive, const Command& comma
 
 void CommandSubscriber::reject(const Rejection& rejection, const DdsGuid& guid) {
   rejected_.fetch_add(1, std::memory_order_relaxed);
-  events_.post(events::CommandRejected{rejection.subject, std::string(to_string(rejection.code)),
-                                       rejection.message},
-               text_of(guid));
+  events_.post(events::CommandRejected{rejection.subject, rejection.code, rejection.message}, text_of(guid));
 }
 
 }  // namespace takt

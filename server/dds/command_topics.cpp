@@ -73,8 +73,7 @@ std::optional<DiagnosticEvent> diagnose_writer(const CommandTopic& command, cons
       return event(events::UnknownDevice{command.name, topic, grippers, devices});
     return event(events::UnknownGripper{command.name, topic, grippers, devices});
   }
-  if (command.target < 0)
-    return event(events::UnknownRobot{command.name, topic, names_of(cell.robots)});
+  if (command.target < 0) return event(events::UnknownRobot{command.name, topic, names_of(cell.robots)});
   if (type == topic_of(command.kind).type->dds_type) return std::nullopt;
   return event(events::WrongType{command.name, topic, ros_name(type),
                                  ros_name(topic_of(command.kind).type->dds_type)});

@@ -45,8 +45,7 @@ Question plain(const Type& request) {
 template <typename Response>
 std::optional<Response> response_of(const ControlReply& reply) {
   Response response;
-  if (reply.result != ControlResult::ok || read_arguments({}, reply.values, response))
-    return std::nullopt;
+  if (reply.result != ControlResult::ok || read_arguments({}, reply.values, response)) return std::nullopt;
   return response;
 }
 
@@ -159,8 +158,9 @@ Question ask(const srv::SetEntityState_Request& request) {
   const auto& state = request.state;
   if (!is_world(state.header.frame_id)) return wrong_frame(state.header.frame_id);
   if (request.set_acceleration)
-    return Refusal{ControlResult::unsupported,
-                   "An acceleration cannot be set: it follows from the forces. Leave set_acceleration false."};
+    return Refusal{
+        ControlResult::unsupported,
+        "An acceleration cannot be set: it follows from the forces. Leave set_acceleration false."};
   requests::SetEntityState wanted{.entity = request.entity};
   if (request.set_pose) {
     wanted.position = vector_of(state.pose.position);
@@ -221,12 +221,13 @@ Question ask(const takt_msgs::srv::Control_Request& request) {
 }
 
 void respond(const ControlReply& reply, const std::string&, srv::GetSimulatorFeatures_Response& response) {
-  const auto known = response_of<requests::GetFeaturesResponse>(reply).value_or(requests::GetFeaturesResponse{});
+  const auto known =
+      response_of<requests::GetFeaturesResponse>(reply).value_or(requests::GetFeaturesResponse{});
   auto& features = response.features;
-  features.features = {kSpawning,   kDeleting,   kEntityCategories, kEntityStateGetting, kEntityStateSetting,
-                       kReset,      kResetTime,  kResetState,       kResetSpawned,       kStateGetting,
-                       kStateSetting, kPause,    kStepSingle,       kStepMultiple,       kWorldLoading,
-                       kWorldUnloading};
+  features.features = {kSpawning,           kDeleting,     kEntityCategories, kEntityStateGetting,
+                       kEntityStateSetting, kReset,        kResetTime,        kResetState,
+                       kResetSpawned,       kStateGetting, kStateSetting,     kPause,
+                       kStepSingle,         kStepMultiple, kWorldLoading,     kWorldUnloading};
   features.spawn_formats = known.spawn_formats;
   features.custom_info = reply.message + " Further requests by the service 'control':";
   for (const std::string& request : known.requests) features.custom_info += " " + request;

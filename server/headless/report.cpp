@@ -108,7 +108,7 @@ void print_collisions(std::ostream& out, const CellDescription& cell, const Head
   constexpr std::size_t kMost = 20;
   std::size_t told = 0, left_out = 0;
   for (const CollisionEvent& event : result.collisions) {
-    if (event.kind == CollisionEvent::Kind::cleared) continue;
+    if (event.kind == CollisionEvent::Kind::clearance_restored) continue;
     if (++told > kMost) {
       ++left_out;
       continue;

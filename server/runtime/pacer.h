@@ -14,9 +14,6 @@
 
 namespace takt {
 
-/// Simulated against wall time.
-inline constexpr double kSlowestPace = 0.001, kFastestPace = 1000.0;
-
 class Pacer {
  public:
   static constexpr std::int64_t kCatchUpLimit_ns = 50'000'000;

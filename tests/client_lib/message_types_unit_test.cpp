@@ -20,10 +20,13 @@ using takt::test::CdrWriter;
 TEST(MessageTypes, FieldTablesBecomeTheTextRos2Uses) {
   MessageTypes types;
   types.add(takt::message_info<takt_msgs::msg::ControlRequest>());
+  const std::string line = std::string(80, '=') + "\n";
   EXPECT_EQ(types.ros2msg("takt_msgs/msg/ControlRequest"),
             "string<=128 client_id\nuint64 sequence_number\nstring<=64 request\n"
             "takt_msgs/Argument[<=64] arguments\n" +
-                std::string(80, '=') + "\nMSG: takt_msgs/Argument\nstring<=64 name\nstring<=4096 value\n");
+                line + "MSG: takt_msgs/Argument\nstring<=64 name\ntakt_msgs/Value value\n" + line +
+                "MSG: takt_msgs/Value\nuint8 kind\nbool flag\nint64 integer\nfloat64 number\nstring text\n"
+                "float64[] numbers\nstring[] texts\n");
   // And back.
   MessageTypes again;
   again.add_ros2msg("takt_msgs/msg/ControlRequest",

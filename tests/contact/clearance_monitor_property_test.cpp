@@ -83,7 +83,7 @@ class NaiveMonitor {
         events.push_back({kind, t, step, pair.a, pair.b, pair.limit_m, d, duration, Vec3::Zero()});
       };
       const auto clear = [&] {
-        tell(CollisionEvent::Kind::cleared, s.least, t - s.since);
+        tell(CollisionEvent::Kind::clearance_restored, s.least, t - s.since);
         s = {};
       };
       if (presses(pair) || held(pair.a, pair.b) || held(pair.b, pair.a)) {

@@ -12,6 +12,7 @@ mapfile -t sources < <(find "${rooms[@]}" -type f \( -name '*.h' -o -name '*.cpp
 mapfile -t texts < <(find . \( -name .git -o -path ./build -o -name .cache \) -prune -o -type f -print | sed 's|^\./||' |
   grep -Ev '\.(png|stl|STL|glb|obj|csv|json|svg)$' | sort)
 mapfile -t documents < <(printf '%s\n' "${texts[@]}" | grep -E '^(docs/.*|config/.*|README)\.md$' || true)
+listed=$(printf '%s\n' "${documents[@]}")
 mapfile -t commented < <(printf '%s\n' "${texts[@]}" | grep -E '^(config|client_lib|docker)/.*\.(yaml|yml|lua|py|xml|service)$' || true)
 
 violations=$(
@@ -37,7 +38,7 @@ violations=$(
     awk -f "$rules/document_rules.awk" - "${documents[@]}"
   { grep -noHE '[A-Za-z0-9_./-]*[A-Za-z0-9_]\.md\>' "${sources[@]}" "${commented[@]}" /dev/null || true; } |
     while IFS=: read -r file line name; do
-      printf '%s\n' "${documents[@]}" | grep -qE "(^|/)$(basename "$name")\$" || echo "$file:$line: no such document: $name"
+      grep -qE "(^|/)$(basename "$name")\$" <<<"$listed" || echo "$file:$line: no such document: $name"
     done
 
   # Enumerations, topics and QoS stand once: in idl/ and in topic_qos.h.
@@ -51,6 +52,13 @@ violations=$(
       "\"[^\" ]*/($levels)\"|\"(joint_commands|joint_states|joint_trajectory|robot_description|contact_pressures|tf_static)\"" \
       "${product[@]}" | grep -vE '^[^:]+:[0-9]+:(#include|.*///)' |
       sed -E 's/^([^:]+:[0-9]+):.*/\1: names of topics are in takt_topics.h/' || true
+  fi
+  # Requests and events stand once, in their tables; programs name them by type.
+  words=$({ sed -nE 's/^\| \[`([a-z]+_[a-z_]+)`\].*/\1/p' docs/requests.md
+    sed -nE 's/^\| `([a-z]+_[a-z_]+)`.*/\1/p' docs/events.md; } 2>/dev/null | sort -u | paste -sd'|')
+  if [[ -n $words ]]; then
+    grep -rnHE --include='*.h' --include='*.cpp' --include='*.py' "[\"']($words)[\"']" "${product[@]}" |
+      sed -E 's/^([^:]+:[0-9]+):.*/\1: names of requests and codes of events are in takt_requests.idl, takt_events.idl/' || true
   fi
   ((${#product[@]} == 0)) || grep -rnHE --include='*.h' --include='*.cpp' '_(RELIABILITY|DURABILITY|HISTORY)_QOS' "${product[@]}" |
     grep -vE '^idl/transport/fastdds/(topic_qos|fastdds)\.h:' |

@@ -11,7 +11,7 @@ function starts_any(text, list,    parts, count, i) {
 
 BEGIN {
   # Rooms, most specific first; each with the prefixes of what it may include. Arrows never turn back.
-  rooms = split("plant_models/ idl/common/ idl/transport/ " \
+  rooms = split("plant_models/ idl/common/ idl/vocabulary/ idl/transport/ " \
                 "server/geometry/mesh/ server/geometry/convex/ server/geometry/surface/ server/geometry/ server/components/ " \
                 "server/contact/collision/ server/contact/holding/ server/contact/clearance/ server/contact/surface/ server/contact/ " \
                 "server/simulation/model/ server/simulation/solver/ server/simulation/step/ server/fields/ server/devices/ server/scenario/ " \
@@ -21,6 +21,7 @@ BEGIN {
   plant = "plant_models/ idl/common/"
   may["plant_models/"] = "plant_models/"
   may["idl/common/"] = "idl/common/ GENERATED"
+  may["idl/vocabulary/"] = "idl/common/ idl/vocabulary/ GENERATED"
 
   # Shapes. What is in the folder itself serves all of its rooms.
   boxes = plant " server/geometry/aabb.h server/geometry/box_tree.h server/geometry/segment_distance.h"
@@ -57,10 +58,10 @@ BEGIN {
   # The service around the core: requests and events, what is kept on disk, the loop of one scenario, its host.
   waits = "server/runtime/pacer.h server/runtime/monotonic_clock.h server/runtime/auto_reset_event.h"
   may["server/runtime/"] = plant " " waits
-  may["server/runtime/requests/"] = scenario " " waits " server/runtime/requests/"
+  may["server/runtime/requests/"] = scenario " " waits " idl/vocabulary/ server/runtime/requests/"
   may["server/runtime/recording/"] = may["server/runtime/requests/"] " server/runtime/recording/"
   may["server/runtime/loop/"] = may["server/runtime/recording/"] " server/runtime/loop/"
-  may["server/runtime/host/"] = scenario " server/runtime/"
+  may["server/runtime/host/"] = scenario " idl/vocabulary/ server/runtime/"
   # What crosses a boundary: messages made of the core and the loop, and who sends or records them.
   described = " server/simulation/model/snapshot.h server/simulation/model/pressed_elements.h server/simulation/model/cell_frames.h " \
               "server/simulation/model/cell_description.h"
@@ -132,6 +133,8 @@ FNR == 1 {
     # What is generated of idl/*.idl is included by its bare name. Enumerations are everybody's.
     if (target == "takt_enumerations.h") next
     generated = target ~ /^([a-z0-9_]*_msgs|takt_topics)\.h$/
+    # Those of requests and events belong to the vocabulary.
+    if (target ~ /^takt_(request|event)(s|_table)\.h$/) target = "idl/vocabulary/" target
     if (target ~ /(^|\/)\.\.?\//) complain("includes are relative to the repository's root: " target)
     else if (here != "" && generated && index(may[here] " ", "GENERATED ") == 0 && may[here] !~ /GENERATED$/)
       complain(here " must not know the messages of the wire: " target)

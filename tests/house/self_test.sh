@@ -12,10 +12,12 @@ write() { mkdir -p "$tree/$(dirname "$1")"; printf '%b' "$2" >"$tree/$1"; }
 fresh() {
   rm -rf "${tree:?}"/*
   write README.md '# x\n\n    ./dev demo\n    ./dev test\n[all](docs/README.md)\n'
-  write docs/README.md '# All\n[a](a.md), [b](b.md#one-two), [d](decisions.md), [w](architecture.md)\n'
+  write docs/README.md '# All\n[a](a.md), [b](b.md#one-two), [d](decisions.md), [r](requests.md), [e](events.md), [w](architecture.md)\n'
   write docs/architecture.md '## The way of a command\n| | function | place |\n|---|---|---|\n| 1 | `Loop::take` | `server/runtime/loop/loop.cpp` |\n'
   write docs/a.md 'x `server/dds/`, `spatial.h`\n'
   write docs/b.md '# B\n## One: `two`\n```\n[c](no.md)\n```\n[above](#b), [net](https://a.example/no.md)\n'
+  write docs/requests.md '| [`pause_all`](a.md) | x |\n'
+  write docs/events.md '| `robot_idle` | x |\n'
   write docs/decisions.md '**1. Two.**\n*Context:* a\n*Decision:* b *Consequence:* c\n'
   write plant_models/spatial.h '#pragma once\n#include <Eigen/Core>\n#include <vector>\n'
   write server/geometry/mesh/mesh.h '#pragma once\n#include "plant_models/spatial.h"\n'
@@ -103,6 +105,8 @@ expect server/simulation/model/a.h:1 server/simulation/model/a.h 'enum class Par
 expect client_lib/a.cpp:2 client_lib/a.cpp '\nconst char* const topic = "/state";\n'
 expect client_lib/a.cpp:1 client_lib/a.cpp 'qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;\n'
 expect server/geometry/mesh/a.h:1 server/geometry/mesh/a.h '#include "takt_msgs.h"\n'
+expect server/runtime/a.cpp:1 server/runtime/a.cpp 'if (name == "pause_all") return;\n'
+expect client_lib/a.cpp:1 client_lib/a.cpp 'if (event.code == "robot_idle") return;\n'
 expect README.md:1 README.md '# x\n./dev test\n'
 expect README.md:1 README.md "# x\\n./dev demo\\n$(printf '\\n%.0s' {1..40})./dev test\\n"
 expect README.md:120 README.md "# x\\n./dev demo\\n./dev test\\n$(printf '\\n%.0s' {1..120})"

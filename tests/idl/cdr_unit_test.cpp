@@ -136,9 +136,13 @@ TEST(Cdr, BoundsOfTheIdlHoldInBothDirections) {
   ASSERT_TRUE(cdr::read(bytes, read));
   request.arguments.resize(65);
   EXPECT_EQ(cdr::write(request, room), 0U);
-  bytes = ByHand(false).text("").number(0, 8).text("").number(65, 4).all();
-  for (int i = 0; i < 65; ++i) bytes.insert(bytes.end(), {1, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0});
-  EXPECT_FALSE(cdr::read(bytes, read));
+  for (const std::uint64_t count : {64U, 65U}) {
+    ByHand many(false);
+    many.text("").number(0, 8).text("").number(count, 4);
+    for (std::uint64_t i = 0; i < count; ++i)
+      many.text("").number(0, 1).number(0, 1).number(0, 8).number(0, 8).text("").number(0, 4).number(0, 4);
+    EXPECT_EQ(cdr::read(many.all(), read), count == 64) << count;
+  }
 
   request.arguments.clear();
   request.request = std::string(64, 'x');

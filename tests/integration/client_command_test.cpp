@@ -132,7 +132,7 @@ TEST_F(ClientCommand, ACommandWithoutAListenerIsAnError) {
 
 TEST_F(ClientCommand, RequestsCarryTheirArgumentsAndBringTheReply) {
   connect([](ScriptedCell& cell, const takt_msgs::msg::ControlRequest& request) {
-    if (request.request == "get_state") return cell.reply(request, 1, "Paused.", {{"state", "2"}});
+    if (request.request == "get_state") return cell.reply(request, 1, "Paused.", {{"state", "paused"}});
     std::map<std::string, std::string> echo;
     for (const auto& argument : request.arguments) echo[argument.name] = takt::text_of(argument.value);
     auto foreign = request;  // the reply to somebody else must not be taken for this one's
@@ -150,7 +150,7 @@ TEST_F(ClientCommand, RequestsCarryTheirArgumentsAndBringTheReply) {
 
 TEST_F(ClientCommand, ARefusalCarriesResultAndSentenceOfTheServer) {
   connect([](ScriptedCell& cell, const takt_msgs::msg::ControlRequest& request) {
-    if (request.request == "get_state") return cell.reply(request, 1, "Playing.", {{"state", "1"}});
+    if (request.request == "get_state") return cell.reply(request, 1, "Playing.", {{"state", "playing"}});
     cell.reply(request, 3, "Single steps are possible only while the simulation is paused.");
   });
   const ClientError error = error_of([&] { client_->step(5); });

@@ -195,9 +195,10 @@ class ClientVocabulary : public testing::Test {
     server_ = std::make_unique<ScriptedCell>(
         name_, takt::test::small_description(name_),
         [this, reply](ScriptedCell& cell, const takt_msgs::msg::ControlRequest& request) {
-          if (request.request == "get_state") return cell.reply(request, 1, "Paused.", {{"state", "2"}});
+          if (request.request == "get_state") return cell.reply(request, 1, "Paused.", {{"state", "paused"}});
           asked_ = request.request;
-          for (const auto& argument : request.arguments) asked_ += " " + argument.name + "=" + takt::text_of(argument.value);
+          for (const auto& argument : request.arguments)
+            asked_ += " " + argument.name + "=" + takt::text_of(argument.value);
           cell.reply(request, 1, "Done.", reply);
         });
     takt::ClientOptions options = client_options();

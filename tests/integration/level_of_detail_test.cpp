@@ -339,7 +339,7 @@ TEST(ContactsOverDds, PressuresOfRequestedPairsAreSent) {
   ASSERT_TRUE(pressures->wait_for([](const auto& m) { return m.pairs.size() == 2; }));
   const auto none = raw.request("watch_pressures", {{"pairs", "*"}, {"for_s", "0"}});
   ASSERT_EQ(none.values.size(), 1U);
-  EXPECT_EQ(none.values[0].value, "0");
+  EXPECT_EQ(raw.value(none, none.values[0].name), "0");
 }
 
 TEST(ContactsOverDds, PressuresOfPairsWithoutContactAreRefused) {

@@ -207,7 +207,7 @@ TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
 
   takt_msgs::srv::Control_Request any;
   any.request = "set_state";
-  any.arguments = {{"state", "0"}};
+  any.arguments = takt::arguments_of(takt::requests::SetState{.state = takt::SimulationState::stopped});
   ASSERT_EQ(control->call(any).result, 1);
   srv::SpawnEntity_Request copy;
   copy.allow_renaming = true;
@@ -234,7 +234,9 @@ TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
 TEST(RosServices, StampsEqualTheClock) {
   for (int step = 0; step <= 20'000; ++step) {
     const double time_s = step * 0.001;
-    const takt::ControlReply reply{1, takt::ControlResult::ok, "", {{"time", takt::exact_text(time_s)}}};
+    const takt::ControlReply reply{
+        1, takt::ControlResult::ok, "",
+        takt::arguments_of(takt::requests::GetEntityStateResponse{.time = time_s})};
     srv::GetEntityState_Response response;
     takt::ros::respond(reply, "", response);
     ASSERT_EQ(response.state.header.stamp, takt::to_time(time_s)) << step;

@@ -310,7 +310,8 @@ TEST_F(Supervised, TheServerKeepsTheLoadedScenarioAndSpawnedParts) {
     ASSERT_TRUE(client
                     .wait_for_state(
                         [&](const State& s) {
-                          return std::to_string(s.cell->scenario_generation) == reply.text("scenario_generation");
+                          return std::to_string(s.cell->scenario_generation) ==
+                                 reply.text("scenario_generation");
                         },
                         kGenerous)
                     .has_value());

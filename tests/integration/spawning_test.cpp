@@ -30,7 +30,9 @@ State exchanged(Client& client, const std::string& name, const Arguments& argume
   client.set_state(SimulationState::stopped);
   const Reply reply = client.request(name, arguments);
   const auto state = client.wait_for_state(
-      [&](const State& s) { return std::to_string(s.cell->scenario_generation) == reply.text("scenario_generation"); },
+      [&](const State& s) {
+        return std::to_string(s.cell->scenario_generation) == reply.text("scenario_generation");
+      },
       kGenerous);
   if (!state) throw ClientError(ClientError::Kind::timeout, "no state after " + name);
   return *state;
@@ -119,7 +121,9 @@ TEST(Spawning, AResetOfAllRestoresTheScenario) {
   EXPECT_GE(client.cell()->find_component("Q"), 0);
   const Reply reply = client.request("reset");
   const auto back = client.wait_for_state(
-      [&](const State& s) { return std::to_string(s.cell->scenario_generation) == reply.text("scenario_generation"); },
+      [&](const State& s) {
+        return std::to_string(s.cell->scenario_generation) == reply.text("scenario_generation");
+      },
       kGenerous);
   ASSERT_TRUE(back.has_value());
   EXPECT_LT(back->cell->find_component("Q"), 0);

@@ -33,25 +33,25 @@ def test_scenarios_are_exchanged(cell, config):
     assert list(cell.state.robots) == list(info.robots)
     cell.unload_scenario()
     assert cell.info.scenario == ""
-    assert cell.get_state() == takt.SimulationState.no_world
+    assert cell.get_state().state == takt.SimulationState.no_world
     with pytest.raises(takt.Refused) as refusal:
         cell.load_scenario("nowhere.yaml")
     assert refusal.value.result == 2
 
 
 def test_parts_come_and_go(cell):
-    name = cell.spawn_entity("P", [0.2, 0.3, 1.0], copy_of="P", allow_renaming=True)
+    name = cell.spawn_entity("P", [0.2, 0.3, 1.0], copy_of="P", allow_renaming=True).entity
     assert name == "P_2"
-    assert {e.name for e in cell.get_entities("P*", "part")} == {"P", "P_2"}
+    assert {e.name for e in cell.get_entities("P*", "part").entities} == {"P", "P_2"}
     cell.step(100)
     fallen = cell.get_entity_state(name)
-    assert fallen.position_m[2] == pytest.approx(1.0 - 0.5 * 9.80665 * 0.1**2)
+    assert fallen.position[2] == pytest.approx(1.0 - 0.5 * 9.80665 * 0.1**2)
     assert fallen.state == takt.PartState.free
     assert cell.state.partner_of(name) is None
     cell.stop()
     cell.delete_entity(name)
     assert name not in cell.info.components
-    with pytest.raises(ValueError, match="position_m needs 3 numbers, not 2"):
+    with pytest.raises(takt.Refused, match="position.*3 numbers"):
         cell.spawn_entity("X", [0.2, 0.3], copy_of="P")
 
 
@@ -95,8 +95,7 @@ def test_a_wait_ends_with_none(cell):
 
 def test_ctrl_c_ends_the_wait_for_a_boundary(server, cell):
     """A controller waits for another that is silent; afterwards it can go on waiting."""
-    silent = {"name": "silent", "period_s": "0.008", "timeout_s": "600", "targets": "Robot2"}
-    cell.request("register_controller", silent)
+    cell.register_controller("silent", 0.008, ["Robot2"], timeout_s=600)
     with server.client() as watcher, cell.lockstep(["Robot1"], 0.008, timeout=600) as controller:
 
         def interrupt_once_it_waits():
@@ -110,17 +109,17 @@ def test_ctrl_c_ends_the_wait_for_a_boundary(server, cell):
         with pytest.raises(KeyboardInterrupt):
             controller.advance()
         helper.join()
-        cell.request("unregister_controller", {"name": "silent"})
+        cell.unregister_controller("silent")
         assert controller.advance().time_s == pytest.approx(0.008)
 
 
 @pytest.mark.parametrize("ask", [lambda cell: cell.step(5, timeout=600),
-                                 lambda cell: cell.request("step", {"steps": "5"}, timeout=600),
+                                 lambda cell: cell.request("step", {"steps": 5}, timeout=600),
                                  lambda cell: cell.wait_for_event(lambda e: False, timeout=600)])
 def test_ctrl_c_ends_each_wait(server, cell, ask):
     """In lockstep a step waits for the controllers that are registered; this one sends nothing."""
     cell.set_pace(takt.Pace.lockstep)
-    cell.request("register_controller", {"name": "silent", "period_s": "0.008", "timeout_s": "600", "targets": "Robot1"})
+    cell.register_controller("silent", 0.008, ["Robot1"], timeout_s=600)
     with server.client() as watcher:
         seen = set()
 
@@ -133,7 +132,7 @@ def test_ctrl_c_ends_each_wait(server, cell, ask):
         with pytest.raises(KeyboardInterrupt):
             ask(cell)
         helper.join()
-    cell.request("unregister_controller", {"name": "silent"})
+    cell.unregister_controller("silent")
 
 
 def test_a_forked_child_leaves_its_parents_client_alone(server, cell):
@@ -197,7 +196,7 @@ def takt_command(server, *arguments):
 
 def test_command_line_speaks_json(server, cell):
     code, text = takt_command(server, "step", "7")
-    assert (code, json.loads(text)["values"]["step"]) == (0, "7")
+    assert (code, json.loads(text)["values"]["step"]) == (0, 7)
     code, text = takt_command(server, "state")
     assert (code, json.loads(text)["step"]) == (0, 7)
     code, text = takt_command(server, "entities", "P", "--category", "part")

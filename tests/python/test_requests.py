@@ -6,14 +6,14 @@ import takt
 
 
 def need(cell, request):
-    if request not in cell.get_features()["requests"].split(","):
+    if request not in cell.get_features().requests:
         pytest.skip(f"this server has no request {request}")
 
 
 def test_a_part_is_put_elsewhere_held_and_let_go(config):
     with takt.Server(config / "scenarios" / "block_assembly.yaml") as server, server.client() as cell:
         need(cell, "attach")
-        cell.set_entity_state("P", position_m=[0.2, 0.3, 1.0])
+        cell.set_entity_state("P", position=[0.2, 0.3, 1.0])
         assert cell.state.component("P").position_m == pytest.approx([0.2, 0.3, 1.0])
         cell.attach("P", "Gripper1")
         cell.step(100)

@@ -66,10 +66,13 @@ TEST_F(ControlTest, RequestsAreRead) {
   EXPECT_EQ(all.process, "all");
   EXPECT_EQ(all.level, 2);
   EXPECT_EQ(action<requests::SetLevelOfDetail>("set_level_of_detail", {{"level", "3"}}).level, 3);
-  EXPECT_EQ(action<requests::SetLevelOfDetail>("set_level_of_detail", {{"level", "1"}, {"process", "all"}}).process,
-            "all");
-  EXPECT_EQ(action<requests::SetLevelOfDetail>("set_level_of_detail", {{"level", "1"}, {"process", "packing"}}).process,
-            "packing");
+  EXPECT_EQ(
+      action<requests::SetLevelOfDetail>("set_level_of_detail", {{"level", "1"}, {"process", "all"}}).process,
+      "all");
+  EXPECT_EQ(
+      action<requests::SetLevelOfDetail>("set_level_of_detail", {{"level", "1"}, {"process", "packing"}})
+          .process,
+      "packing");
   for (const int scope : {0, 1, 2, 3, 4, 5, 255})
     EXPECT_EQ(action<requests::Reset>("reset", {{"scope", std::to_string(scope)}}).scope, scope);
 }

@@ -132,7 +132,8 @@ TEST_F(RunLoopTest, RequestsThatCannotBeExecutedChangeNothing) {
     EXPECT_EQ(reply.result, ControlResult::failed) << name;
     return reply.message;
   };
-  EXPECT_NE(refused("set_entity_state", {{"entity", "P"}}).find("a position, an orientation"), std::string::npos);
+  EXPECT_NE(refused("set_entity_state", {{"entity", "P"}}).find("a position, an orientation"),
+            std::string::npos);
   const auto plc = [&](const char* period, const char* targets) {
     return refused("register_controller", {{"name", "a"}, {"period_s", period}, {"targets", targets}});
   };

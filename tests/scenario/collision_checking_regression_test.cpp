@@ -38,7 +38,7 @@ TEST(CheckedPrograms, PadsThatCloseOnBAreReportedWithin20mmOfTheTable) {
   int cleared = 0;
   for (const CollisionEvent& event : run.result.collisions) {
     EXPECT_NE(event.kind, Kind::collision);
-    if (event.kind != Kind::cleared) continue;
+    if (event.kind != Kind::clearance_restored) continue;
     ++cleared;
     EXPECT_NEAR(event.distance_m, 0.015, 1e-5);
     EXPECT_GT(event.duration_s, 1.0);
@@ -100,7 +100,7 @@ TEST(CheckedPrograms, AGripperDrivenIntoTheTableIsReported) {
         EXPECT_NEAR(event.distance_m, now, 1e-9);
         EXPECT_NEAR(event.p_W.z(), 0.7 + 0.5 * now, 1e-8);
         break;
-      case Kind::cleared:
+      case Kind::clearance_restored:
         EXPECT_LE(before, 0.006);
         EXPECT_GT(now, 0.006) << "one millimetre of hysteresis";
         EXPECT_NEAR(event.distance_m, *std::min_element(height.begin(), height.end()), 1e-9);
@@ -111,7 +111,7 @@ TEST(CheckedPrograms, AGripperDrivenIntoTheTableIsReported) {
   }
   EXPECT_EQ(count[Kind::clearance], 2);
   EXPECT_EQ(count[Kind::collision], 2);
-  EXPECT_EQ(count[Kind::cleared], 2);
+  EXPECT_EQ(count[Kind::clearance_restored], 2);
 
   const RunInfo info;
   const auto report = nlohmann::json::parse(report_json(r.scenario, r.cell->description, info, r.result));

@@ -23,7 +23,8 @@ inline ClientOptions client_options() {
 }
 
 /// The refusal of a request that must be refused.
-inline ClientError refusal(Client& cell, const std::string& name, const std::map<std::string, std::string>& arguments = {}) {
+inline ClientError refusal(Client& cell, const std::string& name,
+                           const std::map<std::string, std::string>& arguments = {}) {
   try {
     const client::Reply reply = cell.request(name, arguments);
     ADD_FAILURE() << name << " was done: " << reply.message;

@@ -47,8 +47,8 @@ class LoopReader {
     return found;
   }
   ControlReply request(const std::string& name, const TextArguments& arguments = {}) {
-    ControlReply reply = reply_to(submit(name, arguments))
-                             .value_or(ControlReply{0, ControlResult::failed, "no reply"});
+    ControlReply reply =
+        reply_to(submit(name, arguments)).value_or(ControlReply{0, ControlResult::failed, "no reply"});
     expect_declared_result(name, reply);
     return reply;
   }

@@ -13,7 +13,8 @@ namespace takt::test {
 
 using TextArguments = std::vector<std::pair<std::string, std::string>>;
 
-inline ControlRequest text_request(std::uint64_t id, const std::string& name, const TextArguments& arguments) {
+inline ControlRequest text_request(std::uint64_t id, const std::string& name,
+                                   const TextArguments& arguments) {
   return {id, name, arguments_of_text(name, arguments)};
 }
 

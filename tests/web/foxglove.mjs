@@ -59,7 +59,7 @@ for (const protocol of ['foxglove.websocket.v1', 'foxglove.sdk.v1']) {
     await live.until(() => replies.has(callId));
     return replies.get(callId);
   };
-  assert.equal((await call('set_state', {state: '2'})).result, 1);
+  assert.equal((await call('set_state', {state: 'paused'})).result, 1);
   const refused = await call('step', {steps: 'many'});
   assert.notEqual(refused.result, 1);
   assert.ok(refused.message.length > 10);
@@ -94,7 +94,7 @@ for (const protocol of ['foxglove.websocket.v1', 'foxglove.sdk.v1']) {
     assert.ok(points.length > 0 && points.length % 3 === 0 && colors.length === points.length);
     assert.ok(colors.some(({r, b}) => r > 0.85 && b < 0.15));
   }
-  assert.equal((await call('set_state', {state: '1'})).result, 1);
+  assert.equal((await call('set_state', {state: 'playing'})).result, 1);
   assert.deepEqual(live.problems, []);
   live.client.close();
 }
@@ -103,7 +103,7 @@ for (const protocol of ['foxglove.websocket.v1', 'foxglove.sdk.v1']) {
 const foreign = await look('foxglove.websocket.v1', {origin: 'https://elsewhere.example'});
 await foreign.until(() => foreign.info());
 assert.equal(foreign.info().metadata.control, 'false');
-foreign.client.sendServiceCallRequest({serviceId: 1, callId: 1, encoding: 'json', data: new TextEncoder().encode('{"request":"set_state","arguments":{"state":"2"}}')});
+foreign.client.sendServiceCallRequest({serviceId: 1, callId: 1, encoding: 'json', data: new TextEncoder().encode('{"request":"set_state","arguments":{"state":"paused"}}')});
 await new Promise((resolve) => foreign.client.on('serviceCallFailure', resolve));
 foreign.client.close();
 const {request} = await import('node:http');

@@ -39,18 +39,27 @@ std::string quoted(const std::string& text) {
   return "'" + replaced(text, '\'', "'\\''") + "'";
 }
 
+std::string names_of(const CLI::App& app) {
+  std::string names;
+  for (const CLI::App* command : app.get_subcommands({})) names += " " + command->get_name();
+  return names;
+}
+
 struct Words {
   std::string names;       ///< of all commands
   std::string cases;       ///< "NAME) VARIABLE+=' --option' ;;", one a line
+  std::string nested;      ///< "NAME) compadd WORDS ;;" of those that have commands of their own, one a line
   std::string with_files;  ///< names of commands that take one, separated by |
 };
 
 /// `variable`: of the script, which takes up the options of the command that was given.
 Words words_of(const CLI::App& app, const std::string& variable) {
-  Words words;
+  Words words{.names = names_of(app)};
   for (const CLI::App* command : app.get_subcommands({})) {
-    words.names += " " + command->get_name();
-    words.cases += "    " + command->get_name() + ") " + variable + "+='" + options_of(*command) + "' ;;\n";
+    const std::string inner = names_of(*command);
+    words.cases +=
+        "    " + command->get_name() + ") " + variable + "+='" + options_of(*command) + inner + "' ;;\n";
+    if (!inner.empty()) words.nested += "    " + command->get_name() + ") compadd --" + inner + " ;;\n";
     if (takes_file(*command)) words.with_files += (words.with_files.empty() ? "" : "|") + command->get_name();
   }
   return words;
@@ -127,9 +136,8 @@ std::string zsh_script(const CLI::App& app) {
          "  case $command in\n"
          "    '') _describe 'command' commands ;;\n"
          "    completion) compadd bash zsh fish ;;\n"
-         "    pace) compadd realtime free lockstep ;;\n"
-         "    " +
-         words.with_files +
+         "    pace) compadd realtime free lockstep ;;\n" +
+         words.nested + "    " + words.with_files +
          ") _files ;;\n"
          "  esac\n"
          "}\n"
@@ -139,7 +147,8 @@ std::string zsh_script(const CLI::App& app) {
 }
 
 std::string fish_script(const CLI::App& app) {
-  std::string names, lines;
+  const std::string names = names_of(app);
+  std::string lines;
   const auto options = [&](const CLI::App& of, const std::string& when) {
     for (const CLI::Option* option : of.get_options()) {
       std::string words;
@@ -150,7 +159,6 @@ std::string fish_script(const CLI::App& app) {
                quoted(option->get_description()) + "\n";
     }
   };
-  for (const CLI::App* command : app.get_subcommands({})) names += " " + command->get_name();
   options(app, "");
   for (const CLI::App* command : app.get_subcommands({})) {
     lines += "complete -c takt -f -n 'not __fish_seen_subcommand_from" + names + "' -a " +
@@ -158,6 +166,9 @@ std::string fish_script(const CLI::App& app) {
     const std::string seen = " -n '__fish_seen_subcommand_from " + command->get_name() + "'";
     if (takes_file(*command)) lines += "complete -c takt -F" + seen + "\n";
     options(*command, seen);
+    for (const CLI::App* inner : command->get_subcommands({}))
+      lines += "complete -c takt -f" + seen + " -a " + inner->get_name() + " -d " +
+               quoted(inner->get_description()) + "\n";
   }
   return "# fish completion of takt, made by: takt completion fish\ncomplete -c takt -f\n" + lines +
          "for program in takt-server takt-controller takt-run\n"

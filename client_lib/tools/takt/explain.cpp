@@ -41,7 +41,8 @@ void print_sequences(const PartExplanation& e) {
   const std::size_t listed = std::min(e.sequences.size(), kSequencesForPeople);
   for (std::size_t i = 0; i < listed; ++i) {
     std::string line;
-    for (const std::string& name : e.sequences[i].components) line += (line.empty() ? "" : " > ") + labelled(e, name);
+    for (const std::string& name : e.sequences[i].components)
+      line += (line.empty() ? "" : " > ") + labelled(e, name);
     std::printf("  %s%s\n", line.c_str(), i == 0 && e.partner ? "   <- chosen" : "");
   }
   print_rest(e.sequence_count, listed);
@@ -82,9 +83,8 @@ void print_pressing(const PartExplanation& e) {
     std::printf(
         "%s presses: %.4f N normal, %.4f N friction, in all (%.4f, %.4f, %.4f) N; %.2f mm2, %.3f um deep at "
         "(%.4f, %.4f, %.4f) m\n",
-        p.by.c_str(), p.normal_force, p.friction_force, p.force.x, p.force.y, p.force.z,
-        1e6 * p.area, 1e6 * p.largest_penetration, p.center_of_pressure.x, p.center_of_pressure.y,
-        p.center_of_pressure.z);
+        p.by.c_str(), p.normal_force, p.friction_force, p.force.x, p.force.y, p.force.z, 1e6 * p.area,
+        1e6 * p.largest_penetration, p.center_of_pressure.x, p.center_of_pressure.y, p.center_of_pressure.z);
   }
 }
 

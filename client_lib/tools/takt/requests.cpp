@@ -21,7 +21,8 @@ int send(const Common& common, const std::string& name, const Texts& texts, bool
   const Arguments arguments = arguments_of_text(name, texts);
   requests::Any checked;
   if (find_request(name) != nullptr)
-    if (const auto fault = read_request(name, arguments, checked)) throw CLI::ValidationError(fault->sentence);
+    if (const auto fault = read_request(name, arguments, checked))
+      throw CLI::ValidationError(fault->sentence);
   const client::Reply reply = Session(common)->request(name, arguments);
   const int result = report(common, reply);
   if (with_values && !common.json)
@@ -33,7 +34,8 @@ int send(const Common& common, const std::string& name, const Texts& texts, bool
 std::string first_sentence(std::string_view doc) {
   std::string sentence(doc.substr(0, doc.find(". ")));
   if (!sentence.empty() && sentence.back() == '.') sentence.pop_back();
-  if (!sentence.empty()) sentence[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(sentence[0])));
+  if (!sentence.empty())
+    sentence[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(sentence[0])));
   return sentence;
 }
 
@@ -93,9 +95,8 @@ void declare_request(CLI::App& app, const Common& common, int& result) {
       help += "\n  " + std::string(field.name) + "=: " + help_of(field);
     if (!help.empty()) one->footer("Arguments:" + help);
     add_arguments(*one, *arguments);
-    one->callback([&common, &result, name, arguments] {
-      result = send(common, name, split(*arguments), true);
-    });
+    one->callback(
+        [&common, &result, name, arguments] { result = send(common, name, split(*arguments), true); });
   }
 }
 
@@ -105,8 +106,7 @@ void declare_word(CLI::App& app, const Common& common, int& result, const char* 
                   std::initializer_list<const char*> positions, const Texts& fixed = {},
                   const char* description = nullptr) {
   const MessageInfo& info = message_info<Type>();
-  auto* command =
-      app.add_subcommand(word, description != nullptr ? description : first_sentence(info.doc));
+  auto* command = app.add_subcommand(word, description != nullptr ? description : first_sentence(info.doc));
   const auto values = std::make_shared<std::vector<std::string>>(positions.size());
   std::vector<std::string> names;
   for (const char* name : positions) {

@@ -86,9 +86,9 @@ nlohmann::json values_json(const Arguments& values) {
 
 int report(const Common& common, const client::Reply& reply) {
   if (common.json)
-    std::printf(
-        "%s\n",
-        recording::json_text(nlohmann::json{{"message", reply.message}, {"values", values_json(reply.values)}}).c_str());
+    std::printf("%s\n", recording::json_text(
+                            nlohmann::json{{"message", reply.message}, {"values", values_json(reply.values)}})
+                            .c_str());
   else
     std::printf("%s\n", reply.message.c_str());
   return kOk;

@@ -266,10 +266,10 @@ function ask(request, args) {
     (error) => { tell(error.message); throw error; });
 }
 const on = (id, request, args = () => ({})) => { $(id).onclick = () => ask(request, args()).catch(() => {}); };
-on('play', 'set_state', () => ({state: '1'}));
-on('pause', 'set_state', () => ({state: '2'}));
+on('play', 'set_state', () => ({state: 'playing'}));
+on('pause', 'set_state', () => ({state: 'paused'}));
 on('step', 'step', () => ({steps: $('steps').value}));
-on('reset', 'reset', () => (playback ? {} : {scope: '255'}));
+on('reset', 'reset');
 $('pace').onchange = $('factor').onchange = () =>
   ask('set_pace', {pace: $('pace').value, ...($('pace').value === 'realtime' ? {factor: $('factor').value} : {})}).catch(() => {});
 $('position').oninput = () => ask('seek', {position: String($('position').value * (playback?.duration ?? 0))}).catch(() => {});

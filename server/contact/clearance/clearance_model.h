@@ -5,12 +5,12 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "plant_models/spatial.h"
 #include "server/geometry/convex/rounded_shape.h"
 #include "server/geometry/mesh/solid_overlap.h"
+#include "takt_enumerations.h"
 
 namespace takt {
 
@@ -44,26 +44,15 @@ struct ClearanceModel {
 };
 
 struct CollisionEvent {
-  enum class Kind : std::uint8_t {
-    clearance,  ///< the pair has come closer than its limit
-    collision,  ///< the pair overlaps
-    cleared,    ///< the pair is beyond its limit again, a gripper took hold of the Part, or the pair acts by
-                ///< surface contact
-  };
+  using Kind = CollisionEventKind;
   Kind kind{};
   double time_s = 0.0;
   std::uint64_t step = 0;
-  int a = -1, b = -1;    ///< indices into ClearanceModel::bodies and CellDescription::checked_bodies
-  double limit_m = 0.0;  ///< of the pair
-  double distance_m =
-      0.0;  ///< now; negative: minus the depth. `cleared`: the least since the pair came close
-  double duration_s = 0.0;  ///< `cleared`: since the pair came close; else 0
+  int a = -1, b = -1;       ///< indices into ClearanceModel::bodies and CellDescription::checked_bodies
+  double limit_m = 0.0;     ///< of the pair
+  double distance_m = 0.0;  ///< now; negative: minus the depth. Restored: the least since the pair came close
+  double duration_s = 0.0;  ///< restored: since the pair came close; else 0
   Vec3 p_W = Vec3::Zero();  ///< halfway between the nearest points of the two, at `distance_m`
 };
-
-constexpr std::string_view to_string(CollisionEvent::Kind kind) {
-  constexpr std::string_view names[] = {"clearance", "collision", "clearance_restored"};
-  return names[static_cast<int>(kind)];
-}
 
 }  // namespace takt

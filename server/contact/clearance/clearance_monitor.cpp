@@ -317,7 +317,7 @@ void ClearanceMonitor::judge(int index, const BodyDistance& found, const Instant
 
 void ClearanceMonitor::close(int index, const Instant& now) {
   Pair& pair = pairs_[static_cast<std::size_t>(index)];
-  tell(CollisionEvent::Kind::cleared, index, pair.least_m, pair.least_p_W, now);
+  tell(CollisionEvent::Kind::clearance_restored, index, pair.least_m, pair.least_p_W, now);
   events_.back().duration_s = now.time_s - pair.since_s;
   pair.open = pair.overlapping = false;
   --open_pairs_;

@@ -235,10 +235,10 @@ std::variant<std::uint32_t, Refusal> CellHost::exchange_content(const Scenario& 
   Refusal refusal;
   std::shared_ptr<LoadedScenario> next;
   if (!state || (!any_state && *state != SimulationState::stopped)) {
-    refusal = {
-        ControlResult::incorrect_state,
-        "Parts come and go only while the simulation is stopped (set_state stopped, which resets it); it is " +
-            std::string(state ? to_string(*state) : "ending") + "."};
+    refusal = {ControlResult::incorrect_state,
+               "Parts come and go only while the simulation is stopped (set_state stopped, which resets it); "
+               "it is " +
+                   std::string(state ? to_string(*state) : "ending") + "."};
   } else {
     try {
       next = slot_.build(wanted);
@@ -290,7 +290,8 @@ Outcome<requests::Reset> CellHost::execute(const requests::Reset& request) {
   const Scenario original = *loaded->as_loaded;
   auto exchanged = exchange_content(original, !spawned_only, {});
   if (auto* refused = std::get_if<Refusal>(&exchanged)) return std::move(*refused);
-  return {outbound_->events.post(events::SpawnedReset{spawned_only}), {0, std::get<std::uint32_t>(exchanged)}};
+  return {outbound_->events.post(events::SpawnedReset{spawned_only}),
+          {0, std::get<std::uint32_t>(exchanged)}};
 }
 
 void CellHost::stop() {

@@ -96,7 +96,9 @@ class CellHost {
   Outcome<requests::RestoreSnapshot> execute(const requests::RestoreSnapshot& r) {
     return snapshots_.restore(r);
   }
-  Outcome<requests::StartRecording> execute(const requests::StartRecording& r) { return recordings_.start(r); }
+  Outcome<requests::StartRecording> execute(const requests::StartRecording& r) {
+    return recordings_.start(r);
+  }
   Outcome<requests::StopRecording> execute(const requests::StopRecording&) { return recordings_.stop(); }
   /// Of a scenario to which something was spawned, or from which something was deleted.
   Outcome<requests::Reset> execute(const requests::Reset& request);

@@ -58,13 +58,13 @@ void Recordings::begin(LoadedScenario& loaded) {
 Outcome<requests::StartRecording> Recordings::start(const requests::StartRecording& request) {
   if (options_.recordings.empty())
     return Refusal{ControlResult::unsupported,
-            "This server keeps no recordings of requests; --recordings DIR says where to."};
+                   "This server keeps no recordings of requests; --recordings DIR says where to."};
   if (std::string refusal = SessionStore::refused_name(request.name, "recording"); !refusal.empty())
     return Refusal{ControlResult::failed, std::move(refusal)};
   if (recorder_)
     return Refusal{ControlResult::incorrect_state,
-            "It is being recorded already, to " + recorder_->file().string() +
-                (is_log_of_server() ? ", the log of the server." : "; stop_recording ends that.")};
+                   "It is being recorded already, to " + recorder_->file().string() +
+                       (is_log_of_server() ? ", the log of the server." : "; stop_recording ends that.")};
   try {
     std::filesystem::create_directories(options_.recordings);
     recorder_ = make(std::filesystem::absolute(options_.recordings) / (request.name + kSuffix), false);
@@ -82,7 +82,8 @@ Outcome<requests::StartRecording> Recordings::start(const requests::StartRecordi
       recorder_.reset();
       std::error_code ignored;
       std::filesystem::remove(file, ignored);
-      return Refusal{ControlResult::failed, "Nothing is recorded, as the state could not be restored: " + refusal};
+      return Refusal{ControlResult::failed,
+                     "Nothing is recorded, as the state could not be restored: " + refusal};
     }
     if (!began) {
       recorder_.reset();
@@ -102,9 +103,9 @@ Outcome<requests::StopRecording> Recordings::stop() {
   if (!recorder_) return Refusal{ControlResult::incorrect_state, "Nothing is being recorded."};
   if (is_log_of_server())
     return Refusal{ControlResult::incorrect_state,
-            "What is recorded is the log of the server (--log " + recorder_->file().string() +
-                "), which ends with the server." +
-                (recorder_->failure().empty() ? "" : " It has failed: " + recorder_->failure())};
+                   "What is recorded is the log of the server (--log " + recorder_->file().string() +
+                       "), which ends with the server." +
+                       (recorder_->failure().empty() ? "" : " It has failed: " + recorder_->failure())};
   if (const auto loaded = slot_.loaded()) {
     // A loop that has ended has said so in the recording.
     (void)loaded->loop->between_steps([&] {

@@ -79,7 +79,8 @@ std::variant<ScenarioPart, Refusal> new_part(const Scenario& scenario, const req
 
 }  // namespace
 
-std::variant<ChangedScenario, Refusal> changed(const Scenario& scenario, const requests::SpawnEntity& request) {
+std::variant<ChangedScenario, Refusal> changed(const Scenario& scenario,
+                                               const requests::SpawnEntity& request) {
   std::string name = request.name;
   if (!is_scenario_name(name)) {
     return Refusal{
@@ -112,7 +113,8 @@ std::variant<ChangedScenario, Refusal> changed(const Scenario& scenario, const r
   return result;
 }
 
-std::variant<ChangedScenario, Refusal> changed(const Scenario& scenario, const requests::DeleteEntity& request) {
+std::variant<ChangedScenario, Refusal> changed(const Scenario& scenario,
+                                               const requests::DeleteEntity& request) {
   const std::string& name = request.entity;
   if (find_part(scenario, name) == nullptr) {
     // A gripper's jaws are components named after it.

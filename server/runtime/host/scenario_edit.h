@@ -16,7 +16,8 @@ struct ChangedScenario {
 
 /// Or why the request cannot be fulfilled. The Part belongs to the process of what it is a copy of, else to the
 /// first one. A copy of a Part that is screwed in is not.
-std::variant<ChangedScenario, Refusal> changed(const Scenario& scenario, const requests::SpawnEntity& request);
+std::variant<ChangedScenario, Refusal> changed(const Scenario& scenario,
+                                               const requests::SpawnEntity& request);
 /// What rules of the scenario say of the Part counts no more. Refused while something is screwed into it.
 std::variant<ChangedScenario, Refusal> changed(const Scenario& scenario,
                                                const requests::DeleteEntity& request);

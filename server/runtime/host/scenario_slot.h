@@ -40,10 +40,10 @@ struct LoadedScenario {
   std::optional<double> pause_at_s;
   // Of what came from a file; constant once it is loaded.
   std::optional<ScenarioSource> source;
-  std::optional<Scenario> as_loaded;    ///< what the file said
-  std::optional<Scenario> content;      ///< with what was spawned, without what was deleted
+  std::optional<Scenario> as_loaded;   ///< what the file said
+  std::optional<Scenario> content;     ///< with what was spawned, without what was deleted
   std::vector<requests::Any> changes;  ///< that made the one of the other
-  std::optional<RunLoop> loop;          ///< from the exchange on
+  std::optional<RunLoop> loop;         ///< from the exchange on
   std::optional<SnapshotWriter> writer;
 };
 

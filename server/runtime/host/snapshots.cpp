@@ -66,7 +66,8 @@ Outcome<requests::SaveSnapshot> Snapshots::save(const requests::SaveSnapshot& re
   std::string why;
   if (!loaded->loop->between_steps([&] { why = loaded->loop->saver().save(saved); }))
     return Refusal{ControlResult::incorrect_state, "The simulation has ended; nothing was saved."};
-  if (!why.empty()) return Refusal{ControlResult::failed, "Nothing was saved, as it could not be restored: " + why};
+  if (!why.empty())
+    return Refusal{ControlResult::failed, "Nothing was saved, as it could not be restored: " + why};
   const std::filesystem::path file = store_->file_of(request.name);
   SnapshotResult written = write_snapshot_file(file, saved.identity, saved.bytes);
   if (!written.good()) return Refusal{ControlResult::failed, std::move(written.message)};
@@ -102,7 +103,7 @@ Outcome<requests::RestoreSnapshot> Snapshots::restore(const requests::RestoreSna
     return {outbound_.events.post(events::SnapshotRestored{time_s, step}), {time_s, step, epoch}};
   }
   return Refusal{result.error == SnapshotError::not_found ? ControlResult::not_found : ControlResult::failed,
-          result.message};
+                 result.message};
 }
 
 std::optional<Session> Snapshots::session() const {

@@ -32,7 +32,8 @@ class ControllerRegistry {
   /// the same targets is replaced (it was started anew). Returns a sentence when that is not possible: too
   /// many controllers, another one of that name, a target that another one has declared, or one twice. The
   /// cell has all targets.
-  std::string add(const requests::RegisterController& request, std::uint64_t present_step, const CellDescription& cell);
+  std::string add(const requests::RegisterController& request, std::uint64_t present_step,
+                  const CellDescription& cell);
   bool remove(const std::string& name);
 
   /// The present step is another one: every controller's next boundary is the first at or after it.

@@ -37,13 +37,12 @@ bool LockstepBarrier::admits(const ReceivedCommand& received) {
     }
     if (stamp.given()) code = stamp < boundary ? RejectionCode::stale : RejectionCode::out_of_range;
   }
-  const FixedString<32> reason(to_string(code));
   if (controller == nullptr)
-    loop_.emit(loop_.record_of(events::CommandWithoutController{received.target, reason}, received.sender));
+    loop_.emit(loop_.record_of(events::CommandWithoutController{received.target, code}, received.sender));
   else
-    loop_.emit(loop_.record_of(events::CommandBesideBoundary{received.target, reason, stamp.given(),
-                                                             stamp.seconds(), boundary_s},
-                               received.sender));
+    loop_.emit(loop_.record_of(
+        events::CommandBesideBoundary{received.target, code, stamp.given(), stamp.seconds(), boundary_s},
+        received.sender));
   ++refused_;
   return false;
 }
@@ -80,7 +79,7 @@ bool LockstepBarrier::covered_by_trajectory(int target, double time_s) const {
 }
 
 std::optional<events::OfLoop> LockstepBarrier::wait_for(ControllerRegistry::Controller& controller,
-                                                     int missing_target, Verdict& verdict) {
+                                                        int missing_target, Verdict& verdict) {
   const std::int64_t now = monotonic_now_ns();
   if (wait_began_ns_ == 0) {
     wait_began_ns_ = now;
@@ -95,8 +94,7 @@ std::optional<events::OfLoop> LockstepBarrier::wait_for(ControllerRegistry::Cont
     return events::ControllerTimeout{name, missing_target, boundary_s, controller.timeout_s};
   if (waited >= kLateAfter_ns && !controller.late_told) {
     controller.late_told = true;
-    loop_.emit(
-        events::ControllerLate{name, missing_target, boundary_s, static_cast<double>(waited) * 1e-9});
+    loop_.emit(events::ControllerLate{name, missing_target, boundary_s, static_cast<double>(waited) * 1e-9});
   }
   return std::nullopt;
 }

@@ -33,8 +33,8 @@ class LockstepBarrier {
   std::uint64_t refused() const { return refused_; }
 
   struct Verdict {
-    bool open = true;                    ///< nothing is missing: the step may be taken
-    bool news_for_status = false;        ///< the wait has just become long
+    bool open = true;                       ///< nothing is missing: the step may be taken
+    bool news_for_status = false;           ///< the wait has just become long
     std::optional<events::OfLoop> timeout;  ///< the last time-out, to pause with; the others are emitted
   };
   /// In lockstep, before a step; `has_command` of a target. `single_step`: a step without controllers is meant.
@@ -51,7 +51,7 @@ class LockstepBarrier {
   bool covered_by_trajectory(int target, double time_s) const;
   /// Reports that it is late; returns the event of its time-out when that is over.
   std::optional<events::OfLoop> wait_for(ControllerRegistry::Controller& controller, int missing_target,
-                                      Verdict& verdict);
+                                         Verdict& verdict);
   void name(std::string_view controller) { waiting_for_[waiting_count_++].assign(controller); }
 
   LoopContext& loop_;

@@ -17,9 +17,9 @@ struct LoopContext {
   LoopOutput& output;
   SimulationState state{};
   Pace pace{};
-  double factor = 1.0;               ///< simulated seconds per second of wall time, for realtime
-  bool faulted = false;              ///< the simulation takes no step until a reset
-  LogRecorder* recorder = nullptr;   ///< records what changes the simulation; null: nothing is recorded
+  double factor = 1.0;              ///< simulated seconds per second of wall time, for realtime
+  bool faulted = false;             ///< the simulation takes no step until a reset
+  LogRecorder* recorder = nullptr;  ///< records what changes the simulation; null: nothing is recorded
 
   const CellDescription& cell() const { return simulation.description(); }
   bool plays() const { return state == SimulationState::playing; }

@@ -46,7 +46,8 @@ bool LoopControl::may_step() {
     return false;
   }
   if (context.pace != Pace::lockstep) return true;
-  const auto verdict = barrier.check([this](int target) { return intake.has(target); }, single_steps_left_ > 0);
+  const auto verdict =
+      barrier.check([this](int target) { return intake.has(target); }, single_steps_left_ > 0);
   if (verdict.timeout) {
     pause_with(*verdict.timeout);
   } else if (verdict.news_for_status) {
@@ -206,8 +207,8 @@ void LoopControl::end_single_steps(Refusal end) {
   if (single_steps_request_ == 0) return;
   ControlReply reply{single_steps_request_, end.result, std::move(end.message)};
   if (end.result == ControlResult::ok)
-    reply.values = arguments_of(
-        requests::StepResponse{context.simulation.step_index(), context.simulation.time_s()});
+    reply.values =
+        arguments_of(requests::StepResponse{context.simulation.step_index(), context.simulation.time_s()});
   context.reply(std::move(reply));
   single_steps_request_ = 0;
   single_steps_left_ = 0;

@@ -50,7 +50,8 @@ void RunLoop::run() {
       continue;
     }
     if (inbox_.waiting())
-      for (const RequestInbox::Request& request : inbox_.take()) executor_.execute(request.id, request.request);
+      for (const RequestInbox::Request& request : inbox_.take())
+        executor_.execute(request.id, request.request);
     executor_.answer_query();
     control_.intake.collect();
     if (!control_.may_step()) {
@@ -62,7 +63,8 @@ void RunLoop::run() {
   }
   LoopContext& loop = control_.context;
   if (loop.recorder != nullptr) loop.recorder->end_scenario(loop.simulation);
-  control_.end_single_steps({ControlResult::failed, "The remaining steps were not taken: the simulation has ended."});
+  control_.end_single_steps(
+      {ControlResult::failed, "The remaining steps were not taken: the simulation has ended."});
   for (const RequestInbox::Request& request : inbox_.close()) executor_.refuse(request.id);
   executor_.refuse_queries();
   loop.state = SimulationState::quitting;

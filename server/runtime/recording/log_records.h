@@ -72,8 +72,8 @@ struct LogBegin {
 };
 /// What was loaded, and how.
 struct LogScenario {
-  ScenarioSource source;                ///< file empty: the cell came from no file
-  std::vector<requests::Any> changes;   ///< spawn_entity and delete_entity since then
+  ScenarioSource source;               ///< file empty: the cell came from no file
+  std::vector<requests::Any> changes;  ///< spawn_entity and delete_entity since then
   std::string scenario;
   std::uint64_t model = 0;  ///< model_hash()
   std::uint64_t state = 0;  ///< number of the state it is in; 0: its initial one
@@ -299,10 +299,9 @@ struct LogCodec<DeviceCommand> {
   }
 };
 
-using LogRecord =
-    std::variant<LogBegin, LogScenario, LogState, JointCommand, GripperCommand, TrajectoryCommand,
-                 DeviceCommand, LogReset, LogRequest, LogRestored,
-                 LogSaved, LogDeadlines, LogCheckpoint, LogFault, LogScenarioEnd, LogLost, LogEnd>;
+using LogRecord = std::variant<LogBegin, LogScenario, LogState, JointCommand, GripperCommand,
+                               TrajectoryCommand, DeviceCommand, LogReset, LogRequest, LogRestored, LogSaved,
+                               LogDeadlines, LogCheckpoint, LogFault, LogScenarioEnd, LogLost, LogEnd>;
 
 /// Kind, step and fields. `Sink` has append(bytes, size).
 template <typename Sink, typename Record>

@@ -64,7 +64,8 @@ void append(std::string& sentence, std::string_view says, std::span<const FieldT
 
 FieldText text_of_field(const FieldInfo& field, double value, const CellDescription&) {
   const std::string_view shown = annotation(field.annotations, "shown");
-  const bool plain = field.unit.empty() || field.unit == "1" || field.unit.find('|') != std::string_view::npos;
+  const bool plain =
+      field.unit.empty() || field.unit == "1" || field.unit.find('|') != std::string_view::npos;
   std::string text;
   if (shown == "mm")
     text = formatted("%.3f mm", 1e3 * value);
@@ -90,9 +91,9 @@ FieldText text_of_field(const FieldInfo& field, bool value, const CellDescriptio
 FieldText text_of_field(const FieldInfo& field, std::string_view value, const CellDescription&) {
   return {field.name, std::string(value), !value.empty()};
 }
-FieldText text_of_field(const FieldInfo& field, const takt_msgs::msg::Vector3& value, const CellDescription&) {
-  return {field.name,
-          formatted("(%.4f, %.4f, %.4f) ", value.x, value.y, value.z) + std::string(field.unit)};
+FieldText text_of_field(const FieldInfo& field, const takt_msgs::msg::Vector3& value,
+                        const CellDescription&) {
+  return {field.name, formatted("(%.4f, %.4f, %.4f) ", value.x, value.y, value.z) + std::string(field.unit)};
 }
 
 EventText render(const EventInfo& info, std::span<const FieldText> fields, const CellDescription& cell) {
@@ -117,14 +118,10 @@ events::OfLoop event_of(const CollisionEvent& found) {
   switch (found.kind) {
     case CollisionEvent::Kind::collision:
       return events::Collision{found.a, found.b, -found.distance_m, position};
-    case CollisionEvent::Kind::cleared:
-      return events::ClearanceRestored{found.a,
-                                       found.b,
-                                       found.duration_s,
-                                       std::max(-found.distance_m, 0.0),
-                                       found.distance_m,
-                                       found.limit_m,
-                                       position};
+    case CollisionEvent::Kind::clearance_restored:
+      return events::ClearanceRestored{
+          found.a,          found.b,       found.duration_s, std::max(-found.distance_m, 0.0),
+          found.distance_m, found.limit_m, position};
     case CollisionEvent::Kind::clearance:
       break;
   }

@@ -30,16 +30,16 @@ std::string some_pairs(const CellModel& model) {
 Outcome<requests::WatchPressures> PressureSubscriptions::watch(const requests::WatchPressures& request,
                                                                std::int64_t now_ns) {
   if (model_.contact.pairs.empty())
-    return Refusal{ControlResult::incorrect_state,
-                   "This scenario has no pairs in surface contact (section contact); there are no pressures."};
+    return Refusal{
+        ControlResult::incorrect_state,
+        "This scenario has no pairs in surface contact (section contact); there are no pressures."};
   std::vector<std::string> unknown;
   const std::vector<std::size_t> pairs =
       find_contact_pairs(model_.contact, model_.description, request.pairs, &unknown);
   if (!unknown.empty())
     return Refusal{ControlResult::not_found,
-                   "No pair of this cell is called '" + listed(unknown).substr(0, 200) +
-                       "'; there are: " + some_pairs(model_).substr(0, 700) +
-                       "; * stands for any characters."};
+                   "No pair of this cell is called '" + listed(unknown).substr(0, 200) + "'; there are: " +
+                       some_pairs(model_).substr(0, 700) + "; * stands for any characters."};
   const std::lock_guard lock(mutex_);
   std::erase_if(until_ns_, [&](const auto& watched) { return watched.second <= now_ns; });
   for (const std::size_t pair : pairs) {

@@ -1,6 +1,5 @@
 #include "server/simulation/model/command.h"
 
-#include <array>
 #include <cmath>
 #include <sstream>
 
@@ -38,15 +37,6 @@ std::string outside(const char* quantity, const std::string& joint, double value
 }
 
 }  // namespace
-
-std::string_view to_string(RejectionCode code) {
-  constexpr std::array<std::string_view, 18> names{
-      "unknown_robot",  "unknown_gripper", "unknown_joint",         "duplicate_joint",     "wrong_count",
-      "not_finite",     "out_of_range",    "velocity_out_of_range", "effort_out_of_range", "stale",
-      "not_owner",      "malformed",       "invalid_request",       "times_not_ascending", "not_at_rest",
-      "unknown_device", "unknown_signal",  "read_only_signal"};
-  return names[static_cast<std::size_t>(code)];
-}
 
 Validated<JointCommand> validate(const CellDescription& cell, int target, const RawJointCommand& raw) {
   const std::string& name = cell.robots[static_cast<std::size_t>(target)].name;
@@ -141,8 +131,7 @@ Validated<GripperCommand> validate(const CellDescription& cell, int target, cons
                         " is outside [0, " + number(check.upper) + "] " + check.unit);
     }
   }
-  return GripperCommand{gripper, raw.stamp, raw.action, raw.width_m,
-                        raw.max_force_N};
+  return GripperCommand{gripper, raw.stamp, raw.action, raw.width_m, raw.max_force_N};
 }
 
 int target_count(const CellDescription& cell) {

@@ -18,6 +18,7 @@
 #include "plant_models/robot/arm_kinematics.h"
 #include "plant_models/robot/joint_path.h"
 #include "server/simulation/model/sim_time.h"
+#include "takt_enumerations.h"
 
 namespace takt {
 
@@ -73,28 +74,6 @@ int target_of(const CellDescription& cell, const Command& command);
 std::string_view target_name(const CellDescription& cell, int target);
 /// -1: there is none of this name.
 int find_target(const CellDescription& cell, std::string_view name);
-
-enum class RejectionCode : std::uint8_t {
-  unknown_robot,
-  unknown_gripper,
-  unknown_joint,
-  duplicate_joint,
-  wrong_count,
-  not_finite,
-  out_of_range,
-  velocity_out_of_range,
-  effort_out_of_range,
-  stale,
-  not_owner,
-  malformed,
-  invalid_request,
-  times_not_ascending,
-  not_at_rest,
-  unknown_device,
-  unknown_signal,
-  read_only_signal,
-};
-std::string_view to_string(RejectionCode code);
 
 /// Why a command was refused. `message` is a whole sentence with the joint, the value found and the allowed
 /// range.

@@ -32,7 +32,7 @@ void save(const CollisionEvent& event, StateWriter& out) {
 CollisionEvent load_event(StateReader& in, std::size_t bodies) {
   CollisionEvent event;
   event.kind = static_cast<CollisionEvent::Kind>(
-      in.integer(0, static_cast<int>(CollisionEvent::Kind::cleared), "a collision event"));
+      in.integer(0, static_cast<int>(CollisionEvent::Kind::clearance_restored), "a collision event"));
   event.time_s = in.number("a time");
   event.step = in.get<std::uint64_t>();
   event.a = in.integer<int>(0, static_cast<int>(bodies) - 1, "a checked body");
