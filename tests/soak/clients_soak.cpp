@@ -183,7 +183,7 @@ int over_the_line(const Options& options) {
     if (sent % 20 == 0) {
       const std::int64_t asked = monotonic_now_ns();
       try {
-        (void)cell.request("get_state", {}, Seconds(0.2));
+        (void)cell.call(takt::requests::GetState{}, Seconds(0.2));
         ++answered;
       } catch (const ClientError&) {
         ++unanswered;
