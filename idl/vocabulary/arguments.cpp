@@ -227,8 +227,12 @@ bool take(const FieldInfo& field, const Value& from, Type& value) {
     return from.kind == ValueKind::texts && (field.bound == 0 || value.size() <= field.bound) &&
            std::ranges::all_of(value, [&](const std::string& text) { return is_allowed(field, text); });
   } else if constexpr (is_list<Type> && !Message<typename Type::value_type>) {
+    using Number = typename Type::value_type;
     value.clear();
-    for (const double number : from.numbers) value.push_back(static_cast<typename Type::value_type>(number));
+    for (const double number : from.numbers) {
+      if (!(std::abs(number) <= static_cast<double>(std::numeric_limits<Number>::max()))) return false;
+      value.push_back(static_cast<Number>(number));
+    }
     return from.kind == ValueKind::numbers;
   } else {
     if (from.kind != ValueKind::document) return false;
