@@ -19,6 +19,7 @@
 #include <ostream>
 #include <sstream>
 
+#include "idl/common/atomic_file.h"
 #include "server/headless/progress.h"
 #include "server/scenario/scenario_reader.h"
 
@@ -65,12 +66,8 @@ fs::path part_of(const fs::path& file) {
 }
 
 void write_whole(const fs::path& file, const std::string& text) {
-  const fs::path part = part_of(file);
-  std::ofstream out(part, std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) throw std::runtime_error(file.string() + ": cannot be written");
-  fs::rename(part, file);
+  if (const std::error_code error = replace_file(file, {text}))
+    throw std::runtime_error(file.string() + ": cannot be written: " + error.message());
 }
 
 /// What makes this study this study.
