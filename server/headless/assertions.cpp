@@ -6,11 +6,11 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "idl/common/glob.h"
 #include "server/headless/device_report.h"
 #include "server/headless/headless_run.h"
 #include "server/headless/number_text.h"
 #include "server/headless/svg_plot.h"
-#include "server/scenario/collision_checking.h"
 #include "server/scenario/scenario_reader.h"
 
 namespace takt {
@@ -49,11 +49,6 @@ std::string interval(const ScenarioAssertion& assertion, const std::string& unit
   return text;
 }
 
-bool fits(const ScenarioAssertion& assertion, const std::string& a, const std::string& b) {
-  const auto& [one, other] = assertion.pair;
-  return (fits_pattern(a, one) && fits_pattern(b, other)) || (fits_pattern(a, other) && fits_pattern(b, one));
-}
-
 }  // namespace
 
 const char* to_string(Verdict verdict) {
@@ -74,7 +69,7 @@ AssertionChecker::AssertionChecker(const Scenario& scenario, const Simulation& s
     if (assertion.kind == Kind::contact_force) {
       for (const std::string& pattern : assertion.pair)
         if (std::none_of(cell_.components.begin(), cell_.components.end(),
-                         [&](const ComponentDescription& c) { return fits_pattern(c.name, pattern); }))
+                         [&](const ComponentDescription& c) { return glob_match(pattern, c.name); }))
           throw ScenarioError(scenario.file.string() + ": " + assertion.place + ".pair: found '" + pattern +
                               "', which fits no component");
     }
@@ -114,7 +109,8 @@ void AssertionChecker::note_contacts(const Simulation& simulation) {
     const std::string& target = cell_.components[static_cast<std::size_t>(sample.target)].name;
     for (std::size_t i = 0; i < scenario_.assertions.size(); ++i) {
       const ScenarioAssertion& assertion = scenario_.assertions[i];
-      if (assertion.kind != Kind::contact_force || judged_[i] != 0 || !fits(assertion, base, target))
+      if (assertion.kind != Kind::contact_force || judged_[i] != 0 ||
+          !glob_match(assertion.pair, base, target))
         continue;
       if (sample.result.normal_force_N <= largest_N_[i]) continue;
       largest_N_[i] = sample.result.normal_force_N;

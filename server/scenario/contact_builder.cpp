@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "idl/common/glob.h"
 #include "plant_models/thermal/heated_part.h"
 #include "server/contact/surface/contact_roles.h"
 #include "server/scenario/collision_checking.h"
@@ -71,16 +72,11 @@ bool has_temperature(const Scenario& scenario, const std::string& name) {
                      [&](const ScenarioPart& part) { return part.name == name && part.heat; });
 }
 
-bool fits(const ScenarioContactPair& rule, const std::string& a, const std::string& b) {
-  return (fits_pattern(a, rule.pair[0]) && fits_pattern(b, rule.pair[1])) ||
-         (fits_pattern(a, rule.pair[1]) && fits_pattern(b, rule.pair[0]));
-}
-
 void require_known(const Scenario& scenario, const CellModel& cell) {
   const auto known = [&](const std::string& name) {
     return fits_a_deleted_part(scenario, name) ||
            std::any_of(cell.components.begin(), cell.components.end(),
-                       [&](const Component& c) { return fits_pattern(c.name, name); });
+                       [&](const Component& c) { return glob_match(name, c.name); });
   };
   const auto refuse = [&cell](const std::string& place, const std::string& name) {
     std::string list;
@@ -99,7 +95,7 @@ void require_known(const Scenario& scenario, const CellModel& cell) {
 ScenarioContactComponent of_component(const Scenario& scenario, const std::string& name) {
   ScenarioContactComponent result;
   for (const ScenarioContactComponent& entry : scenario.contact.components) {
-    if (!fits_pattern(name, entry.name)) continue;
+    if (!glob_match(entry.name, name)) continue;
     replace(entry.stated, result.stated);
     if (entry.element_edge_m) result.element_edge_m = entry.element_edge_m;
     if (entry.role != ContactRole::by_rule) result.role = entry.role;
@@ -120,8 +116,8 @@ bool base_is_first(const Scenario& scenario, const CellModel& cell, std::size_t 
   const std::string& name_b = cell.components[b].name;
   int said = 0;
   for (const ScenarioContactPair& rule : scenario.contact.pairs) {
-    if (rule.base.empty() || !fits(rule, name_a, name_b)) continue;
-    said = fits_pattern(name_a, rule.base) ? 1 : -1;
+    if (rule.base.empty() || !glob_match(rule.pair, name_a, name_b)) continue;
+    said = glob_match(rule.base, name_a) ? 1 : -1;
   }
   if (said != 0) return said > 0;
   if (of_a.role != of_b.role) {
@@ -142,7 +138,7 @@ StatedContact stated_of_pair(const Scenario& scenario, const CellModel& cell, st
   const bool grip = cell.components[b].type == ComponentType::gripper;
   if (grip) replace(scenario.contact.grippers, stated);
   for (const ScenarioContactPair& rule : scenario.contact.pairs)
-    if (fits(rule, cell.components[a].name, cell.components[b].name)) replace(rule.stated, stated);
+    if (glob_match(rule.pair, cell.components[a].name, cell.components[b].name)) replace(rule.stated, stated);
   // What a regularised grip carries creeps, and joints that hold it chatter.
   if (grip && !stated.friction_law) stated.friction_law = FrictionLaw::stick;
   return stated;
@@ -199,7 +195,7 @@ void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& mesh
     const StatedContact stated = stated_of_pair(scenario, cell, a, b, said[a], said[b]);
     ContactPairModel model;
     for (const ScenarioContactPair& rule : scenario.contact.pairs) {
-      if (!fits(rule, name_a, name_b)) continue;
+      if (!glob_match(rule.pair, name_a, name_b)) continue;
       if (rule.interaction) model.force = *rule.interaction;
       if (rule.friction_at_degC.empty()) continue;
       if (!has_temperature(scenario, name_a) && !has_temperature(scenario, name_b))

@@ -5,9 +5,9 @@
 #include <memory>
 #include <utility>
 
+#include "idl/common/glob.h"
 #include "server/geometry/mesh/diagnostic.h"
 #include "server/geometry/mesh/solid_overlap.h"
-#include "server/scenario/collision_checking.h"
 
 namespace takt {
 
@@ -30,10 +30,7 @@ BodyBox box_of(const TriangleMesh& mesh) {
 bool meant(const Scenario& scenario, const CellModel& cell, int a, int b) {
   const std::string& name_a = cell.components[static_cast<std::size_t>(a)].name;
   const std::string& name_b = cell.components[static_cast<std::size_t>(b)].name;
-  const auto named = [&](const std::array<std::string, 2>& pair) {
-    return (fits_pattern(name_a, pair[0]) && fits_pattern(name_b, pair[1])) ||
-           (fits_pattern(name_a, pair[1]) && fits_pattern(name_b, pair[0]));
-  };
+  const auto named = [&](const std::array<std::string, 2>& pair) { return glob_match(pair, name_a, name_b); };
   const auto joined = [&](const ScrewJointModel& thread) {
     return std::minmax(thread.part, thread.holder) == std::minmax(a, b);
   };

@@ -8,7 +8,6 @@
 namespace {
 
 using takt::recording::CdrWriter;
-using takt::recording::fits_pattern;
 using takt::recording::Json;
 using takt::recording::known_types;
 using takt::recording::MessageTypes;
@@ -96,14 +95,6 @@ TEST(Signals, AreCalledByTheNamesOfTheDescription) {
                                              "robots.Robot1.position.pan=3", "robots.Robot1.position.lift=4",
                                              "contacts.P-Table1.base=0", "contacts.P-Table1.target=1",
                                              "contacts.P-Table1.area=5", "effort.pan=6", "effort.lift=7"}));
-}
-
-TEST(Signals, FitPatterns) {
-  EXPECT_TRUE(fits_pattern("state.components.P.x", "state.*.x"));
-  EXPECT_TRUE(fits_pattern("state.x", "*"));
-  EXPECT_TRUE(fits_pattern("state.x", "state.x"));
-  EXPECT_FALSE(fits_pattern("state.x", "state.*.x"));
-  EXPECT_FALSE(fits_pattern("state.xy", "state.x"));
 }
 
 }  // namespace

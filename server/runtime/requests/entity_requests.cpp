@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "idl/common/glob.h"
 #include "idl/common/text.h"
 #include "server/runtime/requests/document_reply.h"
 
@@ -134,32 +135,11 @@ ControlReply no_component_reply(std::uint64_t id, const std::string& name, const
           {}};
 }
 
-bool matches(std::string_view pattern, std::string_view name) {
-  std::size_t p = 0, n = 0;
-  std::size_t star = std::string_view::npos, resume = 0;  // the newest *, and where its text ends so far
-  while (n < name.size()) {
-    if (p < pattern.size() && pattern[p] == '*') {
-      star = p++;
-      resume = n;
-    } else if (p < pattern.size() && pattern[p] == name[n]) {
-      ++p;
-      ++n;
-    } else if (star != std::string_view::npos) {
-      p = star + 1;
-      n = ++resume;
-    } else {
-      return false;
-    }
-  }
-  while (p < pattern.size() && pattern[p] == '*') ++p;
-  return p == pattern.size();
-}
-
 ControlReply entities_reply(std::uint64_t id, const GetEntities& request, const CellDescription& cell) {
   using nlohmann::json;
   json list = json::array();
   for (const ComponentDescription& c : cell.components) {
-    if (!request.filter.empty() && !matches(request.filter, c.name)) continue;
+    if (!request.filter.empty() && !glob_match(request.filter, c.name)) continue;
     if (!request.category.empty() && request.category != category(c.type)) continue;
     const bool part = c.type == ComponentType::part;
     list.push_back({{"name", c.name},

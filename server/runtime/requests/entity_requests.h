@@ -3,7 +3,6 @@
 // is, and putting a Part elsewhere. Read here; executed between two steps by the loop.
 #include <optional>
 #include <string>
-#include <string_view>
 #include <variant>
 
 #include "server/runtime/requests/control.h"
@@ -34,8 +33,5 @@ ControlReply entities_reply(std::uint64_t id, const GetEntities& request, const 
 /// Pose and twist of one component in the world, with state and partner.
 ControlReply entity_state_reply(std::uint64_t id, int component, const Snapshot& snapshot,
                                 const CellDescription& cell);
-
-/// `pattern` with * for any characters.
-bool matches(std::string_view pattern, std::string_view name);
 
 }  // namespace takt
