@@ -6,21 +6,16 @@
 
 #include "client_lib/client_impl.h"
 #include "client_lib/reply_document.h"
+#include "idl/common/text.h"
 
 namespace takt::client {
 namespace {
 
-/// The shortest text that reads back as the same number.
-std::string text(double value) {
-  char buffer[32];
-  const auto end = std::to_chars(buffer, buffer + sizeof(buffer), value).ptr;
-  return {buffer, end};
-}
 std::string text(const Vector3& v) {
-  return text(v.x) + " " + text(v.y) + " " + text(v.z);
+  return exact_text(v.x) + " " + exact_text(v.y) + " " + exact_text(v.z);
 }
 std::string text(const Quaternion& q) {
-  return text(q.x) + " " + text(q.y) + " " + text(q.z) + " " + text(q.w);
+  return exact_text(q.x) + " " + exact_text(q.y) + " " + exact_text(q.z) + " " + exact_text(q.w);
 }
 
 ClientError unreadable(const std::string& request, const std::string& why) {
@@ -150,7 +145,7 @@ void Client::set_pace(Pace pace, double factor) {
     throw ClientError(ClientError::Kind::invalid, "The factor of the pace must be a finite number.");
   const char* name = pace == Pace::realtime ? "realtime" : pace == Pace::free ? "free" : "lockstep";
   Arguments arguments{{"pace", name}};
-  if (pace == Pace::realtime) arguments["factor"] = text(factor);
+  if (pace == Pace::realtime) arguments["factor"] = exact_text(factor);
   request("set_pace", arguments);
 }
 
@@ -160,12 +155,10 @@ void Client::set_level_of_detail(int level, const std::string& process) {
 
 Reply Client::register_controller(const std::string& name, Seconds period, Seconds timeout,
                                   const std::vector<std::string>& targets) {
-  std::string list;
-  for (const std::string& target : targets) list += (list.empty() ? "" : ",") + target;
   return request("register_controller", {{"name", name},
-                                         {"period_s", text(period.count())},
-                                         {"timeout_s", text(timeout.count())},
-                                         {"targets", list}});
+                                         {"period_s", exact_text(period.count())},
+                                         {"timeout_s", exact_text(timeout.count())},
+                                         {"targets", join(targets, ",")}});
 }
 
 void Client::unregister_controller(const std::string& name) {
@@ -201,8 +194,8 @@ std::string Client::spawn_entity(const SpawnRequest& spawn, std::optional<Second
   if (spawn.allow_renaming) arguments["allow_renaming"] = "true";
   if (!spawn.mesh.empty()) arguments["uri"] = spawn.mesh;
   if (!spawn.copy_of.empty()) arguments["copy_of"] = spawn.copy_of;
-  if (spawn.mesh_scale != 1.0) arguments["mesh_scale"] = text(spawn.mesh_scale);
-  if (spawn.mass_kg) arguments["mass_kg"] = text(*spawn.mass_kg);
+  if (spawn.mesh_scale != 1.0) arguments["mesh_scale"] = exact_text(spawn.mesh_scale);
+  if (spawn.mass_kg) arguments["mass_kg"] = exact_text(*spawn.mass_kg);
   if (spawn.hierarchy) arguments["hierarchy"] = std::to_string(*spawn.hierarchy);
   const Reply reply = request("spawn_entity", arguments, timeout);
   return Values(reply.values, "spawn_entity").text("entity");

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "client_lib/recording/idl_texts.h"
+#include "idl/common/text.h"
 
 namespace takt::recording {
 namespace {
@@ -104,9 +105,7 @@ std::string scoped_name(IdlTokens& tokens, const std::vector<std::string>& modul
   while (tokens.accept("::")) parts.push_back(tokens.take());
   if (parts.size() == 1) parts.insert(parts.begin(), modules.begin(), modules.end());
   if (parts.back().starts_with("_")) parts.back().erase(0, 1);
-  std::string name;
-  for (const std::string& part : parts) name += (name.empty() ? "" : "/") + part;
-  return name;
+  return join(parts, "/");
 }
 
 /// A type that is no sequence.

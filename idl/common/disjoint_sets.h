@@ -7,6 +7,8 @@
 #include <numeric>
 #include <vector>
 
+#include "idl/common/text.h"
+
 namespace takt {
 
 class DisjointSets {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "idl/common/text.h"
 #include "server/dds/convert.h"
 #include "server/dds/qos.h"
 #include "server/dds/wire_shapes.h"
@@ -45,13 +46,6 @@ std::string ros_name(const std::string& type) {
   if (const auto colons = name.find("::"); colons != std::string::npos) name.replace(colons, 2, "/");
   const std::size_t last = mark + kMark.size();
   return name + "/" + type.substr(last, type.size() - last - 1);
-}
-
-template <typename Item>
-std::string names_of(const std::vector<Item>& items) {
-  std::string names;
-  for (const Item& item : items) names += (names.empty() ? "" : ", ") + item.name;
-  return names.empty() ? "none" : names;
 }
 
 }  // namespace
@@ -284,7 +278,7 @@ std::optional<DiagnosticEvent> CommandSubscriber::diagnose_unmatched_writer(
       const bool for_device = writer.type == type_of(Kind::device);
       return event(for_device ? "unknown_device" : "unknown_gripper", other,
                    nobody + "there is no gripper or device '" + other + "' in this cell; grippers: " +
-                       names_of(cell.grippers) + "; devices: " + names_of(cell.devices) + ".");
+                       list_names(cell.grippers) + "; devices: " + list_names(cell.devices) + ".");
     }
   }
   if (writer.type_told || writer.type == type_of(kind)) return std::nullopt;

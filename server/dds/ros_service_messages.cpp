@@ -74,9 +74,7 @@ msg::Result result_of(const ControlReply& reply) {
 }
 
 std::string joined(std::initializer_list<double> values) {
-  std::string all;
-  for (const double value : values) all += (all.empty() ? "" : " ") + exact_text(value);
-  return all;
+  return join(values, " ", exact_text);
 }
 std::string position_of(const geometry_msgs::msg::Pose& pose) {
   return joined({pose.position().x(), pose.position().y(), pose.position().z()});

@@ -7,9 +7,9 @@
 #include <numbers>
 
 #include "idl/common/glob.h"
+#include "idl/common/text.h"
 #include "server/headless/device_report.h"
 #include "server/headless/headless_run.h"
-#include "server/headless/number_text.h"
 #include "server/headless/svg_plot.h"
 #include "server/scenario/scenario_reader.h"
 
@@ -43,9 +43,9 @@ const char* name_of(Kind kind) {
 std::string interval(const ScenarioAssertion& assertion, const std::string& unit) {
   const bool above = std::isfinite(assertion.lower), below = std::isfinite(assertion.upper);
   std::string text;
-  if (above) text += "at least " + number_text(assertion.lower, "%.6g") + unit;
+  if (above) text += "at least " + number_text(assertion.lower, 6) + unit;
   if (above && below) text += " and ";
-  if (below) text += "at most " + number_text(assertion.upper, "%.6g") + unit;
+  if (below) text += "at most " + number_text(assertion.upper, 6) + unit;
   return text;
 }
 
@@ -75,12 +75,9 @@ AssertionChecker::AssertionChecker(const Scenario& scenario, const Simulation& s
     }
     if (assertion.kind != Kind::signal || signal_value(cell_, snapshot_, assertion.subject, assertion.signal))
       continue;
-    std::string list;
-    for (const SignalDescription& signal :
-         cell_.devices[static_cast<std::size_t>(cell_.find_device(assertion.subject))].signals)
-      list += (list.empty() ? "" : ", ") + signal.name;
+    const auto device = static_cast<std::size_t>(cell_.find_device(assertion.subject));
     throw ScenarioError(scenario.file.string() + ": " + assertion.place + ".signal: found '" +
-                        assertion.signal + "'; allowed: " + list);
+                        assertion.signal + "'; allowed: " + list_names(cell_.devices[device].signals));
   }
 }
 
@@ -129,7 +126,7 @@ void AssertionChecker::note_collisions(const Simulation& simulation) {
       results_[i].time_s = event.time_s;
       results_[i].sentence = cell_.checked_bodies[static_cast<std::size_t>(event.a)] + " and " +
                              cell_.checked_bodies[static_cast<std::size_t>(event.b)] + " overlap by " +
-                             number_text(-1e3 * event.distance_m, "%.6g") + " mm";
+                             number_text(-1e3 * event.distance_m, 6) + " mm";
     }
   }
 }
@@ -156,8 +153,8 @@ void AssertionChecker::judge_number(std::size_t i, double value, const char* wha
   results_[i].value = value;
   if (std::isfinite(assertion.lower)) results_[i].lower = assertion.lower;
   if (std::isfinite(assertion.upper)) results_[i].upper = assertion.upper;
-  results_[i].sentence = std::string(what) + " is " + number_text(value, "%.6g") + unit +
-                         "; allowed: " + interval(assertion, unit);
+  results_[i].sentence =
+      std::string(what) + " is " + number_text(value, 6) + unit + "; allowed: " + interval(assertion, unit);
 }
 
 void AssertionChecker::judge_pose(std::size_t i) {
@@ -174,10 +171,10 @@ void AssertionChecker::judge_pose(std::size_t i) {
   results_[i].value = error.position_m;
   results_[i].upper = assertion.tolerance_m;
   results_[i].sentence =
-      assertion.subject + " is " + number_text(1e3 * error.position_m, "%.6g") + " mm and " +
-      number_text(error.angle_rad / kDegree, "%.6g") +
-      " deg away; allowed: " + number_text(1e3 * assertion.tolerance_m, "%.6g") + " mm" +
-      (angle_counts ? " and " + number_text(assertion.tolerance_rad / kDegree, "%.6g") + " deg" : "");
+      assertion.subject + " is " + number_text(1e3 * error.position_m, 6) + " mm and " +
+      number_text(error.angle_rad / kDegree, 6) +
+      " deg away; allowed: " + number_text(1e3 * assertion.tolerance_m, 6) + " mm" +
+      (angle_counts ? " and " + number_text(assertion.tolerance_rad / kDegree, 6) + " deg" : "");
 }
 
 void AssertionChecker::judge_holder(std::size_t i) {
@@ -245,9 +242,8 @@ std::vector<AssertionResult> AssertionChecker::finish(const Simulation& simulati
     }
     results_[i].verdict = Verdict::failed;
     results_[i].time_s = simulation.time_s();
-    results_[i].sentence =
-        "the run ended at " + number_text(simulation.time_s(), "%.6g") + " s" +
-        (due_s < 0.0 ? ", before its end" : ", before " + number_text(due_s, "%.6g") + " s");
+    results_[i].sentence = "the run ended at " + number_text(simulation.time_s(), 6) + " s" +
+                           (due_s < 0.0 ? ", before its end" : ", before " + number_text(due_s, 6) + " s");
   }
   return results_;
 }
@@ -270,7 +266,7 @@ nlohmann::ordered_json assertions_json(const std::vector<AssertionResult>& resul
 void print_assertions(std::ostream& out, const std::vector<AssertionResult>& results) {
   for (const AssertionResult& result : results)
     out << std::left << std::setw(8) << to_string(result.verdict) << std::right << result.name << ": "
-        << result.sentence << " (" << number_text(result.time_s, "%.6g") << " s)\n";
+        << result.sentence << " (" << number_text(result.time_s, 6) << " s)\n";
 }
 
 void write_junit(std::ostream& out, const std::string& scenario, double seconds, const std::string& fault,

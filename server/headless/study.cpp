@@ -20,6 +20,7 @@
 #include <sstream>
 
 #include "idl/common/atomic_file.h"
+#include "idl/common/text.h"
 #include "server/headless/progress.h"
 #include "server/scenario/scenario_reader.h"
 
@@ -181,12 +182,10 @@ void add_row(const StudyOptions& options, int run, Table& table) {
 
 std::string plotted_column(const StudyOptions& options, const Table& table) {
   if (!options.plot.empty()) {
-    std::string list;
-    for (const std::string& column : table.columns()) {
-      if (column == options.plot) return column;
-      list += (list.empty() ? "" : ", ") + column;
-    }
-    throw ScenarioError("--plot: found '" + options.plot + "'; allowed: a column of the table: " + list);
+    const auto& columns = table.columns();
+    if (std::find(columns.begin(), columns.end(), options.plot) != columns.end()) return options.plot;
+    throw ScenarioError("--plot: found '" + options.plot +
+                        "'; allowed: a column of the table: " + list_names(columns));
   }
   for (const std::string& column : table.columns())
     if (column.ends_with(".normal_force_N")) return column;

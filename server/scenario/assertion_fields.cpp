@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "idl/common/text.h"
 #include "server/scenario/device_builder.h"
 
 namespace takt {
@@ -20,10 +21,7 @@ std::string known_name(YamlFields& fields, const std::string& key, const std::ve
                        const char* what) {
   const std::string name = fields.text(key);
   if (std::find(names.begin(), names.end(), name) != names.end()) return name;
-  std::string list;
-  for (const std::string& known : names) list += (list.empty() ? "" : ", ") + known;
-  fields.fail(key, "'" + name + "'",
-              std::string(what) + " of this scenario: " + (list.empty() ? "none" : list));
+  fields.fail(key, "'" + name + "'", std::string(what) + " of this scenario: " + list_names(names));
 }
 
 void read_limits(YamlFields& fields, const char* unit, ScenarioAssertion& assertion) {

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cstdlib>
 #include <optional>
+#include <span>
 
 #include "idl/common/glob.h"
+#include "idl/common/text.h"
 #include "server/geometry/mesh/import.h"
 #include "server/scenario/scenario_reader.h"
 #include "server/scenario/urdf_collision.h"
@@ -136,9 +138,7 @@ void require_known_names(const Scenario& scenario, const std::vector<ScenarioChe
           std::any_of(bodies.begin(), bodies.end(),
                       [&](const CheckedBody& body) { return glob_match(name, body.name); }))
         continue;
-      std::string list;
-      for (std::size_t i = 0; i < std::min(bodies.size(), kNamesInError); ++i)
-        list += (list.empty() ? "" : ", ") + bodies[i].name;
+      std::string list = list_names(std::span(bodies).first(std::min(bodies.size(), kNamesInError)));
       if (bodies.size() > kNamesInError) list += ", ...";
       refuse(rule, "'" + name + "', which fits no body", "names or patterns (*) of " + list);
     }

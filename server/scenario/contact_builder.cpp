@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "idl/common/glob.h"
+#include "idl/common/text.h"
 #include "plant_models/thermal/heated_part.h"
 #include "server/contact/surface/contact_roles.h"
 #include "server/scenario/collision_checking.h"
@@ -79,10 +80,9 @@ void require_known(const Scenario& scenario, const CellModel& cell) {
                        [&](const Component& c) { return glob_match(name, c.name); });
   };
   const auto refuse = [&cell](const std::string& place, const std::string& name) {
-    std::string list;
-    for (const Component& c : cell.components) list += (list.empty() ? "" : ", ") + c.name;
     throw ScenarioError(place + ": found '" + name +
-                        "', which fits no component; allowed: names or patterns (*) of " + list);
+                        "', which fits no component; allowed: names or patterns (*) of " +
+                        list_names(cell.components));
   };
   for (const ScenarioContactComponent& component : scenario.contact.components)
     if (!known(component.name)) refuse(scenario.file.string() + ": " + component.place, component.name);

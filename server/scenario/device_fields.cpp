@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "idl/common/text.h"
 #include "server/scenario/scenario_reader.h"
 
 namespace takt {
@@ -10,16 +11,19 @@ namespace {
 
 constexpr NumberRange kTemperature{.lower = -273.0, .upper = 5000.0, .unit = "degC"};
 
+/// One of the names of `items` under `key`.
+template <class Items>
+std::string read_name_of(YamlFields& fields, const char* key, const char* kind, const Items& items) {
+  const std::string name = fields.text(key);
+  if (std::any_of(items.begin(), items.end(), [&](const auto& item) { return item.name == name; }))
+    return name;
+  fields.fail(key, "'" + name + "'", std::string("a ") + kind + " of this scenario: " + list_names(items));
+}
+
 /// The name of a Ground under `key`, or empty.
 std::string read_ground_name(YamlFields& fields, const Scenario& scenario) {
   if (!fields.has("ground")) return {};
-  const std::string name = fields.text("ground");
-  std::string list;
-  for (const ScenarioGround& ground : scenario.grounds) {
-    if (ground.name == name) return name;
-    list += (list.empty() ? "" : ", ") + ground.name;
-  }
-  fields.fail("ground", "'" + name + "'", "a ground of this scenario: " + (list.empty() ? "none" : list));
+  return read_name_of(fields, "ground", "ground", scenario.grounds);
 }
 
 Vec3 read_size(YamlFields& fields, const std::string& key) {
@@ -55,19 +59,6 @@ void read_furnace(YamlFields fields, const std::string& name, Scenario& scenario
   control.finish();
   fields.finish();
   scenario.furnaces.push_back(furnace);
-}
-
-/// One of the names of `items` under `key`.
-template <class Items>
-std::string read_name_of(YamlFields& fields, const char* key, const char* kind, const Items& items) {
-  const std::string name = fields.text(key);
-  std::string list;
-  for (const auto& item : items) {
-    if (item.name == name) return name;
-    list += (list.empty() ? "" : ", ") + item.name;
-  }
-  fields.fail(key, "'" + name + "'",
-              std::string("a ") + kind + " of this scenario: " + (list.empty() ? "none" : list));
 }
 
 void read_screwdriver(YamlFields fields, const std::string& name, Scenario& scenario) {

@@ -6,6 +6,7 @@
 #include <set>
 #include <sstream>
 
+#include "idl/common/text.h"
 #include "server/contact/holding/connection_rules.h"
 #include "server/scenario/assertion_fields.h"
 #include "server/scenario/collision_checking.h"
@@ -197,12 +198,9 @@ void read_gripper(YamlFields fields, const std::string& name, Scenario& scenario
   gripper.robot = fields.text("robot");
   const bool known = std::any_of(scenario.robots.begin(), scenario.robots.end(),
                                  [&](const ScenarioRobot& r) { return r.name == gripper.robot; });
-  if (!known) {
-    std::string list;
-    for (const ScenarioRobot& robot : scenario.robots) list += (list.empty() ? "" : ", ") + robot.name;
+  if (!known)
     fields.fail("robot", "'" + gripper.robot + "'",
-                "a robot of this scenario: " + (list.empty() ? "none" : list));
-  }
+                "a robot of this scenario: " + list_names(scenario.robots));
   gripper.X_FG = fields.pose_or_identity("mount");
   gripper.X_GT = fields.pose_or_identity("tool_center_point");
   gripper.body_mesh = fields.existing_file("body_mesh");
@@ -346,11 +344,10 @@ void choose_solver(const SolverKeys& given, const YamlSource& source, Scenario& 
   const auto overridden = [&source](const char* key) { return source.overridden.count(key) != 0; };
   const bool no_contact = solver_is_explicit(scenario.solver);
   if (no_contact && overridden("solver.method") && scenario.begins_with_contact()) {
-    std::string allowed;
-    for (const std::string& name : contact_solver_names()) allowed += (allowed.empty() ? "" : ", ") + name;
-    throw ScenarioError(source.file.string() + ": solver.method: found '" + scenario.solver +
-                        "' on the command line; allowed at level of detail 3: " + allowed +
-                        ". Explicit methods cannot follow surface contact.");
+    throw ScenarioError(
+        source.file.string() + ": solver.method: found '" + scenario.solver +
+        "' on the command line; allowed at level of detail 3: " + list_names(contact_solver_names()) +
+        ". Explicit methods cannot follow surface contact.");
   }
   const auto take_over = [&](Scenario::LevelSolver& own, bool all) {
     const bool fits = !no_contact || &own != &scenario.contact_solver;

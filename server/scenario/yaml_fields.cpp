@@ -1,10 +1,12 @@
 #include "server/scenario/yaml_fields.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <sstream>
 #include <utility>
 
+#include "idl/common/text.h"
 #include "server/scenario/scenario_reader.h"
 
 namespace takt {
@@ -244,12 +246,8 @@ std::filesystem::path YamlFields::existing_file(const YAML::Node& node, const st
 std::string YamlFields::choice(const std::string& key, const std::vector<std::string>& allowed,
                                const std::string& fallback) {
   const std::string value = text_or(key, fallback);
-  std::string list;
-  for (const std::string& candidate : allowed) {
-    if (candidate == value) return value;
-    list += (list.empty() ? "" : ", ") + candidate;
-  }
-  fail(key, "'" + value + "'", list);
+  if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return value;
+  fail(key, "'" + value + "'", list_names(allowed));
 }
 
 void YamlFields::finish() const {
@@ -258,9 +256,7 @@ void YamlFields::finish() const {
     const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "?";
     if (!seen.insert(key).second) fail_at(entry.first, key, "the key twice", "each key once");
     if (known_.count(key) != 0) continue;
-    std::string list;
-    for (const std::string& candidate : known_) list += (list.empty() ? "" : ", ") + candidate;
-    fail_at(entry.first, key, "an unknown key", list);
+    fail_at(entry.first, key, "an unknown key", list_names(known_));
   }
 }
 

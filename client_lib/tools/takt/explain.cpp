@@ -6,6 +6,7 @@
 
 #include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
+#include "idl/common/text.h"
 
 namespace takt::tool {
 namespace {
@@ -41,8 +42,8 @@ void print_sequences(const PartExplanation& e) {
               static_cast<unsigned long long>(e.sequence_count));
   const std::size_t listed = std::min(e.sequences.size(), kSequencesForPeople);
   for (std::size_t i = 0; i < listed; ++i) {
-    std::string line;
-    for (const std::string& name : e.sequences[i]) line += (line.empty() ? "" : " > ") + labelled(e, name);
+    const std::string line =
+        join(e.sequences[i], " > ", [&](const std::string& name) { return labelled(e, name); });
     std::printf("  %s%s\n", line.c_str(), i == 0 && !e.partner.empty() ? "   <- chosen" : "");
   }
   print_rest(e.sequence_count, listed);

@@ -2,18 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <string>
 
+#include "idl/common/text.h"
 #include "server/runtime/requests/event.h"
 
 namespace takt {
 namespace {
 
 std::string seconds(std::int64_t ns) {
-  char text[48];
-  std::snprintf(text, sizeof text, "%.9f s", static_cast<double>(ns) * 1e-9);
-  return text;
+  return fixed_text(static_cast<double>(ns) * 1e-9, 9) + " s";
 }
 
 }  // namespace

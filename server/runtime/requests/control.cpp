@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <initializer_list>
 #include <string_view>
 
+#include "idl/common/text.h"
 #include "server/runtime/requests/entity_requests.h"
 #include "server/runtime/requests/host_requests.h"
 #include "server/runtime/requests/request_arguments.h"
@@ -101,10 +101,7 @@ constexpr std::array<std::string_view, 15> kRequests{"get_features",
                                                      "detach"};
 
 std::string known_requests() {
-  std::string list;
-  for (const auto name : kRequests) list += (list.empty() ? "" : ",") + std::string(name);
-  for (const auto name : kHostRequests) list += "," + std::string(name);
-  return list;
+  return join(kRequests, ",") + "," + join(kHostRequests, ",");
 }
 
 }  // namespace

@@ -2,17 +2,12 @@
 
 #include <cstdio>
 
+#include "idl/common/text.h"
 #include "server/runtime/pacer.h"
 #include "server/simulation/model/command.h"
 
 namespace takt {
 namespace {
-
-std::string number(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
-}
 
 std::string component_name(const CellDescription& cell, int component) {
   if (component < 0) return "nothing";
@@ -30,10 +25,10 @@ EventText describe_rejection(const EventRecord& event, const CellDescription& ce
     message += "The command for " + target +
                " has no stamp, or the robot follows a trajectory; in lockstep it must be stamped with the "
                "boundary it is for, now " +
-               number(event.y) + " s, and a trajectory is followed to its end.";
+               number_text(event.y) + " s, and a trajectory is followed to its end.";
   } else {
-    message += "The command for " + target + " is stamped " + number(event.x) +
-               " s, but the boundary awaited is " + number(event.y) + " s.";
+    message += "The command for " + target + " is stamped " + number_text(event.x) +
+               " s, but the boundary awaited is " + number_text(event.y) + " s.";
   }
   return {target, message};
 }
@@ -48,8 +43,8 @@ EventText describe_motion(const EventRecord& event, const CellDescription& cell)
               "The trajectory of " + robot.name + " was replaced before its end by a newer command."};
     case EventCode::command_deadline_missed:
       return {robot.name,
-              "No set-point has come for " + robot.name + " for " + number(event.x) +
-                  " s (simulated); allowed are " + number(robot.command_deadline.deadline_s) + " s. " +
+              "No set-point has come for " + robot.name + " for " + number_text(event.x) +
+                  " s (simulated); allowed are " + number_text(robot.command_deadline.deadline_s) + " s. " +
                   (robot.command_deadline.action == SafeAction::stop ? "It brakes to a stop."
                                                                      : "It holds the last set-point.")};
     default:
@@ -57,7 +52,7 @@ EventText describe_motion(const EventRecord& event, const CellDescription& cell)
   }
   if (event.b < 0) {
     return {robot.name, "The trajectory for " + robot.name + " is not followed: it ended at " +
-                            number(event.x) + " s, before it took effect."};
+                            number_text(event.x) + " s, before it took effect."};
   }
   const JointModel& joint = robot.arm.joints[static_cast<std::size_t>(event.b)];
   const std::string unit =
@@ -65,14 +60,12 @@ EventText describe_motion(const EventRecord& event, const CellDescription& cell)
   return {robot.name, "The trajectory for " + robot.name +
                           " is not followed: on the way to it from where the robot is, the " +
                           (event.c == 1 ? "velocity" : "position") + " of joint '" + joint.name +
-                          "' would be " + number(event.x) + " " + unit + ", outside [" + number(event.y) +
-                          ", " + number(event.z) + "] " + unit + "."};
+                          "' would be " + number_text(event.x) + " " + unit + ", outside [" +
+                          number_text(event.y) + ", " + number_text(event.z) + "] " + unit + "."};
 }
 
 std::string millimetres(double value_m) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.3f mm", 1e3 * value_m);
-  return text;
+  return fixed_text(1e3 * value_m, 3) + " mm";
 }
 
 EventText describe_clearance(const EventRecord& event, const CellDescription& cell) {
@@ -88,7 +81,7 @@ EventText describe_clearance(const EventRecord& event, const CellDescription& ce
     case EventCode::collision:
       return {a, a + " and " + b + " overlap by " + millimetres(event.y) + place + "."};
     default:
-      return {a, a + " and " + b + " are clear again after " + number(event.z) + " s; " +
+      return {a, a + " and " + b + " are clear again after " + number_text(event.z) + " s; " +
                      (event.y < 0.0 ? "deepest overlap " + millimetres(-event.y)
                                     : "least distance " + millimetres(event.y)) +
                      place + limit + "."};
@@ -294,7 +287,7 @@ EventText describe(const EventRecord& event, const CellDescription& cell) {
   const std::string text = event.text.str();
   const auto awaited = [&] {
     return "the command of controller '" + text + "' for " + std::string(target_name(cell, event.a)) +
-           " at the boundary " + number(event.x) + " s";
+           " at the boundary " + number_text(event.x) + " s";
   };
   switch (event.code) {
     case EventCode::clearance:
@@ -320,22 +313,24 @@ EventText describe(const EventRecord& event, const CellDescription& cell) {
       return {cell.cell, "The cell is back in its initial state."};
     case EventCode::pace_changed: {
       const auto pace = static_cast<Pace>(event.a);
-      const std::string factor = pace == Pace::realtime ? ", factor " + number(event.x) : "";
+      const std::string factor = pace == Pace::realtime ? ", factor " + number_text(event.x) : "";
       return {cell.cell, "The pace is now " + std::string(to_string(pace)) + factor + "."};
     }
     case EventCode::schedule_rebased:
       return {cell.cell,
-              "The simulation was " + number(event.x) +
+              "The simulation was " + number_text(event.x) +
                   " s behind its schedule, more than the 0.05 s that are caught up: the schedule was moved."};
     case EventCode::controller_registered:
-      return {text, "Controller '" + text + "' is registered with a period of " + number(event.x) + " s."};
+      return {text,
+              "Controller '" + text + "' is registered with a period of " + number_text(event.x) + " s."};
     case EventCode::controller_unregistered:
       return {text, "Controller '" + text + "' is no longer registered."};
     case EventCode::controller_late:
-      return {text, "The simulation waits for " + awaited() + "; missing for " + number(event.y) + " s."};
-    case EventCode::controller_timeout:
       return {text,
-              "The simulation is paused: " + awaited() + " did not come within " + number(event.y) + " s."};
+              "The simulation waits for " + awaited() + "; missing for " + number_text(event.y) + " s."};
+    case EventCode::controller_timeout:
+      return {text, "The simulation is paused: " + awaited() + " did not come within " +
+                        number_text(event.y) + " s."};
     case EventCode::command_rejected:
       return describe_rejection(event, cell);
     case EventCode::end_of_scenario:
@@ -362,15 +357,15 @@ EventText describe(const EventRecord& event, const CellDescription& cell) {
     }
     case EventCode::weak_grip: {
       const std::string& gripper = cell.grippers[static_cast<std::size_t>(event.a)].name;
-      return {gripper, gripper + " presses on " + component_name(cell, event.b) + " with " + number(event.y) +
-                           " N; friction needs " + number(event.x) +
+      return {gripper, gripper + " presses on " + component_name(cell, event.b) + " with " +
+                           number_text(event.y) + " N; friction needs " + number_text(event.x) +
                            " N to carry what hangs on it, which would slip. Remedy: a larger max_force_N, a "
                            "gentler motion, or the contact.grippers.friction that is true."};
     }
     case EventCode::alternating_force: {
       const std::string part = component_name(cell, event.a);
-      return {part, "The contact force on " + part + " alternates from step to step by " + number(event.x) +
-                        " N, where " + component_name(cell, event.b) +
+      return {part, "The contact force on " + part + " alternates from step to step by " +
+                        number_text(event.x) + " N, where " + component_name(cell, event.b) +
                         " presses most upon it: forces, joint torques and power of this run are not right. "
                         "Remedy: friction_law: stick, a larger friction_velocity_m_per_s, or a smaller "
                         "solver.contact.tolerance."};

@@ -21,12 +21,10 @@ bool read(std::string_view text, Number& number) {
 RequestArguments::RequestArguments(const ControlRequest& request,
                                    std::initializer_list<std::string_view> allowed)
     : request_(request) {
-  std::string list;
-  for (const auto name : allowed) list += (list.empty() ? "" : ", ") + std::string(name);
   for (std::size_t i = 0; i < request.arguments.size(); ++i) {
     const std::string& name = request.arguments[i].first;
     if (std::find(allowed.begin(), allowed.end(), name) == allowed.end()) {
-      fail("has no argument '" + name + "'; it takes " + (list.empty() ? "none" : list) + ".");
+      fail("has no argument '" + name + "'; it takes " + list_names(allowed) + ".");
     }
     for (std::size_t j = 0; j < i; ++j) {
       if (request.arguments[j].first == name) fail("has the argument '" + name + "' twice.");

@@ -2,28 +2,14 @@
 
 #include <array>
 #include <cmath>
-#include <sstream>
 
+#include "idl/common/text.h"
 #include "server/simulation/model/cell_description.h"
 #include "server/simulation/model/snapshot.h"
 
 namespace takt {
 
 namespace {
-
-template <typename Range, typename Name>
-std::string list_names(const Range& items, Name name) {
-  std::string text;
-  for (const auto& item : items) text += (text.empty() ? "" : ", ") + std::string(name(item));
-  return text.empty() ? "none" : text;
-}
-
-std::string number(double value) {
-  std::ostringstream out;
-  out.precision(9);
-  out << value;
-  return out.str();
-}
 
 Rejection reject(RejectionCode code, const std::string& subject, const std::string& message) {
   return {code, subject, message};
@@ -33,8 +19,8 @@ Rejection reject(RejectionCode code, const std::string& subject, const std::stri
 std::string outside(const char* quantity, const std::string& joint, double value, double lower, double upper,
                     const char* unit) {
   if (value >= lower && value <= upper) return {};
-  return std::string(quantity) + " " + number(value) + " " + unit + " of joint '" + joint + "' is outside [" +
-         number(lower) + ", " + number(upper) + "] " + unit;
+  return std::string(quantity) + " " + number_text(value) + " " + unit + " of joint '" + joint +
+         "' is outside [" + number_text(lower) + ", " + number_text(upper) + "] " + unit;
 }
 
 }  // namespace
@@ -57,8 +43,7 @@ Validated<JointCommand> validate(const CellDescription& cell, const RawJointComm
   const int robot = cell.find_robot(raw.robot);
   if (robot < 0) {
     return reject(RejectionCode::unknown_robot, raw.robot,
-                  "there is no robot '" + raw.robot + "' in this cell; robots: " +
-                      list_names(cell.robots, [](const auto& r) { return r.name; }));
+                  "there is no robot '" + raw.robot + "' in this cell; robots: " + list_names(cell.robots));
   }
   const ArmModel& arm = cell.robots[static_cast<std::size_t>(robot)].arm;
   const auto count = static_cast<std::size_t>(arm.joint_count());
@@ -66,7 +51,7 @@ Validated<JointCommand> validate(const CellDescription& cell, const RawJointComm
     return reject(RejectionCode::wrong_count, raw.robot,
                   std::string("field '") + field + "' has " + std::to_string(found) + " entries; " +
                       raw.robot + " needs " + std::to_string(count) +
-                      ", one for each of: " + list_names(arm.joints, [](const auto& j) { return j.name; }));
+                      ", one for each of: " + list_names(arm.joints));
   };
   if (raw.names.size() != count) return wrong_count("name", raw.names.size());
   if (raw.position.size() != count) return wrong_count("position", raw.position.size());
@@ -88,7 +73,7 @@ Validated<JointCommand> validate(const CellDescription& cell, const RawJointComm
     if (j == count) {
       return reject(RejectionCode::unknown_joint, raw.robot,
                     raw.robot + " has no joint '" + raw.names[i].substr(0, 100) +
-                        "'; joints: " + list_names(arm.joints, [](const auto& joint) { return joint.name; }));
+                        "'; joints: " + list_names(arm.joints));
     }
     if (seen[j]) {
       return reject(RejectionCode::duplicate_joint, raw.robot, "joint '" + raw.names[i] + "' is given twice");
@@ -114,8 +99,8 @@ Validated<JointCommand> validate(const CellDescription& cell, const RawJointComm
       const double value = check.values[i];
       if (!std::isfinite(value)) {
         return reject(RejectionCode::not_finite, raw.robot,
-                      std::string(check.quantity) + " of joint '" + joint.name + "' is " + number(value) +
-                          "; a finite number is needed");
+                      std::string(check.quantity) + " of joint '" + joint.name + "' is " +
+                          number_text(value) + "; a finite number is needed");
       }
       const std::string fault =
           outside(check.quantity, joint.name, value, check.lower, check.upper, check.unit);
@@ -131,9 +116,9 @@ Validated<JointCommand> validate(const CellDescription& cell, const RawJointComm
 Validated<GripperCommand> validate(const CellDescription& cell, const RawGripperCommand& raw) {
   const int gripper = cell.find_gripper(raw.gripper);
   if (gripper < 0) {
-    return reject(RejectionCode::unknown_gripper, raw.gripper,
-                  "there is no gripper '" + raw.gripper + "' in this cell; grippers: " +
-                      list_names(cell.grippers, [](const auto& g) { return g.name; }));
+    return reject(
+        RejectionCode::unknown_gripper, raw.gripper,
+        "there is no gripper '" + raw.gripper + "' in this cell; grippers: " + list_names(cell.grippers));
   }
   const GripperDescription& description = cell.grippers[static_cast<std::size_t>(gripper)];
   if (raw.action > 2) {
@@ -148,13 +133,14 @@ Validated<GripperCommand> validate(const CellDescription& cell, const RawGripper
   for (const Check& check : {Check{"width", raw.width_m, description.max_width_m, "m"},
                              Check{"max_force", raw.max_force_N, description.max_force_N, "N"}}) {
     if (!std::isfinite(check.value)) {
-      return reject(RejectionCode::not_finite, raw.gripper,
-                    std::string(check.name) + " is " + number(check.value) + "; a finite number is needed");
+      return reject(
+          RejectionCode::not_finite, raw.gripper,
+          std::string(check.name) + " is " + number_text(check.value) + "; a finite number is needed");
     }
     if (check.value < 0.0 || check.value > check.upper) {
       return reject(RejectionCode::out_of_range, raw.gripper,
-                    std::string(check.name) + " " + number(check.value) + " " + check.unit +
-                        " is outside [0, " + number(check.upper) + "] " + check.unit);
+                    std::string(check.name) + " " + number_text(check.value) + " " + check.unit +
+                        " is outside [0, " + number_text(check.upper) + "] " + check.unit);
     }
   }
   if (!std::isfinite(raw.stamp_s))

@@ -1,27 +1,14 @@
 // Validation of trajectories and of device commands.
 #include <cmath>
-#include <cstdio>
 #include <optional>
 
+#include "idl/common/text.h"
 #include "server/simulation/model/cell_description.h"
 #include "server/simulation/model/command.h"
 
 namespace takt {
 
 namespace {
-
-std::string number(double value) {
-  char text[40];
-  std::snprintf(text, sizeof(text), "%.9g", value);
-  return text;
-}
-
-template <typename Items>
-std::string names_of(const Items& items) {
-  std::string text;
-  for (const auto& item : items) text += (text.empty() ? "" : ", ") + item.name;
-  return text.empty() ? "none" : text;
-}
 
 /// Checks one trajectory; the first fault is kept.
 class TrajectoryCheck {
@@ -33,14 +20,14 @@ class TrajectoryCheck {
     if (raw_.names.size() != n) {
       return fault(RejectionCode::wrong_count, "'joint_names' has " + std::to_string(raw_.names.size()) +
                                                    " entries; " + raw_.robot + " needs " + std::to_string(n) +
-                                                   ", one for each of: " + names_of(arm_.joints));
+                                                   ", one for each of: " + list_names(arm_.joints));
     }
     for (const std::string& name : raw_.names) {
       std::size_t j = 0;
       while (j < n && arm_.joints[j].name != name) ++j;
       if (j == n) {
         return fault(RejectionCode::unknown_joint, raw_.robot + " has no joint '" + name.substr(0, 100) +
-                                                       "'; joints: " + names_of(arm_.joints));
+                                                       "'; joints: " + list_names(arm_.joints));
       }
       for (const std::size_t other : joint_) {
         if (other == j) return fault(RejectionCode::duplicate_joint, "joint '" + name + "' is given twice");
@@ -57,17 +44,18 @@ class TrajectoryCheck {
     const std::string where = "point " + std::to_string(i + 1);
     point.t = raw.time_from_start_s;
     if (!std::isfinite(point.t))
-      return fault(RejectionCode::not_finite, "the time of " + where + " is " + number(point.t));
+      return fault(RejectionCode::not_finite, "the time of " + where + " is " + number_text(point.t));
     if (point.t < 0.0 || (i > 0 && !(point.t > raw_.points[i - 1].time_from_start_s))) {
       return fault(RejectionCode::times_not_ascending,
-                   "the time of " + where + " is " + number(point.t) + " s; it must " +
+                   "the time of " + where + " is " + number_text(point.t) + " s; it must " +
                        (i == 0 ? std::string("not be negative")
                                : "be after that of the point before, " +
-                                     number(raw_.points[i - 1].time_from_start_s) + " s"));
+                                     number_text(raw_.points[i - 1].time_from_start_s) + " s"));
     }
     if (point.t > kLongestTime_s) {
-      return fault(RejectionCode::out_of_range, "the time of " + where + " is " + number(point.t) +
-                                                    " s; allowed is up to " + number(kLongestTime_s) + " s");
+      return fault(RejectionCode::out_of_range, "the time of " + where + " is " + number_text(point.t) +
+                                                    " s; allowed is up to " + number_text(kLongestTime_s) +
+                                                    " s");
     }
     if (!raw.effort.empty() || !first.effort.empty()) {
       if (raw.effort.size() != n) return wrong_count(where, "effort", raw.effort.size());
@@ -92,7 +80,7 @@ class TrajectoryCheck {
         if (!std::isfinite(field.values[k])) {
           return fault(RejectionCode::not_finite, "one of the " + std::string(field.name) + " of " + where +
                                                       ", of joint '" + raw_.names[k] + "', is " +
-                                                      number(field.values[k]));
+                                                      number_text(field.values[k]));
         }
         field.to[joint_[k]] = field.values[k];
       }
@@ -122,8 +110,8 @@ class TrajectoryCheck {
                                (from == to ? "at point " + std::to_string(to + 1)
                                            : "between points " + std::to_string(from + 1) + " and " +
                                                  std::to_string(to + 1)) +
-                               " is " + number(value) + " " + unit + ", outside [" + number(lower) + ", " +
-                               number(upper) + "] " + unit);
+                               " is " + number_text(value) + " " + unit + ", outside [" + number_text(lower) +
+                               ", " + number_text(upper) + "] " + unit);
       };
       const PathPiece velocity = piece.derivative();
       if (from == to) piece.c[1] = 0.0;
@@ -141,7 +129,8 @@ class TrajectoryCheck {
     for (std::size_t j = 0; j < arm_.joints.size(); ++j) {
       if (last.qd[j] == 0.0) continue;
       return fault(RejectionCode::not_at_rest, "joint '" + arm_.joints[j].name + "' still has the velocity " +
-                                                   number(last.qd[j]) + " at the last point; it must be 0");
+                                                   number_text(last.qd[j]) +
+                                                   " at the last point; it must be 0");
     }
     return std::nullopt;
   }
@@ -155,13 +144,13 @@ class TrajectoryCheck {
     for (std::size_t k = 0; k < raw.effort.size(); ++k) {
       const JointModel& joint = arm_.joints[joint_[k]];
       const std::string what =
-          "effort of joint '" + joint.name + "' at " + where + " is " + number(raw.effort[k]);
+          "effort of joint '" + joint.name + "' at " + where + " is " + number_text(raw.effort[k]);
       if (!std::isfinite(raw.effort[k])) return fault(RejectionCode::not_finite, "the " + what);
       if (std::abs(raw.effort[k]) <= joint.max_effort) continue;
       const std::string unit = joint.type == JointType::revolute ? " N m" : " N";
       return fault(RejectionCode::effort_out_of_range, "the " + what + unit + ", outside [" +
-                                                           number(-joint.max_effort) + ", " +
-                                                           number(joint.max_effort) + "]" + unit);
+                                                           number_text(-joint.max_effort) + ", " +
+                                                           number_text(joint.max_effort) + "]" + unit);
     }
     return std::nullopt;
   }
@@ -183,16 +172,18 @@ class TrajectoryCheck {
 Validated<TrajectoryCommand> validate(const CellDescription& cell, const RawTrajectory& raw) {
   const int robot = cell.find_robot(raw.robot);
   if (robot < 0) {
-    return Rejection{RejectionCode::unknown_robot, raw.robot,
-                     "there is no robot '" + raw.robot + "' in this cell; robots: " + names_of(cell.robots)};
+    return Rejection{
+        RejectionCode::unknown_robot, raw.robot,
+        "there is no robot '" + raw.robot + "' in this cell; robots: " + list_names(cell.robots)};
   }
   TrajectoryCheck check(raw, cell.robots[static_cast<std::size_t>(robot)].arm);
   if (!std::isfinite(raw.stamp_s)) return check.fault(RejectionCode::not_finite, "its stamp is not finite");
   if (std::abs(raw.stamp_s) > kLongestTime_s) {
     return check.fault(RejectionCode::out_of_range,
-                       "its stamp is " + number(raw.stamp_s) +
+                       "its stamp is " + number_text(raw.stamp_s) +
                            " s; needed is the simulated time at which it begins, at most " +
-                           number(kLongestTime_s) + " s, or 0 for now (is it the time of a wall clock?)");
+                           number_text(kLongestTime_s) +
+                           " s, or 0 for now (is it the time of a wall clock?)");
   }
   auto path = std::make_shared<JointPath>();
   if (raw.points.empty()) return TrajectoryCommand{robot, raw.stamp_s, std::move(path)};
@@ -224,8 +215,8 @@ Validated<DeviceCommand> validate(const CellDescription& cell, const RawDeviceCo
     return Rejection{code, raw.device, message};
   };
   if (index < 0) {
-    return reject(RejectionCode::unknown_device,
-                  "there is no device '" + raw.device + "' in this cell; devices: " + names_of(cell.devices));
+    return reject(RejectionCode::unknown_device, "there is no device '" + raw.device +
+                                                     "' in this cell; devices: " + list_names(cell.devices));
   }
   const DeviceDescription& device = cell.devices[static_cast<std::size_t>(index)];
   if (raw.signals.size() != raw.values.size() || raw.signals.size() > static_cast<std::size_t>(kMaxSignals)) {
@@ -244,7 +235,7 @@ Validated<DeviceCommand> validate(const CellDescription& cell, const RawDeviceCo
     if (s == device.signals.size()) {
       return reject(RejectionCode::unknown_signal, device.name + " has no signal '" +
                                                        raw.signals[i].substr(0, 100) +
-                                                       "'; signals: " + names_of(device.signals));
+                                                       "'; signals: " + list_names(device.signals));
     }
     const SignalDescription& signal = device.signals[s];
     if (!signal.commanded) {
@@ -258,13 +249,13 @@ Validated<DeviceCommand> validate(const CellDescription& cell, const RawDeviceCo
     const double value = raw.values[i];
     if (!std::isfinite(value)) {
       return reject(RejectionCode::not_finite,
-                    "signal '" + signal.name + "' is " + number(value) + "; a finite number is needed");
+                    "signal '" + signal.name + "' is " + number_text(value) + "; a finite number is needed");
     }
     if (value < signal.lower || value > signal.upper) {
       return reject(RejectionCode::out_of_range, "signal '" + signal.name + "' of " + device.name + " is " +
-                                                     number(value) + " " + signal.unit + ", outside [" +
-                                                     number(signal.lower) + ", " + number(signal.upper) +
-                                                     "] " + signal.unit);
+                                                     number_text(value) + " " + signal.unit + ", outside [" +
+                                                     number_text(signal.lower) + ", " +
+                                                     number_text(signal.upper) + "] " + signal.unit);
     }
     command.signals[i] = static_cast<std::uint8_t>(s);
     command.values[i] = value;
