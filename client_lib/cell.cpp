@@ -1,6 +1,7 @@
 #include "client_lib/cell.h"
 
 #include "client_lib/client.h"
+#include "idl/common/text.h"
 
 namespace takt::client {
 namespace {
@@ -16,11 +17,9 @@ int find_by_name(const std::vector<T>& items, std::string_view name) {
 template <typename T>
 std::size_t require_by_name(const char* kind, const std::vector<T>& items, std::string_view name) {
   if (const int i = find_by_name(items, name); i >= 0) return static_cast<std::size_t>(i);
-  std::string known;
-  for (const T& item : items) known += (known.empty() ? "" : ", ") + item.name;
   throw ClientError(ClientError::Kind::not_found, std::string("The cell has no ") + kind + " '" +
-                                                      std::string(name) + "'; it has " +
-                                                      (known.empty() ? "none" : known) + ".");
+                                                      std::string(name) + "'; it has " + list_names(items) +
+                                                      ".");
 }
 
 }  // namespace

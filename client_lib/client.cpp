@@ -1,34 +1,20 @@
 #include "client_lib/client.h"
 
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 
 #include "client_lib/client_impl.h"
 #include "client_lib/convert.h"
 #include "idl/common/stamp.h"
+#include "idl/common/text.h"
 
 namespace takt::client {
 namespace {
 
-/// The shortest text that reads back as the same number.
-std::string text(double value) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof(buffer), "%.17g", value);
-  return buffer;
-}
-
-template <typename T>
-std::string names_of(const std::vector<T>& items) {
-  std::string names;
-  for (const T& item : items) names += (names.empty() ? "" : ", ") + item.name;
-  return names.empty() ? "none" : names;
-}
-
 void require_finite(double value, const std::string& what) {
   if (!std::isfinite(value))
     throw ClientError(ClientError::Kind::invalid,
-                      what + " is " + text(value) + "; it must be a finite number.");
+                      what + " is " + exact_text(value) + "; it must be a finite number.");
 }
 
 builtin_interfaces::msg::Time stamp(std::optional<double> stamp_s) {
@@ -161,7 +147,7 @@ void Client::send_joint_command(const std::string& robot, const std::vector<doub
   const int index = known->find_robot(robot);
   if (index < 0)
     throw ClientError(ClientError::Kind::not_found,
-                      "The cell has no robot '" + robot + "'; it has " + names_of(known->robots) + ".");
+                      "The cell has no robot '" + robot + "'; it has " + list_names(known->robots) + ".");
   const auto& joints = known->robots[static_cast<std::size_t>(index)].joints;
   const auto none_or_all = [&](const std::vector<double>& values) {
     return values.empty() || values.size() == joints.size();
@@ -169,7 +155,7 @@ void Client::send_joint_command(const std::string& robot, const std::vector<doub
   if (positions.size() != joints.size() || !none_or_all(velocities) || !none_or_all(efforts))
     throw ClientError(ClientError::Kind::invalid,
                       "Robot '" + robot + "' has " + std::to_string(joints.size()) + " joints (" +
-                          names_of(joints) + "); the command has " + std::to_string(positions.size()) +
+                          list_names(joints) + "); the command has " + std::to_string(positions.size()) +
                           " positions, " + std::to_string(velocities.size()) + " velocities and " +
                           std::to_string(efforts.size()) +
                           " efforts (of the latter two none, or one for each joint).");
@@ -196,7 +182,7 @@ void Client::send_trajectory(const std::string& robot, const std::vector<Traject
   const int index = known->find_robot(robot);
   if (index < 0)
     throw ClientError(ClientError::Kind::not_found,
-                      "The cell has no robot '" + robot + "'; it has " + names_of(known->robots) + ".");
+                      "The cell has no robot '" + robot + "'; it has " + list_names(known->robots) + ".");
   const auto& joints = known->robots[static_cast<std::size_t>(index)].joints;
   trajectory_msgs::msg::JointTrajectory sample;
   sample.header.stamp = stamp(start_s);
@@ -204,13 +190,13 @@ void Client::send_trajectory(const std::string& robot, const std::vector<Traject
   for (const TrajectoryPoint& point : points) {
     const std::string where = "point " + std::to_string(sample.points.size() + 1) + " for '" + robot + "'";
     if (!(point.time_s >= 0.0 && point.time_s <= 2147483647.0))
-      throw ClientError(ClientError::Kind::invalid, "The time of " + where + ", " + text(point.time_s) +
+      throw ClientError(ClientError::Kind::invalid, "The time of " + where + ", " + exact_text(point.time_s) +
                                                         " s, is not between 0 and 2147483647 s.");
     for (const auto* values : {&point.positions, &point.velocities, &point.accelerations, &point.efforts}) {
       if (values->size() != joints.size() && !(values->empty() && values != &point.positions))
         throw ClientError(ClientError::Kind::invalid,
                           "Robot '" + robot + "' has " + std::to_string(joints.size()) + " joints (" +
-                              names_of(joints) + "); " + where + " has " + std::to_string(values->size()) +
+                              list_names(joints) + "); " + where + " has " + std::to_string(values->size()) +
                               " positions, velocities, accelerations or efforts.");
       for (const double value : *values) require_finite(value, "A value of " + where);
     }
@@ -230,7 +216,7 @@ void Client::set_signals(const std::string& device, const std::map<std::string, 
   const auto known = cell();
   if (known->find_device(device) < 0)
     throw ClientError(ClientError::Kind::not_found,
-                      "The cell has no device '" + device + "'; it has " + names_of(known->devices) + ".");
+                      "The cell has no device '" + device + "'; it has " + list_names(known->devices) + ".");
   takt_msgs::msg::DeviceCommand sample;
   sample.stamp = stamp(stamp_s);
   for (const auto& [name, value] : signals) {
@@ -249,8 +235,8 @@ void Client::set_gripper(const std::string& gripper, GripperAction action, doubl
                          std::optional<double> stamp_s) {
   const auto known = cell();
   if (known->find_gripper(gripper) < 0)
-    throw ClientError(ClientError::Kind::not_found,
-                      "The cell has no gripper '" + gripper + "'; it has " + names_of(known->grippers) + ".");
+    throw ClientError(ClientError::Kind::not_found, "The cell has no gripper '" + gripper + "'; it has " +
+                                                        list_names(known->grippers) + ".");
   require_finite(width_m, "The width for gripper '" + gripper + "'");
   require_finite(max_force_N, "The force for gripper '" + gripper + "'");
   takt_msgs::msg::GripperCommand sample;

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
+
+#include "idl/common/text.h"
 
 namespace takt::client {
 namespace {
@@ -12,12 +13,6 @@ namespace {
 constexpr double kTimeTolerance_s = 1e-9;
 
 using SteadyClock = std::chrono::steady_clock;
-std::string seconds_text(double seconds) {
-  char digits[32];
-  std::snprintf(digits, sizeof digits, "%.9g", seconds);
-  return digits;
-}
-
 }  // namespace
 
 LockstepController::LockstepController(Client& cell, LockstepOptions options)
@@ -71,8 +66,7 @@ void LockstepController::close() {
 LockstepController::Command& LockstepController::standing(const std::string& target) {
   const auto found = commands_.find(target);
   if (found != commands_.end()) return found->second;
-  std::string known;
-  for (const auto& [name, command] : commands_) known += (known.empty() ? "" : ", ") + name;
+  const std::string known = join(commands_, ", ", [](const auto& command) { return command.first; });
   throw ClientError(ClientError::Kind::not_found,
                     "This controller does not command '" + target + "'; its targets are " + known + ".");
 }
@@ -161,9 +155,9 @@ void LockstepController::wait_for_boundary() {
 void LockstepController::give_up() const {
   const Status status = cell_.status();
   std::string sentence =
-      "The cell did not come to " + seconds_text(static_cast<double>(boundary_) * options_.period_s) +
-      " s of simulated time within " + seconds_text(options_.timeout.count()) + " s: it stands at " +
-      seconds_text(status.time_s) + " s and is " + std::string(to_string(status.state));
+      "The cell did not come to " + number_text(static_cast<double>(boundary_) * options_.period_s) +
+      " s of simulated time within " + number_text(options_.timeout.count()) + " s: it stands at " +
+      number_text(status.time_s) + " s and is " + std::string(to_string(status.state));
   for (std::size_t i = 0; i < status.waiting_for.size(); ++i)
     sentence += (i == 0 ? ", waiting for " : " and ") + status.waiting_for[i];
   if (!status.fault.empty()) sentence += ", with the fault: " + status.fault;

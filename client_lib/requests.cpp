@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "client_lib/client_impl.h"
+#include "idl/common/text.h"
 
 namespace takt::client {
 namespace {

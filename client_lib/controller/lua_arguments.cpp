@@ -3,34 +3,30 @@
 #include <cmath>
 #include <string>
 
+#include "idl/common/text.h"
+
 namespace takt::controller {
 
 namespace {
-std::string known_names(std::initializer_list<NamedNumber> known) {
-  std::string names;
-  for (const NamedNumber& option : known) names += (names.empty() ? "" : ", ") + std::string(option.name);
-  return names;
-}
-
 const NamedNumber& find_option(std::string_view name, std::initializer_list<NamedNumber> known) {
   for (const NamedNumber& option : known) {
     if (option.name == name) return option;
   }
-  throw std::runtime_error("'" + std::string(name) + "' is not known here; known are " + known_names(known));
+  throw std::runtime_error("'" + std::string(name) + "' is not known here; known are " + list_names(known));
 }
 }  // namespace
 
 void read_options(lua_State* L, int index, std::initializer_list<NamedNumber> known) {
   if (lua_isnoneornil(L, index)) return;
   if (!lua_istable(L, index)) {
-    throw std::runtime_error("a table {" + known_names(known) + "} is needed, not a " +
+    throw std::runtime_error("a table {" + list_names(known) + "} is needed, not a " +
                              luaL_typename(L, index));
   }
   lua_pushnil(L);
   while (lua_next(L, index) != 0) {
     if (lua_type(L, -2) != LUA_TSTRING) {
       throw std::runtime_error("every value needs its name: {" + std::string(known.begin()->name) +
-                               " = ...}; known are " + known_names(known));
+                               " = ...}; known are " + list_names(known));
     }
     const NamedNumber& option = find_option(to_name(L, -2), known);
     *option.value = to_number(L, -1, option.name);

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "client_lib/controller/lua_sandbox.h"
+#include "idl/common/text.h"
 #include "plant_models/robot/arm_kinematics.h"
 
 namespace takt::controller {
@@ -25,11 +26,9 @@ void push_joints(lua_State* L, const ArmModel& arm, const JointArray& q);
 /// Index of the element of that name; the error lists the names there are.
 template <typename Infos, typename NameOf>
 int index_by_name(const Infos& infos, std::string_view name, const char* what, NameOf name_of) {
-  std::string names;
-  for (size_t i = 0; i < infos.size(); ++i) {
+  for (size_t i = 0; i < infos.size(); ++i)
     if (name_of(infos[i]) == name) return static_cast<int>(i);
-    names += (names.empty() ? "" : ", ") + name_of(infos[i]);
-  }
+  const std::string names = join(infos, ", ", name_of);
   throw std::runtime_error("the cell has no " + std::string(what) + " '" + std::string(name) + "'; it has " +
                            (names.empty() ? "none" : names));
 }

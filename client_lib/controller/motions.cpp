@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <stdexcept>
 
 #include "client_lib/controller/inverse_kinematics.h"
+#include "idl/common/text.h"
 
 namespace takt::controller {
 
@@ -17,9 +17,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kRounding = 1.0 + 1e-9;
 
 std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value + 0.0);  // adding zero makes -0 plain 0
-  return text;
+  return number_text(value + 0.0, 6);  // adding zero makes -0 plain 0
 }
 
 void require_positive(const char* name, double value) {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "client_lib/controller/cell_view.h"
+#include "idl/common/text.h"
 
 namespace takt::controller {
 
@@ -15,9 +15,7 @@ constexpr double kTimeTolerance_s = 1e-9;
 constexpr double kLongestPeriod_s = 1.0;
 
 std::string seconds(double time_s) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3f s", time_s);
-  return text;
+  return fixed_text(time_s, 3) + " s";
 }
 }  // namespace
 
@@ -53,12 +51,10 @@ void Program::read_period(const std::string& file) {
 }
 
 void Program::check_parameters(const std::string& file) const {
-  std::string known;
-  for (const std::string& name : parameters_) known += (known.empty() ? "" : ", ") + name;
   for (const auto& [name, value] : *context_.parameters) {
     if (parameters_.count(name) == 0)
       throw std::runtime_error(file + ": the program has no parameter '" + name + "'; it has " +
-                               (known.empty() ? "none" : known));
+                               list_names(parameters_));
   }
 }
 

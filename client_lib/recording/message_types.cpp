@@ -7,6 +7,7 @@
 
 #include "ros2_msgs.h"
 #include "takt_msgs.h"
+#include "idl/common/text.h"
 
 namespace takt::recording {
 namespace {

@@ -36,7 +36,4 @@ class SignalNames {
   Json description_;
 };
 
-/// Whether `text` fits `pattern`, in which * stands for any characters.
-bool fits_pattern(std::string_view text, std::string_view pattern);
-
 }  // namespace takt::recording

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <set>
 
+#include "idl/common/glob.h"
+
 namespace takt::recording {
 namespace {
 
 bool fits_one(const std::string& name, const std::vector<std::string>& patterns) {
   return std::any_of(patterns.begin(), patterns.end(),
-                     [&](const std::string& pattern) { return fits_pattern(name, pattern); });
+                     [&](const std::string& pattern) { return glob_match(pattern, name); });
 }
 
 /// Whether a signal of the topic can fit one of the patterns: only then its samples are looked at.

@@ -2,9 +2,10 @@
 
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <optional>
+
+#include "idl/common/text.h"
 
 namespace takt::command_line {
 namespace {
@@ -39,12 +40,6 @@ NumberCheck number_that(Accepts accepts, const std::string& allowed) {
   };
 }
 
-std::string short_text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", value);
-  return text;
-}
-
 }  // namespace
 
 NumberCheck finite() {
@@ -61,7 +56,7 @@ NumberCheck not_negative() {
 
 NumberCheck number_from(double least, double most) {
   return number_that([least, most](double value) { return value >= least && value <= most; },
-                     "a number from " + short_text(least) + " to " + short_text(most));
+                     "a number from " + number_text(least, 6) + " to " + number_text(most, 6));
 }
 
 NumberCheck whole_number_from(std::int64_t least, std::int64_t most) {

@@ -4,11 +4,27 @@
 #include <charconv>
 
 namespace takt {
+namespace {
+
+template <class... Format>
+std::string text_of(double value, Format... format) {
+  std::array<char, 400> text{};  // the largest number has 309 digits before the point
+  char* const end = std::to_chars(text.data(), text.data() + text.size(), value, format...).ptr;
+  return {text.data(), end};
+}
+
+}  // namespace
 
 std::string exact_text(double value) {
-  std::array<char, 32> text{};
-  char* const end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  return {text.data(), end};
+  return text_of(value);
+}
+
+std::string number_text(double value, int digits) {
+  return text_of(value, std::chars_format::general, digits);
+}
+
+std::string fixed_text(double value, int decimals) {
+  return text_of(value, std::chars_format::fixed, decimals);
 }
 
 }  // namespace takt

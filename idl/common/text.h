@@ -8,10 +8,14 @@ namespace takt {
 
 /// The shortest decimal text that reads back as the same number: "0.1", "1e-09", "inf", "nan".
 std::string exact_text(double value);
+/// With so many significant digits, as printf("%.*g").
+std::string number_text(double value, int digits = 9);
+/// With so many digits after the point, as printf("%.*f").
+std::string fixed_text(double value, int decimals);
 
-/// `text(item)` of each item of a range, with the separator between them; an empty range gives an empty text.
-template <class Range, class Text = std::identity>
-std::string join(const Range& items, std::string_view separator, Text text = {}) {
+/// `text(item)` of each item, with the separator between them.
+template <class Items, class Text = std::identity>
+std::string join(const Items& items, std::string_view separator, Text text = {}) {
   std::string result;
   bool first = true;
   for (const auto& item : items) {
@@ -20,6 +24,19 @@ std::string join(const Range& items, std::string_view separator, Text text = {})
     result += std::invoke(text, item);
   }
   return result;
+}
+
+/// Names, or the names of items, for an error that lists what there is: "a, b", "none".
+template <class Items>
+std::string list_names(const Items& items) {
+  const auto name = [](const auto& item) {
+    if constexpr (requires { item.name; })
+      return std::string_view(item.name);
+    else
+      return std::string_view(item);
+  };
+  const std::string list = join(items, ", ", name);
+  return list.empty() ? "none" : list;
 }
 
 }  // namespace takt

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "server/dds/convert_commands.h"
+#include "idl/common/text.h"
 #include "server/runtime/monotonic_clock.h"
 #include "takt_topics.h"
 

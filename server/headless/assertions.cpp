@@ -6,11 +6,11 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "idl/common/glob.h"
+#include "idl/common/text.h"
 #include "server/headless/device_report.h"
 #include "server/headless/headless_run.h"
-#include "server/headless/number_text.h"
 #include "server/headless/svg_plot.h"
-#include "server/scenario/collision_checking.h"
 #include "server/scenario/scenario_reader.h"
 
 namespace takt {
@@ -43,15 +43,10 @@ const char* name_of(Kind kind) {
 std::string interval(const ScenarioAssertion& assertion, const std::string& unit) {
   const bool above = std::isfinite(assertion.lower), below = std::isfinite(assertion.upper);
   std::string text;
-  if (above) text += "at least " + number_text(assertion.lower, "%.6g") + unit;
+  if (above) text += "at least " + number_text(assertion.lower, 6) + unit;
   if (above && below) text += " and ";
-  if (below) text += "at most " + number_text(assertion.upper, "%.6g") + unit;
+  if (below) text += "at most " + number_text(assertion.upper, 6) + unit;
   return text;
-}
-
-bool fits(const ScenarioAssertion& assertion, const std::string& a, const std::string& b) {
-  const auto& [one, other] = assertion.pair;
-  return (fits_pattern(a, one) && fits_pattern(b, other)) || (fits_pattern(a, other) && fits_pattern(b, one));
 }
 
 }  // namespace
@@ -74,18 +69,15 @@ AssertionChecker::AssertionChecker(const Scenario& scenario, const Simulation& s
     if (assertion.kind == Kind::contact_force) {
       for (const std::string& pattern : assertion.pair)
         if (std::none_of(cell_.components.begin(), cell_.components.end(),
-                         [&](const ComponentDescription& c) { return fits_pattern(c.name, pattern); }))
+                         [&](const ComponentDescription& c) { return glob_match(pattern, c.name); }))
           throw ScenarioError(scenario.file.string() + ": " + assertion.place + ".pair: found '" + pattern +
                               "', which fits no component");
     }
     if (assertion.kind != Kind::signal || signal_value(cell_, snapshot_, assertion.subject, assertion.signal))
       continue;
-    std::string list;
-    for (const SignalDescription& signal :
-         cell_.devices[static_cast<std::size_t>(cell_.find_device(assertion.subject))].signals)
-      list += (list.empty() ? "" : ", ") + signal.name;
+    const auto device = static_cast<std::size_t>(cell_.find_device(assertion.subject));
     throw ScenarioError(scenario.file.string() + ": " + assertion.place + ".signal: found '" +
-                        assertion.signal + "'; allowed: " + list);
+                        assertion.signal + "'; allowed: " + list_names(cell_.devices[device].signals));
   }
 }
 
@@ -114,7 +106,8 @@ void AssertionChecker::note_contacts(const Simulation& simulation) {
     const std::string& target = cell_.components[static_cast<std::size_t>(sample.target)].name;
     for (std::size_t i = 0; i < scenario_.assertions.size(); ++i) {
       const ScenarioAssertion& assertion = scenario_.assertions[i];
-      if (assertion.kind != Kind::contact_force || judged_[i] != 0 || !fits(assertion, base, target))
+      if (assertion.kind != Kind::contact_force || judged_[i] != 0 ||
+          !glob_match(assertion.pair, base, target))
         continue;
       if (sample.result.normal_force_N <= largest_N_[i]) continue;
       largest_N_[i] = sample.result.normal_force_N;
@@ -133,7 +126,7 @@ void AssertionChecker::note_collisions(const Simulation& simulation) {
       results_[i].time_s = event.time_s;
       results_[i].sentence = cell_.checked_bodies[static_cast<std::size_t>(event.a)] + " and " +
                              cell_.checked_bodies[static_cast<std::size_t>(event.b)] + " overlap by " +
-                             number_text(-1e3 * event.distance_m, "%.6g") + " mm";
+                             number_text(-1e3 * event.distance_m, 6) + " mm";
     }
   }
 }
@@ -160,8 +153,8 @@ void AssertionChecker::judge_number(std::size_t i, double value, const char* wha
   results_[i].value = value;
   if (std::isfinite(assertion.lower)) results_[i].lower = assertion.lower;
   if (std::isfinite(assertion.upper)) results_[i].upper = assertion.upper;
-  results_[i].sentence = std::string(what) + " is " + number_text(value, "%.6g") + unit +
-                         "; allowed: " + interval(assertion, unit);
+  results_[i].sentence =
+      std::string(what) + " is " + number_text(value, 6) + unit + "; allowed: " + interval(assertion, unit);
 }
 
 void AssertionChecker::judge_pose(std::size_t i) {
@@ -178,10 +171,10 @@ void AssertionChecker::judge_pose(std::size_t i) {
   results_[i].value = error.position_m;
   results_[i].upper = assertion.tolerance_m;
   results_[i].sentence =
-      assertion.subject + " is " + number_text(1e3 * error.position_m, "%.6g") + " mm and " +
-      number_text(error.angle_rad / kDegree, "%.6g") +
-      " deg away; allowed: " + number_text(1e3 * assertion.tolerance_m, "%.6g") + " mm" +
-      (angle_counts ? " and " + number_text(assertion.tolerance_rad / kDegree, "%.6g") + " deg" : "");
+      assertion.subject + " is " + number_text(1e3 * error.position_m, 6) + " mm and " +
+      number_text(error.angle_rad / kDegree, 6) +
+      " deg away; allowed: " + number_text(1e3 * assertion.tolerance_m, 6) + " mm" +
+      (angle_counts ? " and " + number_text(assertion.tolerance_rad / kDegree, 6) + " deg" : "");
 }
 
 void AssertionChecker::judge_holder(std::size_t i) {
@@ -249,9 +242,8 @@ std::vector<AssertionResult> AssertionChecker::finish(const Simulation& simulati
     }
     results_[i].verdict = Verdict::failed;
     results_[i].time_s = simulation.time_s();
-    results_[i].sentence =
-        "the run ended at " + number_text(simulation.time_s(), "%.6g") + " s" +
-        (due_s < 0.0 ? ", before its end" : ", before " + number_text(due_s, "%.6g") + " s");
+    results_[i].sentence = "the run ended at " + number_text(simulation.time_s(), 6) + " s" +
+                           (due_s < 0.0 ? ", before its end" : ", before " + number_text(due_s, 6) + " s");
   }
   return results_;
 }
@@ -274,7 +266,7 @@ nlohmann::ordered_json assertions_json(const std::vector<AssertionResult>& resul
 void print_assertions(std::ostream& out, const std::vector<AssertionResult>& results) {
   for (const AssertionResult& result : results)
     out << std::left << std::setw(8) << to_string(result.verdict) << std::right << result.name << ": "
-        << result.sentence << " (" << number_text(result.time_s, "%.6g") << " s)\n";
+        << result.sentence << " (" << number_text(result.time_s, 6) << " s)\n";
 }
 
 void write_junit(std::ostream& out, const std::string& scenario, double seconds, const std::string& fault,

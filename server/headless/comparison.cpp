@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "server/headless/number_text.h"
+#include "idl/common/text.h"
 #include "server/scenario/scenario_reader.h"
 
 namespace takt {
@@ -109,10 +109,9 @@ class Comparer {
     for (const Json& change : b_["connection_changes"])
       if (change["time_s"].get<double>() > 0.0) changes[change["part"]][1].push_back(&change);
     const auto told = [](const std::vector<const Json*>& list) {
-      std::string text;
-      for (const Json* change : list)
-        text += (text.empty() ? "" : ", ") +
-                ((*change)["to"].is_null() ? std::string("nothing") : (*change)["to"].get<std::string>());
+      const std::string text = join(list, ", ", [](const Json* change) {
+        return (*change)["to"].is_null() ? std::string("nothing") : (*change)["to"].get<std::string>();
+      });
       return text.empty() ? std::string("no change") : text;
     };
     for (const auto& [part, lists] : changes) {
@@ -292,9 +291,7 @@ bool compare_files(std::ostream& out, const std::string& a, const std::string& b
 }
 
 void set_limit(ComparisonLimits& limits, const std::string& text) {
-  std::string names;
   for (const NamedLimit& limit : kLimits) {
-    names += (names.empty() ? "" : ", ") + std::string(limit.name);
     const std::string key = std::string(limit.name) + "=";
     double value = 0.0;
     char rest = '\0';
@@ -305,7 +302,7 @@ void set_limit(ComparisonLimits& limits, const std::string& text) {
     }
   }
   throw ScenarioError("--limit: found '" + text + "'; allowed: NAME=VALUE with VALUE >= 0 and NAME one of " +
-                      names);
+                      list_names(kLimits));
 }
 
 Comparison compare_reports(const Json& a, const Json& b, const ComparisonLimits& limits) {
@@ -319,8 +316,8 @@ void print_comparison(std::ostream& out, const Json& a, const Json& b, const Com
                       const ComparisonLimits& limits) {
   constexpr std::size_t kMost = 20;
   out << a["scenario"].get<std::string>() << ": " << level_of(a) << " ("
-      << number_text(a["cpu_s"].get<double>(), "%.5g") << " s of computation) and " << level_of(b) << " ("
-      << number_text(b["cpu_s"].get<double>(), "%.5g") << " s)\n";
+      << number_text(a["cpu_s"].get<double>(), 5) << " s of computation) and " << level_of(b) << " ("
+      << number_text(b["cpu_s"].get<double>(), 5) << " s)\n";
   for (const std::string& sentence : comparison.contradictions) out << "!! " << sentence << '\n';
   out << "Largest differences (!! counts):\n"
       << std::left << std::setw(58) << "   quantity" << std::right << std::setw(12) << "first"
@@ -331,11 +328,11 @@ void print_comparison(std::ostream& out, const Json& a, const Json& b, const Com
     if (told >= kMost || (told >= 8 && !d.counts())) continue;
     ++told;
     const auto value = [](const std::optional<double>& v) {
-      return v ? number_text(*v, "%.5g") : std::string("-");
+      return v ? number_text(*v, 5) : std::string("-");
     };
     const auto amount = [&](double v) {
-      return d.share ? number_text(100.0 * v, "%.5g") + " %"
-                     : number_text(v, "%.5g") + (d.unit.empty() ? "" : " " + d.unit);
+      return d.share ? number_text(100.0 * v, 5) + " %"
+                     : number_text(v, 5) + (d.unit.empty() ? "" : " " + d.unit);
     };
     out << (d.counts() ? "!! " : "   ") << std::left << std::setw(55)
         << d.of + (d.unit.empty() ? "" : " (" + d.unit + ")") << std::right << std::setw(12) << value(d.a)
@@ -346,7 +343,7 @@ void print_comparison(std::ostream& out, const Json& a, const Json& b, const Com
     out << "   and " << comparison.differences.size() - told << " more (--report lists all)\n";
   out << "Judged by:";
   for (const NamedLimit& limit : kLimits)
-    out << ' ' << limit.name << '=' << number_text(limits.*limit.value, "%.5g");
+    out << ' ' << limit.name << '=' << number_text(limits.*limit.value, 5);
   out << " (--limit NAME=VALUE)\n" << comparison.verdict << ".\n";
 }
 

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "server/headless/number_text.h"
+#include "idl/common/text.h"
 #include "server/headless/svg_plot.h"
 
 namespace takt {
@@ -29,7 +29,7 @@ td.n, th.n { text-align: right; font-variant-numeric: tabular-nums } tr:nth-chil
 std::string text_of(const Json& value) {
   if (value.is_null()) return "";
   if (value.is_string()) return value.get<std::string>();
-  if (value.is_number()) return number_text(value.get<double>(), "%.4g");
+  if (value.is_number()) return number_text(value.get<double>(), 4);
   return value.dump();
 }
 
@@ -131,19 +131,18 @@ void write_timetable(std::ostream& out, const Json& report, const Json& steps) {
       const double x = kLeft + kWidth * step["begin_s"].get<double>() / end_s;
       const double w = kWidth * step["duration_s"].get<double>() / end_s;
       const std::string name = xml_escaped(step["name"].get<std::string>());
-      out << "<rect x=\"" << number_text(x, "%.1f") << "\" y=\"" << y + 4 << "\" width=\""
-          << number_text(std::max(w, 0.5), "%.1f") << "\" height=\"24\" fill=\""
-          << colors[k++ % std::size(colors)] << "\"><title>" << name << ": " << text_of(step["begin_s"])
-          << " to " << text_of(step["end_s"]) << " s</title></rect>\n";
+      out << "<rect x=\"" << fixed_text(x, 1) << "\" y=\"" << y + 4 << "\" width=\""
+          << fixed_text(std::max(w, 0.5), 1) << "\" height=\"24\" fill=\"" << colors[k++ % std::size(colors)]
+          << "\"><title>" << name << ": " << text_of(step["begin_s"]) << " to " << text_of(step["end_s"])
+          << " s</title></rect>\n";
       if (w > 6.5 * static_cast<double>(name.size()))
-        out << "<text x=\"" << number_text(x + 3, "%.1f") << "\" y=\"" << y + 20 << "\">" << name
-            << "</text>\n";
+        out << "<text x=\"" << fixed_text(x + 3, 1) << "\" y=\"" << y + 20 << "\">" << name << "</text>\n";
     }
   }
   const double y = kRow * static_cast<double>(robots.size()) + 14.0;
   for (int i = 0; i <= 10; ++i)
     out << "<text text-anchor=\"" << (i == 10 ? "end" : "middle") << "\" x=\"" << kLeft + 0.1 * kWidth * i
-        << "\" y=\"" << y << "\">" << number_text(0.1 * i * end_s, "%.4g") << " s</text>\n";
+        << "\" y=\"" << y << "\">" << number_text(0.1 * i * end_s, 4) << " s</text>\n";
   out << "</svg>\n";
 }
 
@@ -160,9 +159,9 @@ void write_steps(std::ostream& out, const Json& report) {
     std::vector<std::string> cells{text_of(step["robot"]),
                                    text_of(step["name"]),
                                    text_of(step["line"]),
-                                   number_text(step["begin_s"].get<double>(), "%.3f"),
-                                   number_text(step["end_s"].get<double>(), "%.3f"),
-                                   number_text(step["duration_s"].get<double>(), "%.3f")};
+                                   fixed_text(step["begin_s"].get<double>(), 3),
+                                   fixed_text(step["end_s"].get<double>(), 3),
+                                   fixed_text(step["duration_s"].get<double>(), 3)};
     if (step.contains("energy_J"))
       for (const auto& [consumer, energy] : step["energy_J"].items()) cells.push_back(text_of(energy));
     if (process["consumers"].size() > 1) cells.push_back(text_of(step["total_J"]));
@@ -206,9 +205,9 @@ void write_margins(std::ostream& out, const Json& report) {
     const std::string over = use > 1.0 ? "over" : "";
     table.row({xml_escaped(text_of(m["of"])), text_of(m["value"]), text_of(m["limit"]), text_of(m["unit"]),
                text_of(m["time_s"]),
-               "<span class=\"bar " + over + "\" style=\"width:" +
-                   number_text(std::clamp(120.0 * use, 0.0, 240.0), "%.0f") + "px\"></span> <span class=\"" +
-                   over + "\">" + number_text(100.0 * use, "%.1f") + " %</span>"},
+               "<span class=\"bar " + over +
+                   "\" style=\"width:" + fixed_text(std::clamp(120.0 * use, 0.0, 240.0), 0) +
+                   "px\"></span> <span class=\"" + over + "\">" + fixed_text(100.0 * use, 1) + " %</span>"},
               true);
   }
 }
@@ -242,7 +241,7 @@ void write_curves(std::ostream& out, const std::vector<Curve>& curves) {
       plot.lines.push_back({curve.name, thinned(curve.points)});
       units.insert(curve.unit);
     }
-    for (const std::string& unit : units) plot.y += (plot.y.empty() ? "" : ", ") + unit;
+    plot.y = join(units, ", ");
     write_svg(out, plot);
   }
 }

@@ -5,6 +5,7 @@
 #include <ostream>
 #include <string>
 
+#include "idl/common/text.h"
 #include "server/geometry/mesh/import.h"
 #include "server/geometry/mesh/quality.h"
 #include "server/geometry/mesh/refinement.h"
@@ -21,8 +22,8 @@ void print_facts(std::ostream& out, const TriangleMesh& mesh) {
   for (const Vec3& v : mesh.vertices) lower = lower.cwiseMin(v), upper = upper.cwiseMax(v);
   const Vec3 size = 1e3 * (upper - lower);
   out << mesh.vertices.size() << " vertices, " << mesh.triangles.size() << " triangles, "
-      << number_text(size.x()) << " x " << number_text(size.y()) << " x " << number_text(size.z())
-      << " mm, longest edge " << number_text(1e3 * longest_edge(mesh)) << " mm";
+      << number_text(size.x(), 4) << " x " << number_text(size.y(), 4) << " x " << number_text(size.z(), 4)
+      << " mm, longest edge " << number_text(1e3 * longest_edge(mesh), 4) << " mm";
 }
 
 void print_table(std::ostream& out, const std::vector<MeshDiagnostic>& findings) {
@@ -43,9 +44,9 @@ void print_odd_size(std::ostream& out, const TriangleMesh& mesh, double scale) {
   for (const Vec3& v : mesh.vertices) lower = lower.cwiseMin(v), upper = upper.cwiseMax(v);
   const double longest = (upper - lower).maxCoeff();
   if (!(longest > kOddSize_m)) return;
-  out << "Odd: it is " << number_text(longest)
-      << " m long. Is the file in millimetres? Then set mesh_scale: " << number_text(0.001 * scale)
-      << " (here: --mesh-scale " << number_text(0.001 * scale) << ").\n";
+  out << "Odd: it is " << number_text(longest, 4)
+      << " m long. Is the file in millimetres? Then set mesh_scale: " << number_text(0.001 * scale, 4)
+      << " (here: --mesh-scale " << number_text(0.001 * scale, 4) << ").\n";
 }
 
 }  // namespace

@@ -19,6 +19,8 @@
 #include <ostream>
 #include <sstream>
 
+#include "idl/common/atomic_file.h"
+#include "idl/common/text.h"
 #include "server/headless/progress.h"
 #include "server/scenario/scenario_reader.h"
 
@@ -65,12 +67,8 @@ fs::path part_of(const fs::path& file) {
 }
 
 void write_whole(const fs::path& file, const std::string& text) {
-  const fs::path part = part_of(file);
-  std::ofstream out(part, std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) throw std::runtime_error(file.string() + ": cannot be written");
-  fs::rename(part, file);
+  if (const std::error_code error = replace_file(file, {text}))
+    throw std::runtime_error(file.string() + ": cannot be written: " + error.message());
 }
 
 /// What makes this study this study.
@@ -184,12 +182,10 @@ void add_row(const StudyOptions& options, int run, Table& table) {
 
 std::string plotted_column(const StudyOptions& options, const Table& table) {
   if (!options.plot.empty()) {
-    std::string list;
-    for (const std::string& column : table.columns()) {
-      if (column == options.plot) return column;
-      list += (list.empty() ? "" : ", ") + column;
-    }
-    throw ScenarioError("--plot: found '" + options.plot + "'; allowed: a column of the table: " + list);
+    const auto& columns = table.columns();
+    if (std::find(columns.begin(), columns.end(), options.plot) != columns.end()) return options.plot;
+    throw ScenarioError("--plot: found '" + options.plot +
+                        "'; allowed: a column of the table: " + list_names(columns));
   }
   for (const std::string& column : table.columns())
     if (column.ends_with(".normal_force_N")) return column;

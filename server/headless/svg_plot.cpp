@@ -6,7 +6,7 @@
 #include <limits>
 #include <ostream>
 
-#include "server/headless/number_text.h"
+#include "idl/common/text.h"
 
 namespace takt {
 
@@ -68,7 +68,7 @@ void write_svg(std::ostream& out, const Plot& plot) {
   const double w = plot.width - kLeft - kRight, h = plot.height - kTop - kBottom;
   const auto at_x = [&](double value) { return kLeft + w * across.part(value); };
   const auto at_y = [&](double value) { return kTop + h * (1.0 - up.part(value)); };
-  const auto place = [](double value) { return number_text(value, "%.1f"); };
+  const auto place = [](double value) { return fixed_text(value, 1); };
   out << "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" << plot.width << "\" height=\"" << plot.height
       << "\" font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" "
          "fill=\"white\"/>\n"
@@ -76,12 +76,12 @@ void write_svg(std::ostream& out, const Plot& plot) {
   for (double v = across.lower; v <= across.upper + 1e-9 * across.step; v += across.step)
     out << "<path d=\"M" << place(at_x(v)) << ' ' << kTop << " V" << kTop + h
         << "\" stroke=\"#ddd\"/><text text-anchor=\"middle\" x=\"" << place(at_x(v)) << "\" y=\""
-        << kTop + h + 18 << "\">" << number_text(std::abs(v) < 1e-9 * across.step ? 0.0 : v, "%.6g")
+        << kTop + h + 18 << "\">" << number_text(std::abs(v) < 1e-9 * across.step ? 0.0 : v, 6)
         << "</text>\n";
   for (double v = up.lower; v <= up.upper + 1e-9 * up.step; v += up.step)
     out << "<path d=\"M" << kLeft << ' ' << place(at_y(v)) << " H" << kLeft + w
         << "\" stroke=\"#ddd\"/><text text-anchor=\"end\" x=\"" << kLeft - 6 << "\" y=\""
-        << place(at_y(v) + 4) << "\">" << number_text(std::abs(v) < 1e-9 * up.step ? 0.0 : v, "%.6g")
+        << place(at_y(v) + 4) << "\">" << number_text(std::abs(v) < 1e-9 * up.step ? 0.0 : v, 6)
         << "</text>\n";
   out << "<text text-anchor=\"middle\" x=\"" << kLeft + w / 2 << "\" y=\"" << plot.height - 14 << "\">"
       << xml_escaped(plot.x) << "</text>\n<text text-anchor=\"middle\" transform=\"translate(18 "

@@ -6,7 +6,7 @@
 #include <ostream>
 #include <utility>
 
-#include "server/headless/number_text.h"
+#include "idl/common/text.h"
 #include "server/headless/svg_plot.h"
 
 namespace takt {

@@ -3,6 +3,7 @@
 
 #include "server/fields/fields.h"
 #include "server/scenario/scenario.h"
+#include "idl/common/text.h"
 
 namespace takt {
 

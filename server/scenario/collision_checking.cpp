@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cstdlib>
 #include <optional>
+#include <span>
 
+#include "idl/common/glob.h"
+#include "idl/common/text.h"
 #include "server/geometry/mesh/import.h"
 #include "server/scenario/scenario_reader.h"
 #include "server/scenario/urdf_collision.h"
@@ -98,8 +101,7 @@ double thickest_layer_m(const Scenario& scenario) {
 }
 
 bool fits(const ScenarioCheckedPair& rule, const CheckedBody& a, const CheckedBody& b) {
-  return (fits_pattern(a.name, rule.pair[0]) && fits_pattern(b.name, rule.pair[1])) ||
-         (fits_pattern(a.name, rule.pair[1]) && fits_pattern(b.name, rule.pair[0]));
+  return glob_match(rule.pair, a.name, b.name);
 }
 
 [[noreturn]] void refuse(const ScenarioCheckedPair& rule, const std::string& found,
@@ -113,11 +115,9 @@ void require_known_names(const Scenario& scenario, const std::vector<ScenarioChe
     for (const std::string& name : rule.pair) {
       if (fits_a_deleted_part(scenario, name) ||
           std::any_of(bodies.begin(), bodies.end(),
-                      [&](const CheckedBody& body) { return fits_pattern(body.name, name); }))
+                      [&](const CheckedBody& body) { return glob_match(name, body.name); }))
         continue;
-      std::string list;
-      for (std::size_t i = 0; i < std::min(bodies.size(), kNamesInError); ++i)
-        list += (list.empty() ? "" : ", ") + bodies[i].name;
+      std::string list = list_names(std::span(bodies).first(std::min(bodies.size(), kNamesInError)));
       if (bodies.size() > kNamesInError) list += ", ...";
       refuse(rule, "'" + name + "', which fits no body", "names or patterns (*) of " + list);
     }
@@ -126,26 +126,9 @@ void require_known_names(const Scenario& scenario, const std::vector<ScenarioChe
 
 }  // namespace
 
-bool fits_a_deleted_part(const Scenario& scenario, std::string_view pattern) {
+bool fits_a_deleted_part(const Scenario& scenario, const std::string& pattern) {
   return std::any_of(scenario.deleted.begin(), scenario.deleted.end(),
-                     [&](const std::string& name) { return fits_pattern(name, pattern); });
-}
-
-bool fits_pattern(std::string_view name, std::string_view pattern) {
-  std::size_t n = 0, p = 0, after_star = std::string_view::npos, taken = 0;
-  while (n < name.size()) {
-    if (p < pattern.size() && pattern[p] == '*') {
-      after_star = ++p, taken = n;
-    } else if (p < pattern.size() && pattern[p] == name[n]) {
-      ++p, ++n;
-    } else if (after_star != std::string_view::npos) {
-      p = after_star, n = ++taken;  // the last star takes one character more
-    } else {
-      return false;
-    }
-  }
-  while (p < pattern.size() && pattern[p] == '*') ++p;
-  return p == pattern.size();
+                     [&](const std::string& name) { return glob_match(pattern, name); });
 }
 
 void add_collision_checking(const Scenario& scenario, const std::vector<UrdfArm>& arms,

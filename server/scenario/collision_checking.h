@@ -20,9 +20,7 @@ namespace takt {
 void add_collision_checking(const Scenario& scenario, const std::vector<UrdfArm>& arms,
                             const std::vector<TriangleMesh>& meshes, CellModel& cell);
 
-/// Whether a name fits a pattern in which `*` stands for any characters, none included.
-bool fits_pattern(std::string_view name, std::string_view pattern);
 /// Of a Part that was deleted by request: rules that name it say nothing, and are no mistake.
-bool fits_a_deleted_part(const Scenario& scenario, std::string_view pattern);
+bool fits_a_deleted_part(const Scenario& scenario, const std::string& pattern);
 
 }  // namespace takt

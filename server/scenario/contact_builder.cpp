@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "idl/common/text.h"
 #include "server/contact/surface/contact_roles.h"
 #include "server/devices/heated_part.h"
 #include "server/scenario/collision_checking.h"
@@ -18,22 +19,16 @@ bool has_temperature(const Scenario& scenario, const std::string& name) {
   });
 }
 
-bool fits(const ScenarioContactPair& rule, const std::string& a, const std::string& b) {
-  return (fits_pattern(a, rule.pair[0]) && fits_pattern(b, rule.pair[1])) ||
-         (fits_pattern(a, rule.pair[1]) && fits_pattern(b, rule.pair[0]));
-}
-
 void require_known(const Scenario& scenario, const CellModel& cell) {
   const auto known = [&](const std::string& name) {
     return fits_a_deleted_part(scenario, name) ||
            std::any_of(cell.components.begin(), cell.components.end(),
-                       [&](const Component& c) { return fits_pattern(c.name, name); });
+                       [&](const Component& c) { return glob_match(name, c.name); });
   };
   const auto refuse = [&cell](const std::string& place, const std::string& name) {
-    std::string list;
-    for (const Component& c : cell.components) list += (list.empty() ? "" : ", ") + c.name;
     throw ScenarioError(place + ": found '" + name +
-                        "', which fits no component; allowed: names or patterns (*) of " + list);
+                        "', which fits no component; allowed: names or patterns (*) of " +
+                        list_names(cell.components));
   };
   for (const ScenarioContactComponent& component : scenario.contact.components)
     if (!known(component.name)) refuse(component.place, component.name);
@@ -67,8 +62,8 @@ bool base_is_first(const Scenario& scenario, const CellModel& cell, std::size_t 
   const std::string& name_b = cell.components[b].name;
   int said = 0;
   for (const ScenarioContactPair& rule : scenario.contact.pairs) {
-    if (rule.base.empty() || !fits(rule, name_a, name_b)) continue;
-    said = fits_pattern(name_a, rule.base) ? 1 : -1;
+    if (rule.base.empty() || !glob_match(rule.pair, name_a, name_b)) continue;
+    said = glob_match(rule.base, name_a) ? 1 : -1;
   }
   if (said != 0) return said > 0;
   if (of_a.role != of_b.role) {

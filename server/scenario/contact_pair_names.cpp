@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "server/scenario/collision_checking.h"
+#include "idl/common/glob.h"
 
 namespace takt {
 namespace {
@@ -28,19 +28,18 @@ std::vector<std::size_t> find_contact_pairs(const ContactModel& model, const Cel
   std::set<std::size_t> found;
   while (!patterns.empty()) {
     const auto comma = patterns.find(',');
-    const std::string_view pattern = trimmed(patterns.substr(0, comma));
+    const std::string pattern(trimmed(patterns.substr(0, comma)));
     patterns.remove_prefix(comma == std::string_view::npos ? patterns.size() : comma + 1);
     if (pattern.empty()) continue;
     bool any = false;
     for (std::size_t i = 0; i < model.pairs.size(); ++i) {
       const std::string base = name_of(cell, model.pairs[i].base);
       const std::string target = name_of(cell, model.pairs[i].target);
-      if (!fits_pattern(base + "-" + target, pattern) && !fits_pattern(target + "-" + base, pattern))
-        continue;
+      if (!glob_match(pattern, base + "-" + target) && !glob_match(pattern, target + "-" + base)) continue;
       found.insert(i);
       any = true;
     }
-    if (!any && unknown != nullptr) unknown->emplace_back(pattern);
+    if (!any && unknown != nullptr) unknown->push_back(pattern);
   }
   return {found.begin(), found.end()};
 }

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "server/fields/fields.h"
+#include "idl/common/text.h"
 #include "server/scenario/scenario_names.h"
 #include "server/simulation/solver/integrator.h"
 

@@ -5,9 +5,10 @@
 #include <memory>
 #include <utility>
 
+#include "idl/common/glob.h"
+#include "idl/common/text.h"
 #include "server/geometry/mesh/diagnostic.h"
 #include "server/geometry/mesh/solid_overlap.h"
-#include "server/scenario/collision_checking.h"
 
 namespace takt {
 
@@ -70,7 +71,7 @@ void find_start_overlaps(const Scenario& scenario, const std::vector<TriangleMes
       const std::string& other = cell.components[static_cast<std::size_t>(b.component)].name;
       std::string sentence = part;
       sentence.append(" starts inside ").append(other).append(", ");
-      sentence.append(number_text(1e3 * overlap.depth_m)).append(" mm deep at ");
+      sentence.append(number_text(1e3 * overlap.depth_m, 4)).append(" mm deep at ");
       sentence.append(place_text(overlap.p_W)).append(". Correct parts.").append(part);
       sentence.append(".pose.position_m or the mesh; where the fit is meant, set world.allow_overlap: [[");
       sentence.append(part).append(", ").append(other).append("]].");

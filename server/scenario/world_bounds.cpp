@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "idl/common/text.h"
 #include "server/geometry/mesh/diagnostic.h"
 
 namespace takt {
@@ -58,7 +59,8 @@ std::vector<Standing> all_standing(const Scenario& scenario, const CellModel& ce
 }
 
 std::string size_text(const Vec3& size) {
-  return number_text(size.x()) + " x " + number_text(size.y()) + " x " + number_text(size.z()) + " m";
+  return number_text(size.x(), 4) + " x " + number_text(size.y(), 4) + " x " + number_text(size.z(), 4) +
+         " m";
 }
 
 class UnitNotes {
@@ -72,26 +74,26 @@ class UnitNotes {
     if (!(size.maxCoeff() > kOddSize_m)) return;
     note(component, component + " is " + size_text(size) + " large (" + description.mesh_uri +
                         "). Is the file in millimetres? Then set " + key +
-                        ".mesh_scale: " + number_text(0.001 * scale) + ".");
+                        ".mesh_scale: " + number_text(0.001 * scale, 4) + ".");
   }
 
   void place(const std::string& component, const std::string& key, const Vec3& p, double distance_m,
              const std::string& from) {
     if (!(distance_m > kOddSize_m)) return;
-    note(component, component + " stands at " + place_text(p) + ", " + number_text(distance_m) + " m from " +
-                        from + ". Is " + key + ".position_m in metres?");
+    note(component, component + " stands at " + place_text(p) + ", " + number_text(distance_m, 4) +
+                        " m from " + from + ". Is " + key + ".position_m in metres?");
   }
 
   void width(const std::string& gripper, double width_m) {
     if (!(width_m > kOddWidth_m)) return;
-    note(gripper, gripper + " opens by " + number_text(width_m) + " m. Is grippers." + gripper +
+    note(gripper, gripper + " opens by " + number_text(width_m, 4) + " m. Is grippers." + gripper +
                       ".max_width_m in metres?");
   }
 
   void angle(const Scenario::OddAngle& angle) {
     std::string degrees = angle.key;
     degrees.replace(degrees.rfind("_rad"), 4, "_deg");
-    note(angle.owner, angle.key + " has " + number_text(angle.value_rad) +
+    note(angle.owner, angle.key + " has " + number_text(angle.value_rad, 4) +
                           " rad, more than a full turn. Is it in degrees? Then call it " + degrees + ".");
   }
 

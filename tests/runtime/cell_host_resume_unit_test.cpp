@@ -102,11 +102,11 @@ TEST_F(PeriodicSnapshots, ASessionThatCannotBeWrittenIsReported) {
   HostReader reader(host);
   block();
   host.open(ScenarioSource{file_, {}});
-  EXPECT_TRUE(says(reader.event("snapshot_failed").message, "session.json cannot be written."));
+  EXPECT_TRUE(says(reader.event("snapshot_failed").message, "session.json cannot be written: "));
   // Nor can it be noted that nothing is loaded any more.
   reader.events.clear();
   ASSERT_EQ(reader.request("unload_scenario").result, ControlResult::ok);
-  EXPECT_TRUE(says(reader.event("snapshot_failed").message, "session.json cannot be written."));
+  EXPECT_TRUE(says(reader.event("snapshot_failed").message, "session.json cannot be written: "));
 }
 
 TEST_F(PeriodicSnapshots, ARestartedServerContinuesFromItsSnapshot) {

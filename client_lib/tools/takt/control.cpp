@@ -4,6 +4,7 @@
 
 #include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
+#include "idl/common/text.h"
 
 namespace takt::tool {
 namespace {
@@ -109,9 +110,9 @@ int status(const Common& common) {
   }
   std::printf("Cell '%s', scenario %s, step %g ms, server %s\n", info->cell.c_str(), info->scenario.c_str(),
               1e3 * info->step_s, info->server_version.c_str());
-  std::string levels;
-  for (const auto& process : s.processes)
-    levels += (levels.empty() ? "" : ", ") + process.name + " " + std::to_string(process.level_of_detail);
+  const std::string levels = join(s.processes, ", ", [](const auto& process) {
+    return process.name + " " + std::to_string(process.level_of_detail);
+  });
   std::printf("  %-17s %s\n", "level of detail", levels.c_str());
   std::printf("  %-17s %s, %llu steps, %llu rejected\n", "solver", s.solver.c_str(),
               static_cast<unsigned long long>(s.solver_steps),

@@ -6,6 +6,7 @@
 
 #include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
+#include "idl/common/text.h"
 
 namespace takt::tool {
 namespace {

@@ -15,6 +15,7 @@
 #include "client_lib/recording/json_text.h"
 #include "client_lib/recording/signals.h"
 #include "idl/command_line/numbers.h"
+#include "idl/common/text.h"
 
 namespace takt::tool {
 namespace {
@@ -68,12 +69,6 @@ void draw(const std::string& script, const std::filesystem::path& picture) {
                            " --list' shows what there is.");
 }
 
-std::string csv_number(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.12g", value);
-  return text;
-}
-
 /// A row for every state, with what was newest of everything else; a column for every signal.
 class CsvTable {
  public:
@@ -124,8 +119,9 @@ class CsvTable {
       out_ << line << '\n';
   }
   void end_row() {
-    std::string line = csv_number(time_s_) + "," + std::to_string(epoch_);
-    for (const double value : row_) line += "," + (std::isnan(value) ? std::string() : csv_number(value));
+    std::string line = number_text(time_s_, 12) + "," + std::to_string(epoch_);
+    for (const double value : row_)
+      line += "," + (std::isnan(value) ? std::string() : number_text(value, 12));
     write(line);
     ++rows_;
   }
@@ -233,7 +229,7 @@ int plot(const Common& common, const PlotOptions& options) {
       if (sample.time_s < curve->second.newest_s) curve->second.points += '\n';  // a reset: a new line begins
       if (sample.time_s == curve->second.newest_s) continue;                     // the instant was repeated
       curve->second.newest_s = sample.time_s;
-      curve->second.points += csv_number(sample.time_s) + " " + csv_number(value) + "\n";
+      curve->second.points += number_text(sample.time_s, 12) + " " + number_text(value, 12) + "\n";
     }
   });
   if (order.empty()) no_signal(reader, options.signals);

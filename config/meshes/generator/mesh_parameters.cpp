@@ -8,6 +8,8 @@
 #include <type_traits>
 #include <variant>
 
+#include "idl/common/text.h"
+
 namespace takt::meshes {
 
 namespace {
@@ -59,20 +61,12 @@ void with_value(Parameters& parameters, const Parameter& parameter, const Use& u
   if (const auto* count = std::get_if<int R::*>(&parameter.member)) use(parameters.rotor.**count);
 }
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", value);
-  return text;
-}
-
 }  // namespace
 
 void set_parameter(CellParameters& parameters, const std::string& text) {
   const std::size_t equals = text.find('=');
   const std::string name = text.substr(0, equals);
-  std::string known;
   for (const Parameter& parameter : kParameters) {
-    known += (known.empty() ? "" : ", ") + std::string(parameter.name);
     if (equals == std::string::npos || name != parameter.name) continue;
     const std::string given = text.substr(equals + 1);
     double value = 0.0;
@@ -83,21 +77,22 @@ void set_parameter(CellParameters& parameters, const std::string& text) {
                         std::holds_alternative<int R::*>(parameter.member);
     if (!in_range || (counts && value != std::round(value)))
       throw std::invalid_argument("--set " + name + ": found '" + given + "'; allowed: a " +
-                                  (counts ? "whole number" : "number") + " from " + number(parameter.lower) +
-                                  " to " + number(parameter.upper));
+                                  (counts ? "whole number" : "number") + " from " +
+                                  number_text(parameter.lower, 6) + " to " + number_text(parameter.upper, 6));
     with_value(parameters, parameter, [value](auto& member) {
       member = static_cast<std::remove_reference_t<decltype(member)>>(value);
     });
     return;
   }
-  throw std::invalid_argument("--set: found '" + text + "'; allowed: NAME=VALUE with NAME one of " + known);
+  throw std::invalid_argument("--set: found '" + text + "'; allowed: NAME=VALUE with NAME one of " +
+                              list_names(kParameters));
 }
 
 void list_parameters(std::ostream& out, const CellParameters& parameters) {
   for (const Parameter& parameter : kParameters)
     with_value(parameters, parameter, [&](const auto& value) {
-      out << parameter.name << '=' << number(static_cast<double>(value)) << "  " << parameter.what << ", "
-          << number(parameter.lower) << " to " << number(parameter.upper) << '\n';
+      out << parameter.name << '=' << number_text(static_cast<double>(value), 6) << "  " << parameter.what
+          << ", " << number_text(parameter.lower, 6) << " to " << number_text(parameter.upper, 6) << '\n';
     });
 }
 

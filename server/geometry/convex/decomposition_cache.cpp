@@ -1,7 +1,6 @@
 #include "server/geometry/convex/decomposition_cache.h"
 
 #include <stdlib.h>
-#include <unistd.h>
 
 #include <array>
 #include <bit>
@@ -13,6 +12,8 @@
 #include <stdexcept>
 #include <string_view>
 #include <utility>
+
+#include "idl/common/atomic_file.h"
 
 namespace takt {
 namespace {
@@ -178,25 +179,7 @@ bool DecompositionCache::store(const std::string& key, const std::vector<ConvexS
   if (directory_.empty()) return false;
   std::error_code error;
   std::filesystem::create_directories(directory_, error);
-  // Written beside its place and renamed: a torn write is never seen under the entry's name, and two programs
-  // that store the same entry do not disturb each other.
-  std::string temporary = (directory_ / (key + "." + std::string(6, 'X'))).string();
-  const int descriptor = ::mkstemp(temporary.data());
-  if (descriptor < 0) return false;
-  const std::string text = to_text(key, shapes);
-  bool ok = true;
-  for (std::size_t done = 0; ok && done < text.size();) {
-    const ssize_t written = ::write(descriptor, text.data() + done, text.size() - done);
-    ok = written > 0;
-    if (ok) done += static_cast<std::size_t>(written);
-  }
-  ok = ::close(descriptor) == 0 && ok;
-  if (ok) {
-    std::filesystem::rename(temporary, file_of(key), error);
-    ok = !error;
-  }
-  if (!ok) std::filesystem::remove(temporary, error);
-  return ok;
+  return !replace_file(file_of(key), {to_text(key, shapes)});
 }
 
 std::filesystem::path user_cache_directory() {

@@ -64,13 +64,6 @@ std::string place_text(const Vec3& p) {
   return text.str();
 }
 
-std::string number_text(double value, int digits) {
-  std::ostringstream text;
-  text.precision(digits);
-  text << value;
-  return text.str();
-}
-
 std::string counted(std::size_t count, const char* one, const char* many) {
   return std::to_string(count) + " " + (count == 1 ? one : many);
 }

@@ -49,7 +49,6 @@ struct MeshDiagnostic {
 
 /// Words for sentences: "(0.1, 0, 0.2) m"; a number with so many digits; "1 face is" or "3 faces are".
 std::string place_text(const Vec3& p_B);
-std::string number_text(double value, int digits = 4);
 std::string counted(std::size_t count, const char* one, const char* many);
 
 }  // namespace takt

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "idl/common/disjoint_sets.h"
+#include "idl/common/text.h"
 #include "server/geometry/mesh/edges.h"
 
 namespace takt {
@@ -60,7 +61,7 @@ class Care {
     if (count == 0) return;
     findings_.push_back({MeshDiagnosticKind::needles, MeshSeverity::warning, count, ratio, centres_[worst],
                          counted(count, "triangle is a needle", "triangles are needles") + " (longer than " +
-                             number_text(options_.needle_ratio) + " heights), the worst " +
+                             number_text(options_.needle_ratio, 4) + " heights), the worst " +
                              number_text(ratio, 3) + " heights at " + place_text(centres_[worst]) +
                              ": one line in its middle stands for all of it",
                          "mesh it anew with triangles of even size; element_edge_m makes needles shorter, "
@@ -101,7 +102,7 @@ class Care {
     const bool knife = knife_length > options_.sharp_length_m;
     findings_.push_back({MeshDiagnosticKind::sharp_edges, knife ? MeshSeverity::warning : MeshSeverity::info,
                          count, largest / kDegree, place,
-                         counted(count, "edge is", "edges are") + " sharp, " + number_text(1e3 * length) +
+                         counted(count, "edge is", "edges are") + " sharp, " + number_text(1e3 * length, 4) +
                              " mm in all, the sharpest turning by " + number_text(largest / kDegree, 3) +
                              " degrees at " + place_text(place) + ": forces near them depend on the mesh",
                          "chamfer or round the edges that slide over others"});
@@ -137,13 +138,14 @@ class Care {
     }
     if (count == 0) return;
     const Vec3 place = moment[worst] / size[worst];
-    findings_.push_back(
-        {MeshDiagnosticKind::coarse, MeshSeverity::warning, count, fewest, place,
-         counted(count, "face has", "faces have") + " fewer than " + number_text(options_.elements_across) +
-             " contact elements across, the coarsest " + number_text(fewest, 2) + " on " +
-             number_text(1e6 * size[worst], 3) + " mm^2 around " + place_text(place) + " (longest edge " +
-             number_text(1e3 * edge[worst], 3) + " mm): where only a part of it is in contact, forces jump",
-         "set " + key() + " to " + rounded_down(wanted) + ", or mesh it finer"});
+    findings_.push_back({MeshDiagnosticKind::coarse, MeshSeverity::warning, count, fewest, place,
+                         counted(count, "face has", "faces have") + " fewer than " +
+                             number_text(options_.elements_across, 4) +
+                             " contact elements across, the coarsest " + number_text(fewest, 2) + " on " +
+                             number_text(1e6 * size[worst], 3) + " mm^2 around " + place_text(place) +
+                             " (longest edge " + number_text(1e3 * edge[worst], 3) +
+                             " mm): where only a part of it is in contact, forces jump",
+                         "set " + key() + " to " + rounded_down(wanted) + ", or mesh it finer"});
   }
 
   void find_distance() {
@@ -156,9 +158,10 @@ class Care {
     const double resolution = std::ldexp(lower.cwiseAbs().cwiseMax(upper.cwiseAbs()).maxCoeff(), -24);
     if (!(resolution > options_.resolution_m) || !(centre.norm() > options_.far_ratio * size)) return;
     findings_.push_back({MeshDiagnosticKind::far_from_origin, MeshSeverity::warning, 1, resolution, centre,
-                         "its middle is " + number_text(centre.norm()) + " m from the origin of its frame, " +
-                             number_text(centre.norm() / size, 3) + " times its size: the file holds it to " +
-                             number_text(1e6 * resolution, 2) + " um only",
+                         "its middle is " + number_text(centre.norm(), 4) +
+                             " m from the origin of its frame, " + number_text(centre.norm() / size, 3) +
+                             " times its size: the file holds it to " + number_text(1e6 * resolution, 2) +
+                             " um only",
                          "move the mesh to the origin of its frame, and the component by its pose"});
   }
 

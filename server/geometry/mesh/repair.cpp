@@ -7,6 +7,7 @@
 #include <string>
 
 #include "idl/common/disjoint_sets.h"
+#include "idl/common/text.h"
 #include "server/geometry/mesh/edges.h"
 #include "server/geometry/mesh/shells.h"
 
@@ -225,8 +226,9 @@ class Repairer {
     }
     if (open > 0)
       tell(MeshDiagnosticKind::open_edges, MeshSeverity::refused, open, length, open_place,
-           counted(open, "edge belongs", "edges belong") + " to one face only, " + number_text(1e3 * length) +
-               " mm in all: the surface has a hole, the first at " + place_text(open_place),
+           counted(open, "edge belongs", "edges belong") + " to one face only, " +
+               number_text(1e3 * length, 4) + " mm in all: the surface has a hole, the first at " +
+               place_text(open_place),
            "close the hole: export a solid, not a surface");
     if (crowded > 0)
       tell(MeshDiagnosticKind::crowded_edges, MeshSeverity::refused, crowded, static_cast<double>(most),
@@ -329,7 +331,7 @@ class Repairer {
       tell(MeshDiagnosticKind::inside_out, MeshSeverity::repaired, inside_out.count, inside_out.largest,
            inside_out.place,
            counted(inside_out.count, "closed shell is", "closed shells are") +
-               " inside out, the largest of " + number_text(1e6 * inside_out.largest) + " cm^3 at " +
+               " inside out, the largest of " + number_text(1e6 * inside_out.largest, 4) + " cm^3 at " +
                place_text(inside_out.place),
            "turned; export the mesh with normals outwards");
     if (nothing.count > 0) {
@@ -343,13 +345,13 @@ class Repairer {
     }
     if (cavities.count > 0)
       tell(MeshDiagnosticKind::cavities, MeshSeverity::info, cavities.count, cavities.sum, cavities.place,
-           counted(cavities.count, "cavity", "cavities") + " of " + number_text(1e6 * cavities.sum) +
+           counted(cavities.count, "cavity", "cavities") + " of " + number_text(1e6 * cavities.sum, 4) +
                " cm^3 in all, the largest at " + place_text(cavities.place),
            "nothing to do where that is meant; nothing gets in");
     if (solids.count > 0)
       tell(MeshDiagnosticKind::nested_solids, MeshSeverity::warning, solids.count, solids.sum, solids.place,
            counted(solids.count, "closed shell lies", "closed shells lie") +
-               " inside another and faces outwards: its volume of " + number_text(1e6 * solids.sum) +
+               " inside another and faces outwards: its volume of " + number_text(1e6 * solids.sum, 4) +
                " cm^3 counts twice, the largest at " + place_text(solids.place),
            "remove what lies inside, or turn it where a cavity is meant");
   }

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <string>
 
+#include "idl/common/text.h"
 #include "server/runtime/requests/event.h"
 
 namespace takt {

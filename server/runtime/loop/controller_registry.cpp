@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "idl/common/text.h"
 #include "server/simulation/step/simulation.h"
 
 namespace takt {
@@ -27,9 +28,8 @@ std::string ControllerRegistry::add(const requests::RegisterController& request,
   auto place = std::find_if(controllers_.begin(), controllers_.end(), same_name);
   std::sort(targets.begin(), targets.end());
   if (place != controllers_.end() && place->targets != targets) {
-    std::string others;
-    for (const int target : place->targets)
-      others += (others.empty() ? "" : ", ") + std::string(target_name(cell, target));
+    const std::string others =
+        join(place->targets, ", ", [&](int target) { return target_name(cell, target); });
     return "There is a controller '" + request.name + "' already, for " + others.substr(0, 300) +
            "; choose another name, or unregister that one first.";
   }

@@ -1,14 +1,13 @@
 #include "server/runtime/recording/session_store.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <charconv>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <stdexcept>
+
+#include "idl/common/atomic_file.h"
 
 namespace takt {
 namespace {
@@ -83,17 +82,6 @@ Session session_of(const json& document) {
   return session;
 }
 
-/// True when the text is on the disk under that name.
-bool write_text(const std::filesystem::path& file, const std::string& text) {
-  const std::filesystem::path temporary = file.string() + ".new";
-  const int descriptor = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (descriptor < 0) return false;
-  const bool written = ::write(descriptor, text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
-                       ::fsync(descriptor) == 0;
-  ::close(descriptor);
-  return written && ::rename(temporary.c_str(), file.c_str()) == 0;
-}
-
 }  // namespace
 
 SessionStore::SessionStore(const std::filesystem::path& directory, const std::string& cell)
@@ -159,7 +147,8 @@ std::string SessionStore::write(const Session& session) {
   const std::lock_guard lock(mutex_);
   if (text == written_) return {};
   const std::filesystem::path file = periodic_directory_ / kSession;
-  if (!write_text(file, text)) return file.string() + " cannot be written.";
+  if (const std::error_code error = replace_file(file, {text}))
+    return file.string() + " cannot be written: " + error.message() + ".";
   written_ = text;
   return {};
 }

@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <utility>
 
+#include "idl/common/atomic_file.h"
 #include "server/simulation/model/model_hash.h"
 #include "server/simulation/model/state_hash.h"
 #include "server/simulation/step/simulation.h"
@@ -49,30 +49,19 @@ SnapshotResult system_error(SnapshotError error, const std::filesystem::path& fi
   return {error, quoted(file) + " cannot be " + what + ": " + std::strerror(errno)};
 }
 
-/// Closes a descriptor that is left behind.
 class Descriptor {
  public:
   explicit Descriptor(int fd) : fd_(fd) {}
   Descriptor(const Descriptor&) = delete;
   Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() { static_cast<void>(close_now()); }
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
   int get() const { return fd_; }
-  bool close_now() { return fd_ < 0 || ::close(std::exchange(fd_, -1)) == 0; }
 
  private:
   int fd_;
 };
-
-bool write_all(int fd, const void* from, std::size_t size) {
-  const char* at = static_cast<const char*>(from);
-  while (size > 0) {
-    const ssize_t n = ::write(fd, at, size);
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) return false;
-    at += n, size -= static_cast<std::size_t>(n);
-  }
-  return true;
-}
 
 /// Fewer bytes than asked for: the end of the file, or (negative) an error.
 ssize_t read_all(int fd, void* to, std::size_t size) {
@@ -103,22 +92,10 @@ SnapshotResult write_snapshot_file(const std::filesystem::path& file, const Snap
   header.name_length = name.size(), header.state_length = state.size();
   header.checksum = checksum(header, name, state);
 
-  const std::filesystem::path directory = file.has_parent_path() ? file.parent_path() : ".";
-  std::string temporary = file.string() + '.' + std::string(6, 'X');
-  Descriptor out(::mkostemp(temporary.data(), O_CLOEXEC));
-  if (out.get() < 0) return system_error(SnapshotError::not_readable, file, "written");
-  const bool written = ::fchmod(out.get(), 0644) == 0 && write_all(out.get(), &header, sizeof(header)) &&
-                       write_all(out.get(), name.data(), name.size()) &&
-                       write_all(out.get(), state.data(), state.size()) && ::fsync(out.get()) == 0 &&
-                       out.close_now() && ::rename(temporary.c_str(), file.c_str()) == 0;
-  if (!written) {
-    const SnapshotResult result = system_error(SnapshotError::not_readable, file, "written");
-    ::unlink(temporary.c_str());
-    return result;
-  }
-  // The new name must be on the disk too.
-  const Descriptor in(::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (in.get() >= 0) static_cast<void>(::fsync(in.get()));
+  const std::string_view head(reinterpret_cast<const char*>(&header), sizeof(header)),
+      bytes(reinterpret_cast<const char*>(state.data()), state.size());
+  if (const std::error_code error = replace_file(file, {head, name, bytes}))
+    return {SnapshotError::not_readable, quoted(file) + " cannot be written: " + error.message()};
   return {};
 }
 

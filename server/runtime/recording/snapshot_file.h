@@ -44,7 +44,7 @@ struct SnapshotResult {
   bool good() const { return error == SnapshotError::none; }
 };
 
-/// Writes atomically: a temporary file in the same directory, fsync, rename, fsync of the directory.
+/// Writes atomically (idl/common/atomic_file.h).
 /// Directories must exist.
 SnapshotResult write_snapshot_file(const std::filesystem::path& file, const SnapshotIdentity& identity,
                                    std::span<const std::byte> state);

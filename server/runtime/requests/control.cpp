@@ -1,6 +1,7 @@
 #include "server/runtime/requests/control.h"
 
 #include "server/simulation/model/command.h"
+#include "idl/common/text.h"
 
 namespace takt {
 namespace {

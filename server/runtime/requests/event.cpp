@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "server/contact/clearance/clearance_model.h"
+#include "idl/common/text.h"
 #include "server/simulation/model/command.h"
 #include "server/simulation/step/simulation.h"
 

@@ -2,16 +2,11 @@
 
 #include <algorithm>
 
+#include "idl/common/text.h"
 #include "server/scenario/contact_pair_names.h"
 
 namespace takt {
 namespace {
-
-std::string listed(const std::vector<std::string>& names) {
-  std::string list;
-  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
-  return list;
-}
 
 /// A few, for an error text.
 std::string some_pairs(const CellModel& model) {
@@ -22,7 +17,7 @@ std::string some_pairs(const CellModel& model) {
     names.push_back(contact_pair_name(model.description, pair));
   }
   const std::size_t more = model.contact.pairs.size() - names.size();
-  return listed(names) + (more > 0 ? " and " + std::to_string(more) + " more" : "");
+  return join(names, ", ") + (more > 0 ? " and " + std::to_string(more) + " more" : "");
 }
 
 }  // namespace

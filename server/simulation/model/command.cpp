@@ -1,28 +1,14 @@
 #include "server/simulation/model/command.h"
 
 #include <cmath>
-#include <sstream>
 
+#include "idl/common/text.h"
 #include "server/simulation/model/cell_description.h"
 #include "server/simulation/model/snapshot.h"
 
 namespace takt {
 
 namespace {
-
-template <typename Range, typename Name>
-std::string list_names(const Range& items, Name name) {
-  std::string text;
-  for (const auto& item : items) text += (text.empty() ? "" : ", ") + std::string(name(item));
-  return text.empty() ? "none" : text;
-}
-
-std::string number(double value) {
-  std::ostringstream out;
-  out.precision(9);
-  out << value;
-  return out.str();
-}
 
 Rejection reject(RejectionCode code, const std::string& subject, const std::string& message) {
   return {code, subject, message};
@@ -32,8 +18,8 @@ Rejection reject(RejectionCode code, const std::string& subject, const std::stri
 std::string outside(const char* quantity, const std::string& joint, double value, double lower, double upper,
                     const char* unit) {
   if (value >= lower && value <= upper) return {};
-  return std::string(quantity) + " " + number(value) + " " + unit + " of joint '" + joint + "' is outside [" +
-         number(lower) + ", " + number(upper) + "] " + unit;
+  return std::string(quantity) + " " + number_text(value) + " " + unit + " of joint '" + joint +
+         "' is outside [" + number_text(lower) + ", " + number_text(upper) + "] " + unit;
 }
 
 }  // namespace

@@ -1,28 +1,15 @@
 // Validation of trajectories and of device commands.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 
+#include "idl/common/text.h"
 #include "server/simulation/model/cell_description.h"
 #include "server/simulation/model/command.h"
 
 namespace takt {
 
 namespace {
-
-std::string number(double value) {
-  char text[40];
-  std::snprintf(text, sizeof(text), "%.9g", value);
-  return text;
-}
-
-template <typename Items>
-std::string names_of(const Items& items) {
-  std::string text;
-  for (const auto& item : items) text += (text.empty() ? "" : ", ") + item.name;
-  return text.empty() ? "none" : text;
-}
 
 /// Checks one trajectory; the first fault is kept.
 class TrajectoryCheck {
@@ -59,17 +46,18 @@ class TrajectoryCheck {
     const std::string where = "point " + std::to_string(i + 1);
     point.t = raw.time_from_start_s;
     if (!std::isfinite(point.t))
-      return fault(RejectionCode::not_finite, "the time of " + where + " is " + number(point.t));
+      return fault(RejectionCode::not_finite, "the time of " + where + " is " + number_text(point.t));
     if (point.t < 0.0 || (i > 0 && !(point.t > raw_.points[i - 1].time_from_start_s))) {
       return fault(RejectionCode::times_not_ascending,
-                   "the time of " + where + " is " + number(point.t) + " s; it must " +
+                   "the time of " + where + " is " + number_text(point.t) + " s; it must " +
                        (i == 0 ? std::string("not be negative")
                                : "be after that of the point before, " +
-                                     number(raw_.points[i - 1].time_from_start_s) + " s"));
+                                     number_text(raw_.points[i - 1].time_from_start_s) + " s"));
     }
     if (point.t > kLongestTime_s) {
-      return fault(RejectionCode::out_of_range, "the time of " + where + " is " + number(point.t) +
-                                                    " s; allowed is up to " + number(kLongestTime_s) + " s");
+      return fault(RejectionCode::out_of_range, "the time of " + where + " is " + number_text(point.t) +
+                                                    " s; allowed is up to " + number_text(kLongestTime_s) +
+                                                    " s");
     }
     if (!raw.effort.empty() || !first.effort.empty()) {
       if (raw.effort.size() != n) return wrong_count(where, "effort", raw.effort.size());
@@ -94,7 +82,7 @@ class TrajectoryCheck {
         if (!std::isfinite(field.values[k])) {
           return fault(RejectionCode::not_finite, "one of the " + std::string(field.name) + " of " + where +
                                                       ", of joint '" + raw_.names[k] + "', is " +
-                                                      number(field.values[k]));
+                                                      number_text(field.values[k]));
         }
         field.to[joint_[k]] = field.values[k];
       }
@@ -124,8 +112,8 @@ class TrajectoryCheck {
                                (from == to ? "at point " + std::to_string(to + 1)
                                            : "between points " + std::to_string(from + 1) + " and " +
                                                  std::to_string(to + 1)) +
-                               " is " + number(value) + " " + unit + ", outside [" + number(lower) + ", " +
-                               number(upper) + "] " + unit);
+                               " is " + number_text(value) + " " + unit + ", outside [" + number_text(lower) +
+                               ", " + number_text(upper) + "] " + unit);
       };
       const PathPiece velocity = piece.derivative();
       if (from == to) piece.c[1] = 0.0;
@@ -143,7 +131,8 @@ class TrajectoryCheck {
     for (std::size_t j = 0; j < arm_.joints.size(); ++j) {
       if (last.qd[j] == 0.0) continue;
       return fault(RejectionCode::not_at_rest, "joint '" + arm_.joints[j].name + "' still has the velocity " +
-                                                   number(last.qd[j]) + " at the last point; it must be 0");
+                                                   number_text(last.qd[j]) +
+                                                   " at the last point; it must be 0");
     }
     return std::nullopt;
   }
@@ -157,13 +146,13 @@ class TrajectoryCheck {
     for (std::size_t k = 0; k < raw.effort.size(); ++k) {
       const JointModel& joint = arm_.joints[joint_[k]];
       const std::string what =
-          "effort of joint '" + joint.name + "' at " + where + " is " + number(raw.effort[k]);
+          "effort of joint '" + joint.name + "' at " + where + " is " + number_text(raw.effort[k]);
       if (!std::isfinite(raw.effort[k])) return fault(RejectionCode::not_finite, "the " + what);
       if (std::abs(raw.effort[k]) <= joint.max_effort) continue;
       const std::string unit = joint.type == JointType::revolute ? " N m" : " N";
       return fault(RejectionCode::effort_out_of_range, "the " + what + unit + ", outside [" +
-                                                           number(-joint.max_effort) + ", " +
-                                                           number(joint.max_effort) + "]" + unit);
+                                                           number_text(-joint.max_effort) + ", " +
+                                                           number_text(joint.max_effort) + "]" + unit);
     }
     return std::nullopt;
   }
@@ -189,7 +178,8 @@ Validated<TrajectoryCommand> validate(const CellDescription& cell, int target, c
     return check.fault(RejectionCode::out_of_range,
                        "its stamp is " + number(raw.stamp.seconds()) +
                            " s; needed is the simulated time at which it begins, at most " +
-                           number(kLongestTime_s) + " s, or 0 for now (is it the time of a wall clock?)");
+                           number_text(kLongestTime_s) +
+                           " s, or 0 for now (is it the time of a wall clock?)");
   }
   auto path = std::make_shared<JointPath>();
   if (raw.points.empty()) return TrajectoryCommand{target, raw.stamp, std::move(path)};

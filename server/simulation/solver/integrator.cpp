@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "idl/common/text.h"
 #include "server/simulation/solver/adaptive_integrator.h"
 #include "server/simulation/solver/implicit_integrator.h"
 #include "server/simulation/solver/rk2_integrator.h"
@@ -76,10 +77,8 @@ std::unique_ptr<Integrator> make_integrator(const SolverParameters& parameters, 
   if (parameters.name == "rosenbrock") return std::make_unique<RosenbrockIntegrator>(parameters, system);
   if (solver_has_error_control(parameters.name))
     return std::make_unique<AdaptiveIntegrator>(parameters, system);
-  std::string allowed;
-  for (const std::string_view name : kSolverNames)
-    allowed += (allowed.empty() ? "" : ", ") + std::string(name);
-  throw std::invalid_argument("unknown solver '" + parameters.name + "'; allowed: " + allowed);
+  throw std::invalid_argument("unknown solver '" + parameters.name +
+                              "'; allowed: " + list_names(kSolverNames));
 }
 
 }  // namespace takt

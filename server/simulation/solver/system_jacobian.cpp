@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <numeric>
 
 #include "server/simulation/solver/dense_lu.h"
 
@@ -16,7 +15,7 @@ constexpr double kRelativeIncrement = 1.5e-8;
 constexpr double kTrial = 1e-6;
 }  // namespace
 
-SystemJacobian::SystemJacobian(const OdeSystem& system) : parents_(system.blocks().size()) {
+SystemJacobian::SystemJacobian(const OdeSystem& system) : sets_(system.blocks().size()) {
   const auto n = static_cast<std::size_t>(system.state_count());
   states_.resize(n), pivots_.resize(n), scales_.resize(n);
   x_.resize(n), f0_.resize(n), f1_.resize(n), work_.resize(n);
@@ -31,16 +30,6 @@ SystemJacobian::SystemJacobian(const OdeSystem& system) : parents_(system.blocks
   }
 }
 
-std::size_t SystemJacobian::root(std::size_t block) {
-  while (parents_[block] != block) block = parents_[block] = parents_[parents_[block]];
-  return block;
-}
-
-void SystemJacobian::join(std::size_t a, std::size_t b) {
-  a = root(a), b = root(b);
-  parents_[std::max(a, b)] = std::min(a, b);
-}
-
 double SystemJacobian::increment(std::size_t state, double value) const {
   const double delta = kRelativeIncrement * std::max(std::abs(value), scales_[state]);
   return (value + delta) - value;  // what the sum really adds
@@ -48,7 +37,7 @@ double SystemJacobian::increment(std::size_t state, double value) const {
 
 void SystemJacobian::find_groups(const OdeSystem& system, double t, const double* x, const Derivatives& f) {
   const std::span<const OdeSystem::Block> blocks = system.blocks();
-  std::iota(parents_.begin(), parents_.end(), std::size_t{0});
+  sets_.reset();
   std::copy(x, x + x_.size(), x_.begin());
   // A trial that fails shows as a difference: then too much is joined, never too little.
   static_cast<void>(f(t, x_.data(), f0_.data()));
@@ -58,7 +47,7 @@ void SystemJacobian::find_groups(const OdeSystem& system, double t, const double
       const int partner = system.partner(block.body);
       if (partner < 0 || static_cast<std::size_t>(partner) >= block_of_body_.size()) continue;
       const int other = block_of_body_[static_cast<std::size_t>(partner)];
-      if (other >= 0) join(i, static_cast<std::size_t>(other));
+      if (other >= 0) sets_.join(i, static_cast<std::size_t>(other));
       continue;
     }
     for (std::size_t s = block.states.begin; s < block.states.end; ++s)
@@ -69,17 +58,17 @@ void SystemJacobian::find_groups(const OdeSystem& system, double t, const double
       const OdeSystem::Range& range = blocks[k].states;
       if (k != i &&
           std::memcmp(&f0_[range.begin], &f1_[range.begin], (range.end - range.begin) * sizeof(double)) != 0)
-        join(i, k);
+        sets_.join(i, k);
     }
   }
   groups_.clear();
   largest_ = 0;
   std::size_t place = 0, values = 0;
   for (std::size_t i = 0; i < blocks.size(); ++i) {
-    if (root(i) != i) continue;
+    if (sets_.root(i) != i) continue;
     Group group{place, 0, values};
     for (std::size_t k = i; k < blocks.size(); ++k) {
-      if (root(k) != i) continue;
+      if (sets_.root(k) != i) continue;
       for (std::size_t s = blocks[k].states.begin; s < blocks[k].states.end; ++s) states_[place++] = s;
     }
     group.size = place - group.first;

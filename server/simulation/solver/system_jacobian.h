@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "idl/common/disjoint_sets.h"
 #include "server/simulation/solver/ode_system.h"
 
 namespace takt {
@@ -38,12 +39,10 @@ class SystemJacobian {
     std::size_t first = 0, size = 0;  ///< in states_
     std::size_t values = 0;           ///< first of its size * size entries
   };
-  std::size_t root(std::size_t block);
-  void join(std::size_t a, std::size_t b);
   double increment(std::size_t state, double value) const;
 
-  std::vector<std::size_t> parents_;  ///< by block, of its group
-  std::vector<std::size_t> states_;   ///< states, group by group
+  DisjointSets sets_;                ///< of blocks
+  std::vector<std::size_t> states_;  ///< states, group by group
   std::vector<Group> groups_;
   std::size_t largest_ = 0;
   std::vector<double> scales_;

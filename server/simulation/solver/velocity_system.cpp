@@ -14,6 +14,8 @@ using Vec6 = Eigen::Matrix<double, 6, 1>;
 // Step of the difference quotient that gives accelerations of bodies without states (s).
 constexpr double kMotionStep = 1e-6;
 
+constexpr auto kNoGroup = static_cast<std::size_t>(-1);
+
 Vec6 stacked(const Vec3& upper, const Vec3& lower) {
   Vec6 v;
   v << upper, lower;
@@ -22,7 +24,8 @@ Vec6 stacked(const Vec3& upper, const Vec3& lower) {
 
 }  // namespace
 
-VelocitySystem::VelocitySystem(const OdeSystem& system) : unit_of_body_(system.body_count(), -1) {
+VelocitySystem::VelocitySystem(const OdeSystem& system)
+    : unit_of_body_(system.body_count(), -1), sets_(system.segments().size()) {
   std::size_t velocities = 0;
   for (const OdeSystem::Segment& segment : system.segments()) {
     Unit& unit = units_.emplace_back();
@@ -53,11 +56,6 @@ VelocitySystem::VelocitySystem(const OdeSystem& system) : unit_of_body_(system.b
   pivots_.resize(velocities), right_.resize(velocities);
   displacement_.resize(velocities), r_u_.resize(velocities);
   twists_.resize(system.body_count());
-}
-
-std::size_t VelocitySystem::root(std::size_t unit) {
-  while (units_[unit].parent != unit) unit = units_[unit].parent = units_[units_[unit].parent].parent;
-  return unit;
 }
 
 int VelocitySystem::unit_of(int body) const {
@@ -94,24 +92,21 @@ void VelocitySystem::linearise(OdeSystem& system, double t, std::span<const doub
 }
 
 void VelocitySystem::find_groups() {
-  for (std::size_t i = 0; i < units_.size(); ++i) units_[i].parent = i;
-  for (const PairEnds& ends : ends_) {
-    if (ends.base.unit < 0 || ends.target.unit < 0) continue;
-    const std::size_t a = root(static_cast<std::size_t>(ends.base.unit)),
-                      b = root(static_cast<std::size_t>(ends.target.unit));
-    units_[std::min(a, b)].parent = std::max(a, b);
-  }
+  sets_.reset();
+  for (const PairEnds& ends : ends_)
+    if (ends.base.unit >= 0 && ends.target.unit >= 0) sets_.join(ends.base.unit, ends.target.unit);
+  for (Unit& unit : units_) unit.group = kNoGroup;
   // Robots come first in the system and are coupled with most others: they are eliminated last.
   groups_.clear();
   for (std::size_t i = units_.size(); i-- > 0;) {
     Unit& unit = units_[i];
     if (!unit.active || !unit.form) continue;
-    const std::size_t r = root(i);
-    if (r == i) {
-      unit.group = groups_.size();
+    std::size_t& group = units_[sets_.root(i)].group;
+    if (group == kNoGroup) {
+      group = groups_.size();
       groups_.emplace_back();
     }
-    unit.group = units_[r].group;
+    unit.group = group;
     unit.place = groups_[unit.group].size;
     groups_[unit.group].size += unit.velocities;
   }

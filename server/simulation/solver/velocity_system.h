@@ -20,6 +20,7 @@
 #include <span>
 #include <vector>
 
+#include "idl/common/disjoint_sets.h"
 #include "server/simulation/solver/ode_system.h"
 
 namespace takt {
@@ -56,7 +57,6 @@ class VelocitySystem {
     std::size_t velocities = 0;
     std::size_t first_velocity = 0;  ///< in the arrays over all velocities
     bool active = false;
-    std::size_t parent = 0;            ///< of its group
     std::size_t group = 0, place = 0;  ///< where its velocities are in the group
     std::vector<double> mass;
     std::vector<VelocityForm::Row> rows;
@@ -78,7 +78,6 @@ class VelocitySystem {
     std::size_t matrix = 0;           ///< first of its entries
   };
 
-  std::size_t root(std::size_t unit);
   int unit_of(int body) const;
   void find_groups();
   void find_rates(OdeSystem& system, double t);
@@ -89,6 +88,7 @@ class VelocitySystem {
 
   std::vector<Unit> units_;
   std::vector<int> unit_of_body_;
+  DisjointSets sets_;  ///< of units
   std::vector<PairLinearisation> pairs_;
   std::vector<PairEnds> ends_;
   std::vector<Group> groups_;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "idl/common/text.h"
 #include "plant_models/state_bytes.h"
 #include "server/simulation/model/cell_model.h"
 #include "server/simulation/step/cell_plant.h"
@@ -23,12 +24,6 @@ double reach(const BodyBox& box) {
 std::string place(const Vec3& p) {
   char text[100];
   std::snprintf(text, sizeof text, "(%.6g, %.6g, %.6g) m", p.x(), p.y(), p.z());
-  return text;
-}
-
-std::string number(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.6g", value);
   return text;
 }
 
@@ -69,9 +64,9 @@ void DivergenceMonitor::save(StateWriter& out) const {
 }
 
 void DivergenceMonitor::load(StateReader& in) {
-  highest_m_ = in.number("the greatest height");
-  given_m_per_s_ = in.number("a speed");
-  gripper_m_per_s_ = in.number("a speed");
+  highest_m_ = in.number_text("the greatest height", 6);
+  given_m_per_s_ = in.number_text("a speed", 6);
+  gripper_m_per_s_ = in.number_text("a speed", 6);
 }
 
 void DivergenceMonitor::given(std::size_t part, const BodyMotion& motion) {
@@ -131,9 +126,12 @@ std::string DivergenceMonitor::runaway_joint(double time_s, const CellPlant& pla
       const std::string unit = joints[j].type == JointType::revolute ? " rad/s" : " m/s";
       std::string text = "joint '";
       text.append(joints[j].name).append("' of ").append(model_.description.robots[r].name);
-      text.append(" runs away at t = ").append(number(time_s)).append(" s: ").append(number(speed));
+      text.append(" runs away at t = ")
+          .append(number_text(time_s, 6))
+          .append(" s: ")
+          .append(number_text(speed, 6));
       text.append(unit).append(", more than ten times what it is made for (");
-      text.append(number(joints[j].max_velocity)).append(unit);
+      text.append(number_text(joints[j].max_velocity, 6)).append(unit);
       text.append("); the last accepted state is kept. A smaller solver.step_s, or another ");
       text.append("solver.dynamics.method, may hold it.");
       return text;
@@ -165,8 +163,8 @@ std::string DivergenceMonitor::look(double time_s, std::span<const int> parts, c
              "explicit methods (rk2, rk4) do not"
              " hold stiff contact or long steps.";
     if (std::string where = outside(body.p_WBcm); !where.empty())
-      return name() + " has left the world at t = " + number(time_s) + " s: it is at " + place(body.p_WBcm) +
-             ", " + where +
+      return name() + " has left the world at t = " + number_text(time_s, 6) + " s: it is at " +
+             place(body.p_WBcm) + ", " + where +
              "; the last accepted state is kept. Does something carry it, or is the step too long? If it "
              "belongs there, widen"
              " world.bounds_m.";

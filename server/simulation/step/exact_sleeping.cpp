@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <numeric>
 #include <utility>
 
 #include "plant_models/mechanics/rigid_body.h"
@@ -14,7 +13,7 @@ ExactSleeping::ExactSleeping(const std::vector<Component>& components, std::vect
     : components_(components),
       parts_(std::move(parts)),
       index_of_(components.size(), -1),
-      group_(parts_.size()),
+      groups_(parts_.size()),
       holds_awake_(parts_.size(), 0),
       resting_(parts_.size(), 0) {
   for (std::size_t i = 0; i < parts_.size(); ++i)
@@ -50,27 +49,14 @@ void ExactSleeping::list_awake() {
   }
 }
 
-int ExactSleeping::find(int part) {
-  auto i = static_cast<std::size_t>(part);
-  while (group_[i] != static_cast<int>(i)) {
-    group_[i] = group_[static_cast<std::size_t>(group_[i])];
-    i = static_cast<std::size_t>(group_[i]);
-  }
-  return static_cast<int>(i);
-}
-
 void ExactSleeping::rebuild_groups(const ComponentInteraction& interaction) {
-  std::iota(group_.begin(), group_.end(), 0);
+  groups_.reset();
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     for (const PairConnection& pair : interaction.connections_of(parts_[i])) {
       const int other = index_of_[static_cast<std::size_t>(pair.connection.partner)];
-      if (other < 0) continue;
-      const int a = find(static_cast<int>(i));
-      const int b = find(other);
-      group_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+      if (other >= 0) groups_.join(i, static_cast<std::size_t>(other));
     }
   }
-  for (std::size_t i = 0; i < parts_.size(); ++i) group_[i] = find(static_cast<int>(i));
   groups_valid_ = true;
 }
 
@@ -83,10 +69,10 @@ bool ExactSleeping::wake_changed(const ComponentInteraction& interaction) {
     for (const int component : interaction.disturbed()) {
       const int place = index_of_[static_cast<std::size_t>(component)];
       if (place < 0) continue;
-      holds_awake_[static_cast<std::size_t>(group_[static_cast<std::size_t>(place)])] = 1;
+      holds_awake_[static_cast<std::size_t>(groups_.root(place))] = 1;
     }
     for (std::size_t i = 0; i < parts_.size(); ++i) {
-      if (resting_[i] == 0 || holds_awake_[static_cast<std::size_t>(group_[i])] == 0) continue;
+      if (resting_[i] == 0 || holds_awake_[groups_.root(i)] == 0) continue;
       resting_[i] = 0;
       woken = true;
     }
@@ -101,8 +87,7 @@ bool ExactSleeping::wake_changed(const ComponentInteraction& interaction) {
 bool ExactSleeping::rest_unchanged(const ComponentInteraction& interaction, std::span<const double> before,
                                    std::span<const double> after) {
   if (!groups_valid_) rebuild_groups(interaction);
-  for (const int i : awake_indices_)
-    holds_awake_[static_cast<std::size_t>(group_[static_cast<std::size_t>(i)])] = 0;
+  for (const int i : awake_indices_) holds_awake_[static_cast<std::size_t>(groups_.root(i))] = 0;
   for (const int i : awake_indices_) {
     const auto place = static_cast<std::size_t>(i);
     const std::span<const PairConnection> connections = interaction.connections_of(parts_[place]);
@@ -113,12 +98,12 @@ bool ExactSleeping::rest_unchanged(const ComponentInteraction& interaction, std:
         });
     const std::size_t first = place * RigidBody::kStates;
     if (gripped || std::memcmp(&before[first], &after[first], RigidBody::kStates * sizeof(double)) != 0)
-      holds_awake_[static_cast<std::size_t>(group_[place])] = 1;
+      holds_awake_[groups_.root(place)] = 1;
   }
   bool rested = false;
   for (const int i : awake_indices_) {
     const auto place = static_cast<std::size_t>(i);
-    if (holds_awake_[static_cast<std::size_t>(group_[place])] != 0) continue;
+    if (holds_awake_[groups_.root(place)] != 0) continue;
     resting_[place] = 1;
     rested = true;
   }

@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "idl/common/disjoint_sets.h"
 #include "server/contact/holding/component_interaction.h"
 
 namespace takt {
@@ -48,15 +49,15 @@ class ExactSleeping {
   std::span<const int> awake_indices() const { return awake_indices_; }
 
  private:
-  int find(int part);
   void rebuild_groups(const ComponentInteraction& interaction);
 
   const std::vector<Component>& components_;
   std::vector<int> parts_;
-  std::vector<int> index_of_;      ///< by component: place in parts_, or -1
-  std::vector<int> group_;         ///< by place: representative place of its group
-  std::vector<char> holds_awake_;  ///< by representative: a Gripper holds the group, or a state changed
-  std::vector<char> resting_;      ///< by place
+  std::vector<int> index_of_;  ///< by component: place in parts_, or -1
+  DisjointSets groups_;        ///< of places
+  std::vector<char>
+      holds_awake_;            ///< by lowest place of a group: a Gripper holds the group, or a state changed
+  std::vector<char> resting_;  ///< by place
   std::vector<int> awake_, awake_indices_;
   bool groups_valid_ = false;
 };

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <span>
 #include <utility>
 
+#include "idl/common/text.h"
 #include "plant_models/state_bytes.h"
 #include "server/simulation/step/grasping.h"
 
@@ -121,9 +123,7 @@ Explanation explain_component(const std::vector<Component>& components,
 namespace {
 
 std::string seconds(double t) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.3f s", t);
-  return text;
+  return fixed_text(t, 3) + " s";
 }
 
 std::string counted(std::uint64_t n, const char* one, const char* many) {
@@ -144,7 +144,7 @@ class Sentences {
     if (e_.held_count == 0) return text + "It holds no Part.";
     text += "It holds ";
     const std::size_t listed = std::min<std::size_t>(e_.held.size(), 5);
-    for (std::size_t i = 0; i < listed; ++i) text += (i == 0 ? "" : ", ") + name(e_.held[i]);
+    text += join(std::span(e_.held).first(listed), ", ", [this](int part) { return name(part); });
     if (e_.held_count > listed) text += " and " + std::to_string(e_.held_count - listed) + " more";
     return text + ".";
   }

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <cstdio>
 #include <limits>
+
+#include "idl/common/text.h"
 
 namespace takt {
 
@@ -26,9 +27,7 @@ double growth(const std::string& solver, std::complex<double> z) {
 }
 
 std::string milliseconds(double seconds) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g ms", 1e3 * seconds);
-  return text;
+  return number_text(1e3 * seconds, 3) + " ms";
 }
 }  // namespace
 

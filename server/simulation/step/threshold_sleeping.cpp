@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "plant_models/state_bytes.h"
 
@@ -29,7 +28,7 @@ ThresholdSleeping::ThresholdSleeping(const std::vector<Component>& components,
       resting_(resting),
       calm_(resting.parts().size(), 0),
       group_(calm_.size(), -1),
-      parent_(calm_.size(), 0),
+      near_(calm_.size()),
       kept_up_(calm_.size(), 0),
       may_sleep_(calm_.size(), 0),
       asleep_(components.size(), 0) {}
@@ -125,23 +124,9 @@ bool ThresholdSleeping::wake_reached(const CellMotion& motion) {
   return true;
 }
 
-int ThresholdSleeping::root(int place) {
-  while (parent_[static_cast<std::size_t>(place)] != place) {
-    int& above = parent_[static_cast<std::size_t>(place)];
-    above = parent_[static_cast<std::size_t>(above)];
-    place = above;
-  }
-  return place;
-}
-
-void ThresholdSleeping::join(int a, int b) {
-  a = root(a), b = root(b);
-  parent_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
-}
-
 // Groups of the awake Parts; kept_up_ of their roots.
 void ThresholdSleeping::find_groups(const ComponentInteraction& interaction, const CellMotion& motion) {
-  std::iota(parent_.begin(), parent_.end(), 0);
+  near_.reset();
   std::fill(kept_up_.begin(), kept_up_.end(), 0);
   // First on the Parts themselves, then on the roots.
   for (const int place : resting_.awake_indices())
@@ -149,7 +134,7 @@ void ThresholdSleeping::find_groups(const ComponentInteraction& interaction, con
   const auto together = [this](int a, int b) {
     const int place = resting_.place_of(a), other = resting_.place_of(b);
     if (place >= 0 && other >= 0)
-      join(place, other);
+      near_.join(place, other);
     else if (moves(place >= 0 ? b : a))  // a Gripper
       kept_up_[static_cast<std::size_t>(place >= 0 ? place : other)] = 1;
   };
@@ -165,7 +150,8 @@ void ThresholdSleeping::find_groups(const ComponentInteraction& interaction, con
     for (const PairConnection& pair : interaction.connections_of(part))
       together(part, pair.connection.partner);
   for (const int place : resting_.awake_indices())
-    if (kept_up_[static_cast<std::size_t>(place)] != 0) kept_up_[static_cast<std::size_t>(root(place))] = 1;
+    if (kept_up_[static_cast<std::size_t>(place)] != 0)
+      kept_up_[static_cast<std::size_t>(near_.root(place))] = 1;
 }
 
 bool ThresholdSleeping::fall_asleep(const ComponentInteraction& interaction, const CellMotion& motion) {
@@ -182,7 +168,7 @@ bool ThresholdSleeping::fall_asleep(const ComponentInteraction& interaction, con
   find_groups(interaction, motion);
   bool changed = false;
   for (const int index : resting_.awake_indices()) {
-    const int group = root(index);
+    const int group = near_.root(index);
     if (kept_up_[static_cast<std::size_t>(group)] != 0) continue;
     const auto place = static_cast<std::size_t>(index);
     group_[place] = group;

@@ -17,6 +17,7 @@
 #include <span>
 #include <vector>
 
+#include "idl/common/disjoint_sets.h"
 #include "server/contact/holding/component_interaction.h"
 #include "server/contact/surface/contact_interaction.h"
 #include "server/simulation/step/exact_sleeping.h"
@@ -51,8 +52,6 @@ class ThresholdSleeping {
   bool may_meet(std::size_t pair, const CellMotion& motion, double steps) const;
   double speed_m_per_s(int component, const CellMotion& motion) const;
   void find_groups(const ComponentInteraction& interaction, const CellMotion& motion);
-  int root(int place);
-  void join(int a, int b);
 
   const std::vector<Component>& components_;
   SleepingParameters parameters_;
@@ -62,7 +61,7 @@ class ThresholdSleeping {
   ExactSleeping& resting_;
   std::vector<int> calm_;        ///< by place: steps since it was faster
   std::vector<int> group_;       ///< by place: of those asleep, the first place of its group; else -1
-  std::vector<int> parent_;      ///< by place, while groups are found
+  DisjointSets near_;            ///< places, while groups are found
   std::vector<char> kept_up_;    ///< by root: somebody in the group is not calm, or something is near
   std::vector<char> may_sleep_;  ///< by place: surface contact acts on it
   std::vector<char> asleep_;     ///< by component
