@@ -1,5 +1,6 @@
 #include "server/geometry/mesh/builder.h"
 
+#include <algorithm>
 #include <charconv>
 #include <system_error>
 
@@ -13,6 +14,15 @@ Vec3 shortest_decimals(const std::array<float, 3>& p) {
     if (error == std::errc()) std::from_chars(text.data(), end, result[static_cast<Eigen::Index>(i)]);
   }
   return result;
+}
+
+void MeshBuilder::grow() {
+  slots_.assign(std::max<std::size_t>(1024, 2 * slots_.size()), kFree);
+  for (std::size_t i = first_; i < keys_.size(); ++i) {
+    std::size_t slot = slot_of(keys_[i]);
+    while (slots_[slot] != kFree) slot = (slot + 1) & (slots_.size() - 1);
+    slots_[slot] = static_cast<std::uint32_t>(i);
+  }
 }
 
 std::vector<NamedMesh> MeshBuilder::take_objects() {

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <stdexcept>
 #include <string>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -43,14 +42,19 @@ class MeshBuilder {
   /// The number of one in single precision (finite); `place(p)` gives it in the file's frame where it is new.
   template <class Place>
   std::uint32_t position(const Single& p, const Place& place) {
-    // + 0: -0 becomes 0
-    const auto [entry, is_new] = numbers_.try_emplace({p[0] + 0.0F, p[1] + 0.0F, p[2] + 0.0F},
-                                                      static_cast<std::uint32_t>(positions_.size()));
-    if (is_new) positions_.push_back(place(p) + Vec3::Zero());
-    return entry->second;
+    const Single key{p[0] + 0.0F, p[1] + 0.0F, p[2] + 0.0F};  // -0 becomes 0
+    if (2 * (keys_.size() - first_) >= slots_.size()) grow();
+    std::size_t slot = slot_of(key);
+    while (slots_[slot] != kFree && keys_[slots_[slot]] != key) slot = (slot + 1) & (slots_.size() - 1);
+    if (slots_[slot] == kFree) {
+      slots_[slot] = static_cast<std::uint32_t>(keys_.size());
+      keys_.push_back(key);
+      positions_.push_back(place(p) + Vec3::Zero());
+    }
+    return slots_[slot];
   }
-  /// Later positions are none of those before, even where they are equal.
-  void forget_positions() { numbers_.clear(); }
+  /// A position that follows is a new one, even where it equals an earlier one.
+  void forget_positions() { slots_.clear(), first_ = keys_.size(); }
   const Vec3& place(std::uint32_t position) const { return positions_[position]; }
 
   /// Later faces belong to a new object.
@@ -74,25 +78,30 @@ class MeshBuilder {
   std::vector<NamedMesh> take_objects();
 
  private:
-  struct Hash {
-    std::size_t operator()(const Single& p) const {
-      std::uint64_t hash = 0;
-      for (const float x : p) {
-        hash ^= std::bit_cast<std::uint32_t>(x);
-        hash *= 0x9E3779B97F4A7C15ULL;  // 2^64 / golden ratio: spreads neighbouring numbers
-        hash ^= hash >> 32;
-      }
-      return static_cast<std::size_t>(hash);
+  static constexpr std::uint32_t kFree = 0xFFFFFFFF;
+
+  std::size_t slot_of(const Single& key) const {
+    std::uint64_t hash = 0;
+    for (const float x : key) {
+      hash ^= std::bit_cast<std::uint32_t>(x);
+      hash *= 0x9E3779B97F4A7C15ULL;  // 2^64 / golden ratio: spreads neighbouring numbers
+      hash ^= hash >> 32;
     }
-  };
+    return hash & (slots_.size() - 1);
+  }
+  void grow();
+
   struct Use {
     std::uint32_t object = 0;  ///< that used the position last, from 1
     std::uint32_t number = 0;  ///< of the vertex in it
   };
 
-  std::unordered_map<Single, std::uint32_t, Hash> numbers_;
+  std::vector<Single> keys_;  ///< by position
   std::vector<Vec3> positions_;
   std::vector<Use> used_;  ///< by position
+  /// Hash table of the positions from `first_` on: open addressing, a power of two.
+  std::vector<std::uint32_t> slots_;
+  std::size_t first_ = 0;
   std::vector<NamedMesh> objects_;
 };
 

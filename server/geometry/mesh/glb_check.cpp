@@ -14,7 +14,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
-constexpr std::size_t kHeader = 12, kChunkHeader = 8;
+constexpr std::size_t kGlbHeader = 12, kChunkHeader = 8;
 constexpr std::uint64_t kMaxNumber = 0xFFFFFFFF;
 constexpr std::uint64_t kByte = 5121, kShort = 5123, kInt = 5125, kFloat = 5126;
 constexpr std::uint64_t kTriangles = 4, kFan = 6;  // 5: strip
@@ -92,7 +92,7 @@ class GlbCheck {
 
  private:
   void split(std::string_view content) {
-    if (content.size() < kHeader + kChunkHeader || !content.starts_with("glTF"))
+    if (content.size() < kGlbHeader + kChunkHeader || !content.starts_with("glTF"))
       throw MeshFault("a GLB file starts with the word glTF and a header of 20 bytes, this file does not (" +
                       std::to_string(content.size()) + " bytes)");
     const std::uint32_t version = u32_at(content, 4), announced = u32_at(content, 8);
@@ -102,7 +102,7 @@ class GlbCheck {
       throw MeshFault("the header announces " + std::to_string(announced) + " bytes, but the file has " +
                       std::to_string(content.size()) + " bytes: it is truncated or has extra data");
     std::string_view json;
-    for (std::size_t at = kHeader; at < content.size();) {
+    for (std::size_t at = kGlbHeader; at < content.size();) {
       if (content.size() - at < kChunkHeader)
         throw MeshFault("a chunk at byte " + std::to_string(at) + " is cut");
       const std::size_t length = u32_at(content, at);
@@ -111,8 +111,8 @@ class GlbCheck {
         throw MeshFault("the chunk at byte " + std::to_string(at) + " announces " + std::to_string(length) +
                         " bytes, but there are " + std::to_string(content.size() - at - kChunkHeader));
       const std::string_view chunk = content.substr(at + kChunkHeader, length);
-      if (at == kHeader && type != kJsonChunk) throw MeshFault("the first chunk is no JSON");
-      if (at == kHeader) json = chunk;
+      if (at == kGlbHeader && type != kJsonChunk) throw MeshFault("the first chunk is no JSON");
+      if (at == kGlbHeader) json = chunk;
       if (type == kBinaryChunk && binary_.empty()) binary_ = chunk;
       at += kChunkHeader + length;
     }
@@ -128,7 +128,7 @@ class GlbCheck {
     const std::size_t padding = (4 - binary_.size() % 4) % 4;
     std::string bytes = "glTF";
     put_u32(bytes, 2);
-    put_u32(bytes, kHeader + 2 * kChunkHeader + json.size() + binary_.size() + padding);
+    put_u32(bytes, kGlbHeader + 2 * kChunkHeader + json.size() + binary_.size() + padding);
     put_u32(bytes, json.size());
     put_u32(bytes, kJsonChunk);
     bytes += json;
