@@ -1,6 +1,7 @@
 #include "config/meshes/generator/solid.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <cstdlib>
@@ -12,17 +13,14 @@
 namespace takt::meshes {
 namespace {
 
-/// Metres to whole nanometres, with as many decimals as needed.
-std::string nanometre_text(double length_m) {
-  const std::int64_t nm = std::llround(length_m * 1e9);
-  const std::int64_t size = std::abs(nm);
-  std::string decimals = std::to_string(size % 1000000000);
-  decimals.insert(0, 9 - decimals.size(), '0');
-  decimals.erase(decimals.find_last_not_of('0') + 1);
-  std::string text = nm < 0 ? "-" : "";
-  text += std::to_string(size / 1000000000);
-  if (!decimals.empty()) text += "." + decimals;
-  return text;
+/// Metres in whole nanometres, as the shortest decimal of their single precision: programs that keep coordinates in
+/// single or double precision read the same shape.
+std::string coordinate_text(double length_m) {
+  const double rounded = static_cast<double>(std::llround(length_m * 1e9)) / 1e9;
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), static_cast<float>(rounded),
+                                 std::chars_format::fixed);
+  return {text.data(), end.ptr};
 }
 
 }  // namespace
@@ -131,7 +129,7 @@ void write_obj(std::ostream& out, const std::vector<std::string>& header, const 
   for (const Solid& solid : solids) {
     out << "o " << solid.name << '\n';
     for (const Vec3& v : solid.vertices)
-      out << "v " << nanometre_text(v.x()) << ' ' << nanometre_text(v.y()) << ' ' << nanometre_text(v.z())
+      out << "v " << coordinate_text(v.x()) << ' ' << coordinate_text(v.y()) << ' ' << coordinate_text(v.z())
           << '\n';
     for (const auto& t : solid.triangles)
       out << "f " << t[0] + first << ' ' << t[1] + first << ' ' << t[2] + first << '\n';

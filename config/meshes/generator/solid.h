@@ -1,5 +1,5 @@
 #pragma once
-// Closed meshes with round shapes: coordinates are metres, written as whole nanometres. (Shapes whose corners
+// Closed meshes with round shapes: coordinates are metres, written as whole nanometres in single precision. (Shapes whose corners
 // lie on whole micrometres are a LatticeMesh.)
 #include <array>
 #include <cstdint>
@@ -50,7 +50,7 @@ Solid make_revolved(const std::string& name, const Profile& profile, bool closed
 /// the ends of edges shorter than what is written (1 nm) become one corner. Unchanged if there are none.
 Solid collapsed(Solid solid);
 
-/// Writes the object as OBJ in metres, nine decimals, each line of `header` as a comment first.
+/// Writes the object as OBJ in metres, each line of `header` as a comment first.
 void write_obj(std::ostream& out, const std::vector<std::string>& header, const Solid& solid);
 /// The same with several objects.
 void write_obj(std::ostream& out, const std::vector<std::string>& header, const std::vector<Solid>& solids);

@@ -12,8 +12,10 @@ namespace takt {
 /// Vertices in the frame B of the body (m); each triangle lists three vertices counter-clockwise seen from
 /// outside.
 struct TriangleMesh {
+  using Triangle = std::array<std::uint32_t, 3>;
+
   std::vector<Vec3> vertices;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<Triangle> triangles;
 };
 
 /// Why a mesh does not bound a solid; `problem` is empty when it does.

@@ -1,22 +1,17 @@
-#include "server/geometry/mesh/glb_file_check.h"
+#include "server/geometry/mesh/glb_check.h"
 
 #include <cstdint>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <stdexcept>
 #include <vector>
 
-#include "server/geometry/mesh/file_check.h"
+#include "server/geometry/mesh/builder.h"
 
 namespace takt {
 namespace {
 
 using Json = nlohmann::json;
-
-struct Fault : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 constexpr std::size_t kGlbHeader = 12, kChunkHeader = 8;
@@ -24,6 +19,12 @@ constexpr std::uint64_t kMaxNumber = 0xFFFFFFFF;
 constexpr std::uint64_t kByte = 5121, kShort = 5123, kInt = 5125, kFloat = 5126;
 constexpr std::uint64_t kTriangles = 4, kFan = 6;  // 5: strip
 
+/// Little-endian, as takt's machines are.
+std::uint32_t u32_at(std::string_view content, std::size_t offset) {
+  std::uint32_t value = 0;
+  std::memcpy(&value, content.data() + offset, sizeof(value));
+  return value;
+}
 void put_u32(std::string& bytes, std::size_t value) {
   const auto number = static_cast<std::uint32_t>(value);
   char raw[sizeof(number)];
@@ -45,9 +46,9 @@ std::uint64_t number(const Json& object, const char* key, const std::string& pla
                      const std::uint64_t* fallback = nullptr) {
   const Json* value = member(object, key);
   if (value == nullptr && fallback != nullptr) return *fallback;
-  if (value == nullptr) throw Fault(place + " has no " + key);
+  if (value == nullptr) throw MeshFault(place + " has no " + key);
   if (!value->is_number_unsigned() || value->get<std::uint64_t>() > kMaxNumber)
-    throw Fault(place + ": its " + key + " must be a whole number below 2^32");
+    throw MeshFault(place + ": its " + key + " must be a whole number below 2^32");
   return value->get<std::uint64_t>();
 }
 std::uint64_t number_or(const Json& object, const char* key, const std::string& place,
@@ -55,7 +56,6 @@ std::uint64_t number_or(const Json& object, const char* key, const std::string& 
   return number(object, key, place, &fallback);
 }
 
-/// Reads one file; whatever is wrong with it is thrown as a Fault.
 class GlbCheck {
  public:
   explicit GlbCheck(std::string_view content) { split(content); }
@@ -63,7 +63,7 @@ class GlbCheck {
   std::string checked() {
     for (const char* list : {"nodes", "meshes", "accessors", "bufferViews", "buffers", "scenes"}) {
       const Json* items = member(document_, list);
-      if (items != nullptr && !items->is_array()) throw Fault(std::string(list) + " is no list");
+      if (items != nullptr && !items->is_array()) throw MeshFault(std::string(list) + " is no list");
     }
     const std::size_t views = count("bufferViews"), accessors = count("accessors");
     // In the place of what no mesh needs.
@@ -92,17 +92,26 @@ class GlbCheck {
 
  private:
   void split(std::string_view content) {
+    if (content.size() < kGlbHeader + kChunkHeader || !content.starts_with("glTF"))
+      throw MeshFault("a GLB file starts with the word glTF and a header of 20 bytes, this file does not (" +
+                      std::to_string(content.size()) + " bytes)");
+    const std::uint32_t version = u32_at(content, 4), announced = u32_at(content, 8);
+    if (version != 2)
+      throw MeshFault("glTF version " + std::to_string(version) + " is not supported, only 2");
+    if (announced != content.size())
+      throw MeshFault("the header announces " + std::to_string(announced) + " bytes, but the file has " +
+                      std::to_string(content.size()) + " bytes: it is truncated or has extra data");
     std::string_view json;
     for (std::size_t at = kGlbHeader; at < content.size();) {
       if (content.size() - at < kChunkHeader)
-        throw Fault("a chunk at byte " + std::to_string(at) + " is cut");
-      const std::size_t length = mesh_file_u32(content, at);
-      const std::uint32_t type = mesh_file_u32(content, at + 4);
+        throw MeshFault("a chunk at byte " + std::to_string(at) + " is cut");
+      const std::size_t length = u32_at(content, at);
+      const std::uint32_t type = u32_at(content, at + 4);
       if (length > content.size() - at - kChunkHeader)
-        throw Fault("the chunk at byte " + std::to_string(at) + " announces " + std::to_string(length) +
-                    " bytes, but there are " + std::to_string(content.size() - at - kChunkHeader));
+        throw MeshFault("the chunk at byte " + std::to_string(at) + " announces " + std::to_string(length) +
+                        " bytes, but there are " + std::to_string(content.size() - at - kChunkHeader));
       const std::string_view chunk = content.substr(at + kChunkHeader, length);
-      if (at == kGlbHeader && type != kJsonChunk) throw Fault("the first chunk is no JSON");
+      if (at == kGlbHeader && type != kJsonChunk) throw MeshFault("the first chunk is no JSON");
       if (at == kGlbHeader) json = chunk;
       if (type == kBinaryChunk && binary_.empty()) binary_ = chunk;
       at += kChunkHeader + length;
@@ -110,7 +119,7 @@ class GlbCheck {
     try {
       document_ = Json::parse(json);
     } catch (const Json::exception& error) {
-      throw Fault(std::string("it cannot be understood: ") + error.what());
+      throw MeshFault(std::string("it cannot be understood: ") + error.what());
     }
   }
 
@@ -136,8 +145,8 @@ class GlbCheck {
   }
   const Json& item(const char* list, std::uint64_t index, const std::string& from) const {
     if (index >= count(list))
-      throw Fault(from + " refers to " + named(list, index) + ", of which there are " +
-                  std::to_string(count(list)));
+      throw MeshFault(from + " refers to " + named(list, index) + ", of which there are " +
+                      std::to_string(count(list)));
     return document_[list][index];
   }
   static std::vector<std::uint64_t> references(const Json& object, const char* key,
@@ -145,9 +154,9 @@ class GlbCheck {
     std::vector<std::uint64_t> numbers;
     const Json* list = member(object, key);
     if (list == nullptr) return numbers;
-    if (!list->is_array()) throw Fault(place + ": its " + key + " is no list");
+    if (!list->is_array()) throw MeshFault(place + ": its " + key + " is no list");
     for (const Json& entry : *list) {
-      if (!entry.is_number_unsigned()) throw Fault(place + ": its " + key + " must be whole numbers");
+      if (!entry.is_number_unsigned()) throw MeshFault(place + ": its " + key + " must be whole numbers");
       numbers.push_back(entry.get<std::uint64_t>());
     }
     return numbers;
@@ -165,10 +174,10 @@ class GlbCheck {
       waiting.pop_back();
       const std::string place = named("nodes", next.node);
       const Json& node = item("nodes", next.node, next.from);
-      if (next.depth > kDeepestGlbNode)
-        throw Fault(place + " lies below " + std::to_string(next.depth) + " others; allowed are " +
-                    std::to_string(kDeepestGlbNode));
-      if (seen_[next.node]) throw Fault(place + " is there twice; every node has one place in a tree");
+      if (next.depth > kMaxGlbDepth)
+        throw MeshFault(place + " lies below " + std::to_string(next.depth) + " others; allowed are " +
+                        std::to_string(kMaxGlbDepth));
+      if (seen_[next.node]) throw MeshFault(place + " is there twice; every node has one place in a tree");
       seen_[next.node] = true;
       Json& kept = nodes_[next.node];
       if (const Json* name = member(node, "name"); name != nullptr && name->is_string()) kept["name"] = *name;
@@ -180,8 +189,8 @@ class GlbCheck {
         read_mesh(mesh, place);
         shown_ += triangles_[mesh];
         if (shown_ > kMaxGlbTriangles)
-          throw Fault("with " + place + " there are more than " + std::to_string(kMaxGlbTriangles) +
-                      " triangles to be seen");
+          throw MeshFault("with " + place + " there are more than " + std::to_string(kMaxGlbTriangles) +
+                          " triangles to be seen");
         kept["mesh"] = mesh;
       }
       for (const std::uint64_t child : references(node, "children", place)) {
@@ -197,7 +206,7 @@ class GlbCheck {
     if (numbers == nullptr) return;
     bool good = numbers->is_array() && numbers->size() == size;
     for (std::size_t i = 0; good && i < size; ++i) good = (*numbers)[i].is_number();
-    if (!good) throw Fault(place + ": its " + key + " must be " + std::to_string(size) + " numbers");
+    if (!good) throw MeshFault(place + ": its " + key + " must be " + std::to_string(size) + " numbers");
     kept[key] = *numbers;
   }
 
@@ -209,7 +218,7 @@ class GlbCheck {
     if (const Json* name = member(mesh, "name"); name != nullptr && name->is_string()) kept["name"] = *name;
     const Json* primitives = member(mesh, "primitives");
     if (primitives == nullptr || !primitives->is_array() || primitives->empty())
-      throw Fault(place + " has no primitives");
+      throw MeshFault(place + " has no primitives");
     for (std::size_t p = 0; p < primitives->size(); ++p)
       kept["primitives"].push_back(
           primitive((*primitives)[p], index, place + ".primitives[" + std::to_string(p) + "]"));
@@ -217,10 +226,10 @@ class GlbCheck {
 
   Json primitive(const Json& source, std::uint64_t mesh, const std::string& place) {
     const std::uint64_t mode = number_or(source, "mode", place, kTriangles);
-    if (mode < kTriangles) throw Fault(place + ": lines and points are not allowed, only faces");
-    if (mode > kFan) throw Fault(place + ": the mode " + std::to_string(mode) + " is unknown");
+    if (mode < kTriangles) throw MeshFault(place + ": lines and points are not allowed, only faces");
+    if (mode > kFan) throw MeshFault(place + ": the mode " + std::to_string(mode) + " is unknown");
     const Json* attributes = member(source, "attributes");
-    if (attributes == nullptr) throw Fault(place + " has no attributes");
+    if (attributes == nullptr) throw MeshFault(place + " has no attributes");
     const std::uint64_t position = number(*attributes, "POSITION", place);
     const std::uint64_t vertices = read_accessor(position, {kFloat}, "VEC3", 3, place);
     std::uint64_t corners = vertices;
@@ -243,22 +252,22 @@ class GlbCheck {
     const std::uint64_t type = number(accessor, "componentType", place);
     const Json* given = member(accessor, "type");
     if (!types.contains(type) || given == nullptr || *given != shape)
-      throw Fault(place + ": positions are VEC3 of 5126 (float), indices SCALAR of 5121, 5123 or 5125");
-    if (accessor.contains("sparse")) throw Fault(place + ": sparse accessors are not supported");
+      throw MeshFault(place + ": positions are VEC3 of 5126 (float), indices SCALAR of 5121, 5123 or 5125");
+    if (accessor.contains("sparse")) throw MeshFault(place + ": sparse accessors are not supported");
     if (!accessor.contains("bufferView"))
-      throw Fault(place + " has no bufferView; compressed meshes are not supported");
+      throw MeshFault(place + " has no bufferView; compressed meshes are not supported");
     const std::uint64_t view = number(accessor, "bufferView", place);
     const std::uint64_t offset = number_or(accessor, "byteOffset", place, 0);
     const std::uint64_t items = number(accessor, "count", place);
     const std::uint64_t size = components * (type == kByte ? 1 : type == kShort ? 2 : 4);
     const auto [length, given_stride] = read_view(view, place);
     const std::uint64_t stride = given_stride == 0 ? size : given_stride;
-    if (items == 0) throw Fault(place + ": its count is 0");
+    if (items == 0) throw MeshFault(place + ": its count is 0");
     if (stride < size || offset + stride * (items - 1) + size > length)
-      throw Fault(place + ": " + std::to_string(items) + " items of " + std::to_string(size) +
-                  " bytes from byte " + std::to_string(offset) + " on, " + std::to_string(stride) +
-                  " bytes apart, do not fit into the " + std::to_string(length) + " bytes of " +
-                  named("bufferViews", view));
+      throw MeshFault(place + ": " + std::to_string(items) + " items of " + std::to_string(size) +
+                      " bytes from byte " + std::to_string(offset) + " on, " + std::to_string(stride) +
+                      " bytes apart, do not fit into the " + std::to_string(length) + " bytes of " +
+                      named("bufferViews", view));
     accessors_[index] = {{"bufferView", view},
                          {"byteOffset", offset},
                          {"componentType", type},
@@ -273,14 +282,15 @@ class GlbCheck {
     const std::uint64_t buffer = number(view, "buffer", place);
     const Json& of = item("buffers", buffer, place);
     if (buffer != 0 || of.contains("uri"))
-      throw Fault(place + ": " + named("buffers", buffer) + " does not lie in this file, which it must");
+      throw MeshFault(place + ": " + named("buffers", buffer) + " does not lie in this file, which it must");
     const std::uint64_t offset = number_or(view, "byteOffset", place, 0);
     const std::uint64_t length = number(view, "byteLength", place);
     if (offset + length > binary_.size())
-      throw Fault(place + ": " + std::to_string(length) + " bytes from byte " + std::to_string(offset) +
-                  " on do not fit into the " + std::to_string(binary_.size()) + " bytes of the file's data");
+      throw MeshFault(place + ": " + std::to_string(length) + " bytes from byte " + std::to_string(offset) +
+                      " on do not fit into the " + std::to_string(binary_.size()) +
+                      " bytes of the file's data");
     const std::uint64_t stride = number_or(view, "byteStride", place, 0);
-    if (stride > 252) throw Fault(place + ": its byteStride must be at most 252");
+    if (stride > 252) throw MeshFault(place + ": its byteStride must be at most 252");
     Json& kept = views_[index];
     kept = {{"buffer", 0}, {"byteOffset", offset}, {"byteLength", length}};
     if (stride > 0) kept["byteStride"] = stride;
@@ -299,9 +309,9 @@ class GlbCheck {
       std::uint32_t index = 0;
       std::memcpy(&index, binary_.data() + at, size);  // little endian, as the file
       if (index >= vertices)
-        throw Fault(place + ": index " + std::to_string(i) + " is " + std::to_string(index) +
-                    ", which is out of range: there are " + std::to_string(vertices) +
-                    " vertices, counted from 0");
+        throw MeshFault(place + ": index " + std::to_string(i) + " is " + std::to_string(index) +
+                        ", which is out of range: there are " + std::to_string(vertices) +
+                        " vertices, counted from 0");
     }
   }
 
@@ -315,12 +325,8 @@ class GlbCheck {
 
 }  // namespace
 
-CheckedGlb check_glb(std::string_view content) {
-  try {
-    return {"", GlbCheck(content).checked()};
-  } catch (const Fault& fault) {
-    return {fault.what(), ""};
-  }
+std::string checked_glb(std::string_view content) {
+  return GlbCheck(content).checked();
 }
 
 }  // namespace takt

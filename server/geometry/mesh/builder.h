@@ -1,0 +1,108 @@
+#pragma once
+// What the readers of mesh files share: the objects they build, the numbering of vertices, the error.
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/geometry/mesh/triangle_mesh.h"
+
+namespace takt {
+
+/// A file's content cannot be used. what() says where (line, triangle, node), what was found and what is
+/// allowed; it lacks the name of the file and the full stop.
+struct MeshFault : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct NamedMesh {
+  std::string name;  ///< object or group name in the file, else "object N"
+  TriangleMesh mesh;
+};
+
+/// The shortest decimal number with this single precision value: 0.0295 and not 0.029500000178814.
+Vec3 shortest_decimals(const std::array<float, 3>& p);
+
+/// Positions of a file and the objects that use them. Positions that are equal in single precision are one, at
+/// the place of the first: STL has no shared vertices, and many programs write a shared one with other last
+/// digits. The vertices of an object are numbered in the order of their first use.
+class MeshBuilder {
+ public:
+  using Single = std::array<float, 3>;
+
+  /// The number of a position in double precision (finite).
+  std::uint32_t position(const Vec3& p) {
+    const Eigen::Vector3f single = p.cast<float>();
+    return position({single.x(), single.y(), single.z()}, [&](const Single&) { return p; });
+  }
+  /// The number of one in single precision (finite); `place(p)` gives it in the file's frame where it is new.
+  template <class Place>
+  std::uint32_t position(const Single& p, const Place& place) {
+    const Single key{p[0] + 0.0F, p[1] + 0.0F, p[2] + 0.0F};  // -0 becomes 0
+    if (2 * (keys_.size() - first_) >= slots_.size()) grow();
+    std::size_t slot = slot_of(key);
+    while (slots_[slot] != kFree && keys_[slots_[slot]] != key) slot = (slot + 1) & (slots_.size() - 1);
+    if (slots_[slot] == kFree) {
+      slots_[slot] = static_cast<std::uint32_t>(keys_.size());
+      keys_.push_back(key);
+      positions_.push_back(place(p) + Vec3::Zero());
+    }
+    return slots_[slot];
+  }
+  /// A position that follows is a new one, even where it equals an earlier one.
+  void forget_positions() { slots_.clear(), first_ = keys_.size(); }
+  const Vec3& place(std::uint32_t position) const { return positions_[position]; }
+
+  /// Later faces belong to a new object.
+  void begin_object(std::string name) { objects_.push_back({std::move(name), {}}); }
+  /// The vertex of the current object at this position.
+  std::uint32_t vertex(std::uint32_t position) {
+    if (objects_.empty()) begin_object("");
+    used_.resize(positions_.size());
+    auto& [object, number] = used_[position];
+    auto& vertices = objects_.back().mesh.vertices;
+    if (object != objects_.size()) {
+      object = static_cast<std::uint32_t>(objects_.size());
+      number = static_cast<std::uint32_t>(vertices.size());
+      vertices.push_back(positions_[position]);
+    }
+    return number;
+  }
+  void add_triangle(const TriangleMesh::Triangle& t) { objects_.back().mesh.triangles.push_back(t); }
+
+  /// The objects that have faces; the builder has none afterwards.
+  std::vector<NamedMesh> take_objects();
+
+ private:
+  static constexpr std::uint32_t kFree = 0xFFFFFFFF;
+
+  std::size_t slot_of(const Single& key) const {
+    std::uint64_t hash = 0;
+    for (const float x : key) {
+      hash ^= std::bit_cast<std::uint32_t>(x);
+      hash *= 0x9E3779B97F4A7C15ULL;  // 2^64 / golden ratio: spreads neighbouring numbers
+      hash ^= hash >> 32;
+    }
+    return hash & (slots_.size() - 1);
+  }
+  void grow();
+
+  struct Use {
+    std::uint32_t object = 0;  ///< that used the position last, from 1
+    std::uint32_t number = 0;  ///< of the vertex in it
+  };
+
+  std::vector<Single> keys_;  ///< by position
+  std::vector<Vec3> positions_;
+  std::vector<Use> used_;  ///< by position
+  /// Hash table of the positions from `first_` on: open addressing, a power of two.
+  std::vector<std::uint32_t> slots_;
+  std::size_t first_ = 0;
+  std::vector<NamedMesh> objects_;
+};
+
+}  // namespace takt
