@@ -16,7 +16,6 @@
 #include "server/geometry/convex/decomposition_cache.h"
 #include "server/headless/headless_run.h"
 #include "server/scenario/scenario_builder.h"
-#include "tests/support/effort.h"
 
 namespace takt {
 namespace {
@@ -101,17 +100,6 @@ struct Outcome {
   Allowances allowed;
 };
 
-/// How much of a run is simulated: all of it in the long form. The short form follows the longest ones through their
-/// first part.
-double duration_of(const Case& c, const Scenario& scenario) {
-  static const std::map<std::pair<std::string, int>, double> short_s{
-      {{"bev_rotor", 2}, 20.0},         {{"bev_rotor", 3}, 10.0},         {{"chainsaw_motor", 2}, 12.0},
-      {{"chainsaw_motor", 3}, 5.0},     {{"block_disassembly", 3}, 12.0}, {{"block_assembly_kr16", 2}, 12.0},
-      {{"block_disassembly", 2}, 20.0}, {{"block_assembly", 2}, 20.0},    {{"furnace", 1}, 2500.0}};
-  const auto found = short_s.find({c.scenario, c.level});
-  return found == short_s.end() || test::effort() > 1 ? scenario.duration_s : found->second;
-}
-
 Outcome run(const Case& c, bool refined) {
   ScenarioOptions options;
   options.level_of_detail = c.level;
@@ -120,7 +108,7 @@ Outcome run(const Case& c, bool refined) {
   if (refined) refine(scenario);
   Simulation simulation(build_cell(scenario, {user_cache_directory(), nullptr}));
   HeadlessOptions headless;
-  headless.duration_s = duration_of(c, scenario);
+  headless.duration_s = scenario.duration_s;
   headless.program = scenario.controller_program;
   headless.run_metrics = true;
   const HeadlessResult result = run_headless(simulation, scenario, headless);

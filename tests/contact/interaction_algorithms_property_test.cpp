@@ -11,6 +11,7 @@
 #include "server/simulation/step/simulation.h"
 #include "tests/support/algorithm_cells.h"
 #include "tests/support/assembly_oracles.h"
+#include "tests/support/effort.h"
 #include "tests/support/random_handling.h"
 
 namespace takt::test {
@@ -188,13 +189,13 @@ TEST(InteractionAlgorithmsProperty, RandomAssembliesKeepForceBalanceRulesAndEner
        {InteractionAlgorithm::substitute_force, InteractionAlgorithm::extended_substitute_force,
         InteractionAlgorithm::partner_search}) {
     for (const bool feed_forward : {true, false}) {
-      for (const unsigned seed : {11U, 12U}) {
+      for (unsigned seed = 11; seed < 11 + effort(); ++seed) {
         run_algorithm_trial({seed, algorithm, feed_forward}, picks);
         if (HasFatalFailure()) return;
       }
     }
   }
-  EXPECT_GT(picks, 12);
+  EXPECT_GT(picks, 6 * static_cast<int>(effort()));
 }
 
 }  // namespace

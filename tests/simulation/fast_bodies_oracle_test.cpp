@@ -69,7 +69,9 @@ TEST(FastBodies, NoBodyGoesThroughAPlate) {
                                  "{method: implicit, step_s: 0.001}",
                                  "{method: implicit, step_s: 0.004}"};
   const TemporaryDirectory directory;
-  int cases = 0;
+  // Each solver in turn; the long form has all of them in each case.
+  const bool all_solvers = effort() > 1;
+  std::size_t cases = 0, turn = 0;
   for (const Projectile& body : projectiles()) {
     write_obj(directory, body.name, body.mesh);
     for (const double thickness : {0.002, 0.005, 0.015, 0.05}) {
@@ -77,7 +79,8 @@ TEST(FastBodies, NoBodyGoesThroughAPlate) {
           directory, "plate",
           moved(lattice_box({0.2, 0.2, thickness}, 0.02), {Mat3::Identity(), Vec3(0, 0, -0.5 * thickness)}));
       for (const double speed : {1.0, 2.0, 5.0, 10.0, 20.0})
-        for (const char* solver : solvers) {
+        for (std::size_t k = 0; k < (all_solvers ? std::size(solvers) : 1); ++k) {
+          const char* solver = solvers[turn++ % std::size(solvers)];
           SceneText text;
           text.solver = solver;
           std::ostringstream part;
@@ -102,7 +105,7 @@ TEST(FastBodies, NoBodyGoesThroughAPlate) {
         }
     }
   }
-  EXPECT_EQ(cases, 560);
+  EXPECT_EQ(cases, all_solvers ? 560U : 80U);
 }
 
 TEST(FastBodies, ABodyThatNoLayerHoldsIsAFaultThatNamesIt) {
