@@ -64,9 +64,9 @@ void DivergenceMonitor::save(StateWriter& out) const {
 }
 
 void DivergenceMonitor::load(StateReader& in) {
-  highest_m_ = in.number_text("the greatest height", 6);
-  given_m_per_s_ = in.number_text("a speed", 6);
-  gripper_m_per_s_ = in.number_text("a speed", 6);
+  highest_m_ = in.number("the greatest height");
+  given_m_per_s_ = in.number("a speed");
+  gripper_m_per_s_ = in.number("a speed");
 }
 
 void DivergenceMonitor::given(std::size_t part, const BodyMotion& motion) {
@@ -156,9 +156,9 @@ std::string DivergenceMonitor::look(double time_s, std::span<const int> parts, c
       return model_.components[static_cast<std::size_t>(model_.parts[part].body)].name;
     };
     if (speed > most && !plant.has_force_elements())  // which may do work
-      return name() + " gains energy without a cause at t = " + number(time_s) + " s, at " +
-             place(body.p_WBcm) + ": it moves as fast as " + number(speed) + " m/s, while grippers (" +
-             number(gripper_m_per_s_) + " m/s) and gravity can have given it no more than " + number(most) +
+      return name() + " gains energy without a cause at t = " + number_text(time_s, 6) + " s, at " +
+             place(body.p_WBcm) + ": it moves as fast as " + number_text(speed, 6) + " m/s, while grippers (" +
+             number_text(gripper_m_per_s_, 6) + " m/s) and gravity can have given it no more than " + number_text(most, 6) +
              " m/s; the last accepted state is kept. A smaller solver.step_s or solver.tolerance may help; "
              "explicit methods (rk2, rk4) do not"
              " hold stiff contact or long steps.";
