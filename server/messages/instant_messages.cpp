@@ -4,7 +4,7 @@
 
 #include "idl/common/stamp.h"
 #include "server/messages/geometry_messages.h"
-#include "server/runtime/requests/event.h"
+#include "server/simulation/model/command.h"
 
 namespace takt {
 namespace {
@@ -51,7 +51,7 @@ void fill_devices(takt_msgs::msg::CellState& message, const CellDescription& cel
     std::copy_n(sample.signals.begin(), signals.size(), signals.begin());
     auto& applied = message.applied[cell.robots.size() + cell.grippers.size() + i];
     applied.count = sample.commands_applied;
-    applied.newest_stamp = to_time(sample.newest_stamp_s);
+    applied.newest_stamp = to_stamp(std::max(sample.newest_stamp.ns, std::int64_t{0}));
   }
 }
 }  // namespace
@@ -80,7 +80,7 @@ void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const
     robot.motor_power.resize(sample.level_of_detail > 1 ? robot.position.size() : 0);
     std::copy_n(sample.power.mechanical_W.begin(), robot.motor_power.size(), robot.motor_power.begin());
     message.applied[i].count = sample.commands_applied;
-    message.applied[i].newest_stamp = to_time(sample.newest_stamp_s);
+    message.applied[i].newest_stamp = to_stamp(std::max(sample.newest_stamp.ns, std::int64_t{0}));
   }
   for (std::size_t i = 0; i < snapshot.grippers.size(); ++i) {
     const GripperSample& sample = snapshot.grippers[i];
@@ -93,7 +93,7 @@ void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const
     gripper.part = sample.part;
     auto& applied = message.applied[cell.robots.size() + i];
     applied.count = sample.commands_applied;
-    applied.newest_stamp = to_time(sample.newest_stamp_s);
+    applied.newest_stamp = to_stamp(std::max(sample.newest_stamp.ns, std::int64_t{0}));
   }
   fill_devices(message, cell, snapshot);
 }
