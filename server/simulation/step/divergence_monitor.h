@@ -5,7 +5,8 @@
 // Energy: no Part has more than what it was given at the start or by request, what it can have won by falling
 // from the highest place at which any Part has been, and what the fastest Gripper has done so far. As speed,
 // that of the whole kinetic energy, rotation included, per mass:
-//   sqrt(2 E / m) <= 3 sqrt((v_given + v_gripper)^2 + 2 g (highest - height)) + 1 m/s
+//   sqrt(2 E / m) <= 3 sqrt((v_given + v_gripper)^2 + 2 g (highest - height) + 2 W / m) + 1 m/s
+// W is the largest net work that force elements have done on all Parts, by the trapezoidal rule over the steps.
 // The factor is for bodies that pass on what they have to lighter ones (a ball on a heavier ball leaves with
 // three times the speed), the last term for what springs and surfaces store.
 #include <span>
@@ -45,6 +46,7 @@ class DivergenceMonitor {
   double speed_of_energy(std::size_t part, const BodyMotion& motion) const;
   void note_grippers(const CellMotion& motion, std::span<const int> parts,
                      const ComponentInteraction& interaction);
+  void note_force_elements(double time_s, const CellMotion& motion, const CellPlant& plant);
   std::string runaway_joint(double time_s, const CellPlant& plant) const;
 
   const CellModel& model_;
@@ -52,6 +54,12 @@ class DivergenceMonitor {
   Vec3 up_W_ = Vec3::Zero();
   double lever_m_ = 0.0;  ///< from a Gripper's origin to the farthest point of what it can touch
   double highest_m_ = 0.0, given_m_per_s_ = 0.0, gripper_m_per_s_ = 0.0;  ///< so far
+  struct Work {
+    double time_s = 0.0, power_W = 0.0;       ///< at the newest look
+    double net_J = 0.0, largest_net_J = 0.0;  ///< so far
+  };
+  Work work_;                     ///< of force elements on Parts
+  std::vector<Wrench> wrenches_;  ///< room for their forces, by component
 };
 
 }  // namespace takt
