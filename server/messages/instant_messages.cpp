@@ -4,7 +4,6 @@
 
 #include "idl/common/stamp.h"
 #include "server/messages/geometry_messages.h"
-#include "server/simulation/model/command.h"
 
 namespace takt {
 namespace {
@@ -29,7 +28,6 @@ takt_msgs::msg::CellState make_state_message(const CellDescription& cell) {
   message.devices.resize(cell.devices.size());
   for (std::size_t i = 0; i < cell.devices.size(); ++i)
     message.devices[i].signals.resize(cell.devices[i].signals.size());
-  message.applied.resize(static_cast<std::size_t>(target_count(cell)));
   for (std::size_t i = 0; i < cell.robots.size(); ++i) {
     const auto joints = static_cast<std::size_t>(cell.robots[i].arm.joint_count());
     message.robots[i].position.resize(joints);
@@ -37,9 +35,12 @@ takt_msgs::msg::CellState make_state_message(const CellDescription& cell) {
     message.robots[i].effort.resize(joints);
     message.robots[i].motor_power.reserve(joints);
   }
-  for (std::size_t i = 0; i < message.applied.size(); ++i) {
-    message.applied[i].target = std::string(target_name(cell, static_cast<int>(i)));
-  }
+  const auto append_targets = [&](const auto& targets) {
+    for (const auto& target : targets) message.applied.emplace_back().target = target.name;
+  };
+  append_targets(cell.robots);
+  append_targets(cell.grippers);
+  append_targets(cell.devices);
   return message;
 }
 
