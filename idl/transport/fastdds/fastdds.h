@@ -181,7 +181,7 @@ class DiscoveryListener : public dds::DomainParticipantListener {
                qos.m_ownershipStrength.value, qos.m_liveliness.lease_duration,
                qos.m_durability.kind != dds::VOLATILE_DURABILITY_QOS,
                qos.m_reliability.kind == dds::RELIABLE_RELIABILITY_QOS,
-               qos.m_ownership.kind == dds::EXCLUSIVE_OWNERSHIP_QOS, text_of(qos.m_userData.data_vec())});
+               qos.m_ownership.kind == dds::EXCLUSIVE_OWNERSHIP_QOS, bytes_of(qos.m_userData.data_vec())});
   }
 #else
   void on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryStatus status,
@@ -203,10 +203,10 @@ class DiscoveryListener : public dds::DomainParticipantListener {
                info.topic_name.to_string(), info.type_name.to_string(), info.ownership_strength.value,
                info.liveliness.lease_duration, info.durability.kind != dds::VOLATILE_DURABILITY_QOS,
                info.reliability.kind == dds::RELIABLE_RELIABILITY_QOS,
-               info.ownership.kind == dds::EXCLUSIVE_OWNERSHIP_QOS, text_of(info.user_data.data_vec())});
+               info.ownership.kind == dds::EXCLUSIVE_OWNERSHIP_QOS, bytes_of(info.user_data.data_vec())});
   }
 #endif
-  static std::string text_of(const std::vector<rtps::octet>& bytes) { return {bytes.begin(), bytes.end()}; }
+  static std::string bytes_of(const std::vector<rtps::octet>& bytes) { return {bytes.begin(), bytes.end()}; }
   static DiscoveredWriter::News news_of(bool appeared, bool changed) {
     using News = DiscoveredWriter::News;
     return appeared ? News::appeared : changed ? News::changed : News::gone;
