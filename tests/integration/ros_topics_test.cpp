@@ -86,7 +86,7 @@ TEST(RosTopics, TopicsEndWithTheLastInstant) {
 }
 
 /// What a participant learns of the writers of others.
-class Discovery final : public DiscoveryListener {
+class WriterAnnouncements final : public DiscoveryListener {
  public:
   void on_writer(const DiscoveredWriter& writer) override {
     const std::lock_guard lock(mutex_);
@@ -108,19 +108,20 @@ class Discovery final : public DiscoveryListener {
 
 TEST(RosTopics, EachWriterAnnouncesTheHashOfItsType) {
   const DdsService service(free_and_paused());
-  Discovery discovery;
+  WriterAnnouncements announcements;
   auto* factory = dds::DomainParticipantFactory::get_instance();
-  auto* participant = factory->create_participant(test::test_domain(), dds::PARTICIPANT_QOS_DEFAULT, &discovery,
-                                                  dds::StatusMask::none());
+  auto* participant = factory->create_participant(test::test_domain(), dds::PARTICIPANT_QOS_DEFAULT,
+                                                  &announcements, dds::StatusMask::none());
   ASSERT_NE(participant, nullptr);
-  for (const TopicInfo* topic :
-       {&topics::state, &topics::status, &topics::events, &topics::description, &topics::control_reply,
-        &topics::clock, &topics::tf, &topics::tf_static}) {
+  for (const TopicInfo* topic : std::initializer_list<const TopicInfo*>{
+           &topics::state, &topics::status, &topics::events, &topics::description, &topics::control_reply,
+           &topics::clock, &topics::tf, &topics::tf_static}) {
     const std::string name = topic->name(test::test_cell());
-    const auto [type, user_data] = discovery.of("rt/" + name);
+    const auto [type, user_data] = announcements.of("rt/" + name);
     EXPECT_EQ(type, topic->type->dds_type) << name;
     // idl.ros_package compares this annotation with the hash that ROS 2 computes of the definition.
-    EXPECT_EQ(user_data, "typehash=" + std::string(annotation(topic->type->annotations, "type_hash")) + ";") << name;
+    EXPECT_EQ(user_data, "typehash=" + std::string(annotation(topic->type->annotations, "type_hash")) + ";")
+        << name;
     EXPECT_NE(user_data.find("RIHS01_"), std::string::npos) << name;
   }
   factory->delete_participant(participant);
