@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "client_lib/recording/json_text.h"
+#include "idl/common/text.h"
 #include "takt_request_table.h"
 #include "takt_topics.h"
 
@@ -37,13 +36,6 @@ std::string argument(const Arguments& arguments, const char* name) {
   for (const auto& [key, value] : arguments)
     if (key == name) return value;
   return {};
-}
-
-std::optional<double> number(const std::string& text) {
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0' || !std::isfinite(value)) return std::nullopt;
-  return value;
 }
 
 }  // namespace
@@ -208,13 +200,13 @@ Answer FileSource::request(const std::string& name, const Arguments& arguments) 
     return changed("Back to the begin of the recording.");
   }
   if (name == "seek") {
-    const auto position = number(argument(arguments, "position"));
+    const auto position = finite_number(argument(arguments, "position"));
     if (!position) return {4, "seek needs 'position', in seconds from the begin of the recording.", {}};
     seek(*position);
     return changed("The recording is at another place.");
   }
   if (name == "rate" || is(requests::SetPace{})) {
-    const auto factor = number(argument(arguments, "factor"));
+    const auto factor = finite_number(argument(arguments, "factor"));
     if (!factor || !(*factor > 0.0)) return {4, "'factor' must be a number above 0.", {}};
     rate_ = *factor;
     return changed("The recording is played " + argument(arguments, "factor") + " times as fast.");

@@ -1,5 +1,5 @@
 #pragma once
-// What takt-run --mcap writes: the samples that takt-server would publish of the same run, with simulated
+// What takt-run run --mcap writes: the samples that takt-server would publish of the same run, with simulated
 // time as the time of the recording. Instants come as often as asked for, frames (/tf) and status as often in
 // simulated time as a server in real time sends them.
 #include <chrono>

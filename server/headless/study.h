@@ -1,5 +1,5 @@
 #pragma once
-// `takt-run --vary key=from:to:n`: the same scenario with other values, every combination a run of its own,
+// `takt-run study SCENARIO --vary KEY=FROM:TO:N`: the same scenario with other values, every combination a run of its own,
 // several at once, each a process. What is done is kept beside the table, so that a study that was
 // interrupted goes on where it was.
 #include <filesystem>

@@ -1,4 +1,4 @@
-// What a person is told about meshes: by `takt-run --check-mesh`, and by notes when a scenario is loaded.
+// What a person is told about meshes: by `takt-run check-mesh`, and by notes when a scenario is loaded.
 #include "server/headless/mesh_check.h"
 
 #include <gmock/gmock.h>

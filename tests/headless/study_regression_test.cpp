@@ -1,4 +1,4 @@
-// Studies as a person meets them: takt-run --vary, killed in the middle and begun again, and as tasks beside
+// Studies as a person meets them: takt-run study, killed in the middle and begun again, and as tasks beside
 // each other.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -33,6 +33,7 @@ class StudyRuns : public ::testing::Test {
   std::vector<std::string> command(const std::vector<std::string>& more = {},
                                    const std::string& duration_s = "0.1") const {
     std::vector<std::string> words{TAKT_BIN_DIR "/takt-run",
+                                   "study",
                                    TAKT_CONFIG_DIR "/scenarios/contact/sliding_block.yaml",
                                    "--vary",
                                    "contact.defaults.friction=0.1:0.4:" + std::to_string(kRuns),

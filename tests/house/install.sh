@@ -15,7 +15,7 @@ for program in takt takt-server takt-run takt-controller; do
   [[ $("$place/usr/bin/$program" --version) =~ ^$program\ [0-9]+\.[0-9]+\.[0-9]+\ \(.*\;\ .*,\ GNU\ [0-9.]+,\ .*\)$ ]]
   [[ ! -e $build/share/man/man1/$program.1 ]] || grep -q "^\.TH" "$place/usr/share/man/man1/$program.1"
 done
-"$place/usr/bin/takt-run" "$place/usr/share/takt/config/scenarios/block_assembly.yaml" --duration 0.1 --quiet --mcap "$place/run.mcap"
+"$place/usr/bin/takt-run" run "$place/usr/share/takt/config/scenarios/block_assembly.yaml" --duration 0.1 --quiet --mcap "$place/run.mcap"
 "$place/usr/bin/takt" export "$place/run.mcap" --list >"$place/signals"
 grep -q '^state.components.P.position.x$' "$place/signals"
 bash -n "$place/usr/share/bash-completion/completions/takt"

@@ -152,7 +152,7 @@ TEST(ClientAndService, BlockAssemblyInLockstepEqualsTheRunInOneProcess) {
   const std::string scenario = kBlockScenario;
   const auto report =
       std::filesystem::temp_directory_path() / ("takt_report_" + std::to_string(getpid()) + ".json");
-  ChildProcess run({kBin + "/takt-run", scenario, "--report", report.string()});
+  ChildProcess run({kBin + "/takt-run", "run", scenario, "--report", report.string()});
   ASSERT_EQ(run.wait(), 0) << run.text;
   const std::string in_process = contents(report);
   std::filesystem::remove(report);

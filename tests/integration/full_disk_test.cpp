@@ -71,7 +71,7 @@ class FullDisk : public testing::Test {
     EXPECT_GT(records, 20);
     EXPECT_GE(told->step, last_step);
     EXPECT_LE(told->step - last_step, 1000U) << "steps of 1 ms, in real time: told within a second";
-    ChildProcess replay({std::string(TAKT_BIN_DIR) + "/takt-run", "--replay", log.string()});
+    ChildProcess replay({std::string(TAKT_BIN_DIR) + "/takt-run", "replay", log.string()});
     EXPECT_EQ(replay.wait(), 0) << replay.text;
   }
 

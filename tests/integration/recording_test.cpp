@@ -33,7 +33,7 @@ std::string hexadecimal(std::uint64_t value) {
 
 /// What takt-run says of a log; checks its exit code.
 std::string replayed(const std::vector<std::string>& arguments, int expected_code) {
-  std::vector<std::string> command{kBin + "/takt-run"};
+  std::vector<std::string> command{kBin + "/takt-run", "replay"};
   command.insert(command.end(), arguments.begin(), arguments.end());
   ChildProcess program(command);
   const int code = program.wait();
@@ -95,16 +95,15 @@ TEST(Recording, ARecordedFreeRunIsReplayedByTaktRun) {
     std::filesystem::copy(service.directory.path(), directory / "scenarios");
     one_arm = (directory / "scenarios" / "one_arm.yaml").string();
     service.host.stop();
-    expect_words(replayed({"--replay", log.string()}, 0),
+    expect_words(replayed({log.string()}, 0),
                  {"2 scenarios", "takt-server of a test", hexadecimal(hash).c_str()});
   }
   // Another scenario in its place is refused with a sentence.
-  expect_words(replayed({one_arm, "--replay", log.string()}, 2), {"service_test", "one_arm"});
+  expect_words(replayed({log.string(), one_arm}, 2), {"service_test", "one_arm"});
   // Cut off as by a crash.
   std::filesystem::resize_file(log, std::filesystem::file_size(log) / 3);
-  expect_words(
-      replayed({(directory / "scenarios" / "two_robots.yaml").string(), "--replay", log.string()}, 0),
-      {"cut off", "1 scenarios"});
+  expect_words(replayed({log.string(), (directory / "scenarios" / "two_robots.yaml").string()}, 0),
+               {"cut off", "1 scenarios"});
 }
 
 TEST(Recording, ARecordingStartsAndEndsByRequestDuringARun) {
@@ -124,7 +123,7 @@ TEST(Recording, ARecordingStartsAndEndsByRequestDuringARun) {
   const Reply stopped = client.request("stop_recording");
   EXPECT_EQ(stopped.text("uri"), started.text("uri"));
   swing_arms(client, 1);
-  expect_words(replayed({"--replay", stopped.text("uri")}, 0), {"The same bits", "1 scenarios"});
+  expect_words(replayed({stopped.text("uri")}, 0), {"The same bits", "1 scenarios"});
   // A recording is never replaced by request.
   expect_words(refusal(client, "start_recording", {{"name", "middle"}}).what(), {"exists"});
 }

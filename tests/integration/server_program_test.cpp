@@ -83,7 +83,7 @@ TEST(ServerProgram, TheLogOfTheProgramIsNotEndedByRequest) {
   client.step(10);
   server.signal(SIGTERM);
   EXPECT_EQ(server.wait(), 0) << server.text;
-  ChildProcess replay({kBin + "/takt-run", "--replay", log});
+  ChildProcess replay({kBin + "/takt-run", "replay", log});
   EXPECT_EQ(replay.wait(), 0) << replay.text;
 }
 

@@ -123,7 +123,7 @@ def test_the_command_line_shows_signals_with_units_and_limits(server, cell):
 
 def test_a_recording_of_takt_run_has_the_same_description(scenario, cell, tmp_path):
     recording = tmp_path / "oven.mcap"
-    subprocess.run([takt.program_path("takt-run"), scenario, "--duration", "0.1", "--quiet", "--mcap", recording],
+    subprocess.run([takt.program_path("takt-run"), "run", scenario, "--duration", "0.1", "--quiet", "--mcap", recording],
                    check=True)
     lines = subprocess.run([takt.program_path("takt"), "export", recording, "--json"], check=True,
                            capture_output=True, text=True).stdout.splitlines()

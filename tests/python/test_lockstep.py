@@ -30,7 +30,7 @@ end)
 def in_process(scenario, program, folder, duration_s):
     report = folder / "report.json"
     subprocess.run(
-        [takt.program_path("takt-run"), scenario, "--program", program, "--duration", str(duration_s), "--quiet",
+        [takt.program_path("takt-run"), "run", scenario, "--program", program, "--duration", str(duration_s), "--quiet",
          "--report", report],
         check=True,
     )

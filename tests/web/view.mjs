@@ -165,4 +165,4 @@ await stop(player.child);
 console.log('the page shows the cell, controls it, heals, and plays a recording');
 process.exit(0);
 
-function takt_run_arguments() { return [`${process.env.TAKT_SOURCES}/config/scenarios/block_assembly.yaml`, '--duration', '12']; }
+function takt_run_arguments() { return ['run', `${process.env.TAKT_SOURCES}/config/scenarios/block_assembly.yaml`, '--duration', '12']; }

@@ -1,5 +1,5 @@
-// takt completion bash, zsh or fish: words for the shell, from the same tree that reads the command line. The
-// other programs have no commands: their options are asked of their --help when they are wanted.
+// takt completion bash, zsh or fish: words for the shell, from the same tree that reads the command line. Commands and
+// options of the other programs are read from their --help when they are needed.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
@@ -66,6 +66,9 @@ Words words_of(const CLI::App& app, const std::string& variable) {
   return words;
 }
 
+/// Reads the help of a program.
+constexpr const char* kCommandsOfHelp = "sed -nE '/^Subcommands:/,/^$/s/^  ([a-z-]+) .*/\\1/p'";
+
 std::string bash_script(const CLI::App& app) {
   const Words words = words_of(app, "words");
   return "# bash completion of takt, made by: takt completion bash\n"
@@ -95,10 +98,18 @@ std::string bash_script(const CLI::App& app) {
          "}\n"
          "complete -F _takt takt\n"
          "_takt_program() {\n"
+         "  local commands command=()\n"
+         "  commands=$(\"$1\" --help 2>&1 | " +
+         kCommandsOfHelp +
+         ")\n"
+         "  if [[ -n $commands ]]; then\n"
+         "    ((COMP_CWORD > 1)) || { mapfile -t COMPREPLY < <(compgen -W \"$commands\" -- \"$2\"); return; "
+         "}\n"
+         "    command=(\"${COMP_WORDS[1]}\")\n"
+         "  fi\n"
          "  if [[ $2 == -* ]]; then\n"
-         "    mapfile -t COMPREPLY < <(compgen -W \"$(\"$1\" --help 2>&1 | grep -oE -e '--[a-z][a-z-]+')\" "
-         "-- "
-         "\"$2\")\n"
+         "    mapfile -t COMPREPLY < <(compgen -W \"$(\"$1\" \"${command[@]}\" --help 2>&1 | grep -oE -e "
+         "'--[a-z][a-z-]+')\" -- \"$2\")\n"
          "  else\n"
          "    compopt -o filenames; mapfile -t COMPREPLY < <(compgen -f -- \"$2\")\n"
          "  fi\n"
@@ -115,7 +126,18 @@ std::string zsh_script(const CLI::App& app) {
   return "#compdef takt takt-server takt-controller takt-run\n"
          "# zsh completion of takt, made by: takt completion zsh\n"
          "_takt() {\n"
-         "  if [[ $service != takt ]]; then _gnu_generic; return; fi\n"
+         "  if [[ $service != takt ]]; then\n"
+         "    local -a commands command\n"
+         "    commands=(${(f)\"$($service --help 2>&1 | " +
+         kCommandsOfHelp +
+         ")\"})\n"
+         "    if (( $#commands && CURRENT == 2 )) && [[ $PREFIX != -* ]]; then compadd -a commands; return; "
+         "fi\n"
+         "    (( ! $#commands )) || command=($words[2])\n"
+         "    if [[ $PREFIX == -* ]]; then compadd -- ${(f)\"$($service $command --help 2>&1 | grep -oE -e "
+         "'--[a-z][a-z-]+')\"}; else _files; fi\n"
+         "    return\n"
+         "  fi\n"
          "  local -a commands\n"
          "  commands=(\n" +
          described +
@@ -172,9 +194,15 @@ std::string fish_script(const CLI::App& app) {
                quoted(inner->get_description()) + "\n";
   }
   return "# fish completion of takt, made by: takt completion fish\ncomplete -c takt -f\n" + lines +
-         "for program in takt-server takt-controller takt-run\n"
+         "for program in takt-server takt-controller\n"
          "  complete -c $program -a \"($program --help 2>&1 | string match -ra -- '--[a-z][a-z-]+')\"\n"
-         "end\n";
+         "end\n"
+         "complete -c takt-run -f -n __fish_use_subcommand -a \"(takt-run --help | " +
+         kCommandsOfHelp +
+         ")\"\n"
+         "complete -c takt-run -n 'not __fish_use_subcommand' -a \"(takt-run (commandline -opc)[2] --help "
+         "2>&1 | "
+         "string match -ra -- '--[a-z][a-z-]+')\"\n";
 }
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include "client_lib/tools/takt/record_all.h"
 #include "client_lib/tools/takt/recordings.h"
 #include "client_lib/tools/takt/view.h"
+#include "idl/command_line/commands.h"
 #include "idl/command_line/numbers.h"
 #include "idl/command_line/output.h"
 
@@ -43,25 +44,16 @@ With --json every command writes one JSON document, those that follow something 
 
 Exit codes: 0 ok; 1 refused or failed, or not as expected; 2 wrong usage; 3 no such cell, or it went away.)";
 
-/// The reader of the command line says only that it wants one.
-std::optional<std::string> unknown_command(const CLI::App& app) {
-  if (!app.get_subcommands().empty()) return std::nullopt;
-  for (const std::string& word : app.remaining())
-    if (!word.starts_with('-'))
-      return "There is no command '" + word + "'; takt --help lists those there are.";
-  return std::nullopt;
-}
-
 /// Tells what is wrong with the command line, or what was asked for: help, version. Returns the exit code.
 int answer(const CLI::App& app, const CLI::ParseError& error, bool json) {
   if (error.get_exit_code() == 0) return app.exit(error);
-  const std::optional<std::string> unknown = unknown_command(app);
+  const std::optional<std::string> word = takt::command_line::unknown_command(app);
+  const std::string sentence = word ? takt::command_line::no_such_command(app, *word) : error.what();
   if (json)
-    std::printf("%s\n", takt::recording::json_text(
-                            nlohmann::json{{"error", unknown.value_or(error.what())}, {"kind", "usage"}})
-                            .c_str());
-  if (unknown)
-    std::fprintf(stderr, "takt: %s\n", unknown->c_str());
+    std::printf("%s\n",
+                takt::recording::json_text(nlohmann::json{{"error", sentence}, {"kind", "usage"}}).c_str());
+  if (word)
+    std::fprintf(stderr, "takt: %s\n", sentence.c_str());
   else
     app.exit(error);
   return takt::tool::kUsage;
