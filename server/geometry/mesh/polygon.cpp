@@ -29,7 +29,7 @@ std::vector<Vec2> projected(const std::vector<Vec3>& corners) {
   return result;
 }
 
-/// How good an ear has to be. If there is none, the next best has to do.
+/// Required quality of an ear; the search falls back to the next weaker demand.
 enum Demand { kConvex, kNotReflex, kAny };
 
 bool is_ear(const std::vector<Vec2>& p, const std::vector<std::uint32_t>& next, const Triangle& ear,
