@@ -7,10 +7,10 @@
 //   tau = I (kv (u + x / Ti) + qdd_ref) + tau_ff, limited to max_torque  [N m, at the joint]
 //   x'  = u + (limited tau - tau) / (I kv)                      [x: rad]
 //
-// I is the inertia the gains are made for: the reflected rotor n^2 J plus a nominal load. The last term of x'
-// keeps the integrator from winding up while the limit holds. The integrator carries the weight, so there is
-// no deviation at rest; tau_ff is the feed-forward of the reference (0 without one), of which the integrator
-// takes over what is wrong.
+// I is the inertia for which the gains are designed: the reflected rotor n^2 J plus a nominal load. The last
+// term of x' prevents wind-up of the integrator at the limit. The integrator carries the weight, so there is
+// no deviation at rest; tau_ff is the feed-forward of the reference (0 without one), whose error the
+// integrator compensates.
 #include "plant_models/robot/drive.h"
 
 namespace takt {
