@@ -28,8 +28,8 @@ struct SimplifiedDriveParameters {
   double inertia() const { return armature() + load_inertia_kg_m2; }
   /// Gains for a position bandwidth w: kp = w, kv = 6 w, Ti = 3 / w. The closed loop
   /// s^3 + 6 w s^2 + 8 w^2 s + 2 w^3 has real poles only (-0.32 w, -1.46 w, -4.21 w); with three times the
-  /// inertia I its damping ratio is 0.58, with a third all poles are real again, the fastest at -16.6 w. So
-  /// an explicit solver of order two needs steps below 2 / (16.6 w) then: 1 ms up to w = 120 rad/s.
+  /// inertia I its damping ratio is 0.58, with a third all poles are real again, the fastest at -16.6 w. An
+  /// explicit solver of order two then needs steps below 2 / (16.6 w): 1 ms up to w = 120 rad/s.
   void set_bandwidth(double w);
 };
 
