@@ -136,7 +136,7 @@ void MultibodyTree::forward_dynamics(const double* tau, const Mask& locked, doub
     s.t = s.J * s.a_w + cross(s.w, s.J * s.w) + cross(s.moment, s.a_v) - s.ext_t;
     s.f = s.a_v * link.mass + cross(s.a_w, s.moment) + cross(s.w, cross(s.w, s.moment)) - s.ext_f;
   }
-  for (int i = n - 1; i >= 0; --i) {  // what the rest of the tree, free at its joints, feels as
+  for (int i = n - 1; i >= 0; --i) {  // articulated inertia of the rest of the tree, free at its joints
     const Link& link = links_[static_cast<size_t>(i)];
     auto& s = w.links[static_cast<size_t>(i)];
     const V3& z = s.R.z;
