@@ -10,7 +10,7 @@
 namespace takt::command_line {
 namespace {
 
-/// Nothing where the text is not a number, or not a finite one.
+/// std::nullopt for a text that is not a finite number.
 std::optional<double> finite_number(const std::string& text) {
   if (text.empty()) return std::nullopt;
   char* end = nullptr;
