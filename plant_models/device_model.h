@@ -1,6 +1,6 @@
 #pragma once
 // A device of the cell that is neither robot nor gripper (furnace, press, screwdriver): a plant model with
-// named signals. What the signals are called, their units and limits are told by its description
+// named signals. The device's description has the names, units and limits of the signals
 // (CellDescription::devices); here they are numbers in that order.
 #include <span>
 
@@ -13,7 +13,7 @@ inline constexpr int kMaxSignals = 32;
 
 class DeviceModel : public PlantModel {
  public:
-  /// Discrete, between two steps at time t: a signal that may be commanded gets a value within its limits.
+  /// Discrete, between two steps at time t: sets a commanded signal to a value within its limits.
   virtual void set_signal(double t, int signal, double value) = 0;
   /// Writes the present value of every signal. `x`: the model's own segment of the state vector.
   virtual void read_signals(double t, const double* x, const CellMotion& motion,

@@ -1,11 +1,11 @@
 #pragma once
-// The interface by which every plant model (Part, robot, gripper, later drives, furnaces, presses) joins the
-// one system of differential equations x' = f(t, x, wrenches).
+// The interface by which every plant model (Part, robot, gripper, device) joins the one system of
+// differential equations x' = f(t, x, wrenches).
 //
-// A model owns a segment of the state vector, writes the motion of the bodies it moves, and turns the
-// wrenches on them into derivatives. All three functions are pure: a solver may call them as often, and at
-// whatever times within the step, as it likes. Discrete state (set-points, jaw targets) changes only between
-// accepted steps.
+// A model owns a segment of the state vector, writes the motion of the bodies it moves, and computes
+// derivatives from the wrenches on them. All three functions are pure: a solver may call them any number of
+// times, at any times within the step. Discrete state (set-points, jaw targets) changes only between accepted
+// steps.
 #include <limits>
 #include <memory>
 #include <span>
@@ -37,12 +37,12 @@ struct ArmMotion {
   Twist V_WF;  ///< of the flange origin
 };
 
-/// Heat of one body. Its own model writes the temperature and sets the rest back; what exchanges heat with it
-/// comes later in the order of models and adds to the flow.
+/// Heat of one body. Its own model writes the temperature and clears the other members; models that exchange
+/// heat with it follow in the order of models and add to the flow.
 struct BodyHeat {
   double temperature_K = 0.0;  ///< 0: this body has no temperature
   double flow_W = 0.0;         ///< into the body
-  bool enclosed = false;       ///< by something (a furnace), away from the surroundings
+  bool enclosed = false;       ///< by another component (a furnace), away from the surroundings
 };
 
 /// Motion of everything in the cell at one time.
@@ -57,12 +57,12 @@ class PlantModel {
   virtual ~PlantModel() = default;
   virtual int state_count() const { return 0; }
   virtual void initial_state(double* x) const { static_cast<void>(x); }
-  /// The one component this model moves, where its motion follows from the model's states alone; else -1.
-  /// With equal states such a body stands still, and without states always.
+  /// The one component that this model moves, if its motion follows from the model's states alone; else -1.
+  /// Such a body is at rest while its states are constant, and always if it has no states.
   virtual int body() const { return -1; }
 
-  /// Writes the motion of the bodies and arms this model moves. Models are called in the order robots,
-  /// grippers, Parts, so a gripper finds its robot's flange already written.
+  /// Writes the motion of the bodies and arms that this model moves. Models are called in the order robots,
+  /// grippers, Parts, so the motion of the robot's flange is available to its gripper.
   virtual void write_motion(double t, const double* x, CellMotion& motion) const = 0;
 
   /// Writes state_count() derivatives. `wrenches[c]` acts on body c at its centre of mass, in the world
@@ -77,37 +77,37 @@ class PlantModel {
   // switch itself, which a solver calls only at accepted points. A model without modes keeps the defaults.
 
   virtual int indicator_count() const { return 0; }
-  /// Positive while the present modes hold.
+  /// Positive as long as the present modes are valid.
   virtual void indicators(double t, const double* x, const CellMotion& motion,
                           std::span<const Wrench> wrenches, double* g) const {
     static_cast<void>(t), static_cast<void>(x), static_cast<void>(motion), static_cast<void>(wrenches),
         static_cast<void>(g);
   }
-  /// Discrete: brings the modes in line with (t, x); may set states that a mode fixes (a stuck speed to
-  /// zero). True if anything changed; then a multi-step solver restarts.
+  /// Discrete: sets the modes according to (t, x); may set states that a mode fixes (a stuck speed to zero).
+  /// True after any change; a multi-step solver then restarts.
   virtual bool switch_modes(double t, double* x, const CellMotion& motion, std::span<const Wrench> wrenches) {
     static_cast<void>(t), static_cast<void>(x), static_cast<void>(motion), static_cast<void>(wrenches);
     return false;
   }
-  /// The next time after t at which the right-hand side has a corner known beforehand (a reference motion
-  /// that starts to brake), or infinity: multi-step solvers restart there.
+  /// The next time after t at which the right-hand side has a known corner (a reference motion that starts to
+  /// brake), or infinity: multi-step solvers restart there.
   virtual double next_time_event(double t) const {
     static_cast<void>(t);
     return std::numeric_limits<double>::infinity();
   }
 
-  /// Discrete, before every step at time t, once commands have been applied: decisions that follow from where
-  /// things are (who is in the furnace). May set states. True if anything changed that the right-hand side
-  /// depends on; then a multi-step solver restarts. Asked of models besides robots, grippers and Parts.
+  /// Discrete, at the start of every step at time t, after the commands: decisions that follow from positions
+  /// (a Part in the furnace). May set states. True if the right-hand side changed; a multi-step solver then
+  /// restarts. Called for models other than robots, grippers and Parts.
   virtual bool decide(double t, double* x, const CellMotion& motion) {
     static_cast<void>(t), static_cast<void>(x), static_cast<void>(motion);
     return false;
   }
-  /// Back to the discrete state that the model was made with.
+  /// Restores the initial discrete state.
   virtual void reset() {}
 
   // Stiffness inside the model, for linearly implicit solvers: an approximation of d xdot / d x of the
-  // model's own segment. What is left out is treated explicitly. No entries: the whole model is.
+  // model's own segment. Missing entries are treated explicitly; without entries the whole model is.
 
   /// Places of the entries, constant while the cell is loaded; (row, column) within the segment.
   virtual void jacobian_pattern(std::vector<std::pair<int, int>>& entries) const {
@@ -124,8 +124,8 @@ class PlantModel {
     static_cast<void>(t), static_cast<void>(x), static_cast<void>(motion), static_cast<void>(rate);
   }
 
-  /// The model reduced to its velocities, for linear systems that couple models; the model outlives it. None:
-  /// the model is coupled with no other, and its own entries (jacobian_pattern) are all.
+  /// The model reduced to its velocities, for linear systems that couple models; the model must outlive it.
+  /// nullptr: the model is not coupled with others, and its own entries (jacobian_pattern) are complete.
   virtual std::unique_ptr<VelocityForm> make_velocity_form() const { return nullptr; }
 
   /// Typical sizes of the states, > 0: solvers with error control allow a state x of scale s an error of
@@ -134,8 +134,8 @@ class PlantModel {
     for (int i = 0; i < state_count(); ++i) scales[i] = 1.0;
   }
 
-  /// What the model keeps besides its segment of the state vector and influences its motion: discrete state
-  /// (plant_models/state_bytes.h). load() throws StateError for what save() cannot have written.
+  /// Saves discrete state (plant_models/state_bytes.h): all that influences the model's motion besides its
+  /// segment of the state vector. load() throws StateError for invalid bytes.
   virtual void save(StateWriter& out) const { static_cast<void>(out); }
   virtual void load(StateReader& in) { static_cast<void>(in); }
 };

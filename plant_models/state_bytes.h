@@ -1,11 +1,10 @@
 #pragma once
-// State of the simulation as bytes and back: numbers one after the other in the machine's own representation
-// (little-endian on all machines takt is built for), in sections with a name and a length, so that bytes that
-// do not fit are found with a sentence that says where.
+// State of the simulation as bytes and back: numbers in sequence in the machine's own representation
+// (little-endian on all supported machines), in sections with a name and a length, so that the error for
+// unsuitable bytes names the place.
 //
-// What is read is never trusted: every read looks at how much is left, at what is a number and at the bounds
-// that the caller gives. What does not hold ends in a StateError, so the reader builds its state aside and
-// takes it over when everything was good.
+// Every read is checked: against the remaining length, for valid numbers, and against the caller's bounds. A
+// violation is a StateError, so a reader builds its state aside and adopts it after the last successful read.
 #include <algorithm>
 #include <cmath>
 #include <concepts>
@@ -31,7 +30,7 @@ class StateError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Appends to a vector, which allocates only where it is too small.
+/// Appends to a vector, which allocates only to grow.
 class StateWriter {
  public:
   explicit StateWriter(std::vector<std::byte>& out) : out_(out) {}
@@ -49,7 +48,7 @@ class StateWriter {
     append(text.data(), text.size());
   }
 
-  /// `name`: four letters. What `body` puts is its content.
+  /// `name`: four letters. `body` writes the content.
   template <typename Body>
   void section(const char (&name)[5], const Body& body) {
     append(name, 4);
@@ -70,7 +69,7 @@ class StateWriter {
 
 class StateReader {
  public:
-  /// Nothing in a cell is larger (Simulation refuses such states).
+  /// Upper limit of all values of a cell (Simulation refuses larger ones).
   static constexpr double kLargest = 1e30;
 
   explicit StateReader(std::span<const std::byte> bytes, std::string where = "the state")
@@ -127,7 +126,7 @@ class StateReader {
     X.p = vector(what);
     return X;
   }
-  /// How many things follow, each of at least so many bytes.
+  /// Number of following elements, each of at least the given number of bytes.
   std::size_t size(std::size_t most, const char* what) {
     const auto n = get<std::uint64_t>();
     if (n > most)
@@ -160,7 +159,7 @@ class StateReader {
     body(content);
     content.expect_end();
   }
-  /// All that is left.
+  /// All remaining bytes.
   std::span<const std::byte> rest() { return std::exchange(left_, {}); }
   void expect_end() const {
     if (!left_.empty()) fail(std::to_string(left_.size()) + " bytes are left over");

@@ -53,7 +53,7 @@ struct Arguments {
   std::optional<int> level_of_detail;
 };
 
-/// What the request set_pace allows.
+/// Limits of the factor of the request set_pace.
 double limit_of_factor(std::string_view which) {
   constexpr const takt::FieldInfo& factor = takt::field_info<takt::requests::SetPace>("factor");
   return std::stod(std::string(takt::annotation(factor.annotations, which)));
@@ -129,7 +129,7 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
       ->allow_extra_args(false);
 }
 
-/// `progress` is there while an import takes long.
+/// `progress` exists during a long import.
 takt::HostOptions host_options(const Arguments& arguments, std::optional<takt::Progress>& progress) {
   takt::HostOptions options;
   options.cell = arguments.cell;
@@ -162,8 +162,8 @@ takt::HostOptions host_options(const Arguments& arguments, std::optional<takt::P
 /// To the main thread: the scenario has been opened, or refused.
 constexpr int kOpened = SIGUSR1;
 
-/// Opens in a thread of its own, so that a signal ends the server while a scenario is being imported too.
-/// False when one did. Throws what `open` throws.
+/// Runs `open` in a thread of its own, so that a signal can end the server during an import. False after a
+/// signal. Throws the exceptions of `open`.
 bool open_until_signal(const std::function<void()>& open, takt::CellHost& host, const sigset_t& signals,
                        const std::atomic<bool>& ended_itself) {
   const pthread_t main_thread = pthread_self();
@@ -183,7 +183,7 @@ bool open_until_signal(const std::function<void()>& open, takt::CellHost& host, 
   const bool ended = number != kOpened && !ended_itself.load();
   if (ended) host.give_up();
   if (number != kOpened) {
-    // What the import is just at may take long, and looks at nothing meanwhile.
+    // The present stage of the import may take long without a check for the signal.
     constexpr timespec kPatience{3, 0};
     sigset_t opened;
     sigemptyset(&opened);
@@ -276,8 +276,8 @@ int serve_or_say_why(const Arguments& arguments, const sigset_t& signals, const 
   }
 }
 
-/// Of the supervisor, for snapshots that nobody said a place for. Its name has the process in it, so that the
-/// next one can remove what is left of one that was killed.
+/// Of the supervisor, for snapshots without a stated directory. Its name contains the process id, so that a
+/// later server can remove the directory of a killed one.
 struct TemporaryDirectory {
   TemporaryDirectory() {
     const std::filesystem::path all = std::filesystem::temp_directory_path();

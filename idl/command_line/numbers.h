@@ -1,6 +1,6 @@
 #pragma once
-// Numbers on the command lines of all programs: checks for CLI::Option::check(). Each takes the text that was
-// given and returns the complaint about it, which says what was found and what is allowed; empty: none.
+// Numbers on the command lines of all programs: checks for CLI::Option::check(). Each takes the given text
+// and returns an error with the value found and the values allowed; empty for a valid number.
 #include <cstdint>
 #include <functional>
 #include <limits>

@@ -9,7 +9,7 @@
 namespace takt::command_line {
 namespace {
 
-/// Whether standard output is a pipe or socket that nobody reads any more.
+/// Whether standard output is a pipe or socket without a reader.
 bool nobody_reads() {
   pollfd output{STDOUT_FILENO, POLLOUT, 0};
   return poll(&output, 1, 0) > 0 && (output.revents & (POLLERR | POLLHUP)) != 0;

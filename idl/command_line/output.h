@@ -4,9 +4,8 @@
 
 namespace takt::command_line {
 
-/// Flushes standard output. Returns `code`; where something that was written is lost, as on a full disk,
-/// tells that on standard error and returns 1 in place of 0. A reader that has closed its pipe has seen
-/// enough: nothing is lost.
+/// Flushes standard output. Returns `code`; if output was lost, as on a full disk, reports it on standard
+/// error and returns 1 in place of 0. A pipe closed by its reader is no loss.
 int with_output_written(const std::string& program, int code);
 
 }  // namespace takt::command_line

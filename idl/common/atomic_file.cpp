@@ -38,7 +38,7 @@ std::error_code replace_file(const std::filesystem::path& file,
     ::unlink(temporary.c_str());
     return error;
   }
-  // The new name must be on the disk too.
+  // Writes the new name to the disk too.
   const std::string directory = file.has_parent_path() ? file.parent_path().string() : ".";
   const int folder = ::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder >= 0) static_cast<void>(::fsync(folder)), static_cast<void>(::close(folder));

@@ -1,5 +1,5 @@
 #pragma once
-// A file that others see as it was or as it is to be, never in between, whenever the machine stops.
+// Atomic replacement of a file: readers, and a crash of the machine, see either the old or the new content.
 #include <filesystem>
 #include <initializer_list>
 #include <string_view>
@@ -7,9 +7,9 @@
 
 namespace takt {
 
-/// Writes the pieces, one after the other, to a temporary file beside `file` (of a name that no other process uses),
-/// then fsync, rename, fsync of the directory. Mode 0644. On an error `file` is as it was and the temporary one is gone.
-/// Several processes may replace one file: the last one wins.
+/// Writes the pieces in sequence to a temporary file beside `file` (with a name unique among processes), then
+/// fsync, rename, fsync of the directory. Mode 0644. After an error `file` is unchanged and the temporary
+/// file is removed. If several processes replace one file, the last one wins.
 [[nodiscard]] std::error_code replace_file(const std::filesystem::path& file,
                                            std::initializer_list<std::string_view> pieces);
 

@@ -1,6 +1,6 @@
 #pragma once
-// Records of bytes from one writing thread to one reading thread; neither waits, nothing is allocated after
-// construction. A record is put piece by piece and seen by the reader when it is complete.
+// Records of bytes from one writing thread to one reading thread; neither waits, without allocation after
+// construction. A record is written piece by piece and becomes visible to the reader when it is complete.
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
@@ -30,7 +30,7 @@ class ByteRing {
     copy_in(end_, from, size);
     end_ += size;
   }
-  /// False when the record did not fit: nothing of it is there.
+  /// False if the record did not fit: it is discarded.
   bool commit() {
     if (!fits_) return false;
     const std::uint64_t begin = head_.load(std::memory_order_relaxed);
@@ -46,9 +46,9 @@ class ByteRing {
   }
   std::size_t capacity() const { return bytes_.size(); }
 
-  /// Reader: up to where records are complete now.
+  /// Reader: the end of the complete records.
   std::uint64_t complete_to() const { return head_.load(std::memory_order_acquire); }
-  /// Reader: the next record that lies before `to`; false when there is none.
+  /// Reader: the next record ahead of `to`; false if there is none.
   bool take(std::vector<std::byte>& record, std::uint64_t to) {
     const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
     if (tail == to) return false;

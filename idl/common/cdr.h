@@ -1,13 +1,12 @@
 #pragma once
-// Plain CDR (XCDR1), the encoding of samples on the wire and in recordings: four bytes that name the
-// encoding, then the fields in order, each number aligned to its size, counted from behind those four bytes.
+// Plain CDR (XCDR1), the encoding of samples on the wire and in recordings: four bytes with the encoding,
+// then the fields in order, each number aligned to its size, counted from the end of those four bytes.
 // Source: OMG DDS-XTypes 1.3, 7.4.1. Messages are written little endian and read in either byte order.
 //
-// Reading trusts nothing: a sample that ends early, holds more elements or bytes than the IDL allows, a
-// boolean other than 0 and 1 or a string without its final zero is refused. A sequence is made only after the
-// rest of the sample is seen to be long enough for it, so that memory stays in proportion to the sample.
-// Bytes behind the last field do not matter. Numbers of an enumeration that have no name are kept
-// (enumeration.h).
+// Reading checks everything: a sample that ends early, has more elements or bytes than the IDL allows, a
+// boolean other than 0 and 1 or a string without its final zero is refused. A sequence is allocated only if
+// the rest of the sample is long enough for it, so that memory stays in proportion to the sample. Bytes
+// behind the last field are ignored. Unnamed numbers of an enumeration are kept (enumeration.h).
 #include <algorithm>
 #include <bit>
 #include <concepts>
@@ -30,7 +29,7 @@ inline constexpr std::size_t kEncapsulation_bytes = 4;
 template <typename Type>
 concept Number = std::is_arithmetic_v<Type> || std::is_enum_v<Type>;
 
-/// Counts what a Writer would write.
+/// Counts the bytes that a Writer would write.
 class Counter {
  public:
   void align(std::size_t size) { bytes_ += (size - bytes_ % size) % size; }
@@ -68,7 +67,7 @@ class Writer {
   bool ok_ = true;
 };
 
-/// Reads numbers and texts of a sample. A read beyond the end gives zero, and ok() is false from then on.
+/// Reads numbers and texts of a sample. After a read beyond the end, which gives zero, ok() is false.
 class Reader {
  public:
   explicit Reader(std::span<const std::uint8_t> sample) {
@@ -114,7 +113,7 @@ class Reader {
     }
     return {reinterpret_cast<const char*>(from), length - 1};
   }
-  /// Number of elements of a sequence, each of which takes `least_bytes` at least.
+  /// Number of elements of a sequence, each of at least `least_bytes`.
   std::size_t count(std::size_t least_bytes) {
     const auto elements = number<std::uint32_t>();
     if (elements > left() / least_bytes) fail();
@@ -139,7 +138,7 @@ class Reader {
 
 namespace detail {
 
-/// Bytes that a value takes at least, without padding.
+/// Smallest size of a value in bytes, without padding.
 template <typename Type>
 constexpr std::size_t least_bytes() {
   if constexpr (Number<Type>) {
@@ -242,8 +241,8 @@ std::size_t size(const Type& message) {
   return counter.bytes();
 }
 
-/// Bytes written, at the beginning of `memory`; 0 where it is too small, or a string or sequence is longer
-/// than the IDL allows. Does not allocate.
+/// Bytes written, at the beginning of `memory`; 0 if it is too small, or a string or sequence is longer than
+/// the IDL allows. Does not allocate.
 template <Message Type>
 std::size_t write(const Type& message, std::span<std::uint8_t> memory) {
   Writer writer(memory);
@@ -251,14 +250,14 @@ std::size_t write(const Type& message, std::span<std::uint8_t> memory) {
   return writer.ok() ? writer.bytes() : 0;
 }
 
-/// The sample in `bytes`, whose capacity is used again; false as above.
+/// The sample in `bytes`, whose capacity is reused; false as above.
 template <Message Type>
 bool write(const Type& message, std::string& bytes) {
   bytes.resize(size(message));
   return write(message, std::span(reinterpret_cast<std::uint8_t*>(bytes.data()), bytes.size())) > 0;
 }
 
-/// @max_bytes of the IDL: most bytes of a sample, whatever it holds.
+/// @max_bytes of the IDL: largest size of a sample.
 template <Message Type>
 constexpr std::size_t max_bytes() {
   std::size_t most = 0;
@@ -267,7 +266,7 @@ constexpr std::size_t max_bytes() {
   return most == 0 ? SIZE_MAX : most;
 }
 
-/// False where the sample is refused (see above); `message` is then partly filled.
+/// False if the sample is refused (see above); `message` is then partly filled.
 template <Message Type>
 bool read(std::span<const std::uint8_t> sample, Type& message) {
   if (sample.size() > max_bytes<Type>()) return false;

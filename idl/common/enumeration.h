@@ -48,7 +48,7 @@ constexpr std::string_view to_string(Enumeration value) {
   return found == nullptr ? std::string_view("unknown") : found->name;
 }
 
-/// The value of a name; nothing where there is no such name.
+/// The value of a name; std::nullopt for an unknown name.
 template <TabledEnumeration Enumeration>
 constexpr std::optional<Enumeration> enumerator_of(std::string_view name) {
   for (const EnumeratorInfo& one : kEnumeration<Enumeration>.enumerators)
@@ -56,7 +56,7 @@ constexpr std::optional<Enumeration> enumerator_of(std::string_view name) {
   return std::nullopt;
 }
 
-/// All names, for sentences about what is allowed: "a, b, c".
+/// All names, for error messages: "a, b, c".
 template <TabledEnumeration Enumeration>
 std::string enumerator_names() {
   std::string names;

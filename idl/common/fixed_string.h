@@ -1,5 +1,5 @@
 #pragma once
-// A short text of fixed capacity: can be copied and handed between threads without allocating.
+// A short text of fixed capacity, copied between threads without allocation.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -16,7 +16,7 @@ class FixedString {
   FixedString() = default;
   explicit FixedString(std::string_view text) { assign(text); }
 
-  /// What does not fit is cut off, between characters of UTF-8.
+  /// Longer texts are cut off, between characters of UTF-8.
   void assign(std::string_view text) {
     size_ = utf8_prefix_size(text, Capacity);
     std::copy_n(text.begin(), size_, characters_.begin());

@@ -1,6 +1,6 @@
 #pragma once
-// Names by patterns: * stands for any characters, none included; every other character stands for itself. By fnmatch(3),
-// whose time is at most pattern times name.
+// Matches names with patterns: * stands for any number of characters, including zero; every other character
+// stands for itself. By fnmatch(3), in a time of at most pattern times name.
 #include <fnmatch.h>
 
 #include <array>
@@ -11,7 +11,7 @@ namespace takt {
 inline bool glob_match(const std::string& pattern, const std::string& name) {
   if (pattern.find_first_of("?[") == std::string::npos)
     return ::fnmatch(pattern.c_str(), name.c_str(), FNM_NOESCAPE) == 0;
-  std::string literal;  // what else fnmatch knows stands for itself in brackets
+  std::string literal;  // brackets make the other special characters of fnmatch literal
   for (const char c : pattern) literal += c == '?' || c == '[' ? std::string{'[', c, ']'} : std::string(1, c);
   return ::fnmatch(literal.c_str(), name.c_str(), FNM_NOESCAPE) == 0;
 }

@@ -1,6 +1,6 @@
 #pragma once
-// Histogram of durations with fixed logarithmic bins: recording is a few instructions and allocates nothing;
-// quantiles are right to one bin: at most an eighth too high.
+// Histogram of durations with fixed logarithmic bins: recording is a few instructions without allocation;
+// quantiles are exact to one bin: at most an eighth too high.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -22,8 +22,8 @@ class DurationHistogram {
   std::uint64_t count() const { return count_; }
   double max_s() const { return static_cast<double>(max_ns_) * 1e-9; }
 
-  /// Smallest bin edge that at least the fraction `q` (0..1) of the durations does not exceed, in seconds;
-  /// never more than the largest duration recorded. 0 when nothing was recorded.
+  /// Smallest bin edge that at least the fraction `q` (0..1) of the durations does not exceed, in seconds; at
+  /// most the largest recorded duration. 0 for an empty histogram.
   double quantile_s(double q) const {
     if (count_ == 0) return 0.0;
     const auto wanted =

@@ -1,7 +1,7 @@
 #pragma once
-// Messages as data. The generator makes of each struct of idl/*.idl a plain C++ struct
-// (takt_msgs::msg::CellState) and a table of its fields. What is done with every field (encoding, text,
-// signal names, documentation) is written once:
+// Messages as data. From each struct of idl/*.idl the generator makes a plain C++ struct
+// (takt_msgs::msg::CellState) and a table of its fields. An operation on every field (encoding, text, signal
+// names, documentation) is written once:
 //
 //   for_each_field(state, [](const FieldInfo& field, const auto& value) { ... });
 //
@@ -59,7 +59,7 @@ struct MessageInfo;
 struct FieldInfo {
   std::string_view name;
   std::string_view unit;   ///< "m", "rad | m", "1" for a pure number; empty: no quantity
-  std::string_view frame;  ///< "W" the world, "B" the component's; empty: none
+  std::string_view frame;  ///< "W" the world, "B" the component's; empty: without frame
   std::string_view doc;    ///< one line
   FieldKind kind;          ///< of the field, or of each element of a sequence
   bool sequence;
@@ -67,7 +67,7 @@ struct FieldInfo {
   std::uint32_t string_bound;                   ///< most bytes of a string, 0: any number
   const MessageInfo* message;                   ///< of FieldKind::message
   const EnumerationInfo* enumeration;           ///< names of the numbers, or nullptr
-  std::span<const AnnotationInfo> annotations;  ///< all others of the IDL
+  std::span<const AnnotationInfo> annotations;  ///< all other annotations of the IDL
 };
 
 struct MessageInfo {

@@ -1,5 +1,5 @@
 #pragma once
-// The name that somebody meant who wrote another one.
+// Finds the intended name for a mistyped one.
 #include <algorithm>
 #include <cstddef>
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace takt {
 
-/// Letters to insert, remove or exchange to make the one of the other (Levenshtein distance).
+/// Number of letters to insert, remove or exchange between two texts (Levenshtein distance).
 inline std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
@@ -24,8 +24,8 @@ inline std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-/// " Did you mean 'NAME'?" for the nearest of `names` that differs from `name` in a third of its letters at
-/// most; else an empty text.
+/// " Did you mean 'NAME'?" for the nearest of `names` that differs from `name` in at most a third of its
+/// letters; else an empty text.
 template <typename Names>
 std::string did_you_mean(std::string_view name, const Names& names) {
   constexpr std::size_t kLongest = 128;

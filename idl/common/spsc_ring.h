@@ -1,5 +1,5 @@
 #pragma once
-// Bounded queue from one writing thread to one reading thread; neither waits, nothing is allocated after
+// Bounded queue from one writing thread to one reading thread; neither waits, without allocation after
 // construction.
 #include <atomic>
 #include <cstddef>
@@ -13,7 +13,7 @@ class SpscRing {
  public:
   explicit SpscRing(std::size_t capacity) : slots_(capacity) {}
 
-  /// Writer. False when the queue is full: then the value is lost and counted.
+  /// Writer. False if the queue is full: the value is lost and counted.
   bool push(const T& value) {
     const std::size_t head = head_.load(std::memory_order_relaxed);
     if (head - tail_.load(std::memory_order_acquire) == slots_.size()) {
@@ -25,7 +25,7 @@ class SpscRing {
     return true;
   }
 
-  /// Reader. False when there is nothing.
+  /// Reader. False if the queue is empty.
   bool pop(T& value) {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);
     if (head_.load(std::memory_order_acquire) == tail) return false;

@@ -10,7 +10,7 @@ namespace {
 
 template <class... Format>
 std::string text_of(double value, Format... format) {
-  std::array<char, 400> text{};  // the largest number has 309 digits before the point
+  std::array<char, 400> text{};  // the largest number has 309 digits ahead of the point
   char* const end = std::to_chars(text.data(), text.data() + text.size(), value, format...).ptr;
   return {text.data(), end};
 }

@@ -11,9 +11,9 @@ namespace takt {
 
 /// The shortest decimal text that reads back as the same number: "0.1", "1e-09", "inf", "nan".
 std::string exact_text(double value);
-/// With so many significant digits, as printf("%.*g").
+/// With this number of significant digits, as printf("%.*g").
 std::string number_text(double value, int digits = 9);
-/// With so many digits after the point, as printf("%.*f").
+/// With this number of digits after the point, as printf("%.*f").
 std::string fixed_text(double value, int decimals);
 
 /// Empty if the text is anything else than one finite number.
@@ -36,7 +36,7 @@ std::string join(const Items& items, std::string_view separator, Text text = {})
   return result;
 }
 
-/// Names, or the names of items, for an error that lists what there is: "a, b", "none".
+/// Names, or the names of items, for the choices in an error: "a, b", "none".
 template <class Items>
 std::string list_names(const Items& items) {
   const auto name = [](const auto& item) {

@@ -1,6 +1,6 @@
 #pragma once
-// Topics as data: each @topic of idl/*.idl becomes a row of takt_topics.h with name, type, direction and QoS.
-// Writers and readers of both ends, recordings and documentation take them from there.
+// Topics as data: each @topic of idl/*.idl becomes a row of takt_topics.h with name, type, direction and QoS,
+// used by writers and readers of both ends, recordings and documentation.
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -11,7 +11,7 @@ namespace takt {
 
 enum class TopicWriter : std::uint8_t { server, client };
 
-/// Kinds of QoS, named by what samples are to their readers.
+/// Kinds of QoS, named after the meaning of samples for their readers.
 enum class TopicQos : std::uint8_t {
   instant,        ///< an instant of the cell: a reader that misses one gets the next
   ros,            ///< as ROS 2 nodes read by default
@@ -22,8 +22,8 @@ enum class TopicQos : std::uint8_t {
   control,        ///< requests and replies
 };
 
-/// What writers offer and readers ask for. All keep the last `depth` samples: keeping all would let one frozen reader
-/// block its writer.
+/// QoS offered by writers and requested by readers. All keep the last `depth` samples: keeping all would let
+/// one frozen reader block its writer.
 struct QosPolicy {
   bool reliable = true;
   bool latched = false;  ///< transient local

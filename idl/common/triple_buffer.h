@@ -1,9 +1,10 @@
 #pragma once
-// Hands the latest value from one writing thread to one reading thread. Wait-free: neither side ever waits
-// for the other, and no value is copied by the slot. The reader sees the newest complete value; older ones
-// are skipped.
+// Passes the latest value from one writing thread to one reading thread. Wait-free: neither side waits for
+// the other, and the buffer copies no values. The reader gets the newest complete value; older ones are
+// skipped.
 //
-// Three buffers: one belongs to the writer, one to the reader, the third lies between them. publish() and
+// Of the three buffers one belongs to the writer, one to the reader, and the third lies between them.
+// publish() and take() exchange the caller's buffer with the one in between.
 // take() exchange one's own buffer with the one in between.
 #include <array>
 #include <atomic>
@@ -21,13 +22,13 @@ class TripleBuffer {
   TripleBuffer(const TripleBuffer&) = delete;
   TripleBuffer& operator=(const TripleBuffer&) = delete;
 
-  /// Writer: the buffer to fill. Holds some older value. Valid until publish().
+  /// Writer: the buffer to fill. Holds an older value. Valid until publish().
   T& write_buffer() { return buffers_[writer_]; }
   /// Writer: makes the filled buffer the latest value.
   void publish() { writer_ = middle_.exchange(writer_ | kFresh, std::memory_order_acq_rel) & kIndex; }
 
-  /// Reader: the latest value, or nullptr when there is none newer than the one taken before. Valid until the
-  /// next take().
+  /// Reader: the latest value, or nullptr without a value newer than the last one taken. Valid until the next
+  /// take().
   const T* take() {
     if ((middle_.load(std::memory_order_relaxed) & kFresh) == 0) return nullptr;
     reader_ = middle_.exchange(reader_, std::memory_order_acq_rel) & kIndex;

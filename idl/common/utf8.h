@@ -1,14 +1,14 @@
 #pragma once
-// UTF-8 in texts from outside. Programs that read events and replies as JSON or in Python stop at invalid
-// UTF-8, and terminals obey control characters. Lengths and positions are in bytes. Source: utf8cpp (RFC
-// 3629: no overlong forms, no surrogates, nothing beyond U+10FFFF).
+// UTF-8 in external texts. Programs that read events and replies as JSON or in Python fail at invalid UTF-8,
+// and terminals execute control characters. Lengths and positions are in bytes. Source: utf8cpp (RFC 3629: no
+// overlong forms, no surrogates, no code points beyond U+10FFFF).
 #include <cstddef>
 #include <string>
 #include <string_view>
 
 namespace takt {
 
-/// Line feed and tab: control characters like the others, or part of the text.
+/// Line feed and tab: refused like other control characters, or allowed in the text.
 enum class LineBreaks { refuse, allow };
 
 /// Position of the first byte that belongs to no character; text.size() for valid UTF-8. Control characters

@@ -17,7 +17,7 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr double kMaxNormDeviation = 1e-3;
-constexpr std::size_t kMaxFound = 100;  // characters of what was found, in a sentence
+constexpr std::size_t kMaxFound = 100;  // characters of the value found, in a sentence
 constexpr std::size_t kMaxList = 600;   // and of the names that there are
 
 template <typename Type>
@@ -181,7 +181,7 @@ bool is_allowed(const FieldInfo& field, const std::string& text) {
          (field.string_bound == 0 || text.size() <= field.string_bound);
 }
 
-/// False where it is none that the field allows.
+/// False for a value that the field does not allow.
 template <typename Type>
 bool take(const FieldInfo& field, const Value& from, Type& value) {
   if constexpr (is_optional<Type>) {
@@ -285,7 +285,7 @@ std::vector<std::string_view> names_of(std::span<const FieldInfo> fields) {
   return names;
 }
 
-/// An argument that is not known, or is there twice.
+/// An unknown or repeated argument.
 std::optional<std::string> strange_argument(const Arguments& arguments, std::span<const FieldInfo> fields) {
   const auto names = names_of(fields);
   for (auto one = arguments.begin(); one != arguments.end(); ++one) {

@@ -1,7 +1,7 @@
 #pragma once
-// Requests and responses as named typed values, as they travel (takt_msgs::msg::Argument), and back. What is
-// allowed of an argument stands in the field table of its request (idl/takt_requests.idl); what is wrong is
-// said in a sentence with the argument, what was found, what is allowed, and the name that was meant.
+// Requests and responses as named typed values, as they are transmitted (takt_msgs::msg::Argument), and back.
+// The field table of a request (idl/takt_requests.idl) defines the values allowed of an argument; an error is
+// a sentence with the argument, the value found, the values allowed, and the nearest valid name.
 //
 //   field                             value
 //   boolean                           boolean
@@ -11,9 +11,10 @@
 //   enumeration                       text, the name (its number as an integer is taken too)
 //   Vector3, Quaternion               numbers: x y z, x y z w
 //   sequence of numbers, of strings   numbers, texts
-//   other message, sequence of them   document: JSON; enumerations by name, vectors as arrays, what is not
-//                                     given as null
-//   an @optional field without value  is left out
+//   other message, sequence of them   document: JSON; enumerations by name, vectors as arrays, values without
+//   content as
+//                                     null
+//   an @optional field without value  is omitted
 #include <functional>
 #include <optional>
 #include <string>
@@ -35,7 +36,7 @@ struct ArgumentFault {
   std::string sentence;
 };
 
-/// The names that there are of a kind (@names): component, target, process.
+/// The existing names of a kind (@names): component, target, process.
 using KnownNames = std::function<std::vector<std::string>(std::string_view kind)>;
 
 // For each request and each response:
@@ -43,9 +44,9 @@ using KnownNames = std::function<std::vector<std::string>(std::string_view kind)
 template <typename Message>
 Arguments arguments_of(const Message& message);
 
-/// Reads the arguments of the request or the values of the reply called `name`. Nothing when all is well.
-/// `known`: where @names of a request are checked. Of a reply, values that are not known are passed over, and
-/// what is missing keeps its default, so that programs of different versions understand each other.
+/// Reads the arguments of the request or the values of the reply called `name`. std::nullopt on success.
+/// `known`: checks the @names of a request. In a reply, unknown values are ignored, and missing ones keep
+/// their defaults, so that programs of different versions work together.
 template <typename Message>
 std::optional<ArgumentFault> read_arguments(std::string_view name, const Arguments& arguments,
                                             Message& message, const KnownNames& known = {});
@@ -59,16 +60,16 @@ std::string unknown_request(std::string_view name);
 std::optional<ArgumentFault> read_request(std::string_view name, const Arguments& arguments,
                                           requests::Any& request, const KnownNames& known = {});
 
-/// Arguments as a person types them: numbers, true and false, numbers separated by spaces or commas, texts
-/// separated by commas outside of brackets. What cannot be read as the request wants it stays a text, which
-/// the server refuses.
+/// Arguments as typed by a user: numbers, true and false, numbers separated by spaces or commas, texts
+/// separated by commas outside of brackets. A word that is not readable as the request's type stays a text,
+/// which the server refuses.
 Arguments arguments_of_text(std::string_view request,
                             const std::vector<std::pair<std::string, std::string>>& texts);
 
 /// For people: "0.5", "true", "1 0 0".
 std::string text_of(const Value& value);
 
-/// What is allowed of an argument: "a whole number from 1 to 3".
+/// The values allowed of an argument: "a whole number from 1 to 3".
 std::string allowed_of(const FieldInfo& field);
 
 }  // namespace takt

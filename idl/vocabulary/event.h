@@ -1,6 +1,6 @@
 #pragma once
 // Events as data: each @event struct of idl/takt_events.idl is a row (takt_event_table.h) with its code,
-// severity, the sentence with the names of its fields, and what to do.
+// severity, the sentence with the names of its fields, and the remedy.
 #include <string_view>
 
 #include "idl/common/message.h"

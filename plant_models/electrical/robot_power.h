@@ -2,9 +2,9 @@
 // Electrical power of a robot (thesis 5.5.2): from the mechanical power of each axis by a loss factor (5.24),
 // (5.25), or from the motor's own voltage and current where its drive models them; plus idle power.
 //
-// A braking axis returns nothing to the others nor to the mains, as in the thesis, unless `recovers` is set:
-// then it feeds back its mechanical power less the losses (divided by the loss factor), a motor model its
-// u i.
+// A braking axis returns no power to the other axes or to the mains, as in the thesis, unless `recovers` is
+// set: then it feeds back its mechanical power less the losses (divided by the loss factor), a motor model
+// its u i.
 #include <array>
 
 #include "plant_models/robot/arm_kinematics.h"
@@ -26,7 +26,7 @@ struct RobotPower {
 
 /// Electrical power of one axis without a motor model (W), idle power not included.
 double electrical_power_of_axis(const RobotPowerParameters& parameters, double mechanical_W);
-/// The same from u i of a motor model: what the supply delivers.
+/// The same from u i of a motor model: the power from the supply.
 double electrical_power_of_motor(const RobotPowerParameters& parameters, double voltage_times_current_W);
 
 }  // namespace takt

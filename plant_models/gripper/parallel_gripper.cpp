@@ -21,7 +21,7 @@ void ParallelGripper::move_to(double t, double width_m) {
     Track& track = tracks_[static_cast<size_t>(side)];
     const double now = coordinate(t, side);
     const double target = 0.5 * width_m;
-    if (track.blocked && target < now) continue;  // still pressed against what it touches
+    if (track.blocked && target < now) continue;  // still pressed against its obstacle
     track = {t, now, target, false};
   }
 }

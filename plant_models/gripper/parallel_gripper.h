@@ -1,6 +1,5 @@
 #pragma once
-// A parallel gripper at LoD 1: two jaws on straight guides that move at rated speed and stop where they
-// touch.
+// A parallel gripper at LoD 1: two jaws on straight guides that move at rated speed and stop at contact.
 //
 // Frames: F flange of the carrying robot, G gripper (palm), L and R the jaws. Jaws open along +y (left) and
 // -y (right) of G; a jaw's frame lies on its grip face, so the face of the left jaw is at y = left, that of
@@ -29,31 +28,30 @@ class ParallelGripper final : public PlantModel {
   explicit ParallelGripper(const ParallelGripperParameters& parameters);
   void write_motion(double t, const double* x, CellMotion& motion) const override;
 
-  /// Discrete, between accepted steps: jaws travel from t on to `width_m` (both jaws together).
+  /// Discrete, between accepted steps: from t on the jaws travel to `width_m` (distance of both jaws).
   void move_to(double t, double width_m);
-  /// Discrete: this jaw goes no further than `coordinate_m`, where it touches something; blocked() tells
-  /// afterwards.
+  /// Discrete: limits this jaw to `coordinate_m`, its place of contact; blocked() then reports it.
   void stop_jaw(double t, Side side, double coordinate_m);
   void reset() override;
   /// Discrete: a jaw travels on from this coordinate to where it was going.
   void continue_from(double t, Side side, double coordinate_m);
 
-  /// Discrete: a jaw travels from one coordinate to another, whatever it did before. Beyond zero is allowed:
-  /// the jaw of a dynamic robot then presses.
+  /// Discrete: a jaw travels from one coordinate to another, replacing its present motion. A target beyond
+  /// zero is allowed: the jaw of a dynamic robot then presses.
   void drive_jaw(double t, Side side, double from_m, double to_m);
 
   /// Distance of a jaw's grip face from the centre (m), never negative.
   double coordinate(double t, Side side) const;
   /// Its derivative (m/s).
   double speed(double t, Side side) const;
-  /// When a jaw that travels at t reaches its target: its speed jumps there. Infinity where none travels.
+  /// Time at which a jaw that travels at t reaches its target: its speed jumps. Infinity if no jaw travels.
   double next_time_event(double t) const override;
   void save(StateWriter& out) const override;
   void load(StateReader& in) override;
   double width(double t) const { return coordinate(t, left) + coordinate(t, right); }
   bool closing(double t, Side side) const;
   bool moving(double t) const;
-  /// Where a jaw goes, or stands.
+  /// Target of a jaw's travel, or its position at rest.
   double target(Side side) const { return tracks_[static_cast<size_t>(side)].target; }
   bool blocked(Side side) const { return tracks_[static_cast<size_t>(side)].blocked; }
   const ParallelGripperParameters& parameters() const { return parameters_; }

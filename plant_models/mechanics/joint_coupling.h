@@ -18,9 +18,9 @@ struct MimicJoint {
 
 class JointCoupling {
  public:
-  /// Throws std::invalid_argument naming the joint's number (from 1): no such joint, a joint that follows two
-  /// others or, by whatever way, itself, figures that are not finite, a joint that does not move its source's
-  /// coordinate (multiplier 0 is allowed: the joint stands still).
+  /// Throws std::invalid_argument with the joint's number (from 1): no such joint, a joint that follows two
+  /// others or, directly or indirectly, itself, values that are not finite, a joint that does not move its
+  /// source's coordinate (multiplier 0 is allowed: the joint stands still).
   JointCoupling(int joint_count, const std::vector<MimicJoint>& mimics);
 
   int joint_count() const { return joint_count_; }
@@ -37,7 +37,7 @@ class JointCoupling {
                         MultibodyTree::Workspace& w) const;
   /// Accelerations caused by the forces tau_y in the independent coordinates, after tree.update(). `locked`
   /// and `tau_lock` as in MultibodyTree::forward_dynamics(), by coordinate. Leaves the workspace as
-  /// tree.inverse_dynamics() does, so reactions can be asked for.
+  /// tree.inverse_dynamics() does, so that reactions can be computed.
   void forward_dynamics(const MultibodyTree& tree, const double* tau_y, const MultibodyTree::Mask& locked,
                         double* ydd, double* tau_lock, MultibodyTree::Workspace& w) const;
 

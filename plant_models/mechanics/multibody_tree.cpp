@@ -5,9 +5,9 @@
 // Written out per link, root to tip and tip to root. Two things keep it short of Featherstone's general form:
 // - Accelerations are those of the points themselves, not spatial ones: the velocity-dependent part of a
 //   link's acceleration is then c_w = w_P x z qd and c_v = w_P x (w_P x r), which costs four cross products.
-// - The forward pass first moves the tree with all joint accelerations zero (which takes in gravity,
-//   velocities and applied wrenches) and then solves for what the joint forces add to that. So the
-//   articulated pass itself has no velocity-dependent terms.
+// - The forward pass first moves the tree with all joint accelerations zero (which includes gravity,
+//   velocities and applied wrenches) and then solves for the additional acceleration by the joint forces. So
+//   the articulated pass itself has no velocity-dependent terms.
 
 namespace takt {
 
@@ -118,8 +118,7 @@ void MultibodyTree::forward_dynamics(const double* tau, const Mask& locked, doub
                                      Workspace& w) const {
   const int n = joint_count();
   w.forward = true;
-  for (int i = 0; i < n;
-       ++i) {  // the tree with no joint accelerating but the locked ones, as they are told to
+  for (int i = 0; i < n; ++i) {  // the tree with the accelerations of the locked joints alone
     const Link& link = links_[static_cast<size_t>(i)];
     auto& s = w.links[static_cast<size_t>(i)];
     if (link.parent >= 0) {
@@ -137,7 +136,7 @@ void MultibodyTree::forward_dynamics(const double* tau, const Mask& locked, doub
     s.t = s.J * s.a_w + cross(s.w, s.J * s.w) + cross(s.moment, s.a_v) - s.ext_t;
     s.f = s.a_v * link.mass + cross(s.a_w, s.moment) + cross(s.w, cross(s.w, s.moment)) - s.ext_f;
   }
-  for (int i = n - 1; i >= 0; --i) {  // what the rest of the tree, free at its joints, feels as
+  for (int i = n - 1; i >= 0; --i) {  // articulated inertia of the rest of the tree, free at its joints
     const Link& link = links_[static_cast<size_t>(i)];
     auto& s = w.links[static_cast<size_t>(i)];
     const V3& z = s.R.z;

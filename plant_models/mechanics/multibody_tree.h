@@ -1,5 +1,5 @@
 #pragma once
-// Rigid-body dynamics of a tree of links: a robot arm with whatever is mounted on it. Recursive Newton-Euler,
+// Rigid-body dynamics of a tree of links: a robot arm with everything mounted on it. Recursive Newton-Euler,
 // composite-rigid-body mass matrix, articulated-body forward dynamics (Featherstone, Rigid Body Dynamics
 // Algorithms, 2008, chapters 5 to 7).
 //
@@ -8,12 +8,11 @@
 // position zero, `axis` is a unit vector in L_i). Fixed joints are folded into their parent while loading, so
 // link i and moving joint i share an index, and a parent's index is lower than its children's.
 //
-// All quantities of the algorithms have the axes of R and refer to the origin of their own link: nothing has
-// to be rotated on the way along the tree, and the poses and wrenches that the rest of the cell speaks are
-// there without conversion.
+// All quantities of the algorithms have the axes of R and refer to the origin of their own link: the
+// recursion needs no rotations, and poses and wrenches have the form that the rest of the cell uses.
 //
-// Nothing here allocates once the tree exists. A MultibodyTree holds the constants; a Workspace, which
-// belongs to one caller, all intermediate results.
+// No function allocates after construction. A MultibodyTree holds the constants; a Workspace, which belongs
+// to one caller, holds all intermediate results.
 #include <array>
 #include <span>
 #include <string>
@@ -33,14 +32,15 @@ struct BodyInertia {
   Mat3 I_BBcm_B = Mat3::Zero();
 };
 
-/// Both bodies as one, in the frame of the first; X_AB places the second in it.
+/// Inertia of both bodies together, in the frame of the first; X_AB places the second in it.
 BodyInertia combined(const BodyInertia& a, const BodyInertia& b, const Pose& X_AB);
 
-/// What is wrong with an inertia, with the figures found; empty where the equations of motion can be solved
-/// with it: finite, mass not negative, tensor symmetric and positive semidefinite; without mass no inertia.
+/// Describes the fault of an inertia, with its figures; empty if the equations of motion can be solved with
+/// it: finite, mass not negative, tensor symmetric and positive semidefinite; a massless body without
+/// inertia.
 std::string inertia_problem(const BodyInertia& inertia);
-/// What no body of positive density has, but published models do have, where a tensor only stands for what
-/// turns about one axis: a principal moment larger than the sum of the others. Empty where there is none.
+/// Describes an inertia that no body of positive density has: a principal moment larger than the sum of the
+/// others. Published models have such tensors for rotation about one axis. Empty for a possible inertia.
 std::string inertia_remark(const BodyInertia& inertia);
 
 struct TreeJoint {
@@ -64,9 +64,9 @@ class MultibodyTree {
 
   struct Workspace;  ///< intermediate results of one caller (below)
 
-  /// Throws std::invalid_argument naming the joint: a parent not before its child, more than kMax joints, an
-  /// axis that is not a unit vector, a negative armature, an inertia that is not physical
-  /// (inertia_problem()), a joint that would move nothing that has inertia.
+  /// Throws std::invalid_argument with the joint's name: a parent that follows its child, more than kMax
+  /// joints, an axis that is not a unit vector, a negative armature, an inertia that is not physical
+  /// (inertia_problem()), a joint that moves no inertia.
   explicit MultibodyTree(TreeModel model);
 
   const TreeModel& model() const { return model_; }
@@ -78,11 +78,11 @@ class MultibodyTree {
   Pose link_pose(int link, const Workspace& w) const;    ///< X_RL
   Twist link_twist(int link, const Workspace& w) const;  ///< of the origin of L, axes of R
   /// Acceleration of the origin of L and angular acceleration, axes of R, after inverse_dynamics() or
-  /// forward_dynamics(); gravity is not in it (a link at rest has none).
+  /// forward_dynamics(); without gravity (it is zero for a link at rest).
   Twist link_acceleration(int link, const Workspace& w) const;
 
-  /// Wrench on link `link` about the origin of L, axes of R; adds up until clear_wrenches(). A fresh
-  /// workspace has none.
+  /// Wrench on link `link` about the origin of L, axes of R; adds up until clear_wrenches(). It is zero in a
+  /// fresh workspace.
   void clear_wrenches(Workspace& w) const;
   void add_wrench(int link, const Wrench& F_Lo_R, Workspace& w) const;
 
@@ -91,8 +91,8 @@ class MultibodyTree {
 
   /// Accelerations caused by joint forces (articulated-body algorithm). A locked joint does not follow its
   /// force: it moves with the acceleration that qdd[i] holds on entry (zero: it keeps its velocity), and
-  /// `tau_lock[i]` is the force that takes on top of tau[i]; it is zero for joints that are not locked, whose
-  /// qdd[i] is only written.
+  /// `tau_lock[i]` is the necessary force in addition to tau[i]. For other joints `tau_lock[i]` is zero and
+  /// qdd[i] is an output.
   void forward_dynamics(const double* tau, const Mask& locked, double* qdd, double* tau_lock,
                         Workspace& w) const;
 
@@ -131,8 +131,8 @@ class MultibodyTree {
 
 struct MultibodyTree::Workspace {
   struct LinkState {
-    // From update(). Velocity-dependent accelerations are those of a link whose parent and joint do not
-    // accelerate.
+    // From update(). Velocity-dependent accelerations are those of a link without acceleration of parent and
+    // joint.
     mechanics::M3 R;         ///< axes A of the link in R
     mechanics::V3 p;         ///< origin, from the origin of R
     mechanics::V3 r;         ///< origin, from the origin of the parent
@@ -145,8 +145,8 @@ struct MultibodyTree::Workspace {
     mechanics::V3 a_w, a_v;  ///< accelerations; gravity counts as an acceleration of the base
     mechanics::V3 t, f;      ///< wrench through the joint; after a forward pass for d_w = d_v = 0
 
-    // Forward pass: the joint's wrench is [t; f] + [J H; H^T M] [d_w; d_v], where d is what the joint forces
-    // add to the acceleration that the link has without any joint acceleration.
+    // Forward pass: the joint's wrench is [t; f] + [J H; H^T M] [d_w; d_v], where d is the link's additional
+    // acceleration by joint forces, relative to its acceleration without joint acceleration.
     mechanics::S3 J, M;
     mechanics::M3 H;
     mechanics::V3 U_t, U_f;  ///< joint wrench per joint acceleration

@@ -1,4 +1,4 @@
-// What may be asked of a MultibodyTree beside its two dynamics: mass matrix, poses, reactions, energies.
+// Queries of a MultibodyTree besides its two dynamics: mass matrix, poses, reactions, energies.
 #include "plant_models/mechanics/multibody_tree.h"
 
 namespace takt {

@@ -12,8 +12,8 @@ Quat quaternion_of(const double* x) {
   return {x[3], x[4], x[5], x[6]};
 }
 
-// Rotation matrix of a quaternion whose length may be off by a small error: dividing by its squared length
-// keeps R orthogonal whatever the length.
+// Rotation matrix of a quaternion whose length may have a small error: division by its squared length keeps R
+// orthogonal.
 Mat3 rotation_of(const double* x) {
   const double w = x[3], a = x[4], b = x[5], c = x[6];
   const double s = 2.0 / (w * w + a * a + b * b + c * c);
@@ -77,7 +77,7 @@ void RigidBody::derivatives(double, const double* x, const CellMotion& motion,
 }
 
 void RigidBody::state_scales(double* scales) const {
-  // Handled things are tens of centimetres large and move at about a metre per second.
+  // Typical sizes are tens of centimetres, typical speeds about a metre per second.
   for (int i = 0; i < 7; ++i) scales[i] = 0.1;
   for (int i = 7; i < kStates; ++i) scales[i] = 1.0;
 }

@@ -1,7 +1,7 @@
 #pragma once
 // The arithmetic of the multibody algorithms: vectors of three and matrices of three columns as plain
-// doubles, fully inlined, with symmetric matrices stored once. Eigen stays at the border; inside, its
-// expressions of size three cost a good part of the time these algorithms have.
+// doubles, fully inlined, with symmetric matrices stored once. The interfaces use Eigen; inside the
+// algorithms its expressions of size three are too slow.
 #include "plant_models/spatial.h"
 
 namespace takt::mechanics {

@@ -88,7 +88,7 @@ void DetailedDrive::initial_state(const JointReference& reference, double tau, d
     z[current] = (tau + armature() * reference.qdd + friction) / (n * k);
   }
   z[current_controller] = -(p.resistance_ohm * z[current] + k * speed) / p.power_stage_gain;
-  // i' = vC' = 0 needs i_ref = i. At the reference, u is what the wind-up of the gear leaves.
+  // i' = vC' = 0 needs i_ref = i. At the reference, u is the remainder from the wind-up of the gear.
   const double angle_error = p.position_at_joint ? 0.0 : psi;
   z[integrator] = (z[current] - feed_forward_current_A(reference)) / p.speed_gain_As_per_rad -
                   p.position_gain_per_s * angle_error;
@@ -236,7 +236,8 @@ double DetailedDrive::friction_acceleration(double, double qd, double qdd, const
 }
 
 double DetailedDrive::stuck_torque(double, double qd, double holding_torque, const double* z) const {
-  if (!parameters_.elastic_gear) return -holding_torque;  // holding is what friction does to the joint
+  if (!parameters_.elastic_gear)
+    return -holding_torque;  // the holding torque is friction's torque on the joint
   return parameters_.motor_constant_Nm_per_A * z[current] + spring_torque(qd, z);
 }
 

@@ -39,8 +39,8 @@ struct DetailedDriveParameters {
   double position_gain_per_s = 0.0;    ///< kp
   double speed_gain_As_per_rad = 0.0;  ///< ks
   double speed_integral_time_s = 0.0;  ///< Ts
-  /// The position is that of a second encoder at the joint, not the motor's: an elastic gear's wind-up is
-  /// then controlled away. The speed is the motor's in either case.
+  /// True: the position is measured by a second encoder at the joint instead of the motor's, and the wind-up
+  /// of an elastic gear is controlled away. The speed is the motor's in both cases.
   bool position_at_joint = false;
 
   double inductance_H() const {

@@ -4,10 +4,10 @@
 // the r3 robot). A drive owns a few states z of the robot's state segment.
 //
 // A drive's torque on its joint is
-//   tau = output.torque - armature() * qdd + (torque of what holds the joint)
-// The armature enters the joint's inertia. Two things hold a joint: friction that sticks on the joint side
-// (its acceleration is zero) and a servo that prescribes the acceleration. Their torque comes back from the
-// dynamics of the whole arm, as joints held in this way are coupled through it.
+//   tau = output.torque - armature() * qdd + (holding torque)
+// The armature is part of the joint's inertia. A joint is held by friction that sticks on the joint side (its
+// acceleration is zero) or by a servo that prescribes the acceleration. The dynamics of the whole arm
+// determine the holding torques, because joints held in this way are coupled through it.
 //
 // The mode of true friction is kept in z, as a number with derivative zero: so the state vector is the whole
 // state, and every function is pure. Only set_mode() changes it, at accepted points.
@@ -17,19 +17,19 @@
 
 namespace takt {
 
-/// What the controller of a joint wants at one time.
+/// Reference of a joint's controller at one time.
 struct JointReference {
   double q = 0.0, qd = 0.0, qdd = 0.0;  ///< rad, rad/s, rad/s^2 (m for prismatic)
-  /// Torque that the sender of set-points wants besides what the controller finds, at the joint and in the
-  /// sense of q (N m or N). Constant during a step: it enters no Jacobian and no rate.
+  /// Torque that the sender of set-points adds to that of the controller, at the joint and in the sense of q
+  /// (N m or N). Constant during a step: it enters no Jacobian and no rate.
   double feed_forward = 0.0;
 };
 
 struct DriveOutput {
-  double torque = 0.0;       ///< on the joint, without armature and what holds the joint (N m or N)
+  double torque = 0.0;       ///< on the joint, without armature and holding torque (N m or N)
   bool locks_joint = false;  ///< friction sticks on the joint side
-  /// The joint moves with `acceleration` as long as that takes no more than `max_holding_torque`; else it
-  /// is driven by that much.
+  /// The joint moves with `acceleration` if that takes at most `max_holding_torque`; else this torque drives
+  /// it.
   bool prescribes_acceleration = false;
   double acceleration = 0.0;  ///< rad/s^2
   double max_holding_torque = std::numeric_limits<double>::infinity();
@@ -37,7 +37,7 @@ struct DriveOutput {
   double electrical_power_W = 0.0;  ///< u i of the motor
 };
 
-/// What may be observed of a drive.
+/// Observable quantities of a drive.
 struct DriveSample {
   double motor_current_A = 0.0;
   double motor_voltage_V = 0.0;
@@ -46,7 +46,7 @@ struct DriveSample {
   double gear_deflection_rad = 0.0;  ///< n q - phi_m, on the motor side
   double friction_torque_Nm = 0.0;   ///< against motion, on the side where the friction is
   FrictionMode friction_mode = FrictionMode::forward;
-  double electrical_power_W = 0.0;  ///< u i of the motor model, 0 where there is none
+  double electrical_power_W = 0.0;  ///< u i of the motor model, 0 without one
   bool has_motor = false;
 };
 
@@ -68,7 +68,7 @@ struct DriveRate {
   double torque = 0.0;
 };
 
-/// Which of them can ever be other than zero. The derivatives by q and qd of torque always may be.
+/// The derivatives that can be nonzero. Those of torque with respect to q and qd always may be.
 struct DrivePattern {
   bool dz_dz[DriveJacobian::kMaxStates][DriveJacobian::kMaxStates] = {};
   bool dz_dq[DriveJacobian::kMaxStates] = {}, dz_dqd[DriveJacobian::kMaxStates] = {};
@@ -81,9 +81,9 @@ class Drive {
   virtual int state_count() const = 0;  ///< at most DriveJacobian::kMaxStates
   /// Inertia rigidly geared to the joint (kg m^2 or kg); constant.
   virtual double armature() const { return 0.0; }
-  /// States in equilibrium with the motion `reference`, giving the joint torque `tau` besides friction and on
-  /// top of what the armature takes at the acceleration reference.qdd; reference.feed_forward is a part of
-  /// it. At rest true friction sticks with zero torque, so `tau` is what the arm needs to hold still.
+  /// States in equilibrium with the motion `reference`. They give the joint torque `tau` in addition to
+  /// friction and to the armature's torque at the acceleration reference.qdd; reference.feed_forward is a
+  /// part of it. At rest true friction sticks with zero torque, so `tau` is the torque that holds the arm.
   virtual void initial_state(const JointReference& reference, double tau, double* z) const = 0;
 
   virtual DriveOutput output(const JointReference& reference, double q, double qd, const double* z) const = 0;
@@ -101,7 +101,7 @@ class Drive {
   virtual void state_scales(double* scales) const {
     for (int i = 0; i < state_count(); ++i) scales[i] = 1.0;
   }
-  /// `holding_torque`: of what holds the joint, from the arm's dynamics.
+  /// `holding_torque`: from the arm's dynamics.
   virtual DriveSample sample(const JointReference& reference, double q, double qd, double holding_torque,
                              const double* z) const = 0;
 
@@ -123,12 +123,13 @@ class Drive {
   }
   virtual double break_away_torque() const { return std::numeric_limits<double>::infinity(); }
 
-  /// A stuck drive is released at this multiple of its break-away torque. Where the torque settles at
-  /// break-away itself, rounding and the solver's tolerance would else release and stop it without end.
+  /// A stuck drive is released at this multiple of its break-away torque. A torque that settles at break-away
+  /// itself would otherwise release and stop it in endless alternation, by rounding and the solver's
+  /// tolerance.
   static constexpr double kReleaseShare = 1.0 + 1e-6;
 
-  /// Positive while the present mode holds: what is left until break-away, or the speed in the direction of
-  /// sliding.
+  /// Positive as long as the present mode is valid: the margin to break-away, or the speed in the direction
+  /// of sliding.
   double indicator(double q, double qd, double holding_torque, const double* z) const {
     const FrictionMode present = mode(z);
     if (present == FrictionMode::stuck)

@@ -109,7 +109,7 @@ DynamicRobot::Impl::Impl(const DynamicRobotParameters& parameters,
 
 void DynamicRobot::Impl::update(const double* x) {
   const auto n = static_cast<size_t>(joints);
-  // Bit for bit: what was before must not show, not even in the sign of a zero.
+  // Compares bit for bit, including the sign of a zero: the cache must not change a result.
   const std::size_t size = n * sizeof(double);
   if (updated && std::memcmp(x, q.data(), size) == 0 && std::memcmp(x + n, qd.data(), size) == 0) return;
   std::copy(x, x + n, q.begin());

@@ -5,7 +5,7 @@
 namespace takt {
 
 struct DynamicRobot::Impl {
-  /// What one evaluation finds. `holding` is the torque of what holds a joint (stuck friction, servo).
+  /// Result of one evaluation. `holding`: the holding torque of a joint (stuck friction, servo).
   struct Solution {
     std::array<JointReference, kMaxJoints> reference;
     std::array<DriveOutput, kMaxJoints> output;
@@ -27,19 +27,19 @@ struct DynamicRobot::Impl {
   }
   const Drive& drive(int joint) const { return *drives[static_cast<size_t>(joint)]; }
 
-  /// Poses and velocities of the tree at x, unless they are there already.
+  /// Computes poses and velocities of the tree at x, unless they are up to date.
   void update(const double* x);
   void references(double t, std::array<JointReference, kMaxJoints>& references) const;
   void apply_wrenches(const CellMotion& motion, std::span<const Wrench> wrenches);
-  /// Drive states that give the acceleration `qdd` at x (q and qd are there) under the wrenches applied.
+  /// Drive states that give the acceleration `qdd` at x (with q and qd) under the applied wrenches.
   void balance_drives(const JointArray& qdd, double* x);
   /// Force of the end stop on a jaw, along its joint.
   double stop_force(int joint, const double* x) const;
   /// Accelerations and holding torques at (t, x), for the friction modes in x.
   void solve(double t, const double* x, const CellMotion& motion, std::span<const Wrench> wrenches,
              Solution& solution);
-  /// Accelerations of the arm's joints per drive torque, or per acceleration that a drive prescribes, at x;
-  /// the last one found, where (t, x) is the same.
+  /// Accelerations of the arm's joints per drive torque, or per prescribed acceleration of a drive, at x;
+  /// cached for the last (t, x).
   const MultibodyTree::MassMatrix& arm_gain(double t, const double* x);
   double electrical_power(const RobotPowerParameters& power, const DriveOutput& output,
                           double mechanical) const;
@@ -58,8 +58,8 @@ struct DynamicRobot::Impl {
     double stiffness_N_per_m = 0.0, damping_Ns_per_m = 0.0;
   };
   std::array<EndStop, kMaxJoints> stops{};
-  /// The gears that keep the two jaws of a gripper together, as far as their references are: what is held
-  /// does not float where both drives are at their limit. At the place of the left jaw.
+  /// The synchronising gears between the two jaws of a gripper, active as far as their references are equal:
+  /// a held Part does not float if both drives are at their limit. Stored at the place of the left jaw.
   struct Sync {
     double stiffness_N_per_m = 0.0, damping_Ns_per_m = 0.0;
   };

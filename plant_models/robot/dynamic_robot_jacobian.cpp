@@ -1,4 +1,4 @@
-// Structured approximation of the Jacobian of a robot: what its drives make stiff. Gravity,
+// Structured approximation of the Jacobian of a robot: the stiff terms of its drives. Gravity,
 // velocity-dependent forces and the coupling of jaws with the arm are left to the explicit part.
 #include <Eigen/Cholesky>
 #include <algorithm>

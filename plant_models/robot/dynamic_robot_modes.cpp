@@ -5,8 +5,8 @@ namespace takt {
 
 namespace {
 constexpr int kMaxReleases = 4;  // of one drive in one switch
-// Acceleration that is none (rad/s^2): where break-away and sliding friction are equal, a drive that is
-// released at a crossing located to the last bit has only rounding left, of either sign.
+// Accelerations below this are rounding (rad/s^2): if break-away and sliding friction are equal, a drive
+// released at an exactly located crossing has an acceleration of rounding error, of either sign.
 constexpr double kNoAcceleration = 1e-9;
 }  // namespace
 
@@ -26,11 +26,11 @@ void DynamicRobot::indicators(double t, const double* x, const CellMotion& motio
   }
 }
 
-// Sliding that came to rest or reversed sticks first. Then, as stuck joints are coupled through the arm:
-// solve with the present stuck set, release the one furthest beyond break-away (exactly at it counts: there a
-// located crossing may end), and repeat. A released one
-// that would move against its direction, because others were released after it, sticks again. The number of
-// releases of each drive is bounded, so the loop ends.
+// Sliding that came to rest or reversed sticks first. Then, because stuck joints are coupled through the arm:
+// solve with the present stuck set, release the joint furthest beyond break-away (exact equality counts,
+// because a located crossing may end there), and repeat. A released joint that would move against its
+// direction, because of later releases, sticks again. The number of releases of each drive is bounded, so the
+// loop ends.
 bool DynamicRobot::switch_modes(double t, double* x, const CellMotion& motion,
                                 std::span<const Wrench> wrenches) {
   Impl& m = *impl_;

@@ -1,4 +1,4 @@
-// What may be observed of a robot at one instant.
+// Observable quantities of a robot at one instant.
 #include "plant_models/robot/dynamic_robot_impl.h"
 
 namespace takt {
@@ -28,7 +28,7 @@ DynamicRobot::Output DynamicRobot::output(double t, const double* x, const CellM
   const Wrench base = m.tree.base_reaction(m.w);
   output.base_reaction_W = {R_WR * base.f, R_WR * base.t};
 
-  // The flange has to carry the palm's and jaws' inertia and weight less what pushes on them from outside.
+  // The flange carries the palm's and jaws' inertia and weight less the external forces on them.
   const int last = m.arm - 1;
   const Pose X_RL = m.tree.link_pose(last, m.w);
   const Twist A_RL = m.tree.link_acceleration(last, m.w);
@@ -61,10 +61,10 @@ DynamicRobot::Output DynamicRobot::output(double t, const double* x, const CellM
 }
 
 // The mass matrix is at least J^T m J + A, with m the inertia of the last link with its palms, J its Jacobian
-// and A the armatures. By the matrix inversion lemma the palm then feels to a force as inert as m + (J A^-1
-// J^T)^-1. About the centre of mass, which a joint with armature a at a distance of at most l moves by l and
-// turns by 1, J A^-1 J^T is at most 2 diag(sum 1/a, sum l^2/a), whatever the position. What holds a joint
-// (stuck friction, servos) only adds to the inertia.
+// and A the armatures. By the matrix inversion lemma the palm then responds to a force like the inertia m +
+// (J A^-1 J^T)^-1. About the centre of mass, which a joint with armature a at a distance of at most l moves
+// by l and turns by 1, J A^-1 J^T is at most 2 diag(sum 1/a, sum l^2/a) in every position. Holding torques
+// (stuck friction, servos) only add to the inertia.
 BodyInertia DynamicRobot::least_palm_inertia(std::size_t gripper) const {
   const Impl& m = *impl_;
   const std::vector<TreeJoint>& joints = m.tree.model().joints;
@@ -81,7 +81,7 @@ BodyInertia DynamicRobot::least_palm_inertia(std::size_t gripper) const {
     distance += joint.X_PJ.p.norm();
   }
   const Pose X_GL = (parameters_.arm.X_JF * m.grippers[gripper]->parameters().X_FG).inverse();
-  constexpr double kLeast = 1e-6;  // kg, kg m^2: so that nothing without mass is divided by
+  constexpr double kLeast = 1e-6;  // kg, kg m^2: avoids a division by zero for massless bodies
   BodyInertia palm;
   palm.mass_kg = std::max(link.mass_kg, kLeast);
   palm.p_BBcm_B = X_GL * link.p_BBcm_B;

@@ -1,10 +1,10 @@
 #pragma once
 // Coulomb friction with break-away, of a motor shaft or a joint.
 //
-// True friction: while sliding the torque is s (Rv0 + Rv1 |v|), s the direction of sliding; sticking holds
-// v = 0 by whatever torque that takes and ends when this exceeds peak * Rv0; then it slides in the direction
+// True friction: while sliding the torque is s (Rv0 + Rv1 |v|), s the direction of sliding; sticking holds v
+// = 0 by the necessary torque and ends when this exceeds peak * Rv0; the shaft then slides in the direction
 // of that torque, with the sliding value. Sliding ends when v reaches zero or reverses. The mode is discrete:
-// within a mode the law is linear in v (also for the little a solver may run past v = 0).
+// within a mode the law is linear in v (also for a small overshoot of the solver past v = 0).
 //
 // Regularised: Rv0 tanh(v / v_eps) + Rv1 v. No modes; creeps where true friction sticks.
 #include <cmath>
@@ -24,7 +24,7 @@ struct FrictionParameters {
   bool has_modes() const { return !regularised && zero_speed_Nm > 0.0; }
   double break_away_torque() const { return break_away * zero_speed_Nm; }
 
-  /// Torque against the motion; zero while stuck, where it is not the law that decides.
+  /// Torque against the motion; zero while stuck, where the dynamics decide.
   double torque(FrictionMode mode, double v) const {
     if (!has_modes()) return zero_speed_Nm * std::tanh(v / regularisation_speed_rad_per_s) + slope_Nms * v;
     if (mode == FrictionMode::stuck) return 0.0;

@@ -1,14 +1,14 @@
 #pragma once
 // An ideal position servo: the joint's acceleration is
 //   qdd = qdd_ref + 2 w (qd_ref - qd) + w^2 (q_ref - q)
-// whatever hangs on it, so the error decays critically damped with the servo's frequency w and the load has
-// no influence on the motion. The torque is what the arm's dynamics need for that (computed torque). With a
-// limit to the torque the joint yields where the limit is reached: then it is driven by just that much. This
-// is also the servo of a gripper's jaws: position control until the grip force is reached. A feed-forward of
-// the reference changes nothing: what it is for, the servo has from the dynamics already.
+// for any load, so the error decays critically damped with the servo's frequency w and the load has no
+// influence on the motion. The arm's dynamics give the torque for it (computed torque). With a torque limit
+// the joint yields at the limit, which then drives it. This is also the servo of a gripper's jaws: position
+// control up to the grip force. A feed-forward of the reference has no effect, because the computed torque
+// includes it.
 //
-// Without velocity feed-forward qd_ref is taken as zero: the joint follows a reference of constant speed 2/w
-// late, and where the reference sets off or stops at once the acceleration has no jump.
+// Without velocity feed-forward qd_ref is taken as zero: the joint follows a reference of constant speed with
+// a delay of 2/w, and the acceleration is continuous at sudden starts and stops of the reference.
 //
 // Explicit solvers of order two are stable for steps up to 2 / w.
 #include "plant_models/robot/drive.h"

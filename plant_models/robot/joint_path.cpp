@@ -85,7 +85,7 @@ PathPiece path_piece(PathOrder order, const JointPathPoint& from, const JointPat
 }
 
 double value_outside(const PathPiece& piece, double lower, double upper) {
-  // 2^-24 of a piece: what is left between enclosure and curve there is below rounding.
+  // 2^-24 of a piece: the gap between enclosure and curve is then below rounding.
   constexpr int kDepth = 24;
   return search(bernstein(piece.c), lower, upper, kDepth);
 }

@@ -149,7 +149,7 @@ void KinematicRobot::set_point(double t, double period_s, const double* position
   next.t0 = t;
   next.duration = period_s;
   joint_state(t, next.q0.data(), next.v0.data());
-  // Successive set-points of one stream give the velocity where none was sent; after a pause there is no
+  // Without a sent velocity it follows from successive set-points of one stream; after a pause there is no
   // stream.
   const bool stream = has_previous_ && t - previous_set_point_time_ <= 1.5 * period_s;
   bool moves = false;
@@ -173,8 +173,7 @@ void KinematicRobot::set_point(double t, double period_s, const double* position
   previous_set_point_ = next.q1;
   previous_set_point_time_ = t;
   has_previous_ = true;
-  if (!moves && at_rest(t) && !on_trajectory_)
-    return;  // the standing set-point repeated: nothing changes, not even a rounding
+  if (!moves && at_rest(t) && !on_trajectory_) return;  // a repeated set-point changes no bit
   segment_ = next;
   on_trajectory_ = false;
   bool coasts = false;
@@ -210,8 +209,7 @@ void KinematicRobot::write_motion(double t, const double*, CellMotion& motion) c
   ArmMotion& arm = motion.arms[static_cast<size_t>(parameters_.robot)];
   JointArray q{}, qd{};
   joint_state(t, q.data(), qd.data());
-  // What stands still, or is asked again for the same time, has the same motion: bit for bit, so that a zero
-  // and a minus zero are not the same.
+  // The cached motion is valid if the bits of q agree, including the sign of a zero.
   if (arm.complete && std::memcmp(q.data(), arm.q.data(), sizeof(q)) == 0 &&
       std::memcmp(qd.data(), arm.qd.data(), sizeof(qd)) == 0)
     return;

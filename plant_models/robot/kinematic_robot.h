@@ -1,17 +1,17 @@
 #pragma once
-// A robot at LoD 1: joints follow their set-points exactly, whatever hangs on the flange.
+// A robot at LoD 1: joints follow their set-points exactly, for any load.
 //
 // Set-points arrive once per command period. Between them the joints move on a cubic (Hermite) from the
 // present position and velocity to the set-point's, reached one period after the command took effect: the
-// twist is the derivative of the pose, nothing jumps, and the delay is one period. When no further command
-// comes, the velocity fades to zero within one more period. A set-point that would need more than a joint's
+// position and velocity to the set-point's, reached one period after the command took effect: the twist is
+// the derivative of the pose, the motion is continuous, and the delay is one period. Without a further
+// command, the velocity fades to zero within one more period. A set-point that would need more than a joint's
 // rated velocity takes as long as that velocity allows.
 //
-// Beside the motion it keeps the torques that were sent as feed-forward for drives that follow it (LoD 2 and
-// 3); they do not move it.
+// It also stores the feed-forward torques of the set-points, for drives that follow it (LoD 2 and 3); they
+// have no effect on its motion.
 //
-// Instead of set-points a robot may follow a motion known beforehand (set_trajectory), until the first
-// set-point comes.
+// Instead of set-points a robot may follow a predefined motion (set_trajectory), until the first set-point.
 #include <cstdint>
 
 #include "plant_models/plant_model.h"
@@ -31,34 +31,36 @@ class KinematicRobot final : public PlantModel {
   explicit KinematicRobot(const KinematicRobotParameters& parameters);
   void write_motion(double t, const double* x, CellMotion& motion) const override;
 
-  /// Discrete: call only between accepted steps. `velocity` may be null: then it follows from successive
+  /// Discrete: call only between accepted steps. With a null `velocity` it follows from successive
   /// set-points.
   void set_point(double t, double period_s, const double* position, const double* velocity);
-  /// Discrete: torques at the joints (N m or N) from here on, constant until they are set again. Null: zero.
+  /// Discrete: sets the torques at the joints (N m or N), constant until the next call. Null: zero.
   void set_feed_forward(const double* torques);
   const JointArray& feed_forward() const { return feed_forward_; }
   void reset() override;
-  /// Discrete: the motion goes on from here, smoothly to where it was going (a trajectory: straight to its
-  /// end). For a robot that was moved by its drives and is kinematic from now on.
+  /// Discrete: continues the motion from this state, smoothly to its present target (a trajectory: straight
+  /// to its end). For a robot that changes from dynamic to kinematic.
   void continue_from(double t, const double* q, const double* qd);
 
-  /// Discrete: follow these knots (times ascending; moving joints must stop at the last one), now and after
-  /// every reset, until a set-point comes. Empty: none. Throws std::invalid_argument.
+  /// Discrete: the robot follows these knots (times ascending; moving joints must stop at the last one) until
+  /// the next set-point, and again after every reset. Empty: without trajectory. Throws
+  /// std::invalid_argument.
   void set_trajectory(std::vector<TrajectoryKnot> knots);
   /// The next corner of the trajectory. Set-points are no time events.
   double next_time_event(double t) const override;
-  /// Set-points, interpolation and feed-forward. A trajectory is part of the model; whether it is followed is
-  /// saved.
+  /// Saves set-points, interpolation and feed-forward. A trajectory is part of the model; only its activity
+  /// is saved.
   void save(StateWriter& out) const override;
   void load(StateReader& in) override;
 
   void joint_state(double t, double* q, double* qd) const;
-  /// Second derivative of the positions; at a corner of the trajectory that of the piece to come, where a
-  /// set-point is reached that of the piece before.
+  /// Second derivative of the positions; at a corner of the trajectory that of the next piece, at a reached
+  /// set-point that of the last piece.
   void joint_acceleration(double t, double* qdd) const;
-  /// Changes when the motion may have changed: two equal values with the robot at rest mean the same pose.
+  /// Changes with every possible change of the motion: two equal values with the robot at rest mean the same
+  /// pose.
   std::uint64_t revision() const { return revision_; }
-  /// True when the joints do not move any more at or after t.
+  /// True if the joints are at rest at t and later.
   bool at_rest(double t) const { return t >= rest_time_; }
   const KinematicRobotParameters& parameters() const { return parameters_; }
 

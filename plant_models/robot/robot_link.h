@@ -1,5 +1,5 @@
 #pragma once
-// A link of a robot by its name, as others refer to it: fixed to the base or to what one joint moves.
+// A named link of a robot: fixed to the base or to the link that one joint moves.
 #include <string>
 
 #include "plant_models/spatial.h"
@@ -8,7 +8,7 @@ namespace takt {
 
 struct RobotLink {
   std::string name;
-  int joint = -1;  ///< index of the moving joint it hangs on; -1: the base
+  int joint = -1;  ///< index of the moving joint that carries it; -1: the base
   Pose X_JL;       ///< link frame in the frame of that joint, or in the base
 };
 

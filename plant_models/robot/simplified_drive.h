@@ -7,10 +7,10 @@
 //   tau = I (kv (u + x / Ti) + qdd_ref) + tau_ff, limited to max_torque  [N m, at the joint]
 //   x'  = u + (limited tau - tau) / (I kv)                      [x: rad]
 //
-// I is the inertia the gains are made for: the reflected rotor n^2 J plus a nominal load. The last term of x'
-// keeps the integrator from winding up while the limit holds. The integrator carries the weight, so there is
-// no deviation at rest; tau_ff is the feed-forward of the reference (0 without one), of which the integrator
-// takes over what is wrong.
+// I is the inertia for which the gains are designed: the reflected rotor n^2 J plus a nominal load. The last
+// term of x' prevents wind-up of the integrator at the limit. The integrator carries the weight, so there is
+// no deviation at rest; tau_ff is the feed-forward of the reference (0 without one), whose error the
+// integrator compensates.
 #include "plant_models/robot/drive.h"
 
 namespace takt {
@@ -28,8 +28,8 @@ struct SimplifiedDriveParameters {
   double inertia() const { return armature() + load_inertia_kg_m2; }
   /// Gains for a position bandwidth w: kp = w, kv = 6 w, Ti = 3 / w. The closed loop
   /// s^3 + 6 w s^2 + 8 w^2 s + 2 w^3 has real poles only (-0.32 w, -1.46 w, -4.21 w); with three times the
-  /// inertia I its damping ratio is 0.58, with a third all poles are real again, the fastest at -16.6 w. So
-  /// an explicit solver of order two needs steps below 2 / (16.6 w) then: 1 ms up to w = 120 rad/s.
+  /// inertia I its damping ratio is 0.58, with a third all poles are real again, the fastest at -16.6 w. An
+  /// explicit solver of order two then needs steps below 2 / (16.6 w): 1 ms up to w = 120 rad/s.
   void set_bandwidth(double w);
 };
 

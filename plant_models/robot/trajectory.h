@@ -1,6 +1,6 @@
 #pragma once
-// A reference motion known beforehand: knots with positions and velocities, joined by cubic Hermite
-// polynomials. A trapezoidal speed profile with its knots at the corners is reproduced exactly.
+// A predefined reference motion: knots with positions and velocities, joined by cubic Hermite polynomials. A
+// trapezoidal speed profile with its knots at the corners is reproduced exactly.
 #include <span>
 #include <vector>
 
@@ -20,13 +20,14 @@ struct MotionLimits {
 };
 
 /// Synchronous point-to-point motion from rest to rest: all joints share one path parameter, which runs with
-/// a trapezoidal (or, on a short way, triangular) speed as fast as every joint's limits allow. One knot where
-/// nothing moves. Throws std::invalid_argument for limits that are not positive or sizes that differ.
+/// a trapezoidal (or, on a short way, triangular) speed as fast as every joint's limits allow. A motion of
+/// zero length has one knot. Throws std::invalid_argument for limits that are not positive or sizes that
+/// differ.
 std::vector<TrajectoryKnot> point_to_point(double t_start, std::span<const double> from,
                                            std::span<const double> to, std::span<const MotionLimits> limits);
 
 /// Position, velocity, acceleration of n joints at t. At rest before the first and after the last knot; at a
-/// knot, the acceleration is that of the piece to come. Each pointer may be null.
+/// knot, the acceleration is that of the next piece. Each pointer may be null.
 void evaluate(std::span<const TrajectoryKnot> knots, int n, double t, double* q, double* qd, double* qdd);
 
 }  // namespace takt

@@ -1,6 +1,6 @@
 #pragma once
 // The component database: every Part, Gripper and Ground of a cell (thesis 3.2.1), constant after loading.
-// Components are looked up by name only while loading; afterwards by id, their index.
+// Names are looked up only during loading; afterwards a component's id is its index.
 #include <string>
 #include <vector>
 
@@ -18,7 +18,7 @@ struct SubstituteParameters {
   Mat3 D_rot_B = Mat3::Zero();  ///< N m s/rad
 };
 
-/// What the role of a component of type Gripper is.
+/// Role of a component of type Gripper.
 enum class GripperRole : std::uint8_t { none, palm, left_jaw, right_jaw };
 
 struct Component {
@@ -49,7 +49,7 @@ double translational_stiffness(double mass_kg, double gravity_m_per_s2, double a
 /// Damping constant from the damping ratio (Lehr), thesis (5.9), (5.10), (A.12): d = 2 D sqrt(m k).
 double translational_damping(double mass_kg, double stiffness_N_per_m, double damping_ratio);
 
-/// All four constants for a Part. The rotational ones, which the thesis leaves to the user, follow the
+/// All four constants for a Part. The rotational ones, which the thesis leaves to the user, use the
 /// translational poles: K = I k/m and D = I d/m.
 SubstituteParameters substitute_parameters(double mass_kg, const Mat3& I_BBcm_B, double gravity_m_per_s2,
                                            double allowed_error_m, double damping_ratio);

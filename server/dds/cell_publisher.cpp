@@ -112,8 +112,8 @@ void CellPublisher::write_static_frames() {
   check(tf_static_writer_->write(&message, dds::HANDLE_NIL));
 }
 
-/// Listeners look between frames: more of them than they can keep would only push older ones out. What is
-/// skipped now is sent later, when no newer instant has come by then.
+/// Clients poll between frames: more frames than their history keeps would only replace older ones. A skipped
+/// frame is sent later, unless a newer instant arrives in the meantime.
 void CellPublisher::write_frames(std::int64_t now_ns) {
   if (now_ns - frames_written_ns_ < kFrames_ns || !somebody_reads(tf_writer_)) return;
   frames_written_ns_ = now_ns;
@@ -121,7 +121,7 @@ void CellPublisher::write_frames(std::int64_t now_ns) {
   check(tf_writer_->write(&frames_.fill(*newest_), dds::HANDLE_NIL));
 }
 
-/// Of pairs that were asked for, while somebody reads them.
+/// Of the subscribed pairs, while a reader exists.
 void CellPublisher::write_pressures() {
   if (pressures_writer_ == nullptr) return;
   PressureSubscriptions& watch = loop_.output().pressures;

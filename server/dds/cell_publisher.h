@@ -1,6 +1,6 @@
 #pragma once
-// The writers of one loaded scenario and what they write: its instants, as state, power, contacts, joint
-// states and clock, and the URDF of its robots. Made anew with every scenario.
+// The writers of one loaded scenario and their samples: its instants, as state, power, contacts, joint states
+// and clock, and the URDF of its robots. Made for each loaded scenario.
 #include <cstdint>
 #include <vector>
 
@@ -14,7 +14,7 @@ namespace takt {
 
 class CellPublisher {
  public:
-  /// Makes the writers and writes the URDFs. Both must outlive this. Throws DdsError.
+  /// Makes the writers and writes the URDFs. Both arguments must outlive this. Throws DdsError.
   CellPublisher(RunLoop& loop, Participant& participant, const TopicNames& topics);
   /// Removes the writers.
   ~CellPublisher();
@@ -25,13 +25,13 @@ class CellPublisher {
   const CellDescription& cell() const { return loop_.cell(); }
 
   void write(const PublishedSnapshot& published);
-  /// While the simulation stands, its newest instant is repeated: the state is sent best effort, and who has
-  /// lost it or has only just come would get none. Frames that came too soon to be sent go out when they may.
+  /// While the simulation stands, its newest instant is repeated: the state is sent best effort, and a client
+  /// that lost it or connects later would get no sample. Skipped frames are sent when they are due.
   void repeat_if_due();
-  /// Nothing comes after the newest instant: its frames are sent now, if they were not.
+  /// After the newest instant: sends its frames if they were skipped.
   void finish();
 
-  /// Samples that DDS refused since the last call.
+  /// Number of samples that DDS refused after the last call.
   std::uint64_t take_refused();
 
   // Of the newest instant written.
@@ -71,7 +71,7 @@ class CellPublisher {
   rosgraph_msgs::msg::Clock clock_message_;
   MovingFramesMessage frames_;
   std::int64_t frames_written_ns_ = 0;
-  bool frames_skipped_ = false;  ///< those of the newest instant have not been sent
+  bool frames_skipped_ = false;  ///< the frames of the newest instant have not been sent
   bool static_frames_written_ = false;
   std::uint64_t refused_ = 0;
   double present_time_s_ = 0.0;
@@ -79,7 +79,7 @@ class CellPublisher {
   std::uint32_t present_epoch_ = 0;
   bool instant_written_ = false;
   std::int64_t instant_written_ns_ = 0;  ///< the newest instant, first or repeated
-  std::int64_t instant_new_ns_ = 0;      ///< the newest instant, when it was new
+  std::int64_t instant_new_ns_ = 0;      ///< time of the newest instant's first publication
   std::int64_t ros_written_ns_ = 0;      ///< joint states and clock, first or repeated
 };
 

@@ -1,12 +1,12 @@
 #pragma once
-// Who may command one robot or gripper. Two senders never interleave.
+// Decides which sender may command a robot or gripper. Two senders never interleave.
 //
-// Exclusive senders (takt's clients) are arbitrated by DDS itself: the strongest that is alive is heard,
-// among equals the one with the lower identity; they come before all others. Shared senders (stock ROS 2
-// publishers) know no ownership: here the first of them that sends owns the target until it goes away.
+// DDS itself arbitrates exclusive senders (takt's clients): the strongest live sender owns the target, among
+// equals the one with the lower identity; they precede all others. Shared senders (stock ROS 2 publishers)
+// have no ownership: the first of them that sends owns the target until it disappears.
 //
-// A robot is commanded on two topics, set-points and trajectories. DDS chooses on each by itself; here the
-// same order is kept across them, and one participant may use both.
+// A robot is commanded on two topics, set-points and trajectories. DDS arbitrates on each by itself; here the
+// same order holds across them, and one participant may use both.
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -25,16 +25,16 @@ class CommandArbiter {
         identity{};            ///< orders exclusive senders of equal strength: the lower one is heard
     int topic = 0;             ///< which of the target's topics
     bool spoke = false;        ///< has sent a command
-    std::int64_t told_ns = 0;  ///< when this sender was last told that it is not heard
+    std::int64_t told_ns = 0;  ///< time of the last report that this sender has no effect
   };
   struct Verdict {
     bool heard = false;
     std::uint64_t owner = 0;  ///< the sender that is heard instead
-    bool tell = false;        ///< say so in an event: not more often than once a second per sender
+    bool tell = false;        ///< true: an event reports it, at most once a second per sender
   };
 
-  /// A sender appeared. Returns the exclusive sender that will not be heard beside a stronger one, if there
-  /// is one now that was not announced before.
+  /// Adds a sender. Returns the exclusive sender without effect beside a stronger one, if there is one and it
+  /// was not reported yet.
   std::optional<std::uint64_t> appeared(const Sender& sender) {
     vanished(sender.id);
     const Sender* before = strongest();
@@ -50,7 +50,7 @@ class CommandArbiter {
     if (exclusive_heard_ == id) exclusive_heard_ = 0;
   }
 
-  /// Whether this sender is the one that is heard.
+  /// Whether this sender owns the target.
   bool owns(std::uint64_t id) const {
     return find(id) != nullptr && (exclusive_heard_ == id || shared_owner_ == id);
   }

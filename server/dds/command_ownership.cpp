@@ -83,7 +83,8 @@ std::optional<CommandArbiter::Verdict> CommandOwnership::on_command(int target, 
                                                                     std::int64_t received_ns) {
   if (gone_.contains(guid)) return std::nullopt;
   if (const auto writer = writers_.find(guid); writer != writers_.end()) writer->second.expired = false;
-  // DDS hands over samples and matches by different threads: a first command may come before its sender.
+  // DDS delivers samples and matches from different threads: a first command may arrive ahead of its sender's
+  // match.
   (void)appeared(target, guid, exclusive);
   return arbiters_[static_cast<std::size_t>(target)].offered(senders_.id(guid), received_ns);
 }

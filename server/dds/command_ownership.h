@@ -1,6 +1,7 @@
 #pragma once
-// Which sender commands which robot, gripper or device (command_arbiter.h), with the leases that senders promise to
-// keep: a sender that sends no sign of life in time loses its target, before Fast DDS 2.9.1 gives up its participant.
+// Owner of each robot, gripper or device among the senders (command_arbiter.h), with the senders' liveliness
+// leases: a sender without a sign of life in time loses its target, before Fast DDS 2.9.1 drops its
+// participant.
 //
 // Not thread-safe.
 #include <cstdint>
@@ -31,12 +32,12 @@ class CommandOwnership {
  public:
   explicit CommandOwnership(SenderRegistry& senders) : senders_(senders) {}
 
-  /// Before any writer is discovered: where to hear of participants. Null: their leases are left to DDS.
-  /// Participants of this process, whose packets take another way, are not listened for.
+  /// Sets the source of signs of life; call it ahead of any discovery of writers. nullptr: DDS alone
+  /// supervises leases. Participants of this process, whose packets take another way, are not supervised.
   void listen_for(LivelinessTracker* tracker, const DdsGuid& own);
   bool listens() const { return tracker_ != nullptr; }
 
-  /// Another cell, with so many targets: nobody owns anything. `command` of the writers is the caller's to renew.
+  /// Another cell, with this many targets: all owners are removed. The caller renews the writers' `command`.
   void restart(std::size_t targets);
   std::map<DdsGuid, CommandWriter>& writers() { return writers_; }
   CommandWriter& add(const DdsGuid& guid, CommandWriter writer);
@@ -45,7 +46,7 @@ class CommandOwnership {
   /// A reader of the target has matched. Returns the sender that is not heard beside a stronger one.
   std::optional<std::uint64_t> matched(int target, const DdsGuid& guid, bool exclusive);
   void unmatched(int target, const DdsGuid& guid);
-  /// A valid command came in. Nothing: from a sender that is gone already.
+  /// A valid command arrived. std::nullopt: from a sender that has disappeared.
   std::optional<CommandArbiter::Verdict> on_command(int target, const DdsGuid& guid, bool exclusive,
                                                     std::int64_t received_ns);
 
@@ -55,8 +56,8 @@ class CommandOwnership {
     DdsGuid owner;
     double silent_s = 0.0;
   };
-  /// To be called often: targets whose owner has not kept its lease, and which another sender may have, now or
-  /// later. An owner that is alone and comes back stays the owner.
+  /// Call it often: returns targets whose owner has not kept its lease and that another sender may get, at
+  /// once or later. A single owner that comes back stays the owner.
   std::vector<Revoked> expire();
 
  private:
@@ -70,7 +71,7 @@ class CommandOwnership {
   std::vector<CommandArbiter> arbiters_;  ///< by target
   std::map<DdsGuid, CommandWriter> writers_;
   std::map<int, DdsGuid> silent_owners_;  ///< by target that exclusive readers keep for them
-  std::set<DdsGuid> gone_;                ///< unmatched: what is still under way from them does not count
+  std::set<DdsGuid> gone_;                ///< unmatched: samples under way from them are ignored
 };
 
 }  // namespace takt

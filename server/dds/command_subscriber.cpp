@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "server/dds/convert_commands.h"
 #include "idl/common/text.h"
+#include "server/dds/convert_commands.h"
 #include "server/runtime/monotonic_clock.h"
 #include "takt_topics.h"
 
@@ -59,7 +59,7 @@ class CommandSubscriber::Reader final : public dds::DataReaderListener {
   }
   void on_requested_incompatible_qos(dds::DataReader*,
                                      const dds::RequestedIncompatibleQosStatus& status) override {
-    // A sender of the other kind of ownership is what the other reader is there for.
+    // A sender of the other kind of ownership belongs to the other reader.
     const std::uint32_t of_other_kind = status.policies[dds::OWNERSHIP_QOS_POLICY_ID].count;
     if (std::exchange(of_other_kind_, of_other_kind) != of_other_kind) return;
     owner_.events_.post(events::IncompatibleQos{owner_.name_of(target), policy_name(status.last_policy_id)});

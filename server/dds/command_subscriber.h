@@ -1,6 +1,6 @@
 #pragma once
-// Commands off the wire: sample -> validated command -> RunLoop::append. Whatever is wrong with one is reported in an
-// event with code, sender and a sentence, and counted; the last good set-point holds.
+// Received commands: sample -> validated command -> RunLoop::append. A fault is reported in an event with
+// code, sender and a sentence, and counted; the last valid set-point stays.
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -29,18 +29,20 @@ class CommandSubscriber {
   /// See CommandOwnership::listen_for().
   void listen_for(const PacketGuard* guard, const DdsGuid& own);
 
-  /// Makes the readers for the robots, grippers and devices of this loop's cell; what comes in goes to the loop. Both
-  /// must live until close(). Throws DdsError; close() then removes what was made before.
+  /// Makes the readers for the robots, grippers and devices of this loop's cell; their commands go to the
+  /// loop. Both arguments must live until close(). Throws DdsError; close() then removes the readers made so
+  /// far.
   void open(Participant& participant, RunLoop& loop);
-  /// Removes the readers; after it the loop is not used any more. May be called more than once.
+  /// Removes the readers; afterwards the loop is unused. May be called more than once.
   void close();
 
-  /// A writer of any topic was discovered. Called by the participant's listener, before a reader of that
-  /// topic is notified.
+  /// Discovery of a writer of any topic. Called by the participant's listener, ahead of the notification of a
+  /// reader of that topic.
   void writer_discovered(const DdsGuid& guid, CommandWriter writer);
   void writer_removed(const DdsGuid& guid);
 
-  /// One thread, often: takes the targets of senders that have not kept their lease, so that the next sender is heard.
+  /// One thread, often: revokes the targets of senders that have not kept their lease, so that the next
+  /// sender gets them.
   void expire_liveliness_leases();
 
   std::uint64_t rejected() const { return rejected_.load(std::memory_order_relaxed); }
@@ -53,14 +55,14 @@ class CommandSubscriber {
     dds::DataReader* reader = nullptr;
   };
   dds::DataReader* make_reader(Reader& listener);
-  /// In DDS an exclusive reader keeps to its strongest sender for as long as that one's participant is remembered. A
-  /// new reader has none until the first command comes in, and that is not from one that is silent.
+  /// In DDS an exclusive reader keeps its strongest sender as long as that one's participant exists. A new
+  /// reader has no sender until the first command, which cannot come from a silent one.
   void renew_exclusive_readers(const std::set<int>& targets);
   std::string name_of(int target) const { return std::string(target_name(loop_->cell(), target)); }
 
   void matched(int target, const DdsGuid& guid, bool exclusive);
   void unmatched(int target, const DdsGuid& guid);
-  /// Ownership, then the loop.
+  /// Checks ownership, then appends to the loop.
   void deliver(int target, bool exclusive, const Command& command, const DdsGuid& guid,
                std::int64_t received_ns);
   void reject(const Rejection& rejection, const DdsGuid& guid);

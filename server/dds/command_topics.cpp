@@ -9,7 +9,7 @@
 namespace takt {
 namespace {
 
-/// A type as people know it: std_msgs/msg/String for std_msgs::msg::dds_::String_. Another one as it is.
+/// A type as users write it: std_msgs/msg/String for std_msgs::msg::dds_::String_. Another one unchanged.
 std::string ros_name(std::string_view type) {
   constexpr std::string_view kMark = "::dds_::";
   const auto mark = type.find(kMark);

@@ -1,5 +1,5 @@
 #pragma once
-// The topics that commands come in by, and what is wrong with a writer that no reader will ever match.
+// The topics of commands, and diagnostics of writers that no reader will ever match.
 #include <optional>
 #include <string>
 
@@ -13,17 +13,18 @@ enum class CommandKind { joints, trajectory, gripper, device };
 
 const TopicInfo& topic_of(CommandKind kind);
 
-/// What a command topic is for.
+/// The target of a command topic.
 struct CommandTopic {
   CommandKind kind = CommandKind::joints;
   std::string name;  ///< of the robot, gripper or device
-  int target = -1;   ///< in the cell (target_of()); -1: the cell has none of this kind and name
+  int target = -1;   ///< in the cell (target_of()); -1: the cell has no such target
 };
-/// Nothing for a topic that is not for commands of this server.
+/// std::nullopt for a topic that has no commands of this server.
 std::optional<CommandTopic> command_topic(const TopicNames& names, const std::string& topic,
                                           const CellDescription& cell);
 
-/// A writer on a topic without a reader, or of another type than the reader's: an event says so.
+/// An event for a writer on a topic without a reader, or with another type than the reader's; else
+/// std::nullopt.
 std::optional<DiagnosticEvent> diagnose_writer(const CommandTopic& command, const std::string& topic,
                                                const std::string& type, const std::string& sender,
                                                const CellDescription& cell);

@@ -19,7 +19,7 @@ std::size_t bytes_of(const ControlReply& reply) {
   return bytes;
 }
 
-/// What is asked for: the same when a client asks again.
+/// Hash of the request's content: equal for a repetition.
 std::size_t content_of(takt_msgs::msg::ControlRequest message) {
   message.client_id.clear();
   message.sequence_number = 0;
@@ -124,7 +124,7 @@ void ControlService::write_replies(std::span<const ControlReply> replies) {
       message.message = "The answer does not fit into one reply; ask for less.";
       message.values.clear();
     }
-    // A reply that DDS refuses now is sent again when the client asks again.
+    // A reply that DDS refuses is sent again when the client repeats the request.
     (void)written(*writer_, message);
   }
 }

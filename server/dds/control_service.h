@@ -1,7 +1,6 @@
 #pragma once
-// Control requests off the wire and replies onto it. A request is known by client id and sequence number:
-// sent twice (by a client that heard no reply in time), it is executed once and answered with the same reply
-// again.
+// Received control requests and their replies. Client id and sequence number identify a request: a repetition
+// (by a client that received no reply in time) is not executed, but answered with the same reply.
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -20,7 +19,7 @@ namespace takt {
 
 class ControlService final : public dds::DataReaderListener {
  public:
-  /// So many of the newest requests are remembered, fewer if their replies are larger than that together.
+  /// Largest number of stored requests, the newest ones; fewer if their replies exceed this size together.
   static constexpr std::size_t kRemembered = 1000, kMaxReplyBytes = std::size_t{16} << 20U;
 
   explicit ControlService(CellHost& host) : host_(host) {}
@@ -30,14 +29,14 @@ class ControlService final : public dds::DataReaderListener {
 
   void on_data_available(dds::DataReader* reader) override;
 
-  /// Publishing thread: writes those of the replies that are for it, and those asked for again.
+  /// Publishing thread: writes the replies of this service, and repeated ones.
   void write_replies(std::span<const ControlReply> replies);
 
  private:
   using Key = std::pair<std::string, std::uint64_t>;  // client id, sequence number
   struct Request {
     std::uint64_t id = 0;
-    std::size_t content = 0;            ///< what was asked for, see content_of()
+    std::size_t content = 0;            ///< hash of the request, see content_of()
     std::optional<ControlReply> reply;  ///< not the message of DDS: its texts take all the room they may have
   };
   struct Answer {

@@ -46,7 +46,7 @@ Validated<RawTrajectory> from_message(std::string_view target,
     raw.points.push_back({std::move(point.positions), std::move(point.velocities),
                           std::move(point.accelerations), std::move(point.effort),
                           static_cast<double>(time.sec) + static_cast<double>(time.nanosec) * 1e-9});
-    if (raw.points.size() > kMaxTrajectoryPoints) break;  // validation says so
+    if (raw.points.size() > kMaxTrajectoryPoints) break;  // refused by the validation
   }
   return raw;
 }

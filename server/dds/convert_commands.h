@@ -1,5 +1,5 @@
 #pragma once
-// Commands off the wire as they came in. What is wrong with a command is decided by takt::validate.
+// Received commands as raw commands. takt::validate decides on their validity.
 #include <string_view>
 #include <variant>
 
@@ -9,11 +9,11 @@
 
 namespace takt {
 
-/// `target`: name of the robot, gripper or device, for a rejection. Rejection: nanoseconds that are none, or a time
-/// before 0.
+/// `target`: name of the robot, gripper or device, for a rejection. Rejected are invalid nanoseconds and
+/// negative times.
 Validated<SimTime> from_stamp(const builtin_interfaces::msg::Time& stamp, std::string_view target);
 
-/// What the message has is moved out of it.
+/// Moves the content out of the message.
 Validated<RawJointCommand> from_message(std::string_view target, sensor_msgs::msg::JointState&& message);
 Validated<RawTrajectory> from_message(std::string_view target,
                                       trajectory_msgs::msg::JointTrajectory&& message);

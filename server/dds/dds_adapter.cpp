@@ -88,7 +88,7 @@ void DdsAdapter::closed(RunLoop&) {
 }
 
 void DdsAdapter::idle(const CellDescription& cell) {
-  commands_.close();  // what was left half open by a failure
+  commands_.close();  // removes the remains of a failure
   publisher_->close();
   publisher_->describe(cell);
 }
@@ -123,7 +123,7 @@ void DdsAdapter::on_writer(const DiscoveredWriter& writer) {
     commands_.writer_removed(writer.guid);
 }
 
-/// Once for each participant: its writer comes anew with every scenario.
+/// Once for each participant: its writer is discovered again with every scenario.
 void DdsAdapter::tell_shared_clock(const DdsGuid& writer) {
   constexpr std::size_t kRemembered = 256;
   {

@@ -1,6 +1,6 @@
 #pragma once
-// The service's DDS end: one participant, commands in, samples out. Shows whatever scenario a CellHost has
-// loaded.
+// The service's DDS interface: one participant that receives commands and sends samples of the CellHost's
+// loaded scenario.
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -22,17 +22,17 @@ namespace takt {
 
 class DdsAdapter final : public DiscoveryListener, public CellLifecycleListener {
  public:
-  /// Make it before the host opens anything, so that the first instant is sent. The host must outlive it.
-  /// `namespaced_clock_and_tf`: see TopicNames. Throws DdsError, also when the cell's name cannot be part of a
+  /// Make it ahead of the host's open(), so that the first instant is sent. The host must outlive it.
+  /// `namespaced_clock_and_tf`: see TopicNames. Throws DdsError, also if the cell's name cannot be part of a
   /// topic.
   DdsAdapter(CellHost& host, ParticipantOptions options, bool namespaced_clock_and_tf = false);
   ~DdsAdapter() override;
 
-  /// Sends what is left, then leaves the domain. Stop the host first.
+  /// Sends the remaining samples, then leaves the domain. Stop the host first.
   void stop();
 
   const StatePublisher& publisher() const { return *publisher_; }
-  /// What the guard in front of the transports has let through and dropped; null without one or after stop().
+  /// Counts of the guard in front of the transports; nullptr without one or after stop().
   const PacketGuard* guard() const { return participant_ ? participant_->guard() : nullptr; }
 
   /// Throws DdsError when a robot's or gripper's name cannot be part of a topic, or the description does not
@@ -53,8 +53,9 @@ class DdsAdapter final : public DiscoveryListener, public CellLifecycleListener 
   CellHost& host_;
   const TopicNames topics_;
   std::mutex own_mutex_;
-  std::optional<DdsGuid> own_;         ///< guarded by own_mutex_; none while the participant is being made
-  std::vector<DdsGuid> other_clocks_;  ///< guarded by own_mutex_; told, of each participant one, newest last
+  /// Guarded by own_mutex_; std::nullopt during the construction of the participant.
+  std::optional<DdsGuid> own_;
+  std::vector<DdsGuid> other_clocks_;  ///< guarded by own_mutex_; reported, one per participant, newest last
   SenderRegistry senders_;
   CommandSubscriber commands_;
   ControlService control_;

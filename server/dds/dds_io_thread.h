@@ -1,6 +1,6 @@
 #pragma once
-// The thread of the DDS end: writes what is new, and looks after what nothing else wakes up for: leases of senders,
-// dropped packets. The step loop never waits for it, but in lockstep, where no instant may be skipped.
+// The thread of the DDS interface: writes new samples, and does the periodic checks: leases of senders,
+// dropped packets. The step loop waits for it only in lockstep, where no instant may be skipped.
 #include <atomic>
 #include <cstdint>
 #include <thread>
@@ -22,7 +22,7 @@ class DdsIoThread {
   DdsIoThread(const DdsIoThread&) = delete;
   DdsIoThread& operator=(const DdsIoThread&) = delete;
 
-  /// Writes what is left, then ends the thread. Stop the host first. May be called more than once.
+  /// Writes the remaining samples, then ends the thread. Stop the host first. May be called more than once.
   void stop() {
     stop_.store(true);
     host_.outbound().news.post();

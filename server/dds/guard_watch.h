@@ -1,5 +1,5 @@
 #pragma once
-// Tells of packets that the guard has dropped: at most once a second, however many come.
+// Reports packets that the guard has dropped, at most once a second.
 #include <cstdint>
 
 #include "idl/transport/rtps_guard/guard_transport.h"

@@ -10,7 +10,7 @@
 namespace takt {
 namespace {
 
-// A description with its meshes takes megabytes: the segment has to hold it beside what else is on the way.
+// A description with its meshes takes megabytes: the segment must have room for it beside other samples.
 constexpr std::uint32_t kSharedMemorySegment_bytes = 8U << 20U;
 
 dds::DomainParticipantQos this_machine_only() {
@@ -22,7 +22,7 @@ dds::DomainParticipantQos this_machine_only() {
   udp->sendBufferSize = 1U << 20U;
   udp->receiveBufferSize = 1U << 20U;
   qos.transport().user_transports = {shared_memory, udp};
-  // How long a participant that died without a word still counts as present for others.
+  // Time after which other participants drop one that died without a farewell.
   qos.wire_protocol().builtin.discovery_config.leaseDuration = DdsDuration(5, 0);
   qos.wire_protocol().builtin.discovery_config.leaseDuration_announcementperiod = DdsDuration(1, 0);
   return qos;

@@ -1,6 +1,6 @@
 #pragma once
-// One DDS participant: the place where topics, writers and readers are made and where every refusal of DDS
-// becomes an error with a sentence.
+// One DDS participant: makes topics, writers and readers, and turns every refusal of DDS into an error with a
+// sentence.
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -13,7 +13,7 @@
 
 namespace takt {
 
-/// DDS could not do what it was asked to; what() is a whole sentence.
+/// DDS failed; what() is a whole sentence.
 class DdsError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -28,9 +28,9 @@ struct ParticipantOptions {
   std::string profile = "takt_server";
   /// Identity, permissions and governance (idl/transport/fastdds/security.h). Empty: no security.
   std::string secure_directory = {};
-  /// Inspect every packet before Fast DDS sees it. Off only to show what happens without.
+  /// Inspects every packet ahead of Fast DDS. Off only for tests of the effect.
   bool guard = true;
-  /// The last word on the QoS, before the guard is put in front: tests listen to transports with it.
+  /// Called last with the QoS, ahead of the guard's insertion: tests observe transports with it.
   std::function<void(dds::DomainParticipantQos&)> prepare = {};
 };
 
@@ -49,7 +49,7 @@ class Participant {
                                  dds::DataWriterListener* listener = nullptr) {
     return create_writer(topic, dds::TypeSupport(new MessageType<Type>()), qos, listener);
   }
-  /// With the QoS of the topic; `sample_bytes`: size of its samples, where it is known.
+  /// With the QoS of the topic; `sample_bytes`: size of its samples, if known.
   template <typename Type>
   dds::DataWriter* create_writer(const Topic<Type>& topic, const std::string& name,
                                  std::size_t sample_bytes = 0) {
@@ -63,7 +63,7 @@ class Participant {
     return create_reader(topic, dds::TypeSupport(new MessageType<Type>()), qos, listener);
   }
 
-  /// Once these return, the listener of the reader is not called any more. nullptr: nothing is done.
+  /// After their return the listener of the reader is not called. nullptr: no effect.
   void remove(dds::DataWriter* writer);
   void remove(dds::DataReader* reader);
 
@@ -71,10 +71,10 @@ class Participant {
   dds::DataReaderQos default_reader_qos() const { return subscriber_->get_default_datareader_qos(); }
 
   DdsGuid guid() const { return participant_->guid(); }
-  /// What the guard has seen; null without one.
+  /// Counts of the guard; nullptr without one.
   const PacketGuard* guard() const { return guard_.get(); }
 
-  /// No listener is called any more after this.
+  /// After its return no listener is called.
   void silence();
 
  private:

@@ -41,7 +41,7 @@ Question plain(const Type& request) {
   return Asked{control_request(request), {}};
 }
 
-/// Nothing where the request was refused.
+/// std::nullopt if the request was refused.
 template <typename Response>
 std::optional<Response> response_of(const ControlReply& reply) {
   Response response;
@@ -52,7 +52,7 @@ std::optional<Response> response_of(const ControlReply& reply) {
 takt_msgs::msg::Vector3 vector_of(const auto& v) {
   return {v.x, v.y, v.z};
 }
-/// All zeros: a message that says nothing of it.
+/// All zeros stand for a missing orientation.
 takt_msgs::msg::Quaternion orientation_of(const geometry_msgs::msg::Pose& pose) {
   const auto& q = pose.orientation;
   if (q.x == 0.0 && q.y == 0.0 && q.z == 0.0 && q.w == 0.0) return {};

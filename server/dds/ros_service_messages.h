@@ -1,5 +1,5 @@
 #pragma once
-// What is said between the services of simulation_interfaces and the control vocabulary of takt: a request
+// Conversion between the services of simulation_interfaces and the control vocabulary of takt: a request
 // becomes a ControlRequest (or is refused at once), a ControlReply becomes the response.
 #include <string>
 #include <variant>
@@ -11,7 +11,7 @@ namespace takt::ros {
 
 namespace srv = simulation_interfaces::srv;
 
-/// A request, and what of it is needed again to make the response.
+/// A request, and the part of it that the response needs.
 struct Asked {
   ControlRequest request;
   std::string note;
@@ -25,8 +25,8 @@ Question ask(const srv::StepSimulation_Request& request);
 Question ask(const srv::ResetSimulation_Request& request);
 Question ask(const srv::LoadWorld_Request& request);
 Question ask(const srv::UnloadWorld_Request& request);
-/// Names are matched by POSIX extended regular expressions without repetition counts, which could take any
-/// memory.
+/// Names are matched by POSIX extended regular expressions without repetition counts, which could use
+/// unbounded memory.
 Question ask(const srv::GetEntities_Request& request);
 Question ask(const srv::GetEntityState_Request& request);
 Question ask(const srv::SetEntityState_Request& request);
@@ -38,7 +38,7 @@ Question ask(const takt_msgs::srv::Control_Request& request);
 
 simulation_interfaces::msg::Result result_of(const ControlReply& reply);
 
-/// Those whose response is the result alone.
+/// Responses that consist of the result alone.
 template <typename Response>
 void respond(const ControlReply& reply, const std::string&, Response& response) {
   response.result = result_of(reply);

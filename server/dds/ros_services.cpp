@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::int64_t kLongestWait_ns = 1'000'000'000;
 
-/// What rmw_fastrtps takes a request to be: its own sequence number, and the reader that waits for the reply.
+/// Identity of a request for rmw_fastrtps: its own sequence number, and the reader that waits for the reply.
 rtps::SampleIdentity caller_of(const dds::SampleInfo& info) {
   rtps::SampleIdentity caller = info.sample_identity;
   const DdsGuid& reader = info.related_sample_identity.writer_guid();
@@ -25,7 +25,7 @@ rtps::SampleIdentity caller_of(const dds::SampleInfo& info) {
 
 }  // namespace
 
-/// A caller's reader of replies may be found a moment after its request has come; then the reply waits.
+/// DDS may discover a caller's reader of replies after its request; the reply then waits.
 class RosServices::Service : public dds::DataReaderListener, public dds::DataWriterListener {
  public:
   explicit Service(RosServices& services) : services_(services) {}
@@ -94,7 +94,7 @@ class RosServices::TypedService final : public RosServices::Service {
     ros::respond(reply, call.note, message);
     rtps::WriteParams params;
     params.related_sample_identity(call.caller);
-    // A reply that DDS refuses is lost to its caller, who notices by its own time-out.
+    // A reply that DDS refuses is lost; the caller's time-out reports it.
     (void)written(*writer_, message, params);
   }
 };

@@ -2,10 +2,10 @@
 // The control requests as ROS 2 services: /<cell>/<service> of simulation_interfaces 2.1, and
 // /<cell>/control (takt_msgs/srv/Control), which takes any request of takt by name.
 //
-// A service is two topics, rq/<cell>/<service>Request and rr/<cell>/<service>Reply. A reply names the request
-// it belongs to in its related_sample_identity, as rmw_fastrtps does: the caller's reply reader, which the
-// request carries in the same place (else the writer of the request), and the request's sequence number.
-// Nodes on rmw_cyclonedds write that into the payload instead and cannot call.
+// A service is two topics, rq/<cell>/<service>Request and rr/<cell>/<service>Reply. A reply identifies its
+// request in its related_sample_identity, as rmw_fastrtps does: the caller's reply reader, which the request
+// carries in the same place (else the writer of the request), and the request's sequence number. Nodes on
+// rmw_cyclonedds write the identity into the payload instead and cannot call.
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -21,9 +21,9 @@ namespace takt {
 
 class RosServices {
  public:
-  /// Ids of requests from here on are the services'; see ControlRequest::id.
+  /// Ids of the services' requests start here; see ControlRequest::id.
   static constexpr std::uint64_t kFirstId = std::uint64_t{1} << 63U;
-  /// So many of the newest requests are remembered until they are answered.
+  /// Largest number of requests stored for their answers, the newest ones.
   static constexpr std::size_t kRemembered = 1000;
 
   explicit RosServices(CellHost& host);
@@ -34,8 +34,8 @@ class RosServices {
   /// Makes readers and writers. Call once; the participant must be destroyed before this object.
   void serve(Participant& participant, const std::string& cell);
 
-  /// Publishing thread: writes those of the replies that are for it, and those that wait for their caller's
-  /// reader to be found.
+  /// Publishing thread: writes the replies of the services, and those that wait for the discovery of their
+  /// caller's reader.
   void write_replies(std::span<const ControlReply> replies);
 
  private:
@@ -46,7 +46,7 @@ class RosServices {
   struct Call {
     Service* service = nullptr;
     rtps::SampleIdentity caller;
-    std::string note;  ///< what the service needs to make the response
+    std::string note;  ///< the part of the request that the response needs
   };
   struct Waiting {
     Call call;

@@ -11,14 +11,14 @@ namespace takt {
 
 class SenderRegistry {
  public:
-  /// The number of a sender, from 1; the same for the same identity as long as the server runs.
+  /// The number of a sender, from 1; constant for an identity during the life of the server.
   std::uint64_t id(const DdsGuid& guid) {
     const std::lock_guard lock(mutex_);
     const auto [place, is_new] = ids_.try_emplace(guid, ids_.size() + 1);
     if (is_new) texts_[place->second] = text_of(guid);
     return place->second;
   }
-  /// Empty for 0 and for a number that was never given.
+  /// Empty for 0 and for a number without a sender.
   std::string text(std::uint64_t id) const {
     const std::lock_guard lock(mutex_);
     const auto place = texts_.find(id);

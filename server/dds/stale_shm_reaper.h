@@ -1,6 +1,6 @@
 #pragma once
-// Clears shared memory of what killed clients leave there (shared_memory_remains.h), now and then, on a
-// thread of its own.
+// Periodically removes the shared memory of killed clients (transport/fastdds/stale_shm.h), on a thread of
+// its own.
 #include <chrono>
 #include <condition_variable>
 #include <mutex>

@@ -91,7 +91,7 @@ void StatePublisher::finish() {
       publisher_->loop().output().writer_attached.store(false);
     }
   }
-  // A client that waits for a reply or an event should have it before the server is gone.
+  // A client that waits for a reply or an event should receive it before the server exits.
   (void)event_writer_->wait_for_acknowledgments(DdsDuration(0, 200'000'000));
 }
 
@@ -144,7 +144,7 @@ void StatePublisher::write_events() {
     write_event(diagnostic(events::WriteRefused{std::exchange(refused_writes_, 0)}, host_.cell()));
 }
 
-/// Events are not kept for those who come later, and after a restart everybody does.
+/// Late readers get no old events, and after a restart all readers are late.
 void StatePublisher::write_announcement() {
   const OutboundQueue& outbound = host_.outbound();
   if (!host_.announces() || monotonic_now_ns() - outbound.began_ns > kAnnounced_ns) return;

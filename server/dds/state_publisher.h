@@ -1,8 +1,8 @@
 #pragma once
-// Writes samples: instants of the loaded scenario, if there is one, events, status and replies.
+// Writes samples: instants of the loaded scenario, if any, events, status and replies.
 //
-// Its writers of description, status and events live as long as the server, and events are numbered through;
-// those of the scenario's own topics (cell_publisher.h) come and go with it.
+// Its writers of description, status and events live as long as the server, and the numbers of events are
+// consecutive; those of the scenario's own topics (cell_publisher.h) exist only while it is loaded.
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -23,26 +23,26 @@ namespace takt {
 
 class StatePublisher {
  public:
-  /// Makes the writers. All must outlive this. Throws DdsError.
+  /// Makes the writers. All arguments must outlive this. Throws DdsError.
   StatePublisher(CellHost& host, Participant& participant, const TopicNames& topics,
                  const SenderRegistry& senders, const CommandSubscriber& commands, ControlService& control,
                  RosServices& services);
   StatePublisher(const StatePublisher&) = delete;
   StatePublisher& operator=(const StatePublisher&) = delete;
 
-  /// From now on shows this loop's cell: writes its description, then what it publishes. Throws DdsError;
-  /// then it shows nothing.
+  /// Publishes this loop's cell from here on: writes its description, then its output. Throws DdsError; then
+  /// no cell is published.
   void open(RunLoop& loop);
-  /// Writes what the loop, which has ended, has left, and forgets it.
+  /// Writes the remaining output of the loop, which has ended, and releases it.
   void close();
   /// Writes the description of a cell without a scenario.
   void describe(const CellDescription& cell);
 
   // The I/O thread:
 
-  /// Writes what is new, and repeats what stands.
+  /// Writes new output, and repeats the newest instant of a standing simulation.
   void write();
-  /// Writes what is left. The loop has ended.
+  /// Writes the remaining output. The loop has ended.
   void finish();
 
   /// Wall time of writing one instant (state, joint states, clock). Read it when the I/O thread has ended.
@@ -57,7 +57,7 @@ class StatePublisher {
   void write_announcement();
   void write_status(const LoopStatus& status, const CellDescription& cell);
   void write_idle_status();
-  /// Counts a refusal of DDS; the next status says so.
+  /// Counts a refusal of DDS; the next status reports it.
   void check(const DdsReturnCode& result);
 
   CellHost& host_;
@@ -72,15 +72,15 @@ class StatePublisher {
   dds::DataWriter* event_writer_ = nullptr;
   dds::DataWriter* status_writer_ = nullptr;
 
-  /// The I/O thread holds it while it writes, the host's while it exchanges the scenario. DDS entities
-  /// are made and removed without it.
+  /// The I/O thread holds it during writing, the host's thread during an exchange of the scenario. DDS
+  /// entities are made and removed without it.
   std::mutex mutex_;
   std::unique_ptr<CellPublisher> publisher_;  // guarded by mutex_, as all below
   CellDescription nothing_;                   ///< described while there is no scenario
   std::int64_t idle_status_ns_ = 0;           ///< when the last one without a scenario was written
-  SimulationState idle_state_{};              ///< and what it said
+  SimulationState idle_state_{};              ///< and its content
   std::uint64_t event_number_ = 0;
-  int announced_to_ = 0;  ///< readers of events that were there at the last announcement, or before
+  int announced_to_ = 0;  ///< readers of events at the last announcement
   std::uint64_t refused_writes_ = 0;
   DurationHistogram write_time_;
 };

@@ -1,11 +1,11 @@
 #pragma once
-// Kinds of devices: what is neither Part, Ground, robot nor gripper. A kind is two files in this room and a line in
-// device_types.cpp. Its files hold
-// - a struct with what a scenario says of one device, and describe(Fields&, S&), the table of its keys;
+// Kinds of devices: components that are neither Part, Ground, robot nor gripper. A kind is two files in this
+// room and a line in device_types.cpp. Its files contain
+// - a struct with the keys of one device in a scenario, and describe(Fields&, S&), the table of these keys;
 // - the plant model (DeviceModel), with its parameters;
-// - build(const S&, DeviceBuilder&), which makes the one from the other.
-// A device belongs to the cell (a section of its own, NAME: {...}) or to a Part (a key of the Part); then it is
-// called PART_key.
+// - build(const S&, DeviceBuilder&), which makes the model from the struct.
+// A device belongs to the cell (a section of its own, NAME: {...}) or to a Part (a key of the Part); then its
+// name is PART_key.
 #include <any>
 #include <functional>
 #include <memory>
@@ -22,14 +22,14 @@
 
 namespace takt {
 
-/// A Part that is fixed to another component by its device. A struct of a scenario that has a member `held_by` of
-/// this type makes its device one that does so.
+/// A Part that its device fixes to another component. A struct of a scenario with a member `held_by` of this
+/// type makes its device such a device.
 struct HeldBy {
   std::string component;  ///< a Part without such a device, or a Ground
   std::string place;      ///< in the file
 };
 
-/// What a device is made with, while a cell is built.
+/// Arguments and results of the construction of a device, while a cell is built.
 class DeviceBuilder {
  public:
   DeviceBuilder(const std::vector<TriangleMesh>& meshes_by_component, double temperature_degC,
@@ -48,7 +48,8 @@ class DeviceBuilder {
   };
   std::vector<Heated> heated{};
 
-  /// Adds a plant model with its signals; every member of its parameters enters the model hash. Returns the device.
+  /// Adds a plant model with its signals; every member of its parameters enters the model hash. Returns the
+  /// device.
   template <class Model, class Parameters>
   int add(const Parameters& parameters, std::vector<SignalDescription> signals) {
     AuxiliaryModel entry;
@@ -60,8 +61,8 @@ class DeviceBuilder {
     cell.description.devices.push_back({name, std::move(signals)});
     return cell.auxiliary_models.back().device;
   }
-  /// The same for signals that are plain numbers (SignalTable), which a mechanism reads and writes; `parameters` are
-  /// what enters the model hash.
+  /// The same for signals that are plain numbers (SignalTable), which a mechanism reads and writes;
+  /// `parameters` enter the model hash.
   template <class Parameters>
   int add_signal_table(const Parameters& parameters, std::vector<SignalDescription> signals,
                        const std::vector<double>& initial = {}) {
@@ -72,7 +73,7 @@ class DeviceBuilder {
     cell.auxiliary_models.back().digest = (ModelDigest() << parameters).value();
     return device;
   }
-  /// The model of a mechanism (PartMechanism) that several devices share; made at the first call.
+  /// The model of a mechanism (PartMechanism) shared by several devices; made at the first call.
   template <class Mechanism>
   typename Mechanism::Model& mechanism() {
     for (const MechanismModel& entry : cell.mechanisms)
@@ -100,7 +101,7 @@ struct DeviceType {
   std::any (*fresh)() = nullptr;
   void (*describe)(Fields&, std::any&) = nullptr;
   void (*build)(const std::any&, DeviceBuilder&) = nullptr;
-  const HeldBy* (*held_by)(const std::any&) = nullptr;  ///< null: the device fixes nothing
+  const HeldBy* (*held_by)(const std::any&) = nullptr;  ///< nullptr: the device fixes no Part
 };
 
 template <class S>
@@ -117,7 +118,7 @@ DeviceType device_type(DeviceType::Owner owner, const char* key, const char* doc
   return type;
 }
 
-/// What a scenario says of one device.
+/// A device as stated in a scenario.
 struct StatedDevice {
   std::string name{};  ///< of one that belongs to a Part: empty
   const DeviceType* type = nullptr;
@@ -126,7 +127,7 @@ struct StatedDevice {
   const HeldBy* held_by() const { return type->held_by != nullptr ? type->held_by(section) : nullptr; }
 };
 
-/// All kinds, in the order in which devices are built: what acts on others comes after them.
+/// All kinds, in the order in which devices are built: a device follows those that it depends on.
 const std::vector<DeviceType>& device_types();
 const DeviceType& device_type(const std::string& key);
 

@@ -1,4 +1,4 @@
-// The kinds of devices that scenarios know. A new one adds its line, and its header.
+// The kinds of devices in scenarios. A new kind adds its line and its header.
 #include "server/devices/device_type.h"
 #include "server/devices/furnace.h"
 #include "server/devices/heated_part.h"

@@ -1,16 +1,14 @@
 #pragma once
-// A chamber furnace: its lined body, the air in it, a heater with PI control, loss to the surroundings, and
-// heat exchange with every Part that has a temperature (heated_part.h) and is inside. Thesis section 5.5.2
-// and Fig. 5.18, where the times of insertion and removal are given by the user; here the Parts' own places
-// decide.
+// A chamber furnace: its lined body, its air, a heater with PI control, loss to the surroundings, and heat
+// exchange with every Part inside that has a temperature (heated_part.h). Thesis section 5.5.2 and Fig. 5.18;
+// there the user gives the times of insertion and removal, here the positions of the Parts decide.
 //
 //   C_F dT_F/dt = Q - h_loss A_out (T_F - T_env) - h A_in (T_F - T_A) - sum over Parts (q_conv + q_rad)
 //   C_A dT_A/dt = h A_in (T_F - T_A)
 //   q_conv = h A_P (T_F - T_P),  q_rad = sigma eps A_P (T_F^4 - T_P^4)
 //   Q = clip(k_p e + I, 0, Q_max),  dI/dt = k_p / T_i e,  e = T_set - T_F
-// (I is held while Q is at a limit and e would push it further.) Air is exchanged fully at the instant at
-// which the door is opened: T_A becomes T_env. A Part that comes or goes while the door is closed has it
-// opened for that instant.
+// (I is held while Q is at a limit and e would push it further.) Opening the door exchanges the air at once:
+// T_A becomes T_env. A Part that enters or leaves while the door is closed opens it for that instant.
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,9 +17,9 @@
 
 namespace takt {
 
-/// What a scenario says of a furnace.
+/// The keys of a furnace in a scenario.
 struct ScenarioFurnace {
-  std::string ground;  ///< whose frame `chamber` is given in; empty: the world
+  std::string ground;  ///< frame of `chamber`; empty: the world
   Pose X_GV;           ///< centre of the chamber
   Vec3 chamber_size_m = Vec3::Zero();
   double mass_kg = 0.0, specific_heat_J_per_kg_K = 0.0;
@@ -95,8 +93,9 @@ class Furnace final : public DeviceModel {
   bool contains(const Vec3& p_W, double margin_m) const;
 
   FurnaceParameters p_;
-  std::vector<char> inside_;                 ///< by candidate
-  bool looked_ = false;                      ///< the first look only finds out what is inside from the start
+  std::vector<char> inside_;  ///< by candidate
+  /// False: the first decision only lists the Parts inside at the start.
+  bool looked_ = false;
   double set_degC_ = 0.0;                    ///< as commanded, to the bit
   bool door_open_ = false, opened_ = false;  ///< `opened_`: since the last decision
   double air_J_ = 0.0;                       ///< carried off by exchanged air

@@ -1,9 +1,9 @@
 #pragma once
-// A Part that has a temperature: one heat capacity, uniform in itself, kept for as long as the Part lives,
-// wherever it is carried. Heat flows into it from whatever acts on it (CellMotion::heat); outside of such
-// things it may cool to its surroundings:
-//   C dT/dt = sum of the flows - h A (T - T_environment)     (the last term where it is not enclosed)
-// Temperatures are absolute (K); signals are in degrees Celsius, as people read them.
+// A Part with a temperature: one heat capacity with uniform temperature, kept for the Part's whole life,
+// wherever it is carried. Other models (a furnace) give it heat (CellMotion::heat); outside of them it may
+// cool to its surroundings:
+//   C dT/dt = sum of the flows - h A (T - T_environment)     (the last term if it is not enclosed)
+// Temperatures are absolute (K); signals are in degrees Celsius, for users.
 #include <optional>
 
 #include "server/devices/device_type.h"
@@ -15,7 +15,7 @@ constexpr double kelvin(double degC) {
   return degC + kZeroCelsius_K;
 }
 
-/// What a scenario says of the heat of a Part.
+/// The keys of the heat of a Part in a scenario.
 struct ScenarioHeat {
   double specific_heat_J_per_kg_K = 0.0;
   std::optional<double> temperature_degC;
@@ -31,7 +31,7 @@ struct HeatedPartParameters {
   double initial_K = 293.15;
   double environment_K = 293.15;
   double surface_m2 = 0.0;          ///< exposed to air
-  double cooling_W_per_m2_K = 0.0;  ///< to the surroundings, where nothing encloses it; 0: none
+  double cooling_W_per_m2_K = 0.0;  ///< to the surroundings, if it is not enclosed; 0: without cooling
 };
 
 class HeatedPart final : public DeviceModel {

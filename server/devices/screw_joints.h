@@ -1,12 +1,12 @@
 #pragma once
 // Parts that are held by their thread, and screwdrivers that turn them out; between steps.
 //
-// A threaded Part is attached to what it is screwed into (ComponentInteraction::attach), so it goes where
-// that goes, no Gripper takes it along, and at level of detail 3 no surface contact acts between the two. A
-// screwdriver is a Gripper with a bit at its tool centre point: while its signal `speed` is not zero and the
-// bit meets the head of such a Part, it turns the Part, which moves along its axis by one pitch per turn. The
-// torque acts between Gripper and what the thread is in. Once turned out, the Part is free: whatever touches
-// it by the usual rules has it.
+// A threaded Part is attached to the component that it is screwed into (ComponentInteraction::attach), so it
+// moves with it, no Gripper takes it along, and at level of detail 3 no surface contact acts between the two.
+// A screwdriver is a Gripper with a bit at its tool centre point: while its signal `speed` is not zero and
+// the bit meets the head of such a Part, it turns the Part, which moves along its axis by one pitch per turn.
+// The torque acts between Gripper and the threaded component. A Part that is turned out is free: the usual
+// rules choose its holder.
 #include <string>
 #include <vector>
 
@@ -15,7 +15,7 @@
 
 namespace takt {
 
-/// What a scenario says of the thread of a Part.
+/// The keys of the thread of a Part in a scenario.
 struct ScenarioScrewJoint {
   HeldBy held_by;
   double pitch_m = 0.0, length_m = 0.0, driving_torque_Nm = 0.0;
@@ -25,7 +25,7 @@ struct ScenarioScrewJoint {
 };
 DeviceType screw_joint_type();
 
-/// What a scenario says of a bit at the tool centre point of a Gripper.
+/// The keys of a bit at the tool centre point of a Gripper in a scenario.
 struct ScenarioScrewdriver {
   std::string gripper;
   double max_speed_rad_per_s = 0.0, max_torque_Nm = 0.0;

@@ -1,6 +1,6 @@
 #pragma once
-// A device whose signals are plain numbers between steps: the simulation itself reads what is commanded and
-// writes what is reported (server/devices/screw_joints.h).
+// A device whose signals are plain numbers between steps: a mechanism reads the commanded ones and writes the
+// reported ones (server/devices/screw_joints.h).
 #include <algorithm>
 #include <array>
 #include <cstddef>

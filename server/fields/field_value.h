@@ -1,5 +1,5 @@
 #pragma once
-// A value of a YAML file and where it stands.
+// A value of a YAML file and its place in the file.
 #include <yaml-cpp/yaml.h>
 
 #include <filesystem>
@@ -21,7 +21,7 @@ struct FieldValue {
   YAML::Node node;
   std::string path;  ///< dotted key
 
-  /// "file:line:column: dotted.key", for an error that is found only later.
+  /// "file:line:column: dotted.key", for a later error message.
   std::string place() const;
   /// Throws ScenarioError.
   [[noreturn]] void fail(const std::string& found, const std::string& allowed) const;
@@ -29,9 +29,9 @@ struct FieldValue {
   FieldValue part(const YAML::Node& inner) const { return {source, inner, path}; }
 };
 
-/// What a node holds, for error texts.
+/// Describes the content of a node, for error texts.
 std::string describe_node(const YAML::Node& node);
-/// The shortest text that is read back as the same bits.
+/// The shortest text that reads back to the same bits.
 std::string exact_number(double value);
 /// For error texts: 12 digits.
 std::string rounded_number(double value);

@@ -48,7 +48,7 @@ bool same_bits(const Mat3& a, const Mat3& b) {
   return std::memcmp(a.data(), b.data(), 9 * sizeof(double)) == 0;
 }
 
-/// The first form, of those that people read, that gives these bits; else the matrix.
+/// The first readable form that gives these bits; else the matrix.
 StatedPose statement_of(const Pose& X) {
   StatedPose result{.position_m = X.p};
   if (same_bits(X.R, Mat3::Identity())) return result;

@@ -1,6 +1,6 @@
 #pragma once
-// The fields of a section of a scenario file, described once. From the description follow reading with checks and
-// errors, defaults, writing back, the JSON Schema for editors and the reference page.
+// The fields of a section of a scenario file, described once. Reading with checks and errors, defaults,
+// writing back, the JSON Schema for editors and the reference page all follow from the description.
 //
 // The description of a section is a function that names every key with its member, its rule, one sentence and
 // flags, in the style of a serialisation archive:
@@ -10,10 +10,10 @@
 //     f.field("reach_m", s.reach_m, positive("m"), "...");
 //   }
 //
-// The default of a key is the initialiser of the member. Fields runs the function in one of four passes: `read`
-// fills the members from YAML; `defaults` notes what a fresh struct has; `write` gives a YAML tree of what differs
-// from that; `info` collects KeyInfo. A description that depends on a value read before uses when(), so that
-// `info` sees all branches; check() acts in `read` alone.
+// The default of a key is the initialiser of the member. Fields runs the function in one of four passes:
+// `read` fills the members from YAML; `defaults` notes the values of a default-constructed struct; `write`
+// gives a YAML tree of the values that differ from them; `info` collects KeyInfo. A description that depends
+// on an earlier value uses when(), so that `info` visits all branches; check() acts in `read` alone.
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -75,7 +75,8 @@ class Fields {
     body();
     end();
   }
-  /// A mapping that describe(Fields&, S&) describes; `shared` names what appears in several places.
+  /// A mapping that describe(Fields&, S&) describes; `shared` is the name of a section used in several
+  /// places.
   template <class S, class = decltype(describe(std::declval<Fields&>(), std::declval<S&>()))>
   void section(const char* key, const char* doc, S& member, unsigned flags = 0, const char* shared = "") {
     begin(key, key, doc, flags, shared);
@@ -96,7 +97,7 @@ class Fields {
     section(
         key, doc, [&] { describe_it(*member); }, kAlwaysWritten);
   }
-  /// Names that the user chooses, each with a mapping; S::name is the name. `fresh` makes an item, `describe_item`
+  /// User-chosen names, each with a mapping; S::name is the name. `fresh` makes an item, `describe_item`
   /// describes one.
   template <class S, class Make, class Describe>
   void entries(const char* key, std::vector<S>& items, const char* doc, const char* item_doc, unsigned flags,
@@ -188,32 +189,32 @@ class Fields {
   }
   /// A pose: position_m, and at most one of rpy_rad, rpy_deg, quaternion_xyzw, rotation_matrix.
   void pose(const char* key, Pose& pose, const char* doc, unsigned flags = 0);
-  /// Angles under NAME_rad or NAME_deg, one of which must be there. `count` 0: any number.
+  /// Angles under NAME_rad or NAME_deg, one of which is required. `count` 0: any number.
   void angles(const std::string& name, std::vector<double>& angles_rad, std::size_t count, const char* doc);
-  /// Of these keys at least and at most so many must be given; the texts are those of errors.
+  /// At least and at most this many of these keys are given; the texts are those of errors.
   void alternatives(const std::vector<std::string>& keys, std::size_t least, std::size_t most,
                     const std::string& place, const std::string& found, const std::string& allowed);
-  /// These two are given together or not at all.
+  /// Both keys are given or neither is.
   void together(const char* a, const char* b);
 
-  /// What one of the names of an earlier section may be.
+  /// A name of an entry of an earlier section.
   NameOf name_of(const std::vector<const char*>& sections, const char* what) const;
   ExistingFile file() const { return {directory_}; }
 
   // Pass `read` alone.
 
   bool has(const std::string& key) const;
-  /// The value of a key, which is known from now on.
+  /// The value of a key; marks the key as known.
   std::optional<FieldValue> find(const std::string& key);
   /// Fails unless `good`. `key` empty: the section itself.
   void check(bool good, const std::string& key, const std::string& found, const std::string& allowed) const {
     if (reading() && !good) fail(key, found, allowed);
   }
   [[noreturn]] void fail(const std::string& key, const std::string& found, const std::string& allowed) const;
-  /// "file:line:column: dotted.key" of a key, for an error that is found only later; else empty.
+  /// "file:line:column: dotted.key" of a key, for a later error message; empty in other passes.
   std::string place(const std::string& key) const;
   const std::string& path() const { return frames_.back().path; }
-  /// (section, name) of all entries so far.
+  /// (section, name) of all entries read so far.
   const std::vector<std::pair<std::string, std::string>>& names() const { return names_; }
   void add_name(const std::string& section, const std::string& name) { names_.emplace_back(section, name); }
 
@@ -228,14 +229,14 @@ class Fields {
   void or_else(KeyInfo form) {
     if (informing()) frames_.back().info.items.back().other_forms.push_back(std::move(form));
   }
-  /// It is required where this other key has one of these words.
+  /// The key is required if this other key has one of these words.
   void required_for(const char* word_key, std::vector<std::string> words) {
     if (!informing()) return;
     frames_.back().info.items.back().required_key = word_key;
     frames_.back().info.items.back().required_for = std::move(words);
   }
 
-  /// Pass `write`: what `body` describes has its defaults.
+  /// Pass `write`: true if all fields described by `body` have their defaults.
   template <class Body>
   void note_defaults(const Body& body) {
     pass_ = Pass::defaults;

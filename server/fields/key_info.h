@@ -1,6 +1,6 @@
 #pragma once
-// What the table of a section says of one key, as plain data. The JSON Schema for editors and the reference page
-// are made of it.
+// The table's description of one key, as plain data. The JSON Schema for editors and the reference page are
+// made from it.
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -20,7 +20,7 @@ struct KeyInfo {
   std::vector<std::string> choices{};
   std::size_t min_items = 0, max_items = 0;  ///< of a list; max_items 0: any number
   std::vector<KeyInfo> items{};              ///< fields of a section; the one element of a list
-  std::vector<KeyInfo> other_forms{};        ///< what the value may be instead
+  std::vector<KeyInfo> other_forms{};        ///< alternative forms of the value
   std::string shared{};                      ///< name of a section that appears in several places
   std::string default_text{};                ///< as in a file; empty: without one
   bool required = false;
@@ -35,14 +35,14 @@ struct KeyInfo {
   Condition when{};
   std::string required_key{};  ///< required where that key has one of these words
   std::vector<std::string> required_for{};
-  /// Of a section: of these keys at least and at most so many must be given.
+  /// Of a section: at least and at most this many of these keys are given.
   struct Alternatives {
     std::vector<std::string> keys;
     std::size_t least = 0, most = 1;
     Condition when{};
   };
   std::vector<Alternatives> alternatives{};
-  std::vector<std::vector<std::string>> together{};  ///< groups of keys that are given all or not at all
+  std::vector<std::vector<std::string>> together{};  ///< groups of keys of which all or none are given
 };
 
 }  // namespace takt

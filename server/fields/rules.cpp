@@ -37,7 +37,8 @@ std::string exact_text(Number value) {
   char digits[32];
   const auto end = std::to_chars(std::begin(digits), std::end(digits), value).ptr;
   std::string text(std::begin(digits), end);
-  // YAML 1.1 knows no 1e-07, and JSON no 1.e-07.
+  // A number with a decimal point and digits on both sides is valid in YAML 1.1 (not 1e-07) and in JSON (not
+  // 1.e-07).
   const auto exponent = text.find('e');
   if (exponent != std::string::npos && text.find('.') == std::string::npos) text.insert(exponent, ".0");
   return text;

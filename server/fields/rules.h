@@ -1,8 +1,9 @@
 #pragma once
-// Rules of values: what a key of a scenario may hold, how it is read and checked, and how it is written back.
+// Rules of values: the values that a key of a scenario may have, and how they are read, checked and written
+// back.
 //
-// A rule has four functions: read() throws ScenarioError for a wrong value; write() gives a node that is read back
-// as the same bits; info() says the same as data; allowed() says it in words.
+// A rule has four functions: read() throws ScenarioError for a wrong value; write() gives a node that reads
+// back to the same bits; info() describes the rule as data; allowed() describes it in words.
 #include <algorithm>
 #include <array>
 #include <map>
@@ -56,7 +57,7 @@ struct Text {
   static KeyInfo info() { return {.kind = KeyInfo::Kind::text}; }
 };
 
-/// The name of something that the scenario has.
+/// The name of an entry of the scenario.
 struct NameOf {
   std::vector<std::string> names;
   const char* what = "";  ///< "a robot"
@@ -103,7 +104,7 @@ struct Choice {
     return result;
   }
 };
-/// Words that stand for themselves.
+/// Words without associated values.
 template <class Words>
 Choice<std::string> choice_of(const Words& words) {
   Choice<std::string> result;
@@ -142,7 +143,7 @@ struct ForJoints {
   KeyInfo info() const;
 };
 
-/// Red, green, blue, and alpha if given.
+/// Red, green, blue, and optionally alpha.
 struct Color {
   static std::string allowed() { return "three or four numbers in [0, 1]: red, green, blue, alpha"; }
   static void read(const FieldValue& value, std::array<float, 4>& color);

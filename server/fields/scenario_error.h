@@ -1,5 +1,5 @@
 #pragma once
-// Errors of scenarios. Each names file, line, column, key, what was found and what is allowed.
+// Errors of scenarios. Each names file, line, column, key, the value found and the values allowed.
 #include <stdexcept>
 
 namespace takt {

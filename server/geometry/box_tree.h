@@ -1,6 +1,6 @@
 #pragma once
-// A hierarchy of boxes over many small things fixed in one body (faces, penetration lines): flat, one thing
-// per leaf, built once.
+// A hierarchy of boxes over many small things fixed in one body (faces, penetration lines): one array of
+// nodes, one thing per leaf, built once.
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -17,17 +17,17 @@ class BoxTree {
   explicit BoxTree(const std::vector<Aabb>& boxes);
 
   bool empty() const { return nodes_.empty(); }
-  /// Around everything. Not to be called if empty.
+  /// The box around everything. The tree must not be empty.
   const BodyBox& bounds() const { return nodes_.front().box; }
 
-  /// Calls visit(thing) for each thing whose box, grown by `margin`, the segment p-q touches; none is left
-  /// out, a few others may come too.
+  /// Calls visit(thing) for each thing whose box, grown by `margin`, the segment p-q touches, and possibly
+  /// for a few others.
   template <typename Visit>
   void visit_segment(const Vec3& p, const Vec3& q, double margin, const Visit& visit) const {
     if (empty()) return;
     const Segment segment(p, q, margin);
     if (!segment.touches(nodes_.front().box)) return;
-    // Nodes on the stack are known to be touched.
+    // Every node on the stack is touched.
     std::array<std::int32_t, kDepth> stack;
     std::size_t size = 0;
     std::int32_t index = 0;
@@ -55,8 +55,8 @@ class BoxTree {
     }
   }
 
-  /// Calls visit(thing) for things whose boxes are no further from p than a limit, nearer boxes first as far
-  /// as the tree tells: `limit2`, squared (m^2), may be lowered by visit while the walk goes on.
+  /// Calls visit(thing) for things whose boxes are no further from p than a limit, nearer boxes roughly
+  /// first. `limit2` is squared (m^2); visit may lower it during the walk.
   template <typename Visit>
   void visit_near(const Vec3& p, const double& limit2, const Visit& visit) const {
     if (empty()) return;
@@ -84,10 +84,10 @@ class BoxTree {
     }
   }
 
-  /// Per thing a number of what it belongs to: nodes whose things have it in common are labelled with it.
+  /// Labels each thing with a number; a node gets the label that all its things share, else -1.
   void label(const std::vector<std::int32_t>& labels);
-  /// Goes down where enter(box, label) is true (label -1: things differ, or are not labelled), and calls
-  /// visit(thing) until it returns false. False if it did.
+  /// Descends into nodes for which enter(box, label) is true (label -1: several labels, or unlabelled), and
+  /// calls visit(thing) until it returns false. Returns false if visit did.
   template <typename Enter, typename Visit>
   bool walk(const Enter& enter, const Visit& visit) const {
     if (empty()) return true;
@@ -122,7 +122,7 @@ class BoxTree {
   struct Segment {
     Segment(const Vec3& p, const Vec3& q, double margin)
         : middle(0.5 * (p + q)), half((0.5 * (q - p)).cwiseAbs()), direction(0.5 * (q - p)), width(margin) {
-      // Along an axis, or hardly longer than wide: its box tells enough.
+      // Along an axis, or hardly longer than wide: its box is tight enough.
       const double longest = half.maxCoeff();
       slanted = longest > margin && half.sum() > 1.1 * longest;
     }

@@ -5,7 +5,7 @@
 namespace takt {
 namespace {
 
-/// Whether the foot of `point` on the plane of the triangle (normal not unit) is within the triangle.
+/// Whether the projection of `point` onto the plane of the triangle (normal not unit) is within the triangle.
 bool foot_inside(const Vec3& point, const std::array<Vec3, 3>& t, const Vec3& normal) {
   for (std::size_t k = 0; k < 3; ++k)
     if (normal.dot((t[(k + 1) % 3] - t[k]).cross(point - t[k])) < 0.0) return false;

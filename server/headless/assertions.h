@@ -1,5 +1,5 @@
 #pragma once
-// Checks what a scenario demands of a run (section `assertions`) while it runs.
+// Checks the section `assertions` of a scenario during a run.
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <ostream>
@@ -15,25 +15,26 @@ struct AssertionResult {
   enum class Verdict {
     passed,
     failed,
-    skipped,  ///< there was nothing to judge by, e.g. contact forces below level of detail 3
+    skipped,  ///< no data for a verdict, e.g. contact forces below level of detail 3
   };
   std::string name, kind;
   Verdict verdict = Verdict::skipped;
-  std::string sentence;  ///< what was found and what is allowed
+  std::string sentence;  ///< the value found and the values allowed
   double time_s = 0.0;   ///< of the finding
-  /// Of what is judged by a number (SI units): that number, and what is allowed; absent where there is none.
+  /// For a verdict on a number (SI units): the number and the limits; absent otherwise.
   std::optional<double> value{}, lower{}, upper{};
 };
 const char* to_string(AssertionResult::Verdict verdict);
 
 class AssertionChecker {
  public:
-  /// All outlive it. Throws ScenarioError for a signal that the device does not have, or names that fit
-  /// nothing.
+  /// All arguments must outlive it. Throws ScenarioError for a signal that the device lacks, or names that
+  /// fit no object.
   AssertionChecker(const Scenario& scenario, const Simulation& simulation);
-  /// After every step (and before the first one).
+  /// Call it with the initial state and after every step.
   void note(const Simulation& simulation);
-  /// At the end; `fault`: why the run ended early, or empty. Demands whose time was not reached have failed.
+  /// At the end; `fault`: the reason if the run ended early, or empty. Assertions whose time was not reached
+  /// have failed.
   std::vector<AssertionResult> finish(const Simulation& simulation, const std::string& fault);
 
  private:

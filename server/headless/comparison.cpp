@@ -92,7 +92,7 @@ class Comparer {
     for (const auto& [name, demand] : a_["assertions"].items()) {
       if (!b_["assertions"].contains(name)) continue;
       const std::string one = demand["verdict"], other = b_["assertions"][name]["verdict"];
-      // What the one cannot judge must not fail in the other.
+      // A verdict `skipped` in one run must not be a failure in the other.
       const bool agree =
           one == other || (one == "skipped" && other == "passed") || (one == "passed" && other == "skipped");
       if (!agree)
@@ -221,7 +221,7 @@ class Comparer {
                   limits_.force);
   }
 
-  /// What only one of the runs can tell must not come near its limit.
+  /// A value that only one of the runs has must keep a distance from its limit.
   void compare_margins() {
     const auto uses = [](const Json& report) {
       std::map<std::string, const Json*> all;

@@ -1,5 +1,5 @@
 #pragma once
-// What report and CSV say of surface contacts (level of detail 3).
+// Surface contacts in report and CSV (level of detail 3).
 #include <nlohmann/json_fwd.hpp>
 #include <ostream>
 
@@ -8,11 +8,11 @@
 
 namespace takt {
 
-/// How many pairs press at an instant, and what each of them exerts.
+/// Number of pairs with pressure at an instant, and the wrench of each.
 nlohmann::ordered_json contacts_json(const CellDescription& cell, const Snapshot& state);
 
-/// The same at the end of a run; of each pair that ever pressed the largest normal force with its time (at
-/// the ends of steps); calls of the contact algorithm as in Table 5.4.
+/// The same at the end of a run; for each pair the largest normal force with its time (at the ends of steps);
+/// calls of the contact algorithm as in Table 5.4.
 nlohmann::ordered_json contacts_json(const CellDescription& cell, const HeadlessResult& result);
 
 /// Columns of each pair that may act: normal and friction force (N), area (m2), largest pressure (Pa) and

@@ -1,5 +1,5 @@
 #pragma once
-// What the report says of devices, and of the energy that robots and devices have drawn.
+// Devices in the report, and the energy drawn by robots and devices.
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>

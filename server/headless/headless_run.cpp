@@ -24,7 +24,7 @@ double cpu_seconds(clockid_t clock = CLOCK_PROCESS_CPUTIME_ID) {
 }  // namespace
 
 namespace {
-/// Largest normal force of each pair so far.
+/// Largest normal force of each pair during the run.
 class ContactExtremes {
  public:
   void note(const Simulation& simulation) {

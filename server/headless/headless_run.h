@@ -16,9 +16,9 @@ namespace takt {
 
 struct HeadlessOptions {
   double duration_s = 0.0;        ///< > 0
-  std::filesystem::path program;  ///< controller program; empty: none
+  std::filesystem::path program;  ///< controller program; empty: without
   bool stage_times = false;       ///< measure the stages of a step (costs some of them)
-  bool contact_extremes = false;  ///< look at all contacts after every step (costs an evaluation)
+  bool contact_extremes = false;  ///< evaluates all contacts after every step (costs an evaluation)
   bool run_metrics = false;       ///< gather HeadlessResult::process, with contact_extremes in it
 };
 
@@ -39,7 +39,7 @@ struct HeadlessResult {
   Snapshot final_state;
   SimulationStatistics statistics;
   std::vector<ConnectionChange> changes;
-  std::vector<CollisionEvent> collisions;  ///< empty where nothing is checked
+  std::vector<CollisionEvent> collisions;  ///< empty without collision checking
   std::vector<WeakGrip> weak_grips;
   std::vector<AlternatingForce> alternating_forces;
   std::vector<GripExtreme> grips;  ///< of each gripper and Part that it gripped at levels of detail 1 and 2
@@ -47,21 +47,21 @@ struct HeadlessResult {
   bool surface_contact = false;  ///< some process was at level of detail 3 at the end
   ContactCallCounts contact_counts;
   std::vector<ContactExtreme> contact_extremes;  ///< of each pair that ever pressed, in the order of pairs
-  std::vector<AssertionResult> assertions;       ///< what the scenario demands, in its order
-  std::optional<RunMetrics> process;             ///< if asked for
-  /// Of simulation and program; what gathering `process` took is apart (processor time).
+  std::vector<AssertionResult> assertions;       ///< verdicts on the scenario's assertions, in their order
+  std::optional<RunMetrics> process;             ///< if requested
+  /// Of simulation and program, without the processor time of gathering `process`.
   double wall_s = 0.0, cpu_s = 0.0, gathering_s = 0.0;
   double controller_s = 0.0;  ///< wall time within the controller program
   std::string fault;          ///< why the run ended early, or empty
 };
 
-/// Called after every step (before the first one with the initial state).
+/// Called with the initial state and after every step.
 using StepObserver = std::function<void(const Simulation&)>;
-/// Called before every step; may block to pace the run.
+/// Called ahead of every step; may block to pace the run.
 using StepPacer = std::function<void(double time_s)>;
 
-/// Throws ScenarioError for a demand that names what the cell does not have. Never throws once running: a
-/// failing program or a diverging state ends the run with `fault` set.
+/// Throws ScenarioError for an assertion about an object that the cell lacks. Does not throw during the run:
+/// a failing program or a diverging state ends the run with `fault` set.
 HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, const HeadlessOptions& options,
                             const StepObserver& observer = {}, const StepPacer& pacer = {});
 

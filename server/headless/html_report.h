@@ -1,5 +1,5 @@
 #pragma once
-// The report of a run as one page for a browser: tables and plots, nothing outside of the file.
+// The report of a run as one page for a browser: tables and plots, without external files.
 #include <nlohmann/json_fwd.hpp>
 #include <ostream>
 
@@ -7,7 +7,7 @@
 
 namespace takt {
 
-/// `report`: the JSON report; `curves`: of the run, thinned to what a picture can show.
+/// `report`: the JSON report; `curves`: of the run, thinned to the resolution of the plots.
 void write_html_report(std::ostream& out, const nlohmann::ordered_json& report,
                        const std::vector<Curve>& curves);
 

@@ -10,9 +10,9 @@
 
 namespace takt {
 
-/// The cell as the controller sees it.
+/// The cell in the controller's form.
 controller::CellInfo controller_cell_info(const CellDescription& cell);
-/// The instant as the controller sees it; `input` keeps its storage.
+/// The instant in the controller's form; `input` keeps its storage.
 void fill_controller_input(const Snapshot& snapshot, controller::Input& input);
 
 class InProcessController {
@@ -26,7 +26,7 @@ class InProcessController {
   std::span<const Command> commands(const Simulation& simulation);
   bool finished() const { return finished_; }
   double period_s() const { return controller_.period_s(); }
-  /// What the program's routines do, from keep_steps() on.
+  /// Steps of the program's routines, after keep_steps().
   void keep_steps() { controller_.keep_steps(); }
   const std::vector<controller::ProgramStep>& steps() const { return controller_.steps(); }
 
@@ -39,7 +39,7 @@ class InProcessController {
   Snapshot snapshot_;
   controller::Input input_;
   std::vector<Command> commands_;
-  /// Of each driven device: what was checked last, and the command it made.
+  /// Of each driven device: the last checked set-point, and its command.
   std::vector<std::pair<controller::DeviceSetPoint, DeviceCommand>> device_commands_;
   std::uint64_t boundary_ = 0;
   bool finished_ = false;

@@ -98,7 +98,8 @@ void McapRecording::record(const Simulation& simulation) {
   if (due(next_status_, kStatus_s)) write_status(simulation);
 }
 
-/// Of a run that nobody waits for: there is no lag, no overrun, no latency, and a rejected command ends it.
+/// Status of a run without real time: lag, overruns and latency are zero, and a rejected command ends the
+/// run.
 void McapRecording::write_status(const Simulation& simulation) {
   const CellDescription& cell = simulation.description();
   takt_msgs::msg::Status status;

@@ -1,7 +1,7 @@
 #pragma once
-// What takt-run run --mcap writes: the samples that takt-server would publish of the same run, with simulated
-// time as the time of the recording. Instants come as often as asked for, frames (/tf) and status as often in
-// simulated time as a server in real time sends them.
+// Recording of takt-run run --mcap: the samples that takt-server would publish of the same run, with simulated
+// time as the time of the recording. Instants are recorded at the requested rate, frames (/tf) and status in
+// simulated time at the rate of a server in real time.
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
@@ -33,9 +33,10 @@ class McapRecording {
   /// simulation must outlive it.
   McapRecording(const std::filesystem::path& file, const Simulation& simulation,
                 McapRecordingOptions options);
-  /// After every step, and before the first: writes the instants that are due. Throws RecordingError.
+  /// Call it with the initial state and after every step: writes the instants that are due. Throws
+  /// RecordingError.
   void record(const Simulation& simulation);
-  /// Before the instants that come after it.
+  /// Ahead of the following instants.
   void record(takt_msgs::msg::Event event);
   void close() { writer_.close(); }
   std::uint64_t message_count() const { return writer_.message_count(); }

@@ -62,7 +62,7 @@ void write_picture(const CellDescription& cell, const Snapshot& snapshot, const 
   for (std::size_t i = 0; i < cell.robots.size(); ++i) {
     const RobotDescription& robot = cell.robots[i];
     const double height = robot.X_WR.p.z();
-    if (height > 0.0) {  // what the robot stands on
+    if (height > 0.0) {  // the robot's pedestal
       const Pose X_WP{Mat3::Identity(), Vec3(robot.X_WR.p.x(), robot.X_WR.p.y(), 0.5 * height)};
       scene.meshes.push_back(render::make_box(X_WP, Vec3(0.24, 0.24, height), {0.45, 0.46, 0.48}));
     }

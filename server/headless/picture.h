@@ -8,7 +8,7 @@
 
 namespace takt {
 
-/// Where pictures are taken from, and what is in their middle, in the world (m).
+/// View points of pictures, and their centre, in the world (m).
 struct PictureView {
   Vec3 eye_W, target_W;
 };

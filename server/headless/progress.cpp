@@ -20,7 +20,7 @@ std::string bar_of(double part) {
   return "[" + bar + "]";
 }
 
-/// ", 12 s left"; nothing while nothing is done.
+/// ", 12 s left"; empty at the start.
 std::string left_of(double part, double wall_s) {
   if (!(part > 0.0)) return "";
   const double left_s = wall_s * (1.0 - part) / part;
@@ -32,7 +32,7 @@ std::string left_of(double part, double wall_s) {
   return text;
 }
 
-/// `part`: how much is done; `part_here`: of what was to be done when the wall time began.
+/// `part`: finished share; `part_here`: of the work at the start of the wall time.
 std::string line_of(double part, const std::string& what, double part_here, double wall_s) {
   char text[32];
   std::snprintf(text, sizeof text, " %3.0f %%  ", std::floor(100.0 * part));

@@ -179,7 +179,7 @@ Json statistics_json(const SimulationStatistics& s) {
           {"clearance_distances", s.clearance_distances}};
 }
 
-// What the solver did within the steps of the simulation.
+// Work of the solver within the steps of the simulation.
 Json solver_json(const SolverStatistics& s) {
   return {{"steps", s.steps},
           {"rejected_steps", s.rejected_steps},

@@ -1,5 +1,5 @@
 #pragma once
-// What a headless run leaves behind: a JSON report, a table for people, a CSV file.
+// Results of a headless run: a JSON report, a table for users, a CSV file.
 #include <fstream>
 #include <ostream>
 #include <string>
@@ -25,11 +25,11 @@ std::string_view verdict(const HeadlessResult& result);
 std::string report_json(const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
                         const HeadlessResult& result);
 
-/// The same as a page for a browser, with plots. Of a run that gathered process numbers.
+/// The same as a page for a browser, with plots. For a run with metrics (HeadlessOptions::run_metrics).
 void write_html(std::ostream& out, const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
                 const HeadlessResult& result);
 
-/// Largest distance of a Part from its expected place (m); 0 if none is expected.
+/// Largest distance of a Part from its expected place (m); 0 without expected places.
 double max_position_error_m(const Scenario& scenario, const CellDescription& cell, const Snapshot& state);
 
 /// A table of final positions against the expected ones.
@@ -40,7 +40,7 @@ void print_summary(std::ostream& out, const Scenario& scenario, const CellDescri
 /// partner; per robot the positions of its joints, their velocities, and at level of detail 2, by joint too,
 /// motor current (A), gear deflection (rad, motor side) and friction mode (-1 and 1 sliding, 0 sticking;
 /// these three if a drive has a motor), torque (N m), then power (W) and energy (J) of the robot; per gripper
-/// width; per device its signals; where surface contact acts at the beginning, what each pair exerts
+/// width; per device its signals; with surface contact at the beginning, the wrench of each pair
 /// (contact_report.h).
 class CsvWriter {
  public:

@@ -1,6 +1,5 @@
 #pragma once
-// What the report says of robots at one instant: motion, and of dynamic ones loads, torques, power and
-// energy.
+// Robots in the report at one instant: motion, and for dynamic robots loads, torques, power and energy.
 #include <nlohmann/json_fwd.hpp>
 
 #include "server/simulation/model/cell_description.h"

@@ -9,7 +9,7 @@ namespace takt {
 
 namespace {
 
-constexpr std::size_t kMaxPoints = 20000;  // of a curve; then every second one is left out
+constexpr std::size_t kMaxPoints = 20000;  // of a curve; beyond it every second one is dropped
 
 constexpr const char* kContactForces = "Contact forces";
 
@@ -111,7 +111,7 @@ void ProcessRecorder::note_curves() {
   times_s_.push_back(t);
   const std::vector<ConsumedEnergy> energies = consumed_energies(cell_, snapshot_);
   for (std::size_t i = 0; i < energies_J_.size(); ++i) {
-    // A robot that went down to level of detail 1 draws nothing more that is known.
+    // The energy of a robot that changed to level of detail 1 stays constant.
     energies_J_[i].push_back(i < energies.size()      ? energies[i].energy_J
                              : energies_J_[i].empty() ? 0.0
                                                       : energies_J_[i].back());
@@ -138,12 +138,12 @@ void ProcessRecorder::note_curves() {
     auto& points = numbers_.curves.back().points;
     points.insert(points.begin(), {times_s_[times_s_.size() - 2], 0.0});
   }
-  for (Curve& curve : numbers_.curves)  // pairs that pressed before
+  for (Curve& curve : numbers_.curves)  // earlier pairs without pressure at this time
     if (curve.group == kContactForces && curve.points.back().first < t) curve.points.emplace_back(t, 0.0);
   for (std::size_t d = 0; d < cell_.devices.size(); ++d)
     for (std::size_t s = 0; s < cell_.devices[d].signals.size(); ++s) {
       const SignalDescription& signal = cell_.devices[d].signals[s];
-      if (signal.name == "power" || signal.name == "energy") continue;  // told as consumers
+      if (signal.name == "power" || signal.name == "energy") continue;  // listed as consumers
       add("Devices: " + signal.name, cell_.devices[d].name, signal.unit, snapshot_.devices[d].signals[s]);
     }
 }
@@ -156,7 +156,7 @@ void ProcessRecorder::halve_curves() {
   halve(times_s_);
   for (auto& energies : energies_J_) halve(energies);
   for (Curve& curve : numbers_.curves) halve(curve.points);
-  // The next point falls on the new grid.
+  // Aligns the next point with the new grid.
   next_ = (next_ + 1) / 2;
   period_s_ *= 2.0;
 }
@@ -184,7 +184,7 @@ RunMetrics ProcessRecorder::finish(const Simulation& simulation,
     numbers_.holding.back().part = pair.first;
     numbers_.holding.back().holder = pair.second;
   }
-  // Of a routine that names its steps these are told, of any other its calls.
+  // A routine with named steps is reported by these, any other one by its calls.
   std::vector<char> names(cell_.robots.size(), 0);
   for (const controller::ProgramStep& step : steps)
     if (step.named) names[static_cast<std::size_t>(step.robot)] = 1;

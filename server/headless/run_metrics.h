@@ -1,6 +1,6 @@
 #pragma once
-// What a run says of the process as such: how long its steps take and what they cost, the largest loads with
-// their times, and curves of power, torques, forces and devices. Gathered while it runs.
+// Metrics of a run: durations and energy of its steps, the largest loads with their times, and curves of
+// power, torques, forces and devices. Gathered during the run.
 #include <array>
 #include <map>
 #include <set>
@@ -15,7 +15,7 @@ namespace takt {
 
 struct Peak {
   double value = 0.0, time_s = 0.0;
-  /// Keeps the larger one.
+  /// Keeps the larger value.
   void note(double candidate, double at_s) {
     if (candidate > value) *this = {candidate, at_s};
   }
@@ -33,8 +33,8 @@ struct RobotExtremes {
   bool dynamic = false;                    ///< was above level of detail 1 at some time
 };
 
-/// When two components pressed most upon each other by surface contact. What touches as the run begins
-/// settles from touching to pressing: its first 0.1 s do not count, here and in HoldingExtreme.
+/// Largest pressure of two components by surface contact, with its time. Contacts at the start settle from
+/// touching to pressing: their first 0.1 s do not count, here and in HoldingExtreme.
 struct ContactExtreme {
   double time_s = 0.0;
   ContactSample sample;
@@ -53,7 +53,7 @@ struct ConsumerNumbers {
   Peak power_W;
 };
 
-/// A step of the program, with what each consumer drew meanwhile (in their order).
+/// A step of the program, with the energy of each consumer during it (in their order).
 struct StepNumbers {
   controller::ProgramStep step;
   std::vector<double> energy_J;
@@ -76,11 +76,11 @@ struct RunMetrics {
 class ProcessRecorder {
  public:
   /// Curves have a point every `period_s`, of long runs fewer. Robots above level of detail 1 and contacts
-  /// are looked at after every step, what moves by kinematics alone with the curves.
+  /// are evaluated after every step, purely kinematic motion with the curves.
   ProcessRecorder(const Simulation& simulation, double period_s);
-  /// Before the first step and after every one.
+  /// Call it with the initial state and after every step.
   void note(const Simulation& simulation);
-  /// At the end. A step that still goes on ends then.
+  /// At the end, which also ends an unfinished step.
   RunMetrics finish(const Simulation& simulation, const std::vector<controller::ProgramStep>& steps);
 
  private:
@@ -88,7 +88,8 @@ class ProcessRecorder {
   void note_curves();
   void halve_curves();
   double energy_at(std::size_t consumer, double time_s) const;
-  /// The pair touches since the run began, which is not long ago. `from_start`: pairs found at the beginning.
+  /// The pair has touched for a short time after the start of the run. `from_start`: pairs in contact at the
+  /// beginning.
   bool settles(std::set<std::pair<int, int>>& from_start, std::pair<int, int> pair) const;
 
   const CellDescription& cell_;

@@ -79,7 +79,7 @@ class Schema {
   Json section(const KeyInfo& info) {
     Json schema{{"type", "object"}, {"properties", Json::object()}, {"additionalProperties", false}};
     Json required = Json::array(), all = Json::array();
-    std::map<std::string, Json> conditions;  // by the condition as text: what holds then, and else
+    std::map<std::string, Json> conditions;  // by the condition as text: its branches
     for (const KeyInfo& field : info.items) {
       if (field.key == "*") {
         schema["additionalProperties"] = property(field);

@@ -54,7 +54,7 @@ std::string content(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
-/// A name beside a file that no other process uses, on no other machine either.
+/// A name beside a file, unique among processes and machines.
 fs::path part_of(const fs::path& file) {
   char host[65] = "";
   gethostname(host, sizeof host - 1);
@@ -68,7 +68,7 @@ void write_whole(const fs::path& file, const std::string& text) {
     throw std::runtime_error(file.string() + ": cannot be written: " + error.message());
 }
 
-/// What makes this study this study.
+/// Identity of a study.
 std::string manifest(const StudyOptions& options) {
   Json keys = Json::array();
   for (const VariedKey& key : options.keys)
@@ -92,7 +92,7 @@ void claim_directory(const StudyOptions& options) {
         "study again, another --table, or remove the directory");
 }
 
-/// Held while somebody works on the directory: by one process alone, or by tasks of an array job together.
+/// Lock of the directory during work on it: by one process alone, or shared by the tasks of an array job.
 class DirectoryLock {
  public:
   DirectoryLock(const fs::path& directory, bool shared) {
@@ -120,7 +120,7 @@ void remove_parts(const StudyOptions& options) {
   for (const fs::path& part : parts) fs::remove(part);
 }
 
-/// Its report is there, and whole.
+/// Whether its report exists and is complete.
 bool is_done(const StudyOptions& options, int run) {
   const fs::path file = file_of(options, run, ".json");
   return fs::exists(file) && Json::accept(content(file));
@@ -149,7 +149,7 @@ pid_t start(const StudyOptions& options, int run) {
   if (pid < 0) throw std::runtime_error(std::string("fork: ") + std::strerror(errno));
   if (pid == 0) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (getppid() != parent) _exit(126);  // it was gone before
+    if (getppid() != parent) _exit(126);  // the parent died earlier
     const int messages = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
     if (messages >= 0) dup2(messages, STDERR_FILENO);
     execv(argv.front(), argv.data());
@@ -195,8 +195,8 @@ std::string plotted_column(const StudyOptions& options, const Table& table) {
   return "computation_ratio";
 }
 
-/// What is drawn is in the table: asked as soon as one run is done, not after all of them. Pairs that press
-/// are columns of their own, and which of them do may differ from run to run.
+/// Checks after the first finished run, not after all of them, that the table has the plotted columns. Pairs
+/// with pressure are columns of their own, and they may differ from run to run.
 void check_plotted_column(const StudyOptions& options, int done_run) {
   if (options.plot.find('|') != std::string::npos) return;
   Table table;
@@ -237,7 +237,7 @@ std::string command_of(const StudyOptions& options) {
 }  // namespace
 
 void write_slurm_job(const StudyOptions& options, const std::filesystem::path& directory) {
-  constexpr int kMaxTasks = 1000;  // MaxArraySize of Slurm is 1001 where nothing else is set
+  constexpr int kMaxTasks = 1000;  // the default of Slurm's MaxArraySize is 1001
   claim_directory(options);
   fs::create_directories(directory);
   const int tasks = std::min(study_runs(options), kMaxTasks);

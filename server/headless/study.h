@@ -1,7 +1,7 @@
 #pragma once
-// `takt-run study SCENARIO --vary KEY=FROM:TO:N`: the same scenario with other values, every combination a run of its own,
-// several at once, each a process. What is done is kept beside the table, so that a study that was
-// interrupted goes on where it was.
+// `takt-run study SCENARIO --vary KEY=FROM:TO:N`: the same scenario with other values, every combination a run of
+// its own, several at once, each a process. Results are stored beside the table, so that an interrupted study
+// continues.
 #include <filesystem>
 #include <iosfwd>
 #include <string>
@@ -29,8 +29,8 @@ struct StudyOptions {
   std::filesystem::path table;  ///< CSV; reports of single runs go into TABLE.runs, the plot to TABLE.svg
   std::string plot;             ///< column; empty: the first contact force, or else the position error
   int jobs = 1;                 ///< processes at once
-  /// Of so many processes that share the runs, this one does run `task`, task + tasks, ... More than one
-  /// task: they may work at the same time, on several machines, and none writes the table.
+  /// Of `tasks` processes that share the runs, this one does run `task`, task + tasks, ... With more than one
+  /// task: they may work at the same time, on several machines, and do not write the table.
   int task = 0, tasks = 1;
   bool bar = false;  ///< show a bar with the time left on the error output, where that is a terminal
 };
@@ -39,19 +39,20 @@ int study_runs(const StudyOptions& options);
 /// Values of a run, in the order of the keys; the last key varies fastest.
 std::vector<double> study_values(const StudyOptions& options, int run);
 
-/// Runs what is missing, and writes table and plot. Throws ScenarioError where runs refuse their arguments,
-/// the directory belongs to another study, or another process works on it. Returns how many runs were done
-/// before.
+/// Runs the missing combinations, and writes table and plot. Throws ScenarioError if runs refuse their
+/// arguments, the directory belongs to another study, or another process works on it. Returns the number of
+/// runs finished earlier.
 int run_study(const StudyOptions& options, std::ostream& progress);
 
-/// "I/N", a task of so many. Throws ScenarioError.
+/// "I/N": task I of N. Throws ScenarioError.
 std::pair<int, int> parse_task(const std::string& text);
 
-/// Writes what hands the study to Slurm: submit.sh, study.sbatch (an array job, a task for each run, up to
-/// 1000) and table.sbatch (after it). Files of the study are where the table is, which all machines must see.
+/// Writes the files that submit the study to Slurm: submit.sh, study.sbatch (an array job, a task for each
+/// run, up to 1000) and table.sbatch (after it). Files of the study are in the table's directory, which all
+/// machines must share.
 void write_slurm_job(const StudyOptions& options, const std::filesystem::path& directory);
 
-/// The table of all reports there are.
+/// The table of all available reports.
 Table study_table(const StudyOptions& options);
 
 }  // namespace takt

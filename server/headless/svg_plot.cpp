@@ -12,7 +12,7 @@ namespace takt {
 
 namespace {
 
-/// An axis from one end to the other with round numbers.
+/// An axis between two ends with round numbers.
 struct Axis {
   double lower = 0.0, upper = 1.0, step = 1.0;
 

@@ -14,7 +14,7 @@ struct PlotLine {
 
 struct Plot {
   std::string title, x, y;  ///< with units
-  std::string legend;       ///< what the names of the lines are values of; may be empty
+  std::string legend;       ///< quantity of the lines' names; may be empty
   std::vector<PlotLine> lines;
   bool markers = false;  ///< a circle at each point
   double width = 720.0, height = 440.0;
@@ -22,7 +22,7 @@ struct Plot {
 
 void write_svg(std::ostream& out, const Plot& plot);
 
-/// What stands for itself in XML and HTML is written so that it is read as it is here.
+/// Escapes characters with a meaning in XML and HTML.
 std::string xml_escaped(const std::string& text);
 
 }  // namespace takt

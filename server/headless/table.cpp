@@ -11,7 +11,7 @@ namespace takt {
 
 namespace {
 
-/// What separates cells, or breaks lines, is quoted.
+/// Quotes text with separators or line breaks.
 std::string cell_text(const std::string& text) {
   if (text.find_first_of(",\"\n") == std::string::npos) return text;
   std::string result = "\"";

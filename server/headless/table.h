@@ -9,7 +9,7 @@ namespace takt {
 
 class Table {
  public:
-  /// Cells of a new row; columns appear in the order in which they are first named.
+  /// Starts a new row; columns appear in the order of their first use.
   void begin_row() { rows_.emplace_back(); }
   void set(const std::string& column, const std::string& value);
   void set(const std::string& column, double value);
@@ -21,7 +21,7 @@ class Table {
 
   void write_csv(std::ostream& out) const;
   /// Points of `y` over `x`, one line for each value of `series` (empty: one line). Rows without numbers are
-  /// left out.
+  /// skipped.
   void write_plot(std::ostream& out, const std::string& title, const std::string& x, const std::string& y,
                   const std::string& series) const;
 

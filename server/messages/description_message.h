@@ -1,5 +1,5 @@
 #pragma once
-// The description of a cell as a message: what a client needs to know without any file.
+// The description of a cell as a message, for clients without access to files.
 #include <stdexcept>
 #include <string>
 
@@ -17,8 +17,8 @@ class MessageError : public std::runtime_error {
 /// A mesh of more triangles is refused when the cell is described.
 inline constexpr std::size_t kMaxTriangles = 4'000'000;
 
-/// Throws MessageError for a name or a text that is too long or no text, more elements than the IDL allows, and a mesh
-/// that is too large.
+/// Throws MessageError for a name or a text that is too long or no text, more elements than the IDL allows,
+/// and a mesh that is too large.
 takt_msgs::msg::CellDescription to_message(const CellDescription& cell, const std::string& server_version);
 
 }  // namespace takt

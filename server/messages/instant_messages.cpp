@@ -8,7 +8,7 @@
 namespace takt {
 namespace {
 
-/// What all messages of an instant begin with.
+/// The common header of all messages of an instant.
 template <typename Type>
 void fill_instant(Type& message, const Snapshot& snapshot) {
   message.stamp = to_time(snapshot.time_s);

@@ -1,6 +1,6 @@
 #pragma once
-// One instant of a cell as messages: what a server publishes and a recording holds. Each message is made once for a cell,
-// with everything that does not change, and filled for each instant.
+// One instant of a cell as messages, as a server publishes them and a recording contains them. Each message
+// is made once for a cell, with all constant content, and filled for each instant.
 #include <vector>
 
 #include "ros2_msgs.h"
@@ -20,18 +20,18 @@ void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const
 sensor_msgs::msg::JointState make_joint_states_message(const RobotDescription& robot);
 void fill(sensor_msgs::msg::JointState& message, const Snapshot& snapshot, std::size_t robot);
 
-/// The message has room for every robot and device; fill() lists the robots that have dynamics at this
-/// instant, then the devices with a meter, and says whether there is one. It does not allocate from the
-/// second time on.
+/// The message has room for every robot and device; fill() lists the robots with dynamics at this instant,
+/// then the devices with a meter, and returns whether there is one. It does not allocate after the first
+/// call.
 takt_msgs::msg::Power make_power_message(const CellDescription& cell);
 bool fill(takt_msgs::msg::Power& message, const CellDescription& cell, const Snapshot& snapshot);
 
-/// The message with room for so many contacts; fill() lists those that press and says whether a process is at
-/// level of detail 3. It does not allocate.
+/// The message with room for `capacity` contacts; fill() lists those with pressure and returns whether a
+/// process is at level of detail 3. It does not allocate.
 takt_msgs::msg::Contacts make_contacts_message(const CellDescription& cell, std::size_t room);
 bool fill(takt_msgs::msg::Contacts& message, const Snapshot& snapshot);
 
-/// Allocates where there are more elements than ever.
+/// Allocates if the number of elements exceeds all earlier ones.
 void fill(takt_msgs::msg::ContactPressures& message, const CellDescription& cell, const Snapshot& snapshot,
           const std::vector<PressedPair>& pairs);
 

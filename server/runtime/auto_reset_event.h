@@ -20,8 +20,8 @@ class AutoResetEvent {
     if (!posted_.exchange(true)) sem_post(&semaphore_);
   }
 
-  /// Waits for a post until `deadline_ns` of CLOCK_MONOTONIC; true when there was one. Look at the shared
-  /// data after it returns, whatever it returns.
+  /// Waits for a post until `deadline_ns` of CLOCK_MONOTONIC; true after a post. The caller must test the
+  /// shared data after both results.
   bool wait_until_ns(std::int64_t deadline_ns) {
     timespec deadline{};
     deadline.tv_sec = static_cast<time_t>(deadline_ns / 1'000'000'000);

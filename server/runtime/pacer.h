@@ -2,9 +2,9 @@
 // Holds the step loop to the wall clock: step n after the anchor is due at anchor + n * step / factor, an
 // absolute schedule, so that errors of single wake-ups do not add up.
 //
-// Being late is made good by running the following steps without waiting, as long as the lag stays within 50
-// ms. Beyond that the schedule is moved once so that the present step is due now ("re-based"), counted, and
-// told to the caller. No step is ever skipped and the step size never changes.
+// A late step is followed by steps without waiting, as long as the lag stays within 50 ms. Beyond that the
+// schedule is moved once so that the present step is due at once ("re-based"); this is counted and reported
+// to the caller. No step is ever skipped and the step size never changes.
 #include <cstdint>
 #include <string_view>
 
@@ -19,7 +19,7 @@ class Pacer {
   static constexpr std::int64_t kCatchUpLimit_ns = 50'000'000;
 
   struct Figures {
-    std::int64_t lag_ns = 0;     ///< of the newest step when it began; when re-based: before that
+    std::int64_t lag_ns = 0;     ///< of the newest step at its start; after a re-base: ahead of it
     std::uint64_t overruns = 0;  ///< steps that began a whole period or more behind schedule
     std::uint64_t max_consecutive_overruns = 0;  ///< most of them in a row
     std::uint64_t schedule_resets = 0;
@@ -27,19 +27,18 @@ class Pacer {
 
   explicit Pacer(MonotonicClock& clock) : clock_(clock) {}
 
-  /// The next step is due now; further ones every step_s / factor of wall time.
+  /// The next step is due at once; further ones every step_s / factor of wall time.
   void anchor(double step_s, double factor);
 
   enum class Result {
-    not_due,  ///< slept as long as allowed, the step is still to come: call again
-    due,      ///< take the step now
-    rebased,  ///< take the step now; the lag exceeded the limit and the schedule was moved by lag_ns
+    not_due,  ///< slept for the allowed time, the step is not due: call again
+    due,      ///< take the step
+    rebased,  ///< take the step; the lag exceeded the limit and the schedule was moved by lag_ns
   };
   /// Waits for the next step's time, at most `longest_sleep_ns`.
   Result wait(std::int64_t longest_sleep_ns);
 
-  /// How long the step that is to be taken next is overdue now; 0: it is not due yet. So long simulated time
-  /// is behind the clock.
+  /// Time since the next step was due, the lag of simulated time behind the clock; 0: it is not due yet.
   std::int64_t behind_ns() const;
 
   const Figures& figures() const { return figures_; }

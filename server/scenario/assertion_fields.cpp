@@ -1,16 +1,16 @@
 // The section `assertions` of scenario files.
 #include <numbers>
 
+#include "idl/common/text.h"
 #include "server/fields/fields.h"
 #include "server/scenario/scenario.h"
-#include "idl/common/text.h"
 
 namespace takt {
 
 namespace {
 using Kind = ScenarioAssertion::Kind;
 
-/// A bound that is infinite where the file says nothing.
+/// A bound that is infinite if the file does not state it.
 void bound(Fields& f, const char* key, double& value, const char* doc) {
   std::optional<double> stated;
   if (!f.reading() && std::isfinite(value)) stated = value;

@@ -90,7 +90,7 @@ bool is_checked(const CellModel& cell, const CheckedBody& a, const CheckedBody& 
   return true;
 }
 
-/// What gives way where surfaces press is the layer of the contact law.
+/// The elastic layer of the contact law allows penetrations up to its depth.
 double thickest_layer_m(const Scenario& scenario) {
   double layer_m = scenario.contact.defaults.parameters().layer_depth_m;
   for (const ScenarioContactComponent& component : scenario.contact.components)
@@ -147,8 +147,8 @@ void add_collision_checking(const Scenario& scenario, const std::vector<UrdfArm>
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     for (std::size_t j = i + 1; j < bodies.size(); ++j) {
       if (!is_checked(cell, bodies[i], bodies[j])) continue;
-      // To come close to Parts is what grippers and other Parts are for: a limit between them is only what is
-      // said of them.
+      // Grippers and other Parts must come close to Parts: their pairs have a limit only if the scenario
+      // states one.
       const bool gripper_and_part =
           (bodies[i].is_part && bodies[j].component >= 0) || (bodies[j].is_part && bodies[i].component >= 0);
       CheckedPair pair{static_cast<int>(i), static_cast<int>(j),

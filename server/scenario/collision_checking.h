@@ -6,21 +6,21 @@
 
 namespace takt {
 
-/// Fills cell.clearance and the names in its description. Components, pairs, robots and grippers must be
-/// there. Checked are
+/// Fills cell.clearance and the names in its description, after components, pairs, robots and grippers.
+/// Checked are
 /// - Gripper with Ground: the report pairs of pair generation (thesis 3.2.2);
 /// - links of robots with Grounds, and links and grippers of one robot with those of another;
-/// - links and grippers with Parts (while a gripper of the same robot holds the Part the monitor passes over
-///   them);
+/// - links and grippers with Parts (the monitor skips a Part while a gripper of the same robot holds it);
 /// - links and gripper of one robot with each other, unless the same or successive joints move them;
 /// - Parts with Parts and Grounds, by their meshes, unless a thread joins the two.
 /// `arms`: by robot; `meshes`: by component.
-/// Left out is what cannot move relative to each other, and what the scenario ignores. Throws ScenarioError
-/// for a name that fits nothing, UrdfError, MeshError.
+/// Excluded are pairs without relative motion, and pairs that the scenario ignores. Throws ScenarioError for
+/// a name that fits no pair, UrdfError, MeshError.
 void add_collision_checking(const Scenario& scenario, const std::vector<UrdfArm>& arms,
                             const std::vector<TriangleMesh>& meshes, CellModel& cell);
 
-/// Of a Part that was deleted by request: rules that name it say nothing, and are no mistake.
+/// True if the name is that of a Part deleted by request: rules that name it have no effect and are no
+/// mistake.
 bool fits_a_deleted_part(const Scenario& scenario, const std::string& pattern);
 
 }  // namespace takt

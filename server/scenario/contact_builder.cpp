@@ -38,7 +38,7 @@ void require_known(const Scenario& scenario, const CellModel& cell) {
       if (!known(name)) refuse(pair.place, name);
 }
 
-/// What is said of one component by all entries that fit it.
+/// The stated values of one component from all entries that fit it.
 ScenarioContactComponent of_component(const Scenario& scenario, const std::string& name) {
   ScenarioContactComponent result;
   for (const ScenarioContactComponent& entry : scenario.contact.components) {
@@ -56,7 +56,7 @@ double element_edge_m(const Scenario& scenario, const ScenarioContactComponent& 
   return scenario.contact.element_edge_m.value_or(default_element_edge_m(mesh));
 }
 
-/// Base and Target of two components: as a pair entry says, else as the components say, else by rule.
+/// Base and Target of two components: from a pair entry, else from the components' entries, else by rule.
 bool base_is_first(const Scenario& scenario, const CellModel& cell, std::size_t a, std::size_t b,
                    const ScenarioContactComponent& of_a, const ScenarioContactComponent& of_b) {
   const std::string& name_a = cell.components[a].name;
@@ -75,7 +75,7 @@ bool base_is_first(const Scenario& scenario, const CellModel& cell, std::size_t 
                        static_cast<int>(b));
 }
 
-/// What holds between component `a`, a Part, and `b`.
+/// The stated values of a pair: component `a`, a Part, and `b`.
 StatedContact stated_of_pair(const Scenario& scenario, const CellModel& cell, std::size_t a, std::size_t b,
                              const ScenarioContactComponent& of_a, const ScenarioContactComponent& of_b) {
   StatedContact stated = scenario.contact.defaults;
@@ -84,7 +84,7 @@ StatedContact stated_of_pair(const Scenario& scenario, const CellModel& cell, st
   if (grip) stated.replace_by(scenario.contact.grippers);
   for (const ScenarioContactPair& rule : scenario.contact.pairs)
     if (glob_match(rule.pair, cell.components[a].name, cell.components[b].name)) stated.replace_by(rule.stated);
-  // What a regularised grip carries creeps, and joints that hold it chatter.
+  // In a regularised grip the load creeps, and joints that hold it chatter.
   if (grip && !stated.value(&ContactParameters::friction_law)) stated.state(FrictionLaw::stick);
   return stated;
 }

@@ -1,5 +1,5 @@
 #pragma once
-// From what a scenario says about surface contact to surfaces and pairs.
+// Builds surfaces and pairs from a scenario's section on surface contact.
 #include <string>
 
 #include "server/geometry/mesh/quality.h"
@@ -9,16 +9,16 @@
 
 namespace takt {
 
-/// Fills cell.contact where the scenario has a section `contact` or a process of level of detail 3.
-/// `meshes`: by component. Throws ScenarioError for names that fit nothing.
+/// Fills cell.contact if the scenario has a section `contact` or a process of level of detail 3. `meshes`: by
+/// component. Throws ScenarioError for names that fit no component or pair.
 void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& meshes, CellModel& cell);
 
-/// Fills GripperModel::friction: of jaws on Parts, as the section says for surface contact, at every level.
+/// Fills GripperModel::friction, of jaws on Parts, from the section on surface contact, at every level.
 void add_grip_friction(const Scenario& scenario, CellModel& cell);
 
-/// What the mesh of a component (a jaw: gripper/left_jaw) will be like in contact, for find_contact_risks:
-/// into which edge it is divided, and whether it can carry elements. A role that the scenario states
-/// counts more than `usually_carries_elements`.
+/// Options of find_contact_risks for the mesh of a component (a jaw: gripper/left_jaw): the edge to which it
+/// is divided, and whether it can carry elements. A role stated in the scenario replaces
+/// `usually_carries_elements`.
 ContactMeshOptions contact_mesh_options(const Scenario& scenario, const std::string& component,
                                         const TriangleMesh& mesh, bool usually_carries_elements);
 

@@ -6,7 +6,7 @@ namespace takt {
 
 namespace {
 
-enum class Joined : bool { smaller, larger };  // of what two components state
+enum class Joined : bool { smaller, larger };  // of the stated values of two components
 
 /// One row for each parameter. All else about parameters follows from it.
 template <class Visit>

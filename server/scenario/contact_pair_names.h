@@ -13,8 +13,8 @@ namespace takt {
 std::string contact_pair_name(const CellDescription& cell, const ContactPairModel& pair);
 
 /// Pairs (indices of the model's, ascending) whose name, BASE-TARGET or TARGET-BASE, fits one of the
-/// patterns:
-/// `*` stands for any characters; they are separated by commas. `unknown` gets those that fit none.
+/// patterns: `*` stands for any characters; patterns are separated by commas. `unknown` receives the patterns
+/// that fit no pair.
 std::vector<std::size_t> find_contact_pairs(const ContactModel& model, const CellDescription& cell,
                                             std::string_view patterns,
                                             std::vector<std::string>* unknown = nullptr);

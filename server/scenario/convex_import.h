@@ -1,6 +1,5 @@
 #pragma once
-// The convex shapes that a component's mesh gets for the collision check, and how far they are from its
-// solid.
+// The convex shapes of a component's mesh for the collision check, and their deviation from its solid.
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -18,9 +17,9 @@ class ConvexImporter {
   /// Figures and notes go into the cell.
   ConvexImporter(const Scenario& scenario, const ImportOptions& options, CellModel& cell);
 
-  /// The shapes as the source says, never empty. `solid` is the mesh of `file`, lengths multiplied by
-  /// `scale`. Adds a ConvexImport, and an ImportNote if more of the volume is lost or gained than is allowed.
-  /// Throws ScenarioError naming the component if the source yields no shapes, MeshError for a file.
+  /// The shapes as the source states, never empty. `solid` is the mesh of `file`, lengths multiplied by
+  /// `scale`. Adds a ConvexImport, and an ImportNote if the lost or gained volume exceeds the limit. Throws
+  /// ScenarioError with the component's name if the source yields no shapes, MeshError for a file.
   std::vector<ConvexShape> shapes(const std::string& component, const std::filesystem::path& file,
                                   double scale, const TriangleMesh& solid, const ConvexSource& source);
 

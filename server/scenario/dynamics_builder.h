@@ -1,6 +1,6 @@
 #pragma once
-// From what a scenario says about drives, power, grippers and trajectories to the dynamics of each robot in
-// the cell model.
+// Builds the dynamics of each robot in the cell model from a scenario's drives, power, grippers and
+// trajectories.
 #include <vector>
 
 #include "server/scenario/scenario.h"
@@ -9,8 +9,8 @@
 
 namespace takt {
 
-/// After all components, robots and grippers are in the cell. Throws ScenarioError if a robot of a process at
-/// LoD 2 or above cannot be dynamic, saying why; a robot that is kinematic keeps the reason for later.
+/// After all components, robots and grippers are in the cell. Throws ScenarioError with the reason if a robot
+/// of a process at LoD 2 or above cannot be dynamic; for a kinematic robot the model stores the reason.
 /// `arms`: by robot.
 void add_dynamics(const Scenario& scenario, const std::vector<UrdfArm>& arms, CellModel& cell);
 

@@ -1,4 +1,4 @@
-// Drives and power of a robot, as scenario files say them.
+// Drives and power of a robot in scenario files.
 #include "server/fields/fields.h"
 #include "server/scenario/scenario_dynamics.h"
 

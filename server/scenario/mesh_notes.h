@@ -1,6 +1,6 @@
 #pragma once
-// Meshes of components with care: what was repaired, and what would falsify forces of surface contact,
-// becomes notes of the cell.
+// Notes of the cell about meshes of components: repairs, and defects that would falsify forces of surface
+// contact.
 #include <filesystem>
 #include <string>
 

@@ -1,7 +1,8 @@
 #pragma once
-// A scenario: everything a user says about a cell, as plain structs with defaults. Read from YAML by
-// scenario_reader, or written in C++; turned into a CellModel by scenario_builder. What the keys of the file are,
-// mean and may hold is said by the describe() functions (server/fields/fields.h) in the *_fields.cpp files.
+// A scenario: the user's description of a cell, as plain structs with defaults. scenario_reader reads it from
+// YAML, or C++ code fills it; scenario_builder turns it into a CellModel. The describe() functions
+// (server/fields/fields.h) in the *_fields.cpp files define the keys of the file, their meaning and their
+// values.
 #include <array>
 #include <filesystem>
 #include <map>
@@ -20,7 +21,7 @@
 
 namespace takt {
 
-/// What to use as convex shapes for the collision check.
+/// Source of the convex shapes for the collision check.
 struct ConvexSource {
   enum class Kind { hull, objects, file, vhacd } kind = Kind::hull;
   std::filesystem::path file;  ///< kind `file`: a hand-made decomposition, each object one convex part
@@ -39,7 +40,7 @@ struct ScenarioPart {
   Pose X_WB;
   Twist V_WB;  ///< at the start; of the origin of B, axes of the world
   std::array<float, 4> color{0.7F, 0.7F, 0.7F, 1.0F};
-  /// Both or neither; without them they follow from the closed mesh at uniform density.
+  /// Both or neither; the default follows from the closed mesh at uniform density.
   std::optional<Vec3> center_of_mass_m;
   std::optional<Mat3> inertia_kg_m2;
   // Spring that holds this Part at levels of detail 1 and 2; unset values come from `interaction`.
@@ -107,13 +108,13 @@ struct ExpectedPose {
   Pose X_WB;
 };
 
-/// An instant whose poses and wrenches go into the report.
+/// An instant whose poses and wrenches are reported.
 struct ScenarioReportTime {
   std::string name;
   double time_s = 0.0;
 };
 
-/// Which Parts at rest are left out of the computation.
+/// Rule by which Parts at rest are left out of the computation.
 struct ScenarioSleeping {
   enum class Method { threshold, exact, never } method = Method::threshold;
   double speed_m_per_s = SleepingParameters{}.speed_m_per_s;
@@ -128,7 +129,7 @@ struct ScenarioCheckedPair {
   std::string place;             ///< file, line, column and key
 };
 
-/// Checking of robot programs for collisions. Without the section nothing is checked.
+/// Collision checking of robot programs. It is off without the section.
 struct ScenarioCollisionChecking {
   bool enabled = false;
   double min_clearance_m = 0.0;  ///< of pairs without a limit of their own, but for gripper and Part
@@ -153,19 +154,19 @@ struct Scenario {
     double value_rad = 0.0;
   };
   std::vector<OddAngle> odd_angles;
-  /// `world.allow_overlap`: pairs of name patterns that may stand inside each other at the start.
+  /// `world.allow_overlap`: pairs of name patterns that may overlap at the start.
   std::vector<std::array<std::string, 2>> allow_overlap;
-  /// What the section `solver` states; what it does not state may follow from the rest of it.
+  /// Keys stated in the section `solver`; other values may follow from the rest of the section.
   struct SolverKeys {
     bool method = false, tolerance = false, contact = false;
   };
   SolverKeys solver_keys;
   std::string solver = "rk2";
-  double step_s = 0.001;         ///< at the start: of the section of `solver` that counts then
+  double step_s = 0.001;         ///< initial step: of the section of `solver` in effect at the start
   double solver_step_s = 0.001;  ///< `solver.step_s`
   double tolerance = 1e-6;       ///< of solvers with error control
   SystemMatrix matrix = SystemMatrix::automatic;  ///< solver.matrix: automatic, separate or coupled
-  /// What integrates while any process has a higher level of detail than 1.
+  /// Solver while any process has a higher level of detail than 1.
   struct LevelSolver {
     std::string method = "rosenbrock";
     double tolerance = 1e-4;
@@ -180,7 +181,7 @@ struct Scenario {
     return false;
   }
   bool begins_with_contact() const { return begins_with(3); }
-  /// The section of `solver` that counts at the start; null: none but `solver` itself.
+  /// The section of `solver` in effect at the start; nullptr: `solver` itself.
   const LevelSolver* initial_level_solver() const {
     if (begins_with_contact()) return &contact_solver;
     return dynamics_solver && begins_with(2) ? &*dynamics_solver : nullptr;
@@ -198,7 +199,8 @@ struct Scenario {
   double allowed_position_error_m = 0.0001;
   double damping_ratio = 1.0;
   double contact_margin_m = 0.0002;
-  double max_volume_error = 0.05;  ///< of the convex shapes of a component, as a share; more is told
+  /// Of the convex shapes of a component, as a share; a larger one is reported.
+  double max_volume_error = 0.05;
   std::vector<ScenarioPart> parts;
   std::vector<std::string> deleted;  ///< by request: Parts that the file has, and its rules may name
   std::vector<ScenarioGround> grounds;
@@ -209,7 +211,7 @@ struct Scenario {
   ScenarioSleeping sleeping;
   ScenarioContact contact;
   ScenarioCollisionChecking collision_checking;
-  std::filesystem::path controller_program;          ///< empty: none
+  std::filesystem::path controller_program;          ///< empty: without program
   std::map<std::string, double> program_parameters;  ///< instead of the program's own defaults
   std::vector<ScenarioReportTime> report_at;
   std::vector<ExpectedPose> expected;  ///< analytic poses at the end

@@ -1,5 +1,5 @@
 #pragma once
-// What a scenario demands of a run: checked by the run itself, each with a verdict (takt-run: exit code,
+// Assertions of a scenario about a run: the run itself checks them, each with a verdict (takt-run: exit code,
 // --junit).
 #include <array>
 #include <limits>
@@ -14,10 +14,11 @@ struct ScenarioAssertion {
     contact_force,  ///< largest normal force between two components (surface contact, level of detail 3)
     pose,           ///< a Part is within a tolerance of a pose at a time
     held_by,        ///< a Part is held by this component at a time
-    energy,         ///< what a robot or device has drawn by a time
+    energy,         ///< energy drawn by a robot or device up to a time
     signal,         ///< a signal of a device at a time
-    grip_margin,    ///< least force of a gripper over what friction needs (levels of detail 1 and 2)
-    no_collision,   ///< collision checking has found no overlap
+    /// Smallest reserve of a gripper's force over the force that friction needs (levels of detail 1 and 2).
+    grip_margin,
+    no_collision,  ///< collision checking has found no overlap
   } kind = Kind::no_collision;
   std::string name;                 ///< unique in the scenario
   std::string place;                ///< file, line, column and key, for error texts
@@ -25,7 +26,7 @@ struct ScenarioAssertion {
   std::array<std::string, 2> pair;  ///< contact_force: name patterns, `*` for any characters
   std::string subject;              ///< Part, robot, gripper or device
   std::string signal;               ///< of a device
-  std::string holder;               ///< held_by; empty: nothing
+  std::string holder;               ///< held_by; empty: without holder
   Pose X_WB;                        ///< pose
   double tolerance_m = 0.0, tolerance_rad = std::numeric_limits<double>::infinity();
   /// Of the force (N), energy (J), signal or margin.

@@ -37,7 +37,7 @@ void describe_mesh(const TriangleMesh& mesh, const std::filesystem::path& file,
     description.triangles.insert(description.triangles.end(), t.begin(), t.end());
 }
 
-/// What the mesh would do to forces of surface contact, where there are any.
+/// Notes the risks of the mesh for forces of surface contact, if the cell has any.
 void look_after_contact(const Scenario& scenario, const std::string& component, const TriangleMesh& mesh,
                         bool carries_elements, CellModel& cell) {
   if (!scenario.begins_with_contact()) return;
@@ -212,8 +212,8 @@ void add_devices(const Scenario& scenario, const Meshes& meshes, CellModel& cell
   }
 }
 
-/// The step of levels 1 and 2 against what is known of its limit. A cell that begins with contact has another
-/// solver then; Simulation refuses to leave it.
+/// Checks the step of levels 1 and 2 against its known limit. Skipped for a cell that begins with contact,
+/// which uses another solver; Simulation refuses to leave that.
 void check_step(const Scenario& scenario, CellModel& cell) {
   if (scenario.begins_with_contact()) return;
   bool refused = false;
@@ -237,7 +237,7 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const Impo
   cell->contact_solver = {scenario.contact_solver.method, scenario.contact_solver.tolerance, scenario.step_s,
                           scenario.matrix};
   if (scenario.dynamics_solver) {
-    // Part, gripper and robot on each other's springs: what is stiff is between the models.
+    // Part, gripper and robot act on each other by springs: the stiffness is between the models.
     cell->dynamics_solver = {scenario.dynamics_solver->method, scenario.dynamics_solver->tolerance,
                              scenario.step_s, SystemMatrix::coupled};
   }

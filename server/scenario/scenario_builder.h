@@ -12,12 +12,12 @@
 
 namespace takt {
 
-/// How meshes are brought in; what comes out does not depend on it.
+/// Options of the import of meshes; the result does not depend on them.
 struct ImportOptions {
-  std::filesystem::path cache_directory;  ///< of convex decompositions; empty: none is kept
+  std::filesystem::path cache_directory;  ///< of convex decompositions; empty: without cache
   double (*clock)() = nullptr;            ///< seconds, for the times in CellModel::convex_imports
-  /// Told of what takes long (a decomposition that is not in the cache): component, and how much of it is
-  /// done, from 0 to 1.
+  /// Called during long work (a decomposition that is not in the cache): component, and the finished share,
+  /// from 0 to 1.
   std::function<void(const std::string&, double)> progress{};
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-// What a scenario says about surface contact (level of detail 3). Plain structs; the keys in the file are said by the
-// table in contact_fields.cpp, in the section `contact`.
+// Surface contact (level of detail 3) in a scenario. Plain structs; the table in contact_fields.cpp defines
+// the keys of the section `contact`.
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -14,17 +14,17 @@ namespace takt {
 
 class Fields;
 
-/// Contact parameters as far as a scenario states them. What may be stated is a table in contact_fields.cpp.
+/// Contact parameters as far as a scenario states them. The table in contact_fields.cpp lists them.
 class StatedContact {
  public:
-  /// Of a parameter, if it is stated.
+  /// Value of a parameter, if it is stated.
   template <class T>
   std::optional<T> value(T ContactParameters::*parameter) const;
-  /// What is stated, and the defaults of all else.
+  /// The stated values, with defaults for all others.
   const ContactParameters& parameters() const { return parameters_; }
-  /// What `other` states replaces what is stated here.
+  /// Stated values of `other` replace those of this object.
   void replace_by(const StatedContact& other);
-  /// Of two components: where both state a parameter, the softer, weaker, more slippery side decides.
+  /// Of two components: if both state a parameter, the softer, weaker, more slippery side decides.
   static StatedContact joined(const StatedContact& a, const StatedContact& b);
   void state(FrictionLaw law);
   friend void describe(Fields& f, StatedContact& s);
@@ -34,7 +34,7 @@ class StatedContact {
   std::uint32_t stated_ = 0;  ///< a bit for each row of the table
 };
 
-/// Of components whose name fits.
+/// Entry for components whose name fits.
 struct ScenarioContactComponent {
   std::string name;  ///< or a pattern: * stands for any characters; a jaw is gripper/left_jaw
   std::string place;
@@ -43,7 +43,8 @@ struct ScenarioContactComponent {
   ContactRole role = ContactRole::by_rule;
 };
 
-/// Of pairs whose names fit; of several that fit, later ones add to and replace what earlier ones state.
+/// Entry for pairs whose names fit; of several entries for one pair, later ones add to and replace earlier
+/// values.
 struct ScenarioContactPair {
   std::array<std::string, 2> pair;
   std::string place;
@@ -53,15 +54,15 @@ struct ScenarioContactPair {
   std::string base;  ///< name (or pattern) of the side that carries the elements; empty: by rule
 };
 
-/// A parameter of a pair is what a pair entry states; else, of a pair with a Gripper, what `grippers` states;
-/// else what its components state (both: the smaller number, of layer depths the larger one); else the
+/// A parameter of a pair comes from the pair's entry; else, for a pair with a Gripper, from `grippers`; else
+/// from its components (if both state it: the smaller number, of layer depths the larger one); else it is the
 /// default.
 struct ScenarioContact {
-  bool given = false;  ///< the section is there: level of detail 3 can be switched to while running
+  bool given = false;  ///< the section exists: level of detail 3 is available during the run
   StatedContact defaults, grippers;
   std::vector<ScenarioContactComponent> components;
   std::vector<ScenarioContactPair> pairs;
-  /// Elements are divided down to this edge; 0: the mesh's own triangles; none: default_element_edge_m().
+  /// Elements are divided down to this edge; 0: the mesh's own triangles; unset: default_element_edge_m().
   std::optional<double> element_edge_m;
   bool cache_unmoved_pairs = true;
   bool parallel = false;

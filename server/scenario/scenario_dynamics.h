@@ -1,6 +1,6 @@
 #pragma once
-// What a scenario says about the dynamics of a robot (level of detail 2 and above): its drives, its power,
-// the trajectory it follows of itself. Plain structs.
+// Dynamics of a robot in a scenario (level of detail 2 and above): its drives, its power, its own trajectory.
+// Plain structs.
 #include <string>
 #include <vector>
 
@@ -36,10 +36,11 @@ struct ScenarioDrives {
   JointValues position_gain_per_s{{5.0}}, speed_gain_A_s_per_rad{{0.5}}, speed_integral_time_s{{0.05}};
 };
 
-/// What a robot does when its set-points stay away.
+/// Reaction of a robot to missing set-points.
 struct ScenarioCommandDeadline {
-  double command_deadline_s = 0.0;  ///< longest silence of a stream of set-points (simulated); 0: none
-  bool stops = false;               ///< safe_action: stop; else hold
+  /// Longest silence of a stream of set-points (simulated); 0: without deadline.
+  double command_deadline_s = 0.0;
+  bool stops = false;                       ///< safe_action: stop; else hold
   JointValues max_acceleration_rad_per_s2;  ///< of that stop; m for prismatic joints
 };
 

@@ -1,4 +1,4 @@
-// The sections of a scenario file but those of contact, drives and assertions, which have files of their own.
+// The sections of a scenario file except contact, drives and assertions, which have files of their own.
 #include "server/contact/holding/connection_rules.h"
 #include "server/fields/fields.h"
 #include "server/scenario/scenario.h"

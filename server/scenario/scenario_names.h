@@ -1,6 +1,6 @@
 #pragma once
-// What parts, grounds, robots, grippers and devices may be called: their names become levels of DDS topics
-// and keys of reports.
+// Permitted names of parts, grounds, robots, grippers and devices: they become levels of DDS topics and keys
+// of reports.
 #include <algorithm>
 #include <cstddef>
 #include <string_view>

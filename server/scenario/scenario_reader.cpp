@@ -6,8 +6,8 @@
 #include <set>
 #include <sstream>
 
-#include "server/fields/fields.h"
 #include "idl/common/text.h"
+#include "server/fields/fields.h"
 #include "server/scenario/scenario_names.h"
 #include "server/simulation/solver/integrator.h"
 
@@ -15,8 +15,7 @@ namespace takt {
 
 namespace {
 
-// --set: replaces one value of the tree. Missing keys are created; whether they are known is checked when
-// they are read.
+// --set: replaces one value of the tree. Missing keys are created; the reader later refuses unknown ones.
 void apply_override(YAML::Node& root, const std::string& text, YamlSource& source) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0) {
@@ -67,7 +66,7 @@ void check_names(const Fields& f, const Scenario& scenario) {
       check(std::string("parts (") + device.type->key + ")", part_device_name(part.name, *device.type));
 }
 
-/// What Parts are fixed to by their devices.
+/// Checks the components to which devices fix Parts.
 void check_holders(const Scenario& scenario) {
   const auto fixes = [](const StatedDevice& device) { return device.held_by() != nullptr; };
   for (const ScenarioPart& part : scenario.parts) {
@@ -87,10 +86,10 @@ void check_holders(const Scenario& scenario) {
   }
 }
 
-/// What was said for the cell as a whole holds for levels 2 and 3 too where it came from the command line,
-/// or where nothing was said of contact and the cell begins with it. Explicit methods never hold for contact:
-/// in a file they are those of the other levels, on the command line of a cell that begins with contact they
-/// are refused.
+/// A solver stated for the cell as a whole is also that of levels 2 and 3 if it comes from the command line,
+/// or if the file has no section on contact and the cell begins with it. Explicit methods are never used for
+/// contact: in a file they are those of the other levels, on the command line of a cell that begins with
+/// contact they are refused.
 void choose_solver(const YamlSource& source, Scenario& scenario) {
   Scenario::SolverKeys& given = scenario.solver_keys;
   const bool only = scenario.begins_with_contact() && !given.contact;

@@ -1,6 +1,6 @@
 #pragma once
-// Scenario files: YAML into Scenario structs. Every error is a ScenarioError that names file, line, column,
-// key, what was found and what is allowed.
+// Scenario files: YAML into Scenario structs. Every error is a ScenarioError with file, line, column, key,
+// the value found and the values allowed.
 #include <filesystem>
 #include <optional>
 #include <string>

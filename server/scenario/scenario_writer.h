@@ -1,5 +1,5 @@
 #pragma once
-// Scenarios written back, and what can be written in them.
+// Scenarios written back, and the numbers in them.
 #include <filesystem>
 #include <string>
 
@@ -8,10 +8,10 @@
 
 namespace takt {
 
-/// YAML text of the scenario, for a file in `directory`: paths are relative to it. Values that are the default are left
-/// out. Read again, the text gives a cell of the same model hash. Orientations are degrees, radians or a matrix,
-/// whichever gives the same bits. Parts that were deleted by request are unknown to the text: rules that name them are
-/// refused when it is read.
+/// YAML text of the scenario, for a file in `directory`: paths are relative to it. Default values are
+/// omitted. The text, read again, gives a cell of the same model hash. Orientations are degrees, radians or a
+/// matrix, whichever gives the same bits. The text does not contain Parts deleted by request: its rules that
+/// name them are refused by the reader.
 std::string write_scenario(const Scenario& scenario, const std::filesystem::path& directory);
 
 /// All sections and keys of a scenario file.

@@ -1,5 +1,5 @@
 #pragma once
-// Parts that a scenario puts inside of other Parts or of Grounds.
+// Parts whose initial pose in a scenario penetrates other Parts or Grounds.
 #include <vector>
 
 #include "server/geometry/mesh/triangle_mesh.h"
@@ -12,8 +12,8 @@ namespace takt {
 /// thousandth or two of its diameter.
 inline constexpr double kLargestFit = 0.01;
 
-/// Fills cell.start_overlaps, and notes each. Judged are the meshes (by component), at the poses of the
-/// start. Left out are pairs that a thread joins or that `world.allow_overlap` names.
+/// Fills cell.start_overlaps, with a note for each. The test uses the meshes (by component) at their initial
+/// poses and skips pairs that a thread joins or that `world.allow_overlap` names.
 void find_start_overlaps(const Scenario& scenario, const std::vector<TriangleMesh>& meshes, CellModel& cell);
 
 }  // namespace takt

@@ -105,7 +105,8 @@ class ArmBuilder {
     return model;
   }
 
-  /// `first`, a link at `place`, and all below it but what `left_out` carries, which is there already.
+  /// Adds `first`, a link at `place`, and all links below it; skips the links carried by `left_out`, which
+  /// exist already.
   void add_links(std::size_t first, RobotLink place, std::size_t left_out) {
     std::vector<std::pair<std::size_t, RobotLink>> waiting{{first, std::move(place)}};
     while (!waiting.empty()) {

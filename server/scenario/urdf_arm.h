@@ -1,6 +1,6 @@
 #pragma once
-// A serial arm out of a URDF: the chain from a base link to a flange link. Only the joints of the chain may move; each
-// other link is fixed to one of the chain, or carries the base.
+// A serial arm out of a URDF: the chain from a base link to a flange link. Only the joints of the chain may
+// move; each other link is fixed to one of the chain, or carries the base.
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -15,29 +15,30 @@ namespace takt {
 struct UrdfArm {
   UrdfRobot robot;
   ArmModel arm;
-  /// All links of the file. First the base link and those below it: a link after the one that carries it, else in the
-  /// order of the file. Then those above and beside the base link.
+  /// All links of the file. First the base link and those below it: a link follows the one that carries it,
+  /// else the order is that of the file. Last the links above and beside the base link.
   std::vector<RobotLink> links;
   /// Of the base link and those below it, the first of `links`: the index in robot.links.
   std::vector<std::size_t> below_base;
 };
 
-/// Fixed joints are folded into their neighbours; at least one and at most kMaxJoints moving joints; revolute,
-/// continuous and prismatic joints whose axis has a direction; limits with lower < upper, velocity > 0, effort >= 0
-/// (continuous joints: +-2 pi). Throws UrdfError for anything else, and as read_urdf().
+/// Fixed joints are folded into their neighbours. Accepted are 1 to kMaxJoints moving joints; revolute,
+/// continuous and prismatic joints whose axis has a direction; limits with lower < upper, velocity > 0,
+/// effort >= 0 (continuous joints: +-2 pi). Throws UrdfError for all else, and as read_urdf().
 UrdfArm read_urdf_arm(const std::filesystem::path& file, const std::string& base_link,
                       const std::string& flange_link);
 
 struct UrdfInertias {
-  /// Of what each joint of the arm moves up to the next one, in the joint's frame.
+  /// Inertia of the links from each joint of the arm up to the next one, in the joint's frame.
   std::vector<BodyInertia> links;
   /// Of figures that are doubtful but can be computed with, one sentence each with file, line and element.
   std::vector<std::string> remarks;
 };
 
-/// Apart from the kinematics, which need no inertias. Throws UrdfError for a joint that moves no <inertial>, an inertia
-/// that no body has (inertia_problem()), and a mesh file that is missing: nothing is computed from it here, but the robot
-/// is not the one that was meant. Meshes of ROS packages (package://) are not looked for.
+/// Separate from the kinematics, which need no inertias. Throws UrdfError for a joint that moves no
+/// <inertial>, a physically impossible inertia (inertia_problem()), and a missing mesh file: the meshes are
+/// not used here, but a missing file shows that the robot is incomplete. Meshes of ROS packages (package://)
+/// are not searched.
 UrdfInertias urdf_inertias(const UrdfArm& arm);
 
 }  // namespace takt

@@ -264,8 +264,8 @@ class Reader {
             number(element, "velocity", where), number(element, "effort", where), element.GetLineNum()};
   }
 
-  /// Each link has at most one joint above it, so a walk down from the one root meets all links but those of loops and
-  /// below them.
+  /// Each link has at most one joint above it, so a walk down from the one root visits all links except those
+  /// of loops and below them.
   void require_tree() const {
     std::vector<std::size_t> walk;
     for (std::size_t i = 0; i < robot_.links.size(); ++i) {

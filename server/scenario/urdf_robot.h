@@ -1,12 +1,12 @@
 #pragma once
-// A URDF file as a tree of links and joints: read once, strictly, into one model. Kinematics and dynamics of an arm are
-// taken from it (urdf_arm.h), and the shapes of collision checking (urdf_collision.h). The only place that knows
-// tinyxml2.
+// A URDF file as a tree of links and joints: read once, strictly, into one model. It is the source of an
+// arm's kinematics and dynamics (urdf_arm.h) and of the shapes of collision checking (urdf_collision.h). Only
+// this file's source uses tinyxml2.
 //
-// Frames and units are those of URDF: m, rad, kg, N, N m. L is the frame of a link, J that of the joint above it at
-// position zero (the same frame), P the frame of the link that carries the joint. Rotations are fixed-axis roll, pitch,
-// yaw (rotation_from_rpy). Ignored is what nothing is computed from: materials, <dynamics>, <safety_controller>,
-// <calibration>, <transmission>, <gazebo>.
+// Frames and units are those of URDF: m, rad, kg, N, N m. L is the frame of a link, J that of the joint above
+// it at position zero (the same frame), P the frame of the link that carries the joint. Rotations are
+// fixed-axis roll, pitch, yaw (rotation_from_rpy). Ignored are elements that no computation uses: materials,
+// <dynamics>, <safety_controller>, <calibration>, <transmission>, <gazebo>.
 #include <cstddef>
 #include <filesystem>
 #include <optional>
@@ -19,7 +19,7 @@
 
 namespace takt {
 
-/// what() names the file, the line, the element, what was found and what is allowed.
+/// what() has the file, the line, the element, the value found and the values allowed.
 class UrdfError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -47,7 +47,7 @@ struct UrdfShape {
 
 struct UrdfLink {
   std::string name;
-  std::optional<std::size_t> above;  ///< joint that carries it; the root has none
+  std::optional<std::size_t> above;  ///< joint that carries it; std::nullopt for the root
   std::vector<std::size_t> below;    ///< joints that it carries, in the order of the file
   std::optional<UrdfInertial> inertial;
   std::vector<UrdfShape> visuals, collisions;
@@ -70,7 +70,7 @@ struct UrdfJoint {
   Pose X_PJ;
   Vec3 axis = Vec3::UnitX();       ///< in J, of any length
   std::optional<UrdfLimit> limit;  ///< always there for revolute and prismatic joints
-  std::string mimics;              ///< the joint that it follows; empty: none
+  std::string mimics;              ///< the joint that it follows; empty: an independent joint
   int line = 0;
 
   std::string describe() const;  ///< "joint 'NAME' (TYPE)"
@@ -90,9 +90,9 @@ struct UrdfRobot {
   [[noreturn]] void fail(int line, const std::string& reason) const;
 };
 
-/// Throws UrdfError for a file that is not there, bytes that are not UTF-8, text that is not well-formed XML, a version
-/// other than 1.0, names that are missing or used twice, numbers that are not finite, elements and attributes that URDF
-/// requires and the file lacks, unknown types of joints and geometry, and links that are not one tree.
+/// Throws UrdfError for a missing file, bytes that are not UTF-8, text that is not well-formed XML, a version
+/// other than 1.0, names that are missing or used twice, numbers that are not finite, missing elements and
+/// attributes that URDF requires, unknown types of joints and geometry, and links that do not form one tree.
 UrdfRobot read_urdf(const std::filesystem::path& file);
 
 }  // namespace takt

@@ -27,7 +27,7 @@ BodyBox mesh_box(const ComponentDescription& component) {
   return {0.5 * (lower + upper), 0.5 * (upper - lower)};
 }
 
-/// All that the flange can reach, and some of what it cannot.
+/// A box around the reach of the flange.
 Aabb reached(const KinematicRobotParameters& robot) {
   double reach_m = robot.arm.X_JF.p.norm();
   for (const JointModel& joint : robot.arm.joints) {
@@ -116,7 +116,7 @@ void note_places(const Scenario& scenario, const CellModel& cell, UnitNotes& not
     if (standing.size() == 1) far_m[i] = 0.0;
   }
   const char* from = cell.robots.empty() ? "all other components" : "what any robot reaches";
-  // Where nothing is near any robot, it is the robots that stand elsewhere.
+  // If all components are far from the robots, the robots are misplaced.
   if (!cell.robots.empty() && !standing.empty()) {
     const double nearest = *std::min_element(far_m.begin(), far_m.end());
     if (nearest > kOddSize_m) {

@@ -1,15 +1,15 @@
 #pragma once
-// Where Parts may be, and what of a cell is so large or so far away that a unit must be wrong.
+// Bounds of the Parts' positions, and checks of a cell for sizes and distances that indicate a wrong unit.
 #include "server/scenario/scenario.h"
 #include "server/simulation/model/cell_model.h"
 
 namespace takt {
 
-/// Sets cell.bounds: what the scenario says, else the box around all components at the start and all that the
-/// robots reach, with at least kRoom_m around it.
+/// Sets cell.bounds: the box in the scenario, else the box around all components at the start and the reach
+/// of all robots, grown by at least kRoom_m.
 void add_world_bounds(const Scenario& scenario, CellModel& cell);
 
-/// What `add_world_bounds` leaves around a cell (m), or the diagonal of the cell, if that is longer.
+/// Margin of `add_world_bounds` around a cell (m); the diagonal of the cell, if that is longer.
 inline constexpr double kRoom_m = 10.0;
 
 /// Meshes, widths and distances beyond this (m) are a note: a file in millimetres is more likely.

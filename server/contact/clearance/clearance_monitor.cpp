@@ -11,12 +11,11 @@ namespace takt {
 
 namespace {
 constexpr double kNever = std::numeric_limits<double>::infinity();
-// Boxes that are further beyond the limit than this are enough of an answer: what they know of the distance
-// lasts for many steps.
+// A bound of the distance that exceeds the limit by more than this is used as it is: it lasts for many steps.
 constexpr double kFar_m = 0.03;
-// As long as more than this is left of what a pair may move, it is shared out anew instead of asking.
+// A pair with more permitted motion than this shares it again between its bodies, without a new distance.
 constexpr double kWorthSharing_m = 0.0005;
-// Far more than what the rounding of added paths and of distances can amount to.
+// Upper bound of the rounding of summed paths and of distances, with a wide margin.
 constexpr double kGuard_m = 1e-7;
 
 // No point p of a body goes further than this from one pose to another: it goes by (R1 - R0) p + (p1 - p0).
@@ -144,7 +143,7 @@ void ClearanceMonitor::update(double time_s, std::uint64_t step, const CellMotio
     for (const PartnerChange& change : changes) {
       const int i = body_of_component_[static_cast<std::size_t>(change.part)];
       if (i < 0) continue;
-      // Where surface contact acts it does not matter who holds whom.
+      // For pairs with surface contact the holder does not matter.
       for (const int pair : bodies_[static_cast<std::size_t>(i)].pairs)
         look(pair, now, by_contact_[static_cast<std::size_t>(pair)] == 0);
     }
@@ -213,7 +212,7 @@ BodyDistance ClearanceMonitor::measure(std::size_t index) const {
   const SolidOverlap overlap = solid_overlap(*a.solid, X_WA, *b.solid, X_WB, touching);
   found.distance_m = -overlap.depth_m;
   if (overlap.depth_m > 0.0) found.p_W = overlap.p_W;
-  // No deeper than this at present, so that as much may still be added before it must be looked at again.
+  // At most this deep at present, so that as much may be added until the next evaluation.
   found.at_least_m = checked.limit_m + 0.5 * touching;
   return found;
 }
@@ -264,15 +263,15 @@ void ClearanceMonitor::look(int index, const Instant& now, bool ask) {
   const BodyDistance found = measure(static_cast<std::size_t>(index));
   counts_.distances += found.queries;
   judge(index, found, now);
-  // While a pair is close, each of its motions counts: the least distance is wanted.
+  // While a pair is close, every motion is evaluated: the event reports the smallest distance.
   pair.spare_m = pair.open ? 0.0 : std::max(0.0, found.at_least_m - checked.limit_m - kGuard_m);
   pair.asked_spare_m = pair.spare_m;
   pair.X_LS = X_LS;
   wait(index);
 }
 
-// Shares what is left between the two bodies: all of it to the one that can move, else half and half, but
-// less to Parts, which mostly lie still.
+// Shares the remaining motion between the two bodies: all of it to the only mobile one, else half each, but
+// less to Parts, which mostly rest.
 void ClearanceMonitor::wait(int index) {
   Pair& pair = pairs_[static_cast<std::size_t>(index)];
   const CheckedPair& checked = model_.pairs[static_cast<std::size_t>(index)];

@@ -1,7 +1,7 @@
 #pragma once
-// Broad phase whose cost follows what moves: a tree of boxes, each a little larger than the component needs,
-// so that a component which moves within its box changes nothing (dynamic bounding volume tree; Ericson,
-// Real-Time Collision Detection, 2005, 6.3.3). Deterministic: the same calls give the same tree.
+// Broad phase whose cost follows the number of moving components: a tree of boxes, each a little larger than
+// the component's, so that motion within the box leaves the tree unchanged (dynamic bounding volume tree;
+// Ericson, Real-Time Collision Detection, 2005, 6.3.3). Deterministic: the same calls give the same tree.
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -14,10 +14,10 @@ class BroadPhase {
  public:
   explicit BroadPhase(std::size_t component_count);
 
-  /// Begins anew with these boxes, one per component.
+  /// Builds the tree from these boxes, one per component.
   void build(std::span<const Aabb> boxes);
-  /// The component's box is now this. True if it left its large box and got a new one; then what it is near
-  /// to may have changed. Does not allocate.
+  /// Sets the component's box. True if it left its large box and got a new one, which may change its
+  /// neighbours. Does not allocate.
   bool update(int component, const Aabb& box);
 
   /// The component's large box.

@@ -91,7 +91,7 @@ bool CollisionWorld::set_pose(int component, const Pose& X_WB) {
 }
 
 std::size_t CollisionWorld::hint_lane(int a) {
-  // Neighbours in number are often neighbours in place: what they share stays in the same core's cache.
+  // Neighbours in number are often neighbours in place: their shared data stays in one core's cache.
   return (static_cast<std::size_t>(a) / 4) % kHintLanes;
 }
 
@@ -120,8 +120,7 @@ bool CollisionWorld::overlap(int a, const Pose& X_WA, int b, double margin, Dete
   if (A.shapes.size() == 1 && B.shapes.size() == 1) return overlap_of(0, 0);
   const Mat3 R_AW = X_WA.R.transpose();
   const Pose X_AB{R_AW * B.X_WB.R, R_AW * (B.X_WB.p - X_WA.p)};
-  // convex_overlap() counts as touching what is a little further apart than the margin: no box may be in its
-  // way.
+  // convex_overlap() counts distances slightly above the margin as touching: boxes must not exclude them.
   return A.tree.any_near(B.tree, X_AB, margin + 1e-7 * (A.radius + B.radius + margin), overlap_of);
 }
 

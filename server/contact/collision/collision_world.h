@@ -1,9 +1,8 @@
 #pragma once
-// Which components touch: broad phase by boxes, then Minkowski Portal Refinement on all combinations of
-// convex parts (thesis 4.2, Fig. 4.3). A pair of which neither side moved since its last test keeps its
-// verdict (thesis 4.5); what moved a little is mostly answered from memory (geometry/convex_query.h), and a
-// hierarchy of boxes keeps combinations of convex parts that are far apart out (thesis 6.2). None of this
-// changes a verdict.
+// Contacts of components: broad phase by boxes, then Minkowski Portal Refinement on all combinations of
+// convex parts (thesis 4.2, Fig. 4.3). A pair without motion since its last test keeps its verdict (thesis
+// 4.5); small motions are mostly answered from hints (geometry/convex/query.h), and a hierarchy of boxes
+// excludes combinations of distant convex parts (thesis 6.2). These shortcuts change no verdict.
 #include <cstdint>
 #include <vector>
 
@@ -17,25 +16,25 @@ namespace takt {
 
 struct DetectionCounts {
   std::uint64_t broad_phase_tests = 0;
-  std::uint64_t mpr_calls = 0;    ///< pairs of convex parts asked for, however they were answered
+  std::uint64_t mpr_calls = 0;    ///< queries of pairs of convex parts, by any method
   std::uint64_t mpr_skipped = 0;  ///< calls that repeating the last test of an unmoved pair would have made
-  QueryCounts answered;           ///< how
+  QueryCounts answered;           ///< number by method
 
   DetectionCounts& operator+=(const DetectionCounts& other);
 };
 
-/// Shape and pose of every component as the collision check sees it at one time. A component's version
-/// changes whenever its pose or shape does, bit for bit.
+/// Shape and pose of every component for the collision check. A component's version changes with every change
+/// of its pose or shape, bit for bit.
 class CollisionWorld {
  public:
-  /// `remember`: use what earlier queries found. Verdicts are the same without.
+  /// `remember`: use hints of earlier queries. The verdicts are the same.
   CollisionWorld(const std::vector<Component>& components, double margin_m, bool remember = true);
 
   /// Shape of a component whose geometry changes with time (the grasp volume between a gripper's jaws).
   void set_shape(int component, ConvexShape shape);
   /// Changes only the bounds of a box-shaped component, without allocation.
   void set_box(int component, const Vec3& lower_B, const Vec3& upper_B);
-  /// False for a pose that is not finite: then the component stays where it was.
+  /// False for a pose that is not finite; the component then keeps its pose.
   bool set_pose(int component, const Pose& X_WB);
 
   std::uint64_t version(int component) const { return entry(component).version; }
@@ -43,9 +42,9 @@ class CollisionWorld {
   /// Bounds of a component at another pose.
   Aabb aabb_at(int component, const Pose& X_WB) const { return entry(component).box.at(X_WB, margin_); }
   bool boxes_overlap(int a, int b) const { return entry(a).aabb.overlaps(entry(b).aabb); }
-  /// All combinations of convex parts until one overlaps; counts the calls made.
+  /// Tests combinations of convex parts until one overlaps; counts the calls.
   bool shapes_overlap(int a, int b, DetectionCounts& counts);
-  /// The same for component `a` at another pose and without margin (jaws looking ahead).
+  /// The same for component `a` at another pose and without margin (look-ahead of jaws).
   bool overlaps_at(int a, const Pose& X_WA, int b, DetectionCounts& counts);
   /// With margin: whether component `a` at another pose touches `b`.
   bool touches_at(int a, const Pose& X_WA, int b, DetectionCounts& counts);
@@ -53,8 +52,8 @@ class CollisionWorld {
   const std::vector<ConvexShape>& shapes(int component) const { return entry(component).shapes; }
   const Pose& pose(int component) const { return entry(component).X_WB; }
 
-  /// What is remembered of the pairs with a component `a` first is kept in one of so many lanes. Pairs of
-  /// different lanes may be looked at by different threads at the same time, those of one lane may not.
+  /// Hints of pairs are stored in this many lanes, by pair. Different threads may treat pairs of different
+  /// lanes at the same time, but not those of one lane.
   static constexpr std::size_t kHintLanes = 16;
   static std::size_t hint_lane(int a);
 
@@ -74,7 +73,7 @@ class CollisionWorld {
     std::uint32_t shape_version = 1;
     bool moved = false;
   };
-  /// Whom a remembered hint belongs to.
+  /// The pair of a hint.
   struct HintKey {
     std::int32_t a = -1, b = -1, shape_a = -1, shape_b = -1;
     std::uint32_t version_a = 0, version_b = 0;
@@ -94,7 +93,8 @@ class CollisionWorld {
   bool remember_;
   std::vector<Entry> entries_;
   std::vector<int> moved_;
-  /// By lane, then one slot per hash: who needs a slot takes it. A lost hint costs time, never a verdict.
+  /// By lane, then one slot per hash; a newer pair replaces an older one. A lost hint costs time, never a
+  /// verdict.
   std::vector<Hint> hints_;
 };
 
@@ -105,13 +105,13 @@ struct PairVerdict {
   bool touching = false;
 };
 
-/// False when neither side moved since the verdict; else it is one of the present poses, to be made:
+/// False if neither side moved since the verdict; else the verdict must be updated for the present poses:
 bool begin_verdict(const CollisionWorld& world, int base, int target, PairVerdict& verdict,
                    DetectionCounts& counts);
-/// by looking at the convex parts, of components whose boxes overlap. Others are apart, without a call.
+/// by a query of the convex parts if the boxes overlap. Other pairs are apart without a call.
 void query_verdict(CollisionWorld& world, int base, int target, PairVerdict& verdict,
                    DetectionCounts& counts);
-/// Both, where need be; false when neither side had moved.
+/// Both steps; false if neither side had moved.
 bool update_verdict(CollisionWorld& world, int base, int target, PairVerdict& verdict,
                     DetectionCounts& counts);
 

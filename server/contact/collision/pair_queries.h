@@ -1,9 +1,9 @@
 #pragma once
-// The pairs of one step whose convex shapes must be looked at, and the looking, by one thread or several.
+// The pairs of one step whose convex shapes must be tested, and the tests, by one thread or several.
 //
 // Bits and counts do not depend on the number of threads: a verdict depends on shapes and poses alone, and a
-// pair's hints live in a lane of their own that this pair shares with the same others in the same order
-// whoever works on it. A task is a lane, so no two threads ever touch the same hint.
+// pair's hints are in a lane that it shares with the same pairs in the same order, whichever thread treats
+// it. A task is one lane, so no two threads access the same hint.
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -16,16 +16,16 @@ namespace takt {
 
 class PairQueries {
  public:
-  /// Calls (pairs of convex parts) below which the threads are not woken: handing work over costs a few
-  /// microseconds and a call answered from memory some 50 ns.
+  /// Number of calls (pairs of convex parts) below which the threads stay idle: dispatch takes microseconds,
+  /// a call answered from a hint some 50 ns.
   static constexpr std::uint64_t kLeastCalls = 512;
 
   explicit PairQueries(std::size_t most_pairs) { items_.reserve(most_pairs); }
-  /// nullptr: the calling thread does everything.
+  /// nullptr: the calling thread does all work.
   void set_executor(Executor* executor, std::uint64_t least_calls);
 
-  /// Begins a step in which about so many calls are to be expected. True: its pairs are to be added here, and
-  /// run() brings their verdicts up to date. False: they are not worth it. Either way end() follows.
+  /// Begins a step with about this many expected calls. True: its pairs are added here, and run() updates
+  /// their verdicts. False: the step is too small to share. In both cases end() follows.
   bool begin(std::uint64_t expected_calls);
   void end();
   /// Each pair at most once. `expected_calls`: those of its last test. Does not allocate.
@@ -57,7 +57,7 @@ class PairQueries {
   bool enough(std::uint64_t calls) const { return executor_ != nullptr && calls >= least_calls_; }
 
   Executor* executor_ = nullptr;
-  bool begun_ = false;  ///< the executor knows of this step
+  bool begun_ = false;  ///< begin() of the executor was called in this step
   std::uint64_t least_calls_ = kLeastCalls;
   std::vector<Item> items_;
   std::array<Lane, kLanes> lanes_;

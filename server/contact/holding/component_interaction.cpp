@@ -9,7 +9,7 @@
 namespace takt {
 
 namespace {
-// Bodies that approach by less than this in a step are at rest to each other.
+// Bodies whose approach in a step is below this are at relative rest.
 constexpr double kRested_m = 1e-7;
 
 /// Of the convex shapes of two components that touch: the pair that overlaps deepest. Does not allocate.
@@ -177,7 +177,7 @@ std::span<const int> ComponentInteraction::parts_between(int palm, const Vec3& l
 
 void ComponentInteraction::detect(Clock clock) {
   const double begin = clock != nullptr ? clock() : 0.0;
-  // The pairs' last tests tell how many calls are to be expected.
+  // The calls of the pairs' last tests estimate those of this step.
   sharing_ = queries_.begin(known_calls_);
   retested_calls_ = 0;
   if (parameters_.skip_resting)
@@ -205,7 +205,7 @@ void ComponentInteraction::detect_all() {
 void ComponentInteraction::detect_moved() {
   if (!begun_) {
     begin_near();
-    for (std::size_t i = 0; i < pairs_.size(); ++i)  // of before load()
+    for (std::size_t i = 0; i < pairs_.size(); ++i)  // stored before load()
       if (in_contact_[i] != 0 && !broad_phase_.near(pairs_[i].base, pairs_[i].target)) set_contact(i, false);
     for (std::size_t c = 0; c < components_.size(); ++c)
       for (const Near& near : near_[c]) check(near.pair);
@@ -236,7 +236,7 @@ void ComponentInteraction::follow_moved() {
 }
 
 std::span<const int> ComponentInteraction::parts_near_sweep(int component, const Pose& from, const Pose& to) {
-  if (!begun_) return parts_;  // nothing is known yet, or nothing shall be remembered
+  if (!begun_) return parts_;  // empty broad phase, or no reuse of results
   const Aabb first = collision_world_.aabb_at(component, from);
   const Aabb last = collision_world_.aabb_at(component, to);
   found_.clear();
@@ -340,7 +340,7 @@ void ComponentInteraction::connect(Clock clock, const CellMotion& motion) {
   if (changed_parts_.empty()) return;  // same contacts, same connections
   const double begin = clock != nullptr ? clock() : 0.0;
   // A search follows contacts from Part to Part, so a contact matters to the Parts connected with its ends.
-  // Those that only the old contact connected are reached from the other end.
+  // Parts connected by the old contact alone are reached from the other end.
   for (std::size_t i = 0; i < changed_parts_.size(); ++i) {
     for (const int neighbour : graph().neighbours[static_cast<std::size_t>(changed_parts_[i])]) {
       const auto n = static_cast<std::size_t>(neighbour);
@@ -374,8 +374,8 @@ void ComponentInteraction::push_out(const CellMotion& motion) {
   touched_.clear();
 }
 
-/// What began to touch in this step was apart before it: it is no deeper than the two have approached since.
-/// Deeper overlaps are those of shapes that do not stand for the solid; they stay.
+/// A pair that begins to touch in this step was apart at its start: its depth is at most the approach in the
+/// step. Deeper overlaps come from convex shapes that exceed their solid; they stay.
 void ComponentInteraction::push_out(const ComponentPair& pair, const CellMotion& motion) {
   const bool search = parameters_.algorithm == InteractionAlgorithm::partner_search;
   const bool base_caught = caught(pair.base), target_caught = caught(pair.target);

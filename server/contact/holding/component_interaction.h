@@ -1,11 +1,11 @@
 #pragma once
-// Algorithm for Component Interaction (ACI, thesis 3.2.5): who touches whom, who holds whom, and with which
-// wrench.
+// Algorithm for Component Interaction (ACI, thesis 3.2.5): contacts of components, the holder of each Part,
+// and the wrenches of the connections.
 //
-// Two stages, kept apart: update_connections() takes every discrete decision, between accepted steps;
-// evaluate() is const and pure, and may be called by a solver as often as it likes. (Thesis Fig. 3.7 does
-// both at once; then a partner found by the search but not touching would get no force, and error-controlled
-// solvers would see jumps.)
+// Two separate stages: update_connections() takes every discrete decision, between accepted steps; evaluate()
+// is const and pure, so a solver may call it any number of times. (Thesis Fig. 3.7 has one stage; a partner
+// that the search finds without contact would then exert no force, and error-controlled solvers would see
+// jumps.)
 #include <cstdint>
 #include <span>
 #include <string>
@@ -23,7 +23,7 @@ namespace takt {
 class StateReader;
 class StateWriter;
 
-/// What the interaction must know of a gripper at one time.
+/// State of a gripper at one time, as the interaction needs it.
 struct GraspState {
   int palm = -1;                ///< component that Parts are held by
   std::vector<int> held{};      ///< Parts that it holds while they are in the grasp volume, ascending
@@ -42,23 +42,24 @@ class ComponentInteraction {
     double broad_phase_s = 0.0, mpr_s = 0.0, partner_search_s = 0.0;
   };
 
-  /// Discrete stage, first half: poses for the collision checks, of the components that may have moved. A
-  /// pose that is not finite is left out, see refused_pose().
+  /// Discrete stage, first half: sets the poses of components that may have moved, for the collision checks.
+  /// A pose that is not finite is refused, see refused_pose().
   void update_poses(const CellMotion& motion, std::span<const int> moved, Clock clock);
   void update_poses(const CellMotion& motion, Clock clock);  ///< of all components
-  /// A component whose pose was not finite since the last reset, or -1: then the cell cannot go on.
+  /// A component with a pose that was not finite, first one after a reset, or -1. With such a pose the cell
+  /// must stop.
   int refused_pose() const { return refused_pose_; }
-  /// Parts (ascending) that may touch a component pushed straight from one pose to another; others are
+  /// Parts (ascending) that may touch a component pushed straight from one pose to another; all others are
   /// certainly apart. Valid until the next call.
   std::span<const int> parts_near_sweep(int component, const Pose& from, const Pose& to);
   /// Parts (ascending) in a grasp volume, which becomes the palm's shape. Valid until the next call of
-  /// either.
+  /// parts_between() or parts_near_sweep().
   std::span<const int> parts_between(int palm, const Vec3& lower_G, const Vec3& upper_G);
-  /// What the last update_connections() found: the gripper holds the Part, which is in its grasp volume.
+  /// Result of the last update_connections(): the gripper holds the Part, which is in its grasp volume.
   bool gripped(int part, int palm) const;
-  /// Discrete stage, second half: contacts at these poses, connections, offsets of those that close.
+  /// Discrete stage, second half: contacts at these poses, connections, offsets of closing connections.
   void update_connections(const CellMotion& motion, std::span<const GraspState> grasps, Clock clock);
-  /// Parts that hang on another component than before this step.
+  /// Parts whose partner changed in this step.
   std::span<const PartnerChange> changes() const {
     return any_by_contact_ ? std::span<const PartnerChange>(shown_changes_) : connections_.changes();
   }
@@ -69,7 +70,7 @@ class ComponentInteraction {
   /// has one entry per component, about its p_WBcm.
   void evaluate(const CellMotion& motion, std::span<Wrench> wrenches) const;
   /// The same for some Parts (component ids, ascending), with every Part they are connected with. Entries of
-  /// other Parts are left alone, those of Grounds and Grippers are not the whole sum.
+  /// other Parts are unchanged; those of Grounds and Grippers are incomplete sums.
   void evaluate(const CellMotion& motion, std::span<const int> parts, std::span<Wrench> wrenches) const {
     connections_.evaluate(motion, parts, wrenches);
   }
@@ -81,66 +82,66 @@ class ComponentInteraction {
     connections_.linearise(motion, parts, pairs);
   }
 
-  /// Lets others help with the collision checks, from `least_calls` in a step on; nullptr: nobody. Same bits,
-  /// same counts.
+  /// Shares the collision checks with the executor in steps of at least `least_calls` calls; nullptr: without
+  /// executor. Bits and counts stay the same.
   void set_executor(Executor* executor, std::uint64_t least_calls = PairQueries::kLeastCalls) {
     queries_.set_executor(executor, least_calls);
   }
 
-  /// Discrete: pairs, by base and target in either order, between which surface contact acts from now on
-  /// instead of a substitute force. They are still looked at, and tell who holds whom, but close no
-  /// connection. Connections of other pairs stay as they are.
+  /// Discrete: pairs, by base and target in either order, that act by surface contact instead of a substitute
+  /// force. Their contacts count in the search for partners, but close no connection. Connections of other
+  /// pairs stay unchanged.
   void set_by_contact(const std::vector<std::pair<int, int>>& pairs);
 
-  /// Open all connections and forget all verdicts and what is attached.
+  /// Opens all connections and clears all verdicts and attachments.
   void reset();
 
-  /// Discrete: from the next update_connections() on the Part hangs on this component, at the pose relative
-  /// to it that it has then, whatever the algorithm's rules say. Attached again, it takes the offset anew.
-  /// Empty if done, else why not.
+  /// Discrete: attaches the Part to this component at their relative pose in the next update_connections(),
+  /// whatever the algorithm's rules decide. A repeated call captures the offset again. Returns an empty text,
+  /// or the reason of a refusal.
   std::string attach(int part, int component);
   /// The rules decide again. The Part must be attached.
   void detach(int part);
   /// See Connections.
   void turn(int part, const ConnectionTurn& turn) { connections_.turn(part, turn); }
   void set_stiffness(int part, double ratio) { connections_.set_stiffness(part, ratio); }
-  /// What a Part is attached to, or -1.
+  /// The component that a Part is attached to, or -1.
   int attached_to(int part) const { return graph_.holds[static_cast<std::size_t>(part)]; }
-  bool attached(int a, int b) const;  ///< either to the other
-  /// Discrete: how a Gripper gives way (Connections::set_yielding), or none, from now on.
+  bool attached(int a, int b) const;  ///< whether one of the two is attached to the other
+  /// Discrete: compliance of a Gripper (Connections::set_yielding); std::nullopt: rigid.
   void set_yielding(int palm, const std::optional<BodyInertia>& inertia) {
     connections_.set_yielding(palm, inertia);
   }
-  /// Discrete: the connections of all that is attached are decided anew.
+  /// Discrete: decides the connections of all attached Parts again.
   void reconsider_attached();
-  /// Discrete: the Part was put to another place: its connections are decided anew and take their offsets
-  /// there.
+  /// Discrete, after a Part was moved to another place: its connections are decided again and take their
+  /// offsets there.
   void put_elsewhere(int part);
 
-  /// What Parts are attached to; it belongs to what decides which pairs act by contact.
+  /// Saves the attachments, which also decide which pairs act by contact.
   void save_attached(StateWriter& out) const;
   void load_attached(StateReader& in);
-  /// All else that influences what follows. load() wants load_attached() first, and set_by_contact() for the
-  /// pairs of then; both throw StateError, and leave an interaction that must be thrown away.
+  /// Saves the rest of the state that influences later steps. Call load_attached() and set_by_contact() (with
+  /// the saved pairs) first; both loads throw StateError, and the interaction is then invalid.
   void save(StateWriter& out) const;
   void load(StateReader& in);
 
-  /// What a Part hangs on: with partner search its partner; else its Gripper, its Ground, or the Part that
+  /// Holder of a Part: with partner search its partner; else its Gripper, its Ground, or the Part that
   /// carries it; or -1.
   int partner(int component) const {
     return any_by_contact_ ? shown_partner_[static_cast<std::size_t>(component)]
                            : connections_.partner(component);
   }
-  /// All closed connections, by base, then target; and those of which a component is the Base.
+  /// All closed connections, by base, then target; of(): those with the component as Base.
   std::span<const PairConnection> connections() const { return connections_.all(); }
   std::span<const PairConnection> connections_of(int component) const { return connections_.of(component); }
-  /// What one connection exerts on its Base about its centre of mass; see Connections.
+  /// Wrench of one connection on its Base about its centre of mass; see Connections.
   Wrench pair_wrench(const PairConnection& pair, const CellMotion& motion) const {
     return connections_.pair_wrench(pair, motion);
   }
   InteractionAlgorithm algorithm() const { return parameters_.algorithm; }
   bool touching(std::size_t pair) const { return verdicts_[pair].touching && active(pair); }
-  /// Who touches whom, whatever acts between them.
+  /// The contacts of all components, by surface contact or by substitute force.
   const ContactGraph& graph() const { return any_by_contact_ ? shown_graph_ : graph_; }
   const DetectionCounts& counts() const { return counts_; }
   std::uint64_t partner_searches() const { return connections_.partner_searches(); }
@@ -180,7 +181,7 @@ class ComponentInteraction {
 
   const std::vector<Component>& components_;
   InteractionParameters parameters_;
-  std::vector<ComponentPair> pairs_;  ///< hold pairs only, without jaws; ordered by base, then target
+  std::vector<ComponentPair> pairs_;  ///< holding pairs only, without jaws; ordered by base, then target
   std::vector<int> parts_;            ///< component ids of Parts
   CollisionWorld collision_world_;
   std::vector<PairVerdict> verdicts_;
@@ -192,8 +193,8 @@ class ComponentInteraction {
   ContactGraph graph_;
   Connections connections_;
 
-  // Where surface contact acts, substitute forces do not: graph_ and connections_ know the other pairs only,
-  // and what a Part hangs on is found by a second search, for people.
+  // Pairs with surface contact have no substitute force: graph_ and connections_ contain the other pairs
+  // only, and a second search over all pairs finds the holders for reports.
   std::vector<char> by_contact_;  ///< by pair
   bool any_by_contact_ = false;
   ContactGraph shown_graph_;
@@ -201,17 +202,17 @@ class ComponentInteraction {
   std::vector<int> shown_partner_;  ///< by component
   std::vector<PartnerChange> shown_changes_;
 
-  // What may touch: pairs whose large boxes overlap. All others are known to be apart.
+  // Candidate pairs, whose large boxes overlap. All others are apart.
   BroadPhase broad_phase_;
-  bool begun_ = false;                   ///< the broad phase knows all components
+  bool begun_ = false;                   ///< the broad phase contains all components
   std::vector<std::vector<Near>> near_;  ///< by component
   std::vector<int> work_, found_;
   int refused_pose_ = -1;
-  std::vector<int> toggled_;          ///< palms that hold other Parts than before
+  std::vector<int> toggled_;          ///< palms with a change of their held Parts
   std::uint64_t known_calls_ = 0;     ///< calls behind all present verdicts
-  std::uint64_t retested_calls_ = 0;  ///< of those, made in this step
+  std::uint64_t retested_calls_ = 0;  ///< of those, in this step
   std::vector<int>
-      changed_parts_;  ///< Parts whose contacts changed, and then all that a search may lead to them
+      changed_parts_;  ///< Parts whose contacts changed, and then all from which a search may reach them
   std::vector<char> reached_;
   std::vector<std::size_t> touched_;              ///< pairs that began to touch in this step
   std::vector<std::pair<int, Vec3>> pushed_out_;  ///< Parts, in this step, and how far

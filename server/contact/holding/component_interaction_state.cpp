@@ -1,8 +1,7 @@
-// What the user attaches, and saving and loading of the interaction.
+// Attachments by the user, and saving and loading of the interaction.
 //
 // Not saved: verdicts, the broad phase, hints and the counts of work. A verdict depends on shapes and poses
-// alone and hints only prove it, so the first stage after load() looks at all pairs and comes to the same
-// contacts.
+// alone and hints only prove it, so the first stage after load() tests all pairs and finds the same contacts.
 #include <algorithm>
 #include <string>
 

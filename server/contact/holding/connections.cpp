@@ -5,8 +5,8 @@
 namespace takt {
 
 namespace {
-// Connections per Part that storage is kept for: a cube in a dense lattice touches 26 others, and each of
-// those connections has two ends.
+// Reserved connections per Part: a cube in a dense lattice touches 26 others, and each of those connections
+// has two ends.
 constexpr std::size_t kRoomPerPart = 32;
 }  // namespace
 
@@ -154,8 +154,8 @@ PairConnection Connections::close(const ConnectionKey& key, const CellMotion& mo
   capture_offset(motion.bodies[static_cast<std::size_t>(key.first)],
                  motion.bodies[static_cast<std::size_t>(key.second)], pair.connection);
   pair.connection.gains = own_gains(key.first, 1.0);
-  // If the sequence of a partner search ends in a Part, nothing holds the assembly: it falls as one and no
-  // weight is carried. Which of several connections carries it is decided by assign_supports().
+  // If the sequence of a partner search ends in a Part, the assembly has no support: it falls as one and no
+  // weight is carried. assign_supports() decides which of several connections carries a weight.
   if (parameters_.algorithm == InteractionAlgorithm::partner_search && parameters_.weight_feed_forward &&
       !is_part(key.second))
     pair.connection.feed_forward_W = -(base.mass_kg * parameters_.gravity_W);
@@ -361,7 +361,7 @@ void Connections::soften_free_clusters(const ContactGraph& graph, std::span<cons
       Connection& connection = pair.connection;
       if (!free && (attached_to_part(graph, part, connection.partner) || yields(connection.partner)))
         continue;
-      if (!free && connection.softening < 1.0) {  // caught: anew, with full constants
+      if (!free && connection.softening < 1.0) {  // caught: closes again with full constants
         const Vec3 feed_forward_W = connection.feed_forward_W;
         pair = close(pair.key(), motion);
         pair.connection.feed_forward_W = feed_forward_W;
@@ -401,7 +401,7 @@ void Connections::evaluate(const CellMotion& motion, std::span<const int> parts,
     }
   }
   if (parameters_.algorithm == InteractionAlgorithm::partner_search) return;
-  for (const int part : parts) {  // weights that pass through other Parts
+  for (const int part : parts) {  // weights passed on through other Parts
     const int support = passes_to_[static_cast<std::size_t>(part)];
     if (support == -1) continue;
     const Wrench lift{-(component(part).mass_kg * parameters_.gravity_W), Vec3::Zero()};

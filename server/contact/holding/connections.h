@@ -1,28 +1,28 @@
 #pragma once
-// The closed connections of a cell and what they exert: what the Algorithm for Component Interaction (ACI,
-// thesis 3.2.5) does once it is known who touches whom. One of three algorithms decides which connections are
-// closed (connection_rules.h, partner_search.h); all go through the same two stages, update() between steps
-// and evaluate() within.
+// The closed connections of a cell and their wrenches: the Algorithm for Component Interaction (ACI, thesis
+// 3.2.5) after the contacts are known. One of three algorithms decides which connections are closed
+// (connection_rules.h, partner_search.h); all share the same two stages, update() between steps and
+// evaluate() within.
 //
-// Weight feed-forward where Parts hang on Parts: each Part has one carrying connection, along a tree from
-// Grippers and Grounds outwards (support_tree.h), and that connection carries the weight of everything that
-// hangs on the Part through it, with its moment; other connections carry none. What a chain passes on cancels
-// in every Part but its own weight, so each Part gets exactly its weight at its centre of mass and the
-// support at the end gets the reaction: nothing sags and nothing twists, in any pose. pair_wrench() tells
-// what passes through each connection.
+// Weight feed-forward for Parts held by Parts: each Part has one carrying connection, along a tree from
+// Grippers and Grounds outwards (support_tree.h). This connection carries the weight of the Part and of all
+// Parts that it supports, with its moment; other connections carry no weight. In every Part the passed loads
+// cancel except its own weight, so each Part gets exactly its weight at its centre of mass and the support at
+// the end gets the reaction: the chain neither sags nor twists, in any pose. pair_wrench() returns the wrench
+// of each connection.
 //
-// Parts that nothing holds fall without feed-forward. Their connections are softened so that no mode is
-// faster than that of the fastest Part alone (FreeTargetLoad); when something catches them, softened
-// connections close anew with full constants, for a stretched spring that stiffens would create energy.
+// Parts without support fall without feed-forward. Their connections are softened so that no mode is faster
+// than that of the fastest Part alone (FreeTargetLoad). If such Parts are caught, softened connections close
+// again with full constants, because a stretched spring that stiffens would create energy.
 //
-// A Gripper whose robot has dynamics gives way (set_yielding()). A Part attached to it from afar pulls at a
-// lever: stiff as it is, spring and damper would swing the wrist faster than the solver can follow. So
-// wherever attached Parts hang on such a Gripper, all its connections are softened as on a free Target. What
-// it only grips is not: there levers are short, and the constants are the thesis'.
+// A Gripper whose robot has dynamics is compliant (set_yielding()). A Part attached to it from afar pulls at
+// a lever: an unsoftened spring and damper would swing the wrist faster than the solver can follow. So if
+// such a Gripper holds attached Parts, all its connections are softened as on a free Target. Connections of
+// merely gripped Parts keep the thesis' constants, because their levers are short.
 //
-// A Part that the user attached (ContactGraph::holds) is the Base of one connection, whatever the algorithm:
-// to that component; with partner search, attached to a Part that is held, to whom that Part leads, as all
-// that rides on it does.
+// A Part that the user attached (ContactGraph::holds) is the Base of one connection in every algorithm: to
+// that component. With partner search, a Part attached to a held Part gets that Part's partner, as all Parts
+// that ride on it do.
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -43,19 +43,20 @@ struct InteractionParameters {
   Vec3 gravity_W{0.0, 0.0, -9.80665};  ///< m/s^2
   double contact_margin_m = 0.0002;    ///< components closer than this touch
   bool weight_feed_forward = true;     ///< false: the thesis' law, where the spring carries the weight
-  bool skip_resting = true;  ///< false: every pair and every Part anew in every step; the bits are the same
+  /// False: evaluates every pair and every Part in every step; the bits are the same.
+  bool skip_resting = true;
   InteractionAlgorithm algorithm = InteractionAlgorithm::partner_search;
-  /// Between two discrete stages (s). A Part that falls is inside of what catches it by what it falls in that
-  /// time: so far it is pushed out. 0: it stays as deep as it is.
+  /// Time between two discrete stages (s). A falling Part penetrates its support by the fall in that time;
+  /// the connection corrects this depth. 0: without correction.
   double step_s = 0.0;
 };
 
-/// A Part now hangs on another component than before.
+/// A change of the component that holds a Part.
 struct PartnerChange {
   int part = -1, from = -1, to = -1;
 };
 
-/// A closed connection: the Target is connection.partner. Of two Parts the Base is the one of lower
+/// A closed connection; its Target is connection.partner. Of two Parts the Base is the one of lower
 /// hierarchy.
 struct PairConnection {
   int base = -1;
@@ -74,44 +75,45 @@ class Connections {
   /// Discrete stage: decides the connections of `parts` (ascending; all Parts of the contact clusters in
   /// which a contact changed) at these poses. Allocates only if more than 32 connections per Part are closed.
   void update(const ContactGraph& graph, std::span<const int> parts, const CellMotion& motion);
-  /// Before the contacts of a step without update(): nothing changed.
+  /// Starts a step without update(): it has no changes.
   void begin_step();
   std::span<const PartnerChange> changes() const { return changes_; }
   /// Components with a connection that opened, closed or changed its constants or load in this step; any
   /// order.
   std::span<const int> disturbed() const { return disturbed_; }
 
-  /// The next update() takes the offset of the Part's own connection anew (it was attached), or also of those
-  /// of which it is the Target (it was put elsewhere). These Parts must be among those of the update.
+  /// In the next update(), captures again the offset of the Part's own connection (`own`: it was attached),
+  /// or also those of connections with the Part as Target (`all`: it was moved). The update must contain
+  /// these Parts.
   enum class Renewal : char { none, own, all };
   void recompute_gains(int part, Renewal what);
 
-  /// Discrete, from the next update() on: a body that gives way at least as easily as this Gripper (its palm;
-  /// inertia in G), or none: it moves as it likes.
+  /// Discrete, from the next update() on: lower bound of the inertia of a compliant Gripper (its palm;
+  /// inertia in G); std::nullopt: it moves as prescribed.
   void set_yielding(int palm, const std::optional<BodyInertia>& inertia) {
     yielding_[static_cast<std::size_t>(palm)] = inertia;
   }
   /// After update(): the Part is turned in its connections during this step. begin_step() ends it.
   void turn(int part, const ConnectionTurn& turn);
-  /// After update(): the Part (a Base) is held further along `shift_W` (m) than it is: by the connection with
-  /// this Target, or by all of them (-1). Nothing where there is none.
+  /// After update(): shifts the held pose of the Part (a Base) by `shift_W` (m), in the connection with this
+  /// Target or in all of them (-1). Without such a connection it has no effect.
   void shift(int part, int target, const Vec3& shift_W, const CellMotion& motion);
-  /// Discrete, from the next update() on: factor for the constants of a Part's connections (1 if never set).
-  /// Where it changes they close anew.
+  /// Discrete, from the next update() on: factor for the constants of a Part's connections (default 1). The
+  /// connections close again when it changes.
   void set_stiffness(int part, double ratio);
 
-  /// Bytes of all of this; load() throws StateError for what save() cannot have written.
+  /// Serialised state; load() throws StateError for invalid bytes.
   void save(StateWriter& out) const;
   void load(StateReader& in);
 
   /// Ordered by base, then target.
   std::span<const PairConnection> all() const { return list_; }
-  /// Those of which a component is the Base.
+  /// The connections with the component as Base.
   std::span<const PairConnection> of(int component) const {
     const auto c = static_cast<std::size_t>(component);
     return std::span<const PairConnection>(list_).subspan(first_[c], first_[c + 1] - first_[c]);
   }
-  /// What a Part hangs on: its Gripper, else its Ground, else a Part; or -1.
+  /// Holder of a Part: its Gripper, else its Ground, else a Part; or -1.
   int partner(int component) const { return partner_[static_cast<std::size_t>(component)]; }
 
   /// Pure stage; see ComponentInteraction::evaluate().
@@ -120,9 +122,9 @@ class Connections {
   /// are constant.
   void linearise(const CellMotion& motion, std::span<const int> parts,
                  std::vector<PairLinearisation>& pairs) const;
-  /// What one connection exerts on its Base about its centre of mass, with the weight that passes through it.
-  /// The Target gets reaction_on_target() of it. Over all connections these sum to evaluate(); for people and
-  /// tests, as it looks at all Parts.
+  /// Wrench of one connection on its Base about its centre of mass, with the weight that passes through it.
+  /// The Target gets its reaction_on_target(). The sum over all connections is evaluate(). It visits all
+  /// Parts: for reports and tests.
   Wrench pair_wrench(const PairConnection& pair, const CellMotion& motion) const;
 
   std::uint64_t partner_searches() const { return partner_searches_; }
@@ -156,12 +158,12 @@ class Connections {
   InteractionParameters parameters_;
   std::vector<int> parts_;            ///< component ids of Parts
   std::vector<PairConnection> list_;  ///< closed, ordered
-  std::vector<PairConnection> next_;  ///< the list being made
+  std::vector<PairConnection> next_;  ///< list under construction
   std::vector<std::size_t> first_;    ///< by component: place of its first in list_; and the end
   std::vector<int> partner_;          ///< by component; Parts only
-  std::vector<int> passes_to_;  ///< by component: the support whose load a Part that hangs on a Part adds to
-  std::vector<double> stiffness_;  ///< by component: factor for a Part's own constants
-  std::vector<int> turning_;       ///< Parts with a turn in this step
+  std::vector<int> passes_to_;        ///< by component: the support whose load includes a Part held by a Part
+  std::vector<double> stiffness_;     ///< by component: factor for a Part's own constants
+  std::vector<int> turning_;          ///< Parts with a turn in this step
   std::vector<ConnectionKey> wanted_;
   std::vector<char> decided_;  ///< by component: among the Parts of this update
   std::vector<double> scale_;  ///< by component, of this update

@@ -21,7 +21,7 @@ void Connections::save(StateWriter& out) const {
 }
 
 void Connections::load(StateReader& in) {
-  // Set before, by what was loaded before.
+  // Already set by load_attached() of the interaction and its owners.
   const std::vector<double> stiffness = stiffness_;
   reset();
   stiffness_ = stiffness;

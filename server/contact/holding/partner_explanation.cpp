@@ -21,7 +21,7 @@ std::uint64_t saturated_sum(std::uint64_t a, std::uint64_t b) {
                                                            : a + b;
 }
 
-/// What a search from one Part can reach.
+/// The components within reach of a search from one Part.
 class Reach {
  public:
   Reach(const ContactGraph& graph, int part) : graph_(graph), contacts_(graph.vertices.size(), kUnreached) {
@@ -52,7 +52,7 @@ class Reach {
   int contacts(int v) const { return contacts_[index(v)]; }
   /// Components in which a sequence ends, each once.
   const std::vector<int>& ends() const { return ends_; }
-  /// Parts, the one asked for included, nearest first.
+  /// The reached Parts including the first one, nearest first.
   const std::vector<int>& parts() const { return parts_; }
   const ContactGraph& graph() const { return graph_; }
   static std::size_t index(int v) { return static_cast<std::size_t>(v); }
@@ -63,15 +63,14 @@ class Reach {
   std::vector<int> ends_, parts_;
 };
 
-/// Lists the sequences with a chosen kind of end, shortest first. What the rest of a sequence can be is
-/// worked out from the ends backwards, so that the listing goes nowhere in vain but for gaps between the
-/// lengths.
+/// Lists the sequences with a chosen kind of end, shortest first. Possible tails of sequences are computed
+/// from the ends backwards, so that the listing visits no dead ends except for gaps between the lengths.
 class Lister {
  public:
   Lister(const Reach& reach, const ListingLimits& limits, SequenceListing& listing)
       : reach_(reach), limits_(limits), listing_(listing), tails_(reach.graph().vertices.size()) {
     by_hierarchy_ = reach.parts();
-    // Along a sequence the hierarchy rises, so what follows a Part comes before it here.
+    // The hierarchy rises along a sequence, so successors of a Part are sorted ahead of it.
     std::sort(by_hierarchy_.begin(), by_hierarchy_.end(), [&](int a, int b) {
       return std::tuple(-reach.hierarchy(a), a) < std::tuple(-reach.hierarchy(b), b);
     });
@@ -88,7 +87,7 @@ class Lister {
   }
 
  private:
-  /// The contacts that may follow a Part until a wanted end.
+  /// The contacts that may follow a Part on the way to an end of the chosen kind.
   struct Tail {
     std::uint64_t count = 0;
     int shortest = kUnreached, longest = -1;

@@ -1,7 +1,7 @@
 #pragma once
-// Why the partner search names the partner it names: the decision with the rule that made it, the sequences
-// it had to choose from (Path Vertices Sequences, thesis 3.5.2, (3.32) to (3.37)), and how deep components
-// touch. For questions, not for the step: nothing here changes anything, and every function has a bounded
+// Explains a result of the partner search: the decision with its rule, the sequences it chose from (Path
+// Vertices Sequences, thesis 3.5.2, (3.32) to (3.37)), and the depth of contacts. For queries, outside of the
+// step: it changes no state, and every function has a bounded cost, as stated with it.
 // cost, as stated with it.
 #include <cstdint>
 #include <string_view>
@@ -12,15 +12,15 @@
 
 namespace takt {
 
-/// What decided between the partner and the strongest of all other ends (the rival), in the order in which
-/// the rules are asked. Two are those of the algorithms without a search; the last overrides all.
+/// Rule that decided between the partner and the strongest of all other ends (the rival), in the order of
+/// evaluation. Two rules are those of the algorithms without a search; the last overrides all.
 enum class PartnerRule : std::uint8_t {
   nothing_reachable,  ///< no sequence at all: no partner
   only_end,           ///< all sequences end in the same component: no rival
   end_type,           ///< Gripper before Ground before Part
   shorter_sequence,   ///< the same type, and fewer contacts away
-  present_partner,    ///< as near: who holds the Part keeps it
-  lower_id,           ///< as near, and neither holds it: who is first in the description
+  present_partner,    ///< as near: the present holder keeps the Part
+  lower_id,           ///< as near, and neither is the present holder: the lower id
   every_contact,      ///< substitute_force: all that touches is connected; this one carries the weight
   one_support,        ///< extended_substitute_force: its Gripper, else its Ground, else a Part it touches
   attached,           ///< the user attached it to this component
@@ -31,7 +31,7 @@ struct PartnerDecision {
   int partner = -1;  ///< component id, or -1
   PartnerRule rule = PartnerRule::nothing_reachable;
   int contacts = 0;  ///< along the shortest sequence to the partner
-  int rival = -1;    ///< who would be the partner if the partner were no end of any sequence, or -1
+  int rival = -1;    ///< the partner if the present one ended no sequence, or -1
   int rival_contacts = 0;
 };
 
@@ -39,18 +39,18 @@ struct PartnerDecision {
 /// in the contacts that the search can reach.
 PartnerDecision decide_partner(const ContactGraph& graph, int part, int present);
 
-/// How much of what there is may be listed. There can be exponentially many sequences.
+/// Limits of the listing. The number of sequences can be exponential.
 struct ListingLimits {
   std::size_t sequences = 200;
   std::size_t vertices = 2000;   ///< of all sequences listed together
-  std::size_t visits = 100'000;  ///< contacts looked at while listing
+  std::size_t visits = 100'000;  ///< visited contacts
 };
 
 struct SequenceListing {
-  /// From the Part to the end. Those to the partner first, then the others by type of end (Gripper, Ground,
-  /// Part), each group by length; the shortest to the partner is sequences[0].
+  /// From the Part to the end. Sequences to the partner first, then the others by type of end (Gripper,
+  /// Ground, Part), each group by length; sequences[0] is the shortest one to the partner.
   std::vector<std::vector<int>> sequences;
-  /// How many there are, listed or not; at most 2^64 - 1.
+  /// Number of sequences, listed or not; at most 2^64 - 1.
   std::uint64_t count = 0;
 };
 
@@ -66,8 +66,8 @@ struct ContactDepth {
   Vec3 normal_W = Vec3::UnitZ();   ///< from the first to the second component
 };
 
-/// `budget`: pairs of convex parts that may still be measured (some microseconds each); counted down. The
-/// pairs considered are those whose boxes are not further apart than the margin.
+/// `budget`: remaining number of measurements of pairs of convex parts (some microseconds each); counted
+/// down. Only pairs whose boxes are within the margin are measured.
 ContactDepth contact_depth(const CollisionWorld& world, int a, int b, int& budget);
 
 }  // namespace takt

@@ -66,7 +66,7 @@ int PartnerSearch::find(const ContactGraph& graph, int part, int present) {
     }
     for (std::size_t kind = 0; kind < 3; ++kind) open[kind] = best[kind] == -1;
     if (best[static_cast<std::size_t>(ComponentType::gripper)] != -1)
-      break;  // nothing can be preferred to it any more
+      break;  // no later end has a higher rank
     level_.swap(next_);
   }
   for (const ComponentType type : {ComponentType::gripper, ComponentType::ground, ComponentType::part}) {

@@ -1,19 +1,19 @@
 #pragma once
-// Assembly Graph Partner Search Algorithm (AGPSA, thesis 3.5.2): from who touches whom, find for each Part
-// the one component that holds it. Contact graph in, partner out; no forces.
+// Assembly Graph Partner Search Algorithm (AGPSA, thesis 3.5.2): finds for each Part the one component that
+// holds it. Input: the contact graph. Output: the partner, without forces.
 //
 // From the Part the search follows contacts to Grippers, to Grounds, and to Parts of strictly higher
 // hierarchy. Every sequence that cannot be extended is a result (a Path Vertices Sequence). A sequence that
 // ends in a Gripper is preferred over one that ends in a Ground, and that over one that ends in a Part.
 //
 // Differences from Algorithm 1 as printed: Grippers and Grounds end a sequence (as printed, a sequence could
-// run on through a Gripper to whatever else it touches). Ties: the shorter sequence, then the present partner
-// (so that a handover passes when the first gripper opens), then the lower id. As the hierarchy rises along a
-// sequence, a breadth-first search with visited marks finds the same partner as listing all sequences, in
-// linear time.
+// continue through a Gripper to any other component in contact with it). Ties: the shorter sequence, then the
+// present partner (so that a handover happens when the first gripper opens), then the lower id. As the
+// hierarchy rises along a sequence, a breadth-first search with visited marks finds the same partner as
+// listing all sequences, in linear time.
 //
-// A Part that the user attached to a component (holds) leads there alone, whatever it touches and whatever
-// the hierarchies are.
+// The only sequence of a Part that the user attached to a component (holds) leads there, independent of
+// contacts and hierarchies.
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -22,7 +22,7 @@
 
 namespace takt {
 
-/// Who touches whom, and what the search may know of a component.
+/// The contacts, and the properties of components that the search uses.
 struct ContactGraph {
   struct Vertex {
     ComponentType type = ComponentType::part;
@@ -30,11 +30,11 @@ struct ContactGraph {
   };
   std::vector<Vertex> vertices;
   std::vector<std::vector<int>> neighbours;  ///< by component id, ascending; capacity is kept between steps
-  std::vector<int> holds;  ///< by component: what the user attached it to, a neighbour too; or -1
+  std::vector<int> holds;  ///< by component: its attachment by the user, which is also a neighbour; or -1
 
   explicit ContactGraph(std::size_t count = 0) : vertices(count), neighbours(count), holds(count, -1) {}
-  void clear_contacts();  ///< not what is attached: whoever clears adds those edges again
-  /// Keep the neighbours in order, each once.
+  void clear_contacts();  ///< removes the edges of attachments too: the caller adds them again
+  /// Adds an edge; neighbours stay sorted and unique.
   void add_contact(int a, int b);
   void remove_contact(int a, int b);
 
@@ -60,9 +60,9 @@ class PartnerSearch {
 
 /// One dequeue round of Algorithm 1, as in thesis Table 3.3: all sequences of one length at once.
 struct SearchStep {
-  std::vector<std::vector<int>> queue;      ///< sequences looked at in this step
+  std::vector<std::vector<int>> queue;      ///< sequences treated in this step
   std::vector<std::vector<int>> found;      ///< their extensions
-  std::vector<std::vector<int>> resulting;  ///< those that could not be extended, collected so far
+  std::vector<std::vector<int>> resulting;  ///< sequences without extension, collected so far
 };
 
 /// Every sequence from a Part, step by step: for explanations and as the reference of the search above.

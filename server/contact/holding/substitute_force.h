@@ -1,23 +1,19 @@
 #pragma once
-// The substitute force (SFA, thesis 3.4.1): a spring and damper that holds a Part (Base) where it was
-// relative to its partner (Target) when the connection closed. Two functions: capture the offset once, wrench
-// from the offset ever after.
+// The substitute force (SFA, thesis 3.4.1): a spring and damper that holds a Part (Base) at the pose relative
+// to its partner (Target) at which the connection closed. capture_offset() stores that pose once; the wrench
+// follows from it.
 //
 // Differences from the printed formulas, each covered by a test:
 // - (3.1) to (3.6) take both forces at the frame origins and the relative velocity of the origins: then
-// moments do not
-//   balance and a common rotation is damped. Here both forces act at one point, the Base's centre of mass;
-//   the damper uses the velocity of the Target-fixed point that is there now; the Target gains the moment -r
-//   x f.
+//   moments do not balance and a common rotation is damped. Here both forces act at one point, the Base's
+//   centre of mass; the damper uses the velocity of the Target-fixed point at that place; the Target gains
+//   the moment -r x f.
 // - (3.8) needs T_Offset transposed, else the torque is not zero at closing; the third entry of (3.10) has
-// the wrong sign.
-//   Here the relative rotation is taken as a vector in world axes, which avoids both.
+//   the wrong sign. Here the relative rotation is a vector in world axes, which avoids both.
 // - The reference point is the Base's centre of mass, not its frame origin, so that translation and rotation
-// decouple and
-//   critical damping is exact for both.
+//   decouple and critical damping is exact for both.
 // - Weight feed-forward (not in the thesis): the wrench carries the Base's weight, the spring only the rest.
-// Then a
-//   connection that changes hands neither sags by m g / k nor jumps in force.
+//   A handover then neither sags by m g / k nor jumps in force.
 #include "plant_models/mechanics/multibody_tree.h"
 #include "plant_models/plant_model.h"
 #include "server/components/component.h"
@@ -31,10 +27,10 @@ struct ConnectionTurn {
   double angle_rad = 0.0, travel_m = 0.0;  ///< about and along the axis, of the whole step
   double step_s = 1.0;
   double torque_Nm = 0.0;  ///< about the axis, on the Target; the opposite on the driver
-  int driver = -1;         ///< component id, or -1: nothing turns
+  int driver = -1;         ///< component id, or -1: no motion
 };
 
-/// A closed connection of a Part: who holds it and where. Captured between steps, constant during a step.
+/// A closed connection of a Part: its holder and the offset. Captured between steps, constant during a step.
 struct Connection {
   int partner = -1;                    ///< component id of the Target, or -1: free
   Vec3 p_TBcm_T = Vec3::Zero();        ///< centre of mass of the Base in the Target's frame (3.2)
@@ -45,25 +41,25 @@ struct Connection {
   ConnectionTurn turn;                 ///< of the present step
 };
 
-/// Offsets of a connection that closes now.
+/// Captures the offsets of a connection at closing.
 void capture_offset(const BodyMotion& base, const BodyMotion& target, Connection& connection);
 
-/// Moves the offset on by `turn`, which says from now on how fast the Base should turn.
+/// Advances the offset by `turn`, which also sets the prescribed angular velocity of the Base.
 void turn_offset(const ConnectionTurn& turn, Connection& connection);
 
-/// All Bases that one free Target (a Part that is not held itself, or what stands for a Gripper that gives
-/// way) holds, and how much softer their connections must be.
+/// All Bases of one free Target (a Part without support, or the inertia of a compliant Gripper), and the
+/// factor by which their connections must be softened.
 ///
 /// The Target swings under all its connections at once. With M_T its inertia and K_T the sum of their
-/// stiffness as the Target feels it (both 6 x 6, about its centre of mass), no mode of the whole is faster
-/// than max(k/m) + max eig(M_T^-1 K_T); scaled by the ratio of the first term to both, none is faster than
-/// the fastest Base alone. The same holds for the damping. Without this, a light Target, or one with many
+/// stiffness acting on the Target (both 6 x 6, about its centre of mass), no mode of the system is faster
+/// than max(k/m) + max eig(M_T^-1 K_T); scaled by the ratio of the first term to this sum, no mode is faster
+/// than the fastest Base alone. The same holds for the damping. Otherwise a light Target, or one with many
 /// Bases, would raise the frequency past the solver's limit. The thesis has no such case: its assemblies are
 /// held.
 ///
-/// Where Parts of a free cluster are connected every which way (SFA and extended SFA), each is given all its
-/// connections, as Target and as Base. A pair's energy k |u_a - u_b|^2 is at most 2 k (|u_a|^2 + |u_b|^2), so
-/// half the ratio is enough for each end, and a connection takes the smaller factor of its two ends.
+/// In a free cluster with arbitrary connections (SFA and extended SFA), each Part counts all its connections,
+/// as Target and as Base. A pair's energy k |u_a - u_b|^2 is at most 2 k (|u_a|^2 + |u_b|^2), so half the
+/// ratio is enough for each end, and a connection takes the smaller factor of its two ends.
 class FreeTargetLoad {
  public:
   explicit FreeTargetLoad(const Component& target)
@@ -75,7 +71,7 @@ class FreeTargetLoad {
   void add_own();
   /// Factor for the constants of every connection added, in (0, 1).
   double scale() const;
-  /// The same where the other ends of the connections move as well; 1 if there are none.
+  /// The same if the other ends of the connections move as well; 1 without connections.
   double shared_scale() const;
 
  private:

@@ -1,11 +1,11 @@
 #pragma once
-// What carries each Part when Parts are connected with each other (SFA and extended SFA): a spanning tree of
-// the closed connections, grown from Grippers and Grounds outwards.
+// The carrier of each Part when Parts are connected with each other (SFA and extended SFA): a spanning tree
+// of the closed connections, grown from Grippers and Grounds outwards.
 //
-// A Part that a Gripper or Ground holds directly hangs on it (Gripper first). Every other Part hangs on the
-// connected Part that is fewest connections away from a support; ties: a support that is a Gripper, then the
-// present carrier, then the higher hierarchy, then the lower id. Parts that no support reaches fall together;
-// their tree grows from the one of highest hierarchy, then lowest id.
+// The carrier of a Part held directly by a Gripper or Ground is that component (Gripper first). The carrier
+// of every other Part is the connected Part with the fewest connections to a support; ties: a support that is
+// a Gripper, then the present carrier, then the higher hierarchy, then the lower id. A cluster without
+// support falls as a whole; its tree grows from the Part of highest hierarchy, then lowest id.
 #include <span>
 #include <vector>
 
@@ -21,15 +21,15 @@ class SupportTree {
  public:
   explicit SupportTree(const std::vector<Component>& components);
 
-  /// Grows the tree anew for `parts` (ascending), which must be all Parts of the contact clusters they are
-  /// in. `closed(part, other)` says whether two touching components are connected. Does not allocate.
+  /// Grows the tree for `parts` (ascending), which must be all Parts of their contact clusters.
+  /// `closed(part, other)`: whether two touching components are connected. Does not allocate.
   template <typename Closed>
   void grow(const ContactGraph& graph, std::span<const int> parts, const Closed& closed);
   void reset();
   void save(StateWriter& out) const;
   void load(StateReader& in);
 
-  /// Component that a Part hangs on, or -1: nothing, or it is where the tree of a free cluster begins.
+  /// Carrier of a Part, or -1 without carrier and for the root of a free cluster.
   int carrier(int part) const { return at(part).carrier; }
   /// Gripper or Ground at the end of the sequence of carriers, or -1.
   int support(int part) const { return at(part).support; }

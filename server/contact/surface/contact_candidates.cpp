@@ -96,7 +96,7 @@ void ContactCandidates::add_element(const Build& build, std::int32_t index) {
   for (int k = 0; k < 3; ++k)
     if (std::abs(p[k] - target.box.center_B[k]) > target.box.half_B[k] + build.bound_m) return;
 
-  // All faces within the bound; if there are none, the closest one tells the side.
+  // All faces within the bound; without any, the sign of the closest one gives the side.
   const double signed_m = target.signed_distance_m(p);
   if (signed_m > build.bound_m) return;
   // Later the depth is at most deepest_m, and p has moved by the bound.
@@ -110,7 +110,8 @@ void ContactCandidates::add_element(const Build& build, std::int32_t index) {
   });
   const auto slot = static_cast<std::int32_t>(element.size());
   element.push_back(index);
-  // If all are of one patch the closest point stays inside of it, and its plane tells inside from outside.
+  // If all are of one patch the closest point stays inside of it, and the sign of its plane distance gives
+  // the side.
   const auto patch_of = [&](const Work::Found& f) {
     return target.faces[static_cast<std::size_t>(f.face)].patch;
   };

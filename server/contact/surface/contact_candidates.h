@@ -1,10 +1,10 @@
 #pragma once
-// Which elements of a cluster may be inside the Target, and which of its faces may be closest to them, while
-// the two move relative to each other by no more than a motion bound: what the evaluations between two walks
-// through the bounding hierarchy need.
+// Candidate lists: the elements of a cluster that may be inside the Target, and the faces that may be closest
+// to them, for all relative motions within a bound. They replace the walk through the bounding hierarchy
+// between two rebuilds.
 //
-// With any lists that are valid for a pose an element gets the same depth, to the last bit: faces too many
-// are further away than the closest one, and of equally close faces the one of lowest number counts.
+// All lists that are valid for a pose give an element the same depth, to the last bit: superfluous faces are
+// further away than the closest one, and of equally close faces the lowest number counts.
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -15,8 +15,8 @@ namespace takt {
 
 class ContactCandidates {
  public:
-  /// Elements whose closest point on the Target can only be inside of one patch: the depth is that below
-  /// its plane.
+  /// Elements whose closest point on the Target can only be inside of one patch: the depth is that below its
+  /// plane.
   struct PlaneGroup {
     std::int32_t plane = -1;  ///< place in `patches`
     std::size_t begin = 0, end = 0;
@@ -24,24 +24,24 @@ class ContactCandidates {
   /// A face that may be closest to an element.
   struct Near {
     std::int32_t face = -1, plane = -1;
-    double at_least_m = 0.0;  ///< its distance when the lists were made, less rounding
+    double at_least_m = 0.0;  ///< lower bound of its distance at the rebuild, less rounding
   };
-  /// An element that needs a look at single faces.
+  /// An element that must be tested against single faces.
   struct Single {
     std::int32_t slot = -1;
     std::size_t begin = 0, end = 0;  ///< in `near`, ascending distances
   };
 
-  /// What making lists needs for a time. One serves the lists of all clusters.
+  /// Work space for rebuilds. One serves the lists of all clusters.
   class Work;
 
-  /// Valid for this pose? False before the first rebuild().
+  /// Whether the lists are valid for this pose. False without a rebuild().
   bool cover(const Pose& X_TB) const { return valid_ && moved_m(X_TB) <= bound_m_; }
-  /// What no centroid has moved beyond since the lists were made; not a number for such a pose.
+  /// Upper bound of the motion of all centroids since the rebuild (m); NaN for a pose that is not finite.
   double moved_m(const Pose& X_TB) const;
   double bound_m() const { return bound_m_; }
-  /// `above`: patches; what is above all their planes is outside of the Target (SeparatingPlanes), and so are
-  /// elements that are above all of them by more than they may move. Empty: none known.
+  /// `above`: patches; the region above all their planes is outside of the Target (SeparatingPlanes), and so
+  /// are elements that are above all of them by more than their possible motion. Empty: unknown.
   void rebuild(const ContactSurface::Data& base, const ContactSurface::Data& target,
                const ContactCluster& cluster, const Pose& X_TB, double bound_m,
                std::span<const std::int32_t> above, Work& work);

@@ -10,7 +10,7 @@ namespace {
 
 /// Centroids closer than this to an edge or a vertex have no direction to it: they are on the surface.
 constexpr double kOnSurface_m = 1e-12;
-/// Faces whose plane is further than the closest point by more than rounding need no look.
+/// Faces whose plane is further away than the closest point by more than rounding are skipped.
 constexpr double kFurther = 1.0 + 1e-9;
 
 }  // namespace

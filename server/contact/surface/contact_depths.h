@@ -1,6 +1,6 @@
 #pragma once
-// Penetrations of the Base's elements at one pose, from the candidate lists: how far the centroid of each is
-// from the closest point of the Target's surface, if it is inside.
+// Penetrations of the Base's elements at one pose, from the candidate lists: the distance of each centroid
+// inside the Target from the closest point of the Target's surface.
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -21,13 +21,13 @@ class ContactDepths {
     Vec3 edge_B;    ///< direction of the edge; zero for a vertex
   };
 
-  /// New lists came.
+  /// Call after every rebuild of the lists.
   void prepare(const ContactCandidates& lists);
   /// `X_BT`: pose of the Target in the Base, the inverse of X_TB.
   void find(const ContactSurface::Data& base, const ContactSurface::Data& target,
             const ContactCandidates& lists, const Pose& X_TB, const Pose& X_BT);
 
-  /// Where nothing was hit: how far everything may move until something may be; 0 if that is not known.
+  /// Without hits: the motion (m) below which there can be no hit; 0: unknown.
   double quiet_m() const { return hit_count_ > 0 ? 0.0 : quiet_m_; }
 
   /// Slots of the lists, ascending, that are inside the Target.

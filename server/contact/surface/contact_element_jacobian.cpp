@@ -10,7 +10,7 @@ using lanes::V4;
 using lanes::V4x3;
 using Rows = ElementRows;
 
-/// Sum of c (1, p, p p^T): what equal stiffness in all directions at p needs.
+/// Sum of c (1, p, p p^T), for isotropic stiffness at p.
 struct PointSums {
   V4 c{}, x{}, y{}, z{}, xx{}, yy{}, zz{}, xy{}, xz{}, yz{};
 };
@@ -148,7 +148,7 @@ TAKT_LANE_INLINE void tangent(const Twist& V_B, const ElementRows& rows, Mat6& K
     const V4x3 slope{kn * n.x + cn * n_w.x, kn * n.y + cn * n_w.y, kn * n.z + cn * n_w.z};
     V4 row[6], force[6], s[6], scaled[6], sliding[6];
     screw(slope, p, row);
-    // What the force does with it: against the normal, and friction that follows.
+    // Change of the force: along the normal, and friction proportional to it.
     screw({change.x - n.x, change.y - n.y, change.z - n.z}, p, force);
     screw(n, p, s);
     for (int j = 0; j < 6; ++j) scaled[j] = cn * s[j];

@@ -191,7 +191,7 @@ void ElementRows::resize(std::size_t count) {
     stride_ = padded_ + padded_ / 2 + 16;
     data_.assign(kRows * stride_, 0.0);
   }
-  // Elements without area give nothing.
+  // Padding: elements without area contribute zero.
   for (std::size_t i = count_; i < padded_; ++i)
     for (std::size_t row = 0; row < kForce; ++row) data_[row * stride_ + i] = 0.0;
 }

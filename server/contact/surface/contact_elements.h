@@ -1,9 +1,9 @@
 #pragma once
-// Forces of contact elements and how they change with motion: (2.17) to (2.21) and the stick law over rows of
-// numbers, several elements at a time. Everything in the axes of the Base, moments about its origin.
+// Forces of contact elements and their derivatives: (2.17) to (2.21) and the stick law over rows of numbers,
+// several elements at a time. Everything in the axes of the Base, moments about its origin.
 //
-// Results do not depend on the processor: every variant does the same operations in the same order, sums run
-// in four lanes that are joined in a fixed order.
+// Results do not depend on the processor: every variant does the same operations in the same order, and sums
+// run in four lanes that are joined in a fixed order.
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -14,8 +14,8 @@
 
 namespace takt {
 
-/// Depth of p below the plane `normal` . x = `offset`; negative above. Used alike for many elements and for
-/// one, so that both give the same bits.
+/// Depth of p below the plane `normal` . x = `offset`; negative above. Shared by the loops over many elements
+/// and by single elements, so that both give the same bits.
 inline double plane_depth(double normal_x, double normal_y, double normal_z, double offset, double px,
                           double py, double pz) {
   return offset - (normal_x * px + normal_y * py + normal_z * pz);
@@ -35,10 +35,10 @@ class ElementRows {
     kDepth,  ///< penetration
     kXx,
     kXy,
-    kXz,        ///< stick: displacement since the spring was without stretch
+    kXz,        ///< stick: displacement from the relaxed state of the spring
     kForce,     ///< result: normal force
     kPressure,  ///< result: normal force per area
-    // Results for the Jacobian: what multiplies normal and tangential displacement (k) and velocity (c).
+    // Results for the Jacobian: factors of normal and tangential displacement (k) and velocity (c).
     kKn,
     kCn,
     kKt,
@@ -58,7 +58,7 @@ class ElementRows {
     kSz,
     kRows
   };
-  /// Room for `count` elements, padded to whole groups; what was there is lost.
+  /// Room for `count` elements, padded to whole groups; old contents are lost.
   void resize(std::size_t count);
   std::size_t count() const { return count_; }
   std::size_t padded() const { return padded_; }
@@ -76,7 +76,8 @@ struct ElementTotals {
   Vec3 f_B = Vec3::Zero(), t_B = Vec3::Zero();  ///< on the Base, about its origin
   double elements = 0.0, area_m2 = 0.0, normal_force_N = 0.0, friction_force_N = 0.0;
   double largest_pressure_Pa = 0.0, largest_penetration_m = 0.0;
-  double elastic_energy_J = 0.0;     ///< of all elements inside, those too that (2.20) keeps from pulling
+  /// Of all elements inside, including those whose tension (2.20) cuts off.
+  double elastic_energy_J = 0.0;
   Vec3 weighted_p_B = Vec3::Zero();  ///< sum of normal force times position
 };
 
@@ -84,8 +85,8 @@ struct ElementTotals {
 ElementTotals element_forces(const ContactLaw& law, const Twist& V_B, ElementDetail detail,
                              ElementRows& rows);
 
-/// After element_forces with the same detail. `K`, `D` at the point of the Target where the origin of B is,
-/// axes of B.
+/// After element_forces with the same detail. `K`, `D` at the point of the Target that coincides with the
+/// origin of B, axes of B.
 void element_jacobian(const ContactLaw& law, const Twist& V_B, ElementDetail detail, const ElementRows& rows,
                       Mat6& K, Mat6& D);
 

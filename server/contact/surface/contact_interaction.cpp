@@ -15,8 +15,8 @@ struct ContactInteraction::Pair {
   // The last call, which is not repeated with the same input.
   RelativeMotion at;
   bool known = false;
-  bool uncounted = false;  ///< made for somebody who looks on
-  bool deep = false;       ///< some evaluation since passing() found it beyond `deep_m`
+  bool uncounted = false;  ///< evaluated for a report, not for a solver
+  bool deep = false;       ///< an evaluation since passing() found it beyond `deep_m`
   double deep_m;
   ContactResult result;
   std::uint64_t made = 0, skipped = 0, apart = 0;
@@ -31,7 +31,7 @@ struct ContactInteraction::Pair {
 };
 
 namespace {
-// Bit for bit: what was before must not show, not even in the sign of a zero.
+// Compares bit for bit, including the sign of a zero: reuse must not change a result.
 bool same(const RelativeMotion& a, const RelativeMotion& b) {
   static_assert(sizeof(RelativeMotion) == 18 * sizeof(double));
   return std::memcmp(static_cast<const void*>(&a), static_cast<const void*>(&b), sizeof(a)) == 0;
@@ -345,7 +345,7 @@ void ContactInteraction::linearise(const CellMotion& motion, Linearisation linea
   for (const std::size_t i : moving_) {
     Pair& pair = pairs_[i];
     const RelativeMotion now = motion_of(*pair.model, motion);
-    // What does not press now has no stiffness now.
+    // A pair without pressure at this motion has no stiffness.
     if (pair.known && pair.result.elements == 0 && same(now, pair.at)) continue;
     ContactJacobian J;
     ++pair.made;

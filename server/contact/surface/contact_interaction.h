@@ -1,11 +1,11 @@
 #pragma once
 // Surface contact between the components of a cell (level of detail 3): all pairs that may touch, their
-// wrenches, and how they change with motion.
+// wrenches and their linearisation.
 //
-// update() and accept() are the discrete side, called between accepted steps: who may come near, what stick
-// springs keep. evaluate() and linearise() may be called by a solver as often as it likes; their results
-// depend on the motion and on what accept() kept alone, for any number of threads and whether calls are
-// skipped or not (thesis 4.5).
+// update() and accept() are the discrete stage, called between accepted steps: they choose the near pairs and
+// store the stick springs. A solver may call evaluate() and linearise() any number of times; their results
+// depend only on the motion and the result of accept(), for any number of threads and with or without skipped
+// calls (thesis 4.5).
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -27,46 +27,47 @@ class StateWriter;
 /// Calls of the contact algorithm since the last reset, as in Table 5.4.
 struct ContactCallCounts {
   std::uint64_t made = 0, skipped = 0;
-  std::uint64_t boxes_apart = 0;  ///< pairs not asked because their bounds are apart
+  std::uint64_t boxes_apart = 0;  ///< pairs skipped because their bounds are apart
   std::uint64_t rebuilds = 0;     ///< of candidate lists
   std::uint64_t elements = 0;     ///< elements with force, over all calls
 };
 
 class ContactInteraction {
  public:
-  /// Both outlive it.
+  /// `components` and `model` must outlive this.
   ContactInteraction(const std::vector<Component>& components, const ContactModel& model);
   ~ContactInteraction();
 
   std::size_t pair_count() const { return model_.pairs.size(); }
   const ContactPairModel& pair(std::size_t i) const { return model_.pairs[i]; }
-  /// Which pairs act at the present levels of detail, by pair. Those that cease forget their springs.
+  /// Sets the acting pairs at the present levels of detail, by pair. Pairs that become inactive lose their
+  /// springs.
   void set_acting(const std::vector<char>& acting);
   bool acting(std::size_t i) const { return acting_[i] != 0; }
   bool any_acting() const { return any_acting_; }
 
   void reset();
-  /// What pairs of this component keep is void: it was put elsewhere.
+  /// Discards the springs and caches of all pairs of this component, after it was moved.
   void forget(int component);
-  /// Springs, and which pairs are near. Results of calls and candidate lists are not saved: they change no
-  /// bit. load() wants set_acting() to have been called as it was; it throws StateError, and leaves what must
-  /// be reset or thrown away.
+  /// Saves springs and near pairs. Results of calls and candidate lists are not saved: they change no bit.
+  /// Before load(), set_acting() must be called with the saved pairs; load() throws StateError, and the
+  /// object must then be reset or discarded.
   void save(StateWriter& out) const;
   void load(StateReader& in);
-  /// Discrete: pairs whose bounds could meet within `step_s`, if nothing gets much faster than it is, and at
-  /// 10 m/s if it is slow. Evaluations look at those alone.
+  /// Discrete: selects pairs whose bounds could meet within `step_s` at about the present speeds, at least 10
+  /// m/s. Evaluations visit these pairs alone.
   void update(const CellMotion& motion, double step_s);
-  /// How long a step (s), up to `most_s`, shows every body that goes through another one: no acting pair goes
-  /// further in it than a quarter of its Target's walls beyond where their bounds meet, or a twentieth where
-  /// it is deeper than that quarter.
+  /// Longest step (s), up to `most_s`, in which no body passes through another unnoticed: in it no acting
+  /// pair moves further than a quarter of its Target's walls beyond the place where their bounds meet, or a
+  /// twentieth if it is deeper than that quarter.
   double seeing_step_s(const CellMotion& motion, double most_s);
-  /// A pair of which one body is about to leave the other one on its far side.
+  /// A pair of which one body is about to leave the other on its far side.
   struct Passing {
-    int base = -1, target = -1;  ///< component ids; -1: there is none
+    int base = -1, target = -1;  ///< component ids; -1: no such pair
     double wall_m = 0.0, depth_m = 0.0;
     double speed_m_per_s = 0.0;  ///< of the base's centre relative to the target
   };
-  /// Looks only at pairs that an evaluation since the last call found deep.
+  /// Tests only pairs that an evaluation since the last call found deep.
   Passing passing(const CellMotion& motion);
   /// Discrete, at an accepted point: springs of the stick law.
   void accept(const CellMotion& motion);
@@ -74,10 +75,10 @@ class ContactInteraction {
   /// Discrete: coefficients of friction that depend on temperatures (ContactPairModel::friction_at_K).
   void update_friction(std::span<const BodyHeat> heat);
 
-  /// Discrete: by component, who is left out of the system. Pairs of two that cannot move keep what they
-  /// have.
+  /// Discrete: sets the sleeping components, which the system leaves out. Pairs of two immobile components
+  /// keep their results.
   void set_asleep(const std::vector<char>& asleep);
-  /// Acting pairs that may meet, ascending: since update(), those asleep since they fell asleep.
+  /// Acting pairs that may meet, ascending: as of update(), those asleep as of their falling asleep.
   std::span<const std::size_t> near() const { return near_; }
   /// Whether the bounds of a pair, each grown by half of `margin_m`, meet.
   bool bounds_meet(std::size_t pair, const CellMotion& motion, double margin_m) const {
@@ -88,24 +89,24 @@ class ContactInteraction {
 
   /// Adds the wrenches of all acting pairs, about p_WBcm of each component, in the order of the pairs.
   void evaluate(const CellMotion& motion, std::span<Wrench> wrenches);
-  /// The same for pairs that may move: the others' components get no sum of any use.
+  /// The same for pairs that may move; sums of other components are undefined.
   void evaluate_moving(const CellMotion& motion, std::span<Wrench> wrenches);
   /// Appends the pairs that press and may move.
   void linearise(const CellMotion& motion, Linearisation linearisation,
                  std::vector<PairLinearisation>& pairs);
 
-  /// Pairs that press at this motion, in the order of the pairs, as far as `samples` has room; returns how
-  /// many press. No call is counted: what a solver asks afterwards counts as if nobody had looked.
+  /// Pairs with pressure at this motion, in the order of the pairs, up to the size of `samples`; returns
+  /// their number. The call counters and the calls that a solver makes afterwards are unaffected.
   std::size_t read(const CellMotion& motion, std::span<ContactSample> samples);
   /// Adds the contact force on each component (N, by component), in the same way.
   void add_forces(const CellMotion& motion, std::span<Vec3> forces_W);
   /// The component that presses most upon this one, or -1.
   int heaviest_on(int component, const CellMotion& motion);
-  /// All of them; allocates where there are more than ever.
+  /// All pairs with pressure; allocates if their number exceeds all earlier ones.
   void read(const CellMotion& motion, std::vector<ContactSample>& samples);
   std::vector<ElementPressure> pressures(std::size_t pair, const CellMotion& motion);
-  /// What the component pushes along this direction (of length 1) at this motion, ascending: at least half of
-  /// the force of the pair on the other one.
+  /// The components that this component pushes along a direction (of length 1) at this motion, ascending: the
+  /// pair exerts at least half of its force in that direction.
   void list_pushed(const CellMotion& motion, int component, const Vec3& direction_W,
                    std::vector<int>& others);
 
@@ -142,7 +143,7 @@ class ContactInteraction {
   std::vector<char> still_;          ///< by pair: neither side can move
   std::vector<char> is_near_;        ///< by pair
   std::vector<std::size_t> near_;    ///< acting pairs that may meet, ascending
-  std::vector<std::size_t> moving_;  ///< of those, the ones that are not still
+  std::vector<std::size_t> moving_;  ///< near pairs with at least one mobile component
   Executor* executor_ = nullptr;
 };
 

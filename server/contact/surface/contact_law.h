@@ -9,7 +9,7 @@
 namespace takt {
 
 enum class FrictionLaw : std::uint8_t {
-  regularised,  ///< (2.21): no force without sliding, so whatever is held creeps
+  regularised,  ///< (2.21): no force without sliding, so held components creep
   stick,  ///< tangential spring per element that slips at mu times the normal force; holds without creep
 };
 
@@ -32,13 +32,13 @@ struct ContactParameters {
   bool operator==(const ContactParameters&) const = default;
 };
 
-/// What the force elements of a pair use.
+/// Constants of the force elements of a pair.
 struct ContactLaw {
   static constexpr double kHardening = 1000.0;
   double stiffness_Pa_per_m = 0.0;  ///< K / b, (2.16) and (2.17)
-  /// (2.16) holds up to this penetration. Beyond it, with s = u / linear_depth_m - 1, the pressure grows by
-  /// kHardening K/b linear_depth_m s^4 besides, so that no wall is passed; it has an energy as (2.16) has.
-  /// Of a pair it is a share of the thinner wall (PolygonalContact::kLinearShare).
+  /// (2.16) holds up to this penetration. Beyond it, with s = u / linear_depth_m - 1, the pressure
+  /// additionally grows by kHardening K/b linear_depth_m s^4, so that bodies do not pass through walls; like
+  /// (2.16) it has an energy. For a pair it is a share of the thinner wall (PolygonalContact::kLinearShare).
   double linear_depth_m = std::numeric_limits<double>::infinity();
   double areal_damping_Ns_per_m3 = 0.0;
   double damping_depth_m = 0.0;
@@ -67,7 +67,7 @@ constexpr ContactLaw contact_law(const ContactParameters& p) {
   return law;
 }
 
-/// Throws std::invalid_argument that names the value and what is allowed.
+/// Throws std::invalid_argument with the name of the value, the value, and the values allowed.
 void check_contact_law(const ContactLaw& law);
 
 }  // namespace takt

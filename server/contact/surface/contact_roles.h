@@ -4,18 +4,18 @@
 
 namespace takt {
 
-/// True if `first` should be the Base. The one with the smaller box carries the elements: all of its surface
-/// may be in contact, and its elements resolve its own edges. Unless its elements are coarser than the shape
-/// of the other, whose own elements are finer: then what protrudes from the other would slip in between. How
-/// finely something flat is meshed does not matter. With equal boxes the finer one; with equal meshes the
-/// lower id. Depends on the order of the arguments only through the ids.
+/// True if `first` should be the Base. The component with the smaller box is the Base: all of its surface may
+/// be in contact, and its elements resolve its own edges. Exception: if its elements are coarser than the
+/// shape of the other component, and the other's are finer, the other is the Base, because its protrusions
+/// would pass between coarse elements. The meshing of plane faces has no effect. Ties of boxes: the finer
+/// mesh; ties of meshes: the lower id. The order of the arguments matters only through the ids.
 inline bool first_is_base(const ContactSurface& first, int first_id, const ContactSurface& second,
                           int second_id) {
   const auto volume = [](const ContactSurface& s) {
     const Aabb& box = s.bounds_B();
     return (box.upper - box.lower).prod();
   };
-  // Mean area of an element: the square of its edge, but for a factor that both sides share.
+  // Mean area of an element: the square of its edge, up to a factor common to both sides.
   const auto element_area = [](const ContactSurface& s) {
     return s.area_m2() / static_cast<double>(s.element_count());
   };

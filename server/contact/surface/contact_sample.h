@@ -1,5 +1,5 @@
 #pragma once
-// What one pair of components exerts upon each other by surface contact (level of detail 3) at one time.
+// Wrench of surface contact (level of detail 3) between one pair of components at one time.
 #include "server/contact/surface/polygonal_contact.h"
 
 namespace takt {

@@ -10,14 +10,14 @@ namespace takt {
 namespace {
 
 constexpr double kLargestBound_m = 1e-3, kSmallestBound_m = 2e-5;
-/// Motion after which a region that is left is looked for again; twice that the next time.
+/// Motion after which the search for a lost region is repeated; doubled after each failure.
 constexpr double kAgain_m = 2e-4;
 /// Leaves have no more elements.
 constexpr std::size_t kLeaf = 64;
 /// Centroids higher above a plane than this are far from where it meets another one.
 constexpr double kHigh_m = 1e-6;
 
-/// Lists are short where the bound is a fraction of what is flat of the Target, and of its faces.
+/// Lists are short if the bound is a fraction of the size of the Target's patches and faces.
 double first_bound_m(const ContactSurface::Data& target) {
   const double flat_m = std::sqrt(target.surface_area_m2 / static_cast<double>(target.patches.size()));
   const double face_m = std::sqrt(target.surface_area_m2 / static_cast<double>(target.faces.size()));
@@ -55,7 +55,7 @@ struct ContactSearch::Open {
   ContactDepths depths;
   double bound_m = 0.0;
   std::uint64_t uses = 0;  ///< of the present lists
-  // Travelled way up to which the lists hold, and up to which nothing is in contact.
+  // Travelled length up to which the lists hold, and up to which no element is in contact.
   double until_m = -1.0, quiet_until_m = -1.0;
 };
 
@@ -92,7 +92,7 @@ void ContactSearch::travel(const Pose& X_TB) {
                   (X_TB * base_.box.center_B - X_TB_ * base_.box.center_B).norm();
 }
 
-/// Something of the cluster may be below a plane.
+/// True if an element of the cluster may be below a plane.
 bool ContactSearch::left(const ContactCluster& cluster, const Planes& planes) const {
   for (std::size_t i = 0; i < planes.count(); ++i)
     if (!(planes.lowest_m(cluster, i) > tolerance_.clear_m)) return true;
@@ -111,7 +111,7 @@ void ContactSearch::visit(std::size_t index, const Planes* from) {
     if (from->region->kind == SeparatingPlanes::Kind::solid) {
       if (!leaf) return go_down(from);
       if (solid_leaf(cluster, *from)) return;
-      // That of the leaf alone may tell of deeper ones.
+      // The region of the leaf alone may be valid for deeper penetrations.
     }
   }
   SeparatingPlanes& region = regions_[index];
@@ -139,7 +139,7 @@ void ContactSearch::visit(std::size_t index, const Planes* from) {
   Planes planes(region, cluster, target_, X_TB_, X_BT_);
   if (!left(cluster, planes)) return;
   if (region.kind == SeparatingPlanes::Kind::free && travelled_m_ > region.again_m) {
-    // Planes that it was above have become a hindrance, such as those of a chamfer that was passed.
+    // The region includes planes that do not bound it at this pose, such as those of a passed chamfer.
     region.again_after_m *= 2.0;
     look();
     region.until_m = travelled_m_ + region.least_bound_m();
@@ -159,9 +159,9 @@ void ContactSearch::make_room(std::size_t count) {
   elements_.resize(size), normal_.resize(size), depths_m_.resize(size);
 }
 
-// In a solid region: outside of the Target is what is above all planes, a convex set. The depth below the
-// plane that a centroid is deepest below is the distance to that set if the foot on this plane belongs to it.
-// False where planes alone do not tell.
+// In a solid region the outside of the Target is the convex set above all planes. A centroid's depth below
+// its deepest plane is the distance to that set if the projection onto this plane belongs to the set. False
+// if the planes alone do not decide.
 bool ContactSearch::solid_leaf(const ContactCluster& cluster, const Planes& planes) {
   std::array<std::size_t, SeparatingPlanes::kMaxPlanes> through, beside;
   std::size_t ways = 0, sides = 0;
@@ -245,7 +245,7 @@ void ContactSearch::open_leaf(std::size_t index, const Planes* planes) {
     renew = true;
   }
   if (renew) {
-    // What is above all planes is outside as long as the region holds.
+    // The set above all planes is outside while the region is valid.
     std::span<const std::int32_t> above;
     if (planes != nullptr && open->bound_m < (1.0 - planes->region->used(*planes->cluster, X_TB_)) *
                                                  planes->region->least_bound_m())

@@ -1,11 +1,11 @@
 #pragma once
-// The elements of the Base that are in contact at a pose. Goes down the tree of the Base's clusters only
-// where their free regions are left: what is beside or slides along the Target costs a few planes per
-// cluster. Inside solid regions penetrations follow from their planes, elsewhere from candidate lists that
-// each leaf of the tree keeps for itself.
+// Finds the elements of the Base that are in contact at a pose. The search descends into the tree of the
+// Base's clusters only where a cluster leaves its free region: clusters beside the Target, or sliding along
+// it, cost a few plane tests. Inside solid regions penetrations follow from the planes, elsewhere from
+// candidate lists of the leaves.
 //
-// Regions and lists change no bit: depths below a patch are always taken from its plane in the frame of the
-// Base, and where rounding might decide between two faces the faces themselves are asked.
+// Regions and lists change no bit: depths below a patch are always computed from its plane in the frame of
+// the Base, and where rounding might decide between two faces the faces themselves are tested.
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -22,13 +22,13 @@ class ContactSearch {
   ContactSearch(const ContactSurface::Data& base, const ContactSurface::Data& target);
   ~ContactSearch();
 
-  /// `X_BT`: the inverse of X_TB. True if regions or lists had to be made.
+  /// `X_BT`: the inverse of X_TB. True if regions or lists were rebuilt.
   bool find(const Pose& X_TB, const Pose& X_BT);
   void forget();
 
   /// Elements whose centroid is inside the Target, ascending.
   std::span<const std::int32_t> elements() const { return {elements_.data(), hits_}; }
-  // Of the same:
+  /// Penetrations of the same elements.
   std::span<const double> depths_m() const { return {depths_m_.data(), hits_}; }
   /// Outward normal of the Target at the point closest to the centroid.
   const Vec3& normal_B(std::size_t hit) const { return normals_[static_cast<std::size_t>(normal_[hit])]; }
@@ -56,8 +56,8 @@ class ContactSearch {
   double first_bound_m_;
   Pose X_TB_, X_BT_;
   bool made_ = false;
-  /// Upper bound of the path of any point since the beginning: most of what holds for a motion is seen to
-  /// hold without looking at poses.
+  /// Upper bound of the path of any point since the start: most validity tests need only this length and no
+  /// poses.
   double travelled_m_ = 0.0;
   std::vector<SeparatingPlanes> regions_;      ///< per cluster
   std::vector<std::unique_ptr<Open>> opened_;  ///< per cluster, where a leaf needed lists

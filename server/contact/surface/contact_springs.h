@@ -10,7 +10,7 @@ namespace takt {
 
 struct ContactSpring {
   std::int32_t element = -1;
-  Vec3 anchor_T = Vec3::Zero();  ///< where the element's point would feel no force
+  Vec3 anchor_T = Vec3::Zero();  ///< position of the element's point without spring force
 };
 
 /// Four numbers per spring: element, anchor.

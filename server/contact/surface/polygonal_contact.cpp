@@ -22,7 +22,7 @@ Mat3 product(const Mat3& a, const Mat3& b) {
   return c;
 }
 
-/// From the origin and axes of B to those of T.
+/// Transforms from the origin and axes of B to those of T.
 void move_to_target(const Pose& X_TB, Mat6& m) {
   const Mat3 R = X_TB.R, R_transposed = R.transpose();
   const Mat3 lever = cross_matrix(X_TB.p);
@@ -68,7 +68,7 @@ struct PolygonalContact::Impl {
         target(target_surface->data()),
         law(l),
         search(base, target) {
-    // Hard well before the middle of a wall, where the way out turns to its other side.
+    // The law hardens well before the middle of a wall, beyond which the closest surface is the far side.
     for (const ContactSurface::Data* side : {&base, &target})
       if (side->wall_m > 0.0) law.linear_depth_m = std::min(law.linear_depth_m, kLinearShare * side->wall_m);
   }

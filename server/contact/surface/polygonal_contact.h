@@ -3,13 +3,14 @@
 // 2004, 2024): elements of the Base's surface press into the Target's surface; each is a spring, damper and
 // friction element by (2.17) to (2.21).
 //
-// The penetration u of an element is the distance of its centroid from the closest point of the Target's
-// surface, if it is inside, and its force acts along the Target's normal there: the wrench of a pair without
-// friction and damping is minus the gradient of one energy of the relative pose, sum (K/b) A u^2 / 2,
-// whatever the meshes (docs/decisions.md). u is continuous for any motion.
+// The penetration u of an element is the distance of its centroid, if it is inside, from the closest point of
+// the Target's surface, and its force acts along the Target's normal at that point: without friction and
+// damping, the wrench of a pair is minus the gradient of one energy of the relative pose, sum (K/b) A u^2 /
+// 2, for any meshes (docs/decisions.md). u is continuous for any motion.
 //
 // B is the frame of the Base, T that of the Target. Results are functions of pose, twist and stick anchors
-// alone: what is kept between calls (candidate lists, valid while a motion bound holds) only saves time and
+// alone: caches between calls (candidate lists, valid while a motion bound holds) change no bit. An object
+// must be used by one thread at a time. After warm-up it does not allocate.
 // changes no bit. One object is used by one thread at a time. After warm-up nothing allocates.
 #include <cstdint>
 #include <memory>
@@ -23,12 +24,12 @@
 
 namespace takt {
 
-/// Motion of the Base as seen from the Target: pose, and twist of the origin of B in the axes of T.
+/// Motion of the Base relative to the Target: pose, and twist of the origin of B in the axes of T.
 struct RelativeMotion {
   Pose X_TB;
   Twist V_TB_T;
 };
-/// Of base and target from their motion in the world.
+/// From the motions of base and target in the world.
 RelativeMotion relative_motion(const Pose& X_WB, const Twist& V_WB, const Pose& X_WT, const Twist& V_WT);
 
 struct ContactResult {
@@ -40,7 +41,7 @@ struct ContactResult {
   double largest_pressure_Pa = 0.0;
   double largest_penetration_m = 0.0;
   double elastic_energy_J = 0.0;  ///< sum (K/b) A u^2 / 2
-  Vec3 p_TC = Vec3::Zero();       ///< centre of pressure; zero where nothing presses
+  Vec3 p_TC = Vec3::Zero();       ///< centre of pressure; zero without pressure
 };
 
 /// About the origin of T, axes of T; see PairLinearisation.
@@ -73,30 +74,29 @@ class PolygonalContact {
   void evaluate(const RelativeMotion& motion, Linearisation linearisation, ContactResult& result,
                 ContactJacobian& jacobian);
 
-  /// Discrete, at an accepted point, stick law only: springs stretched beyond the slip limit let go until
-  /// they are at it, elements that lost contact forget theirs, new ones begin without stretch. True if there
-  /// is anything kept now.
+  /// Discrete, at an accepted point, stick law only: springs stretched beyond the slip limit relax to it,
+  /// elements without contact lose theirs, new ones begin unstretched. True if any spring is stored.
   bool accept(const RelativeMotion& motion);
-  /// Forgets all springs (and candidate lists).
+  /// Discards all springs (and candidate lists).
   void reset();
-  /// What accept() keeps, as numbers, for snapshots: per stretched element its number and displacement.
+  /// Result of accept() as numbers, for snapshots: per stretched element its number and displacement.
   std::vector<double> save() const;
-  /// The same as it is kept: by element, ascending.
+  /// The stored springs, by element, ascending.
   std::span<const ContactSpring> springs() const;
-  /// Throws std::invalid_argument for what save() did not make.
+  /// Throws std::invalid_argument for numbers that are not a result of save().
   void restore(std::span<const double> kept);
 
   std::vector<ElementPressure> pressures(const RelativeMotion& motion);
-  /// How thick the Target is where the deepest element is in it (m), or 0 if that element is still on the
-  /// side where it came in: nearer to it than kPassing of the thickness. Beyond half of it contact pushes the
-  /// element out on the other side.
+  /// Thickness of the Target at the deepest element (m), if that element has passed kPassing of it, else 0.
+  /// Beyond half of the thickness contact pushes the element out on the far side.
   double passed_wall_m(const RelativeMotion& motion);
   static constexpr double kPassing = 0.44;
-  /// Of the thinner one of both walls: up to there the contact law is linear (ContactLaw::linear_depth_m).
+  /// Share of the thinner wall of both bodies up to which the contact law is linear
+  /// (ContactLaw::linear_depth_m).
   static constexpr double kLinearShare = 0.15;
   const ContactCounts& counts() const;
   const ContactLaw& law() const;
-  /// Discrete: another coefficient of friction, >= 0, from now on.
+  /// Discrete: sets another coefficient of friction, >= 0.
   void set_friction(double friction);
 
  private:

@@ -10,9 +10,9 @@ constexpr std::array<double, 4> kBounds_m{4e-3, 1e-3, 2.5e-4, 6e-5};
 /// Planes that the cluster is deeper below than this are of no use to it, if the region need not be solid.
 constexpr double kWorth_m = 1e-4;
 constexpr double kNear_m = 3e-4;
-/// Deepest penetration that a solid region tells of: where there is room, and everywhere.
+/// Deepest penetration for which a solid region is valid: where the Target is thick, and everywhere.
 constexpr double kDeep_m = 2e-3, kDeepest_m = 5e-4;
-/// Pieces looked at singly before the search is given up: parts of the cluster need less.
+/// Number of single pieces tested until the search fails: parts of the cluster need fewer.
 constexpr int kPatience = 150, kStrangers = 30;
 
 class Search {
@@ -32,11 +32,11 @@ class Search {
     region.made = true;
   }
 
-  /// A plane was left out that a region that tells of more could have.
+  /// True if an omitted plane prevents a region that is valid for deeper penetrations.
   bool deeper() const { return deeper_; }
   /// The last one failed for too many faces: less would not do either.
   bool crowded() const { return crowded_; }
-  /// Of the regions looked for from now on.
+  /// Sets the depth for which the regions of further searches must be valid.
   void tell_down_to(double deepest_m) { region_.deepest_m = deepest_m_ = deepest_m; }
 
   /// Begins with the planes of the region, which were good for a narrower bound.
@@ -44,7 +44,7 @@ class Search {
     region_.bound_m = bound_m;
     worth_m_ = solid ? deepest_m_ : kWorth_m;
     crowded_ = false;
-    // The nearest faces first: their planes hide most of the others.
+    // The nearest faces first: their planes cover most of the others.
     bool full = false, left = false;
     if (region_.count == 0 && bound_m.maxCoeff() > kNear_m) {
       reach(bound_m.cwiseMin(kNear_m));
@@ -152,7 +152,7 @@ class Search {
     return true;
   }
 
-  /// Whether something holds for the piece, or else for each of its faces within reach.
+  /// Whether a predicate holds for the piece, or else for each of its faces within reach.
   template <typename Holds>
   bool all_of(const ContactPiece& piece, int& looked, const Holds& holds) const {
     if (holds(piece.corner)) return true;
@@ -166,7 +166,7 @@ class Search {
     return true;
   }
 
-  /// Planes of faces near that the cluster is above. `left`: there are others.
+  /// Adds planes of near faces with the cluster above them. `left`: other faces remain.
   bool add_planes(bool& full, bool& left) {
     int looked = 0, strangers = 0;
     const auto enter = [&](const BodyBox& box, std::int32_t label) {
@@ -235,15 +235,15 @@ class Search {
   }
   /// Whether a point above all planes, within reach, is outside of the Target.
   bool outside() {
-    // A point known from a narrower reach tells as well.
+    // A point from a narrower reach is valid too.
     if (known_ && above_all(-1, outside_, 1)) return true;
     outside_ = center_;
     known_ = above_all(-1, outside_, kRounds) && target_.signed_distance_m(outside_) > 0.0;
     deeper_ = deeper_ || (!known_ && region_.count == 0);
     return known_;
   }
-  /// Whether faces of this patch are where its plane bounds what is above all planes. Their edges are below
-  /// one of the others then, so that one point tells for all.
+  /// Whether the patch covers the facet that its plane contributes to the set above all planes. The edges of
+  /// the faces are then below one of the other planes, so that one point decides for all.
   bool covered(std::int32_t patch) const {
     Vec3 y = center_;
     if (!above_all(patch, y, kRounds)) return false;
@@ -287,14 +287,15 @@ void find_free_region(const ContactSurface::Data& base, const ContactSurface::Da
   const SeparatingPlanes::Kind last = region.kind;
   const Vec3 last_bound_m = region.bound_m;
   Search search(base, target, cluster, X_TB, region);
-  // Regions of large clusters with small bounds are looked for too often; those of their parts hold longer.
+  // Regions of large clusters with small bounds would be searched too often; those of their parts last
+  // longer.
   const double least_m = 0.05 * cluster.radius_m;
   using Kind = SeparatingPlanes::Kind;
   const auto good = [&](const Vec3& bound_m, bool need_solid) {
     return search.free(bound_m, need_solid) && (!need_solid || search.solid());
   };
   const auto widest = [&](bool need_solid) {
-    // About as wide as the one before, of which this is often the continuation.
+    // Starts with the width of the last region, of which the new one is often the continuation.
     if (last == (need_solid ? Kind::solid : Kind::free)) {
       region.count = 0;
       if (good(last_bound_m, need_solid)) {
@@ -311,7 +312,7 @@ void find_free_region(const ContactSurface::Data& base, const ContactSurface::Da
         return true;
       }
     }
-    // Most that have none fail at the narrowest, which is soon seen.
+    // Most clusters without a region fail at the narrowest width, which is a cheap test.
     region.count = 0;
     double narrowest_m = 0.0;
     for (const double bound_m : kBounds_m)

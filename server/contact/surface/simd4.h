@@ -4,9 +4,8 @@
 #include <cmath>
 #include <cstring>
 
-// Variants for processors with wider registers, chosen when the program starts. None of them contracts a * b
-// + c
-// (-ffp-contract=off). Sanitizers do not stand the choosing.
+// Variants for processors with wider registers, chosen at program start. They do not contract a * b + c
+// (-ffp-contract=off). Sanitizers do not support the dispatch.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__)
 #define TAKT_LANE_VARIANTS __attribute__((target_clones("avx2", "default")))

@@ -16,7 +16,7 @@
 namespace takt {
 namespace {
 
-/// Runs qhull on the points and shows the result to `use`, while it lasts.
+/// Runs qhull on the points and passes the result to `use`, which must not keep it.
 void with_hull(const std::vector<Vec3>& points, const char* command, const std::function<void(qhT*)>& use) {
   for (std::size_t i = 0; i < points.size(); ++i)
     if (!points[i].allFinite())
@@ -29,8 +29,7 @@ void with_hull(const std::vector<Vec3>& points, const char* command, const std::
   coordinates.reserve(3 * points.size());
   for (const Vec3& v : points) coordinates.insert(coordinates.end(), {v.x(), v.y(), v.z()});
 
-  // qhull prints its long explanations to a stream; they go to memory, and one sentence of ours to the
-  // caller.
+  // qhull prints its long explanations to a stream in memory; the caller gets one sentence.
   char* text = nullptr;
   std::size_t text_size = 0;
   std::FILE* messages = open_memstream(&text, &text_size);
@@ -66,12 +65,12 @@ bool are_box_corners(const std::vector<Vec3>& points, const Vec3& lower, const V
     if (seen[corner]) return false;
     seen[corner] = true;
   }
-  // A box whose half extents vanish beside its coordinates is left to the general search.
+  // The general search treats a box whose half extents vanish beside its coordinates.
   return (box.half_B.array() > 0.0).all();
 }
 
-/// The graph of the shape's hull, or an empty one where climbing it cannot be relied on: then extreme points
-/// are found by looking at all vertices.
+/// The graph of the shape's hull, or an empty one if a climb in it is unreliable; extreme_point() then scans
+/// all vertices.
 HullGraph trusted_graph(const ConvexShape& shape) {
   constexpr double kShortestEdge = 1e-6;  // of the radius
   constexpr double kHeightError = 1e-12;  // of the radius
@@ -85,7 +84,7 @@ HullGraph trusted_graph(const ConvexShape& shape) {
   for (std::size_t v = 0; v < vertices.size(); ++v)
     for (std::uint32_t i = graph.begin[v]; i < graph.begin[v + 1]; ++i)
       if (!((vertices[graph.neighbours[i]] - vertices[v]).norm() >= kShortestEdge * shape.radius)) return {};
-  // qhull merges facets that rounding keeps from being convex; a climb must not mind.
+  // qhull merges facets that rounding keeps from being convex; the check finds graphs that this makes unsafe.
   const std::size_t stride = std::max<std::size_t>(1, vertices.size() / 200);
   for (std::size_t v = 0; v < vertices.size(); v += stride) {
     const Vec3 d = vertices[v] - shape.center_B;

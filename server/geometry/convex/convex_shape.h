@@ -1,5 +1,6 @@
 #pragma once
-// Convex shapes: points, the graph of their hull, and their extreme points. The only place that knows qhull.
+// Convex shapes: points, the graph of their hull, and their extreme points. Only this file's source uses
+// qhull.
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -11,8 +12,8 @@
 
 namespace takt {
 
-/// Which vertices of a convex hull share an edge. From any vertex, going to the highest neighbour until none
-/// is higher ends at the highest vertex of all: convexity leaves no other place to stop.
+/// Which vertices of a convex hull share an edge. A climb from any vertex to its highest neighbour ends at
+/// the highest vertex of all, because a convex hull has no other local maximum.
 struct HullGraph {
   std::vector<std::uint32_t> begin;       ///< by vertex, and one more: its neighbours start here
   std::vector<std::uint32_t> neighbours;  ///< vertex indices
@@ -20,10 +21,10 @@ struct HullGraph {
   bool empty() const { return neighbours.empty(); }
 };
 
-/// The convex hull of a set of points in the frame B of a body. Points inside the hull do no harm but cost
+/// The convex hull of a set of points in the frame B of a body. Points inside the hull are allowed and cost
 /// time.
 struct ConvexShape {
-  /// Up to this many vertices looking at all of them is faster than climbing.
+  /// Up to this many vertices a scan of all vertices is faster than a climb.
   static constexpr std::size_t kScanLimit = 16;
 
   std::vector<Vec3> vertices;
@@ -31,26 +32,28 @@ struct ConvexShape {
   BodyBox box;                   ///< bounds of the vertices
   double radius = 0.0;           ///< half diagonal of the box (m): the size that tolerances refer to
   double reach = 0.0;            ///< no vertex is further from the origin of B (m)
-  bool is_box = false;  ///< the vertices are exactly the corners of `box`: extreme points cost no search
-  /// Only where there are more than kScanLimit vertices, they span a volume, and no edge is shorter than
-  /// 1e-6 of the radius (rounding could end a climb early among edges as short as that).
+  bool is_box = false;  ///< the vertices are exactly the corners of `box`: extreme points need no search
+  /// Empty for at most kScanLimit vertices, for vertices that span no volume, and for edges shorter than 1e-6
+  /// of the radius: rounding could end a climb too early among such edges.
   HullGraph graph;
 
-  /// As they are. Throws std::invalid_argument when there are none or one is not finite.
+  /// Keeps the points as they are. Throws std::invalid_argument if `points` is empty or a point is not
+  /// finite.
   static ConvexShape from_points(std::vector<Vec3> points);
-  /// Becomes the box between two corners; does not allocate when it had eight vertices before.
+  /// Becomes the box between two corners; does not allocate if the shape already has eight vertices.
   void become_box(const Vec3& lower_B, const Vec3& upper_B);
 
-  /// Where a climb begins when nothing is known: at the graph's extreme vertex of the nearest axis.
+  /// Start value for extreme_point() without a hint: the climb begins at the extreme vertex of the nearest
+  /// axis.
   static constexpr std::uint32_t kNoVertex = 0xFFFFFFFFU;
 
-  /// A vertex that is highest along d (any length), up to rounding. `vertex` is where a climb begins, and
-  /// then where it ended: near the answer it costs one look at the neighbours. Give kNoVertex, or what an
-  /// earlier call for this shape left.
+  /// A vertex that is highest along d (any length), up to rounding. `vertex` is the start of the climb and
+  /// returns its end: a start near the answer costs one scan of its neighbours. Give kNoVertex, or the result
+  /// of an earlier call for this shape.
   Vec3 extreme_point(const Vec3& d, std::uint32_t& vertex) const;
-  /// Where to begin when d may be far from the direction that led to `vertex`.
+  /// Start of a climb if d may be far from the direction that led to `vertex`.
   std::uint32_t higher_start(const Vec3& d, std::uint32_t vertex) const;
-  /// Its height, max over the vertices of d . vertex.
+  /// Height of the extreme point: max over the vertices of d . vertex.
   double extreme_height(const Vec3& d, std::uint32_t& vertex) const;
 };
 
@@ -58,20 +61,20 @@ struct ConvexShape {
 inline bool is_finite(const Pose& X) {
   return X.p.allFinite() && X.R.allFinite();
 }
-/// Throws std::invalid_argument when a pose is not finite, or the margin is not finite or is negative: search
-/// algorithms answer such questions, but not with the truth.
+/// Throws std::invalid_argument if a pose or the margin is not finite, or the margin is negative: the
+/// searches would return a wrong answer.
 void check_query(const Pose& X_WA, const Pose& X_WB, double margin);
 
-/// Extreme points of the convex hull (qhull), in the order given. Throws std::invalid_argument when a point
-/// is not finite or the points span no volume.
+/// Extreme points of the convex hull (qhull), in the order given. Throws std::invalid_argument if a point is
+/// not finite or the points span no volume.
 std::vector<Vec3> convex_hull_vertices(const std::vector<Vec3>& points);
 
 /// The surface of the convex hull in triangles that face outwards; its vertices are all the points, in the
 /// order given. Throws as convex_hull_vertices.
 TriangleMesh convex_hull_mesh(const std::vector<Vec3>& points);
 
-/// The graph of the hull of these points; points that are no extreme points of it have no neighbours. Throws
-/// as convex_hull_vertices.
+/// The graph of the hull of these points; points inside the hull have no neighbours. Throws as
+/// convex_hull_vertices.
 HullGraph hull_graph(const std::vector<Vec3>& points);
 
 // Inline: these two are most of a collision query.
@@ -145,7 +148,7 @@ inline double ConvexShape::extreme_height(const Vec3& d, std::uint32_t& vertex) 
     vertex = climb(graph, vertices, d, first_vertex(graph, d, vertex), highest);
     return highest;
   }
-  // Two chains of maxima: one alone would wait for itself.
+  // Two independent chains of maxima run in parallel in the processor.
   const std::size_t n = vertices.size();
   double even = height(vertices[0], d);
   double odd = even;

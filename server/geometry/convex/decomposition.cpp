@@ -60,16 +60,16 @@ Part make_part(std::vector<Vec3> points) {
   return part;
 }
 
-/// How far a point is out of a part, at least (m); not positive inside.
+/// Lower bound of the distance of a point outside a part; not positive inside.
 double distance_out_of(const Part& part, const Vec3& p) {
   double distance = -std::numeric_limits<double>::infinity();
   for (const Plane& plane : part.planes) distance = std::max(distance, plane.normal.dot(p) - plane.offset);
   return distance;
 }
 
-/// V-HACD ends a fraction of a voxel away from the surface, and a part that stands on a face that is missing
-/// falls by that much. So every corner of the mesh joins the nearest part if it is in none: plane faces come
-/// out exactly where they are, and all of the surface's corners are covered.
+/// V-HACD ends a fraction of a voxel away from the surface, and a part that stands on a missing face falls by
+/// that much. So every corner of the mesh that lies outside all parts joins the nearest one: plane faces are
+/// exact, and all of the surface's corners are covered.
 void grow_to_cover(const std::vector<Vec3>& corners, std::vector<Part>& parts) {
   std::vector<std::vector<Vec3>> missing(parts.size());
   for (const Vec3& corner : corners) {
@@ -109,7 +109,7 @@ bool decomposition_available() {
 }
 
 std::string decomposition_version() {
-  // The last number counts what takt itself does to the parts.
+  // The last number is the version of takt's own changes to the parts.
   return "V-HACD " + std::to_string(VHACD_VERSION_MAJOR) + "." + std::to_string(VHACD_VERSION_MINOR) +
          ", takt 1";
 }
@@ -147,7 +147,7 @@ std::vector<ConvexShape> decompose(const TriangleMesh& solid, const Decompositio
     try {
       parts.push_back(make_part(std::move(points)));
     } catch (const std::invalid_argument&) {
-      // Moving the corners of a thin piece to the surface can leave it flat: it has no volume to lose.
+      // A thin piece can become flat when its corners move to the surface: it has no volume and is dropped.
     }
   }
   if (parts.empty())

@@ -1,6 +1,6 @@
 #pragma once
-// A solid into convex parts by V-HACD 4 (Mammou; thesis 2.1.1, 5.4.1). This is the only place that knows
-// V-HACD. It runs in the caller's thread alone, so that the same mesh gives the same parts, bit for bit.
+// Decomposes a solid into convex parts by V-HACD 4 (Mammou; thesis 2.1.1, 5.4.1). Only this file's source
+// uses V-HACD. It runs in the caller's thread alone, so that the same mesh gives the same parts, bit for bit.
 #include <functional>
 #include <string>
 #include <vector>
@@ -10,7 +10,7 @@
 
 namespace takt {
 
-/// What may be chosen, with its bounds.
+/// Parameters of the decomposition, with their bounds.
 struct DecompositionParameters {
   static constexpr int kMinHulls = 1, kMaxHulls = 1024;
   static constexpr int kMinResolution = 10'000, kMaxResolution = 10'000'000;
@@ -23,7 +23,8 @@ struct DecompositionParameters {
   bool best_plane = true;  ///< cut where the outline steps; false: always in the middle of the longest side
 };
 
-/// Whether this program was built with V-HACD, and with which; changes when results may change.
+/// Whether this program was built with V-HACD, and the version of the algorithm, which changes when results
+/// may change.
 bool decomposition_available();
 std::string decomposition_version();
 
@@ -33,7 +34,7 @@ std::string decomposition_version();
 /// cube root of (volume of the bounding box / resolution). Throws std::invalid_argument when parameters are
 /// out of bounds, when there is nothing left of the solid at this resolution, or when the program was built
 /// without V-HACD: the text says what to do.
-/// `progress` is told how much is done, from 0 to 1, never less than before.
+/// `progress` receives the finished share, from 0 to 1, never decreasing.
 std::vector<ConvexShape> decompose(const TriangleMesh& solid, const DecompositionParameters& parameters,
                                    const std::function<void(double)>& progress = {});
 

@@ -21,8 +21,8 @@ namespace {
 constexpr std::string_view kFormat = "takt convex parts 1";
 constexpr std::uintmax_t kLargestEntry = 256U << 20;  // more than 1024 parts of 1024 vertices
 
-/// Two independent 64-bit chains (multiply-xorshift as in splitmix64). Not cryptographic: it tells apart what
-/// differs by chance.
+/// Two independent 64-bit chains (multiply-xorshift as in splitmix64). Not cryptographic: it detects
+/// accidental differences only.
 class ContentHash {
  public:
   void add(std::uint64_t word) {
@@ -78,7 +78,7 @@ std::string to_text(const std::string& key, const std::vector<ConvexShape>& shap
   return text + "checksum " + checksum(text) + "\n";
 }
 
-/// Takes an entry apart word by word; any surprise sets `ok` to false for good.
+/// Reads an entry word by word; the first fault sets `ok` to false for good.
 class EntryReader {
  public:
   explicit EntryReader(std::string_view text) : rest_(text) {}
@@ -186,7 +186,7 @@ std::filesystem::path user_cache_directory() {
   const auto variable = [](const char* name) { return ::getenv(name); };
   if (const char* own = variable("TAKT_CACHE_DIR")) return own;
   const char* base = variable("XDG_CACHE_HOME");
-  // The specification (freedesktop.org, XDG base directories) has relative paths ignored.
+  // XDG base directory specification (freedesktop.org): relative paths are ignored.
   if (base != nullptr && base[0] == '/') return std::filesystem::path(base) / "takt";
   const char* home = variable("HOME");
   if (home != nullptr && home[0] == '/') return std::filesystem::path(home) / ".cache" / "takt";

@@ -11,7 +11,7 @@ namespace takt {
 namespace {
 
 constexpr int kMaxRounds = 100;
-constexpr double kTolerance = 1e-10;  // of the size: the bracket aimed at
+constexpr double kTolerance = 1e-10;  // of the size: width of the bracket
 constexpr double kOnOrigin = 1e-11;   // of the size: the simplex contains the origin
 constexpr double kThinnest = 1e-12;   // of the size squared: twice the area of a face of the polytope
 
@@ -70,7 +70,8 @@ ConvexDistance convex_distance(const ConvexShape& a, const Pose& X_WA, const Con
   }
   Polytope polytope;
   if (!polytope.begin(simplex, difference, size)) {
-    // The difference is flat and holds the origin: the shapes touch, moving out of the plane parts them.
+    // The difference is flat and contains the origin: the shapes touch, and motion normal to the plane parts
+    // them.
     Vec3 point_A = Vec3::Zero(), point_B = Vec3::Zero();
     for (int i = 0; i < simplex.count; ++i) {
       point_A += simplex.weight[i] * simplex.corner[i].a;

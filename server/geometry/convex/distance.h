@@ -1,7 +1,7 @@
 #pragma once
-// How far two convex shapes are apart, or how deep they overlap, and where (thesis 4.2: what
-// ccdMPRPenetration and GJK are for; the first is inexact by design, so it is not used). GJK for shapes that
-// are apart, the expanding polytope where they overlap; both end with a bracket of the result.
+// Distance or penetration depth of two convex shapes, with the points where it occurs (thesis 4.2 uses
+// ccdMPRPenetration and GJK; the former is inexact by design). GJK serves separated shapes, the expanding
+// polytope algorithm overlapping ones; both end with a bracket of the result.
 #include "server/geometry/convex/convex_shape.h"
 
 namespace takt {
@@ -19,8 +19,8 @@ struct ConvexDistance {
 };
 
 /// Throws as check_query, and for poses so far away (1e150 m) that squares overflow. Of several nearest
-/// points one is given. Does not allocate, bounded time; costs some microseconds: for reports and questions,
-/// not for every pair in every step.
+/// points one is returned. Does not allocate, bounded time; takes microseconds: for reports and queries, not
+/// for every pair in every step.
 ConvexDistance convex_distance(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b,
                                const Pose& X_WB);
 

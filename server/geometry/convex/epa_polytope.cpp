@@ -25,7 +25,7 @@ bool Polytope::begin(const Simplex& simplex, Difference& difference, double size
   for (int i = 0; i < simplex.count; ++i) corners_[static_cast<std::size_t>(i)] = simplex.corner[i];
   const double flat = 1e-9 * size;
   while (corner_count_ < 4) {
-    // Directions across what there is so far; at least one side must lead away from it.
+    // Directions normal to the simplex; at least one of the two signs leads away from it.
     const Vec3& y0 = corners_[0].y;
     Vec3 across[3] = {Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()};
     int directions = 3;
@@ -53,7 +53,7 @@ bool Polytope::begin(const Simplex& simplex, Difference& difference, double size
   }
   const Vec3& a = corners_[0].y;
   const double volume = (corners_[1].y - a).cross(corners_[2].y - a).dot(corners_[3].y - a);
-  if (volume > 0.0) std::swap(corners_[1], corners_[2]);  // faces 0 1 2 and so on look outwards
+  if (volume > 0.0) std::swap(corners_[1], corners_[2]);  // faces 0 1 2 and so on are directed outwards
   face_count_ = 0;
   return add_face(0, 1, 2, 0.0) && add_face(0, 3, 1, 0.0) && add_face(0, 2, 3, 0.0) && add_face(1, 3, 2, 0.0);
 }
@@ -76,8 +76,8 @@ void Polytope::grow(Difference& difference, double tolerance, double share, doub
       normal_ = nearest_.normal;
     }
     if (upper_ - lower_ <= tolerance || lower_ >= share * upper_ || corner_count_ == kMaxCorners) return;
-    if (!(height - lower_ > 1e-14 * size_)) return;  // as near as rounding lets it come
-    // Away with the faces the new corner can see; their outline, seen from it, becomes new faces.
+    if (!(height - lower_ > 1e-14 * size_)) return;  // converged up to rounding
+    // Removes the faces visible from the new corner; their outline and the corner form new faces.
     int edge_count = 0;
     int kept = 0;
     const double visible = 1e-14 * size_;
@@ -103,7 +103,7 @@ void Polytope::grow(Difference& difference, double tolerance, double share, doub
     const int added = corner_count_;
     corners_[static_cast<std::size_t>(corner_count_++)] = corner;
     for (int e = 0; e < edge_count; ++e) {
-      // A face too thin to trust: the bracket so far still holds.
+      // The face is too thin; the present bracket stays valid.
       const Edge& edge = edges[static_cast<std::size_t>(e)];
       if (!add_face(edge.from, edge.to, added, thinnest)) return;
     }

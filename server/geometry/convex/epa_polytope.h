@@ -1,7 +1,7 @@
 #pragma once
 // A growing polytope inside the Minkowski difference A - B (the expanding polytope algorithm, EPA: van den
-// Bergen 2001). At any time its faces bound the penetration depth from below, and the extreme points asked
-// for bound it from above: the result is a bracket, not a hope.
+// Bergen 2001). Its faces bound the penetration depth from below and the computed extreme points bound it
+// from above, so the result is a bracket.
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -16,7 +16,7 @@ struct Difference {
   const ConvexShape& b;
   Mat3 R_AB;
   Vec3 p_AB;
-  std::uint32_t vertex_a;  ///< where climbs begin
+  std::uint32_t vertex_a;  ///< start of the climbs
   std::uint32_t vertex_b;
 
   Difference(const ConvexShape& shape_a, const Pose& X_WA, const ConvexShape& shape_b, const Pose& X_WB,
@@ -32,7 +32,7 @@ struct Difference {
   SimplexCorner extreme(const Vec3& n) {
     SimplexCorner corner;
     const Vec3 down_B = -(R_AB.transpose() * n);
-    // Directions change sides from call to call: begin where it is higher.
+    // Directions change sides from call to call: the climb begins at the higher of two starts.
     vertex_a = a.higher_start(n, vertex_a);
     vertex_b = b.higher_start(down_B, vertex_b);
     corner.a = a.extreme_point(n, vertex_a);
@@ -44,13 +44,13 @@ struct Difference {
 
 class Polytope {
  public:
-  /// Begins with the corners of a simplex that contains the origin, or nearly, and fills it up to four.
-  /// `size` is that of the problem. False where A - B is flat to 1e-9 of the size.
+  /// Begins with the corners of a simplex that contains the origin (up to rounding) and completes it to four.
+  /// `size` is that of the problem. False if A - B is flat to 1e-9 of the size.
   bool begin(const Simplex& simplex, Difference& difference, double size);
 
   /// Grows until the bracket is no wider than `tolerance`, or the lower bound reaches `share` of the upper
-  /// one, or there is no room for more. `thinnest`: grows no face with less than this share of size^2, and
-  /// ends where one would be needed. Call once.
+  /// bound, or the capacity is used up. `thinnest`: smallest share of size^2 of a face that may grow; a
+  /// thinner nearest face ends the growth. Call once.
   void grow(Difference& difference, double tolerance, double share, double thinnest);
 
   double lower() const { return lower_; }  ///< the origin is at least this deep inside (negative: outside)
@@ -74,7 +74,7 @@ class Polytope {
   std::array<SimplexCorner, kMaxCorners> corners_;
   std::array<Face, kMaxFaces> faces_;
   int corner_count_ = 0, face_count_ = 0;
-  Face nearest_;  ///< the one of `lower_`
+  Face nearest_;  ///< the face of `lower_`
   double size_ = 1.0;
   double lower_ = -std::numeric_limits<double>::infinity();
   double upper_ = std::numeric_limits<double>::infinity();

@@ -62,7 +62,7 @@ Simplex::Place Simplex::reduce_to_nearest() {
   } else if (count == 3) {
     best = on_triangle(corner[0].y, corner[1].y, corner[2].y);
   } else {
-    // Faces that have the origin on their outer side; none: it is inside.
+    // Faces that have the origin on their outer side; without one the origin is inside.
     double nearest2 = std::numeric_limits<double>::infinity();
     bool inside = true;
     double scale2 = 0.0;
@@ -74,8 +74,7 @@ Simplex::Place Simplex::reduce_to_nearest() {
       const Vec3 normal = (b - a).cross(c - a);
       const double side_opposite = normal.dot(corner[face[3]].y - a);
       const double side_origin = -normal.dot(a);
-      // Inside of this face for certain? Where rounding may decide (a thin tetrahedron, an origin in the
-      // plane), the distance shall.
+      // If rounding could decide the side (a thin tetrahedron, an origin in the plane), the distance decides.
       const double doubt2 = kDoubt * kDoubt * normal.squaredNorm() * scale2;
       if (side_opposite * side_origin > 0.0 && side_opposite * side_opposite > doubt2 &&
           side_origin * side_origin > doubt2)

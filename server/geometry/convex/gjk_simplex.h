@@ -1,6 +1,6 @@
 #pragma once
-// The simplex of GJK: up to four points of the Minkowski difference A - B, and where the origin is as seen
-// from them (Ericson, Real-Time Collision Detection, 2005, 5.1).
+// The simplex of GJK: up to four points of the Minkowski difference A - B, and the position of the origin
+// relative to them (Ericson, Real-Time Collision Detection, 2005, 5.1).
 #include <algorithm>
 #include <cmath>
 
@@ -17,10 +17,10 @@ struct Simplex {
   enum class Place { outside, inside, failed };
 
   SimplexCorner corner[4];
-  double weight[4] = {};  ///< of the point nearest to the origin, or of the origin itself where it is inside
+  double weight[4] = {};  ///< of the point nearest to the origin; inside: of the origin itself
   int count = 0;
 
-  /// False when the point is there already.
+  /// False if the simplex has the point already.
   bool add(const SimplexCorner& c) {
     for (int i = 0; i < count; ++i)
       if (corner[i].y == c.y) return false;
@@ -35,12 +35,12 @@ struct Simplex {
     return v;
   }
 
-  /// Keeps the corners that carry the point nearest to the origin, and its weights; all four where the origin
-  /// is inside. `failed`: the corners are too nearly flat to tell.
+  /// Keeps the corners that carry the point nearest to the origin, and its weights; all four if the origin is
+  /// inside. `failed`: the corners are too flat for a verdict.
   Place reduce_to_nearest();
 
-  /// With four corners around the origin: its distance from the nearest face, less what rounding may have
-  /// added to it at coordinates of the given size; 0 where a face is too thin to tell.
+  /// With four corners around the origin: its distance from the nearest face, less the possible rounding
+  /// error at coordinates of the given size; 0 if a face is too thin for a verdict.
   double depth(double size) const;
 };
 

@@ -7,16 +7,16 @@ namespace {
 
 static_assert(sizeof(ccd_real_t) == sizeof(double), "libccd must be built with double precision");
 
-// libccd compares with absolute tolerances (2e-16 for squared areas, for instance), so a problem is handed to
-// it scaled to size 1: then they mean the same for a 10 um pin and a 10 m table.
+// libccd compares with absolute tolerances (2e-16 for squared areas, for instance), so it receives each
+// problem scaled to size 1: the tolerances then have the same effect for a 10 um pin and a 10 m table.
 //
-// The search stops when the portal advances less than kPortalTolerance; the ball is larger than asked by
-// kTouch, so that what touches exactly counts, and so that two flat shapes in one plane still have a
-// difference with volume.
+// The search stops when the portal advances less than kPortalTolerance. The ball exceeds the margin by
+// kTouch, so that exact contact counts, and so that two flat shapes in one plane have a difference with
+// volume.
 constexpr double kPortalTolerance = 1e-10;
 constexpr double kTouch = 1e-9;
-// Extreme points of the Minkowski difference asked for per query; the most ever seen in tests are 18.
-// libccd's own limit does not apply to ccdMPRIntersect, so the support functions keep the count.
+// Limit of the computed extreme points of the Minkowski difference per query; tests reach at most 18.
+// libccd's own limit does not apply to ccdMPRIntersect, so the support functions count.
 constexpr int kMaxSupports = 100;
 
 /// One query, in the frame of shape A, lengths divided by the size of the problem.
@@ -28,11 +28,11 @@ struct Query {
   double inverse_size;
   double ball;   // scaled radius of the ball on A
   int supports;  // used so far
-  bool gave_up;  // limit reached, the verdict is void
+  bool gave_up;  // limit reached, the verdict is invalid
 };
 
-// All vertices, not the graph: this search is the reference, and its extreme points must not depend on where
-// a climb began.
+// Scans all vertices and ignores the graph: this search is the reference, and its extreme points must not
+// depend on the start of a climb.
 Vec3 extreme_point(const ConvexShape& shape, const Vec3& d) {
   std::uint32_t unused = 0;
   if (shape.is_box) return shape.extreme_point(d, unused);
@@ -54,13 +54,13 @@ void set(ccd_vec3_t* out, const Vec3& v) {
   out->v[2] = v.z();
 }
 
-// libccd asks shape A for its extreme point along dir and shape B along -dir, in this order.
+// libccd evaluates the extreme point of shape A along dir and that of shape B along -dir, in this order.
 void support_a(const void* object, const ccd_vec3_t* dir, ccd_vec3_t* out) {
   // libccd takes const objects; the count below belongs to this query and lives on the caller's stack.
   Query& q = *static_cast<Query*>(const_cast<void*>(object));
   const Vec3 d(dir->v[0], dir->v[1], dir->v[2]);
   if (++q.supports > kMaxSupports) {
-    // A difference behind the direction asked for ends both loops of libccd at once, as "no contact".
+    // A difference behind the search direction ends both loops of libccd at once, as "no contact".
     q.gave_up = true;
     set(out, -d);
     return;

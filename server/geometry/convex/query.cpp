@@ -12,11 +12,10 @@ namespace {
 
 constexpr int kMaxRounds = 40;
 constexpr double kDepthShare = 0.5;
-// A gap proves something only if it is finite: poses that are not end in convex_overlap(), which refuses
-// them.
+// Only a finite gap is a proof: invalid poses end in convex_overlap(), which refuses them.
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// What rounding and convex_overlap()'s own tolerance may amount to. The second term matters only for shapes
+/// Upper bound of rounding and of convex_overlap()'s own tolerance. The second term matters only for shapes
 /// far from the origin of their frames.
 double guard_of(const ConvexShape& a, const ConvexShape& b, double margin) {
   return kGuard * (a.radius + b.radius + margin) + 1e-14 * (a.reach + b.reach);
@@ -40,8 +39,8 @@ bool still_overlapping(const Pose& X_WA, const Pose& X_WB, double margin, double
   const double without_depth = margin - guard;
   if (without_depth > 0.0 && moved2 < without_depth * without_depth) return true;
   if (!(limit > 0.0 && hint.depth > 0.0 && moved2 < limit * limit)) return false;
-  // The rotation since then by an angle w moves no point that counts by more than 2 sin(w / 2) times the
-  // reach; 2 - 2 cos(w) = 3 - trace(R_then^T R_now). 1e-14 is for rounding.
+  // A rotation by an angle w since the hint moves no relevant point by more than 2 sin(w / 2) times the
+  // reach; 2 - 2 cos(w) = 3 - trace(R_hint^T R). 1e-14 covers rounding.
   const Mat3 M = X_WA.R * hint.R_AB;
   const double trace = (M.array() * X_WB.R.array()).sum();
   const double turned = std::sqrt(std::max(0.0, 3.0 - trace) + 1e-14);
@@ -60,8 +59,7 @@ void remember_overlap(const Simplex& simplex, const Difference& difference, Conv
   hint.depth = hint.reach = 0.0;
 }
 
-/// Looks how deep the origin is inside A - B, roughly: half the depth is enough to be of use for many
-/// queries.
+/// Computes a lower bound of the origin's depth inside A - B: half the depth suffices for many later queries.
 void remember_depth(const Simplex& simplex, Difference& difference, double size, double guard,
                     ConvexHint& hint) {
   Polytope polytope;
@@ -87,7 +85,7 @@ Found search(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b, const
                ? Vec3(-hint.axis_A)
                : Vec3(a.center_B - (difference.R_AB * b.center_B + difference.p_AB));
   if (!(v.squaredNorm() > 0.0)) v = Vec3::UnitX();
-  // How deep is worth knowing only where shapes overlap for longer.
+  // The depth is useful only for shapes that overlap in several queries.
   const bool again = hint.evidence == ConvexHint::Evidence::overlapping;
   hint.evidence = ConvexHint::Evidence::none;
   bool proven = false;   // a point of A and a point of B are closer than the margin
@@ -107,7 +105,7 @@ Found search(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b, const
     }
     apart = gap > 0.0;
     if (proven && apart) break;                              // apart but within the margin
-    if (round > 0 && !(length - gap > 1e-12 * size)) break;  // as near as it gets
+    if (round > 0 && !(length - gap > 1e-12 * size)) break;  // converged up to rounding
     if (!simplex.add(corner)) break;
     const Simplex::Place place = simplex.reduce_to_nearest();
     if (place == Simplex::Place::failed) break;
@@ -117,7 +115,7 @@ Found search(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b, const
     reached = place == Simplex::Place::inside || !(distance > 1e-12 * size);
     if (proven || reached) remember_overlap(simplex, difference, hint);
     if (proven && !again) return Found::overlapping;
-    // Where the shapes overlap by more than the margin, a few more rounds end with the origin inside.
+    // If the shapes overlap by more than the margin, a few more rounds bring the origin inside.
   }
   if (hint.evidence == ConvexHint::Evidence::none) return Found::nothing;
   if (reached) remember_depth(simplex, difference, size, guard, hint);

@@ -6,8 +6,7 @@ namespace takt {
 
 namespace {
 
-/// The distance of the boxes around two shapes is not less than this. Each box is looked at along its own
-/// axes.
+/// Lower bound of the distance of the boxes around two shapes, along the axes of either box.
 double box_bound(const BodyBox& a, const BodyBox& b, const Pose& X_AB, const Mat3& abs_R) {
   const Vec3 between_A = X_AB * b.center_B - a.center_B;
   const Vec3 between_B = X_AB.R.transpose() * between_A;
@@ -56,12 +55,12 @@ BodyDistance body_distance(const std::vector<RoundedShape>& a, const ShapeBounds
   }
   const Pose X_AB = X_WA.inverse() * X_WB;
   const Mat3 abs_R = X_AB.R.cwiseAbs();
-  double apart = std::numeric_limits<double>::infinity();  // of the pairs of shapes not looked at
+  double apart = std::numeric_limits<double>::infinity();  // of the skipped pairs of shapes
   for (const RoundedShape& shape_a : a) {
     for (const RoundedShape& shape_b : b) {
       const double radii = shape_a.radius_m + shape_b.radius_m;
       const double bound = box_bound(shape_a.core.box, shape_b.core.box, X_AB, abs_R) - radii;
-      // A bound of at least 0 says nothing of how deep shapes overlap.
+      // A bound of at least 0 does not limit the depth of an overlap.
       if (bound > enough_m || (bound > 0.0 && bound >= result.distance_m)) {
         apart = std::min(apart, bound);
         continue;

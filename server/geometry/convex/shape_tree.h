@@ -1,6 +1,6 @@
 #pragma once
-// A hierarchy of boxes over the convex parts of one component (thesis 6.2), so that not all combinations of
-// parts are looked at. Built once, in the frame of the component.
+// A hierarchy of boxes over the convex parts of one component (thesis 6.2), so that a query visits only some
+// combinations of parts. Built once, in the frame of the component.
 #include <cstdint>
 #include <vector>
 
@@ -20,13 +20,13 @@ class ShapeTree {
   /// Halves the parts at the median of their centres along the longest side until one is left.
   explicit ShapeTree(const std::vector<ConvexShape>& shapes);
 
-  /// The one part of a component of one part has new bounds.
+  /// Sets new bounds of a component that has one part.
   void update_single(const BodyBox& box) { nodes_.front().box = box; }
 
   bool empty() const { return nodes_.empty(); }
 
-  /// Calls visit(i, j) for combinations of a part i of A and a part j of B that may be closer than `margin`,
-  /// none left out, until it returns true. Returns whether it did. X_AB: pose of B in A. Does not allocate.
+  /// Calls visit(i, j) for every combination of a part i of A and a part j of B that may be closer than
+  /// `margin`, until it returns true. Returns whether it did. X_AB: pose of B in A. Does not allocate.
   template <typename Visit>
   bool any_near(const ShapeTree& other, const Pose& X_AB, double margin, const Visit& visit) const {
     if (empty() || other.empty()) return false;

@@ -21,14 +21,15 @@ double uniform(std::uint64_t& state) {
   return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1.0p-53;
 }
 
-/// Where a ray passes a surface: how many solids and how many parts it is in changes by the given numbers.
+/// Intersection of a ray with a surface: the counts of enclosing solids and parts change by the given
+/// numbers.
 struct Crossing {
   double height;
   std::int8_t solid;
   std::int8_t part;
 };
 
-/// The rays along one axis, over a rectangle of the other two, and what they cross.
+/// The rays along one axis, over a rectangle of the other two, and their crossings.
 class RayBundle {
  public:
   RayBundle(int axis, const Vec3& lower, const Vec3& upper, std::uint64_t& random)
@@ -87,8 +88,8 @@ class RayBundle {
     return static_cast<int>(std::clamp(number, 0.0, kCellsPerSide - 1.0));
   }
 
-  // Twice the signed area of (a, b, ray). The same two end points give the same number up to its sign, in
-  // whichever triangle the edge is met: no ray slips between two triangles or counts for both.
+  // Twice the signed area of (a, b, ray). The same two end points give the same number up to its sign in both
+  // triangles of the edge: no ray passes between two triangles or counts for both.
   double side_of(const Vec3& a, const Vec3& b, const Ray& ray) const {
     const bool swapped = a[u_] > b[u_] || (a[u_] == b[u_] && a[v_] > b[v_]);
     const Vec3& p = swapped ? b : a;
@@ -104,7 +105,7 @@ class RayBundle {
     const int last_i = cell_of(std::max({a[u_], b[u_], c[u_]}), 0);
     const int first_j = cell_of(std::min({a[v_], b[v_], c[v_]}), 1);
     const int last_j = cell_of(std::max({a[v_], b[v_], c[v_]}), 1);
-    // A surface that is looked at from outside (normal towards the eye) is where the ray leaves the body.
+    // A surface seen from outside (normal towards the eye) ends the ray's way through the body.
     const auto change = static_cast<std::int8_t>(area > 0.0 ? -1 : 1);
     const double sign = area > 0.0 ? 1.0 : -1.0;
     for (int j = first_j; j <= last_j; ++j) {

@@ -1,5 +1,5 @@
 #pragma once
-// How far a set of convex parts is from the solid that it stands for.
+// Difference between a solid and the set of convex parts that approximates it.
 #include <span>
 
 #include "server/geometry/convex/overlap.h"
@@ -10,7 +10,7 @@ namespace takt {
 /// Volumes in m^3, shares of the solid's volume.
 struct VolumeComparison {
   double solid_volume = 0.0;
-  double union_volume = 0.0;  ///< of the parts together: what several of them share counts once
+  double union_volume = 0.0;  ///< of the union of the parts: a volume that several parts share counts once
   double lost = 0.0;          ///< share of the solid that no part covers
   double gained = 0.0;        ///< volume of the parts outside the solid, as a share of the solid's
   double error() const { return lost + gained; }

@@ -1,5 +1,5 @@
 #pragma once
-// What the readers of mesh files share: the objects they build, the numbering of vertices, the error.
+// Shared parts of the readers of mesh files: the objects they build, the numbering of vertices, the error.
 #include <array>
 #include <bit>
 #include <cstddef>
@@ -13,8 +13,8 @@
 
 namespace takt {
 
-/// A file's content cannot be used. what() says where (line, triangle, node), what was found and what is
-/// allowed; it lacks the name of the file and the full stop.
+/// A file's content is invalid. what() has the place (line, triangle, node), the value found and the values
+/// allowed, without the name of the file and the full stop.
 struct MeshFault : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -27,9 +27,9 @@ struct NamedMesh {
 /// The shortest decimal number with this single precision value: 0.0295 and not 0.029500000178814.
 Vec3 shortest_decimals(const std::array<float, 3>& p);
 
-/// Positions of a file and the objects that use them. Positions that are equal in single precision are one, at
-/// the place of the first: STL has no shared vertices, and many programs write a shared one with other last
-/// digits. The vertices of an object are numbered in the order of their first use.
+/// Positions of a file and the objects that use them. Positions that are equal in single precision become
+/// one, at the place of the first: STL has no shared vertices, and many programs write the copies of one
+/// vertex with different last digits. The vertices of an object are numbered in the order of their first use.
 class MeshBuilder {
  public:
   using Single = std::array<float, 3>;
@@ -39,7 +39,8 @@ class MeshBuilder {
     const Eigen::Vector3f single = p.cast<float>();
     return position({single.x(), single.y(), single.z()}, [&](const Single&) { return p; });
   }
-  /// The number of one in single precision (finite); `place(p)` gives it in the file's frame where it is new.
+  /// The number of a position in single precision (finite); `place(p)` converts a new one to the file's
+  /// frame.
   template <class Place>
   std::uint32_t position(const Single& p, const Place& place) {
     const Single key{p[0] + 0.0F, p[1] + 0.0F, p[2] + 0.0F};  // -0 becomes 0
@@ -53,7 +54,7 @@ class MeshBuilder {
     }
     return slots_[slot];
   }
-  /// A position that follows is a new one, even where it equals an earlier one.
+  /// Later positions are not merged with earlier ones, even if they are equal.
   void forget_positions() { slots_.clear(), first_ = keys_.size(); }
   const Vec3& place(std::uint32_t position) const { return positions_[position]; }
 
@@ -74,7 +75,7 @@ class MeshBuilder {
   }
   void add_triangle(const TriangleMesh::Triangle& t) { objects_.back().mesh.triangles.push_back(t); }
 
-  /// The objects that have faces; the builder has none afterwards.
+  /// Moves out the objects that have faces.
   std::vector<NamedMesh> take_objects();
 
  private:
@@ -92,8 +93,8 @@ class MeshBuilder {
   void grow();
 
   struct Use {
-    std::uint32_t object = 0;  ///< that used the position last, from 1
-    std::uint32_t number = 0;  ///< of the vertex in it
+    std::uint32_t object = 0;  ///< the last object that used the position, from 1
+    std::uint32_t number = 0;  ///< of the vertex in this object
   };
 
   std::vector<Single> keys_;  ///< by position

@@ -1,5 +1,5 @@
 #pragma once
-// What was found about a mesh: with a number, a place and a remedy, for a person.
+// A finding about a mesh, with number, place and remedy, for users.
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -30,7 +30,7 @@ enum class MeshDiagnosticKind : std::uint8_t {
 std::string_view to_string(MeshDiagnosticKind kind);
 
 enum class MeshSeverity : std::uint8_t {
-  info,      ///< good to know
+  info,      ///< for information
   warning,   ///< the mesh can be used, but forces of surface contact may be wrong
   repaired,  ///< the mesh was changed
   refused,   ///< the mesh cannot be used
@@ -40,14 +40,14 @@ std::string_view to_string(MeshSeverity severity);
 struct MeshDiagnostic {
   MeshDiagnosticKind kind = MeshDiagnosticKind::bad_vertex;
   MeshSeverity severity = MeshSeverity::info;
-  std::size_t count = 0;        ///< of vertices, faces, edges or shells
+  std::size_t count = 0;        ///< number of vertices, faces, edges or shells
   double figure = 0.0;          ///< see the kind
-  Vec3 place_B = Vec3::Zero();  ///< of the worst, or of the first where all are alike
-  std::string sentence;         ///< what, how much and where
-  std::string remedy;           ///< what to do, or what was done
+  Vec3 place_B = Vec3::Zero();  ///< of the worst finding; of the first one if all are alike
+  std::string sentence;         ///< kind, figure and place
+  std::string remedy;           ///< what to do, or what the repair did
 };
 
-/// Words for sentences: "(0.1, 0, 0.2) m"; a number with so many digits; "1 face is" or "3 faces are".
+/// Parts of sentences: "(0.1, 0, 0.2) m"; a number with the given digits; "1 face is" or "3 faces are".
 std::string place_text(const Vec3& p_B);
 std::string counted(std::size_t count, const char* one, const char* many);
 

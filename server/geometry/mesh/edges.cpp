@@ -6,7 +6,7 @@
 namespace takt {
 
 std::vector<HalfEdge> sorted_half_edges(const TriangleMesh& mesh) {
-  // By counting where the edges of each vertex begin; what is left to sort are the few edges of one vertex.
+  // Counting sort by the first vertex; only the few edges of one vertex remain to be sorted.
   std::vector<std::uint32_t> begin(mesh.vertices.size() + 1, 0);
   for (const auto& t : mesh.triangles)
     for (std::size_t k = 0; k < 3; ++k) ++begin[std::min(t[k], t[(k + 1) % 3]) + 1];

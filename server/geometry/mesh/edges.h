@@ -1,5 +1,5 @@
 #pragma once
-// The edges of a triangle mesh: which triangles meet where.
+// The edges of a triangle mesh and the triangles that meet there.
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -20,14 +20,13 @@ struct HalfEdge {
 /// All sides of all triangles by edge, then by triangle. Vertex numbers must be in range.
 std::vector<HalfEdge> sorted_half_edges(const TriangleMesh& mesh);
 
-/// Where the edge that begins at `begin` ends in such a list.
+/// End of the range of half edges that begins at `begin` and shares its edge.
 std::size_t end_of_edge(const std::vector<HalfEdge>& edges, std::size_t begin);
 
-/// False where rounding of the coordinates could fake what area there is: the height is below 1e-12 of the
-/// longest edge.
+/// False if the area may be an effect of rounding: the height is below 1e-12 of the longest edge.
 bool has_area(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& triangle);
 
-/// Empty, or what is wrong with the first vertex that is not finite, or triangle that refers to none.
+/// Describes the first vertex that is not finite or the first triangle with an invalid index; empty if none.
 std::string find_bad_vertex_or_index(const TriangleMesh& mesh);
 
 /// "vertex 3 (0.1, 0, 0.2)"

@@ -19,7 +19,7 @@ constexpr std::uint64_t kMaxNumber = 0xFFFFFFFF;
 constexpr std::uint64_t kByte = 5121, kShort = 5123, kInt = 5125, kFloat = 5126;
 constexpr std::uint64_t kTriangles = 4, kFan = 6;  // 5: strip
 
-/// Little-endian, as takt's machines are.
+/// Little-endian.
 std::uint32_t u32_at(std::string_view content, std::size_t offset) {
   std::uint32_t value = 0;
   std::memcpy(&value, content.data() + offset, sizeof(value));
@@ -66,7 +66,7 @@ class GlbCheck {
       if (items != nullptr && !items->is_array()) throw MeshFault(std::string(list) + " is no list");
     }
     const std::size_t views = count("bufferViews"), accessors = count("accessors");
-    // In the place of what no mesh needs.
+    // Placeholder for content that no mesh needs.
     views_ = Json(views, {{"buffer", 0}, {"byteLength", 1}});
     accessors_ = Json(accessors, {{"componentType", kFloat}, {"count", 1}, {"type", "SCALAR"}});
     nodes_ = Json(count("nodes"), Json::object());
@@ -247,7 +247,7 @@ class GlbCheck {
     return kept;
   }
 
-  /// How many there are.
+  /// Number of elements.
   std::uint64_t read_accessor(std::uint64_t index, const std::set<std::uint64_t>& types, const char* shape,
                               std::uint64_t components, const std::string& from) {
     const Json& accessor = item("accessors", index, from);

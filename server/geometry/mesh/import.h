@@ -1,5 +1,6 @@
 #pragma once
-// Mesh files (OBJ, STL, GLB) into triangle meshes: what of a file is read say the readers of the formats.
+// Imports mesh files (OBJ, STL, GLB) as triangle meshes. The readers of the formats list the supported
+// content.
 #include <filesystem>
 #include <stdexcept>
 #include <string>
@@ -11,29 +12,29 @@
 
 namespace takt {
 
-/// The file cannot be used; what() names the file, the place in it where that is known, the fault and what is
-/// allowed.
+/// The file is unusable; what() names the file, the place in it if known, the fault and the values allowed.
 class MeshError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// All objects of the file that have faces, lengths multiplied by `scale` (> 0). Coordinates of a text are in double
-/// precision. Positions that are equal in single precision are one vertex of an object, at the place of the first.
-/// Nothing is repaired beyond that. Throws MeshError for a missing, unreadable, truncated or empty file, coordinates
-/// that are not finite in single precision, indices out of range, lines or points, an unsupported format.
+/// All objects of the file that have faces, lengths multiplied by `scale` (> 0). Coordinates in text have
+/// double precision. Positions that are equal in single precision become one vertex of an object, at the
+/// place of the first. The mesh is not repaired further. Throws MeshError for a missing, unreadable,
+/// truncated or empty file, coordinates that are not finite in single precision, indices out of range, lines
+/// or points, or an unsupported format.
 std::vector<NamedMesh> import_mesh_objects(const std::filesystem::path& file, double scale = 1.0);
 
-/// The objects of the file as one mesh; additionally must bound a solid (check_closed), else MeshError says
-/// why not. Either every object is closed by itself (a table top and its legs), or all of them together are
-/// (a surface cut into groups), in which case the positions of all objects are merged so.
+/// The objects of the file as one mesh that bounds a solid (check_closed); else throws MeshError with the
+/// reason. Either every object is closed by itself (a table top and its legs), or all of them together are (a
+/// surface cut into groups); in the second case the positions of all objects are merged.
 TriangleMesh import_solid(const std::filesystem::path& file, double scale = 1.0);
 
-/// As import_solid, but each object, or all as one surface, is repaired first (repair_mesh). Throws MeshError
-/// only for what import_mesh_objects does not read: of a mesh that bounds no solid findings and problem tell.
+/// As import_solid, but first repairs each object, or all as one surface (repair_mesh). Throws MeshError only
+/// as import_mesh_objects; for a mesh that bounds no solid the result has findings and a problem.
 RepairedMesh import_and_repair(const std::filesystem::path& file, double scale = 1.0);
 
-/// import_and_repair, which must bound a solid, else MeshError as from import_solid.
+/// As import_and_repair; throws MeshError as import_solid if the repaired mesh bounds no solid.
 RepairedMesh import_repaired_solid(const std::filesystem::path& file, double scale = 1.0);
 
 }  // namespace takt

@@ -9,7 +9,7 @@
 
 namespace takt {
 
-/// Goes through the lines of a text. Blanks are space, tab, carriage return, vertical tab and form feed.
+/// Iterates over the lines of a text. Blanks are space, tab, carriage return, vertical tab and form feed.
 class LineReader {
  public:
   /// With `join_continued` a backslash as the last word of a line joins the next line to it (OBJ).
@@ -20,13 +20,13 @@ class LineReader {
 
   std::size_t line = 0;        ///< number of the line, from 1; of joined lines the first
   std::string_view word;       ///< the first word of the line
-  std::string_view arguments;  ///< what follows it, without blanks at its ends
+  std::string_view arguments;  ///< the rest of the line, without blanks at its ends
 
   /// The words of `arguments`; valid until the next call.
   const std::vector<std::string_view>& words();
 
-  /// Reads `arguments` as numbers. Throws MeshFault for fewer than three, and for one that is not finite in
-  /// single precision. `vertex`: its number in the file, for the message; 0: it has none.
+  /// Reads `arguments` as numbers. Throws MeshFault for fewer than three numbers or for a number that is not
+  /// finite in single precision. `vertex`: its number in the file, for the message; 0: without number.
   const std::vector<double>& coordinates(std::size_t vertex = 0);
 
   /// Throws MeshFault with the number of the line.
@@ -43,7 +43,7 @@ class LineReader {
   std::vector<double> numbers_;
 };
 
-/// The word in quotation marks; of a long one its begin.
+/// The word in quotation marks, shortened if it is long.
 std::string quoted(std::string_view word);
 
 }  // namespace takt

@@ -68,8 +68,8 @@ class ObjReader {
     for (const auto& t : triangles_) builder_.add_triangle({numbers_[t[0]], numbers_[t[1]], numbers_[t[2]]});
   }
 
-  /// A corner is VERTEX/TEXTURE/NORMAL, of which the first number counts: from 1 through the file, or backwards
-  /// from this line if it is negative.
+  /// Index of a corner VERTEX/TEXTURE/NORMAL, by its first number: from 1 through the file, or backwards from
+  /// this line if it is negative.
   std::size_t vertex_index(const LineReader& reader, std::size_t corner, std::string_view word) const {
     const std::string_view number = word.substr(0, word.find('/'));
     const auto total = static_cast<std::int64_t>(positions_.size());

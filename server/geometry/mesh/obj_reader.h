@@ -7,10 +7,11 @@
 
 namespace takt {
 
-/// The objects of the file, in its order. Read are vertices (v), faces (f), objects and groups (o, g); normals,
-/// texture coordinates, materials and all else have no meaning here. An o or g with another name than that of
-/// the present object begins a new one. A fourth number of a vertex is its weight, by which the others are
-/// divided; more than four are a colour. Polygons are cut into triangles (cut_polygon). Throws MeshFault.
+/// The objects of the file, in its order. The reader uses vertices (v), faces (f), objects and groups (o, g)
+/// and ignores normals, texture coordinates, materials and all other lines. An o or g with a name other than
+/// that of the present object begins a new one. A fourth number of a vertex is its weight, which divides the
+/// other three; more than four numbers are a colour. Polygons are cut into triangles (cut_polygon). Throws
+/// MeshFault.
 std::vector<NamedMesh> read_obj(std::string_view content);
 
 }  // namespace takt

@@ -49,7 +49,7 @@ class Care {
                                          : longest_[triangle];
   }
 
-  /// Division by halves does not help: its pieces are as slender.
+  /// Division by halves does not remove needles: the pieces are as slender.
   void find_needles() {
     std::size_t count = 0, worst = 0;
     double ratio = 0.0;
@@ -108,7 +108,7 @@ class Care {
                          "chamfer or round the edges that slide over others"});
   }
 
-  /// Faces of the body: triangles that meet smoothly. Small ones (chamfers, fillets) are not looked at.
+  /// Faces of the body: triangles that meet smoothly. Small ones (chamfers, fillets) are ignored.
   void find_coarse_faces() {
     DisjointSets faces(areas_.size());
     for_each_edge([&](const HalfEdge& e, const HalfEdge& f, double angle) {

@@ -1,6 +1,6 @@
 #pragma once
-// Mesh care: what in a mesh would falsify the forces of surface contact (thesis 2.2.2: forces act element by
-// element, so the size of the elements and the edges between them matter). Repair: mesh_repair.h.
+// Mesh quality: defects of a mesh that would falsify the forces of surface contact (thesis 2.2.2: forces act
+// element by element, so the size of the elements and the edges between them matter). Repair: repair.h.
 #include <string>
 #include <vector>
 
@@ -12,19 +12,20 @@ namespace takt {
 struct ContactMeshOptions {
   /// Name of the component in remedies ("set contact.components.NAME.element_edge_m to ...").
   std::string component = "NAME";
-  /// May carry the contact elements (Base). A body that is only pressed into may be as coarse as it likes.
+  /// True for a mesh that may carry the contact elements (Base). The mesh of a Target may be coarse.
   bool carries_elements = true;
   /// Its triangles will be divided to this edge for contact (refine_to_edge); 0: they stay.
   double element_edge_m = 0.0;
-  double elements_across = 8.0;      ///< fewer across a contact face are told
-  double contact_face_share = 0.1;   ///< smaller faces than this share of the surface are not looked at
+  double elements_across = 8.0;      ///< fewer across a contact face are reported
+  double contact_face_share = 0.1;   ///< faces with a smaller share of the surface are ignored
   double smooth_angle_rad = 0.5236;  ///< faces meet smoothly up to this angle between their normals (30 deg)
-  double sharp_angle_rad = 1.3963;   ///< convex edges beyond are sharp (80 deg)
-  double knife_angle_rad = 1.9199;   ///< and beyond this a warning (110 deg)
-  double sharp_length_m = 0.001;     ///< less sharp edge in all is not told
+  double sharp_angle_rad = 1.3963;   ///< convex edges with a larger angle are sharp (80 deg)
+  double knife_angle_rad = 1.9199;   ///< a larger angle is a warning (110 deg)
+  double sharp_length_m = 0.001;     ///< a shorter total length of sharp edges is not reported
   double needle_ratio = 30.0;        ///< of longest edge and height on it
-  double resolution_m = 1e-7;        ///< of single precision, in which files are read; coarser is told
-  double far_ratio = 10.0;           ///< ... of a body further from its origin than so many diagonals
+  /// Of single precision, in which files are read; coarser resolution is reported.
+  double resolution_m = 1e-7;
+  double far_ratio = 10.0;  ///< ... of a body further from its origin than this many diagonals
 };
 
 /// Needles, sharp edges, coarse faces, distance from the origin. `mesh` must be closed (check_closed).

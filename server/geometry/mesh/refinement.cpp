@@ -54,7 +54,7 @@ class Refiner {
     while (!demanded_.empty()) {
       const Edge wanted = demanded_.top();
       demanded_.pop();
-      // Still there, and still beside a triangle that asks for it?
+      // Skips an edge that is gone or whose triangles need no division.
       for (auto entry = neighbours_.find(wanted.key());
            entry != neighbours_.end() && (asks(entry->second[0]) || asks(entry->second[1]));
            entry = neighbours_.find(wanted.key()))
@@ -103,7 +103,7 @@ class Refiner {
     }
   }
 
-  /// Along ever longer edges to one that is the longest of all its triangles.
+  /// Walks along ever longer edges to one that is the longest of all its triangles.
   Edge longest_from(Edge e) const {
     for (;;) {
       Edge next = e;
@@ -147,7 +147,7 @@ class Refiner {
 
   const RefinementOptions options_;
   TriangleMesh mesh_;
-  std::unordered_map<std::uint64_t, Pair, KeyHash> neighbours_;  ///< only looked up: its order is not used
+  std::unordered_map<std::uint64_t, Pair, KeyHash> neighbours_;  ///< lookups only: its order has no effect
   std::priority_queue<Edge> demanded_;
 };
 

@@ -10,9 +10,11 @@
 namespace takt {
 
 struct RefinementOptions {
-  double edge_m = 0.0;         ///< > 0; no edge may be longer afterwards
-  std::optional<Aabb> region;  ///< of the mesh's own frame: only triangles whose bounding box meets it
-  std::size_t max_triangles = 5'000'000;  ///< more is refused: a slip of the pen in the length
+  double edge_m = 0.0;  ///< > 0; upper limit of all edges of the result
+  /// In the mesh's own frame: only triangles whose bounding box touches it are divided.
+  std::optional<Aabb> region;
+  /// A larger result is refused: a guard against a wrong unit of edge_m.
+  std::size_t max_triangles = 5'000'000;
 };
 
 /// The same surface with more triangles: edges that are too long are halved, the longest first, and always

@@ -71,8 +71,8 @@ class Repairer {
     std::erase_if(triangles, equal);
   }
 
-  /// Faces with the same corners: one stays, or none where they are a wall inside, which shows at the rim of
-  /// the patch that they make together: there other faces meet one another without it.
+  /// Faces with the same corners: one stays, or all are removed if they form an inner wall. A wall shows at
+  /// the rim of the patch that they form together: there the other faces meet without it.
   void drop_duplicates() {
     auto& triangles = mesh().triangles;
     std::vector<std::pair<Triangle, std::uint32_t>> order;
@@ -196,7 +196,7 @@ class Repairer {
       Triangle n = triangles[k];
       while (n[2] == a || n[2] == b) n = {n[1], n[2], n[0]};
       const std::uint32_t d = n[2];
-      // Turned against each other, already joined, or c at an end of the edge: nothing is won.
+      // Turned against each other, already joined, or c at an end of the edge: a turn would not help.
       if (n[0] != b || d == c || begin_of(c, d) != edges.size()) continue;
       const Vec3 &pa = mesh().vertices[a], &pb = mesh().vertices[b], &pc = mesh().vertices[c];
       if ((pc - pa).dot(pb - pa) <= 0.0 || (pc - pb).dot(pa - pb) <= 0.0) continue;
@@ -298,7 +298,7 @@ class Repairer {
   void turn_shells() {
     std::vector<Shell> shells = find_shells(mesh());
     Group inside_out, nothing, cavities, solids;
-    // An outermost shell takes with it what lies in it.
+    // An outermost shell is turned together with the shells inside it.
     std::vector<std::uint8_t> turn(shells.size(), 0), flat(shells.size(), 0);
     for (std::size_t i = 0; i < shells.size(); ++i) {
       const Shell& s = shells[i];
@@ -317,7 +317,7 @@ class Repairer {
       for (const std::uint32_t k : s.triangles) std::swap(mesh().triangles[k][1], mesh().triangles[k][2]);
       s.volume_m3 = -s.volume_m3;
     }
-    // A solid in a cavity is one in its own right.
+    // A solid inside a cavity counts as a solid of its own.
     for (std::size_t i = 0; i < shells.size(); ++i) {
       const Shell& s = shells[i];
       if (s.around.empty() || flat[i] != 0) continue;

@@ -1,5 +1,5 @@
 #pragma once
-// Puts right what can be put right in a mesh without guessing, and says what cannot.
+// Repairs the faults of a mesh that have one unambiguous remedy, and reports the others.
 #include <string>
 #include <vector>
 
@@ -9,19 +9,20 @@
 namespace takt {
 
 struct RepairedMesh {
-  TriangleMesh mesh;  ///< as it was where nothing was found; vertices keep number and place
+  TriangleMesh mesh;  ///< unchanged without findings; vertices keep number and place
   std::vector<MeshDiagnostic> findings;
-  std::string problem;  ///< what check_closed says of it; empty: it bounds a solid
+  std::string problem;  ///< result of check_closed for `mesh`; empty: it bounds a solid
 };
 
 /// In this order:
-/// - faces that name a vertex twice are removed, and of faces that are there several times as many as close
-///   the surface (one, or none where the others do without);
+/// - faces that name a vertex twice are removed; of several equal faces one stays if the surface needs it to
+///   be closed, else they are all removed;
 /// - a face whose corners lie on one line is removed by turning the edge it shares with its neighbour;
 /// - open edges and edges of more than two faces are refused;
 /// - faces turned against their neighbours are turned back, the smaller number of each shell;
-/// - an outermost shell that is inside out is turned, with all that lies in it. Shells inside others stay as
-///   they are: cavities if they face inwards. Shells that enclose nothing are removed.
+/// - an outermost shell that is inside out is turned, together with the shells inside it. Shells inside
+///   others keep their orientation: they are cavities if they face inwards. Shells that enclose no volume are
+///   removed.
 RepairedMesh repair_mesh(const TriangleMesh& mesh);
 
 }  // namespace takt

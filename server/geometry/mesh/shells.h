@@ -1,5 +1,5 @@
 #pragma once
-// The closed shells of a mesh: pieces of surface that hang together by their edges, and which lies in which.
+// The closed shells of a mesh: pieces of surface connected by edges, and the nesting of the shells.
 #include <cstdint>
 #include <vector>
 
@@ -12,16 +12,16 @@ struct Shell {
   std::vector<std::uint32_t> triangles;
   double volume_m3 = 0.0;  ///< negative if it faces inwards
   Aabb box;
-  std::vector<std::size_t> around;  ///< shells that it lies in
+  std::vector<std::size_t> around;  ///< shells that contain this one
 };
 
-/// How often the surface of the triangles winds around the point: 1 inside of a shell that faces outwards, -1
-/// of one that faces inwards, 0 outside (solid angles by van Oosterom, Strackee 1983).
+/// Winding number of the triangles' surface around the point: 1 inside a shell that faces outwards, -1 inside
+/// one that faces inwards, 0 outside (solid angles by van Oosterom, Strackee 1983).
 double winding_number(const TriangleMesh& mesh, const std::vector<std::uint32_t>& triangles,
                       const Vec3& point);
 
-/// Every edge must have two triangles that run through it in opposite directions. In order of the first
-/// triangle.
+/// The shells in the order of their first triangle. Every edge must have two triangles that run through it in
+/// opposite directions.
 std::vector<Shell> find_shells(const TriangleMesh& mesh);
 
 }  // namespace takt

@@ -14,12 +14,12 @@ namespace takt {
 
 namespace {
 
-// Edges are divided until the surface has about so many triangles.
+// Edges are divided until the surface has about this many triangles.
 constexpr double kTriangles = 600.0;
 // Difference of the normals of faces in one plane.
 constexpr double kOnePlane = 1e-3;
-// Rays in no special direction: to hit an edge of the mesh is an accident, and three do not have the same
-// one.
+// Rays in generic directions: one ray hits an edge of the mesh only by accident, and all three practically
+// never.
 const std::array<Vec3, 3> kRays{Vec3(0.5773, 0.6112, 0.5414).normalized(),
                                 Vec3(-0.7321, 0.2519, 0.6328).normalized(),
                                 Vec3(0.1187, -0.8831, 0.4539).normalized()};
@@ -31,8 +31,8 @@ double surface_area(const TriangleMesh& mesh) {
   return area;
 }
 
-/// The first half of each edge that is looked at: of all edges between faces that are not in one plane, and
-/// of one edge within a plane per cell of a grid.
+/// The first half of each examined edge: all edges between faces in different planes, and per cell of a grid
+/// one edge within a plane.
 std::vector<HalfEdge> telling_edges(const TriangleMesh& mesh, double cell_m) {
   std::vector<Vec3> normals;
   for (const auto& [a, b, c] : mesh.triangles)
@@ -60,7 +60,7 @@ std::vector<HalfEdge> telling_edges(const TriangleMesh& mesh, double cell_m) {
   return edges;
 }
 
-/// Where the line p + t d meets the triangle, and from which side; 0: it does not.
+/// Intersection of the line p + t d with the triangle, and its side; 0: no intersection.
 int crossing(const Vec3& p, const Vec3& d, const Vec3& a, const Vec3& b, const Vec3& c, double& t) {
   const Vec3 ab = b - a, ac = c - a;
   const Vec3 h = d.cross(ac);

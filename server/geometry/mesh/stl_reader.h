@@ -7,10 +7,9 @@
 
 namespace takt {
 
-/// The solids of the file, each an object; a binary file is one. Normals and colours have no meaning here. A
-/// file whose length fits the number of triangles at byte 80 is binary, whatever word it starts with. Binary
-/// numbers are of single precision (shortest_decimals).
-/// Throws MeshFault.
+/// The solids of the file, each an object; a binary file has one. The reader ignores normals and colours. A
+/// file whose length fits the number of triangles at byte 80 is binary, whatever its first word. Binary
+/// numbers have single precision (shortest_decimals). Throws MeshFault.
 std::vector<NamedMesh> read_stl(std::string_view content);
 
 }  // namespace takt

@@ -1,5 +1,5 @@
 #pragma once
-// A triangle mesh and what follows from it alone: closedness, volume, centre of mass, inertia.
+// A triangle mesh and its geometric properties: closedness, volume, centre of mass, inertia.
 #include <array>
 #include <cstdint>
 #include <string>
@@ -18,7 +18,7 @@ struct TriangleMesh {
   std::vector<Triangle> triangles;
 };
 
-/// Why a mesh does not bound a solid; `problem` is empty when it does.
+/// Reason why a mesh does not bound a solid; `problem` is empty if it does.
 struct MeshCheck {
   std::string problem;  ///< a whole sentence with the number and place of the first fault
   bool ok() const { return problem.empty(); }

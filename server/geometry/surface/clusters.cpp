@@ -10,11 +10,11 @@ namespace {
 using Data = ContactSurface::Data;
 using Place = std::vector<std::uint32_t>::iterator;
 
-/// Elements of a leaf: of a flat one, of one that is flat to a cosine, and of any other.
+/// Largest number of elements of a leaf: exactly flat, flat up to a cosine, any other.
 constexpr std::ptrdiff_t kLeaf = 64, kCurvedLeaf = 32, kSmall = 4;
 constexpr double kFlat = 0.9999, kCurved = 0.95;
-/// What a change of the normal weighs against a distance of one radius of the body: flat faces are told apart
-/// before they are cut.
+/// Weight of a change of the normal against a distance of one radius of the body: flat faces are separated
+/// before they are divided.
 constexpr double kNormalWeight = 8.0;
 
 class Builder {

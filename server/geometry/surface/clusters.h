@@ -1,13 +1,13 @@
 #pragma once
-// Groups of contact elements and of faces, so that what holds for a group is looked at once.
+// Groups of contact elements and of faces, so that one test serves a whole group.
 #include "server/geometry/surface/contact_surface_data.h"
 
 namespace takt {
 
-/// Brings the elements of `data` into the order of a tree of clusters, and makes that.
+/// Builds the tree of clusters of `data` and sorts the elements into its order.
 void make_clusters(ContactSurface::Data& data);
 
-/// Divides the patches of `data`, whose faces are there, into pieces.
+/// Divides the patches of `data` into pieces; the faces must exist already.
 void make_pieces(ContactSurface::Data& data);
 
 }  // namespace takt

@@ -16,7 +16,7 @@ namespace {
 
 using Data = ContactSurface::Data;
 
-/// Far more than any computation would survive; a slip of the edge length should not fill the memory.
+/// Beyond any practical computation; a wrong edge length must not fill the memory.
 constexpr std::size_t kMaxElements = 5'000'000;
 
 struct Side {
@@ -46,7 +46,7 @@ void connect_faces(Data& data) {
   }
 }
 
-/// Grows planes from the largest triangles: their normals are known best.
+/// Grows planes from the largest triangles, whose normals are most exact.
 void find_patches(Data& data, const std::vector<Vec3>& normals, const std::vector<double>& areas) {
   const double flatness_m = 1e-8 * data.radius_m;
   std::vector<std::int32_t> order(data.faces.size());
@@ -184,7 +184,7 @@ void make_elements(Data& data, const ContactSurfaceOptions& options) {
   make_clusters(data);
 }
 
-/// How far the body goes on from a point of its surface along the inward normal, by spheres that fit inside.
+/// Extent of the body from a point of its surface along the inward normal, by spheres that fit inside.
 double thickness_m(const Data& data, const Vec3& p, const Vec3& n) {
   const double least_m = 1e-3 * data.radius_m, most_m = 2.0 * data.radius_m;
   double s = least_m;
@@ -223,7 +223,7 @@ ClosestOnFace ContactSurface::Data::closest_on_face(const ContactFace& face, con
     found.squared_m2 = height * height;
     return found;
   }
-  // Beyond an edge: on one of those that it is beyond.
+  // Beyond an edge: the closest point is on one of the edges that x is beyond.
   found.squared_m2 = INFINITY;
   for (std::uint8_t k = 0; k < 3; ++k) {
     if (margin[k] >= 0.0) continue;

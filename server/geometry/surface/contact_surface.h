@@ -1,7 +1,7 @@
 #pragma once
-// The surface of a component prepared for surface contact, once per mesh and independent of any partner: as
-// Base its elements (centroid, area), as Target its faces with a bounding hierarchy. (Hippmann 2024; thesis
-// 2.2.2.)
+// The surface of a component prepared for surface contact, once per mesh and independent of any partner: for
+// the Base role its elements (centroid, area), for the Target role its faces with a bounding hierarchy
+// (Hippmann 2024; thesis 2.2.2).
 #include <memory>
 #include <vector>
 
@@ -10,31 +10,31 @@
 
 namespace takt {
 
-/// The longest edge of elements where none is asked for: a share of the body's diagonal, so that a cube of
-/// twelve triangles stands on its corners and edges and not on its centroids.
+/// Default of the longest edge of elements: a share of the body's diagonal, so that a cube of twelve
+/// triangles has elements near its corners and edges.
 double default_element_edge_m(const TriangleMesh& mesh);
 
 struct ContactSurfaceOptions {
-  /// Triangles of the Base with a longer edge are divided until none has one (0: the mesh as it is).
+  /// Triangles of the Base with a longer edge are divided (0: the mesh stays).
   double element_edge_m = 0.0;
   bool operator==(const ContactSurfaceOptions&) const = default;
 };
 
 class ContactSurface {
  public:
-  /// `mesh` must be closed (check_closed), outward normals. Throws std::invalid_argument else.
+  /// `mesh` must be closed (check_closed) with outward normals, else throws std::invalid_argument.
   ContactSurface(const TriangleMesh& mesh, const ContactSurfaceOptions& options);
   ~ContactSurface();
 
   std::size_t element_count() const;
-  std::size_t face_count() const;  ///< triangles as Target
-  double area_m2() const;          ///< of all elements together: the mesh's own
-  double patch_area_m2() const;    ///< mean, of what is flat: triangles of one plane count as one
-  /// Thickness of the body behind its surface, along the inward normal: exceeded nearly everywhere (m).
+  std::size_t face_count() const;  ///< triangles in the Target role
+  double area_m2() const;          ///< of all elements together, equal to the mesh's area
+  double patch_area_m2() const;    ///< mean area of the flat patches: triangles of one plane count as one
+  /// Thickness of the body behind its surface along the inward normal (m): exceeded nearly everywhere.
   double wall_m() const;
   const Aabb& bounds_B() const;
 
-  struct Data;  ///< what PolygonalContact reads (contact_surface_data.h)
+  struct Data;  ///< used by PolygonalContact (contact_surface_data.h)
   const Data& data() const { return *data_; }
 
  private:

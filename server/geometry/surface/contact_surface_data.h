@@ -1,5 +1,5 @@
 #pragma once
-// What ContactSurface prepared, for the Polygonal Contact Model alone. All in the frame of the body.
+// The prepared data of ContactSurface, for the Polygonal Contact Model alone. All in the frame of the body.
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace takt {
 
-/// Triangles of one plane that hang together count as one face for depths.
+/// Connected triangles of one plane count as one face for depths.
 struct ContactPatch {
   Vec3 normal = Vec3::Zero();  ///< outwards
   double offset_m = 0.0;       ///< normal . x on the plane
@@ -27,11 +27,11 @@ struct ContactFace {
 /// Faces of one patch that nearly fill a rectangle, or one face.
 struct ContactPiece {
   std::int32_t patch = -1;
-  std::array<Vec3, 4> corner;        ///< of the rectangle, or of the face, the last one twice
+  std::array<Vec3, 4> corner;        ///< of the rectangle; of a triangle, the last one twice
   std::uint32_t begin = 0, end = 0;  ///< in piece_faces
 };
 
-/// The point of a face closest to another point, and where on the face it is.
+/// The point of a face closest to another point, and the feature of the face that has it.
 struct ClosestOnFace {
   enum class Feature : std::uint8_t { inside, edge, vertex };
   Feature feature = Feature::inside;
@@ -40,15 +40,15 @@ struct ClosestOnFace {
   double squared_m2 = 0.0;  ///< distance
 };
 
-/// Elements that lie together and look into similar directions: a range of them, and a box around their
-/// centroids. A tree of such ranges; the first child of a cluster is the next one.
+/// Neighbouring elements with similar normals: a range of elements, and a box around their centroids. The
+/// clusters form a tree; the first child of a cluster is the next one.
 struct ContactCluster {
   Vec3 center_B = Vec3::Zero(), half_m = Vec3::Zero();
-  Mat3 axes_B = Mat3::Identity();  ///< of the box, columns; the last is the mean normal, where there is one
+  Mat3 axes_B = Mat3::Identity();  ///< of the box, as columns; the last is the mean normal if that exists
   double radius_m = 0.0;           ///< of the sphere about the centre around the box
-  double cone_cos = -1.0;          ///< least cosine of an element's normal with the last axis
+  double cone_cos = -1.0;          ///< smallest cosine between an element's normal and the last axis
   std::uint32_t begin = 0, end = 0;
-  std::int32_t second = -1;  ///< child; -1 if this is not divided
+  std::int32_t second = -1;  ///< child; -1 for a leaf
 };
 
 struct ContactSurface::Data {
@@ -57,14 +57,15 @@ struct ContactSurface::Data {
   std::vector<double> nx, ny, nz;  ///< outward unit normal
   std::vector<double> area_m2;
   std::vector<std::uint32_t> triangle;   ///< of the mesh
-  std::vector<ContactCluster> clusters;  ///< the first is of all elements
+  std::vector<ContactCluster> clusters;  ///< the first has all elements
   double surface_area_m2 = 0.0;
 
   std::vector<Vec3> vertices;
-  /// Per vertex: normals of its faces weighted by their angles there, which tells inside from outside
-  /// (Baerentzen, Aanaes: Signed distance computation using the angle weighted pseudonormal, IEEE TVCG 2005).
+  /// Per vertex: normals of its faces weighted by their angles there; their sign separates inside from
+  /// outside (Baerentzen, Aanaes: Signed distance computation using the angle weighted pseudonormal, IEEE
+  /// TVCG 2005).
   std::vector<Vec3> vertex_normal;
-  std::vector<std::int32_t> vertex_patch;  ///< the patch of all its faces; -1: there are several
+  std::vector<std::int32_t> vertex_patch;  ///< the patch of all its faces; -1: several patches
   std::vector<ContactFace> faces;
   std::vector<ContactPatch> patches;
   BoxTree face_tree;
@@ -73,7 +74,7 @@ struct ContactSurface::Data {
   BoxTree piece_tree;  ///< labelled with the patches
 
   Aabb bounds;
-  BodyBox box;            ///< the same
+  BodyBox box;            ///< equal to `bounds`
   double radius_m = 0.0;  ///< of the sphere about its centre around all vertices
   double wall_m = 0.0;    ///< see ContactSurface::wall_m()
 

@@ -21,12 +21,12 @@ TriangleCorners element_corners_B(const ContactSurface& surface, std::size_t ele
   TriangleCorners piece = data.corners(data.faces[data.triangle[element]]);
   const Vec3 p = data.point(element);
   const auto twice_area = [](const TriangleCorners& t) { return (t[1] - t[0]).cross(t[2] - t[0]).norm(); };
-  // Each cut halves the area, so that there is no doubt when the element is reached.
+  // Each cut halves the area, so the area identifies the element's level safely.
   while (twice_area(piece) > 1.5 * 2.0 * data.area_m2[element]) {
     double length_m = 0.0;
     const auto halves = halve_longest_edge(piece, length_m);
-    // Both halves have the cut from the middle (corner 0 of the first) to the opposite corner in common. Seen
-    // along the normal, the first half is on the side of its own corner 1.
+    // Both halves share the cut from the middle (corner 0 of the first) to the opposite corner. Seen along
+    // the normal, the first half is on the side of its own corner 1.
     const Vec3 &middle = halves[0][0], &beyond = halves[0][1], &opposite = halves[0][2];
     const Vec3 normal = (piece[1] - piece[0]).cross(piece[2] - piece[0]);
     const Vec3 across = normal.cross(opposite - middle);

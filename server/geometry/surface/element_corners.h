@@ -1,5 +1,5 @@
 #pragma once
-// How triangles of a surface are divided into contact elements, and the corners of an element, for pictures.
+// Division of a surface's triangles into contact elements, and the corners of an element, for pictures.
 #include <array>
 #include <cstddef>
 
@@ -10,12 +10,11 @@ namespace takt {
 
 using TriangleCorners = std::array<Vec3, 3>;
 
-/// Its two halves, cut from the middle of the longest edge (the first of several as long) to the opposite
-/// corner. `length_m` gets the length of that edge.
+/// The two halves of a triangle, cut from the middle of its longest edge (the first of several equal ones) to
+/// the opposite corner. `length_m` receives the length of that edge.
 std::array<TriangleCorners, 2> halve_longest_edge(const TriangleCorners& piece, double& length_m);
 
-/// Corners of one element, frame of the body. They are not kept: each call divides the element's triangle
-/// again.
+/// Corners of one element in the frame of the body. Each call divides the element's triangle again.
 TriangleCorners element_corners_B(const ContactSurface& surface, std::size_t element);
 
 }  // namespace takt

@@ -10,7 +10,7 @@ namespace {
 using Data = ContactSurface::Data;
 using Place = std::vector<std::int32_t>::iterator;
 
-/// Share of its rectangle that a piece fills.
+/// Smallest share of its rectangle that a piece fills.
 constexpr double kFilled = 0.9;
 
 class Divider {

@@ -1,6 +1,6 @@
 #pragma once
-// Which files clients may name in requests: those below one directory, if there is one (takt-server
-// --scenarios DIR). Without it, any file that the server can read.
+// Files that clients may name in requests: those below one directory (takt-server --scenarios DIR). Without
+// the option, any file that the server can read.
 #include <filesystem>
 #include <string>
 
@@ -8,8 +8,8 @@
 
 namespace takt {
 
-/// Relative names become names below `directory`. Returns why the request is not allowed, as a sentence, or
-/// nothing. Links are followed before it is decided.
+/// Relative names become names below `directory`. Returns a sentence with the reason if the request is not
+/// allowed, else std::nullopt. Links are resolved for the decision.
 std::string confine(requests::Any& request, const std::filesystem::path& directory);
 
 /// Without file:// in front.

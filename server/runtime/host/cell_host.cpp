@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* kNothingLoaded = "No scenario is loaded; load_scenario loads one.";
 
-/// Nothing: the loaded scenario has content that can change.
+/// std::nullopt: the loaded scenario has content that can change.
 std::optional<Refusal> unchangeable(const LoadedScenario* loaded) {
   if (loaded == nullptr) return Refusal{ControlResult::incorrect_state, kNothingLoaded};
   if (loaded->content) return std::nullopt;
@@ -24,7 +24,7 @@ std::optional<Refusal> unchangeable(const LoadedScenario* loaded) {
                  "The loaded cell came from no scenario file; nothing can be spawned or deleted."};
 }
 
-/// Scope 4 of a reset: what was spawned goes, what was deleted comes back.
+/// Scope 4 of a reset: spawned Parts are removed, deleted ones restored.
 bool includes_spawned(const requests::Reset& request) {
   return (request.scope & 4) != 0 || request.scope == 0;
 }

@@ -1,17 +1,17 @@
 #pragma once
-// The cell of a running server: which scenario is loaded, if any, and its exchange for another one.
+// The cell of a running server: the loaded scenario, if any, and its exchange for another one.
 //
 //   submit() --> requests of the host (host_requests.h): a thread of the host's own, one at a time
-//            '-> all others: the loop of the loaded scenario; refused while there is none
+//            '-> all others: the loop of the loaded scenario; refused without one
 //
-// A scenario is read and built in the host's thread while the loaded one goes on. Only when that succeeded,
-// and the listener can show it outside, is it exchanged: the old loop ends between two steps, the listener
-// lets go of it, and the new one starts: stopped, at its initial state, with the pace of the old one. What
-// cannot be read changes nothing and is answered with the sentence of the reader.
+// The host's thread reads and builds a scenario while the loaded one continues. After success, and the
+// listener's check that it can be shown, it is exchanged: the old loop ends between two steps, the listener
+// releases it, and the new one starts: stopped, at its initial state, with the pace of the old one. A
+// scenario that cannot be read has no effect; the reply contains the reader's sentence.
 //
 // Spawning and deleting Parts is such an exchange too, by the scenario with or without them, with pace and
-// registered controllers kept. As the new one begins at its initial state, the simulation must be stopped,
-// which is that state.
+// registered controllers kept. As the new one begins at its initial state, the simulation must be in the
+// state `stopped`.
 #include <atomic>
 #include <functional>
 #include <memory>
@@ -37,39 +37,38 @@ class CellHost {
   CellHost(const CellHost&) = delete;
   CellHost& operator=(const CellHost&) = delete;
 
-  /// Before the first open() or submit(); must outlive the host or its stop().
+  /// Call it ahead of open() and submit(); the listener must outlive the host or its stop().
   void set_listener(CellLifecycleListener* listener) { slot_.set_listener(listener); }
-  /// Called once, from any thread, when a request or the end of a scenario ends the server. Set it before
+  /// Called once, from any thread, when a request or the end of a scenario ends the server. Set it ahead of
   /// open().
   void set_on_quit(std::function<void()> on_quit);
 
   /// Loads the first scenario and starts it, in the calling thread. Throws ScenarioError, MeshError,
-  /// UrdfError, or what the listener throws.
+  /// UrdfError, or an exception of the listener.
   void open(const ScenarioSource& source);
-  /// The same for a cell that comes from no file; it cannot be reloaded.
+  /// The same for a cell without a file; it cannot be reloaded.
   void open(std::shared_ptr<const CellModel> model);
-  /// Instead: begins without a scenario.
+  /// Alternative to open(): begins without a scenario.
   void open_empty() { open_first(nullptr); }
 
-  /// Instead, in a server that has crashed and starts again: what the earlier one had loaded, from its newest
-  /// periodic snapshot that can be read; without any from the initial state, without a session from
-  /// `otherwise`. `crash` says what happened. It is announced to all listeners (event `restarted`). Throws as
-  /// open().
+  /// Alternative to open(), in a server that restarts after a crash: loads the scenario of the crashed run,
+  /// from its newest readable periodic snapshot; without a snapshot from the initial state, without a session
+  /// from `otherwise`. `crash` describes the crash. The event `restarted` reports it to all clients. Throws
+  /// as open().
   void resume(const std::string& crash, const std::optional<ScenarioSource>& otherwise);
 
   /// Any thread. The reply comes through outbound().
   void submit(const ControlRequest& request);
-  /// Any thread, while another one opens: the import ends as soon as it looks. stop() has to follow.
+  /// Any thread, while another one opens: ends the import at its next check. stop() must follow.
   void give_up() { jobs_.give_up(); }
-  /// Ends the loaded loop and the host's thread; what is being read is read to its end before. May be called
-  /// more than once.
+  /// Ends the loaded loop and the host's thread, after the present import. May be called more than once.
   void stop();
 
   OutboundQueue& outbound() { return *outbound_; }
   const std::string& cell() const { return options_.cell; }
-  /// There is an announcement in outbound(), which does not change any more.
+  /// outbound() has an announcement, which is final.
   bool announces() const { return announces_.load(); }
-  /// Figures to show while no scenario is loaded; nothing while one is.
+  /// Status while no scenario is loaded; else std::nullopt.
   std::optional<LoopStatus> idle_status() const;
   /// The loop of the loaded scenario or nullptr; valid until a request exchanges it.
   RunLoop* loop() const;
@@ -79,11 +78,11 @@ class CellHost {
  private:
   void open_first(std::shared_ptr<LoadedScenario> first);
 
-  // At once, in any thread.
+  // Executed at once, in any thread.
   Outcome<requests::GetFeatures> execute(const requests::GetFeatures& request) const;
   Outcome<requests::GetEntities> execute(const requests::GetEntities& request) const;
   Outcome<requests::WatchPressures> execute(const requests::WatchPressures& request) const;
-  // While no scenario is loaded, in any thread; all others of the loop are refused.
+  // Executed in any thread while no scenario is loaded; all other requests of the loop are refused.
   Outcome<requests::GetState> execute(const requests::GetState& request) const;
   Outcome<requests::SetState> execute(const requests::SetState& request) const;
   // The host's thread.
@@ -100,7 +99,7 @@ class CellHost {
     return recordings_.start(r);
   }
   Outcome<requests::StopRecording> execute(const requests::StopRecording&) { return recordings_.stop(); }
-  /// Of a scenario to which something was spawned, or from which something was deleted.
+  /// For a scenario with spawned or deleted Parts.
   Outcome<requests::Reset> execute(const requests::Reset& request);
 
   ControlReply execute_job(const HostJobs::Job& job);
@@ -109,11 +108,11 @@ class CellHost {
   Outcome<Type> change(const Type& request, const char* done);
   template <Request Type>
   Outcome<Type> load(const ScenarioSource& source);
-  /// Exchanges the loaded scenario for another content, by these changes of what its file says. Returns the
-  /// generation of its description.
+  /// Exchanges the loaded scenario for one with these changes to its file's content. Returns the generation
+  /// of the description.
   std::variant<std::uint32_t, Refusal> exchange_content(const Scenario& wanted, bool any_state,
                                                         std::vector<requests::Any> changes);
-  /// Nothing when it was done; else why the new one could not be shown, and nothing is loaded.
+  /// Exchanges the scenario. On failure returns the reason, and no scenario is loaded.
   std::optional<Refusal> try_exchange(std::shared_ptr<LoadedScenario> next,
                                       std::optional<SimulationState> state, bool keep_controllers);
   Refusal nothing_loaded() const;

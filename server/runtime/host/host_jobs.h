@@ -1,5 +1,6 @@
 #pragma once
-// The host's own thread: executes one request at a time and replies; while it works, others are refused.
+// The host's own thread: executes one request at a time and replies; during its work other requests are
+// refused.
 #include <condition_variable>
 #include <functional>
 #include <memory>
@@ -30,7 +31,8 @@ class HostJobs {
 
   // Any thread.
 
-  /// What the host is busy with instead, for people; empty: the job was taken, its reply follows.
+  /// Returns the name of the present work if the thread is busy; empty: the job is accepted, its reply
+  /// follows.
   std::string offer(Job job) {
     {
       const std::lock_guard lock(mutex_);
@@ -43,13 +45,13 @@ class HostJobs {
     outbound_->news.post();
     return {};
   }
-  /// The first scenario is there, or nothing was to be loaded.
+  /// The first scenario is loaded, or none was requested.
   void opened() {
     const std::lock_guard lock(mutex_);
     opened_ = true;
     busy_with_.clear();
   }
-  /// A scenario may come of what is being done.
+  /// True if the present job may load a scenario.
   bool loading() const {
     const std::lock_guard lock(mutex_);
     return !opened_ || (job_ && !std::holds_alternative<requests::UnloadScenario>(job_->request));
@@ -58,7 +60,7 @@ class HostJobs {
     const std::lock_guard lock(mutex_);
     return stop_;
   }
-  /// Nothing further is begun.
+  /// Starts no further job.
   void give_up() {
     {
       const std::lock_guard lock(mutex_);
@@ -66,7 +68,7 @@ class HostJobs {
     }
     news_.notify_all();
   }
-  /// As give_up(); what is being done is done to its end.
+  /// As give_up(), and waits for the end of the present job.
   void stop() {
     give_up();
     if (thread_.joinable()) thread_.join();
@@ -82,7 +84,7 @@ class HostJobs {
       lock.unlock();
       ControlReply reply = execute_(job);
       lock.lock();
-      // Before the reply is out: its receiver may ask for the next thing.
+      // Ahead of the reply: its receiver may send the next request.
       job_.reset();
       busy_with_.clear();
       outbound_->add_reply(std::move(reply));
@@ -94,7 +96,7 @@ class HostJobs {
   mutable std::mutex mutex_;
   std::condition_variable news_;
   std::optional<Job> job_;  // guarded by mutex_, as all below; waiting or being executed
-  std::string busy_with_ = "loading its first scenario";  ///< for people; empty: nothing
+  std::string busy_with_ = "loading its first scenario";  ///< for messages; empty: idle
   bool opened_ = false;
   bool stop_ = false;
   std::thread thread_;

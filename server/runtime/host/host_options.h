@@ -10,21 +10,21 @@ namespace takt {
 
 struct HostOptions {
   std::string cell = "cell";  ///< name of the server
-  /// Of every loop; its state concerns the first one only. pause_at_s is set by the next one below, controllers by the
-  /// host.
+  /// Of every loop; its state concerns the first one only. pause_at_s is set by the next one below,
+  /// controllers by the host.
   RunLoopOptions loop{};
   bool end_at_duration = false;             ///< pause when the scenario's duration has been simulated
   int threads = 1;                          ///< for the collision checks
-  std::filesystem::path snapshots{};        ///< directory of snapshots; empty: none are kept
-  std::filesystem::path log{};              ///< file to record to from the start; empty: none
-  std::filesystem::path recordings{};       ///< directory of recordings by request; empty: none are possible
+  std::filesystem::path snapshots{};        ///< directory of snapshots; empty: without snapshots
+  std::filesystem::path log{};              ///< recording from the start; empty: without
+  std::filesystem::path recordings{};       ///< directory of recordings by request; empty: they are refused
   std::filesystem::path scenarios{};        ///< the files that clients may name; empty: any (allowed_files.h)
   std::string version{};                    ///< of the server, for recordings
-  std::filesystem::path cache_directory{};  ///< of convex decompositions; empty: none is kept
-  /// Called with what a person must be told about imported meshes and robots, by the thread that reads them;
-  /// it goes out as an event too.
+  std::filesystem::path cache_directory{};  ///< of convex decompositions; empty: without cache
+  /// Called with each note about imported meshes and robots, by the thread that reads them; each note is also
+  /// sent as an event.
   std::function<void(const std::string& sentence)> on_note{};
-  /// Called by the same thread while an import takes long: component, and how much of it is done, 0 to 1.
+  /// Called by the same thread during a long import: component, and the finished share, from 0 to 1.
   std::function<void(const std::string& component, double part)> on_import{};
 };
 

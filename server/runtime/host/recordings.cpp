@@ -107,7 +107,7 @@ Outcome<requests::StopRecording> Recordings::stop() {
                        "), which ends with the server." +
                        (recorder_->failure().empty() ? "" : " It has failed: " + recorder_->failure())};
   if (const auto loaded = slot_.loaded()) {
-    // A loop that has ended has said so in the recording.
+    // An ended loop has recorded its end already.
     (void)loaded->loop->between_steps([&] {
       recorder_->end_scenario(loaded->simulation);
       loaded->loop->record_with(nullptr);

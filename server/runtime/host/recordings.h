@@ -1,6 +1,6 @@
 #pragma once
-// Recordings (command_log.h) of what a server simulates, from its start or by request. One thread: that of the host,
-// or of CellHost::open().
+// Recordings (command_log.h) of the simulation of a server, from its start or by request. One thread: that of
+// the host, or of CellHost::open().
 #include <filesystem>
 #include <memory>
 
@@ -18,18 +18,18 @@ class Recordings {
 
   /// That of the options. Throws LogError.
   void open_log();
-  /// In a server that was started again: into the next free file, so that what was recorded until the crash stays.
+  /// In a restarted server: records to the next free file, so that the recording up to the crash stays.
   void open_log_again();
   /// A scenario is about to start.
   void begin(LoadedScenario& loaded);
   Outcome<requests::StartRecording> start(const requests::StartRecording& request);
   Outcome<requests::StopRecording> stop();
-  /// Writes what is left. No loop is running.
+  /// Writes the remaining records. No loop may run.
   void end() { recorder_.reset(); }
 
  private:
   std::unique_ptr<LogRecorder> make(const std::filesystem::path& file, bool replace) const;
-  bool is_log_of_server() const;  ///< what is being recorded is HostOptions::log
+  bool is_log_of_server() const;  ///< the present recording is HostOptions::log
 
   const HostOptions& options_;
   const ScenarioSlot& slot_;

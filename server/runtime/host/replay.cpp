@@ -43,7 +43,7 @@ class Replay {
     if (result_.checkpoints == 0)
       throw LogError(name_ + " has no checkpoint: there is nothing to compare with" +
                      (result_.early_end.empty() ? "" : "; " + result_.early_end));
-    // What was recorded behind the last checkpoint was simulated, but there is nothing to compare it with.
+    // The steps after the last checkpoint were recorded, but there is no hash for comparison.
     if (simulation_ && !batch_.empty()) take_step();
     return std::move(result_);
   }
@@ -60,7 +60,7 @@ class Replay {
     std::visit([&](const auto& known) { apply_known(known, entry.step, content); }, *record);
   }
 
-  // What belongs to no step.
+  // Records without a step.
 
   void apply_known(const LogBegin& begin, std::uint64_t, StateReader&) {
     begun_ = true;
@@ -82,7 +82,7 @@ class Replay {
     if (result_.difference.empty()) apply_at_step(record, content);
   }
 
-  // What happened before a step: commands, what a request did, what the loop noted.
+  // Records ahead of a step: commands, effects of requests, notes of the loop.
 
   template <typename Record>
   requires std::constructible_from<Command, Record>
@@ -115,7 +115,7 @@ class Replay {
   }
   void apply_at_step(const LogSaved&, StateReader&) {
     ++result_.requests;
-    static_cast<void>(simulation_->save_state(scratch_));  // it may have been refused then, too
+    static_cast<void>(simulation_->save_state(scratch_));  // the recorded run may have been refused too
   }
   void apply_at_step(const LogDeadlines& deadlines, StateReader&) {
     simulation_->watch_deadlines(deadlines.count);
@@ -227,7 +227,7 @@ class Replay {
   std::vector<Command> batch_;
   std::vector<std::byte> scratch_;
   std::map<std::uint64_t, std::vector<std::byte>> states_;  ///< not restored yet
-  std::vector<std::uint64_t> trail_;                        ///< hashes since the last checkpoint
+  std::vector<std::uint64_t> trail_;                        ///< hashes after the last checkpoint
   std::uint64_t trail_begin_ = 0;
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-// A recording (command_log.h) simulated again, compared at every checkpoint with what it was.
+// Simulates a recording (command_log.h) again and compares it with the recording at every checkpoint.
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -15,13 +15,13 @@ namespace takt {
 class Executor;
 
 struct ReplayOptions {
-  /// Makes the model of what was loaded. Throws with a sentence. See load_logged_scenario().
+  /// Makes the model of the recorded scenario. Throws with a sentence. See load_logged_scenario().
   std::function<std::shared_ptr<const CellModel>(const LogScenario&)> load;
   Executor* executor = nullptr;  ///< for the collision checks
 };
 
-/// Reads the scenario the log names, or `instead` of its file, with overrides, level of detail, and what was
-/// spawned and deleted.
+/// Reads the scenario named in the log, or `instead` of its file, with overrides, level of detail, and
+/// spawned and deleted Parts.
 std::shared_ptr<const CellModel> load_logged_scenario(const LogScenario& scenario,
                                                       const std::filesystem::path& cache_directory,
                                                       const std::filesystem::path& instead = {});
@@ -29,7 +29,7 @@ std::shared_ptr<const CellModel> load_logged_scenario(const LogScenario& scenari
 struct ReplayResult {
   std::string version, cell;  ///< of the server that recorded
   std::uint64_t scenarios = 0, steps = 0, commands = 0, requests = 0, checkpoints = 0;
-  /// At the last checkpoint that was the same.
+  /// Scenario at the last equal checkpoint.
   std::string scenario;
   std::uint64_t step = 0, state_hash = 0;
   bool complete = false;  ///< the log was ended in order
@@ -40,8 +40,8 @@ struct ReplayResult {
   std::string early_end;
 };
 
-/// Throws LogError for a log that cannot be read, has no checkpoint or does not fit to the scenario, and what
-/// load() throws.
+/// Throws LogError for a log that cannot be read, has no checkpoint or does not fit the scenario, and the
+/// exceptions of load().
 ReplayResult replay(const std::filesystem::path& log, const ReplayOptions& options);
 
 }  // namespace takt

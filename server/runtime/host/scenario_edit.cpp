@@ -28,7 +28,7 @@ bool is_taken(const Scenario& scenario, const std::string& name) {
          });
 }
 
-/// The name, and those of the devices that the Part brings along.
+/// Checks the name, and those of the Part's devices.
 bool is_taken_by_another(const Scenario& scenario, ScenarioPart part, const std::string& name) {
   part.name = name;
   const auto devices = devices_of(part);

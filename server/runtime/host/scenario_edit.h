@@ -1,5 +1,5 @@
 #pragma once
-// Scenarios with a Part more or less, as spawn_entity and delete_entity ask for.
+// Scenarios with an added or removed Part, for spawn_entity and delete_entity.
 #include <span>
 #include <string>
 #include <variant>
@@ -14,11 +14,11 @@ struct ChangedScenario {
   std::string entity;  ///< the Part that came or went
 };
 
-/// Or why the request cannot be fulfilled. The Part belongs to the process of what it is a copy of, else to the
-/// first one. A copy of a Part that is screwed in is not.
+/// Adds a Part, or returns the reason of a refusal. The Part belongs to the process of the Part that it
+/// copies, else to the first process. A copy of a screwed Part is free.
 std::variant<ChangedScenario, Refusal> changed(const Scenario& scenario,
                                                const requests::SpawnEntity& request);
-/// What rules of the scenario say of the Part counts no more. Refused while something is screwed into it.
+/// Rules of the scenario about the Part lose their effect. Refused while another Part is screwed into it.
 std::variant<ChangedScenario, Refusal> changed(const Scenario& scenario,
                                                const requests::DeleteEntity& request);
 

@@ -76,7 +76,7 @@ std::uint32_t ScenarioSlot::exchange(std::shared_ptr<LoadedScenario> next,
   }
   if (old) {
     old->loop->stop();
-    old->writer.reset();  // the last state of what ended is written before anything of what comes
+    old->writer.reset();  // writes the last state of the old scenario ahead of the new one's
     set_pace(old->loop->pace(), old->loop->pace_factor());
     if (keep_controllers) options.controllers = old->loop->controllers();
     if (listener_ != nullptr) listener_->closed(*old->loop);

@@ -1,5 +1,5 @@
 #pragma once
-// The place of the one loaded scenario: builds a scenario with its simulation, and exchanges what is loaded.
+// Holder of the one loaded scenario: builds a scenario with its simulation, and exchanges the loaded one.
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -19,13 +19,14 @@
 
 namespace takt {
 
-/// Shows to the outside what is loaded. Called by the thread of the host, or of CellHost::open().
+/// Publishes the loaded scenario. Called by the thread of the host, or of CellHost::open().
 class CellLifecycleListener {
  public:
   virtual ~CellLifecycleListener() = default;
-  /// Before anything is exchanged. Throws what says, in a sentence, why this cell cannot be shown.
+  /// Check ahead of an exchange. Throws an exception with the reason, as a sentence, if this cell cannot be
+  /// published.
   virtual void check(const CellDescription& cell) = 0;
-  /// A scenario is loaded; its loop has not been started and lives until closed().
+  /// After loading; the loop has not been started and lives until closed().
   virtual void opened(RunLoop& loop) = 0;
   /// The loop has ended and will be destroyed.
   virtual void closed(RunLoop& loop) = 0;
@@ -38,38 +39,38 @@ struct LoadedScenario {
 
   Simulation simulation;
   std::optional<double> pause_at_s;
-  // Of what came from a file; constant once it is loaded.
+  // Only for a scenario from a file; constant after loading.
   std::optional<ScenarioSource> source;
-  std::optional<Scenario> as_loaded;   ///< what the file said
-  std::optional<Scenario> content;     ///< with what was spawned, without what was deleted
-  std::vector<requests::Any> changes;  ///< that made the one of the other
+  std::optional<Scenario> as_loaded;   ///< content of the file
+  std::optional<Scenario> content;     ///< with spawned Parts, without deleted ones
+  std::vector<requests::Any> changes;  ///< from the first to the second
   std::optional<RunLoop> loop;         ///< from the exchange on
   std::optional<SnapshotWriter> writer;
 };
 
 class ScenarioSlot {
  public:
-  /// `given_up`: asked while a scenario is imported; true ends the import. The options outlive it.
+  /// `given_up` is called during an import; true ends it. The options must outlive the slot.
   ScenarioSlot(const HostOptions& options, std::shared_ptr<OutboundQueue> outbound,
                std::function<bool()> given_up);
 
-  // Before the first exchange.
+  // Call these ahead of the first exchange.
   void set_listener(CellLifecycleListener* listener) { listener_ = listener; }
   void set_on_quit(std::function<void()> on_quit) { on_quit_ = std::move(on_quit); }
-  /// Called in an exchange: the loop of the scenario is made but not started; null: none is loaded.
+  /// Called in an exchange: the loop of the scenario exists but is not started; nullptr: no scenario.
   void set_on_exchange(std::function<void(LoadedScenario*)> call) { on_exchange_ = std::move(call); }
 
   // One thread: that of the host, or of CellHost::open().
 
-  /// Throw what the readers throw, or the listener.
+  /// Throw the exceptions of the readers, or of the listener.
   std::shared_ptr<LoadedScenario> build(const ScenarioSource& source);
   std::shared_ptr<LoadedScenario> build(const Scenario& scenario);
   std::shared_ptr<LoadedScenario> build(std::shared_ptr<CellModel> model, double duration_s);
   /// With everything that these requests spawn and delete, in turn.
   std::shared_ptr<LoadedScenario> build(const ScenarioSource& source, std::vector<requests::Any> changes);
-  /// Ends the loop of what is loaded and starts the next; null: none. In `state`; without it a scenario that is not
-  /// the first one is stopped. `keep_controllers`: those of the ended loop stay registered. Returns the
-  /// generation of the description from here on.
+  /// Ends the loop of the loaded scenario and starts the next; nullptr: none. In `state`; without it a
+  /// scenario that is not the first one is stopped. `keep_controllers`: those of the ended loop stay
+  /// registered. Returns the generation of the new description.
   std::uint32_t exchange(std::shared_ptr<LoadedScenario> next,
                          std::optional<SimulationState> state = std::nullopt, bool keep_controllers = false);
 
@@ -89,7 +90,7 @@ class ScenarioSlot {
   std::function<void()> on_quit_;
   std::function<void(LoadedScenario*)> on_exchange_;
   std::optional<WorkerPool> pool_;
-  std::uint32_t generation_ = 0;  ///< exchanges so far
+  std::uint32_t generation_ = 0;  ///< number of exchanges
   mutable std::mutex mutex_;
   std::shared_ptr<LoadedScenario> loaded_;  // guarded by mutex_, as all below
   Pace pace_;

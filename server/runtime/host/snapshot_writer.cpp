@@ -31,7 +31,7 @@ void SnapshotWriter::write_newest() {
   session_.factor = saved->factor;
   std::string failure = store_.write(session_);
   if (failure.empty()) failure = store_.write_periodic(saved->identity, saved->bytes).message;
-  if (failure.empty() == failing_) {  // told when it begins and when it ends
+  if (failure.empty() == failing_) {  // reported at the start and at the end of a failure
     failing_ = !failure.empty();
     EventQueue& reports = loop_.output().outbound->events;
     if (failing_)

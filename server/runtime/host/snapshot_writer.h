@@ -1,7 +1,6 @@
 #pragma once
-// Writes the states that a loop saves now and then (RunLoopOptions::save_every_s) to the disk, in a thread of
-// its own: the loop knows no file. A disk that refuses costs an event, and is tried again with the next
-// state.
+// Writes the states that a loop saves periodically (RunLoopOptions::save_every_s) to the disk, in a thread of
+// its own: the loop uses no files. A failed write costs an event; the next state is a new attempt.
 #include <atomic>
 #include <thread>
 
@@ -14,7 +13,7 @@ class SnapshotWriter {
  public:
   /// `session`: source and changes of the loop's cell. All must outlive this.
   SnapshotWriter(RunLoop& loop, SessionStore& store, Session session);
-  /// Writes what is left. The loop must have ended, or never begun.
+  /// Writes the remaining state. The loop must have ended, or never started.
   ~SnapshotWriter();
   SnapshotWriter(const SnapshotWriter&) = delete;
   SnapshotWriter& operator=(const SnapshotWriter&) = delete;

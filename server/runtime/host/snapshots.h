@@ -1,5 +1,5 @@
 #pragma once
-// Snapshots of the loaded scenario: by request, and the periodic ones from which a server that starts again goes on.
+// Snapshots of the loaded scenario: by request, and the periodic ones from which a restarted server resumes.
 // One thread: that of the host, or of CellHost::open().
 #include <optional>
 #include <string>
@@ -12,22 +12,23 @@ namespace takt {
 
 class Snapshots {
  public:
-  /// All outlive it. Throws when the directory of the options cannot be made.
+  /// All arguments must outlive it. Throws if the directory of the options cannot be made.
   Snapshots(const HostOptions& options, ScenarioSlot& slot, OutboundQueue& outbound);
 
-  /// A server begins that does not go on from an earlier one.
+  /// Start of a server that does not resume an earlier run.
   void begin();
-  /// In an exchange: periodic snapshots of this scenario are written from here on; null: none is loaded.
+  /// In an exchange: later periodic snapshots are of this scenario; nullptr: no scenario.
   void attach(LoadedScenario* loaded);
   Outcome<requests::SaveSnapshot> save(const requests::SaveSnapshot& request);
   Outcome<requests::RestoreSnapshot> restore(const requests::RestoreSnapshot& request);
-  /// What the earlier server had loaded.
+  /// Session of the previous run.
   std::optional<Session> session() const;
-  /// Loads it and goes on from its newest periodic snapshot that can be used. Says how, as the end of a sentence.
+  /// Loads the session and resumes from its newest usable periodic snapshot. Returns the end of a sentence
+  /// about it.
   std::string resume(const Session& session);
 
  private:
-  /// Why not; nothing: they are.
+  /// Reason why snapshots are unavailable; std::nullopt: they are available.
   std::optional<Refusal> refusal(const std::string& name) const;
   Session session_of(const LoadedScenario* loaded) const;
 

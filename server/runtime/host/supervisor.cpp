@@ -17,12 +17,12 @@ namespace {
 
 pid_t start(const std::function<int(const std::string& crash)>& serve, const std::string& crash,
             const sigset_t& mask_of_child) {
-  std::fflush(nullptr);  // what is buffered would be written by both
+  std::fflush(nullptr);  // else both processes would write the buffered output
   const pid_t parent = ::getpid();
   const pid_t child = ::fork();
   if (child != 0) return child;
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (::getppid() != parent) ::_exit(kCrashed);  // it died before that took effect
+  if (::getppid() != parent) ::_exit(kCrashed);  // the parent died earlier
   ::pthread_sigmask(SIG_SETMASK, &mask_of_child, nullptr);
   std::exit(serve(crash));
 }

@@ -25,7 +25,7 @@ int AdaptiveDispatch::choose() {
 void AdaptiveDispatch::note(double time_per_work) {
   if (stages_ <= kWarm) return;
   const auto way = static_cast<std::size_t>(way_);
-  // A mean, not a median: what a stopped helper costs now and then counts.
+  // A mean, not a median: the occasional cost of a preempted helper counts.
   noted_[way] = std::min(noted_[way] + 1, 64);
   cost_[way] += (time_per_work - cost_[way]) / noted_[way];
 }

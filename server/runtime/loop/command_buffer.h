@@ -1,7 +1,6 @@
 #pragma once
-// Where commands wait for the step loop. Adapter threads append one command at a time; the loop takes
-// everything that has come in since. A mutex held for the length of a push or a swap is all the coupling
-// there is between them.
+// Buffer of commands for the step loop. Adapter threads append one command at a time; the loop takes all of
+// them at once. The only coupling between the threads is a mutex held for the length of a push or a swap.
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -30,23 +29,23 @@ class CommandBuffer {
   /// `cell` must outlive the buffer; it supplies the number of targets and their names in messages.
   explicit CommandBuffer(const CellDescription& cell, std::size_t capacity = kDefaultCapacity);
 
-  /// Any thread. Keeps the command for the loop, or says why not:
+  /// Any thread. Stores the command for the loop, or returns the reason of a refusal:
   /// - stale: its stamp is older than the newest accepted one of the same robot or gripper and the same
-  /// sender. A stamp
-  ///   from the future (a foreign clock) does not make stale what is stamped with the present or before.
+  ///   sender. A stamp from the future (a foreign clock) does not make commands with the present or an
+  ///   earlier stamp stale.
   /// - malformed: the buffer is full, because the loop has not run for that many commands.
   std::optional<Rejection> append(const Command& command, std::uint64_t sender, std::int64_t received_ns);
 
   /// Loop thread. Replaces the contents of `out` by all commands since the last call, in the order of
-  /// arrival. Does not allocate as long as `out` keeps the storage it was given here. `may_wait` false: when
-  /// another thread is just appending, nothing is taken, and the next call takes it all. So a loop in real
-  /// time is not held up by a thread that lost its processor half-way.
+  /// arrival. Does not allocate as long as `out` keeps the storage given to it here. `may_wait` false: if
+  /// another thread is appending at that time, `out` becomes empty, and the next call returns all commands.
+  /// So a thread that lost its processor during an append does not delay a loop in real time.
   void take_all(std::vector<ReceivedCommand>& out, bool may_wait = true);
 
   /// Loop thread: the present simulated time, for the rule about stamps.
   void set_present(SimTime present) { present_ns_.store(present.ns, std::memory_order_relaxed); }
 
-  /// Loop thread, on a reset: forgets what waits and what was the newest stamp.
+  /// Loop thread, on a reset: discards waiting commands and the newest stamps.
   void forget();
 
   std::size_t capacity() const { return capacity_; }

@@ -15,8 +15,8 @@ CommandIntake::CommandIntake(LoopContext& loop, LockstepBarrier& barrier)
 
 void CommandIntake::collect() {
   const bool lockstep = loop_.pace == Pace::lockstep;
-  // An appending thread wakes the loop afterwards. Only where steps are counted, not timed, a command that was there
-  // before a step must be in it.
+  // An appending thread wakes the loop afterwards. If steps are counted and not timed, a step must contain
+  // every earlier command.
   buffer_.take_all(incoming_, lockstep || !loop_.plays());
   for (ReceivedCommand& received : incoming_) {
     if (lockstep && !barrier_.admits(received)) continue;

@@ -1,6 +1,7 @@
 #pragma once
-// The way of commands from the buffer into a step: of several for one robot, gripper or device the newest waits; the
-// batch of a step has one command per target at most, robots before grippers before devices, in index order.
+// The way of commands from the buffer into a step: of several commands for one robot, gripper or device the
+// newest one counts; the batch of a step has at most one command per target, robots before grippers before
+// devices, in index order.
 #include <optional>
 #include <span>
 #include <vector>
@@ -14,7 +15,7 @@ namespace takt {
 
 class CommandIntake {
  public:
-  /// Both outlive it.
+  /// Both arguments must outlive it.
   CommandIntake(LoopContext& loop, LockstepBarrier& barrier);
 
   /// Where adapters append.
@@ -22,21 +23,21 @@ class CommandIntake {
 
   // From here on: the loop's thread.
 
-  /// Takes what has come in. In lockstep the barrier decides on each.
+  /// Takes the buffered commands. In lockstep the barrier decides on each.
   void collect();
   bool has(int target) const { return waiting_[static_cast<std::size_t>(target)].has_value(); }
-  /// The commands for the step from now on. In lockstep those of controllers wait for their boundary.
+  /// The commands for the next step. In lockstep those of controllers wait for their boundary.
   std::span<const Command> take_batch();
   std::uint64_t applied() const { return applied_; }  ///< commands in all batches whose step was taken
   void count_applied() { applied_ += batch_.size(); }
   /// Wall time from the wire to the batch.
   const DurationHistogram& latency() const { return latency_; }
 
-  /// The simulation is at this instant now, for the rule about stamps.
+  /// Sets the present instant of the simulation, for the rule about stamps.
   void set_present(double time_s) { buffer_.set_present(SimTime::from_seconds(time_s)); }
   void drop(int target) { waiting_[static_cast<std::size_t>(target)].reset(); }
   void drop_all() { waiting_.assign(waiting_.size(), std::nullopt); }
-  /// The simulation was put to another instant: what waits is dropped, stamps and figures begin anew.
+  /// After a jump of the simulation to another instant: discards waiting commands, stamps and figures.
   void restart();
 
  private:

@@ -62,7 +62,7 @@ void ControllerRegistry::restart(std::uint64_t present_step) {
 }
 
 void ControllerRegistry::find_boundary(Controller& controller, std::uint64_t present_step) const {
-  // Estimate the number, then settle it with the one function that defines where boundaries are.
+  // Estimates the number, then decides it with the one function that defines the boundaries.
   const double periods = static_cast<double>(present_step) * step_s_ / controller.period_s;
   controller.boundary = static_cast<std::uint64_t>(std::max(periods - 2.0, 0.0));
   while (period_boundary_step(controller.boundary, controller.period_s, step_s_) < present_step) {

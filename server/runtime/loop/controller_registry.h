@@ -1,8 +1,9 @@
 #pragma once
-// The controllers that declared a period and targets, and the boundaries of their periods. In lockstep the
-// simulation crosses a controller's boundary only with that controller's commands (RunLoop does the waiting).
+// The registered controllers with periods and targets, and the boundaries of their periods. In lockstep the
+// simulation crosses a controller's boundary only with that controller's commands (LockstepBarrier waits for
+// them).
 //
-// Boundary number k of a controller lies at the first step not before k * period (period_boundary_step),
+// Boundary number k of a controller is at the first step at or after k * period (period_boundary_step),
 // counted from t = 0, which is boundary 0.
 #include <cstdint>
 #include <string>
@@ -28,10 +29,10 @@ class ControllerRegistry {
 
   ControllerRegistry(int target_count, double step_s);
 
-  /// Adds a controller whose next boundary is the first at or after `present_step`; one of the same name and
-  /// the same targets is replaced (it was started anew). Returns a sentence when that is not possible: too
-  /// many controllers, another one of that name, a target that another one has declared, or one twice. The
-  /// cell has all targets.
+  /// Adds a controller whose next boundary is the first at or after `present_step`; replaces one of the same
+  /// name and the same targets (it was restarted). Returns a sentence with the reason if this is impossible:
+  /// too many controllers, another controller of that name, a target of another controller, or one target
+  /// twice. The cell must have all targets.
   std::string add(const requests::RegisterController& request, std::uint64_t present_step,
                   const CellDescription& cell);
   bool remove(const std::string& name);

@@ -19,15 +19,15 @@ bool LockstepBarrier::admits(const ReceivedCommand& received) {
   RejectionCode code = RejectionCode::invalid_request;
   double boundary_s = -1.0;
   if (controller == nullptr) {
-    // In single steps the one that steps decides what goes in between; a running lockstep must not depend on when a
-    // command happens to arrive.
+    // In single steps the client that steps decides on the commands in between; a running lockstep must not
+    // depend on arrival times.
     if (!loop_.plays()) return true;
   } else {
     boundary_s = static_cast<double>(controller->boundary_step) * step_s;
     const auto boundary = SimTime::from_seconds(boundary_s);
-    // A zero stamp means "none" on the wire, and the boundary at t = 0.
+    // A zero stamp is both "unset" on the wire and the boundary at t = 0.
     if (!stamp.given() && boundary.ns == 0) stamp = boundary;
-    // Until its end a trajectory is what its controller has sent for every boundary.
+    // Until its end a trajectory serves as the command for every boundary.
     if (stamp == boundary && !covered_by_trajectory(received.target, boundary_s)) return true;
     if (stamp == boundary) stamp = {};
     if (controller->boundary > 0) {
@@ -101,7 +101,8 @@ std::optional<events::OfLoop> LockstepBarrier::wait_for(ControllerRegistry::Cont
 
 void LockstepBarrier::crossed(std::uint64_t step) {
   for (auto& controller : controllers_.controllers()) {
-    // Out of lockstep nobody waits at boundaries; they are kept up to date for when lockstep begins.
+    // Out of lockstep the loop does not wait at boundaries, but keeps them up to date for a change to
+    // lockstep.
     while (controller.boundary_step <= step) controllers_.advance(controller);
   }
   stop_waiting();

@@ -1,9 +1,10 @@
 #pragma once
 // Lockstep: the boundaries of the registered controllers (controller_registry.h), and the wait at them.
 //
-// At a step that is a boundary of a controller the loop waits until every target of that controller has a command
-// stamped with that step's time, to the nanosecond. While a robot follows a trajectory, its controller has nothing
-// to send for it. A controller that is late is reported in an event; beyond its time-out the simulation pauses.
+// At a step that is a boundary of a controller the loop waits until every target of that controller has a
+// command stamped with that step's time, to the nanosecond. While a robot follows a trajectory, its
+// controller has no commands to send for it. An event reports a late controller; after its time-out the
+// simulation pauses.
 #include <array>
 #include <functional>
 #include <optional>
@@ -19,7 +20,7 @@ namespace takt {
 
 class LockstepBarrier {
  public:
-  /// A wait of this length is in the status at once (wall time).
+  /// The status shows waits of at least this length at once (wall time).
   static constexpr std::int64_t kWaitInStatus_ns = 20'000'000;
 
   explicit LockstepBarrier(LoopContext& loop);
@@ -27,21 +28,21 @@ class LockstepBarrier {
   ControllerRegistry& controllers() { return controllers_; }
   const ControllerRegistry& controllers() const { return controllers_; }
 
-  /// In lockstep: whether a command may wait for its boundary. A refused one is reported in an event and counted,
-  /// unless it answers a state that was sent twice.
+  /// In lockstep: whether a command may wait for its boundary. A refused one is reported in an event and
+  /// counted, unless it answers a state that was sent twice.
   bool admits(const ReceivedCommand& received);
   std::uint64_t refused() const { return refused_; }
 
   struct Verdict {
-    bool open = true;                       ///< nothing is missing: the step may be taken
+    bool open = true;                       ///< all commands are present: the step may be taken
     bool news_for_status = false;           ///< the wait has just become long
-    std::optional<events::OfLoop> timeout;  ///< the last time-out, to pause with; the others are emitted
+    std::optional<events::OfLoop> timeout;  ///< the last time-out, for the pause; earlier ones are emitted
   };
-  /// In lockstep, before a step; `has_command` of a target. `single_step`: a step without controllers is meant.
+  /// In lockstep, ahead of a step; `has_command` of a target. `single_step`: a step without controllers.
   Verdict check(const std::function<bool(int target)>& has_command, bool single_step);
   /// The step was taken: its boundaries are crossed.
   void crossed(std::uint64_t step);
-  /// Nobody is waited for: the next wait begins anew.
+  /// Ends the wait; the next one starts at zero.
   void stop_waiting() { wait_began_ns_ = 0; }
   /// Names of the controllers that are waited for.
   std::span<const FixedString<128>> waiting_for() const { return {waiting_for_.data(), waiting_count_}; }
@@ -49,7 +50,7 @@ class LockstepBarrier {
 
  private:
   bool covered_by_trajectory(int target, double time_s) const;
-  /// Reports that it is late; returns the event of its time-out when that is over.
+  /// Reports a late controller; returns the event of its time-out when that has passed.
   std::optional<events::OfLoop> wait_for(ControllerRegistry::Controller& controller, int missing_target,
                                          Verdict& verdict);
   void name(std::string_view controller) { waiting_for_[waiting_count_++].assign(controller); }

@@ -1,6 +1,6 @@
 #pragma once
-// What the parts of a step loop share: the simulation, whether it plays and at which pace, and the way out for
-// events and replies. For the loop's thread only.
+// Shared state of the parts of a step loop: the simulation, its play state and pace, and the output of events
+// and replies. For the loop's thread only.
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -19,12 +19,12 @@ struct LoopContext {
   Pace pace{};
   double factor = 1.0;              ///< simulated seconds per second of wall time, for realtime
   bool faulted = false;             ///< the simulation takes no step until a reset
-  LogRecorder* recorder = nullptr;  ///< records what changes the simulation; null: nothing is recorded
+  LogRecorder* recorder = nullptr;  ///< records changes of the simulation; nullptr: without recording
 
   const CellDescription& cell() const { return simulation.description(); }
   bool plays() const { return state == SimulationState::playing; }
 
-  /// At the present instant. `sender`: of the command that caused it, 0: none.
+  /// At the present instant. `sender`: of the command that caused the event; 0: none.
   EventRecord record_of(const events::OfLoop& event, std::uint64_t sender = 0) const {
     return {simulation.time_s(), simulation.step_index(), simulation.epoch(), sender, event};
   }
@@ -33,7 +33,7 @@ struct LoopContext {
     output.news.post();
   }
   void emit(const events::OfLoop& event) { emit(record_of(event)); }
-  /// Where the simulation is recorded: something changed it before the present step.
+  /// If a recording runs: records a change of the simulation ahead of the present step.
   template <typename Record>
   void record(const Record& record) {
     if (recorder != nullptr) recorder->note(simulation.step_index(), record);

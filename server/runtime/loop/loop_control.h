@@ -1,7 +1,7 @@
 #pragma once
-// What the loop and the requests do with the simulation between two steps: play, pause, reset, change the pace, take a
-// step, publish the instant. For the loop's thread only, but for what CommandIntake::buffer() and
-// PeriodicSaver::saved() allow.
+// Control of the simulation between two steps, by the loop and by requests: play, pause, reset, change of
+// pace, step, publication of the instant. For the loop's thread only, except CommandIntake::buffer() and
+// PeriodicSaver::saved().
 #include <atomic>
 #include <functional>
 #include <optional>
@@ -35,7 +35,7 @@ class LoopControl {
   std::atomic<bool> quits{false};
 
   void begin();
-  /// Whether a step may be taken now: it plays or steps, and in lockstep nothing is missing.
+  /// Whether a step may be taken: the simulation plays or steps, and in lockstep all commands are present.
   bool may_step();
   void take_step();
   void publish_instant();
@@ -47,7 +47,7 @@ class LoopControl {
   /// See RunLoop::restore().
   std::string restore(std::span<const std::byte> state);
 
-  /// Single steps for a request, which is answered when they are done or when something ends them.
+  /// Single steps for a request; the reply follows after the last step or an interruption.
   void begin_single_steps(std::uint64_t request, std::uint64_t count);
   std::uint64_t single_steps_left() const { return single_steps_left_; }
   /// ControlResult::ok: they are done.
@@ -67,7 +67,7 @@ class LoopControl {
   bool ended_ = false;           ///< paused at RunLoopOptions::pause_at_s
   std::uint64_t published_ = 0;  ///< instants
   std::uint64_t single_steps_left_ = 0;
-  std::uint64_t single_steps_request_ = 0;  ///< 0: none
+  std::uint64_t single_steps_request_ = 0;  ///< 0: without
 };
 
 }  // namespace takt

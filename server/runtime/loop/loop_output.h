@@ -1,7 +1,6 @@
 #pragma once
-// What the step loop hands to the outside, and how it hears that it was fetched. The loop writes without lock
-// or wait (replies to control requests excepted, which are no part of a step); one thread of an adapter
-// reads.
+// Output of the step loop, with the readers' acknowledgements. The loop writes without lock or wait (except
+// replies to control requests, which are not part of a step); one thread of an adapter reads.
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -35,14 +34,14 @@ struct LoopStatus {
   SimulationState state = SimulationState::paused;
   Pace pace = Pace::realtime;
   double pace_factor = 1.0;
-  double wall_time_s = 0.0;        ///< since the loop was made
+  double wall_time_s = 0.0;        ///< since the construction of the loop
   double real_time_factor = 0.0;   ///< simulated time / wall time over the last second
   double computation_ratio = 0.0;  ///< computation time / simulated time over the last second
   double lag_s = 0.0;
   std::uint64_t overruns = 0, max_consecutive_overruns = 0, schedule_resets = 0;
   Quantiles step_time, wakeup_latency, command_latency;
   std::uint64_t commands_applied = 0;
-  std::uint64_t commands_rejected = 0;  ///< by the loop; those an adapter rejects are counted there
+  std::uint64_t commands_rejected = 0;  ///< by the loop; adapters count their own rejections
   std::uint64_t mpr_calls = 0, mpr_skipped = 0;
   FixedString<32> solver;
   std::uint64_t solver_steps = 0, solver_rejected_steps = 0;
@@ -70,9 +69,9 @@ struct LoopOutput {
         events(4096),
         pressures(simulation.model()) {}
 
-  /// Replies, and what else outlives the loaded scenario.
+  /// Replies and other output that outlives the loaded scenario.
   const std::shared_ptr<OutboundQueue> outbound;
-  /// Something new is in one of the three below, or a reply is there.
+  /// Posted for a new value in one of the three members below, or a reply.
   AutoResetEvent& news;
 
   const std::size_t contact_capacity;  ///< most contacts that a published snapshot holds
@@ -82,13 +81,12 @@ struct LoopOutput {
   /// Which pairs are to be published element by element: agreed upon between clients and the adapter.
   PressureSubscriptions pressures;
 
-  /// Set by an adapter that writes every snapshot it takes to the outside and then calls
-  /// RunLoop::snapshot_written(): in lockstep the loop waits for that before the next step, so that no state is
-  /// skipped.
+  /// Set by an adapter that publishes every snapshot it takes and then calls RunLoop::snapshot_written(): in
+  /// lockstep the loop waits for that ahead of the next step, so that no state is skipped.
   std::atomic<bool> writer_attached{false};
   std::atomic<std::uint64_t> newest_written{0};
-  /// The loop stands at a boundary, or is paused: the adapter repeats the newest state now and then, since
-  /// whoever has lost it gets no newer one.
+  /// The loop waits at a boundary, or is paused: the adapter repeats the newest state periodically, because a
+  /// client that lost it gets no newer one.
   std::atomic<bool> standing_at_boundary{false};
 };
 

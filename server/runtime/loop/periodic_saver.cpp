@@ -5,7 +5,7 @@
 namespace takt {
 namespace {
 
-// Of the right size, so that saving allocates only where a state is larger than all before.
+// Of the right size, so that saving allocates only for a state larger than all earlier ones.
 SavedState first_saved(Simulation& simulation, bool wanted) {
   SavedState saved;
   if (!wanted) return saved;

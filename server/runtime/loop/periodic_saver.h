@@ -1,6 +1,6 @@
 #pragma once
-// States of the simulation saved between two steps: by request, and now and then for another thread that writes them
-// to the disk.
+// States of the simulation saved between two steps: by request, and periodically for another thread that
+// writes them to the disk.
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -30,11 +30,11 @@ class PeriodicSaver {
   TripleBuffer<SavedState>& saved() { return saved_; }
   AutoResetEvent& news() { return news_; }
 
-  // From here on: the loop's thread, or before it starts.
+  // The following functions are for the loop's thread, or any thread ahead of its start.
 
-  /// Empty if done, else why the state cannot be saved (Simulation::save_state).
+  /// Empty on success, else the reason why the state cannot be saved (Simulation::save_state).
   std::string save(SavedState& saved);
-  /// Something changed, so that the next state is worth a save.
+  /// After a change of the simulation: the next state is saved.
   void note_change() { changed_ = true; }
   void save_if_due();
 

@@ -106,7 +106,7 @@ Outcome<requests::SetState> RequestExecutor::execute(const requests::SetState& r
       break;
     case SimulationState::no_world:
     case SimulationState::loading_world:
-      break;  // no request asks for them
+      break;  // not used by requests
   }
   control_.set_state(request.state);
   return {"The simulation is " + std::string(before == loop_.state ? "already " : "now ") +
@@ -128,7 +128,7 @@ RequestExecutor::Answer<requests::Step> RequestExecutor::execute(const requests:
 }
 
 Outcome<requests::Reset> RequestExecutor::execute(const requests::Reset& request) {
-  // A scenario with something spawned is exchanged by the host, which does not ask the loop.
+  // The host exchanges a scenario with spawned Parts without the loop.
   constexpr int kSpawnedOnly = 4;
   if (request.scope == kSpawnedOnly)
     return {"Nothing was spawned or deleted.", {loop_.simulation.epoch(), {}}};

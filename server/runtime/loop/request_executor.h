@@ -1,8 +1,8 @@
 #pragma once
 // Executes control requests between two steps: one function per request, chosen by its type.
 //
-// Queries take longer than a look: they wait in a queue of which at most one is answered before a step, so that no
-// client can hold up the simulation with them.
+// Queries take longer than other requests: they wait in a queue of which at most one is answered per step, so
+// that no client can stall the simulation with them.
 #include <cstdint>
 #include <deque>
 #include <optional>
@@ -31,7 +31,7 @@ class RequestExecutor {
   void refuse_queries();
 
  private:
-  /// Nothing: the reply follows later.
+  /// std::nullopt: the reply follows later.
   template <Request Type>
   using Answer = std::optional<Outcome<Type>>;
 

@@ -1,5 +1,5 @@
 #pragma once
-// The hand-over of control requests and of visits to the thread of a step loop.
+// Transfer of control requests and of visits to the thread of a step loop.
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
@@ -29,7 +29,8 @@ class RequestInbox {
     waiting_.store(true, std::memory_order_release);
     return true;
   }
-  /// Another thread, one at a time: returns when the loop has executed the visit. False: the loop is not running.
+  /// Another thread, one at a time: returns when the loop has executed the visit. False: the loop is not
+  /// running.
   bool visit(const Visit& visit, AutoResetEvent& wakeup) {
     std::unique_lock lock(mutex_);
     if (state_ != State::open) return false;
@@ -42,14 +43,14 @@ class RequestInbox {
 
   // From here on: the loop's thread.
 
-  /// Before the loop runs: visits are served from here on.
+  /// Call it ahead of the loop's start: visits are accepted from then on.
   void open() {
     const std::lock_guard lock(mutex_);
     state_ = State::open;
   }
-  /// Whether a request or a visit may be there. Without a lock.
+  /// Whether a request or a visit may be waiting. Without a lock.
   bool waiting() const { return waiting_.load(std::memory_order_acquire); }
-  /// Executes the visit that waits, if there is one.
+  /// Executes the waiting visit, if any.
   void serve_visit() {
     const Visit* visit = nullptr;
     {
@@ -70,7 +71,7 @@ class RequestInbox {
     waiting_.store(visit_ != nullptr, std::memory_order_relaxed);
     return std::exchange(requests_, {});
   }
-  /// The loop ends: returns what is left; nothing more is taken.
+  /// End of the loop: returns the remaining requests and accepts no more.
   std::vector<Request> close() {
     const std::lock_guard lock(mutex_);
     state_ = State::closed;

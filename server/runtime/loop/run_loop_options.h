@@ -1,5 +1,5 @@
 #pragma once
-// How a step loop begins, and what it does of itself.
+// Initial state and automatic actions of a step loop.
 #include <functional>
 #include <memory>
 #include <optional>
@@ -19,17 +19,17 @@ struct RunLoopOptions {
   SimulationState state = SimulationState::playing;
   int realtime_priority = 0;           ///< see obtain_scheduling()
   std::optional<double> pause_at_s{};  ///< simulated time at which to pause with the event end_of_scenario
-  bool quit_at_end = false;            ///< and then end the loop
-  /// Called in the loop's thread with every instant, the first one and those after a reset included: for
-  /// tests and for recording in-process. Empty: none.
+  bool quit_at_end = false;            ///< and ends the loop there
+  /// Called in the loop's thread with every instant, including the first one and those after a reset: for
+  /// tests and for recording in-process. Empty: without.
   std::function<void(const Simulation&)> on_instant{};
-  /// Saves the state so often (wall time, s) into PeriodicSaver::saved(), while anything changes; 0: never.
+  /// Period of saving the state (wall time, s) into PeriodicSaver::saved(), after changes only; 0: never.
   double save_every_s = 0.0;
   MonotonicClock* clock =
       nullptr;  ///< of the schedule, for tests; nullptr: CLOCK_MONOTONIC. Outlives the loop
-  std::shared_ptr<OutboundQueue> outbound{};  ///< to share with other loops; empty: one of its own
-  /// Registered from the start. Targets that the cell does not have are left out; a controller without any is
-  /// unregistered with an event.
+  std::shared_ptr<OutboundQueue> outbound{};  ///< shared with other loops; nullptr: an own queue
+  /// Registered from the start. Targets missing in the cell are left out; a controller without remaining
+  /// targets is unregistered with an event.
   std::vector<requests::RegisterController> controllers{};
 };
 

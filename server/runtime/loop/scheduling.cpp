@@ -13,8 +13,8 @@ namespace takt {
 namespace {
 
 std::string lock_memory() {
-  // With a limit on locked memory, locking the future would make later allocations fail: then rather not at
-  // all.
+  // With a limit on locked memory, locking future memory would make later allocations fail: then nothing is
+  // locked.
   rlimit limit{};
   if (geteuid() != 0 && (getrlimit(RLIMIT_MEMLOCK, &limit) != 0 || limit.rlim_cur != RLIM_INFINITY)) {
     return "memory not locked (limit memlock)";

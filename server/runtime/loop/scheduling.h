@@ -1,11 +1,12 @@
 #pragma once
-// Asks the operating system for what soft real time needs, and says plainly what was obtained.
+// Requests soft real-time scheduling from the operating system, and reports the result.
 #include <string>
 
 namespace takt {
 
-/// For the calling thread. Priority 0 asks for nothing; 1 to 99 asks for SCHED_FIFO with that priority and
-/// for the process' memory to be locked. What is refused is left as it was: the service runs either way.
+/// For the calling thread. Priority 0 requests nothing; 1 to 99 requests SCHED_FIFO with that priority and
+/// locked memory of the process. A refused request changes nothing: the service runs in any case. Returns a
+/// sentence with the result.
 std::string obtain_scheduling(int realtime_priority);
 
 }  // namespace takt

@@ -1,6 +1,6 @@
 #pragma once
-// The figures of a step loop: counted while it runs, published ten times a second of wall time and whenever
-// something changes.
+// The status figures of a step loop: counted during the run, published ten times a second of wall time and
+// with every change.
 #include <array>
 #include <cstdint>
 
@@ -27,12 +27,12 @@ class StatusPublisher {
 
   void set_scheduling(std::string_view text) { scheduling_.assign(text); }
   void set_contact_pairs(std::size_t count) { contact_pairs_ = static_cast<std::uint32_t>(count); }
-  /// A step took so long.
+  /// Counts a step with this computing time.
   void stepped(std::int64_t computed_ns) {
     step_time_.record_ns(computed_ns);
     computed_ns_ += computed_ns;
   }
-  /// The simulation was put to another instant: rates and step times begin anew.
+  /// After a jump of the simulation to another instant: rates and step times start at zero.
   void restart();
 
  private:

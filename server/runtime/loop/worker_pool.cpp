@@ -8,7 +8,7 @@
 namespace takt {
 namespace {
 
-/// Looks (about 5 ns each) before a helper sleeps, and before the caller yields to helpers that are not done.
+/// Polls (about 5 ns each) until a helper sleeps, and until the caller yields to helpers at work.
 constexpr int kLooksBeforeSleep = 4000;
 constexpr int kLooksBeforeYield = 2000;
 
@@ -63,7 +63,7 @@ bool WorkerPool::work_once() {
     if (left == 0) return false;
   } while (
       !untaken_.compare_exchange_weak(left, left - 1, std::memory_order_acquire, std::memory_order_relaxed));
-  // Only now: as long as this task is not done, run() does not return, and what it wrote stays.
+  // Last: run() does not return until this task is done, so its data stay valid.
   task_(left - 1, context_);
   undone_.fetch_sub(1, std::memory_order_release);
   return true;
@@ -74,7 +74,7 @@ void WorkerPool::run(std::size_t count, Task task, void* context) {
   task_ = task;
   context_ = context;
   undone_.store(count, std::memory_order_relaxed);
-  // Sequentially consistent, as are the helpers' looks before they sleep: either a helper sees the tasks, or
+  // Sequentially consistent, as are the helpers' polls ahead of sleep: either a helper sees the tasks, or
   // this thread sees the sleeper.
   untaken_.store(count);
   if (sleepers_.load() > 0) {

@@ -1,10 +1,10 @@
 #pragma once
-// Threads that help one thread with short pieces of work (Executor): started once, nothing is allocated or
-// locked per run. Helpers look for work a little after a run, as the next one is often near, then sleep.
+// Threads that help one thread with short tasks (Executor): started once, without allocation or lock per run.
+// After a run helpers poll for a short time, because the next run is often near, then sleep.
 //
-// The caller works too, so a helper that the operating system does not let run just takes no task. One that
-// is stopped in the middle of a task does delay the run: on cores that others use as well two threads may be
-// slower than one. So the pool measures both ways of doing a stage and takes the faster one.
+// The caller works too, so a helper without a processor simply takes no task. A helper that is preempted
+// during a task delays the run: on shared cores two threads may be slower than one. So the pool measures both
+// ways of executing a stage and takes the faster one.
 #include <atomic>
 #include <cstdint>
 #include <thread>
@@ -21,9 +21,9 @@ class WorkerPool final : public Executor {
     when_faster,  ///< as measured
     always,       ///< for tests and measurements
   };
-  /// `threads` includes the caller: 1 starts none. Helpers ask for the scheduling of obtain_scheduling() with
-  /// this priority, that of the thread that will call run(). Throws std::system_error when a thread cannot be
-  /// started.
+  /// `threads` includes the caller: 1 starts no helpers. Helpers request the scheduling of
+  /// obtain_scheduling() with this priority, that of the thread that calls run(). Throws std::system_error if
+  /// a thread cannot be started.
   explicit WorkerPool(int threads, int realtime_priority = 0, Sharing sharing = Sharing::when_faster);
   ~WorkerPool() override;
   WorkerPool(const WorkerPool&) = delete;
@@ -44,12 +44,12 @@ class WorkerPool final : public Executor {
   std::int64_t began_ns_ = 0;
   double work_ = 1.0;
 
-  // Written by run() while no task is left, read by whoever has taken one.
+  // Written by run() while no task is available, read by the thread that has taken one.
   Task task_ = nullptr;
   void* context_ = nullptr;
-  alignas(64) std::atomic<std::size_t> untaken_{0};   ///< tasks nobody has taken yet; the last number first
+  alignas(64) std::atomic<std::size_t> untaken_{0};   ///< available tasks; the last number first
   alignas(64) std::atomic<std::size_t> undone_{0};    ///< tasks not yet done
-  alignas(64) std::atomic<std::uint32_t> signal_{0};  ///< what sleepers wait for a change of
+  alignas(64) std::atomic<std::uint32_t> signal_{0};  ///< changes wake sleeping helpers
   std::atomic<int> sleepers_{0};
   std::atomic<bool> stop_{false};
   std::vector<std::thread> helpers_;

@@ -1,17 +1,15 @@
 #pragma once
-// The file of a recording: everything from outside that changed what was simulated, with the step at which it
-// took effect, so that replay (replay.h) comes to the same bits.
+// The file of a recording: every external change of the simulation, with the step at which it took effect, so
+// that replay (replay.h) reproduces the same bits.
 //
 //   magic, format; then records: | size | checksum | check of these two | content |
 //
-// The content of a record is a kind (LogKind), the step it belongs to, and what the kind has (log_records.h), in the
-// machine's own bits (little-endian). Each checksum (CRC-32 of zlib) goes on from
-// that of the record before, so that records can neither be altered nor left out nor exchanged unnoticed. A
-// file that ends within a record was cut off there, as by a crash, and is good up to the record before;
-// anything else that does not fit is damage, and refused.
+// The content of a record is a kind (LogKind), its step, and the fields of the kind (log_records.h), in the
+// machine's own bits (little-endian). Each checksum (CRC-32 of zlib) continues that of the previous record,
+// so that altered, missing or exchanged records are detected. A file that ends within a record was cut off
+// there, as by a crash, and is valid up to the previous record; any other mismatch is damage and is refused.
 //
-// A kind that a program does not know is refused by the replay, never passed over: it would have changed the
-// simulation.
+// The replay refuses records of an unknown kind, because they would have changed the simulation.
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -30,18 +28,18 @@ class LogError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Makes what stands around the contents.
+/// Writes the frames around the contents.
 class LogFraming {
  public:
   static constexpr std::size_t kHeadSize = 12;
-  /// What a file begins with.
+  /// The first bytes of a file.
   static std::vector<std::byte> file_head();
   /// Appends the record, head and content, to `out`.
   void append(std::vector<std::byte>& out, std::span<const std::byte> content);
 
  private:
   friend class LogReader;
-  std::uint32_t checksum_ = 0;  ///< of the record before
+  std::uint32_t checksum_ = 0;  ///< of the previous record
 };
 
 struct LogEntry {
@@ -50,13 +48,13 @@ struct LogEntry {
   std::vector<std::byte> content;  ///< behind kind and step
 };
 
-/// Reads one record after the other. Throws LogError for what is no log, of another format, or damaged.
+/// Reads records in sequence. Throws LogError for a file that is no log, has another format, or is damaged.
 class LogReader {
  public:
   explicit LogReader(const std::filesystem::path& file);
   /// False at the end.
   bool next(LogEntry& entry);
-  /// At the end: it lies within a record, the whole records before are good.
+  /// At the end: the file ends within a record, and all previous records are valid.
   bool torn() const { return torn_; }
   /// Bytes of whole records, and of the file's head.
   std::uint64_t read_bytes() const { return at_; }

@@ -16,7 +16,7 @@
 namespace takt {
 namespace {
 constexpr std::int64_t kWriteEvery_ns = 100'000'000;
-constexpr std::size_t kMaxUnwritten = 1U << 20U;  // bytes framed before they are written
+constexpr std::size_t kMaxUnwritten = 1U << 20U;  // framed but unwritten bytes
 }  // namespace
 
 template <typename Record>
@@ -148,7 +148,7 @@ void LogRecorder::run() {
 }
 
 void LogRecorder::write_waiting() {
-  // States are kept before the records that name them, so those of all records up to here are there.
+  // States are stored ahead of the records that name them, so those of all records up to here exist.
   const bool overflowed = overflowed_.load(std::memory_order_acquire);
   const std::uint64_t to = ring_.complete_to();
   std::vector<LogState> states;

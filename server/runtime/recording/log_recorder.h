@@ -1,9 +1,9 @@
 #pragma once
-// Records to a file what changes the simulation (command_log.h).
+// Records changes of the simulation to a file (command_log.h).
 //
-// The step loop only appends to a ring that was made before: no allocation, lock or call to the system in the
-// step's path. A thread writes. A disk that refuses, or is slower than the ring is large, ends the recording
-// and is told within a second; the simulation goes on as if nothing was.
+// The step loop only appends to a preallocated ring: no allocation, lock or system call in the step's path. A
+// thread writes. A failing disk, or one that is slower than the ring is large, ends the recording and is
+// reported within a second; the simulation continues.
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -26,11 +26,11 @@ class Simulation;
 
 struct RecorderOptions {
   std::string version, cell;     ///< of the server
-  bool replace = false;          ///< a file that is there; else that is an error
+  bool replace = false;          ///< an existing file; else it is an error
   std::size_t ring = 8U << 20U;  ///< bytes that may wait to be written
   /// Steps between checkpoints, at most kMaxTrail.
   std::size_t checkpoint_every = kMaxTrail;
-  /// Called once, from the writing thread, when the recording has ended early; with a sentence.
+  /// Called once, from the writing thread, with a sentence, if the recording has ended early.
   std::function<void(const std::string&)> on_failure{};
 };
 
@@ -38,42 +38,43 @@ class LogRecorder {
  public:
   /// Opens the file. Throws LogError.
   LogRecorder(std::filesystem::path file, RecorderOptions options);
-  /// Writes what waits. Nobody may append any more.
+  /// Writes the waiting records. No thread may append any more.
   ~LogRecorder();
   LogRecorder(const LogRecorder&) = delete;
   LogRecorder& operator=(const LogRecorder&) = delete;
 
   const std::filesystem::path& file() const { return file_; }
-  /// Records given to it, and bytes on the disk.
+  /// Number of accepted records, and of bytes on the disk.
   std::uint64_t records() const { return records_.load(std::memory_order_relaxed); }
   std::uint64_t written_bytes() const { return written_.load(std::memory_order_relaxed); }
   bool failed() const { return failed_.load(std::memory_order_acquire); }
   /// Why; empty: it has not failed.
   std::string failure() const;
-  /// Waits until all that was given so far is on the disk, or the recording has failed. Not for the loop.
+  /// Waits until all accepted records are on the disk, or the recording has failed. Not for the loop.
   void flush();
 
   // From here on: one thread at a time, the step loop's while it runs.
 
-  /// A scenario begins. `at_its_beginning`: it is as loaded; else its state is recorded too, which may start its
-  /// solver anew. Allocates. Empty if done, else why the state cannot be recorded (Simulation::save_state).
+  /// Starts a scenario. `at_its_beginning`: it is as loaded; else its state is recorded too, which may
+  /// restart its solver. Allocates. Empty on success, else the reason why the state cannot be recorded
+  /// (Simulation::save_state).
   std::string begin_scenario(LogScenario logged, Simulation& simulation, bool at_its_beginning);
-  /// Something that changes the simulation, before this step.
+  /// A change of the simulation ahead of this step.
   template <typename Record>
   void note(std::uint64_t step, const Record& record) {
     ring_.begin();
     encode(ring_, step, record);
     commit();
   }
-  /// Before every step: whether deadlines count in it. Recorded when it changes.
+  /// Ahead of every step: whether deadlines count in it. Only changes are recorded.
   void deadlines(const Simulation& simulation, bool count);
-  /// Before the step that begins with them.
+  /// Ahead of the step that begins with these commands.
   void commands(const Simulation& simulation, std::span<const Command> batch);
   /// After a step was taken.
   void stepped(const Simulation& simulation);
-  /// To be called before reset() or restore_state(): they change what a checkpoint says.
+  /// Call it ahead of reset() and restore_state(), which change the contents of a checkpoint.
   void checkpoint(const Simulation& simulation);
-  /// `step`: before it. Allocates.
+  /// `step`: the step after the restored state. Allocates.
   void restored(std::uint64_t step, std::span<const std::byte> state);
   void end_scenario(const Simulation& simulation);
 

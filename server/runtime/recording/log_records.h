@@ -1,8 +1,9 @@
 #pragma once
-// The records of a recording (command_log.h) and their codec: one list of fields per record both writes and reads it.
+// The records of a recording (command_log.h) and their codec: one list of fields per record both writes and
+// reads it.
 //
-// A new record is a LogKind, a struct with its LogCodec, a member of LogRecord, and what replay.cpp does with it. What
-// is read is checked against the cell that it is for.
+// A new record is a LogKind, a struct with its LogCodec, a member of LogRecord, and its execution in
+// replay.cpp. Fields are checked against the cell when they are read.
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -31,10 +32,10 @@ enum class LogKind : std::uint8_t {
   gripper_command = 11,
   trajectory_command = 12,
   device_command = 13,
-  reset = 30,  ///< as all that follows: before the step of the record
+  reset = 30,  ///< as all that follows: ahead of the step of the record
   request = 31,
   restored = 35,
-  saved = 36,  ///< saving starts some solvers anew
+  saved = 36,  ///< saving restarts some solvers
   deadlines = 37,
   checkpoint = 50,
   fault = 51,         ///< the step with the commands directly before could not be taken
@@ -43,8 +44,8 @@ enum class LogKind : std::uint8_t {
   end = 54,           ///< the recording was ended in order
 };
 
-/// Of each step since the checkpoint before, the lowest bits of the state's hash after it: they tell the step
-/// at which a replay differs first.
+/// For each step since the previous checkpoint, the lowest bits of the state's hash after it: they show the
+/// first step at which a replay differs.
 using LogTrail = std::uint16_t;
 inline constexpr std::size_t kMaxTrail = 1000;
 
@@ -70,10 +71,10 @@ struct LogBegin {
     archive.text(record.cell, "letters of the cell's name");
   }
 };
-/// What was loaded, and how.
+/// The loaded scenario and the options of loading.
 struct LogScenario {
   ScenarioSource source;               ///< file empty: the cell came from no file
-  std::vector<requests::Any> changes;  ///< spawn_entity and delete_entity since then
+  std::vector<requests::Any> changes;  ///< spawn_entity and delete_entity, in order
   std::string scenario;
   std::uint64_t model = 0;  ///< model_hash()
   std::uint64_t state = 0;  ///< number of the state it is in; 0: its initial one
@@ -115,7 +116,7 @@ struct LogRestored {
   static void fields(auto& archive, auto& record) { archive.value(record.state); }
 };
 struct LogDeadlines {
-  bool count = false;  ///< those of set-points, from here on
+  bool count = false;  ///< deadlines of set-points, from this step on
 
   static constexpr LogKind kind = LogKind::deadlines;
   static void fields(auto& archive, auto& record) { archive.flag(record.count, "whether deadlines count"); }
@@ -131,8 +132,8 @@ struct LogCheckpoint {
   }
 };
 
-/// A request as it travels (takt_msgs::msg::ControlRequest); and back: empty, or what is wrong with it. `cell`: whose
-/// names it has, or nullptr.
+/// A request in the form of its message (takt_msgs::msg::ControlRequest); and back: empty, or the fault.
+/// `cell`: the cell of its names, or nullptr.
 std::string encoded(const requests::Any& request);
 std::string decode_request(std::string_view bytes, const CellDescription* cell, requests::Any& request);
 
@@ -177,7 +178,7 @@ class LogWriter {
   Sink& out_;
 };
 
-/// Reads the same; throws StateError. `cell`: what indices are of.
+/// Reads the same; throws StateError. `cell`: the cell of the indices.
 class LogFields {
  public:
   LogFields(StateReader& in, const CellDescription& cell) : in_(in), cell_(cell) {}
@@ -190,7 +191,7 @@ class LogFields {
   void integer(auto& value, int lower, int upper, const char* what) {
     value = static_cast<std::decay_t<decltype(value)>>(in_.integer<std::int32_t>(lower, upper, what));
   }
-  /// From 1; 0: nothing.
+  /// From 1; 0: std::nullopt.
   void optional(std::optional<int>& value, int upper, const char* what) {
     int number = 0;
     integer(number, 0, upper, what);
@@ -312,7 +313,8 @@ void encode(Sink& out, std::uint64_t step, const Record& record) {
   LogCodec<Record>::fields(writer, record);
 }
 
-/// The fields of a record of this kind, all of `in`; nothing for a kind that is not known. Throws StateError.
+/// The fields of a record of this kind, from all of `in`; std::nullopt for an unknown kind. Throws
+/// StateError.
 std::optional<LogRecord> decode(LogKind kind, StateReader& in, const CellDescription& cell);
 
 }  // namespace takt

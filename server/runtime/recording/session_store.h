@@ -1,9 +1,9 @@
 #pragma once
 // The directory of a cell's snapshots (--snapshots DIR, then the cell's name), on the disk:
-//   NAME.snapshot              what was saved by request; previous-run.snapshot: see SessionStore::begin()
+//   NAME.snapshot              saved by request; previous-run.snapshot: see SessionStore::begin()
 //   periodic/NUMBER.snapshot   the newest periodic ones; the higher the number, the newer
-//   periodic/session.json      what they belong to: how to load the cell again, and whether it played
-// Files are replaced atomically, so that whenever the server dies there is the one of before or the new one.
+//   periodic/session.json      their session: how to load the cell again, and its play state
+// Files are replaced atomically: a crash leaves either the old or the new version.
 #include <cstdint>
 #include <filesystem>
 #include <mutex>
@@ -23,10 +23,10 @@ struct ScenarioSource {
   ScenarioOptions options{};
 };
 
-/// What a server that starts again goes on with.
+/// State from which a restarted server resumes.
 struct Session {
-  std::optional<ScenarioSource> source;  ///< nothing: no scenario is loaded
-  std::vector<requests::Any> changes;    ///< spawn_entity and delete_entity since it was loaded
+  std::optional<ScenarioSource> source;  ///< std::nullopt: no scenario is loaded
+  std::vector<requests::Any> changes;    ///< spawn_entity and delete_entity after loading
   SimulationState state = SimulationState::playing;
   Pace pace = Pace::realtime;
   double factor = 1.0;
@@ -36,7 +36,7 @@ class SessionStore {
  public:
   static constexpr std::size_t kKeptPeriodic = 3, kKeptEarlier = 3;
 
-  /// Makes the directories. Throws std::runtime_error with a sentence when that is not possible.
+  /// Makes the directories. Throws std::runtime_error with a sentence on failure.
   SessionStore(const std::filesystem::path& directory, const std::string& cell);
 
   /// Why no snapshot can have this name, in a sentence; empty: it can. A name is no path.
@@ -45,15 +45,15 @@ class SessionStore {
 
   /// Newest first.
   std::vector<std::filesystem::path> periodic() const;
-  /// Writes the next periodic one and removes those beyond the newest three.
+  /// Writes the next periodic snapshot and removes those beyond the newest three.
   SnapshotResult write_periodic(const SnapshotIdentity& identity, std::span<const std::byte> state);
 
-  /// Writes nothing when it is what was written last. Returns why it could not be written; empty: done.
+  /// Skips a session equal to the last written one. Returns the reason of a failure; empty on success.
   std::string write(const Session& session);
-  /// Nothing when there is none that can be read.
+  /// std::nullopt without a readable session.
   std::optional<Session> read() const;
-  /// A server begins that does not go on from before. The newest periodic snapshot of the one before can be
-  /// restored by the name earlier, those of the ones before that as earlier_2 and earlier_3.
+  /// Start of a server that does not resume. The newest periodic snapshot of the previous run can be restored
+  /// by the name previous-run, those of the two runs ahead of it as previous-run-2 and previous-run-3.
   void begin();
 
  private:

@@ -22,7 +22,7 @@ constexpr std::uint32_t kSnapshotVersion = 1;
 constexpr std::size_t kMaxNameLetters = 4096;
 constexpr std::uint64_t kLargestState = 1ULL << 32U;
 
-/// In this order in the file; then the name's letters and the state.
+/// In this order in the file, followed by the name's letters and the state.
 struct Header {
   char magic[8];
   std::uint32_t version;
@@ -63,7 +63,7 @@ class Descriptor {
   int fd_;
 };
 
-/// Fewer bytes than asked for: the end of the file, or (negative) an error.
+/// A result smaller than `size` is the end of the file, a negative one an error.
 ssize_t read_all(int fd, void* to, std::size_t size) {
   std::size_t done = 0;
   while (done < size) {

@@ -1,6 +1,7 @@
 #pragma once
-// What requests that are replayed do to a simulation between two steps (@request changes "bits"), for the step loop and
-// for replay alike. All names are those of the cell. Empty if done, else why not, as a sentence.
+// Execution of replayed requests (@request changes "bits") on a simulation between two steps, shared by the
+// step loop and the replay. All names are those of the cell. Empty on success, else a sentence with the
+// reason.
 #include <string>
 
 #include "takt_requests.h"

@@ -1,7 +1,7 @@
 #include "server/runtime/requests/control.h"
 
-#include "server/simulation/model/command.h"
 #include "idl/common/text.h"
+#include "server/simulation/model/command.h"
 
 namespace takt {
 namespace {
@@ -61,7 +61,7 @@ requests::GetFeaturesResponse features() {
 
 bool matches(std::string_view pattern, std::string_view name) {
   std::size_t p = 0, n = 0;
-  std::size_t star = std::string_view::npos, resume = 0;  // the newest *, and where its text ends so far
+  std::size_t star = std::string_view::npos, resume = 0;  // the newest *, and the present end of its text
   while (n < name.size()) {
     if (p < pattern.size() && pattern[p] == '*') {
       star = p++;

@@ -14,7 +14,7 @@
 namespace takt {
 
 struct ControlRequest {
-  std::uint64_t id = 0;  ///< chosen by who submits it, comes back in the reply
+  std::uint64_t id = 0;  ///< chosen by the submitter, returned in the reply
   std::string request;
   Arguments arguments;
 };
@@ -26,13 +26,13 @@ struct ControlReply {
   Arguments values{};
 };
 
-/// Why a request is not executed, as a reply says it.
+/// Reason why a request is not executed, as in its reply.
 struct Refusal {
   ControlResult result = ControlResult::failed;
   std::string message;
 };
 
-/// What executing a request comes to: a sentence and the response, or a refusal.
+/// Result of a request: a sentence and the response, or a refusal.
 template <Request Type>
 struct Outcome {
   Outcome(std::string sentence, ResponseOf<Type> values = {})
@@ -49,13 +49,13 @@ struct Outcome {
   ResponseOf<Type> response{};
 };
 
-/// `cell`: of the loaded scenario, whose names are checked; nullptr: no scenario is loaded.
+/// `cell`: of the loaded scenario, against which names are checked; nullptr: no scenario is loaded.
 std::variant<requests::Any, Refusal> parse(const ControlRequest& request, const CellDescription* cell);
 
 /// As a request travels and is stored.
 ControlRequest control_request(const requests::Any& request);
 
-// Answers that depend on what they are given alone.
+// Answers that depend on their arguments alone.
 
 requests::GetFeaturesResponse features();
 Outcome<requests::GetEntities> entities(const requests::GetEntities& request, const CellDescription& cell);

@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <variant>
 
-#include "server/contact/clearance/clearance_model.h"
 #include "idl/common/text.h"
+#include "server/contact/clearance/clearance_model.h"
 #include "server/simulation/model/command.h"
 #include "server/simulation/step/simulation.h"
 
@@ -31,7 +31,7 @@ std::string name_of(std::string_view kind, std::int32_t index, const CellDescrip
   return std::string(target_name(cell, index));
 }
 
-/// Up to the brace that closes what begins at `at`.
+/// Position of the brace that closes the text at `at`.
 std::size_t closing_brace(std::string_view text, std::size_t at) {
   for (int depth = 1; at < text.size(); ++at) {
     depth += text[at] == '{' ? 1 : text[at] == '}' ? -1 : 0;

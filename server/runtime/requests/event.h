@@ -1,6 +1,6 @@
 #pragma once
-// Events of takt_events.idl on their way out. What the step loop reports is a record of fixed size: the loop
-// makes no text. describe() makes the sentence for a person, in whatever thread sends the event.
+// Events of takt_events.idl. An event of the step loop is a record of fixed size: the loop makes no text.
+// describe() makes the sentence, in the thread that sends the event.
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -19,14 +19,14 @@ struct EventRecord {
   double time_s = 0.0;
   std::uint64_t step = 0;
   std::uint32_t epoch = 0;
-  std::uint64_t sender = 0;  ///< of the command that caused it, 0: none
+  std::uint64_t sender = 0;  ///< of the command that caused it; 0: none
   events::OfLoop event;
 };
 
 const EventInfo& info_of(const EventRecord& record);
 
-/// What the newest step brought: changed connections, ends of motions, collisions, weak grips, alternating
-/// forces.
+/// Reports the events of the newest step: changed connections, ends of motions, collisions, weak grips,
+/// alternating forces.
 void report_step(const Simulation& simulation, const std::function<void(const EventRecord&)>& report);
 
 /// Why the simulation cannot go on.

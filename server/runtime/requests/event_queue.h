@@ -1,7 +1,7 @@
 #pragma once
-// Events on their way out that are no step's: from the host of the cell and from adapters, as text. Callbacks
-// of DDS never write themselves (a callback must be short); the publishing thread numbers and writes
-// everything in one order.
+// Queue of the events that are not from a step: from the host of the cell and from adapters, as text. DDS
+// callbacks only post (a callback must be short); the publishing thread numbers and writes all events in one
+// order.
 #include <cstdint>
 #include <mutex>
 #include <string>
@@ -39,7 +39,7 @@ class EventQueue {
 
   explicit EventQueue(AutoResetEvent& wakeup) : wakeup_(wakeup) {}
 
-  /// Of the server, the subject of events that are about no part of it. Set before others post.
+  /// Subject of events about the server as a whole. Set it ahead of the first post.
   std::string cell{};
 
   /// Any thread. `sender`: identity of the sender of commands that caused it. Returns the sentence.

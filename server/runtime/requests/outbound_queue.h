@@ -1,7 +1,6 @@
 #pragma once
-// What goes out and belongs to no loaded scenario: replies to control requests, events as text, and the
-// wake-up of the thread that sends all of it. Lives as long as the server; the loops of all scenarios share
-// it.
+// Output that belongs to no loaded scenario: replies to control requests, events as text, and the wake-up of
+// the sending thread. Lives as long as the server; the loops of all scenarios share it.
 #include <cstdint>
 #include <mutex>
 #include <optional>
@@ -17,10 +16,10 @@ namespace takt {
 
 class OutboundQueue {
  public:
-  /// Something new is here, or in the output of the present loop.
+  /// Posted for new output here or of the present loop.
   AutoResetEvent news;
   EventQueue events{news};
-  /// Told to everybody who begins to listen within the first seconds; see CellHost::announces().
+  /// Sent to every client that connects within the first seconds; see CellHost::announces().
   std::optional<DiagnosticEvent> announcement{};
   const std::int64_t began_ns = monotonic_now_ns();  ///< when the server began
 

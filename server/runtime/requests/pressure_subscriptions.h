@@ -1,7 +1,7 @@
 #pragma once
-// Which pairs clients want to see pressed element by element, and for how long; what is asked for and not
-// renewed ceases of itself, so that a client that dies leaves nothing behind. The step loop knows nothing of
-// it: whoever writes samples looks here, at most so often that it costs a tenth of its time.
+// Pairs whose pressures clients have subscribed to, element by element, and the ends of the subscriptions:
+// they expire unless renewed, so that a dead client leaves none behind. The step loop does not use it: the
+// thread that writes samples evaluates it, at a rate that costs at most a tenth of its time.
 #include <cstdint>
 #include <map>
 #include <mutex>
@@ -16,7 +16,7 @@ namespace takt {
 
 class PressureSubscriptions {
  public:
-  static constexpr std::int64_t kPeriod_ns = 100'000'000;  ///< wall time between two looks, at least
+  static constexpr std::int64_t kPeriod_ns = 100'000'000;  ///< shortest wall time between two evaluations
   static constexpr std::size_t kMaxPairs = PressedElements::kMaxPairs;
 
   /// The model must outlive it.
@@ -24,14 +24,14 @@ class PressureSubscriptions {
 
   /// Any thread.
   Outcome<requests::WatchPressures> watch(const requests::WatchPressures& request, std::int64_t now_ns);
-  /// Any thread: whether anything is watched now.
+  /// Any thread: whether any subscription is active.
   bool watches(std::int64_t now_ns);
 
-  // One thread, the one that writes samples:
+  // For one thread, the one that writes samples:
 
-  /// Whether it is time for another look.
+  /// Whether the next evaluation is due.
   bool due(std::int64_t now_ns) const { return now_ns >= due_ns_; }
-  /// What presses in this instant of what is watched; notes what the look cost. `clock_ns` is a monotonic
+  /// The pressures of the subscribed pairs at this instant; measures the cost. `clock_ns` is a monotonic
   /// clock.
   const std::vector<PressedPair>& look(const Snapshot& snapshot, std::int64_t (*clock_ns)());
 

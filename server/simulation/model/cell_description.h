@@ -1,6 +1,6 @@
 #pragma once
-// What a client needs to know of a loaded cell without reading any file: names, kinds, limits, geometry.
-// Constant from load to unload. Indices into these vectors are the ids used in commands and snapshots.
+// Description of a loaded cell for clients that read no files: names, kinds, limits, geometry. Constant from
+// load to unload. Indices into these vectors are the ids used in commands and snapshots.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -29,9 +29,9 @@ struct ComponentDescription {
   std::array<float, 4> color{0.7F, 0.7F, 0.7F, 1.0F};  ///< r, g, b, a in 0..1
 };
 
-/// How long a stream of set-points may be silent (simulated time), and what happens then.
+/// Longest silence of a stream of set-points (simulated time), and the reaction to a longer one.
 struct CommandDeadline {
-  double deadline_s = 0.0;  ///< 0: none
+  double deadline_s = 0.0;  ///< 0: without deadline
   SafeAction action = SafeAction::hold;
   JointArray max_acceleration{};  ///< rad/s^2 or m/s^2, of `stop`
 };
@@ -52,15 +52,16 @@ struct SignalDescription {
   std::string name;
   std::string unit;
   bool commanded = false;           ///< clients may set it
-  double lower = 0.0, upper = 0.0;  ///< of what may be set
+  double lower = 0.0, upper = 0.0;  ///< range of permitted values
 };
 
-/// What is neither robot nor gripper: a furnace, a press.
+/// A component that is neither robot nor gripper: a furnace, a press.
 struct DeviceDescription {
   std::string name;
   std::vector<SignalDescription> signals;  ///< at most kMaxSignals
 
-  /// Places of its signals `power` (W) and `energy` (J): what has both is a consumer of electrical energy.
+  /// Indices of its signals `power` (W) and `energy` (J): a device with both is a consumer of electrical
+  /// energy.
   struct Meter {
     std::size_t power, energy;
   };
@@ -101,8 +102,8 @@ struct CellDescription {
   std::vector<DeviceDescription> devices;
   std::vector<ProcessDescription> processes;
   std::vector<std::string> checked_bodies;  ///< names for the indices in a CollisionEvent
-  /// Counts what was loaded in this run of the server, from 1; tells instants of one scenario from those of
-  /// the next.
+  /// Number of the loaded scenario in this run of the server, from 1; distinguishes instants of different
+  /// scenarios.
   std::uint32_t scenario_generation = 1;
 
   /// Index by name, or -1.

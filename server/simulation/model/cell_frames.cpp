@@ -7,7 +7,7 @@ std::string frame_of(const RobotDescription& robot, const RobotLink& link) {
   return robot.name + "/" + link.name;
 }
 
-/// The first link that a joint moves, or the base: where others that hang on the same joint are fixed.
+/// The first link that a joint moves, or the base: the parent of other links fixed to the same joint.
 const RobotLink& carrier(const RobotDescription& robot, int joint) {
   for (const RobotLink& link : robot.links)
     if (link.joint == joint) return link;
@@ -62,7 +62,7 @@ const std::vector<CellFrame>& MovingFrames::fill(const Snapshot& snapshot) {
       } else {
         X.p = q * joint.axis;
       }
-      // The first joint's frame is given in the base, which the base link is.
+      // The first joint's frame is given in the base, as is the base link.
       X = joint.X_PJ * X;
       frames_[at].p = X.p;
       frames_[at++].q = X.quaternion();

@@ -20,13 +20,13 @@ struct CellFrame {
   Quat q = Quat::Identity();
 };
 
-/// Name of the link of a robot that everything else hangs on, as a frame.
+/// Frame name of a robot's base link, the root of its links.
 std::string base_frame(const RobotDescription& robot);
 
-/// What never moves: bases of robots, links fixed to another link, Grounds (at their poses in `snapshot`).
+/// Fixed frames: bases of robots, links fixed to another link, Grounds (at their poses in `snapshot`).
 std::vector<CellFrame> static_frames(const CellDescription& cell, const Snapshot& snapshot);
 
-/// What moves: links behind joints, and components other than Grounds. The description must outlive it.
+/// Moving frames: links behind joints, and components other than Grounds. The description must outlive it.
 class MovingFrames {
  public:
   explicit MovingFrames(const CellDescription& cell);

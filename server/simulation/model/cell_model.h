@@ -25,7 +25,7 @@
 
 namespace takt {
 
-/// When a closed gripper holds a Part at LoD 1.
+/// Condition under which a closed gripper holds a Part at LoD 1.
 enum class GraspRule : std::uint8_t {
   on_command,  ///< from the close command on, every Part in the space between the jaws (thesis 5.2.2)
   on_contact,  ///< from the moment both jaws touch the Part
@@ -47,21 +47,21 @@ struct GroundModel {
   Pose X_WB;
 };
 
-/// What the mesh of a component became for the collision check. Shares are of the solid's volume.
+/// Result of the import of a component's mesh for the collision check. Shares are of the solid's volume.
 struct ConvexImport {
   std::string component;
   std::string method;  ///< hull, objects, file, vhacd
   int hulls = 0;
-  double lost = 0.0;    ///< what of the solid no part covers
-  double gained = 0.0;  ///< what of the parts is outside the solid
+  double lost = 0.0;    ///< share of the solid that no part covers
+  double gained = 0.0;  ///< share that lies in parts outside the solid
   double solid_volume_m3 = 0.0, union_volume_m3 = 0.0;
-  double seconds = 0.0;  ///< spent on it, if the importer was given a clock
+  double seconds = 0.0;  ///< import time, if the importer was given a clock
   bool from_cache = false;
 };
 
-/// Something about what was imported that a person must be told: the convex shapes of a component are further
-/// from the solid than was allowed, its mesh was repaired, or would falsify forces of surface contact; or the
-/// inertias of a robot are such as no body has.
+/// A result of the import that must be reported to the user: the convex shapes of a component are further
+/// from the solid than allowed, its mesh was repaired or would falsify forces of surface contact, or the
+/// inertias of a robot are physically impossible.
 struct ImportNote {
   std::string component;  ///< or the robot
   std::string sentence;
@@ -75,7 +75,7 @@ struct ImportNote {
 using DriveParameters =
     std::variant<IdealServoParameters, SimplifiedDriveParameters, DetailedDriveParameters>;
 
-/// What a robot needs to be more than kinematic.
+/// Dynamics of a robot above LoD 1.
 struct RobotDynamics {
   DynamicRobotParameters parameters;
   std::vector<DriveParameters> drives;  ///< by joint of the arm
@@ -88,10 +88,10 @@ struct AuxiliaryModel {
   std::string name;
   std::function<std::unique_ptr<PlantModel>()> make;  ///< called once by every simulation
   int device = -1;                                    ///< -1: it has no signals
-  std::uint64_t digest = 0;                           ///< hash of its parameters: what makes it another model
+  std::uint64_t digest = 0;                           ///< hash of its parameters, part of the model hash
 };
 
-/// What holds, moves or frees Parts between steps (part_mechanism.h).
+/// A mechanism that holds, moves or releases Parts between steps (part_mechanism.h).
 struct MechanismModel {
   std::string name;
   std::shared_ptr<void> model{};                           ///< constant while the cell runs
@@ -103,7 +103,7 @@ struct WorldBounds {
   Vec3 lower_W = Vec3::Zero(), upper_W = Vec3::Zero();
 };
 
-/// A Part that stands inside of a Part or Ground at the start, deeper than any fit is.
+/// A Part that penetrates a Part or Ground in the initial state, deeper than any fit.
 struct StartOverlap {
   int part = -1, other = -1;
   std::string sentence;
@@ -113,16 +113,17 @@ struct CellModel {
   CellDescription description;
   double step_s = 0.001;
   SolverParameters solver;
-  SolverParameters contact_solver;                  ///< while pairs act by surface contact
-  std::optional<SolverParameters> dynamics_solver;  ///< else, while a robot is dynamic; none: `solver`
+  SolverParameters contact_solver;  ///< while pairs act by surface contact
+  /// Solver while a robot is dynamic; std::nullopt: `solver`.
+  std::optional<SolverParameters> dynamics_solver;
   std::vector<Component> components;
   std::vector<ComponentPair> pairs;
   InteractionParameters interaction;
   std::vector<RigidBodyParameters> parts;  ///< by Part, in order of component id
   std::vector<GroundModel> grounds;
-  std::optional<WorldBounds> bounds;  ///< none: Parts may be anywhere
+  std::optional<WorldBounds> bounds;  ///< std::nullopt: Parts may be anywhere
   std::vector<KinematicRobotParameters> robots;
-  std::vector<std::optional<RobotDynamics>> dynamics;     ///< by robot; none: the robot can only be kinematic
+  std::vector<std::optional<RobotDynamics>> dynamics;     ///< by robot; std::nullopt: only kinematic
   std::vector<std::string> no_dynamics;                   ///< by robot: why, for error texts
   std::vector<int> robot_levels;                          ///< by robot: level of detail at the start
   std::vector<std::vector<TrajectoryKnot>> trajectories;  ///< by robot; followed from time 0 on, or empty
@@ -130,8 +131,7 @@ struct CellModel {
   ContactModel contact;
   std::vector<AuxiliaryModel> auxiliary_models;
   std::vector<MechanismModel> mechanisms;
-  std::vector<std::pair<int, int>>
-      joined;  ///< components that a mechanism joins at the start: Part, what holds it
+  std::vector<std::pair<int, int>> joined;  ///< components that a mechanism joins at the start: Part, holder
   ClearanceModel clearance;
   std::vector<ConvexImport> convex_imports;
   std::vector<ImportNote> import_notes;

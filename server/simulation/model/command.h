@@ -1,10 +1,10 @@
 #pragma once
-// What clients may ask of the plant: joint set-points and trajectories, gripper and device commands, already
+// Requests of clients to the plant: joint set-points and trajectories, gripper and device commands, already
 // validated against the cell.
 //
-// A command is fixed-size plain data, so that handing one over neither allocates nor locks for long. Commands
-// are made only by the functions below, which check everything a sender can get wrong: a command that exists
-// is one the simulation may apply.
+// A command is fixed-size plain data, so that passing it on neither allocates nor locks for long. Only the
+// functions below make commands, and they check every possible mistake of a sender: the simulation may apply
+// every command.
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -34,8 +34,8 @@ struct JointCommand {
   bool has_effort = false;    ///< efforts were sent; otherwise they are zero from here on
   JointArray position{};      ///< rad or m, in the order of the robot's joints
   JointArray velocity{};      ///< rad/s or m/s
-  /// Feed-forward of the drives (LoD 2 and 3), at the joints: N m or N. It holds at once, and until the next
-  /// command of the robot, a missed deadline or a reset.
+  /// Feed-forward of the drives (LoD 2 and 3), at the joints: N m or N. It takes effect at once and lasts
+  /// until the next command of the robot, a missed deadline or a reset.
   JointArray effort{};
 };
 
@@ -47,17 +47,17 @@ struct GripperCommand {
   double max_force_N = 0.0;  ///< 0: the gripper's own limit
 };
 
-/// A motion of all joints of one robot from where it is, through the points of the path. It starts at the
-/// stamp, or when the command takes effect; what of it lies in the past then is left out. Until it starts,
-/// what the robot does goes on. A set-point or another trajectory replaces it. The efforts of its points are
-/// the drives' feed-forward while it lasts; those of the last point stay.
+/// A motion of all joints of one robot from its present position through the points of the path. It starts at
+/// the stamp, or when the command takes effect; a part in the past is skipped. The robot's present motion
+/// continues until the start. A set-point or another trajectory replaces it. The efforts of its points are
+/// the drives' feed-forward during the motion; those of the last point stay.
 struct TrajectoryCommand {
   int robot = -1;                         ///< index into CellDescription::robots
-  SimTime stamp;                          ///< simulated time of the start; none: at once
+  SimTime stamp;                          ///< simulated time of the start; unset: at once
   std::shared_ptr<const JointPath> path;  ///< without points: the robot stops where it is
 };
 
-/// Signals of one device; those that are not among them stay as they are.
+/// Signals of one device; its other signals keep their values.
 struct DeviceCommand {
   int device = -1;  ///< index into CellDescription::devices
   SimTime stamp;    ///< simulated time the sender meant
@@ -72,7 +72,7 @@ using Command = std::variant<JointCommand, GripperCommand, TrajectoryCommand, De
 int target_count(const CellDescription& cell);
 int target_of(const CellDescription& cell, const Command& command);
 std::string_view target_name(const CellDescription& cell, int target);
-/// -1: there is none of this name.
+/// Index of the target with this name, or -1.
 int find_target(const CellDescription& cell, std::string_view name);
 
 /// Why a command was refused. `message` is a whole sentence with the joint, the value found and the allowed
@@ -83,8 +83,8 @@ struct Rejection {
   std::string message;
 };
 
-/// A joint command as it came in, before validation: names select joints, in any order; all of the robot's
-/// joints must be present. `velocity` and `effort` are empty or as long as `position`.
+/// A received joint command, not yet validated: names select joints, in any order; all of the robot's joints
+/// must be present. `velocity` and `effort` are empty or as long as `position`.
 struct RawJointCommand {
   SimTime stamp;
   std::vector<std::string> names;
@@ -98,8 +98,8 @@ struct RawGripperCommand {
   double max_force_N = 0.0;
 };
 
-/// Points as they came in. `velocities` and `accelerations` are empty, or as long as `positions`; either all
-/// points have them or none.
+/// Received points. `velocities` and `accelerations` are empty, or as long as `positions`; all points must
+/// have them or all must lack them.
 struct RawTrajectoryPoint {
   std::vector<double> positions, velocities, accelerations;
   std::vector<double> effort;  ///< N m or N, as `velocities` empty or as long as `positions`
@@ -133,7 +133,7 @@ Validated<GripperCommand> validate(const CellDescription& cell, int target, cons
 /// robot's own position to the first point can only be checked when the command takes effect.
 Validated<TrajectoryCommand> validate(const CellDescription& cell, int target, const RawTrajectory& raw);
 Validated<DeviceCommand> validate(const CellDescription& cell, int target, const RawDeviceCommand& raw);
-/// Appends a signal (index) of the command's device with its value, or says why not.
+/// Appends a signal (index) of the command's device with its value, or returns the reason of a refusal.
 std::optional<Rejection> add_signal(const CellDescription& cell, DeviceCommand& command, int signal,
                                     double value);
 

@@ -1,13 +1,13 @@
 #pragma once
-// The members of a plain struct (an aggregate) without a list of them: visit_members(s, visit) calls visit(a, b, ...)
-// with all of them in order. Whatever is made of a struct this way misses no member that is added to it.
+// The members of a plain struct (an aggregate) without a list of them: visit_members(s, visit) calls visit(a,
+// b, ...) with all of them in order. Code built on it covers every later member too.
 #include <cstddef>
 #include <type_traits>
 
 namespace takt {
 
 // clang-format off
-/// How many members T has, at most 24: as many as its initialiser takes.
+/// Number of members of T, at most 24: the largest number of initialisers that T accepts.
 template <class T>
 consteval std::size_t member_count() {
   if constexpr (requires { T{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}}; }) return 24;

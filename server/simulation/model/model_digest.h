@@ -1,7 +1,7 @@
 #pragma once
-// A hash over values and over structs with all their members (members.h): a parameter that is added to a struct
-// enters it by itself. A type of which not all counts has a function `digest(ModelDigest&, const T&)` beside it, or in
-// model_hash.cpp, which says what is left out.
+// A hash over values and over structs with all their members (members.h): a parameter that is added to a
+// struct enters it without further code. A type with members that do not count has a function
+// `digest(ModelDigest&, const T&)` beside it or in model_hash.cpp, which lists the omitted members.
 #include <array>
 #include <memory>
 #include <optional>

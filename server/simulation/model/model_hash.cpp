@@ -8,12 +8,12 @@
 namespace takt {
 
 namespace {
-/// Changes when the hash of an unchanged model changes, so that the reason is seen: 2 is that of the members of
-/// structs, without lists.
+/// Changes when the hash of an unchanged model changes, so that the reason is seen: 2 is that of the members
+/// of structs, without lists.
 constexpr int kVersion = 2;
 }  // namespace
 
-// What of a type does not count, or follows from what does.
+// Members that do not count, or follow from members that count.
 
 void digest(ModelDigest& hash, const ConvexShape& shape) {
   hash << shape.vertices;
@@ -30,7 +30,7 @@ void digest(ModelDigest& hash, const InteractionParameters& p) {
   hash.members(counted);
 }
 void digest(ModelDigest& hash, const ContactModel& contact) {
-  // Not how pairs are evaluated and who sleeps.
+  // Omits the evaluation of pairs and the sleeping.
   hash << contact.enabled << contact.surfaces << contact.pairs;
 }
 void digest(ModelDigest& hash, const CheckedBody& body) {
@@ -52,7 +52,7 @@ void digest(ModelDigest& hash, const MechanismModel& mechanism) {
 }
 
 std::uint64_t model_hash(const CellModel& model) {
-  // A member that is added here does not compile before it is said whether it counts.
+  // A new member of this struct does not compile until this function lists it.
   const auto& [description, step_s, solver, contact_solver, dynamics_solver, components, pairs, interaction,
                parts, grounds, bounds, robots, dynamics, no_dynamics, robot_levels, trajectories, grippers,
                contact, auxiliary_models, mechanisms, joined, clearance, convex_imports, import_notes,

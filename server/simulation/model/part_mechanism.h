@@ -1,6 +1,7 @@
 #pragma once
-// What holds, moves or frees Parts between steps besides contact and grippers: screw joints, and what comes. A cell
-// model lists mechanisms (CellModel::mechanisms); a device registers one (server/devices/device_type.h).
+// A mechanism that holds, moves or releases Parts between steps besides contact and grippers, such as screw
+// joints. A cell model lists mechanisms (CellModel::mechanisms); a device registers one
+// (server/devices/device_type.h).
 #include <functional>
 
 #include "plant_models/plant_model.h"
@@ -18,11 +19,11 @@ class PartMechanism {
 
   /// Initial state. `interaction` has just been reset.
   virtual void start(ComponentInteraction& interaction) = 0;
-  /// After the connections of a step of length h (s) have been decided. True if who is attached has changed, and with
-  /// it which pairs act by contact.
+  /// Called after the decision on the connections of a step of length h (s). True if attachments have
+  /// changed, and with them the pairs that act by contact.
   virtual bool update(double h, const CellMotion& motion, CellPlant& plant,
                       ComponentInteraction& interaction) = 0;
-  /// After levels of detail or what is attached have changed. `by_contact` says whether a component has level 3.
+  /// Called after a change of levels of detail or attachments. `by_contact`: whether a component has level 3.
   virtual void choose_stiffness(const std::function<bool(int component)>& by_contact,
                                 ComponentInteraction& interaction) const = 0;
   virtual void save(StateWriter& out) const = 0;

@@ -1,7 +1,7 @@
 #pragma once
-// What presses how, element by element (level of detail 3), for pictures: which elements of a pair's Base
-// have force, where their corners are, and with which pressure (2.17). Computed from a snapshot alone, with
-// lists of candidates of its own, so that a simulation neither waits for it nor has other bits.
+// Pressure element by element (level of detail 3), for pictures: the elements of a pair's Base that have
+// force, their corners and their pressure (2.17). Computed from a snapshot alone, with candidate lists of its
+// own, so that it neither delays a simulation nor changes its bits.
 #include <array>
 #include <cstdint>
 #include <map>
@@ -23,7 +23,7 @@ struct PressedPair {
   int base = -1, target = -1;  ///< component ids
   double largest_pressure_Pa = 0.0;
   std::vector<PressedElement> elements;  ///< by number of the Base's element
-  std::size_t omitted = 0;  ///< with force too, but with less pressure than those that found room
+  std::size_t omitted = 0;               ///< with force too, but with less pressure than the listed ones
 };
 
 class PressedElements {
@@ -34,8 +34,8 @@ class PressedElements {
   /// The model must outlive it.
   explicit PressedElements(const ContactModel& model) : model_(model) {}
 
-  /// Of those pairs (indices of the model's) that press in this snapshot, at most kMaxPairs. Pairs that are
-  /// not asked for any more lose what was kept for them.
+  /// The given pairs (indices of the model's) that press in this snapshot, at most kMaxPairs. Pairs that a
+  /// call leaves out lose their caches.
   const std::vector<PressedPair>& read(const Snapshot& snapshot, std::span<const std::size_t> pairs);
 
  private:

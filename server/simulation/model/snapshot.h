@@ -39,13 +39,13 @@ struct RobotSample {
   SimTime newest_stamp;  ///< of the newest command applied that had one
 };
 
-/// `closed` is what was commanded; all else is measured.
+/// `closed` is the commanded state; all other members are measured.
 struct GripperSample {
   double width_m = 0.0;  ///< between the grip faces, never negative
-  /// Of the jaws' drives, mean of both: where levels of detail have no force between jaw and Part (1 and 2),
-  /// that with which the drives press on what they hold; else 0 at level 1.
+  /// Force of the jaws' drives, mean of both. At levels of detail without force between jaw and Part (1 and
+  /// 2): the force with which the drives press on the held Part; without a held Part 0 at level 1.
   double force_N = 0.0;
-  bool closed = false;       ///< the last command closes the jaws, or they hold something
+  bool closed = false;       ///< the last command closes the jaws, or they hold a Part
   bool moving = false;       ///< a jaw is faster than 1 mm/s against the palm
   bool in_position = false;  ///< the jaws stand, 0.1 mm from the commanded width at most
   int part = -1;             ///< component that both jaws touch and hold (the first of several), or -1
@@ -59,14 +59,14 @@ struct DeviceSample {
   SimTime newest_stamp;
 };
 
-/// Most contacts that a snapshot holds.
+/// Largest number of contacts in a snapshot.
 inline constexpr std::size_t kMaxContactSamples = 1024;
 
-/// Pairs that press upon each other by surface contact.
+/// Pairs with pressure by surface contact.
 struct ContactsSample {
   bool acting = false;                 ///< some process is at level of detail 3
   std::vector<ContactSample> samples;  ///< one for each pair of the cell, at most kMaxContactSamples
-  std::size_t count = 0;               ///< of those in `samples`, in the order of the cell's pairs
+  std::size_t count = 0;               ///< number of those in `samples`, in the order of the cell's pairs
   std::size_t omitted = 0;             ///< that press too, but do not fit
   std::span<const ContactSample> pressing() const { return {samples.data(), count}; }
 };
@@ -83,11 +83,11 @@ struct Snapshot {
   ContactsSample contacts;
 };
 
-/// Something about the commanded motion of a robot.
+/// A notice about the commanded motion of a robot.
 struct MotionNotice {
   enum class Kind : std::uint8_t {
     trajectory_done,      ///< its last point is reached
-    trajectory_replaced,  ///< another command came before its end
+    trajectory_replaced,  ///< by another command ahead of its end
     trajectory_refused,   ///< it cannot be followed from where the robot is: joint, value, limit
     trajectory_past,      ///< its end was over when it took effect; value: its end (s)
     deadline_missed,      ///< no set-point for longer than allowed; value: how long (s)
@@ -102,14 +102,14 @@ struct MotionNotice {
   double lower = 0.0, upper = 0.0;
 };
 
-/// What friction must carry at a gripper, at levels of detail 1 and 2 (simulation/grip_loads.h).
+/// Load of the friction at a gripper, at levels of detail 1 and 2 (simulation/step/grip_loads.h).
 struct GripLoad {
   int part = -1;          ///< component that the jaws touch, or -1
   double needed_N = 0.0;  ///< with which each jaw must press
   double force_N = 0.0;   ///< with which it presses
 };
 
-/// What hangs on a gripper is more than friction carries. Once for every grip.
+/// The load of a gripper exceeds its friction. Reported once per grip.
 struct WeakGrip {
   double time_s = 0.0;
   std::uint64_t step = 0;
@@ -125,10 +125,10 @@ struct AlternatingForce {
   std::uint64_t step = 0;
   int part = -1;
   int other = -1;         ///< component that presses most upon it, or -1
-  double change_N = 0.0;  ///< from the step before
+  double change_N = 0.0;  ///< relative to the previous step
 };
 
-/// A Part changed the component that holds it.
+/// A change of the component that holds a Part.
 struct ConnectionChange {
   double time_s = 0.0;
   std::uint64_t step = 0;

@@ -1,5 +1,5 @@
 #pragma once
-// Which solver, how exact, and what it cost: plain data.
+// Choice of the solver, its accuracy, and its statistics: plain data.
 #include <cstdint>
 #include <span>
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace takt {
 
-/// How the linear systems of implicit solvers are made up. `rosenbrock` always has the coupled one.
+/// Composition of the linear systems of implicit solvers. `rosenbrock` always has the coupled one.
 enum class SystemMatrix : std::uint8_t {
   automatic,  ///< coupled where pairs are stiff (surface contact), else separate
-  separate,   ///< implicit: what is stiff inside each model; others: finite differences, group by group
+  separate,   ///< implicit: stiff terms inside each model; others: finite differences, group by group
   coupled,    ///< models with the forces between them, at velocity level (velocity_system.h)
 };
 
@@ -24,12 +24,12 @@ struct SolverParameters {
 struct SolverStatistics {
   std::uint64_t steps = 0;           ///< accepted by the solver
   std::uint64_t rejected_steps = 0;  ///< error test failures
-  std::uint64_t evaluations = 0;     ///< of the right-hand side, those for Jacobians included
+  std::uint64_t evaluations = 0;     ///< of the right-hand side, including those for Jacobians
   std::uint64_t jacobians = 0;
   std::uint64_t factorisations = 0;
   std::uint64_t newton_iterations = 0, newton_failures = 0;
   std::uint64_t forced_steps =
-      0;  ///< accepted whatever their error: at the smallest step, or attempts were spent
+      0;  ///< accepted with a larger error: at the smallest step, or after the last attempt
   std::uint64_t restarts = 0;
   std::uint64_t mode_switches = 0;  ///< changes of plant models' modes
   double smallest_step_s = 0.0, largest_step_s = 0.0;
@@ -39,10 +39,10 @@ struct SolverStatistics {
 std::span<const std::string_view> solver_names();
 /// True for the solvers that choose their steps by a tolerance.
 bool solver_has_error_control(std::string_view name);
-/// Of fixed step and without linear systems. They cannot follow surface contact, whose friction has rates of
-/// 10^5 1/s and more that depend on the forces.
+/// True for solvers with fixed step and without linear systems. They cannot follow surface contact, whose
+/// friction has rates of 10^5 1/s and more that depend on the forces.
 bool solver_is_explicit(std::string_view name);
-/// The tolerance they have where none is given.
+/// Default tolerance of a solver.
 double solver_default_tolerance(std::string_view name);
 
 }  // namespace takt

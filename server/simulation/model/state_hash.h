@@ -1,6 +1,6 @@
 #pragma once
-// A 64-bit hash chained over the bits of successive states: equal hashes at a step mean that everything up to
-// there was equal, bit for bit. Not cryptographic.
+// A 64-bit hash chained over the bits of successive states: equal hashes at a step mean equal bits in all
+// steps up to it. Not cryptographic.
 #include <bit>
 #include <cinttypes>
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace takt {
 
-/// As it is told everywhere, to be compared as text: "0x" and 16 digits.
+/// The hash as text, as in all reports: "0x" and 16 digits.
 inline std::string hash_text(std::uint64_t hash) {
   char text[19];
   std::snprintf(text, sizeof text, "0x%016" PRIx64, hash);

@@ -97,7 +97,7 @@ class TrajectoryCheck {
       PathPiece piece;
       if (from == to) {
         piece.c[0] = path.points[to].q[j];
-        piece.c[1] = path.points[to].qd[j];  // of a piece of 1 s; looked at as a velocity only
+        piece.c[1] = path.points[to].qd[j];  // of a piece of 1 s; used as a velocity only
       } else {
         piece = path_piece(path.order, path.points[from], path.points[to], j);
       }

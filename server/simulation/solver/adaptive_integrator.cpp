@@ -16,7 +16,7 @@ double one_time(double t) {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMaxSteps = 50'000;       // per communication step
-constexpr int kMaxAttempts = 40;        // to begin anew after a failure, per communication step
+constexpr int kMaxAttempts = 40;        // restarts after a failure, per communication step
 constexpr int kMaxAttemptsHere = 5;     // without any step between
 constexpr int kMaxEvents = 2'000;       // per communication step
 constexpr int kMaxEventsHere = 30;      // at one time
@@ -183,7 +183,7 @@ bool AdaptiveIntegrator::note_event(double t) {
   return fail(t, "the modes of the plant models switch without end");
 }
 
-// A mode that does not hold although nothing crossed zero: it did not from the beginning.
+// A mode that does not hold although no indicator crossed zero: it was wrong from the beginning.
 bool AdaptiveIntegrator::check_modes(double t, std::span<const double> x, bool& wrong) {
   wrong = false;
   if (indicators_.empty()) return true;

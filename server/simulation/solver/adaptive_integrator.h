@@ -1,11 +1,11 @@
 #pragma once
 // Solvers with error control: they choose their own steps within a communication step and stop at its end, at
-// times that models know beforehand (next_time_event), and where an indicator crosses zero. Set-points do not
-// restart them, connections and modes do. All Parts take part, also those at rest: what these methods
-// remember of earlier steps is not in the state, so a Part whose state stands still is no proof that it will.
+// times that models announce (next_time_event), and at zero crossings of indicators. Changes of connections
+// and modes restart them, set-points do not. All Parts take part, also those at rest: the methods' memory of
+// earlier steps is not in the state, so an unchanged state does not prove that a Part stays at rest.
 //
-// A failure (a derivative that is not finite, no convergence) first costs the step, then begins anew from the
-// last accepted point with ever smaller steps; after that advance() gives up with a reason.
+// After a failure (a derivative that is not finite, no convergence) the solver starts again from the last
+// accepted point with ever smaller steps; after that advance() fails with a reason.
 #include <memory>
 #include <vector>
 

@@ -1,6 +1,7 @@
 #pragma once
-// What lies between takt's solvers with error control and the library that integrates: the problem as the
-// library asks for it, and the library as AdaptiveIntegrator drives it. No type of the library appears here.
+// The interface between takt's solvers with error control and the integrating library: the problem in the
+// form that the library needs, and the library as AdaptiveIntegrator drives it. No type of the library
+// appears here.
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -13,11 +14,11 @@
 
 namespace takt {
 
-/// x' = f(t, x) of an OdeSystem with error weights, indicators and Jacobian. Counts what is asked of it.
+/// x' = f(t, x) of an OdeSystem with error weights, indicators and Jacobian. Counts its evaluations.
 class AdaptiveProblem {
  public:
-  /// `matrix`: coupled is the linear system at velocity level, with the tangent of friction; else finite
-  /// differences.
+  /// `matrix`: coupled is the linear system at velocity level, with the tangent of friction; all others are
+  /// finite differences.
   AdaptiveProblem(const OdeSystem& system, double tolerance, SystemMatrix matrix);
 
   int state_count() const { return static_cast<int>(absolute_tolerances_.size()); }
@@ -25,15 +26,15 @@ class AdaptiveProblem {
   double relative_tolerance() const { return tolerance_; }
   std::span<const double> absolute_tolerances() const { return absolute_tolerances_; }
 
-  /// The system to evaluate from now on.
+  /// Sets the system of later evaluations.
   void use(OdeSystem& system) { system_ = &system; }
-  /// Times at which to evaluate: a method that stops at a corner of f, and begins anew there, must not look
-  /// beyond it by a rounding error.
+  /// Interval of permitted evaluation times: a method that stops at a corner of f, and restarts there, must
+  /// not evaluate beyond it by a rounding error.
   void limit_times(double earliest, double latest) { earliest_ = earliest, latest_ = latest; }
-  /// The connections changed: who feels whom is to be found anew.
+  /// After a change of connections: finds the groups of coupled models again.
   void find_groups(double t, const double* x);
-  /// False if a derivative is not finite; then a smaller step may help. Or a plant model threw, which is kept
-  /// from the library, whose C functions no exception may pass through.
+  /// False if a derivative is not finite; then a smaller step may help. Also false if a plant model threw:
+  /// the exception is stored, because it must not pass through the library's C functions.
   bool derivatives(double t, const double* x, double* xdot);
   /// Likewise.
   bool indicators(double t, const double* x, double* g);
@@ -42,14 +43,14 @@ class AdaptiveProblem {
   bool factorise(double a, double b);
   void solve(double* b);
 
-  /// What a plant model threw; nothing helps against that. Empty: nothing.
+  /// Message of a plant model's exception, which no smaller step avoids; empty without one.
   const std::string& thrown() const { return thrown_; }
 
   /// The library's own words about its last error.
   void tell(std::string_view text) { message_ = text; }
   const std::string& message() const { return message_; }
   void clear_message() { message_.clear(); }
-  /// Before a communication step.
+  /// Call at the start of a communication step.
   void forget_errors() { message_.clear(), thrown_.clear(); }
 
   std::uint64_t evaluations = 0, jacobians = 0, factorisations = 0;
@@ -60,7 +61,7 @@ class AdaptiveProblem {
   double earliest_, latest_;
   int indicator_count_;
   std::vector<double> absolute_tolerances_;
-  // One of both.
+  // Exactly one of the two exists.
   std::unique_ptr<SystemJacobian> jacobian_;
   std::unique_ptr<VelocitySystem> coupled_;
   std::vector<double> work_;
@@ -73,12 +74,12 @@ class AdaptiveMethod {
  public:
   virtual ~AdaptiveMethod() = default;
   enum class Outcome { stepped, crossing, failed };
-  /// Since the last start().
+  /// Counts since the last start().
   struct Counts {
     long steps = 0, rejected = 0, newton_iterations = 0, newton_failures = 0;
   };
 
-  /// Begins anew at (t, x), forgetting all that was. first_step_s = 0: the method chooses. False: failed.
+  /// Restarts at (t, x) without memory of earlier steps. first_step_s = 0: the method chooses. False: failed.
   virtual bool start(double t, std::span<const double> x, double first_step_s) = 0;
   /// One step, not beyond t_stop. `t` becomes the time reached: of the step's end, or of the first
   /// indicator's crossing to negative.

@@ -40,7 +40,7 @@ bool Integrator::finish_fixed_step(OdeSystem& system, double t, double h, std::s
 }
 
 bool Integrator::finish(OdeSystem& system, double t_end, std::span<double> x) {
-  // Modes are asked about finite states only, and may set states themselves.
+  // Only finite states are passed to the modes, which may set states themselves.
   const auto finite = [&] {
     bool good = true;
     for (const OdeSystem::Range& range : system.active_states())

@@ -89,7 +89,7 @@ void OdeSystem::update_motion(double t, std::span<const double> x) {
 
 void OdeSystem::evaluate_wrenches() {
   if (!has_contacts()) {
-    // What a Gripper bore before it let go, or before its screwdriver stopped, is not there any more.
+    // A Gripper that released its load, or whose screwdriver stopped, must not keep its old wrench.
     for (const int body : stateless_bodies_) wrenches_[static_cast<std::size_t>(body)] = {};
     interaction_.evaluate(motion_, awake_, wrenches_);
   } else {
@@ -154,7 +154,7 @@ double OdeSystem::next_time_event(double t) const {
   double next = std::numeric_limits<double>::infinity();
   for (const Segment& segment : segments_) {
     const double event = segment.model->next_time_event(t);
-    if (!(event >= next)) next = event;  // what is no number stays, to be refused
+    if (!(event >= next)) next = event;  // a NaN is kept, so that the caller refuses it
     if (std::isnan(next)) break;
   }
   return next;

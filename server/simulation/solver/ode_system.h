@@ -16,18 +16,19 @@ namespace takt {
 class OdeSystem {
  public:
   /// Models in the order robots, grippers, Grounds, Parts. The interaction is read only. `contacts`: surface
-  /// contact, where pairs act by it; else null.
+  /// contact, or nullptr if no pair acts by it.
   OdeSystem(std::vector<PlantModel*> models, const ComponentInteraction& interaction, std::size_t body_count,
             std::size_t arm_count, ContactInteraction* contacts = nullptr);
 
-  /// Further forces, added in this order; they outlive the system. Without any, wrenches are the same bits.
+  /// Additional forces, added in this order; they must outlive the system. With an empty list the wrenches
+  /// keep their bits.
   void set_force_elements(std::vector<const ForceElement*> elements) { elements_ = std::move(elements); }
 
   int state_count() const { return state_count_; }
 
-  /// Only these Parts (component ids, ascending) may move from now on, besides robots and grippers. The
-  /// others keep states and motion as they are; whoever says so must know that the next step would leave
-  /// their states unchanged, bit for bit (resting_parts.h) or within a bound (calm_parts.h).
+  /// Restricts motion to these Parts (component ids, ascending), robots and grippers. All other Parts keep
+  /// states and motion; the caller guarantees that the next step would leave their states unchanged, bit for
+  /// bit (exact_sleeping.h) or within a bound (threshold_sleeping.h).
   void set_awake(std::span<const int> parts);
   /// All models again, Grounds included.
   void wake_all();
@@ -37,7 +38,7 @@ class OdeSystem {
   };
   /// The states that may change, ascending.
   std::span<const Range> active_states() const { return active_states_; }
-  /// Components whose motion may change, the Parts among them last.
+  /// Components whose motion may change, with the Parts among them last.
   std::span<const int> active_bodies() const { return active_bodies_; }
 
   void initial_state(std::span<double> x) const;
@@ -50,7 +51,7 @@ class OdeSystem {
 
   /// x' = f(t, x): motion, wrenches, derivatives. Pure in (t, x) for the connections of this step.
   void derivatives(double t, std::span<const double> x, std::span<double> xdot);
-  /// The same where update_motion(t, x) has just been called.
+  /// The same directly after update_motion(t, x).
   void derivatives_at_motion(double t, std::span<const double> x, std::span<double> xdot);
 
   // Modes of the plant models (see plant_model.h). All of these bring the motion and the wrenches to (t, x).
@@ -61,7 +62,7 @@ class OdeSystem {
   bool switch_modes(double t, std::span<double> x);
   double next_time_event(double t) const;
 
-  /// One entry of the approximate Jacobian d xdot / d x; the others are zero (treated explicitly).
+  /// One entry of the approximate Jacobian d xdot / d x; all others are zero (treated explicitly).
   struct Entry {
     int row = 0, column = 0;
   };
@@ -81,11 +82,11 @@ class OdeSystem {
   }
   /// Wrenches of the last derivatives() or update_wrenches().
   std::span<const Wrench> wrenches() const { return wrenches_; }
-  /// Motion at time t of what has no states (kinematic robots and grippers).
+  /// Updates the motion at time t of models without states (kinematic robots and grippers).
   void update_stateless_motion(double t);
 
-  /// The pairs' stiffness is beyond what solvers can leave to an explicit treatment (surface contact). Then
-  /// their matrices are coupled (SolverParameters::matrix).
+  /// True if the pairs are too stiff for an explicit treatment (surface contact). The matrices of solvers are
+  /// then coupled (SolverParameters::matrix).
   bool has_stiff_pairs() const { return stiff_pairs_; }
   void set_stiff_pairs(bool stiff) { stiff_pairs_ = stiff; }
 
@@ -97,7 +98,7 @@ class OdeSystem {
     std::size_t first_indicator = 0, first_entry = 0;
   };
   std::span<const Segment> segments() const { return segments_; }
-  /// Of those, which may change their states at present, ascending.
+  /// Segments whose states may change at present, ascending.
   std::span<const std::size_t> active_segments() const { return active_; }
   std::size_t body_count() const { return wrenches_.size(); }
 
@@ -107,7 +108,7 @@ class OdeSystem {
     int body = -1;  ///< component whose states they are, or -1 if they move several
   };
   std::span<const Block> blocks() const { return blocks_; }
-  /// Pairs act by surface contact: stiff, and coupled beyond who holds whom.
+  /// True if pairs act by surface contact: they are stiff, and couple models beyond the connections.
   bool has_contacts() const { return contacts_ != nullptr && contacts_->any_acting(); }
   /// The component that holds this one at present, or -1.
   int partner(int body) const { return interaction_.partner(body); }
@@ -127,7 +128,7 @@ class OdeSystem {
   std::vector<Segment> segments_;
   std::vector<Block> blocks_;
   std::vector<int> segment_of_body_;   ///< of bodies that may rest; else -1
-  std::vector<int> stateless_bodies_;  ///< component ids of all others: Grippers and Grounds
+  std::vector<int> stateless_bodies_;  ///< component ids of Grippers and Grounds
   std::vector<int> part_bodies_;       ///< component ids of the models with states
   std::vector<std::size_t> active_;    ///< segments, in order
   std::vector<Range> active_states_;

@@ -15,10 +15,11 @@ constexpr double kFirstStep_s = 1e-4;
 // PI control of the step's size (Gustafsson 1991) for an error estimate of order h^3.
 constexpr double kSafety = 0.9, kProportional = 0.4 / 3.0, kIntegral = 0.7 / 3.0;
 constexpr double kLeastFactor = 0.2, kMaxFactor = 4.0;
-// Steps that something else keeps short have tiny errors, which must not make the next one suspicious.
+// Steps shortened for other reasons have tiny errors, which must not raise the expected error of the next
+// step.
 constexpr double kLeastError = 1e-2;
 constexpr double kAfterNotFinite = 0.25;
-// A change of mode is found to within this time, or after so many attempts.
+// A change of mode is located to within this time, or after this many attempts.
 constexpr double kLocated_s = 1e-5;
 constexpr int kMaxLocating = 8;
 constexpr int kMaxSwitchesAtOnce = 20;
@@ -49,7 +50,7 @@ void RosenbrockIntegrator::reset() {
   after_ = -kInfinity;
 }
 
-// Jacobian, stages and the matrix are made anew in every step.
+// Jacobian, stages and the matrix are computed in every step.
 void RosenbrockIntegrator::save(StateWriter& out) const {
   out.put(step_), out.put(last_error_), out.put(after_), out.put(before_), out.put(restarted_);
   out.put_size(indicators_.size());
@@ -72,7 +73,7 @@ void RosenbrockIntegrator::next_size(double h, bool cut_short) {
   const double factor =
       kSafety * std::pow(std::max(trial_.error(), 1e-9), -kIntegral) * std::pow(last_error_, kProportional);
   const double proposed = h * std::clamp(factor, kLeastFactor, rejected_ ? 1.0 : kMaxFactor);
-  // A step that something else ended tells nothing against the size that was meant.
+  // A step that ended for another reason does not lower the proposed size.
   step_ = std::max(cut_short ? std::max(step_, proposed) : proposed, kSmallestStep_s);
   last_error_ = std::max(trial_.error(), kLeastError);
 }
@@ -97,7 +98,7 @@ double RosenbrockIntegrator::mode_ends_at(OdeSystem& system, double t_end) {
   double first = kInfinity;
   for (std::size_t i = 0; i < indicators_.size(); ++i) {
     if (new_indicators_[i] >= 0.0) continue;
-    // One that was negative before has no crossing: the mode was wrong from the beginning.
+    // A negative initial value has no crossing: the mode was wrong from the beginning.
     first =
         std::min(first, indicators_[i] > 0.0 ? indicators_[i] / (indicators_[i] - new_indicators_[i]) : 1.0);
   }

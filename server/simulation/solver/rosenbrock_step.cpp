@@ -12,8 +12,8 @@ constexpr RosenbrockForm kMethod = transformed(RosenbrockTableau{});
 // Both make ROS2 L-stable. The second one is used only where I - g h A is singular with the first.
 const double kGammas[] = {1.0 - std::sqrt(0.5), 1.0 + std::sqrt(0.5)};
 
-// What counts of the difference of ROS2 from Euler's method, whose error it is: that of ROS2 is of the next
-// order.
+// Share of the difference between ROS2 and Euler's method used as error estimate: the difference is Euler's
+// error; that of ROS2 is of the next order.
 constexpr double kOfEuler = 0.1;
 
 template <class Visit>
@@ -149,7 +149,7 @@ RosenbrockStep::Outcome RosenbrockStep::judge(const OdeSystem& system, std::span
   return error_ <= 1.0 ? Outcome::good : Outcome::too_large;
 }
 
-// The worst model counts: how many others there are in the cell must not loosen the tolerance.
+// The worst model counts: the number of other models in the cell must not loosen the tolerance.
 double RosenbrockStep::error_of(const OdeSystem& system, std::span<const double> x) const {
   double worst = 0.0;
   for (const std::size_t s : system.active_segments()) {

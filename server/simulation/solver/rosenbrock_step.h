@@ -5,8 +5,8 @@
 //   ROS34PW2 (rosenbrock_tableau.h): four stages, order 3, error estimate of order 2.
 //   ROS2 (implicit_integrator.h): two stages, order 2; its error estimate is a tenth of the difference from
 //   x + h k1, which is of order 1.
-//   The linearly implicit method of Euler, (I - h A) k = f + h f_t, x + h k: order 1. It takes energy out of
-//   whatever it cannot resolve.
+//   The linearly implicit method of Euler, (I - h A) k = f + h f_t, x + h k: order 1. It dissipates the
+//   energy of unresolved motion.
 #include <limits>
 #include <memory>
 #include <span>
@@ -21,27 +21,27 @@ class RosenbrockStep {
  public:
   enum class Outcome { good, too_large, not_finite };
 
-  /// Counts evaluations, Jacobians and factorisations in `statistics`, which must live as long.
+  /// Counts evaluations, Jacobians and factorisations in `statistics`, which must outlive it.
   RosenbrockStep(const OdeSystem& system, double tolerance, SolverStatistics& statistics);
 
   /// f is evaluated between these times, where it has no corner.
   void limit_times(double after, double before) { after_ = after, before_ = before; }
   double clamped(double t) const;
 
-  /// f and its time derivative at (t, x), where trials begin. False: f is not finite.
+  /// f and its time derivative at the start (t, x) of the trials. False: f is not finite.
   bool begin(OdeSystem& system, double t, std::span<const double> x);
-  /// A at (t, x), where begin() was called last.
+  /// A at (t, x), the point of the last begin().
   void linearise(OdeSystem& system, double t, std::span<const double> x);
-  /// Trials from the point of the last begin(); new_x() is where they arrive.
+  /// Trials from the point of the last begin(); the result is new_x().
   Outcome four_stages(OdeSystem& system, double t, double h, std::span<const double> x);
   Outcome two_stages(OdeSystem& system, double t, double h, std::span<const double> x);
-  /// With the factors that the last trial left, by the same method with the same h.
+  /// With the factors of the last trial, by the same method with the same h.
   Outcome four_stages_again(OdeSystem& system, double t, double h, std::span<const double> x);
   Outcome two_stages_again(OdeSystem& system, double t, double h, std::span<const double> x);
   Outcome euler(OdeSystem& system, double h, std::span<const double> x);
 
   const std::vector<double>& new_x() const { return new_x_; }
-  /// Of the last trial of two or four stages, in units of what is allowed.
+  /// Error of the last trial of two or four stages, in units of the tolerance.
   double error() const { return error_; }
 
  private:

@@ -1,7 +1,7 @@
 #pragma once
-// LU factorisation of a sparse matrix whose pattern never changes, without pivoting: the order of elimination
-// and the places of the fill are found once, after that a factorisation is a fixed sequence of operations on
-// preallocated numbers. Meant for I - s A with a small s or a dissipative A, whose diagonal dominates.
+// LU factorisation of a sparse matrix with a constant pattern, without pivoting: the order of elimination and
+// the places of the fill are computed once; a factorisation is then a fixed sequence of operations on
+// preallocated numbers. For I - s A with a small s or a dissipative A, whose diagonal dominates.
 #include <span>
 #include <utility>
 #include <vector>
@@ -11,7 +11,7 @@ namespace takt {
 class StaticLu {
  public:
   /// Matrix of size n with the diagonal and the given (row, column) places, duplicates allowed. Elimination
-  /// is by smallest degree, ties by index: what hangs on few others (a motor on its joint) goes first.
+  /// is by smallest degree, ties by index: unknowns with few couplings (a motor on its joint) go first.
   StaticLu(int n, std::span<const std::pair<int, int>> pattern);
 
   /// Factorises I - s A, with the values of A in the order of the pattern. False if a pivot is zero, tiny

@@ -1,6 +1,6 @@
-// The only file that knows SUNDIALS (7.1 or 6.4, Lawrence Livermore National Laboratory): CVODE, ARKODE and
-// IDA behind AdaptiveMethod. Linear systems are solved by the problem itself, whose matrix falls into blocks,
-// through an empty SUNMatrix and a SUNLinearSolver of our own.
+// The only file that uses SUNDIALS (7.1 or 6.4, Lawrence Livermore National Laboratory): CVODE, ARKODE and
+// IDA behind AdaptiveMethod. The problem itself solves the linear systems, whose matrix has blocks, through
+// an empty SUNMatrix and an own SUNLinearSolver.
 #include <arkode/arkode_arkstep.h>
 #include <cvode/cvode.h>
 #include <ida/ida.h>
@@ -20,7 +20,7 @@ namespace takt {
 
 namespace {
 
-// Written in the names of SUNDIALS 7; those of 6 that differ.
+// The code uses the names of SUNDIALS 7; the differing names of 6 follow.
 #if SUNDIALS_VERSION_MAJOR < 7
 constexpr void* SUN_COMM_NULL = nullptr;
 constexpr auto ARKodeEvolve = ARKStepEvolve;
@@ -48,10 +48,10 @@ constexpr auto ARKodeSetUserData = ARKStepSetUserData;
 // Return values of callbacks: 0 good, > 0 try a smaller step, < 0 give up.
 constexpr int kGood = 0, kRecoverable = 1, kBroken = -1;
 
-// ARKODE carries its estimate of Newton's rate of convergence from step to step. Where the matrix was exact,
-// the estimate becomes so small that one iteration passes for convergence; with a step changed by up to 20 %
-// and the old factors it is not (an oscillator at tolerance 1e-8 was off by 1e-3). So the rate is never taken
-// for better than it was, and a changed step gets new factors, which cost little here.
+// ARKODE carries its estimate of Newton's rate of convergence from step to step. After an exact matrix the
+// estimate is so small that one iteration passes as convergence; with a step changed by up to 20 % and the
+// old factors that is wrong (an oscillator at tolerance 1e-8 has an error of 1e-3). So the estimate never
+// improves, and a changed step gets new factors, which are cheap here.
 constexpr double kGammaChange = 1e-3;
 
 struct System {
@@ -63,7 +63,7 @@ System& of(void* user_data) {
   return *static_cast<System*>(user_data);
 }
 
-// What a callback returns whose evaluation was good or not.
+// Return code of a callback for a successful or failed evaluation.
 int code(const AdaptiveProblem& problem, bool good) {
   if (good) return kGood;
   return problem.thrown().empty() ? kRecoverable : kBroken;
@@ -92,7 +92,7 @@ int crossings_ida(sunrealtype t, N_Vector x, N_Vector, sunrealtype* g, void* use
   return crossings(t, x, g, user_data);
 }
 
-// Errors are told by each solver in SUNDIALS 6, by the context in 7.
+// SUNDIALS 6 reports errors by solver, SUNDIALS 7 by context.
 #if SUNDIALS_VERSION_MAJOR < 7
 void error_text(int code, const char*, const char* function, char* text, void* user_data) {
   if (code < 0) of(user_data).problem->tell(std::string(function) + ": " + text);  // else a warning
@@ -219,9 +219,9 @@ class SundialsMethod : public AdaptiveMethod {
   static void require(bool good, const char* what) {
     if (!good) throw std::runtime_error(std::string("SUNDIALS gave no ") + what);
   }
-  // The codes of the three libraries agree: 0 success, 1 at the stop time, 2 at a crossing. A step that went
-  // well with an error told on the way did not: ARKODE 5.4 returns success where its interpolation at the
-  // stop time failed, with a state that is none.
+  // The codes of the three libraries agree: 0 success, 1 at the stop time, 2 at a crossing. A success with a
+  // reported error counts as a failure: ARKODE 5.4 returns success if its interpolation at the stop time
+  // failed, with an invalid state.
   Outcome outcome(int code) {
     static_assert(CV_TSTOP_RETURN == 1 && ARK_TSTOP_RETURN == 1 && IDA_TSTOP_RETURN == 1);
     static_assert(CV_ROOT_RETURN == 2 && ARK_ROOT_RETURN == 2 && IDA_ROOT_RETURN == 2);

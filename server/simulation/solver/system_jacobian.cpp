@@ -9,9 +9,10 @@
 namespace takt {
 
 namespace {
-// Square root of the rounding unit: truncation and rounding error of a forward difference are then alike.
+// Square root of the rounding unit: truncation and rounding error of a forward difference are then of equal
+// size.
 constexpr double kRelativeIncrement = 1.5e-8;
-// For the trial of who feels whom: large enough to be seen in every term.
+// Increment for the search for influences: large enough to change every term.
 constexpr double kTrial = 1e-6;
 }  // namespace
 
@@ -32,14 +33,14 @@ SystemJacobian::SystemJacobian(const OdeSystem& system) : sets_(system.blocks().
 
 double SystemJacobian::increment(std::size_t state, double value) const {
   const double delta = kRelativeIncrement * std::max(std::abs(value), scales_[state]);
-  return (value + delta) - value;  // what the sum really adds
+  return (value + delta) - value;  // increment of the rounded sum
 }
 
 void SystemJacobian::find_groups(const OdeSystem& system, double t, const double* x, const Derivatives& f) {
   const std::span<const OdeSystem::Block> blocks = system.blocks();
   sets_.reset();
   std::copy(x, x + x_.size(), x_.begin());
-  // A trial that fails shows as a difference: then too much is joined, never too little.
+  // A failed evaluation counts as a difference: groups are then too large, never too small.
   static_cast<void>(f(t, x_.data(), f0_.data()));
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     const OdeSystem::Block& block = blocks[i];

@@ -1,9 +1,9 @@
 #pragma once
 // The full Jacobian d f / d x of a cell, by finite differences, and the solution of linear systems with it.
 //
-// A cell falls apart into groups of models that do not feel each other: a robot with all Parts that it
-// carries, a Part on a table. Groups follow from who holds whom, so they change only with the connections.
-// One evaluation of f gives one column in every group at once; each group is a dense block with its own LU.
+// The models of a cell form groups without mutual influence: a robot with all Parts that it carries, a Part
+// on a table. Groups follow from the connections and change only with them. One evaluation of f gives one
+// column in every group at once; each group is a dense block with its own LU.
 #include <functional>
 #include <span>
 #include <vector>
@@ -20,8 +20,8 @@ class SystemJacobian {
   /// f(t, x) into xdot; false if it is not finite.
   using Derivatives = std::function<bool(double t, const double* x, double* xdot)>;
 
-  /// Finds the groups for the present connections. Which models of several bodies (robots) feel which others
-  /// is tried out at (t, x), one evaluation per such model.
+  /// Finds the groups for the present connections. The influence of models of several bodies (robots) is
+  /// tested at (t, x), with one evaluation per such model.
   void find_groups(const OdeSystem& system, double t, const double* x, const Derivatives& f);
   /// J at (t, x), where f(t, x) = f0. False if an evaluation failed.
   bool evaluate(double t, const double* x, const double* f0, const Derivatives& f);

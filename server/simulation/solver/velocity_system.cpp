@@ -120,7 +120,7 @@ void VelocitySystem::find_groups() {
   if (matrices_.size() < matrix) matrices_.resize(matrix);
 }
 
-// What moves without states pulls at the others as time passes.
+// Motion prescribed by time (models without states) changes the forces on other models.
 void VelocitySystem::find_rates(OdeSystem& system, double t) {
   has_rates_ = false;
   const auto moved_by_time = [&](int body, const End& end) {

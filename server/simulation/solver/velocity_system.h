@@ -5,16 +5,16 @@
 // a pair relative to each other, at its point, per velocity:
 //   (a M - b J_p^T D J_p - b^2/a J_p^T K J_p + ...) u = M r_u + b/a J_p^T K J_p d_r + ...
 // Models that pairs join directly or through others make one group with one dense LU with pivoting: a group
-// of n velocities costs n^3 / 3. Grounds and kinematic robots have no unknowns and join nothing. A model
-// without velocities is a block of its own, of its jacobian_pattern(); without one it is treated explicitly,
-// y = r / a.
+// of n velocities costs n^3 / 3. Grounds and kinematic robots have no unknowns and join no models. A model
+// without velocities is a block of its own, of its jacobian_pattern(); without a pattern it is treated
+// explicitly, y = r / a.
 //
-// J lacks what VelocityForm leaves out, the couplings of the robots' energies, and how forces act elsewhere
-// as bodies move (levers, axes). W-methods keep their order with it, Newton's method needs some more
-// iterations.
+// J lacks the terms that VelocityForm omits, the couplings of the robots' energies, and the change of the
+// points and axes of forces as bodies move. W-methods keep their order with it; Newton's method needs some
+// more iterations.
 //
-// Groups may change with every linearisation, as contacts do. Memory only grows: there is room for one group
-// of all velocities up to kRoomForAll of them, beyond that it is taken when a larger group forms.
+// Groups may change with every linearisation, as contacts do. Memory only grows: up to kRoomForAll velocities
+// the space for one group of all of them is reserved; beyond that it grows when a larger group forms.
 #include <array>
 #include <memory>
 #include <span>
@@ -31,10 +31,10 @@ class VelocitySystem {
 
   explicit VelocitySystem(const OdeSystem& system);
 
-  /// J at (t, x), where the system's derivatives() have been evaluated last. Models at rest
-  /// (OdeSystem::set_awake) take no part: their entries of later right sides are left alone.
+  /// J at (t, x), the point of the system's last derivatives(). Models at rest (OdeSystem::set_awake) take no
+  /// part: their entries of later right sides stay unchanged.
   void linearise(OdeSystem& system, double t, std::span<const double> x, Linearisation of_friction);
-  /// For a I - b J. May be repeated with other a and b. False if there is no inverse.
+  /// Factorises a I - b J. May be repeated with other a and b. False if the matrix is singular.
   bool factorise(double a, double b);
   /// Solves in place. `rate_share`: how much of the rates of pair forces that moving bodies without states
   /// cause (kinematic grippers) is added to the right side; the models' own are in

@@ -170,7 +170,7 @@ double CellPlant::jaw_speed(std::size_t gripper, ParallelGripper::Side side, dou
 }
 
 void CellPlant::change_levels(std::span<const int> levels, double t) {
-  // What is known of the motion under the old models.
+  // The motion under the old models.
   const std::vector<double> others(x_.begin() + static_cast<std::ptrdiff_t>(auxiliary_begin_), x_.end());
   struct RobotMotion {
     JointArray q{}, qd{};

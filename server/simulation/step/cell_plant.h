@@ -1,12 +1,12 @@
 #pragma once
-// The plant models of a running cell, at the level of detail each robot has at present, as one state vector
-// with its solver.
+// The plant models of a running cell, at the present level of detail of each robot, as one state vector with
+// its solver.
 //
-// Every robot has its kinematic model at all times: it turns set-points into reference motion. At LoD 1 the
-// joints are where the reference is; above, a DynamicRobot has to follow it and moves palm and jaws of its
-// grippers too. The states are: dynamic robots in order, further models, then 13 for each Part. Changing the
-// level of a robot rebuilds the state vector between two steps from physical quantities (poses, joint
-// positions and velocities): nothing jumps. It allocates, as loading does; steps do not.
+// Every robot always has its kinematic model, which turns set-points into reference motion. At LoD 1 the
+// joints follow the reference exactly; above, a DynamicRobot tracks it and also moves palm and jaws of its
+// grippers. The states are: dynamic robots in order, auxiliary models, then 13 for each Part. A change of a
+// robot's level rebuilds the state vector between two steps from physical quantities (poses, joint positions
+// and velocities), so no quantity jumps. It allocates, as loading does; steps do not.
 #include <array>
 #include <memory>
 #include <optional>
@@ -32,19 +32,19 @@ class CellPlant {
   void reset();
   int level(std::size_t robot) const { return levels_[robot]; }
   bool can_be_dynamic(std::size_t robot) const { return dynamic_[robot] != nullptr; }
-  /// New level of each robot, between two steps at time t. The motion must be that of (t, state()). Drives
-  /// start in equilibrium with what the robot does and carries; energies go on from where they ended.
+  /// Sets the level of each robot, between two steps at time t. The motion must be that of (t, state()).
+  /// Drives start in equilibrium with the robot's motion and load; energies continue from their last values.
   void change_levels(std::span<const int> levels, double t);
 
-  /// Levels, discrete state of the models, states and what the solver remembers. Saving restarts solvers that
-  /// hide it (Integrator::hides_history), and allocates then. load() wants the contacts that act to be those
-  /// of then; it throws StateError, and leaves a plant that must be thrown away.
+  /// Saves levels, discrete state of the models, states and the solver's memory. Saving restarts solvers that
+  /// hide their memory (Integrator::hides_history), and allocates then. Before load() the saved contacts must
+  /// act; load() throws StateError, and the plant must then be discarded.
   void save(StateWriter& out);
   void load(StateReader& in);
   /// Puts a Part (index among Parts) elsewhere, between two steps.
   void put_part(std::size_t part, const Pose& X_WB, const Twist& V_WB);
 
-  /// What integrates at present.
+  /// The solver in use.
   const SolverParameters& solver() const;
   bool any_dynamic() const;
   OdeSystem& system() { return *system_; }
@@ -55,7 +55,7 @@ class CellPlant {
   /// The last accepted state, where a step that fails goes back to.
   const std::vector<double>& accepted() const { return accepted_; }
   void keep_accepted();
-  /// Place of the first state of a Part (index among Parts), and what a state means, for error texts.
+  /// Index of a Part's first state (index among Parts), and the name of a state, for error texts.
   std::size_t part_begin(std::size_t part) const { return parts_begin_ + part * RigidBody::kStates; }
   std::size_t parts_begin() const { return parts_begin_; }
   std::span<const ForceElement* const> force_elements() const { return force_elements_; }
@@ -65,8 +65,8 @@ class CellPlant {
   /// By its index among the cell's devices.
   DeviceModel& device(std::size_t index) { return *devices_[index].first; }
   void read_signals(std::size_t device, double t, std::span<double> signals) const;
-  /// Between two steps: what further models decide (PlantModel::decide). The motion must be that of (t,
-  /// state()); true if it is no longer.
+  /// Between two steps: discrete decisions of auxiliary models (PlantModel::decide). The motion must be that
+  /// of (t, state()); true if the decisions have changed it.
   bool decide(double t);
   std::string describe_state(std::size_t state) const;
 
@@ -80,7 +80,7 @@ class CellPlant {
   }
   /// Its segment of the state vector.
   std::span<const double> segment(std::size_t robot) const;
-  /// Distance of a jaw's grip face from the centre (m), as it is, whatever was commanded.
+  /// Measured distance of a jaw's grip face from the centre (m).
   double jaw_coordinate(std::size_t gripper, ParallelGripper::Side side, double t) const;
   /// Its derivative (m/s).
   double jaw_speed(std::size_t gripper, ParallelGripper::Side side, double t) const;
@@ -92,9 +92,9 @@ class CellPlant {
   std::size_t jaw_joint(std::size_t gripper, ParallelGripper::Side side) const {
     return jaw_joint(gripper_place_[gripper].first, gripper_place_[gripper].second, side);
   }
-  /// DynamicRobot::least_palm_inertia() of what carries this gripper; none at LoD 1.
+  /// DynamicRobot::least_palm_inertia() of the robot that carries this gripper; std::nullopt at LoD 1.
   std::optional<BodyInertia> least_palm_inertia(std::size_t gripper) const;
-  /// Times the wrenches where set; kept when the system is rebuilt.
+  /// Clock for the computing time of the wrenches, optional; kept when the system is rebuilt.
   void set_clock(double (*now_s)());
 
  private:
@@ -107,7 +107,7 @@ class CellPlant {
   std::vector<KinematicRobot> robots_;
   std::vector<ParallelGripper> grippers_;
   std::vector<std::unique_ptr<PlantModel>> auxiliary_;
-  std::vector<const ForceElement*> force_elements_;            ///< those of auxiliary_ that are
+  std::vector<const ForceElement*> force_elements_;            ///< the force elements among auxiliary_
   std::vector<std::pair<DeviceModel*, std::size_t>> devices_;  ///< by device: model, place among auxiliary_
   std::vector<FixedBody> grounds_;
   std::vector<RigidBody> parts_;

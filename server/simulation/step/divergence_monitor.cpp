@@ -14,7 +14,7 @@ namespace takt {
 namespace {
 constexpr double kPassedOn = 3.0;        // from heavy to light
 constexpr double kStored_m_per_s = 1.0;  // in springs and surfaces
-constexpr double kRunawayJoint = 10.0;   // times what the joint is made for
+constexpr double kRunawayJoint = 10.0;   // times the joint's rated value
 constexpr double kFurthest = 1e9;        // m, m/s: of saved numbers
 
 double reach(const BodyBox& box) {
@@ -98,7 +98,7 @@ void DivergenceMonitor::note_grippers(const CellMotion& motion, std::span<const 
     const BodyMotion& body = motion.bodies[static_cast<std::size_t>(palm)];
     const double turn = body.V_WB.w.norm();
     double lever_m = lever_m_;
-    if (turn > 0.0) {  // what is attached may be far away
+    if (turn > 0.0) {  // an attached Part may be far away
       for (const int i : parts) {
         const int part = model_.parts[static_cast<std::size_t>(i)].body;
         if (interaction.partner(part) != palm) continue;

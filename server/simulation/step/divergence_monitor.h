@@ -1,14 +1,14 @@
 #pragma once
-// Notices what no cell does: Parts that leave the world, energy that nothing put in, joints that run away.
-// Looked at between steps; nothing here acts but through the fault that Simulation makes of a sentence.
+// Detects physically impossible states: Parts that leave the bounds of the cell, energy without a source,
+// joints that diverge. It is evaluated between steps and has no effect except the fault of the Simulation.
 //
-// Energy: no Part has more than what it was given at the start or by request, what it can have won by falling
-// from the highest place at which any Part has been, and what the fastest Gripper has done so far. As speed,
-// that of the whole kinetic energy, rotation included, per mass:
+// Energy: no Part may have more than the sum of its initial or requested energy, the gain of a fall from the
+// highest place at which any Part has been, and the energy at the speed of the fastest Gripper so far.
+// Expressed as the speed of the whole kinetic energy, rotation included, per mass:
 //   sqrt(2 E / m) <= 3 sqrt((v_given + v_gripper)^2 + 2 g (highest - height) + 2 W / m) + 1 m/s
 // W is the largest net work that force elements have done on all Parts, by the trapezoidal rule over the steps.
-// The factor is for bodies that pass on what they have to lighter ones (a ball on a heavier ball leaves with
-// three times the speed), the last term for what springs and surfaces store.
+// The factor allows for bodies that pass their energy on to lighter ones (a ball on a heavier ball leaves
+// with three times the speed), the last term for energy stored in springs and surfaces.
 #include <span>
 #include <string>
 #include <vector>
@@ -30,15 +30,15 @@ class DivergenceMonitor {
   void save(StateWriter& out) const;
   void load(StateReader& in);
 
-  /// A Part (its place among the Parts) moves like this from now on because somebody wanted so.
+  /// A request has set the motion of this Part (its place among the Parts).
   void given(std::size_t part, const BodyMotion& motion);
 
-  /// At one instant, of these Parts (places, ascending) and all robots. Empty, or what is wrong. Allocates
-  /// only in the latter case.
+  /// Checks these Parts (places, ascending) and all robots at one instant. Empty, or a sentence about the
+  /// fault. Allocates only in the latter case.
   std::string look(double time_s, std::span<const int> parts, const CellMotion& motion,
                    const ComponentInteraction& interaction, const CellPlant& plant);
 
-  /// Empty, or why no Part can be there.
+  /// Empty, or the reason why this position is out of bounds.
   std::string outside(const Vec3& p_W) const;
 
  private:
@@ -52,8 +52,8 @@ class DivergenceMonitor {
   const CellModel& model_;
   double gravity_m_per_s2_ = 0.0;
   Vec3 up_W_ = Vec3::Zero();
-  double lever_m_ = 0.0;  ///< from a Gripper's origin to the farthest point of what it can touch
-  double highest_m_ = 0.0, given_m_per_s_ = 0.0, gripper_m_per_s_ = 0.0;  ///< so far
+  double lever_m_ = 0.0;  ///< from a Gripper's origin to the farthest point of its possible contacts
+  double highest_m_ = 0.0, given_m_per_s_ = 0.0, gripper_m_per_s_ = 0.0;  ///< maxima since the reset
   struct Work {
     double time_s = 0.0, power_W = 0.0;       ///< at the newest look
     double net_J = 0.0, largest_net_J = 0.0;  ///< so far

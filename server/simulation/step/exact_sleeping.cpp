@@ -64,7 +64,7 @@ bool ExactSleeping::wake_changed(const ComponentInteraction& interaction) {
   if (interaction.disturbed().empty()) return false;
   bool woken = false;
   const auto wake_groups = [&] {
-    // A whole group wakes: its Parts push on each other.
+    // A group wakes as a whole: its Parts exert forces on each other.
     std::fill(holds_awake_.begin(), holds_awake_.end(), 0);
     for (const int component : interaction.disturbed()) {
       const int place = index_of_[static_cast<std::size_t>(component)];
@@ -77,7 +77,7 @@ bool ExactSleeping::wake_changed(const ComponentInteraction& interaction) {
       woken = true;
     }
   };
-  if (groups_valid_) wake_groups();  // who was together before
+  if (groups_valid_) wake_groups();  // groups of the old connections
   rebuild_groups(interaction);
   wake_groups();
   if (woken) list_awake();

@@ -1,11 +1,11 @@
 #pragma once
-// Parts that rest cost nothing: which Parts the next step may leave out without changing a bit.
+// Exact sleeping: finds the Parts that the next step may leave out without changing a bit.
 //
 // With a one-step solver, the next states of a Part are a function of its own states, its connections, and
 // the states of the Parts it is connected with (directly or through others: its group), as long as no Gripper
 // is connected with any of them; Grounds do not move. So if one step left all states of a group unchanged,
 // bit for bit, the next step would do the same, and so on until a connection of the group changes. Unlike the
-// sleeping of physics engines this has no threshold: nothing is stopped that moves.
+// sleeping of physics engines this has no threshold: a moving Part never sleeps.
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -24,24 +24,24 @@ class ExactSleeping {
   ExactSleeping(const std::vector<Component>& components, std::vector<int> parts);
 
   void wake_all();
-  /// After the connections of a step are decided: wakes the groups, old and new, of Parts with a
-  /// connection that changed. True if the awake Parts changed.
+  /// After the decision on the connections of a step: wakes the groups, old and new, of Parts with a changed
+  /// connection. True if the awake Parts changed.
   bool wake_changed(const ComponentInteraction& interaction);
   /// After a step: `before` and `after` are the whole state vector. True if the awake Parts changed.
   bool rest_unchanged(const ComponentInteraction& interaction, std::span<const double> before,
                       std::span<const double> after);
 
-  /// For who decides by something else (calm_parts.h): leaves a Part out, or not, by its place; then
-  /// list_awake() once.
+  /// For another rule of sleeping (threshold_sleeping.h): sets whether the Part at this place is left out;
+  /// call list_awake() after the last one.
   void set_resting(std::size_t place, bool resting) { resting_[place] = resting ? 1 : 0; }
   bool is_resting(std::size_t place) const { return resting_[place] != 0; }
   void list_awake();
-  /// Place of a component, or -1 if it is no Part.
+  /// Place of a component, or -1 if it is not a Part.
   int place_of(int component) const { return index_of_[static_cast<std::size_t>(component)]; }
   const std::vector<int>& parts() const { return parts_; }
 
   void save(StateWriter& out) const;
-  /// `interaction` must be loaded already.
+  /// `interaction` must be loaded first.
   void load(StateReader& in, const ComponentInteraction& interaction);
 
   /// Component ids, ascending; and their places in the state vector.

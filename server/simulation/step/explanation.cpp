@@ -44,7 +44,7 @@ void PartnerHistory::load(StateReader& in) {
 
 namespace {
 
-/// What of part_state() made the state so.
+/// Component that decides the result of part_state().
 int reason_of_state(const std::vector<Component>& components, const ContactGraph& graph, int component,
                     int partner, PartState state) {
   if (state == PartState::grasped || state == PartState::placed) return partner;

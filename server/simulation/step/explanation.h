@@ -1,9 +1,11 @@
 #pragma once
-// Explanation of one component at one time: why a Part is free, grasped, placed or assembled, and who holds
-// it by which rule since when. Plain data, for people; made by Simulation::explain().
+// Explanation of one component at one time: the reason why a Part is free, grasped, placed or assembled, its
+// holder, the rule that chose the holder, and the time of the decision. Plain data for users; made by
+// Simulation::explain().
 //
-// Two times meet in it. Contacts, sequences and the decision are those of the newest discrete stage, taken at
-// the beginning of the last step (decided_at_s), for they led to what is now; forces are the present ones.
+// It combines two times. Contacts, sequences and the decision are those of the newest discrete stage, at the
+// beginning of the last step (decided_at_s), because they led to the present state; forces are the present
+// ones.
 #include <cstdint>
 #include <span>
 #include <string>
@@ -21,14 +23,14 @@ namespace takt {
 class StateReader;
 class StateWriter;
 
-/// Since when each Part has had its partner, and whom it had before.
+/// The time of each Part's last change of partner, and its previous partner.
 class PartnerHistory {
  public:
   struct Entry {
-    double time_s = 0.0;      ///< of the decision; 0 also when nothing changed since the reset
-    std::uint64_t step = 0;   ///< that began then
-    int before = -1;          ///< partner before, or -1
-    std::uint64_t stage = 0;  ///< number of the discrete stage that decided it; 0: none
+    double time_s = 0.0;      ///< of the decision; 0 also without a change since the reset
+    std::uint64_t step = 0;   ///< first step after the decision
+    int before = -1;          ///< previous partner, or -1
+    std::uint64_t stage = 0;  ///< number of the discrete stage with the decision; 0: none
   };
   explicit PartnerHistory(std::size_t component_count) : entries_(component_count) {}
   void reset();
@@ -54,8 +56,8 @@ class PartnerHistory {
 /// Two components in contact.
 struct ExplainedContact {
   int a = -1, b = -1;
-  /// Of their convex shapes. Where surface contact acts (`by_surface`): minus the largest penetration of the
-  /// surfaces, at the centre of pressure, along the force; not known where nothing presses.
+  /// Of their convex shapes. With surface contact (`by_surface`): minus the largest penetration of the
+  /// surfaces, at the centre of pressure, along the force; unknown without pressure.
   ContactDepth depth;
   bool by_surface = false;
 };
@@ -65,11 +67,11 @@ struct ExplainedConnection {
   int target = -1;
   Wrench on_base_W;                    ///< present force and moment on the Base about its centre of mass
   Vec3 feed_forward_W = Vec3::Zero();  ///< the share of the force that carries weight (N)
-  double softening = 1.0;  ///< below 1: nothing holds the Target, so the constants are reduced by this factor
+  double softening = 1.0;  ///< below 1: factor of the constants, because the Target has no support
 };
 
 struct Explanation {
-  // How much is listed at most; the counts beside the lists tell of all.
+  // Largest lengths of the lists; the counts beside the lists include omitted entries.
   static constexpr std::size_t kMaxContacts = 32;  ///< pairs of components
   static constexpr int kMaxDistances = 64;         ///< pairs of convex parts measured for all of them
   static constexpr std::size_t kMaxHeld = 100;
@@ -85,12 +87,12 @@ struct Explanation {
   PartnerDecision decision;
   PartnerHistory::Entry since;
   SequenceListing sequences;
-  /// Those along the shortest sequence to the partner first, then the component's own.
+  /// Those along the shortest sequence to the partner first, followed by the component's own.
   std::vector<ExplainedContact> contacts;
   std::size_t contact_count = 0;
   std::vector<ExplainedConnection> connections;
-  /// Surface contact acts between this component and others (level of detail 3); filled in by
-  /// Simulation::explain(), with those that press upon it now.
+  /// Surface contact acts between this component and others (level of detail 3); Simulation::explain() adds
+  /// the pairs with pressure.
   bool surface_contact = false;
   std::vector<ContactSample> pressing;
   std::vector<int> held;  ///< Parts whose partner this component is

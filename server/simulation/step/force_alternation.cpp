@@ -8,7 +8,7 @@
 namespace takt {
 
 namespace {
-constexpr int kReversals = 20;     // one after the other: no impact and no vibration that is resolved
+constexpr int kReversals = 20;     // in succession: excludes impacts and resolved vibrations
 constexpr double kOfWeight = 0.2;  // least change that counts
 constexpr double kSameSize = 0.5;  // a decaying vibration loses more from step to step
 }  // namespace

@@ -1,7 +1,7 @@
 #pragma once
-// Notices contact forces that reverse their change from step to step: what no mechanics does, and a solver
-// does that steps over the time constant of a force (friction regularised over a small velocity, above all).
-// Poses hide it; joint torques, power and contact forces of such a run are not right.
+// Detects contact forces that reverse their change from step to step. Mechanics has no such forces; they come
+// from a solver that steps over the time constant of a force (above all friction regularised over a small
+// velocity). Poses hide the error; joint torques, power and contact forces of such a run are wrong.
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -22,9 +22,9 @@ class ForceAlternation {
   void reset();
   /// At the accepted state of each step in which pairs act by surface contact. Does not allocate.
   void update(double t, std::uint64_t step, const CellMotion& motion, ContactInteraction& contacts);
-  /// No pair acts: what follows is not compared with what was before.
+  /// In a step without acting pairs: later forces are not compared with earlier ones.
   void pause();
-  /// Parts found in the last update. Each is told once.
+  /// Parts found in the last update. Each Part is reported once.
   std::span<const AlternatingForce> found() const { return found_; }
 
   void save(StateWriter& out) const;
@@ -33,7 +33,7 @@ class ForceAlternation {
  private:
   struct Track {
     Vec3 force_W = Vec3::Zero(), change_W = Vec3::Zero();
-    int reversals = 0;  ///< one after the other
+    int reversals = 0;  ///< in succession
     bool known = false, told = false;
   };
   bool reverses(Track& track, const Vec3& force_W, double least_N) const;

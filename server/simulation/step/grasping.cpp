@@ -34,7 +34,7 @@ Grasping::Grasping(const CellModel& model) : model_(model) {
   taking_.resize(model.grippers.size());
   for (GraspState& state : states_) state.held.reserve(model.parts.size());
   for (auto* list : {&between_, &queue_}) list->reserve(model.parts.size());
-  // Everything that presses on a jaw, before Grounds are left out.
+  // All components that press on a jaw, with Grounds.
   pressed_.reserve(model.components.size());
   touched_.reserve(model.parts.size());
   seen_.reserve(model.parts.size());
@@ -229,8 +229,8 @@ void Grasping::clamp(const ContactGraph& graph, std::vector<int>& held) {
   for (std::size_t i = 0; i < between_.size(); ++i)
     if (touched_[i] == both) held.push_back(between_[i]);
   if (!held.empty()) return;
-  // Clamped together: two ways lead from the Part to the two jaws that have no other Part in common. By
-  // Menger's theorem this is so where no single Part or jaw lies on all ways.
+  // Clamped together: two paths without a common Part lead from the Part to the two jaws. By Menger's theorem
+  // they exist if no single Part or jaw lies on all paths.
   seen_.resize(between_.size());
   for (std::size_t i = 0; i < between_.size(); ++i) {
     bool clamped = reaches(graph, i, i, kLeftJaw) && reaches(graph, i, i, kRightJaw);
@@ -271,7 +271,7 @@ void Grasping::hold_by_contact(std::size_t gripper, double t, const CellMotion& 
   if (modes_[gripper] == Mode::open) return;
   const double left_m = plant.jaw_coordinate(gripper, ParallelGripper::left, t);
   const double right_m = plant.jaw_coordinate(gripper, ParallelGripper::right, t);
-  // Jaws that meet: what their drives push beyond, the other one holds up.
+  // Jaws that meet: each holds the force of the other's drive.
   ParallelGripper& jaws = plant.grippers()[gripper];
   if (left_m + right_m <= 0.0 &&
       jaws.target(ParallelGripper::left) + jaws.target(ParallelGripper::right) < 0.0) {
@@ -305,7 +305,7 @@ void Grasping::hold_by_contact(std::size_t gripper, double t, const CellMotion& 
                         [jaw](std::uint8_t touched) { return (touched & jaw) != 0; }) != touched_.end();
   };
   const bool directly = std::find(touched_.begin(), touched_.end(), kLeftJaw | kRightJaw) != touched_.end();
-  if (!directly && has(kLeftJaw) && has(kRightJaw))  // perhaps through others between them
+  if (!directly && has(kLeftJaw) && has(kRightJaw))  // possibly through other Parts between them
     for (const int part : interaction.parts_between(state.palm, state.lower_G, state.upper_G)) touch(part, 0);
   clamp(interaction.graph(), pressed_);
   if (pressed_.empty() && t < held_until_s_[gripper]) return;

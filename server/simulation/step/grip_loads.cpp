@@ -49,7 +49,7 @@ void GripLoads::update(double t, std::uint64_t step, const CellMotion& motion,
     const double friction = least_friction(g, grasping.states()[g].held);
     load.part = part;
     load.force_N = grasping.grip_force_N(g, plant);
-    // Without friction nothing carries across: as good as none keeps the number finite.
+    // Without friction no force acts across: the lower limit keeps the number finite.
     load.needed_N = 0.5 * (across_N / std::max(friction, 1e-6) + along_N);
     if (told_[g] != 0 || load.needed_N <= load.force_N) continue;
     told_[g] = 1;

@@ -1,10 +1,11 @@
 #pragma once
-// Whether friction between jaws and Part carries what hangs on a gripper, at levels of detail 1 and 2, where
-// substitute forces hold whatever was gripped. (By surface contact, a Part that is too heavy slips.)
+// Compares the friction between jaws and Part with the load of a gripper, at levels of detail 1 and 2, where
+// substitute forces hold every gripped Part. (By surface contact, a Part that is too heavy slips.)
 //
-// Each jaw presses with F along y of G. The load is what the gripper's connections exert, weight and inertia:
-// L_y along y, L_t across. A load along y takes from one jaw what it adds to the other, so that both together
-// press with 2 F - |L_y|, and mu (2 F - |L_y|) >= L_t asks for F >= (L_t / mu + |L_y|) / 2. Torques about the
+// Each jaw presses with F along y of G. The load is the force of the gripper's connections, weight and
+// inertia: L_y along y, L_t across. A load along y unloads one jaw by the amount that it adds to the other,
+// so that both together press with 2 F - |L_y|, and mu (2 F - |L_y|) >= L_t requires F >= (L_t / mu + |L_y|)
+// / 2. Torques about the pads are neglected; they would require more.
 // pads are left out: they ask for more.
 #include <cstdint>
 #include <span>
@@ -29,7 +30,7 @@ class GripLoads {
   /// After the connections of a step have been decided. Does not allocate.
   void update(double t, std::uint64_t step, const CellMotion& motion, const ComponentInteraction& interaction,
               const Grasping& grasping, const CellPlant& plant);
-  /// Of a gripper, at the last update; part -1: it grips nothing, or by surface contact.
+  /// Load of a gripper at the last update; part -1: no gripped Part, or surface contact.
   const GripLoad& load(std::size_t gripper) const { return loads_[gripper]; }
   /// Grips found too weak in the last update.
   std::span<const WeakGrip> weak() const { return weak_; }

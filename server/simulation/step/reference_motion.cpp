@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kRounding_s = 1e-9;
 
-/// Position, velocity and torques of the path at time t after its start. Before its first point it leads
-/// there from `begin`. At a point the velocity is that of the piece to come.
+/// Position, velocity and torques of the path at time t after its start. The way to its first point begins at
+/// `begin`. At a point the velocity is that of the next piece.
 JointPathPoint evaluate(const JointPath& path, const JointPathPoint& begin, std::size_t next, double t,
                         std::size_t n) {
   const JointPathPoint& last = path.points.back();
@@ -97,7 +97,7 @@ void ReferenceMotion::apply(const TrajectoryCommand& command, double t, std::uin
   }
   Following following;
   following.path = command.path;
-  // The instant itself where it is what was meant, which the nearest nanosecond may miss by a rounding.
+  // Compares with rounding: the nearest nanosecond may differ from the intended instant.
   const bool at_once = !command.stamp.given() || command.stamp == SimTime::from_seconds(t);
   following.start_s = at_once ? t : command.stamp.seconds();
   const double end = following.start_s + command.path->points.back().t;
@@ -106,7 +106,7 @@ void ReferenceMotion::apply(const TrajectoryCommand& command, double t, std::uin
     return;
   }
   if (following.start_s > t + kRounding_s) {
-    r.later = std::move(following);  // what the robot does goes on until then
+    r.later = std::move(following);  // the present motion continues until its start
     r.streams = false;
     return;
   }
@@ -218,7 +218,7 @@ double ReferenceMotion::braking_time(const JointArray& v) const {
   double longest = 0.0;
   for (std::size_t j = 0; j < description_.arm.joints.size(); ++j) {
     const double a = description_.command_deadline.max_acceleration[j];
-    // Where none is declared: from the largest velocity in 0.1 s.
+    // Default: from the largest velocity to zero in 0.1 s.
     const double most = a > 0.0 ? a : 10.0 * description_.arm.joints[j].max_velocity;
     longest = std::max(longest, std::abs(v[j]) / most);
   }

@@ -1,14 +1,14 @@
 #pragma once
-// The reference motion of one robot: the one owner of its set-points. It takes commands, follows trajectories,
-// watches over streams of set-points that fall silent, and brakes where that is what the robot does then. Whatever
-// the reason of the motion, it ends in set-points of the kinematic robot, which interpolates between them.
+// The reference motion of one robot: the only owner of its set-points. It executes commands and trajectories,
+// supervises the deadline of set-point streams, and brakes at a missed deadline if the robot is configured
+// so. Every motion is given to the kinematic robot as set-points, between which it interpolates.
 //
 // A trajectory is a function of time; in every step its position and velocity at the end of the step become
-// the robot's set-point, reached exactly then. So a path of cubic pieces is reproduced as it is, and where
-// velocities jump (linear pieces) they change within one step. The torques of its points, interpolated for
-// the end of the step, are the feed-forward during it. Feed-forward ends with what brought it: braking, a
-// missed deadline and a trajectory without torques set it to zero. What is done depends on simulated time and
-// on commands alone.
+// the robot's set-point, reached exactly at that time. So a path of cubic pieces is reproduced exactly, and
+// jumps of velocity (linear pieces) are spread over one step. The torques of its points, interpolated for the
+// end of the step, are the feed-forward during the step. Feed-forward ends with its source: braking, a missed
+// deadline and a trajectory without torques set it to zero. The result depends on simulated time and on
+// commands alone.
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -34,14 +34,15 @@ class ReferenceMotion {
                   std::vector<MotionNotice>& notices);
   void reset();
 
-  /// Between two steps, at time t (s): takes effect in the step from t on. The numbers of the command are finite.
+  /// Between two steps, at time t (s): takes effect in the step from t on. The numbers of the command must be
+  /// finite.
   void apply(const JointCommand& command, double t, std::uint64_t step);
-  /// The same; a trajectory that cannot be followed is refused in a notice.
+  /// The same; a notice reports the refusal of a trajectory that the robot cannot follow.
   void apply(const TrajectoryCommand& command, double t, std::uint64_t step);
-  /// Before the step from t on: the set-point for its end. `watch`: deadlines count.
+  /// Before the step from t on: sets the set-point for its end. `watch`: deadlines are supervised.
   void advance(double t, std::uint64_t step, bool watch);
 
-  /// When the trajectory that the robot follows, or is about to, ends (s); negative: none.
+  /// End of the present or next trajectory of the robot (s); negative: without trajectory.
   double trajectory_end_s() const;
 
   /// load() throws StateError.
@@ -50,10 +51,11 @@ class ReferenceMotion {
 
  private:
   struct Following {
-    std::shared_ptr<const JointPath> path;  ///< null: none
+    std::shared_ptr<const JointPath> path;  ///< nullptr: without trajectory
     double start_s = 0.0;                   ///< of the path's time
-    JointPathPoint begin{};                 ///< where the robot was when it took over; time since start_s
-    std::size_t next = 0;                   ///< first point after the present
+    /// The robot's motion at the start of the trajectory; time since start_s.
+    JointPathPoint begin{};
+    std::size_t next = 0;  ///< first point after the present
   };
   struct State {
     Following now, later;
@@ -69,8 +71,8 @@ class ReferenceMotion {
   bool take_over(Following& following, double t, std::uint64_t step);
   void drop(double t, std::uint64_t step);
   void move_along(double t, std::uint64_t step);
-  /// A stream that is late, at a robot that brakes at its deadline: on at the same velocity. False where it
-  /// must brake now to stay within its limits.
+  /// Continues a late stream of a braking robot at the same velocity. False if the robot must brake to stay
+  /// within its limits.
   bool goes_on(double t);
   void brake_from(double t);
   void continue_braking(double t);

@@ -8,7 +8,8 @@
 namespace takt {
 
 namespace {
-// Nothing in a cell comes near, and what follows from a state (powers, energies, loads) is finite below it.
+// Far above all values of a cell; quantities derived from a smaller state (powers, energies, loads) are
+// finite.
 constexpr double kLargestState = 1e30;
 
 std::vector<int> part_bodies(const CellModel& cell) {
@@ -84,7 +85,7 @@ void Simulation::Impl::start() {
   choose_grippers();
   note_yielding();
   decide();
-  update_connections();  // a cell that stands still already knows who holds whom
+  update_connections();  // so that reports at the start contain the holders
 }
 
 int Simulation::Impl::component_level(int component) const {
@@ -194,7 +195,7 @@ void Simulation::Impl::apply(const TrajectoryCommand& command) {
 
 void Simulation::Impl::apply(const DeviceCommand& command) {
   const auto device = static_cast<std::size_t>(command.device);
-  // Controllers repeat what stands: only what changes is a jump of the right-hand side.
+  // Controllers repeat unchanged values: only a changed value is a jump of the right-hand side.
   std::array<double, kMaxSignals> present{};
   refresh_motion();
   plant.read_signals(device, time(), std::span(present));
@@ -222,7 +223,7 @@ void Simulation::Impl::update_connections() {
   refresh_motion();
   interaction.update_poses(system().motion(), system().active_bodies(), clock);
   if (interaction.refused_pose() >= 0) {
-    // States are finite (accept()), but what follows from them may overflow.
+    // States are finite (accept()), but quantities derived from them may overflow.
     fault = "the pose of " + model->components[static_cast<std::size_t>(interaction.refused_pose())].name +
             " became non-finite at t = " + std::to_string(time()) +
             " s; the last accepted state is kept. A smaller step may help.";
@@ -243,7 +244,7 @@ void Simulation::Impl::update_connections() {
   const bool reached = contacts.any_acting() && calm.wake_reached(system().motion());
   if (changed || reached) system().set_awake(resting.awake());
   if (reached || !interaction.disturbed().empty()) plant.integrator().restart();
-  // What the initial state decided belongs to the first step.
+  // Changes at the initial state belong to the first step.
   if (step_index > 0) changes.clear();
   for (const PartnerChange& change : interaction.changes()) {
     changes.push_back({time(), step_index, change.part, change.from, change.to});
@@ -271,7 +272,7 @@ bool Simulation::Impl::accept() {
   ++step_index;
   statistics.part_steps_skipped += model->parts.size() - resting.awake().size();
   hash_parts();
-  // A force element may set in motion what rests.
+  // A force element may set a Part at rest in motion.
   const bool may_sleep = plant.force_elements().empty();
   if (may_sleep && model->interaction.skip_resting && plant.integrator().fixed_step() &&
       !contacts.any_acting())
@@ -330,7 +331,7 @@ void Simulation::Impl::rest() {
     return std::span<const double>(x).subspan(plant.parts_begin());
   };
   if (!resting.rest_unchanged(interaction, parts_of(plant.accepted()), parts_of(plant.state()))) return;
-  // The motion still is that of the solver's last trial; what rests is left with its own.
+  // The motion is still that of the solver's last trial; Parts at rest keep theirs.
   system().update_motion(time(), plant.state());
   system().set_awake(resting.awake());
 }
@@ -426,7 +427,7 @@ bool Simulation::Impl::diverged(std::size_t state) {
 
 bool Simulation::Impl::solver_failed() {
   if (plant.integrator().fixed_step()) {
-    // Which state it was says more than that there was one.
+    // The name of the state makes the message more exact.
     for (const OdeSystem::Range& range : system().active_states())
       for (std::size_t i = range.begin; i < range.end; ++i)
         if (!std::isfinite(plant.state()[i])) return diverged(i);

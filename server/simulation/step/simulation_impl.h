@@ -37,38 +37,39 @@ struct Simulation::Impl {
   double time() const { return static_cast<double>(step_index) * model->step_s; }
   OdeSystem& system() { return plant.system(); }
 
-  /// Initial state, at the present levels of detail; at first at those of the model.
+  /// Initial state, at the present levels of detail; initially at those of the model.
   void start();
   /// Level of detail of a component: the highest of its processes.
   int component_level(int component) const;
-  /// Which pairs act by surface contact at the present levels of detail: those whose sides both have level 3,
-  /// Grounds taking the level of what lies on them, unless the scenario wants the substitute force there or
-  /// one is attached to the other.
+  /// Selects the pairs with surface contact at the present levels of detail: both sides have level 3, a
+  /// Ground having the level of the Parts on it, unless the scenario prescribes the substitute force or one
+  /// is attached to the other.
   void choose_forces();
   void choose_grippers();
-  /// Tells the interaction how the grippers of robots with dynamics give way.
+  /// Passes the compliance of the grippers of dynamic robots to the interaction.
   void note_yielding();
-  /// After the levels of processes, or who is attached, changed: forces, robots' levels, all awake.
+  /// After a change of levels of processes or of attachments: forces, robots' levels, all awake.
   void regroup(const std::vector<int>& robot_levels);
   void refresh_motion();
-  /// Pairs that may press before the next step, where surface contact acts.
+  /// Finds pairs that may press in the next step, if surface contact acts.
   void find_near();
 
   void apply(const JointCommand& command);
   void apply(const GripperCommand& command);
   void apply(const TrajectoryCommand& command);
   void apply(const DeviceCommand& command);
-  /// What plant models besides robots, grippers and Parts decide between steps.
+  /// Discrete decisions of auxiliary plant models between steps.
   void decide();
   void update_connections();
-  /// Reads poses and partners, writes nothing that the simulation reads.
+  /// Reads poses and partners; the simulation reads none of its results.
   void check_clearances();
   bool accept();
   void hash_robots();
-  /// Each Part has a hash of its own, the state's is chained over their sum: what rests is not hashed again.
+  /// Each Part has a hash of its own, and the state's hash is chained over their sum: Parts at rest are not
+  /// hashed again.
   void hash_parts();
   void rest();
-  /// The cell begins with Parts inside of others, and nobody put them elsewhere: sets the fault.
+  /// Parts penetrate others in the initial state and no request has moved them: sets the fault.
   bool overlaps_at_start();
   bool step(std::span<const Command> commands);
   bool diverged(std::size_t state);
@@ -81,21 +82,21 @@ struct Simulation::Impl {
   void measure_by_contact(std::span<const ContactSample> samples, ExplainedContact& contact) const;
 
   void save(std::vector<std::byte>& out);
-  /// Into a new Impl. Throws StateError.
+  /// Loads into a new Impl. Throws StateError.
   void load(std::span<const std::byte> bytes);
-  /// A new one with these bytes; throws also what its models throw when they are evaluated there.
+  /// A new Impl with these bytes; also throws the exceptions of its models during evaluation.
   static std::unique_ptr<Impl> loaded(const std::shared_ptr<const CellModel>& model,
                                       std::span<const std::byte> bytes);
-  /// The state has left what cells do, so that load() might refuse it.
+  /// The state has suspicious values, so that load() might refuse it.
   bool in_doubt() const;
-  /// Name and sentence where a component is none, or no Part.
+  /// Message with the component's name if it does not exist or is not a Part; else empty.
   std::string not_a_part(int component, const char* wanted) const;
   void wake_all();
   /// After attach and detach: the fault, if one arose.
   std::string changed_holds();
 
-  /// Nothing that a plant model throws goes beyond the simulation. The state stays the one last accepted:
-  /// what solvers meet ends in advance(), which returns false.
+  /// Keeps exceptions of plant models inside the simulation. The state stays the last accepted one;
+  /// exceptions during integration end in advance(), which returns false.
   template <class Work>
   void guard(const Work& work) {
     try {
@@ -115,7 +116,7 @@ struct Simulation::Impl {
   GripLoads grip_loads;
   ForceAlternation alternation;
   std::vector<std::unique_ptr<PartMechanism>> mechanisms;
-  bool mechanism_let_go = false;  ///< who is attached changed in the last step
+  bool mechanism_let_go = false;  ///< attachments changed in the last step
   CellPlant plant;
   ExactSleeping resting;
   ThresholdSleeping calm;
@@ -128,8 +129,8 @@ struct Simulation::Impl {
   std::vector<int> process_levels;  ///< at present
   std::vector<ConnectionChange> changes;
   DivergenceMonitor watch;
-  std::vector<char> start_overlaps;           ///< by the model's: still there
-  std::unique_ptr<ClearanceMonitor> monitor;  ///< none where nothing is checked
+  std::vector<char> start_overlaps;           ///< by the model's entry: still present
+  std::unique_ptr<ClearanceMonitor> monitor;  ///< nullptr without checked pairs
   std::vector<CollisionEvent> collisions;
   PartnerHistory history;
   std::uint64_t step_index = 0;

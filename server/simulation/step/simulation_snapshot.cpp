@@ -1,4 +1,4 @@
-// What others may see of a simulation: snapshots and explanations.
+// Outputs of a simulation: snapshots and explanations.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -65,7 +65,7 @@ void Simulation::Impl::fill(Snapshot& snapshot) {
     sample.commands_applied = robot_commands[i].count;
     sample.newest_stamp = robot_commands[i].newest_stamp;
     sample.level_of_detail = plant.level(i);
-    // A snapshot is filled again and again: at LoD 1 nothing of an earlier LoD 2 may stay.
+    // A snapshot is reused: at LoD 1 it must not keep values of an earlier LoD 2.
     const DynamicRobot* robot = plant.dynamic(i);
     read_dynamics(robot != nullptr ? robot->output(t, plant.segment(i).data(), motion, wrenches)
                                    : DynamicRobot::Output{},

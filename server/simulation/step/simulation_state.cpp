@@ -1,4 +1,4 @@
-// The state as bytes, and what a user changes of it by hand.
+// The state as bytes, and changes of the state by the user.
 #include <cmath>
 #include <cstring>
 #include <string_view>
@@ -14,7 +14,7 @@ constexpr std::string_view kMagic = "taktstat";
 constexpr std::uint32_t kVersion = 6;
 constexpr double kLongest_s = 1e9;
 constexpr std::size_t kLongestText = 1U << 20U;
-constexpr double kFurthest = 1e9;            // m, m/s, rad/s: what set_component_state() takes
+constexpr double kFurthest = 1e9;  // m, m/s, rad/s: largest value that set_component_state() accepts
 constexpr double kQuaternionInDoubt = 2e-3;  // of its squared length
 
 void save(const Simulation::Impl::CommandCounter& counter, StateWriter& out) {
@@ -166,7 +166,7 @@ void Simulation::Impl::load(std::span<const std::byte> bytes) {
   all.expect_end();
   statistics = {};
   motion_is_current = false;
-  refresh_motion();  // of all, before some rest
+  refresh_motion();  // of all models, including those that will sleep
   if (resting.awake().size() < model->parts.size()) system().set_awake(resting.awake());
 }
 
@@ -174,7 +174,7 @@ std::unique_ptr<Simulation::Impl> Simulation::Impl::loaded(const std::shared_ptr
                                                            std::span<const std::byte> bytes) {
   auto fresh = std::make_unique<Impl>(model);
   fresh->load(bytes);
-  // Models that cannot be evaluated there tell so now.
+  // Models that cannot be evaluated in this state throw here.
   fresh->system().update_wrenches();
   return fresh;
 }

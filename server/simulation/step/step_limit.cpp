@@ -11,8 +11,8 @@ namespace takt {
 
 namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// Beyond this share of the limit what settles takes many steps: the block assembly ends 0.02 mm off at 0.94,
-// as it should at 0.86.
+// Above this share of the limit, motion settles only after many steps: the block assembly ends 0.02 mm off at
+// 0.94, but exactly at 0.86.
 constexpr double kComfortable = 0.87;
 
 bool has_limit(const SolverParameters& solver) {

@@ -128,7 +128,7 @@ bool ThresholdSleeping::wake_reached(const CellMotion& motion) {
 void ThresholdSleeping::find_groups(const ComponentInteraction& interaction, const CellMotion& motion) {
   near_.reset();
   std::fill(kept_up_.begin(), kept_up_.end(), 0);
-  // First on the Parts themselves, then on the roots.
+  // First for the Parts themselves, then for the roots.
   for (const int place : resting_.awake_indices())
     if (calm_[static_cast<std::size_t>(place)] < steps_) kept_up_[static_cast<std::size_t>(place)] = 1;
   const auto together = [this](int a, int b) {
@@ -142,7 +142,7 @@ void ThresholdSleeping::find_groups(const ComponentInteraction& interaction, con
     const ContactPairModel& ends = contacts_.pair(pair);
     if (resting_.place_of(ends.base) < 0 && resting_.place_of(ends.target) < 0) continue;
     if (!moves(ends.base) && !moves(ends.target)) continue;
-    // Who is asleep was not near when it fell asleep, and wakes before it is.
+    // A sleeping component was not near when it fell asleep, and wakes before another one comes near.
     if (asleep(ends.base) || asleep(ends.target)) continue;
     if (may_meet(pair, motion, kStepsToJoin)) together(ends.base, ends.target);
   }
