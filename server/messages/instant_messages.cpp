@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "idl/common/eigen_messages.h"
 #include "idl/common/stamp.h"
-#include "server/messages/geometry_messages.h"
 
 namespace takt {
 namespace {

@@ -128,7 +128,7 @@ await kitchen.page.click('#pause');
 await kitchen.until(() => takt.last.status.state === 2);
 await drawn(kitchen.ask);
 const devices = await kitchen.ask(() => takt.last.description.devices.map(({name, signals}) => ({name, signals})));
-const signal = (device, name) => [devices.findIndex((other) => other.name === device), devices.find((other) => other.name === device).signals.indexOf(name)];
+const signal = (device, name) => [devices.findIndex((other) => other.name === device), devices.find((other) => other.name === device).signals.findIndex((signal) => signal.name === name)];
 const samples = exported('oven.mcap');
 for (const [name, [i, k]] of [[heat, signal('Rotor_heat', 'temperature')], [air, signal('Furnace', 'air_temperature')]]) {
   const plot = await read(kitchen.ask, name);
