@@ -42,7 +42,8 @@ struct CellInfo : takt_msgs::msg::CellDescription {
 /// One instant of the cell. The functions that take a name throw ClientError (not_found) with the names there are.
 struct State : takt_msgs::msg::CellState {
   std::shared_ptr<const CellInfo> cell;  ///< the description this state belongs to
-  std::uint64_t sample_number = 0;  ///< counts samples received; the server repeats an instant while it stands still
+  std::uint64_t sample_number =
+      0;  ///< counts samples received; the server repeats an instant while it stands still
 
   const ComponentState& component(std::string_view name) const;
   const RobotState& robot(std::string_view name) const;

@@ -34,7 +34,8 @@ void Client::Impl::connect() {
   const auto listen = [&]<typename Type>(const Topic<Type>& topic,
                                          typename client::ReaderListener<Type>::OnSample on_sample,
                                          typename client::ReaderListener<Type>::OnMatch on_match = {}) {
-    listeners.push_back(std::make_unique<client::ReaderListener<Type>>(std::move(on_sample), std::move(on_match)));
+    listeners.push_back(
+        std::make_unique<client::ReaderListener<Type>>(std::move(on_sample), std::move(on_match)));
     link.create_reader(topic, topic.name(options.cell), listeners.back().get());
   };
   using Prefix = const GuidPrefix&;
@@ -121,8 +122,9 @@ void Client::Impl::on_status(const takt_msgs::msg::Status& sample, const GuidPre
   const std::lock_guard lock(mutex);
   if (from_this_server(from)) {
     const bool stale =
-        cell && (received->scenario_generation < cell->scenario_generation ||
-                 (received->scenario_generation == cell->scenario_generation && instant_of(*received) < known));
+        cell &&
+        (received->scenario_generation < cell->scenario_generation ||
+         (received->scenario_generation == cell->scenario_generation && instant_of(*received) < known));
     if (!stale) status.set(std::move(received));
   } else {
     early_status.emplace(from, std::move(received));

@@ -143,8 +143,8 @@ void LockstepController::wait_for_boundary() {
       state_ = *next;
       answered_ = false;
       // At another pace than lockstep boundaries may have passed meanwhile.
-      boundary_ = std::max(
-          boundary_, static_cast<std::uint64_t>((state_.time + kTimeTolerance_s) / options_.period_s));
+      boundary_ = std::max(boundary_,
+                           static_cast<std::uint64_t>((state_.time + kTimeTolerance_s) / options_.period_s));
       return;
     }
     if (SteadyClock::now() - begin >= options_.timeout) give_up();

@@ -23,8 +23,7 @@ std::uint64_t wall_ns() {
 
 }  // namespace
 
-LiveSource::LiveSource(const ClientOptions& options, Stream& stream)
-    : options_(options), stream_(stream) {
+LiveSource::LiveSource(const ClientOptions& options, Stream& stream) : options_(options), stream_(stream) {
   stream_.on_wanted(this, [this](const Channel& channel, bool wanted) {
     const std::lock_guard lock(mutex_);
     want(channel.topic, wanted);

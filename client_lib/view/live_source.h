@@ -46,8 +46,8 @@ class LiveSource {
   std::map<std::string, std::uint32_t> channels_;
   // Each topic once, however often somebody comes and goes before DDS has followed.
   std::map<std::string, Wanted> wanted_;
-  std::set<std::string> to_follow_;         ///< of these topics, wanted_ has changed
-  std::unique_ptr<Client> client_;  ///< made when the first request comes
+  std::set<std::string> to_follow_;  ///< of these topics, wanted_ has changed
+  std::unique_ptr<Client> client_;   ///< made when the first request comes
   std::unique_ptr<client::RawTopics> topics_;
   std::thread thread_;
 };

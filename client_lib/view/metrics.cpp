@@ -44,7 +44,8 @@ struct Metrics::Impl {
   std::map<std::string, prometheus::Family<prometheus::Gauge>*> families;
   std::uint32_t channel = 0;
 
-  void set(const std::string& name, const std::string& help, double value, const prometheus::Labels& more = {}) {
+  void set(const std::string& name, const std::string& help, double value,
+           const prometheus::Labels& more = {}) {
     auto& family = families[name];
     if (family == nullptr)
       family = &prometheus::BuildGauge().Name(name).Help(help).Labels({{"cell", cell}}).Register(registry);

@@ -114,8 +114,8 @@ takt_msgs::msg::DeviceDescription to_message(const DeviceDescription& device) {
   takt_msgs::msg::DeviceDescription message;
   message.name = device.name;
   for (const SignalDescription& signal : device.signals)
-    message.signals.push_back({std::string(signal.name), std::string(signal.unit), signal.commanded,
-                               signal.lower, signal.upper});
+    message.signals.push_back(
+        {std::string(signal.name), std::string(signal.unit), signal.commanded, signal.lower, signal.upper});
   return message;
 }
 

@@ -81,10 +81,9 @@ TEST(MessageJson, ListsWithAKeyAndOtherListsNeedNoDescription) {
 
 TEST(MessageJson, TheWayToALeafIsTheNameOfItsSignal) {
   std::vector<std::string> found;
-  recording::for_each_leaf(json::parse(R"({"a": {"x": 1, "y": null}, "b": [true, "t"]})"),
-                           [&](const std::string& name, const json& value) {
-                             found.push_back(name + "=" + value.dump());
-                           });
+  recording::for_each_leaf(
+      json::parse(R"({"a": {"x": 1, "y": null}, "b": [true, "t"]})"),
+      [&](const std::string& name, const json& value) { found.push_back(name + "=" + value.dump()); });
   EXPECT_EQ(found, (std::vector<std::string>{"a.x=1", "a.y=null", "b.0=true", "b.1=\"t\""}));
 }
 
@@ -108,8 +107,10 @@ TEST(MessageFits, OtherCountsAndIndicesDoNotFit) {
   expect_refused("joint missing", [](takt_msgs::msg::CellState& s) { s.robots[0].position.pop_back(); });
   expect_refused("no velocity", [](takt_msgs::msg::CellState& s) { s.robots[0].velocity.clear(); });
   expect_refused("one power of two", [](takt_msgs::msg::CellState& s) { s.robots[0].motor_power = {1.0}; });
-  expect_refused("signal too many", [](takt_msgs::msg::CellState& s) { s.devices[0].signals.push_back(0.0); });
-  expect_refused("partner beyond the list", [](takt_msgs::msg::CellState& s) { s.components[0].partner = 2; });
+  expect_refused("signal too many",
+                 [](takt_msgs::msg::CellState& s) { s.devices[0].signals.push_back(0.0); });
+  expect_refused("partner beyond the list",
+                 [](takt_msgs::msg::CellState& s) { s.components[0].partner = 2; });
   expect_refused("partner below -1", [](takt_msgs::msg::CellState& s) { s.components[0].partner = -2; });
   expect_refused("part beyond the list", [](takt_msgs::msg::CellState& s) { s.grippers[0].part = 2; });
   takt_msgs::msg::Contacts contacts;

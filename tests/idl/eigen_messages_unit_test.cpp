@@ -29,7 +29,8 @@ TEST(EigenMessages, ThereAndBackKeepsEveryBit) {
   const takt_msgs::msg::Vector3 v{0.1, -0.2, 1.0 / 3.0};
   EXPECT_EQ(to_vector(to_eigen(v)), v);
   const double c = std::cos(0.3), s = std::sin(0.3);
-  const takt_msgs::msg::Quaternion q{s / std::numbers::sqrt3, s / std::numbers::sqrt3, s / std::numbers::sqrt3, c};
+  const takt_msgs::msg::Quaternion q{s / std::numbers::sqrt3, s / std::numbers::sqrt3,
+                                     s / std::numbers::sqrt3, c};
   EXPECT_EQ(to_quaternion(to_eigen(q)), q);
   const takt_msgs::msg::Transform X{v, {c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0}};
   EXPECT_EQ(to_transform(to_eigen(X)), X);

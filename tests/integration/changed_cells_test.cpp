@@ -113,7 +113,9 @@ TEST(ChangedCells, NamesAreUniqueAmongPartsAndDevices) {
     return Arguments{{"name", name}, {"allow_renaming", rename}, {"copy_of", "Rotor"}, {"position", "0 0 2"}};
   };
   for (const char* taken : {"Furnace", "Rotor_heat", "Rotor"})
-    EXPECT_EQ(refusal(cell.client, "spawn_entity", spawn(taken)).result(), takt::ControlResult::name_not_unique) << taken;
+    EXPECT_EQ(refusal(cell.client, "spawn_entity", spawn(taken)).result(),
+              takt::ControlResult::name_not_unique)
+        << taken;
   // The longest name there may be has room for a number.
   const std::string longest(64, 'x');
   EXPECT_EQ(cell.client.request("spawn_entity", spawn(longest, "true")).text("entity"), longest);
@@ -164,7 +166,8 @@ TEST(ChangedCells, AResetOfSpawnedPartsIsReportedAsAReset) {
 TEST(ChangedCells, MissingAndInvalidFilesHaveDifferentResults) {
   HostedService service;
   Client client(client_options());
-  EXPECT_EQ(refusal(client, "load_scenario", {{"uri", service.wrong_key().string()}}).result(), takt::ControlResult::resource_parse_error);
+  EXPECT_EQ(refusal(client, "load_scenario", {{"uri", service.wrong_key().string()}}).result(),
+            takt::ControlResult::resource_parse_error);
   std::string text = takt::test::service_scenario_text();
   const auto mesh = text.find("C.obj");
   ASSERT_NE(mesh, std::string::npos);

@@ -149,7 +149,8 @@ TEST(ClientMistakes, RareArgumentsArrive) {
   EXPECT_EQ(found[0].hierarchy, 4);
   EXPECT_EQ(found[0].mass, 0.1);
   cell.set_entity_state(
-      {.entity = "Small", .orientation = takt_msgs::msg::Quaternion{0.0, 0.0, std::sqrt(0.5), std::sqrt(0.5)}});
+      {.entity = "Small",
+       .orientation = takt_msgs::msg::Quaternion{0.0, 0.0, std::sqrt(0.5), std::sqrt(0.5)}});
   cell.set_entity_state({.entity = "Small", .linear_velocity = takt_msgs::msg::Vector3{0.5, 0.0, 0.0}});
   const auto state = cell.get_entity_state("Small");
   EXPECT_NEAR(state.orientation.z, std::sqrt(0.5), 1e-12);

@@ -15,8 +15,8 @@ namespace {
 
 using takt::Client;
 using takt::ClientError;
-using takt::LockstepController;
 using takt::ComponentType;
+using takt::LockstepController;
 using takt::PartState;
 using takt::Seconds;
 using takt::SimulationState;

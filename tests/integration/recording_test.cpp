@@ -49,8 +49,7 @@ void swing_arms(Client& client, int times) {
       target[5] += 0.001 * i;
       client.send_joint_command(robot, target);
     }
-    client.set_gripper("Gripper1",
-                       i % 2 == 0 ? takt::GripperAction::open : takt::GripperAction::close);
+    client.set_gripper("Gripper1", i % 2 == 0 ? takt::GripperAction::open : takt::GripperAction::close);
     const std::uint64_t step = client.state().step;
     ASSERT_TRUE(client.wait_for_state([&](const State& s) { return s.step > step + 20; }, kGenerous))
         << client.status().fault;
@@ -119,7 +118,8 @@ TEST(Recording, ARecordingStartsAndEndsByRequestDuringARun) {
   client.play();
   swing_arms(client, 2);
   const Reply started = client.request("start_recording", {{"name", "middle"}});
-  EXPECT_EQ(refusal(client, "start_recording", {{"name", "other"}}).result(), takt::ControlResult::incorrect_state);
+  EXPECT_EQ(refusal(client, "start_recording", {{"name", "other"}}).result(),
+            takt::ControlResult::incorrect_state);
   swing_arms(client, 4);
   const Reply stopped = client.request("stop_recording");
   EXPECT_EQ(stopped.text("uri"), started.text("uri"));

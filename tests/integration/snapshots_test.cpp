@@ -76,7 +76,8 @@ TEST(Snapshots, SnapshotsAreRefusedForNamePlaceAndScenario) {
       expect_words(error.what(), {"not a path"});
     }
   }
-  EXPECT_EQ(refusal(client, "restore_snapshot", {{"name", "nobody"}}).result(), takt::ControlResult::not_found);
+  EXPECT_EQ(refusal(client, "restore_snapshot", {{"name", "nobody"}}).result(),
+            takt::ControlResult::not_found);
   EXPECT_EQ(refusal(client, "restore_snapshot").result(), takt::ControlResult::not_found);
   client.request("save_snapshot", {{"name", "two"}});
   client.request("load_scenario", {{"uri", service.one_arm().string()}});
@@ -84,7 +85,8 @@ TEST(Snapshots, SnapshotsAreRefusedForNamePlaceAndScenario) {
   EXPECT_EQ(other.result(), takt::ControlResult::failed);
   expect_words(other.what(), {"two.snapshot", "service_test"});
   client.request("unload_scenario");
-  EXPECT_EQ(refusal(client, "save_snapshot", {{"name", "none"}}).result(), takt::ControlResult::incorrect_state);
+  EXPECT_EQ(refusal(client, "save_snapshot", {{"name", "none"}}).result(),
+            takt::ControlResult::incorrect_state);
 }
 
 TEST(Snapshots, SnapshotsWithoutADirectoryAreRefused) {
@@ -143,10 +145,13 @@ TEST(Snapshots, APartIsPutElsewhereAttachedAndDetached) {
         client.wait_for_event([&](const Event& e) { return e.code == code && e.subject == "C"; }, kGenerous);
     EXPECT_TRUE(told.has_value()) << code;
   }
-  EXPECT_EQ(refusal(client, "attach", {{"part", "Table1"}, {"to", "C"}}).result(), takt::ControlResult::failed);
-  EXPECT_EQ(refusal(client, "attach", {{"part", "C"}, {"to", "nobody"}}).result(), takt::ControlResult::not_found);
+  EXPECT_EQ(refusal(client, "attach", {{"part", "Table1"}, {"to", "C"}}).result(),
+            takt::ControlResult::failed);
+  EXPECT_EQ(refusal(client, "attach", {{"part", "C"}, {"to", "nobody"}}).result(),
+            takt::ControlResult::not_found);
   client.play();
-  EXPECT_EQ(refusal(client, "set_entity_state", {{"entity", "C"}, {"position", "0 0 2"}}).result(), takt::ControlResult::incorrect_state);
+  EXPECT_EQ(refusal(client, "set_entity_state", {{"entity", "C"}, {"position", "0 0 2"}}).result(),
+            takt::ControlResult::incorrect_state);
 }
 
 /// The program under a supervisor.

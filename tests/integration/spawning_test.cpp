@@ -99,13 +99,15 @@ TEST(Spawning, ANewPartComesFromAMeshFile) {
   expect_refused({{"name", "P"}}, takt::ControlResult::name_not_unique, "P");
   expect_refused({{"name", "not a name"}}, takt::ControlResult::name_invalid, "letters");
   expect_refused({{"uri", "/nowhere.obj"}}, takt::ControlResult::no_resource, "/nowhere.obj");
-  expect_refused({{"uri", service.wrong_key().string()}}, takt::ControlResult::spawn_parse_error, "wrong_key.yaml");
+  expect_refused({{"uri", service.wrong_key().string()}}, takt::ControlResult::spawn_parse_error,
+                 "wrong_key.yaml");
   expect_refused({{"mass_kg", "-1"}}, takt::ControlResult::failed, "mass_kg");
   expect_refused({{"position", "0 0"}}, takt::ControlResult::failed, "position");
   expect_refused({{"position", "0 0 inf"}}, takt::ControlResult::failed, "position");
   expect_refused({{"orientation", "0 0 0 2"}}, takt::ControlResult::failed, "orientation");
   expect_refused({{"copy_of", "C"}}, takt::ControlResult::failed, "copy_of");
-  EXPECT_EQ(refusal(client, "delete_entity", {{"entity", "nobody"}}).result(), takt::ControlResult::not_found);
+  EXPECT_EQ(refusal(client, "delete_entity", {{"entity", "nobody"}}).result(),
+            takt::ControlResult::not_found);
   expect_words(refusal(client, "delete_entity", {{"entity", "Table1"}}).what(), {"no Part"});
   EXPECT_EQ(client.cell()->scenario_generation, there.cell->scenario_generation);
 }

@@ -73,8 +73,7 @@ TEST_F(WireCommands, ATrajectoryIsFollowedAndItsEndIsAnEvent) {
   EXPECT_EQ(done->subject, "Robot1");
   EXPECT_EQ(done->message, "Robot1 is at the end of its trajectory.");
   const auto there = client_->wait_for_state(
-      [](const State& s) { return std::abs(s.robot("Robot1").position[0] - 0.03) < 1e-12; },
-      kGenerous);
+      [](const State& s) { return std::abs(s.robot("Robot1").position[0] - 0.03) < 1e-12; }, kGenerous);
   EXPECT_TRUE(there.has_value());
 }
 
@@ -180,7 +179,7 @@ TEST_F(WireCommands, ALockstepControllerTimesOutWhileAnotherIsSilent) {
 
 TEST_F(WireCommands, ALockstepControllerTimesOutOnAPausedCell) {
   LockstepController controller(*client_,
-                                        {.targets = {"Gripper1"}, .period_s = 0.01, .timeout = Seconds{1.0}});
+                                {.targets = {"Gripper1"}, .period_s = 0.01, .timeout = Seconds{1.0}});
   client_->pause();
   const std::string late = timeout_of(controller);
   EXPECT_NE(late.find("it stands at 0 s and is paused."), std::string::npos) << late;

@@ -19,7 +19,6 @@
 namespace takt::test {
 namespace {
 
-
 /// The supervisor gives up after the fifth crash in 60 s.
 constexpr double kLeastLife_s = 15.5;
 

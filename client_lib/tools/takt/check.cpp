@@ -159,9 +159,9 @@ int check(const Common& common, const CheckOptions& options) {
                                       {"ok", holds}};
     else
       std::printf("%-12s %10.6f %10.6f %10.6f   %10.6f %10.6f %10.6f   %10.4f %10.4f  %s\n",
-                  part.part.c_str(), found.position.x, found.position.y, found.position.z,
-                  part.position_m.x, part.position_m.y, part.position_m.z, 1e3 * error_m,
-                  turn_rad * 180.0 / M_PI, holds ? "ok" : "NOT THERE");
+                  part.part.c_str(), found.position.x, found.position.y, found.position.z, part.position_m.x,
+                  part.position_m.y, part.position_m.z, 1e3 * error_m, turn_rad * 180.0 / M_PI,
+                  holds ? "ok" : "NOT THERE");
   }
   document["ok"] = all_hold;
   if (common.json)

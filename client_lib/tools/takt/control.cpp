@@ -24,9 +24,8 @@ Reply ask(Session& cell, const Type& request) {
 }  // namespace
 
 int list(const Common& common) {
-  const auto cells =
-      list_cells(common.client.domain, Seconds{common.timeout_s}, common.client.profiles_file,
-                         common.client.secure_directory, common.client.profile);
+  const auto cells = list_cells(common.client.domain, Seconds{common.timeout_s}, common.client.profiles_file,
+                                common.client.secure_directory, common.client.profile);
   if (common.json) {
     auto document = nlohmann::json::array();
     for (const auto& cell : cells)

@@ -20,7 +20,8 @@ std::string line_of(const State& state, bool names) {
   auto document = json_of(state);
   std::string line = names ? "time" : number_text(state.time, 9);
   for (const char* other : {"time", "stamp", "applied", "scenario_generation"}) document.erase(other);
-  for (auto& robot : document["robots"]) robot.erase("motor_power");  // comes and goes with the level of detail
+  for (auto& robot : document["robots"])
+    robot.erase("motor_power");  // comes and goes with the level of detail
   recording::for_each_leaf(document, [&](const std::string& name, const nlohmann::json& value) {
     char digits[32] = "";
     if (value.is_number_float()) std::snprintf(digits, sizeof digits, "%.17g", value.get<double>());

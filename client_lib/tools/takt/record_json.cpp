@@ -58,7 +58,7 @@ class Recording {
     threads.emplace_back([this] {
       follow([&] {
         next_sample<Contacts>("contacts", contacts_,
-                                      [&](const auto& p) { return cell_.wait_for_contacts(p, kWait); });
+                              [&](const auto& p) { return cell_.wait_for_contacts(p, kWait); });
       });
     });
     threads.emplace_back([this] {

@@ -137,8 +137,7 @@ class McapRecorder {
   /// They are sent while somebody reads them: when this ends, nobody does.
   void ask_for_pressures() const {
     constexpr double kLongest_s = 86400.0;
-    (void)Client(common_.client)
-        .call(requests::WatchPressures{options_.pressures, kLongest_s});
+    (void)Client(common_.client).call(requests::WatchPressures{options_.pressures, kLongest_s});
   }
 
   void progress() const {

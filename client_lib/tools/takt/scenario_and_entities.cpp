@@ -87,8 +87,7 @@ int say_loaded(const Common& common, const CellInfo& info) {
 
 int entities(const Common& common, const std::string& filter, const std::string& category) {
   Session cell(common);
-  const auto found =
-      cell->call(requests::GetEntities{filter, enumerator_of<ComponentType>(category)});
+  const auto found = cell->call(requests::GetEntities{filter, enumerator_of<ComponentType>(category)});
   if (common.json) {
     std::printf("%s\n", recording::json_text(
                             values_json(arguments_of<requests::GetEntitiesResponse>(found)).at("entities"))

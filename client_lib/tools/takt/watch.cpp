@@ -86,9 +86,7 @@ std::optional<int> watch_one(const Common& common, const WatchOptions& options,
   const Client& cell = **session;
   const bool live = isatty(STDOUT_FILENO) != 0 && !common.json;
   std::string shown;
-  const auto reached = [&](const State& s) {
-    return options.until_s && s.time >= *options.until_s - 1e-9;
-  };
+  const auto reached = [&](const State& s) { return options.until_s && s.time >= *options.until_s - 1e-9; };
   for (std::uint64_t seen = 0;;) {
     if (cell.cell()->scenario.empty()) {
       std::printf(
@@ -117,8 +115,7 @@ std::optional<int> watch_one(const Common& common, const WatchOptions& options,
     const Status status = cell.status();
     if (!state) state = cell.wait_for_state([](const auto&) { return true; }, kStatusInterval * 5);
     if (!state) continue;  // it was unloaded meanwhile, or has just been loaded
-    const bool over =
-        reached(*state) || status.state == SimulationState::quitting || !status.fault.empty();
+    const bool over = reached(*state) || status.state == SimulationState::quitting || !status.fault.empty();
     const std::string what = summary(*state, status);
     if (live)
       std::printf("\r\033[K%s%s", cut_to_terminal(live_line(*state, status)).c_str(), over ? "\n" : "");

@@ -205,8 +205,9 @@ controller::CellInfo controller_cell(const CellInfo& info) {
   for (const auto& gripper : info.grippers) {
     if (gripper.robot < 0 || gripper.robot >= static_cast<int>(cell.robots.size()))
       throw std::runtime_error("Gripper '" + gripper.name + "' is on no robot of the cell.");
-    cell.grippers.push_back({gripper.name, gripper.robot, pose(gripper.mount) * pose(gripper.tool_center_point),
-                             gripper.max_width, gripper.max_force});
+    cell.grippers.push_back({gripper.name, gripper.robot,
+                             pose(gripper.mount) * pose(gripper.tool_center_point), gripper.max_width,
+                             gripper.max_force});
   }
   for (const auto& device : info.devices) {
     auto& added = cell.devices.emplace_back();
@@ -229,8 +230,8 @@ controller::Input controller_input(const State& state) {
     copy(state.robots[i].velocity, input.robots[i].velocity);
   }
   for (const auto& gripper : state.grippers)
-    input.grippers.push_back({gripper.width, gripper.closed, gripper.moving, gripper.in_position,
-                              gripper.part, gripper.force});
+    input.grippers.push_back(
+        {gripper.width, gripper.closed, gripper.moving, gripper.in_position, gripper.part, gripper.force});
   for (const auto& component : state.components)
     input.components.push_back(
         {to_eigen(component.position), to_eigen(component.orientation), component.partner});
