@@ -3,7 +3,7 @@
 #include "client_lib/client.h"
 #include "idl/common/text.h"
 
-namespace takt::client {
+namespace takt {
 namespace {
 
 template <typename T>
@@ -37,6 +37,11 @@ int CellInfo::find_device(std::string_view name) const {
   return find_by_name(devices, name);
 }
 
+std::string CellInfo::component_name(int index) const {
+  const std::string* name = lists.name_of("components", index);
+  return name == nullptr ? std::string() : *name;
+}
+
 const ComponentState& State::component(std::string_view name) const {
   return components.at(require_by_name("component", cell->components, name));
 }
@@ -46,13 +51,14 @@ const RobotState& State::robot(std::string_view name) const {
 const GripperState& State::gripper(std::string_view name) const {
   return grippers.at(require_by_name("gripper", cell->grippers, name));
 }
+const DeviceState& State::device(std::string_view name) const {
+  return devices.at(require_by_name("device", cell->devices, name));
+}
 std::string State::partner_of(std::string_view name) const {
-  const int partner = component(name).partner;
-  return partner < 0 ? "" : cell->components.at(static_cast<std::size_t>(partner)).name;
+  return cell->component_name(component(name).partner);
 }
 std::string State::part_present(std::string_view name) const {
-  const int part = gripper(name).part;
-  return part < 0 ? "" : cell->components.at(static_cast<std::size_t>(part)).name;
+  return cell->component_name(gripper(name).part);
 }
 
-}  // namespace takt::client
+}  // namespace takt

@@ -4,7 +4,7 @@
 #include "client_lib/client_impl.h"
 #include "idl/common/text.h"
 
-namespace takt::client {
+namespace takt {
 namespace {
 
 const Value* find(const Arguments& values, std::string_view name) {
@@ -41,10 +41,10 @@ void Client::Impl::apply_reply_causality(std::unique_lock<std::mutex>& lock, con
   if (step || epoch) {
     const std::uint32_t present = state ? std::max(known.first, state->epoch) : known.first;
     known = std::max(known, {epoch ? static_cast<std::uint32_t>(*epoch) : present, step.value_or(0)});
-    if (state && is_older_than_known(state->epoch, state->step)) state.reset();
-    if (power && is_older_than_known(power->epoch, power->step)) power.reset();
-    if (contacts && is_older_than_known(contacts->epoch, contacts->step)) contacts.reset();
-    if (status && is_older_than_known(status->epoch, status->step)) status.reset();
+    drop_if_older_than_known(state);
+    drop_if_older_than_known(power);
+    drop_if_older_than_known(contacts);
+    drop_if_older_than_known(status);
   }
   // What changes without a step being taken shows in the next sample; a server that ends sends none.
   const RequestInfo* info = find_request(request);
@@ -64,4 +64,4 @@ Reply Client::request(const std::string& name, const std::map<std::string, std::
   return request(name, arguments_of_text(name, {arguments.begin(), arguments.end()}), timeout);
 }
 
-}  // namespace takt::client
+}  // namespace takt

@@ -70,15 +70,17 @@ if(TARGET takt)
   add_custom_target(takt_completion ALL DEPENDS ${completions})
 endif()
 
-# For one's own clients: find_package(takt), link takt::takt_client, #include "client_lib/client.h".
+# For one's own clients: find_package(takt), link takt::takt_client, #include <takt/client.h>.
 if(TARGET takt_client)
   include(${PROJECT_SOURCE_DIR}/cmake/fast_dds.cmake)
+  install(DIRECTORY client_lib/include/takt DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
   install(FILES client_lib/client.h client_lib/cell.h client_lib/lockstep_controller.h
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/client_lib)
   foreach(header takt_enumerations ros2_msgs takt_msgs takt_requests takt_request_table)
     install(FILES ${TAKT_GENERATED_DIR}/${header}.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt)
   endforeach()
-  install(FILES idl/common/enumeration.h idl/common/message.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/idl/common)
+  install(FILES idl/common/eigen_messages.h idl/common/enumeration.h idl/common/message.h
+    idl/common/named_lists.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/idl/common)
   install(FILES idl/vocabulary/arguments.h idl/vocabulary/request.h
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/idl/vocabulary)
   install(FILES client_lib/kinematics/arm.h client_lib/kinematics/motions.h client_lib/kinematics/motion_profile.h
@@ -86,7 +88,7 @@ if(TARGET takt_client)
   install(FILES plant_models/spatial.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/plant_models)
   install(FILES plant_models/robot/arm_kinematics.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/plant_models/robot)
   install(TARGETS takt_client takt_kinematics plant_models takt_vocabulary takt_common takt_idl takt_transport takt_rtps_guard takt_recording takt_warnings EXPORT takt
-    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt)
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} ${CMAKE_INSTALL_INCLUDEDIR}/takt)
   install(EXPORT takt NAMESPACE takt:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/takt FILE taktTargets.cmake)
   file(WRITE ${CMAKE_BINARY_DIR}/taktConfig.cmake
     "include(CMakeFindDependencyMacro)\nfind_dependency(${TAKT_FAST_DDS_PACKAGE})\nfind_dependency(Threads)\nfind_dependency(ZLIB)\nfind_dependency(nlohmann_json)\nfind_dependency(Eigen3)\ninclude(\${CMAKE_CURRENT_LIST_DIR}/taktTargets.cmake)\n")

@@ -211,7 +211,7 @@ class Comparer {
     const auto collect = [&](const Json& report, std::size_t side) {
       for (const Json& c : report["contacts"]["largest"])
         forces[c["base"].get<std::string>() + " - " + c["target"].get<std::string>()][side] =
-            c["normal_force_N"].get<double>();
+            c["normal_force"].get<double>();
     };
     collect(a_, 0);
     collect(b_, 1);

@@ -170,7 +170,7 @@ void add_row(const StudyOptions& options, int run, Table& table) {
   if (report.contains("contacts")) {
     for (const Json& most : report["contacts"]["largest"]) {
       const std::string pair = most["base"].get<std::string>() + "|" + most["target"].get<std::string>();
-      table.set(pair + ".normal_force_N", most["normal_force_N"].get<double>());
+      table.set(pair + ".normal_force", most["normal_force"].get<double>());
       table.set(pair + ".time_s", most["time_s"].get<double>());
     }
   }
@@ -189,7 +189,7 @@ std::string plotted_column(const StudyOptions& options, const Table& table) {
                         "'; allowed: a column of the table: " + list_names(columns));
   }
   for (const std::string& column : table.columns())
-    if (column.ends_with(".normal_force_N")) return column;
+    if (column.ends_with(".normal_force")) return column;
   for (const std::string& column : table.columns())
     if (column == "max_error_m") return column;
   return "computation_ratio";

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "idl/common/eigen_messages.h"
 #include "idl/common/stamp.h"
-#include "server/messages/geometry_messages.h"
 
 namespace takt {
 namespace {
@@ -166,25 +166,25 @@ takt_msgs::msg::Contacts make_contacts_message(const CellDescription& cell, std:
   return message;
 }
 
+takt_msgs::msg::Contact to_message(const ContactSample& sample) {
+  return {sample.base,
+          sample.target,
+          to_vector(sample.F_base_W.f),
+          to_vector(sample.F_base_W.t),
+          to_vector(sample.p_WC),
+          static_cast<std::uint32_t>(sample.result.elements),
+          sample.result.area_m2,
+          sample.result.normal_force_N,
+          sample.result.friction_force_N,
+          sample.result.largest_pressure_Pa,
+          sample.result.largest_penetration_m};
+}
+
 bool fill(takt_msgs::msg::Contacts& message, const Snapshot& snapshot) {
   fill_instant(message, snapshot);
   const std::span<const ContactSample> pressing = snapshot.contacts.pressing();
   message.contacts.resize(pressing.size());
-  for (std::size_t i = 0; i < pressing.size(); ++i) {
-    const ContactSample& sample = pressing[i];
-    takt_msgs::msg::Contact& contact = message.contacts[i];
-    contact.base = sample.base;
-    contact.target = sample.target;
-    contact.force = to_vector(sample.F_base_W.f);
-    contact.torque = to_vector(sample.F_base_W.t);
-    contact.center_of_pressure = to_vector(sample.p_WC);
-    contact.elements = static_cast<std::uint32_t>(sample.result.elements);
-    contact.area = sample.result.area_m2;
-    contact.normal_force = sample.result.normal_force_N;
-    contact.friction_force = sample.result.friction_force_N;
-    contact.largest_pressure = sample.result.largest_pressure_Pa;
-    contact.largest_penetration = sample.result.largest_penetration_m;
-  }
+  for (std::size_t i = 0; i < pressing.size(); ++i) message.contacts[i] = to_message(pressing[i]);
   message.omitted = snapshot.contacts.omitted;
   return snapshot.contacts.acting;
 }

@@ -30,6 +30,7 @@ bool fill(takt_msgs::msg::Power& message, const CellDescription& cell, const Sna
 /// process is at level of detail 3. It does not allocate.
 takt_msgs::msg::Contacts make_contacts_message(const CellDescription& cell, std::size_t room);
 bool fill(takt_msgs::msg::Contacts& message, const Snapshot& snapshot);
+takt_msgs::msg::Contact to_message(const ContactSample& sample);
 
 /// Allocates if the number of elements exceeds all earlier ones.
 void fill(takt_msgs::msg::ContactPressures& message, const CellDescription& cell, const Snapshot& snapshot,

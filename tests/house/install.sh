@@ -46,12 +46,13 @@ target_link_libraries(mine PRIVATE takt::takt_client)
 CMAKE
 cat >"$place/mine/mine.cpp" <<'CODE'
 #include <cstdio>
-#include "client_lib/client.h"
+#include <takt/client.h>
+#include <takt/lockstep_controller.h>
 int main() {
   try {
     takt::ClientOptions options;
     options.cell = "nobody_is_called_so";
-    options.timeout = takt::client::Seconds{0.2};
+    options.timeout = takt::Seconds{0.2};
     takt::Client cell(options);
   } catch (const takt::ClientError& error) {
     return error.kind() == takt::ClientError::Kind::not_found ? 0 : 1;

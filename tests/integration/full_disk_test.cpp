@@ -16,8 +16,8 @@
 namespace {
 
 using takt::Client;
-using takt::client::Event;
-using takt::client::State;
+using takt::Event;
+using takt::State;
 using takt::test::ChildProcess;
 using takt::test::client_options;
 using takt::test::expect_words;
@@ -46,7 +46,7 @@ class FullDisk : public testing::Test {
         client.send_joint_command(robot, target);
       }
       told = client.wait_for_event([](const Event& event) { return event.code == "recording_failed"; },
-                                   takt::client::Seconds{0.02});
+                                   takt::Seconds{0.02});
     }
     return told;
   }

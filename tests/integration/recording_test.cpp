@@ -14,9 +14,9 @@ namespace {
 
 using takt::Client;
 using takt::ClientError;
-using takt::client::Event;
-using takt::client::Reply;
-using takt::client::State;
+using takt::Event;
+using takt::Reply;
+using takt::State;
 using takt::test::ChildProcess;
 using takt::test::client_options;
 using takt::test::expect_words;
@@ -49,8 +49,7 @@ void swing_arms(Client& client, int times) {
       target[5] += 0.001 * i;
       client.send_joint_command(robot, target);
     }
-    client.set_gripper("Gripper1",
-                       i % 2 == 0 ? takt::client::GripperAction::open : takt::client::GripperAction::close);
+    client.set_gripper("Gripper1", i % 2 == 0 ? takt::GripperAction::open : takt::GripperAction::close);
     const std::uint64_t step = client.state().step;
     ASSERT_TRUE(client.wait_for_state([&](const State& s) { return s.step > step + 20; }, kGenerous))
         << client.status().fault;
@@ -113,12 +112,13 @@ TEST(Recording, ARecordingStartsAndEndsByRequestDuringARun) {
   options.loop.pace = takt::Pace::realtime;
   HostedService service(true, options);
   Client client(client_options());
-  EXPECT_EQ(refusal(client, "stop_recording").result(), 3);
+  EXPECT_EQ(refusal(client, "stop_recording").result(), takt::ControlResult::incorrect_state);
   expect_words(refusal(client, "start_recording", {{"name", "../x"}}).what(), {"not a path"});
   client.play();
   swing_arms(client, 2);
   const Reply started = client.request("start_recording", {{"name", "middle"}});
-  EXPECT_EQ(refusal(client, "start_recording", {{"name", "other"}}).result(), 3);
+  EXPECT_EQ(refusal(client, "start_recording", {{"name", "other"}}).result(),
+            takt::ControlResult::incorrect_state);
   swing_arms(client, 4);
   const Reply stopped = client.request("stop_recording");
   EXPECT_EQ(stopped.text("uri"), started.text("uri"));

@@ -104,7 +104,7 @@ TEST(TaktStep, AStepBeyondTheTimeoutContinuesAndIsReported) {
   expect_words(step.text, {"has not answered 'step'", "goes on with it; 'takt pause' ends it"});
   ChildProcess pause(of_this_cell({"pause"}));
   EXPECT_EQ(pause.wait(), 0) << pause.text;
-  EXPECT_EQ(client.get_state(), takt::client::SimulationState::paused);
+  EXPECT_EQ(client.get_state(), takt::SimulationState::paused);
   const std::uint64_t at = client.state().step;
   client.step(3);
   EXPECT_EQ(client.state().step, at + 3);

@@ -107,16 +107,18 @@ def output(server, *arguments):
 
 
 def test_the_command_line_shows_signals_with_units_and_limits(server, cell):
-    oven = json.loads(output(server, "state", "--json"))["devices"]["Oven"]
-    assert oven["signals"] == cell.state.devices["Oven"]
-    assert (oven["units"]["temperature"], oven["units"]["door"]) == ("degC", "")
-    assert oven["limits"] == {"set_temperature": [20, 200], "door": [0, 1]}
+    state = json.loads(output(server, "state", "--json"))
+    assert state["devices"]["Oven"]["signals"] == cell.state.devices["Oven"]
+    signals = state["description"]["devices"]["Oven"]["signals"]
+    assert (signals["temperature"]["unit"], signals["door"]["unit"]) == ("degC", "")
+    limits = {name: [signal["lower"], signal["upper"]] for name, signal in signals.items() if signal["commanded"]}
+    assert limits == {"set_temperature": [20, 200], "door": [0, 1]}
     lines = [line.split() for line in output(server, "state").splitlines() if line.startswith("Oven ")]
     assert lines[0] == ["Oven", "set_temperature", "60", "degC", "can", "be", "set:", "20", "to", "200"]
     assert ["Oven", "temperature", "60", "degC"] in lines
     assert json.loads(output(server, "reload", "--json"))["devices"] == ["Oven"]
     header, row = output(server, "record", "-", "--duration", "0").splitlines()[:2]
-    assert float(dict(zip(header.split(","), row.split(",")))["Oven.set_temperature"]) == pytest.approx(60)
+    assert float(dict(zip(header.split(","), row.split(",")))["devices.Oven.signals.set_temperature"]) == pytest.approx(60)
     line = json.loads(output(server, "record", "-", "--json", "--duration", "0").splitlines()[0])
     assert line["devices"]["Oven"]["signals"]["set_temperature"] == pytest.approx(60)
 
@@ -130,6 +132,6 @@ def test_a_recording_of_takt_run_has_the_same_description(scenario, cell, tmp_pa
     told = [line["sample"] for line in map(json.loads, lines) if line["topic"].endswith("/description")]
     (oven,) = told[0]["devices"]
     signals = cell.info.devices["Oven"].signals
-    assert oven["signals"] == list(signals)
-    assert oven["properties"] == [
-        {"unit": s.unit, "commanded": s.commanded, "lower": s.lower, "upper": s.upper} for s in signals.values()]
+    assert oven["signals"] == [
+        {"name": name, "unit": s.unit, "commanded": s.commanded, "lower": s.lower, "upper": s.upper}
+        for name, s in signals.items()]

@@ -14,7 +14,7 @@
 
 #include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
-#include "client_lib/tools/takt/record_all.h"
+#include "client_lib/tools/takt/record_json.h"
 #include "client_lib/tools/takt/recordings.h"
 #include "client_lib/tools/takt/view.h"
 #include "idl/command_line/commands.h"
@@ -30,7 +30,7 @@ Examples:
   takt watch                             a live line: time, real-time factor, who holds which Part
   takt state --json                      positions, orientations, states, partners, signals of devices
   takt explain P                         who holds the Part P, by which rule, since when, what it touches
-  takt pause; takt step 100; takt resume
+  takt pause; takt step 100; takt play
   takt load my.yaml; takt play           another scenario in the running server
   takt view                              the cell in the browser; takt view run.mcap: a recording
   takt record run.mcap                   everything, until Ctrl-C; takt replay, export and plot read it
@@ -133,13 +133,13 @@ int run(int argc, char** argv) {
 
   takt::tool::RecordOptions record_options;
   CLI::Option* record_period = nullptr;
-  auto* record = add("record", "record what the cell sends (FILE.mcap), or positions as a table (CSV)", [&] {
+  auto* record = add("record", "record what the cell sends (FILE.mcap), or states as a table (CSV)", [&] {
     if (record_options.file.ends_with(".mcap"))
       return takt::tool::record_mcap(
           common, record_options,
           record_period->count() > 0 ? std::optional(record_options.period_s) : std::nullopt);
-    return common.json ? takt::tool::record_all(common, record_options)
-                       : takt::tool::record(common, record_options);
+    return common.json ? takt::tool::record_json(common, record_options)
+                       : takt::tool::record_csv(common, record_options);
   });
   record
       ->add_option("FILE", record_options.file,
@@ -189,13 +189,13 @@ int run(int argc, char** argv) {
   set_pace->add_option("--factor", factor, "simulated / wall time (realtime)")->check(numbers::positive());
 
   takt::tool::declare_requests(app, common, result);
-  takt::tool::declare_content(app, common, result);
+  takt::tool::declare_scenario_and_entities(app, common, result);
   takt::tool::declare_view(app, common, result);
   takt::tool::declare_recordings(app, common, result);
   takt::tool::declare_completion(app, result);
   takt::tool::add_examples(app);
 
-  app.parse_complete_callback([&] { common.client.timeout = takt::client::Seconds{common.timeout_s}; });
+  app.parse_complete_callback([&] { common.client.timeout = takt::Seconds{common.timeout_s}; });
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

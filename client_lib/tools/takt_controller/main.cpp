@@ -72,7 +72,7 @@ int run(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : 2;
   }
   if (!pace.empty()) options.pace = takt::enumerator_of<takt::Pace>(pace).value();
-  options.client.timeout = takt::client::Seconds{timeout_s};
+  options.client.timeout = takt::Seconds{timeout_s};
   for (const std::string& text : parameters) {
     const auto parameter = takt::named_number(text);
     if (!parameter) {

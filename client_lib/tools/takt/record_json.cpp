@@ -1,5 +1,4 @@
-#include "client_lib/tools/takt/record_all.h"
-#include "client_lib/tools/takt/vector_json.h"
+#include "client_lib/tools/takt/record_json.h"
 
 #include <algorithm>
 #include <atomic>
@@ -15,91 +14,20 @@
 
 #include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/interruption.h"
-#include "client_lib/tools/takt/signals_json.h"
+#include "client_lib/tools/takt/sample_json.h"
 
 namespace takt::tool {
 namespace {
 
-using client::Seconds;
 using nlohmann::json;
 
 /// How long a stream that is silent waits before it looks whether the recording is over.
 constexpr Seconds kWait{0.1};
 
 template <typename Sample>
-json head(const char* kind, const Sample& sample) {
-  return {{"kind", kind}, {"time", sample.time_s}, {"step", sample.step}, {"epoch", sample.epoch}};
-}
-
-json line_of(const client::State& state) {
-  json line = head("state", state);
-  line["state_hash"] = hash_text(state.state_hash);
-  const client::CellInfo& info = *state.cell;
-  for (std::size_t i = 0; i < state.components.size(); ++i) {
-    const auto& c = state.components[i];
-    if (info.components[i].type == client::ComponentType::ground) continue;
-    line["components"][info.components[i].name] = {
-        {"position", c.position_m},
-        {"orientation", {c.orientation.x, c.orientation.y, c.orientation.z, c.orientation.w}},
-        {"linear_velocity", c.linear_velocity},
-        {"angular_velocity", c.angular_velocity},
-        {"force", c.force_N},
-        {"torque", c.torque_Nm},
-        {"state", to_string(c.state)},
-        {"partner", state.partner_of(info.components[i].name)}};
-  }
-  for (std::size_t i = 0; i < state.robots.size(); ++i)
-    line["robots"][info.robots[i].name] = {{"position", state.robots[i].position},
-                                           {"velocity", state.robots[i].velocity},
-                                           {"effort", state.robots[i].effort}};
-  for (std::size_t i = 0; i < state.grippers.size(); ++i)
-    line["grippers"][info.grippers[i].name] = {{"width", state.grippers[i].width_m},
-                                               {"force", state.grippers[i].force_N},
-                                               {"closed", state.grippers[i].closed},
-                                               {"moving", state.grippers[i].moving},
-                                               {"in_position", state.grippers[i].in_position},
-                                               {"part_present", state.part_present(info.grippers[i].name)}};
-  for (std::size_t i = 0; i < state.devices.size(); ++i)
-    line["devices"][info.devices[i].name]["signals"] = signals_json(info.devices[i], state.devices[i]);
-  return line;
-}
-
-json line_of(const client::Contacts& contacts) {
-  json line = head("contacts", contacts);
-  line["omitted"] = contacts.omitted;
-  line["contacts"] = json::array();
-  for (const auto& c : contacts.contacts)
-    line["contacts"].push_back({{"base", c.base},
-                                {"target", c.target},
-                                {"force", c.force_N},
-                                {"torque", c.torque_Nm},
-                                {"center_of_pressure", c.center_of_pressure_m},
-                                {"area", c.area_m2},
-                                {"normal_force", c.normal_force_N},
-                                {"friction_force", c.friction_force_N},
-                                {"largest_pressure", c.largest_pressure_Pa},
-                                {"largest_penetration", c.largest_penetration_m}});
-  return line;
-}
-
-json line_of(const client::Power& power) {
-  json line = head("power", power);
-  for (const auto& c : power.consumers)
-    line["consumers"][c.name] = {{"mechanical_power", c.mechanical_W},
-                                 {"electrical_power", c.electrical_W},
-                                 {"mechanical_energy", c.mechanical_energy_J},
-                                 {"electrical_energy", c.electrical_energy_J}};
-  return line;
-}
-
-json line_of(const client::Event& event) {
-  json line = head("event", event);
-  line["sequence_number"] = event.sequence_number;
-  line["severity"] = to_string(event.severity);
-  line["code"] = event.code;
-  line["subject"] = event.subject;
-  line["sender"] = event.sender;
-  line["message"] = event.message;
+json line_of(const char* kind, const Sample& sample) {
+  json line = json_of(sample);
+  line["kind"] = kind;
   return line;
 }
 
@@ -113,7 +41,7 @@ class Recording {
       : session_(common),
         options_(options),
         bounded_(options.until_s || options.duration_s),
-        start_s_(cell_.state().time_s),
+        start_s_(cell_.state().time),
         file_(options.file == "-" ? stdout : std::fopen(options.file.c_str(), "w"), &close) {
     if (!file_) throw std::runtime_error("The file '" + options.file + "' cannot be written.");
   }
@@ -124,18 +52,18 @@ class Recording {
     std::vector<std::thread> threads;
     threads.emplace_back([this] {
       follow([&] {
-        next_sample<client::State>(states_, [&](const auto& p) { return cell_.wait_for_state(p, kWait); });
+        next_sample<State>("state", states_, [&](const auto& p) { return cell_.wait_for_state(p, kWait); });
       });
     });
     threads.emplace_back([this] {
       follow([&] {
-        next_sample<client::Contacts>(contacts_,
-                                      [&](const auto& p) { return cell_.wait_for_contacts(p, kWait); });
+        next_sample<Contacts>("contacts", contacts_,
+                              [&](const auto& p) { return cell_.wait_for_contacts(p, kWait); });
       });
     });
     threads.emplace_back([this] {
       follow([&] {
-        next_sample<client::Power>(powers_, [&](const auto& p) { return cell_.wait_for_power(p, kWait); });
+        next_sample<Power>("power", powers_, [&](const auto& p) { return cell_.wait_for_power(p, kWait); });
       });
     });
     threads.emplace_back([this] { follow([&] { next_event(); }); });
@@ -196,23 +124,23 @@ class Recording {
   }
 
   template <typename Sample, typename Wait>
-  void next_sample(Stream& stream, const Wait& wait) {
+  void next_sample(const char* kind, Stream& stream, const Wait& wait) {
     const auto sample = wait([&](const Sample& s) { return s.sample_number > stream.newest; });
     if (!sample) return;
     if (stream.newest > 0) stream.count.missed += sample->sample_number - stream.newest - 1;
     stream.newest = sample->sample_number;
     // The server repeats an instant while it stands still.
-    const bool at_end = sample->time_s >= end_s_ - 1e-9;
+    const bool at_end = sample->time >= end_s_ - 1e-9;
     const bool another =
-        stream.count.written == 0 || sample->epoch != stream.epoch || sample->time_s < stream.time_s;
-    stream.time_s = sample->time_s;
-    if (another || sample->time_s >= stream.due_s - 1e-9) {
-      stream.due_s = sample->time_s + options_.period_s;
+        stream.count.written == 0 || sample->epoch != stream.epoch || sample->time < stream.time_s;
+    stream.time_s = sample->time;
+    if (another || sample->time >= stream.due_s - 1e-9) {
+      stream.due_s = sample->time + options_.period_s;
       stream.epoch = sample->epoch;
-      write(line_of(*sample));
+      write(line_of(kind, *sample));
       ++stream.count.written;
     }
-    if constexpr (std::is_same_v<Sample, client::State>) {
+    if constexpr (std::is_same_v<Sample, State>) {
       if (at_end) over_.store(true);
     }
   }
@@ -222,7 +150,7 @@ class Recording {
     if (!event) return;
     events_.missed += event->missed_before;
     ++events_.written;
-    write(line_of(*event));
+    write(line_of("event", *event));
   }
 
   void write(const json& line) {
@@ -255,7 +183,7 @@ class Recording {
 
 }  // namespace
 
-int record_all(const Common& common, const RecordOptions& options) {
+int record_json(const Common& common, const RecordOptions& options) {
   Recording recording(common, options);
   note_interruptions();
   return recording.run();

@@ -1,4 +1,4 @@
-// takt load, reload, entities, spawn, move: what is simulated.
+// takt load, reload, entities, spawn, move: the scenario and its entities.
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
@@ -14,8 +14,8 @@
 namespace takt::tool {
 namespace {
 
-using client::Quaternion;
-using client::Vector3;
+using takt_msgs::msg::Quaternion;
+using takt_msgs::msg::Vector3;
 
 /// Files are named as the person sees them; the server may have another working directory.
 std::string as_the_server_sees_it(const std::string& file) {
@@ -63,7 +63,7 @@ struct Place {
   }
 };
 
-nlohmann::json json_of(const client::CellInfo& info) {
+nlohmann::json loaded_json(const CellInfo& info) {
   auto names = [](const auto& items) {
     auto list = nlohmann::json::array();
     for (const auto& item : items) list.push_back(item.name);
@@ -78,17 +78,16 @@ nlohmann::json json_of(const client::CellInfo& info) {
           {"devices", names(info.devices)}};
 }
 
-int say_loaded(const Common& common, const client::CellInfo& info) {
+int say_loaded(const Common& common, const CellInfo& info) {
   return say(common,
              "Scenario " + info.scenario + " is loaded: " + std::to_string(info.components.size()) +
                  " components, " + std::to_string(info.robots.size()) + " robots; the simulation is stopped.",
-             json_of(info));
+             loaded_json(info));
 }
 
 int entities(const Common& common, const std::string& filter, const std::string& category) {
   Session cell(common);
-  const auto found =
-      cell->call(client::requests::GetEntities{filter, enumerator_of<ComponentType>(category)});
+  const auto found = cell->call(requests::GetEntities{filter, enumerator_of<ComponentType>(category)});
   if (common.json) {
     std::printf("%s\n", recording::json_text(
                             values_json(arguments_of<requests::GetEntitiesResponse>(found)).at("entities"))
@@ -112,7 +111,7 @@ std::shared_ptr<Options> kept() {
 void declare_scenarios(CLI::App& app, const Common& common, int& result) {
   struct Load {
     std::string file;
-    client::LoadOptions options;
+    LoadOptions options;
   };
   auto load = kept<Load>();
   auto* command = app.add_subcommand("load", "load another scenario in the running server");
@@ -143,7 +142,7 @@ void declare_parts(CLI::App& app, const Common& common, int& result) {
   list->callback([&common, &result, listed] { result = entities(common, listed->first, listed->second); });
 
   struct Spawn {
-    client::requests::SpawnEntity request;
+    requests::SpawnEntity request;
     Place place;
   };
   auto spawn = kept<Spawn>();
@@ -185,7 +184,7 @@ void declare_parts(CLI::App& app, const Common& common, int& result) {
       ->expected(3)
       ->check(command_line::finite());
   to_move->callback([&common, &result, move] {
-    client::requests::SetEntityState placement{.entity = move->part};
+    requests::SetEntityState placement{.entity = move->part};
     if (!move->place.position.empty()) placement.position = vector(move->place.position);
     placement.orientation = move->place.orientation();
     if (!move->velocity.empty()) placement.linear_velocity = vector(move->velocity);
@@ -197,7 +196,7 @@ void declare_parts(CLI::App& app, const Common& common, int& result) {
 
 }  // namespace
 
-void declare_content(CLI::App& app, const Common& common, int& result) {
+void declare_scenario_and_entities(CLI::App& app, const Common& common, int& result) {
   declare_scenarios(app, common, result);
   declare_parts(app, common, result);
 }
