@@ -21,7 +21,7 @@ builtin_interfaces::msg::Time stamp(std::optional<double> stamp_s) {
   if (!stamp_s) return {};
   if (!(*stamp_s >= 0.0 && *stamp_s <= 2147483647.0))
     throw ClientError(ClientError::Kind::invalid,
-                      "The stamp " + text(*stamp_s) + " s is not a time between 0 and 2147483647 s.");
+                      "The stamp " + exact_text(*stamp_s) + " s is not a time between 0 and 2147483647 s.");
   return to_stamp(to_nanoseconds(*stamp_s));
 }
 

@@ -4,7 +4,6 @@
 
 #include "idl/common/stamp.h"
 #include "server/messages/geometry_messages.h"
-#include "server/runtime/requests/event.h"
 
 namespace takt {
 namespace {
@@ -29,7 +28,6 @@ takt_msgs::msg::CellState make_state_message(const CellDescription& cell) {
   message.devices.resize(cell.devices.size());
   for (std::size_t i = 0; i < cell.devices.size(); ++i)
     message.devices[i].signals.resize(cell.devices[i].signals.size());
-  message.applied.resize(static_cast<std::size_t>(target_count(cell)));
   for (std::size_t i = 0; i < cell.robots.size(); ++i) {
     const auto joints = static_cast<std::size_t>(cell.robots[i].arm.joint_count());
     message.robots[i].position.resize(joints);
@@ -37,9 +35,12 @@ takt_msgs::msg::CellState make_state_message(const CellDescription& cell) {
     message.robots[i].effort.resize(joints);
     message.robots[i].motor_power.reserve(joints);
   }
-  for (std::size_t i = 0; i < message.applied.size(); ++i) {
-    message.applied[i].target = std::string(target_name(cell, static_cast<int>(i)));
-  }
+  const auto append_targets = [&](const auto& targets) {
+    for (const auto& target : targets) message.applied.emplace_back().target = target.name;
+  };
+  append_targets(cell.robots);
+  append_targets(cell.grippers);
+  append_targets(cell.devices);
   return message;
 }
 
@@ -51,7 +52,7 @@ void fill_devices(takt_msgs::msg::CellState& message, const CellDescription& cel
     std::copy_n(sample.signals.begin(), signals.size(), signals.begin());
     auto& applied = message.applied[cell.robots.size() + cell.grippers.size() + i];
     applied.count = sample.commands_applied;
-    applied.newest_stamp = to_time(sample.newest_stamp_s);
+    applied.newest_stamp = to_stamp(std::max(sample.newest_stamp.ns, std::int64_t{0}));
   }
 }
 }  // namespace
@@ -80,7 +81,7 @@ void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const
     robot.motor_power.resize(sample.level_of_detail > 1 ? robot.position.size() : 0);
     std::copy_n(sample.power.mechanical_W.begin(), robot.motor_power.size(), robot.motor_power.begin());
     message.applied[i].count = sample.commands_applied;
-    message.applied[i].newest_stamp = to_time(sample.newest_stamp_s);
+    message.applied[i].newest_stamp = to_stamp(std::max(sample.newest_stamp.ns, std::int64_t{0}));
   }
   for (std::size_t i = 0; i < snapshot.grippers.size(); ++i) {
     const GripperSample& sample = snapshot.grippers[i];
@@ -93,7 +94,7 @@ void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const
     gripper.part = sample.part;
     auto& applied = message.applied[cell.robots.size() + i];
     applied.count = sample.commands_applied;
-    applied.newest_stamp = to_time(sample.newest_stamp_s);
+    applied.newest_stamp = to_stamp(std::max(sample.newest_stamp.ns, std::int64_t{0}));
   }
   fill_devices(message, cell, snapshot);
 }

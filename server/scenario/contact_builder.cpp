@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "idl/common/glob.h"
 #include "idl/common/text.h"
 #include "server/contact/surface/contact_roles.h"
 #include "server/devices/heated_part.h"
@@ -41,7 +42,7 @@ void require_known(const Scenario& scenario, const CellModel& cell) {
 ScenarioContactComponent of_component(const Scenario& scenario, const std::string& name) {
   ScenarioContactComponent result;
   for (const ScenarioContactComponent& entry : scenario.contact.components) {
-    if (!fits_pattern(name, entry.name)) continue;
+    if (!glob_match(entry.name, name)) continue;
     result.stated.replace_by(entry.stated);
     if (entry.element_edge_m) result.element_edge_m = entry.element_edge_m;
     if (entry.role != ContactRole::by_rule) result.role = entry.role;
@@ -82,7 +83,7 @@ StatedContact stated_of_pair(const Scenario& scenario, const CellModel& cell, st
   const bool grip = cell.components[b].type == ComponentType::gripper;
   if (grip) stated.replace_by(scenario.contact.grippers);
   for (const ScenarioContactPair& rule : scenario.contact.pairs)
-    if (fits(rule, cell.components[a].name, cell.components[b].name)) stated.replace_by(rule.stated);
+    if (glob_match(rule.pair, cell.components[a].name, cell.components[b].name)) stated.replace_by(rule.stated);
   // In a regularised grip the load creeps, and joints that hold it chatter.
   if (grip && !stated.value(&ContactParameters::friction_law)) stated.state(FrictionLaw::stick);
   return stated;
@@ -140,7 +141,7 @@ void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& mesh
     const StatedContact stated = stated_of_pair(scenario, cell, a, b, said[a], said[b]);
     ContactPairModel model;
     for (const ScenarioContactPair& rule : scenario.contact.pairs) {
-      if (!fits(rule, name_a, name_b)) continue;
+      if (!glob_match(rule.pair, name_a, name_b)) continue;
       if (rule.force) model.force = *rule.force;
       if (rule.friction_at_degC.empty()) continue;
       if (!has_temperature(scenario, name_a) && !has_temperature(scenario, name_b))

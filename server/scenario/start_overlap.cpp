@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "idl/common/glob.h"
-#include "idl/common/text.h"
 #include "server/geometry/mesh/diagnostic.h"
 #include "server/geometry/mesh/solid_overlap.h"
 
@@ -32,8 +31,7 @@ bool meant(const Scenario& scenario, const CellModel& cell, int a, int b) {
   const std::string& name_a = cell.components[static_cast<std::size_t>(a)].name;
   const std::string& name_b = cell.components[static_cast<std::size_t>(b)].name;
   const auto named = [&](const std::array<std::string, 2>& pair) {
-    return (fits_pattern(name_a, pair[0]) && fits_pattern(name_b, pair[1])) ||
-           (fits_pattern(name_a, pair[1]) && fits_pattern(name_b, pair[0]));
+    return glob_match(pair, name_a, name_b);
   };
   const auto joined = [&](const std::pair<int, int>& pair) {
     return std::minmax(pair.first, pair.second) == std::minmax(a, b);

@@ -8,7 +8,6 @@
 
 namespace {
 
-using takt::recording::fits_pattern;
 using takt::recording::Json;
 using takt::recording::known_types;
 using takt::recording::MessageTypes;
@@ -94,14 +93,6 @@ TEST(Signals, SignalsHaveTheNamesOfTheDescription) {
                                              "robots.Robot1.position.pan=3", "robots.Robot1.position.lift=4",
                                              "contacts.P-Table1.base=0", "contacts.P-Table1.target=1",
                                              "contacts.P-Table1.area=5", "effort.pan=6", "effort.lift=7"}));
-}
-
-TEST(Signals, SignalsMatchPatterns) {
-  EXPECT_TRUE(fits_pattern("state.components.P.x", "state.*.x"));
-  EXPECT_TRUE(fits_pattern("state.x", "*"));
-  EXPECT_TRUE(fits_pattern("state.x", "state.x"));
-  EXPECT_FALSE(fits_pattern("state.x", "state.*.x"));
-  EXPECT_FALSE(fits_pattern("state.xy", "state.x"));
 }
 
 }  // namespace

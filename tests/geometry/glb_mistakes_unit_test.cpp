@@ -72,6 +72,14 @@ class GlbFile : public testing::Test {
   const test::TemporaryDirectory directory_;
 };
 
+TEST_F(GlbFile, AStripOfOneCornerIsRefused) {
+  std::string json = kTetrahedronJson;
+  json.replace(json.find("\"indices\""), 0, "\"mode\":5,");
+  json.replace(json.find("\"count\":12"), 10, "\"count\":1");
+  EXPECT_THAT(answer(whole(chunk("JSON", json, ' ') + binary())),
+              HasSubstr("has 1 corners; a strip or fan has 3 or more"));
+}
+
 TEST_F(GlbFile, MistakesAreReportedWithTheirPlace) {
   struct Row {
     const char *old_text, *new_text, *words;

@@ -229,20 +229,24 @@ TEST(ClientAndService, AnExplanationDoesNotChangeTheRun) {
   EXPECT_EQ(part.state_because, "Table1");
   EXPECT_EQ(part.sequence_count, 1U);
   ASSERT_EQ(part.sequences.size(), 1U);
-  EXPECT_EQ(part.sequences[0], (std::vector<std::string>{"P", "Table1"}));
-  EXPECT_EQ(part.components.at("P").hierarchy, 2);
-  EXPECT_EQ(part.components.at("Table1").type, takt::client::ComponentType::ground);
+  EXPECT_EQ(part.sequences[0].components, (std::vector<std::string>{"P", "Table1"}));
+  const auto component = [&](const std::string& name) {
+    return *std::find_if(part.components.begin(), part.components.end(),
+                         [&](const auto& one) { return one.name == name; });
+  };
+  EXPECT_EQ(component("P").hierarchy, 2);
+  EXPECT_EQ(component("Table1").type, takt::client::ComponentType::ground);
   ASSERT_EQ(part.connections.size(), 1U);
-  EXPECT_NEAR(part.connections[0].force_N.z, 0.3 * 9.80665, 1e-6);
+  EXPECT_NEAR(part.connections[0].force.z, 0.3 * 9.80665, 1e-6);
   ASSERT_EQ(part.contacts.size(), 1U);
   EXPECT_TRUE(part.contacts[0].measured);
-  EXPECT_NEAR(part.contacts[0].distance_m, 0.0, 2e-4);
-  EXPECT_NEAR(part.contacts[0].position_m.z, 0.7, 1e-3);
+  EXPECT_NEAR(part.contacts[0].distance, 0.0, 2e-4);
+  EXPECT_NEAR(part.contacts[0].position.z, 0.7, 1e-3);
 
   const auto table = client.explain_part("Table1");
   EXPECT_EQ(table.type, takt::client::ComponentType::ground);
   EXPECT_EQ(table.held, (std::vector<std::string>{"P", "C"}));
-  EXPECT_EQ(table.rule, "");
+  EXPECT_FALSE(table.rule);
 
   try {
     (void)client.explain_part("Q");

@@ -260,7 +260,7 @@ TEST(ContactsOverDds, TheCellSwitchesToLevelThreeAndBackWhileRunning) {
   EXPECT_TRUE(why.surface_contact);
   ASSERT_EQ(why.pressing.size(), 1U);
   EXPECT_EQ(why.pressing[0].by, "Table1");
-  EXPECT_NEAR(why.pressing[0].force_N.z, 0.3 * kGravity, 0.01 * 0.3 * kGravity);
+  EXPECT_NEAR(why.pressing[0].force.z, 0.3 * kGravity, 0.01 * 0.3 * kGravity);
   EXPECT_NE(why.explanation.find("Table1 (2.9"), std::string::npos) << why.explanation;
 
   ChildProcess person(takt({"contacts"}));

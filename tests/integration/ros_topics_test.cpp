@@ -3,8 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <condition_variable>
+#include <map>
+#include <mutex>
 
 #include "idl/common/stamp.h"
+#include "takt_topics.h"
 #include "tests/support/dds_service.h"
 
 namespace takt {
@@ -79,6 +83,48 @@ TEST(RosTopics, TopicsEndWithTheLastInstant) {
   ASSERT_EQ(client.request("step", {{"steps", "1"}}).result, 1);
   ASSERT_EQ(client.request("reset").result, 1);
   EXPECT_TRUE(node.has_come_to(0.0));
+}
+
+/// What a participant learns of the writers of others.
+class WriterAnnouncements final : public DiscoveryListener {
+ public:
+  void on_writer(const DiscoveredWriter& writer) override {
+    const std::lock_guard lock(mutex_);
+    writers_[writer.topic] = {writer.type, writer.user_data};
+    changed_.notify_all();
+  }
+  /// Type and user data of the writer of a topic.
+  std::pair<std::string, std::string> of(const std::string& topic) {
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, std::chrono::seconds(60), [&] { return writers_.contains(topic); });
+    return writers_[topic];
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::map<std::string, std::pair<std::string, std::string>> writers_;
+};
+
+TEST(RosTopics, EachWriterAnnouncesTheHashOfItsType) {
+  const DdsService service(free_and_paused());
+  WriterAnnouncements announcements;
+  auto* factory = dds::DomainParticipantFactory::get_instance();
+  auto* participant = factory->create_participant(test::test_domain(), dds::PARTICIPANT_QOS_DEFAULT,
+                                                  &announcements, dds::StatusMask::none());
+  ASSERT_NE(participant, nullptr);
+  for (const TopicInfo* topic : std::initializer_list<const TopicInfo*>{
+           &topics::state, &topics::status, &topics::events, &topics::description, &topics::control_reply,
+           &topics::clock, &topics::tf, &topics::tf_static}) {
+    const std::string name = topic->name(test::test_cell());
+    const auto [type, user_data] = announcements.of("rt/" + name);
+    EXPECT_EQ(type, topic->type->dds_type) << name;
+    // idl.ros_package compares this annotation with the hash that ROS 2 computes of the definition.
+    EXPECT_EQ(user_data, "typehash=" + std::string(annotation(topic->type->annotations, "type_hash")) + ";")
+        << name;
+    EXPECT_NE(user_data.find("RIHS01_"), std::string::npos) << name;
+  }
+  factory->delete_participant(participant);
 }
 
 }  // namespace

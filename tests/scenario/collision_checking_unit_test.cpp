@@ -18,19 +18,6 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-TEST(NamePattern, AStarMatchesAnyCharacters) {
-  EXPECT_TRUE(fits_pattern("Robot1/forearm_link", "Robot1/forearm_link"));
-  EXPECT_FALSE(fits_pattern("Robot1/forearm_link", "Robot1/forearm"));
-  EXPECT_FALSE(fits_pattern("Robot1", "Robot1/forearm_link"));
-  EXPECT_TRUE(fits_pattern("Robot1/forearm_link", "*"));
-  EXPECT_TRUE(fits_pattern("Robot1/forearm_link", "Robot*/*_link"));
-  EXPECT_TRUE(fits_pattern("Robot1/forearm_link", "*arm*"));
-  EXPECT_TRUE(fits_pattern("aab", "*ab"));
-  EXPECT_FALSE(fits_pattern("aab", "*ba"));
-  EXPECT_TRUE(fits_pattern("Table1", "Table1*"));
-  EXPECT_FALSE(fits_pattern("Table1", ""));
-}
-
 class CollisionChecking : public testing::Test {
  protected:
   std::shared_ptr<const CellModel> load(const std::string& section) {

@@ -70,14 +70,17 @@ TEST_F(CommandDeadline, HoldKeepsTheLastSetPointAndIsReported) {
   EXPECT_EQ(notices_[0].kind, MotionNotice::Kind::deadline_missed);
   EXPECT_NEAR(notices_[0].time_s, 0.45, 1e-9);
   EXPECT_NEAR(notices_[0].value, 0.05, 1e-9);
-  const EventText text = describe(motion_record(notices_[0], 0), model_->description);
+  std::vector<EventRecord> records;
+  report_step(*simulation_, [&](const EventRecord& record) { records.push_back(record); });
+  ASSERT_EQ(records.size(), 1U);
+  const EventText text = describe(records[0], model_->description);
   EXPECT_EQ(text.subject, "Robot1");
   EXPECT_THAT(text.message, ::testing::HasSubstr("It holds the last set-point"));
   const double there = q();
   for (int i = 0; i < 100; ++i) step();
   EXPECT_EQ(q(), there);
   EXPECT_EQ(qd(), 0.0);
-  EXPECT_EQ(notices_.size(), 1U) << "told once";
+  EXPECT_EQ(notices_.size(), 1U) << "reported once";
 }
 
 TEST_F(CommandDeadline, StopFollowsTheCommandUntilTheDeadlineAndBrakesWithinLimits) {

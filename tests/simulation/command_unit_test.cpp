@@ -125,11 +125,11 @@ TEST(GripperCommandValidation, EveryFaultHasItsCode) {
                ? std::string(to_string(std::get<Rejection>(result).code))
                : "";
   };
-  EXPECT_EQ(code({{}, 2, 0.05, 10.0}), "");
-  EXPECT_EQ(code({{}, 3, 0.0, 0.0}), "malformed");
-  EXPECT_EQ(code({{}, 2, 0.2, 0.0}), "out_of_range");
-  EXPECT_EQ(code({{}, 2, 0.05, -1.0}), "out_of_range");
-  EXPECT_EQ(code({{}, 2, std::nan(""), 0.0}), "not_finite");
+  EXPECT_EQ(code({{}, GripperAction::width, 0.05, 10.0}), "");
+  EXPECT_EQ(code({{}, static_cast<GripperAction>(3), 0.0, 0.0}), "malformed");
+  EXPECT_EQ(code({{}, GripperAction::width, 0.2, 0.0}), "out_of_range");
+  EXPECT_EQ(code({{}, GripperAction::width, 0.05, -1.0}), "out_of_range");
+  EXPECT_EQ(code({{}, GripperAction::width, std::nan(""), 0.0}), "not_finite");
 }
 
 }  // namespace

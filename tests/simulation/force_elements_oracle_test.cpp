@@ -1,6 +1,7 @@
 // Forces between components that a device brings along: a spring between two bodies against its closed form.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -38,7 +39,8 @@ class Spring final : public DeviceModel, public ForceElement {
 
 class SpringCell {
  public:
-  explicit SpringCell(double stiffness, double distance = kLength + 0.2) {
+  /// `unknown_m_per_s2`: pulls A without the cell's knowledge.
+  explicit SpringCell(double stiffness, double distance = kLength + 0.2, double unknown_m_per_s2 = 0.0) {
     cell_.gravity(Vec3::Zero()).step(0.001);
     cell_.model().solver = {"rk4", 1e-6, 0.001, SystemMatrix::automatic};
     a_ = cell_.part("A", 1.0, 1, {0.1, 0.1, 0.1}, test::at(0.0, 0.0, 0.0));
@@ -46,6 +48,7 @@ class SpringCell {
     cell_.model().auxiliary_models.push_back(
         {"Spring", [a = a_, b = b_, stiffness] { return std::make_unique<Spring>(a, b, stiffness); }, 0});
     cell_.model().description.devices.push_back({"Spring", {{"stiffness", "N/m", true, 0.0, 100.0}}});
+    cell_.model().parts.front().gravity_W.x() = -unknown_m_per_s2;
     simulation_ = std::make_unique<Simulation>(cell_.build());
   }
   Simulation& simulation() { return *simulation_; }
@@ -70,6 +73,27 @@ TEST(ForceElements, ASpringBetweenTwoBodiesOscillatesWithTheReducedMass) {
     const double centre = (cell.p(cell.a()).x() + 3.0 * cell.p(cell.b()).x()) / 4.0;
     EXPECT_NEAR(centre, 3.0 * (kLength + 0.2) / 4.0, 1e-12) << i;
   }
+}
+
+TEST(ForceElements, TheEnergyThatAnElementGivesHasACause) {
+  SpringCell cell(kStiffness, kLength + 5.0);  // 500 J: A moves at up to 27 m/s
+  double fastest = 0.0;
+  for (int i = 1; i <= 230; ++i) {  // a quarter of the period is 0.215 s
+    ASSERT_TRUE(cell.simulation().step({})) << cell.simulation().fault();
+    fastest = std::max(
+        fastest,
+        cell.simulation().make_snapshot().components[static_cast<std::size_t>(cell.a())].V_WB.v.norm());
+  }
+  EXPECT_NEAR(fastest, std::sqrt(2.0 * 500.0 / (1.0 + 1.0 / 3.0)), 0.01);
+}
+
+TEST(ForceElements, EnergyWithoutACauseIsAFaultBesideAnElement) {
+  SpringCell cell(kStiffness, kLength + 0.2, 1e3);
+  int steps = 0;
+  while (cell.simulation().step({}) && steps < 2000) ++steps;
+  EXPECT_NE(cell.simulation().fault().find("gains energy without a cause"), std::string::npos)
+      << cell.simulation().fault();
+  EXPECT_LT(steps, 100);  // 0.8 J move A at 1.1 m/s, ten of which are passed after 0.01 s
 }
 
 TEST(ForceElements, WakeNothingBecauseNothingSleeps) {

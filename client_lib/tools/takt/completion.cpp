@@ -54,7 +54,8 @@ struct Words {
 
 /// `variable`: of the script, which takes up the options of the command that was given.
 Words words_of(const CLI::App& app, const std::string& variable) {
-  Words words{.names = names_of(app)};
+  Words words;
+  words.names = names_of(app);
   for (const CLI::App* command : app.get_subcommands({})) {
     const std::string inner = names_of(*command);
     words.cases +=

@@ -90,7 +90,9 @@ int entities(const Common& common, const std::string& filter, const std::string&
   const auto found =
       cell->call(client::requests::GetEntities{filter, enumerator_of<ComponentType>(category)});
   if (common.json) {
-    std::printf("%s\n", recording::json_text(values_json(arguments_of(found)).at("entities")).c_str());
+    std::printf("%s\n", recording::json_text(
+                            values_json(arguments_of<requests::GetEntitiesResponse>(found)).at("entities"))
+                            .c_str());
     return 0;
   }
   for (const auto& entity : found.entities) {

@@ -4,7 +4,7 @@
 
 #include "client_lib/cell.h"
 
-namespace takt::client {
+namespace takt_msgs::msg {
 
 inline void to_json(nlohmann::json& json, const Vector3& v) {
   json = nlohmann::json::array({v.x, v.y, v.z});
@@ -13,4 +13,4 @@ inline void to_json(nlohmann::json& json, const Quaternion& q) {
   json = nlohmann::json::array({q.x, q.y, q.z, q.w});
 }
 
-}  // namespace takt::client
+}  // namespace takt_msgs::msg

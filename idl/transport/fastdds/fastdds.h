@@ -146,6 +146,7 @@ struct DiscoveredWriter {
   std::uint32_t ownership_strength;
   DdsDuration lease;
   bool latched, reliable, exclusive;  ///< late joiners get the newest; no sample is lost; the strongest wins
+  std::string user_data;              ///< "typehash=RIHS01_...;" of ROS 2 and of takt
 };
 
 /// Reports remote writers; new remote participants; and remote participants, readers and writers that DDS has
@@ -180,7 +181,7 @@ class DiscoveryListener : public dds::DomainParticipantListener {
                qos.m_ownershipStrength.value, qos.m_liveliness.lease_duration,
                qos.m_durability.kind != dds::VOLATILE_DURABILITY_QOS,
                qos.m_reliability.kind == dds::RELIABLE_RELIABILITY_QOS,
-               qos.m_ownership.kind == dds::EXCLUSIVE_OWNERSHIP_QOS});
+               qos.m_ownership.kind == dds::EXCLUSIVE_OWNERSHIP_QOS, bytes_of(qos.m_userData.data_vec())});
   }
 #else
   void on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryStatus status,
@@ -202,9 +203,10 @@ class DiscoveryListener : public dds::DomainParticipantListener {
                info.topic_name.to_string(), info.type_name.to_string(), info.ownership_strength.value,
                info.liveliness.lease_duration, info.durability.kind != dds::VOLATILE_DURABILITY_QOS,
                info.reliability.kind == dds::RELIABLE_RELIABILITY_QOS,
-               info.ownership.kind == dds::EXCLUSIVE_OWNERSHIP_QOS});
+               info.ownership.kind == dds::EXCLUSIVE_OWNERSHIP_QOS, bytes_of(info.user_data.data_vec())});
   }
 #endif
+  static std::string bytes_of(const std::vector<rtps::octet>& bytes) { return {bytes.begin(), bytes.end()}; }
   static DiscoveredWriter::News news_of(bool appeared, bool changed) {
     using News = DiscoveredWriter::News;
     return appeared ? News::appeared : changed ? News::changed : News::gone;

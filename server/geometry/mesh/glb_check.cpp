@@ -240,6 +240,9 @@ class GlbCheck {
       check_indices(indices, corners, vertices, place);
       kept["indices"] = indices;
     }
+    // assimp 5.2.5 counts the triangles of a strip or fan as corners - 2 without a sign.
+    if (mode > kTriangles && corners < 3)
+      throw MeshFault(place + " has " + std::to_string(corners) + " corners; a strip or fan has 3 or more");
     triangles_[mesh] += mode == kTriangles ? corners / 3 : corners;
     return kept;
   }

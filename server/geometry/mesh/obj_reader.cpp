@@ -20,8 +20,9 @@ class ObjReader {
     read_vertices();
     read_faces();
     if (positions_.empty()) throw MeshFault("there are no vertices (lines starting with v)");
-    if (!any_face_) throw MeshFault("there are no faces (lines starting with f)");
-    return builder_.take_objects();
+    std::vector<NamedMesh> objects = builder_.take_objects();
+    if (objects.empty()) throw MeshFault("there are no faces (lines starting with f)");
+    return objects;
   }
 
  private:
@@ -65,7 +66,6 @@ class ObjReader {
     triangles_.clear();
     cut_polygon(places_, triangles_);
     for (const auto& t : triangles_) builder_.add_triangle({numbers_[t[0]], numbers_[t[1]], numbers_[t[2]]});
-    any_face_ = true;
   }
 
   /// Index of a corner VERTEX/TEXTURE/NORMAL, by its first number: from 1 through the file, or backwards from
@@ -88,7 +88,6 @@ class ObjReader {
   MeshBuilder builder_;
   std::vector<std::uint32_t> positions_;  ///< by vertex of the file
   std::int64_t defined_ = 0;              ///< vertices above the present line
-  bool any_face_ = false;
   // Of the present face:
   std::vector<Vec3> places_;
   std::vector<std::uint32_t> numbers_;

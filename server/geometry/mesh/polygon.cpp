@@ -1,6 +1,7 @@
 #include "server/geometry/mesh/polygon.h"
 
 #include <Eigen/Core>
+#include <limits>
 #include <utility>
 
 namespace takt {
@@ -29,15 +30,11 @@ std::vector<Vec2> projected(const std::vector<Vec3>& corners) {
   return result;
 }
 
-/// Required quality of an ear; the search falls back to the next weaker demand.
-enum Demand { kConvex, kNotReflex, kAny };
-
+/// Whether the triangle has an area >= `least` and contains no other corner of the polygon.
 bool is_ear(const std::vector<Vec2>& p, const std::vector<std::uint32_t>& next, const Triangle& ear,
-            Demand demand) {
+            double least) {
   const Vec2 &a = p[ear[0]], &b = p[ear[1]], &c = p[ear[2]];
-  if (demand == kAny) return true;
-  const double size = area(a, b, c);
-  if (demand == kConvex ? !(size > 0.0) : !(size >= 0.0)) return false;
+  if (!(area(a, b, c) >= least)) return false;
   // A hole is joined to the outline by an edge there and back: corners may lie on one another.
   for (std::uint32_t i = next[ear[2]]; i != ear[0]; i = next[i])
     if (p[i] != a && p[i] != b && p[i] != c && area(a, b, p[i]) > 0.0 && area(b, c, p[i]) > 0.0 &&
@@ -54,12 +51,14 @@ void cut_polygon(const std::vector<Vec3>& corners, std::vector<Triangle>& triang
   const std::vector<Vec2> points = projected(corners);
   std::vector<std::uint32_t> next(left), previous(left);
   for (std::uint32_t i = 0; i < left; ++i) next[i] = (i + 1) % left, previous[i] = (i + left - 1) % left;
-  int demand = kConvex;
+  // Ears with an area, else flat ones; of a polygon that crosses itself any.
+  constexpr std::array<double, 2> kLeast{std::numeric_limits<double>::min(), 0.0};
+  std::size_t demand = 0;
   std::uint32_t at = 1, tried = 0;
   bool behind_a_cut = false;
   while (left > 3) {
     const Triangle ear{previous[at], at, next[at]};
-    if (is_ear(points, next, ear, static_cast<Demand>(demand))) {
+    if (demand == kLeast.size() || is_ear(points, next, ear, kLeast[demand])) {
       triangles.push_back(ear);
       next[ear[0]] = ear[2], previous[ear[2]] = ear[0];
       at = ear[2];

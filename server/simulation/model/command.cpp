@@ -32,7 +32,7 @@ Validated<JointCommand> validate(const CellDescription& cell, int target, const 
     return reject(RejectionCode::wrong_count, name,
                   std::string("field '") + field + "' has " + std::to_string(found) + " entries; " + name +
                       " needs " + std::to_string(count) +
-                      ", one for each of: " + list_names(arm.joints, [](const auto& j) { return j.name; }));
+                      ", one for each of: " + list_names(arm.joints));
   };
   if (raw.names.size() != count) return wrong_count("name", raw.names.size());
   if (raw.position.size() != count) return wrong_count("position", raw.position.size());
@@ -52,7 +52,7 @@ Validated<JointCommand> validate(const CellDescription& cell, int target, const 
     if (j == count) {
       return reject(RejectionCode::unknown_joint, name,
                     name + " has no joint '" + raw.names[i].substr(0, 100) +
-                        "'; joints: " + list_names(arm.joints, [](const auto& joint) { return joint.name; }));
+                        "'; joints: " + list_names(arm.joints));
     }
     if (seen[j]) {
       return reject(RejectionCode::duplicate_joint, name, "joint '" + raw.names[i] + "' is given twice");
@@ -78,7 +78,7 @@ Validated<JointCommand> validate(const CellDescription& cell, int target, const 
       const double value = check.values[i];
       if (!std::isfinite(value)) {
         return reject(RejectionCode::not_finite, name,
-                      std::string(check.quantity) + " of joint '" + joint.name + "' is " + number(value) +
+                      std::string(check.quantity) + " of joint '" + joint.name + "' is " + number_text(value) +
                           "; a finite number is needed");
       }
       const std::string fault =
@@ -109,12 +109,12 @@ Validated<GripperCommand> validate(const CellDescription& cell, int target, cons
                              Check{"max_force", raw.max_force_N, description.max_force_N, "N"}}) {
     if (!std::isfinite(check.value)) {
       return reject(RejectionCode::not_finite, description.name,
-                    std::string(check.name) + " is " + number(check.value) + "; a finite number is needed");
+                    std::string(check.name) + " is " + number_text(check.value) + "; a finite number is needed");
     }
     if (check.value < 0.0 || check.value > check.upper) {
       return reject(RejectionCode::out_of_range, description.name,
-                    std::string(check.name) + " " + number(check.value) + " " + check.unit +
-                        " is outside [0, " + number(check.upper) + "] " + check.unit);
+                    std::string(check.name) + " " + number_text(check.value) + " " + check.unit +
+                        " is outside [0, " + number_text(check.upper) + "] " + check.unit);
     }
   }
   return GripperCommand{gripper, raw.stamp, raw.action, raw.width_m, raw.max_force_N};

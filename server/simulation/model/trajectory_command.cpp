@@ -22,14 +22,14 @@ class TrajectoryCheck {
     if (raw_.names.size() != n) {
       return fault(RejectionCode::wrong_count,
                    "'joint_names' has " + std::to_string(raw_.names.size()) + " entries; " + robot_.name +
-                       " needs " + std::to_string(n) + ", one for each of: " + names_of(arm_.joints));
+                       " needs " + std::to_string(n) + ", one for each of: " + list_names(arm_.joints));
     }
     for (const std::string& name : raw_.names) {
       std::size_t j = 0;
       while (j < n && arm_.joints[j].name != name) ++j;
       if (j == n) {
         return fault(RejectionCode::unknown_joint, robot_.name + " has no joint '" + name.substr(0, 100) +
-                                                       "'; joints: " + names_of(arm_.joints));
+                                                       "'; joints: " + list_names(arm_.joints));
       }
       for (const std::size_t other : joint_) {
         if (other == j) return fault(RejectionCode::duplicate_joint, "joint '" + name + "' is given twice");
@@ -176,7 +176,7 @@ Validated<TrajectoryCommand> validate(const CellDescription& cell, int target, c
   TrajectoryCheck check(raw, cell.robots[static_cast<std::size_t>(target)]);
   if (raw.stamp > SimTime::from_seconds(kLongestTime_s)) {
     return check.fault(RejectionCode::out_of_range,
-                       "its stamp is " + number(raw.stamp.seconds()) +
+                       "its stamp is " + number_text(raw.stamp.seconds()) +
                            " s; needed is the simulated time at which it begins, at most " +
                            number_text(kLongestTime_s) +
                            " s, or 0 for now (is it the time of a wall clock?)");
@@ -219,12 +219,12 @@ std::optional<Rejection> add_signal(const CellDescription& cell, DeviceCommand& 
   if (std::find(command.signals.begin(), end, signal) != end)
     return reject(RejectionCode::malformed, name() + " is given twice");
   if (!std::isfinite(value))
-    return reject(RejectionCode::not_finite, name() + " is " + number(value) + "; a finite number is needed");
+    return reject(RejectionCode::not_finite, name() + " is " + number_text(value) + "; a finite number is needed");
   if (value < description.lower || value > description.upper) {
-    return reject(RejectionCode::out_of_range, name() + " of " + device.name + " is " + number(value) + " " +
+    return reject(RejectionCode::out_of_range, name() + " of " + device.name + " is " + number_text(value) + " " +
                                                    description.unit + ", outside [" +
-                                                   number(description.lower) + ", " +
-                                                   number(description.upper) + "] " + description.unit);
+                                                   number_text(description.lower) + ", " +
+                                                   number_text(description.upper) + "] " + description.unit);
   }
   const auto place = static_cast<std::size_t>(command.count++);
   command.signals[place] = static_cast<std::uint8_t>(signal);
@@ -250,7 +250,7 @@ Validated<DeviceCommand> validate(const CellDescription& cell, int target, const
     if (found == device.signals.end()) {
       return Rejection{RejectionCode::unknown_signal, device.name,
                        device.name + " has no signal '" + raw.signals[i].substr(0, 100) +
-                           "'; signals: " + names_of(device.signals)};
+                           "'; signals: " + list_names(device.signals)};
     }
     if (auto fault =
             add_signal(cell, command, static_cast<int>(found - device.signals.begin()), raw.values[i]))

@@ -58,7 +58,7 @@ class CellPlant {
   /// Index of a Part's first state (index among Parts), and the name of a state, for error texts.
   std::size_t part_begin(std::size_t part) const { return parts_begin_ + part * RigidBody::kStates; }
   std::size_t parts_begin() const { return parts_begin_; }
-  bool has_force_elements() const { return !force_elements_.empty(); }
+  std::span<const ForceElement* const> force_elements() const { return force_elements_; }
   std::span<const double> auxiliary_states() const {
     return std::span<const double>(x_).subspan(auxiliary_begin_, parts_begin_ - auxiliary_begin_);
   }

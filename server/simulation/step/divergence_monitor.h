@@ -3,9 +3,10 @@
 // joints that diverge. It is evaluated between steps and has no effect except the fault of the Simulation.
 //
 // Energy: no Part may have more than the sum of its initial or requested energy, the gain of a fall from the
-// highest place at which any Part has been, and the energy at the speed of the fastest Gripper so far.
-// Expressed as the speed of the whole kinetic energy, rotation included, per mass:
-//   sqrt(2 E / m) <= 3 sqrt((v_given + v_gripper)^2 + 2 g (highest - height)) + 1 m/s
+// highest place at which any Part has been, the energy at the speed of the fastest Gripper so far, and the work
+// of force elements. Expressed as the speed of the whole kinetic energy, rotation included, per mass:
+//   sqrt(2 E / m) <= 3 sqrt((v_given + v_gripper)^2 + 2 g (highest - height) + 2 W / m) + 1 m/s
+// W is the largest net work that force elements have done on all Parts, by the trapezoidal rule over the steps.
 // The factor allows for bodies that pass their energy on to lighter ones (a ball on a heavier ball leaves
 // with three times the speed), the last term for energy stored in springs and surfaces.
 #include <span>
@@ -45,6 +46,7 @@ class DivergenceMonitor {
   double speed_of_energy(std::size_t part, const BodyMotion& motion) const;
   void note_grippers(const CellMotion& motion, std::span<const int> parts,
                      const ComponentInteraction& interaction);
+  void note_force_elements(double time_s, const CellMotion& motion, const CellPlant& plant);
   std::string runaway_joint(double time_s, const CellPlant& plant) const;
 
   const CellModel& model_;
@@ -52,6 +54,12 @@ class DivergenceMonitor {
   Vec3 up_W_ = Vec3::Zero();
   double lever_m_ = 0.0;  ///< from a Gripper's origin to the farthest point of its possible contacts
   double highest_m_ = 0.0, given_m_per_s_ = 0.0, gripper_m_per_s_ = 0.0;  ///< maxima since the reset
+  struct Work {
+    double time_s = 0.0, power_W = 0.0;       ///< at the newest evaluation
+    double net_J = 0.0, largest_net_J = 0.0;  ///< since the reset
+  };
+  Work work_;                     ///< of force elements on Parts
+  std::vector<Wrench> wrenches_;  ///< work space for their forces, by component
 };
 
 }  // namespace takt

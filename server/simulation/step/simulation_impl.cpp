@@ -273,7 +273,7 @@ bool Simulation::Impl::accept() {
   statistics.part_steps_skipped += model->parts.size() - resting.awake().size();
   hash_parts();
   // A force element may set a Part at rest in motion.
-  const bool may_sleep = !plant.has_force_elements();
+  const bool may_sleep = plant.force_elements().empty();
   if (may_sleep && model->interaction.skip_resting && plant.integrator().fixed_step() &&
       !contacts.any_acting())
     rest();
