@@ -24,7 +24,7 @@ set(TAKT_TESTS_WITH_LONG_FORM
   "^contact\\.(ContactEnergy|InteractionAlgorithmsProperty|PolygonalContactLaws)\\."
   "^dds\\.BadCommands"
   "^geometry\\.(ConvexOverlap|ConvexQuery)\\."
-  "^idl\\.(RtpsGuardRandom|WireShape)\\."
+  "^idl\\.RtpsGuardRandom\\."
   "^integration\\.(Guard|LockstepBlockScenario)\\."
   "^runtime\\.StepPath\\."
   "^simulation\\.(AnyAssembly|FastBodies|InjectedFailures)\\.")

@@ -63,10 +63,10 @@ def shown(text):
 def page(reader):
     """docs/events.md"""
     every = sorted(of(reader), key=lambda one: (one.code, one.struct.name))
-    text = ("# Events\n\n<!-- Written by idl/generator from idl/takt_events.idl; `./dev docs` writes it anew. -->\n\n"
-            "Everything that takt reports as an event: a sample of `takt_msgs/msg/Event` on `/CELL/events`, a line of "
+    text = ("# Events\n\n<!-- Written by idl/generator from idl/takt_events.idl; `./dev docs` renews it. -->\n\n"
+            "Every event is a sample of `takt_msgs/msg/Event` on `/CELL/events`, a line of "
             "`takt events`, `Client::next_event` in C++ and Python. A program reads the code, a person the sentence. "
-            f"There are {len({one.code for one in every})} codes. Values stand in italics; what is in brackets is said "
+            f"There are {len({one.code for one in every})} codes. Values stand in italics; text in brackets is said "
             "where it applies.\n\n| code | severity | sentence | remedy |\n|---|---|---|---|\n")
     for one in every:
         remedy = re.sub("^Remedy: ", "", one.remedy)

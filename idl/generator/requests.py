@@ -7,8 +7,8 @@ from idl import IdlError
 PHASES = {
     "at_once": "at once, in any thread",
     "loop": "between two steps",
-    "query": "between two steps, at most one before each step",
-    "host": "in the thread that exchanges what is simulated",
+    "query": "between two steps, at most one per step",
+    "host": "in the thread that exchanges the scenario",
 }
 CHANGES = {"": "nothing", "bits": "bits", "effect": "effect", "model": "model"}
 KEYS = ("phase", "results", "changes", "renews", "service")
@@ -127,7 +127,7 @@ def nested(struct, reader):
 def page(reader):
     """docs/requests.md"""
     every = of(reader)
-    text = ("# Requests\n\n<!-- Written by idl/generator from idl/takt_requests.idl; `./dev docs` writes it anew. -->\n\n"
+    text = ("# Requests\n\n<!-- Written by idl/generator from idl/takt_requests.idl; `./dev docs` renews it. -->\n\n"
             "Every request of the control vocabulary. The same request is `takt request NAME KEY=VALUE ...` on the command "
             "line, `client.call(takt::requests::Name{...})` in C++, `cell.name(...)` in Python, and a sample of "
             "`takt_msgs/msg/ControlRequest` or the ROS 2 service `/CELL/control` on the wire. Units are SI, quaternions "
@@ -145,6 +145,6 @@ def page(reader):
                 made = reader.structs[struct]
                 text += f"{made.name}" + (f": {made.doc}" if made.doc else "") + "\n\n" + rows(made.fields, reader, False) + "\n"
         text += "Codes: " + ", ".join(f"{code.value} {code.name}" for code in one.codes) + "."
-        text += {"bits": " In the command log; replayed.", "effect": " What it changes is in the command log.",
-                 "model": " In the command log, as what is loaded.", "nothing": ""}[CHANGES[one.changes]] + "\n"
+        text += {"bits": " In the command log; replayed.", "effect": " Its changes are in the command log.",
+                 "model": " In the command log, as part of the loaded scenario.", "nothing": ""}[CHANGES[one.changes]] + "\n"
     return text

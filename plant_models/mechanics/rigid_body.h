@@ -13,8 +13,8 @@ struct RigidBodyParameters {
   int body = -1;               ///< component id
   double mass_kg = 0.0;        ///< > 0
   Vec3 p_BBcm = Vec3::Zero();  ///< centre of mass in B (m)
-  Mat3 I_BBcm_B =
-      Mat3::Identity();           ///< inertia about the centre of mass, axes of B (kg m^2), positive definite
+  /// Inertia about the centre of mass, axes of B (kg m^2), positive definite.
+  Mat3 I_BBcm_B = Mat3::Identity();
   Vec3 gravity_W = Vec3::Zero();  ///< m/s^2
   Pose X_WB_initial;
   Twist V_WB_initial{};  ///< of the origin of B

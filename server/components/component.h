@@ -25,8 +25,8 @@ struct Component {
   std::string name;
   ComponentType type = ComponentType::part;
   int hierarchy = 0;  ///< Parts only; higher is further down the assembly (thesis 3.4.2)
-  std::vector<ConvexShape>
-      convex;   ///< decomposition for the collision check, in B; empty for the palm of a gripper
+  /// Decomposition for the collision check, in B; empty for the palm of a gripper.
+  std::vector<ConvexShape> convex;
   BodyBox box;  ///< bounds of all convex shapes
 
   // Parts only.

@@ -143,7 +143,7 @@ void print_weak_grips(std::ostream& out, const CellDescription& cell, const Head
     out << std::setprecision(3) << grip.time_s
         << " s: weak grip: " << cell.grippers[static_cast<std::size_t>(grip.gripper)].name << " presses on "
         << cell.components[static_cast<std::size_t>(grip.part)].name << " with " << grip.force_N
-        << " N; friction needs " << grip.needed_N << " N to carry what hangs on it, which would slip\n";
+        << " N; friction needs " << grip.needed_N << " N to carry the load, which would slip\n";
   }
 }
 

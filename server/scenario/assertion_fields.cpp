@@ -28,7 +28,7 @@ void describe(Fields& f, ScenarioAssertion& s) {
                             {"grip_margin", Kind::grip_margin},
                             {"no_collision", Kind::no_collision}}};
   s.place = f.path();
-  f.field("check", s.kind, kinds, "What is checked.", kRequired | kNotInModel);
+  f.field("check", s.kind, kinds, "Kind of the check.", kRequired | kNotInModel);
   std::optional<double> time_s;
   if (!f.reading() && s.time_s >= 0.0) time_s = s.time_s;
   f.field("time_s", time_s, not_negative("s"), "When; without it: at the end.", kNotInModel);
@@ -75,7 +75,8 @@ void describe(Fields& f, ScenarioAssertion& s) {
   });
   when({Kind::grip_margin}, [&] {
     subject("gripper", f.name_of({"grippers"}, "a gripper"),
-            "The gripper whose least force over what friction needs is checked (levels of detail 1 and 2).");
+            "The gripper whose smallest ratio of force to the force that friction needs is checked (levels "
+            "of detail 1 and 2).");
   });
   when({Kind::contact_force, Kind::energy, Kind::signal, Kind::grip_margin}, [&] {
     bound(f, "above", s.lower, "Lower bound: force (N), energy (J), signal or margin.");
@@ -88,7 +89,7 @@ void describe(Fields& f, ScenarioAssertion& s) {
 
 void describe_assertions(Fields& f, Scenario& scenario) {
   f.entries("assertions", scenario.assertions,
-            "What the run must show; it ends with exit code 3 where it does not.",
+            "Required results of the run; it ends with exit code 3 if one is missing.",
             "One demand; its name appears in the report.", kNotInModel);
   for (const ScenarioAssertion& assertion : scenario.assertions)
     f.check(assertion.kind != Kind::no_collision || scenario.collision_checking.enabled, "assertions",

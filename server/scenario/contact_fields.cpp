@@ -31,7 +31,7 @@ void visit_parameters(Visit visit) {
         "Law `stick`: tangential over normal damping.");
   visit("friction_law", &P::friction_law,
         Choice<FrictionLaw>{{{"regularised", FrictionLaw::regularised}, {"stick", FrictionLaw::stick}}},
-        larger, "Regularised: no friction without sliding, what is held creeps; stick: holds without creep.");
+        larger, "Regularised: no friction without sliding, held parts creep; stick: holds without creep.");
 }
 
 }  // namespace
@@ -139,10 +139,9 @@ void describe(Fields& f, ScenarioContactPair& s) {
   f.field("pair", s.pair, NamePair{}, "Names or patterns of the two components.", kRequired);
   s.place = f.place("pair");
   describe(f, s.stated);
-  f.field(
-      "force", s.force,
-      Choice<PairForce>{{{"contact", PairForce::contact}, {"holding_spring", PairForce::substitute}}},
-      "What acts between the two at level of detail 3: surface contact, or the spring of levels 1 and 2.");
+  f.field("force", s.force,
+          Choice<PairForce>{{{"contact", PairForce::contact}, {"holding_spring", PairForce::substitute}}},
+          "Force between the two at level of detail 3: surface contact, or the spring of levels 1 and 2.");
   f.field("friction_at_degC", s.friction_at_degC, FrictionTable{},
           "Coefficient of friction over the temperature of the hotter of the two, one of which has `heat`.");
   f.field("base", s.base, Text{},
@@ -163,7 +162,7 @@ void describe(Fields& f, ScenarioContact& s) {
           kNotInModel);
   f.entries("components", s.components,
             "Parameters of components, by name or pattern (*); a jaw is GRIPPER/left_jaw.",
-            "What two components state is joined: the smaller number, of layer depths the larger one.");
+            "Values of both components are joined: the smaller number, of layer depths the larger one.");
   f.list("pairs", s.pairs,
          "Parameters of pairs; of several entries that fit a pair, later ones replace earlier ones.",
          "a list of {pair: [NAME, NAME], ...}");

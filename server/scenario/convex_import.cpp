@@ -103,7 +103,7 @@ void ConvexImporter::note(const ConvexImport& import, const ConvexSource& source
     sentence += "it is " + std::to_string(import.hulls) +
                 (import.hulls == 1 ? " convex part (" : " convex parts (") + import.method + "), by which " +
                 percent(import.lost) + " of its volume is lost and " + percent(import.gained) + " gained";
-  sentence += "; more than " + percent(allowed) + " is told (max_volume_error). ";
+  sentence += "; more than " + percent(allowed) + " is reported (max_volume_error). ";
   switch (source.kind) {
     case ConvexSource::Kind::hull:
       sentence += "With `convex: vhacd` its pockets stay open.";

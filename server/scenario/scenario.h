@@ -206,8 +206,8 @@ struct Scenario {
   std::vector<ScenarioGround> grounds;
   std::vector<ScenarioRobot> robots;
   std::vector<ScenarioGripper> grippers;
-  std::vector<StatedDevice>
-      devices;  ///< of kinds that belong to the cell, by kind in the order of device_types()
+  /// Of kinds that belong to the cell, by kind in the order of device_types().
+  std::vector<StatedDevice> devices;
   ScenarioSleeping sleeping;
   ScenarioContact contact;
   ScenarioCollisionChecking collision_checking;

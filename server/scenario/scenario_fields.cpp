@@ -96,7 +96,7 @@ void describe(Fields& f, ScenarioPart& s) {
           "density.");
   f.together("center_of_mass_m", "inertia_kg_m2");
   f.section("holding_spring",
-            "Spring and damper by which what holds the part holds it, at levels of detail 1 and 2.", [&] {
+            "Spring and damper between the part and its holder, at levels of detail 1 and 2.", [&] {
               f.field("allowed_position_error_m", s.allowed_position_error_m, positive("m"),
                       "Sag of the spring under the weight of the part: stiffness = m g / error; without it: "
                       "that of `interaction`.");
@@ -302,9 +302,10 @@ void describe_solver(Fields& f, Scenario& s) {
     f.section(
         "contact", "Solver while any process has level of detail 3; an implicit method.",
         [&] { describe_level_solver(f, s.contact_solver, implicit_solver_names()); }, kAlwaysWritten);
-  f.section(
-      "dynamics", "Solver while any process has level of detail 2, none has 3; without it: `solver` itself.",
-      s.dynamics_solver, [&](Scenario::LevelSolver& own) { describe_level_solver(f, own, solver_names()); });
+  f.section("dynamics",
+            "Solver while the highest level of detail of all processes is 2; without it: `solver` itself.",
+            s.dynamics_solver,
+            [&](Scenario::LevelSolver& own) { describe_level_solver(f, own, solver_names()); });
 }
 
 void describe_world(Fields& f, Scenario& s) {
@@ -324,9 +325,9 @@ void describe_world(Fields& f, Scenario& s) {
 
 void describe_interaction(Fields& f, Scenario& s) {
   f.field("algorithm", s.algorithm, choice_of(kInteractionAlgorithmNames),
-          "Which rule decides what holds a part, at levels of detail 1 and 2.");
+          "Rule that decides on the holder of a part, at levels of detail 1 and 2.");
   f.field("weight_feed_forward", s.weight_feed_forward, Flag{},
-          "What holds a part carries its weight; false: the spring alone does, and sags.");
+          "The holder of a part carries its weight by feed-forward; false: the spring alone does, and sags.");
   f.field("allowed_position_error_m", s.allowed_position_error_m, positive("m"),
           "Sag of a holding spring under the weight of its part: stiffness = m g / error.");
   f.field("damping_ratio", s.damping_ratio, kScale, "Damping of holding springs over critical damping.");
@@ -365,9 +366,9 @@ void describe_sleeping(Fields& f, ScenarioSleeping& s) {
   f.field(
       "method", s.method,
       Choice<Method>{{{"threshold", Method::threshold}, {"exact", Method::exact}, {"never", Method::never}}},
-      "Never: every part is computed in every step; exact: what rests is left out where that changes no bit; "
-      "threshold: "
-      "so is, in surface contact, what has been slower than speed_m_per_s for time_to_sleep_s.",
+      "Never: every part is computed in every step; exact: parts at rest are left out if that changes no "
+      "bit; "
+      "threshold: parts in surface contact are also left out after time_to_sleep_s below speed_m_per_s.",
       kNotInModel);
   f.field("speed_m_per_s", s.speed_m_per_s, positive("m/s"),
           "No point of a part that falls asleep is faster.", kNotInModel);
@@ -387,11 +388,12 @@ void describe(Fields& f, Scenario& s) {
   f.field("csv_period_s", s.csv_period_s, positive("s"), "Period of recordings of takt-run.", kNotInModel);
   f.section("world", "The surroundings.", [&] { describe_world(f, s); });
   f.section("solver", "Integration of the equations of motion.", [&] { describe_solver(f, s); });
-  f.section("interaction", "What holds parts, at levels of detail 1 and 2, and when components touch.",
+  f.section("interaction", "Holders of parts at levels of detail 1 and 2, and contact of components.",
             [&] { describe_interaction(f, s); });
   f.section("sleeping", "Parts at rest.", [&] { describe_sleeping(f, s.sleeping); });
-  f.entries("parts", s.parts, "What is assembled.", "A rigid body that moves freely.", kNamesTopics);
-  f.entries("grounds", s.grounds, "What stands still.", "A body that never moves.", kNamesTopics);
+  f.entries("parts", s.parts, "The parts that are assembled.", "A rigid body that moves freely.",
+            kNamesTopics);
+  f.entries("grounds", s.grounds, "Bodies that stand still.", "A body that never moves.", kNamesTopics);
   f.entries("robots", s.robots, "Robot arms, and other machines with joints.",
             "A chain of joints from a URDF file.", kNamesTopics);
   f.entries("grippers", s.grippers, "Parallel grippers.", "A parallel gripper on the flange of a robot.",

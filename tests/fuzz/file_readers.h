@@ -1,7 +1,6 @@
 #pragma once
-// The readers of files that come from elsewhere, each as one function of bytes: for the fuzzer
-// (files_fuzz.cpp) and for the test that repeats what it found
-// (tests/scenario/fuzzed_files_regression_test.cpp).
+// The readers of external files, each as one function of bytes: for the fuzzer (files_fuzz.cpp) and for the
+// test that repeats its findings (tests/scenario/fuzzed_files_regression_test.cpp).
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
@@ -37,7 +36,7 @@ inline void read_urdf(const std::filesystem::path& file) {
 
 }  // namespace fuzzing
 
-/// Empty: read. Else what the typed error of this format says. Any other exception comes through.
+/// Empty: the file was read. Else the text of the format's typed error. Any other exception passes through.
 inline std::string read_fuzzed(const std::string& format, const std::filesystem::path& file) {
   try {
     if (format == "urdf") {
@@ -57,7 +56,7 @@ inline std::string read_fuzzed(const std::string& format, const std::filesystem:
   return {};
 }
 
-/// Lets a file of bytes be read in a directory that has what files of this format may name.
+/// Reads a file of bytes in a directory that contains the files which this format may name.
 inline std::string read_fuzzed_bytes(const std::string& format, const std::filesystem::path& directory,
                                      std::string_view bytes) {
   const std::filesystem::path file = directory / ("fuzzed." + format);
@@ -66,7 +65,7 @@ inline std::string read_fuzzed_bytes(const std::string& format, const std::files
   return read_fuzzed(format, file);
 }
 
-/// What a scenario or a robot of the corpus may name: "part.obj" and "arm.urdf".
+/// The files that a scenario or a robot of the corpus may name: "part.obj" and "arm.urdf".
 inline void write_named_files(const std::filesystem::path& directory) {
   std::ofstream(directory / "part.obj")
       << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";

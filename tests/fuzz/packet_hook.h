@@ -1,6 +1,6 @@
 #pragma once
-// Listens to what the transports of a participant receive, and puts packets in beside it: in the same place
-// where those from the network come in, before any guard.
+// Observes the packets received by the transports of a participant, and injects packets at the same place,
+// ahead of any guard.
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -54,7 +54,7 @@ class PacketHook {
     if (local.kind == LOCATOR_KIND_UDPv4 && !rtps::IPLocator::isMulticast(local))
       udp_ports_.push_back(static_cast<std::uint16_t>(local.port));
   }
-  /// Where this participant alone listens: not the ports of others, at which it has only tried.
+  /// Ports of this participant alone, without the ports of others that it tried.
   std::vector<std::uint16_t> udp_ports() {
     const std::lock_guard lock(mutex_);
     return udp_ports_;
@@ -94,8 +94,8 @@ class HookTransport final : public ChainedTransport {
     hook_->opened(local);
     return true;
   }
-  /// What is sent passes by: of two chained transports Fast DDS does not know its own senders again, opens
-  /// one more for each address that it is told, and sends every packet by all of them.
+  /// Forwards the call. Of two chained transports Fast DDS does not recognise its own senders, opens another
+  /// one for each announced address, and sends every packet by all of them.
   bool OpenOutputChannel(transports::SendResourceList& senders, const rtps::Locator_t& remote) override {
     return low_level_transport_->OpenOutputChannel(senders, remote);
   }

@@ -1,5 +1,5 @@
 #pragma once
-// Makes bad packets out of good ones, the same ones for the same seed.
+// Makes bad packets from good ones, the same ones for the same seed.
 #include <algorithm>
 #include <cstdint>
 #include <map>
@@ -33,8 +33,8 @@ class PacketMutator {
     if (below(2) == 0) renumber(packet.bytes);
     if (below(10) == 0) return packet;  // good ones in between keep the endpoints matched
     for (std::size_t n = 1 + below(4); n > 0; --n) mutate(packet.bytes);
-    // The number of a participant within its process: never that of another client, whose part nothing but
-    // security keeps others from playing.
+    // The number of a participant within its process: never that of another client, because only security
+    // prevents a participant from imitating another one.
     constexpr std::size_t from = 16, to = 20;
     if (packet.bytes.size() >= to)
       std::copy(seed.bytes.begin() + from, seed.bytes.begin() + to, packet.bytes.begin() + from);
@@ -120,8 +120,8 @@ class PacketMutator {
     }
   }
 
-  /// Data that was received once is not read again: gives it the next number of its writer, now and then one
-  /// that has been. What speaks of numbers (heartbeats, gaps) speaks of those around it.
+  /// A received sample is not read again: gives it the next number of its writer, sometimes an old one.
+  /// Submessages about numbers (heartbeats, gaps) get numbers near it.
   void renumber(Bytes& packet) {
     // Fast DDS remembers each number of a gap, and walks over all of them for every packet: seldom.
     const bool speaks_of_these = below(64) == 0;
@@ -158,7 +158,7 @@ class PacketMutator {
 
   void mutate(Bytes& packet) {
     if (packet.size() < 24) packet.resize(24);
-    // Mostly behind the header, which would only make it somebody else's packet.
+    // Mostly behind the header, whose change would only make it another participant's packet.
     const std::size_t first = below(20) == 0 ? 0 : 20;
     const std::size_t at = first + below(packet.size() - first);
     static constexpr std::uint32_t edges[] = {0,      1,          2,          3,          0x7f,

@@ -6,7 +6,7 @@
 
 namespace takt::bench {
 
-/// Processor time of this program (s): others may share the machine.
+/// Processor time of this program (s), because other programs may share the machine.
 double seconds();
 
 /// The scenes of config/scenarios/contact, by several solvers and, where it is built in and can do the scene,
@@ -16,7 +16,7 @@ void contact_scenes(bool large);
 int contact_poses(int count);
 
 struct PeerRun {
-  bool done = false;  ///< false: it cannot do this scene; `why` says so
+  bool done = false;  ///< false: it cannot do this scene, for the reason `why`
   std::string why;
   double cpu_s = 0.0, end_error_m = 0.0;
 };

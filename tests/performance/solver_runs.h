@@ -1,7 +1,7 @@
 #pragma once
 // Runs of a scenario with a given solver, judged as the thesis' tables do (criteria 5.18, 5.19): "error" ends
-// more than 1 mm off, "instable" was aborted, "broken" lost a connection. What needs more processor time than
-// the limit is stopped and its time extrapolated.
+// more than 1 mm off, "instable" was aborted, "broken" lost a connection. A run beyond the limit of processor
+// time is stopped and its time extrapolated.
 #include <array>
 #include <functional>
 #include <optional>
@@ -17,7 +17,7 @@ class App;
 namespace takt::bench {
 
 struct SolverRow {
-  const char* solver;  ///< empty: as the scenario says
+  const char* solver;  ///< empty: that of the scenario
   double value;        ///< step (s) or tolerance
   const char* thesis_solver;
   const char* thesis[3];  ///< per level of detail; empty: not in the thesis
@@ -25,12 +25,12 @@ struct SolverRow {
 
 struct SolverRun {
   std::string file;
-  int level = 1;  ///< 0: as the scenario says
+  int level = 1;  ///< 0: that of the scenario
   double limit_s = 30.0;
   std::string step;  ///< communication step of solvers with error control (s); empty: the scenario's own
 };
 
-/// What is said on the command line of a bench of solvers.
+/// Options on the command line of a bench of solvers.
 struct RunOptions {
   std::string file;
   std::string step;    ///< communication step of solvers with error control (s); empty: the scenario's own
@@ -64,17 +64,17 @@ Outcome run_solver(const SolverRun& run, const SolverRow& row);
 
 /// "6.6 s", "54 min", "15 h error" in seconds; 0: no time.
 double thesis_seconds(const char* text);
-/// A cell of the table as the thesis prints it: a time, with the mark where it is worth one.
+/// A cell of the table as the thesis prints it: a time, with the mark if there is one.
 std::string cell_of_table(const std::optional<Outcome>& outcome);
 
 using Outcomes = std::array<std::optional<Outcome>, 3>;
-/// All rows of which there is an outcome, levels side by side.
+/// All rows with an outcome, levels side by side.
 void print_table(const std::string& title, const std::vector<SolverRow>& rows,
                  const std::vector<Outcomes>& outcomes);
 /// Head of, and one row of the list of runs.
 void print_details_head(const std::string& title);
 void print_details(const SolverRow& row, const char* thesis, const Outcome& outcome);
-/// Runs what the options leave of the rows at levels 1 to 3, printing each, then the table.
+/// Runs the selected rows at levels 1 to 3, printing each, then the table.
 void run_rows(const RunOptions& options, const std::vector<SolverRow>& rows, const std::string& scenario,
               const std::string& title);
 

@@ -76,7 +76,7 @@ TEST_F(Hosted, TheHostLoadsUnloadsAndEnds) {
   expect_reply(loaded, Result::ok, "Scenario cubes is loaded: 2 components, 0 robots");
   EXPECT_EQ(value_of(loaded, "scenario_generation"), "2");
   EXPECT_EQ(reader_->event("scenario_loaded").message, loaded.message);
-  expect_reply(request("unload_scenario"), Result::ok, "Scenario cubes was unloaded; none is loaded now.");
+  expect_reply(request("unload_scenario"), Result::ok, "Scenario cubes was unloaded; no scenario is loaded.");
   EXPECT_EQ(host_->loop(), nullptr);
   host_->stop();
   expect_reply(request("reload_scenario"), Result::incorrect_state, "The server is ending");
@@ -167,7 +167,7 @@ TEST_F(Hosted, PartsComeAndGoOnlyInAStoppedCell) {
   expect_reply(request("reset", {{"scope", "4"}}), Result::incorrect_state, "it is playing");
   ASSERT_EQ(request("set_state", {{"state", "0"}}).result, Result::ok);
   const ControlReply reset = request("reset", {{"scope", "4"}});
-  expect_reply(reset, Result::ok, "What was spawned is gone, and what was deleted is back.");
+  expect_reply(reset, Result::ok, "Spawned Parts are removed, and deleted Parts are back.");
   EXPECT_EQ(reader_->event("reset").message, reset.message);
   EXPECT_EQ(host_->loop()->cell().find_component("X"), -1);
   EXPECT_GE(host_->loop()->cell().find_component("B"), 0);

@@ -1,6 +1,6 @@
 #pragma once
-// What the machine itself grants: a loop that does nothing, on the same schedule and with the same scheduling
-// as the server's, beside it. Ticks that it misses too are the machine's.
+// The capability of the machine itself: an empty loop, on the same schedule and with the same scheduling as
+// the server's, beside it. Ticks that it misses too are caused by the machine.
 #include <algorithm>
 #include <atomic>
 #include <future>

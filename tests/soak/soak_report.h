@@ -1,6 +1,6 @@
 #pragma once
-// What the soaks print: lines with a figure, its goal where there is one, and how many were missed; and what
-// the server's process holds.
+// Output of the soaks: lines with a figure, its goal if there is one, and the number of missed goals; and the
+// resources of the server's process.
 #include <unistd.h>
 
 #include <cinttypes>
@@ -51,7 +51,7 @@ class Report {
   int missed_ = 0;
 };
 
-/// What the server holds at the end, against the beginning.
+/// The resources of the server at the end, compared with the beginning.
 inline void report_growth(Report& report, const Resources& first, const Resources& last) {
   const auto more = [](std::size_t now, std::size_t then) {
     return static_cast<double>(now) - static_cast<double>(then);

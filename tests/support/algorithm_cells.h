@@ -1,7 +1,7 @@
 #pragma once
-// A random cell under any of the interaction algorithms. Where Parts hang on Parts of quite other size, the
-// modes are many times faster than those of single connections; softer springs let tests step through them in
-// time.
+// A random cell under any of the interaction algorithms. In chains of Parts of very different size, the modes
+// are many times faster than those of single connections; softer springs let tests step through them in
+// bounded time.
 #include <memory>
 
 #include "tests/support/random_assembly.h"

@@ -1,6 +1,6 @@
 #pragma once
-// Capsules about a UR10e's tubes and the block scenario's gripper: whether two arms keep clear of each other,
-// worked out apart from the simulation's own geometry.
+// Capsules about a UR10e's tubes and the block scenario's gripper: the clearance of two arms, computed
+// independently of the simulation's own geometry.
 #include <algorithm>
 #include <vector>
 

@@ -1,7 +1,7 @@
 #pragma once
-// What must hold in a random cell whatever is done to it, checked from snapshots alone: partners against
-// brute force, held Parts against the bound of a critically damped spring, falling ones against the parabola.
-// The checks use fatal assertions of GoogleTest: the caller asks HasFatalFailure().
+// Invariants of a random cell under any handling, checked from snapshots alone: partners against brute force,
+// held Parts against the bound of a critically damped spring, falling ones against the parabola. The checks
+// use fatal assertions of GoogleTest: the caller asks HasFatalFailure().
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -115,7 +115,7 @@ class PartnerOracle {
       }
     }
   }
-  /// The graphs for each way in which the unclear pairs may touch; for many of them only none and all.
+  /// The graphs for each combination of unclear contacts; for many of them only none and all.
   void every_way(const std::vector<std::pair<int, int>>& certain,
                  const std::vector<std::pair<int, int>>& unclear) {
     constexpr std::size_t kMaxUnclear = 6;
@@ -148,8 +148,8 @@ class PartnerOracle {
   std::map<std::tuple<std::size_t, int, int>, int> answers_;
 };
 
-/// Where a held Part is, against where it was when its partner took it: no further off than a critically
-/// damped spring allows for the speed at which it was caught and the acceleration of what holds it.
+/// The place of a held Part relative to that at capture: no further off than a critically damped spring
+/// allows for the speed at capture and the acceleration of its holder.
 class HoldOracle {
  public:
   explicit HoldOracle(const RandomCell& cell)
@@ -210,15 +210,15 @@ class HoldOracle {
   std::vector<Hold> holds_;
 };
 
-/// A Part that nothing holds and that holds nothing falls on a parabola; a cube turns at a constant rate. An
-/// assembly that nothing holds falls with its centre of mass on a parabola.
+/// A Part without holder and without held Parts falls on a parabola; a cube turns at a constant rate. An
+/// assembly without holder falls with its centre of mass on a parabola.
 class FallOracle {
  public:
   explicit FallOracle(const RandomCell& cell)
       : cell_(cell), model_(*cell.model()), falls_(model_.components.size()) {}
 
   void check(const Snapshot& before, const Snapshot& after) {
-    std::map<int, std::vector<int>> loose;  // by root: the Parts of an assembly that nothing holds
+    std::map<int, std::vector<int>> loose;  // by root: the Parts of an assembly without holder
     for (const int part : cell_.parts) {
       const int partner = after.components[static_cast<std::size_t>(part)].partner;
       if (partner < 0) loose[part].push_back(part);
@@ -280,7 +280,7 @@ class FallOracle {
     const Vec3& size = cell_.size(part);
     if (size.x() != size.y() || size.x() != size.z()) return;
     ASSERT_LE((a.V_WB.w - fall.w).norm(), 1e-11 * (1.0 + fall.w.norm()));
-    // What order two leaves of a rotation: angle^3 / 12 per step.
+    // Error of order two in a rotation: angle^3 / 12 per step.
     const double rate = fall.w.norm(), angle = rate * kStep_s;
     const Quat turned = rate > 0.0 ? Quat(Eigen::AngleAxisd(rate * t, fall.w / rate)) * fall.q : fall.q;
     ASSERT_LE(turned.angularDistance(a.q_WB),

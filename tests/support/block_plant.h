@@ -60,7 +60,8 @@ class BlockPlant {
   }
   OdeSystem& system() { return plant->system(); }
   std::vector<double>& x() { return plant->state(); }
-  /// All axes to and fro by 0.2 rad once a second; for so many command periods. False where the solver fails.
+  /// All axes to and fro by 0.2 rad once a second, for this number of command periods. False if the solver
+  /// fails.
   bool swing(int periods) {
     for (int i = 0; i < periods; ++i) {
       for (KinematicRobot& robot : plant->robots()) {

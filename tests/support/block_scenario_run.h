@@ -1,5 +1,6 @@
 #pragma once
-// A whole run of one of the block scenarios (config/scenarios), in process, with what its tests ask for.
+// A whole run of one of the block scenarios (config/scenarios), in process, with the results that its tests
+// need.
 #include <cmath>
 #include <filesystem>
 #include <functional>

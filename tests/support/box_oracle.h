@@ -1,6 +1,6 @@
 #pragma once
-// Who touches whom, and who holds whom, worked out the slow way: exact distances between oriented boxes, and
-// every sequence of the contact graph listed. Shares no code with the collision check or the partner search.
+// Contacts and holders, computed the slow way: exact distances between oriented boxes, and every sequence of
+// the contact graph listed. Shares no code with the collision check or the partner search.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -118,7 +118,7 @@ inline int partner_by_listing(const ContactGraph& graph, int part, int present) 
   return best;
 }
 
-/// Number of sequences from every Part: what listing them would cost.
+/// Number of sequences from every Part: the cost of listing them.
 inline std::vector<double> count_sequences(const ContactGraph& graph) {
   std::vector<double> count(graph.vertices.size(), -1.0);
   const auto visit = [&](const auto& self, int v) -> double {

@@ -1,5 +1,5 @@
 #pragma once
-// Where the tests find what was built, and what it is run with.
+// Paths of the built programs, and their arguments in tests.
 #include <filesystem>
 #include <string>
 

@@ -43,7 +43,7 @@ class ChildProcess {
   void signal(int number) { kill(pid_, number); }
   pid_t pid() const { return pid_; }
 
-  /// Reads output until the words have come; false when the program ended before.
+  /// Reads output until the words appear; false if the program ended first.
   bool wait_for_output(const std::string& words) {
     while (text.find(words) == std::string::npos) {
       std::array<char, 512> buffer{};

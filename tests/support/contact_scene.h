@@ -46,7 +46,7 @@ inline std::shared_ptr<const CellModel> library_scene(const std::string& name,
                    options);
 }
 
-/// A simulation with what tests ask of it. It has no controller.
+/// A simulation with the queries of tests. It has no controller.
 class SceneRun {
  public:
   explicit SceneRun(std::shared_ptr<const CellModel> cell)
@@ -68,7 +68,7 @@ class SceneRun {
   const ComponentSample& sample(const std::string& name) const {
     return snapshot_.components[static_cast<std::size_t>(cell_->description.find_component(name))];
   }
-  /// What presses between two components now.
+  /// The contact of two components at this time.
   std::optional<ContactSample> contact(const std::string& a, const std::string& b) {
     const int i = cell_->description.find_component(a), j = cell_->description.find_component(b);
     simulation_.read_contacts(contacts_);

@@ -1,6 +1,6 @@
 #pragma once
-// The block scenario's cell as a controller sees it, a plant that follows set-points ideally, and programs in
-// files.
+// The block scenario's cell in the controller's form, a plant that follows set-points ideally, and programs
+// in files.
 #include <unistd.h>
 
 #include <cmath>
@@ -52,7 +52,7 @@ inline Pose tcp_in_world(const CellInfo& cell, int robot, const JointArray& q) {
   return info.X_WR * poses.X_RF * cell.grippers[static_cast<size_t>(robot)].X_FT;
 }
 
-/// Robots are where the newest set-points of the period before told them to be.
+/// Robots are at the newest set-points of the previous period.
 class IdealPlant {
  public:
   IdealPlant(Controller& controller, const CellInfo& cell)
@@ -75,7 +75,7 @@ class IdealPlant {
       if (static_cast<size_t>(i) < next_.size()) input_.robots[i] = next_[i];
     }
   }
-  /// Whole periods until `stop` says so after an update, or the time is over.
+  /// Whole periods until `stop` returns true after an update, or the time is over.
   void run(double until_s, const std::function<bool(const Output&)>& stop = {}) {
     while (static_cast<double>(k_) * controller_->period_s() <= until_s + 1e-9) {
       if (k_ > 0) follow();

@@ -63,7 +63,7 @@ inline Gap separating_gap(const std::vector<Vec3>& a, const std::vector<Vec3>& b
 inline double point_triangle_distance(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 n = (b - a).cross(c - a);
   const double n2 = n.squaredNorm();
-  if (!(n2 > 0.0)) return std::numeric_limits<double>::infinity();  // its edges are looked at anyway
+  if (!(n2 > 0.0)) return std::numeric_limits<double>::infinity();  // the test of its edges covers it
   const Vec3 foot = p - n * (n.dot(p - a) / n2);
   const bool inside = n.dot((b - a).cross(foot - a)) >= 0.0 && n.dot((c - b).cross(foot - b)) >= 0.0 &&
                       n.dot((a - c).cross(foot - c)) >= 0.0;
@@ -90,8 +90,8 @@ inline double segment_segment_distance(const Vec3& a, const Vec3& b, const Vec3&
   return best;
 }
 
-/// The exact distance of two shapes that are apart: all corners against all triangles, all segments against
-/// all segments. Those inside the hull do no harm, they are no closer.
+/// The exact distance of two separated shapes: all corners against all triangles, all segments against all
+/// segments. Points inside the hull do not matter, because they are no closer.
 inline double brute_force_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
   double best = std::numeric_limits<double>::infinity();
   const auto corners_to_triangles = [&best](const std::vector<Vec3>& s, const std::vector<Vec3>& t) {

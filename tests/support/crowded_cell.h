@@ -1,5 +1,6 @@
 #pragma once
-// A cell with many Parts on tables, of which two are carried about: for tests and measurements of what rests.
+// A cell with many Parts on tables, of which two are carried about: for tests and measurements of Parts at
+// rest.
 #include <cmath>
 #include <memory>
 #include <vector>
@@ -38,7 +39,7 @@ class CrowdedCell {
 
   std::shared_ptr<const CellModel> model() const { return model_; }
 
-  /// Commands for the step that begins now: grip, lift, swing for ever; from `let_go_s` on, let go.
+  /// Commands for the step that begins: grip, lift, swing for ever; from `let_go_s` on, release.
   const std::vector<Command>& commands(const Simulation& simulation, double let_go_s = 1e9) {
     commands_.clear();
     const double t = simulation.time_s();

@@ -31,12 +31,12 @@ class DdsService {
     adapter->stop();
   }
 
-  /// Once it has ended.
+  /// After its end.
   const Simulation& simulation() const { return *host.simulation(); }
 
   std::shared_ptr<CellModel> model;
   CellHost host;
-  RunLoop* loop = nullptr;  ///< that of `model`, as long as nothing else is loaded
+  RunLoop* loop = nullptr;  ///< that of `model`, as long as no other scenario is loaded
   std::unique_ptr<DdsAdapter> adapter;
 
  private:
@@ -48,7 +48,7 @@ class DdsService {
   }
 };
 
-/// Reads what a cell says and asks for control, by raw endpoints.
+/// Reads the samples of a cell and requests control, by raw endpoints.
 class RawCellClient {
  public:
   using Arguments = std::vector<std::pair<std::string, std::string>>;
@@ -61,7 +61,7 @@ class RawCellClient {
         replies_(dds.read<msg::ControlReply>(topic("control/reply"), true, false, 100)),
         requests_(dds.write<msg::ControlRequest>(topic("control/request"))) {
     requests_.matches->wait_for(1);
-    // A reply needs the way back too: ask until one comes.
+    // A reply needs a matched reply reader too: repeat until one arrives.
     for (int attempt = 0; attempt < 600 && !send("get_state", {}, 1); ++attempt) {
     }
     sequence_ = 1;
@@ -155,8 +155,7 @@ class RawCellClient {
     write(name, arguments, sequence);
     return replies_->wait_briefly([&](const auto& messages) { return !messages.empty(); });
   }
-  /// Events are not kept for late joiners: provoke one until it arrives, so that none of the test's own is
-  /// missed.
+  /// Late joiners get no old events: provokes one until it arrives, so that no event of the test is missed.
   void events_at_start() {
     for (int attempt = 0; attempt < 600; ++attempt) {
       request("set_pace", {{"pace", value(request("get_state"), "pace")}});

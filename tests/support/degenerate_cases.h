@@ -1,6 +1,6 @@
 #pragma once
-// Pairs of shapes that collision libraries stumble over, each with the verdict that geometry gives, in closed
-// form. Lengths in m.
+// Pairs of shapes that are hard for collision libraries, each with the geometric verdict in closed form.
+// Lengths in m.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -57,7 +57,7 @@ class DegenerateCases {
     std::snprintf(buffer, sizeof(buffer), "%g", value);
     return buffer;
   }
-  /// Frames in which each situation is looked at.
+  /// Frames in which each situation is tested.
   static std::vector<std::pair<std::string, Pose>> frames() {
     return {{"as it is", Pose{}}, {"turned", Pose{turned(0.7, {1.0, 2.0, -3.0}), Vec3(0.3, -0.2, 0.1)}}};
   }

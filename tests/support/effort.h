@@ -1,6 +1,6 @@
 #pragma once
-// How often a test repeats what it does with random numbers. Such a suite has two entries in ctest:
-// the short form, and "long.*" with ten times as much (tests/schedule.cmake; ./dev test --long).
+// Number of repetitions of tests with random numbers. Such a suite has two entries in ctest: the short form,
+// and "long.*" with ten times as many (tests/schedule.cmake; ./dev test --long).
 #include <cstddef>
 #include <cstdlib>
 

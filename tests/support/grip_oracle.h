@@ -1,7 +1,7 @@
 #pragma once
-// What each gripper of a random cell holds, from snapshots alone: the Parts between the jaws when they begin
-// to close, and once the jaws stand the Parts that are on some way of touching Parts from one jaw to the
-// other (all ways are tried), until they have left the space between the jaws.
+// The Parts held by each gripper of a random cell, from snapshots alone: the Parts between the jaws when they
+// begin to close, and after the jaws have stopped the Parts on any path of touching Parts from one jaw to the
+// other (all paths are tried), until they leave the space between the jaws.
 #include <algorithm>
 #include <set>
 #include <vector>
@@ -32,7 +32,7 @@ class GripOracle {
       if (fresh) {
         for (const int part : between) (near_volume(before, g, part) ? grip.sure : grip.maybe).insert(part);
         if (!standing) continue;
-        // Jaws that touch already are decided upon at once.
+        // Jaws in contact are decided at once.
         for (const int part : between) grip.maybe.insert(part);
         grip.sure.clear();
       } else if (!grip.settled && standing) {
@@ -83,7 +83,7 @@ class GripOracle {
     for (std::size_t i = 0; i < parts.size(); ++i)
       if (left[i] != 0 && right[i] != 0) grip.sure.insert(parts[i]);
     if (grip.sure.empty()) {
-      // Ways grow with the factorial of the Parts that touch.
+      // The number of paths grows with the factorial of the touching Parts.
       constexpr std::size_t kMaxTried = 16;
       unclear = unclear || parts.size() > kMaxTried;
       Touching touching(parts.size(), std::vector<char>(parts.size(), 0));

@@ -1,6 +1,6 @@
 #pragma once
 // A CellHost without any transport, its replies and events read in the test's own thread, and a small
-// scenario for it. Waiting is for a condition; the limit is only there so that a broken host fails a test
+// scenario for it. Waiting is for a condition; the limit exists only so that a broken host fails a test
 // instead of hanging it.
 #include <gtest/gtest.h>
 

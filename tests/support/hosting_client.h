@@ -1,5 +1,5 @@
 #pragma once
-// A client of a hosted service (hosted_service.h), and what tests expect of its replies.
+// A client of a hosted service (hosted_service.h), and the expectations of tests on its replies.
 #include <gtest/gtest.h>
 
 #include <initializer_list>

@@ -1,5 +1,5 @@
 #pragma once
-// Test authorities and identities, made by the script that users run.
+// Test authorities and identities, made by the users' script.
 #include <filesystem>
 #include <stdexcept>
 #include <string>

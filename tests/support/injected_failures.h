@@ -1,6 +1,7 @@
 #pragma once
-// Failures put into a plant model at chosen calls, and a model with all that solvers handle: events, a known
-// corner, stiffness, a Jacobian, and all its modes in the state, so that it has no memory of its own.
+// Failures injected into a plant model at chosen calls, and a model with everything that solvers handle:
+// events, a known corner, stiffness, a Jacobian, and all its modes in the state, so that it has no memory of
+// its own.
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -17,10 +18,10 @@ enum class FailureKind { not_a_number, infinite, thrown };
 /// When the model fails; calls of all its functions are counted together.
 struct FailurePlan {
   FailureKind kind = FailureKind::not_a_number;
-  long first = 0, last = -1;  ///< calls that fail; none as it stands
+  long first = 0, last = -1;  ///< calls that fail; none by default
   long calls = 0;
 
-  /// Counts a call. True: spoil what it returned.
+  /// Counts a call. True: its result must be spoilt.
   bool next() {
     const long call = ++calls;
     if (call < first || call > last) return false;
@@ -33,7 +34,7 @@ struct FailurePlan {
   }
 };
 
-/// Passes everything on to another model and spoils what comes back. The plan outlives it.
+/// Forwards everything to another model and spoils its results. The plan must outlive it.
 class FailingModel final : public PlantModel {
  public:
   FailingModel(std::unique_ptr<PlantModel> inner, FailurePlan& plan)
@@ -113,7 +114,7 @@ class SlidingModel final : public PlantModel {
   }
   bool switch_modes(double t, double* x, const CellMotion&, std::span<const Wrench>) override {
     if (x[mode] != 0.0) {
-      // What has just broken away stands still and is accelerated; it has not stopped.
+      // A body at break-away has speed zero and is accelerated; it has not stopped.
       if (x[mode] * x[speed] > 0.0 || x[mode] * force(t) > kSliding) return false;
       x[speed] = x[mode] = 0.0;
       return true;

@@ -73,7 +73,7 @@ inline KDL::JntArray kdl_joints(const JointArray& values, int count) {
   return result;
 }
 
-/// KDL numbers the joints of a tree as it likes: index there of joint i here.
+/// KDL has its own order of joints: index there of joint i here.
 inline std::vector<unsigned> kdl_numbers(const TreeModel& model, const KDL::Tree& tree) {
   std::vector<unsigned> result;
   for (const TreeJoint& joint : model.joints)

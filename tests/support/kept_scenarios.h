@@ -1,6 +1,6 @@
 #pragma once
-// Scenario files of tests, kept for a validator that nobody here wrote (tests/schema/check.py): where the environment
-// names a folder (TAKT_KEEP_SCENARIOS), each text with its overrides and what the reader says of it.
+// Scenario files of tests, kept for an independent validator (tests/schema/check.py): if the environment
+// names a folder (TAKT_KEEP_SCENARIOS), each text with its overrides and the reader's verdict.
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>

@@ -1,5 +1,5 @@
 #pragma once
-// Reads a RunLoop's output in the test's own thread. Waiting is for a condition; the limit is only there so
+// Reads a RunLoop's output in the test's own thread. Waiting is for a condition; the limit exists only so
 // that a broken loop fails a test instead of hanging it.
 #include <cmath>
 #include <functional>

@@ -1,6 +1,6 @@
 #pragma once
-// A cell in which everything moves all the time: a tray in a gripper, on it open boxes side by side, in every
-// box a peg with a head. None of them is convex. For tests and measurements of the collision check.
+// A cell in which all Parts move all the time: a tray in a gripper, on it open boxes side by side, in every
+// box a peg with a head. All of them are concave. For tests and measurements of the collision check.
 #include <cmath>
 #include <memory>
 #include <string>
@@ -43,7 +43,7 @@ class MovingCrowd {
   int tray() const { return tray_; }
   int part_count() const { return static_cast<int>(model_->parts.size()); }
 
-  /// Commands for the step that begins now: grip at once, then swing and turn for ever.
+  /// Commands for the step that begins: grip at once, then swing and turn for ever.
   const std::vector<Command>& commands(const Simulation& simulation) {
     commands_.clear();
     const std::uint64_t step = simulation.step_index();

@@ -14,7 +14,7 @@ namespace takt::test {
 inline const std::vector<std::string> kAdaptive{"cvode", "esdirk", "esdirk4", "ida"};
 inline const std::vector<std::string> kErrorControlled{"rosenbrock", "cvode", "esdirk", "esdirk4", "ida"};
 
-/// Models as one OdeSystem: no connections; `bodies` Parts that touch nothing.
+/// Models as one OdeSystem: no connections; `bodies` Parts without contact.
 class LooseSystem {
  public:
   explicit LooseSystem(std::vector<PlantModel*> models, std::size_t bodies = 0)
@@ -168,7 +168,7 @@ class StickSlipModel final : public FreeModel {
   }
   bool switch_modes(double t, double* x, const CellMotion&, std::span<const Wrench>) override {
     if (direction_ != 0) {
-      // What has just broken away stands still and is accelerated; it has not stopped.
+      // A body at break-away has speed zero and is accelerated; it has not stopped.
       if (direction_ * x[1] > 0.0 || direction_ * force(t) > kSliding) return false;
       x[1] = 0.0;
       direction_ = 0;
@@ -210,7 +210,7 @@ class CornerModel final : public FreeModel {
   double corner_;
 };
 
-/// Switches its mode whenever asked and is never content.
+/// Switches its mode at every call.
 class RestlessModel final : public FreeModel {
  public:
   int state_count() const override { return 1; }

@@ -1,5 +1,5 @@
 #pragma once
-// What this process holds at the moment.
+// Present resources of this process.
 #include <malloc.h>
 
 #include <cstddef>

@@ -56,7 +56,7 @@ class RandomCell {
       palms.push_back(cell_.gantry_with_gripper("R" + number, "G" + number, at(0.0, 0.0, kBase_m)));
     }
     for (KinematicRobotParameters& robot : cell_.model().robots) {
-      // Far enough out of the way that no grasp volume begins around a Part.
+      // Far enough away that no grasp volume begins around a Part.
       robot.q_initial = {1.2 * dice_.between(0.0, options.tables - 1.0), -0.4 + 0.2 * robot.robot, 0.0};
       for (JointModel& joint : robot.arm.joints) joint.max_velocity = 5.0;
       cell_.model().description.robots[static_cast<std::size_t>(robot.robot)].arm = robot.arm;

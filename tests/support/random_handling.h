@@ -6,7 +6,7 @@ namespace takt::test {
 
 class RandomHandling {
  public:
-  /// How often each thing was begun.
+  /// Number of starts of each action.
   struct Counts {
     int picks = 0, tilts = 0, handovers = 0, on_tables = 0, on_parts = 0, drops = 0, throws = 0;
   };
@@ -27,7 +27,7 @@ class RandomHandling {
     }
     return result;
   }
-  /// All arms stop where they are, whatever they have in hand.
+  /// All arms stop at once, with or without a Part in hand.
   void abandon() {
     for (Arm& arm : arms_) arm.items.clear();
   }
@@ -81,7 +81,7 @@ class RandomHandling {
     }
     ++counts_.picks;
     const OrientedBox box = cell_.box(s, part);
-    // The tips just above the Part's bottom: what lies below is not between the jaws.
+    // The tips just above the Part's bottom, so that Parts below it are not between the jaws.
     const double grip_z = (dice_.chance(80) ? box.lowest() + 0.065 : box.center.z() + 0.03);
     const double yaw = std::clamp(std::atan2(box.R(1, 0), box.R(0, 0)), -1.0, 1.0);
     JointArray q = flange(box.center, grip_z, yaw);
@@ -94,7 +94,7 @@ class RandomHandling {
     finish(index, s, q, grip_z - box.lowest());
   }
 
-  /// What becomes of the Part in the hand. `hang` is how far below the flange it reaches.
+  /// Chooses the end of a handling. `hang` is the extent of the held Part below the flange.
   void finish(std::size_t index, const Snapshot& s, JointArray q, double hang) {
     Arm& arm = arms_[index];
     if (dice_.chance(40)) {
@@ -118,7 +118,7 @@ class RandomHandling {
       move(taker, take);
       act(taker, Item::close);
       wait(taker, 0.1);
-      arm.until = taker.until;  // the second has closed before the first opens
+      arm.until = taker.until;  // the second closes ahead of the first one's opening
       act(arm, Item::open);
       wait(arm, 0.1);
       move(arm, raised(q, 0.3));
@@ -198,7 +198,7 @@ class RandomHandling {
 
   void run(std::size_t index, std::uint64_t step, std::vector<Command>& result) {
     Arm& arm = arms_[index];
-    // A throw opens while its move is still running: look at all items that are due.
+    // A throw opens during its motion: tests all items that are due.
     for (std::size_t i = 0; i < arm.items.size();) {
       const Item item = arm.items[i];
       if (item.begin > step) break;

@@ -21,7 +21,7 @@ class TreeMaker {
   }
   Pose pose(double size) { return {rotation(), vector(size)}; }
 
-  /// A handful of point masses: physical whatever they are.
+  /// Several point masses: physical for any values.
   BodyInertia body() {
     BodyInertia sum;
     for (int i = 0; i < 5; ++i)

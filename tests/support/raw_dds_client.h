@@ -1,6 +1,6 @@
 #pragma once
-// DDS endpoints as any third party would make them: plain Fast DDS, none of takt's own client or adapter
-// code (fastdds.h only has names for what differs between the majors of Fast DDS).
+// DDS endpoints of a third party: plain Fast DDS without takt's own client or adapter code (fastdds.h only
+// has names for the differences between the majors of Fast DDS).
 #include <chrono>
 #include <condition_variable>
 #include <functional>
@@ -38,7 +38,7 @@ class Inbox final : public fdds::DataReaderListener {
     std::unique_lock lock(mutex_);
     return arrived_.wait_for(lock, std::chrono::seconds(60), [&] { return condition(messages_); });
   }
-  /// For discovery, where the other side cannot be asked whether it is ready: the caller tries again.
+  /// For discovery, if the other side cannot report that it is ready: the caller tries again.
   bool wait_briefly(const std::function<bool(const std::vector<Message>&)>& condition) {
     std::unique_lock lock(mutex_);
     return arrived_.wait_for(lock, std::chrono::milliseconds(100), [&] { return condition(messages_); });
@@ -102,7 +102,7 @@ class RawDdsClient {
   /// A short lease, so that a client that was killed is missed soon. `number`: its ports and the end of its
   /// GUID follow from it; -1: DDS chooses.
   explicit RawDdsClient(std::uint32_t domain, std::int32_t lease_s = 2, std::int32_t number = -1) {
-    // Samples inside one process shall take the same way as those between processes.
+    // Samples inside one process must take the same way as those between processes.
     deliver_through_transports();
 
     // Transports as Fast DDS has them by default, which is how ROS 2 tools come.

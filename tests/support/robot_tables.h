@@ -1,6 +1,6 @@
 #pragma once
-// Three robots from their published (KR 16: assumed) tables, written down a second time: what the URDF files
-// are read against, and what other libraries are built from.
+// Three robots from their published (KR 16: assumed) tables, written down independently: the reference for
+// the URDF files, and the source of the models in other libraries.
 #include <cmath>
 #include <string>
 #include <vector>

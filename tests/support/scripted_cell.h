@@ -1,7 +1,7 @@
 #pragma once
-// The counterpart of takt::Client for tests: stands on the topics of a cell and sends exactly what a test
-// says, also what a server never would on purpose (old samples, gaps, silence, no reply). Talks through
-// sockets and shared memory as a server in another process does.
+// The counterpart of takt::Client for tests: serves the topics of a cell and sends exactly the samples of a
+// test, including those that a server never sends on purpose (old samples, gaps, silence, no reply).
+// Communicates through sockets and shared memory as a server in another process does.
 #include <unistd.h>
 
 #include <chrono>
@@ -70,8 +70,8 @@ class ScriptedCell {
  public:
   using Handler = std::function<void(ScriptedCell&, const takt_msgs::msg::ControlRequest&)>;
 
-  /// Announces the cell, with a description and one status. `handler` answers requests; without, get_state is
-  /// answered and nothing else.
+  /// Announces the cell, with a description and one status. `handler` answers requests; without it only
+  /// get_state is answered.
   ScriptedCell(const std::string& name, const takt_msgs::msg::CellDescription& description,
                Handler handler = {})
       : prefix_("rt/" + name + "/"),
@@ -92,8 +92,8 @@ class ScriptedCell {
     publish("status", takt_msgs::msg::Status());
   }
 
-  /// Sockets and shared memory also between participants of this process. Before the first participant is
-  /// made.
+  /// Sockets and shared memory also between participants of this process. Call it ahead of the first
+  /// participant.
   static bool use_real_transports() {
     deliver_through_transports();
     return true;

@@ -62,7 +62,7 @@ inline std::shared_ptr<CellModel> service_model(const std::string& cell = "cell"
   return model;
 }
 
-/// The same with surface contact prepared, and a solver for it; at level of detail 1 to begin with.
+/// The same with surface contact prepared, and a solver for it; initially at level of detail 1.
 inline std::shared_ptr<CellModel> service_contact_model(const std::string& cell = "cell") {
   std::string text = service_scenario_text();
   const std::string explicit_method = "method: rk2";

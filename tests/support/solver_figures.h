@@ -16,7 +16,7 @@ namespace takt::test {
 
 struct SolverSetting {
   std::string method;
-  double tolerance = 0.0;  ///< 0: the method has none
+  double tolerance = 0.0;  ///< 0: a method without tolerance
   double step_s = 0.001;   ///< communication step
 };
 

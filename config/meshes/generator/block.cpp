@@ -101,7 +101,7 @@ class BlockMesher {
     for (std::size_t line = 0; line < lines_[axis].size(); ++line)
       for (std::size_t s = 0; s + 1 < lines_[along].size(); ++s) {
         // Heights at both ends of this piece of the line, on its lower and its upper side. Outside the block
-        // there is nothing: the "top" is the bottom surface.
+        // the "top" is the bottom surface.
         const auto end = [&](bool upper_side, std::size_t g) {
           const std::size_t gi = axis == 0 ? line : g;
           const std::size_t gk = axis == 0 ? g : line;
@@ -138,7 +138,7 @@ class BlockMesher {
   std::vector<std::int64_t> levels_;
 };
 
-/// What is under the pockets: a slab, with the bottom chamfer.
+/// The slab under the pockets, with the bottom chamfer.
 LatticeMesh make_slab(const Block& block, std::int64_t top) {
   Block slab{"bottom", block.outline, top, {}, 0, block.bottom_chamfer};
   return make_block(slab, std::int64_t{1} << 40);
@@ -158,7 +158,7 @@ Outline wall_section(std::int64_t s0, std::int64_t s1, std::int64_t low, std::in
   return outline;
 }
 
-/// (x, z) outlines become (z, x) outlines with the opposite sense, which is what a prism along y wants.
+/// (x, z) outlines become (z, x) outlines with the opposite sense, as a prism along y requires.
 Outline mirrored(Outline outline) {
   std::reverse(outline.begin(), outline.end());
   for (auto& p : outline) std::swap(p[0], p[1]);

@@ -38,9 +38,9 @@ struct Block {
 /// The block's surface, closed, with edges of about `edge` (micrometres).
 LatticeMesh make_block(const Block& block, std::int64_t edge);
 
-/// Convex pieces that together fill the block: what is under the pockets, then the walls between them. The
-/// pockets must lie in a row along x with equal extents in y. Chamfers of the long walls run through from end
-/// to end; this takes a little more than the block itself has taken off.
+/// Convex pieces that together fill the block: the slab under the pockets, then the walls between them. The
+/// pockets must lie in a row along x with equal extents in y. Chamfers of the long walls run from end to end,
+/// which removes a little more material than the block itself has lost.
 std::vector<LatticeMesh> make_convex_pieces(const Block& block);
 
 }  // namespace takt::meshes

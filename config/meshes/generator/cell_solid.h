@@ -2,10 +2,10 @@
 // Closed meshes around the filled cells of a bent grid: solids with pockets, slots, bores and windows whose
 // faces are as fine as the grid is there.
 //
-// The grid has lines 0..n in each of three directions; where a point of it lies is a function's business
-// (Cartesian, or radius, angle, height), so that chamfers are lines of the grid that are moved aside.
-// Directions must be right-handed: x, y, z or radius, angle, z. Cells that touch along an edge only make a
-// mesh that is not closed; whoever fills the cells avoids that.
+// The grid has lines 0..n in each of three directions; a function gives the position of each grid point
+// (Cartesian, or radius, angle, height), so that chamfers are shifted grid lines. Directions must be
+// right-handed: x, y, z or radius, angle, z. Cells that touch only along an edge would make a mesh that is
+// not closed; the caller must not fill such cells.
 #include <functional>
 #include <vector>
 
@@ -25,14 +25,14 @@ using CellPoint = std::function<Vec3(int i, int j, int k)>;
 Solid make_cell_solid(const std::string& name, const CellGrid& grid, const FilledCell& filled,
                       const CellPoint& point);
 
-/// Grid lines: from one value to the next in so many equal steps.
+/// Grid lines: from one value to the next in this number of equal steps.
 struct LineSteps {
   double to = 0.0;
   int steps = 1;
 };
 std::vector<double> grid_lines(double from, const std::vector<LineSteps>& steps);
 
-/// Index of the line at this value. Throws std::logic_error if there is none.
+/// Index of the line at this value. Throws std::logic_error if no line has it.
 int line_at(const std::vector<double>& lines, double value);
 
 }  // namespace takt::meshes

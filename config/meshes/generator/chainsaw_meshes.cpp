@@ -18,7 +18,7 @@ constexpr double kBossLength = 12 * kMm;
 constexpr double kBoxFloor = 3 * kMm, kNestTop = 14 * kMm;
 constexpr double kMountX = 75 * kMm, kMountY = 60 * kMm;  // half the sides of the housing's mount
 
-/// What the motor is made of, from below: radius, lower and upper end, chamfers of both ends.
+/// The stages of the motor, from below: radius, lower and upper end, chamfers of both ends.
 struct Stage {
   double radius, from, to, lower_chamfer, upper_chamfer;
   bool flats;

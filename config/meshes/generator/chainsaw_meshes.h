@@ -18,7 +18,7 @@ struct ChainsawParameters {
   double nest_clearance = -0.2e-3;  ///< of the boss in the box, per side; < 0: it is held in soft walls
   double cavity_clearance = 2e-3;   ///< of the motor's flange in the housing, radial
   double fixture_preload = 5e-6;    ///< by how much each stop presses into the mount
-  // Meshes: so many flats around.
+  // Meshes: number of flats around the axis.
   int motor_facets = 80, housing_facets = 420;
   double contact_edge = 1e-3;  ///< of elements along the bore
 };
@@ -33,7 +33,7 @@ double seat_z();
 /// Origin: centre of the lower face; the motor stands in it with its origin at box_floor().
 Solid make_open_box(const ChainsawParameters& p);
 double box_floor();
-/// Four stops around the housing's mount that keep it where it is. Origin: that of the housing.
+/// Four stops around the housing's mount that hold it in place. Origin: that of the housing.
 std::vector<Solid> make_fixture(const ChainsawParameters& p);
 /// Origin: centre of the flange side; the grip face is y = 0.
 Solid make_chainsaw_jaw();

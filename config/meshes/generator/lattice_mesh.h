@@ -18,7 +18,7 @@ constexpr std::int64_t mm(double length) {
   return static_cast<std::int64_t>(length * 1000.0 + (length < 0.0 ? -0.5 : 0.5));
 }
 
-/// One object of an OBJ file: a triangle mesh, faces counter-clockwise seen from outside.
+/// One object of an OBJ file: a triangle mesh, faces counter-clockwise as seen from outside.
 class LatticeMesh {
  public:
   explicit LatticeMesh(std::string name) : name_(std::move(name)) {}

@@ -1,8 +1,8 @@
 // takt-make-meshes OUTDIR: writes the meshes of the scenarios as OBJ files (README.md in config/meshes).
-// takt-make-meshes --large OUTDIR: those that are too large to be committed.
+// takt-make-meshes --large OUTDIR: the meshes that are too large to be committed.
 // takt-make-meshes --cells OUTDIR [--set NAME=VALUE]...: those of the chainsaw, rotor and furnace cells (too
-// large as well), with other parameters (clearances, interference, chamfers, element sizes). takt-make-meshes
-// --parameters: their names, defaults, and what is allowed.
+// large as well), with other parameters (clearances, interference, chamfers, element sizes).
+// takt-make-meshes --parameters: their names, defaults, and the values allowed.
 #include <cstdio>
 #include <exception>
 #include <filesystem>

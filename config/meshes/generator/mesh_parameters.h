@@ -13,10 +13,10 @@ struct CellParameters {
   RotorParameters rotor;
 };
 
-/// "GROUP.NAME=VALUE". Throws std::invalid_argument that says what is allowed.
+/// "GROUP.NAME=VALUE". Throws std::invalid_argument with the values allowed.
 void set_parameter(CellParameters& parameters, const std::string& text);
 
-/// All names with their values and what is allowed, a line each.
+/// Lists all names with their values and the values allowed, one per line.
 void list_parameters(std::ostream& out, const CellParameters& parameters);
 
 }  // namespace takt::meshes

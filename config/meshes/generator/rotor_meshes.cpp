@@ -15,7 +15,7 @@ constexpr double kMm = 1e-3;
 constexpr double kPi = std::numbers::pi;
 constexpr int kSideColumns = 3;  // between a slot and the middle between two slots
 constexpr double kStand = 0.350;
-constexpr double kShank = 3 * kMm, kShankClearance = 1 * kMm;  // of the screws, and of what they go through
+constexpr double kShank = 3 * kMm, kShankClearance = 1 * kMm;  // of the screws, and of their bores
 constexpr double kScrewCircle = 52 * kMm;                      // radius on which the screws stand
 
 Vec3 on_circle(double radius, double angle) {
@@ -75,7 +75,7 @@ Solid make_rotor_core(const RotorParameters& p) {
   const auto filled = [&](int i, int j, int) {
     return !(i >= slot_from && i < slot_to && sector.in_slot(j % n));
   };
-  // Straight at the slot's faces, round at shaft and outside, in between from one to the other.
+  // Straight at the slot's faces, round at shaft and outside, interpolated in between.
   const auto point = [&](int i, int j, int k) {
     const int line = j % n;
     const auto straight = [&](double distance) { return Vec3(distance, sector.across(line, distance), 0.0); };

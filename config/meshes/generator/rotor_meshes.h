@@ -33,11 +33,11 @@ std::vector<Solid> make_screw();
 /// Half of a punch that fits a slot: of the press's tool frame, z down, the other half is this one turned
 /// about z by 180 degrees. Across y it is half as wide as the punch.
 Solid make_punch_half(const RotorParameters& p);
-/// What carries the core in the press and leaves its slots free; origin: centre of the upper face.
+/// The support of the core in the press, which leaves its slots free; origin: centre of the upper face.
 Solid make_press_mount(const RotorParameters& p);
 /// Open at the top, with a stand in the middle; origin: centre of the lower face. Six convex objects.
 std::vector<Solid> make_furnace();
-/// Where what stands in the furnace stands.
+/// Height of the stand in the furnace.
 double furnace_stand_z();
 
 void make_rotor_meshes(const std::filesystem::path& directory, const RotorParameters& p = {});

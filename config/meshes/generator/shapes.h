@@ -36,8 +36,8 @@ Solid make_bush(const std::string& name, const Bush& bush);
 /// A torus about z: a ring of `around` flats with a tube of `across` ones (corners on the tube's circle).
 Solid make_ring(const std::string& name, double ring_radius, double tube_radius, int around, int across);
 
-/// A hook in the plane y = 0: a shank hanging down along z from (0, 0, shank) to the origin, then an arc that
-/// goes on downwards and turns towards +x. Its lowest point is at x = arc_radius, z = -arc_radius.
+/// A hook in the plane y = 0: a shank along -z from (0, 0, shank) to the origin, then an arc that continues
+/// downwards and turns towards +x. Its lowest point is at x = arc_radius, z = -arc_radius.
 struct Hook {
   double tube_radius = 0.0;
   double arc_radius = 0.0;  ///< of the tube's centre line
@@ -48,8 +48,8 @@ struct Hook {
 };
 Solid make_hook(const std::string& name, const Hook& hook);
 
-/// What bolt and socket share: a wave around a cylinder that climbs by `pitch` per turn, right-handed:
-/// radius(z, angle) = radius + amplitude sin(2 pi z / pitch - angle).
+/// The shared surface of bolt and socket: a wave around a cylinder that climbs by `pitch` per turn,
+/// right-handed: radius(z, angle) = radius + amplitude sin(2 pi z / pitch - angle).
 struct Thread {
   double radius = 0.0;  ///< mean
   double amplitude = 0.0;

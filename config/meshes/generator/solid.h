@@ -1,6 +1,6 @@
 #pragma once
-// Closed meshes with round shapes: coordinates are metres, written as whole nanometres in single precision. (Shapes whose corners
-// lie on whole micrometres are a LatticeMesh.)
+// Closed meshes with round shapes: coordinates are metres, written as whole nanometres in single precision.
+// (Shapes whose corners lie on whole micrometres are a LatticeMesh.)
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -46,8 +46,9 @@ Profile subdivided(const Profile& profile, double edge, bool closed);
 /// begins and ends on the axis and runs upwards outside; a closed one runs counter-clockwise in (radius, z).
 Solid make_revolved(const std::string& name, const Profile& profile, bool closed, int facets);
 
-/// The solid without triangles that have lost their area, as where two lines of a grid fall on one another:
-/// the ends of edges shorter than what is written (1 nm) become one corner. Unchanged if there are none.
+/// The solid without triangles that have lost their area, for example between two coinciding grid lines: the
+/// ends of edges shorter than the written resolution (1 nm) become one corner. Unchanged without such
+/// triangles.
 Solid collapsed(Solid solid);
 
 /// Writes the object as OBJ in metres, each line of `header` as a comment first.

@@ -1,6 +1,6 @@
 #pragma once
-// The Fast DDS headers this room uses, under short names, and everything that differs between the majors of
-// Fast DDS: 2.9.1 (Debian 12) and 3.1.2 (Debian 13). No other file asks for the major.
+// The Fast DDS headers of this room under short names, and all differences between the majors of Fast DDS:
+// 2.9.1 (Debian 12) and 3.1.2 (Debian 13). No other file depends on the major.
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
@@ -97,9 +97,9 @@ inline std::string text_of(const DdsGuid& guid) {
   return text.str();
 }
 
-/// A lost sample is asked for again when its reader hears of it: with the next sample, or with the next
-/// heartbeat. The default of 3 s is long for a reply or a command that nothing follows; heartbeats are sent
-/// only while something is unconfirmed.
+/// Shortens the heartbeat period. A reader requests a lost sample again after the next sample or the next
+/// heartbeat; the default of 3 s is long for a reply or a command without successor. Heartbeats are sent only
+/// while a sample is unconfirmed.
 inline void beat_soon(dds::DataWriterQos& qos) {
   const DdsDuration period(0, 50'000'000);
 #if TAKT_FAST_DDS_MAJOR == 2
@@ -109,7 +109,7 @@ inline void beat_soon(dds::DataWriterQos& qos) {
 #endif
 }
 
-/// What write() of one argument returns is `true` for success in one major and 0 for success in the other.
+/// Success of write() with one argument: `true` in one major, 0 in the other.
 template <typename Sample>
 bool written(dds::DataWriter& writer, Sample& sample) {
   return is_ok(writer.write(&sample, dds::HANDLE_NIL));
@@ -123,8 +123,8 @@ bool written(dds::DataWriter& writer, Sample& sample, rtps::WriteParams& params)
 #endif
 }
 
-/// Samples between participants of this process take the same way as those between processes. Before the
-/// first participant is made.
+/// Samples between participants of this process take the same way as those between processes. Call it ahead
+/// of the first participant.
 inline void deliver_through_transports() {
 #if TAKT_FAST_DDS_MAJOR == 2
   auto settings = eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings();
@@ -137,7 +137,7 @@ inline void deliver_through_transports() {
 #endif
 }
 
-/// A writer of another participant, as discovery tells of it.
+/// A writer of another participant, as reported by discovery.
 struct DiscoveredWriter {
   enum class News { appeared, changed, gone };
   News news;
@@ -145,20 +145,20 @@ struct DiscoveredWriter {
   std::string topic, type;
   std::uint32_t ownership_strength;
   DdsDuration lease;
-  bool latched, reliable, exclusive;  ///< late joiners get the newest; nothing is lost; the strongest wins
+  bool latched, reliable, exclusive;  ///< late joiners get the newest; no sample is lost; the strongest wins
   std::string user_data;              ///< "typehash=RIHS01_...;" of ROS 2 and of takt
 };
 
-/// Hears of the writers of others; of other participants that have come; and of participants, readers and
-/// writers of others that DDS has forgotten: they left, or were silent for their lease.
+/// Reports remote writers; new remote participants; and remote participants, readers and writers that DDS has
+/// dropped because they left or exceeded their lease.
 class DiscoveryListener : public dds::DomainParticipantListener {
  public:
-  /// A participant has come, before DDS listens to it; it was silent for its lease; a participant or an
-  /// endpoint has left.
+  /// A participant is discovered, ahead of its samples; its lease has expired; a participant or an endpoint
+  /// has left.
   enum class Presence { come, silent, left };
   using Follower = std::function<void(const DdsGuid&, Presence)>;
   virtual void on_writer(const DiscoveredWriter&) {}
-  /// Before it is given to a participant. `follower` runs in threads of DDS.
+  /// Set it ahead of the participant's construction. `follower` runs in threads of DDS.
   void follow(Follower follower) { follower_ = std::move(follower); }
 
  private:
@@ -217,9 +217,9 @@ class DiscoveryListener : public dds::DomainParticipantListener {
   Follower follower_;
 };
 
-/// A type of DDS by what its samples are: made, sized, written and read. Nothing is said to others about how it is
-/// built: in 2.9.1 a type object with a sequence of structs, announced by any peer, makes default participants crash
-/// (Fast-DDS #3296).
+/// A DDS type defined by the operations on its samples: make, size, write and read. It announces no type
+/// object: in 2.9.1 a type object with a sequence of structs, announced by any peer, makes default
+/// participants crash (Fast-DDS #3296).
 class SampleType : public dds::TopicDataType {
  public:
   explicit SampleType(const std::string& name) {
@@ -281,9 +281,9 @@ class SampleType : public dds::TopicDataType {
  protected:
   virtual void* make() const = 0;
   virtual void discard(void* sample) const = 0;
-  /// Bytes of the sample, with the head of four that says how it is encoded.
+  /// Bytes of the sample, including the four bytes of the encoding.
   virtual std::size_t size(const void* sample) const = 0;
-  /// The same number, written to the beginning of `memory`; 0 where that is too small or the sample is none.
+  /// The same number, written to the beginning of `memory`; 0 if that is too small or the sample is invalid.
   virtual std::size_t write(const void* sample, std::span<std::uint8_t> memory) const = 0;
   /// False where the bytes are no sample.
   virtual bool read(std::span<const std::uint8_t> bytes, void* sample) const = 0;
@@ -349,7 +349,7 @@ class MessageType final : public SampleType {
   }
 };
 
-/// Stands in front of another transport: hears what is sent, decides on what has come.
+/// A transport in front of another one: observes sent packets, filters received ones.
 class ChainedTransport : public transports::ChainingTransport {
  public:
   explicit ChainedTransport(const transports::ChainingTransportDescriptor& descriptor)
@@ -375,8 +375,8 @@ class ChainedTransport : public transports::ChainingTransport {
             const std::chrono::steady_clock::time_point& timeout) final {
     thread_local std::vector<transports::NetworkBuffer> pieces;
     pieces.assign(buffers.begin(), buffers.end());
-    // Shared memory of 3.1.2 makes room for the statistics at the end but does not copy them: what stood
-    // there before would be sent.
+    // Shared memory of 3.1.2 reserves space for the statistics at the end without copying them: the space
+    // would send old bytes.
     if (kind() == LOCATOR_KIND_SHM && !pieces.empty() && is_statistics(pieces.back())) {
       size -= pieces.back().size;
       pieces.pop_back();

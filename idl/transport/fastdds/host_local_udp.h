@@ -1,9 +1,9 @@
 #pragma once
-// UDP between the processes of one machine, which is what servers and clients use without a profile.
+// UDP between the processes of one machine, the default of servers and clients without a profile.
 //
-// Loopback alone would do for takt's own programs. Stock participants (ROS 2 tools with Fast DDS and its
-// defaults) announce themselves on the other interfaces only, so those are listened to as well; nothing that
-// is sent to a group leaves the machine (time to live 0), and the guard hears nobody from elsewhere
+// Loopback alone would suffice for takt's own programs. Stock participants (ROS 2 tools with Fast DDS and its
+// defaults) announce themselves on the other interfaces only, so those are listened to as well; packets to a
+// group do not leave the machine (time to live 0), and the guard drops packets from other machines
 // (guard_transport.h).
 #include <array>
 #include <chrono>
@@ -19,10 +19,10 @@ namespace takt {
 using Ipv4 = std::array<std::uint8_t, 4>;
 inline constexpr Ipv4 kLoopback{127, 0, 0, 1};
 
-/// Those of the interfaces that are up, 127.0.0.1 first.
+/// Addresses of the interfaces that are up, 127.0.0.1 first.
 std::vector<Ipv4> local_ipv4_addresses();
 
-/// On all of them. A type of its own, by which the guard knows it.
+/// On all of these addresses. A type of its own, so that the guard recognises it.
 struct ThisMachineUdp final : transports::UDPv4TransportDescriptor {
   ThisMachineUdp();
 };

@@ -68,7 +68,7 @@ std::string fault_of_times(const std::string& name, const X509* certificate) {
   return {};
 }
 
-/// What is between the first `<tag>` and its end, from `at` on, which then stands behind it.
+/// The text between the first `<tag>` after `at` and its end tag; moves `at` behind it.
 std::optional<std::string_view> element(std::string_view xml, std::string_view tag, std::size_t& at) {
   const std::string begin = "<" + std::string(tag) + ">", end = "</" + std::string(tag) + ">";
   const std::size_t from = xml.find(begin, at);
@@ -98,7 +98,7 @@ bool number_is(std::string_view text, std::uint32_t& value) {
   return std::from_chars(text.data(), text.data() + text.size(), value).ec == std::errc();
 }
 
-/// Of any of the `domains` elements. True if there are none that can be read.
+/// Whether any of the `domains` elements contains the domain. True if there are no readable ones.
 bool names_domain(std::string_view xml, std::uint32_t domain) {
   bool any = false;
   for (std::size_t at = 0; const auto domains = element(xml, "domains", at);) {

@@ -1,19 +1,18 @@
 #pragma once
-// What is wrong with the files of a security directory, in a sentence. DDS decides whether it takes an
-// identity; of those it refuses this says why, which Fast DDS does in its log only, and there not of which
-// file.
+// Describes the fault of the files of a security directory in a sentence. DDS decides on the identity; Fast
+// DDS writes the reason of a refusal only to its log, without the file.
 #include <cstdint>
 #include <filesystem>
 #include <string>
 
 namespace takt {
 
-/// Looks at what was expired, of another authority, changed after it was signed, or not meant for this domain
-/// (DDS-Security 1.1, 9.3 and 9.4). `directory` holds the files of kSecurityFiles (security.h). Empty:
-/// nothing was found.
+/// Checks for certificates that are expired, of another authority, changed after signing, or not valid for
+/// this domain (DDS-Security 1.1, 9.3 and 9.4). `directory` holds the files of kSecurityFiles (security.h).
+/// Empty: no fault was found.
 std::string identity_fault(const std::filesystem::path& directory, std::uint32_t domain);
 
-/// For who was refused: the fault, or, where none is found, what it may be.
+/// For a refused participant: the fault, or, without one, its possible causes.
 std::string refused_identity(const std::filesystem::path& directory, std::uint32_t domain);
 
 }  // namespace takt

@@ -9,13 +9,13 @@
 
 namespace takt {
 
-/// The directory lacks something; what() is a whole sentence.
+/// The directory is incomplete; what() is a whole sentence.
 class SecurityError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Files that a directory has to hold.
+/// The required files of a directory.
 inline constexpr const char* kSecurityFiles[] = {"identity_ca.pem",    "identity.pem",   "identity_key.pem",
                                                  "permissions_ca.pem", "governance.p7s", "permissions.p7s"};
 

@@ -66,7 +66,7 @@ std::size_t remove_shared_memory_remains(const std::filesystem::path& directory,
     const TakenLock owner(file + std::string(kExclusive));
     if (!owner.taken()) continue;
     const bool port = name.starts_with(kPortPrefix);
-    // Others may still write to the port of one who is gone.
+    // Other processes may still write to the port of a dead one.
     const TakenLock writers(file + std::string(kShared));
     if (port && !writers.taken() && !writers.missing()) continue;
     remove(name);

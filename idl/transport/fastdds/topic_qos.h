@@ -1,6 +1,7 @@
 #pragma once
-// QoS of idl/common/topic.h as Fast DDS takes it. Memory grows with the samples, since the largest possible sample is far
-// larger than any real one; no data sharing, which brings nothing at these sizes and does not go with security.
+// QoS of idl/common/topic.h as Fast DDS settings. Memory grows with the samples, since the largest possible
+// sample is far larger than any real one; no data sharing, which gives no benefit at these sizes and excludes
+// security.
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -27,7 +28,7 @@ Qos with_policy(Qos qos, const QosPolicy& policy) {
 /// A sample beyond this does not fit one datagram and is sent in fragments by a thread of DDS.
 inline constexpr std::size_t kLargestUnfragmented_bytes = 60000;
 
-/// Of a standard type: says in the ROS 2 way which definition is meant.
+/// Of a standard type: announces the definition in the ROS 2 way.
 template <typename Qos>
 Qos with_type_hash(Qos qos, const MessageInfo& type) {
   const std::string_view hash = annotation(type.annotations, "type_hash");
@@ -47,10 +48,10 @@ inline dds::DataReaderQos reader_qos(const dds::DataReaderQos& defaults, const Q
   return qos_detail::with_policy(defaults, policy);
 }
 
-/// Of a reader that many write to, each sample of which counts: samples are taken as they come, and only those behind a
-/// missing one wait. Of keep last, 2.9.1 loses memory for each sample that is older than all that wait
-/// (DataReaderHistory.cpp, received_change_keep_last), and hears nobody any more once max_samples are lost. Keep all
-/// refuses what does not fit.
+/// For a reader with many writers that must not miss a sample: samples are taken as they arrive, and only
+/// those behind a missing one wait. With keep last, 2.9.1 loses memory for each sample older than all waiting
+/// ones (DataReaderHistory.cpp, received_change_keep_last), and receives no samples after the loss of
+/// max_samples. Keep all refuses samples beyond its capacity.
 inline dds::DataReaderQos service_reader_qos(const dds::DataReaderQos& defaults, const QosPolicy& policy) {
   constexpr int kMaxWaiting = 1000;  // samples of all senders together that wait for a missing one
   auto qos = reader_qos(defaults, policy);

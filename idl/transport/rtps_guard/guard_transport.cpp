@@ -21,9 +21,9 @@ std::uint32_t now_s() {
   return static_cast<std::uint32_t>(now.tv_sec);
 }
 
-/// A copy of a packet: in shared memory others read the same bytes, and may write them. With zeros behind it
-/// where it has a fragment: Fast DDS copies fragments by sizes that an earlier packet has told, and so may
-/// read up to a whole sample beyond the end. Pages that are only read cost no memory.
+/// A copy of a packet: in shared memory other processes read the same bytes, and may write them. A packet
+/// with a fragment is followed by zeros: Fast DDS copies fragments with the sizes of an earlier packet, and
+/// so may read up to a whole sample beyond the end. Pages that are only read cost no memory.
 class PacketCopy {
  public:
   PacketCopy() = default;
@@ -87,8 +87,8 @@ class GuardTransport final : public ChainedTransport {
     deliver(packet.first(guard_->fragments().take(packet.first(report.size), deliver)));
   }
 
-  /// The addresses at which others are to reach this participant. Fast DDS leaves out loopback where there is
-  /// another interface; who listens to nothing else would not be heard.
+  /// The addresses under which other participants reach this one. Fast DDS omits loopback if there is another
+  /// interface; a participant that listens on loopback alone would be unreachable.
   rtps::LocatorList_t NormalizeLocator(const rtps::Locator_t& locator) override {
     rtps::LocatorList_t addresses = low_level_transport_->NormalizeLocator(locator);
     const bool any = std::all_of(locator.address + kIpv4Place, locator.address + 16,

@@ -1,6 +1,6 @@
 #pragma once
-// The guard in front of the transports of a participant: every packet that UDP or shared memory brings is
-// inspected (rtps_guard.h) before Fast DDS sees it. What has a flaw is dropped and counted.
+// The guard in front of the transports of a participant: every packet from UDP or shared memory is inspected
+// (rtps_guard.h) ahead of Fast DDS. Packets with a flaw are dropped and counted.
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -18,29 +18,29 @@
 
 namespace takt {
 
-/// What the guard of one participant has seen. Any thread.
+/// State and counts of the guard of one participant. Any thread.
 class PacketGuard : public std::enable_shared_from_this<PacketGuard> {
  public:
-  /// `lease`: after such a silence participants forget each other; none: never.
+  /// `lease`: silence after which participants drop each other; std::nullopt: never.
   PacketGuard(const GuardLimits& limits, std::optional<std::chrono::nanoseconds> lease)
       : limits_(limits), fragments_(limits.largest_sample_bytes, limits.most_fragments_joined) {
     if (lease) suspend_.emplace(*lease);
   }
 
-  /// Knows whom DDS knows, and forgets whom it forgets. Before the participant is made; the listener keeps
-  /// the guard alive.
+  /// Follows the participants that DDS knows and drops. Call it ahead of the participant's construction; the
+  /// listener keeps the guard alive.
   void follow(DiscoveryListener& listener);
 
   const GuardLimits& limits() const { return limits_; }
   RtpsSessionState& memory() { return memory_; }
-  /// Held while a packet of discovery is inspected and goes through Fast DDS. Its threads, one per port and
-  /// way, would go through two at a time: one makes use of an endpoint that the other removes, and what it
-  /// remembers is no longer what it was told (an assertion of 2.9.1 ended the service, once in some ten
-  /// million mutated packets). Taken before all locks of DDS, and by nobody who holds one.
+  /// Held while a packet of discovery is inspected and passes through Fast DDS. Its threads, one per port and
+  /// transport, would otherwise pass two at a time: one would use an endpoint that the other removes, and the
+  /// stored state would contradict the announcements (an assertion of 2.9.1 then ends the process). Locked
+  /// ahead of all locks of DDS, never while one is held.
   std::mutex& discovery() { return discovery_; }
   FragmentAssembly& fragments() { return fragments_; }
   LivelinessTracker& heard() const { return heard_; }
-  /// The process was stopped for long: nothing comes in for a moment (suspend_detector.h).
+  /// The process was suspended for long: all packets are dropped for a moment (suspend_detector.h).
   bool quarantined() { return suspend_ && suspend_->quarantined(); }
   /// When that was noticed last; the clock's epoch: never.
   SuspendWatchdog::Clock::time_point returned() {
@@ -50,7 +50,7 @@ class PacketGuard : public std::enable_shared_from_this<PacketGuard> {
     counts_[static_cast<std::size_t>(flaw)].fetch_add(1, std::memory_order_relaxed);
   }
 
-  /// How many packets had this flaw; `none`: how many were let through.
+  /// Number of packets with this flaw; `none`: number of accepted packets.
   std::uint64_t counted(RtpsError flaw) const {
     return counts_[static_cast<std::size_t>(flaw)].load(std::memory_order_relaxed);
   }
@@ -70,8 +70,8 @@ class PacketGuard : public std::enable_shared_from_this<PacketGuard> {
 };
 
 /// Puts a guard in front of each transport of these QoS (the builtin ones are first made explicit) and bounds
-/// how many participants and endpoints are remembered. Of `limits` the sizes of samples count, the rest is
-/// found out.
+/// the number of stored participants and endpoints. Of `limits` only the sizes of samples are used; the rest
+/// is computed.
 std::shared_ptr<PacketGuard> guard_transports(dds::DomainParticipantQos& qos, std::uint32_t domain,
                                               bool encrypted, GuardLimits limits = {});
 

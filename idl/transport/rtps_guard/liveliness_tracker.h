@@ -1,5 +1,5 @@
 #pragma once
-// When a participant was last heard of: any packet of it counts. Only of those that somebody asks about.
+// Time of the last packet of each watched participant.
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -15,7 +15,7 @@ class LivelinessTracker {
   using Prefix = std::array<std::uint8_t, 12>;  ///< GUID prefix
   using Clock = std::chrono::steady_clock;
 
-  /// From now on; it counts as heard of now.
+  /// Starts to watch a participant; the call counts as a packet.
   void watch(const Prefix& prefix) {
     const std::lock_guard lock(mutex_);
     watched_.try_emplace(prefix, Clock::now());

@@ -1,6 +1,5 @@
 #pragma once
-// A table of fixed size that keeps what was used last: whoever wants an entry forgotten has to bring several
-// others of the same set in between two of its uses.
+// A set-associative LRU table of fixed size. A set evicts its least recently used entry.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -8,11 +7,11 @@
 
 namespace takt {
 
-/// `Entry` has a member `key`, 0 when it is empty.
+/// `Entry` has a member `key`, 0 for an empty entry.
 template <typename Entry, std::size_t Sets, std::size_t Ways = 4>
 class LruTable {
  public:
-  /// Null if it is not known. Finding is using.
+  /// nullptr for an unknown key. A successful search counts as a use.
   Entry* find(std::uint64_t key) {
     auto& set = set_of(key);
     const auto found =
@@ -21,11 +20,11 @@ class LruTable {
     std::rotate(set.begin(), found, found + 1);
     return &set.front();
   }
-  /// In place of the one that was not used for longest; empty but for its key.
+  /// Replaces the least recently used entry of the set; the result is empty except for its key.
   Entry& insert(std::uint64_t key) {
     return *insert_for(key, [](const Entry&) { return true; });
   }
-  /// In place of such a one that `expendable` lets go; null if there is neither one nor room.
+  /// Replaces an entry that `expendable` accepts; nullptr if the set is full and has no such entry.
   template <typename Condition>
   Entry* insert_for(std::uint64_t key, Condition expendable) {
     auto& set = set_of(key);
@@ -38,7 +37,7 @@ class LruTable {
     return &set.front();
   }
 
-  /// Looks at all; what becomes empty is taken again first.
+  /// Visits all entries; emptied entries are reused first.
   template <typename Condition>
   void erase_if(Condition condition) {
     for (Set& set : sets_) {

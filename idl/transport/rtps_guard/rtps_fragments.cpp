@@ -12,8 +12,8 @@ using Bytes = std::span<const std::uint8_t>;
 
 constexpr std::size_t kTimestamp = 8;
 constexpr std::size_t kDataBeforeQos = 20, kFragmentBeforeQos = 32;
-constexpr std::size_t kMaxQos = 1024;  // those of a reply have 36
-/// Room before a sample for all that stands before the data of a packet.
+constexpr std::size_t kMaxQos = 1024;  // those of a reply have 36 bytes
+/// Space ahead of a sample for the parts of a packet that precede the data.
 constexpr std::size_t kRoom =
     kRtpsHeaderBytes + kSubmessageHeadBytes + kTimestamp + kSubmessageHeadBytes + kDataBeforeQos + kMaxQos;
 constexpr std::size_t kLeastMost = std::size_t{64} << 20U;
@@ -66,7 +66,7 @@ struct FragmentAssembly::Piece {
     payload = body.subspan(kFragmentBeforeQos + qos.size());
     key = (flags & has_key) != 0;
   }
-  /// Everything before the data, in front of `end`. Returns where it begins.
+  /// The parts that precede the data, ending at `end`. Returns their beginning.
   std::uint8_t* write_head(std::uint8_t* end) const {
     const auto put = [&](Bytes bytes) { end = std::copy(bytes.begin(), bytes.end(), end); };
     end -= room();
@@ -178,7 +178,7 @@ FragmentAssembly::Sample& FragmentAssembly::sample_of(const Piece& piece) {
   });
   if (found != samples_.end()) {
     if (found->bytes == piece.sample_bytes && found->fragment_bytes == piece.fragment_bytes) return *found;
-    // Contradicts what came before: one of the two is forged, so begin anew.
+    // Contradicts earlier fragments: one of the two is forged, so the assembly starts again.
     held_bytes_ -= found->bytes + kRoom;
     std::swap(*found, samples_.back());
     samples_.pop_back();

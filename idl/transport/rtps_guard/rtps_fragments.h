@@ -1,11 +1,11 @@
 #pragma once
-// Puts samples that come in fragments together, so that Fast DDS gets each as one piece of data. With half a
-// sample in its history 2.9.1 goes on using changes that it has released: a gap over such a sample, the same
-// number in one piece, fragments that contradict each other (StatefulReader.cpp: processGapMsg removes past
-// the instance's list, change_received releases what is in it). Without halves there is none of this.
-// Whoever lacks one fragment asks for the sample, gets all of them again, and what was there counts. But of a
-// sample that it has sent once, 2.9.1 sends no more than the first 256 fragments again (ChangeForReader.h),
-// so that one of more has to be left to its reader, which asks for single fragments.
+// Assembles fragmented samples, so that Fast DDS gets each as one piece of data. With an incomplete sample in
+// its history 2.9.1 uses changes that it has released: after a gap over such a sample, the same number in one
+// piece, or contradicting fragments (StatefulReader.cpp: processGapMsg removes past the instance's list,
+// change_received releases its content). Complete samples avoid all of this. A reader that lacks one fragment
+// requests the sample and gets all fragments again; those already present count. But 2.9.1 sends only the
+// first 256 fragments of a sample again (ChangeForReader.h), so a sample with more is left to its reader,
+// which requests single fragments.
 #include <array>
 #include <atomic>
 #include <cstddef>
@@ -18,7 +18,7 @@
 
 namespace takt {
 
-/// Of one participant. Any thread. Bounded: the newest samples are kept, a sender first pushes out its own.
+/// Of one participant. Any thread. Bounded: the newest samples are kept, and a sender first evicts its own.
 class FragmentAssembly {
  public:
   using Deliver = std::function<void(std::span<std::uint8_t> packet)>;
@@ -29,11 +29,11 @@ class FragmentAssembly {
   /// `most_fragments`: samples of more are not taken.
   explicit FragmentAssembly(std::uint32_t largest_sample_bytes, std::uint32_t most_fragments = 0xFFFFFFFF);
 
-  /// A packet that this participant sends: who it is.
+  /// A packet sent by this participant: identifies the participant.
   void sending(std::span<const std::uint8_t> packet);
-  /// `packet` has no flaw (rtps_guard.h). Takes the fragments out of it and hands over what has become whole,
-  /// as packets of their own. Returns how many bytes of `packet` are left for Fast DDS. Fragments between a
-  /// prefix and a postfix of security stay: who sent them has proved who he is.
+  /// `packet` has no flaw (rtps_guard.h). Moves its fragments out and delivers completed samples as packets
+  /// of their own. Returns the number of bytes of `packet` left for Fast DDS. Fragments between a prefix and
+  /// a postfix of security stay, because their sender is authenticated.
   std::size_t take(std::span<std::uint8_t> packet, const Deliver& deliver);
 
   /// Half-assembled samples, and bytes that they take.
@@ -54,7 +54,7 @@ class FragmentAssembly {
     std::unique_ptr<std::uint8_t[]> packet;
     std::vector<bool> has;
   };
-  /// The packet, once its sample is whole.
+  /// The packet, when its sample is complete.
   std::unique_ptr<std::uint8_t[]> add(const Piece& piece);
   Sample& sample_of(const Piece& piece);
   void make_room(const Prefix& sender, std::size_t bytes);

@@ -68,8 +68,8 @@ RtpsError check_fragment(const Fragment& fragment, std::size_t payload_bytes, st
                      fragment.sample_bytes <= largest_sample && fragment.first > 0 && fragment.count > 0;
   if (!sizes) return RtpsError::fragment;
   const std::uint64_t total = fragment.total(), last = std::uint64_t{fragment.first} + fragment.count - 1;
-  // Whole in one piece it would be no fragment; Fast DDS goes on using such a sample after the reader has
-  // taken it.
+  // A complete sample in one piece would not be a fragment; Fast DDS uses such a sample even after its reader
+  // has taken it.
   if (last > total || fragment.count >= total) return RtpsError::fragment;
   const std::uint64_t offset = std::uint64_t{fragment.first - 1} * fragment.size;
   const std::uint64_t announced =
@@ -82,7 +82,7 @@ RtpsError check_fragment(const Fragment& fragment, std::size_t payload_bytes, st
                                                                                        : RtpsError::fragment;
 }
 
-/// CDR, parameter list, XCDR2: what a decoder would ask further about.
+/// CDR, parameter list, XCDR2: the encodings that decoders accept.
 bool is_encapsulation(Bytes payload) {
   return payload.size() >= 4 && payload[0] == 0 && payload[1] <= 0x0b;
 }
@@ -143,8 +143,8 @@ class PacketInspector {
     return prefixes_open_ ? RtpsError::submessage : RtpsError::none;
   }
 
-  /// Shared memory of Fast DDS 3.1.2 sends whatever stood there before in the place of its statistics. Who
-  /// has done so once does it always.
+  /// Shared memory of Fast DDS 3.1.2 sends old bytes in the place of its statistics. A sender that did it
+  /// once always does.
   void cut_tail() {
     report_.size = tail_;
     if (memory_ != nullptr) memory_->note_tail(packet_.subspan(kSenderAt, sender_.size()));
@@ -189,12 +189,12 @@ class PacketInspector {
       case kSecureRtpsPostfix:
         return check_encrypted(submessage.id, body);
       default:
-        return RtpsError::none;  // of other vendors or versions: skipped by all
+        return RtpsError::none;  // of other vendors or versions: skipped by all participants
     }
   }
 
-  /// One from the future becomes the present second. None is taken away: without them Fast DDS 2.9.1 loses
-  /// endpoints where several participants announce theirs at once (measured).
+  /// A timestamp in the future becomes the present second. It is not removed: without timestamps Fast DDS
+  /// 2.9.1 loses endpoints if several participants announce theirs at once (measured).
   RtpsError check_timestamp(std::uint8_t flags, Bytes body, bool big_endian) {
     constexpr std::uint8_t invalid = 2;
     constexpr std::size_t fraction = 4, size = 8;
@@ -333,7 +333,7 @@ class PacketInspector {
     return fragment.first > 1 || is_encapsulation(payload) ? RtpsError::none : RtpsError::payload;
   }
 
-  /// Who speaks to whom, and the parameters before the data.
+  /// Sender and receiver, and the parameters ahead of the data.
   RtpsError check_before_data(WireCursor& cursor, bool has_inline, std::uint32_t reader, std::uint32_t writer,
                               Bytes body) {
     if (reader != kUnknownEntity && is_builtin(reader) != is_builtin(writer)) return RtpsError::identity;
@@ -385,7 +385,7 @@ class PacketInspector {
         return limits_.encrypted ? inspect_security_message(content, big_endian) : RtpsError::none;
       case kTypeRequestWriter:
       case kTypeReplyWriter:
-        return RtpsError::none;  // nobody here reads them
+        return RtpsError::none;  // not read by takt
       default:
         return RtpsError::none;
     }
@@ -413,7 +413,7 @@ class PacketInspector {
   PacketReport report_;
   GuidPrefixBytes sender_{};
   std::size_t offset_ = 0;      ///< of the present submessage's body
-  std::size_t tail_ = 0;        ///< where what may be no submessages begins; 0: nowhere
+  std::size_t tail_ = 0;        // start of bytes that may be no submessages; 0: none
   bool prefixes_open_ = false;  ///< an encrypted submessage has begun and not ended
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-// What the guard remembers from packet to packet, of fixed size: the newest of each kind. Any thread.
+// State of the guard between packets, of fixed size: the newest entries of each kind. Any thread.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -10,14 +10,14 @@
 
 namespace takt {
 
-/// Bytes mixed up to a number, only to tell them apart.
+/// A hash of bytes, for comparison only.
 std::uint64_t mixed(std::span<const std::uint8_t> bytes, std::uint64_t seed);
 
 /// Of the participant that a GUID of 16 bytes, or its prefix, belongs to.
 std::uint64_t participant_key(std::span<const std::uint8_t> guid);
 
-/// What an announcement says of an endpoint, mixed up: its GUID, the GUID prefix, and what never changes
-/// about it (names, reliability, durability, ownership). All 0: it is no announcement of one.
+/// Hashes of an endpoint's announcement: its GUID, the GUID prefix, and its immutable properties (names,
+/// reliability, durability, ownership). All 0: not an announcement of an endpoint.
 struct EndpointTraits {
   std::uint64_t guid = 0, participant = 0, unchanging = 0;
 };
@@ -30,10 +30,10 @@ class RtpsSessionState {
   using Clock_s = std::uint32_t (*)();
   explicit RtpsSessionState(Clock_s now_s = &uptime_s) : now_s_(now_s) {}
 
-  // --- own samples: a request for the hundredth of three fragments is told from a good one.
-  /// `packet` is about to be sent.
+  // --- Own samples: distinguishes a request for the hundredth of three fragments from a valid one.
+  /// Call it ahead of sending `packet`.
   void note(std::span<const std::uint8_t> packet);
-  /// Number of fragments of that sample of that writer; 0: not known.
+  /// Number of fragments of that sample of that writer; 0: unknown.
   std::uint32_t count(std::uint32_t writer, std::int64_t sequence_number) const;
 
   struct Sample {
@@ -41,29 +41,30 @@ class RtpsSessionState {
     std::uint32_t writer;
     std::int64_t sequence_number;
   };
-  /// A writer's numbers do not leap: Fast DDS walks over each number that was left out, at half a microsecond
-  /// and more. A leap that the writer's next packets confirm is one (it wrote while nobody heard it), but for
-  /// absurd ones.
+  /// Refuses leaps of a writer's sequence numbers: Fast DDS visits each omitted number, at half a microsecond
+  /// or more. A leap confirmed by the writer's next packets is accepted (it wrote without a reader), except
+  /// for absurd ones.
   static constexpr std::int64_t kStep = 1 << 12, kLongestLeap = 1 << 24, kLargestFirst = 1 << 27;
   static constexpr int kConfirmations = 2;
   bool follows(const Sample& sample);
 
-  /// An endpoint does not change what never changes: Fast DDS believes it, and ends on an assertion later.
-  /// Nor is there one more of a participant that DDS knows than this has room for: else the endpoints of
-  /// such participants would be forgotten, and could change, while DDS still has them.
+  /// Refuses changes of an endpoint's immutable properties: Fast DDS accepts them, and ends on an assertion
+  /// later. Also refuses endpoints beyond the capacity for a known participant: else its endpoints would be
+  /// evicted, and could change, while DDS still has them.
   bool same_as_before(const EndpointTraits& endpoint);
-  /// DDS knows this participant. `guid`: 16 bytes, as below.
+  /// DDS has discovered this participant. `guid`: 16 bytes, as below.
   void know(std::span<const std::uint8_t> guid);
-  /// DDS has forgotten this participant, and with it its endpoints: under the same GUIDs others may come. Or
-  /// it has forgotten this endpoint alone: its place may be taken, but for it nothing changes, since Fast DDS
-  /// may have an announcement of it that waits for an earlier one, and believes it then.
+  /// DDS has dropped this participant with its endpoints: new ones may have the same GUIDs. Or it has dropped
+  /// this endpoint alone: its place may be reused, but its properties stay immutable, because Fast DDS may
+  /// still accept an announcement of it that waits for an earlier one.
   void forget(std::span<const std::uint8_t> guid);
-  /// DDS has forgotten this participant because it was silent. Endpoints that it has announced in the last
-  /// two seconds stay what they are: Fast DDS finds such silence in a thread of its own, and keeps for ever
-  /// what another thread was making of an announcement at that moment.
+  /// DDS has dropped this participant because of its silence. Endpoints announced in the last two seconds
+  /// keep their properties: Fast DDS detects silence in a thread of its own, and keeps for ever the results
+  /// of an announcement that another thread processes at that moment.
   void forget_silent(std::span<const std::uint8_t> guid);
 
-  /// SenderRegistry (GUID prefix) whose packets in shared memory end with what are no submessages (TransportKind).
+  /// Marks a sender (GUID prefix) whose packets in shared memory end with invalid submessages
+  /// (TransportKind).
   void note_tail(std::span<const std::uint8_t> sender);
   bool leaves_tails(std::span<const std::uint8_t> sender);
 
@@ -94,7 +95,7 @@ class RtpsSessionState {
   std::array<Sent, kSent> sent_{};
   LruTable<Writer, 1024> writers_;
   LruTable<Endpoint, 1024, 16> endpoints_;
-  LruTable<Sender, 64, 16> participants_;  ///< that DDS knows, which are 256 at most
+  LruTable<Sender, 64, 16> participants_;  ///< known to DDS, at most 256
   LruTable<Sender, 128> leaving_tails_;
 };
 

@@ -23,19 +23,19 @@ constexpr std::uint32_t kMaxOctets = 4096;
 
 /// How the value of a parameter is read by Fast DDS 2.9.1.
 enum class Form : std::uint8_t {
-  fixed,  ///< so many bytes
+  fixed,  ///< exactly this number of bytes
   kind,   ///< a choice, up to `most`, in `size` bytes
   time,   ///< a duration that is not negative
   kind_and_time,
   lease,       ///< for how long a participant lives on without a word
-  guid,        ///< of whom it speaks
+  guid,        ///< of the described entity
   locator,     ///< an address
   name,        ///< a short string
   octets,      ///< any bytes, counted
   properties,  ///< pairs of strings
   strings,     ///< partitions
   choices,     ///< data representations
-  at_least,    ///< so many bytes or more
+  at_least,    ///< this number of bytes or more
   token,       ///< class, properties, binary properties
   hidden,      ///< becomes padding
 };
@@ -181,13 +181,14 @@ RtpsError check_locator(WireCursor& cursor, const GuardLimits& limits) {
     case tcp6:
       return RtpsError::none;  // no transport here takes these
     default:
-      // Kinds of other vendors: signed numbers, ignored by all others.
+      // Kinds of other vendors: signed numbers, ignored by other implementations.
       return flaw_unless(kind >= 0x01000000, RtpsError::locator);
   }
 }
 
 RtpsError check_guid(std::uint16_t id, Bytes value, const ListContext& context) {
-  // There is one participant of a GUID prefix. Fast DDS would take others for more, with the same endpoints.
+  // A GUID prefix has one participant. Fast DDS would accept others as further ones, with the same
+  // endpoints.
   constexpr std::array<std::uint8_t, 4> participant{0, 0, 1, 0xc1};
   const bool names_one = context.kind == ListKind::participant && (id == 0x0050 || id == 0x0070);
   if (names_one && !std::equal(participant.begin(), participant.end(), value.begin() + 12))
@@ -219,7 +220,7 @@ RtpsError check_value(const Rule& rule, Bytes value, bool big_endian, const List
     case Form::at_least:
     case Form::hidden:
       return RtpsError::none;
-    case Form::kind:  // Fast DDS reads and writes the first byte, whatever the byte order
+    case Form::kind:  // Fast DDS reads and writes the first byte, in any byte order
       return flaw_unless(value[0] <= rule.most);
     case Form::time:
       return flaw_unless(is_duration(cursor));
@@ -257,10 +258,10 @@ RtpsError check_value(const Rule& rule, Bytes value, bool big_endian, const List
   return RtpsError::parameter;
 }
 
-/// Before data Fast DDS reads three parameters only.
+/// Fast DDS reads only three inline parameters.
 RtpsError check_inline(std::uint16_t id, Bytes value, const ListContext& context) {
   switch (id) {
-    case 0x0070:  // key hash: of discovery data the GUID of what is announced
+    case 0x0070:  // key hash: of discovery data the GUID of the announced entity
       if (value.size() != 16) return RtpsError::inline_qos;
       return context.sender == nullptr ? RtpsError::none : check_guid(id, value, context);
     case 0x0071:  // status
@@ -273,7 +274,7 @@ RtpsError check_inline(std::uint16_t id, Bytes value, const ListContext& context
   }
 }
 
-/// What an endpoint says of itself. Of a parameter that comes twice the last counts, as for Fast DDS.
+/// The announced properties of an endpoint. Of a repeated parameter the last one counts, as for Fast DDS.
 class EndpointReading {
  public:
   void read(std::uint16_t id, Bytes value) {
@@ -292,7 +293,7 @@ class EndpointReading {
 
  private:
   /// Topic and type; the kinds of reliability, durability and ownership; whether it expects inline QoS, and
-  /// gives no positive acknowledgements.
+  /// whether it omits positive acknowledgements.
   static constexpr std::size_t kNames = 2;
   static constexpr std::array<std::uint16_t, 7> kUnchanging{0x0005, 0x0007, 0x001a, 0x001d,
                                                             0x001f, 0x0043, 0x8005};
@@ -311,7 +312,7 @@ ListReport inspect_parameters(Bytes bytes, bool big_endian, const ListContext& c
   WireCursor cursor(bytes, big_endian);
   EndpointReading endpoint;
   std::size_t locators = 0;
-  bool named = false;  // says of whom it speaks
+  bool named = false;  // the GUID of the entity is present
   for (std::size_t i = 0; i < kMaxParameters; ++i) {
     const std::size_t start = cursor.position();
     const std::uint16_t id = cursor.u16(), length = cursor.u16();

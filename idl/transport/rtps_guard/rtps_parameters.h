@@ -1,5 +1,5 @@
 #pragma once
-// Parameter lists of RTPS, of discovery and before data, and the messages of security: structure and bounds.
+// Parameter lists of RTPS, of discovery and inline, and the messages of security: structure and bounds.
 #include <array>
 #include <cstdint>
 #include <span>
@@ -15,10 +15,9 @@ enum class ListKind : std::uint8_t { inline_qos, participant, endpoint };
 
 struct ListContext {
   ListKind kind = ListKind::inline_qos;
-  const GuidPrefixBytes* sender = nullptr;  ///< speaks for itself; null: anyone may be spoken of
+  const GuidPrefixBytes* sender = nullptr;  ///< announces only itself; null: announcements of any participant
   const GuardLimits* limits = nullptr;
-  bool hide_key =
-      false;  ///< before data of topics without keys: a key brings the history of Fast DDS out of order
+  bool hide_key = false;  ///< inline, of topics without keys: a key corrupts the history of Fast DDS
 };
 
 struct ListReport {
@@ -28,13 +27,12 @@ struct ListReport {
   EndpointTraits endpoint;
 };
 
-/// `bytes` starts with the first parameter. `rewrite`: the same bytes, writable, or null; then what is to be
-/// hidden becomes padding.
+/// `bytes` starts with the first parameter. `rewrite`: the same bytes, writable, or null; hidden parameters
+/// become padding in it.
 ListReport inspect_parameters(std::span<const std::uint8_t> bytes, bool big_endian,
                               const ListContext& context, std::uint8_t* rewrite) noexcept;
 
-/// ParticipantGenericMessage: what participants tell each other to prove who they are. After the
-/// encapsulation.
+/// ParticipantGenericMessage, the authentication messages between participants. After the encapsulation.
 RtpsError inspect_security_message(std::span<const std::uint8_t> bytes, bool big_endian) noexcept;
 
 }  // namespace takt

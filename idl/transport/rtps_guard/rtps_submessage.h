@@ -1,6 +1,6 @@
 #pragma once
-// What a packet of RTPS is made of: its header, and submessages, each with a head of its own (OMG
-// DDSI-RTPS 2.3, 8.3.3 and 9.4). Reads no further than the packet goes.
+// Structure of an RTPS packet: its header, and submessages, each with its own header (OMG DDSI-RTPS 2.3,
+// 8.3.3 and 9.4). Never reads beyond the end of the packet.
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -40,7 +40,7 @@ struct Submessage {
   bool big_endian() const { return (flags & 1U) == 0; }
 };
 
-/// Of the submessage that begins at `at`; nothing if the packet ends before it does.
+/// The submessage that begins at `at`; std::nullopt if the packet ends within it.
 inline std::optional<Submessage> submessage_at(std::span<const std::uint8_t> packet, std::size_t at) {
   if (at > packet.size() || packet.size() - at < kSubmessageHeadBytes) return std::nullopt;
   Submessage found{packet[at], packet[at + 1]};
@@ -57,8 +57,8 @@ inline bool is_builtin(std::uint32_t entity) {
   return (entity & 0xc0U) == 0xc0U;
 }
 
-/// Does it bring data of builtin writers, or say which of it there is: what may change whom DDS knows? Not
-/// told of what is encrypted.
+/// Whether the submessage has data of builtin writers, or their sequence numbers, and so may change the
+/// participants that DDS knows. False for encrypted ones.
 inline bool speaks_of_discovery(std::span<const std::uint8_t> packet) {
   std::size_t at = kRtpsHeaderBytes;
   while (const auto submessage = submessage_at(packet, at)) {

@@ -1,10 +1,9 @@
 #pragma once
-// A process that was stopped (a debugger, SIGSTOP, a machine that stood still) for longer than others
-// remember it. They have forgotten it; what waits in its sockets tells it that they are there. Each side of
-// DDS would then hold another opinion, and Fast DDS does not get out of that: of two participants that know
-// each other's GUID the one that was forgotten stays quarantined (seen with 2.9.1; tests/python/test_frozen.py). So
-// a process that was away lets nothing in until DDS in it has forgotten the others too; then both find each
-// other anew.
+// Detects a process that was suspended (a debugger, SIGSTOP, a machine that stood still) for longer than its
+// lease. Other participants have dropped it, but old packets in its sockets still announce them. The two
+// sides of DDS would then disagree, and Fast DDS does not recover: of two participants that know each other's
+// GUID the dropped one receives no samples (2.9.1; tests/python/test_frozen.py). So a resumed process drops
+// all packets until its DDS has dropped the others too; then both discover each other again.
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -14,10 +13,10 @@
 
 namespace takt {
 
-/// What follows from regular signs of life of the process. Any thread; times in ns of one steady clock.
+/// Evaluates regular ticks of the process. Any thread; times in ns of one steady clock.
 class SuspendDetector {
  public:
-  /// Others forget who is silent for `lease_ns`, and are forgotten after as long.
+  /// Participants drop each other after a silence of `lease_ns`.
   SuspendDetector(std::int64_t lease_ns, std::int64_t now_ns) : lease_ns_(lease_ns), alive_ns_(now_ns) {}
 
   /// Due at least every tenth of the lease.
@@ -27,12 +26,12 @@ class SuspendDetector {
     alive_ns_.store(now_ns);
     if (regular && ticks_to_come_.load() > 0) --ticks_to_come_;
   }
-  /// Nothing is to be let in now. Finds out itself whether a tick is overdue: after a stop it may be asked
-  /// before the next one.
+  /// Packets must be dropped. Also detects an overdue tick, because the call may come ahead of the first tick
+  /// after a suspension.
   bool quarantined(std::int64_t now_ns) {
     if (overdue(now_ns)) {
-      // DDS here heard others until at most one tick after the last, and forgets them a lease later. A moment
-      // is added for the threads that do it, longer where ticks show that threads have to wait.
+      // This DDS received packets until at most one tick after the last one, and drops their senders a lease
+      // later. The margin covers the threads that do it; it grows if ticks show that threads have to wait.
       const std::int64_t forgotten = alive_ns_.load() + lease_ns_ + lease_ns_ / 5;
       raise(quarantined_until_ns_, std::max(forgotten, now_ns + lease_ns_ / 5));
       raise(resumed_ns_, now_ns);
@@ -40,11 +39,11 @@ class SuspendDetector {
     }
     return now_ns < quarantined_until_ns_.load() || ticks_to_come_.load() > 0;
   }
-  /// When the process was last found to have been away so long; 0: never.
+  /// Time at which the last such suspension was detected; 0: never.
   std::int64_t resumed_ns() const { return resumed_ns_.load(); }
 
  private:
-  /// After a shorter stop others still know this process, and nothing may be done that only one side sees.
+  /// After a shorter suspension other participants still know this process, and both sides must act alike.
   bool overdue(std::int64_t now_ns) const { return now_ns - alive_ns_.load() > 11 * (lease_ns_ / 10); }
   static void raise(std::atomic<std::int64_t>& value, std::int64_t to) {
     std::int64_t present = value.load();
@@ -53,10 +52,10 @@ class SuspendDetector {
   }
   const std::int64_t lease_ns_;
   std::atomic<std::int64_t> alive_ns_, quarantined_until_ns_{0}, resumed_ns_{0};
-  std::atomic<int> ticks_to_come_{0};  ///< before anything comes in again
+  std::atomic<int> ticks_to_come_{0};  ///< until packets are accepted again
 };
 
-/// The same with a thread that gives the signs of life.
+/// The same with a thread that generates the ticks.
 class SuspendWatchdog {
  public:
   using Clock = std::chrono::steady_clock;
@@ -74,7 +73,7 @@ class SuspendWatchdog {
   SuspendWatchdog& operator=(const SuspendWatchdog&) = delete;
 
   bool quarantined() { return suspend_.quarantined(now_ns()); }
-  /// When the process was last found to have been away for longer than others remember it; the epoch: never.
+  /// Time at which the last suspension longer than the lease was detected; the epoch: never.
   Clock::time_point returned() {
     (void)quarantined();
     return Clock::time_point(std::chrono::nanoseconds(suspend_.resumed_ns()));

@@ -1,6 +1,6 @@
 #pragma once
-// Reading a packet without ever leaving it: a cursor over bytes in either byte order. A read beyond the end
-// gives zero and makes the cursor bad; whoever reads asks once at the end.
+// Bounds-checked reading of a packet: a cursor over bytes in either byte order. A read beyond the end gives
+// zero and marks the cursor as bad; the caller tests it once at the end.
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -44,7 +44,7 @@ class WireCursor {
     for (int i = 0; i < 4; ++i) id = id << 8U | u8();
     return ok_ ? id : 0;
   }
-  /// The next bytes, or none.
+  /// The next bytes; empty beyond the end.
   std::span<const std::uint8_t> bytes(std::size_t count) {
     const auto at = take(count);
     return ok_ ? bytes_.subspan(at, count) : std::span<const std::uint8_t>{};
@@ -58,7 +58,7 @@ class WireCursor {
 
   /// To the next multiple of `size` (a power of two), counted from the first byte.
   void align_to(std::size_t size) { skip((size - position_ % size) % size); }
-  /// Makes the cursor bad.
+  /// Marks the cursor as bad.
   void fail() { ok_ = false; }
 
  private:

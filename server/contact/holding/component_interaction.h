@@ -211,8 +211,8 @@ class ComponentInteraction {
   std::vector<int> toggled_;          ///< palms with a change of their held Parts
   std::uint64_t known_calls_ = 0;     ///< calls behind all present verdicts
   std::uint64_t retested_calls_ = 0;  ///< of those, in this step
-  std::vector<int>
-      changed_parts_;  ///< Parts whose contacts changed, and then all from which a search may reach them
+  /// Parts whose contacts changed, and then all from which a search may reach them.
+  std::vector<int> changed_parts_;
   std::vector<char> reached_;
   std::vector<std::size_t> touched_;              ///< pairs that began to touch in this step
   std::vector<std::pair<int, Vec3>> pushed_out_;  ///< Parts, in this step, and how far

@@ -26,7 +26,7 @@ struct ContactPairModel {
 };
 
 /// Parts at rest in surface contact are left out of the system until another component comes near
-/// (simulation/step/sleeping.h).
+/// (simulation/step/threshold_sleeping.h).
 struct SleepingParameters {
   bool enabled = true;
   /// A Part is at rest if no point of it is faster. It bounds the error: a Part that would have moved on at

@@ -30,7 +30,7 @@ std::vector<Vec2> projected(const std::vector<Vec3>& corners) {
   return result;
 }
 
-/// Whether the triangle has an area >= `least` and no corner of the polygon in it.
+/// Whether the triangle has an area >= `least` and contains no other corner of the polygon.
 bool is_ear(const std::vector<Vec2>& p, const std::vector<std::uint32_t>& next, const Triangle& ear,
             double least) {
   const Vec2 &a = p[ear[0]], &b = p[ear[1]], &c = p[ear[2]];

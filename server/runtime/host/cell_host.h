@@ -1,7 +1,7 @@
 #pragma once
 // The cell of a running server: the loaded scenario, if any, and its exchange for another one.
 //
-//   submit() --> requests of the host (host_requests.h): a thread of the host's own, one at a time
+//   submit() --> requests of phase host (takt_requests.idl): a thread of the host's own, one at a time
 //            '-> all others: the loop of the loaded scenario; refused without one
 //
 // The host's thread reads and builds a scenario while the loaded one continues. After success, and the

@@ -103,7 +103,7 @@ Outcome<requests::StopRecording> Recordings::stop() {
   if (!recorder_) return Refusal{ControlResult::incorrect_state, "Nothing is being recorded."};
   if (is_log_of_server())
     return Refusal{ControlResult::incorrect_state,
-                   "What is recorded is the log of the server (--log " + recorder_->file().string() +
+                   "The present recording is the log of the server (--log " + recorder_->file().string() +
                        "), which ends with the server." +
                        (recorder_->failure().empty() ? "" : " It has failed: " + recorder_->failure())};
   if (const auto loaded = slot_.loaded()) {

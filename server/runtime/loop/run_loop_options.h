@@ -25,8 +25,8 @@ struct RunLoopOptions {
   std::function<void(const Simulation&)> on_instant{};
   /// Period of saving the state (wall time, s) into PeriodicSaver::saved(), after changes only; 0: never.
   double save_every_s = 0.0;
-  MonotonicClock* clock =
-      nullptr;  ///< of the schedule, for tests; nullptr: CLOCK_MONOTONIC. Outlives the loop
+  /// Of the schedule, for tests; nullptr: CLOCK_MONOTONIC. Outlives the loop.
+  MonotonicClock* clock = nullptr;
   std::shared_ptr<OutboundQueue> outbound{};  ///< shared with other loops; nullptr: an own queue
   /// Registered from the start. Targets missing in the cell are left out; a controller without remaining
   /// targets is unregistered with an event.

@@ -41,8 +41,8 @@ struct RobotDescription {
   std::string urdf;  ///< the robot's URDF text
   ArmModel arm;      ///< the same kinematics, digested: base R to flange F
   Pose X_WR;         ///< base of the robot in the world
-  double command_period_s =
-      0.008;  ///< period over which set-points are interpolated unless the sender registers one
+  /// Period over which set-points are interpolated unless the sender registers one.
+  double command_period_s = 0.008;
   CommandDeadline command_deadline{};
   std::vector<RobotLink> links{};  ///< all links of the URDF, the base first
 };
@@ -71,8 +71,8 @@ struct DeviceDescription {
 struct GripperDescription {
   std::string name;
   int robot = -1;  ///< index of the robot that carries it
-  int component =
-      -1;  ///< the component of type gripper that Parts are held by; its frame G is the gripper's frame
+  /// The component of type gripper that Parts are held by; its frame G is the gripper's frame.
+  int component = -1;
   int left_jaw = -1;   ///< component of the jaw on the +y side
   int right_jaw = -1;  ///< component of the jaw on the -y side
   Pose X_FG;           ///< gripper frame in the flange frame

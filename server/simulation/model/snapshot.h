@@ -119,7 +119,7 @@ struct WeakGrip {
   double force_N = 0.0;   ///< with which it presses
 };
 
-/// The contact force on a Part changes to and fro from step to step (simulation/force_alternation.h).
+/// The contact force on a Part changes to and fro from step to step (simulation/step/force_alternation.h).
 struct AlternatingForce {
   double time_s = 0.0;
   std::uint64_t step = 0;

@@ -28,8 +28,8 @@ struct SolverStatistics {
   std::uint64_t jacobians = 0;
   std::uint64_t factorisations = 0;
   std::uint64_t newton_iterations = 0, newton_failures = 0;
-  std::uint64_t forced_steps =
-      0;  ///< accepted with a larger error: at the smallest step, or after the last attempt
+  /// Accepted with a larger error: at the smallest step, or after the last attempt.
+  std::uint64_t forced_steps = 0;
   std::uint64_t restarts = 0;
   std::uint64_t mode_switches = 0;  ///< changes of plant models' modes
   double smallest_step_s = 0.0, largest_step_s = 0.0;

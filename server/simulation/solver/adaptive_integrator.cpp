@@ -218,7 +218,7 @@ bool AdaptiveIntegrator::take_step(OdeSystem& system, double t, double h, std::s
     const double event = system.next_time_event(t_ + one_time(t_));
     if (!(event > t_)) {
       problem_.clear_message();
-      return fail(t_, "a plant model told a next known corner that is not after the present,");
+      return fail(t_, "a plant model announced a next corner that is not after the present,");
     }
     problem_.limit_times(after_, std::nextafter(event, -kInfinity));
     const bool event_within = event < end - one_time(end);

@@ -161,7 +161,7 @@ bool RosenbrockIntegrator::take_step(OdeSystem& system, double t, double h, std:
     const double event = system.next_time_event(now + one_time(now));
     if (!(event > now)) {
       failure_ =
-          "a plant model told a next known corner that is not after the present, t = " + std::to_string(now) +
+          "a plant model announced a next corner that is not after the present, t = " + std::to_string(now) +
           " s";
       return false;
     }

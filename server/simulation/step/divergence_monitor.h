@@ -3,8 +3,8 @@
 // joints that diverge. It is evaluated between steps and has no effect except the fault of the Simulation.
 //
 // Energy: no Part may have more than the sum of its initial or requested energy, the gain of a fall from the
-// highest place at which any Part has been, and the energy at the speed of the fastest Gripper so far.
-// Expressed as the speed of the whole kinetic energy, rotation included, per mass:
+// highest place at which any Part has been, the energy at the speed of the fastest Gripper so far, and the work
+// of force elements. Expressed as the speed of the whole kinetic energy, rotation included, per mass:
 //   sqrt(2 E / m) <= 3 sqrt((v_given + v_gripper)^2 + 2 g (highest - height) + 2 W / m) + 1 m/s
 // W is the largest net work that force elements have done on all Parts, by the trapezoidal rule over the steps.
 // The factor allows for bodies that pass their energy on to lighter ones (a ball on a heavier ball leaves
@@ -55,11 +55,11 @@ class DivergenceMonitor {
   double lever_m_ = 0.0;  ///< from a Gripper's origin to the farthest point of its possible contacts
   double highest_m_ = 0.0, given_m_per_s_ = 0.0, gripper_m_per_s_ = 0.0;  ///< maxima since the reset
   struct Work {
-    double time_s = 0.0, power_W = 0.0;       ///< at the newest look
-    double net_J = 0.0, largest_net_J = 0.0;  ///< so far
+    double time_s = 0.0, power_W = 0.0;       ///< at the newest evaluation
+    double net_J = 0.0, largest_net_J = 0.0;  ///< since the reset
   };
   Work work_;                     ///< of force elements on Parts
-  std::vector<Wrench> wrenches_;  ///< room for their forces, by component
+  std::vector<Wrench> wrenches_;  ///< work space for their forces, by component
 };
 
 }  // namespace takt

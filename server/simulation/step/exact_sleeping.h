@@ -55,8 +55,8 @@ class ExactSleeping {
   std::vector<int> parts_;
   std::vector<int> index_of_;  ///< by component: place in parts_, or -1
   DisjointSets groups_;        ///< of places
-  std::vector<char>
-      holds_awake_;            ///< by lowest place of a group: a Gripper holds the group, or a state changed
+  /// By lowest place of a group: a Gripper holds the group, or a state changed.
+  std::vector<char> holds_awake_;
   std::vector<char> resting_;  ///< by place
   std::vector<int> awake_, awake_indices_;
   bool groups_valid_ = false;

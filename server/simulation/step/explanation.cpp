@@ -166,10 +166,11 @@ class Sentences {
     if (e_.type != ComponentType::part || e_.decision.partner < 0) return text;
     if (type(e_.decision.partner) == ComponentType::gripper)
       text +=
-          " A Gripper counts as holding what touches it while it is told to hold and both its jaws are"
+          " A Gripper counts as the holder of Parts in contact while its command is to hold and both its "
+          "jaws are"
           " pressed upon; these forces alone carry the Part.";
     else
-      text += " These forces alone carry it; the partner is whom the contacts lead to.";
+      text += " These forces alone carry it; the partner is the end of the sequence of contacts.";
     return text;
   }
 

@@ -30,8 +30,8 @@
 
 namespace takt {
 
-struct CellModel;       // simulation/cell_model.h: everything constant after loading
-struct PairConnection;  // contact/connections.h
+struct CellModel;       // simulation/model/cell_model.h: everything constant after loading
+struct PairConnection;  // contact/holding/connections.h
 
 /// Counts since the last reset or restored state, and computing time by stage if a clock was set
 /// (set_stage_clock).
