@@ -1,7 +1,6 @@
 #include "client_lib/cell.h"
 
-#include "client_lib/client.h"
-#include "idl/common/text.h"
+#include "client_lib/client_impl.h"
 
 namespace takt {
 namespace {
@@ -11,15 +10,6 @@ int find_by_name(const std::vector<T>& items, std::string_view name) {
   for (std::size_t i = 0; i < items.size(); ++i)
     if (items[i].name == name) return static_cast<int>(i);
   return -1;
-}
-
-/// Index by name; throws with the names there are.
-template <typename T>
-std::size_t require_by_name(const char* kind, const std::vector<T>& items, std::string_view name) {
-  if (const int i = find_by_name(items, name); i >= 0) return static_cast<std::size_t>(i);
-  throw ClientError(ClientError::Kind::not_found, std::string("The cell has no ") + kind + " '" +
-                                                      std::string(name) + "'; it has " + list_names(items) +
-                                                      ".");
 }
 
 }  // namespace

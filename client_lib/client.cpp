@@ -143,11 +143,7 @@ void Client::send_joint_command(const std::string& robot, const std::vector<doub
                                 const std::vector<double>& velocities, std::optional<double> stamp_s,
                                 const std::vector<double>& efforts) {
   const auto known = cell();
-  const int index = known->find_robot(robot);
-  if (index < 0)
-    throw ClientError(ClientError::Kind::not_found,
-                      "The cell has no robot '" + robot + "'; it has " + list_names(known->robots) + ".");
-  const auto& joints = known->robots[static_cast<std::size_t>(index)].joints;
+  const auto& joints = known->robots[require_by_name("robot", known->robots, robot)].joints;
   const auto none_or_all = [&](const std::vector<double>& values) {
     return values.empty() || values.size() == joints.size();
   };
@@ -172,17 +168,13 @@ void Client::send_joint_command(const std::string& robot, const std::vector<doub
   sample.position = positions;
   sample.velocity = velocities;
   sample.effort = efforts;
-  impl_->send(robot, sample);
+  impl_->send(topics::joint_commands, robot, sample);
 }
 
 void Client::send_trajectory(const std::string& robot, const std::vector<TrajectoryPoint>& points,
                              std::optional<double> start_s) {
   const auto known = cell();
-  const int index = known->find_robot(robot);
-  if (index < 0)
-    throw ClientError(ClientError::Kind::not_found,
-                      "The cell has no robot '" + robot + "'; it has " + list_names(known->robots) + ".");
-  const auto& joints = known->robots[static_cast<std::size_t>(index)].joints;
+  const auto& joints = known->robots[require_by_name("robot", known->robots, robot)].joints;
   trajectory_msgs::msg::JointTrajectory sample;
   sample.header.stamp = stamp(start_s);
   for (const auto& joint : joints) sample.joint_names.push_back(joint.name);
@@ -207,15 +199,12 @@ void Client::send_trajectory(const std::string& robot, const std::vector<Traject
     sent.accelerations = point.accelerations;
     sent.effort = point.efforts;
   }
-  impl_->send(robot, sample);
+  impl_->send(topics::joint_trajectory, robot, sample);
 }
 
 void Client::set_signals(const std::string& device, const std::map<std::string, double>& signals,
                          std::optional<double> stamp_s) {
-  const auto known = cell();
-  if (known->find_device(device) < 0)
-    throw ClientError(ClientError::Kind::not_found,
-                      "The cell has no device '" + device + "'; it has " + list_names(known->devices) + ".");
+  (void)require_by_name("device", cell()->devices, device);
   takt_msgs::msg::DeviceCommand sample;
   sample.stamp = stamp(stamp_s);
   for (const auto& [name, value] : signals) {
@@ -227,15 +216,12 @@ void Client::set_signals(const std::string& device, const std::map<std::string, 
     sample.signals.emplace_back(name);
     sample.values.push_back(value);
   }
-  impl_->send(device, sample);
+  impl_->send(topics::device_command, device, sample);
 }
 
 void Client::set_gripper(const std::string& gripper, GripperAction action, double width_m, double max_force_N,
                          std::optional<double> stamp_s) {
-  const auto known = cell();
-  if (known->find_gripper(gripper) < 0)
-    throw ClientError(ClientError::Kind::not_found, "The cell has no gripper '" + gripper + "'; it has " +
-                                                        list_names(known->grippers) + ".");
+  (void)require_by_name("gripper", cell()->grippers, gripper);
   require_finite(width_m, "The width for gripper '" + gripper + "'");
   require_finite(max_force_N, "The force for gripper '" + gripper + "'");
   takt_msgs::msg::GripperCommand sample;
@@ -243,7 +229,7 @@ void Client::set_gripper(const std::string& gripper, GripperAction action, doubl
   sample.action = action;
   sample.width = width_m;
   sample.max_force = max_force_N;
-  impl_->send(gripper, sample);
+  impl_->send(topics::gripper_command, gripper, sample);
 }
 
 }  // namespace takt

@@ -205,8 +205,8 @@ void Client::Impl::on_reply(const takt_msgs::msg::ControlReply& sample) {
   changed.notify_all();
 }
 
-template <typename Sample>
-Client::Impl::Sender& Client::Impl::sender_for(const Topic<Sample>& info, const std::string& element) {
+Client::Impl::Sender& Client::Impl::sender_for(const TopicInfo& info, const std::string& element,
+                                               MakeType type) {
   const std::string topic = info.name(options.cell, element);
   Sender* sender = nullptr;
   {
@@ -228,8 +228,7 @@ Client::Impl::Sender& Client::Impl::sender_for(const Topic<Sample>& info, const 
       const auto qos = info.qos == TopicQos::command
                            ? client::command_writer_qos(link.default_writer_qos(), options.ownership_strength)
                            : writer_qos(link.default_writer_qos(), qos_of(info));
-      made->writer = link.create_writer("rt/" + topic, dds::TypeSupport(new MessageType<Sample>()), qos,
-                                        made->listener.get());
+      made->writer = link.create_writer("rt/" + topic, type(), qos, made->listener.get());
       slot = std::move(made);
     }
     sender = slot.get();
@@ -251,26 +250,6 @@ void Client::Impl::write(Sender& sender, void* sample, const std::string& what) 
   if (!is_ok(sender.writer->write(sample, dds::HANDLE_NIL)))
     throw ClientError(ClientError::Kind::transport,
                       "DDS could not send " + what + " to cell '" + options.cell + "'.");
-}
-
-void Client::Impl::send(const std::string& robot, sensor_msgs::msg::JointState& sample) {
-  auto& sender = sender_for(topics::joint_commands, robot);
-  write(sender, &sample, "a joint command for '" + robot + "'");
-}
-
-void Client::Impl::send(const std::string& gripper, takt_msgs::msg::GripperCommand& sample) {
-  auto& sender = sender_for(topics::gripper_command, gripper);
-  write(sender, &sample, "a command for '" + gripper + "'");
-}
-
-void Client::Impl::send(const std::string& robot, trajectory_msgs::msg::JointTrajectory& sample) {
-  auto& sender = sender_for(topics::joint_trajectory, robot);
-  write(sender, &sample, "a trajectory for '" + robot + "'");
-}
-
-void Client::Impl::send(const std::string& device, takt_msgs::msg::DeviceCommand& sample) {
-  auto& sender = sender_for(topics::device_command, device);
-  write(sender, &sample, "a command for '" + device + "'");
 }
 
 /// What has no room in the type could not be read by the server, which would never answer.
@@ -300,7 +279,9 @@ std::uint64_t Client::Impl::write_request(const std::string& name, const Argumen
     throw ClientError(ClientError::Kind::invalid, "The request '" + name + "' has " + std::to_string(bytes) +
                                                       " bytes; at most " + std::to_string(kMost) +
                                                       " are possible.");
-  auto& sender = sender_for(topics::control_request);
+  auto& sender = sender_for(topics::control_request, {}, [] {
+    return dds::TypeSupport(new MessageType<takt_msgs::msg::ControlRequest>());
+  });
   {
     const std::lock_guard lock(mutex);
     request.sequence_number = next_sequence++;

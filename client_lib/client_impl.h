@@ -13,9 +13,20 @@
 
 #include "client_lib/client.h"
 #include "client_lib/discovery.h"
+#include "idl/common/text.h"
 #include "takt_topics.h"
 
 namespace takt {
+
+/// Index by name; throws ClientError (not_found) with the names there are.
+template <typename Described>
+std::size_t require_by_name(const char* kind, const std::vector<Described>& items, std::string_view name) {
+  for (std::size_t i = 0; i < items.size(); ++i)
+    if (items[i].name == name) return i;
+  throw ClientError(ClientError::Kind::not_found, std::string("The cell has no ") + kind + " '" +
+                                                      std::string(name) + "'; it has " + list_names(items) +
+                                                      ".");
+}
 
 struct Client::Impl {
   using Clock = std::chrono::steady_clock;
@@ -39,7 +50,7 @@ struct Client::Impl {
 
   explicit Impl(ClientOptions options);
 
-  /// A writer of commands or requests, and who listens to it.
+  /// A writer of commands or requests, and its readers.
   struct Sender {
     std::unique_ptr<client::WriterListener> listener;
     dds::DataWriter* writer = nullptr;
@@ -56,14 +67,16 @@ struct Client::Impl {
   void open_control(Clock::time_point deadline);
   Reply call(const std::string& name, const Arguments& arguments, Seconds timeout);
   std::uint64_t write_request(const std::string& name, const Arguments& arguments);
-  /// The sender for a topic, made on first use. Returns when somebody listens to it.
-  template <typename Sample>
-  Sender& sender_for(const Topic<Sample>& info, const std::string& element = {});
+  using MakeType = dds::TypeSupport (*)();
+  /// The sender for a topic, made on first use. Returns when a reader is matched.
+  Sender& sender_for(const TopicInfo& info, const std::string& element, MakeType type);
   void write(Sender& sender, void* sample, const std::string& what);
-  void send(const std::string& robot, sensor_msgs::msg::JointState& sample);
-  void send(const std::string& gripper, takt_msgs::msg::GripperCommand& sample);
-  void send(const std::string& robot, trajectory_msgs::msg::JointTrajectory& sample);
-  void send(const std::string& device, takt_msgs::msg::DeviceCommand& sample);
+  /// To a robot, gripper or device.
+  template <typename Sample>
+  void send(const Topic<Sample>& topic, const std::string& target, Sample& sample) {
+    write(sender_for(topic, target, [] { return dds::TypeSupport(new MessageType<Sample>()); }), &sample,
+          "a command for '" + target + "'");
+  }
 
   // From threads of DDS.
   void on_description(const takt_msgs::msg::CellDescription& sample, const GuidPrefix& from);
@@ -128,7 +141,7 @@ struct Client::Impl {
   Newest<Status> status;
   Newest<Power> power;
   Newest<Contacts> contacts;
-  /// Epoch and step of the newest instant that a reply told of, in the present world.
+  /// Epoch and step of the newest instant that a reply has named, in the present scenario.
   std::pair<std::uint32_t, std::uint64_t> known{0, 0};
   std::optional<std::pair<GuidPrefix, std::shared_ptr<Status>>>
       early_status;                                        ///< of a server whose description is still to come

@@ -98,7 +98,7 @@ void FileSource::show_instant(std::uint64_t position_ns) {
   for (const auto& [id, sample] : newest) stream_.push(channels_.at(id), sample.time_ns, sample.sample);
 }
 
-void FileSource::tell() {
+void FileSource::publish_position() {
   const auto seconds = [](std::uint64_t ns) { return 1e-9 * static_cast<double>(ns); };
   const nlohmann::json document{{"position", seconds(position_ns_ - reader_.first_ns())},
                                 {"duration", seconds(reader_.last_ns() - reader_.first_ns())},
@@ -118,7 +118,7 @@ void FileSource::run() {
       if (!lock.owns_lock()) lock.lock();
       problem_ = error.what();
       playing_ = false;
-      tell();
+      publish_position();
     }
     changed_.wait(lock, [&] { return over_ || changes_ != seen; });
     if (over_) return;
@@ -136,11 +136,11 @@ void FileSource::show(std::unique_lock<std::mutex>& lock, std::uint64_t seen) {
     lock.lock();
     if (changes_ != seen) return;
   }
-  tell();
+  publish_position();
   if (playing_ && position_ns_ < reader_.last_ns()) play_on(lock);
   if (position_ns_ >= reader_.last_ns() && seen == changes_) {
     playing_ = false;
-    tell();
+    publish_position();
   }
 }
 
@@ -162,7 +162,7 @@ void FileSource::play_on(std::unique_lock<std::mutex>& lock) {
         position_ns_ = message.log_time_ns;
         if (position_ns_ - told_ns >= kTell_ns) {
           told_ns = position_ns_;
-          tell();
+          publish_position();
         }
         return true;
       },
