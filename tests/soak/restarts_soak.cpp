@@ -1,6 +1,6 @@
-// A supervised server that is killed at random moments, again and again, with clients that live on: one
-// commands a robot at 100 Hz, others watch. What must hold (docs/quality.md): it goes on from a snapshot at
-// most 1 s old, and within 3 s each client sees the cell again and the commander's commands take effect.
+// A supervised server that is killed repeatedly at random moments, with clients that survive: one commands a
+// robot at 100 Hz, others watch. Goals (docs/quality.md): it resumes from a snapshot at most 1 s old, and
+// within 3 s each client receives samples again and the commander's commands take effect.
 #include <signal.h>
 
 #include <CLI/CLI.hpp>
