@@ -17,7 +17,7 @@ function clean(path,    parts, count, i, depth, kept, result) {
   return result
 }
 
-# What a heading is called in a link.
+# The name of a heading in a link.
 function anchor(heading) {
   sub(/^#+ */, "", heading)
   gsub(/[^A-Za-z0-9 _-]/, "", heading)

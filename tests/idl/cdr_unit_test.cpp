@@ -196,7 +196,7 @@ TEST(MessageTables, SayUnitFrameAndMeaning) {
   EXPECT_EQ(message_info<takt_msgs::msg::CellState>().dds_type, "takt_msgs::msg::dds_::CellState_");
   EXPECT_EQ(annotation(field_info<takt_msgs::msg::Contact>("base").annotations, "index"), "components");
   EXPECT_EQ(field_info<takt_msgs::msg::Status>("state").enumeration->name, "SimulationState");
-  // A comment that goes on in the next line belongs to the same field.
+  // A comment that continues in the next line belongs to the same field.
   EXPECT_EQ(field_info<takt_msgs::msg::PowerConsumer>("mechanical_power").doc,
             "of each drive on its joint: the arm's joints, then left and right jaw of each gripper; empty "
             "for devices, "

@@ -131,7 +131,7 @@ TEST(TaktServer, InvalidInputIsReportedWithExitCodeTwo) {
   const auto scenario = test::write_service_scenario();
   const auto broken = scenario.string() + ".broken.xml";
   std::ofstream(broken)
-      << "<profiles><participant profile_name=\"x\"";  // what is well-formed Fast DDS 3 takes
+      << "<profiles><participant profile_name=\"x\"";  // Fast DDS 3 accepts all well-formed text
   struct Case {
     std::vector<std::string> arguments;
     std::string words;

@@ -55,7 +55,7 @@ TEST(SeveralCells, CellsInOneDomainAreIndependent) {
   EXPECT_EQ(cells[1]->state().state_hash, cells[2]->state().state_hash);
   EXPECT_NE(cells[0]->state().state_hash, cells[1]->state().state_hash);
 
-  // One changes its pace and its scenario, one ends; the third goes on.
+  // One changes its pace and its scenario, one ends; the third continues.
   cells[1]->reload_scenario();
   cells[1]->set_pace(takt::client::Pace::free);
   EXPECT_EQ(cells[2]->state().step, 100U);

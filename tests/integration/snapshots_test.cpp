@@ -241,7 +241,7 @@ TEST_F(Supervised, CommandsFromBeforeTheCrashAreNotApplied) {
   for (int i = 0; i < 50; ++i) {
     try {
       command(0.5);
-    } catch (const ClientError&) {  // it may know already that nobody is there
+    } catch (const ClientError&) {  // it may have detected the crash already
     }
   }
   ASSERT_NE(wait_for_child(), first);

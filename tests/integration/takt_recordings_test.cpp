@@ -59,7 +59,7 @@ std::size_t descriptions_in(const std::filesystem::path& recording) {
       if (message.channel->type == "takt_msgs/msg/CellDescription") ++count;
       return true;
     });
-  } catch (const takt::recording::RecordingError&) {  // nothing is there yet
+  } catch (const takt::recording::RecordingError&) {  // the file is still missing
   }
   return count;
 }

@@ -128,7 +128,7 @@ TEST_F(WireCommands, SignalsOfDevicesAreSetAndPublished) {
 
 TEST_F(WireCommands, ALockstepControllerSetsSignalsInStepWithTime) {
   client::LockstepController controller(*client_, {.targets = {"Chamber", "Gripper1"}, .period_s = 0.01});
-  controller.advance();  // nothing is set yet
+  controller.advance();  // no signal is set yet
   EXPECT_EQ(controller.state().devices[0][2], 20.0);
   const double begin_s = controller.state().time_s;
   controller.set_signals("Chamber", {{"set_point", 120.0}});

@@ -102,7 +102,7 @@ TEST_F(RunLoopTest, AResetGivesTheSameHashesAgainUnderANewEpoch) {
 
 TEST_F(RunLoopTest, QuestionsAreAnsweredOneByOneAndChangeNothing) {
   start({.pace = Pace::free, .state = SimulationState::paused});
-  // Taken in one go by the loop, or in several: each is answered or refused, and the rest goes on.
+  // Taken in one go by the loop, or in several: each is answered or refused, and the loop continues.
   std::vector<std::uint64_t> asked;
   for (int i = 0; i < 200; ++i) asked.push_back(reader_->submit("explain_part", {{"part", "P"}}));
   expect_ok(reader_->request("step", {{"steps", "40"}}));

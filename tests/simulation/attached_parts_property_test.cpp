@@ -1,4 +1,4 @@
-// Parts attached by the user: they keep their place relative to their holder, whatever the rules decide and
+// Parts attached by the user: they keep their place relative to their holder, independent of the rules and
 // however it moves, until they are detached. And Parts moved by request.
 #include <gtest/gtest.h>
 
