@@ -1,5 +1,5 @@
-# What --version says of how a program was built: version, commit, kind of build, compiler. Found at build time, in one
-# small source, so that a commit does not compile anything else anew.
+# The build information of --version: version, commit, kind of build, compiler. Written at build time into one small
+# source, so that a commit compiles no other source again.
 if(CMAKE_SCRIPT_MODE_FILE)
   set(commit "no commit known")
   execute_process(COMMAND git rev-parse --short=12 HEAD WORKING_DIRECTORY ${TAKT_SOURCE_DIR}

@@ -1,5 +1,5 @@
 # Fast DDS 2 (Debian 12) or 3 (Debian 13). Sets TAKT_FAST_DDS_MAJOR, TAKT_FAST_DDS_PACKAGE (of CMake; in Debian it is
-# libNAME-dev) and TAKT_FAST_DDS_LIBRARIES. What differs in the code is in idl/transport/fastdds/fastdds.h.
+# libNAME-dev) and TAKT_FAST_DDS_LIBRARIES. The differences in the code are in idl/transport/fastdds/fastdds.h.
 find_package(fastdds 3 QUIET)
 if(fastdds_FOUND)
   set(TAKT_FAST_DDS_MAJOR 3)

@@ -18,11 +18,11 @@ install(FILES "config/systemd/takt-server@.service" DESTINATION lib/systemd/syst
 install(DIRECTORY ${CMAKE_BINARY_DIR}/idl/generated/ros/takt_msgs DESTINATION ${CMAKE_INSTALL_DATADIR}/takt/ros)
 install(DIRECTORY idl/ DESTINATION ${CMAKE_INSTALL_DATADIR}/takt/idl FILES_MATCHING PATTERN "*.idl" PATTERN common EXCLUDE
   PATTERN transport EXCLUDE)
-# What was built only where its parts were there is installed only then.
+# Optional parts are installed if they were built.
 install(DIRECTORY ${CMAKE_BINARY_DIR}/share/takt/view DESTINATION ${CMAKE_INSTALL_DATADIR}/takt OPTIONAL)
 install(FILES ${CMAKE_BINARY_DIR}/vhacd/package/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME VHACD-LICENSE OPTIONAL)
 
-# Manual pages and the shell's words, from what the programs say of themselves.
+# Manual pages and the shell's words, from the help texts of the programs.
 find_program(HELP2MAN help2man)
 if(HELP2MAN)
   set(manuals)
@@ -46,7 +46,7 @@ else()
   message(STATUS "Manual pages: not made (help2man is needed)")
 endif()
 if(TARGET takt)
-  # Each shell looks for a file of the program's name; one file knows all of them.
+  # Each shell looks for a file of the program's name; one file serves all of them.
   set(completions)
   function(takt_completion shell file folder)
     set(words ${CMAKE_BINARY_DIR}/share/completions/${shell}/${file})

@@ -4,7 +4,7 @@
 set(TAKT_PROCESSORS_OF_WORK 2)
 set(TAKT_TESTS_THAT_WAIT "^integration\\.")
 
-# Nothing runs beside these: they measure time.
+# These run alone: they measure time.
 set(TAKT_TESTS_ALONE "^integration\\.(DdsFrozenClient|FullDisk)\\.")
 
 # Long cases that share nothing: an entry a case, so that every processor has one.

@@ -23,7 +23,7 @@ local LINE = {speed_m_per_s = 0.4, acceleration_m_per_s2 = 1.0}
 local FAST = {speed = 0.8, acceleration_rad_per_s2 = 6.0}
 local SHORT = {speed_m_per_s = 0.4, acceleration_m_per_s2 = 2.0}
 
--- From one place to another, above each of them by so much; let go of at the given time, jaws this wide.
+-- Carries a part from one place to another, with a clearance above each; releases it at the given time, jaws this wide.
 local function carry(r, from, above_from, to, above_to, lower_s, wide)
   r.gripper:width(wide)
   r:move_to(from:offset(0, 0, above_from), SWING)

@@ -4,7 +4,7 @@
 --   carries the whole assembly to Table2.
 --
 -- Lengths in m, angles in rad, times in s of simulated time. Part frames lie at the centre of the bottom face, z up.
--- What a program can call is described in docs/controller_programs.md.
+-- The calls of programs are described in docs/controller_programs.md.
 
 period_s = 0.008
 

@@ -5,11 +5,11 @@
 --   out of B while Robot1 takes P out of O. Every part ends where it starts in the assembly.
 --
 -- Lengths in m, angles in rad, times in s of simulated time. Part frames lie at the centre of the bottom face, z up.
--- What a program can call is described in docs/controller_programs.md.
+-- The calls of programs are described in docs/controller_programs.md.
 
 period_s = 0.008
 
--- When the grippers act, and when a part held above its seat goes on.
+-- Times at which the grippers act, and at which a part held above its seat continues.
 local CLOSE_ON_B_S, OPEN_B_S = 4.0, 11.0
 local CLOSE_ON_O_S, CARRY_O_S, OPEN_O_S = 17.5, 20.5, 24.5
 local CLOSE_ON_C_S, CARRY_C_S, OPEN_C_S = 26.0, 31.0, 34.5

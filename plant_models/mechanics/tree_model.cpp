@@ -1,4 +1,4 @@
-// From a TreeModel to the constants of a MultibodyTree, refusing what is not physical.
+// Converts a TreeModel to the constants of a MultibodyTree, and refuses unphysical ones.
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <locale>

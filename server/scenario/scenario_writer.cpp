@@ -6,7 +6,7 @@ namespace takt {
 
 namespace {
 
-/// Lists and small mappings of values go on one line. True if the node does.
+/// Puts lists and small mappings of values on one line. True if the node is on one line.
 bool choose_style(YAML::Node node) {
   if (node.IsScalar() || node.IsNull()) return true;
   bool flat = node.IsSequence() || node.size() <= 4;

@@ -1,4 +1,4 @@
-// Programs: waits, signals, the view of the cell, and errors that say where they are.
+// Programs: waits, signals, the view of the cell, and errors with their place.
 #include <gmock/gmock.h>
 
 #include "tests/support/controller_test_cell.h"
@@ -27,7 +27,7 @@ double closing_time(const std::string& text, int gripper = 0) {
   return time_s;
 }
 
-/// What update() or the constructor throws within 60 s.
+/// The exception of update() or of the constructor within 60 s.
 std::string error_of(const std::string& text) {
   const ProgramFile file(text);
   const CellInfo cell = block_cell();
@@ -70,7 +70,7 @@ TEST(Program, SignalsArriveInTheSamePeriodInBothDirections) {
                                "routine('Robot2', function(r)" + std::string(taking),
                            1),
               1.0, 1e-12);
-  // A signal given before is not missed.
+  // An earlier signal is not missed.
   EXPECT_NEAR(closing_time("signal('go')" + in_routine("r:wait_signal('go') r.gripper:close()")), 0.0, 0.0);
 }
 

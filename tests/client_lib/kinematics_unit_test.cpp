@@ -1,4 +1,4 @@
-// Inverse kinematics and the motions made of it, on the UR10e.
+// Inverse kinematics and the motions built on it, on the UR10e.
 #include <gmock/gmock.h>
 
 #include <random>
@@ -91,7 +91,7 @@ TEST(InverseKinematics, PosesOutOfReachAreReported) {
   target.p = Vec3(2.0, 0.0, 0.5);
   const IkSolution solution = solve_ik(ur10e(), target, kHome1);
   EXPECT_FALSE(solution.found);
-  // The flange reaches 0.6127 + 0.57155 + the wrist's offsets; the residual is what is missing.
+  // The flange reaches 0.6127 + 0.57155 + the wrist's offsets; the residual is the missing distance.
   EXPECT_GT(solution.position_error_m, 0.5);
   EXPECT_LT(solution.position_error_m, 1.2);
 }

@@ -53,7 +53,7 @@ std::vector<Flushed> write_recording(const std::filesystem::path& file, std::mt1
     const int count = 20 + static_cast<int>(random() % 80);
     for (int i = 0; i < count; ++i) {
       ++number;
-      std::string noise;  // what does not compress, so that chunks have some length
+      std::string noise;  // incompressible, so that chunks have some length
       for (int k = 0; k < 40; ++k) noise.push_back(static_cast<char>('a' + random() % 26));
       writer.write(events, number * 1000, number, event(number, noise));
       if (i % 3 == 0) {
@@ -75,7 +75,7 @@ std::string bytes_of(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Numbers of the events in a file, which must come one after the other; all messages are counted.
+/// Numbers of the events in a file, which must be consecutive; all messages are counted.
 std::uint64_t count_messages(McapReader& reader) {
   std::uint64_t messages = 0, newest_event = 0;
   reader.read([&](const McapMessage& message) {
@@ -175,7 +175,7 @@ INSTANTIATE_TEST_SUITE_P(Compressions, CutRecording,
                            return name.empty() ? std::string("none") : std::string(name);
                          });
 
-/// One byte changed anywhere in a chunk's content: told, or the same bytes (a bit that means nothing).
+/// One byte changed anywhere in a chunk's content: reported, or the same bytes (an insignificant bit).
 TEST(Compression, DamagedLz4IsReportedOrUnchanged) {
   std::mt19937 random(11);
   std::string bytes;

@@ -1,4 +1,4 @@
-// Message types as data, and what is read of samples by them.
+// Message types as data, and the fields of samples read with them.
 #include <gtest/gtest.h>
 
 #include "client_lib/recording/message_types.h"

@@ -1,4 +1,4 @@
-// Recordings of others, damaged ones and foreign message types: what can be read is read, the rest is told in
+// Foreign and damaged recordings and foreign message types: readable content is read, the rest is reported in
 // a sentence.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -80,7 +80,7 @@ TEST(ForeignSamples, SamplesOfEveryKindAreRead) {
   EXPECT_EQ(to_json(types, "a/msg/T", out.bytes()).dump(),
             R"({"a":-3,"b":65535,"c":-5000000000,"d":true,"e":4000000000,"f":18000000000000000000,"g":0.5,)"
             R"("h":[-1,2],"i":[7,8],"j":"end"})");
-  // Big endian, as the first two bytes say.
+  // Big endian, according to the first two bytes.
   types.add_ros2msg("a/msg/N", "uint16 n\n");
   EXPECT_EQ(to_json(types, "a/msg/N", std::string("\0\0\0\0\1\2", 6))["n"], 258);
   EXPECT_THAT(sentence_of([&] { to_json(types, "a/msg/N", std::string("\0\3\0\0\1\2", 6)); }),
@@ -142,7 +142,7 @@ TEST(ForeignSignals, SignalsHaveTheTimeOfTheirSample) {
   EXPECT_EQ(short_topic("/cell/state"), "state");
 }
 
-/// An MCAP file by hand: one chunk with two messages on channel 1 and one on a channel nobody announced.
+/// An MCAP file by hand: one chunk with two messages on channel 1 and one on an unannounced channel.
 struct Handmade {
   std::string schema = Record(mcap::kSchema)
                            .put(std::uint16_t{1})
@@ -255,7 +255,7 @@ class ForeignRecording : public testing::Test {
 using Times = std::vector<std::uint64_t>;
 
 TEST_F(ForeignRecording, ARecordingIsReadWithAndWithoutItsSummary) {
-  const Times all{10, 20};  // not those of the channel that nobody announced
+  const Times all{10, 20};  // not those of the unannounced channel
   Handmade good;
   McapReader reader = open(good.bytes());
   EXPECT_EQ(reader.cut_off(), "");
@@ -273,10 +273,10 @@ TEST_F(ForeignRecording, ARecordingIsReadWithAndWithoutItsSummary) {
   EXPECT_EQ(without_statistics.cut_off(), "");
   EXPECT_EQ(times(without_statistics), all);
   plain.behind_summary = Record(mcap::kMetadata).raw("abc").finished();
-  plain.behind_summary[1] = 100;  // longer than what is there
+  plain.behind_summary[1] = 100;  // longer than the file
   EXPECT_EQ(open(plain.bytes()).cut_off(), "");
 
-  // Each of these summaries is of no use; the data before are.
+  // Each of these summaries is useless; the data ahead of it are read.
   std::vector<Handmade> useless(6, good);
   useless[0].index = false;
   useless[1].counted_chunks = 2;
@@ -323,7 +323,7 @@ TEST_F(ForeignRecording, ADamagedRecordingIsRefusedOrReadUpToTheDamage) {
     wrong.chunk_size = size;
     McapReader other_size = open(wrong.bytes());
     EXPECT_THAT(sentence_of([&] { times(other_size); }), damaged);
-    wrong.index = false;  // found while looking through the file: none of its messages is handed out
+    wrong.index = false;  // found by the scan of the file: none of its messages is delivered
     McapReader scanned = open(wrong.bytes());
     EXPECT_THAT(scanned.cut_off(),
                 HasSubstr("(a chunk is damaged); read up to its last whole chunk, the 0."));
@@ -331,7 +331,7 @@ TEST_F(ForeignRecording, ADamagedRecordingIsRefusedOrReadUpToTheDamage) {
   }
   std::string short_schema = std::string(mcap::kMagic) + Record(mcap::kSchema).finished();
   EXPECT_THAT(refusal_to_open(short_schema), HasSubstr("r.mcap': A record ends before its last member."));
-  // Not closed; schema and channel before the chunks; a record of a length that cannot be.
+  // Not closed; schema and channel ahead of the chunks; a record of an impossible length.
   const Handmade good;
   std::string open_end(mcap::kMagic);
   open_end += good.schema + good.channel();

@@ -1,5 +1,5 @@
-// The picture renderer: what is nearer hides what is farther, light and shadow fall where geometry says, the
-// file read back by libpng is what was drawn.
+// The picture renderer: nearer surfaces hide farther ones, light and shadow are where geometry puts them, and
+// libpng reads the file back as drawn.
 #include "client_lib/render/renderer.h"
 
 #include <gtest/gtest.h>

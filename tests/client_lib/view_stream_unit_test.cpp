@@ -1,4 +1,4 @@
-// What takt view keeps for those who look, and the messages of Foxglove's protocol.
+// The samples that takt view keeps for its viewers, and the messages of Foxglove's protocol.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -33,7 +33,7 @@ TEST(ViewStream, ASlowReaderGetsTheNewestState) {
   for (int i = 1; i <= 5; ++i) stream.push(id, 10U * static_cast<unsigned>(i), "s" + std::to_string(i));
   EXPECT_EQ(after(stream, id, 2), std::vector<std::string>{"5 s5"});
   EXPECT_TRUE(after(stream, id, 5).empty());
-  // Two who look share the bytes.
+  // Two viewers share the bytes.
   std::vector<Sample> one, two;
   stream.after(id, 0, one);
   stream.after(id, 4, two);
@@ -49,7 +49,7 @@ TEST(ViewStream, AThousandEventsAreKept) {
   for (std::size_t i = 0; i < Stream::kHistory; ++i) stream.push(id, 0, "x");
   EXPECT_EQ(after(stream, id, 0).size(), Stream::kHistory);
   EXPECT_EQ(after(stream, id, 0).front(), "4 x");
-  // A player that goes back begins anew; numbers go on, so that nobody takes the new for the old.
+  // A player that goes back starts again; numbers continue, so that old and new samples are distinct.
   stream.clear(id);
   EXPECT_TRUE(after(stream, id, 0).empty());
   stream.push(id, 0, "again");

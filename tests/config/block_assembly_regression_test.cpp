@@ -1,5 +1,5 @@
 // The block scenario at LoD 1 from start to end: final places against the analytic ones, the published times,
-// who holds whom at every step, and the loads that follow from statics.
+// the holders at every step, and the loads that follow from statics.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -32,7 +32,7 @@ TEST(BlockAssembly, PartsEndAtTheAnalyticPlaces) {
   ASSERT_EQ(r.scenario.expected.size(), 4U);
   for (const ExpectedPose& expected : r.scenario.expected) {
     const ComponentSample& sample = r.sample(r.result.final_state, expected.part);
-    EXPECT_LE(pose_error(sample, expected.X_WB).position_m, 1e-6) << expected.part;  // asked for: 1e-4
+    EXPECT_LE(pose_error(sample, expected.X_WB).position_m, 1e-6) << expected.part;  // required: 1e-4
     EXPECT_LE(pose_error(sample, expected.X_WB).angle_rad, 1e-6) << expected.part;
     EXPECT_EQ(sample.partner, r.id("Table2")) << expected.part;
     EXPECT_EQ(sample.state, PartState::assembled) << expected.part;
@@ -149,7 +149,7 @@ TEST(BlockAssembly, TheExtendedSubstituteForceSagsInChainsAsInTheThesis) {
   // B carries all four on each table and in the gripper, which touches B alone (2.6 kg on its own 1 kg spring
   // of 0.1 mm).
   EXPECT_NEAR(sag_mm("B"), 3.0 * 0.26, 0.002);
-  // C: table, gripper, its spring to B, and from then on whatever B sinks where C is; O and P tilt it.
+  // C: table, gripper, its spring to B, and from then on the sag of B at C's place; O and P tilt it.
   const auto expected = [&](const std::string& part) {
     for (const ExpectedPose& e : r.scenario.expected)
       if (e.part == part) return e.X_WB;
@@ -159,7 +159,7 @@ TEST(BlockAssembly, TheExtendedSubstituteForceSagsInChainsAsInTheThesis) {
   const Vec3 C_in_B = expected("B").inverse() * expected("C").p;
   const double sunk_mm = 1e3 * (expected("C").p - (B.p_WB + B.q_WB * C_in_B)).z();
   EXPECT_NEAR(sag_mm("C"), 0.1 + 0.1 + 0.1 + (sunk_mm - 0.1), 0.002);
-  // What O and P tilt B comes on top of their sums; the thesis has 1.30 mm.
+  // The tilt of B by O and P adds to their sums; the thesis has 1.30 mm.
   EXPECT_NEAR(1e3 * max_position_error_m(r.scenario, r.cell->description, r.result.final_state), 1.64, 0.02);
   EXPECT_EQ(r.sample(r.result.final_state, "B").partner, r.id("Table2"));
   EXPECT_EQ(r.sample(r.result.final_state, "C").partner, r.id("B"));

@@ -42,10 +42,10 @@ void expect_held_and_near(const BlockRun& r, double tolerance_m) {
 
 constexpr std::array<const char*, 4> kParts{"P", "C", "O", "B"};
 
-/// What both levels are compared by, at each of the controller's periods.
+/// Quantities by which both levels are compared, at each of the controller's periods.
 struct Instant {
   std::array<Vec3, kParts.size()> p_WP;  ///< origins of the Parts
-  double load_N = 0.0;                   ///< of Gripper2 and what it holds, on its flange, downwards
+  double load_N = 0.0;                   ///< of Gripper2 and its load, on its flange, downwards
 };
 
 struct Trace {
@@ -110,8 +110,8 @@ TEST(BlockContact, TheAssemblyEndsAsDrawnAndFollowsLevel2) {
     const double time_s = Trace::kPeriod_s * static_cast<double>(i + 1);
     for (std::size_t k = 0; k < kParts.size(); ++k)
       ASSERT_LE((a.p_WP[k] - b.p_WP[k]).norm(), 2.5e-4) << kParts[k] << " at " << time_s;
-    // The loads differ while the jaws are on their way, and while what is held touches something else: C
-    // slides into B, the assembly is lifted off the tables and put down.
+    // The loads differ while the jaws move, and while the held Part touches another one: C slides into B, the
+    // assembly is lifted off the tables and put down.
     const bool may_differ = (time_s > 4.9 && time_s < 5.4) || (time_s > 10.2 && time_s < 11.1) ||
                             (time_s > 31.2 && time_s < 31.8) || (time_s > 36.6 && time_s < 38.4);
     if (may_differ) continue;
@@ -218,13 +218,13 @@ TEST(BlockContact, SwitchesBetweenLevels2And3KeepTheAssembly) {
 }
 
 TEST(BlockContact, APartHeldBySubstituteForceIsPressedByContact) {
-  // B stands on the tables by substitute force, what is put into it presses by contact.
+  // B stands on the tables by substitute force, the Parts inserted into it press by contact.
   expect_assembled({}, {"contact.pairs=[{pair: [B, \"Table*\"], force: holding_spring}]"});
 }
 
 TEST(BlockContact, OneProcessRunsAtLevel3BesideOneAtLevel1) {
-  // P and O are handled by contact, C and B by substitute forces; what O and B do to each other is of both,
-  // so of the lower one.
+  // P and O are handled by contact, C and B by substitute forces; the pair of O and B has both levels, so the
+  // lower one.
   Overrides overrides = at_level_3("cvode", "1e-6");
   overrides.push_back(
       "processes={left: {level_of_detail: 3, members: [P, O, Robot1, Gripper1]}, "

@@ -1,6 +1,6 @@
 // The block scenario in reverse at LoD 1: the assembly is carried to Table1 and taken apart. Final places
-// against those from which the assembly starts, who holds whom at every step, what touches what and when,
-// room between the robots, and the loads that follow from statics.
+// against those from which the assembly starts, the holders at every step, times of contacts, clearance
+// between the robots, and the loads that follow from statics.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -40,8 +40,8 @@ struct Touch {
 
 constexpr std::uint64_t kTouchEvery = 5, kArmsEvery = 40;  // steps
 
-/// Watches what a run itself does not look for: contacts of parts with each other, tables, pads and gripper
-/// bodies, the distance of the robots, and whether they rest.
+/// Records quantities that a run itself does not: contacts of parts with each other, tables, pads and gripper
+/// bodies, the distance of the robots, and their rest.
 class Watch {
  public:
   void operator()(const CellModel& cell, const Snapshot& snapshot) {
@@ -152,7 +152,7 @@ void expect_ends_where_the_assembly_starts(const BlockRun& r) {
   }
 }
 
-/// The part, what held it, what holds it, and when.
+/// The part, its previous holder, its holder, and the time.
 using Change = std::tuple<std::string, std::string, std::string, double>;
 
 std::vector<Change> changes(const BlockRun& r) {
@@ -262,7 +262,7 @@ TEST(BlockDisassembly, PartsTouchOnlyWhatTheProgramIntends) {
   std::set<std::string> pairs;
   for (const auto& [pair, touch] : touches) {
     pairs.insert(pair);
-    // Without a gap: what has come apart stays apart.
+    // Without a gap: separated parts stay separated.
     EXPECT_NEAR(touch.last_s - touch.first_s, 0.001 * kTouchEvery * (touch.samples - 1), 1e-6) << pair;
   }
   std::set<std::string> expected{"B Table2", "B C",      "B O",      "O P",
@@ -347,7 +347,8 @@ TEST(BlockDisassembly, LoadsAtRestAreThoseOfStatics) {
 
 TEST(BlockDisassembly, PartsAreTakenApartWithPlainHulls) {
   // P stands in the hull of O and reaches into that of B; O and C stand in that of B, and stay in it longer
-  // than they touch B itself. A gripper is preferred to a table, and nothing rests on what is higher up.
+  // than they touch B itself. A gripper is preferred to a table, and no Part rests on one of higher
+  // hierarchy.
   const WatchedRun hulls = watched_run({"parts.O.convex=hull", "parts.B.convex=hull"});
   expect_ends_where_the_assembly_starts(hulls.run);
   EXPECT_EQ(changes(hulls.run), changes(whole_disassembly()));

@@ -1,5 +1,5 @@
-// The block scenario explained: who holds P, O and C, over which sequences (thesis 3.5.2, (3.32) to (3.37)),
-// at the times of its figures.
+// The block scenario explained: the holders of P, O and C and their sequences (thesis 3.5.2, (3.32) to
+// (3.37)), at the times of its figures.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

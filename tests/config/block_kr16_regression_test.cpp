@@ -1,5 +1,5 @@
-// The block assembly by two robots with detailed drives (thesis 5.3): parts end where they belong although
-// motors, gears and friction stand between command and arm, and a solver of another kind says the same.
+// The block assembly by two robots with detailed drives (thesis 5.3): parts end at their places in spite of
+// motors, gears and friction between command and arm, and a solver of another kind agrees.
 #include <gtest/gtest.h>
 
 #include <algorithm>

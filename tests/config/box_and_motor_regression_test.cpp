@@ -21,7 +21,7 @@ const Vec3 kBox(0.20, 0.24, 0.10);
 
 struct BoxOutcome {
   Vec3 motor, box;            ///< places at the end
-  std::string motor_partner;  ///< who holds it at the end
+  std::string motor_partner;  // its holder at the end
   std::string box_partner;
   bool box_was_gripped = false;  ///< at any step
   std::vector<ImportNote> notes;

@@ -111,7 +111,7 @@ TEST(CellMeshes, ThePressFitIsAsNarrowAsItsParameter) {
     p.interference = interference;
     const Solid motor = make_motor(p), housing = make_housing(p);
     EXPECT_EQ(check_closed(mesh_of(housing)).problem, "") << interference;
-    // Corners of flats lie further out than the flats by a factor that each body knows.
+    // Corners of flats lie further out than the flats by a factor that depends on the body.
     const double boss = widest(motor, 0.002, 0.010) * std::cos(M_PI / p.motor_facets);
     const double seat = narrowest(housing, 0.015, 0.0235, 0.011) * std::cos(M_PI / p.housing_facets);
     EXPECT_NEAR(boss - seat, interference, 1e-9) << interference;
@@ -131,8 +131,7 @@ TEST(CellMeshes, TheMotorEqualsItsFiveConvexPieces) {
     EXPECT_EQ(check_closed(mesh).problem, "") << piece.name;
     volume += volume_properties(mesh).volume;
     // The flats (20 mm from the axis) end within facets of the turned face (radius 24 mm), whose corners
-    // beyond are pulled in: by less than a facet, at the angle between both. The hull fills what is missing
-    // there.
+    // beyond are pulled in: by less than a facet, at the angle between both. The hull fills that gap.
     const double facet_m = 2.0 * 0.024 * std::tan(std::numbers::pi / p.motor_facets);
     const double hollow = piece.name == "piece_4" ? facet_m * std::sin(std::acos(20.0 / 24.0)) : 1e-9;
     for (const auto& t : mesh.triangles) {

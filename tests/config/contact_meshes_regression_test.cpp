@@ -1,5 +1,5 @@
-// Meshes of the contact scenes: closed, with the volumes of closed forms, with exactly the clearance they are
-// named after; and the large ones that are made when needed.
+// Meshes of the contact scenes: closed, with the volumes of closed forms, with exactly the clearance in their
+// names; and the large ones, which are made on request.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -37,7 +37,7 @@ double peg_volume(int facets, double r, double length, double c) {
          (r * r * (length - 2 * c) + 2 * c / 3.0 * (r * r + r * (r - c) + (r - c) * (r - c)));
 }
 
-/// What a hole takes, its upper rim chamfered.
+/// Volume of a hole, its upper rim chamfered.
 double hole_volume(int facets, double r, double depth, double c, int rims) {
   return polygon_area(facets) *
          (r * r * (depth - rims * c) + rims * c / 3.0 * (r * r + r * (r + c) + (r + c) * (r + c)));
@@ -76,7 +76,7 @@ TEST(ContactMeshes, VolumesOfCurvedBodiesComeCloseToThoseOfTheirShape) {
   // Pappus for the tube's polygon of 24 corners, around 128 flats.
   const double tube = 12.0 * std::sin(kPi / 12.0) * 0.003 * 0.003;
   EXPECT_NEAR(ratio("ring", 2.0 * polygon_area(128) * 0.02 * tube), 1.0, 1e-6);
-  // Length of the centre line times the section; what bends outwards and inwards cancels.
+  // Length of the centre line times the section; outward and inward bends cancel.
   const double section = 16.0 * std::sin(kPi / 16.0) * 0.004 * 0.004;
   EXPECT_NEAR(ratio("hook", section * (0.06 + 0.015 * kPi * 10.0 / 9.0)), 1.0, 1e-3);
   // Wave and chamfer, summed up over fine slices of 48 sectors.

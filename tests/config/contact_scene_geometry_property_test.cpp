@@ -1,5 +1,5 @@
-// Where the bodies of the contact scenes first touch, found by FCL on their triangles, is where the closed
-// forms in the scene files say.
+// The first contacts of the scenes' bodies, found by FCL on their triangles, are at the places of the closed
+// forms in the scene files.
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/narrowphase/collision.h>
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ std::shared_ptr<BoxedMesh> boxed_mesh(const std::string& name) {
   return mesh;
 }
 
-/// Do the surfaces cut each other, the first body at X, the second at its origin?
+/// Whether the surfaces intersect, the first body at X, the second at its origin.
 bool surfaces_meet(const std::shared_ptr<BoxedMesh>& a, const Pose& X, const std::shared_ptr<BoxedMesh>& b) {
   fcl::Transform3d T = fcl::Transform3d::Identity();
   T.linear() = X.R;

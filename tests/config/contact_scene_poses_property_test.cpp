@@ -1,5 +1,5 @@
-// What a contact pair of the scene library answers depends on pose and twist alone, and is finite, wherever
-// the two are.
+// The result of a contact pair of the scene library depends on pose and twist alone, and is finite for any
+// poses.
 #include <gtest/gtest.h>
 
 #include <cmath>

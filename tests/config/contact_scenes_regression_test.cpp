@@ -1,4 +1,4 @@
-// Every scene of the contact library is documented, loads, and says where its parts end.
+// Every scene of the contact library is documented, loads, and states the final places of its parts.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// The thesis' industrial cells from start to end (sections 5.4 and 5.5), at the levels of detail they are
-// made for: everything that the scenario files demand holds.
+// The thesis' industrial cells from start to end (sections 5.4 and 5.5), at their intended levels of detail:
+// all assertions of the scenario files hold.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -130,7 +130,7 @@ TEST_F(ChainsawScenario, ThePressFitShowsItsForceWithSurfaceContact) {
   EXPECT_LT(press->time_s, 24.9);
 }
 
-// The robot is position-controlled and stops hold the housing: what it is beside the seat, it presses.
+// The robot is position-controlled and stops hold the housing: its offset from the seat becomes a force.
 TEST_F(ChainsawScenario, ThePressForceGrowsWithTheLateralOffsetOfTheRobot) {
   const ContactExtreme* centred = largest(pressed_in(), "Motor", "Housing");
   ASSERT_NE(centred, nullptr);

@@ -1,5 +1,5 @@
-// The committed meshes: made by the generator as it is, closed, and with the volumes
-// and centres that the drawings say (those of the contact scenes: contact_meshes_regression_test.cpp).
+// The committed meshes: equal to the generator's output, closed, and with the volumes and centres of the
+// drawings (those of the contact scenes: contact_meshes_regression_test.cpp).
 #include <gtest/gtest.h>
 #include <unistd.h>
 

@@ -1,7 +1,6 @@
 // Every shipped scenario at every level of detail: the largest joint torques, loads of flanges, forces of
-// contacts, forces that hold Parts, powers and energies that a run reports stay within 2 % when the tolerance
-// (or the step of a method without error control) is made ten times as small. Positions hide forces that are
-// not resolved.
+// contacts, holding forces, powers and energies of a run's report stay within 2 % with a tenth of the
+// tolerance (or of the step of a method without error control). Positions hide unresolved forces.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -50,7 +49,7 @@ Peaks peaks_of(const CellDescription& cell, const RunMetrics& numbers, int level
   for (const ContactExtreme& contact : numbers.contacts)
     peaks[{"contact force", component(contact.sample.base) + " - " + component(contact.sample.target)}] =
         contact.sample.result.normal_force_N;
-  // By surface contact the forces of contacts are what holds.
+  // By surface contact the holding forces are contact forces.
   for (const HoldingExtreme& hold : level < 3 ? numbers.holding : std::vector<HoldingExtreme>())
     peaks[{"holding force", component(hold.part) + " by " + component(hold.holder)}] = hold.force_N.value;
   for (const ConsumerNumbers& consumer : numbers.consumers) {
@@ -77,8 +76,8 @@ void refine(Scenario& scenario) {
     scenario.step_s *= finer;
 }
 
-/// Substitute forces catch what falls at the end of a step, when it is up to g h faster than at the touch; a
-/// critically damped spring of pole p then pulls with up to m p g h more.
+/// Substitute forces catch a falling Part at the end of a step, when it is up to g h faster than at the
+/// touch; a critically damped spring of pole p then pulls with up to m p g h more.
 Allowances of_catches(const CellModel& model, const HeadlessResult& result) {
   Allowances allowed;
   const double g = model.interaction.gravity_W.norm();
@@ -140,8 +139,8 @@ INSTANTIATE_TEST_SUITE_P(Shipped, RefinedPeaks, testing::ValuesIn(cases()), [](c
   return name + "_" + std::to_string(shipped.param.level);
 });
 
-/// What 2 % is of: the peak itself, or what is small beside it. Loads of flanges: their force at an arm of
-/// 0.1 m.
+/// The reference of the 2 %: the peak itself, or a size beside which it is small. Loads of flanges: their
+/// force at an arm of 0.1 m.
 double scale_of(const Peaks& peaks, const std::pair<std::string, std::string>& name) {
   constexpr double kSmall = 0.1, kArm_m = 0.1;
   double largest = 0.0;
@@ -159,7 +158,7 @@ TEST_P(RefinedPeaks, PeaksAgreeWithinTwoPercentOfARefinedRun) {
   try {
     shipped = run(GetParam(), false), refined = run(GetParam(), true);
   } catch (const ScenarioError& error) {
-    GTEST_SKIP() << error.what();  // a cell without what the level needs
+    GTEST_SKIP() << error.what();  // a cell that lacks requirements of the level
   }
   Peaks all = refined.peaks;
   all.insert(shipped.peaks.begin(), shipped.peaks.end());

@@ -133,7 +133,7 @@ TEST(RobotFiles, R3HasTheCheckValuesOfTheFactSheet) {
     MultibodyTree::Workspace w;
     tree.update(q.data(), still.data(), w);
     const Pose X_RL = tree.link_pose(5, w);
-    // Half a unit of the last digit, and what the rounding of the angles adds.
+    // Half a unit of the last digit, and the effect of the rounded angles.
     EXPECT_LT((X_RL.p - check.flange).cwiseAbs().maxCoeff(), 0.51e-9);
     EXPECT_LT((X_RL * Vec3(0.1, 0.25, 0.1) - check.load).cwiseAbs().maxCoeff(), 0.51e-9);
     tree.inverse_dynamics(still.data(), tau.data(), w);

@@ -31,7 +31,7 @@ struct ModeChange {
 };
 struct Motion {
   std::vector<Row> rows;
-  /// Of each axis: the modes one after the other, without times.
+  /// Of each axis: the modes in order, without times.
   std::array<std::vector<int>, 6> sequence() const {
     std::array<std::vector<int>, 6> result;
     for (std::size_t j = 0; j < 6; ++j) {
@@ -138,13 +138,13 @@ class RobotR3 : public testing::TestWithParam<std::string> {};
 TEST_P(RobotR3, TheWholeMotionKeepsThePublishedFiguresWithLocatedEvents) {
   const R3Run r = run_r3({"solver.method=" + GetParam(), "solver.tolerance=1e-8"});
   ASSERT_EQ(r.result.fault, "");
-  expect_within(r.motion, {1e-6, 5e-4, 0.03, 0.03, 1e-4});  // a tenth of what is accepted
+  expect_within(r.motion, {1e-6, 5e-4, 0.03, 0.03, 1e-4});  // a tenth of the tolerance
   const SolverStatistics& work = r.result.statistics.solver;
   std::size_t switches = 0;
   for (const auto& modes : r.motion.sequence()) switches += modes.size() - 1;
   EXPECT_GE(work.mode_switches, 20U);
   EXPECT_LE(work.mode_switches, 2 * switches);
-  // Every mode switch and every corner of the reference restarts it, nothing else does.
+  // Only mode switches and corners of the reference restart it.
   EXPECT_LE(work.restarts, work.mode_switches + 4);
 }
 INSTANTIATE_TEST_SUITE_P(Solvers, RobotR3, testing::Values("cvode", "esdirk", "ida"),
@@ -159,7 +159,7 @@ TEST(RobotR3FixedSteps, TheImplicitMethodAtATenthOfAMillisecondKeepsThePublished
 TEST(RobotR3FixedSteps, ClassicalRungeKuttaAtTenMicrosecondsKeepsThePublishedFigures) {
   const R3Run r = run_r3({"solver.method=rk4", "solver.step_s=0.00001"});
   ASSERT_EQ(r.result.fault, "");
-  // The same method at the same steps: nothing but rounding is left, and what a switch makes of it.
+  // The same method at the same steps: the difference is rounding, and its effect at a switch.
   expect_within(r.motion, {1e-9, 1e-7, 1e-5, 1e-5, 1e-8});
 }
 
@@ -177,7 +177,7 @@ TEST(RobotR3Tolerance, ASmallerToleranceComesCloser) {
     EXPECT_LT(error, 0.5 * previous) << tolerance;
     previous = error;
   }
-  EXPECT_LT(previous, 2e-8);  // a switch located, yet only made at the end of a step, costs more
+  EXPECT_LT(previous, 2e-8);  // a located switch that takes effect only at the end of a step costs more
 }
 
 TEST(RobotR3Scenario, TheRobotStartsInThePublishedState) {
@@ -202,7 +202,8 @@ TEST(RobotR3Scenario, TheRobotStartsInThePublishedState) {
   }
 }
 
-// Link 1 has a tensor as no body has it (only what turns about its axis counts): told to who uses the robot.
+// Link 1 has a physically impossible tensor (only the rotation about its axis counts): reported to the user
+// of the robot.
 TEST(RobotR3Scenario, DoubtfulInertiasAreReportedByTheProgramAndInTheReport) {
   const auto cell = load_cell(r3_scenario("robot_r3"));
   ASSERT_EQ(cell->import_notes.size(), 1U);

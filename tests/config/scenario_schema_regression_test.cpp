@@ -1,5 +1,5 @@
-// What can be written in scenario files, as committed for editors and readers, is what the tables of fields say; and
-// every shipped scenario that is read and written back is the same model.
+// The committed schema and reference of scenario keys agree with the tables of fields; and every shipped
+// scenario that is read and written back is the same model.
 #include <gtest/gtest.h>
 
 #include <filesystem>

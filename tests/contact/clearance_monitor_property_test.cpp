@@ -1,6 +1,6 @@
-// The monitor, which asks as seldom as it can, tells the same as a naive one that asks every pair in every
-// step: random bodies in random motion, with pauses, grips and releases, and with pairs that come to act by
-// surface contact and cease to.
+// The monitor, which computes as few distances as possible, reports the same as a naive one that computes
+// every pair in every step: random bodies in random motion, with pauses, grips and releases, and with pairs
+// that start and end to act by surface contact.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -65,7 +65,7 @@ struct Mover {
   }
 };
 
-/// As the header says what is told, and nothing else.
+/// Follows the rules in the header, without optimisations.
 class NaiveMonitor {
  public:
   NaiveMonitor(const ClearanceModel& model, const std::vector<Pose>& bases)

@@ -1,4 +1,4 @@
-// Which touching pairs are connected, and what carries whom: the rules on small contact graphs.
+// Connected touching pairs, and the carriers of Parts: the rules on small contact graphs.
 #include "server/contact/holding/connection_rules.h"
 
 #include <gmock/gmock.h>

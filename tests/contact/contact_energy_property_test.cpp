@@ -1,5 +1,5 @@
 // Without friction and damping the wrench of a pair is minus the gradient of one energy of the relative pose,
-// whatever the meshes; damping and friction only take energy out.
+// for any meshes; damping and friction only dissipate energy.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -162,8 +162,9 @@ TEST(ContactEnergy, ClosedLoopsOfAMotionDoNoWork) {
           }
           return turned(s.touching, a, w);
         };
-        // Work by Simpson's rule; a piece is divided until that changes nothing. Where an element passes from
-        // one face to another the force jumps: there pieces become very short. Each pose is evaluated once.
+        // Work by Simpson's rule; a piece is divided until the result is stable. If an element passes from
+        // one face to another the force jumps: the pieces become very short there. Each pose is evaluated
+        // once.
         double moved = 0.0, largest_J = 0.0;
         struct Instant {
           double phase;

@@ -1,5 +1,5 @@
-// What ContactSearch leaves out by free regions is never in contact, and what it takes from their planes is
-// what the faces say.
+// Elements that ContactSearch excludes by free regions are never in contact, and penetrations from their
+// planes equal those from the faces.
 #include "server/contact/surface/contact_search.h"
 
 #include <gtest/gtest.h>
@@ -67,7 +67,7 @@ TEST(ContactSearch, TheSearchFindsTheContactsOfBruteForce) {
     std::size_t touched = 0;
     Pose X = s.near;
     for (int i = 0; i < 150; ++i) {
-      // Small steps that regions last for, and now and then somewhere else.
+      // Small steps within a region's bound, and occasional jumps.
       const bool far = i % 15 == 0;
       if (far) X = s.near;
       X.p += (far ? s.shift_m : random.log_uniform(1e-9, s.shift_m)) * random.direction();
@@ -113,7 +113,7 @@ TEST(ContactSearch, SlidingAlongAWallNeedsNoNewLists) {
     made += search.find(X, X.inverse()) ? 1 : 0;
     hits += search.elements().size();
   }
-  // 20 mm; the bound of lists that do not care for directions is a small part of the clearance.
+  // 20 mm; the direction-independent bound of lists is a small part of the clearance.
   EXPECT_GT(hits, 2000U);
   EXPECT_LT(made, 200);
 }

@@ -1,5 +1,5 @@
-// Known traps of collision libraries: every query ends, with the verdict that geometry gives or with a
-// refusal. A hang would be ended by the time limit of the test.
+// Known traps of collision libraries: every query ends, with the geometric verdict or with a refusal. The
+// time limit of the test would end a hang.
 #include "tests/support/degenerate_cases.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ using test::DegenerateCase;
 using test::DegenerateCases;
 using Expected = DegenerateCase::Expected;
 
-/// What a way of asking says to a case.
+/// Result of a kind of query in a case.
 template <typename Query>
 Expected outcome(const Query& query) {
   try {
@@ -47,7 +47,7 @@ TEST(DegenerateCases, EveryQueryHasTheGeometricVerdictOrIsRefused) {
       EXPECT_EQ(outcome([&] { return convex_overlap(a, c.X_WA, b, c.X_WB, c.margin, hint, counts); }),
                 c.expected)
           << "with memory, time " << i;
-    // With what a quite different pose left behind, far away and inside one another.
+    // With the hint of a quite different pose, far away and inside one another.
     for (const double away : {10.0, 0.0}) {
       ConvexHint other;
       const Vec3 between = c.X_WA.p.allFinite() && c.X_WA.R.allFinite() ? c.X_WA.p : Vec3::Zero();

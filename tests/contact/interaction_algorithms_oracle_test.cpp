@@ -140,8 +140,8 @@ TEST(InteractionAlgorithms, SagOfAChainAddsUp) {  // (3.24), (3.25)
 }
 
 TEST(InteractionAlgorithms, FeedForwardCarriesAChainWithItsMoment) {
-  // C sits 60 mm off the middle of B: nothing sags and nothing tilts, and each connection carries what hangs
-  // on its Part, moment included.
+  // C sits 60 mm off the middle of B: no Part sags or tilts, and each connection carries the load of its
+  // Part, moment included.
   for (const InteractionAlgorithm algorithm : kChains) {
     const Chain r = chain(algorithm, true, 0.06);
     Simulation simulation(r.model);
@@ -194,7 +194,7 @@ TEST(InteractionAlgorithms, FeedForwardHoldsAChainInAGripperInAnyPose) {
 }
 
 TEST(InteractionAlgorithms, ParallelConnectionsAddTheirStiffness) {  // (3.28), (3.29)
-  // P on two Parts that stand in the same place: it hangs on two equal springs, each of which carries half.
+  // P on two Parts in the same place: two equal springs hold it, each of which carries half.
   for (const InteractionAlgorithm algorithm : kChains) {
     BoxCell cell;
     cell.step(2e-4).feed_forward(false);

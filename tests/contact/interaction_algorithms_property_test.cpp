@@ -1,5 +1,5 @@
 // Random assemblies, handled at random, under each of the three algorithms: states stay finite, every
-// connection balances force and moment, the connections are those of the rules, and what nobody moves loses
+// connection balances force and moment, the connections are those of the rules, and Parts without drive lose
 // energy.
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ std::shared_ptr<const CellModel> model_of(const RandomCell& cell, const Algorith
   return model;
 }
 
-/// Sums the wrenches of all connections per component and compares them with what the snapshot has.
+/// Sums the wrenches of all connections per component and compares them with those of the snapshot.
 void check_balance(const Simulation& simulation, const Snapshot& s, double& largest) {
   const CellModel& model = simulation.model();
   std::vector<Wrench> sums(model.components.size());  // about the origins, as in snapshots
@@ -91,7 +91,7 @@ double energy(const RandomCell& cell, const Simulation& simulation, const Snapsh
   return sum;
 }
 
-/// What must hold for the set of connections, whatever the poses.
+/// Invariants of the set of connections, for any poses.
 void check_rules(const RandomCell& cell, const Simulation& simulation, const Snapshot& s) {
   const CellModel& model = simulation.model();
   const auto type = [&](int id) { return model.components[static_cast<std::size_t>(id)].type; };
@@ -116,7 +116,7 @@ void check_rules(const RandomCell& cell, const Simulation& simulation, const Sna
     });
     ASSERT_TRUE(partner == -1 || connected) << part;
     ASSERT_TRUE(partner >= 0 || supports[static_cast<std::size_t>(part)] == 0) << part;
-    // Whoever hangs on something is not what that hangs on, however far along.
+    // The chain of holders has no cycle.
     int steps = 0;
     for (int at = part; at >= 0 && type(at) == ComponentType::part; ++steps) {
       ASSERT_LE(steps, static_cast<int>(cell.parts.size())) << "a circle of carriers";
@@ -164,7 +164,7 @@ void run_algorithm_trial(const AlgorithmTrial& trial, int& picks) {
     advance(handling.commands(coarse));
   }
   picks += handling.counts().picks;
-  // Hands open, nobody moves: from now on energy only goes out.
+  // Open jaws, no drive: from here on energy only decreases.
   handling.abandon();
   for (int i = 0; i < 50 && !testing::Test::HasFatalFailure(); ++i) advance({});  // set-points run out
   advance(handling.let_go());
@@ -175,8 +175,8 @@ void run_algorithm_trial(const AlgorithmTrial& trial, int& picks) {
     if (trial.feed_forward) continue;  // there the feed-forward, not a spring, works against the weight
     const double now = energy(cell, simulation, s);
     // To second order in the stretch the law is not that of a potential (the force acts at the Base, not at
-    // the spring's other end): 5e-7 where a tumbling Part is caught at 3 m/s. And what is caught within
-    // another one is lifted out of it by its spring.
+    // the spring's other end): 5e-7 for a tumbling Part caught at 3 m/s. And the spring lifts a Part that was
+    // caught within another one out of it.
     ASSERT_LE(now, before + 1e-5 * first) << "step " << s.step;
     before = now;
   }

@@ -73,7 +73,7 @@ TEST(PartnerDecision, TheLowerIdIsThePartnerWhereNeitherHeldThePart) {
 }
 
 TEST(PartnerDecision, TheStrongestRivalIsNamed) {
-  // The search sees the ground first, but without the partner the other gripper would hold the Part.
+  // The search finds the ground first, but without the partner the other gripper would hold the Part.
   const ContactGraph g =
       graph({part(1), part(2), kGround, kGripper, kGripper}, {{0, 2}, {0, 4}, {0, 1}, {1, 3}});
   expect(decide_partner(g, 0, -1), 4, PartnerRule::shorter_sequence, 3);

@@ -16,8 +16,8 @@
 namespace takt {
 namespace {
 
-/// The rule that decides, from the full list: the first in which the partner differs from the best of all
-/// other ends.
+/// The deciding rule, from the full list: the first in which the partner differs from the best of all other
+/// ends.
 PartnerRule rule_by_listing(const std::vector<std::vector<int>>& sequences, const ContactGraph& graph,
                             int partner, int present) {
   if (sequences.empty()) return PartnerRule::nothing_reachable;
@@ -73,7 +73,7 @@ TEST(PartnerSearchProperty, TheSearchEqualsListingAllSequencesOnRandomGraphs) {
           << "trial " << trial << ", part " << part;
       with_partner += found >= 0 ? 1 : 0;
 
-      // The explanation tells of the same decision, and of all sequences.
+      // The explanation contains the same decision, and all sequences.
       const PartnerDecision decision = decide_partner(graph, part, present);
       ASSERT_EQ(decision.partner, found) << "trial " << trial << ", part " << part;
       std::vector<std::vector<int>> all = list_sequences(graph, part).back().resulting;

@@ -168,7 +168,7 @@ TEST(PolygonalContact, StickingFrictionIsASpringUpToTheLimit) {
   const double u = 1e-5, area = kSide * kSide, normal = law.stiffness_Pa_per_m * area * u;
   const double k = law.tangential_stiffness_Pa_per_m * area, limit = law.friction * normal;
   const RelativeMotion start = pressed(u);
-  // Nothing kept: no spring.
+  // No stored anchors: no spring force.
   EXPECT_LT(evaluate(contact, start).friction_force_N, 1e-9 * normal);
   EXPECT_TRUE(contact.accept(start));
   const double slip = limit / k;  // stretch at the limit

@@ -157,7 +157,7 @@ TEST(PolygonalContactLaws, BaseAndTargetMayBeSwapped) {
     TriangleMesh a, b;
     Pose X_BA;
   };
-  // Conforming contact, meshes that have nothing in common.
+  // Conforming contact of unrelated meshes.
   const Case cases[] = {
       {"ball in a socket",
        test::ball(0.02, 6),
@@ -319,7 +319,7 @@ TEST(PolygonalContactLaws, SecantAndTangentHaveTheSameNormalPartOnAFlatPunch) {
 
 TEST(PolygonalContactLaws, EnergyIsContinuousOverARim) {
   // A punch slides off a block under constant penetration. Within the penetration of the side its elements
-  // give their energy back by a push off the block: what they gave up is the work of the sideways force.
+  // return their energy by a push off the block: the released energy is the work of the sideways force.
   const auto punch = surface(test::lattice_box({0.03, 0.03, 0.02}, 0.005));
   const auto block = surface(test::lattice_box({0.1, 0.06, 0.05}, std::array<int, 3>{1, 1, 1}));
   const ContactLaw law = frictionless_law();

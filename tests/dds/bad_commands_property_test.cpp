@@ -1,7 +1,7 @@
-// Commands as they come off the wire, good and bad, through the functions of the server's command
-// path: message -> from_message -> validate -> CommandBuffer -> step. What is wrong with one is known to an
-// oracle that shares nothing with them, and every rejection must be for one of these reasons. Beside it runs
-// a simulation that is given the good ones only, made by the oracle: the same state hash after every step.
+// Received commands, good and bad, through the functions of the server's command path: message ->
+// from_message -> validate -> CommandBuffer -> step. An independent oracle determines the faults of each, and
+// every rejection must be for one of them. A twin simulation gets only the good ones, made by the oracle: the
+// same state hash after every step.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ namespace {
 using Codes = std::set<std::string>;  ///< everything that is wrong with a sample; empty: it is good
 
 constexpr std::size_t kSamplesPerStep = 200;
-constexpr std::size_t kLongestMessage = 2000;  ///< of what is told of a sample, however long its names are
+constexpr std::size_t kLongestMessage = 2000;  ///< of the report on a sample, however long its names are
 constexpr std::size_t kMaxSignals = 32;
 
 /// Which are odd in one way or another, and mostly out of range.
@@ -46,7 +46,7 @@ struct Limits {
   double lower = 0.0, upper = 0.0, velocity = 0.0, effort = 0.0;
 };
 
-/// Of one value, by comparison alone: no number lies between limits that is none.
+/// Of one value, by comparison alone: no number is within invalid limits.
 void judge(Codes& codes, double value, double lower, double upper, const char* code) {
   if (value >= lower && value <= upper) return;
   codes.insert(value - value == 0.0 ? code : "not_finite");
@@ -141,7 +141,7 @@ class Generator {
     if (wrong_length(message.name.size(), false) || wrong_length(message.position.size(), false) ||
         wrong_length(message.velocity.size(), true) || wrong_length(message.effort.size(), true)) {
       codes.insert("wrong_count");
-      return message;  // what else there is cannot be told by joint
+      return message;  // other faults are not visible by joint
     }
     judge_names(message.name, codes);
     for (std::size_t i = 0; i < message.name.size(); ++i) {
@@ -303,7 +303,7 @@ SimTime time_of(const builtin_interfaces::msg::Time& stamp) {
   return {ns > 0 ? ns : -1};
 }
 
-/// What a good sample means.
+/// The command that a good sample describes.
 JointCommand meaning(const Generator& generator, int robot, const sensor_msgs::msg::JointState& message) {
   JointCommand command;
   command.robot = robot;
@@ -361,7 +361,7 @@ class BadCommands : public testing::Test {
     return options;
   }
 
-  /// One sample down the server's path, and to the twin what it means.
+  /// One sample through the server's path, and its command to the twin.
   template <typename Message>
   void send(int target, int index, const Message& message, Codes codes) {
     const Rejection verdict = sent(target, Message(message));
@@ -389,7 +389,7 @@ class BadCommands : public testing::Test {
 
   void send_one(double time_s) {
     const int side = static_cast<int>(generator_.below(2));
-    // Now and then one that was overtaken.
+    // Occasionally one that was overtaken.
     const double stamped_s = time_s > 0.1 && generator_.chance(20) ? time_s - 0.05 : time_s;
     Codes codes;
     switch (generator_.below(8)) {

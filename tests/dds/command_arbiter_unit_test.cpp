@@ -1,4 +1,4 @@
-// Who may command a target: by strength, by coming first, and across the two topics of a robot.
+// Ownership of a target: by strength, by order of arrival, and across the two topics of a robot.
 #include "server/dds/command_arbiter.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What the guard lets into Fast DDS at the same time, by two threads that receive as those of Fast DDS do.
+// Concurrent packets through the guard into Fast DDS, by two threads that receive as those of Fast DDS do.
 #include "idl/transport/rtps_guard/guard_transport.h"
 
 #include <gtest/gtest.h>

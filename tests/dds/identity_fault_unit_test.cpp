@@ -1,4 +1,4 @@
-// What a user is told of an identity that DDS refuses: of which file, and what is wrong with it.
+// Report on an identity that DDS refuses: the file and its fault.
 #include "idl/transport/fastdds/identity_fault.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ std::string text_of_file(const fs::path& file) {
   return text.str();
 }
 
-/// An observer, and what of another authority stands beside it.
+/// An observer, and files of another authority.
 class IdentityFault : public testing::Test {
  protected:
   static constexpr std::uint32_t kDomain = 5;

@@ -1,5 +1,5 @@
-// What requests of simulation_interfaces become, and which are refused before the cell sees them: result and
-// sentence of each. And replies that lack what a response would say.
+// The takt requests of simulation_interfaces requests, and the early refusals: result and sentence of each.
+// And replies that lack fields of the response.
 #include <gtest/gtest.h>
 
 #include "server/dds/ros_service_messages.h"
@@ -101,7 +101,7 @@ TEST(RosQuestions, FilesAndCopiesAreSpawned) {
   EXPECT_EQ(argument_of(bolt, "allow_renaming"), "false");
   EXPECT_EQ(argument_of(with("a.obj?"), "uri"), "a.obj");
   EXPECT_EQ(argument_of(with("copy_of:P"), "name"), "");
-  // A name is found for what has none, where that is allowed.
+  // An unnamed object gets a name if that is allowed.
   request.allow_renaming = true;
   EXPECT_EQ(argument_of(with("bolts/m6.obj?mass_kg=0.02"), "name"), "m6");
   EXPECT_EQ(argument_of(with("copy_of:P"), "name"), "P");

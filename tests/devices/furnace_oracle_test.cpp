@@ -166,7 +166,7 @@ TEST(HeatedPart, ASavedStateContinuesWithTheSameBits) {
   EXPECT_EQ(other.simulation().state_hash(), run.simulation().state_hash());
   EXPECT_EQ(other.furnace(F::energy_of_air), run.furnace(F::energy_of_air));
   EXPECT_EQ(other.furnace(F::parts_inside), 1.0);
-  // A reset begins anew, with a door nobody has opened.
+  // A reset starts again, with a closed door.
   run.simulation().reset();
   ASSERT_TRUE(run.run_until(10.0));
   EXPECT_EQ(run.furnace(F::parts_inside), 0.0);

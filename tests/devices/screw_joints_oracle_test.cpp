@@ -1,5 +1,4 @@
-// Parts held by their thread, and the screwdriver that turns them out: what turns, pitch, speed and torque
-// say.
+// Parts held by their thread, and the screwdriver that turns them out: turns, pitch, speed and torque.
 #include "plant_models/mechanics/screw_thread.h"
 
 #include <gtest/gtest.h>

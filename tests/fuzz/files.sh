@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Fuzzes the readers of files, one format after the other: files.sh BUILD [--minutes N] [FORMAT...]. What was found
-# and is worth keeping goes to BUILD/fuzz/FORMAT and is gone on with next time; an input that ends a reader is named
-# and belongs into tests/fuzz/corpus once it is mended. Ends with 1 if there was one.
+# Fuzzes the readers of files, one format after the other: files.sh BUILD [--minutes N] [FORMAT...]. Useful
+# inputs go to BUILD/fuzz/FORMAT, where the next run continues; an input that ends a reader is named, and belongs
+# into tests/fuzz/corpus after the repair. Ends with 1 if there was one.
 set -euo pipefail
 build=$1 minutes=5
 shift

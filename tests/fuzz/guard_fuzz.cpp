@@ -1,7 +1,7 @@
-// Throws mutated RTPS packets at a service with matched endpoints and watches that it goes on serving. The
-// packets are those of a real client, recorded where they come in and put in at the same place, so that none
-// is lost; some also go over UDP, which has threads of its own. With --no-guard the same is done to stock
-// Fast DDS in a child process, which is to die of it.
+// Sends mutated RTPS packets to a service with matched endpoints and checks that it continues to serve. The
+// packets are those of a real client, recorded at reception and injected at the same place, so that none is
+// lost; some also go over UDP, which has threads of its own. With --no-guard stock Fast DDS in a child
+// process gets the same packets, and must die.
 #include <arpa/inet.h>
 #include <malloc.h>
 #include <signal.h>
@@ -95,7 +95,7 @@ class Peer {
   std::shared_ptr<Inbox<msg::CellDescription>> description_;
 };
 
-/// 0: all packets thrown and the service serves; else what failed has been said.
+/// 0: all packets sent and the service serves; else the failure has been printed.
 int attack(const Options& options, std::atomic<std::uint64_t>& thrown) {
   // Samples inside one process take the same way as those between processes.
   deliver_through_transports();
@@ -116,8 +116,8 @@ int attack(const Options& options, std::atomic<std::uint64_t>& thrown) {
     PacketMutator mutator(hook->stop_recording(), options.seed);
     RawCellClient honest;
     const auto serves = [&](RawCellClient& client, const char* who) {
-      // Among 400 000 packets a second one request or reply may be overwritten by others before it is read;
-      // takt::Client asks again then.
+      // Among 400 000 packets a second a request or reply may be overwritten by others ahead of its reading;
+      // takt::Client repeats it then.
       for (int i = 0; i < 10; ++i) {
         if (client.request_within(30, "get_state").result == 1) return true;
       }
@@ -170,7 +170,7 @@ int attack_stock(const Options& options) {
                       MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (shared == MAP_FAILED) return 2;
   auto* thrown = new (shared) std::atomic<std::uint64_t>(0);
-  // A child that neither ends nor goes on hangs, or is deaf.
+  // A child that neither ends nor continues hangs, or receives no packets.
   sigset_t ended;
   sigemptyset(&ended);
   sigaddset(&ended, SIGCHLD);

@@ -1,4 +1,4 @@
-// Bounding boxes never miss what they bound.
+// Bounding boxes contain all of their points.
 #include "server/geometry/aabb.h"
 
 #include <gtest/gtest.h>

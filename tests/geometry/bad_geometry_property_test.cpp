@@ -1,5 +1,5 @@
-// Two hundred bad geometries: each is answered with an error that names file and place, or with a repair that
-// is told, and what comes out of a repair bounds a solid.
+// Two hundred bad geometries: each gives an error with file and place, or a reported repair whose result
+// bounds a solid.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -59,7 +59,7 @@ class BadGeometries : public testing::Test {
   }
   static std::string text_of(const TriangleMesh& mesh) { return test::obj_text("part", mesh); }
 
-  /// Empty: taken as it is, or repaired and told.
+  /// Empty: accepted unchanged, or repaired and reported.
   struct Answer {
     std::string error;
     RepairedMesh repaired;
@@ -80,7 +80,7 @@ class BadGeometries : public testing::Test {
     EXPECT_THAT(got.error, HasSubstr(place));
     ++errors_;
   }
-  /// A repair that is told and leaves a solid, or an error that names the object.
+  /// A reported repair that leaves a solid, or an error with the object's name.
   void expect_either(const std::string& text, const std::function<void(const TriangleMesh&)>& check = {}) {
     const Answer got = answer(text);
     if (!got.error.empty()) {
@@ -174,7 +174,7 @@ TEST_F(BadGeometries, EachIsRefusedWithFileAndPlaceOrRepairedWithANote) {
   EXPECT_GT(repairs_, 2 * kOfEachKind);
 }
 
-/// A millionth of a millionth of a metre and a million million metres: taken, as large as it is said to be.
+/// A millionth of a millionth of a metre and a million million metres: accepted at the stated size.
 TEST_F(BadGeometries, MeshesOfExtremeScaleKeepTheirShapeOrAreRefused) {
   for (int i = 0; i < kOfEachKind; ++i) {
     const TriangleMesh good = good_mesh(dice_);

@@ -148,10 +148,10 @@ TEST(ContactRoles, RolesDependOnSurfacesAndIdsOnly) {
   const auto finer = surface(test::lattice_box({0.02, 0.02, 0.02}, 0.004));
   EXPECT_TRUE(first_is_base(*small, 7, *large, 1));
   EXPECT_FALSE(first_is_base(*large, 1, *small, 7));
-  // How finely something flat is meshed does not matter.
+  // The meshing of plane faces has no effect.
   EXPECT_TRUE(first_is_base(*coarse, 1, *large, 2));
   EXPECT_FALSE(first_is_base(*large, 2, *coarse, 1));
-  // What is shaped more finely than the elements of the small one carries the elements.
+  // A shape finer than the elements of the small component makes its body carry the elements.
   const auto round = surface(test::ball(0.05, 5));
   EXPECT_FALSE(first_is_base(*coarse, 1, *round, 2));
   EXPECT_TRUE(first_is_base(*round, 2, *coarse, 1));

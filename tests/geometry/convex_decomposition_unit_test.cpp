@@ -1,4 +1,4 @@
-// Convex decomposition: what the parts must keep of a solid, and that its cache can be trusted.
+// Convex decomposition: invariants of the parts, and reliability of the cache.
 #include "server/geometry/convex/decomposition.h"
 
 #include <gmock/gmock.h>
@@ -49,7 +49,7 @@ class Hull {
  private:
   void add(const std::vector<Vec3>& points, std::size_t i, std::size_t j, std::size_t k) {
     const Vec3 cross = (points[j] - points[i]).cross(points[k] - points[i]);
-    if (!(cross.norm() > 1e-10)) return;  // m^2: a sliver says nothing about the plane
+    if (!(cross.norm() > 1e-10)) return;  // m^2: a sliver does not define a plane
     for (const Vec3& normal : {Vec3(cross.normalized()), Vec3(-cross.normalized())}) {
       const double offset = normal.dot(points[i]);
       const bool is_face = std::all_of(points.begin(), points.end(),
@@ -99,7 +99,7 @@ class Decomposition : public testing::Test {
   }
 };
 
-/// Edge of a voxel (m): the box around the body is cut into as many as the resolution says.
+/// Edge of a voxel (m): the box around the body has as many as the resolution.
 double voxel_size(const Vec3& size, const DecompositionParameters& p) {
   return std::cbrt(size.prod() / p.resolution);
 }

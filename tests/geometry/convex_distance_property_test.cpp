@@ -25,10 +25,10 @@ double highest(const std::vector<Vec3>& points, const Vec3& d) {
   return h;
 }
 
-/// Normal and points must tell the same story as the distance.
+/// Normal and points must agree with the distance.
 void expect_consistent(const ConvexDistance& d, const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
   EXPECT_NEAR(d.normal_W.norm(), 1.0, 1e-12);
-  // The shapes' extents on the normal are as far apart as the distance says...
+  // The gap of the shapes' extents along the normal is the distance...
   EXPECT_NEAR(-highest(b, -d.normal_W) - highest(a, d.normal_W), d.distance, kExact);
   // ... the points are extreme on it, and apart by the distance along it.
   EXPECT_NEAR(d.normal_W.dot(d.point_A_W), highest(a, d.normal_W), kExact);
@@ -110,7 +110,7 @@ TEST(ConvexDistance, FlatAndNeedleShapesHaveTheDistanceOfBruteForce) {
 }
 
 TEST(ConvexDistance, ShapesOfManyVerticesHaveTheDistanceOfBruteForce) {
-  // No axis may separate better than the depth says, and the result names an axis that does as well.
+  // No axis may separate better than by the depth, and the result's axis separates as well.
   Random random(33);
   for (int i = 0; i < 200; ++i) {
     std::vector<Vec3> points;

@@ -35,7 +35,7 @@ int number_of_pairs() {
 /// 0.5 % of these pairs, as brute force shows.
 double fcl_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
   const auto convex = [](const std::vector<Vec3>& points) {
-    // Up to 32 vertices FCL looks at all of them; the faces serve larger shapes only.
+    // Up to 32 vertices FCL scans all of them; it uses the faces for larger shapes only.
     return fcl::Convex<double>(
         std::make_shared<const std::vector<fcl::Vector3d>>(points.begin(), points.end()), 1,
         std::make_shared<const std::vector<int>>(std::vector<int>{3, 0, 1, 2}));
@@ -103,7 +103,7 @@ void report_counts(const char* name, const Counts& counts) {
   std::cout << name << ": " << counts.pairs << " pairs, " << counts.overlapping << " overlapping, "
             << counts.in_band << " within the band, " << counts.wrong << " wrong\n";
   EXPECT_EQ(counts.wrong, 0);
-  // Both verdicts must be well represented, else the test shows nothing.
+  // Both verdicts must be well represented, else the test has no significance.
   EXPECT_GT(counts.overlapping, counts.pairs / 10);
   EXPECT_LT(counts.overlapping, counts.pairs * 9 / 10);
 }

@@ -1,5 +1,5 @@
-// Queries with a memory (ConvexHint) against queries without: the verdicts must be the same whatever was
-// asked before, in coherent motion, after jumps, and within micrometres of touching.
+// Queries with a memory (ConvexHint) against queries without: the verdicts must be the same after any earlier
+// queries, in coherent motion, after jumps, and within micrometres of touching.
 #include "server/geometry/convex/query.h"
 
 #include <gtest/gtest.h>
@@ -116,7 +116,7 @@ TEST(ConvexQuery, CoherentMotionHasTheVerdictsOfIndependentQueries) {
     }
   }
   report_queries("coherent", tally);
-  // The memory must be of use, else this test shows nothing.
+  // The memory must be effective, else this test has no significance.
   EXPECT_GT(tally.counts.by_hint, static_cast<std::uint64_t>(tally.queries) / 2);
 }
 

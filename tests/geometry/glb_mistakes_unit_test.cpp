@@ -1,5 +1,5 @@
-// GLB files field by field: what cannot be is refused with the place in the file, what may be otherwise is
-// read. And the words for what is found about meshes.
+// GLB files field by field: invalid values are refused with their place in the file, unusual valid ones are
+// read. And the words for findings about meshes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -59,7 +59,7 @@ class GlbFile : public testing::Test {
     if (at != std::string::npos) json.replace(at, old_text.size(), new_text);
     return whole(chunk("JSON", json, ' ') + binary());
   }
-  /// What importing it is answered with; else how many triangles it has.
+  /// The error of the import; else the number of triangles.
   std::string answer(const std::string& bytes) {
     directory_.write("a.glb", bytes);
     try {

@@ -1,5 +1,5 @@
-// Mesh files: what comes in, and that every kind of broken file is refused with its name and the place of the
-// fault.
+// Mesh files: the imported content, and the refusal of every kind of broken file with its name and the place
+// of the fault.
 #include "server/geometry/mesh/import.h"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
-// What would falsify contact forces is told with figure, place and remedy where it is, and not where it is
-// not; the remedies help.
+// Defects that would falsify contact forces are reported with figure, place and remedy, and only where they
+// exist; the remedies help.
 #include "server/geometry/mesh/quality.h"
 
 #include <gmock/gmock.h>
@@ -93,7 +93,7 @@ TEST(MeshCare, CoarseFacesAreReportedAndTheRemedyHelps) {
   divided.element_edge_m = 3.0 * edge;
   EXPECT_NE(find(find_contact_risks(block_mesh(), divided), Kind::coarse), nullptr);
   EXPECT_NE(find(find_contact_risks(refine_to_edge(block_mesh(), 3.0 * edge), {}), Kind::coarse), nullptr);
-  // What only is pressed into may be coarse.
+  // A body that is only a Target may be coarse.
   ContactMeshOptions target;
   target.carries_elements = false;
   EXPECT_EQ(find(find_contact_risks(block_mesh(), target), Kind::coarse), nullptr);
@@ -117,7 +117,7 @@ TEST(MeshCare, NeedlesAreReported) {
   EXPECT_NEAR(needles->figure, (0.3 * 0.3 + 0.004 * 0.004) / (0.3 * 0.004), 1e-9);
   EXPECT_THAT(needles->sentence, HasSubstr("8 triangles are needles"));
   EXPECT_THAT(needles->remedy, HasSubstr("mesh it anew"));
-  // Cut into like pieces they stay needles, as the remedy says; made anew they are gone.
+  // Divided into similar pieces they stay needles, as the remedy says; remeshed they vanish.
   EXPECT_NE(find(find_contact_risks(refine_to_edge(rod, 0.05), {}), Kind::needles), nullptr);
   EXPECT_EQ(find(find_contact_risks(box_mesh({0.1, 0.004, 0.004}), {}), Kind::needles), nullptr);
   EXPECT_EQ(find(find_contact_risks(block_mesh(), {}), Kind::needles), nullptr);

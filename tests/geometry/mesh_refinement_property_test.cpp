@@ -1,5 +1,5 @@
-// Refinement keeps what the mesh was: closed, same volume, area and centre, every point on the old surface;
-// and gives what was asked: no edge too long.
+// Refinement preserves the mesh: closed, same volume, area and centre, every point on the old surface; and it
+// reaches its goal: no edge too long.
 #include "server/geometry/mesh/refinement.h"
 
 #include <gtest/gtest.h>

@@ -101,7 +101,7 @@ TEST(MeshRepair, FacesWithoutAreaAreRemoved) {
   EXPECT_EQ(only(repaired).kind, Kind::zero_area_faces);
   EXPECT_EQ(only(repaired).count, 1U);
 
-  // A vertex in the middle of an edge that only one of its two triangles knows, and the flat face between.
+  // A vertex in the middle of an edge that only one of its two triangles has, and the flat face between.
   TriangleMesh line = block_mesh();
   const auto t = line.triangles[0];
   const auto middle = static_cast<std::uint32_t>(line.vertices.size());
@@ -120,7 +120,7 @@ TEST(MeshRepair, FacesWithoutAreaAreRemoved) {
 }
 
 TEST(MeshRepair, AFlatFaceThatCannotGoIsRefused) {
-  // Two vertices in one place: the flat face between them has nothing to be turned into.
+  // Two vertices in one place: the flat face between them has no neighbour to be turned into.
   TriangleMesh mesh = block_mesh();
   const auto t = mesh.triangles[0];
   const auto copy = static_cast<std::uint32_t>(mesh.vertices.size());
@@ -283,7 +283,7 @@ TEST(MeshRepair, RandomDamageIsRepaired) {
       const std::size_t k = integer(sound.triangles.size());
       if (has_area(mesh, mesh.triangles[k])) mesh.triangles.push_back(mesh.triangles[k]);
     }
-    // A few turned. (Not those beside a flat face: it could not be told which way that faces.)
+    // A few turned. (Not those beside a flat face, whose orientation is undefined.)
     if (run % 3 == 0 && halved == sound.triangles.size())
       for (int i = 0; i < 10; ++i) {
         auto& t = mesh.triangles[integer(sound.triangles.size())];

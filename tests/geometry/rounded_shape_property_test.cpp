@@ -1,5 +1,5 @@
-// Distances of bodies made of several convex shapes against FCL's distance of triangle meshes, which is found
-// in quite another way (a tree of swept rectangles down to pairs of triangles).
+// Distances of bodies made of several convex shapes against FCL's distance of triangle meshes, which uses
+// another method (a tree of swept rectangles down to pairs of triangles).
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/narrowphase/distance.h>
 #include <gtest/gtest.h>
@@ -62,12 +62,12 @@ TEST(BodyDistance, TheDistanceAgreesWithFclOnMeshes) {
       EXPECT_NEAR(result.min_distance, ours.distance_m, 1e-7) << i;
       EXPECT_LE(ours.at_least_m, result.min_distance + 1e-7) << i;
     } else if (result.min_distance > 1e-7) {
-      // Surfaces that do not meet and yet overlap: one is inside the other, which meshes do not know.
+      // Disjoint surfaces with overlap: one body is inside the other, which meshes do not show.
       EXPECT_GT(-ours.distance_m, 0.0) << i;
     } else {
       ++near;
     }
-    // With less asked for, what is known must still be true.
+    // With a smaller limit the known bounds must still be true.
     const BodyDistance coarse = body_distance(a, bounds_of(a), X_WA, b, bounds_of(b), X_WB, 0.05);
     EXPECT_LE(coarse.at_least_m, ours.distance_m + 1e-12) << i;
     if (coarse.exact)

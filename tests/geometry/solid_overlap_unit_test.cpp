@@ -1,4 +1,4 @@
-// How deep solids are inside each other: closed forms, thin walls, pockets, and nothing where they touch.
+// Penetration depths of solids: closed forms, thin walls, pockets, and zero for touching solids.
 #include "server/geometry/mesh/solid_overlap.h"
 
 #include <gtest/gtest.h>

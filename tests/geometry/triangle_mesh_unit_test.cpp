@@ -1,4 +1,4 @@
-// What counts as a solid's boundary, and that each fault is named with its place.
+// Definition of a solid's boundary; each fault is reported with its place.
 #include "server/geometry/mesh/triangle_mesh.h"
 
 #include <gmock/gmock.h>

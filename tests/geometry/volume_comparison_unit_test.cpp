@@ -11,7 +11,7 @@
 namespace takt::test {
 namespace {
 
-constexpr double kRays = 2e-3;  // what the finite number of rays leaves open
+constexpr double kRays = 2e-3;  // error of the finite number of rays
 
 ConvexShape shape_of(const TriangleMesh& mesh) {
   return ConvexShape::from_points(convex_hull_vertices(mesh.vertices));
@@ -47,7 +47,7 @@ TEST(VolumeComparison, SharedVolumeCountsOnce) {
   VolumeComparison v = compare_volumes(box, parts);
   EXPECT_NEAR(v.union_volume / open_box_volume(size, wall), 1.0, kRays);
   EXPECT_NEAR(v.error(), 0.0, 1e-9);
-  // Without the floor: it is lost, nothing is gained.
+  // Without the floor: its volume is lost, no volume is gained.
   parts.pop_back();
   parts.erase(parts.begin());
   v = compare_volumes(box, parts);
@@ -95,7 +95,7 @@ TEST(VolumeComparison, RepeatedRunsGiveTheSameBits) {
 
 TEST(ConvexHullMesh, TheMeshOfAHullIsClosedAndEnclosesItsVolume) {
   const TriangleMesh hull = convex_hull_mesh(u_shape().vertices);
-  // Only corners of the hull are used: merge the list before asking whether it is closed.
+  // Only corners of the hull are used: merges the list ahead of the check for closedness.
   TriangleMesh used = hull;
   EXPECT_TRUE(check_closed(used).ok()) << check_closed(used).problem;
   EXPECT_NEAR(volume_properties(used).volume, 400e-6, 1e-15);

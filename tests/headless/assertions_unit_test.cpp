@@ -1,4 +1,4 @@
-// What scenarios demand of runs: verdicts, their times, JUnit.
+// Assertions of scenarios about runs: verdicts, their times, JUnit.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ class Assertions : public ::testing::Test {
     cell_.ground("Table", {1.0, 1.0, 0.1}, test::at(0.0, 0.0, -0.1));
     cell_.part("Box", 1.0, 1, {0.1, 0.1, 0.1}, test::at(0.0, 0.0, 0.5));
     test::add_chamber(cell_.model());
-    scenario_.assertions.reserve(8);  // what demand() hands out stays where it is
+    scenario_.assertions.reserve(8);  // references returned by demand() stay valid
   }
   ScenarioAssertion& demand(Kind kind, const std::string& subject, double time_s = -1.0) {
     ScenarioAssertion& added = scenario_.assertions.emplace_back();

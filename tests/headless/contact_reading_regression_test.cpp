@@ -1,5 +1,5 @@
-// What is told of surface contacts: in snapshots, report and CSV, in explanations, and that pressing is no
-// collision. Looking changes nothing.
+// Reports of surface contacts: in snapshots, report and CSV, in explanations; pressing is no collision.
+// Reading has no effect on the run.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ Scenario block_with_contact() {
   return read_scenario(scenario_file("block_assembly"), options);
 }
 
-/// Force that others exert on a component, by the contacts of a snapshot.
+/// Force of other components on a component, by the contacts of a snapshot.
 Vec3 pressed_with(const Snapshot& snapshot, int component) {
   Vec3 sum = Vec3::Zero();
   for (const ContactSample& pair : snapshot.contacts.pressing()) {
@@ -63,7 +63,7 @@ TEST_F(ContactReading, PressingIsNoCollisionAndIsInTheReport) {
         result.contact_extremes.begin(), result.contact_extremes.end(),
         [&](const auto& e) { return std::minmax(e.sample.base, e.sample.target) == std::minmax(a, b); });
     ASSERT_NE(pressed, result.contact_extremes.end()) << jaw;
-    // Deep enough for the monitor, which would tell of it when the gripper lets go.
+    // Deep enough for the monitor, which would report it when the gripper opens.
     EXPECT_GT(pressed->sample.result.largest_penetration_m, 5.0 * ClearanceMonitor::kTouching_m) << jaw;
     EXPECT_GT(pressed->sample.result.normal_force_N, 140.0) << jaw;
     EXPECT_GT(pressed->time_s, 3.0) << jaw;

@@ -1,4 +1,4 @@
-// What a person is told about meshes: by `takt-run check-mesh`, and by notes when a scenario is loaded.
+// Reports about meshes: by `takt-run check-mesh`, and by notes when a scenario is loaded.
 #include "server/headless/mesh_check.h"
 
 #include <gmock/gmock.h>
@@ -93,7 +93,7 @@ TEST_F(MeshCheckTest, ScenariosWithSurfaceContactReportUnsuitableMeshes) {
   EXPECT_THAT(cell->import_notes[0].sentence,
               AllOf(HasSubstr("A: in its mesh 6 faces have fewer than 8 contact elements across"),
                     HasSubstr("Remedy: set contact.components.A.element_edge_m to 0.012")));
-  // Whoever follows the remedy, or has the other side carry the elements, is told nothing any more.
+  // After the remedy, or with the elements on the other side, there is no note.
   ScenarioContactComponent& said = with_contact.contact.components.emplace_back();
   said.name = "A";
   said.element_edge_m = 0.012;

@@ -1,5 +1,4 @@
-// What a run says of its process, against what can be said without it; two reports beside each other; the
-// page for a browser.
+// Metrics of a run against independent computations; two reports compared; the page for a browser.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -71,7 +70,7 @@ TEST(RunMetrics, LargestLoadsEqualThoseOfAnObserver) {
   EXPECT_EQ(joint["largest_speed"].get<double>(), dynamic().largest_speed);
   EXPECT_EQ(joint["largest_torque"].get<double>(), dynamic().largest_torque);
   EXPECT_GT(dynamic().largest_torque, 10.0);
-  // Kinematic robots are looked at every 10 ms; torques there are none.
+  // Kinematic robots are evaluated every 10 ms and have no torques.
   const Json& slower = kinematic().report["process"]["robots"]["Robot2"]["joints"][1];
   EXPECT_NEAR(slower["largest_speed"].get<double>(), kinematic().largest_speed, 0.01);
   EXPECT_FALSE(slower.contains("largest_torque"));
@@ -150,7 +149,7 @@ TEST(Comparison, TheLowerLevelIsEnoughWhileTheHigherOneAddsNothing) {
   const Comparison enough = compare_reports(kinematic().report, dynamic().report, {});
   EXPECT_TRUE(enough.enough) << enough.verdict;
   EXPECT_THAT(enough.verdict, HasSubstr("LoD 1 is enough here"));
-  // The same with a torque limit that the run uses up: only level 2 knows of it.
+  // The same with a torque limit that the run uses up: only level 2 can evaluate it.
   ComparisonLimits strict;
   set_limit(strict, "use=0.05");
   const Comparison missing = compare_reports(kinematic().report, dynamic().report, strict);
@@ -168,7 +167,7 @@ TEST(Comparison, DifferencesAreListedTheLargestFirst) {
   changed["connection_changes"].back()["to"] = "Table2";
   Comparison found = compare_reports(dynamic().report, changed, {});
   ASSERT_GE(found.differences.size(), 2U);
-  EXPECT_EQ(found.differences[0].of, "place of C at the end");  // ten times what is allowed
+  EXPECT_EQ(found.differences[0].of, "place of C at the end");  // ten times the limit
   EXPECT_NEAR(found.differences[0].difference, 0.01, 1e-9);
   EXPECT_EQ(found.differences[1].of, "energy of Robot1");  // a sixth, 5 % allowed
   EXPECT_NEAR(found.differences[1].difference, 1.0 / 6.0, 1e-9);

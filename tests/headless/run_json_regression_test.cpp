@@ -1,4 +1,4 @@
-// takt-run run --json: what a program reads from its standard output is the report, and nothing else.
+// takt-run run --json: the standard output consists of the report alone.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>

@@ -1,5 +1,4 @@
-// Studies as a person meets them: takt-run study, killed in the middle and begun again, and as tasks beside
-// each other.
+// Studies from the user's view: takt-run study --vary, killed in the middle and restarted, and as concurrent tasks.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -108,7 +107,8 @@ TEST_F(StudyRuns, RunsEndWithTheirStudy) {
     return pids;
   }();
   ASSERT_EQ(children.size(), 2U);
-  // A descriptor of each while it certainly lives: readable when it has ended, whoever is its parent by then.
+  // A descriptor of each while it certainly lives: readable after its end, whichever process is its parent
+  // then.
   std::vector<pollfd> ends;
   for (const pid_t pid : children) {
     const long descriptor = syscall(SYS_pidfd_open, pid, 0);

@@ -25,7 +25,7 @@ violations=$(
   grep -nHEI '(^|[^A-Za-z0-9_.$}~-])/(work|home|root|Users)/[A-Za-z0-9_]' "${texts[@]}" /dev/null |
     sed -E 's/^([^:]+:[0-9]+):.*/\1: absolute path of one machine/' || true
 
-  # Tests wait for conditions, never for time; what is unfinished is an issue, not a comment.
+  # Tests wait for conditions, never for time; unfinished work is an issue, not a comment.
   if [[ -d tests ]]; then
     grep -rnHE --include='*.cpp' --include='*.h' '(sleep_for|sleep_until|[^a-z_]u?sleep) *\(' tests |
       sed -E 's/^([^:]+:[0-9]+):.*/\1: a test must not sleep/' || true
@@ -33,9 +33,14 @@ violations=$(
   ((${#sources[@]} == 0)) || grep -nHE '(TO''DO|FIX''ME|XX''X)' "${sources[@]}" |
     sed -E 's/^([^:]+:[0-9]+):.*/\1: unfinished work belongs in an issue/' || true
 
-  # Links between documents, and documents that texts name.
-  find . \( -name .git -o -path ./build -o -name .cache \) -prune -o -type f -print | sed 's|^\./||' |
-    awk -f "$rules/document_rules.awk" - "${documents[@]}"
+  # Words of comments, and headers that they name.
+  every=$(find . \( -name .git -o -path ./build -o -name .cache \) -prune -o -type f -print | sed 's|^\./||')
+  ((${#sources[@]} == 0)) || awk -f "$rules/comment_rules.awk" - "${sources[@]}" <<<"$every"
+
+  # Links between documents, documents that texts name, tests that documents name.
+  awk -f "$rules/document_rules.awk" - "${documents[@]}" <<<"$every"
+  mapfile -t tests < <(printf '%s\n' "${sources[@]}" | grep '_test\.cpp$' || true)
+  awk -f "$rules/test_names.awk" "${tests[@]}" "${documents[@]}"
   { grep -noHE '[A-Za-z0-9_./-]*[A-Za-z0-9_]\.md\>' "${sources[@]}" "${commented[@]}" /dev/null || true; } |
     while IFS=: read -r file line name; do
       grep -qE "(^|/)$(basename "$name")\$" <<<"$listed" || echo "$file:$line: no such document: $name"

@@ -1,5 +1,5 @@
 #!/bin/sh
-# The container image's recipe has only steps that docker/check_recipe knows, and an unknown one is noticed. The steps
+# The container image's recipe has only steps that docker/check_recipe supports, and it reports others. The steps
 # themselves take long: ./dev docker-check.
 set -eu
 root=$(cd "$(dirname "$0")/../.." && pwd)
@@ -16,5 +16,5 @@ if "$root/docker/check_recipe" --parse-only --dockerfile "$place/Dockerfile" 2> 
   exit 1
 fi
 grep -q 'line 5, HEALTHCHECK: not known here' "$place/said" || { cat "$place/said"; exit 1; }
-# What the recipe copies is there.
+# The files that the recipe copies exist.
 for source in dev docker/collect; do test -x "$root/$source"; done

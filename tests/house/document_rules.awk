@@ -1,5 +1,5 @@
 # Rules of documents: links, headings and files they name exist, every page is reached from docs/README.md, decisions are
-# complete and have a number of their own. Usage: awk -f document_rules.awk LIST DOCUMENT...; LIST has the paths of all
+# complete and have a number of their own, table cells are short. Usage: awk -f document_rules.awk LIST DOCUMENT...; LIST has the paths of all
 # files of the tree. Output: one line FILE:LINE: rule, per violation.
 
 function complain(rule) { print FILENAME ":" FNR ": " rule }
@@ -17,7 +17,7 @@ function clean(path,    parts, count, i, depth, kept, result) {
   return result
 }
 
-# What a heading is called in a link.
+# The name of a heading in a link.
 function anchor(heading) {
   sub(/^#+ */, "", heading)
   gsub(/[^A-Za-z0-9 _-]/, "", heading)
@@ -72,6 +72,12 @@ decision != "" { parts_of_decision = parts_of_decision " " $0 }
       if (heading != "") { wanted[++wishes] = path "#" heading; place[wishes] = FILENAME ":" FNR }
     }
   }
+}
+
+# A cell holds at most three short sentences.
+FILENAME !~ /^docs\/(requests|events|scenario_reference)\.md$/ && /^\|/ {
+  count = split($0, cells, "|")
+  for (i = 1; i <= count; ++i) if (length(cells[i]) > 300) complain("a cell of " length(cells[i]) " characters; at most 300")
 }
 
 # Files of the repository that a page names: whole paths, and bare names of headers.

@@ -1,4 +1,4 @@
-# Who may include whom (docs/architecture.md). Input: source files, paths relative to the repository's root.
+# Permitted includes (docs/architecture.md). Input: source files, paths relative to the repository's root.
 # Output: one line FILE:LINE: rule, per violation.
 
 function complain(rule) { print FILENAME ":" FNR ": " rule }
@@ -23,7 +23,7 @@ BEGIN {
   may["idl/common/"] = "idl/common/ GENERATED"
   may["idl/vocabulary/"] = "idl/common/ idl/vocabulary/ GENERATED"
 
-  # Shapes. What is in the folder itself serves all of its rooms.
+  # Shapes. Files in the folder itself serve all of its rooms.
   boxes = plant " server/geometry/aabb.h server/geometry/box_tree.h server/geometry/segment_distance.h"
   may["server/geometry/"] = boxes
   may["server/geometry/mesh/"] = boxes " server/geometry/mesh/"
@@ -33,7 +33,7 @@ BEGIN {
   components = geometry " server/components/"
   may["server/components/"] = components
 
-  # Interaction. Surface contact knows nothing of holding, and the other way round.
+  # Interaction. Surface contact and holding do not include each other.
   shared = components " server/contact/executor.h server/contact/pair_linearisation.h"
   may["server/contact/"] = shared
   may["server/contact/collision/"] = shared " server/contact/collision/"
@@ -42,7 +42,7 @@ BEGIN {
   may["server/contact/surface/"] = shared " server/contact/surface/"
   contact = components " server/contact/"
 
-  # Solvers see the ODE system, not who grips what.
+  # Solvers use the ODE system, but no gripping.
   model = contact " server/simulation/model/"
   may["server/simulation/model/"] = model
   may["server/simulation/solver/"] = model " server/simulation/solver/"
@@ -62,7 +62,7 @@ BEGIN {
   may["server/runtime/recording/"] = may["server/runtime/requests/"] " server/runtime/recording/"
   may["server/runtime/loop/"] = may["server/runtime/recording/"] " server/runtime/loop/"
   may["server/runtime/host/"] = scenario " idl/vocabulary/ server/runtime/"
-  # What crosses a boundary: messages made of the core and the loop, and who sends or records them.
+  # The boundary: messages made of the core and the loop, their senders and recorders.
   described = " server/simulation/model/snapshot.h server/simulation/model/pressed_elements.h server/simulation/model/cell_frames.h " \
               "server/simulation/model/cell_description.h"
   may["server/messages/"] = plant described " server/runtime/requests/ server/runtime/loop/loop_output.h server/messages/ GENERATED"

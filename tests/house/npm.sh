@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# npm.sh SOURCES: without npm, and where its registry cannot be reached, a build goes on and says what it leaves out.
+# npm.sh SOURCES: without npm, and where its registry cannot be reached, a build continues and reports the missing parts.
 set -euo pipefail
 sources=$1
 place=$(mktemp -d)
@@ -13,7 +13,7 @@ said=$(get none -DNPM_PROGRAM=)
 [[ $said == *"not installed (Debian package npm). There is no page."* ]] || { echo "without npm: $said"; exit 1; }
 [[ ! -e $place/none.stamp ]]
 command -v npm >/dev/null || exit 0
-# Nobody listens on port 9, and nothing is in an empty cache.
+# Port 9 has no listener, and the cache is empty.
 said=$(npm_config_registry=http://127.0.0.1:9/ npm_config_cache="$place/cache" get dead)
 [[ $said == *"npm install failed ("*"ECONNREFUSED"*"). There is no page."* && $(wc -l <<<"$said") -le 2 ]] ||
   { echo "without its registry: $said"; exit 1; }

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# package.sh BUILD: the Debian package has what a package has, and what it puts below /usr runs from there.
+# package.sh BUILD: the Debian package is complete, and its programs run from /usr.
 set -euo pipefail
 build=$1
 for tool in cpack dpkg-deb dpkg-shlibdeps; do
@@ -22,7 +22,7 @@ for library in libc6 libstdc++6 libyaml-cpp libtinyxml2 libzstd1 liblz4-1 'pytho
   [[ $(field Depends) == *"$library"* ]] || { echo "the package does not depend on $library: $(field Depends)"; exit 1; }
 done
 dpkg-deb --info "$package" prerm | grep -q __pycache__
-# Nothing outside of /usr.
+# All files are below /usr.
 if dpkg-deb --contents "$package" | awk '{print $6}' | grep -v '^\./\(usr/.*\)\?$'; then
   echo 'the package has the files above outside of /usr'
   exit 1

@@ -32,7 +32,8 @@ fresh() {
   write idl/takt_msgs.idl '@final\n@topic(id="state", name="{cell}/state", by="server")\nstruct State { double x; };\n'
   write client_lib/client.cpp '#include <chrono>\n#include <fastdds/x.hpp>\n#include "takt_topics.h"\n#include "client_lib/client.h"\n'
   write client_lib/controller/controller.cpp '#include <lua.hpp>\n#include "plant_models/spatial.h"\n'
-  write tests/dds/x_unit_test.cpp '#include <chrono>\n#include <fcl/fcl.h>\n#include "server/dds/x.h"\n'
+  write tests/dds/x_unit_test.cpp '#include <chrono>\n#include <fcl/fcl.h>\n#include "server/dds/x.h"\nTEST(Reader,\n     AllIsRead) {}\nTEST_F(Reader, AllOfIt) {}\n'
+  write server/contact/holding/search.h '#pragma once\n'
 }
 # expect PLACE FILE CONTENT: with that file, check.sh must fail and report PLACE, and nothing else.
 expect() {
@@ -120,6 +121,13 @@ expect docs/c.md:1 docs/c.md '# C\n[a](a.md)\n'
 expect docs/decisions.md:1 docs/decisions.md '**1. Two.**\n*Context:* a\n*Consequence:* c\n'
 expect docs/decisions.md:4 docs/decisions.md "$(printf '**1. Two.**\\n*Context:* a *Decision:* b\\n*Consequence:* c\\n%.0s' {1..2})"
 expect server/contact/a.cpp:1 server/contact/a.cpp '// See docs/no.md\n'
+expect docs/a.md:1 docs/a.md "| a | $(printf 'x%.0s' {1..300}) |\\n"
+expect docs/a.md:2 docs/a.md 'x\n`Reader.AllOf*`, `Reader.*`, `Reader.AllIsRead`, `Reader.Nothing`\n'
+# Comments
+expect server/contact/a.cpp:2 server/contact/a.cpp '\n// Finds who holds a part.\n'
+expect server/contact/a.cpp:1 server/contact/a.cpp 'int x;  ///< told twice\n'
+expect server/contact/a.cpp:1 server/contact/a.cpp '// The list is no longer sorted.\n'
+expect server/contact/a.cpp:1 server/contact/a.cpp '// See holding/no.h, search.h and holding/search.h.\n'
 # The way of a command
 expect docs/architecture.md:2 docs/architecture.md '## The way of a command\n| 1 | `Loop::give` | `server/runtime/loop/loop.cpp` |\n'
 expect docs/architecture.md:13 docs/architecture.md "## The way of a command\\n$(printf '| 1 | `Loop::take` | `server/runtime/loop/loop.cpp` |\\n%.0s' {1..12})"

@@ -1,4 +1,4 @@
-// Messages as samples and back: every struct of the IDL, both byte orders, and what a sample may claim.
+// Messages as samples and back: every struct of the IDL, both byte orders, and the limits of samples.
 #include "idl/common/cdr.h"
 
 #include <gtest/gtest.h>
@@ -106,7 +106,7 @@ TEST(Cdr, BothByteOrdersAreReadAndClaimsAreNeverLargerThanTheSample) {
     if (!big) {
       EXPECT_EQ(written(read), good.all());
     }
-    good.all().push_back(0);  // what follows the last field does not matter
+    good.all().push_back(0);  // bytes behind the last field are ignored
     EXPECT_TRUE(cdr::read(good.all(), read));
     for (const std::uint64_t claimed : {3U, 100'000'000U, 0xFFFFFFFFU}) {
       trajectory_msgs::msg::JointTrajectory refused;
@@ -123,7 +123,7 @@ TEST(Cdr, DamagedSamplesAreReadOrRefusedWithinTheirBytes) {
     for (unsigned i = 0; i < 1 + dice() % 4; ++i)
       bytes[dice() % bytes.size()] = static_cast<std::uint8_t>(dice());
     trajectory_msgs::msg::JointTrajectory read;
-    (void)cdr::read(bytes, read);  // the sanitizers look on
+    (void)cdr::read(bytes, read);  // under the sanitizers
     EXPECT_LE(read.points.capacity(), bytes.size());
   }
 }
@@ -196,7 +196,7 @@ TEST(MessageTables, SayUnitFrameAndMeaning) {
   EXPECT_EQ(message_info<takt_msgs::msg::CellState>().dds_type, "takt_msgs::msg::dds_::CellState_");
   EXPECT_EQ(annotation(field_info<takt_msgs::msg::Contact>("base").annotations, "index"), "components");
   EXPECT_EQ(field_info<takt_msgs::msg::Status>("state").enumeration->name, "SimulationState");
-  // A comment that goes on in the next line belongs to the same field.
+  // A comment that continues in the next line belongs to the same field.
   EXPECT_EQ(field_info<takt_msgs::msg::PowerConsumer>("mechanical_power").doc,
             "of each drive on its joint: the arm's joints, then left and right jaw of each gripper; empty "
             "for devices, "

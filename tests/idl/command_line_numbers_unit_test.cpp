@@ -1,4 +1,4 @@
-// Which numbers the command lines of all programs take, and what they say of others.
+// Numbers accepted on the command lines of all programs, and the errors for others.
 #include <gtest/gtest.h>
 
 #include "idl/command_line/numbers.h"

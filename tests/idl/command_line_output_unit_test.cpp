@@ -1,4 +1,4 @@
-// Programs whose output cannot be written say so and fail, whatever their work came to.
+// Programs whose output cannot be written report it and fail, whatever the result of their work.
 #include "idl/command_line/output.h"
 
 #include <fcntl.h>
@@ -45,7 +45,7 @@ TEST(CommandLineOutput, OutputThatCannotBeWrittenIsAFailure) {
     EXPECT_EQ(code_after_printing(::open("/dev/full", O_WRONLY), code), expected);
     EXPECT_EQ(testing::internal::GetCapturedStderr().find(sentence), 0U);
   }
-  // What failed before, and was forgotten by the file since.
+  // An earlier failure that the state of the file does not show.
   testing::internal::CaptureStderr();
   {
     const RedirectedOutput redirected(::open("/dev/null", O_WRONLY));

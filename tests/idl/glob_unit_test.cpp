@@ -1,4 +1,4 @@
-// Names by patterns: * and nothing else.
+// Matching of names with patterns: only * is special.
 #include "idl/common/glob.h"
 
 #include <gtest/gtest.h>

@@ -44,7 +44,7 @@ struct Fragments {
   }
 };
 
-/// What Fast DDS gets of a packet.
+/// The packets that Fast DDS gets for a packet.
 std::vector<Bytes> passed(FragmentAssembly& assembly, Bytes packet) {
   EXPECT_EQ(to_string(inspect_packet(packet, {}, nullptr).flaw), "none");
   std::vector<Bytes> seen;
@@ -131,7 +131,7 @@ TEST(RtpsFragmentsOfSome, AForgedFragmentDoesNotSpoilTheOthers) {
   const Fragments fragments;
   const Bytes whole = sample(2500, 1), other = sample(4500, 9);
   one(assembly, fragments, whole, 5, 1);
-  one(assembly, fragments, other, 5, 2);  // another size: begins anew
+  one(assembly, fragments, other, 5, 2);  // another size: starts again
   one(assembly, fragments, whole, 5, 2);
   one(assembly, fragments, whole, 5, 3);
   const auto seen = one(assembly, fragments, whole, 5, 1);

@@ -515,7 +515,7 @@ TEST_P(RtpsGuard, BytesInPlaceOfStatisticsAreCutOffInSharedMemory) {
   Bytes bad = with(framing);
   bad[size - 8] = 0xff;
   EXPECT_EQ(asked(bad), "payload") << "what stands before is looked at";
-  // Old bytes may look like a submessage. They are none of a sender that has left others before.
+  // Old bytes may look like a submessage. They are cut off for a sender that has sent old bytes earlier.
   for (const Bytes& stale : {framing, nothing}) {
     RtpsSessionState memory;
     EXPECT_EQ(asked(genuine, &memory), longer);

@@ -1,4 +1,4 @@
-// Which files in shared memory are left behind: those of locks that nobody holds.
+// Stale files in shared memory: those whose lock is free.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/file.h>

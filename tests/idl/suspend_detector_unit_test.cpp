@@ -19,7 +19,7 @@ TEST(SuspendDetector, PacketsPassWithRegularTicks) {
 TEST(SuspendDetector, AShortStopIsIgnored) {
   SuspendDetector suspend_detector(kLease, 10 * kSecond);
   EXPECT_FALSE(suspend_detector.quarantined(
-      13 * kSecond));  // others forget after 5 s, less the time between two announcements
+      13 * kSecond));  // others drop it after 5 s, less the time between two announcements
   suspend_detector.tick(13 * kSecond);
   EXPECT_FALSE(suspend_detector.quarantined(13 * kSecond + 1));
   EXPECT_EQ(suspend_detector.resumed_ns(), 0);
@@ -36,7 +36,7 @@ std::int64_t heard_again_ns(SuspendDetector& suspend_detector, std::int64_t from
 
 TEST(SuspendDetector, PacketsAreHeldBackAfterALongStop) {
   SuspendDetector suspend_detector(kLease, 10 * kSecond);
-  EXPECT_TRUE(suspend_detector.quarantined(300 * kSecond));  // asked before the first tick
+  EXPECT_TRUE(suspend_detector.quarantined(300 * kSecond));  // called ahead of the first tick
   EXPECT_EQ(suspend_detector.resumed_ns(), 300 * kSecond);
   EXPECT_EQ(heard_again_ns(suspend_detector, 300 * kSecond), 301 * kSecond + kSecond / 2);
   EXPECT_EQ(suspend_detector.resumed_ns(), 300 * kSecond);
@@ -48,7 +48,7 @@ TEST(SuspendDetector, TheTickDetectsAStop) {
   EXPECT_EQ(suspend_detector.resumed_ns(), 30 * kSecond);
 }
 
-/// Where ticks are late, those threads may be too that forget.
+/// With late ticks, the threads of DDS may be late too.
 TEST(SuspendDetector, TheQuarantineLastsLongerWithLateTicks) {
   SuspendDetector suspend_detector(kLease, 10 * kSecond);
   suspend_detector.tick(30 * kSecond);
@@ -59,7 +59,7 @@ TEST(SuspendDetector, TheQuarantineLastsLongerWithLateTicks) {
   EXPECT_FALSE(suspend_detector.quarantined(36 * kSecond));
 }
 
-/// While others still know it, it must not forget them.
+/// While other participants still know it, it must not drop them.
 TEST(SuspendDetector, AStopShorterThanALeaseIsIgnored) {
   for (std::int64_t stop = 3 * kSecond; stop <= 5 * kSecond; stop += kSecond / 4) {
     SuspendDetector suspend_detector(kLease, 10 * kSecond);
@@ -73,7 +73,7 @@ TEST(SuspendDetector, AStopJustOverALeaseLastsUntilBothSidesForget) {
     SuspendDetector suspend_detector(kLease, 10 * kSecond);
     const std::int64_t back = 10 * kSecond + stop;
     const std::int64_t heard = heard_again_ns(suspend_detector, back);
-    // The last that was heard before came at most one tick after the last one.
+    // The last packet ahead of the stop arrived at most one tick after the last tick.
     EXPECT_GE(heard, 10 * kSecond + kSecond / 2 + kLease) << stop;
     EXPECT_LE(heard, back + 3 * kSecond / 2) << stop;
   }

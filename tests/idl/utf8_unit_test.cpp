@@ -1,4 +1,4 @@
-// Texts from outside become UTF-8 without control characters; what is so already stays.
+// External texts become UTF-8 without control characters; valid ones stay unchanged.
 #include "idl/common/utf8.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace takt {
 namespace {
 
-/// What a program that reads JSON strictly says.
+/// The verdict of a strict JSON reader.
 bool is_utf8(const std::string& text) {
   try {
     (void)nlohmann::json(text).dump();

@@ -1,4 +1,4 @@
-// What a cell is after Parts came or went that other things refer to: controllers, threads, rules, names.
+// A cell after Parts with references were added or removed: controllers, threads, rules, names.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -39,7 +39,7 @@ TEST(ChangedCells, ControllersKeepTheirTargetsWhenDevicesComeAndGo) {
   LoadedService cell("furnace.yaml");
   cell.client.set_pace(takt::Pace::lockstep);
   cell.client.register_controller("plc", Seconds{0.008}, kGenerous, {"Furnace"});
-  // The heat of Parts is counted before furnaces: each of these moves the furnace among the targets.
+  // Heated Parts are numbered ahead of furnaces: each of these moves the furnace among the targets.
   cell.client.request("spawn_entity", {{"name", "Rotor2"}, {"copy_of", "Rotor"}, {"position", "0 0 2"}});
   cell.client.play();
   const auto is_late = [](const Event& e) { return e.code == "controller_late"; };
@@ -101,7 +101,7 @@ TEST(ChangedCells, RulesThatNameADeletedPartSayNothing) {
   incline.client.request("delete_entity", {{"entity", "P"}});
   incline.client.request("delete_entity", {{"entity", "C"}});
   incline.client.step(5);
-  // A rule that names what never was is still refused.
+  // A rule with a name that never existed is still refused.
   const auto wrong = service.file(
       "wrong.yaml", takt::test::service_scenario_text() + "collision_checking: {ignore: [[Nobody, P]]}\n");
   expect_words(refusal(incline.client, "load_scenario", {{"uri", wrong.string()}}).what(), {"Nobody"});
@@ -188,7 +188,7 @@ TEST(Registering, ARegisteredNameIsNotGivenToAnotherController) {
       refusal(client, "register_controller", {{"name", "plc"}, {"period_s", "0.008"}, {"targets", "Robot2"}});
   EXPECT_EQ(refused.result(), takt::ControlResult::failed);
   expect_words(refused.what(), {"plc", "Robot1", "another name"});
-  // One that was started anew has the same targets.
+  // A restarted controller has the same targets.
   client.register_controller("plc", Seconds{0.004}, kGenerous, {"Robot1"});
 }
 

@@ -1,4 +1,4 @@
-// What takt::Client sends: commands and control requests, and what it refuses to send.
+// Samples sent by takt::Client: commands and control requests, and its refusals.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -124,7 +124,7 @@ TEST_F(ClientCommand, InvalidCommandsAreRefusedByTheClient) {
 }
 
 TEST_F(ClientCommand, ACommandWithoutAListenerIsAnError) {
-  connect({}, Seconds{5.0});  // also the time to connect, on a machine that does other things too
+  connect({}, Seconds{5.0});  // also the time to connect, on a busy machine
   const ClientError error = error_of([&] { client_->send_joint_command("Robot1", {0.0, 0.0}); });
   EXPECT_EQ(error.kind(), ClientError::Kind::timeout);
   EXPECT_NE(std::string(error.what()).find("Robot1/joint_commands"), std::string::npos) << error.what();
@@ -135,7 +135,7 @@ TEST_F(ClientCommand, RequestsCarryTheirArgumentsAndBringTheReply) {
     if (request.request == "get_state") return cell.reply(request, 1, "Paused.", {{"state", "paused"}});
     std::map<std::string, std::string> echo;
     for (const auto& argument : request.arguments) echo[argument.name] = takt::text_of(argument.value);
-    auto foreign = request;  // the reply to somebody else must not be taken for this one's
+    auto foreign = request;  // the reply to another client must not be taken for this one's
     foreign.client_id = "somebody else";
     cell.reply(foreign, 4, "not for you");
     cell.reply(request, 1, "Done: " + request.request, echo);

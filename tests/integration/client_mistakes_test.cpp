@@ -1,5 +1,5 @@
-// What takt::Client refuses before anything is sent, and what it takes from the environment: each sentence
-// says what was given and what is allowed. And the rarer arguments of its requests.
+// Arguments that takt::Client refuses without sending, and its settings from the environment: each sentence
+// has the value given and the values allowed. And the rarer arguments of its requests.
 #include <gtest/gtest.h>
 
 #include <cmath>

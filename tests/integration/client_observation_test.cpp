@@ -1,4 +1,4 @@
-// What takt::Client makes of the samples of a cell: description, states, events, and their loss.
+// Observation of a cell's samples by takt::Client: description, states, events, and their loss.
 #include <gtest/gtest.h>
 
 #include <numeric>
@@ -134,7 +134,7 @@ TEST_F(ClientObservation, OlderInstantsAreDroppedAndRepeatedOnesKept) {
   server_->publish("state", small_state(0, 9));
   EXPECT_EQ(publish_and_see(small_state(0, 11)).sample_number, 2U);  // step 9 was not counted
   EXPECT_EQ(publish_and_see(small_state(1, 0)).sample_number, 3U);   // a reset
-  server_->publish("state", small_state(0, 12));                     // from before the reset
+  server_->publish("state", small_state(0, 12));                     // from the time ahead of the reset
   server_->publish("state", small_state(1, 0));
   const auto repeated =
       client_->wait_for_state([](const State& s) { return s.sample_number == 4; }, kGenerous);
@@ -167,7 +167,7 @@ TEST_F(ClientObservation, EventsComeInOrderAndGapsAreCounted) {
   const auto first = client_->next_event(kGenerous);
   ASSERT_TRUE(first.has_value());
   EXPECT_EQ(first->sequence_number, 5U);
-  EXPECT_EQ(first->missed_before, 0U);  // what was before this client is not missed
+  EXPECT_EQ(first->missed_before, 0U);  // events ahead of this client's start are not missed
   EXPECT_EQ(client_->next_event(kGenerous).value_or(Event()).sequence_number, 6U);
   const auto after_gap = client_->next_event(kGenerous);
   ASSERT_TRUE(after_gap.has_value());

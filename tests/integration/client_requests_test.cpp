@@ -1,4 +1,4 @@
-// The typed requests of takt::Client: what they send, and that nothing of before is seen after a reply.
+// The typed requests of takt::Client: their samples, and no old state after a reply.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -248,7 +248,7 @@ TEST_F(ClientVocabulary, SamplesOlderThanAReplyAreDropped) {
   connect({{"epoch", "2"}, {"step", "40"}});
   publish_and_see(1, 100);
   client_->restore_snapshot("before");
-  server_->publish("state", takt::test::small_state(1, 101));  // on its way before the reply
+  server_->publish("state", takt::test::small_state(1, 101));  // under way ahead of the reply
   server_->publish("state", takt::test::small_state(2, 39));
   EXPECT_FALSE(client_->wait_for_state([](const State&) { return true; }, Seconds{0.3}).has_value());
   publish_and_see(2, 40);

@@ -258,7 +258,7 @@ TEST(ClientAndService, AnExplanationDoesNotChangeTheRun) {
         << error.what();
   }
 
-  // The cell goes on as one that nobody asked.
+  // The cell continues as one without requests.
   client.play();
   for (int i = 0; i < 20; ++i) (void)client.explain_part("P");
   client.pause();
@@ -303,7 +303,7 @@ TEST(TaktCommand, RecordWritesOneRowPerPeriod) {
   Client client(options_for(takt::test::test_cell()));
   ChildProcess record({kBin + "/takt", "record", "-", "--until", "0.05", "--period", "0.01", "--cell",
                        takt::test::test_cell(), "--domain", std::to_string(takt::test::test_domain())});
-  // Each row is waited for before the cell gets on, so that none can be missed.
+  // Waits for each row ahead of the next step, so that no row is missed.
   for (const char* row : {"\n0,", "\n0.01,", "\n0.02,", "\n0.03,", "\n0.04,"}) {
     ASSERT_TRUE(record.wait_for_output(row)) << record.text;
     client.step(10);

@@ -1,4 +1,4 @@
-// What collision checking finds reaches clients as events.
+// Collision checking reaches clients as events.
 #include <gtest/gtest.h>
 
 #include "tests/support/dds_service.h"
@@ -26,7 +26,7 @@ TEST(CollisionEvents, EventsHavePairDepthPositionAndTime) {
   options.pace = Pace::free;
   options.state = SimulationState::paused;
   const auto model = checked_model();
-  // The same cell by itself, for what is to be told.
+  // The same cell by itself, for the expected events.
   Simulation alone(model);
   ASSERT_TRUE(alone.step({}));
   const std::vector<CollisionEvent> expected(alone.events().collision_events.begin(),

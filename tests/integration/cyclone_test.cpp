@@ -1,4 +1,4 @@
-// Another vendor's DDS: a program in C with Cyclone DDS drives a robot and reads what the cell says.
+// Another vendor's DDS: a program in C with Cyclone DDS drives a robot and reads the cell's samples.
 #ifdef TAKT_HAS_CYCLONE
 #include <gtest/gtest.h>
 

@@ -18,9 +18,8 @@ using test::DdsService;
 using test::RawCellClient;
 namespace msg = takt_msgs::msg;
 
-/// Steps in lockstep pace, where the loop waits for every instant to be written: whatever delays the writer,
-/// delays a step. A write to a frozen reader that blocks, blocks for the 100 ms of DDS' max_blocking_time,
-/// and every time.
+/// Steps in lockstep pace, where the loop waits for every instant to be written: a delay of the writer delays
+/// a step. A write that a frozen reader blocks takes the 100 ms of DDS' max_blocking_time, every time.
 class DdsFrozenClient : public testing::Test {
  protected:
   static constexpr std::uint64_t kSteps = 3000;
@@ -37,8 +36,8 @@ class DdsFrozenClient : public testing::Test {
     };
     return options;
   }
-  /// Takes the steps while the subscriber is as it is; the loop stands before and after, so that the counters
-  /// are ours.
+  /// Takes the steps while the subscriber is in its state; the loop stands at start and end, so that the
+  /// counters belong to these steps.
   void take_steps(std::uint64_t total) {
     blocked_ = 0;
     previous_ns_ = monotonic_now_ns();
@@ -47,7 +46,7 @@ class DdsFrozenClient : public testing::Test {
     counting_ = false;
     EXPECT_EQ(reply.result, 1) << reply.message;
     EXPECT_EQ(client_.value(reply, "step"), std::to_string(total));
-    // A loaded machine may hold up a step now and then; a blocking writer would hold up nearly all 3000.
+    // A loaded machine may delay single steps; a blocking writer would delay nearly all 3000.
     EXPECT_LT(blocked_, kSteps / 100);
   }
 
@@ -132,7 +131,7 @@ TEST(TaktServer, InvalidInputIsReportedWithExitCodeTwo) {
   const auto scenario = test::write_service_scenario();
   const auto broken = scenario.string() + ".broken.xml";
   std::ofstream(broken)
-      << "<profiles><participant profile_name=\"x\"";  // what is well-formed Fast DDS 3 takes
+      << "<profiles><participant profile_name=\"x\"";  // Fast DDS 3 accepts all well-formed text
   struct Case {
     std::vector<std::string> arguments;
     std::string words;

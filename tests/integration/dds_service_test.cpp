@@ -1,4 +1,4 @@
-// The service over DDS against raw endpoints: what it says, what it refuses, who may command.
+// The service over DDS against raw endpoints: its samples, its refusals, and the ownership of targets.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -56,7 +56,7 @@ TEST(DdsService, TheServiceDescribesItselfAndPublishesItsInstants) {
   ASSERT_TRUE(urdf->wait_until([](const auto& messages) { return !messages.empty(); }));
   EXPECT_EQ(urdf->messages().front().data, cell.robots[0].urdf);
 
-  // The two readers above are known to the service when their samples come; step until they do.
+  // The service discovers the two readers above only when their samples arrive; steps until they do.
   const auto any = [](const auto& messages) { return !messages.empty(); };
   std::uint64_t steps = 0;
   while (!joints->wait_briefly(any) || !clock->wait_briefly(any)) {
@@ -83,8 +83,8 @@ class DdsCommands : public testing::Test {
     gripper1_ = client_.dds.write<msg::GripperCommand>(client_.topic("Gripper1/command"));
     robot1_.matches->wait_for(1);
     gripper1_.matches->wait_for(1);
-    // A writer knows of a reader before the reader knows of the writer, and what it sends in between is lost:
-    // send empty commands until the service complains about both.
+    // A writer discovers a reader earlier than the reader discovers the writer, and samples in between are
+    // lost: sends empty commands until the service reports both.
     sensor_msgs::msg::JointState empty;
     msg::GripperCommand nonsense;
     nonsense.action = static_cast<GripperAction>(200);
@@ -119,8 +119,8 @@ class DdsCommands : public testing::Test {
     EXPECT_EQ(event.sender, gripper1_.guid());
   }
 
-  /// Sends the command and steps until it shows in a state that this sender is heard: a writer knows of a
-  /// reader before the reader knows of the writer. Returns how many commands have been applied to Robot1
+  /// Sends the command and steps until a state shows that this sender is accepted: a writer discovers a
+  /// reader earlier than the reader discovers the writer. Returns the number of commands applied to Robot1 by
   /// then.
   std::uint64_t command_until_applied(RawWriter& writer, sensor_msgs::msg::JointState message) {
     const auto applied = [&] { return client_.state->messages().back().applied[0].count; };
@@ -134,7 +134,7 @@ class DdsCommands : public testing::Test {
     EXPECT_GT(applied(), before);
     return applied();
   }
-  /// Sends the command until an event says that its sender is not heard.
+  /// Sends the command until an event reports that its sender has no effect.
   bool send_until_told(RawWriter& writer, sensor_msgs::msg::JointState message, const std::string& words,
                        msg::Event* found = nullptr) {
     const auto told = [&](const auto& events) {
@@ -200,7 +200,7 @@ TEST_F(DdsCommands, InvalidCommandsAreRefusedWithTheReasonAndChangeNothing) {
 
   ASSERT_EQ(client_.request("step", {{"steps", "50"}}).result, 1);
   const std::size_t rejected = client_.count_events("command_rejected");
-  EXPECT_GE(rejected, 14U);  // the twelve above, and those of the beginning
+  EXPECT_GE(rejected, 14U);  // the twelve above, and those at the start
   ASSERT_TRUE(client_.status->wait_for([&](const msg::Status& status) {
     return status.step == 50 && status.commands_rejected == rejected && status.commands_applied == 0;
   }));
@@ -241,7 +241,7 @@ TEST_F(DdsCommands, OfAWrongTypeAreTold) {
   ASSERT_TRUE(client_.wait_for_event("wrong_type", "Gripper2", "takes takt_msgs/msg/GripperCommand."));
   const auto path = client_.dds.write<JointStateType>(client_.topic("Robot1/joint_trajectory"));
   ASSERT_TRUE(client_.wait_for_event("wrong_type", "Robot1", "takes trajectory_msgs/msg/JointTrajectory."));
-  // Those of the right types are not among them.
+  // Writers of the right types are not reported.
   EXPECT_EQ(client_.count_events("wrong_type"), 3U);
 }
 
@@ -300,7 +300,7 @@ TEST_F(DdsCommands, ExclusiveSendersComeFirstAndTheStrongestOfThem) {
   EXPECT_EQ(event.sender, weak.guid());
   message.position[0] = 0.02;
   const std::uint64_t applied = command_until_applied(strong, message);
-  // From now on DDS itself drops what the weaker one sends.
+  // From here on DDS itself drops the samples of the weaker one.
   message.position[0] = 0.01;
   for (int i = 0; i < 20; ++i) weak.writer->write(&message);
   EXPECT_NEAR(robot1_position(20), 0.02, 1e-12);
@@ -312,7 +312,7 @@ TEST_F(DdsCommands, ExclusiveSendersComeFirstAndTheStrongestOfThem) {
   EXPECT_NEAR(robot1_position(20), 0.01, 1e-12);
 }
 
-/// A sender that is killed cannot say goodbye: the lease of its participant decides.
+/// A killed sender sends no farewell: the lease of its participant decides.
 TEST_F(DdsCommands, TheNextSenderTakesOverFromAKilledOwner) {
   test::ChildProcess owner({std::string(TAKT_BIN_DIR) + "/takt-test-commander",
                             std::to_string(test::test_domain()), test::test_cell(), "Robot1", "0.02"});
@@ -335,7 +335,7 @@ TEST_F(DdsCommands, TheNextSenderTakesOverFromAKilledOwner) {
 TEST(DdsControl, RepliesGoToTheirRequester) {
   DdsService service(paused());
   RawCellClient client;
-  // The same number for something else: two clients of one id, or one that was started again.
+  // The same number for another request: two clients of one id, or a restarted one.
   client.write("step", {{"steps", "5"}}, 6000);
   ASSERT_TRUE(client.wait_for_replies(6000, 1));
   client.write("step", {{"steps", "7"}}, 6000);

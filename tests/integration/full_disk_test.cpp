@@ -1,5 +1,5 @@
-// A disk that is full while takt-server records what it is told over DDS: an event within a second, the cell
-// goes on, and all that was written is good.
+// A disk that is full while takt-server records commands over DDS: an event within a second, the cell
+// continues, and all written records are valid.
 #include <gtest/gtest.h>
 
 #include <fcntl.h>
@@ -35,7 +35,7 @@ class FullDisk : public testing::Test {
             "--log",
             log.string()};
   }
-  /// Both robots swing until the server says that it records no more.
+  /// Both robots swing until the server reports the end of the recording.
   std::optional<Event> command_until_told(Client& client) {
     std::optional<Event> told;
     const State start = client.state();
@@ -86,7 +86,7 @@ TEST_F(FullDisk, AFileAtItsLimitIsReportedAndTheCellContinues) {
   ChildProcess program(server(log));
   ASSERT_TRUE(program.wait_for_output("ready")) << program.text;
   Client client(client_options());
-  // Only now: the shared memory of DDS is files too.
+  // Only at this point: the shared memory of DDS consists of files too.
   const rlimit limit{std::filesystem::file_size(log) + 20'000, RLIM_INFINITY};
   ASSERT_EQ(prlimit(program.pid(), RLIMIT_FSIZE, &limit, nullptr), 0);
   expect_told_and_unharmed(client, log, "File too large");

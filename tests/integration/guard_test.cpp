@@ -1,4 +1,4 @@
-// What the guard keeps out of a service, and that the service goes on.
+// Packets that the guard keeps out of a service, which continues.
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>

@@ -88,14 +88,14 @@ TEST(Hosting, AnotherScenarioWithOtherRobotsTakesThePlace) {
   EXPECT_EQ(client.get_state(), SimulationState::stopped);
   EXPECT_TRUE(client.connected());
 
-  // Events are numbered through: none is missing, none comes twice.
+  // Event numbers are consecutive: no event is missing or repeated.
   const auto loaded =
       client.wait_for_event([](const Event& e) { return e.code == "scenario_loaded"; }, kGenerous);
   ASSERT_TRUE(loaded.has_value());
   EXPECT_EQ(loaded->missed_before, 0U);
   EXPECT_GT(loaded->sequence_number, before->sequence_number);
 
-  // The new robot is commanded through the same client; the old ones are not there.
+  // The new robot is commanded through the same client; the old ones are gone.
   std::vector<double> target = fresh->robot("Arm").position;
   target[5] += 0.001;
   client.send_joint_command("Arm", target);
@@ -229,7 +229,7 @@ TEST(Hosting, TwentyReloadsLeaveNothingBehind) {
                     .has_value());
     client.step(5);
   };
-  // What a process allocates once only is there after a few.
+  // Memory that a process allocates once only is allocated after a few rounds.
   for (int i = 0; i < 4; ++i) {
     reload(service.one_arm());
     reload(service.two_robots());

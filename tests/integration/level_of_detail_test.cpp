@@ -136,7 +136,7 @@ TEST(LevelOfDetailOverDds, JawsPublishTheForceOfTheirDrives) {
   EXPECT_LE(moving.gripper("Gripper1").force, 150.0);
 }
 
-/// Furnaces and screwdrivers draw power whatever the level of detail is.
+/// Furnaces and screwdrivers draw power at any level of detail.
 TEST(LevelOfDetail, DevicesConsumePowerAsInTheReport) {
   const auto model = model_with_idle_power();
   takt::test::add_chamber(*model);  // has no meter
@@ -320,7 +320,7 @@ TEST(ContactsOverDds, PressuresOfRequestedPairsAreSent) {
   const auto unknown = raw.request("watch_pressures", {{"pairs", "P-Table9"}});
   EXPECT_EQ(unknown.result, 2);
   EXPECT_NE(unknown.message.find("P-Table1"), std::string::npos) << unknown.message;
-  // Nothing was sent before anybody asked; then it comes though the cell stands.
+  // There are no samples until a request; then they arrive although the cell stands.
   ASSERT_EQ(raw.request("watch_pressures", {{"pairs", "P-Table1"}, {"for_s", "86400"}}).result, 1);
   ContactPressures sample;
   ASSERT_TRUE(pressures->wait_for([](const auto& m) { return !m.pairs.empty(); }, &sample));

@@ -1,4 +1,4 @@
-// What takt view puts between the page and a running cell.
+// The source between the page of takt view and a running cell.
 #include "client_lib/view/live_source.h"
 
 #include <gmock/gmock.h>
@@ -38,7 +38,7 @@ TEST(LiveSource, ARequestReachesARestartingServer) {
     auto answer = std::async(std::launch::async, [&] { return source.request("step", {{"steps", "2"}}); });
     server = paused_server();
     takt::view::Answer got = answer.get();
-    // It may be there before its scenario is, and says so.
+    // The server may answer ahead of its scenario, and then reports that.
     while (got.message.find("being loaded; ask again") != std::string::npos)
       got = source.request("step", {{"steps", "2"}});
     EXPECT_EQ(got.result, 1) << got.message;

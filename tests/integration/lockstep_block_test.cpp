@@ -1,5 +1,5 @@
-// The block scenario over DDS in lockstep, with the programs a user starts: the same bits as takt-run of the
-// same program, in every run, whatever the load of the machine.
+// The block scenario over DDS in lockstep, with the users' programs: the same bits as takt-run of the same
+// program, in every run, under any load of the machine.
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// How server and clients find each other and who is let in: by the programs, as a user runs them.
+// Discovery of servers and clients, and access control: by the programs, from the user's view.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -28,7 +28,7 @@ struct Outcome {
   std::string text;
 };
 
-/// takt-server in a process of its own, and takt to ask it.
+/// takt-server in a process of its own, and takt to query it.
 class Programs : public testing::Test {
  protected:
   void serve(const std::vector<std::string>& options) {
@@ -85,7 +85,7 @@ class Discovery : public Programs {
     const Outcome status = takt(client, "status");
     EXPECT_EQ(status.code, 0);
     EXPECT_NE(status.text.find("paused"), std::string::npos) << status.text;
-    // Those that look for topics or cells which they do not know yet.
+    // Clients that search for unknown topics or cells.
     const Outcome list = takt(client, "list", "3");
     EXPECT_EQ(list.code, 0) << list.text;
     EXPECT_NE(list.text.find(test::test_cell()), std::string::npos) << list.text;
@@ -94,16 +94,16 @@ class Discovery : public Programs {
   }
 };
 
-/// Without a profile a server is found by clients that know nothing but loopback; stock participants: all
-/// tests with RawDdsClient.
+/// Without a profile a server is found by clients that use loopback alone; stock participants: all tests with
+/// RawDdsClient.
 TEST_F(Discovery, ClientsOnLoopbackFindTheServerWithoutAProfile) {
   serve({});
   const Outcome status = takt({"--profiles", profiles(), "--profile", "takt_client"}, "status");
   EXPECT_EQ(status.code, 0) << status.text;
 }
 
-/// A process that leaves and comes again under the same number has the same GUIDs, and its readers listen to
-/// other topics than those of the same GUIDs before.
+/// A process that leaves and returns under the same number has the same GUIDs, and its readers have other
+/// topics than the earlier ones of the same GUIDs.
 TEST_F(Discovery, AParticipantThatReturnsUnderItsGuidIsFound) {
   serve({});
   constexpr std::int32_t lease_s = 2, number = 77;
@@ -136,7 +136,7 @@ TEST(ThisMachine, OnlyAddressesOfThisMachineAreLocal) {
   EXPECT_EQ(local.front(), kLoopback);
   for (const Ipv4& address : local) EXPECT_TRUE(addresses.has(address));
   EXPECT_TRUE(addresses.has({127, 3, 2, 1}));
-  // Asked again and again, as by packets of a stranger: looked up at most once a second.
+  // Repeated queries, as by packets of a stranger: one look-up per second at most.
   for (int i = 0; i < 100000; ++i) EXPECT_FALSE(addresses.has({203, 0, 113, 7}));
   EXPECT_FALSE(addresses.has({0, 0, 0, 0}));
   EXPECT_FALSE(addresses.has({239, 255, 0, 1}));
@@ -170,7 +170,7 @@ class Secured : public Programs {
  protected:
   void SetUp() override { serve({"--secure", identities_ / "server"}); }
   static std::vector<std::string> as(const std::filesystem::path& identity) { return {"--secure", identity}; }
-  /// The positive control: who is permitted gets what the others do not.
+  /// The positive control: a permitted client gets the samples that the others do not.
   void expect_controller_served() {
     const Outcome status = takt(as(identities_ / "controller"), "status");
     EXPECT_EQ(status.code, 0) << status.text;

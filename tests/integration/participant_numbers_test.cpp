@@ -47,7 +47,7 @@ TEST(ParticipantNumbers, NumbersOfOtherParticipantsAreNotTaken) {
   for (int number = numbers.draw(); number >= 0; number = numbers.draw()) held.push_back(number);
   ASSERT_FALSE(held.empty());
   test::RawDdsClient other(test::test_domain(), 2, held.back());
-  numbers.give_back(held.back());  // now the only one there is
+  numbers.give_back(held.back());  // the only one left
   {
     const client::Link link(domain, "beside", {});
     const auto participants = dds::DomainParticipantFactory::get_instance()->lookup_participants(

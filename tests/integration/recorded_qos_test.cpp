@@ -1,5 +1,4 @@
-// What recordings say of the QoS of their topics is what the server's writers offer, as discovery tells of
-// them.
+// The QoS of topics in recordings is that of the server's writers, according to discovery.
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
@@ -27,12 +26,12 @@ using takt::test::HostedService;
 using takt::test::kBin;
 using takt::test::kGenerous;
 
-/// What the server writes, without what is named after robots, and without contact_pressures, which it writes
-/// where bodies can press only.
+/// The server's topics, without those named after robots, and without contact_pressures, which exists only if
+/// bodies can press.
 const std::vector<std::string> kTopics{"description", "status", "events", "state", "power", "contacts"};
 const std::vector<std::string> kOfAllCells{"/clock", "/tf", "/tf_static"};
 
-/// As discovery tells of them, once all that are named are there.
+/// According to discovery, after all named topics have appeared.
 std::map<std::string, OfferedQos> offered(const std::vector<std::string>& wanted) {
   std::mutex mutex;
   std::condition_variable changed;
@@ -54,7 +53,7 @@ std::map<std::string, OfferedQos> offered(const std::vector<std::string>& wanted
   return found;
 }
 
-/// The profile as rosbag2 reads it: one, of numbers, with everything that its reader asks for.
+/// The profile as rosbag2 reads it: one, of numbers, with all keys that its reader needs.
 OfferedQos profile_of(const takt::recording::McapChannel& channel) {
   const YAML::Node profiles = YAML::Load(channel.metadata.at("offered_qos_profiles"));
   EXPECT_TRUE(profiles.IsSequence() && profiles.size() == 1) << channel.topic;
@@ -99,7 +98,7 @@ TEST(RecordedQos, RecordedQosEqualsThatOfTheServersWriters) {
   EXPECT_EQ(takt::recording::qos_of_server(prefix + "contact_pressures"), writers.at(prefix + "contacts"));
   EXPECT_EQ(takt::recording::qos_of_server(prefix + "Robot1/joint_commands"), OfferedQos{});
 
-  // takt record notes what discovery says. What is on the disk after a second has the description.
+  // takt record stores the QoS of discovery. After a second the file on the disk has the description.
   const auto recorded = service.directory / "recorded.mcap";
   ChildProcess record({kBin + "/takt", "--cell", takt::test::test_cell(), "--domain",
                        std::to_string(takt::test::test_domain()), "record", recorded.string(), "--until",
@@ -110,7 +109,7 @@ TEST(RecordedQos, RecordedQosEqualsThatOfTheServersWriters) {
       const McapReader begun(recorded);
       return begun.channel(prefix + "description") != nullptr && begun.channel(prefix + "state") != nullptr;
     } catch (const takt::recording::RecordingError&) {
-      return false;  // nothing is there yet
+      return false;  // the file is still empty
     }
   };
   for (int i = 0; i < 100000 && !described(); ++i)
@@ -120,7 +119,7 @@ TEST(RecordedQos, RecordedQosEqualsThatOfTheServersWriters) {
   EXPECT_EQ(record.wait(), 0) << record.text;
   EXPECT_GT(compare(McapReader(recorded), writers), 3U);
 
-  // takt-run, which has no writers, notes what the server's would offer. Its cell is called "cell".
+  // takt-run, which has no writers, stores the QoS of the server's writers. Its cell has the name "cell".
   std::map<std::string, OfferedQos> of_cell;
   for (const auto& [topic, qos] : writers)
     of_cell[topic.starts_with(prefix) ? "/cell/" + topic.substr(prefix.size()) : topic] = qos;
@@ -144,7 +143,7 @@ TEST(RecordedQos, EveryFormOfQosIsRead) {
   };
   EXPECT_EQ(read_offered_qos(profile("reliable", "transient_local")), (OfferedQos{true, true}));
   EXPECT_EQ(read_offered_qos(profile("best_effort", "volatile")), (OfferedQos{false, false}));
-  // Two writers of one topic: readers of either find what they ask for.
+  // Two writers of one topic: readers of either get their QoS.
   EXPECT_EQ(read_offered_qos(profile("best_effort", "volatile") + profile("reliable", "volatile")),
             (OfferedQos{true, false}));
   EXPECT_EQ(read_offered_qos(profile("1", "2") + profile("2", "1")), (OfferedQos{true, true}));
@@ -153,7 +152,7 @@ TEST(RecordedQos, EveryFormOfQosIsRead) {
   EXPECT_EQ(read_offered_qos(profile("sometimes", "volatile")), std::nullopt);
 }
 
-/// A file of another program: its names say nothing of its QoS, or something else.
+/// A file of another program: its names contain no QoS, or another one.
 TEST(RecordedQos, AReplayOffersTheRecordedQos) {
   const takt::test::TemporaryDirectory directory;
   const auto file = directory / "foreign.mcap";
@@ -166,7 +165,7 @@ TEST(RecordedQos, AReplayOffersTheRecordedQos) {
     for (const auto& [topic, qos] : written) {
       const auto channel =
           writer.add_channel(topic, takt::recording::known_types(), "rosgraph_msgs/msg/Clock", qos);
-      // Two samples a long time apart, so that the replay is there to be looked at.
+      // Two samples a long time apart, so that the replay lasts long enough.
       for (const std::uint64_t time_ns : {1ULL, 600'000'000'000ULL})
         writer.write(channel, time_ns, time_ns, std::string("\0\1\0\0\5\0\0\0\6\0\0\0", 12));
     }

@@ -1,4 +1,4 @@
-// A server records what it is told over DDS; takt-run replays it with the same bits.
+// A server records commands over DDS; takt-run replays the log with the same bits.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -31,7 +31,7 @@ std::string hexadecimal(std::uint64_t value) {
   return text.str();
 }
 
-/// What takt-run says of a log; checks its exit code.
+/// Output of takt-run for a log; checks its exit code.
 std::string replayed(const std::vector<std::string>& arguments, int expected_code) {
   std::vector<std::string> command{kBin + "/takt-run", "replay"};
   command.insert(command.end(), arguments.begin(), arguments.end());
@@ -135,7 +135,7 @@ TEST(Recording, AFullDiskIsAnEventAndTheCellContinues) {
   Client client(client_options());
   client.request("load_scenario", {{"uri", service.two_robots().string()}});
   client.step(100);
-  // The first bytes may have been refused before this client listened: a request tells it again.
+  // The first refusal may precede this client's discovery: a request repeats it.
   expect_words(refusal(client, "stop_recording").what(), {"/dev/full", "No space left"});
   client.step(100);
   EXPECT_TRUE(client.wait_for_state([](const State& s) { return s.step == 200; }, kGenerous).has_value());

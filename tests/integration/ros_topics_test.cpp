@@ -1,5 +1,5 @@
-// The topics that ROS 2 tools read, /clock, /tf and joint states: who joins a cell that stands gets them too,
-// and the last instant is among them.
+// The topics that ROS 2 tools read, /clock, /tf and joint states: a tool that joins a standing cell gets them
+// too, with the last instant.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -59,7 +59,7 @@ TEST(RosTopics, TopicsOfAStoppedCellReachLateJoiners) {
   ASSERT_EQ(client.request("step", {{"steps", "30"}}).result, 1);
   RosNode node;
   EXPECT_TRUE(node.has_come_to(0.03));
-  // And goes on: whoever lost one gets the next.
+  // It continues: a node that lost one gets the next.
   node.clock->forget();
   node.frames->forget();
   node.joints->forget();
@@ -85,7 +85,7 @@ TEST(RosTopics, TopicsEndWithTheLastInstant) {
   EXPECT_TRUE(node.has_come_to(0.0));
 }
 
-/// What a participant learns of the writers of others.
+/// Announcements of remote writers to a participant.
 class WriterAnnouncements final : public DiscoveryListener {
  public:
   void on_writer(const DiscoveredWriter& writer) override {

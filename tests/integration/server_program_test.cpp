@@ -1,4 +1,4 @@
-// The program takt-server: how it is told what to do, and how it ends.
+// The program takt-server: its arguments, and its end.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -37,7 +37,7 @@ TEST(ServerProgram, TheProgramEndsCleanlyOnEachSignal) {
   }
 }
 
-/// Nobody waits for the end of an import. The child is told to end when it has hardly begun.
+/// The end of the process does not wait for an import. The child is stopped shortly after its start.
 TEST(ServerProgram, TheProgramEndsWhileItsScenarioIsRead) {
   for (const int number : {SIGTERM, SIGHUP}) {
     ChildProcess server({kServer, kBlockScenario, "--supervised", "--cell", takt::test::test_cell(),

@@ -1,4 +1,4 @@
-// Several servers side by side on one host and in one domain: told apart by the names of their cells.
+// Several servers side by side on one host and in one domain, distinguished by the names of their cells.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -55,7 +55,7 @@ TEST(SeveralCells, CellsInOneDomainAreIndependent) {
   EXPECT_EQ(cells[1]->state().state_hash, cells[2]->state().state_hash);
   EXPECT_NE(cells[0]->state().state_hash, cells[1]->state().state_hash);
 
-  // One changes its pace and its scenario, one ends; the third goes on.
+  // One changes its pace and its scenario, one ends; the third continues.
   cells[1]->reload_scenario();
   cells[1]->set_pace(takt::Pace::free);
   EXPECT_EQ(cells[2]->state().step, 100U);
@@ -66,7 +66,7 @@ TEST(SeveralCells, CellsInOneDomainAreIndependent) {
   EXPECT_EQ(cells[2]->state().step, 150U);
 }
 
-/// One source of time is what ROS tools expect of a domain: a second one is told, and can be put elsewhere.
+/// ROS tools expect one source of time in a domain: a second one is reported, and can be separated.
 TEST(SeveralCells, ASharedClockIsReportedAndCanBeSeparate) {
   const std::string domain = std::to_string(takt::test::test_domain());
   const auto server = [&](const std::string& name, std::vector<std::string> more = {}) {
@@ -100,7 +100,7 @@ TEST(SeveralCells, ASharedClockIsReportedAndCanBeSeparate) {
   EXPECT_TRUE(shared->wait_for_output("writes /clock too")) << shared->text;
   EXPECT_EQ(client.count_events("clock_shared"), 1U) << "of the one that has its own";
 
-  // With each scenario the writers come anew; it was said before.
+  // With each scenario the writers are discovered again; the report is not repeated.
   ClientOptions options;
   options.cell = takt::test::test_cell() + "_shared";
   options.domain = static_cast<int>(takt::test::test_domain());

@@ -1,4 +1,4 @@
-// Snapshots over DDS, and a server that is killed and goes on from its newest one.
+// Snapshots over DDS, and a killed server that resumes from its newest one.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -221,8 +221,8 @@ TEST_F(Supervised, TheServerContinuesFromTheNewestSnapshotAndReportsIt) {
   EXPECT_EQ(server_.wait(), 0) << server_.text;
 }
 
-/// The client lives through the crash and never notices: what it sent to the old server, or while there was
-/// none, is not applied by the new one, and its states go on in a new epoch, at a time that is told.
+/// The client survives the crash without an error: the new server applies no command that was sent to the old
+/// one or during its absence, and its states continue in a new epoch, at a reported time.
 TEST_F(Supervised, CommandsFromBeforeTheCrashAreNotApplied) {
   const pid_t first = wait_for_child();
   Client client(options());
@@ -246,7 +246,7 @@ TEST_F(Supervised, CommandsFromBeforeTheCrashAreNotApplied) {
   for (int i = 0; i < 50; ++i) {
     try {
       command(0.5);
-    } catch (const ClientError&) {  // it may know already that nobody is there
+    } catch (const ClientError&) {  // it may have detected the crash already
     }
   }
   ASSERT_NE(wait_for_child(), first);
@@ -271,7 +271,7 @@ TEST_F(Supervised, CommandsFromBeforeTheCrashAreNotApplied) {
   EXPECT_TRUE(client.wait_for_state([&](const State& s) { return applied(s) > applied(before); }, kGenerous));
 }
 
-/// Robot programs begin with the cell. One that goes on in the middle is left alone until somebody resets it.
+/// Robot programs begin with the cell. A resumed cell has no program until a reset by the user.
 TEST_F(Supervised, AControllerRestartsOnlyAfterAResetOfTheResumedCell) {
   const pid_t first = wait_for_child();
   directory_.write(
@@ -282,7 +282,7 @@ TEST_F(Supervised, AControllerRestartsOnlyAfterAResetOfTheResumedCell) {
                                        std::to_string(takt::test::test_domain()), "--start"});
   Client client(options());
   const auto applied = [](const State& s) { return s.applied.front().count; };
-  // Later than what counts as just begun (2 s), and with snapshots of then.
+  // Later than the limit of a fresh start (2 s), and with snapshots of that time.
   const auto before =
       client.wait_for_state([&](const State& s) { return s.time > 2.5 && applied(s) > 100; }, kGenerous);
   ASSERT_TRUE(before.has_value());

@@ -1,4 +1,4 @@
-// Parts come and go in a running server, and tell their state, over DDS.
+// Parts are added to and removed from a running server, and report their state, over DDS.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,7 +25,7 @@ using takt::test::expect_words;
 using takt::test::kGenerous;
 using takt::test::refusal;
 
-/// Stops the cell, asks, and returns the first instant of what is there then.
+/// Stops the cell, sends the request, and returns the first instant of the new content.
 State exchanged(Client& client, const std::string& name, const Arguments& arguments) {
   client.set_state(SimulationState::stopped);
   const Reply reply = client.request(name, arguments);
@@ -61,7 +61,7 @@ TEST(Spawning, ACopyOfAPartIsSpawnedBehavesLikeItAndIsDeleted) {
             there.cell->components[static_cast<std::size_t>(original)].vertices);
   EXPECT_NEAR(there.component("C2").position.z, 0.9, 1e-12);
   EXPECT_NEAR(there.component("C2").orientation.z, std::sqrt(0.5), 1e-12);
-  // In the air nothing holds it: it falls by g t^2 / 2.
+  // In the air without holder: it falls by g t^2 / 2.
   client.step(50);
   const auto fallen = client.wait_for_state([](const State& s) { return s.step == 50; }, kGenerous);
   ASSERT_TRUE(fallen.has_value());
@@ -118,7 +118,7 @@ TEST(Spawning, AResetOfAllRestoresTheScenario) {
   exchanged(client, "delete_entity", {{"entity", "P"}});
   State now = exchanged(client, "spawn_entity", {{"name", "Q"}, {"copy_of", "C"}, {"position", "0 0 2"}});
   client.step(3);
-  // Time and state alone leave what was spawned.
+  // Scopes time and state keep spawned Parts.
   client.request("reset", {{"scope", "3"}});
   EXPECT_GE(client.cell()->find_component("Q"), 0);
   const Reply reply = client.request("reset");
@@ -130,7 +130,7 @@ TEST(Spawning, AResetOfAllRestoresTheScenario) {
   ASSERT_TRUE(back.has_value());
   EXPECT_LT(back->cell->find_component("Q"), 0);
   EXPECT_GE(back->cell->find_component("P"), 0);
-  // Nothing more to exchange: a reset is a reset again.
+  // Without spawned Parts a reset is a plain reset again.
   client.reset();
   EXPECT_EQ(client.cell()->scenario_generation, back->cell->scenario_generation);
 }

@@ -1,5 +1,5 @@
-// What takt and the other programs say of wrong words and numbers, and takt watch and step of a server that
-// does not do what they wait for.
+// Reports of takt and the other programs on wrong words and numbers, and takt watch and step with a server
+// that never reaches their goal.
 #include <gtest/gtest.h>
 
 #include "client_lib/client.h"

@@ -1,4 +1,4 @@
-// takt record, export and plot where something is missing: the cell, its server, room for the output,
+// takt record, export and plot with a missing requirement: the cell, its server, room for the output,
 // gnuplot.
 #include <gtest/gtest.h>
 
@@ -41,7 +41,7 @@ std::size_t count_of(const std::string& text, const std::string& words) {
   return count;
 }
 
-/// Looks at most once for each status of the cell.
+/// Tests at most once for each status of the cell.
 bool comes_true(const Client& client, const std::function<bool()>& condition) {
   for (int i = 0; i < 600; ++i) {
     if (condition()) return true;
@@ -59,7 +59,7 @@ std::size_t descriptions_in(const std::filesystem::path& recording) {
       if (message.channel->type == "takt_msgs/msg/CellDescription") ++count;
       return true;
     });
-  } catch (const takt::recording::RecordingError&) {  // nothing is there yet
+  } catch (const takt::recording::RecordingError&) {  // the file is still missing
   }
   return count;
 }
@@ -148,7 +148,7 @@ TEST(TaktRecord, ATableCutShortIsAFailure) {
   EXPECT_EQ(unbounded.wait(), 0) << unbounded.text;
 }
 
-/// A recording that takt-run made, of a moment.
+/// A short recording made by takt-run.
 class RecordingFile : public testing::Test {
  protected:
   RecordingFile() {
@@ -157,7 +157,7 @@ class RecordingFile : public testing::Test {
                       "0.2", "--quiet", "--mcap", file_.string()});
     EXPECT_EQ(run.wait(), 0) << run.text;
   }
-  /// Through a shell, which has what is asked of its `redirection`: the text of everything and the exit code.
+  /// Through a shell, with `redirection`: the text of all output and the exit code.
   static std::pair<int, std::string> shell(const std::vector<std::string>& command,
                                            const std::string& redirection) {
     std::string line;
@@ -194,7 +194,7 @@ TEST_F(RecordingFile, AClosedPipeEndsTheExportSilently) {
   for (const std::vector<std::string>& command : {takt_command({"export", file_.string(), "--json"}),
                                                   takt_command({"export", file_.string(), "--csv", "-"})}) {
     EXPECT_EQ(count_of(shell(command, "| true").second, "cannot be written"), 0U);
-    // Where programs are told of it by the error alone.
+    // For programs to which only the error reports it.
     EXPECT_EQ(count_of(shell({"trap", "", "PIPE"},
                              "; " + command[0] + " export " + file_.string() + " --json | true")
                            .second,

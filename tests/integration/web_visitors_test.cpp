@@ -1,4 +1,4 @@
-// takt view and visitors who mean ill, or are many: what they get, and that all others notice nothing.
+// takt view and hostile or numerous visitors: their answers, and no effect on all others.
 #include <gtest/gtest.h>
 
 #include <condition_variable>
@@ -122,7 +122,7 @@ TEST_F(Viewer, DeeplyNestedMessagesAreSurvived) {
     EXPECT_TRUE(says(visitor.hear_of("understood"), "That message was not understood."));
     EXPECT_TRUE(says(page(), "the page"));
   }
-  // From elsewhere one may look, as is promised, and do no harm.
+  // Visitors from other machines may read, but not control.
   start("--address 0.0.0.0");
   WebClient foreign(port_);
   ASSERT_TRUE(

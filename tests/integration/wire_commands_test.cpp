@@ -1,4 +1,4 @@
-// Trajectories, device commands and standard topics over DDS; who may command when the owner falls silent.
+// Trajectories, device commands and standard topics over DDS; ownership after the owner falls silent.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -48,7 +48,7 @@ class WireCommands : public testing::Test {
     test::add_chamber(*model);
     return model;
   }
-  /// Steps until so many commands for the target were applied: they are on their way meanwhile.
+  /// Steps until this number of commands for the target were applied; they arrive meanwhile.
   void step_until_applied(std::size_t target, std::uint64_t count) {
     for (int attempt = 0; attempt < 6000; ++attempt) {
       client_->step(1);
@@ -84,7 +84,7 @@ TEST_F(WireCommands, InvalidTrajectoriesAreRefusedInEvents) {
   ASSERT_TRUE(refused.has_value());
   EXPECT_NE(refused->message.find("velocity_out_of_range"), std::string::npos) << refused->message;
   EXPECT_FALSE(refused->sender.empty());
-  // What only the simulation can tell: too fast from where the robot is.
+  // Only the simulation can decide this: too fast from the robot's position.
   client_->send_trajectory("Robot1", {{0.1, at(1.0)}});
   step_until_applied(0, 1);
   const auto late =
@@ -127,7 +127,7 @@ TEST_F(WireCommands, SignalsOfDevicesAreSetAndPublished) {
 
 TEST_F(WireCommands, ALockstepControllerSetsSignalsInStepWithTime) {
   LockstepController controller(*client_, {.targets = {"Chamber", "Gripper1"}, .period_s = 0.01});
-  controller.advance();  // nothing is set yet
+  controller.advance();  // no signal is set yet
   EXPECT_EQ(controller.state().devices[0].signals[2], 20.0);
   const double begin_s = controller.state().time;
   controller.set_signals("Chamber", {{"set_point", 120.0}});
@@ -143,7 +143,7 @@ TEST_F(WireCommands, ALockstepControllerSetsSignalsInStepWithTime) {
   EXPECT_THROW(controller.set_signals("Furnace", {{"lamp", 1.0}}), ClientError);
 }
 
-/// What advance() says when it gives up; empty if it does not.
+/// The sentence of advance() at a time-out; empty without one.
 std::string timeout_of(LockstepController& controller) {
   try {
     controller.advance();
@@ -171,7 +171,7 @@ TEST_F(WireCommands, ALockstepControllerTimesOutWhileAnotherIsSilent) {
   EXPECT_NE(late.find("it stands at 0.01 s and is playing, waiting for silent"), std::string::npos) << late;
   EXPECT_GE(waited.count(), 2.0);
   EXPECT_GE(looks, 1);
-  // The other answers after all: both go on, and no boundary was passed over.
+  // The other answers after all: both continue, and no boundary was skipped.
   EXPECT_EQ(timeout_of(silent), "");
   EXPECT_NEAR(controller.advance().time, 0.02, 1e-12);
   EXPECT_NEAR(silent.state().time, 0.02, 1e-12);
@@ -261,11 +261,11 @@ TEST_F(WireCommands, ARobotOfAFrozenOwnerPassesToTheNextSender) {
   EXPECT_EQ(told->subject, "Robot1");
 }
 
-// The frozen process is killed as it is at the end: continued, it takes the ports of this one for dead and
-// has them made anew, which Fast DDS 2.9.1 does not survive while it closes them.
+// The frozen process is killed at the end without being continued: it would take the ports of this one for
+// dead and have them made again, which Fast DDS 2.9.1 does not survive during their destruction.
 
-/// A controller that died, and is started anew later than its silence was noticed. DDS itself would wait for
-/// the end of the dead participant's lease, and tell nobody.
+/// A controller that died, and restarts after its silence was detected. DDS itself would wait, silently, for
+/// the end of the dead participant's lease.
 TEST_F(WireCommands, ARobotOfAFrozenSoleOwnerPassesToALaterSender) {
   test::ChildProcess owner({std::string(TAKT_BIN_DIR) + "/takt-test-commander",
                             std::to_string(test::test_domain()), test::test_cell(), "Robot1", "0.02", "30"});

@@ -1,6 +1,6 @@
-// The bytes of every message against a peer that nobody here wrote: Cyclone DDS, with types that idlc makes of the same
-// IDL. It takes our bytes as a value, and writes the same bytes of that value; what it writes in the other byte order is
-// read here as the message that was sent.
+// The bytes of every message against an independent peer: Cyclone DDS, with types that idlc makes from the
+// same IDL. It reads takt's bytes as a value, and writes the same bytes for that value; its bytes in the
+// other byte order are read here as the original message.
 #include <gtest/gtest.h>
 
 #include "idl/common/cdr.h"

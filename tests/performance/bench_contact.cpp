@@ -1,9 +1,9 @@
 // bench_contact: one contact pair at a time, poses of the block scenario: elements, microseconds per
-// evaluation with and without K and D while candidate lists hold, nanoseconds per element with force, making
-// of the lists, and a pair whose boxes are apart. Then the scenes of config/scenarios/contact by several
-// solvers beside Bullet.
-// Arguments: pairs or scenes for one of the two; large: a peg and a hole with 100 000 triangles each, too;
-// poses [COUNT]: random poses of all pairs of the scenes, exit code 1 if any answer is not finite.
+// evaluation with and without K and D with valid candidate lists, nanoseconds per element with force,
+// construction of the lists, and a pair with separate boxes. Then the scenes of config/scenarios/contact by
+// several solvers beside Bullet. Arguments: pairs or scenes for one of the two; large: a peg and a hole with
+// 100 000 triangles each, too; poses [COUNT]: random poses of all pairs of the scenes, exit code 1 if any
+// result is not finite.
 #include <time.h>
 
 #include <cstdio>

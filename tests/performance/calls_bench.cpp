@@ -1,8 +1,8 @@
 // bench_calls: Table 5.4 of the thesis. Block scenario at LoD 3 at a tolerance of 2e-6 with and without the
 // optimisation of function calls and the parallel evaluation of pairs (two threads): computation time and
 // calls of the contact algorithm, beside the thesis' (i7-11700K, Dymola). The final states must not differ.
-// Wall times say something of a machine with two idle cores only.
-// What needs more processor time than the limit is stopped, its figures are extrapolated and marked "~".
+// Wall times are significant only on a machine with two idle cores.
+// A run beyond the limit of processor time is stopped, its figures are extrapolated and marked "~".
 //   bench_calls [SCENARIO.yaml] [--solver NAME] [--limit SECONDS (60; 0: none)] [--step SECONDS (0.008)]
 #include <CLI/CLI.hpp>
 #include <cstdio>

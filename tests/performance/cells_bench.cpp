@@ -44,9 +44,9 @@ const std::vector<SolverRow> kRows{
 struct Goal {
   const char* what;
   const std::string& file;
-  int level;        ///< 0: as the scenario says
+  int level;        ///< 0: that of the scenario
   double limit;     ///< largest computation ratio
-  double thesis_s;  ///< best computation time in the thesis; 0: none
+  double thesis_s;  ///< best computation time in the thesis; 0: not in the thesis
   const char* thesis_is;
 };
 
@@ -72,7 +72,7 @@ void run_goals(const RunOptions& options) {
   for (const Goal& goal : goals) {
     if (!options.wants_level(goal.level)) continue;
     const Outcome o = run_solver({goal.file, goal.level, 0.0, ""}, {"", 0.0, "", {"", "", ""}});
-    // A magnet that falls out of the press has lost its partner as it should: demands tell.
+    // A magnet that falls out of the press loses its partner correctly: the assertions decide.
     const bool sound = !o.instable && o.failed_demands == 0 && o.error_m <= 1e-3;
     std::printf("  %-28s %10.3f %12.5f %10g", goal.what, o.cpu_s, o.computation_ratio(), goal.limit);
     if (goal.thesis_s > 0.0)
@@ -101,7 +101,7 @@ void run_import() {
     triangles = cell->description.components[housing].triangles.size() / 3;
     return cpu_s;
   };
-  build(1);  // whatever is not in the cache yet
+  build(1);  // fills the cache
   const double kinematic_s = build(1), contact_s = build(3);
   std::printf(
       "\nImport of the whole chainsaw cell (housing of %zu triangles), decomposition cached\n"

@@ -30,7 +30,7 @@ const std::vector<Solver>& solvers() {
   return list;
 }
 
-/// Where one evaluation takes most of a step, a method with few of them is what one takes.
+/// If one evaluation takes most of a step, only methods with few evaluations are practical.
 const std::vector<Solver>& solvers_of_large() {
   static const std::vector<Solver> list{
       {"of the file", {}},

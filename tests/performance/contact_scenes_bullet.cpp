@@ -27,8 +27,8 @@ PeerRun run_bullet(const Scenario&, double) {
 
 namespace {
 
-// Bullet is made for bodies of 0.1 to 10 m (contacts break at 20 mm): lengths are scaled up, as its manual
-// says.
+// Bullet is designed for bodies of 0.1 to 10 m (contacts break at 20 mm): lengths are scaled up, as its
+// manual advises.
 constexpr double kScale = 25.0;
 constexpr double kMargin_m = 1e-4;
 

@@ -76,7 +76,7 @@ bool compare_shapes_and_threads() {
       std::uint64_t hashes[2] = {};
       bool held = true;
       for (int turn = 0; turn < 14; ++turn) {
-        const int two = (turn + turn / 2) & 1;  // who comes first alternates
+        const int two = (turn + turn / 2) & 1;  // alternates the order
         const Outcome outcome = run(file, shapes.overrides, false, two == 1 ? &pool : nullptr);
         factors[two].push_back(outcome.result.cpu_s / outcome.result.final_state.time_s);
         hashes[two] = outcome.result.final_state.state_hash;

@@ -1,7 +1,6 @@
-// Time per step of a cell with N Parts on tables of which two are carried about by grippers, with the
-// skipping of what rests and without; then of cells in which everything moves, with one thread and with two.
-// Exit code 1 when runs that must agree differ in a bit. Argument: resting or threads for one of the two
-// alone.
+// Time per step of a cell with N Parts on tables, of which grippers carry two, with and without skipping
+// Parts at rest; then of cells in which all Parts move, with one thread and with two. Exit code 1 if runs
+// that must agree differ in a bit. Argument: resting or threads for one of the two alone.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -25,7 +24,7 @@ Outcome run(int count, bool skip_resting, int steps) {
   takt::test::CrowdedCell cell(count, skip_resting);
   takt::Simulation simulation(cell.model());
   for (int i = 0; i < 1200; ++i)
-    simulation.step(cell.commands(simulation));  // until both Parts hang and swing
+    simulation.step(cell.commands(simulation));  // until both Parts are held and swing
   std::vector<double> times;
   Outcome outcome;
   for (int i = 0; i < steps; ++i) {
@@ -64,7 +63,7 @@ bool compare_threads(const char* name, Cell& cell, int part_count, int blocks) {
     double spent[2] = {0.0, 0.0};
     takt::Simulation* const runs[2] = {&one, &two};
     for (int turn = 0; turn < 2; ++turn) {
-      const int k = (turn + block) & 1;  // who comes first alternates
+      const int k = (turn + block) & 1;  // alternates the order
       takt::Simulation& simulation = *runs[k];
       simulation.set_stage_clock(&wall_s);
       const double detection = simulation.statistics().mpr_s;

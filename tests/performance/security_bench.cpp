@@ -1,4 +1,4 @@
-// What security costs: a writer at 1 kHz and a reader of samples of 2 KB, without and with it, over shared
+// The cost of security: a writer at 1 kHz and a reader of samples of 2 KB, without and with it, over shared
 // memory and the guard as between server and client. One-way latency and CPU time of both ends together.
 #include <unistd.h>
 
@@ -66,7 +66,7 @@ Cost measure(std::uint32_t domain, const std::string& writer_identity, const std
   options.domain = domain;
   options.name = "writer";
   options.secure_directory = writer_identity;
-  DiscoveryListener discovery;  // found by nobody here
+  DiscoveryListener discovery;  // its discoveries are ignored
   Participant from(options, discovery);
   options.name = "reader";
   options.secure_directory = reader_identity;
@@ -120,7 +120,7 @@ int run(int samples, std::uint32_t domain) {
       std::string(TAKT_CONFIG_DIR) + "/dds/security/make_identities.sh '" + directory + "'";
   if (std::system(script.c_str()) != 0) return 1;
   deliver_through_transports();
-  // Twice, in turns: on a shared machine the second pair shows what the first is worth.
+  // Twice, alternating: on a shared machine the second pair shows the reliability of the first.
   std::printf("%-10s %10s %10s %10s %18s\n", "", "received", "p50 us", "p99 us", "CPU us per sample");
   for (int round = 0; round < 2; ++round) {
     for (const bool secured : {false, true}) {

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # service.sh BIN SCENARIO LOD [OPTION OF takt-server ...]: the cell paced in real time as a service, its program sent
-# by takt-controller over DDS and its contacts watched by one more client. Prints what the server measured of itself.
+# by takt-controller over DDS and its contacts watched by one more client. Prints the server's own measurements.
 set -euo pipefail
 bin=$1 scenario=$2 lod=$3
 shift 3

@@ -41,9 +41,9 @@ struct RunOptions {
   bool wants(const char* name) const { return solver.empty() || solver == name; }
   bool wants_level(int n) const { return level == 0 || level == n; }
 };
-/// --solver, --limit, --step; with_level: --lod. What the options hold is their default.
+/// --solver, --limit, --step; with_level: --lod. The present values of the options are their defaults.
 void add_run_options(CLI::App& app, RunOptions& options, bool with_level);
-/// Reads the command line and runs; the program's exit code, with what is wrong in one line on stderr.
+/// Reads the command line and runs; returns the program's exit code, with an error in one line on stderr.
 int run_bench(CLI::App& app, int argc, char** argv, const std::function<void()>& run);
 
 struct Outcome {

@@ -1,7 +1,7 @@
 // Table 5.1 of the thesis: the block scenario with every solver, step and tolerance at levels of detail 1, 2
 // and 3, our computation times beside the thesis' (i7-11700K, Dymola), marked by its criteria (5.18, 5.19):
-// "error" ends more than 1 mm off, "instable" was aborted, "broken" lost a connection. What needs more
-// processor time than the limit is stopped and its time extrapolated: "~".
+// "error" ends more than 1 mm off, "instable" was aborted, "broken" lost a connection. A run beyond the limit
+// of processor time is stopped and its time extrapolated: "~".
 //   bench_solvers [SCENARIO.yaml] [--lod N] [--solver NAME] [--limit SECONDS (30; 0: none)] [--step SECONDS]
 #include <CLI/CLI.hpp>
 #include <string>

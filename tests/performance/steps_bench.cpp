@@ -1,8 +1,8 @@
-// bench_steps: what the solvers for real time give and cost. First their figures in surface contact beside
-// the truth (cvode at 1e-9, closed forms), with the largest work of a communication step, counted; then the
-// processor time of every communication step of a scenario, as a paced cell would need it: median, 99th
-// percentile, worst, and where the worst came from. Each solver runs several times over and the least time of
-// a step counts: the simulation is deterministic, the machine is not.
+// bench_steps: accuracy and cost of the solvers for real time. First their errors in surface contact against
+// references (cvode at 1e-9, closed forms), with the largest work of a communication step, counted; then the
+// processor time of every communication step of a scenario, as for a paced cell: median, 99th percentile,
+// worst, and the cause of the worst. Each solver runs several times and the smallest time of a step counts:
+// the simulation is deterministic, the machine is not.
 #include <time.h>
 
 #include <CLI/CLI.hpp>

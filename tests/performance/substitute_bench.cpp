@@ -1,9 +1,9 @@
 // Table 5.2 of the thesis on our block scenario: three interaction algorithms, with the thesis' law and with
 // weight feed-forward; largest step that holds, computation time and largest position error at given steps.
 //
-// A run holds (criteria of thesis 5.1.2) if every state stays finite, every Part always hangs on something,
-// every connection that a run at 0.1 ms has closed is closed, and the Parts end within 1 mm of where that run
-// leaves them. The error printed is that against the analytic places, marked where it is above 1 mm.
+// A run holds (criteria of thesis 5.1.2) if every state stays finite, every Part always has a holder, every
+// connection that a run at 0.1 ms has closed is closed, and the Parts end within 1 mm of their places in that
+// run. The printed error is that against the analytic places, marked if it is above 1 mm.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -27,12 +27,12 @@ using Keys = std::set<takt::ConnectionKey>;
 struct Outcome {
   double error_m = 0.0, cpu_s = 0.0;
   bool finite = true;
-  int dropped = 0;  // times that a Part hung on nothing
+  int dropped = 0;  // number of times that a Part had no holder
   std::vector<Keys> connections;
   std::vector<takt::Vec3> ends;
 };
 
-/// What one block of the table is about.
+/// Parameters of one block of the table.
 struct Setting {
   int level_of_detail = 1;
   std::string algorithm;
@@ -89,7 +89,7 @@ bool holds(const Outcome& outcome, const Outcome& reference) {
   const auto& expected = reference.connections;
   for (std::size_t i = 1; i + 1 < std::min(expected.size(), outcome.connections.size()); ++i) {
     for (const takt::ConnectionKey& key : expected[i]) {
-      // What opens or closes just then may do so a little earlier or later.
+      // A connection that changes at that time may do so a little earlier or later.
       if (expected[i - 1].count(key) == 0 || expected[i + 1].count(key) == 0) continue;
       if (outcome.connections[i].count(key) == 0) return false;
     }

@@ -52,7 +52,7 @@ Values values(const Drive& drive, const JointReference& r, double q, double qd, 
   return v;
 }
 
-// Central differences in every argument, in every mode; nothing may lie outside the pattern.
+// Central differences in every argument, in every mode; derivatives outside the pattern must be zero.
 TEST(Drive, JacobiansEqualFiniteDifferences) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> number(-1.0, 1.0);
@@ -84,7 +84,7 @@ TEST(Drive, JacobiansEqualFiniteDifferences) {
         near(analytic_torque, plus.torque, minus.torque);
         for (int row = 0; row < n; ++row) near(analytic_row(row), plus.zdot[row], minus.zdot[row]);
       };
-      // A stuck shaft or joint has the speed zero by definition; its derivative by that speed has a use only
+      // A stuck shaft or joint has the speed zero by definition; its derivative by that speed matters only
       // for the other rows, and is compared like any other.
       expect(q, J.torque_dq, [&](int row) { return J.dz_dq[row]; });
       expect(qd, J.torque_dqd, [&](int row) { return J.dz_dqd[row]; });
@@ -115,7 +115,7 @@ TEST(Drive, InitialStatesAreEquilibria) {
       if (!output.prescribes_acceleration) {
         EXPECT_NEAR(output.torque, tau, 1e-9);
       }
-      // The integrator keeps what the wind-up of the gear leaves; all else is at rest.
+      // The integrator keeps the remainder from the wind-up of the gear; all else is at rest.
       for (int i = 1; i < drive->state_count(); ++i) EXPECT_NEAR(zdot[i], 0.0, 1e-6) << i;
       if (!drive->has_modes()) continue;
       const int expected = qd > 0.0 ? 1 : (qd < 0.0 ? -1 : 0);

@@ -1,6 +1,6 @@
-// The structured Jacobian of a dynamic robot against finite differences. Without gravity and at rest nothing
-// of what it leaves out (gravity, velocity-dependent forces, change of the mass matrix) matters, so all its
-// entries must be exact.
+// The structured Jacobian of a dynamic robot against finite differences. Without gravity and at rest its
+// omissions (gravity, velocity-dependent forces, change of the mass matrix) do not matter, so all its entries
+// must be exact. entries must be exact.
 #include <gtest/gtest.h>
 
 #include "tests/support/r3_robot.h"
@@ -78,7 +78,7 @@ TEST(DynamicRobotJacobian, DetailedDrivesInAnyModeHaveTheExactJacobianAtRest) {
     }
     const Comparison comparison(robot, bench);
     comparison.expect_columns(others);
-    // Sliding friction accelerates the arm, and then M(q) does matter.
+    // Sliding friction accelerates the arm, and then M(q) matters.
     if (modes == 0) comparison.expect_columns(q);
   }
 }

@@ -155,7 +155,7 @@ TEST(DynamicRobot, IdealServosFollowExactlyWhateverTheLoad) {
   }
 }
 
-// What the drives put in and the wrenches take out is the change of the arm's energy.
+// Work of the drives less work of the wrenches is the change of the arm's energy.
 TEST(DynamicRobot, TheEnergyOfAMotionBalances) {
   RobotPowerParameters power;
   power.idle_W = 200.0, power.loss_factor = 1.3;
@@ -297,7 +297,7 @@ double largest_lag(test::DriveMaker make, bool moving, double from_s, double win
   return lag;
 }
 
-// Switching the level of detail with something in the gripper.
+// A change of the level of detail with a Part in the gripper.
 TEST(DynamicRobot, DrivesStartInEquilibriumWithTheLoad) {
   for (const auto make : {test::simplified_drive, &detailed_drive}) {
     EXPECT_LT(largest_lag(make, false, 0.0, 0.5, true), 1e-9);

@@ -1,4 +1,4 @@
-// Trajectories: the polynomials, what is refused at the boundary, and how robots follow them.
+// Trajectories: the polynomials, the refusals at the boundary, and the motion of robots along them.
 #include "plant_models/robot/joint_path.h"
 
 #include <gmock/gmock.h>
@@ -208,7 +208,7 @@ TEST_F(Trajectory, ALaterStartWaitsAndANewerCommandReplacesIt) {
   while (simulation_.step_index() < 200) step();
   const double here = q();
   EXPECT_NEAR(here, 0.1, 1e-12);
-  step({good({{at(0.0), {}, {}, {}, 1.0}}, 0.4)});  // until 0.4 s the first goes on
+  step({good({{at(0.0), {}, {}, {}, 1.0}}, 0.4)});  // until 0.4 s the first continues
   while (simulation_.step_index() < 400) step();
   EXPECT_NEAR(q(), 0.2, 1e-12);
   EXPECT_TRUE(notices_.empty());

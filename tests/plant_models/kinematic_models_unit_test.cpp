@@ -136,7 +136,7 @@ TEST(KinematicRobot, TheRobotFollowsATrajectoryUntilTheFirstSetPoint) {
     EXPECT_GT(robot.next_time_event(0.0), 1e300);
     robot.reset();
   }
-  // A way too short for full speed, and none at all.
+  // A path too short for full speed, and one of zero length.
   const double near[] = {0.2}, square[] = {0.1};
   EXPECT_EQ(point_to_point(0.0, from, near, limits).size(), 3u);
   EXPECT_NEAR(point_to_point(0.0, from, near, limits)[1].qd[0], std::sqrt(0.1 * 4.0), 1e-15);

@@ -1,4 +1,4 @@
-// Laws that the dynamics of trees have to keep whatever the figures: momentum, energy, couplings.
+// Laws of the dynamics of trees for any parameters: momentum, energy, couplings.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>

@@ -1,4 +1,4 @@
-// What the equations of motion refuse: models of trees and couplings of joints.
+// Refusals of the equations of motion: models of trees and couplings of joints.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -13,7 +13,7 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-/// What a MultibodyTree says of a model, of which one thing is made wrong.
+/// Error of a MultibodyTree for a model with one fault.
 std::string tree_error(const std::function<void(TreeModel&)>& change) {
   TreeModel model;
   for (int i = 0; i < 2; ++i) {

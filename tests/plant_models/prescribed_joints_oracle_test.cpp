@@ -1,4 +1,4 @@
-// Joints held by what does not give way: prescribed accelerations in the tree, sticking friction in a robot.
+// Rigidly held joints: prescribed accelerations in the tree, sticking friction in a robot.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -42,8 +42,8 @@ TEST(MultibodyTree, PrescribedAccelerationsTakeTheForcesOfInverseDynamics) {
   }
 }
 
-// Whatever the motors do to an arm at rest, the set of sticking joints found is consistent: none that sticks
-// needs more than break-away, none that slides would rather go the other way.
+// For any torques of the motors on an arm at rest, the set of sticking joints is consistent: no sticking
+// joint needs more than break-away, no sliding joint would move the other way.
 TEST(DynamicRobot, JointsThatStickCarryConsistentForces) {
   KinematicRobotParameters k;
   k.robot = 0;

@@ -1,5 +1,5 @@
-// Periodic snapshots of a cell: told when they cannot be written and when they can again, and a server that
-// starts again goes on from the newest that can be read.
+// Periodic snapshots of a cell: failures and recoveries of writing are reported, and a restarted server
+// resumes from the newest readable one.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -49,7 +49,7 @@ class PeriodicSnapshots : public testing::Test {
       return files.size() == 3 && read_snapshot_file(files[2], newest).good() && newest.identity.step > 0;
     }));
   }
-  /// What is announced by the server that starts again.
+  /// Announcement of the restarted server.
   std::string resumed(const std::optional<ScenarioSource>& otherwise = std::nullopt) {
     host_.reset();
     host_.emplace(options_);
@@ -103,7 +103,7 @@ TEST_F(PeriodicSnapshots, ASessionThatCannotBeWrittenIsReported) {
   block();
   host.open(ScenarioSource{file_, {}});
   EXPECT_TRUE(says(reader.event("snapshot_failed").message, "session.json cannot be written: "));
-  // Nor can it be noted that nothing is loaded any more.
+  // The unloaded state cannot be stored either.
   reader.events.clear();
   ASSERT_EQ(reader.request("unload_scenario").result, ControlResult::ok);
   EXPECT_TRUE(says(reader.event("snapshot_failed").message, "session.json cannot be written: "));
@@ -119,7 +119,7 @@ TEST_F(PeriodicSnapshots, ARestartedServerContinuesFromItsSnapshot) {
   EXPECT_TRUE(says(resumed(), ", from a periodic snapshot, playing."));
   EXPECT_GE(host_->loop()->cell().find_component("X"), 0);
   EXPECT_EQ(host_->loop()->cell().find_component("B"), -1);
-  // What was changed is undone by a reset, as before the crash.
+  // A reset undoes changes, as in the crashed run.
   EXPECT_TRUE(says(reader_->request("reset").message, "with the Parts of its scenario"));
   EXPECT_GE(host_->loop()->cell().find_component("B"), 0);
   host_->stop();
@@ -136,7 +136,7 @@ TEST_F(PeriodicSnapshots, ARestartedServerContinuesFromItsSnapshot) {
   older.identity.model += 1;
   ASSERT_TRUE(write_snapshot_file(files[2], older.identity, older.state).good());
   EXPECT_TRUE(says(resumed(), "the scenario begins anew, as no periodic snapshot can be used, playing."));
-  // A client cannot have any of them either; what is wrong with the last one is said.
+  // A client cannot restore any of them either; the reply describes the fault of the last one.
   EXPECT_TRUE(says(reader_->request("restore_snapshot").message, "is of another model"));
   host_->stop();
   std::filesystem::remove(file_);
@@ -188,7 +188,7 @@ TEST_F(PeriodicSnapshots, ASessionWithADamagedFieldIsNotResumed) {
     EXPECT_TRUE(says(with(old_text, new_text), "no scenario is loaded.")) << new_text;
     EXPECT_EQ(host_->loop(), nullptr);
   }
-  // What was spawned cannot be spawned: nothing is loaded, rather than something else.
+  // A spawned Part cannot be spawned again: no scenario is loaded, rather than another one.
   const std::string refused = with("\"copy_of\",\n     \"A\"", "\"copy_of\",\n     \"Q\"");
   EXPECT_TRUE(says(refused, "There is no Part 'Q' to copy.")) << refused;
   // A server that was to end does not play again.
@@ -212,7 +212,7 @@ TEST_F(PeriodicSnapshots, TheSnapshotsAndTheLogOfACrashedRunAreKept) {
   StateReader content(entry.content);
   const auto record = decode(entry.kind, content, CellDescription{});
   EXPECT_EQ(std::get<LogScenario>(*record).changes.size(), 2U) << "what came and what went before the crash";
-  // It goes on without a log where none can be written, and says so.
+  // It continues without a log if none can be written, and reports that.
   options_.log = directory_ / "no/such/directory/run.taktlog";
   static_cast<void>(resumed());
   const DiagnosticEvent told = reader_->event("recording_failed");

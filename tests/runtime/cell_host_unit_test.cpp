@@ -1,5 +1,5 @@
-// What the host of a cell answers where nothing can be done: without a scenario, with a cell from no file,
-// with a simulation that has ended, without directories to write to, or with ones that cannot be written.
+// Refusals of the host of a cell: without a scenario, with a cell without a file, after the end of the
+// simulation, without directories to write to, or with read-only ones.
 #include "server/runtime/host/cell_host.h"
 
 #include <gtest/gtest.h>
@@ -108,7 +108,7 @@ TEST_F(Hosted, RefusedFilesHaveTheKindOfMistake) {
 }
 
 TEST_F(Hosted, NotesOfImportsAreReported) {
-  // The cube with one face turned: mended, and told.
+  // The cube with one face turned: repaired and reported.
   directory_.write(
       "cube.obj",
       "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
@@ -132,7 +132,7 @@ TEST_F(Hosted, ACellWithoutAFileIsNeitherChangedNorReloaded) {
                Result::incorrect_state, no_file);
   expect_reply(request("delete_entity", {{"entity", "A"}}), Result::incorrect_state, no_file);
   expect_reply(request("reload_scenario"), Result::no_world_loaded, "loaded from a file");
-  // Its recording says so, and cannot be replayed without being told what it was.
+  // The recording notes it, and its replay needs the scenario as an argument.
   ASSERT_EQ(request("start_recording", {{"name", "r"}}).result, Result::ok);
   ASSERT_EQ(request("stop_recording").result, Result::ok);
   ReplayOptions options;
@@ -222,7 +222,7 @@ TEST_F(Hosted, RefusedSnapshotsHaveAReason) {
   ASSERT_EQ(request("save_snapshot", {{"name", "s"}}).result, Result::ok);
   EXPECT_NE(reader_->event("snapshot_saved").message.find("Snapshot s holds the state at 0.000 s (step 0)"),
             std::string::npos);
-  // A directory of the same name: what was written beside it cannot take its place, and goes.
+  // A directory of the same name: the temporary file cannot take its place, and is removed.
   const auto taken = directory_ / "snapshots/cell/t.snapshot";
   std::filesystem::create_directories(taken / "inside");
   expect_reply(request("save_snapshot", {{"name", "t"}}), Result::failed, "t.snapshot' cannot be written");
@@ -274,7 +274,7 @@ TEST_F(Hosted, RefusedRecordingsHaveAReason) {
   ASSERT_EQ(request("unload_scenario").result, Result::ok);
   expect_reply(request("stop_recording"), Result::ok, log + " holds ");
   expect_reply(request("start_recording", {{"name", "r"}}), Result::failed, "Nothing is recorded: ");
-  // Without a scenario: what is loaded later is recorded from there.
+  // Without a scenario: a scenario loaded later is recorded from its start.
   ASSERT_EQ(request("start_recording", {{"name", "later"}}).result, Result::ok);
   ASSERT_EQ(request("load_scenario", {{"uri", file_.string()}}).result, Result::ok);
   ASSERT_EQ(request("set_state", {{"state", "3"}}).result, Result::ok);
@@ -316,7 +316,7 @@ TEST_F(Hosted, TheLogOfTheServerHoldsSpawnedAndDeletedParts) {
   ASSERT_EQ(loaded[2].changes.size(), 2U);
   EXPECT_EQ(std::get<requests::SpawnEntity>(loaded[2].changes[0]).copy_of, "A");
   EXPECT_EQ(std::get<requests::DeleteEntity>(loaded[2].changes[1]).entity, "B");
-  // A log cannot be told apart from other files, or from none, by luck.
+  // The existence of a log must not be guessed from the reply.
   const auto refusal = [](const std::filesystem::path& file) -> std::string {
     try {
       LogReader reader(file);

@@ -6,7 +6,7 @@
 namespace takt {
 namespace {
 
-/// Time passes only by sleeping, by a fixed lateness per wake-up, and when the test says so.
+/// Time passes only by sleeping, by a fixed lateness per wake-up, and by the test.
 class FakeClock final : public MonotonicClock {
  public:
   std::int64_t now_ns() override { return now; }

@@ -67,7 +67,7 @@ Command trajectory(const CellDescription& cell, double first, double time_s, boo
   return std::get<TrajectoryCommand>(validate(cell, 0, raw));
 }
 
-/// What a cell goes through. Returns the hash at the end.
+/// A random course of a cell. Returns the hash at the end.
 std::uint64_t random_run(const std::shared_ptr<const CellModel>& model, LogRecorder* recorder, unsigned seed,
                          int actions, bool from_the_middle = false) {
   std::mt19937 dice(seed);

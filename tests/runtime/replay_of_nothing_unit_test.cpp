@@ -1,4 +1,4 @@
-// A log that has nothing to compare with is refused: the same bits at no checkpoint are no result.
+// A log without checkpoints is refused: the same bits at no checkpoint are no result.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Texts of requests are refused, and those of replies replaced, where they are not UTF-8 without control characters.
+// Invalid UTF-8 and control characters: texts of requests are refused, those of replies replaced.
 #include "server/runtime/requests/request_text.h"
 
 #include <gtest/gtest.h>

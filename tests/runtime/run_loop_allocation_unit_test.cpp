@@ -1,4 +1,4 @@
-// In steady state the step loop allocates nothing: counted in the loop's thread.
+// In steady state the step loop does not allocate: counted in the loop's thread.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -39,7 +39,7 @@ TEST(SolverAllocation, StepsAfterTheFirstAllocateNothing) {
   }
 }
 
-// Lists of candidates grow where more elements come near than ever before, and keep their memory.
+// Candidate lists grow when more elements come near than ever, and keep their memory.
 TEST(ContactAllocation, ListsGrowAFewTimesAndNeverForKnownPoses) {
   if constexpr (kMaxLevelOfDetail < 3) GTEST_SKIP() << "needs level of detail 3";
   for (const char* name : {"drop", "sliding_block", "stack_of_ten", "peg_in_hole_100um", "incline"}) {
@@ -75,8 +75,8 @@ TEST(ContactAllocation, ListsGrowAFewTimesAndNeverForKnownPoses) {
   }
 }
 
-// Parts gripped, lifted, slid into one another and let go by surface contact: lists are made again and again,
-// and what they need is there once they have been made for the same motion.
+// Parts gripped, lifted, slid into one another and released by surface contact: lists are rebuilt repeatedly,
+// and the first pass of a motion allocates all memory for the second.
 TEST(ContactAllocation, ASecondAssemblyOfTheBlocksAllocatesNothing) {
   if constexpr (kMaxLevelOfDetail < 3) GTEST_SKIP() << "needs level of detail 3";
   ScenarioOptions options;
@@ -124,7 +124,8 @@ TEST(RunLoopAllocation, TheLoopAllocatesNothingInSteadyStateWithCommands) {
       counting = true;
     } else if (now.step_index() == kEnd) {
       counted_in_loop = allocations;
-      ::operator delete(::operator new(1));  // and that the counter does count; `new int` may be left out
+      ::operator delete(
+          ::operator new(1));  // checks that the counter counts; `new int` may be optimised away
       counted_with_one = allocations;
       counting = false;
     }
@@ -205,7 +206,7 @@ TEST(StepAllocation, AStepAtLevelTwoAllocatesNothing) {
   }
 }
 
-// None for the state as bytes once the vector has grown, but for solvers that saving starts anew.
+// The state as bytes needs no allocation once the vector has grown, except for solvers that saving restarts.
 TEST(SaveAllocation, ASaveWithReservedMemoryAllocatesNothing) {
   for (const char* solver : {"rk2", "implicit", "rosenbrock"}) {
     ScenarioOptions options;
@@ -228,7 +229,7 @@ TEST(SaveAllocation, ASaveWithReservedMemoryAllocatesNothing) {
   }
 }
 
-// Parts that rest by surface contact: none for what a snapshot says of contacts.
+// Parts at rest by surface contact: reading contacts into a snapshot does not allocate.
 TEST(StepAllocation, ReadingContactsAllocatesNothing) {
   Simulation simulation(test::service_contact_model());
   ASSERT_EQ(simulation.set_level_of_detail(-1, 3), "");

@@ -1,4 +1,4 @@
-// Levels of detail through the run loop: change, refusal, reset, and what becomes of a plant that fails.
+// Levels of detail through the run loop: change, refusal, reset, and the state of a plant that fails.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -128,7 +128,7 @@ TEST(RunLoopLevel, ContactsArePublishedAtLevelThree) {
 
 TEST(RunLoopLevel, ADivergingPlantPausesTheLoopAndOnlyFiniteNumbersArePublished) {
   const auto model = test::service_model();
-  // Servos far too fast for a fixed step of 1 ms, with motors that know no limit.
+  // Servos far too fast for a fixed step of 1 ms, with motors without limits.
   for (auto& robot : model->dynamics) {
     for (DriveParameters& drive : robot->drives)
       std::visit(
@@ -195,7 +195,7 @@ void expect_pause_and_event(std::string_view solver, test::FailureKind kind, con
   const std::uint64_t step = reader.status->step;
   EXPECT_EQ(reader.request("step").result, ControlResult::incorrect_state);
   EXPECT_EQ(reader.status->step, step);
-  // The loop still answers, and what it answers about is finite.
+  // The loop still answers, and its answers are finite.
   EXPECT_EQ(reader.request("explain_part", {{"part", "P"}}).result, ControlResult::ok);
   loop.stop();
   EXPECT_TRUE(all_finite);

@@ -1,6 +1,6 @@
 // A loop whose steps take longer than real time, on a clock that the test moves: the step size stays, no step
-// is left out, up to 50 ms of lag are caught up, more moves the schedule once, counted and told, and the lag
-// in the status is the true one.
+// is skipped, up to 50 ms of lag are caught up, more moves the schedule once, counted and reported, and the
+// lag in the status is the true one.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -14,7 +14,7 @@
 namespace takt {
 namespace {
 
-/// Of the loop's thread alone. Time passes by sleeping, and by what the steps take.
+/// For the loop's thread alone. Time passes by sleeping, and by the duration of the steps.
 class WorkClock final : public MonotonicClock {
  public:
   std::int64_t now_ns() override { return now; }
@@ -22,8 +22,8 @@ class WorkClock final : public MonotonicClock {
   std::int64_t now = 1'000'000'000'000;
 };
 
-// What a step takes. In every thousand steps: fifty of 1.8 ms, after which the loop is 40 ms behind, and much
-// later one of 161 ms, after which it is 160 ms behind.
+// Duration of a step. In every thousand steps: fifty of 1.8 ms, after which the loop is 40 ms behind, and
+// much later one of 161 ms, after which it is 160 ms behind.
 std::int64_t work_ns(std::uint64_t step) {
   const std::uint64_t place = step % 1000;
   if (place > 100 && place <= 150) return 1'800'000;
@@ -46,7 +46,7 @@ TEST(Overload, AnOverloadIsCaughtUpOrRebasedWithoutALostStep) {
     wrong_steps += step != next++ ? 1U : 0U;
     wrong_times += s.time_s() != static_cast<double>(step) * 0.001 ? 1U : 0U;
     if (step == 0) return;
-    // This step began now, at its time or as soon as the one before it was done.
+    // The step begins at its time or directly after the previous one.
     const std::int64_t behind =
         clock.now - (schedule_ns + static_cast<std::int64_t>(step - 1) * test::kMillisecond_ns);
     if (behind > 50 * test::kMillisecond_ns) {
@@ -54,7 +54,7 @@ TEST(Overload, AnOverloadIsCaughtUpOrRebasedWithoutALostStep) {
       schedule_ns += behind;
     }
     const std::uint64_t place = step % 1000;
-    // Of 40 ms 0.8 ms are made good in each calm step; the schedule that was moved is kept from there on.
+    // Of 40 ms, 0.8 ms are caught up in each calm step; a moved schedule stays.
     if ((place <= 100 || (place > 250 && place < 600) || place > 700) && behind != 0) ++late_when_calm;
     clock.now += work_ns(step);
     const std::lock_guard lock(mutex);

@@ -102,7 +102,7 @@ TEST_F(RunLoopTest, AResetGivesTheSameHashesAgainUnderANewEpoch) {
 
 TEST_F(RunLoopTest, QuestionsAreAnsweredOneByOneAndChangeNothing) {
   start({.pace = Pace::free, .state = SimulationState::paused});
-  // Taken in one go by the loop, or in several: each is answered or refused, and the rest goes on.
+  // Taken in one go by the loop, or in several: each is answered or refused, and the loop continues.
   std::vector<std::uint64_t> asked;
   for (int i = 0; i < 200; ++i) asked.push_back(reader_->submit("explain_part", {{"part", "P"}}));
   expect_ok(reader_->request("step", {{"steps", "40"}}));
@@ -279,7 +279,7 @@ TEST_F(RunLoopTest, RequestsToAHeldLoopWaitForItsRelease) {
     const auto held = loop_->suspend();
     asking.join();
     ASSERT_TRUE(held.has_value());
-    // Either it came before, and the one who holds the loop knows, or it is done afterwards.
+    // Either it was executed earlier, and the holder of the loop sees it, or it is executed afterwards.
     reader_->read();
     const bool answered = std::any_of(reader_->replies.begin(), reader_->replies.end(),
                                       [&](const ControlReply& reply) { return reply.id == play; });
@@ -302,7 +302,7 @@ TEST_F(RunLoopTest, LockstepRefusesOtherStampsAndOtherTargets) {
                              {{"name", "plc"}, {"period_s", "0.008"}, {"targets", "Robot1"}}));
   expect_ok(reader_->request("set_state", {{"state", "1"}}));
   EXPECT_FALSE(loop_->append(swing(0, 0.016), 1, monotonic_now_ns()));  // not awaited yet
-  EXPECT_FALSE(loop_->append(swing(1, 0.0), 1, monotonic_now_ns()));    // nobody declared Robot2
+  EXPECT_FALSE(loop_->append(swing(1, 0.0), 1, monotonic_now_ns()));    // no controller declared Robot2
   ASSERT_TRUE(reader_->wait_until([&] { return reader_->count("command_rejected") == 2; }));
   const auto reason = [&](std::size_t from_the_end) {
     const std::string sentence =

@@ -1,5 +1,5 @@
-// Parts that come and go, by the scenario: whose names are taken, what a copy keeps, and what is replayed of
-// it. And requests about what is there: what each must and may say.
+// Added and removed Parts, by the scenario: names in use, properties of a copy, and their replay. And
+// requests about existing components: required and permitted arguments.
 #include "server/runtime/host/scenario_edit.h"
 
 #include <gtest/gtest.h>

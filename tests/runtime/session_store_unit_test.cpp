@@ -103,7 +103,7 @@ TEST(SessionStore, ANewSessionKeepsTheNewestSnapshotOfTheEarlierOne) {
     EXPECT_TRUE(store.periodic().empty());
     EXPECT_FALSE(store.read().has_value());
   }
-  // A server that ended before it saved anything changes nothing.
+  // A server that ended without a save has no effect.
   store.begin();
   EXPECT_EQ(step_of("previous-run"), 52);
   EXPECT_EQ(step_of("previous-run-2"), 42);

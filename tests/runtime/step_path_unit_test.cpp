@@ -1,5 +1,5 @@
-// The step path in steady state: commands in, a step, the snapshot out to a reader. It allocates nothing,
-// takes no lock, makes no system call but to wake who waits for news, never waits, and faults no page.
+// The step path in steady state: commands in, a step, the snapshot out to a reader. It does not allocate,
+// takes no lock, makes no system call except to wake the reader, never waits, and faults no page.
 #include <gtest/gtest.h>
 #include <sys/mman.h>
 #include <sys/syscall.h>
@@ -91,7 +91,7 @@ TEST(StepPathCounts, AllocationsLocksCallsAndFaultsAreCounted) {
   EXPECT_EQ(calls.others(), 2U) << calls.listed();
   const auto before = test::thread_usage();
   const std::size_t size = 1U << 22U;
-  // From the system: memory of the heap may have been touched before.
+  // From the system: memory of the heap may be touched already.
   void* const fresh = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   ASSERT_NE(fresh, MAP_FAILED);
   for (std::size_t i = 0; i < size; i += 4096) static_cast<volatile char*>(fresh)[i] = 1;
@@ -107,7 +107,7 @@ TEST(StepPath, TheStepPathHasNoAllocationLockWaitOrPageFault) {
   EXPECT_EQ(counts.allocations, 0U);
   EXPECT_EQ(counts.locks, 0U);
   EXPECT_EQ(counts.calls, 0U) << counts.listed;
-  // None of its own; a machine that is short of memory may take a page away.
+  // None of its own; a machine that is short of memory may evict a page.
   EXPECT_LE(counts.page_faults, 10);
   EXPECT_LE(counts.waits, 10);
   EXPECT_GT(counts.wakes, 0U) << "nobody read";

@@ -1,5 +1,4 @@
-// The same bits and the same counts whoever does the work: other numbers of threads, and other orders of the
-// tasks.
+// The same bits and the same counts for other numbers of threads and other orders of the tasks.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,7 +22,7 @@ constexpr std::uint64_t kShareAlways = 1;
 /// One thread, every run in another order.
 class Shuffler final : public Executor {
  public:
-  bool begin(std::uint64_t) override { return (++stages & 7U) != 0; }  // now and then alone
+  bool begin(std::uint64_t) override { return (++stages & 7U) != 0; }  // occasionally alone
   void end() override {}
   void run(std::size_t count, Task task, void* context) override {
     std::vector<std::size_t> order(count);
@@ -121,7 +120,7 @@ TEST(ThreadCount, DecomposedPartsThatAllMoveHaveTheSameBitsAndCounts) {
     runs.alone.read_snapshot(end);
     EXPECT_EQ(end.components[static_cast<std::size_t>(crowd.tray())].state, PartState::grasped);
     EXPECT_GT(runs.shuffler.runs, 500U);
-    for (const auto& run : runs.others) {  // again from the start, with what is remembered
+    for (const auto& run : runs.others) {  // again from the start, with the hints
       run->reset();
       run->step(crowd.commands(*run));
       EXPECT_EQ(run->statistics().steps, 0U + run->step_index());

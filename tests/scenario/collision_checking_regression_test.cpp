@@ -1,6 +1,6 @@
-// Robot programs checked for collisions in the block scenario: a correct program is told nothing about, one
-// that drives the gripper into the table is told when, where and how deep; and the simulation is the same
-// with and without.
+// Robot programs checked for collisions in the block scenario: a correct program gives no event, a program
+// that drives the gripper into the table gives time, place and depth; and the simulation is the same with and
+// without.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>

@@ -1,5 +1,4 @@
-// The section `collision_checking` of a scenario: which pairs are checked with which limit, and what is said
-// about mistakes.
+// The section `collision_checking` of a scenario: checked pairs, their limits, and errors for mistakes.
 #include "server/scenario/collision_checking.h"
 
 #include <gmock/gmock.h>
@@ -55,7 +54,7 @@ TEST_F(CollisionChecking, WithoutTheSectionNothingIsChecked) {
 TEST_F(CollisionChecking, PairsThatAreCheckedAndPairsThatAreNot) {
   const auto cell = load("collision_checking: {min_clearance_m: 0.01}\n");
   const auto of = [&](const char* a, const char* b) { return limit(*cell, a, b); };
-  // The report pairs of the 3 x 3 table, and what the table does not know: links.
+  // The report pairs of the 3 x 3 table, and links, which the table lacks.
   EXPECT_EQ(of("Gripper1", "Table1"), 0.01);
   EXPECT_EQ(of("Gripper1/left_jaw", "Table1"), 0.01);
   EXPECT_EQ(of("Robot1/forearm_link", "Table1"), 0.01);
@@ -73,7 +72,7 @@ TEST_F(CollisionChecking, PairsThatAreCheckedAndPairsThatAreNot) {
   EXPECT_EQ(of("Robot1/wrist_2_link", "Gripper1"), -1.0);
   EXPECT_EQ(of("Robot1/wrist_1_link", "Gripper1"), 0.01);
   EXPECT_EQ(of("Gripper1/left_jaw", "Gripper1/right_jaw"), -1.0);
-  // What cannot move relative to each other.
+  // Pairs without relative motion.
   EXPECT_EQ(of("Robot1/base_link", "Table1"), -1.0);
   EXPECT_EQ(of("Robot1/base_link", "Robot2/base_link"), -1.0);
   // Parts touch Parts and Grounds by trade, but do not go through them.

@@ -1,5 +1,5 @@
-// The section `contact` of a scenario: what it says is what the cell gets, and each wrong value is refused
-// with its key, what was found and what is allowed.
+// The section `contact` of a scenario: the cell gets its values, and each wrong value is refused with its
+// key, the value found and the values allowed.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// How a scenario asks for convex shapes, and that an import which loses or gains volume says so.
+// Convex shapes in a scenario, and the report of an import that loses or gains volume.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -108,7 +108,7 @@ TEST_F(ConvexImportTest, DecomposedPartsStayWithinTheBound) {
     EXPECT_EQ(second->components[0].convex[i].vertices, first->components[0].convex[i].vertices);
   EXPECT_THAT(load("vhacd", {}, import)->import_notes, IsEmpty());
 
-  // One part for a U cannot keep what is asked for.
+  // One part for a U cannot reach the required volume.
   const auto poor = load("{method: vhacd, max_hulls: 1, resolution: 50000, max_volume_error: 0.02}");
   ASSERT_EQ(poor->import_notes.size(), 1U);
   EXPECT_THAT(poor->import_notes[0].sentence,

@@ -1,5 +1,5 @@
-// Files that the fuzzer found or that were made to bring readers down (tests/fuzz/corpus), and mutations of
-// them: every reader answers with a mesh, a robot, a scenario, or its own error that names the file.
+// Files found by the fuzzer or made to break readers (tests/fuzz/corpus), and mutations of them: every reader
+// returns a mesh, a robot, a scenario, or its own error with the file's name.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ std::vector<Seed> corpus_of(const std::string& format) {
   return seeds;
 }
 
-/// What readers stumble over, in text and in binary.
+/// Words that are difficult for readers, in text and in binary.
 const std::string kWords[] = {"nan",
                               "-inf",
                               "1e999",
@@ -108,7 +108,7 @@ class Mutator {
 class FuzzedFiles : public testing::TestWithParam<std::string> {
  protected:
   void SetUp() override { test::write_named_files(directory_.path()); }
-  /// What the error says, which names the file; or nothing.
+  /// The text of the error, which has the file's name; empty without one.
   std::string read(const std::string& bytes) {
     const std::string error = test::read_fuzzed_bytes(GetParam(), directory_.path(), bytes);
     if (!error.empty()) {

@@ -1,4 +1,4 @@
-// Heat, furnaces and demands in scenario files: what is read, and how mistakes are answered.
+// Heat, furnaces and assertions in scenario files: reading, and errors for mistakes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

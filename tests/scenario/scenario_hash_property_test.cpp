@@ -1,5 +1,5 @@
-// Which keys of a scenario enter the model hash: each key of a cell that has all sections is given another value, and
-// the hash differs exactly where the table of fields says that the key is in the model.
+// Which keys of a scenario enter the model hash: each key of a cell that has all sections is given another
+// value, and the hash differs exactly where the table of fields says that the key is in the model.
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
@@ -120,7 +120,7 @@ void collect(const YAML::Node& node, const KeyInfo& info, const std::string& pat
   }
 }
 
-/// Other values of a field, the first that is read is taken.
+/// Other values of a field; the first readable one is used.
 std::vector<std::string> others(const YAML::Node& node, const KeyInfo& field) {
   std::vector<std::string> result;
   if (node.IsScalar()) {

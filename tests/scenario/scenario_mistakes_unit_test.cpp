@@ -1,5 +1,5 @@
-// Mistakes in every section of a scenario file: each answer names the file, the line, the key, what was found
-// and what is allowed there. And the choices beside the usual ones are what the scenario gets.
+// Mistakes in every section of a scenario file: each error has the file, the line, the key, the value found
+// and the values allowed. And rarely used options reach the scenario.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -16,11 +16,11 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// The text after the two lines every scenario begins with: what it says begins in line 3.
+/// The text after the first two lines of every scenario: it begins in line 3.
 Scenario scenario_of(const std::string& text, const std::vector<std::string>& overrides = {}) {
   const test::TemporaryDirectory directory;
   directory.write("cell.yaml", "takt_scenario: 1\nname: cell\n" + text);
-  directory.write("a.obj", "");  // only that it is there matters to the reader
+  directory.write("a.obj", "");  // only its existence matters to the reader
   directory.write("r.urdf", "");
   ScenarioOptions options;
   options.overrides = overrides;
@@ -268,11 +268,11 @@ TEST(ScenarioMistakes, MistakesOnTheCommandLineAreNamed) {
   EXPECT_THAT(
       mistake_in(text, {"name.first=x"}),
       HasSubstr("--set name.first=x: 'name' is not a mapping; allowed: the keys of the scenario file"));
-  // What was replaced as a whole is the command line's, with all that is in it; what stands beside it is not.
+  // A section replaced as a whole is the command line's, with all its keys; other sections are not.
   EXPECT_THAT(mistake_in(text, {"parts.A={mesh: a.obj, mass_kg: -1, hierarchy: 2}"}),
               HasSubstr("--set: parts.A.mass_kg: found -1"));
   EXPECT_THAT(mistake_in(one_part("mesh_scale: 0"), {"parts.A.mass_kg=2"}), HasSubstr("cell.yaml:4:"));
-  // Null has no keys yet: they are made.
+  // Null has no keys yet: they are created.
   EXPECT_EQ(scenario_of("world:\n", {"world.temperature_degC=30"}).temperature_degC, 30.0);
 }
 

@@ -1,4 +1,4 @@
-// Scenario files: every kind of wrong input is refused with file, line, key, what was found and what is
+// Scenario files: every kind of wrong input is refused with file, line, key, the value found and the values
 // allowed.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ class ScenarioFile : public ::testing::Test {
 
   void write(const std::string& name, const std::string& text) { std::ofstream(directory_ / name) << text; }
 
-  /// Text of the error that loading this scenario gives; empty if it loads.
+  /// Error text of loading this scenario; empty if it loads.
   std::string error(const std::string& yaml, const ScenarioOptions& options = {}) {
     write("s.yaml", yaml);
     try {

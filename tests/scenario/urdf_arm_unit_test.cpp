@@ -69,7 +69,7 @@ TEST_F(UrdfArmOfAFile, ReadsExactFiguresInAnyLocale) {
                        "velocity='2.0943951023931953' effort='7'/>"));
   const char* const before = std::setlocale(LC_ALL, nullptr);
   const std::string saved = before;
-  // Whichever of these the machine has writes decimal commas; none is a failure of the reader.
+  // Available locales with decimal commas; a machine without one is no failure of the reader.
   for (const char* name : {"C", "de_DE.UTF-8", "fr_FR.UTF-8"}) {
     if (std::setlocale(LC_ALL, name) == nullptr) continue;
     const ArmModel arm = read(text).arm;

@@ -1,4 +1,4 @@
-// <inertial> of the links of an arm: what is fixed to a joint as one body, and errors with their place.
+// <inertial> of the links of an arm: all links fixed to a joint as one body, and errors with their place.
 #include "server/scenario/urdf_arm.h"
 
 #include <gmock/gmock.h>
@@ -126,7 +126,7 @@ TEST_F(UrdfInertiasOfAnArm, RefusesInertiasThatAreNot) {
         << bad;
   }
   EXPECT_THAT(error_of(with("<inertial><mass value='1'/></inertial>")), HasSubstr("arm"));
-  // A principal moment beyond the sum of the others is told, not refused: published robots have it.
+  // A principal moment beyond the sum of the others is reported, not refused: published robots have it.
   const UrdfInertias odd =
       urdf_inertias(arm(with(inertial("1", "ixx='1' iyy='3' izz='1' ixy='0' ixz='0' iyz='0'"))));
   ASSERT_EQ(odd.remarks.size(), 1u);

@@ -1,6 +1,6 @@
-// What a user gets wrong is told, with component and remedy, and where it is a fault the run fails: scenes
-// and units that cannot be meant, Parts that start inside of others, leave the world or are carried through a
-// table, states that run away.
+// Reports of wrong inputs, with component and remedy, and failing runs for faults: implausible scenes and
+// units, Parts that start inside of others, leave the bounds or are carried through a table, diverging
+// states.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// Any assembly: random cells, random handling, and what must hold whatever happens. The verdicts of the
-// simulation are compared with a second, slow answer; its motion with closed forms.
+// Any assembly: random cells, random handling, and their invariants. The verdicts of the simulation are
+// compared with a second, slow computation; its motion with closed forms.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -77,8 +77,8 @@ void run_trial(const Trial& trial, Coverage& coverage) {
 
   while (after.step < trial.busy_steps && !testing::Test::HasFatalFailure())
     advance(handling.commands(after));
-  // All arms stop, some with something in hand; when everything has come to rest and no spring is under load
-  // any more, all hands open at once.
+  // All arms stop, some with a Part in hand; when all motion has ended and no spring is under load, all hands
+  // open at once.
   handling.abandon();
   const auto at_rest = [&] {
     return std::all_of(cell.parts.begin(), cell.parts.end(), [&](int part) {
@@ -100,7 +100,7 @@ void run_trial(const Trial& trial, Coverage& coverage) {
   }
   if (testing::Test::HasFatalFailure()) return;
 
-  // The same commands, nobody looking: the same bits.
+  // The same commands without observation: the same bits.
   Simulation again(cell.model());
   for (const std::vector<Command>& commands : sent) ASSERT_TRUE(again.step(commands));
   ASSERT_EQ(again.state_hash(), simulation.state_hash());
@@ -131,7 +131,7 @@ TEST(AnyAssembly, NoPartIsLostUnderRandomHandling) {
     run_trial(trial, coverage);
     if (HasFatalFailure()) return;
   }
-  // The trials did what they are for.
+  // The trials reached their purpose.
   EXPECT_GT(coverage.done.picks, 4 * trials);
   EXPECT_GT(coverage.done.handovers, 3 * trials / 10);
   EXPECT_GT(coverage.done.on_tables, trials / 2);

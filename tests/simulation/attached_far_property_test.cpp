@@ -17,9 +17,9 @@ namespace takt::test {
 namespace {
 
 /// Two arms of UR10e size that swing until rest_s; P lies 1.4 m away from Gripper1. `rotors`: drives with the
-/// inertia of motors behind gears, as in config/scenarios/block_assembly.yaml. Without them nothing but the
-/// links' inertia resists what pulls at the wrist, and the drives' gains are made for a hundredth of what P
-/// weighs in at that distance: the control cannot hold it still, but nothing may diverge.
+/// inertia of motors behind gears, as in config/scenarios/block_assembly.yaml. Without them only the links'
+/// inertia resists the pull at the wrist, and the drives' gains are designed for a hundredth of P's effect at
+/// that distance: the control cannot hold it still, but no state may diverge.
 std::shared_ptr<CellModel> far_model(bool rotors, const std::string& solver = "rk2") {
   auto model = service_contact_model();
   model->solver.name = model->contact_solver.name = solver;
@@ -109,7 +109,7 @@ TEST_P(AttachedFarToAGoodControl, ThePartFollowsAndComesToRestInItsPlace) {
   run_.run_to(3.0);
   EXPECT_LE(run_.largest_way_m, 0.03);
   EXPECT_LE(run_.largest_force_N, 150.0);
-  run_.run_to(6.0);  // the arms stand still since 3 s
+  run_.run_to(6.0);  // the arms stand still after 3 s
   EXPECT_LE((run_.relative("P", "Gripper1").p - run_.offset.p).norm(), 1e-4);
   EXPECT_EQ(run_.snapshot.components[static_cast<std::size_t>(run_.id("P"))].partner, run_.id("Gripper1"));
 }
@@ -176,7 +176,7 @@ TEST(AttachedFarParts, DistantAttachmentsAreSavedAndRestored) {
   EXPECT_EQ(run.simulation.state_hash(), restored.simulation.state_hash());
 }
 
-/// A grip is no attachment: constants and bits of what is only gripped stay.
+/// A grip is no attachment: constants and bits of merely gripped Parts stay.
 TEST(AttachedFarParts, SofteningAppliesToTheAttachmentAndNotToTheGrip) {
   FarRun run(far_model(false));
   ASSERT_EQ(run.simulation.set_level_of_detail(-1, 2), "");
@@ -193,8 +193,8 @@ TEST(AttachedFarParts, SofteningAppliesToTheAttachmentAndNotToTheGrip) {
   EXPECT_EQ(softening("C"), 1.0);
 }
 
-/// What the palm feels as inert as, in the axes of the base and about its centre of mass: (J M^-1 J^T)^-1. It
-/// is never less than the body that stands for it.
+/// Inertia with which the palm responds, in the axes of the base and about its centre of mass: (J M^-1
+/// J^T)^-1. It is never less than that of the substitute body.
 TEST(LeastPalmInertia, TheBoundHoldsForTheArmInEveryPosition) {
   const auto model = service_model();
   Dice dice(3);

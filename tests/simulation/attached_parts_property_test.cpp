@@ -1,5 +1,5 @@
-// Parts that the user attached: they stay where they were relative to what they hang on, whatever the rules
-// say and however it moves, until they are detached. And Parts that are put elsewhere.
+// Parts attached by the user: they keep their place relative to their holder, independent of the rules and
+// however it moves, until they are detached. And Parts moved by request.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -174,14 +174,14 @@ TEST(AttachedParts, InvalidAttachmentsAreRefusedWithAReason) {
 TEST(AttachedParts, AttachmentsAreInTheStateHash) {
   const AttachCell cell;
   AttachRun attached(cell), other(cell);
-  ASSERT_EQ(attached.simulation.attach(cell.c, cell.table), "");  // who holds it already
+  ASSERT_EQ(attached.simulation.attach(cell.c, cell.table), "");  // already its holder
   attached.move(1), other.move(1);
   EXPECT_NE(attached.simulation.state_hash(), other.simulation.state_hash());
 }
 
 TEST(AttachedParts, AttachmentsAreSaved) {
   const AttachCell cell;
-  for (const bool between : {false, true}) {  // saved before the next step has taken it up, too
+  for (const bool between : {false, true}) {  // also saved ahead of the step that executes it
     AttachRun run(cell), restored(cell);
     run.move(9);
     ASSERT_EQ(run.simulation.attach(cell.a, cell.palm), "");
@@ -224,8 +224,8 @@ TEST(PartPutElsewhere, APartPutElsewhereAppearsAtOnceFallsWithItsTwistAndIsCaugh
   EXPECT_EQ(run.partner(cell.b), cell.table);
 }
 
-// Attached, detached and put elsewhere at random among random assemblies: nothing diverges, partners never go
-// in circles, what is attached keeps its partner.
+// Random attachments, detachments and moves among random assemblies: no state diverges, partners never form a
+// cycle, attached Parts keep their partner.
 TEST(AttachedParts, RandomAttachmentsStayInPlaceUnderEveryAlgorithm) {
   for (const auto algorithm : {InteractionAlgorithm::partner_search, InteractionAlgorithm::substitute_force,
                                InteractionAlgorithm::extended_substitute_force}) {

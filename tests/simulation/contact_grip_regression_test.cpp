@@ -1,5 +1,5 @@
-// What a gripper holds by surface contact: creep of the regularised law against its closed form, none with
-// the stick law. And every scene of the library ends where it says.
+// Grips by surface contact: creep of the regularised law against its closed form, none with the stick law.
+// And every scene of the library ends at its stated places.
 #include <gtest/gtest.h>
 
 #include <algorithm>

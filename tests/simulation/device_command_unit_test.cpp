@@ -57,7 +57,7 @@ TEST_F(Device, CommandsReachTheModelAndSignalsTheSnapshot) {
     EXPECT_NEAR(snapshot.devices[0].signals[2], 120.0 - 100.0 * std::exp(-1.0), 2e-3) << solver;
     EXPECT_EQ(snapshot.devices[0].commands_applied, 1U);
     EXPECT_EQ(snapshot.devices[0].newest_stamp.seconds(), 0.25);
-    // What is not named stays.
+    // Other signals stay.
     ASSERT_TRUE(simulation.step(std::vector<Command>{good({"lamp"}, {0.0})}));
     simulation.read_snapshot(snapshot);
     EXPECT_EQ(snapshot.devices[0].signals[0], 120.0);

@@ -1,4 +1,4 @@
-// What rests is left out without a bit of difference: whole runs with the skipping and without.
+// Parts at rest are left out without a bit of difference: whole runs with and without skipping.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -47,7 +47,7 @@ TEST(ExactSleeping, SkippingRestingPartsChangesNoBit) {
   }
   EXPECT_TRUE(carried);
   EXPECT_EQ(b.statistics().part_steps_skipped, 0U);
-  // Nearly all of the 58 that stand still do so from the first steps on.
+  // Nearly all of the 58 Parts at rest are at rest from the first steps on.
   std::cout << "Part-steps skipped: " << a.statistics().part_steps_skipped << " of " << 60 * 4500 << "\n";
   EXPECT_GT(a.statistics().part_steps_skipped, 50U * 4400U);
 }
@@ -79,7 +79,7 @@ TEST(ExactSleeping, RandomCellsHaveTheSameBits) {
       ASSERT_EQ(a.step({}), b.step({}));
       ASSERT_EQ(a.state_hash(), b.state_hash()) << "seed " << seed << ", step " << i;
     }
-    // Back to the start: the same again, whatever is remembered.
+    // Back to the start: the same again, with any caches.
     const std::uint64_t end = a.state_hash();
     a.reset();
     for (int i = 0; i < 1500; ++i) a.step({});
@@ -119,7 +119,7 @@ TEST(ExactSleeping, SkippingRestingPartsChangesNoBitUnderAnyAlgorithm) {
 }
 
 TEST(ExactSleeping, CountsOfCallsEqualThoseOfTestingMovedPairsOnly) {
-  // One Part falls past four that rest: only its pairs are looked at.
+  // One Part falls past four at rest: only its pairs are tested.
   test::BoxCell cell;
   cell.ground("T", {1.0, 1.0, 0.05}, test::at(0.0, 0.0, -0.05));
   for (int i = 0; i < 4; ++i)
@@ -131,7 +131,7 @@ TEST(ExactSleeping, CountsOfCallsEqualThoseOfTestingMovedPairsOnly) {
   for (int i = 0; i < 100; ++i) ASSERT_TRUE(simulation.step({}));
   const SimulationStatistics& after = simulation.statistics();
   EXPECT_EQ(after.part_steps_skipped - before.part_steps_skipped, 400U);
-  EXPECT_EQ(after.mpr_calls, before.mpr_calls);             // nothing is near the falling one
+  EXPECT_EQ(after.mpr_calls, before.mpr_calls);             // no Part is near the falling one
   EXPECT_EQ(after.mpr_skipped - before.mpr_skipped, 400U);  // four contacts with the table stand
 }
 

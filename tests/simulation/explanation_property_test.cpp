@@ -1,5 +1,5 @@
-// Explanations in random cells with random handling: they tell what the simulation decided, and asking
-// changes nothing.
+// Explanations in random cells with random handling: they agree with the simulation's decisions and have no
+// effect.
 #include "server/simulation/step/explanation.h"
 
 #include <gtest/gtest.h>
@@ -69,7 +69,7 @@ TEST(Explanation, TheExplanationEqualsTheDecisionInAnyAssembly) {
           ASSERT_LE(contact.depth.distance_m, 0.0002 + 1e-6) << contact.a << " " << contact.b;
           ++contacts;
         }
-        // With nothing hanging on it, what the connection exerts is all that acts on the Part.
+        // Without held Parts, the connection's wrench is the only one on the Part.
         if (sample.partner >= 0 && e.held_count == 0) {
           ASSERT_LE((e.connections[0].on_base_W.f - sample.F_Bo_W.f).norm(), 1e-12);
         }

@@ -1,5 +1,5 @@
-// Bodies strike each other. No body goes through another one, and none leaves faster than it came. An impact
-// that the contact law cannot stop is a fault.
+// Bodies strike each other. No body passes through another one, and none leaves faster than it came. An
+// impact that the contact law cannot stop is a fault.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

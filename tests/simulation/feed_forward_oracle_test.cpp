@@ -17,7 +17,7 @@ using test::Ur10eCell;
 
 constexpr std::size_t kArmJoints = 6;
 
-/// What the joints of the arm need at rest, by KDL; gripper and jaws are part of the tree.
+/// Torques of the arm's joints at rest, by KDL; gripper and jaws are part of the tree.
 JointArray weights_by_kdl(const Ur10eCell& cell) {
   const MultibodyTree& tree = cell.robot->tree();
   const TreeModel& model = tree.model();
@@ -33,7 +33,7 @@ JointArray weights_by_kdl(const Ur10eCell& cell) {
   return result;
 }
 
-/// Largest distance of a joint from where it was, over so many steps of 1 ms.
+/// Largest distance of a joint from its initial position, over this number of steps of 1 ms.
 double largest_way(Ur10eCell& cell, int steps) {
   const std::vector<double> begin = cell.bench->x;
   double largest = 0.0;
@@ -45,7 +45,7 @@ double largest_way(Ur10eCell& cell, int steps) {
   return largest;
 }
 
-// The weight comes as a step: integrators at zero carry nothing of it.
+// The weight acts as a step: integrators at zero carry no part of it.
 TEST(FeedForward, TheWeightAsFeedForwardRemovesTheSagAfterAStepOfLoad) {
   for (const bool sent : {false, true}) {
     Ur10eCell cell(test::simplified_drive);
@@ -63,8 +63,7 @@ TEST(FeedForward, TheWeightAsFeedForwardRemovesTheSagAfterAStepOfLoad) {
   }
 }
 
-// What is wrong in a feed-forward the integrators take over, all of it: x = -tau_ff Ti / (I kv) beside the
-// weight.
+// The integrators compensate the whole error of a feed-forward: x = -tau_ff Ti / (I kv) beside the weight.
 TEST(FeedForward, WrongFeedForwardEndsInTheSamePlace) {
   Ur10eCell cell(test::simplified_drive);
   const std::vector<double> begin = cell.bench->x;
@@ -139,8 +138,8 @@ TEST(FeedForward, TorqueIsAddedBeforeTheLimit) {
   }
 }
 
-// With the mechanics held at their reference nothing but the current can move: to tau_ff / (n k), with the
-// sign of the gear. That is just what stands at the joint: n k i = tau_ff.
+// With the mechanics held at their reference only the current can move: to tau_ff / (n k), with the sign of
+// the gear. This gives the joint torque n k i = tau_ff.
 TEST(FeedForward, TheMotorCurrentChangesByTorqueOverRatioAndConstant) {
   constexpr double torque = 12.0, h = 1e-6;
   int backward = 0;

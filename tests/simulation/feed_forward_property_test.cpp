@@ -1,5 +1,5 @@
 // Commands with torques as feed-forward at random, at level of detail 2 under every solver: saved and
-// restored runs go on with the same bits, and torques make a difference.
+// restored runs continue with the same bits, and torques have an effect.
 #include <gtest/gtest.h>
 
 #include <random>

@@ -34,7 +34,7 @@ JointCommand pushed() {
   command.effort[0] = kTorque_Nm;
   return command;
 }
-/// Stands still for a second; torques of the vertical axis at its points, none where there are none.
+/// Stands still for a second; torques of the vertical axis at its points, or no torques.
 TrajectoryCommand standing(std::vector<double> torques_Nm, double stamp_s = -1.0) {
   auto path = std::make_shared<JointPath>();
   path->has_feed_forward = !torques_Nm.empty();
@@ -58,15 +58,15 @@ class HeldFeedForward : public ::testing::Test {
   void step(const std::vector<Command>& commands = {}) {
     ASSERT_TRUE(simulation_->step(commands)) << simulation_->fault();
   }
-  /// Until the controller has taken over what was sent.
+  /// Until the controller has compensated the feed-forward.
   void settle() {
     for (int i = 0; i < 1500; ++i) step();
     EXPECT_NEAR(torque_Nm(), 0.0, 1e-6);
     EXPECT_NEAR(simulation_->make_snapshot().robots[0].position[0], 0.0, 1e-9);
   }
   double torque_Nm() const { return simulation_->make_snapshot().robots[0].effort[0]; }
-  /// What the controller made up for is left over at once; the speed controller takes back some of it within
-  /// the step, and the rotor takes its share.
+  /// The compensation of the controller remains at once; the speed controller removes some of it within the
+  /// step, and the rotor takes its share.
   void expect_gone(double held_Nm = kTorque_Nm) {
     EXPECT_LT(torque_Nm(), -0.3 * held_Nm);
     EXPECT_GT(torque_Nm(), -held_Nm);
@@ -94,7 +94,7 @@ TEST_F(HeldFeedForward, FeedForwardHoldsUntilTheNextCommand) {
 TEST_F(HeldFeedForward, FeedForwardEndsWithATrajectoryAndWithAStop) {
   step({pushed()});
   settle();
-  step({standing({}, 2.0)});  // goes on until it begins
+  step({standing({}, 2.0)});  // continues until the other begins
   EXPECT_NEAR(torque_Nm(), 0.0, 1e-6);
   while (simulation_->step_index() < 2000) step();
   EXPECT_NEAR(torque_Nm(), 0.0, 1e-6);
@@ -154,7 +154,7 @@ TEST_F(HeldFeedForward, NonFiniteFeedForwardIsAFaultAndNothingMoves) {
   EXPECT_NE(simulation_->fault().find("is not a finite number"), std::string::npos);
 }
 
-// A level that begins while torques are held: what the drives' integrators then have is the rest.
+// A level that begins while torques are held: the drives' integrators then have the remainder.
 TEST_F(HeldFeedForward, InitialStatesOfDrivesIncludeFeedForward) {
   ASSERT_EQ(simulation_->set_level_of_detail(-1, 1), "");
   step({pushed()});
@@ -168,7 +168,7 @@ TEST_F(HeldFeedForward, InitialStatesOfDrivesIncludeFeedForward) {
   expect_gone();
 }
 
-// At the end of each step; from what was held when the trajectory began, and the last one stays.
+// At the end of each step; from the torques held at the trajectory's start, and the last one stays.
 TEST_F(HeldFeedForward, FeedForwardOfATrajectoryIsLinearBetweenPoints) {
   std::vector<KinematicRobot> robots;
   for (const KinematicRobotParameters& parameters : model_->robots) robots.emplace_back(parameters);

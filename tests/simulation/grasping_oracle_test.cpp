@@ -1,4 +1,4 @@
-// What grippers hold at level of detail 1, and what friction must carry there, against closed forms.
+// Grips at level of detail 1, and the load of their friction, against closed forms.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -33,7 +33,7 @@ class GraspingTest : public testing::TestWithParam<GraspRule> {
       for (const WeakGrip& grip : simulation_->events().weak_grips) weak_.push_back(grip);
     }
   }
-  /// Straight up by so much, from rest to rest with this largest acceleration (cosine).
+  /// Straight up by this distance, from rest to rest with this largest acceleration (cosine).
   void lift(double by_m, double acceleration) {
     const double T = std::sqrt(2.0 * M_PI * std::abs(by_m) / acceleration);
     const double from = height_;
@@ -82,7 +82,7 @@ TEST_P(GraspingTest, APartThatEntersClosedJawsIsNotHeld) {
     ASSERT_EQ(partner(held), shelf);
     run(1.0, {kClose});
     ASSERT_EQ(partner(held), palm_);
-    lift(-0.02, 0.5);  // through the shelf: between Parts and Grounds nothing stops a Part here
+    lift(-0.02, 0.5);  // through the shelf: there is no contact between Parts and Grounds here
     EXPECT_EQ(partner(held), palm_);
     EXPECT_EQ(partner(post), table_) << to_string(algorithm);
     lift(0.02, 0.5);
@@ -104,7 +104,7 @@ TEST_P(GraspingTest, JawsThatClosedOnNothingHoldNothing) {
   EXPECT_EQ(s.grippers[0].force_N, 0.0);
   lift(-0.03, 1.0);
   EXPECT_EQ(partner(low), table_);
-  run(0.1, {kClose});  // controllers repeat what stands
+  run(0.1, {kClose});  // controllers repeat commands
   EXPECT_EQ(partner(low), table_);
   EXPECT_EQ(snapshot().grippers[0].part, -1);
   lift(0.1, 1.0);
@@ -163,7 +163,7 @@ TEST_P(GraspingTest, GripForceIsMeasuredWhileTheJawsMove) {
 }
 
 TEST_P(GraspingTest, FrictionMustCarryWeightAndAcceleration) {
-  // mu of 0.3 where no scenario says another: m (g + a) / (2 mu) of each jaw.
+  // Default mu of 0.3: m (g + a) / (2 mu) of each jaw.
   cell_.model().grippers[0].max_force_N = 10.0;
   const double m = 0.5;
   const int part = cell_.part("P", m, 3, {0.06, 0.08, 0.06}, at(0, 0, 0.40));

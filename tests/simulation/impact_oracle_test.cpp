@@ -1,4 +1,4 @@
-// A body that falls on an elastic layer with friction: what contact asks of the solvers that are implicit.
+// A body that falls on an elastic layer with friction: the demand of contact on implicit solvers.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -93,7 +93,7 @@ TEST(Impact, TheRosenbrockMethodEqualsSmallSteps) {
   }
 }
 
-// Also where the pieces of a step are larger than the impact is long: then energy is lost, never gained.
+// Also if the pieces of a step are longer than the impact: then energy is lost, never gained.
 TEST(Impact, TheImplicitMethodEqualsSmallStepsAtBoundedWork) {
   constexpr auto most = static_cast<std::uint64_t>(ImplicitIntegrator::kMaxAttempts);
   for (const double mass : {0.3, 1.0, 5.0}) {

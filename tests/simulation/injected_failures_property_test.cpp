@@ -1,5 +1,5 @@
-// Failures injected into any call of a plant model, with every solver: recovered, or told in a sentence and
-// over; what is not a number never gets out, and afterwards everything is as if nothing had been.
+// Failures injected into any call of a plant model, with every solver: recovered, or reported in a sentence;
+// invalid numbers never leave the solver, and the state stays the last accepted one.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -34,7 +34,7 @@ struct Slide {
         loose({&model}),
         solver(loose.solver(std::string(name), kTolerance)) {}
 
-  /// Steps up to the end or a failure, which leaves x as before the step. The number of the next step.
+  /// Steps up to the end or a failure, which keeps x of the step's start. The number of the next step.
   int run(int step = 0) {
     for (; step < kSteps; ++step) {
       const std::vector<double> accepted = loose.x;
@@ -86,7 +86,7 @@ bool expect_recovery_or_reason(std::string_view name, FailureKind kind, long fir
 
   slide.plan.last = -1;
   if (!recovered) {
-    // From the last accepted state on, as a solver that has seen nothing.
+    // From the last accepted state on, as a new solver.
     Slide fresh(name);
     fresh.loose.x = slide.loose.x;
     slide.solver->restart();
@@ -112,12 +112,13 @@ TEST(InjectedFailures, AFailureInAnyCallEndsInRecoveryOrAReason) {
     int recovered = 0;
     long tried = 0;
     for (const FailureKind kind : kKinds) {
-      // Every call of the first steps and of those around events, then every seventh; a fifth of them in the short form.
+      // Every call of the first steps and of those around events, then every seventh; a fifth of them in the
+      // short form.
       const long apart = effort() > 1 ? 1 : 5;
       for (long k = 1; k <= calls && !HasFailure(); k += k < 400 ? apart : 7 * apart, ++tried)
         recovered += expect_recovery_or_reason(name, kind, k, k, good.loose.x) ? 1 : 0;
     }
-    // Solvers that choose their steps get over most of what goes by.
+    // Solvers with error control recover from most transient failures.
     if (solver_has_error_control(name)) {
       EXPECT_GT(recovered, tried / 5) << name;
     }

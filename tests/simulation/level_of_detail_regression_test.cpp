@@ -1,5 +1,5 @@
-// Changing the level of detail of the block scenario while it runs: nothing jumps, what follows is small, and
-// the assembly ends where it always does.
+// Changes of the level of detail of the block scenario during its run: no quantity jumps, transients are
+// small, and the assembly ends at its usual place.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -179,8 +179,8 @@ TEST(LevelOfDetail, EnergiesContinueWhenTheRobotIsDynamicAgain) {
   EXPECT_EQ(power(0).electrical_energy_J, 0.0);
 }
 
-/// Explicit steps of 6 ms are too large where a dynamic robot holds a Part: the run must end before anything
-/// is not a number. (Steps that are too large for the Parts alone are refused at load.)
+/// Explicit steps of 6 ms are too large if a dynamic robot holds a Part: the run must end ahead of any
+/// invalid number. (Steps that are too large for the Parts alone are refused at load.)
 TEST(LevelOfDetail, ATooLargeStepEndsWithAFaultAndKeepsTheLastState) {
   const Block block("rk2", "0.006");
   const SwitchedRun r = run_switched(block, {}, 2);

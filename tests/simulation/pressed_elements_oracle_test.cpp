@@ -1,4 +1,4 @@
-// Pressures element by element, against the sums that the simulation itself tells and closed forms.
+// Pressures element by element, against the sums of the simulation itself and closed forms.
 #include "server/simulation/model/pressed_elements.h"
 
 #include <gtest/gtest.h>
@@ -69,7 +69,7 @@ TEST(PressedElements, PressuresOfABallFollowTheDepthAndCarryItsWeight) {
   // The simulation does not notice.
   EXPECT_EQ(simulation.state_hash(), hash);
   EXPECT_EQ(simulation.contact_counts().made, counted);
-  // Asked for nothing, it says nothing.
+  // Without requested pairs the result is empty.
   EXPECT_TRUE(elements.read(snapshot, {}).empty());
 }
 

@@ -1,6 +1,6 @@
-// A state that was saved goes on with the same bits, in the same simulation and in a new one: random
-// assemblies handled at random, every solver, surface contact with both laws of friction. Bytes that are
-// altered or foreign are refused or harmless, and never leave half a state.
+// A saved state continues with the same bits, in the same simulation and in a new one: random assemblies
+// handled at random, every solver, surface contact with both laws of friction. Altered or foreign bytes are
+// refused or harmless, and never leave half a state.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -112,8 +112,8 @@ struct SavedRun {
   std::vector<std::byte> bytes;
 };
 
-// Altered in one to eight places, cut off, or lengthened: what is refused leaves everything as it was, what
-// is not can be advanced, or ends in a fault.
+// Altered in one to eight places, cut off, or lengthened: refused bytes have no effect, accepted ones can be
+// advanced, or end in a fault.
 TEST(SavedState, AlteredBytesAreRefusedOrHarmless) {
   const SavedRun saved;
   std::mt19937 dice(1);
@@ -180,8 +180,8 @@ TEST(SavedState, ForeignBytesAreRefusedWithASentence) {
   EXPECT_EQ(of_other.epoch(), 0U);
 }
 
-/// A Part that spins too fast for the step: its quaternion grows, sooner or later. Whatever save_state()
-/// gives can be restored; what could not be is refused and gives no bytes.
+/// A Part that spins too fast for the step: its quaternion grows, sooner or later. All bytes of save_state()
+/// can be restored; an unrestorable state is refused and gives no bytes.
 TEST(SavedState, TheStateOfARunawayIsRefusedWithAReason) {
   RandomCellOptions options = small_cell(2);
   options.parts = 3;

@@ -11,7 +11,7 @@
 namespace takt::test {
 namespace {
 
-/// 0: as the scenario says.
+/// 0: that of the scenario.
 void set_level(Simulation& simulation, int level) {
   if (level == 0) return;
   EXPECT_EQ(simulation.set_level_of_detail(-1, level), "");
@@ -46,7 +46,7 @@ struct Cell {
 struct SceneTrial {
   std::string scenario;
   std::vector<std::string> overrides;
-  int level;  ///< 0: as the scenario says
+  int level;  ///< 0: that of the scenario
   double duration_s;
   std::vector<std::size_t> save_at;
   std::size_t go_on;

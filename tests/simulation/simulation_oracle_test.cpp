@@ -115,7 +115,7 @@ TEST(Simulation, AFreeAssemblySpinsWithConstantMomentum) {
   }
   momentum(p1, l1);
   EXPECT_LE((p1 - p0).norm(), 1e-12);
-  EXPECT_LE((l1 - l0).norm(), 1e-6 * l0.norm());  // what the solver's error leaves
+  EXPECT_LE((l1 - l0).norm(), 1e-6 * l0.norm());  // the solver's error
 }
 
 TEST(Simulation, TheSolverConvergesWithOrderTwo) {
@@ -227,7 +227,7 @@ TEST(Simulation, TheSameCommandsGiveTheSameBitsAndAResetRepeatsThem) {
   first.reset();
   EXPECT_EQ(first.epoch(), 1U);
   EXPECT_EQ(run(first), hash);
-  // Reading snapshots in between changes nothing.
+  // Reading snapshots in between has no effect.
   second.reset();
   Snapshot s = second.make_snapshot();
   second.read_snapshot(s);

@@ -1,5 +1,5 @@
 // Solvers against closed forms: order of those with a fixed step, error against tolerance of the others, and
-// what must hold for rigid bodies.
+// invariants of rigid bodies.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -143,7 +143,7 @@ Impact impact(const std::string& damping, const std::string& solver) {
 }
 
 TEST(SurfaceContactCell, RestitutionFallsWithDamping) {
-  double last = 1.01;  // the ball's triangles let it fall a little further than its radius says
+  double last = 1.01;  // the ball's triangles let it fall a little further than by its radius
   for (const char* damping : {"1.0e+3", "1.0e+4", "5.0e+4", "2.0e+5", "1.0e+6"}) {
     const double now = impact(damping, "{method: rosenbrock, step_s: 0.001, tolerance: 1.0e-6}").restitution;
     EXPECT_LT(now, last) << damping;

@@ -1,4 +1,4 @@
-// Groups of parts that stand still in surface contact sleep, and nobody can tell from where things are.
+// Groups of parts at rest in surface contact sleep, without a visible effect on poses.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -28,7 +28,7 @@ TEST(ContactSleeping, AStackSleepsWithinTheBoundAndMostStepsCostNothing) {
   expect_same(sleeping, awake, 1e-9);
   EXPECT_EQ(awake.result.statistics.part_steps_skipped, 0U);
   EXPECT_GE(sleeping.result.statistics.part_steps_skipped, 8U * sleeping.result.statistics.steps);
-  // Who looks still sees what carries whom.
+  // Reports still contain the forces between sleeping Parts.
   EXPECT_NEAR(sleeping.sample(sleeping.result.final_state, "S1").F_Bo_W.f.z(),
               awake.sample(awake.result.final_state, "S1").F_Bo_W.f.z(), 1e-3);
 }

@@ -1,5 +1,5 @@
-// The linear system at velocity level against the dense matrix of finite differences: exact where nothing of
-// what it leaves out matters, close to it in a cell that moves.
+// The linear system at velocity level against the dense matrix of finite differences: exact where its
+// omissions do not matter, close to it in a moving cell.
 #include "server/simulation/solver/velocity_system.h"
 
 #include <gtest/gtest.h>
@@ -197,7 +197,7 @@ TEST(VelocitySystem, OtherModelsAreSeparateBlocks) {
   EXPECT_LT(error_of_solve(loose.system(), linear, 0.8, loose.x, 3.0, 1.0, {0, 1, 2}), 1e-8);
 }
 
-/// Robots at rest without gravity, so that only what makes drives stiff is left.
+/// Robots at rest without gravity, so that only the stiffness of the drives is left.
 double error_at_rest(DynamicRobot& robot, std::size_t bodies, double h,
                      const std::function<void(std::vector<double>&)>& change = {}) {
   std::vector<Component> components(bodies);
@@ -296,7 +296,8 @@ TEST(VelocitySystem, ARobotAndItsAssemblyAreOneGroup) {
 }
 
 TEST(VelocitySystem, TheSystemIncludesThePullOfKinematicGrippers) {
-  // A Part in a gripper that moves and turns: what time alone does to the Part, besides what its states do.
+  // A Part in a gripper that moves and turns: the effect of time alone on the Part, besides that of its
+  // states.
   BoxCell cell;
   const int palm = cell.gantry_with_gripper("R", "G", at(0.0, 0.0, 1.0));
   cell.part("P", 0.3, 2, {0.03, 0.03, 0.08}, at(0.0, 0.0, 0.95), 1e-3);

@@ -1,9 +1,9 @@
 // Sixteen clients of one cell for minutes: two command robots at 1 kHz, fourteen watch at 250 Hz, each a
-// process of its own, as is the server. What must hold (docs/testing.md): no reliable sample is lost to a
-// client that reads, every request is answered, commands take effect within 3 ms (p99), the loop keeps its
-// miss rate. With --faults three more are among them: one that is frozen for half of the time, one that is
-// killed again and again, one that floods the server with commands and requests. With --kills N it is another
-// run: clients that watch or command are killed at random moments, four at a time, until N were.
+// process of its own, as is the server. Goals (docs/quality.md): no reliable sample is lost to a client that
+// reads, every request is answered, commands take effect within 3 ms (p99), the loop keeps its miss rate.
+// With --faults three more are among them: one that is frozen for half of the time, one that is killed
+// repeatedly, one that floods the server with commands and requests. With --kills N it is another run:
+// clients that watch or command are killed at random moments, four at a time, N in total.
 #include <signal.h>
 #include <unistd.h>
 
@@ -66,7 +66,7 @@ Client connect(const Options& options, const std::string& name, std::uint32_t st
   return Client(client);
 }
 
-/// Calls `work` so often a second until the time is over.
+/// Calls `work` at this rate until the time is over.
 template <typename Work>
 void at_rate(double hertz, double seconds, Work work) {
   const std::int64_t begin = monotonic_now_ns();
@@ -119,7 +119,7 @@ int command(const Options& options) {
   return 0;
 }
 
-/// Commands of a robot that others own, commands that are wrong, and requests that it does not wait for.
+/// Commands of a robot that others own, invalid commands, and requests without waiting.
 int flood(const Options& options) {
   Client cell = connect(options, "flooder", 0);
   const std::vector<double> wrong(cell.cell()->robots.front().joints.size(), 100.0);
@@ -135,8 +135,8 @@ int flood(const Options& options) {
 
 /// Over a line that loses, repeats and delays packets or is cut (network.sh): commands at 100 Hz, states,
 /// events, requests; a line for each second of wall time. The stamp of the n-th command is n ms, so that each
-/// state says which command was the newest applied: of n commands no more than n may have been applied, and
-/// none after a newer one.
+/// state shows the newest applied command: of n commands at most n may be applied, and none after a newer
+/// one.
 int over_the_line(const Options& options) {
   Client cell = connect(options, "far", 10);
   const auto info = cell.cell();
@@ -259,8 +259,8 @@ std::unique_ptr<ChildProcess> start_client(const Options& options, const std::st
                                std::to_string(options.domain), "--seconds", std::to_string(options.seconds)});
 }
 
-/// Each client lives for up to three seconds from the start of its process, so that some are killed before
-/// they have found the cell, some while they do, most while they are at work.
+/// Each client lives for up to three seconds from the start of its process, so that some are killed ahead of
+/// the discovery of the cell, some during it, most during their work.
 int kill_clients(Options options, const std::string& self) {
   ChildProcess service(server_command(options, self));
   options.seconds = 1e6;
@@ -310,7 +310,7 @@ int kill_clients(Options options, const std::string& self) {
     wait_until(now + 5'000'000);
   }
   victims.clear();  // killed as well
-  // The server looks for what the dead have left every 20 s.
+  // The server searches for stale files of dead clients every 20 s.
   wait_until(monotonic_now_ns() + 45'000'000'000);
   last = cell.status();
   applied = cell.state().applied.front().count;
@@ -374,7 +374,7 @@ int lead(Options options, const std::string& self) {
   while (true) {
     const double t = 1e-9 * static_cast<double>(monotonic_now_ns() - begin);
     if (t > options.seconds - 1.0) break;
-    // Each wrong command is an event for everybody: what must not be lost.
+    // Each wrong command is an event for all clients, which must not be lost.
     cell.set_gripper("Gripper1", GripperAction::width, 100.0);
     ++wrong;
     const std::int64_t asked = monotonic_now_ns();

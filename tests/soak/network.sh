@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # A client on another machine, over a line that loses, repeats and delays packets, lets later ones overtake earlier
 # ones, and is cut: two network namespaces, each with a TUN device, joined by line.py (this needs root). A line of the
-# report for each phase; exit code 0 when nothing was lost that must not be, no command was applied twice or after a
+# report for each phase; exit code 0 when all guaranteed samples arrived, no command was applied twice or after a
 # newer one, the loop never stalled, the memory did not grow, and the client was served again after each cut.
 #
 #   network.sh BIN_DIRECTORY CONFIG_DIRECTORY [SECONDS_PER_PHASE]
@@ -42,11 +42,11 @@ for end in "$a ta$id 10.177.0.1" "$b tb$id 10.177.0.2"; do
 done
 
 profiles=$config/dds/profiles.xml
-# With a priority the loop is held up by what the line does to it, not by what else this machine does.
+# With a priority the line delays the loop, not the other load of this machine.
 ip netns exec "$a" "$bin/takt-server" "$config/scenarios/block_assembly.yaml" --cell far --set duration_s=1000000 \
   --realtime-priority 20 --profiles "$profiles" --profile takt_server_network >"$work/server.log" 2>&1 3>&- &
 server=$!
-# What line.py is told; for a cut, for how long.
+# Settings of line.py; for a cut, its duration.
 phases=(
   "clean|"
   "5 % lost|lose=5"

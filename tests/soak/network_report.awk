@@ -1,4 +1,4 @@
-# What network.sh prints of its phases (file `phases`: begin|end|kB of the server|what line.py did|name), from the seconds
+# Report of network.sh on its phases (file `phases`: begin|end|kB of the server|what line.py did|name), from the seconds
 # that the client reports. `reply` is the slowest answer to a request, `effect` the longest time from a command's sending
 # until a state said that it was the newest applied (over a cut: with the cut). Exit code 1 when a phase was not as it must be.
 function of_line(p, what) {

@@ -1,6 +1,6 @@
-// A supervised server that is killed at random moments, again and again, with clients that live on: one
-// commands a robot at 100 Hz, others watch. What must hold (docs/quality.md): it goes on from a snapshot at
-// most 1 s old, and within 3 s each client sees the cell again and the commander's commands take effect.
+// A supervised server that is killed repeatedly at random moments, with clients that survive: one commands a
+// robot at 100 Hz, others watch. Goals (docs/quality.md): it resumes from a snapshot at most 1 s old, and
+// within 3 s each client receives samples again and the commander's commands take effect.
 #include <signal.h>
 
 #include <CLI/CLI.hpp>
@@ -71,7 +71,7 @@ class Cell {
   Restart live_and_die() {
     const double life_s = kLeastLife_s + 1e-3 * static_cast<double>(dice_() % 2000);
     for (const std::int64_t begin = monotonic_now_ns(); seconds_since(begin) < life_s;) command();
-    while (commander_->next_event(Seconds(0.0))) {  // a restart is told again to those who come later
+    while (commander_->next_event(Seconds(0.0))) {  // late clients get the report of a restart again
     }
     const State before = commander_->state();
     kill(server_, SIGKILL);
@@ -116,7 +116,7 @@ class Cell {
     options.name = name;
     return std::make_unique<Client>(options);
   }
-  /// Where the new server says that it goes on.
+  /// The instant at which the new server resumes, from its event.
   double restored_time_s() const {
     const auto told = commander_->wait_for_event([](const auto& event) { return event.code == "restarted"; },
                                                  Seconds(10.0));
@@ -130,7 +130,7 @@ class Cell {
     try {
       State state = client.state();
       if (state.epoch > epoch) return state;
-    } catch (const ClientError&) {  // it has noticed that nobody is there
+    } catch (const ClientError&) {  // it has detected the loss of the server
     }
     return std::nullopt;
   }

@@ -51,7 +51,7 @@ class FreeModel : public PlantModel {
 };
 
 /// u' = u (1 - u), w' = w u, y' = -2 t y^2: nonlinear, coupled, dependent on time, with a closed form.
-/// Linearly implicit solvers are told the true Jacobian, a wrong one, zeros, or no entries at all.
+/// Linearly implicit solvers get the true Jacobian, a wrong one, zeros, or no entries at all.
 class NonlinearModel final : public FreeModel {
  public:
   enum class Jacobian { none, zero, wrong, exact };

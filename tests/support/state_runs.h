@@ -72,8 +72,8 @@ inline void expect_same_changes(const Simulation& a, const Simulation& b) {
   }
 }
 
-/// The run with these commands saves before some steps; then the same simulation and one that is new restore
-/// each of these states, and go on for so many steps with the same commands: the same bits, told the same.
+/// The run with these commands saves at some steps; then the same simulation and a new one restore each of
+/// these states, and continue for `go_on` steps with the same commands: the same bits and the same reports.
 inline void check_restored_runs(const std::shared_ptr<const CellModel>& model, const StepCommands& commands,
                                 const std::vector<std::size_t>& save_at, std::size_t go_on,
                                 const std::function<void(Simulation&)>& prepare = {}) {
@@ -103,7 +103,7 @@ inline void check_restored_runs(const std::shared_ptr<const CellModel>& model, c
     const std::size_t end = std::min(commands.size(), save_at[k] + go_on);
     std::vector<std::byte> unused;
     for (std::size_t i = save_at[k]; i < end; ++i) {
-      // Saving may start a solver anew, so these runs save where the first did.
+      // Saving may restart a solver, so these runs save at the same steps as the first.
       if (i > save_at[k] && std::find(save_at.begin(), save_at.end(), i) != save_at.end()) {
         run.save_state(unused);
         fresh.save_state(unused);

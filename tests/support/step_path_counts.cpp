@@ -85,7 +85,7 @@ int pthread_rwlock_wrlock(pthread_rwlock_t* lock) {
 }
 
 #if defined(__x86_64__) && defined(PR_SET_SYSCALL_USER_DISPATCH)
-// Calls made from here pass: the way back from the signal handler, and what the handler executes.
+// Calls made from here pass: the return from the signal handler, and the calls that the handler executes.
 extern "C" {
 void takt_test_signal_return();
 long takt_test_system_call(long number, long a, long b, long c, long d, long e, long f);
@@ -183,7 +183,7 @@ bool SystemCallCount::possible() {
 void SystemCallCount::begin() {
   calls = {};
   waking_calls = 0;
-  // As the kernel has it: the C library would set a way back of its own, which is none of the calls that
+  // The structure of the kernel: the C library would set a return function of its own, whose calls do not
   // pass.
   struct {
     void (*handler)(int, siginfo_t*, void*);

@@ -1,6 +1,6 @@
 #pragma once
-// What one thread does that a step loop in steady state must not do: allocations, locks, system calls and
-// page faults are counted while counting is on in that thread. Linked into the tests of the step loop, where
+// Counts forbidden actions of a step loop in steady state: allocations, locks, system calls and page faults,
+// while counting is on in that thread. Linked into the tests of the step loop, where
 // the functions counted are replaced for the whole program (tests/support/step_path_counts.cpp).
 #include <array>
 #include <cstdint>

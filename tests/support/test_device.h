@@ -1,6 +1,6 @@
 #pragma once
 // A small device for tests: a chamber whose temperature follows a set point, theta' = (set - theta) / tau.
-// What is commanded also switches a lamp, which has no states.
+// A command also switches a lamp, which has no states.
 #include "plant_models/device_model.h"
 #include "plant_models/state_bytes.h"
 #include "server/simulation/model/cell_model.h"

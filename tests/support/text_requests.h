@@ -18,7 +18,7 @@ inline ControlRequest text_request(std::uint64_t id, const std::string& name,
   return {id, name, arguments_of_text(name, arguments)};
 }
 
-/// Empty where there is none of that name.
+/// Empty for an unknown name.
 inline std::string value_of(const ControlReply& reply, const std::string& name) {
   for (const auto& value : reply.values)
     if (value.name == name) return text_of(value.value);

@@ -1,5 +1,5 @@
 #pragma once
-// A visitor of takt view who sends whatever bytes he likes, as no browser would.
+// A visitor of takt view that sends arbitrary bytes, unlike any browser.
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <poll.h>
@@ -46,12 +46,12 @@ class WebClient {
   void send(std::string_view bytes) {
     while (!bytes.empty()) {
       const ssize_t sent = ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
-      if (sent <= 0) return;  // what is read next tells
+      if (sent <= 0) return;  // the next read shows the reason
       bytes.remove_prefix(static_cast<std::size_t>(sent));
     }
   }
 
-  /// Head and body of one answer; what is there already when the connection ends. HEAD has no body.
+  /// Head and body of one answer; its received part if the connection ends. HEAD has no body.
   std::string answer(bool head_only = false) {
     while (received_.find("\r\n\r\n") == std::string::npos)
       if (!receive()) return take(received_.size());

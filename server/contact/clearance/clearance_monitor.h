@@ -50,7 +50,7 @@ class ClearanceMonitor {
   void set_by_contact(std::span<const std::pair<int, int>> components);
 
   /// Updates events() for an instant. `moved`: components that may have moved since the last call; `changes`:
-  /// Parts with a change of partner since then. Does not allocate.
+  /// Parts with a change of partner after it. Does not allocate.
   void update(double time_s, std::uint64_t step, const CellMotion& motion, std::span<const int> moved,
               std::span<const PartnerChange> changes);
 

@@ -88,10 +88,10 @@ void grow_to_cover(const std::vector<Vec3>& corners, std::vector<Part>& parts) {
     parts[i].points.insert(parts[i].points.end(), missing[i].begin(), missing[i].end());
 }
 
-/// V-HACD counts in percent, and begins anew in each of its stages.
-class Teller : public VHACD::IVHACD::IUserCallback {
+/// V-HACD reports percent, from zero in each of its stages; the progress must not decrease.
+class ProgressReporter : public VHACD::IVHACD::IUserCallback {
  public:
-  explicit Teller(const std::function<void(double)>& progress) : progress_(progress) {}
+  explicit ProgressReporter(const std::function<void(double)>& progress) : progress_(progress) {}
   void Update(const double overall, const double, const char* const, const char*) override {
     most_ = std::max(most_, std::min(1.0, 0.01 * overall));
     progress_(most_);
@@ -131,8 +131,8 @@ std::vector<ConvexShape> decompose(const TriangleMesh& solid, const Decompositio
   p.m_maxNumVerticesPerCH = static_cast<std::uint32_t>(parameters.max_vertices_per_hull);
   p.m_findBestPlane = parameters.best_plane;
   p.m_asyncACD = false;
-  Teller teller(progress);
-  if (progress) p.m_callback = &teller;
+  ProgressReporter reporter(progress);
+  if (progress) p.m_callback = &reporter;
   const auto release = [](VHACD::IVHACD* vhacd) { vhacd->Release(); };
   const std::unique_ptr<VHACD::IVHACD, decltype(release)> vhacd(VHACD::CreateVHACD(), release);
   vhacd->Compute(coordinates.data(), static_cast<std::uint32_t>(solid.vertices.size()), triangles.data(),

@@ -38,7 +38,7 @@ void Recordings::open_log_again() {
       recorder_ = make(file, false);
       return;
     }
-  } catch (const std::exception& error) {  // a server that goes on is worth more than its log
+  } catch (const std::exception& error) {  // the server continues without its log
     outbound_.events.post(events::RecordingFailed{std::string("Nothing is recorded: ") + error.what()});
   }
 }

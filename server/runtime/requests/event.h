@@ -29,7 +29,7 @@ const EventInfo& info_of(const EventRecord& record);
 /// alternating forces.
 void report_step(const Simulation& simulation, const std::function<void(const EventRecord&)>& report);
 
-/// Why the simulation cannot go on.
+/// The reason why the simulation cannot continue.
 EventRecord fault_record(const Simulation& simulation);
 
 struct EventText {

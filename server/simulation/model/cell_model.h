@@ -36,7 +36,7 @@ struct GripperModel {
   GraspRule rule = GraspRule::on_command;
   double max_force_N = 0.0;
   std::vector<double> friction{};  ///< of the jaws, by component; empty: that of ContactParameters
-  /// How far beyond what it touches the reference of a jaw goes until the force is at its limit.
+  /// Advance of a jaw's reference beyond the contact at which the drive reaches its largest force.
   double press_m = 0.0;
   // Extent of the grip faces in the jaw frames: the grasp volume lies between them.
   double face_x_lower_m = 0.0, face_x_upper_m = 0.0, face_z_lower_m = 0.0, face_z_upper_m = 0.0;

@@ -1,7 +1,7 @@
 #pragma once
 // Trial steps of the linearly implicit methods on the linear system at velocity level (velocity_system.h),
 // with the secant of friction. One linearisation at the beginning of a step serves all its trials; a trial of
-// another size only factorises anew. Both methods keep their order with an A of an earlier step.
+// another size only factorises again. Both methods keep their order with an A of an earlier step.
 //   ROS34PW2 (rosenbrock_tableau.h): four stages, order 3, error estimate of order 2.
 //   ROS2 (implicit_integrator.h): two stages, order 2; its error estimate is a tenth of the difference from
 //   x + h k1, which is of order 1.

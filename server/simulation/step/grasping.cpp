@@ -101,8 +101,8 @@ void Grasping::apply(const GripperCommand& command, double t, CellPlant& plant) 
       break;
   }
   const auto index = static_cast<std::size_t>(command.gripper);
-  // Controllers repeat their commands: jaws that are under way or press already go on as they do. Where a jaw
-  // is by a rounding error does not make another command of it.
+  // Controllers repeat their commands: jaws that travel or press already continue. A rounding error of a
+  // jaw's position does not make the command a new one.
   const bool repeated =
       widths_[index] == width && (command.action == GripperAction::close) == (modes_[index] == Mode::close);
   if (by_contact_[index] != 0 && repeated) return;
@@ -123,7 +123,7 @@ void Grasping::apply(const GripperCommand& command, double t, CellPlant& plant) 
   if (modes_[index] == Mode::open) {
     states_[index].held.clear();
     settled_[index] = taking_[index] = 0;
-  } else if (!repeated && !pressing(gripper)) {  // jaws that press on what they hold go on to hold it
+  } else if (!repeated && !pressing(gripper)) {  // pressing jaws keep their held Parts
     settled_[index] = 0;
     if (modes_[index] == Mode::close && model_.grippers[index].rule == GraspRule::on_command)
       taking_[index] = 1;
@@ -164,7 +164,7 @@ void Grasping::set_by_contact(std::size_t gripper, bool by_contact, double t, Ce
     drive_jaws(gripper, t, 0.5 * widths_[gripper], plant, holds ? model_.grippers[gripper].press_m : 0.0);
     return;
   }
-  // They go on to where they were sent, and stop at once where they touch already.
+  // They continue to their target, and stop at once if they touch already.
   settled_[gripper] = 0;
   for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right})
     plant.grippers()[gripper].drive_jaw(t, side, plant.jaw_coordinate(gripper, side, t),

@@ -4,7 +4,7 @@
 // the same bits.
 //
 // Simulation::step(commands) is the whole algorithm:
-//   1 apply commands        set-points (of trajectories too), targets of grippers and devices; nothing moves
+//   1 apply commands        set-points (of trajectories too), targets of grippers and devices; no motion
 //   2 update connections    poses at t -> AABB broad phase -> MPR -> contact graph -> partner search ->
 //                           offsets of changed partners. Every discrete decision is taken here, between
 //                           accepted steps. Then collision checking of robot programs, which only watches.
