@@ -26,6 +26,7 @@
 #include <vector>
 
 #include "client_lib/cell.h"
+#include "client_lib/kinematics/trajectory_point.h"
 #include "idl/vocabulary/arguments.h"
 
 namespace takt {
@@ -80,12 +81,6 @@ struct ClientOptions {
   static std::string default_secure_directory();  ///< environment TAKT_SECURE, else none
 };
 
-/// Positions (rad, m) of all joints in the order of RobotDescription::joints, and how they are passed. `velocities`
-/// and `accelerations` may be empty; the velocities of the last point must be 0. `efforts` (N m, N) too.
-struct TrajectoryPoint {
-  double time_s = 0.0;  ///< from the start, ascending
-  std::vector<double> positions, velocities{}, accelerations{}, efforts{};
-};
 
 struct Reply {
   std::string message;  ///< a whole sentence

@@ -7,7 +7,7 @@
 // on the constant part) and the jerk is bounded.
 #include <optional>
 
-namespace takt::controller {
+namespace takt {
 
 /// Largest speed and acceleration of the path coordinate (1/s and 1/s^2); infinite where nothing limits.
 struct ProfileLimits {
@@ -49,4 +49,4 @@ class MotionProfile {
   long periods_ = 0;
 };
 
-}  // namespace takt::controller
+}  // namespace takt

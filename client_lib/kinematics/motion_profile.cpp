@@ -1,9 +1,9 @@
-#include "client_lib/controller/motion_profile.h"
+#include "client_lib/kinematics/motion_profile.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace takt::controller {
+namespace takt {
 
 namespace {
 /// Peak of the ramp's acceleration over its mean: the derivative of 3 u^2 - 2 u^3 at u = 1/2.
@@ -69,4 +69,4 @@ MotionProfile::Sample MotionProfile::at_time(double t_s) const {
   return {1.0 - rising.s, rising.speed, -rising.acceleration};
 }
 
-}  // namespace takt::controller
+}  // namespace takt

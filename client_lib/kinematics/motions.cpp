@@ -1,20 +1,17 @@
-#include "client_lib/controller/motions.h"
+#include "client_lib/kinematics/motions.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
-#include "client_lib/controller/inverse_kinematics.h"
+#include "client_lib/kinematics/inverse_kinematics.h"
 #include "idl/common/text.h"
 
-namespace takt::controller {
+namespace takt {
 
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// How far a velocity may exceed its limit by rounding alone.
-constexpr double kRounding = 1.0 + 1e-9;
 
 std::string number(double value) {
   return number_text(value + 0.0, 6);  // adding zero makes -0 plain 0
@@ -22,8 +19,8 @@ std::string number(double value) {
 
 void require_positive(const char* name, double value) {
   if (!(value > 0.0) || !std::isfinite(value)) {
-    throw std::runtime_error(std::string(name) + " = " + number(value) +
-                             " is not allowed; it must be greater than 0");
+    throw MotionError(std::string(name) + " = " + number(value) +
+                      " is not allowed; it must be greater than 0");
   }
 }
 
@@ -33,9 +30,9 @@ MotionProfile make_profile(const ProfileLimits& limits, double duration_s, doubl
   require_positive("duration_s", duration_s);
   const std::optional<MotionProfile> profile = MotionProfile::lasting(duration_s, limits, period_s);
   if (!profile) {
-    throw std::runtime_error("duration_s = " + number(duration_s) +
-                             " is too short; the speed and acceleration limits " + "allow no less than " +
-                             number(fastest.duration_s()) + " s");
+    throw MotionError("duration_s = " + number(duration_s) +
+                      " is too short; the speed and acceleration limits " + "allow no less than " +
+                      number(fastest.duration_s()) + " s");
   }
   return *profile;
 }
@@ -43,8 +40,8 @@ MotionProfile make_profile(const ProfileLimits& limits, double duration_s, doubl
 MotionProfile joint_profile(const ArmModel& arm, const JointArray& from, const JointArray& to,
                             const JointMotionOptions& options, double period_s) {
   if (!(options.speed > 0.0) || !(options.speed <= 1.0)) {
-    throw std::runtime_error("speed = " + number(options.speed) +
-                             " is not allowed; it is the fraction of the joints' own limits, in (0, 1]");
+    throw MotionError("speed = " + number(options.speed) +
+                      " is not allowed; it is the fraction of the joints' own limits, in (0, 1]");
   }
   require_positive("acceleration_rad_per_s2", options.acceleration_rad_per_s2);
   ProfileLimits limits{kInfinity, kInfinity};
@@ -88,8 +85,8 @@ void check_joint_limits(const ArmModel& arm, const JointArray& q) {
     const JointModel& joint = arm.joints[j];
     if (q[j] >= joint.lower && q[j] <= joint.upper) continue;
     const char* unit = joint.type == JointType::revolute ? " rad" : " m";
-    throw std::runtime_error("joint " + joint.name + ": position " + number(q[j]) + unit + " is outside [" +
-                             number(joint.lower) + ", " + number(joint.upper) + "]" + unit);
+    throw MotionError("joint " + joint.name + ": position " + number(q[j]) + unit + " is outside [" +
+                      number(joint.lower) + ", " + number(joint.upper) + "]" + unit);
   }
 }
 
@@ -168,11 +165,11 @@ void LineMotion::follow(const MotionProfile::Sample& sample, ArmSetPoint& set_po
   const Pose X_RF = X_RT * X_TF_;
   const IkSolution solution = solve_ik_from(*arm_, X_RF, set_point.position);
   if (!solution.found) {
-    throw std::runtime_error(
-        "the straight line cannot be followed at " + number(100.0 * sample.s) +
-        " % of its way, TCP in the robot's base frame " + to_text(X_RT) +
-        ": no joint positions near the present ones within the joints' ranges (short by " +
-        number(solution.position_error_m) + " m and " + number(solution.rotation_error_rad) + " rad)");
+    throw MotionError("the straight line cannot be followed at " + number(100.0 * sample.s) +
+                      " % of its way, TCP in the robot's base frame " + to_text(X_RT) +
+                      ": no joint positions near the present ones within the joints' ranges (short by " +
+                      number(solution.position_error_m) + " m and " + number(solution.rotation_error_rad) +
+                      " rad)");
   }
   set_point.position = solution.q;
   if (sample.speed == 0.0) {
@@ -185,20 +182,20 @@ void LineMotion::follow(const MotionProfile::Sample& sample, ArmSetPoint& set_po
   ArmPoses poses;
   forward_kinematics(*arm_, set_point.position.data(), poses);
   if (!joint_velocities(*arm_, poses, V_RF, set_point.velocity)) {
-    throw std::runtime_error("the straight line meets a singularity of the arm at " +
-                             number(100.0 * sample.s) + " % of its way, TCP in the robot's base frame " +
-                             to_text(X_RT) + "; choose another way or use move_to");
+    throw MotionError("the straight line meets a singularity of the arm at " + number(100.0 * sample.s) +
+                      " % of its way, TCP in the robot's base frame " + to_text(X_RT) +
+                      "; choose another way or use move_to");
   }
   for (int i = 0; i < arm_->joint_count(); ++i) {
     const auto j = static_cast<size_t>(i);
     const JointModel& joint = arm_->joints[j];
-    if (std::abs(set_point.velocity[j]) <= joint.max_velocity * kRounding) continue;
+    if (std::abs(set_point.velocity[j]) <= joint.max_velocity * kSpeedRounding) continue;
     const char* unit = joint.type == JointType::revolute ? " rad/s" : " m/s";
-    throw std::runtime_error(
-        "joint " + joint.name + ": the straight line needs " + number(std::abs(set_point.velocity[j])) +
-        unit + " at " + number(100.0 * sample.s) + " % of its way, allowed are " +
-        number(joint.max_velocity) + unit + "; go slower or further away from the singularity");
+    throw MotionError("joint " + joint.name + ": the straight line needs " +
+                      number(std::abs(set_point.velocity[j])) + unit + " at " + number(100.0 * sample.s) +
+                      " % of its way, allowed are " + number(joint.max_velocity) + unit +
+                      "; go slower or further away from the singularity");
   }
 }
 
-}  // namespace takt::controller
+}  // namespace takt

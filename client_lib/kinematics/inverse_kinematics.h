@@ -7,7 +7,7 @@
 // in rad.
 #include "plant_models/robot/arm_kinematics.h"
 
-namespace takt::controller {
+namespace takt {
 
 /// A pose counts as reached within these. About a thousand times what double precision gives for arms of some
 /// metres.
@@ -38,4 +38,4 @@ IkSolution solve_ik(const ArmModel& arm, const Pose& X_RF, const JointArray& see
 /// precision.
 bool joint_velocities(const ArmModel& arm, const ArmPoses& poses, const Twist& V_RF, JointArray& qd);
 
-}  // namespace takt::controller
+}  // namespace takt

@@ -5,7 +5,7 @@
 #include <limits>
 #include <random>
 
-#include "client_lib/controller/motion_profile.h"
+#include "client_lib/kinematics/motion_profile.h"
 
 namespace takt::controller {
 namespace {

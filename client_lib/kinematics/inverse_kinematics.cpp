@@ -1,4 +1,4 @@
-#include "client_lib/controller/inverse_kinematics.h"
+#include "client_lib/kinematics/inverse_kinematics.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-namespace takt::controller {
+namespace takt {
 
 namespace {
 
@@ -199,4 +199,4 @@ bool joint_velocities(const ArmModel& arm, const ArmPoses& poses, const Twist& V
   return solve_undamped(flange_jacobian(arm, poses), v, qd.data());
 }
 
-}  // namespace takt::controller
+}  // namespace takt

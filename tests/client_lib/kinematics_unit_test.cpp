@@ -3,8 +3,8 @@
 
 #include <random>
 
-#include "client_lib/controller/inverse_kinematics.h"
-#include "client_lib/controller/motions.h"
+#include "client_lib/kinematics/inverse_kinematics.h"
+#include "client_lib/kinematics/motions.h"
 #include "tests/support/controller_test_cell.h"
 
 namespace takt::controller {

@@ -4,14 +4,23 @@
 //
 // Frames: R robot base, F flange, T tool centre point (TCP). Both motions yield, for period k, the joint
 // set-point at the end of that period: position and its exact time derivative. All errors are
-// std::runtime_error without a place; the caller knows the line of the program.
+// MotionError without a place; the caller knows the line of the program.
+#include <stdexcept>
 #include <string>
 #include <variant>
 
-#include "client_lib/controller/motion_profile.h"
+#include "client_lib/kinematics/motion_profile.h"
 #include "plant_models/robot/arm_kinematics.h"
 
-namespace takt::controller {
+namespace takt {
+
+/// Why there is no such motion or pose, as a sentence: what is asked for, what is allowed.
+class MotionError : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// How far a velocity may exceed its limit by rounding alone, as a factor.
+inline constexpr double kSpeedRounding = 1.0 + 1e-9;
 
 struct JointMotionOptions {
   double speed = 0.5;                    ///< fraction of every joint's own limit, (0, 1]
@@ -77,4 +86,4 @@ class LineMotion {
 
 using Motion = std::variant<std::monostate, JointMotion, LineMotion>;
 
-}  // namespace takt::controller
+}  // namespace takt
