@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "client_lib/client.h"
+#include "client_lib/kinematics/motions.h"
 #include "idl/common/named_lists.h"
 #include "idl/common/stamp.h"
 
@@ -71,8 +72,8 @@ struct View {
 /// A sample of the client: a message with more members.
 template <typename Sample, Message Type>
 struct SampleView : View<Type> {
-  explicit SampleView(std::shared_ptr<const Sample> made, std::shared_ptr<const CellInfo> cell = {})
-      : View<Type>{made, cell, cell == nullptr ? nullptr : &cell->lists} {}
+  explicit SampleView(std::shared_ptr<const Sample> made, const std::shared_ptr<const CellInfo>& described = {})
+      : View<Type>{made, described, described == nullptr ? nullptr : &described->lists} {}
   const Sample& sample() const { return static_cast<const Sample&>(*this->message); }
 };
 

@@ -1,0 +1,2 @@
+#pragma once
+#include "client_lib/kinematics/arm.h"
