@@ -13,9 +13,7 @@ py::array_t<double> to_array(const Pose& X) {
   auto cells = array.mutable_unchecked<2>();
   for (int row = 0; row < 4; ++row)
     for (int column = 0; column < 4; ++column)
-      cells(row, column) = row == 3      ? (column == 3 ? 1.0 : 0.0)
-                           : column == 3 ? X.p[row]
-                                         : X.R(row, column);
+      cells(row, column) = row == 3 ? (column == 3 ? 1.0 : 0.0) : column == 3 ? X.p[row] : X.R(row, column);
   return array;
 }
 
@@ -61,7 +59,8 @@ efforts: (joints,) in N m or N, added to what the drives' controllers want; empt
                              "Array (joints,) in rad/s or m/s, or (0,).")
       .def_property_readonly("accelerations", array(&TrajectoryPoint::accelerations),
                              "Array (joints,) in rad/s2 or m/s2, or (0,).")
-      .def_property_readonly("efforts", array(&TrajectoryPoint::efforts), "Array (joints,) in N m or N, or (0,).");
+      .def_property_readonly("efforts", array(&TrajectoryPoint::efforts),
+                             "Array (joints,) in N m or N, or (0,).");
 }
 
 }  // namespace
@@ -72,7 +71,8 @@ void bind_arm(py::module_& m) {
       "pose",
       [](const std::array<double, 3>& position, const std::array<double, 4>& orientation) {
         const Quat q(orientation[3], orientation[0], orientation[1], orientation[2]);
-        if (!(std::abs(q.norm() - 1.0) < 1e-6)) throw MotionError("The orientation is a unit quaternion x y z w.");
+        if (!(std::abs(q.norm() - 1.0) < 1e-6))
+          throw MotionError("The orientation is a unit quaternion x y z w.");
         return to_array(Pose::from_quaternion({position[0], position[1], position[2]}, q.normalized()));
       },
       py::arg("position"), py::arg("orientation") = std::array<double, 4>{0.0, 0.0, 0.0, 1.0},
@@ -100,7 +100,9 @@ Raises MotionError with the names that exist.)")
       .def_property_readonly("name", &Arm::name, "Name of the robot.")
       .def(
           "forward_kinematics",
-          [](const Arm& self, const Numbers& positions) { return to_array(self.forward_kinematics(positions)); },
+          [](const Arm& self, const Numbers& positions) {
+            return to_array(self.forward_kinematics(positions));
+          },
           py::arg("positions"), "Pose X_WT (4, 4) of the TCP in the world, for joint positions (joints,).")
       .def(
           "inverse_kinematics",

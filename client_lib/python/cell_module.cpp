@@ -46,6 +46,8 @@ bool is_array(const FieldInfo& field) {
 std::string text_of_field(const FieldInfo& field) {
   std::string text(field.doc);
   if (text.empty() && field.enumeration != nullptr) text = field.enumeration->doc;
+  if (has_annotation(field.annotations, "index"))
+    if (const std::size_t at = text.find("-1"); at != std::string::npos) text.replace(at, 2, "None");
   std::string about;
   const auto add = [&](const std::string& part) { about += (about.empty() ? "" : ", ") + part; };
   if (is_array(field)) add(shape_text(field));
@@ -139,7 +141,8 @@ Arguments arguments_of_dict(const py::dict& given) {
 }
 
 void bind_cell(py::module_& m) {
-  py::module_ messages = m.def_submodule("messages", "Messages of idl/takt_msgs.idl, as a client receives them.");
+  py::module_ messages =
+      m.def_submodule("messages", "Messages of idl/takt_msgs.idl, as a client receives them.");
   bind_sample<CellInfo, takt_msgs::msg::CellDescription>(m, messages, "CellInfo");
   auto state = bind_sample<State, takt_msgs::msg::CellState>(m, messages, "State");
   bind_sample_number(state);
@@ -186,14 +189,16 @@ void bind_cell(py::module_& m) {
           [](const StateView& self, const std::string& name) {
             return name_or_none(self.sample().partner_of(name));
           },
-          py::arg("name"), "Name of the component that holds a Part; None: nothing holds it. Raises NotFound.")
+          py::arg("name"),
+          "Name of the component that holds a Part; None: nothing holds it. Raises NotFound.")
       .def(
           "part_present",
           [](const StateView& self, const std::string& gripper) {
             return name_or_none(self.sample().part_present(gripper));
           },
           py::arg("gripper"),
-          "Name of the Part that both jaws touch and hold (of several the first); None: there is none. Raises "
+          "Name of the Part that both jaws touch and hold (of several the first); None: there is none. "
+          "Raises "
           "NotFound.");
   auto status = bind_sample<Status, takt_msgs::msg::Status>(m, messages, "Status");
   bind_sample_number(status);

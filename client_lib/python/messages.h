@@ -72,7 +72,8 @@ struct View {
 /// A sample of the client: a message with more members.
 template <typename Sample, Message Type>
 struct SampleView : View<Type> {
-  explicit SampleView(std::shared_ptr<const Sample> made, const std::shared_ptr<const CellInfo>& described = {})
+  explicit SampleView(std::shared_ptr<const Sample> made,
+                      const std::shared_ptr<const CellInfo>& described = {})
       : View<Type>{made, described, described == nullptr ? nullptr : &described->lists} {}
   const Sample& sample() const { return static_cast<const Sample&>(*this->message); }
 };
@@ -104,14 +105,16 @@ struct Values {
   static py::object value(const FieldInfo&, const View<Holder>& holder, const Part& part) {
     if constexpr (kIsQuantity<Part>) {
       static_assert(sizeof(Part) == message_info<Part>().fields.size() * sizeof(double));
-      const auto shape = shape_of(annotation(message_info<Part>().annotations, "shape"), sizeof(Part) / sizeof(double));
+      const auto shape =
+          shape_of(annotation(message_info<Part>().annotations, "shape"), sizeof(Part) / sizeof(double));
       return py::array_t<double>(shape, reinterpret_cast<const double*>(&part));
     } else {
       return py::cast(View<Part>{{holder.message, &part}, holder.cell, holder.of});
     }
   }
   template <Message Holder, typename Element>
-  static py::object value(const FieldInfo& field, const View<Holder>& holder, const std::vector<Element>& list) {
+  static py::object value(const FieldInfo& field, const View<Holder>& holder,
+                          const std::vector<Element>& list) {
     if constexpr (std::is_arithmetic_v<Element>) {
       return py::array_t<Element>(shape_of(annotation(field.annotations, "shape"), list.size()), list.data());
     } else if constexpr (!Message<Element>) {
@@ -148,8 +151,10 @@ void bind_message(py::module_& m) {
   };
   const Type example{};
   for_each_field(example, [&]<typename Value>(const FieldInfo&, const Value&) {
-    if constexpr (kIsMessageList<Value>) bind_part(static_cast<const typename Value::value_type*>(nullptr));
-    else bind_part(static_cast<const Value*>(nullptr));
+    if constexpr (kIsMessageList<Value>)
+      bind_part(static_cast<const typename Value::value_type*>(nullptr));
+    else
+      bind_part(static_cast<const Value*>(nullptr));
   });
   const MessageInfo& info = message_info<Type>();
   const std::string name(info.name.substr(info.name.rfind('/') + 1));

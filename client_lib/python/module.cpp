@@ -73,7 +73,8 @@ auto waiter(Wait wait) {
   using Seen = decltype(view(std::declval<const Sample&>()));
   return [wait](Client& self, const std::function<bool(Seen)>& predicate, double timeout) {
     const py::gil_scoped_release unlocked;
-    return view((self.*wait)([&](const Sample& sample) { return predicate(view(sample)); }, Seconds{timeout}));
+    return view(
+        (self.*wait)([&](const Sample& sample) { return predicate(view(sample)); }, Seconds{timeout}));
   };
 }
 
@@ -99,9 +100,8 @@ profile: name of the participant profile in that file
 secure_directory: identity and permissions (docs/network.md); empty: $TAKT_SECURE, else no security
 
 Raises NotFound with the names of the cells that answer.)")
-      .def_property_readonly(
-          "client_id", &Client::client_id,
-          "Identity of this client in requests, and in events about its commands.")
+      .def_property_readonly("client_id", &Client::client_id,
+                             "Identity of this client in requests, and in events about its commands.")
       .def_property_readonly(
           "info", [](const Client& self) { return view(self.cell()); },
           "Description of the cell; another object when another scenario is loaded.")
@@ -111,9 +111,8 @@ Raises NotFound with the names of the cells that answer.)")
       .def_property_readonly(
           "status", py::cpp_function([](const Client& self) { return view(self.status()); }, unlocked),
           "Newest status of the service; never older than the reply to the last request.")
-      .def_property_readonly(
-          "connected", &Client::connected,
-          "True while the server is announced and was heard of within liveliness_timeout.")
+      .def_property_readonly("connected", &Client::connected,
+                             "True while the server is announced and was heard of within liveliness_timeout.")
       .def(
           "wait_for_connection",
           [](Client& self, double timeout) { return self.wait_for_connection(Seconds{timeout}); },
@@ -121,13 +120,16 @@ Raises NotFound with the names of the cells that answer.)")
           "Waits until the cell answers, e.g. after its server was started again; False after `timeout` s of "
           "wall time.")
       .def("wait_for_state", waiter<State>(&Client::wait_for_state), py::arg("predicate"), py::arg("timeout"),
-           "First state, from the newest on, that fulfils the predicate; None after `timeout` s of wall time.\n\n"
+           "First state, from the newest on, that fulfils the predicate; None after `timeout` s of wall "
+           "time.\n\n"
            "The predicate runs in this thread. A slow one sees the newest state, not every one.")
       .def("wait_for_status", waiter<Status>(&Client::wait_for_status), py::arg("predicate"),
            py::arg("timeout"),
-           "First status, from the newest on, that fulfils the predicate; None after `timeout` s of wall time.")
+           "First status, from the newest on, that fulfils the predicate; None after `timeout` s of wall "
+           "time.")
       .def("wait_for_power", waiter<Power>(&Client::wait_for_power), py::arg("predicate"), py::arg("timeout"),
-           "First sample of the power of robots and devices that fulfils the predicate; None after `timeout` s "
+           "First sample of the power of robots and devices that fulfils the predicate; None after `timeout` "
+           "s "
            "of wall time.\n\nRobots draw power from level of detail 2 on. Received from the first call on.")
       .def("wait_for_contacts", waiter<Contacts>(&Client::wait_for_contacts), py::arg("predicate"),
            py::arg("timeout"),
@@ -138,9 +140,10 @@ Raises NotFound with the names of the cells that answer.)")
           py::arg("timeout"), unlocked,
           "Next event, in order; None after `timeout` s of wall time.\n\nEvents are kept from the moment of "
           "connecting (the newest 10000), and each is returned once.")
-      .def("wait_for_event", waiter<Event>(&Client::wait_for_event), py::arg("predicate"), py::arg("timeout"),
-           "Next event that fulfils the predicate; those before it are passed over. None after `timeout` s of "
-           "wall time.")
+      .def(
+          "wait_for_event", waiter<Event>(&Client::wait_for_event), py::arg("predicate"), py::arg("timeout"),
+          "Next event that fulfils the predicate; those before it are passed over. None after `timeout` s of "
+          "wall time.")
       .def(
           "send_joint_command",
           [](Client& self, const std::string& robot, const Numbers& positions, const Numbers& velocities,
@@ -266,7 +269,8 @@ Without a new one the robot stays there, with the same efforts.)")
       .def(
           "advance", [](LockstepController& self) { return view(self.advance()); }, unlocked,
           "Answers this boundary with one command for each target, and returns the state at the next one.\n\n"
-          "Raises Lost when the cell was reset or has another scenario, CellTimeout when the boundary does not "
+          "Raises Lost when the cell was reset or has another scenario, CellTimeout when the boundary does "
+          "not "
           "come; then it may be called again.")
       .def("close", &LockstepController::close, unlocked,
            "Unregisters. The cell stays at the present boundary when no other controller is registered.");

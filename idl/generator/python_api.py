@@ -85,6 +85,8 @@ def meaning(field, reader):
     if field.has("frame"):
         about.append(f"frame {field.annotation('frame')}")
     text = field.doc or reader.enumerations[field.annotation("enumeration")].doc or field.annotation("enumeration")
+    if field.has("index"):
+        text = text.replace("-1", "None")
     return text + (f" ({', '.join(about)})" if about else "")
 
 
