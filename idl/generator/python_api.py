@@ -51,17 +51,17 @@ def single(field, reader):
 
 
 def is_array(field, reader):
-    """Of a response or a message: a vector, a rotation, numbers."""
+    """A vector, a rotation, numbers."""
     if field.kind == "message":
         return reader.structs[field.type].has("quantity")
-    return field.sequence and field.kind not in ("string", "boolean") and not field.annotation("enumeration")
+    return field.sequence and field.kind in ("float32", "float64", "uint32")
 
 
 def annotation(field, reader, is_argument):
     kind = single(field, reader)
     if is_argument and field.annotation("enumeration"):
         kind += " | str"
-    if not is_argument and is_array(field, reader) and kind not in ("int", "list[int]"):
+    if not is_argument and is_array(field, reader):
         kind = ARRAY
     elif field.sequence:
         kind = f"{'Sequence' if is_argument else 'list'}[{kind}]" + (f" | {ARRAY}" if is_argument and kind == "float" else "")

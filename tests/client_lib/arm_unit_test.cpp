@@ -80,6 +80,8 @@ TEST(Arm, TheDescriptionOfACellMakesTheSameArm) {
       1e-14);
   EXPECT_LT(distance(Arm(cell, "Robot1").forward_kinematics(kHome) * kTool, arm().forward_kinematics(kHome)),
             1e-14);
+  const Pose X_WT = arm().forward_kinematics(kHome);
+  EXPECT_EQ(pose_of(isometry_of(X_WT)), X_WT);
   EXPECT_THAT([&] { Arm(cell, "Robot7"); },
               ThrowsMessage<MotionError>(HasSubstr("no robot 'Robot7'; it has Robot0, Robot1")));
   EXPECT_THAT([&] { Arm(cell, "Robot0", "Gripper1"); },
