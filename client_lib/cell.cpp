@@ -44,6 +44,14 @@ const GripperState& State::gripper(std::string_view name) const {
 const DeviceState& State::device(std::string_view name) const {
   return devices.at(require_by_name("device", cell->devices, name));
 }
+std::map<std::string, double> State::signals(std::string_view device) const {
+  const std::size_t index = require_by_name("device", cell->devices, device);
+  std::map<std::string, double> values;
+  const auto& described = cell->devices[index].signals;
+  for (std::size_t i = 0; i < described.size(); ++i)
+    values[described[i].name] = devices.at(index).signals.at(i);
+  return values;
+}
 std::string State::partner_of(std::string_view name) const {
   return cell->component_name(component(name).partner);
 }

@@ -4,6 +4,7 @@
 // robots, grippers and devices have the same order, and so the same index, in the description and in every state: a client
 // hands out only messages that fit their description.
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -49,6 +50,8 @@ struct State : takt_msgs::msg::CellState {
   const RobotState& robot(std::string_view name) const;
   const GripperState& gripper(std::string_view name) const;
   const DeviceState& device(std::string_view name) const;
+  /// Signals of a device by name.
+  std::map<std::string, double> signals(std::string_view device) const;
   /// Name of the component that holds `name`, or "" when nothing does.
   std::string partner_of(std::string_view name) const;
   /// Name of the Part that both jaws of the gripper `name` touch and hold (of several the first), or "".

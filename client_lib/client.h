@@ -213,7 +213,7 @@ class Client {
   void play() { set_state(SimulationState::playing); }
   void pause() { set_state(SimulationState::paused); }
   /// Advances a paused simulation by this many steps and returns when they are done.
-  void step(std::uint64_t steps, std::optional<Seconds> timeout = {}) {
+  void step(std::uint64_t steps = 1, std::optional<Seconds> timeout = {}) {
     call(requests::Step{steps}, timeout);
   }
   /// Back to the initial state; the epoch counts up.

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "client_lib/kinematics/inverse_kinematics.h"
+#include "idl/common/eigen_messages.h"
 #include "idl/common/text.h"
 
 namespace takt {
@@ -83,12 +84,7 @@ void require_period(double period_s) {
 }  // namespace
 
 Pose pose_of(const takt_msgs::msg::Transform& transform) {
-  Pose X;
-  for (int row = 0; row < 3 && transform.rotation.size() == 9; ++row)
-    for (int column = 0; column < 3; ++column)
-      X.R(row, column) = transform.rotation[static_cast<std::size_t>(3 * row + column)];
-  X.p = {transform.position.x, transform.position.y, transform.position.z};
-  return X;
+  return {to_eigen(transform.rotation), to_eigen(transform.position)};
 }
 
 ArmModel arm_model(const takt_msgs::msg::RobotDescription& robot) {
@@ -97,14 +93,8 @@ ArmModel arm_model(const takt_msgs::msg::RobotDescription& robot) {
                       " joints; allowed are at most " + std::to_string(kMaxJoints));
   ArmModel arm;
   for (const auto& joint : robot.joints)
-    arm.joints.push_back({joint.name,
-                          joint.type,
-                          pose_of({joint.position, joint.rotation}),
-                          {joint.axis.x, joint.axis.y, joint.axis.z},
-                          joint.lower,
-                          joint.upper,
-                          joint.max_velocity,
-                          joint.max_effort});
+    arm.joints.push_back({joint.name, joint.type, pose_of(joint.origin), to_eigen(joint.axis), joint.lower,
+                          joint.upper, joint.max_velocity, joint.max_effort});
   arm.X_JF = pose_of(robot.flange);
   return arm;
 }

@@ -26,6 +26,16 @@ namespace takt {
 /// Joints and flange of a robot as the cell describes it. Throws MotionError for more than kMaxJoints joints.
 ArmModel arm_model(const takt_msgs::msg::RobotDescription& robot);
 Pose pose_of(const takt_msgs::msg::Transform& transform);
+/// Pose and the type of <takt/eigen.h>; no number changes its bits.
+inline Pose pose_of(const Eigen::Isometry3d& X) {
+  return {X.linear(), X.translation()};
+}
+inline Eigen::Isometry3d isometry_of(const Pose& X) {
+  Eigen::Isometry3d made = Eigen::Isometry3d::Identity();
+  made.linear() = X.R;
+  made.translation() = X.p;
+  return made;
+}
 
 class Arm {
  public:

@@ -5,6 +5,7 @@
 
 #include <random>
 
+#include "idl/common/eigen_messages.h"
 #include "tests/support/controller_test_cell.h"
 
 namespace takt {
@@ -23,10 +24,7 @@ const Arm& arm() {
 }
 
 takt_msgs::msg::Transform message_of(const Pose& X) {
-  takt_msgs::msg::Transform message{{X.p.x(), X.p.y(), X.p.z()}, {}};
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 3; ++column) message.rotation.push_back(X.R(row, column));
-  return message;
+  return {to_vector(X.p), to_rotation_matrix(X.R)};
 }
 
 takt_msgs::msg::CellDescription description() {
@@ -35,16 +33,8 @@ takt_msgs::msg::CellDescription description() {
     auto& robot = cell.robots.emplace_back();
     robot.name = name;
     for (const JointModel& joint : arm().model().joints) {
-      const auto X_PJ = message_of(joint.X_PJ);
-      robot.joints.push_back({joint.name,
-                              joint.type,
-                              X_PJ.position,
-                              X_PJ.rotation,
-                              {joint.axis.x(), joint.axis.y(), joint.axis.z()},
-                              joint.lower,
-                              joint.upper,
-                              joint.max_velocity,
-                              joint.max_effort});
+      robot.joints.push_back({joint.name, joint.type, message_of(joint.X_PJ), to_vector(joint.axis),
+                              joint.lower, joint.upper, joint.max_velocity, joint.max_effort});
     }
     robot.flange = message_of(arm().model().X_JF);
     robot.base = message_of(kBase);
@@ -90,6 +80,8 @@ TEST(Arm, TheDescriptionOfACellMakesTheSameArm) {
       1e-14);
   EXPECT_LT(distance(Arm(cell, "Robot1").forward_kinematics(kHome) * kTool, arm().forward_kinematics(kHome)),
             1e-14);
+  const Pose X_WT = arm().forward_kinematics(kHome);
+  EXPECT_EQ(pose_of(isometry_of(X_WT)), X_WT);
   EXPECT_THAT([&] { Arm(cell, "Robot7"); },
               ThrowsMessage<MotionError>(HasSubstr("no robot 'Robot7'; it has Robot0, Robot1")));
   EXPECT_THAT([&] { Arm(cell, "Robot0", "Gripper1"); },

@@ -47,8 +47,14 @@ CMAKE
 cat >"$place/mine/mine.cpp" <<'CODE'
 #include <cstdio>
 #include <takt/client.h>
+#include <takt/kinematics.h>
 #include <takt/lockstep_controller.h>
 int main() {
+  try {
+    takt::Arm({}, "Robot1");
+    return 3;
+  } catch (const takt::MotionError&) {  // the cell has no robot
+  }
   try {
     takt::ClientOptions options;
     options.cell = "nobody_is_called_so";

@@ -7,6 +7,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "client_lib/kinematics/arm.h"
 #include "idl/common/eigen_messages.h"
 
 namespace takt::tool {
@@ -17,10 +18,6 @@ namespace {
 constexpr double kTimeTolerance_s = 1e-9;
 /// The server says itself when it is gone; a cell that is paused may stay so for as long as it likes.
 constexpr Seconds kPatience{1.0e9};
-
-Pose pose(const takt_msgs::msg::Transform& wire) {
-  return {to_eigen(wire.rotation), to_eigen(wire.position)};
-}
 
 /// A cell that is found again with no more simulated time than this was started anew, one with more goes on
 /// from a snapshot; a program is not begun in the middle of that.
@@ -182,31 +179,13 @@ class Session {
 
 controller::CellInfo controller_cell(const CellInfo& info) {
   controller::CellInfo cell;
-  for (const auto& robot : info.robots) {
-    if (robot.joints.size() > static_cast<std::size_t>(kMaxJoints))
-      throw std::runtime_error("Robot '" + robot.name + "' has " + std::to_string(robot.joints.size()) +
-                               " joints; this controller knows at most " + std::to_string(kMaxJoints) + ".");
-    controller::RobotInfo& added = cell.robots.emplace_back();
-    added.name = robot.name;
-    for (const auto& joint : robot.joints) {
-      JointModel& model = added.arm.joints.emplace_back();
-      model.name = joint.name;
-      model.type = joint.type;
-      model.X_PJ = pose(joint.origin);
-      model.axis = to_eigen(joint.axis);
-      model.lower = joint.lower;
-      model.upper = joint.upper;
-      model.max_velocity = joint.max_velocity;
-      model.max_effort = joint.max_effort;
-    }
-    added.arm.X_JF = pose(robot.flange);
-    added.X_WR = pose(robot.base);
-  }
+  for (const auto& robot : info.robots)
+    cell.robots.push_back({robot.name, arm_model(robot), pose_of(robot.base)});
   for (const auto& gripper : info.grippers) {
     if (gripper.robot < 0 || gripper.robot >= static_cast<int>(cell.robots.size()))
       throw std::runtime_error("Gripper '" + gripper.name + "' is on no robot of the cell.");
     cell.grippers.push_back({gripper.name, gripper.robot,
-                             pose(gripper.mount) * pose(gripper.tool_center_point), gripper.max_width,
+                             pose_of(gripper.mount) * pose_of(gripper.tool_center_point), gripper.max_width,
                              gripper.max_force});
   }
   for (const auto& device : info.devices) {
