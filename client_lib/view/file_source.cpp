@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "client_lib/recording/json_text.h"
+#include "idl/common/parse.h"
 #include "idl/common/text.h"
 #include "takt_request_table.h"
 #include "takt_topics.h"

@@ -3,6 +3,7 @@
 #include <charconv>
 #include <optional>
 
+#include "idl/common/parse.h"
 #include "idl/common/text.h"
 
 namespace takt::command_line {

@@ -1,11 +1,8 @@
 #pragma once
 // Numbers and lists as text, the same in every locale.
 #include <functional>
-#include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
-#include <vector>
 
 namespace takt {
 
@@ -15,13 +12,6 @@ std::string exact_text(double value);
 std::string number_text(double value, int digits = 9);
 /// With this number of digits after the point, as printf("%.*f").
 std::string fixed_text(double value, int decimals);
-
-/// Empty if the text is anything else than one finite number.
-std::optional<double> finite_number(std::string_view text);
-/// The finite numbers between these separators: {1, 2, 5} of "1:2:5" and "::". Empty for any other text.
-std::optional<std::vector<double>> separated_numbers(std::string_view text, std::string_view separators);
-/// "NAME=NUMBER". Empty for any other text.
-std::optional<std::pair<std::string, double>> named_number(std::string_view text);
 
 /// `text(item)` of each item, with the separator between them.
 template <class Items, class Text = std::identity>

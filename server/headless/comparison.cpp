@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "idl/common/parse.h"
 #include "idl/common/text.h"
 #include "server/scenario/scenario_reader.h"
 

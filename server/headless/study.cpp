@@ -20,6 +20,7 @@
 #include <sstream>
 
 #include "idl/common/atomic_file.h"
+#include "idl/common/parse.h"
 #include "idl/common/text.h"
 #include "server/headless/progress.h"
 #include "server/scenario/scenario_reader.h"

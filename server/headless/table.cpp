@@ -4,6 +4,7 @@
 #include <ostream>
 #include <utility>
 
+#include "idl/common/parse.h"
 #include "idl/common/text.h"
 #include "server/headless/svg_plot.h"
 

@@ -14,6 +14,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "idl/common/parse.h"
 #include "idl/common/text.h"
 #include "idl/common/utf8.h"
 

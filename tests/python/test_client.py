@@ -243,20 +243,29 @@ sys.stdin.read()
     assert ended
 
 
-def test_bash_completes_the_words_of_takt():
+def test_bash_completes_the_words_of_all_programs(tmp_path):
     script = """
         source <("$0" completion bash)
         compopt() { :; }
-        COMP_WORDS=(takt "$@"); COMP_CWORD=$#; _takt; echo "${COMPREPLY[*]}"
+        COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _takt "$1" "${@: -1}" "${@: -2: 1}"; echo "${COMPREPLY[*]}"
     """
 
-    def completed(*words):
-        return subprocess.run(["bash", "-c", script, takt.program_path("takt"), *words], capture_output=True,
-                              text=True, check=True).stdout.split()
+    def completed(program, *words):
+        return subprocess.run(["bash", "-c", script, takt.program_path("takt"), takt.program_path(program), *words],
+                              capture_output=True, text=True, check=True).stdout.split()
 
-    assert completed("st") == ["status", "state", "step"]
-    assert completed("--json", "spawn", "--co") == ["--copy-of"]
-    assert completed("pace", "--f") == ["--factor"]
+    assert completed("takt", "st") == ["status", "state", "step"]
+    assert completed("takt", "--json", "spawn", "--co") == ["--copy-of"]
+    assert completed("takt", "pace", "--f") == ["--factor"]
+    assert completed("takt", "pace", "--do") == ["--domain"]
+    assert completed("takt", "pace", "l") == ["lockstep"]
+    assert completed("takt", "request", "set_p") == ["set_pace"]
+    assert completed("takt-run", "re") == ["replay", "reference"]
+    assert completed("takt-run", "study", "x.yaml", "--j") == ["--jobs"]
+    assert completed("takt-run", "compare", "--j") == []
+    assert completed("takt-server", "--snapshot-") == ["--snapshot-every"]
+    (tmp_path / "run.json").touch()
+    assert completed("takt-run", "compare", f"{tmp_path}/ru") == [f"{tmp_path}/run.json"]
 
 
 def test_robots_say_what_they_do_when_commands_stay_away(config):

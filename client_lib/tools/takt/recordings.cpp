@@ -15,6 +15,7 @@
 #include "client_lib/recording/json_text.h"
 #include "client_lib/recording/signals.h"
 #include "idl/command_line/numbers.h"
+#include "idl/common/parse.h"
 #include "idl/common/text.h"
 
 namespace takt::tool {

@@ -12,7 +12,7 @@
 #include "client_lib/tools/takt_controller/session.h"
 #include "idl/command_line/numbers.h"
 #include "idl/command_line/output.h"
-#include "idl/common/text.h"
+#include "idl/common/parse.h"
 
 namespace {
 

@@ -8,6 +8,7 @@
 #include <type_traits>
 #include <variant>
 
+#include "idl/common/parse.h"
 #include "idl/common/text.h"
 
 namespace takt::meshes {

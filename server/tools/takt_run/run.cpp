@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "idl/command_line/numbers.h"
+#include "idl/common/parse.h"
 #include "idl/common/text.h"
 #include "server/geometry/convex/decomposition_cache.h"
 #include "server/headless/headless_run.h"
@@ -24,7 +25,7 @@ namespace {
 
 struct RunArguments {
   ScenarioArguments scenario;
-  McapRecordingOptions recording{.version = TAKT_VERSION};
+  McapRecordingOptions recording;
   std::string program, report, html, junit, csv, mcap, mcap_compression = "zstd", picture_view;
   std::vector<std::string> pictures;
   std::optional<double> duration_s, csv_period_s, mcap_period_s;
@@ -109,6 +110,7 @@ int run(const RunArguments& a) {
   std::optional<McapRecording> mcap;
   if (!a.mcap.empty()) {
     McapRecordingOptions recording = a.recording;
+    recording.version = TAKT_VERSION;
     recording.period_s = a.mcap_period_s.value_or(csv_period_s);
     recording.compression = recording::compression_named(a.mcap_compression).value();
     mcap.emplace(a.mcap, simulation, recording);
