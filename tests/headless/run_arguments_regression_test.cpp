@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -73,8 +74,10 @@ TEST(RunArguments, ACommandRefusesTheOptionsOfOthers) {
       EXPECT_THAT(help, Not(HasSubstr(option + " "))) << command.words[0];
     }
     std::vector<std::string> words = command.words;
-    words.insert(words.end(), {command.words[0] == "check-mesh" ? "--lod" : "--scale", "1"});
-    EXPECT_THAT(output_of(words, 2), HasSubstr("were not expected: ")) << command.words[0];
+    const std::string wrong = command.words[0] == "check-mesh" ? "--lod" : "--scale";
+    words.insert(words.end(), {wrong, "1"});
+    EXPECT_THAT(output_of(words, 2), AllOf(HasSubstr("not expected: "), HasSubstr(wrong)))
+        << command.words[0];
   }
 }
 
@@ -85,7 +88,8 @@ TEST(RunArguments, FlagsBelongToTheCommandsThatUseThem) {
   EXPECT_THAT(output_of({"compare", "a.json", "b.json", "--quiet"}, 2), HasSubstr("not expected: --quiet"));
   EXPECT_THAT(output_of({"replay", "x.taktlog", "--stage-times"}, 2),
               HasSubstr("not expected: --stage-times"));
-  EXPECT_THAT(output_of({"run", kSlidingBlock, "--vary", vary}, 2), HasSubstr("not expected: --vary"));
+  EXPECT_THAT(output_of({"run", kSlidingBlock, "--vary", vary}, 2),
+              AllOf(HasSubstr("not expected: "), HasSubstr("--vary")));
   EXPECT_THAT(output_of({"study", kSlidingBlock}, 2), HasSubstr("--vary is required"));
   EXPECT_THAT(output_of({"study", kSlidingBlock, "--vary", vary, "--slurm", "d", "--task", "0/2"}, 2),
               HasSubstr("excludes"));

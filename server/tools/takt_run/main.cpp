@@ -28,12 +28,12 @@ int run(int argc, char** argv) {
   CLI::App app{"Simulate scenarios headless in one process, compare and vary them."};
   app.set_version_flag("--version", std::string("takt-run ") + takt_build_info());
   app.require_subcommand(1);
-  app.footer(kFooter);
   int result = tool::kDone;
   tool::declare_run(app, result);
   tool::declare_study(app, result);
   tool::declare_replay(app, result);
   tool::declare_files(app, result);
+  app.footer(kFooter);  // commands take over what is there when they are declared
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
