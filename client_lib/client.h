@@ -81,7 +81,6 @@ struct ClientOptions {
   static std::string default_secure_directory();  ///< environment TAKT_SECURE, else none
 };
 
-
 struct Reply {
   std::string message;  ///< a whole sentence
   Arguments values;

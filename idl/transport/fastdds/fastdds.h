@@ -206,7 +206,9 @@ class DiscoveryListener : public dds::DomainParticipantListener {
                info.ownership.kind == dds::EXCLUSIVE_OWNERSHIP_QOS, bytes_of(info.user_data.data_vec())});
   }
 #endif
-  static std::string bytes_of(const std::vector<rtps::octet>& bytes) { return {bytes.begin(), bytes.end()}; }
+  static std::string bytes_of(const std::vector<rtps::octet>& bytes) {
+    return {bytes.begin(), bytes.end()};
+  }
   static DiscoveredWriter::News news_of(bool appeared, bool changed) {
     using News = DiscoveredWriter::News;
     return appeared ? News::appeared : changed ? News::changed : News::gone;
