@@ -1,5 +1,6 @@
 // Requests of takt::Client by name, and what a reply says of the present.
 #include <algorithm>
+#include <cmath>
 
 #include "client_lib/client_impl.h"
 #include "idl/common/text.h"
@@ -17,6 +18,14 @@ std::optional<std::uint64_t> number(const Arguments& values, std::string_view na
   const Value* value = find(values, name);
   if (value == nullptr || value->kind != ValueKind::integer) return std::nullopt;
   return static_cast<std::uint64_t>(value->integer);
+}
+
+void require_finite(const std::string& request, const Arguments& arguments) {
+  const auto finite = [](double number) { return std::isfinite(number); };
+  for (const auto& [name, value] : arguments)
+    if (!finite(value.number) || !std::ranges::all_of(value.numbers, finite))
+      throw ClientError(ClientError::Kind::invalid, "Argument '" + name + "' of '" + request + "' is '" +
+                                                        text_of(value) + "'; a finite number is allowed.");
 }
 
 }  // namespace
@@ -56,6 +65,7 @@ void Client::Impl::apply_reply_causality(std::unique_lock<std::mutex>& lock, con
 }
 
 Reply Client::request(const std::string& name, const Arguments& arguments, std::optional<Seconds> timeout) {
+  require_finite(name, arguments);
   return impl_->call(name, arguments, timeout.value_or(impl_->options.timeout));
 }
 
