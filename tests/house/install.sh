@@ -37,10 +37,12 @@ CMAKE
 cat >"$place/mine/mine.cpp" <<'CODE'
 #include <cstdio>
 #include <takt/client.h>
+#include <takt/eigen.h>
 #include <takt/kinematics.h>
 #include <takt/lockstep_controller.h>
 int main() {
   try {
+    if (!takt::to_eigen(takt_msgs::msg::Transform{}).isApprox(Eigen::Isometry3d::Identity())) return 4;
     takt::Arm({}, "Robot1");
     return 3;
   } catch (const takt::MotionError&) {  // the cell has no robot
