@@ -314,7 +314,7 @@ Comparison compare_reports(const Json& a, const Json& b, const ComparisonLimits&
 
 void print_comparison(std::ostream& out, const Json& a, const Json& b, const Comparison& comparison,
                       const ComparisonLimits& limits) {
-  constexpr std::size_t kMost = 20;
+  constexpr std::size_t kMaxListed = 20;
   out << a["scenario"].get<std::string>() << ": " << level_of(a) << " ("
       << number_text(a["cpu_s"].get<double>(), 5) << " s of computation) and " << level_of(b) << " ("
       << number_text(b["cpu_s"].get<double>(), 5) << " s)\n";
@@ -325,7 +325,7 @@ void print_comparison(std::ostream& out, const Json& a, const Json& b, const Com
   std::size_t told = 0, counting = 0;
   for (const Difference& d : comparison.differences) {
     if (d.counts()) ++counting;
-    if (told >= kMost || (told >= 8 && !d.counts())) continue;
+    if (told >= kMaxListed || (told >= 8 && !d.counts())) continue;
     ++told;
     const auto value = [](const std::optional<double>& v) {
       return v ? number_text(*v, 5) : std::string("-");

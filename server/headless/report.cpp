@@ -105,11 +105,11 @@ Json collisions_json(const CellDescription& cell, const HeadlessResult& result) 
 }
 
 void print_collisions(std::ostream& out, const CellDescription& cell, const HeadlessResult& result) {
-  constexpr std::size_t kMost = 20;
+  constexpr std::size_t kMaxListed = 20;
   std::size_t told = 0, left_out = 0;
   for (const CollisionEvent& event : result.collisions) {
     if (event.kind == CollisionEvent::Kind::clearance_restored) continue;
-    if (++told > kMost) {
+    if (++told > kMaxListed) {
       ++left_out;
       continue;
     }

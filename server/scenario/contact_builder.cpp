@@ -83,7 +83,8 @@ StatedContact stated_of_pair(const Scenario& scenario, const CellModel& cell, st
   const bool grip = cell.components[b].type == ComponentType::gripper;
   if (grip) stated.replace_by(scenario.contact.grippers);
   for (const ScenarioContactPair& rule : scenario.contact.pairs)
-    if (glob_match(rule.pair, cell.components[a].name, cell.components[b].name)) stated.replace_by(rule.stated);
+    if (glob_match(rule.pair, cell.components[a].name, cell.components[b].name))
+      stated.replace_by(rule.stated);
   // In a regularised grip the load creeps, and joints that hold it chatter.
   if (grip && !stated.value(&ContactParameters::friction_law)) stated.state(FrictionLaw::stick);
   return stated;
@@ -162,10 +163,10 @@ void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& mesh
             });
 }
 
-ContactMeshOptions contact_mesh_options(const Scenario& scenario, const std::string& component,
+MeshQualityOptions mesh_quality_options(const Scenario& scenario, const std::string& component,
                                         const TriangleMesh& mesh, bool usually_carries_elements) {
   const ScenarioContactComponent said = of_component(scenario, component);
-  ContactMeshOptions options;
+  MeshQualityOptions options;
   options.component = component;
   options.element_edge_m = element_edge_m(scenario, said, mesh);
   options.carries_elements =
