@@ -75,7 +75,7 @@ bool print_mesh_check(std::ostream& out, const std::filesystem::path& file, cons
     out << "Unusable: " << repaired.problem
         << " A solid is needed: closed, every edge shared by two triangles, faces outwards.\n";
   else
-    out << (repaired.findings.empty() ? "Nothing to tell.\n" : "Usable.\n");
+    out << (repaired.findings.empty() ? "Nothing to report.\n" : "Usable.\n");
   return usable;
 }
 
