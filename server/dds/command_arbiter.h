@@ -21,8 +21,8 @@ class CommandArbiter {
     std::uint64_t id = 0;
     bool exclusive = false;
     std::uint32_t strength = 0;
-    std::array<std::uint8_t, 16>
-        identity{};                ///< orders exclusive senders of equal strength: the lower one is heard
+    /// Orders exclusive senders of equal strength: the lower one owns the target.
+    std::array<std::uint8_t, 16> identity{};
     int topic = 0;                 ///< which of the target's topics
     bool spoke = false;            ///< has sent a command
     std::int64_t reported_ns = 0;  ///< time of the last report that this sender has no effect

@@ -124,9 +124,9 @@ TEST(MeshCare, NeedlesAreReported) {
 }
 
 TEST(MeshCare, ABodyFarFromItsOriginIsReported) {
-  for (const auto& [away, told] : {std::pair{1.0, false}, {20.0, true}}) {
+  for (const auto& [away, reported] : {std::pair{1.0, false}, {20.0, true}}) {
     const auto findings = check_mesh_quality(box_mesh({0.1, 0.08, 0.06}, {0.0, away, 0.0}), {});
-    EXPECT_EQ(find(findings, Kind::far_from_origin) != nullptr, told);
+    EXPECT_EQ(find(findings, Kind::far_from_origin) != nullptr, reported);
   }
   const auto findings = check_mesh_quality(box_mesh({0.1, 0.08, 0.06}, {0.0, 20.0, -0.03}), {});
   const MeshDiagnostic* far = find(findings, Kind::far_from_origin);
