@@ -1,9 +1,8 @@
 #include "client_lib/cell.h"
 
-#include "client_lib/client.h"
-#include "idl/common/text.h"
+#include "client_lib/client_impl.h"
 
-namespace takt::client {
+namespace takt {
 namespace {
 
 template <typename T>
@@ -11,15 +10,6 @@ int find_by_name(const std::vector<T>& items, std::string_view name) {
   for (std::size_t i = 0; i < items.size(); ++i)
     if (items[i].name == name) return static_cast<int>(i);
   return -1;
-}
-
-/// Index by name; throws with the names there are.
-template <typename T>
-std::size_t require_by_name(const char* kind, const std::vector<T>& items, std::string_view name) {
-  if (const int i = find_by_name(items, name); i >= 0) return static_cast<std::size_t>(i);
-  throw ClientError(ClientError::Kind::not_found, std::string("The cell has no ") + kind + " '" +
-                                                      std::string(name) + "'; it has " + list_names(items) +
-                                                      ".");
 }
 
 }  // namespace
@@ -37,6 +27,11 @@ int CellInfo::find_device(std::string_view name) const {
   return find_by_name(devices, name);
 }
 
+std::string CellInfo::component_name(int index) const {
+  const std::string* name = lists.name_of("components", index);
+  return name == nullptr ? std::string() : *name;
+}
+
 const ComponentState& State::component(std::string_view name) const {
   return components.at(require_by_name("component", cell->components, name));
 }
@@ -46,13 +41,22 @@ const RobotState& State::robot(std::string_view name) const {
 const GripperState& State::gripper(std::string_view name) const {
   return grippers.at(require_by_name("gripper", cell->grippers, name));
 }
+const DeviceState& State::device(std::string_view name) const {
+  return devices.at(require_by_name("device", cell->devices, name));
+}
+std::map<std::string, double> State::signals(std::string_view device) const {
+  const std::size_t index = require_by_name("device", cell->devices, device);
+  std::map<std::string, double> values;
+  const auto& described = cell->devices[index].signals;
+  for (std::size_t i = 0; i < described.size(); ++i)
+    values[described[i].name] = devices.at(index).signals.at(i);
+  return values;
+}
 std::string State::partner_of(std::string_view name) const {
-  const int partner = component(name).partner;
-  return partner < 0 ? "" : cell->components.at(static_cast<std::size_t>(partner)).name;
+  return cell->component_name(component(name).partner);
 }
 std::string State::part_present(std::string_view name) const {
-  const int part = gripper(name).part;
-  return part < 0 ? "" : cell->components.at(static_cast<std::size_t>(part)).name;
+  return cell->component_name(gripper(name).part);
 }
 
-}  // namespace takt::client
+}  // namespace takt

@@ -4,11 +4,10 @@
 #include <cstdlib>
 
 #include "client_lib/client_impl.h"
-#include "client_lib/convert.h"
 #include "idl/common/stamp.h"
 #include "idl/common/text.h"
 
-namespace takt::client {
+namespace takt {
 namespace {
 
 void require_finite(double value, const std::string& what) {
@@ -65,24 +64,24 @@ std::shared_ptr<const CellInfo> Client::cell() const {
 State Client::state() const {
   std::unique_lock lock(impl_->mutex);
   if (!impl_->wait(lock, Impl::deadline_after(impl_->options.timeout),
-                   [&] { return impl_->state != nullptr; }))
+                   [&] { return static_cast<bool>(impl_->state); }))
     throw ClientError(ClientError::Kind::timeout,
                       impl_->where() + " has not sent a state" +
                           (impl_->cell->scenario.empty() ? ": no scenario is loaded." : "."));
-  return *impl_->state;
+  return *impl_->state.sample;
 }
 
 Status Client::status() const {
   std::unique_lock lock(impl_->mutex);
   if (!impl_->wait(lock, Impl::deadline_after(impl_->options.timeout),
-                   [&] { return impl_->status.has_value(); }))
+                   [&] { return static_cast<bool>(impl_->status); }))
     throw ClientError(ClientError::Kind::timeout, impl_->where() + " has not sent its status.");
-  return *impl_->status;
+  return *impl_->status.sample;
 }
 
 bool Client::connected() const {
   const std::lock_guard lock(impl_->mutex);
-  return !impl_->gone && !impl_->silent(Clock::now());
+  return !impl_->gone && !impl_->silent(Impl::Clock::now());
 }
 
 bool Client::wait_for_connection(Seconds timeout) const {
@@ -90,9 +89,9 @@ bool Client::wait_for_connection(Seconds timeout) const {
   const auto deadline = Impl::deadline_after(timeout);
   std::unique_lock lock(impl_->mutex);
   for (;;) {
-    if (!impl_->gone && impl_->status && !impl_->silent(Clock::now())) return true;
-    if (Clock::now() >= deadline) return false;
-    impl_->changed.wait_until(lock, std::min(deadline, Clock::now() + std::chrono::milliseconds{200}));
+    if (!impl_->gone && impl_->status && !impl_->silent(Impl::Clock::now())) return true;
+    if (Impl::Clock::now() >= deadline) return false;
+    impl_->changed.wait_until(lock, std::min(deadline, Impl::Clock::now() + std::chrono::milliseconds{200}));
     if (!impl_->options.while_waiting) continue;
     lock.unlock();
     impl_->options.while_waiting();
@@ -102,24 +101,24 @@ bool Client::wait_for_connection(Seconds timeout) const {
 
 std::optional<State> Client::wait_for_state(const std::function<bool(const State&)>& predicate,
                                             Seconds timeout) const {
-  return impl_->wait_for_sample<State>(impl_->state, predicate, timeout);
+  return impl_->wait_for_sample(impl_->state, predicate, timeout);
 }
 
 std::optional<Status> Client::wait_for_status(const std::function<bool(const Status&)>& predicate,
                                               Seconds timeout) const {
-  return impl_->wait_for_sample<Status>(impl_->status, predicate, timeout);
+  return impl_->wait_for_sample(impl_->status, predicate, timeout);
 }
 
 std::optional<Power> Client::wait_for_power(const std::function<bool(const Power&)>& predicate,
                                             Seconds timeout) {
   impl_->listen_to_power();
-  return impl_->wait_for_sample<Power>(impl_->power, predicate, timeout);
+  return impl_->wait_for_sample(impl_->power, predicate, timeout);
 }
 
 std::optional<Contacts> Client::wait_for_contacts(const std::function<bool(const Contacts&)>& predicate,
                                                   Seconds timeout) {
   impl_->listen_to_contacts();
-  return impl_->wait_for_sample<Contacts>(impl_->contacts, predicate, timeout);
+  return impl_->wait_for_sample(impl_->contacts, predicate, timeout);
 }
 
 std::optional<Event> Client::next_event(Seconds timeout) {
@@ -133,9 +132,9 @@ std::optional<Event> Client::next_event(Seconds timeout) {
 
 std::optional<Event> Client::wait_for_event(const std::function<bool(const Event&)>& predicate,
                                             Seconds timeout) {
-  const auto deadline = Clock::now() + Impl::to_clock(timeout);
+  const auto deadline = Impl::Clock::now() + Impl::to_clock(timeout);
   for (;;) {
-    auto event = next_event(std::max(Seconds{0.0}, Seconds{deadline - Clock::now()}));
+    auto event = next_event(std::max(Seconds{0.0}, Seconds{deadline - Impl::Clock::now()}));
     if (!event || predicate(*event)) return event;
   }
 }
@@ -144,11 +143,7 @@ void Client::send_joint_command(const std::string& robot, const std::vector<doub
                                 const std::vector<double>& velocities, std::optional<double> stamp_s,
                                 const std::vector<double>& efforts) {
   const auto known = cell();
-  const int index = known->find_robot(robot);
-  if (index < 0)
-    throw ClientError(ClientError::Kind::not_found,
-                      "The cell has no robot '" + robot + "'; it has " + list_names(known->robots) + ".");
-  const auto& joints = known->robots[static_cast<std::size_t>(index)].joints;
+  const auto& joints = known->robots[require_by_name("robot", known->robots, robot)].joints;
   const auto none_or_all = [&](const std::vector<double>& values) {
     return values.empty() || values.size() == joints.size();
   };
@@ -173,17 +168,13 @@ void Client::send_joint_command(const std::string& robot, const std::vector<doub
   sample.position = positions;
   sample.velocity = velocities;
   sample.effort = efforts;
-  impl_->send(robot, sample);
+  impl_->send(topics::joint_commands, robot, sample);
 }
 
 void Client::send_trajectory(const std::string& robot, const std::vector<TrajectoryPoint>& points,
                              std::optional<double> start_s) {
   const auto known = cell();
-  const int index = known->find_robot(robot);
-  if (index < 0)
-    throw ClientError(ClientError::Kind::not_found,
-                      "The cell has no robot '" + robot + "'; it has " + list_names(known->robots) + ".");
-  const auto& joints = known->robots[static_cast<std::size_t>(index)].joints;
+  const auto& joints = known->robots[require_by_name("robot", known->robots, robot)].joints;
   trajectory_msgs::msg::JointTrajectory sample;
   sample.header.stamp = stamp(start_s);
   for (const auto& joint : joints) sample.joint_names.push_back(joint.name);
@@ -208,15 +199,12 @@ void Client::send_trajectory(const std::string& robot, const std::vector<Traject
     sent.accelerations = point.accelerations;
     sent.effort = point.efforts;
   }
-  impl_->send(robot, sample);
+  impl_->send(topics::joint_trajectory, robot, sample);
 }
 
 void Client::set_signals(const std::string& device, const std::map<std::string, double>& signals,
                          std::optional<double> stamp_s) {
-  const auto known = cell();
-  if (known->find_device(device) < 0)
-    throw ClientError(ClientError::Kind::not_found,
-                      "The cell has no device '" + device + "'; it has " + list_names(known->devices) + ".");
+  (void)require_by_name("device", cell()->devices, device);
   takt_msgs::msg::DeviceCommand sample;
   sample.stamp = stamp(stamp_s);
   for (const auto& [name, value] : signals) {
@@ -228,15 +216,12 @@ void Client::set_signals(const std::string& device, const std::map<std::string, 
     sample.signals.emplace_back(name);
     sample.values.push_back(value);
   }
-  impl_->send(device, sample);
+  impl_->send(topics::device_command, device, sample);
 }
 
 void Client::set_gripper(const std::string& gripper, GripperAction action, double width_m, double max_force_N,
                          std::optional<double> stamp_s) {
-  const auto known = cell();
-  if (known->find_gripper(gripper) < 0)
-    throw ClientError(ClientError::Kind::not_found, "The cell has no gripper '" + gripper + "'; it has " +
-                                                        list_names(known->grippers) + ".");
+  (void)require_by_name("gripper", cell()->grippers, gripper);
   require_finite(width_m, "The width for gripper '" + gripper + "'");
   require_finite(max_force_N, "The force for gripper '" + gripper + "'");
   takt_msgs::msg::GripperCommand sample;
@@ -244,7 +229,7 @@ void Client::set_gripper(const std::string& gripper, GripperAction action, doubl
   sample.action = action;
   sample.width = width_m;
   sample.max_force = max_force_N;
-  impl_->send(gripper, sample);
+  impl_->send(topics::gripper_command, gripper, sample);
 }
 
-}  // namespace takt::client
+}  // namespace takt

@@ -5,7 +5,7 @@
 //   takt::Client cell({.cell = "cell"});                        // waits until the cell has described itself
 //   cell.play();
 //   cell.send_joint_command("Robot1", {0, -1.57, 1.57, -1.57, -1.57, 0});
-//   cell.set_gripper("Gripper1", takt::client::GripperAction::close);
+//   cell.set_gripper("Gripper1", takt::GripperAction::close);
 //   auto state = cell.wait_for_state([](auto& s) { return s.partner_of("C") == "Gripper1"; }, 5s);
 //   if (!state) ...                                              // not within 5 s of wall time
 //
@@ -26,9 +26,10 @@
 #include <vector>
 
 #include "client_lib/cell.h"
+#include "client_lib/kinematics/trajectory_point.h"
 #include "idl/vocabulary/arguments.h"
 
-namespace takt::client {
+namespace takt {
 
 using Seconds = std::chrono::duration<double>;
 
@@ -43,16 +44,16 @@ class ClientError : public std::runtime_error {
     lost,       ///< the server went away
     transport,  ///< DDS could not do what it was asked to
   };
-  ClientError(Kind kind, const std::string& sentence, int result = 0)
+  ClientError(Kind kind, const std::string& sentence, std::optional<ControlResult> result = {})
       : std::runtime_error(sentence), kind_(kind), result_(result) {}
   Kind kind() const { return kind_; }
-  /// Result code of the server's reply: 0 unsupported, 2 not found, 3 incorrect state, 4 failed, above 100
-  /// specific to the request. 0 when the error did not come from the server.
-  int result() const { return result_; }
+  /// Result of the server's reply (docs/requests.md lists those of each request); nothing when the error did
+  /// not come from the server.
+  std::optional<ControlResult> result() const { return result_; }
 
  private:
   Kind kind_;
-  int result_;
+  std::optional<ControlResult> result_;
 };
 
 struct ClientOptions {
@@ -79,19 +80,6 @@ struct ClientOptions {
   static int default_domain();                    ///< environment TAKT_DOMAIN, else 0
   static std::string default_secure_directory();  ///< environment TAKT_SECURE, else none
 };
-
-/// Positions (rad, m) of all joints in the order of RobotInfo::joints, and how they are passed. `velocities`
-/// and `accelerations` may be empty; the velocities of the last point must be 0. `efforts` (N m, N) too.
-struct TrajectoryPoint {
-  double time_s = 0.0;  ///< from the start, ascending
-  std::vector<double> positions, velocities{}, accelerations{}, efforts{};
-};
-
-using takt::GripperAction;
-using takt::Pace;
-
-namespace requests = takt::requests;
-using takt::Arguments;
 
 struct Reply {
   std::string message;  ///< a whole sentence
@@ -128,8 +116,7 @@ class Client {
   /// Identity used in requests, and in events about this client's commands.
   const std::string& client_id() const;
 
-  // --- what is the case
-  // ---------------------------------------------------------------------------------------------
+  // --- what is the case ---
   /// The description; a new one when the server was started again or has loaded another scenario. Without a
   /// scenario it lists nothing, and no state comes.
   std::shared_ptr<const CellInfo> cell() const;
@@ -172,9 +159,8 @@ class Client {
   [[nodiscard]] std::optional<Event> wait_for_event(const std::function<bool(const Event&)>& predicate,
                                                     Seconds timeout);
 
-  // --- commands
-  // -----------------------------------------------------------------------------------------------------
-  /// Set-point of all joints of a robot, in the order of RobotInfo::joints: be there, with these velocities,
+  // --- commands ---
+  /// Set-point of all joints of a robot, in the order of RobotDescription::joints: be there, with these velocities,
   /// one command period from now. Without velocities they follow from successive positions. `stamp_s` is the
   /// simulated time the sender means; without, the command takes effect when it arrives. The first command
   /// for a robot waits until the server listens, so that it is not lost. `efforts` (none, or N m or N at each
@@ -201,7 +187,7 @@ class Client {
   void set_gripper(const std::string& gripper, GripperAction action, double width_m = 0.0,
                    double max_force_N = 0.0, std::optional<double> stamp_s = {});
 
-  // --- requests
+  // --- requests ---
   // Each waits for the reply; throws ClientError: refused (with the server's sentence), timeout, lost.
   // Whatever is not given a timeout has options.timeout.
 
@@ -225,9 +211,8 @@ class Client {
   void set_state(SimulationState state) { call(requests::SetState{state}); }
   void play() { set_state(SimulationState::playing); }
   void pause() { set_state(SimulationState::paused); }
-  void resume() { set_state(SimulationState::playing); }
   /// Advances a paused simulation by this many steps and returns when they are done.
-  void step(std::uint64_t steps, std::optional<Seconds> timeout = {}) {
+  void step(std::uint64_t steps = 1, std::optional<Seconds> timeout = {}) {
     call(requests::Step{steps}, timeout);
   }
   /// Back to the initial state; the epoch counts up.
@@ -336,11 +321,4 @@ std::vector<FoundCell> list_cells(
     const std::string& secure_directory = ClientOptions::default_secure_directory(),
     const std::string& profile = "takt_client");
 
-}  // namespace takt::client
-
-namespace takt {
-using client::Client;
-using client::ClientError;
-using client::ClientOptions;
-using client::list_cells;
 }  // namespace takt

@@ -4,11 +4,10 @@
 
 #include <random>
 
-#include "client_lib/convert.h"
 #include "ros2_msgs.h"
 #include "takt_msgs.h"
 
-namespace takt::client {
+namespace takt {
 namespace {
 
 constexpr std::size_t kMaxEvents = 10000;
@@ -33,9 +32,10 @@ Client::Impl::Impl(ClientOptions given)
 
 void Client::Impl::connect() {
   const auto listen = [&]<typename Type>(const Topic<Type>& topic,
-                                         typename ReaderListener<Type>::OnSample on_sample,
-                                         typename ReaderListener<Type>::OnMatch on_match = {}) {
-    listeners.push_back(std::make_unique<ReaderListener<Type>>(std::move(on_sample), std::move(on_match)));
+                                         typename client::ReaderListener<Type>::OnSample on_sample,
+                                         typename client::ReaderListener<Type>::OnMatch on_match = {}) {
+    listeners.push_back(
+        std::make_unique<client::ReaderListener<Type>>(std::move(on_sample), std::move(on_match)));
     link.create_reader(topic, topic.name(options.cell), listeners.back().get());
   };
   using Prefix = const GuidPrefix&;
@@ -43,7 +43,7 @@ void Client::Impl::connect() {
       topics::status, [this](const auto& sample, Prefix from) { on_status(sample, from); },
       [this](Prefix from, bool matched) { on_status_match(from, matched); });
   listen(topics::events, [this](const auto& sample, Prefix from) { on_event(sample, from); });
-  listen(topics::state, [this](const auto& sample, Prefix from) { on_state(sample, from); });
+  listen(topics::state, [this](const auto& sample, Prefix from) { on_instant(state, sample, from); });
   listen(
       topics::control_reply, [this](const auto& sample, Prefix) { on_reply(sample); },
       [this](Prefix, bool matched) {
@@ -89,7 +89,7 @@ bool Client::Impl::from_this_server(const GuidPrefix& from) {
 }
 
 void Client::Impl::on_description(const takt_msgs::msg::CellDescription& sample, const GuidPrefix& from) {
-  auto description = std::make_shared<const CellInfo>(from_wire(sample));
+  auto description = std::make_shared<const CellInfo>(sample);
   const std::lock_guard lock(mutex);
   if (server && *server != from) {  // started again: nothing known of the old one holds
     state.reset();
@@ -98,7 +98,7 @@ void Client::Impl::on_description(const takt_msgs::msg::CellDescription& sample,
     contacts.reset();
     newest_event = 0;
     known = {0, 0};
-    if (early_status && early_status->first == from) status = std::move(early_status->second);
+    if (early_status && early_status->first == from) status.set(std::move(early_status->second));
     early_status.reset();
     for (auto& [sender, event] : early_events)
       if (sender == from) keep(std::move(event));
@@ -118,16 +118,17 @@ void Client::Impl::on_description(const takt_msgs::msg::CellDescription& sample,
 }
 
 void Client::Impl::on_status(const takt_msgs::msg::Status& sample, const GuidPrefix& from) {
-  Status received = from_wire(sample);
+  auto received = std::make_shared<Status>(Status{sample});
   const std::lock_guard lock(mutex);
-  received.sample_number = ++statuses;
   if (from_this_server(from)) {
-    const bool stale = cell && (received.scenario_generation < cell->scenario_generation ||
-                                (received.scenario_generation == cell->scenario_generation &&
-                                 is_older_than_known(received.epoch, received.step)));
-    if (!stale) status = std::move(received);
-  } else
+    const bool stale =
+        cell &&
+        (received->scenario_generation < cell->scenario_generation ||
+         (received->scenario_generation == cell->scenario_generation && instant_of(*received) < known));
+    if (!stale) status.set(std::move(received));
+  } else {
     early_status.emplace(from, std::move(received));
+  }
   changed.notify_all();
 }
 
@@ -137,78 +138,41 @@ void Client::Impl::on_status_match(const GuidPrefix& from, bool matched) {
   changed.notify_all();
 }
 
-void Client::Impl::on_state(const takt_msgs::msg::CellState& sample, const GuidPrefix& from) {
+template <typename Wire, typename Sample>
+void Client::Impl::on_instant(Newest<Sample>& newest, const Wire& wire, const GuidPrefix& from) {
   std::shared_ptr<const CellInfo> description;
   {
     const std::lock_guard lock(mutex);
     if (!from_this_server(from) || !cell || !server) return;
     description = cell;
   }
-  auto received = from_wire(sample, std::move(description));
-  if (!received) return;
+  if constexpr (requires { wire.scenario_generation; })
+    if (wire.scenario_generation != description->scenario_generation) return;
+  if (!fits(wire, description->lists, description->lists)) return;
+  auto received = std::make_shared<Sample>();
+  static_cast<Wire&>(*received) = wire;
+  if constexpr (requires { received->cell; }) received->cell = description;
   const std::lock_guard lock(mutex);
-  if (!from_this_server(from) || received->cell != cell) return;
-  if (is_older_than_known(received->epoch, received->step)) return;
-  if (state &&
-      (received->epoch < state->epoch || (received->epoch == state->epoch && received->step < state->step)))
-    return;
-  received->sample_number = ++samples;
-  state = std::make_shared<const State>(*std::move(received));
+  if (!from_this_server(from) || description != cell || instant_of(wire) < known) return;
+  if (newest && instant_of(wire) < instant_of(*newest.sample)) return;
+  newest.set(std::move(received));
   changed.notify_all();
 }
 
-void Client::Impl::listen_to_power() {
+template <typename Wire, typename Sample>
+void Client::Impl::listen_to(const Topic<Wire>& topic, Newest<Sample>& newest) {
   const std::lock_guard making(senders_mutex);
-  if (listens_to_power) return;
-  listeners.push_back(std::make_unique<ReaderListener<takt_msgs::msg::Power>>(
-      [this](const auto& sample, const GuidPrefix& from) { on_power(sample, from); }));
-  link.create_reader(topics::power, topics::power.name(options.cell), listeners.back().get());
-  listens_to_power = true;
+  if (newest.has_reader) return;
+  listeners.push_back(std::make_unique<client::ReaderListener<Wire>>(
+      [this, &newest](const Wire& sample, const GuidPrefix& from) { on_instant(newest, sample, from); }));
+  link.create_reader(topic, topic.name(options.cell), listeners.back().get());
+  newest.has_reader = true;
 }
-
-void Client::Impl::on_power(const takt_msgs::msg::Power& sample, const GuidPrefix& from) {
-  Power received = from_wire(sample);
-  const std::lock_guard lock(mutex);
-  if (!from_this_server(from) || is_older_than_known(received.epoch, received.step)) return;
-  if (power &&
-      (received.epoch < power->epoch || (received.epoch == power->epoch && received.step < power->step)))
-    return;
-  received.sample_number = ++powers;
-  power = std::move(received);
-  changed.notify_all();
-}
-
-void Client::Impl::listen_to_contacts() {
-  const std::lock_guard making(senders_mutex);
-  if (listens_to_contacts) return;
-  listeners.push_back(std::make_unique<ReaderListener<takt_msgs::msg::Contacts>>(
-      [this](const auto& sample, const GuidPrefix& from) { on_contacts(sample, from); }));
-  link.create_reader(topics::contacts, topics::contacts.name(options.cell), listeners.back().get());
-  listens_to_contacts = true;
-}
-
-void Client::Impl::on_contacts(const takt_msgs::msg::Contacts& sample, const GuidPrefix& from) {
-  std::shared_ptr<const CellInfo> description;
-  {
-    const std::lock_guard lock(mutex);
-    if (!from_this_server(from) || !cell || !server) return;
-    description = cell;
-  }
-  auto received = from_wire(sample, *description);
-  if (!received) return;
-  const std::lock_guard lock(mutex);
-  if (!from_this_server(from) || description != cell || is_older_than_known(received->epoch, received->step))
-    return;
-  if (contacts && (received->epoch < contacts->epoch ||
-                   (received->epoch == contacts->epoch && received->step < contacts->step)))
-    return;
-  received->sample_number = ++contacts_samples;
-  contacts = std::move(received);
-  changed.notify_all();
-}
+template void Client::Impl::listen_to(const Topic<takt_msgs::msg::Power>&, Newest<Power>&);
+template void Client::Impl::listen_to(const Topic<takt_msgs::msg::Contacts>&, Newest<Contacts>&);
 
 void Client::Impl::on_event(const takt_msgs::msg::Event& sample, const GuidPrefix& from) {
-  Event received = from_wire(sample);
+  Event received{sample};
   const std::lock_guard lock(mutex);
   if (!from_this_server(from)) {
     constexpr std::size_t kMaxEarlyEvents = 100;
@@ -241,8 +205,8 @@ void Client::Impl::on_reply(const takt_msgs::msg::ControlReply& sample) {
   changed.notify_all();
 }
 
-template <typename Sample>
-Client::Impl::Sender& Client::Impl::sender_for(const Topic<Sample>& info, const std::string& element) {
+Client::Impl::Sender& Client::Impl::sender_for(const TopicInfo& info, const std::string& element,
+                                               MakeType type) {
   const std::string topic = info.name(options.cell, element);
   Sender* sender = nullptr;
   {
@@ -250,7 +214,7 @@ Client::Impl::Sender& Client::Impl::sender_for(const Topic<Sample>& info, const 
     auto& slot = senders[topic];
     if (!slot) {
       auto made = std::make_unique<Sender>();
-      made->listener = std::make_unique<WriterListener>(
+      made->listener = std::make_unique<client::WriterListener>(
           [this, s = made.get()](int readers) {
             const std::lock_guard lock(mutex);
             s->readers = readers;
@@ -262,10 +226,9 @@ Client::Impl::Sender& Client::Impl::sender_for(const Topic<Sample>& info, const 
             changed.notify_all();
           });
       const auto qos = info.qos == TopicQos::command
-                           ? command_writer_qos(link.default_writer_qos(), options.ownership_strength)
+                           ? client::command_writer_qos(link.default_writer_qos(), options.ownership_strength)
                            : writer_qos(link.default_writer_qos(), qos_of(info));
-      made->writer = link.create_writer("rt/" + topic, dds::TypeSupport(new MessageType<Sample>()), qos,
-                                        made->listener.get());
+      made->writer = link.create_writer("rt/" + topic, type(), qos, made->listener.get());
       slot = std::move(made);
     }
     sender = slot.get();
@@ -287,26 +250,6 @@ void Client::Impl::write(Sender& sender, void* sample, const std::string& what) 
   if (!is_ok(sender.writer->write(sample, dds::HANDLE_NIL)))
     throw ClientError(ClientError::Kind::transport,
                       "DDS could not send " + what + " to cell '" + options.cell + "'.");
-}
-
-void Client::Impl::send(const std::string& robot, sensor_msgs::msg::JointState& sample) {
-  auto& sender = sender_for(topics::joint_commands, robot);
-  write(sender, &sample, "a joint command for '" + robot + "'");
-}
-
-void Client::Impl::send(const std::string& gripper, takt_msgs::msg::GripperCommand& sample) {
-  auto& sender = sender_for(topics::gripper_command, gripper);
-  write(sender, &sample, "a command for '" + gripper + "'");
-}
-
-void Client::Impl::send(const std::string& robot, trajectory_msgs::msg::JointTrajectory& sample) {
-  auto& sender = sender_for(topics::joint_trajectory, robot);
-  write(sender, &sample, "a trajectory for '" + robot + "'");
-}
-
-void Client::Impl::send(const std::string& device, takt_msgs::msg::DeviceCommand& sample) {
-  auto& sender = sender_for(topics::device_command, device);
-  write(sender, &sample, "a command for '" + device + "'");
 }
 
 /// What has no room in the type could not be read by the server, which would never answer.
@@ -336,7 +279,9 @@ std::uint64_t Client::Impl::write_request(const std::string& name, const Argumen
     throw ClientError(ClientError::Kind::invalid, "The request '" + name + "' has " + std::to_string(bytes) +
                                                       " bytes; at most " + std::to_string(kMost) +
                                                       " are possible.");
-  auto& sender = sender_for(topics::control_request);
+  auto& sender = sender_for(topics::control_request, {}, [] {
+    return dds::TypeSupport(new MessageType<takt_msgs::msg::ControlRequest>());
+  });
   {
     const std::lock_guard lock(mutex);
     request.sequence_number = next_sequence++;
@@ -393,9 +338,9 @@ Reply Client::Impl::call(const std::string& name, const Arguments& arguments, Se
     throw ClientError(
         ClientError::Kind::refused,
         "Request '" + name + "' was refused (result " + std::to_string(reply.result) + "): " + reply.message,
-        reply.result);
+        static_cast<ControlResult>(reply.result));
   apply_reply_causality(lock, name, reply.values, generation_before, deadline);
   return {reply.message, reply.values};
 }
 
-}  // namespace takt::client
+}  // namespace takt

@@ -13,47 +13,78 @@
 
 #include "client_lib/client.h"
 #include "client_lib/discovery.h"
+#include "idl/common/text.h"
 #include "takt_topics.h"
 
-namespace takt::client {
+namespace takt {
 
-using Clock = std::chrono::steady_clock;
+/// Index by name; throws ClientError (not_found) with the names there are.
+template <typename Described>
+std::size_t require_by_name(const char* kind, const std::vector<Described>& items, std::string_view name) {
+  for (std::size_t i = 0; i < items.size(); ++i)
+    if (items[i].name == name) return i;
+  throw ClientError(ClientError::Kind::not_found, std::string("The cell has no ") + kind + " '" +
+                                                      std::string(name) + "'; it has " + list_names(items) +
+                                                      ".");
+}
 
 struct Client::Impl {
+  using Clock = std::chrono::steady_clock;
+  using GuidPrefix = client::GuidPrefix;
+
+  /// The newest sample of a topic.
+  template <typename Sample>
+  struct Newest {
+    std::shared_ptr<const Sample> sample;  ///< empty before the first
+    std::uint64_t count = 0;               ///< samples received
+    bool has_reader = false;               ///< of topics that are received on demand
+
+    explicit operator bool() const { return sample != nullptr; }
+    const Sample* operator->() const { return sample.get(); }
+    void set(std::shared_ptr<Sample> received) {
+      received->sample_number = ++count;
+      sample = std::move(received);
+    }
+    void reset() { sample.reset(); }
+  };
+
   explicit Impl(ClientOptions options);
 
-  /// A writer of commands or requests, and who listens to it.
+  /// A writer of commands or requests, and its readers.
   struct Sender {
-    std::unique_ptr<WriterListener> listener;
+    std::unique_ptr<client::WriterListener> listener;
     dds::DataWriter* writer = nullptr;
     int readers = 0;
     int incompatible_policy = 0;
   };
 
   void connect();
-  /// Makes the reader of the power on first use: who does not ask is spared a sample with every state.
-  void listen_to_power();
-  /// And that of the contacts.
-  void listen_to_contacts();
+  /// Makes the reader of a topic on first use: a client that does not ask is spared a sample with every state.
+  template <typename Wire, typename Sample>
+  void listen_to(const Topic<Wire>& topic, Newest<Sample>& newest);
+  void listen_to_power() { listen_to(topics::power, power); }
+  void listen_to_contacts() { listen_to(topics::contacts, contacts); }
   void open_control(Clock::time_point deadline);
   Reply call(const std::string& name, const Arguments& arguments, Seconds timeout);
   std::uint64_t write_request(const std::string& name, const Arguments& arguments);
-  /// The sender for a topic, made on first use. Returns when somebody listens to it.
-  template <typename Sample>
-  Sender& sender_for(const Topic<Sample>& info, const std::string& element = {});
+  using MakeType = dds::TypeSupport (*)();
+  /// The sender for a topic, made on first use. Returns when a reader is matched.
+  Sender& sender_for(const TopicInfo& info, const std::string& element, MakeType type);
   void write(Sender& sender, void* sample, const std::string& what);
-  void send(const std::string& robot, sensor_msgs::msg::JointState& sample);
-  void send(const std::string& gripper, takt_msgs::msg::GripperCommand& sample);
-  void send(const std::string& robot, trajectory_msgs::msg::JointTrajectory& sample);
-  void send(const std::string& device, takt_msgs::msg::DeviceCommand& sample);
+  /// To a robot, gripper or device.
+  template <typename Sample>
+  void send(const Topic<Sample>& topic, const std::string& target, Sample& sample) {
+    write(sender_for(topic, target, [] { return dds::TypeSupport(new MessageType<Sample>()); }), &sample,
+          "a command for '" + target + "'");
+  }
 
   // From threads of DDS.
   void on_description(const takt_msgs::msg::CellDescription& sample, const GuidPrefix& from);
   void on_status(const takt_msgs::msg::Status& sample, const GuidPrefix& from);
   void on_status_match(const GuidPrefix& from, bool matched);
-  void on_state(const takt_msgs::msg::CellState& sample, const GuidPrefix& from);
-  void on_power(const takt_msgs::msg::Power& sample, const GuidPrefix& from);
-  void on_contacts(const takt_msgs::msg::Contacts& sample, const GuidPrefix& from);
+  /// A sample of an instant. Older ones, and those that do not fit the description, are refused.
+  template <typename Wire, typename Sample>
+  void on_instant(Newest<Sample>& newest, const Wire& wire, const GuidPrefix& from);
   void on_event(const takt_msgs::msg::Event& sample, const GuidPrefix& from);
   void on_reply(const takt_msgs::msg::ControlReply& sample);
 
@@ -62,8 +93,13 @@ struct Client::Impl {
   void apply_reply_causality(std::unique_lock<std::mutex>& lock, const std::string& request,
                              const Arguments& values, std::uint32_t generation_before,
                              Clock::time_point deadline);
-  bool is_older_than_known(std::uint32_t epoch, std::uint64_t step) const {
-    return std::pair(epoch, step) < known;
+  template <typename Sample>
+  static std::pair<std::uint32_t, std::uint64_t> instant_of(const Sample& sample) {
+    return {sample.epoch, sample.step};
+  }
+  template <typename Sample>
+  void drop_if_older_than_known(Newest<Sample>& newest) const {
+    if (newest && instant_of(*newest.sample) < known) newest.reset();
   }
   bool from_this_server(const GuidPrefix& from);
   void keep(Event event);
@@ -77,10 +113,9 @@ struct Client::Impl {
   template <typename Ready>
   bool wait(std::unique_lock<std::mutex>& lock, Clock::time_point deadline, Ready ready) const;
 
-  /// Without the mutex. The first of the samples that come into `newest` (a member below: optional or shared
-  /// pointer, empty before the first) which the predicate accepts; nothing when the time is over.
-  template <typename Sample, typename Newest>
-  std::optional<Sample> wait_for_sample(const Newest& newest,
+  /// Without the mutex. The first of the samples that the predicate accepts; nothing when the time is over.
+  template <typename Sample>
+  std::optional<Sample> wait_for_sample(const Newest<Sample>& newest,
                                         const std::function<bool(const Sample&)>& predicate,
                                         Seconds timeout) const;
 
@@ -102,17 +137,13 @@ struct Client::Impl {
   bool gone = false;                 ///< that server's status is no longer announced
   Clock::time_point heard = Clock::now();
   std::shared_ptr<const CellInfo> cell;
-  std::shared_ptr<const State> state;
-  std::uint64_t samples = 0;
-  std::optional<Status> status;
-  std::uint64_t statuses = 0;
-  std::optional<Power> power;
-  std::uint64_t powers = 0;
-  std::optional<Contacts> contacts;
-  std::uint64_t contacts_samples = 0;
-  /// Epoch and step of the newest instant that a reply told of, in the present world.
+  Newest<State> state;
+  Newest<Status> status;
+  Newest<Power> power;
+  Newest<Contacts> contacts;
+  /// Epoch and step of the newest instant that a reply has named, in the present scenario.
   std::pair<std::uint32_t, std::uint64_t> known{0, 0};
-  std::optional<std::pair<GuidPrefix, Status>>
+  std::optional<std::pair<GuidPrefix, std::shared_ptr<Status>>>
       early_status;                                        ///< of a server whose description is still to come
   std::vector<std::pair<GuidPrefix, Event>> early_events;  ///< likewise
   std::deque<Event> events;
@@ -122,14 +153,13 @@ struct Client::Impl {
   int reply_writers = 0;
   bool control_is_open = false;
 
-  std::mutex senders_mutex;  ///< for making senders, and the readers of power and contacts
-  bool listens_to_power = false, listens_to_contacts = false;
+  std::mutex senders_mutex;  ///< for making senders, and readers on demand
   std::map<std::string, std::unique_ptr<Sender>> senders;
 
   // Listeners before the link: what is declared first is destroyed last.
   std::vector<std::unique_ptr<dds::DataReaderListener>> listeners;
-  CellWatch watch;
-  Link link;
+  client::CellWatch watch;
+  client::Link link;
 };
 
 /// Waits until ready() or the deadline; false when the deadline passed. Throws when the server is gone or has
@@ -170,23 +200,14 @@ bool Client::Impl::wait(std::unique_lock<std::mutex>& lock, Clock::time_point de
 }
 
 template <typename Sample>
-std::shared_ptr<const Sample> shared(const std::shared_ptr<const Sample>& sample) {
-  return sample;
-}
-template <typename Sample>
-std::shared_ptr<const Sample> shared(const std::optional<Sample>& sample) {
-  return std::make_shared<const Sample>(*sample);
-}
-
-template <typename Sample, typename Newest>
-std::optional<Sample> Client::Impl::wait_for_sample(const Newest& newest,
+std::optional<Sample> Client::Impl::wait_for_sample(const Newest<Sample>& newest,
                                                     const std::function<bool(const Sample&)>& predicate,
                                                     Seconds timeout) const {
   const auto deadline = deadline_after(timeout);
   std::uint64_t seen = 0;
   std::unique_lock lock(mutex);
   while (wait(lock, deadline, [&] { return newest && newest->sample_number != seen; })) {
-    const std::shared_ptr<const Sample> held = shared(newest);
+    const std::shared_ptr<const Sample> held = newest.sample;
     seen = held->sample_number;
     lock.unlock();  // the predicate may use this client
     if (predicate(*held)) return *held;
@@ -195,4 +216,4 @@ std::optional<Sample> Client::Impl::wait_for_sample(const Newest& newest,
   return std::nullopt;
 }
 
-}  // namespace takt::client
+}  // namespace takt

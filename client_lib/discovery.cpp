@@ -3,10 +3,10 @@
 #include <condition_variable>
 
 #include "client_lib/client.h"
-#include "client_lib/convert.h"
 #include "takt_topics.h"
 
-namespace takt::client {
+namespace takt {
+namespace client {
 
 void CellWatch::on_writer(const DiscoveredWriter& writer) {
   if (writer.type != topics::status.type->dds_type) return;
@@ -37,21 +37,23 @@ std::map<std::string, int> CellWatch::servers() const {
   return servers;
 }
 
+}  // namespace client
+
 std::vector<FoundCell> list_cells(int domain, Seconds duration, const std::string& profiles_file,
                                   const std::string& secure_directory, const std::string& profile) {
-  using StatusListener = ReaderListener<takt_msgs::msg::Status>;
+  using StatusListener = client::ReaderListener<takt_msgs::msg::Status>;
   std::mutex mutex;
   std::condition_variable changed;
   std::map<std::string, std::optional<Status>> found;
   // Below, what is declared first is destroyed last: listeners outlive the entities that call them.
   std::vector<std::unique_ptr<StatusListener>> listeners;
   bool announced = false;
-  CellWatch watch([&] {
+  client::CellWatch watch([&] {
     const std::lock_guard lock(mutex);
     announced = true;
     changed.notify_all();
   });
-  Link link(domain, "takt-list", {profiles_file, secure_directory, profile}, &watch);
+  client::Link link(domain, "takt-list", {profiles_file, secure_directory, profile}, &watch);
 
   const auto deadline = std::chrono::steady_clock::now() +
                         std::chrono::duration_cast<std::chrono::steady_clock::duration>(duration);
@@ -65,9 +67,9 @@ std::vector<FoundCell> list_cells(int domain, Seconds duration, const std::strin
       lock.unlock();
       if (!is_new) continue;
       listeners.push_back(std::make_unique<StatusListener>(
-          [&mutex, &slot = found[name]](const takt_msgs::msg::Status& sample, const GuidPrefix&) {
+          [&mutex, &slot = found[name]](const takt_msgs::msg::Status& sample, const client::GuidPrefix&) {
             const std::lock_guard guard(mutex);
-            slot = from_wire(sample);
+            slot = Status{sample};
           }));
       link.create_reader(topics::status, topics::status.name(name), listeners.back().get());
     }
@@ -82,4 +84,4 @@ std::vector<FoundCell> list_cells(int domain, Seconds duration, const std::strin
   return cells;
 }
 
-}  // namespace takt::client
+}  // namespace takt

@@ -6,7 +6,7 @@
 
 #include "idl/common/text.h"
 
-namespace takt::client {
+namespace takt {
 namespace {
 
 /// Far below any step and far above the rounding of times.
@@ -35,11 +35,11 @@ LockstepController::LockstepController(Client& cell, LockstepOptions options)
         const int index = state_.cell->find_gripper(target);
         const auto& info = state_.cell->grippers.at(static_cast<std::size_t>(index));
         commands_[target] =
-            Grip{GripperAction::width, std::clamp(state_.gripper(target).width_m, 0.0, info.max_width_m),
-                 info.max_force_N};
+            Grip{GripperAction::width, std::clamp(state_.gripper(target).width, 0.0, info.max_width),
+                 info.max_force};
       }
     }
-    boundary_ = static_cast<std::uint64_t>(std::ceil((state_.time_s - kTimeTolerance_s) / options_.period_s));
+    boundary_ = static_cast<std::uint64_t>(std::ceil((state_.time - kTimeTolerance_s) / options_.period_s));
     if (options_.start) cell_.play();
     wait_for_boundary();
   } catch (...) {
@@ -111,11 +111,11 @@ const State& LockstepController::advance() {
 void LockstepController::send() const {
   for (const auto& [target, command] : sent_) {
     if (const auto* joints = std::get_if<Joints>(&command))
-      cell_.send_joint_command(target, joints->positions, joints->velocities, state_.time_s, joints->efforts);
+      cell_.send_joint_command(target, joints->positions, joints->velocities, state_.time, joints->efforts);
     else if (const auto* grip = std::get_if<Grip>(&command))
-      cell_.set_gripper(target, grip->action, grip->width_m, grip->max_force_N, state_.time_s);
+      cell_.set_gripper(target, grip->action, grip->width_m, grip->max_force_N, state_.time);
     else if (const auto* signals = std::get_if<Signals>(&command))
-      cell_.set_signals(target, *signals, state_.time_s);
+      cell_.set_signals(target, *signals, state_.time);
   }
 }
 
@@ -128,7 +128,7 @@ void LockstepController::wait_for_boundary() {
     const Seconds left = options_.timeout - (SteadyClock::now() - begin);
     const auto next = cell_.wait_for_state(
         [&](const State& s) {
-          if (s.time_s >= due_s || exchanged(s)) return true;
+          if (s.time >= due_s || exchanged(s)) return true;
           const bool repeated = answered_ && s.step == state_.step && s.sample_number > seen;
           seen = std::max(seen, s.sample_number);
           return repeated;
@@ -139,12 +139,12 @@ void LockstepController::wait_for_boundary() {
                         std::string("The cell ") +
                             (next->cell != state_.cell ? "has another scenario" : "was reset") +
                             "; its controllers have to begin anew.");
-    if (next && next->time_s >= due_s) {
+    if (next && next->time >= due_s) {
       state_ = *next;
       answered_ = false;
       // At another pace than lockstep boundaries may have passed meanwhile.
-      boundary_ = std::max(
-          boundary_, static_cast<std::uint64_t>((state_.time_s + kTimeTolerance_s) / options_.period_s));
+      boundary_ = std::max(boundary_,
+                           static_cast<std::uint64_t>((state_.time + kTimeTolerance_s) / options_.period_s));
       return;
     }
     if (SteadyClock::now() - begin >= options_.timeout) give_up();
@@ -157,11 +157,11 @@ void LockstepController::give_up() const {
   std::string sentence =
       "The cell did not come to " + number_text(static_cast<double>(boundary_) * options_.period_s) +
       " s of simulated time within " + number_text(options_.timeout.count()) + " s: it stands at " +
-      number_text(status.time_s) + " s and is " + std::string(to_string(status.state));
+      number_text(status.time) + " s and is " + std::string(to_string(status.state));
   for (std::size_t i = 0; i < status.waiting_for.size(); ++i)
     sentence += (i == 0 ? ", waiting for " : " and ") + status.waiting_for[i];
   if (!status.fault.empty()) sentence += ", with the fault: " + status.fault;
   throw ClientError(ClientError::Kind::timeout, sentence + ".");
 }
 
-}  // namespace takt::client
+}  // namespace takt

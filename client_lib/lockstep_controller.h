@@ -4,7 +4,7 @@
 // test or a program gives the same bits on any machine, however long it thinks:
 //
 //   takt::LockstepController controller(cell, {.targets = {"Robot1", "Gripper1"}});
-//   while (controller.state().time_s < 2.0) {
+//   while (controller.state().time < 2.0) {
 //     controller.move("Robot1", set_point(controller.state()));  // to be there one period from now
 //     controller.advance();                                      // sends, and returns at the next boundary
 //   }
@@ -20,7 +20,7 @@
 
 #include "client_lib/client.h"
 
-namespace takt::client {
+namespace takt {
 
 struct LockstepOptions {
   std::vector<std::string>
@@ -91,9 +91,4 @@ class LockstepController {
   bool answered_ = false;  ///< the present instant, which may not have taken effect yet
 };
 
-}  // namespace takt::client
-
-namespace takt {
-using client::LockstepController;
-using client::LockstepOptions;
 }  // namespace takt

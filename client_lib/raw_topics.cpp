@@ -48,7 +48,7 @@ class RawTopics::Watch : public DiscoveryListener {
     known->topic = {name, type, writer.latched, writer.reliable};
     known->exclusive = writer.exclusive;
     known->on_sample = &owner_.on_sample_;
-    owner_.told_.push_back(name);
+    owner_.to_announce_.push_back(name);
     owner_.changed_.notify_all();
   }
 
@@ -87,10 +87,10 @@ RawTopics::~RawTopics() {
 void RawTopics::run() {
   std::unique_lock lock(mutex_);
   for (;;) {
-    changed_.wait(lock, [&] { return over_ || !told_.empty(); });
+    changed_.wait(lock, [&] { return over_ || !to_announce_.empty(); });
     if (over_) return;
-    const RawTopic topic = topics_.at(told_.front())->topic;
-    told_.erase(told_.begin());
+    const RawTopic topic = topics_.at(to_announce_.front())->topic;
+    to_announce_.erase(to_announce_.begin());
     lock.unlock();
     on_topic_(topic);
     lock.lock();

@@ -31,14 +31,14 @@ class RawTopics {
   using OnTopic = std::function<void(const RawTopic&)>;
   using OnSample = std::function<void(const RawTopic&, std::string_view sample)>;
 
-  /// `on_topic` is told once of each topic of the cell that anybody writes, but control, and of /clock, /tf
+  /// `on_topic` is called once for each topic of the cell that anybody writes, but control, and of /clock, /tf
   /// and /tf_static; it runs in a thread of this object and may call open(). Throws ClientError (transport).
   RawTopics(const ClientOptions& options, OnTopic on_topic, OnSample on_sample);
   ~RawTopics();
   RawTopics(const RawTopics&) = delete;
   RawTopics& operator=(const RawTopics&) = delete;
 
-  /// Receives a topic that was told of. `depth`: how many samples may wait. Throws ClientError (transport).
+  /// Receives a topic that was announced. `depth`: how many samples may wait. Throws ClientError (transport).
   void open(const std::string& topic, int depth);
   void close(const std::string& topic);
 
@@ -54,7 +54,7 @@ class RawTopics {
   std::mutex mutex_;
   std::condition_variable changed_;
   bool over_ = false;
-  std::vector<std::string> told_;  ///< names still to be told of
+  std::vector<std::string> to_announce_;  ///< names of topics
   std::map<std::string, std::unique_ptr<Known>> topics_;
   std::unique_ptr<Watch> watch_;
   std::unique_ptr<Link> link_;

@@ -1,10 +1,11 @@
 // Requests of takt::Client by name, and what a reply says of the present.
 #include <algorithm>
+#include <cmath>
 
 #include "client_lib/client_impl.h"
 #include "idl/common/text.h"
 
-namespace takt::client {
+namespace takt {
 namespace {
 
 const Value* find(const Arguments& values, std::string_view name) {
@@ -17,6 +18,14 @@ std::optional<std::uint64_t> number(const Arguments& values, std::string_view na
   const Value* value = find(values, name);
   if (value == nullptr || value->kind != ValueKind::integer) return std::nullopt;
   return static_cast<std::uint64_t>(value->integer);
+}
+
+void require_finite(const std::string& request, const Arguments& arguments) {
+  const auto finite = [](double number) { return std::isfinite(number); };
+  for (const auto& [name, value] : arguments)
+    if (!finite(value.number) || !std::ranges::all_of(value.numbers, finite))
+      throw ClientError(ClientError::Kind::invalid, "Argument '" + name + "' of '" + request + "' is '" +
+                                                        text_of(value) + "'; a finite number is allowed.");
 }
 
 }  // namespace
@@ -41,10 +50,10 @@ void Client::Impl::apply_reply_causality(std::unique_lock<std::mutex>& lock, con
   if (step || epoch) {
     const std::uint32_t present = state ? std::max(known.first, state->epoch) : known.first;
     known = std::max(known, {epoch ? static_cast<std::uint32_t>(*epoch) : present, step.value_or(0)});
-    if (state && is_older_than_known(state->epoch, state->step)) state.reset();
-    if (power && is_older_than_known(power->epoch, power->step)) power.reset();
-    if (contacts && is_older_than_known(contacts->epoch, contacts->step)) contacts.reset();
-    if (status && is_older_than_known(status->epoch, status->step)) status.reset();
+    drop_if_older_than_known(state);
+    drop_if_older_than_known(power);
+    drop_if_older_than_known(contacts);
+    drop_if_older_than_known(status);
   }
   // What changes without a step being taken shows in the next sample; a server that ends sends none.
   const RequestInfo* info = find_request(request);
@@ -56,6 +65,7 @@ void Client::Impl::apply_reply_causality(std::unique_lock<std::mutex>& lock, con
 }
 
 Reply Client::request(const std::string& name, const Arguments& arguments, std::optional<Seconds> timeout) {
+  require_finite(name, arguments);
   return impl_->call(name, arguments, timeout.value_or(impl_->options.timeout));
 }
 
@@ -64,4 +74,4 @@ Reply Client::request(const std::string& name, const std::map<std::string, std::
   return request(name, arguments_of_text(name, {arguments.begin(), arguments.end()}), timeout);
 }
 
-}  // namespace takt::client
+}  // namespace takt

@@ -70,19 +70,25 @@ if(TARGET takt)
   add_custom_target(takt_completion ALL DEPENDS ${completions})
 endif()
 
-# For one's own clients: find_package(takt), link takt::takt_client, #include "client_lib/client.h".
+# For one's own clients: find_package(takt), link takt::takt_client, #include <takt/client.h>.
 if(TARGET takt_client)
   include(${PROJECT_SOURCE_DIR}/cmake/fast_dds.cmake)
+  install(DIRECTORY client_lib/include/takt DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
   install(FILES client_lib/client.h client_lib/cell.h client_lib/lockstep_controller.h
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/client_lib)
   foreach(header takt_enumerations ros2_msgs takt_msgs takt_requests takt_request_table)
     install(FILES ${TAKT_GENERATED_DIR}/${header}.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt)
   endforeach()
-  install(FILES idl/common/enumeration.h idl/common/message.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/idl/common)
+  install(FILES idl/common/eigen_messages.h idl/common/enumeration.h idl/common/message.h
+    idl/common/named_lists.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/idl/common)
   install(FILES idl/vocabulary/arguments.h idl/vocabulary/request.h
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/idl/vocabulary)
-  install(TARGETS takt_client takt_vocabulary takt_common takt_idl takt_transport takt_rtps_guard takt_recording takt_warnings EXPORT takt
-    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt)
+  install(FILES client_lib/kinematics/arm.h client_lib/kinematics/motions.h client_lib/kinematics/motion_profile.h
+    client_lib/kinematics/trajectory_point.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/client_lib/kinematics)
+  install(FILES plant_models/spatial.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/plant_models)
+  install(FILES plant_models/robot/arm_kinematics.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/plant_models/robot)
+  install(TARGETS takt_client takt_kinematics plant_models takt_vocabulary takt_common takt_idl takt_transport takt_rtps_guard takt_recording takt_warnings EXPORT takt
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} ${CMAKE_INSTALL_INCLUDEDIR}/takt)
   install(EXPORT takt NAMESPACE takt:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/takt FILE taktTargets.cmake)
   file(WRITE ${CMAKE_BINARY_DIR}/taktConfig.cmake
     "include(CMakeFindDependencyMacro)\nfind_dependency(${TAKT_FAST_DDS_PACKAGE})\nfind_dependency(Threads)\nfind_dependency(ZLIB)\nfind_dependency(nlohmann_json)\nfind_dependency(Eigen3)\ninclude(\${CMAKE_CURRENT_LIST_DIR}/taktTargets.cmake)\n")
@@ -109,7 +115,7 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS python3)
 if(TARGET takt_python)  # the module is for one version of the interpreter
   execute_process(COMMAND ${TAKT_PYTHON_EXECUTABLE} -c
-      "import sys; v = sys.version_info; print(f'python3 (>= {v[0]}.{v[1]}), python3 (<< {v[0]}.{v[1] + 1})', end='')"
+      "import sys; v = sys.version_info; print(f'python3 (>= {v[0]}.{v[1]}), python3 (<< {v[0]}.{v[1] + 1}), python3-numpy', end='')"
     OUTPUT_VARIABLE CPACK_DEBIAN_PACKAGE_DEPENDS)
 endif()
 set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/prerm)

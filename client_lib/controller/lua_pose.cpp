@@ -10,7 +10,7 @@
 #include <type_traits>
 
 #include "client_lib/controller/lua_arguments.h"
-#include "client_lib/controller/motions.h"
+#include "client_lib/kinematics/motions.h"
 
 namespace takt::controller {
 

@@ -5,23 +5,24 @@
 // one period later, and is over at t + periods(): then the robot has arrived and the next motion may begin
 // without a gap. Periods are counted by rounding elapsed time, so the last bits of a transmitted time do not
 // matter.
+#include <span>
+
 #include "client_lib/controller/controller.h"
-#include "client_lib/controller/motions.h"
+#include "client_lib/kinematics/arm.h"
 
 namespace takt::controller {
 
 class RobotDriver {
  public:
   /// X_FT: tool centre point in the flange frame.
-  RobotDriver(const RobotInfo& robot, const Pose& X_FT) : robot_(&robot), X_FT_(X_FT) {}
+  RobotDriver(const RobotInfo& robot, const Pose& X_FT) : arm_(robot.name, robot.arm, robot.X_WR, X_FT) {}
 
   void set_period(double period_s) { period_s_ = period_s; }
 
   /// Stands at the given joint positions; ends any motion.
   void stand_at(const JointArray& q);
 
-  /// The errors of the motions, and of an unreachable target (with pose and best residual), are
-  /// std::runtime_error.
+  /// Throw MotionError.
   void move_joints(const JointArray& q, const JointMotionOptions& options, double now_s);
   void move_to(const Pose& X_WT, const JointMotionOptions& options, double now_s);
   void move_line(const Pose& X_WT, const LineOptions& options, double now_s);
@@ -31,19 +32,22 @@ class RobotDriver {
   /// Set-point to be reached one period from now.
   const ArmSetPoint& advance(double now_s);
 
-  const ArmModel& arm() const { return robot_->arm; }
-  const std::string& name() const { return robot_->name; }
+  const ArmModel& arm() const { return arm_.model(); }
+  const std::string& name() const { return arm_.name(); }
   /// Joint positions and TCP in the world at the newest set-point.
   const JointArray& joints() const { return set_point_.position; }
   Pose X_WT() const { return tcp_at(set_point_.position); }
-  Pose tcp_at(const JointArray& q) const;
+  Pose tcp_at(const JointArray& q) const { return arm_.forward_kinematics(used(q)); }
 
  private:
+  std::span<const double> used(const JointArray& q) const {
+    return std::span(q).first(static_cast<std::size_t>(arm_.joint_count()));
+  }
+  void begin(const auto& motion, double now_s);
   long elapsed_periods(double now_s) const;
   void evaluate(long k);
 
-  const RobotInfo* robot_;
-  Pose X_FT_;
+  Arm arm_;
   double period_s_ = 0.0;
   double motion_start_s_ = 0.0;
   long motion_periods_ = 0;

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "client_lib/client.h"
-#include "client_lib/lockstep_controller.h"
+#include <takt/client.h>
+#include <takt/lockstep_controller.h>
 
 namespace {
 
@@ -34,11 +34,11 @@ struct Swing {
 /// The state is the clock: each command is sent when the cell has come to its time, says where the joint is
 /// to be one period later, and with which velocity.
 bool publish(takt::Client& cell, const std::string& robot, const Swing& swing, double period_s) {
-  const double begin_s = cell.state().time_s;
+  const double begin_s = cell.state().time;
   cell.play();
   for (int k = 0; k * period_s < Swing::kDuration_s + 2.0 * period_s; ++k) {
     const double t_s = k * period_s;
-    const auto due = [&](const auto& s) { return s.time_s >= begin_s + t_s - 1e-9; };
+    const auto due = [&](const auto& s) { return s.time >= begin_s + t_s - 1e-9; };
     if (!cell.wait_for_state(due, std::chrono::seconds(10))) return false;
     const double next_s = std::min(t_s + period_s, Swing::kDuration_s);
     cell.send_joint_command(robot, swing.position(next_s), swing.velocity(next_s));
@@ -69,17 +69,17 @@ int main(int argc, char** argv) try {
   Swing swing{cell.state().robot(robot).position, 0};
   swing.joint =
       arguments.size() > 1 ? std::strtoul(arguments[1].c_str(), nullptr, 10) : swing.start.size() - 1;
-  const double period_s = info->robots.at(static_cast<std::size_t>(info->find_robot(robot))).command_period_s;
+  const double period_s = info->robots.at(static_cast<std::size_t>(info->find_robot(robot))).command_period;
 
   if (lockstep) {
     publish_in_lockstep(cell, robot, swing, period_s);
   } else if (!publish(cell, robot, swing, period_s)) {
-    std::fprintf(stderr, "The simulation stands still at %.3f s.\n", cell.state().time_s);
+    std::fprintf(stderr, "The simulation stands still at %.3f s.\n", cell.state().time);
     return 1;
   }
   const auto end = cell.state();
   std::printf("%s joint %zu: %.4f rad before, %.4f rad after, at %.3f s, hash 0x%016llx\n", robot.c_str(),
-              swing.joint, swing.start.at(swing.joint), end.robot(robot).position.at(swing.joint), end.time_s,
+              swing.joint, swing.start.at(swing.joint), end.robot(robot).position.at(swing.joint), end.time,
               static_cast<unsigned long long>(end.state_hash));
   return 0;
 } catch (const std::exception& error) {

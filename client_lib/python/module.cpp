@@ -1,5 +1,5 @@
-// The Python module takt._takt: takt::Client for Python. What a user sees is takt/__init__.py, typed in
-// takt/__init__.pyi.
+// The Python module takt._takt: takt::Client for Python. A user sees it through takt/__init__.py; its types are in
+// takt/_takt.pyi.
 //
 // Every call that may wait does so without the interpreter's lock, so that other threads get their turn, and
 // looks for Ctrl-C each 0.2 s (ClientOptions::while_waiting). Predicates take the lock while they run.
@@ -9,8 +9,6 @@
 
 namespace takt::python {
 namespace {
-
-using namespace client;
 
 /// Without the interpreter's lock: Ctrl-C comes out as KeyboardInterrupt.
 void raise_pending_signals() {
@@ -42,70 +40,157 @@ std::shared_ptr<Client> connect(const std::string& cell, int domain, double time
   return std::make_shared<Client>(options);
 }
 
-template <typename Sample>
-using Predicate = std::function<bool(const Sample&)>;
+/// ClientError and MotionError as the classes of takt.errors.
+void translate(std::exception_ptr thrown) {
+  const auto raise = [](const char* type, const char* sentence, std::optional<ControlResult> result) {
+    const py::object made = py::module_::import("takt.errors").attr(type)(sentence);
+    if (result) made.attr("result") = static_cast<int>(*result);
+    PyErr_SetObject(py::type::of(made).ptr(), made.ptr());
+  };
+  try {
+    if (thrown) std::rethrow_exception(thrown);
+  } catch (const ClientError& error) {
+    using Kind = ClientError::Kind;
+    const Kind kind = error.kind();
+    raise(kind == Kind::timeout     ? "CellTimeout"
+          : kind == Kind::not_found ? "NotFound"
+          : kind == Kind::invalid   ? "Invalid"
+          : kind == Kind::refused   ? "Refused"
+          : kind == Kind::lost      ? "Lost"
+                                    : "CellError",
+          error.what(), error.result());
+  } catch (const MotionError& error) {
+    raise("MotionError", error.what(), {});
+  }
+}
+
+void bind_errors() {
+  py::register_exception_translator(&translate);
+}
 
 template <typename Sample, typename Wait>
 auto waiter(Wait wait) {
-  return [wait](Client& self, const Predicate<Sample>& predicate, double timeout) {
+  using Seen = decltype(view(std::declval<const Sample&>()));
+  return [wait](Client& self, const std::function<bool(Seen)>& predicate, double timeout) {
     const py::gil_scoped_release unlocked;
-    return (self.*wait)(predicate, Seconds{timeout});
+    return view(
+        (self.*wait)([&](const Sample& sample) { return predicate(view(sample)); }, Seconds{timeout}));
   };
 }
 
+using Numbers = std::vector<double>;
+
 void bind_client(py::module_& m) {
-  py::class_<TrajectoryPoint>(m, "TrajectoryPoint")
-      .def(py::init([](double time_s, std::vector<double> positions, std::vector<double> velocities,
-                       std::vector<double> accelerations) {
-             return TrajectoryPoint{time_s, std::move(positions), std::move(velocities),
-                                    std::move(accelerations)};
-           }),
-           py::arg("time_s"), py::arg("positions"), py::arg("velocities") = std::vector<double>{},
-           py::arg("accelerations") = std::vector<double>{})
-      .def_readonly("time_s", &TrajectoryPoint::time_s)
-      .def_readonly("positions", &TrajectoryPoint::positions)
-      .def_readonly("velocities", &TrajectoryPoint::velocities)
-      .def_readonly("accelerations", &TrajectoryPoint::accelerations);
-  py::class_<Client, std::shared_ptr<Client>> c(m, "Client");
+  py::class_<Client, std::shared_ptr<Client>> c(m, "Client", "takt.Client without its requests.");
   const py::call_guard<py::gil_scoped_release> unlocked;
   c.def(py::init(&connect), py::arg("cell") = "", py::arg("domain") = -1, py::kw_only(),
         py::arg("timeout") = 10.0, py::arg("liveliness_timeout") = 5.0, py::arg("name") = "python",
         py::arg("ownership_strength") = 1, py::arg("profiles_file") = "", py::arg("profile") = "takt_client",
-        py::arg("secure_directory") = "")
-      .def_property_readonly("client_id", &Client::client_id)
-      .def_property_readonly("info", [](const Client& self) { return shared(self.cell()); })
-      .def_property_readonly("state", py::cpp_function(&Client::state, unlocked))
-      .def_property_readonly("status", py::cpp_function(&Client::status, unlocked))
-      .def_property_readonly("connected", &Client::connected)
+        py::arg("secure_directory") = "",
+        R"(Connects and waits until the cell has described itself.
+
+cell: name of the cell; empty: $TAKT_CELL, else "cell"
+domain: DDS domain, 0 to 232; -1: $TAKT_DOMAIN, else 0
+timeout: longest wait for the cell, and of requests that are given none, in s of wall time
+liveliness_timeout: silence after which the server counts as gone, in s of wall time
+name: shown in events about commands of this client; a unique suffix is added
+ownership_strength: of several senders of commands for one robot the strongest is heard
+profiles_file: Fast DDS profiles (XML); empty: discovery stays on this machine
+profile: name of the participant profile in that file
+secure_directory: identity and permissions (docs/network.md); empty: $TAKT_SECURE, else no security
+
+Raises NotFound with the names of the cells that answer.)")
+      .def_property_readonly("client_id", &Client::client_id,
+                             "Identity of this client in requests, and in events about its commands.")
+      .def_property_readonly(
+          "info", [](const Client& self) { return view(self.cell()); },
+          "Description of the cell; another object when another scenario is loaded.")
+      .def_property_readonly(
+          "state", py::cpp_function([](const Client& self) { return view(self.state()); }, unlocked),
+          "Newest state; never older than the reply to the last request.")
+      .def_property_readonly(
+          "status", py::cpp_function([](const Client& self) { return view(self.status()); }, unlocked),
+          "Newest status of the service; never older than the reply to the last request.")
+      .def_property_readonly("connected", &Client::connected,
+                             "True while the server is announced and was heard of within liveliness_timeout.")
       .def(
           "wait_for_connection",
           [](Client& self, double timeout) { return self.wait_for_connection(Seconds{timeout}); },
-          py::arg("timeout"), unlocked)
-      .def("wait_for_state", waiter<State>(&Client::wait_for_state), py::arg("predicate"), py::arg("timeout"))
+          py::arg("timeout"), unlocked,
+          "Waits until the cell answers, e.g. after its server was started again; False after `timeout` s of "
+          "wall time.")
+      .def("wait_for_state", waiter<State>(&Client::wait_for_state), py::arg("predicate"), py::arg("timeout"),
+           "First state, from the newest on, that fulfils the predicate; None after `timeout` s of wall "
+           "time.\n\n"
+           "The predicate runs in this thread. A slow one sees the newest state, not every one.")
       .def("wait_for_status", waiter<Status>(&Client::wait_for_status), py::arg("predicate"),
-           py::arg("timeout"))
-      .def("wait_for_power", waiter<Power>(&Client::wait_for_power), py::arg("predicate"), py::arg("timeout"))
+           py::arg("timeout"),
+           "First status, from the newest on, that fulfils the predicate; None after `timeout` s of wall "
+           "time.")
+      .def("wait_for_power", waiter<Power>(&Client::wait_for_power), py::arg("predicate"), py::arg("timeout"),
+           "First sample of the power of robots and devices that fulfils the predicate; None after `timeout` "
+           "s "
+           "of wall time.\n\nRobots draw power from level of detail 2 on. Received from the first call on.")
       .def("wait_for_contacts", waiter<Contacts>(&Client::wait_for_contacts), py::arg("predicate"),
-           py::arg("timeout"))
+           py::arg("timeout"),
+           "First sample of the surface contacts that fulfils the predicate; None after `timeout` s of wall "
+           "time.\n\nSurface contact acts at level of detail 3. Received from the first call on.")
       .def(
-          "next_event", [](Client& self, double timeout) { return self.next_event(Seconds{timeout}); },
-          py::arg("timeout"), unlocked)
-      .def("wait_for_event", waiter<Event>(&Client::wait_for_event), py::arg("predicate"), py::arg("timeout"))
+          "next_event", [](Client& self, double timeout) { return view(self.next_event(Seconds{timeout})); },
+          py::arg("timeout"), unlocked,
+          "Next event, in order; None after `timeout` s of wall time.\n\nEvents are kept from the moment of "
+          "connecting (the newest 10000), and each is returned once.")
+      .def(
+          "wait_for_event", waiter<Event>(&Client::wait_for_event), py::arg("predicate"), py::arg("timeout"),
+          "Next event that fulfils the predicate; those before it are passed over. None after `timeout` s of "
+          "wall time.")
       .def(
           "send_joint_command",
-          [](Client& self, const std::string& robot, const std::vector<double>& positions,
-             const std::vector<double>& velocities, std::optional<double> stamp_s,
-             const std::vector<double>& efforts) {
+          [](Client& self, const std::string& robot, const Numbers& positions, const Numbers& velocities,
+             std::optional<double> stamp_s, const Numbers& efforts) {
             self.send_joint_command(robot, positions, velocities, stamp_s, efforts);
           },
-          py::arg("robot"), py::arg("positions"), py::arg("velocities") = std::vector<double>{},
-          py::arg("stamp_s") = py::none(), py::arg("efforts") = std::vector<double>{}, unlocked)
+          py::arg("robot"), py::arg("positions"), py::arg("velocities") = Numbers{},
+          py::arg("stamp_s") = py::none(), py::arg("efforts") = Numbers{}, unlocked,
+          R"(Set-point of all joints of a robot: be there one command period from now.
+
+robot: name of the robot
+positions: (joints,) in rad or m, in the order of info.robots[robot].joints
+velocities: (joints,) in rad/s or m/s; empty: they follow from successive positions
+stamp_s: simulated time that the sender means, in s; None: when the command arrives
+efforts: (joints,) in N m or N, added to what the drives' controllers want at level of detail 2 and 3; empty: none
+
+The server checks limits and reports a refusal in the event command_rejected. Raises NotFound, Invalid, CellTimeout.)")
       .def("send_trajectory", &Client::send_trajectory, py::arg("robot"), py::arg("points"),
-           py::arg("start_s") = py::none(), unlocked)
+           py::arg("start_s") = py::none(), unlocked,
+           R"(Motion of all joints of a robot through points, from where the robot is.
+
+robot: name of the robot
+points: list of TrajectoryPoint; empty: the robot stops
+start_s: simulated time of the beginning, in s; None: when the trajectory arrives
+
+Linear through positions, cubic with velocities, quintic with accelerations too. The event trajectory_done reports the
+end. A set-point or another trajectory replaces it. Raises NotFound, Invalid, CellTimeout.)")
       .def("set_signals", &Client::set_signals, py::arg("device"), py::arg("signals"),
-           py::arg("stamp_s") = py::none(), unlocked)
+           py::arg("stamp_s") = py::none(), unlocked,
+           R"(Sets signals of a device; the others stay as they are.
+
+device: name of the device
+signals: {name: value}, in the unit and within the limits of info.devices[device].signals
+stamp_s: simulated time that the sender means, in s; None: when the command arrives
+
+The server reports a refusal in the event command_rejected. Raises NotFound, Invalid, CellTimeout.)")
       .def("set_gripper", &Client::set_gripper, py::arg("gripper"), py::arg("action"),
-           py::arg("width_m") = 0.0, py::arg("max_force_N") = 0.0, py::arg("stamp_s") = py::none(), unlocked)
+           py::arg("width_m") = 0.0, py::arg("max_force_N") = 0.0, py::arg("stamp_s") = py::none(), unlocked,
+           R"(Commands a gripper.
+
+gripper: name of the gripper
+action: a GripperAction, or its name
+width_m: distance of the grip faces in m, for GripperAction.width
+max_force_N: limit of the force of one jaw in N; 0: the gripper's own
+stamp_s: simulated time that the sender means, in s; None: when the command arrives
+
+The server reports a refusal in the event command_rejected. Raises NotFound, Invalid, CellTimeout.)")
       // All else is requests.py, made of the table.
       .def(
           "request",
@@ -115,7 +200,13 @@ void bind_client(py::module_& m) {
             return self.request(name, arguments, seconds(timeout));
           },
           py::arg("name"), py::arg("arguments") = py::dict(), py::arg("timeout") = py::none(),
-          "Any request by name, with arguments {name: value}; the values of the reply as they came.");
+          R"(Any request by name, e.g. one of a newer server.
+
+name: of the request (docs/requests.md)
+arguments: {name: value}; values are bool, int, float, str, enumerators, arrays, sequences of numbers or of str
+timeout: longest wait for the reply, in s; None: that of the client
+
+Raises Refused with the server's sentence.)");
 
   m.def(
       "list_cells",
@@ -125,16 +216,18 @@ void bind_client(py::module_& m) {
           const py::gil_scoped_release released;
           found = list_cells(domain < 0 ? ClientOptions::default_domain() : domain, Seconds{duration});
         }
-        std::map<std::string, std::optional<Status>> cells;
-        for (FoundCell& cell : found) cells[cell.name] = std::move(cell.status);
+        std::map<std::string, std::optional<StatusView>> cells;
+        for (const FoundCell& cell : found) cells[cell.name] = view(cell.status);
         return cells;
       },
-      py::arg("domain") = -1, py::arg("duration") = 2.0);
+      py::arg("domain") = -1, py::arg("duration") = 2.0,
+      "Cells on a DDS domain (-1: $TAKT_DOMAIN, else 0) by name, each with its status, or None where it does "
+      "not answer. All of `duration` s of wall time is waited.");
 }
 
 void bind_lockstep(py::module_& m) {
   const py::call_guard<py::gil_scoped_release> unlocked;
-  py::class_<LockstepController>(m, "LockstepController")
+  py::class_<LockstepController>(m, "LockstepController", "takt.LockstepController without its `with` block.")
       .def(py::init([](Client& cell, std::vector<std::string> targets, double period_s,
                        const std::string& name, double timeout, bool start) {
              return std::make_unique<LockstepController>(
@@ -142,17 +235,45 @@ void bind_lockstep(py::module_& m) {
            }),
            py::arg("cell"), py::arg("targets"), py::arg("period_s") = 0.008, py::kw_only(),
            py::arg("name") = "python", py::arg("timeout") = 60.0, py::arg("start") = true,
-           py::keep_alive<1, 2>(), unlocked)
-      .def_property_readonly("state", [](const LockstepController& self) { return self.state(); })
-      .def_property_readonly("period_s", &LockstepController::period_s)
+           py::keep_alive<1, 2>(), unlocked,
+           R"(Registers, and returns at the first boundary from the present instant on.
+
+cell: the Client
+targets: names of the robots, grippers and devices that this controller commands; at least one
+period_s: simulated time from boundary to boundary, in s; at least one step
+name: shown in events and in the status; unique in the cell
+timeout: longest wait for a boundary, in s of wall time; the server pauses a cell whose controller is silent for longer
+start: set the cell to lockstep and playing
+
+Raises NotFound or Refused for targets, CellTimeout.)")
+      .def_property_readonly(
+          "state", [](const LockstepController& self) { return view(self.state()); },
+          "State at the present boundary.")
+      .def_property_readonly("period_s", &LockstepController::period_s,
+                             "Simulated time from boundary to boundary, in s.")
       .def("move", &LockstepController::move, py::arg("robot"), py::arg("positions"),
-           py::arg("velocities") = std::vector<double>{}, py::arg("efforts") = std::vector<double>{})
+           py::arg("velocities") = Numbers{}, py::arg("efforts") = Numbers{},
+           R"(Set-point of a robot, to be reached one period from now; advance() sends it.
+
+robot: name of the robot
+positions: (joints,) in rad or m
+velocities: (joints,) in rad/s or m/s; empty: the robot stands there
+efforts: (joints,) in N m or N, added to what the drives' controllers want; empty: none
+
+Without a new one the robot stays there, with the same efforts.)")
       .def("grip", &LockstepController::grip, py::arg("gripper"), py::arg("action"), py::arg("width_m") = 0.0,
-           py::arg("max_force_N") = 0.0)
-      .def("set_signals", &LockstepController::set_signals, py::arg("device"), py::arg("signals"))
+           py::arg("max_force_N") = 0.0,
+           "Commands a gripper as Client.set_gripper does; advance() sends it. It stands until the next one.")
+      .def("set_signals", &LockstepController::set_signals, py::arg("device"), py::arg("signals"),
+           "Sets signals of a device {name: value}; advance() sends them. The others stay as they are.")
       .def(
-          "advance", [](LockstepController& self) { return self.advance(); }, unlocked)
-      .def("close", &LockstepController::close, unlocked);
+          "advance", [](LockstepController& self) { return view(self.advance()); }, unlocked,
+          "Answers this boundary with one command for each target, and returns the state at the next one.\n\n"
+          "Raises Lost when the cell was reset or has another scenario, CellTimeout when the boundary does "
+          "not "
+          "come; then it may be called again.")
+      .def("close", &LockstepController::close, unlocked,
+           "Unregisters. The cell stays at the present boundary when no other controller is registered.");
 }
 
 }  // namespace
@@ -160,8 +281,9 @@ void bind_lockstep(py::module_& m) {
 
 PYBIND11_MODULE(_takt, m) {
   m.doc() = "takt::Client for Python; use the package takt.";
-  takt::python::bind_errors(m);
+  takt::python::bind_errors();
   takt::python::bind_cell(m);
+  takt::python::bind_arm(m);
   takt::python::bind_client(m);
   takt::python::bind_lockstep(m);
 }

@@ -265,9 +265,10 @@ void McapReader::read(const std::function<bool(const McapMessage&)>& function, s
       const auto seconds = [&](std::uint64_t ns) { return 1e-9 * static_cast<double>(ns - first_ns_); };
       char span[64];
       std::snprintf(span, sizeof span, "%.3f to %.3f s", seconds(chunk.first_ns), seconds(chunk.last_ns));
-      std::string told = with_name(damage.what());
-      if (told.ends_with('.')) told.pop_back();
-      throw RecordingError(told + "; what was recorded from " + span + " after its begin cannot be read.");
+      std::string sentence = with_name(damage.what());
+      if (sentence.ends_with('.')) sentence.pop_back();
+      throw RecordingError(sentence + "; what was recorded from " + span +
+                           " after its begin cannot be read.");
     }
     each_record(added->bytes, [&](std::uint8_t opcode, std::string_view content, std::uint64_t place) {
       if (opcode != mcap::kMessage) return;

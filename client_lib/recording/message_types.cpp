@@ -5,9 +5,9 @@
 #include <optional>
 #include <set>
 
+#include "idl/common/text.h"
 #include "ros2_msgs.h"
 #include "takt_msgs.h"
-#include "idl/common/text.h"
 
 namespace takt::recording {
 namespace {

@@ -118,8 +118,8 @@ std::string SignalNames::element_name(const Json& element, std::size_t index, co
   } else {
     // Joint states name their numbers beside them; the joints of a robot's state are in the description.
     if (const Json* name = listed(place.holder, "name", index); text(name)) return *name;
-    if (const Json* name = member(listed(place.named, "joints", index), "name"); text(name)) return *name;
-    if (const Json* name = listed(place.named, "signals", index); text(name)) return *name;
+    for (const char* list : {"joints", "signals"})
+      if (const Json* name = member(listed(place.named, list, index), "name"); text(name)) return *name;
   }
   return std::to_string(index);
 }

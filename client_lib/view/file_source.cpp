@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "client_lib/recording/json_text.h"
+#include "idl/common/parse.h"
+#include "idl/common/text.h"
 #include "takt_request_table.h"
 #include "takt_topics.h"
 
@@ -37,13 +37,6 @@ std::string argument(const Arguments& arguments, const char* name) {
   for (const auto& [key, value] : arguments)
     if (key == name) return value;
   return {};
-}
-
-std::optional<double> number(const std::string& text) {
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0' || !std::isfinite(value)) return std::nullopt;
-  return value;
 }
 
 }  // namespace
@@ -106,7 +99,7 @@ void FileSource::show_instant(std::uint64_t position_ns) {
   for (const auto& [id, sample] : newest) stream_.push(channels_.at(id), sample.time_ns, sample.sample);
 }
 
-void FileSource::tell() {
+void FileSource::publish_position() {
   const auto seconds = [](std::uint64_t ns) { return 1e-9 * static_cast<double>(ns); };
   const nlohmann::json document{{"position", seconds(position_ns_ - reader_.first_ns())},
                                 {"duration", seconds(reader_.last_ns() - reader_.first_ns())},
@@ -126,7 +119,7 @@ void FileSource::run() {
       if (!lock.owns_lock()) lock.lock();
       problem_ = error.what();
       playing_ = false;
-      tell();
+      publish_position();
     }
     changed_.wait(lock, [&] { return over_ || changes_ != seen; });
     if (over_) return;
@@ -144,11 +137,11 @@ void FileSource::show(std::unique_lock<std::mutex>& lock, std::uint64_t seen) {
     lock.lock();
     if (changes_ != seen) return;
   }
-  tell();
+  publish_position();
   if (playing_ && position_ns_ < reader_.last_ns()) play_on(lock);
   if (position_ns_ >= reader_.last_ns() && seen == changes_) {
     playing_ = false;
-    tell();
+    publish_position();
   }
 }
 
@@ -170,7 +163,7 @@ void FileSource::play_on(std::unique_lock<std::mutex>& lock) {
         position_ns_ = message.log_time_ns;
         if (position_ns_ - told_ns >= kTell_ns) {
           told_ns = position_ns_;
-          tell();
+          publish_position();
         }
         return true;
       },
@@ -208,13 +201,13 @@ Answer FileSource::request(const std::string& name, const Arguments& arguments) 
     return changed("Back to the begin of the recording.");
   }
   if (name == "seek") {
-    const auto position = number(argument(arguments, "position"));
+    const auto position = finite_number(argument(arguments, "position"));
     if (!position) return {4, "seek needs 'position', in seconds from the begin of the recording.", {}};
     seek(*position);
     return changed("The recording is at another place.");
   }
   if (name == "rate" || is(requests::SetPace{})) {
-    const auto factor = number(argument(arguments, "factor"));
+    const auto factor = finite_number(argument(arguments, "factor"));
     if (!factor || !(*factor > 0.0)) return {4, "'factor' must be a number above 0.", {}};
     rate_ = *factor;
     return changed("The recording is played " + argument(arguments, "factor") + " times as fast.");

@@ -39,7 +39,7 @@ class FileSource {
   void show(std::unique_lock<std::mutex>& lock, std::uint64_t seen);
   void play_on(std::unique_lock<std::mutex>& lock);
   void show_instant(std::uint64_t position_ns);
-  void tell();
+  void publish_position();
 
   Stream& stream_;
   recording::McapReader reader_;  ///< after construction of the playing thread only

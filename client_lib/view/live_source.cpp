@@ -23,8 +23,7 @@ std::uint64_t wall_ns() {
 
 }  // namespace
 
-LiveSource::LiveSource(const client::ClientOptions& options, Stream& stream)
-    : options_(options), stream_(stream) {
+LiveSource::LiveSource(const ClientOptions& options, Stream& stream) : options_(options), stream_(stream) {
   stream_.on_wanted(this, [this](const Channel& channel, bool wanted) {
     const std::lock_guard lock(mutex_);
     want(channel.topic, wanted);
@@ -94,7 +93,7 @@ void LiveSource::run() {
                       topic == "/" + topics::events.name(options_.cell) ? qos_of(topics::events).depth : 1);
       else
         topics_->close(topic);
-    } catch (const client::ClientError& error) {  // the others can be seen all the same
+    } catch (const ClientError& error) {  // the others can be seen all the same
       std::fprintf(stderr, "takt: note: '%s' cannot be shown: %s\n", topic.c_str(), error.what());
       lock.lock();
       wanted_[topic].open = false;  // tried again when somebody comes
@@ -105,16 +104,16 @@ void LiveSource::run() {
 }
 
 void LiveSource::reach() {
-  constexpr client::Seconds patience{3.0};
-  if (!client_) client_ = std::make_unique<client::Client>(options_);
+  constexpr Seconds patience{3.0};
+  if (!client_) client_ = std::make_unique<Client>(options_);
   const auto begun = std::chrono::steady_clock::now();
   for (;;) {
     try {
       client_->get_state();
       return;
-    } catch (const client::ClientError& error) {
-      const client::Seconds waited = std::chrono::steady_clock::now() - begun;
-      if (error.kind() != client::ClientError::Kind::lost || waited >= patience ||
+    } catch (const ClientError& error) {
+      const Seconds waited = std::chrono::steady_clock::now() - begun;
+      if (error.kind() != ClientError::Kind::lost || waited >= patience ||
           !client_->wait_for_connection(patience - waited))
         throw;
     }
@@ -124,14 +123,13 @@ void LiveSource::reach() {
 Answer LiveSource::request(const std::string& name, const Arguments& arguments) {
   try {
     reach();
-    const client::Reply reply = client_->request(name, arguments_of_text(name, arguments));
+    const Reply reply = client_->request(name, arguments_of_text(name, arguments));
     Answer answer{1, reply.message, {}};
     for (const auto& [key, value] : reply.values) answer.values.emplace_back(key, text_of(value));
     return answer;
-  } catch (const client::ClientError& error) {
-    if (error.kind() == client::ClientError::Kind::lost) client_.reset();  // found anew by the next request
-    const int result = error.kind() == client::ClientError::Kind::refused ? error.result() : 4;
-    return {result, error.what(), {}};
+  } catch (const ClientError& error) {
+    if (error.kind() == ClientError::Kind::lost) client_.reset();  // found anew by the next request
+    return {static_cast<int>(error.result().value_or(ControlResult::failed)), error.what(), {}};
   }
 }
 

@@ -18,7 +18,7 @@ namespace takt::view {
 class LiveSource {
  public:
   /// The stream must outlive this. Throws ClientError (transport). The cell need not be there yet.
-  LiveSource(const client::ClientOptions& options, Stream& stream);
+  LiveSource(const ClientOptions& options, Stream& stream);
   ~LiveSource();
   LiveSource(const LiveSource&) = delete;
   LiveSource& operator=(const LiveSource&) = delete;
@@ -38,7 +38,7 @@ class LiveSource {
   /// page already shows, the client for requests may still have to find. A request itself is sent once.
   void reach();
 
-  const client::ClientOptions options_;
+  const ClientOptions options_;
   Stream& stream_;
   std::mutex mutex_;
   std::condition_variable changed_;
@@ -46,8 +46,8 @@ class LiveSource {
   std::map<std::string, std::uint32_t> channels_;
   // Each topic once, however often somebody comes and goes before DDS has followed.
   std::map<std::string, Wanted> wanted_;
-  std::set<std::string> to_follow_;         ///< of these topics, wanted_ has changed
-  std::unique_ptr<client::Client> client_;  ///< made when the first request comes
+  std::set<std::string> to_follow_;  ///< of these topics, wanted_ has changed
+  std::unique_ptr<Client> client_;   ///< made when the first request comes
   std::unique_ptr<client::RawTopics> topics_;
   std::thread thread_;
 };

@@ -1,5 +1,6 @@
 #pragma once
-// The status of the server as metrics for Prometheus (text, version 0.0.4): GET /metrics of takt view.
+// The status of the server as metrics for Prometheus (text, version 0.0.4): GET /metrics of takt view. Each number of
+// takt_msgs/msg/Status is takt_NAME, or takt_NAME_seconds; the IDL says what it means.
 #include <memory>
 #include <string>
 

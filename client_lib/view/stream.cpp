@@ -67,17 +67,17 @@ Sample Stream::newest(std::uint32_t channel) {
 }
 
 void Stream::on_wanted(const void* owner, OnWanted function) {
-  const std::lock_guard telling(telling_);
+  const std::lock_guard wanted_lock(wanted_mutex_);
   on_wanted_.emplace_back(owner, std::move(function));
 }
 
 void Stream::forget(const void* owner) {
-  const std::lock_guard telling(telling_);
+  const std::lock_guard wanted_lock(wanted_mutex_);
   std::erase_if(on_wanted_, [&](const auto& entry) { return entry.first == owner; });
 }
 
 void Stream::set_wanted(std::uint32_t channel, bool wanted) {
-  const std::lock_guard telling(telling_);
+  const std::lock_guard wanted_lock(wanted_mutex_);
   Channel changed;
   {
     const std::lock_guard lock(mutex_);
@@ -86,7 +86,7 @@ void Stream::set_wanted(std::uint32_t channel, bool wanted) {
     if (of.watchers != (wanted ? 1 : 0)) return;
     changed = of.channel;
   }
-  for (const auto& [owner, tell] : on_wanted_) tell(changed, wanted);
+  for (const auto& [owner, notify] : on_wanted_) notify(changed, wanted);
 }
 
 }  // namespace takt::view

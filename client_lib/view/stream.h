@@ -66,8 +66,8 @@ class Stream {
 
   mutable std::mutex mutex_;
   std::vector<std::unique_ptr<Slot>> slots_;
-  std::recursive_mutex telling_;  ///< one may want a channel because another is wanted
-  std::vector<std::pair<const void*, OnWanted>> on_wanted_;  ///< guarded by telling_
+  std::recursive_mutex wanted_mutex_;  ///< one may want a channel because another is wanted
+  std::vector<std::pair<const void*, OnWanted>> on_wanted_;  ///< guarded by wanted_mutex_
 };
 
 /// What the one who looks may ask for; values as text, as in the control vocabulary.

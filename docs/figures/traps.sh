@@ -13,7 +13,7 @@ seat() {
   shift
   for parameter in "$@"; do settings+=(--set "chainsaw.$parameter"); done
   "$bin/takt-make-meshes" --cells "$work/$name" --set chainsaw.housing_facets=160 "${settings[@]}"
-  "$bin/takt-run" "$here/seat.yaml" --set "parts.Motor.mesh=$work/$name/motor.obj" \
+  "$bin/takt-run" run "$here/seat.yaml" --set "parts.Motor.mesh=$work/$name/motor.obj" \
     --set "grounds.Housing.mesh=$work/$name/housing.obj" --csv "$work/$name.csv" --csv-period 0.002 --quiet 2>>"$work/notes.txt"
 }
 seat fine interference=-1e-4
@@ -25,7 +25,7 @@ seat close interference=-3e-5
 # stiffness: what stands on one another yields, and what it costs.
 echo 'youngs_modulus_Pa lowering_m solver_steps' >"$work/stiffness.txt"
 for modulus in 1e5 1e6 1e7 1e8 1e9 1e10 1e11; do
-  "$bin/takt-run" "$config/scenarios/contact/stack_of_ten.yaml" --set "contact.defaults.youngs_modulus_Pa=$modulus" \
+  "$bin/takt-run" run "$config/scenarios/contact/stack_of_ten.yaml" --set "contact.defaults.youngs_modulus_Pa=$modulus" \
     --set solver.step_s=0.01 --duration 1 --report "$work/stack.json" --quiet 2>>"$work/notes.txt" || true
   awk -v modulus="$modulus" '
     /"S10": \{/ { top = 1 }

@@ -1,23 +1,13 @@
 #include "idl/command_line/numbers.h"
 
 #include <charconv>
-#include <cmath>
-#include <cstdlib>
 #include <optional>
 
+#include "idl/common/parse.h"
 #include "idl/common/text.h"
 
 namespace takt::command_line {
 namespace {
-
-/// std::nullopt for a text that is not a finite number.
-std::optional<double> finite_number(const std::string& text) {
-  if (text.empty()) return std::nullopt;
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  if (end != text.c_str() + text.size() || !std::isfinite(value)) return std::nullopt;
-  return value;
-}
 
 std::optional<std::int64_t> whole_number(const std::string& text) {
   std::int64_t value = 0;

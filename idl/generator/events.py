@@ -23,7 +23,7 @@ class Event:
         self.says, self.subject, self.remedy = (notes.get(key, "") for key in ("says", "subject", "remedy"))
         if not self.says:
             raise IdlError(f"{where} says nothing; add says=\"a sentence\"")
-        names = [field.name for field in struct.fields]
+        names = [field.name for field in struct.fields] + ["scenario"]
         for name in re.findall(r"\{[?!]?(\w+)", self.says + self.subject):
             if name not in names:
                 raise IdlError(f"{where} speaks of {{{name}}}; it has {', '.join(names) or 'no fields'}")

@@ -46,7 +46,9 @@ def main(arguments):
     write(output / "takt_topics.h", cpp.topics_header(reader))
     write(output / "takt_request_table.h", requests.table_header(reader))
     write(output / "takt_event_table.h", events.table_header(reader))
-    write(output / "requests.py", python_api.module(reader))
+    for name, text in (("requests.py", python_api.module), ("enumerations.py", python_api.enumerations),
+                       ("messages.pyi", python_api.messages)):
+        write(output / name, text(reader))
     for path, text in ros.package(reader).items():
         file = output / "ros" / ros.PACKAGE / path
         file.parent.mkdir(parents=True, exist_ok=True)

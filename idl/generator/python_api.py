@@ -1,16 +1,21 @@
-"""requests.py of the Python package: the requests of takt_requests.idl as methods, their responses as dataclasses."""
+"""Files of the Python package: enumerations.py; requests.py, the requests as methods and their responses as
+dataclasses; messages.pyi, the types of the messages (client_lib/python/messages.h makes their classes)."""
 import requests
 
 PYTHON_TYPES = {"boolean": "bool", "string": "str", "float32": "float", "float64": "float"}
+MESSAGES = ("CellDescription", "CellState", "Status", "Power", "Contacts", "Event")  # with those in them
+ARRAY = "np.ndarray"
 
 HEAD = '''"""Requests of the control vocabulary as methods of takt.Client. Generated from idl/takt_requests.idl."""
 
 from __future__ import annotations
 
 import dataclasses
-from typing import Sequence
+from collections.abc import Sequence
 
-from ._takt import {enumerations}
+import numpy as np
+
+from .enumerations import {enumerations}
 
 
 def _enumerator(kind, name):
@@ -23,6 +28,9 @@ def _made(cls, values):
     for field in dataclasses.fields(cls):
         value = values.get(field.name)
         of = field.metadata.get("of")
+        if value is not None and of is np.ndarray:
+            made[field.name] = np.array(value, dtype=float)
+            continue
         if value is not None and of is not None:
             make = (lambda one: _made(of, one)) if dataclasses.is_dataclass(of) else (lambda one: _enumerator(of, one))
             value = [make(one) for one in value] if isinstance(value, list) else make(value)
@@ -38,26 +46,48 @@ def single(field, reader):
         return field.annotation("enumeration")
     if field.kind == "message":
         struct = reader.structs[field.type]
-        return "Sequence[float]" if struct.has("quantity") else struct.name
+        return "Sequence[float] | " + ARRAY if struct.has("quantity") else struct.name
     return PYTHON_TYPES.get(field.kind, "int")
+
+
+def is_array(field, reader):
+    """A vector, a rotation, numbers."""
+    if field.kind == "message":
+        return reader.structs[field.type].has("quantity")
+    return field.sequence and field.kind in ("float32", "float64", "uint32")
 
 
 def annotation(field, reader, is_argument):
     kind = single(field, reader)
     if is_argument and field.annotation("enumeration"):
         kind += " | str"
-    if field.sequence:
-        kind = f"{'Sequence' if is_argument else 'list'}[{kind}]"
-    elif not is_argument:
-        kind = kind.replace("Sequence[float]", "list[float]")
+    if not is_argument and is_array(field, reader):
+        kind = ARRAY
+    elif field.sequence:
+        kind = f"{'Sequence' if is_argument else 'list'}[{kind}]" + (f" | {ARRAY}" if is_argument and kind == "float" else "")
     return kind + (" | None" if field.has("optional") else "")
 
 
-def meaning(field):
-    unit = field.annotation("unit")
-    parts = [f"in {unit}" if unit and unit != "1" else "", f"frame {field.annotation('frame')}" if field.has("frame") else ""]
-    aside = ", ".join(part for part in parts if part)
-    return f"{field.doc}{f' ({aside})' if aside else ''}".strip() or field.annotation("enumeration")
+def shape(field, reader):
+    """Lengths of an array as Python writes them."""
+    struct = reader.structs.get(field.type)
+    text = field.annotation("shape") or (struct.annotation("shape") or str(len(struct.fields)) if struct else "")
+    text = text or field.annotation("order") or "n"
+    return f"({text})" if "," in text else f"({text},)"
+
+
+def meaning(field, reader):
+    unit, about = field.annotation("unit"), []
+    if is_array(field, reader):
+        about.append("array " + shape(field, reader))
+    if unit and unit != "1":
+        about.append(f"in {unit}")
+    if field.has("frame"):
+        about.append(f"frame {field.annotation('frame')}")
+    text = field.doc or reader.enumerations[field.annotation("enumeration")].doc or field.annotation("enumeration")
+    if field.has("index"):
+        text = text.replace("-1", "None")
+    return text + (f" ({', '.join(about)})" if about else "")
 
 
 def default(field, reader):
@@ -76,13 +106,15 @@ def dataclass(struct, reader, replies_to=""):
     doc = struct.doc or f"Reply to {replies_to}."
     text = f"\n\n@dataclasses.dataclass(frozen=True)\nclass {struct.name}:\n    \"\"\"{doc}\n\n"
     for field in struct.fields:
-        text += f"    {field.name}: {meaning(field)}\n"
+        text += f"    {field.name}: {meaning(field, reader)}\n"
     text += "    message: the server's sentence\n" if replies_to else ""
     text += '    """\n\n'
     for field in struct.fields:
         of = field.annotation("enumeration")
         if field.kind == "message" and not reader.structs[field.type].has("quantity"):
             of = reader.structs[field.type].name
+        if annotation(field, reader, False).startswith(ARRAY):
+            of = ARRAY
         metadata = f" = dataclasses.field(metadata={{\"of\": {of}}})" if of else ""
         if not of and PYTHON_TYPES.get(field.kind, "int") == "int" and field.kind != "message":
             metadata = " = dataclasses.field(metadata={\"whole\": True})"
@@ -103,7 +135,7 @@ def method(one, reader):
     text = f"\n    def {one.name}(self{signature}, *, timeout: float | None = None) -> {one.response.name}:\n"
     text += f'        """{one.struct.doc}\n\n'
     for field in one.struct.fields:
-        text += f"        {field.name}: {meaning(field)}\n"
+        text += f"        {field.name}: {meaning(field, reader)}\n"
     text += "        timeout: longest wait for the reply, in s; None: that of the client\n        \"\"\"\n"
     arguments = ", ".join(f"\"{f.name}\": {f.name}" for f in one.struct.fields)
     return text + f"        return self._call(\"{one.name}\", {{{arguments}}}, {one.response.name}, timeout)\n"
@@ -122,7 +154,7 @@ def module(reader):
     text += '''
 
 class Requests:
-    """The requests of takt.Client. Each waits for the reply and raises Refused with the server's sentence."""
+    """The requests of takt.Client (docs/requests.md). Each waits for the reply and raises Refused with the server's sentence."""
 
     def _call(self, name, arguments, response, timeout):
         given = {key: value for key, value in arguments.items() if value is not None}
@@ -131,4 +163,71 @@ class Requests:
 '''
     for one in every:
         text += method(one, reader)
+    return text
+
+
+def closure(reader):
+    """MESSAGES and the messages in them, parts first."""
+    found = {}
+
+    def add(name):
+        struct = reader.structs[name]
+        for field in struct.fields:
+            part = reader.structs.get(field.type)
+            if part and not part.has("quantity") and part.name != "Time":
+                add(field.type)
+        found[name] = struct
+
+    for name in MESSAGES:
+        add("takt_msgs/msg/" + name)
+    return list(found.values())
+
+
+def used_enumerations(reader):
+    """Of the messages that a client sees, of requests, and of commands."""
+    structs = closure(reader) + [s for one in requests.of(reader) for s in (one.struct, one.response)]
+    structs += [s for one in requests.of(reader) for s in requests.nested(one.response, reader)]
+    structs.append(reader.structs["takt_msgs/msg/GripperCommand"])
+    names = {f.annotation("enumeration") for s in structs for f in s.fields if f.has("enumeration")}
+    return [reader.enumerations[name] for name in sorted(names)]
+
+
+def enumerations(reader):
+    """enumerations.py"""
+    text = '"""The enumerations of takt: their members have `name`, `value` and a docstring. Generated from idl/takt_enumerations.idl."""\n\n'
+    text += "from __future__ import annotations\n\nimport enum\n"
+    for one in used_enumerations(reader):
+        text += f"\n\nclass {one.name}(enum.Enum):\n    \"\"\"{one.doc}\"\"\"\n\n"
+        text += "".join(f"    {of.name} = {of.value}\n    \"\"\"{of.doc}\"\"\"\n" for of in one.enumerators) + "\n\n"
+        text += "".join(f"{one.name}.{of.name}.__doc__ = {of.doc!r}\n" for of in one.enumerators)
+    return text
+
+
+def message_type(field, reader):
+    if field.has("index"):
+        return "str | None"
+    struct = reader.structs.get(field.type)
+    if struct and struct.name == "Time":
+        return "float"
+    if is_array(field, reader):
+        kind = {"float32": "float32", "uint32": "uint32"}.get(field.kind, "float64")
+        return f"NDArray[np.{kind}]"
+    kind = struct.name if struct else single(field, reader)
+    if not field.sequence:
+        return kind
+    return f"NamedList[{kind}]" if field.has("key") or field.has("order") else f"list[{kind}]"
+
+
+def messages(reader):
+    """messages.pyi"""
+    every = closure(reader)
+    kinds = sorted({f.annotation("enumeration") for s in every for f in s.fields if f.has("enumeration")})
+    text = ("# Types of the messages that a client receives. Generated from idl/takt_msgs.idl.\nimport numpy as np\n"
+            f"from numpy.typing import NDArray\n\nfrom .enumerations import {', '.join(kinds)}\n"
+            "from .named_list import NamedList\n")
+    for struct in every:
+        text += f"\nclass {struct.name}:\n    \"\"\"{struct.doc or struct.name}\"\"\"\n"
+        for field in struct.fields:
+            text += (f"    @property\n    def {field.name}(self) -> {message_type(field, reader)}:\n"
+                     f"        \"\"\"{meaning(field, reader)}\"\"\"\n")
     return text

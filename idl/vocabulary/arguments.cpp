@@ -318,7 +318,7 @@ std::optional<ArgumentFault> read_arguments(std::string_view name, const Argumen
                                             Message& message, const KnownNames& known) {
   const auto fault = [&](const std::string& what) {
     return ArgumentFault{ControlResult::failed,
-                         (Request<Message> ? "Request " : "The reply to ") + in_quotes(name) + what};
+                         (Request<Message> ? "" : "The reply to ") + in_quotes(name) + what};
   };
   if constexpr (Request<Message>)
     if (const auto what = strange_argument(arguments, message_info<Message>().fields)) return fault(*what);
@@ -333,8 +333,10 @@ std::optional<ArgumentFault> read_arguments(std::string_view name, const Argumen
         found = fault(" needs the argument " + in_quotes(field.name) + ", " + allowed_of(field) +
                       (field.doc.empty() ? "." : ": " + std::string(field.doc) + "."));
     } else if (!take(field, given->value, value)) {
-      found = fault(": argument " + in_quotes(field.name) + " is " + in_quotes(text_of(given->value)) +
-                    "; allowed is " + allowed_of(field) + ".");
+      found = ArgumentFault{ControlResult::failed,
+                            (Request<Message> ? "Argument " : "The reply to " + in_quotes(name) + ": ") +
+                                in_quotes(field.name) + " is " + in_quotes(text_of(given->value)) +
+                                "; allowed is " + allowed_of(field) + "."};
     } else {
       found = unknown_name(field, given->value, known);
     }

@@ -26,9 +26,7 @@ bool somebody_reads(dds::DataWriter* writer) {
 CellPublisher::CellPublisher(RunLoop& loop, Participant& participant, const TopicNames& topics)
     : loop_(loop),
       participant_(participant),
-      state_message_(make_state_message(loop.cell())),
-      power_message_(make_power_message(loop.cell())),
-      contacts_message_(make_contacts_message(loop.cell(), loop.output().contact_capacity)),
+      instant_(loop.cell(), loop.output().contact_capacity),
       frames_(loop.cell()) {
   try {
     make_writers(topics);
@@ -46,9 +44,9 @@ void CellPublisher::make_writers(const TopicNames& names) {
   const auto writer = [&](const auto& topic, std::size_t sample_bytes = 0, std::string_view element = {}) {
     return participant_.create_writer(topic, names.of(topic, element), sample_bytes);
   };
-  state_writer_ = writer(topics::state, cdr::size(state_message_));
-  power_writer_ = writer(topics::power);
-  contacts_writer_ = writer(topics::contacts, cdr::size(contacts_message_));
+  instant_.for_each([&](const auto& topic, const auto& message, bool) {
+    instant_writers_.push_back(writer(topic, cdr::size(message)));
+  });
   if (loop_.output().contact_capacity > 0)
     pressures_writer_ = writer(topics::contact_pressures, kLargestUnfragmented_bytes + 1);
   clock_writer_ = writer(topics::clock);
@@ -66,21 +64,17 @@ void CellPublisher::make_writers(const TopicNames& names) {
 }
 
 void CellPublisher::remove_writers() {
-  for (dds::DataWriter* writer : {state_writer_, power_writer_, contacts_writer_, pressures_writer_,
-                                  clock_writer_, tf_writer_, tf_static_writer_})
+  for (dds::DataWriter* writer : {pressures_writer_, clock_writer_, tf_writer_, tf_static_writer_})
     participant_.remove(writer);
+  for (dds::DataWriter* writer : instant_writers_) participant_.remove(writer);
   for (dds::DataWriter* writer : joint_writers_) participant_.remove(writer);
   for (dds::DataWriter* writer : urdf_writers_) participant_.remove(writer);
 }
 
 void CellPublisher::write(const PublishedSnapshot& published) {
   const Snapshot& snapshot = published.snapshot;
-  fill(state_message_, cell(), snapshot);
-  check(state_writer_->write(&state_message_, dds::HANDLE_NIL));
-  power_known_ = fill(power_message_, cell(), snapshot) || power_known_;
-  if (power_known_) check(power_writer_->write(&power_message_, dds::HANDLE_NIL));
-  contacts_known_ = fill(contacts_message_, snapshot) || contacts_known_;
-  if (contacts_known_) check(contacts_writer_->write(&contacts_message_, dds::HANDLE_NIL));
+  instant_.fill(snapshot);
+  write_instant();
   newest_ = &snapshot;
   write_robots_and_clock();
   write_static_frames();
@@ -92,6 +86,14 @@ void CellPublisher::write(const PublishedSnapshot& published) {
   present_epoch_ = snapshot.epoch;
   instant_written_ = true;
   instant_new_ns_ = instant_written_ns_ = ros_written_ns_ = monotonic_now_ns();
+}
+
+void CellPublisher::write_instant() {
+  auto writer = instant_writers_.begin();
+  instant_.for_each([&](const auto&, auto& message, bool sent) {
+    if (sent) check((*writer)->write(&message, dds::HANDLE_NIL));
+    ++writer;
+  });
 }
 
 void CellPublisher::write_robots_and_clock() {
@@ -144,9 +146,7 @@ void CellPublisher::repeat_if_due() {
   const std::int64_t interval = now - instant_new_ns_ < kLater_ns ? kRepeat_ns : kRepeatLater_ns;
   if (now - instant_written_ns_ < interval) return;
   write_pressures();
-  check(state_writer_->write(&state_message_, dds::HANDLE_NIL));
-  if (power_known_) check(power_writer_->write(&power_message_, dds::HANDLE_NIL));
-  if (contacts_known_) check(contacts_writer_->write(&contacts_message_, dds::HANDLE_NIL));
+  write_instant();
   instant_written_ns_ = now;
 }
 

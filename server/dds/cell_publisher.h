@@ -42,6 +42,7 @@ class CellPublisher {
  private:
   void make_writers(const TopicNames& names);
   void remove_writers();
+  void write_instant();
   void write_robots_and_clock();
   void write_static_frames();
   void write_frames(std::int64_t now_ns);
@@ -51,20 +52,13 @@ class CellPublisher {
   RunLoop& loop_;
   Participant& participant_;
 
-  dds::DataWriter* state_writer_ = nullptr;
-  dds::DataWriter* power_writer_ = nullptr;
-  dds::DataWriter* contacts_writer_ = nullptr;
   dds::DataWriter* pressures_writer_ = nullptr;  ///< where there are pairs in surface contact
   dds::DataWriter* clock_writer_ = nullptr;
   dds::DataWriter* tf_writer_ = nullptr;
   dds::DataWriter* tf_static_writer_ = nullptr;
-  std::vector<dds::DataWriter*> joint_writers_, urdf_writers_;
+  std::vector<dds::DataWriter*> instant_writers_, joint_writers_, urdf_writers_;
 
-  takt_msgs::msg::CellState state_message_;
-  takt_msgs::msg::Power power_message_;
-  bool power_known_ = false;  ///< there is or was a consumer: power is sent with every state
-  takt_msgs::msg::Contacts contacts_message_;
-  bool contacts_known_ = false;  ///< some process is or was at level 3: contacts are sent with every state
+  InstantMessages instant_;
   takt_msgs::msg::ContactPressures pressures_message_;
   const Snapshot* newest_ = nullptr;  ///< the output's, which it keeps until the next one is taken
   std::vector<sensor_msgs::msg::JointState> joint_messages_;

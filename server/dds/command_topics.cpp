@@ -3,6 +3,7 @@
 #include <string_view>
 #include <vector>
 
+#include "idl/common/text.h"
 #include "server/simulation/model/command.h"
 #include "takt_topics.h"
 
@@ -18,13 +19,6 @@ std::string ros_name(std::string_view type) {
   if (const auto colons = name.find("::"); colons != std::string::npos) name.replace(colons, 2, "/");
   const std::size_t last = mark + kMark.size();
   return name + "/" + std::string(type.substr(last, type.size() - last - 1));
-}
-
-template <typename Item>
-std::string names_of(const std::vector<Item>& items) {
-  std::string names;
-  for (const Item& item : items) names += (names.empty() ? "" : ", ") + item.name;
-  return names.empty() ? "none" : names;
 }
 
 }  // namespace
@@ -68,12 +62,12 @@ std::optional<DiagnosticEvent> diagnose_writer(const CommandTopic& command, cons
                                                const CellDescription& cell) {
   const auto event = [&](const auto& known) { return diagnostic(known, cell.cell, sender); };
   if (command.target < 0 && command.kind == CommandKind::device) {
-    const std::string grippers = names_of(cell.grippers), devices = names_of(cell.devices);
+    const std::string grippers = list_names(cell.grippers), devices = list_names(cell.devices);
     if (type == topic_of(CommandKind::device).type->dds_type)
       return event(events::UnknownDevice{command.name, topic, grippers, devices});
     return event(events::UnknownGripper{command.name, topic, grippers, devices});
   }
-  if (command.target < 0) return event(events::UnknownRobot{command.name, topic, names_of(cell.robots)});
+  if (command.target < 0) return event(events::UnknownRobot{command.name, topic, list_names(cell.robots)});
   if (type == topic_of(command.kind).type->dds_type) return std::nullopt;
   return event(events::WrongType{command.name, topic, ros_name(type),
                                  ros_name(topic_of(command.kind).type->dds_type)});

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "idl/common/parse.h"
 #include "idl/common/text.h"
 #include "server/scenario/scenario_reader.h"
 
@@ -211,7 +212,7 @@ class Comparer {
     const auto collect = [&](const Json& report, std::size_t side) {
       for (const Json& c : report["contacts"]["largest"])
         forces[c["base"].get<std::string>() + " - " + c["target"].get<std::string>()][side] =
-            c["normal_force_N"].get<double>();
+            c["normal_force"].get<double>();
     };
     collect(a_, 0);
     collect(b_, 1);
@@ -270,7 +271,8 @@ Json read_report(const std::string& file) {
   if (!in) throw ScenarioError(file + ": cannot be read");
   Json report = Json::parse(in, nullptr, false);
   if (!report.is_object() || !report.contains("scenario") || !report.contains("process"))
-    throw ScenarioError(file + ": is no report with process numbers; allowed: what takt-run --report writes");
+    throw ScenarioError(file +
+                        ": is no report with process numbers; allowed: what takt-run run --report writes");
   return report;
 }
 
@@ -291,15 +293,11 @@ bool compare_files(std::ostream& out, const std::string& a, const std::string& b
 }
 
 void set_limit(ComparisonLimits& limits, const std::string& text) {
+  const auto given = named_number(text);
   for (const NamedLimit& limit : kLimits) {
-    const std::string key = std::string(limit.name) + "=";
-    double value = 0.0;
-    char rest = '\0';
-    if (text.rfind(key, 0) == 0 && std::sscanf(text.c_str() + key.size(), "%lf%c", &value, &rest) == 1 &&
-        std::isfinite(value) && value >= 0.0) {
-      limits.*limit.value = value;
-      return;
-    }
+    if (!given || given->first != limit.name || given->second < 0.0) continue;
+    limits.*limit.value = given->second;
+    return;
   }
   throw ScenarioError("--limit: found '" + text + "'; allowed: NAME=VALUE with VALUE >= 0 and NAME one of " +
                       list_names(kLimits));

@@ -2,7 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "server/headless/vector_json.h"
+#include "client_lib/recording/message_json.h"
+#include "server/messages/instant_messages.h"
 
 namespace takt {
 
@@ -10,19 +11,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// As the message takt_msgs/msg/Contact, with names.
 Json contact_json(const CellDescription& cell, const ContactSample& sample) {
-  const auto name = [&](int component) { return cell.components[static_cast<std::size_t>(component)].name; };
-  return {{"base", name(sample.base)},
-          {"target", name(sample.target)},
-          {"force_on_base_N", vector_json(sample.F_base_W.f)},
-          {"torque_on_base_N_m", vector_json(sample.F_base_W.t)},
-          {"center_of_pressure_m", vector_json(sample.p_WC)},
-          {"elements", sample.result.elements},
-          {"area_m2", sample.result.area_m2},
-          {"normal_force_N", sample.result.normal_force_N},
-          {"friction_force_N", sample.result.friction_force_N},
-          {"largest_pressure_Pa", sample.result.largest_pressure_Pa},
-          {"largest_penetration_m", sample.result.largest_penetration_m}};
+  Json contact = recording::message_json(to_message(sample), {});
+  contact["base"] = cell.components[static_cast<std::size_t>(sample.base)].name;
+  contact["target"] = cell.components[static_cast<std::size_t>(sample.target)].name;
+  return contact;
 }
 
 }  // namespace

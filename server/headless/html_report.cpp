@@ -183,8 +183,8 @@ void write_loads(std::ostream& out, const Json& report) {
     HtmlTable table(out, {"pair", "normal force (N)", "at (s)", "friction then (N)", "pressure then (Pa)",
                           "torque (N m)", "at  (s)"});
     for (const Json& c : report["contacts"]["largest"])
-      table.row({text_of(c["base"]) + " - " + text_of(c["target"]), text_of(c["normal_force_N"]),
-                 text_of(c["time_s"]), text_of(c["friction_force_N"]), text_of(c["largest_pressure_Pa"]),
+      table.row({text_of(c["base"]) + " - " + text_of(c["target"]), text_of(c["normal_force"]),
+                 text_of(c["time_s"]), text_of(c["friction_force"]), text_of(c["largest_pressure"]),
                  text_of(c["largest_torque_N_m"]), text_of(c["largest_torque_time_s"])});
   }
   if (!process["holding"].empty()) {

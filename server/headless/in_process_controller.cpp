@@ -87,8 +87,8 @@ std::span<const Command> InProcessController::commands(const Simulation& simulat
     commands_.emplace_back(command);
   }
   for (const controller::GripperSetPoint& set_point : output.grippers) {
-    commands_.emplace_back(GripperCommand{set_point.gripper, stamp, set_point.verb, set_point.width_m,
-                                          set_point.max_force_N});
+    commands_.emplace_back(
+        GripperCommand{set_point.gripper, stamp, set_point.verb, set_point.width_m, set_point.max_force_N});
   }
   for (std::size_t i = 0; i < output.devices.size(); ++i) {
     const controller::DeviceSetPoint& set_point = output.devices[i];

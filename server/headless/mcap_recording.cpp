@@ -21,9 +21,7 @@ McapRecording::McapRecording(const std::filesystem::path& file, const Simulation
     : writer_(file, options.version, options.compression),
       cell_(simulation.description().cell.empty() ? "cell" : simulation.description().cell),
       options_(std::move(options)),
-      state_(make_state_message(simulation.description())),
-      power_(make_power_message(simulation.description())),
-      contacts_(make_contacts_message(simulation.description(), 0)),
+      instant_(simulation.description()),
       frames_(simulation.description()),
       elements_(simulation.model().contact),
       began_(std::chrono::steady_clock::now()) {
@@ -37,7 +35,10 @@ McapRecording::McapRecording(const std::filesystem::path& file, const Simulation
   takt_msgs::msg::CellDescription description = to_message(cell, options_.version);
   description.cell = cell_;
   write(add_channel(topics::description), description);
-  state_channel_ = add_channel(topics::state);
+  instant_.for_each([&](const auto& topic, const auto&, bool) {
+    // Others from their first content on.
+    instant_channels_.push_back(topic.id == topics::state.id ? add_channel(topic) : std::uint16_t{0});
+  });
   event_channel_ = add_channel(topics::events);
   status_channel_ = add_channel(topics::status);
   tf_channel_ = add_channel(topics::tf);
@@ -75,20 +76,17 @@ void McapRecording::record(const Simulation& simulation) {
   snapshot_ = simulation.make_snapshot();
   now_ns_ = static_cast<std::uint64_t>(to_nanoseconds(snapshot_.time_s));
   if (first) write(tf_static_channel_, to_message(static_frames(cell, snapshot_), snapshot_.time_s));
-  fill(state_, cell, snapshot_);
-  write(state_channel_, state_);
+  instant_.fill(snapshot_);
+  std::size_t index = 0;
+  instant_.for_each([&](const auto& topic, const auto& message, bool sent) {
+    std::uint16_t& channel = instant_channels_[index++];
+    if (!sent) return;
+    if (channel == 0) channel = add_channel(topic);
+    write(channel, message);
+  });
   for (std::size_t robot = 0; robot < joints_.size(); ++robot) {
     fill(joints_[robot], snapshot_, robot);
     write(joint_channels_[robot], joints_[robot]);
-  }
-  // From the first consumer, and the first process at level of detail 3, on.
-  if (fill(power_, cell, snapshot_) || power_channel_ != 0) {
-    if (power_channel_ == 0) power_channel_ = add_channel(topics::power);
-    write(power_channel_, power_);
-  }
-  if (fill(contacts_, snapshot_) || contacts_channel_ != 0) {
-    if (contacts_channel_ == 0) contacts_channel_ = add_channel(topics::contacts);
-    write(contacts_channel_, contacts_);
   }
   if (!pressure_pairs_.empty()) {
     fill(pressures_, cell, snapshot_, elements_.read(snapshot_, pressure_pairs_));
@@ -103,7 +101,7 @@ void McapRecording::record(const Simulation& simulation) {
 void McapRecording::write_status(const Simulation& simulation) {
   const CellDescription& cell = simulation.description();
   takt_msgs::msg::Status status;
-  status.stamp = state_.stamp;
+  status.stamp = instant_.state().stamp;
   status.time = snapshot_.time_s;
   status.step = snapshot_.step;
   status.epoch = snapshot_.epoch;
@@ -114,7 +112,7 @@ void McapRecording::write_status(const Simulation& simulation) {
   status.wall_time = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
   if (status.wall_time > 0.0) status.real_time_factor = status.time / status.wall_time;
   if (status.time > 0.0) status.computation_ratio = status.wall_time / status.time;
-  for (const auto& applied : state_.applied) status.commands_applied += applied.count;
+  for (const auto& applied : instant_.state().applied) status.commands_applied += applied.count;
   const SimulationStatistics& statistics = simulation.statistics();
   status.mpr_calls = statistics.mpr_calls;
   status.mpr_skipped = statistics.mpr_skipped;

@@ -1,5 +1,5 @@
 #pragma once
-// Recording of takt-run --mcap: the samples that takt-server would publish of the same run, with simulated
+// Recording of takt-run run --mcap: the samples that takt-server would publish of the same run, with simulated
 // time as the time of the recording. Instants are recorded at the requested rate, frames (/tf) and status in
 // simulated time at the rate of a server in real time.
 #include <chrono>
@@ -51,14 +51,12 @@ class McapRecording {
   recording::McapWriter writer_;
   std::string sample_;
   std::string cell_;
-  std::uint16_t state_channel_ = 0, event_channel_ = 0, power_channel_ = 0, contacts_channel_ = 0,
-                pressures_channel_ = 0, status_channel_ = 0, tf_channel_ = 0, tf_static_channel_ = 0;
-  std::vector<std::uint16_t> joint_channels_;
+  std::uint16_t event_channel_ = 0, pressures_channel_ = 0, status_channel_ = 0, tf_channel_ = 0,
+                tf_static_channel_ = 0;
+  std::vector<std::uint16_t> instant_channels_, joint_channels_;
   Snapshot snapshot_;
   const McapRecordingOptions options_;
-  takt_msgs::msg::CellState state_;
-  takt_msgs::msg::Power power_;
-  takt_msgs::msg::Contacts contacts_;
+  InstantMessages instant_;
   takt_msgs::msg::ContactPressures pressures_;
   std::vector<sensor_msgs::msg::JointState> joints_;
   MovingFramesMessage frames_;

@@ -46,7 +46,7 @@ void print_odd_size(std::ostream& out, const TriangleMesh& mesh, double scale) {
   if (!(longest > kOddSize_m)) return;
   out << "Odd: it is " << number_text(longest, 4)
       << " m long. Is the file in millimetres? Then set mesh_scale: " << number_text(0.001 * scale, 4)
-      << " (here: --mesh-scale " << number_text(0.001 * scale, 4) << ").\n";
+      << " (here: --scale " << number_text(0.001 * scale, 4) << ").\n";
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 #pragma once
-// `takt-run --check-mesh FILE`: the findings of the import of a mesh, as a table.
+// `takt-run check-mesh FILE`: the findings of the import of a mesh, as a table.
 #include <filesystem>
 #include <iosfwd>
 

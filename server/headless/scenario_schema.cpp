@@ -236,7 +236,7 @@ std::string scenario_reference() {
   Page page;
   page.text =
       "# Keys of scenario files\n\n"
-      "A scenario is a YAML file. This page is made of the tables that read it (`takt-run --scenario-keys "
+      "A scenario is a YAML file. This page is made of the tables that read it (`takt-run "
       "reference`), as is the "
       "JSON Schema `config/scenarios/scenario.schema.json`, with which editors that know the YAML language "
       "server complete "

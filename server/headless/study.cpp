@@ -20,6 +20,7 @@
 #include <sstream>
 
 #include "idl/common/atomic_file.h"
+#include "idl/common/parse.h"
 #include "idl/common/text.h"
 #include "server/headless/progress.h"
 #include "server/scenario/scenario_reader.h"
@@ -33,11 +34,8 @@ namespace fs = std::filesystem;
 
 constexpr int kMaxRuns = 1000000;
 
-std::string exact(double value) {
-  std::ostringstream text;
-  text.precision(17);
-  text << value;
-  return text.str();
+bool is_count(double number) {
+  return number >= 0.0 && number <= kMaxRuns && number == std::floor(number);
 }
 
 fs::path directory_of(const StudyOptions& options) {
@@ -132,13 +130,17 @@ bool is_done(const StudyOptions& options, int run) {
 /// A run as a process of its own, which ends with this one, even if this one is killed; its messages go to a
 /// file.
 pid_t start(const StudyOptions& options, int run) {
-  std::vector<std::string> arguments{options.executable.string(), options.scenario, "--quiet", "--report",
+  std::vector<std::string> arguments{options.executable.string(),
+                                     "run",
+                                     options.scenario,
+                                     "--quiet",
+                                     "--report",
                                      part_of(file_of(options, run, ".json")).string()};
   arguments.insert(arguments.end(), options.arguments.begin(), options.arguments.end());
   const std::vector<double> values = study_values(options, run);
   for (std::size_t i = 0; i < values.size(); ++i) {
     arguments.push_back("--set");
-    arguments.push_back(options.keys[i].key + "=" + exact(values[i]));
+    arguments.push_back(options.keys[i].key + "=" + exact_text(values[i]));
   }
   std::vector<char*> argv;
   for (std::string& argument : arguments) argv.push_back(argument.data());
@@ -169,7 +171,7 @@ void add_row(const StudyOptions& options, int run, Table& table) {
   if (report.contains("contacts")) {
     for (const Json& most : report["contacts"]["largest"]) {
       const std::string pair = most["base"].get<std::string>() + "|" + most["target"].get<std::string>();
-      table.set(pair + ".normal_force_N", most["normal_force_N"].get<double>());
+      table.set(pair + ".normal_force", most["normal_force"].get<double>());
       table.set(pair + ".time_s", most["time_s"].get<double>());
     }
   }
@@ -188,7 +190,7 @@ std::string plotted_column(const StudyOptions& options, const Table& table) {
                         "'; allowed: a column of the table: " + list_names(columns));
   }
   for (const std::string& column : table.columns())
-    if (column.ends_with(".normal_force_N")) return column;
+    if (column.ends_with(".normal_force")) return column;
   for (const std::string& column : table.columns())
     if (column == "max_error_m") return column;
   return "computation_ratio";
@@ -223,10 +225,10 @@ std::string shell_word(const std::string& word) {
 /// The study's own command line.
 std::string command_of(const StudyOptions& options) {
   std::string command =
-      shell_word(options.executable.string()) + " " + shell_word(fs::absolute(options.scenario));
+      shell_word(options.executable.string()) + " study " + shell_word(fs::absolute(options.scenario));
   for (const std::string& argument : options.arguments) command += " " + shell_word(argument);
   for (const VariedKey& key : options.keys)
-    command += " --vary " + shell_word(key.key + "=" + exact(key.from) + ":" + exact(key.to) + ":" +
+    command += " --vary " + shell_word(key.key + "=" + exact_text(key.from) + ":" + exact_text(key.to) + ":" +
                                        std::to_string(key.count));
   command += " --table " + shell_word(fs::absolute(options.table));
   if (!options.plot.empty()) command += " --plot " + shell_word(options.plot);
@@ -262,24 +264,17 @@ void write_slurm_job(const StudyOptions& options, const std::filesystem::path& d
 }
 
 std::pair<int, int> parse_task(const std::string& text) {
-  int task = 0, tasks = 0;
-  char rest = '\0';
-  if (std::sscanf(text.c_str(), "%d/%d%c", &task, &tasks, &rest) == 2 && task >= 0 && task < tasks &&
-      tasks <= kMaxRuns)
-    return {task, tasks};
+  const auto n = separated_numbers(text, "/");
+  if (n && std::ranges::all_of(*n, is_count) && (*n)[0] < (*n)[1])
+    return {static_cast<int>((*n)[0]), static_cast<int>((*n)[1])};
   throw ScenarioError("--task: found '" + text + "'; allowed: I/N with 0 <= I < N, e.g. 3/100");
 }
 
 VariedKey parse_varied_key(const std::string& text) {
-  const std::size_t equals = text.find('=');
-  VariedKey key;
-  char rest = '\0';
-  if (equals != std::string::npos && equals > 0 &&
-      std::sscanf(text.c_str() + equals + 1, "%lf:%lf:%d%c", &key.from, &key.to, &key.count, &rest) == 3 &&
-      std::isfinite(key.from) && std::isfinite(key.to) && key.count >= 1 && key.count <= kMaxRuns) {
-    key.key = text.substr(0, equals);
-    return key;
-  }
+  const std::size_t equals = std::min(text.find('='), text.size());
+  const auto n = separated_numbers(std::string_view(text).substr(std::min(equals + 1, text.size())), "::");
+  if (equals > 0 && n && is_count((*n)[2]) && (*n)[2] >= 1.0)
+    return {text.substr(0, equals), (*n)[0], (*n)[1], static_cast<int>((*n)[2])};
   throw ScenarioError("--vary: found '" + text +
                       "'; allowed: key=from:to:n, e.g. contact.defaults.friction=0.3:0.6:7");
 }

@@ -1,6 +1,6 @@
 #pragma once
-// `takt-run --vary key=from:to:n`: the same scenario with other values, every combination a run of its own,
-// several at once, each a process. Results are stored beside the table, so that an interrupted study
+// `takt-run study SCENARIO --vary KEY=FROM:TO:N`: the same scenario with other values, every combination a run of
+// its own, several at once, each a process. Results are stored beside the table, so that an interrupted study
 // continues.
 #include <filesystem>
 #include <iosfwd>

@@ -1,11 +1,10 @@
 #include "server/headless/table.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdlib>
 #include <ostream>
 #include <utility>
 
+#include "idl/common/parse.h"
 #include "idl/common/text.h"
 #include "server/headless/svg_plot.h"
 
@@ -51,17 +50,13 @@ void Table::write_plot(std::ostream& out, const std::string& title, const std::s
                        const std::string& y, const std::string& series) const {
   Plot plot{title, x, y, series, {}, true};
   for (std::size_t r = 0; r < rows_.size(); ++r) {
-    const std::string x_text = cell(r, x), y_text = cell(r, y);
-    char *x_end = nullptr, *y_end = nullptr;
-    const double px = std::strtod(x_text.c_str(), &x_end), py = std::strtod(y_text.c_str(), &y_end);
-    if (x_text.empty() || y_text.empty() || *x_end != '\0' || *y_end != '\0' || !std::isfinite(px) ||
-        !std::isfinite(py))
-      continue;
+    const auto px = finite_number(cell(r, x)), py = finite_number(cell(r, y));
+    if (!px || !py) continue;
     const std::string name = series.empty() ? "" : cell(r, series);
     auto line =
         std::find_if(plot.lines.begin(), plot.lines.end(), [&](const PlotLine& l) { return l.name == name; });
     if (line == plot.lines.end()) line = plot.lines.insert(plot.lines.end(), {name, {}});
-    line->points.emplace_back(px, py);
+    line->points.emplace_back(*px, *py);
   }
   for (PlotLine& line : plot.lines) std::sort(line.points.begin(), line.points.end());
   write_svg(out, plot);

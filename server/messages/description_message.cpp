@@ -3,8 +3,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "idl/common/eigen_messages.h"
 #include "idl/common/utf8.h"
-#include "server/messages/geometry_messages.h"
 
 namespace takt {
 namespace {
@@ -49,12 +49,8 @@ struct Faults {
   }
 };
 
-std::vector<double> row_major(const Mat3& R) {
-  return {R(0, 0), R(0, 1), R(0, 2), R(1, 0), R(1, 1), R(1, 2), R(2, 0), R(2, 1), R(2, 2)};
-}
-
 takt_msgs::msg::Transform to_transform(const Pose& X) {
-  return {to_vector(X.p), row_major(X.R)};
+  return {to_vector(X.p), to_rotation_matrix(X.R)};
 }
 
 takt_msgs::msg::ComponentDescription to_message(const ComponentDescription& component) {
@@ -83,8 +79,7 @@ takt_msgs::msg::RobotDescription to_message(const RobotDescription& robot) {
     takt_msgs::msg::JointDescription described;
     described.name = joint.name;
     described.type = joint.type;
-    described.position = to_vector(joint.X_PJ.p);
-    described.rotation = row_major(joint.X_PJ.R);
+    described.origin = to_transform(joint.X_PJ);
     described.axis = to_vector(joint.axis);
     described.lower = joint.lower;
     described.upper = joint.upper;
@@ -118,14 +113,9 @@ takt_msgs::msg::GripperDescription to_message(const GripperDescription& gripper)
 takt_msgs::msg::DeviceDescription to_message(const DeviceDescription& device) {
   takt_msgs::msg::DeviceDescription message;
   message.name = device.name;
-  for (const SignalDescription& signal : device.signals) {
-    message.signals.emplace_back(signal.name);
-    auto& properties = message.properties.emplace_back();
-    properties.unit = signal.unit;
-    properties.commanded = signal.commanded;
-    properties.lower = signal.lower;
-    properties.upper = signal.upper;
-  }
+  for (const SignalDescription& signal : device.signals)
+    message.signals.push_back(
+        {std::string(signal.name), std::string(signal.unit), signal.commanded, signal.lower, signal.upper});
   return message;
 }
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "idl/common/eigen_messages.h"
 #include "idl/common/stamp.h"
-#include "server/messages/geometry_messages.h"
 
 namespace takt {
 namespace {
@@ -16,8 +16,6 @@ void fill_instant(Type& message, const Snapshot& snapshot) {
   message.step = snapshot.step;
   message.epoch = snapshot.epoch;
 }
-
-}  // namespace
 
 takt_msgs::msg::CellState make_state_message(const CellDescription& cell) {
   takt_msgs::msg::CellState message;
@@ -44,7 +42,6 @@ takt_msgs::msg::CellState make_state_message(const CellDescription& cell) {
   return message;
 }
 
-namespace {
 void fill_devices(takt_msgs::msg::CellState& message, const CellDescription& cell, const Snapshot& snapshot) {
   for (std::size_t i = 0; i < snapshot.devices.size(); ++i) {
     const DeviceSample& sample = snapshot.devices[i];
@@ -55,9 +52,9 @@ void fill_devices(takt_msgs::msg::CellState& message, const CellDescription& cel
     applied.newest_stamp = to_stamp(std::max(sample.newest_stamp.ns, std::int64_t{0}));
   }
 }
-}  // namespace
 
-void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const Snapshot& snapshot) {
+/// Each fill_content() returns whether the message has content, and does not allocate from the second time on.
+bool fill_content(takt_msgs::msg::CellState& message, const CellDescription& cell, const Snapshot& snapshot) {
   fill_instant(message, snapshot);
   message.state_hash = snapshot.state_hash;
   for (std::size_t i = 0; i < snapshot.components.size(); ++i) {
@@ -97,33 +94,11 @@ void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const
     applied.newest_stamp = to_stamp(std::max(sample.newest_stamp.ns, std::int64_t{0}));
   }
   fill_devices(message, cell, snapshot);
+  return true;
 }
 
-sensor_msgs::msg::JointState make_joint_states_message(const RobotDescription& robot) {
-  sensor_msgs::msg::JointState message;
-  message.header.frame_id = base_frame(robot);
-  for (const auto& joint : robot.arm.joints) message.name.push_back(joint.name);
-  message.position.resize(robot.arm.joints.size());
-  message.velocity.resize(robot.arm.joints.size());
-  message.effort.resize(robot.arm.joints.size());
-  return message;
-}
-
-void fill(sensor_msgs::msg::JointState& message, const Snapshot& snapshot, std::size_t robot) {
-  const RobotSample& sample = snapshot.robots[robot];
-  message.header.stamp = to_time(snapshot.time_s);
-  std::copy_n(sample.position.begin(), message.position.size(), message.position.begin());
-  std::copy_n(sample.velocity.begin(), message.velocity.size(), message.velocity.begin());
-  std::copy_n(sample.effort.begin(), message.effort.size(), message.effort.begin());
-}
-
-takt_msgs::msg::Power make_power_message(const CellDescription& cell) {
-  takt_msgs::msg::Power message;
-  message.consumers.reserve(cell.robots.size() + cell.devices.size());
-  return message;
-}
-
-bool fill(takt_msgs::msg::Power& message, const CellDescription& cell, const Snapshot& snapshot) {
+/// The robots that have dynamics at this instant, then the devices with a meter.
+bool fill_content(takt_msgs::msg::Power& message, const CellDescription& cell, const Snapshot& snapshot) {
   fill_instant(message, snapshot);
   std::size_t count = 0;
   for (const RobotSample& sample : snapshot.robots) count += sample.level_of_detail > 1 ? 1U : 0U;
@@ -159,34 +134,64 @@ bool fill(takt_msgs::msg::Power& message, const CellDescription& cell, const Sna
   return count > 0;
 }
 
-takt_msgs::msg::Contacts make_contacts_message(const CellDescription& cell, std::size_t room) {
-  takt_msgs::msg::Contacts message;
+}  // namespace
+
+takt_msgs::msg::Contact to_message(const ContactSample& sample) {
+  return {sample.base,
+          sample.target,
+          to_vector(sample.F_base_W.f),
+          to_vector(sample.F_base_W.t),
+          to_vector(sample.p_WC),
+          static_cast<std::uint32_t>(sample.result.elements),
+          sample.result.area_m2,
+          sample.result.normal_force_N,
+          sample.result.friction_force_N,
+          sample.result.largest_pressure_Pa,
+          sample.result.largest_penetration_m};
+}
+
+namespace {
+
+/// Content: a process is at level of detail 3.
+bool fill_content(takt_msgs::msg::Contacts& message, const CellDescription& cell, const Snapshot& snapshot) {
+  fill_instant(message, snapshot);
   message.scenario_generation = cell.scenario_generation;
-  message.contacts.resize(room);
+  const std::span<const ContactSample> pressing = snapshot.contacts.pressing();
+  message.contacts.resize(pressing.size());
+  for (std::size_t i = 0; i < pressing.size(); ++i) message.contacts[i] = to_message(pressing[i]);
+  message.omitted = snapshot.contacts.omitted;
+  return snapshot.contacts.acting;
+}
+
+}  // namespace
+
+InstantMessages::InstantMessages(const CellDescription& cell, std::size_t contact_capacity)
+    : cell_(cell), all_({topics::state, make_state_message(cell)}, {topics::power}, {topics::contacts}) {
+  std::get<1>(all_).message.consumers.reserve(cell.robots.size() + cell.devices.size());
+  std::get<2>(all_).message.contacts.resize(contact_capacity);
+}
+
+void InstantMessages::fill(const Snapshot& snapshot) {
+  for_each(
+      [&](const auto&, auto& message, bool& sent) { sent = fill_content(message, cell_, snapshot) || sent; });
+}
+
+sensor_msgs::msg::JointState make_joint_states_message(const RobotDescription& robot) {
+  sensor_msgs::msg::JointState message;
+  message.header.frame_id = base_frame(robot);
+  for (const auto& joint : robot.arm.joints) message.name.push_back(joint.name);
+  message.position.resize(robot.arm.joints.size());
+  message.velocity.resize(robot.arm.joints.size());
+  message.effort.resize(robot.arm.joints.size());
   return message;
 }
 
-bool fill(takt_msgs::msg::Contacts& message, const Snapshot& snapshot) {
-  fill_instant(message, snapshot);
-  const std::span<const ContactSample> pressing = snapshot.contacts.pressing();
-  message.contacts.resize(pressing.size());
-  for (std::size_t i = 0; i < pressing.size(); ++i) {
-    const ContactSample& sample = pressing[i];
-    takt_msgs::msg::Contact& contact = message.contacts[i];
-    contact.base = sample.base;
-    contact.target = sample.target;
-    contact.force = to_vector(sample.F_base_W.f);
-    contact.torque = to_vector(sample.F_base_W.t);
-    contact.center_of_pressure = to_vector(sample.p_WC);
-    contact.elements = static_cast<std::uint32_t>(sample.result.elements);
-    contact.area = sample.result.area_m2;
-    contact.normal_force = sample.result.normal_force_N;
-    contact.friction_force = sample.result.friction_force_N;
-    contact.largest_pressure = sample.result.largest_pressure_Pa;
-    contact.largest_penetration = sample.result.largest_penetration_m;
-  }
-  message.omitted = snapshot.contacts.omitted;
-  return snapshot.contacts.acting;
+void fill(sensor_msgs::msg::JointState& message, const Snapshot& snapshot, std::size_t robot) {
+  const RobotSample& sample = snapshot.robots[robot];
+  message.header.stamp = to_time(snapshot.time_s);
+  std::copy_n(sample.position.begin(), message.position.size(), message.position.begin());
+  std::copy_n(sample.velocity.begin(), message.velocity.size(), message.velocity.begin());
+  std::copy_n(sample.effort.begin(), message.effort.size(), message.effort.begin());
 }
 
 void fill(takt_msgs::msg::ContactPressures& message, const CellDescription& cell, const Snapshot& snapshot,

@@ -1,6 +1,7 @@
 #pragma once
-// One instant of a cell as messages, as a server publishes them and a recording contains them. Each message
-// is made once for a cell, with all constant content, and filled for each instant.
+// One instant of a cell as messages: what a server publishes and a recording holds.
+#include <cstddef>
+#include <tuple>
 #include <vector>
 
 #include "ros2_msgs.h"
@@ -9,27 +10,41 @@
 #include "server/simulation/model/pressed_elements.h"
 #include "server/simulation/model/snapshot.h"
 #include "takt_msgs.h"
+#include "takt_topics.h"
 
 namespace takt {
 
-/// A state message with everything that does not change between instants filled in; fill() does the rest and
-/// does not allocate.
-takt_msgs::msg::CellState make_state_message(const CellDescription& cell);
-void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const Snapshot& snapshot);
+/// The messages of an instant, in the order in which they are sent. They are made once for a cell, with everything that
+/// does not change, and filled for each instant.
+class InstantMessages {
+ public:
+  /// `contact_capacity`: contacts that are listed without an allocation. The cell outlives this.
+  explicit InstantMessages(const CellDescription& cell, std::size_t contact_capacity = 0);
+
+  void fill(const Snapshot& snapshot);
+  /// `use(topic, message, sent)` of each. Not `sent`: the message has not had any content in this cell so far.
+  template <typename Use>
+  void for_each(const Use& use) {
+    std::apply([&](auto&... one) { (use(one.topic, one.message, one.sent), ...); }, all_);
+  }
+  const takt_msgs::msg::CellState& state() const { return std::get<0>(all_).message; }
+
+ private:
+  template <typename Type>
+  struct One {
+    const Topic<Type>& topic;
+    Type message{};
+    bool sent = false;
+  };
+
+  const CellDescription& cell_;
+  std::tuple<One<takt_msgs::msg::CellState>, One<takt_msgs::msg::Power>, One<takt_msgs::msg::Contacts>> all_;
+};
 
 sensor_msgs::msg::JointState make_joint_states_message(const RobotDescription& robot);
 void fill(sensor_msgs::msg::JointState& message, const Snapshot& snapshot, std::size_t robot);
 
-/// The message has room for every robot and device; fill() lists the robots with dynamics at this instant,
-/// then the devices with a meter, and returns whether there is one. It does not allocate after the first
-/// call.
-takt_msgs::msg::Power make_power_message(const CellDescription& cell);
-bool fill(takt_msgs::msg::Power& message, const CellDescription& cell, const Snapshot& snapshot);
-
-/// The message with room for `capacity` contacts; fill() lists those with pressure and returns whether a
-/// process is at level of detail 3. It does not allocate.
-takt_msgs::msg::Contacts make_contacts_message(const CellDescription& cell, std::size_t room);
-bool fill(takt_msgs::msg::Contacts& message, const Snapshot& snapshot);
+takt_msgs::msg::Contact to_message(const ContactSample& sample);
 
 /// Allocates if the number of elements exceeds all earlier ones.
 void fill(takt_msgs::msg::ContactPressures& message, const CellDescription& cell, const Snapshot& snapshot,

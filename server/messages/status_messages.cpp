@@ -60,6 +60,7 @@ takt_msgs::msg::Event to_message(const EventRecord& event, const CellDescription
   const EventText text = describe(event, cell);
   takt_msgs::msg::Event message;
   message.stamp = to_time(event.time_s);
+  message.time = event.time_s;
   message.step = event.step;
   message.epoch = event.epoch;
   message.severity = info_of(event).severity;

@@ -30,9 +30,7 @@ BodyBox box_of(const TriangleMesh& mesh) {
 bool meant(const Scenario& scenario, const CellModel& cell, int a, int b) {
   const std::string& name_a = cell.components[static_cast<std::size_t>(a)].name;
   const std::string& name_b = cell.components[static_cast<std::size_t>(b)].name;
-  const auto named = [&](const std::array<std::string, 2>& pair) {
-    return glob_match(pair, name_a, name_b);
-  };
+  const auto named = [&](const std::array<std::string, 2>& pair) { return glob_match(pair, name_a, name_b); };
   const auto joined = [&](const std::pair<int, int>& pair) {
     return std::minmax(pair.first, pair.second) == std::minmax(a, b);
   };

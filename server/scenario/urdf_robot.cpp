@@ -14,6 +14,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "idl/common/parse.h"
 #include "idl/common/text.h"
 #include "idl/common/utf8.h"
 
@@ -120,11 +121,9 @@ class Reader {
     std::size_t count = 0;
     bool valid = true;
     for (; valid && words >> word; ++count) {
-      std::istringstream digits(word);
-      digits.imbue(std::locale::classic());
-      double number = 0.0;
-      valid = count < N && (digits >> number) && digits.eof() && std::isfinite(number);
-      if (valid) result[count] = number;
+      const auto number = finite_number(word);
+      valid = count < N && number;
+      if (valid) result[count] = *number;
     }
     if (valid && count == N) return result;
     fail(element, where + ": " + name + ": found '" + value +

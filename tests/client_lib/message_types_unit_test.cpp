@@ -81,18 +81,21 @@ TEST(Samples, SamplesAreReadWithTheAlignmentOfCdr) {
 TEST(Signals, SignalsHaveTheNamesOfTheDescription) {
   SignalNames names;
   names.describe(Json::parse(R"({"components": [{"name": "P"}, {"name": "Table1"}],
-    "robots": [{"name": "Robot1", "joints": [{"name": "pan"}, {"name": "lift"}]}]})"));
+    "robots": [{"name": "Robot1", "joints": [{"name": "pan"}, {"name": "lift"}]}],
+    "devices": [{"name": "Oven", "signals": [{"name": "door"}]}]})"));
   std::vector<std::string> found;
   const auto note = [&](const std::string& name, double value) {
     found.push_back(name + "=" + std::to_string(static_cast<int>(value)));
   };
   names.visit(Json::parse(R"({"components": [{"x": 1}, {"x": 2}], "robots": [{"position": [3, 4]}]})"), note);
   names.visit(Json::parse(R"({"contacts": [{"base": 0, "target": 1, "area": 5}]})"), note);
+  names.visit(Json::parse(R"({"devices": [{"signals": [8]}]})"), note);
   names.visit(Json::parse(R"({"name": ["pan", "lift"], "effort": [6, 7]})"), note);
-  EXPECT_EQ(found, (std::vector<std::string>{"components.P.x=1", "components.Table1.x=2",
-                                             "robots.Robot1.position.pan=3", "robots.Robot1.position.lift=4",
-                                             "contacts.P-Table1.base=0", "contacts.P-Table1.target=1",
-                                             "contacts.P-Table1.area=5", "effort.pan=6", "effort.lift=7"}));
+  EXPECT_EQ(found,
+            (std::vector<std::string>{
+                "components.P.x=1", "components.Table1.x=2", "robots.Robot1.position.pan=3",
+                "robots.Robot1.position.lift=4", "contacts.P-Table1.base=0", "contacts.P-Table1.target=1",
+                "contacts.P-Table1.area=5", "devices.Oven.signals.door=8", "effort.pan=6", "effort.lift=7"}));
 }
 
 }  // namespace

@@ -215,8 +215,8 @@ TEST(RobotR3Scenario, DoubtfulInertiasAreReportedByTheProgramAndInTheReport) {
 
   const test::TemporaryDirectory directory;
   const std::filesystem::path file = directory / "report.json";
-  test::ChildProcess run({std::string(TAKT_BIN_DIR) + "/takt-run", r3_scenario("robot_r3"), "--duration",
-                          "0.004", "--report", file.string()});
+  test::ChildProcess run({std::string(TAKT_BIN_DIR) + "/takt-run", "run", r3_scenario("robot_r3"),
+                          "--duration", "0.004", "--report", file.string()});
   EXPECT_EQ(run.wait(), 0) << run.text;
   EXPECT_NE(run.text.find("takt-run: note: " + note.sentence), std::string::npos) << run.text;
   const auto report = nlohmann::json::parse(std::ifstream(file));

@@ -23,13 +23,13 @@ std::string text_of(const std::filesystem::path& file) {
 TEST(ScenarioSchema, IsTheCommittedOne) {
   EXPECT_TRUE(text_of(std::filesystem::path(TAKT_CONFIG_DIR) / "scenarios" / "scenario.schema.json") ==
               scenario_schema())
-      << "takt-run --scenario-keys schema > config/scenarios/scenario.schema.json";
+      << "takt-run schema > config/scenarios/scenario.schema.json";
 }
 
 TEST(ScenarioSchema, IsTheReferencePage) {
   EXPECT_TRUE(text_of(std::filesystem::path(TAKT_SOURCE_DIR) / "docs" / "scenario_reference.md") ==
               scenario_reference())
-      << "takt-run --scenario-keys reference > docs/scenario_reference.md";
+      << "takt-run reference > docs/scenario_reference.md";
 }
 
 class WrittenScenario : public testing::TestWithParam<std::filesystem::path> {};

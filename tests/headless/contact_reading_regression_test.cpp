@@ -83,7 +83,7 @@ TEST_F(ContactReading, PressingIsNoCollisionAndIsInTheReport) {
                (pair.at("base") == "Table1" && pair.at("target") == "B");
       });
   ASSERT_NE(of_table, contacts.at("pairs").end());
-  EXPECT_NEAR(of_table->at("normal_force_N").get<double>(), 1.5 * kGravity_m_s2, 0.15);  // B, and C in it
+  EXPECT_NEAR(of_table->at("normal_force").get<double>(), 1.5 * kGravity_m_s2, 0.15);  // B, and C in it
 }
 
 // Up to where both grippers hold, by their programs.

@@ -1,4 +1,4 @@
-// Reports about meshes: by `takt-run --check-mesh`, and by notes when a scenario is loaded.
+// Reports about meshes: by `takt-run check-mesh`, and by notes when a scenario is loaded.
 #include "server/headless/mesh_check.h"
 
 #include <gmock/gmock.h>

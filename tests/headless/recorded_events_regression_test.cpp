@@ -18,8 +18,8 @@ namespace {
 TEST(RecordedEvents, EventsComeOnceAndInTheirOwnStep) {
   TemporaryDirectory directory;
   const std::string recording = directory.path() / "run.mcap", file = directory.path() / "run.json";
-  ChildProcess run({TAKT_BIN_DIR "/takt-run", TAKT_CONFIG_DIR "/scenarios/block_assembly.yaml", "--duration",
-                    "12", "--quiet", "--mcap", recording, "--report", file});
+  ChildProcess run({TAKT_BIN_DIR "/takt-run", "run", TAKT_CONFIG_DIR "/scenarios/block_assembly.yaml",
+                    "--duration", "12", "--quiet", "--mcap", recording, "--report", file});
   ASSERT_EQ(run.wait(), 0) << run.text;
   std::ifstream in(file);
   const nlohmann::json report = nlohmann::json::parse(in);

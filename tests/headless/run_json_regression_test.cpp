@@ -1,4 +1,4 @@
-// takt-run --json: the standard output consists of the report alone.
+// takt-run run --json: the standard output consists of the report alone.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -11,20 +11,12 @@ namespace {
 
 TEST(RunJson, TheReportIsAllThatIsPrinted) {
   const std::string scenario = TAKT_CONFIG_DIR "/scenarios/contact/sliding_block.yaml";
-  ChildProcess run({TAKT_BIN_DIR "/takt-run", scenario, "--duration", "0.05", "--json"});
+  ChildProcess run({TAKT_BIN_DIR "/takt-run", "run", scenario, "--duration", "0.05", "--json"});
   EXPECT_EQ(run.wait(), 0) << run.text;
   const nlohmann::json report = nlohmann::json::parse(run.text, nullptr, false);
   ASSERT_TRUE(report.is_object()) << run.text;
   EXPECT_NEAR(report.at("simulated_s").get<double>(), 0.05, 1e-3);
   EXPECT_FALSE(report.at("scenario").get<std::string>().empty());
-}
-
-TEST(RunJson, TheOptionIsRefusedWhereItHasNoMeaning) {
-  const std::string scenario = TAKT_CONFIG_DIR "/scenarios/contact/sliding_block.yaml";
-  ChildProcess run(
-      {TAKT_BIN_DIR "/takt-run", scenario, "--vary", "contact.defaults.friction=0.1,0.2", "--json"});
-  EXPECT_EQ(run.wait(), 2);
-  EXPECT_NE(run.text.find("excludes --json"), std::string::npos) << run.text;
 }
 
 }  // namespace

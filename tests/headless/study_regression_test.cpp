@@ -1,4 +1,4 @@
-// Studies from the user's view: takt-run --vary, killed in the middle and restarted, and as concurrent tasks.
+// Studies from the user's view: takt-run study --vary, killed in the middle and restarted, and as concurrent tasks.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -32,6 +32,7 @@ class StudyRuns : public ::testing::Test {
   std::vector<std::string> command(const std::vector<std::string>& more = {},
                                    const std::string& duration_s = "0.1") const {
     std::vector<std::string> words{TAKT_BIN_DIR "/takt-run",
+                                   "study",
                                    TAKT_CONFIG_DIR "/scenarios/contact/sliding_block.yaml",
                                    "--vary",
                                    "contact.defaults.friction=0.1:0.4:" + std::to_string(kRuns),

@@ -16,7 +16,7 @@ BEGIN {
                 "server/contact/collision/ server/contact/holding/ server/contact/clearance/ server/contact/surface/ server/contact/ " \
                 "server/simulation/model/ server/simulation/solver/ server/simulation/step/ server/fields/ server/devices/ server/scenario/ " \
                 "server/runtime/requests/ server/runtime/recording/ server/runtime/loop/ server/runtime/host/ server/runtime/ " \
-                "server/messages/ server/dds/ server/headless/ server/server_main.cpp server/run_main.cpp client_lib/controller/ " \
+                "server/messages/ server/dds/ server/headless/ server/tools/ server/server_main.cpp client_lib/kinematics/ client_lib/controller/ " \
                 "client_lib/render/ client_lib/recording/ client_lib/tools/ client_lib/ idl/command_line/ idl/ config/", room, " ")
   plant = "plant_models/ idl/common/"
   may["plant_models/"] = "plant_models/"
@@ -69,8 +69,9 @@ BEGIN {
   may["server/dds/"] = plant described " server/simulation/model/command.h server/runtime/ server/messages/ server/dds/ idl/transport/ idl/ GENERATED"
   may["server/headless/"] = scenario " server/messages/ server/headless/ client_lib/controller/ client_lib/render/ client_lib/recording/ GENERATED"
   may["server/server_main.cpp"] = "plant_models/ server/ idl/"
-  may["server/run_main.cpp"] = "server/runtime/ idl/command_line/ " may["server/headless/"]
-  may["client_lib/controller/"] = plant " client_lib/controller/"
+  may["server/tools/"] = "server/runtime/ server/tools/ idl/command_line/ " may["server/headless/"]
+  may["client_lib/kinematics/"] = plant " client_lib/kinematics/ GENERATED"
+  may["client_lib/controller/"] = plant " client_lib/kinematics/ client_lib/controller/"
   may["client_lib/render/"] = plant " client_lib/render/"
   may["client_lib/recording/"] = "idl/common/ client_lib/recording/ GENERATED"
   may["client_lib/"] = plant " client_lib/ idl/transport/ idl/ GENERATED"
@@ -81,14 +82,14 @@ BEGIN {
   may["config/"] = plant " config/"
 
   core = "plant_models/ server/geometry/ server/components/ server/contact/ server/simulation/ server/fields/ server/devices/ server/scenario/"
-  timeless = core " idl/common/ client_lib/controller/ client_lib/render/ client_lib/recording/ config/"
+  timeless = core " idl/common/ client_lib/kinematics/ client_lib/controller/ client_lib/render/ client_lib/recording/ config/"
   clocks_and_threads = " chrono ctime time.h sys/time.h thread mutex shared_mutex condition_variable future semaphore " \
                        "latch barrier stop_token pthread.h "
 
   # Third-party libraries: include prefixes; where they may be used; in how many .cpp files at most (0: any number).
   libraries = 0
   library("Fast DDS", "fastdds/ fastrtps/ fastcdr/", "idl/transport/ server/dds/ client_lib/ idl/ tests/", "", 0)
-  forbidden_in["Fast DDS"] = "client_lib/controller/ client_lib/render/ client_lib/recording/"
+  forbidden_in["Fast DDS"] = "client_lib/kinematics/ client_lib/controller/ client_lib/render/ client_lib/recording/"
   library("assimp", "assimp/", "server/ tests/", "server/", 1)
   library("libccd", "ccd/", "server/ tests/", "server/", 1)
   library("qhull", "libqhull", "server/ config/ tests/", "server/", 1)
@@ -100,7 +101,7 @@ BEGIN {
   library("yaml-cpp", "yaml-cpp/", "server/fields/ server/scenario/ client_lib/recording/ client_lib/tools/ tests/", "", 0)
   library("Lua", "lua.h lua.hpp lauxlib.h lualib.h", "client_lib/controller/ tests/", "", 0)
   library("libpng", "png.h", "client_lib/render/ tests/", "", 0)
-  library("CLI11", "CLI/", "server/server_main.cpp server/run_main.cpp client_lib/tools/ client_lib/examples/ config/ tests/", "", 0)
+  library("CLI11", "CLI/", "server/server_main.cpp server/tools/ idl/command_line/ client_lib/tools/ client_lib/examples/ config/ tests/", "", 0)
   library("pybind11", "pybind11/", "client_lib/python/", "", 0)
   library("zstd", "zstd.h", "client_lib/recording/", "", 0)
   library("lz4", "lz4.h lz4frame.h", "client_lib/recording/", "", 0)

@@ -15,20 +15,10 @@ for program in takt takt-server takt-run takt-controller; do
   [[ $("$place/usr/bin/$program" --version) =~ ^$program\ [0-9]+\.[0-9]+\.[0-9]+\ \(.*\;\ .*,\ GNU\ [0-9.]+,\ .*\)$ ]]
   [[ ! -e $build/share/man/man1/$program.1 ]] || grep -q "^\.TH" "$place/usr/share/man/man1/$program.1"
 done
-"$place/usr/bin/takt-run" "$place/usr/share/takt/config/scenarios/block_assembly.yaml" --duration 0.1 --quiet --mcap "$place/run.mcap"
+"$place/usr/bin/takt-run" run "$place/usr/share/takt/config/scenarios/block_assembly.yaml" --duration 0.1 --quiet --mcap "$place/run.mcap"
 "$place/usr/bin/takt" export "$place/run.mcap" --list >"$place/signals"
 grep -q '^state.components.P.position.x$' "$place/signals"
-bash -n "$place/usr/share/bash-completion/completions/takt"
-grep -q -- --port "$place/usr/share/bash-completion/completions/takt"
-grep -q '_takt_program takt-server takt-controller takt-run' "$place/usr/share/bash-completion/completions/takt-run"
-# Every command has its words in every shell.
-"$place/usr/bin/takt" --help | awk '/^Subcommands:/ { on = 1; next } on && /^  [a-z]/ { print $1 } on && /^$/ { on = 0 }' >"$place/commands"
-[[ $(wc -l <"$place/commands") -gt 30 ]]
-while read -r command; do
-  for words in bash-completion/completions/takt zsh/vendor-completions/_takt fish/vendor_completions.d/takt.fish; do
-    grep -qw -- "$command" "$place/usr/share/$words" || { echo "$words does not know $command"; exit 1; }
-  done
-done <"$place/commands"
+bash -n "$place/usr/share/bash-completion/completions/takt-run"
 if command -v zsh >/dev/null; then zsh -n "$place/usr/share/zsh/vendor-completions/_takt"; fi
 if command -v fish >/dev/null; then fish -n "$place/usr/share/fish/vendor_completions.d/takt.fish"; fi
 [[ ! -e $build/share/takt/view/index.html ]] || grep -q '<script' "$place/usr/share/takt/view/index.html"
@@ -46,12 +36,19 @@ target_link_libraries(mine PRIVATE takt::takt_client)
 CMAKE
 cat >"$place/mine/mine.cpp" <<'CODE'
 #include <cstdio>
-#include "client_lib/client.h"
+#include <takt/client.h>
+#include <takt/kinematics.h>
+#include <takt/lockstep_controller.h>
 int main() {
+  try {
+    takt::Arm({}, "Robot1");
+    return 3;
+  } catch (const takt::MotionError&) {  // the cell has no robot
+  }
   try {
     takt::ClientOptions options;
     options.cell = "nobody_is_called_so";
-    options.timeout = takt::client::Seconds{0.2};
+    options.timeout = takt::Seconds{0.2};
     takt::Client cell(options);
   } catch (const takt::ClientError& error) {
     return error.kind() == takt::ClientError::Kind::not_found ? 0 : 1;

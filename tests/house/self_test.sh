@@ -78,10 +78,11 @@ expect client_lib/tools/takt/a.cpp:1 client_lib/tools/takt/a.cpp '#include <serv
 expect idl/command_line/a.cpp:1 idl/command_line/a.cpp '#include "client_lib/client.h"\n'
 expect client_lib/controller/a.cpp:1 client_lib/controller/a.cpp '#include "client_lib/client.h"\n'
 expect client_lib/controller/a.cpp:1 client_lib/controller/a.cpp '#include "takt_msgs.h"\n'
+expect client_lib/kinematics/a.cpp:1 client_lib/kinematics/a.cpp '#include "client_lib/controller/controller.h"\n'
 expect client_lib/render/a.cpp:1 client_lib/render/a.cpp '#include "server/geometry/mesh/mesh.h"\n'
 expect server/contact/a.cpp:1 server/contact/a.cpp '#  include "../geometry/mesh.h"\n'
 expect server/headless/a.cpp:1 server/headless/a.cpp '#include "server/runtime/loop/loop.h"\n'
-expect server/run_main.cpp:1 server/run_main.cpp '#include "server/dds/participant.h"\n'
+expect server/tools/takt_run/a.cpp:1 server/tools/takt_run/a.cpp '#include "server/dds/participant.h"\n'
 # Libraries in their place
 expect server/runtime/loop/a.cpp:1 server/runtime/loop/a.cpp '#include <fastdds/x.hpp>\n'
 expect client_lib/controller/a.cpp:1 client_lib/controller/a.cpp '#include <fastrtps/x.h>\n'

@@ -154,14 +154,14 @@ TEST(Cdr, BoundsOfTheIdlHoldInBothDirections) {
 }
 
 TEST(Cdr, BooleansStringsAndTheEncodingAreChecked) {
-  takt_msgs::msg::SignalProperties properties;
-  Bytes bytes = written(properties);
-  const std::size_t commanded = 4 + 5;
+  takt_msgs::msg::SignalDescription signal;
+  Bytes bytes = written(signal);
+  const std::size_t commanded = 4 + 8 + 5;
   bytes[commanded] = 1;
-  ASSERT_TRUE(cdr::read(bytes, properties));
-  EXPECT_TRUE(properties.commanded);
+  ASSERT_TRUE(cdr::read(bytes, signal));
+  EXPECT_TRUE(signal.commanded);
   bytes[commanded] = 2;
-  EXPECT_FALSE(cdr::read(bytes, properties));
+  EXPECT_FALSE(cdr::read(bytes, signal));
 
   std_msgs::msg::String text;
   EXPECT_TRUE(cdr::read(Bytes{0, 1, 0, 0, 2, 0, 0, 0, 'a', 0}, text));

@@ -13,11 +13,11 @@ namespace {
 using takt::Client;
 using takt::ClientError;
 using Arguments = std::map<std::string, std::string>;
-using takt::client::Event;
-using takt::client::Seconds;
-using takt::client::SimulationState;
-using takt::client::State;
-using takt::client::Status;
+using takt::Event;
+using takt::Seconds;
+using takt::SimulationState;
+using takt::State;
+using takt::Status;
 using takt::test::client_options;
 using takt::test::expect_words;
 using takt::test::HostedService;
@@ -37,7 +37,7 @@ struct LoadedService {
 
 TEST(ChangedCells, ControllersKeepTheirTargetsWhenDevicesComeAndGo) {
   LoadedService cell("furnace.yaml");
-  cell.client.set_pace(takt::client::Pace::lockstep);
+  cell.client.set_pace(takt::Pace::lockstep);
   cell.client.register_controller("plc", Seconds{0.008}, kGenerous, {"Furnace"});
   // Heated Parts are numbered ahead of furnaces: each of these moves the furnace among the targets.
   cell.client.request("spawn_entity", {{"name", "Rotor2"}, {"copy_of", "Rotor"}, {"position", "0 0 2"}});
@@ -70,13 +70,13 @@ TEST(ChangedCells, AControllerWithoutTargetsIsRemoved) {
 TEST(ChangedCells, ScrewsAreDeletedBeforeThePartThatHoldsThem) {
   LoadedService cell("bev_rotor.yaml");
   const ClientError early = refusal(cell.client, "delete_entity", {{"entity", "Core1"}});
-  EXPECT_EQ(early.result(), 4);
+  EXPECT_EQ(early.result(), takt::ControlResult::failed);
   expect_words(early.what(), {"Core1", "Screw1", "Screw2"});
   // A copy of a screw is a loose one: in the air it falls.
   cell.client.request("spawn_entity", {{"name", "Spare"}, {"copy_of", "Screw1"}, {"position", "3 3 3"}});
   cell.client.step(100);
   const State fallen = cell.client.state();
-  EXPECT_LT(fallen.component("Spare").position_m.z, 2.97);
+  EXPECT_LT(fallen.component("Spare").position.z, 2.97);
   EXPECT_EQ(fallen.partner_of("Spare"), "");
   cell.client.set_state(SimulationState::stopped);
   for (const char* part : {"Screw1", "Screw2", "Core1"})
@@ -113,7 +113,9 @@ TEST(ChangedCells, NamesAreUniqueAmongPartsAndDevices) {
     return Arguments{{"name", name}, {"allow_renaming", rename}, {"copy_of", "Rotor"}, {"position", "0 0 2"}};
   };
   for (const char* taken : {"Furnace", "Rotor_heat", "Rotor"})
-    EXPECT_EQ(refusal(cell.client, "spawn_entity", spawn(taken)).result(), 101) << taken;
+    EXPECT_EQ(refusal(cell.client, "spawn_entity", spawn(taken)).result(),
+              takt::ControlResult::name_not_unique)
+        << taken;
   // The longest name there may be has room for a number.
   const std::string longest(64, 'x');
   EXPECT_EQ(cell.client.request("spawn_entity", spawn(longest, "true")).text("entity"), longest);
@@ -121,7 +123,7 @@ TEST(ChangedCells, NamesAreUniqueAmongPartsAndDevices) {
             std::string(62, 'x') + "_2");
   const ClientError far = refusal(cell.client, "spawn_entity",
                                   {{"name", "far"}, {"copy_of", "Rotor"}, {"position", "1e300 0 0"}});
-  EXPECT_EQ(far.result(), 4);
+  EXPECT_EQ(far.result(), takt::ControlResult::failed);
   expect_words(far.what(), {"position", "1e9"});
 }
 
@@ -147,7 +149,7 @@ TEST(ChangedCells, MorePartsThanAMessageHoldsAreRefused) {
   EXPECT_EQ(client.state().devices.size(), 64U);
   EXPECT_EQ(
       refusal(client, "spawn_entity", {{"name", "H64"}, {"copy_of", "H0"}, {"position", "0 0 9"}}).result(),
-      4);
+      takt::ControlResult::failed);
 }
 
 TEST(ChangedCells, AResetOfSpawnedPartsIsReportedAsAReset) {
@@ -164,16 +166,17 @@ TEST(ChangedCells, AResetOfSpawnedPartsIsReportedAsAReset) {
 TEST(ChangedCells, MissingAndInvalidFilesHaveDifferentResults) {
   HostedService service;
   Client client(client_options());
-  EXPECT_EQ(refusal(client, "load_scenario", {{"uri", service.wrong_key().string()}}).result(), 103);
+  EXPECT_EQ(refusal(client, "load_scenario", {{"uri", service.wrong_key().string()}}).result(),
+            takt::ControlResult::resource_parse_error);
   std::string text = takt::test::service_scenario_text();
   const auto mesh = text.find("C.obj");
   ASSERT_NE(mesh, std::string::npos);
   const auto missing = service.file("missing.yaml", text.replace(mesh, 5, "nowhere.obj"));
   const ClientError gone = refusal(client, "load_scenario", {{"uri", missing.string()}});
-  EXPECT_EQ(gone.result(), 104);
+  EXPECT_EQ(gone.result(), takt::ControlResult::missing_assets);
   expect_words(gone.what(), {"missing.yaml", "nowhere.obj"});
   const ClientError folder = refusal(client, "load_scenario", {{"uri", service.directory.path().string()}});
-  EXPECT_EQ(folder.result(), 103);
+  EXPECT_EQ(folder.result(), takt::ControlResult::resource_parse_error);
   expect_words(folder.what(), {"directory"});
 }
 
@@ -183,7 +186,7 @@ TEST(Registering, ARegisteredNameIsNotGivenToAnotherController) {
   client.register_controller("plc", Seconds{0.008}, kGenerous, {"Robot1"});
   const ClientError refused =
       refusal(client, "register_controller", {{"name", "plc"}, {"period_s", "0.008"}, {"targets", "Robot2"}});
-  EXPECT_EQ(refused.result(), 4);
+  EXPECT_EQ(refused.result(), takt::ControlResult::failed);
   expect_words(refused.what(), {"plc", "Robot1", "another name"});
   // A restarted controller has the same targets.
   client.register_controller("plc", Seconds{0.004}, kGenerous, {"Robot1"});

@@ -12,9 +12,9 @@ namespace {
 
 using takt::Client;
 using takt::ClientError;
-using takt::client::GripperAction;
-using takt::client::Seconds;
-using takt::client::SimulationState;
+using takt::GripperAction;
+using takt::Seconds;
+using takt::SimulationState;
 using takt::test::kGenerous;
 using takt::test::ScriptedCell;
 using takt::test::small_description;
@@ -155,7 +155,7 @@ TEST_F(ClientCommand, ARefusalCarriesResultAndSentenceOfTheServer) {
   });
   const ClientError error = error_of([&] { client_->step(5); });
   EXPECT_EQ(error.kind(), ClientError::Kind::refused);
-  EXPECT_EQ(error.result(), 3);
+  EXPECT_EQ(error.result(), takt::ControlResult::incorrect_state);
   EXPECT_NE(std::string(error.what()).find("only while the simulation is paused"), std::string::npos)
       << error.what();
 }

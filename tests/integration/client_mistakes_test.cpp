@@ -73,24 +73,24 @@ TEST(ClientMistakes, InvalidEnvironmentVariablesAreReported) {
 }
 
 TEST(ClientMistakes, StatesHaveNames) {
-  EXPECT_EQ(to_string(client::ComponentType::part), "part");
-  EXPECT_EQ(to_string(client::PartState::free), "free");
-  EXPECT_EQ(to_string(client::PartState::grasped), "grasped");
-  EXPECT_EQ(to_string(client::PartState::placed), "placed");
-  EXPECT_EQ(to_string(client::PartState::assembled), "assembled");
-  EXPECT_EQ(to_string(client::SimulationState::stopped), "stopped");
-  EXPECT_EQ(to_string(client::SimulationState::quitting), "quitting");
-  EXPECT_EQ(to_string(client::SimulationState::no_world), "no_world");
-  EXPECT_EQ(to_string(client::SimulationState::loading_world), "loading_world");
-  EXPECT_EQ(to_string(client::Severity::information), "information");
-  EXPECT_EQ(to_string(client::Severity::warning), "warning");
-  EXPECT_EQ(to_string(client::Severity::error), "error");
+  EXPECT_EQ(to_string(ComponentType::part), "part");
+  EXPECT_EQ(to_string(PartState::free), "free");
+  EXPECT_EQ(to_string(PartState::grasped), "grasped");
+  EXPECT_EQ(to_string(PartState::placed), "placed");
+  EXPECT_EQ(to_string(PartState::assembled), "assembled");
+  EXPECT_EQ(to_string(SimulationState::stopped), "stopped");
+  EXPECT_EQ(to_string(SimulationState::quitting), "quitting");
+  EXPECT_EQ(to_string(SimulationState::no_world), "no_world");
+  EXPECT_EQ(to_string(SimulationState::loading_world), "loading_world");
+  EXPECT_EQ(to_string(Severity::information), "information");
+  EXPECT_EQ(to_string(Severity::warning), "warning");
+  EXPECT_EQ(to_string(Severity::error), "error");
 }
 
 TEST(ClientMistakes, InvalidNamesAndNumbersAreReported) {
   HostedService service;
   Client cell(client_options());
-  const client::State state = cell.state();
+  const State state = cell.state();
   expect_refused(Kind::not_found, {"no component 'X'", "P, C"},
                  [&] { static_cast<void>(state.component("X")); });
   expect_refused(Kind::not_found, {"no robot 'X'", "Robot1, Robot2"},
@@ -102,7 +102,7 @@ TEST(ClientMistakes, InvalidNamesAndNumbersAreReported) {
     cell.set_signals("Oven", {{"lamp", 1.0}});
   });
   expect_refused(Kind::not_found, {"no gripper 'X'", "Gripper1, Gripper2"},
-                 [&] { cell.set_gripper("X", client::GripperAction::close); });
+                 [&] { cell.set_gripper("X", GripperAction::close); });
   const std::vector<double> six(6, 0.0);
   expect_refused(Kind::not_found, {"no robot 'X'", "Robot1, Robot2"}, [&] { cell.send_trajectory("X", {}); });
   expect_refused(Kind::not_found, {"no robot 'X'", "Robot1, Robot2"},
@@ -123,11 +123,11 @@ TEST(ClientMistakes, InvalidNamesAndNumbersAreReported) {
   expect_refused(Kind::invalid, {"A value of point 1 for 'Robot1'", "must be a finite number"}, [&] {
     cell.send_trajectory("Robot1", {{1.0, std::vector<double>(6, std::numeric_limits<double>::infinity())}});
   });
-  expect_refused(Kind::invalid, {"finite"}, [&] { cell.set_pace(client::Pace::realtime, std::nan("")); });
+  expect_refused(Kind::invalid, {"finite"}, [&] { cell.set_pace(Pace::realtime, std::nan("")); });
   cell.load_scenario(service.one_arm().string());
   expect_refused(Kind::not_found, {"no gripper 'Gripper1'", "it has none"},
-                 [&] { cell.set_gripper("Gripper1", client::GripperAction::close); });
-  const client::State of_arm = cell.state();
+                 [&] { cell.set_gripper("Gripper1", GripperAction::close); });
+  const State of_arm = cell.state();
   expect_refused(Kind::not_found, {"no gripper 'Gripper1'", "it has none."},
                  [&] { static_cast<void>(of_arm.gripper("Gripper1")); });
 }
@@ -135,7 +135,7 @@ TEST(ClientMistakes, InvalidNamesAndNumbersAreReported) {
 TEST(ClientMistakes, RareArgumentsArrive) {
   HostedService service;
   Client cell(client_options());
-  cell.set_state(client::SimulationState::stopped);
+  cell.set_state(SimulationState::stopped);
   requests::SpawnEntity spawn;
   spawn.name = "Small";
   spawn.uri = std::string(TAKT_CONFIG_DIR) + "/meshes/C.obj";
@@ -149,8 +149,9 @@ TEST(ClientMistakes, RareArgumentsArrive) {
   EXPECT_EQ(found[0].hierarchy, 4);
   EXPECT_EQ(found[0].mass, 0.1);
   cell.set_entity_state(
-      {.entity = "Small", .orientation = client::Quaternion{0.0, 0.0, std::sqrt(0.5), std::sqrt(0.5)}});
-  cell.set_entity_state({.entity = "Small", .linear_velocity = client::Vector3{0.5, 0.0, 0.0}});
+      {.entity = "Small",
+       .orientation = takt_msgs::msg::Quaternion{0.0, 0.0, std::sqrt(0.5), std::sqrt(0.5)}});
+  cell.set_entity_state({.entity = "Small", .linear_velocity = takt_msgs::msg::Vector3{0.5, 0.0, 0.0}});
   const auto state = cell.get_entity_state("Small");
   EXPECT_NEAR(state.orientation.z, std::sqrt(0.5), 1e-12);
   EXPECT_NEAR(state.linear_velocity.x, 0.5, 1e-12);

@@ -11,9 +11,9 @@ namespace {
 
 using takt::Client;
 using takt::ClientError;
-using takt::client::Event;
-using takt::client::Seconds;
-using takt::client::State;
+using takt::Event;
+using takt::Seconds;
+using takt::State;
 using takt::test::kGenerous;
 using takt::test::ScriptedCell;
 using takt::test::small_description;
@@ -63,7 +63,7 @@ TEST_F(ClientObservation, ALateJoinerGetsADescriptionOfMegabytes) {
   const auto cell = late.cell();
   EXPECT_EQ(cell->cell, name_);
   ASSERT_EQ(cell->components.size(), 3U);
-  EXPECT_EQ(cell->components[1].vertices_m, vertices);
+  EXPECT_EQ(cell->components[1].vertices, vertices);
   EXPECT_EQ(cell->find_component("Jaw"), 2);
   EXPECT_EQ(cell->find_component("nothing"), -1);
   EXPECT_EQ(cell->robots.at(1).joints.at(1).name, "elbow");
@@ -111,7 +111,7 @@ TEST_F(ClientObservation, AStateIsReadByName) {
   state.grippers[0].in_position = true;
   state.grippers[0].part = 1;
   const State seen = publish_and_see(state);
-  EXPECT_EQ(seen.component("B").position_m.y, 2.0);
+  EXPECT_EQ(seen.component("B").position.y, 2.0);
   EXPECT_EQ(seen.component("B").orientation.w, 0.4);
   EXPECT_EQ(seen.partner_of("B"), "Jaw");
   EXPECT_EQ(seen.partner_of("Table"), "");

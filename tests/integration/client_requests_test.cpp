@@ -15,12 +15,12 @@ namespace {
 
 using takt::Client;
 using takt::ClientError;
+using takt::ComponentType;
 using takt::LockstepController;
-using takt::client::ComponentType;
-using takt::client::PartState;
-using takt::client::Seconds;
-using takt::client::SimulationState;
-using takt::client::State;
+using takt::PartState;
+using takt::Seconds;
+using takt::SimulationState;
+using takt::State;
 using takt::test::client_options;
 using takt::test::expect_words;
 using takt::test::HostedService;
@@ -73,15 +73,15 @@ TEST(ClientRequests, ALoadReturnsTheNewDescription) {
   EXPECT_EQ(client.cell(), arm);
   EXPECT_EQ(client.state().cell, arm);
   EXPECT_EQ(client.state().step, 0U);
-  takt::client::LoadOptions options;
+  takt::LoadOptions options;
   options.overrides = {"parts.Q.mass_kg=0.75", "solver.step_s=0.001"};
   options.level_of_detail = 1;
   const auto heavier = client.load_scenario(service.one_arm().string(), options);
-  EXPECT_EQ(heavier->step_s, 0.001);
+  EXPECT_EQ(heavier->step_size, 0.001);
   EXPECT_EQ(heavier->components.at(static_cast<std::size_t>(heavier->find_component("Q"))).mass_kg, 0.75);
   const auto again = client.reload_scenario();
   EXPECT_GT(again->scenario_generation, heavier->scenario_generation);
-  EXPECT_EQ(again->step_s, 0.001);
+  EXPECT_EQ(again->step_size, 0.001);
 
   client.unload_scenario();
   EXPECT_EQ(client.cell()->scenario, "");
@@ -92,7 +92,7 @@ TEST(ClientRequests, ALoadReturnsTheNewDescription) {
     FAIL() << "loaded again what was unloaded";
   } catch (const ClientError& error) {
     EXPECT_EQ(error.kind(), ClientError::Kind::refused);
-    EXPECT_EQ(error.result(), 101);
+    EXPECT_EQ(error.result(), takt::ControlResult::no_world_loaded);
   }
 }
 
@@ -141,7 +141,7 @@ TEST(ClientRequests, PartsComeAndGo) {
     client.delete_entity("C_2");
     FAIL() << "deleted twice";
   } catch (const ClientError& error) {
-    EXPECT_EQ(error.result(), 2);
+    EXPECT_EQ(error.result(), takt::ControlResult::not_found);
   }
 }
 
@@ -168,7 +168,7 @@ TEST(ClientRequests, ALockstepControllerCommandsEachBoundary) {
     for (std::uint64_t k = 1; k <= 50; ++k) {
       target[5] += 1e-4;
       controller.move("Robot1", target);
-      if (k == 10) controller.grip("Gripper1", takt::client::GripperAction::close);
+      if (k == 10) controller.grip("Gripper1", takt::GripperAction::close);
       const State& state = controller.advance();
       EXPECT_EQ(state.step, 4 * k);
       EXPECT_NEAR(state.robot("Robot1").position[5], target[5], 1e-12);
@@ -225,8 +225,8 @@ class ClientVocabulary : public testing::Test {
 TEST_F(ClientVocabulary, RequestsAboutPartsAndFilesHaveTheArgumentsOfTheServer) {
   connect({});
   client_->set_entity_state({.entity = "B",
-                             .position = takt::client::Vector3{0.1, -0.25, 1e-9},
-                             .angular_velocity = takt::client::Vector3{0.0, 0.0, 2.5}});
+                             .position = takt_msgs::msg::Vector3{0.1, -0.25, 1e-9},
+                             .angular_velocity = takt_msgs::msg::Vector3{0.0, 0.0, 2.5}});
   EXPECT_EQ(asked_, "set_entity_state entity=B position=0.1 -0.25 1e-09 angular_velocity=0 0 2.5");
   client_->attach("B", "Table");
   EXPECT_EQ(asked_, "attach part=B to=Table");
@@ -259,7 +259,7 @@ TEST_F(ClientVocabulary, SamplesOlderThanAReplyAreDropped) {
 TEST_F(ClientVocabulary, AMovedPartIsSeenInTheNextSampleOnly) {
   connect({});
   const std::uint64_t before = publish_and_see(0, 5).sample_number;
-  client_->set_entity_state({.entity = "B", .position = takt::client::Vector3{0, 0, 1}});
+  client_->set_entity_state({.entity = "B", .position = takt_msgs::msg::Vector3{0, 0, 1}});
   EXPECT_FALSE(client_->wait_for_state([](const State&) { return true; }, Seconds{0.1}).has_value());
   EXPECT_GT(publish_and_see(0, 5).sample_number, before);
 }

@@ -16,11 +16,11 @@ namespace {
 
 using takt::Client;
 using takt::ClientError;
-using takt::client::Event;
-using takt::client::GripperAction;
-using takt::client::Seconds;
-using takt::client::SimulationState;
-using takt::client::State;
+using takt::Event;
+using takt::GripperAction;
+using takt::Seconds;
+using takt::SimulationState;
+using takt::State;
 using takt::test::ChildProcess;
 using takt::test::DdsService;
 using takt::test::kBin;
@@ -57,7 +57,7 @@ TEST(ClientAndService, TheDescriptionEqualsThatOfTheCellBitByBit) {
   ASSERT_EQ(cell->components.size(), truth.components.size());
   for (std::size_t i = 0; i < truth.components.size(); ++i) {
     EXPECT_EQ(cell->components[i].name, truth.components[i].name);
-    EXPECT_EQ(cell->components[i].vertices_m, truth.components[i].vertices);
+    EXPECT_EQ(cell->components[i].vertices, truth.components[i].vertices);
   }
   const auto digested = takt::tool::controller_cell(*cell);
   ASSERT_EQ(digested.robots.size(), truth.robots.size());
@@ -82,7 +82,7 @@ TEST(ClientAndService, StepsAndResetsShowInTheState) {
   client.step(25);
   const auto stepped = client.wait_for_state([](const State& s) { return s.step == 25; }, kGenerous);
   ASSERT_TRUE(stepped.has_value());
-  EXPECT_NEAR(stepped->time_s, 0.025, 1e-12);
+  EXPECT_NEAR(stepped->time, 0.025, 1e-12);
   client.reset();
   const auto reset = client.wait_for_state([](const State& s) { return s.epoch == 1; }, kGenerous);
   ASSERT_TRUE(reset.has_value());
@@ -94,7 +94,7 @@ TEST(ClientAndService, StepsAndResetsShowInTheState) {
     FAIL() << "a playing cell was stepped";
   } catch (const ClientError& error) {
     EXPECT_EQ(error.kind(), ClientError::Kind::refused);
-    EXPECT_EQ(error.result(), 3);  // incorrect state
+    EXPECT_EQ(error.result(), takt::ControlResult::incorrect_state);  // incorrect state
   }
 }
 
@@ -117,8 +117,8 @@ TEST(ClientAndService, CommandsMoveTheCellAndRefusedOnesAreEvents) {
   const State newest = client.state();
   ASSERT_TRUE(moved.has_value()) << "after " << newest.step << " steps joint 5 is at "
                                  << newest.robot("Robot1").position[5] << " rad instead of " << target[5]
-                                 << ", the gripper is " << newest.gripper("Gripper1").width_m << " m wide";
-  EXPECT_LT(moved->gripper("Gripper1").width_m, 0.1);
+                                 << ", the gripper is " << newest.gripper("Gripper1").width << " m wide";
+  EXPECT_LT(moved->gripper("Gripper1").width, 0.1);
 
   target[2] = 100.0;
   client.send_joint_command("Robot1", target);
@@ -152,7 +152,7 @@ TEST(ClientAndService, BlockAssemblyInLockstepEqualsTheRunInOneProcess) {
   const std::string scenario = kBlockScenario;
   const auto report =
       std::filesystem::temp_directory_path() / ("takt_report_" + std::to_string(getpid()) + ".json");
-  ChildProcess run({kBin + "/takt-run", scenario, "--report", report.string()});
+  ChildProcess run({kBin + "/takt-run", "run", scenario, "--report", report.string()});
   ASSERT_EQ(run.wait(), 0) << run.text;
   const std::string in_process = contents(report);
   std::filesystem::remove(report);
@@ -164,7 +164,7 @@ TEST(ClientAndService, BlockAssemblyInLockstepEqualsTheRunInOneProcess) {
   takt::tool::SessionOptions session;
   session.program = kConfig / "programs" / "block_assembly.lua";
   session.client = options_for(cell);
-  session.pace = takt::client::Pace::lockstep;
+  session.pace = takt::Pace::lockstep;
   session.start = true;
   session.until_s = 42.0;
   ASSERT_EQ(takt::tool::run_session(session), 0);
@@ -225,7 +225,7 @@ TEST(ClientAndService, AnExplanationDoesNotChangeTheRun) {
   EXPECT_EQ(part.step, 30U);
   EXPECT_EQ(part.partner, "Table1");
   EXPECT_EQ(part.rule, "only_end");
-  EXPECT_EQ(part.state, takt::client::PartState::placed);
+  EXPECT_EQ(part.state, takt::PartState::placed);
   EXPECT_EQ(part.state_because, "Table1");
   EXPECT_EQ(part.sequence_count, 1U);
   ASSERT_EQ(part.sequences.size(), 1U);
@@ -235,7 +235,7 @@ TEST(ClientAndService, AnExplanationDoesNotChangeTheRun) {
                          [&](const auto& one) { return one.name == name; });
   };
   EXPECT_EQ(component("P").hierarchy, 2);
-  EXPECT_EQ(component("Table1").type, takt::client::ComponentType::ground);
+  EXPECT_EQ(component("Table1").type, takt::ComponentType::ground);
   ASSERT_EQ(part.connections.size(), 1U);
   EXPECT_NEAR(part.connections[0].force.z, 0.3 * 9.80665, 1e-6);
   ASSERT_EQ(part.contacts.size(), 1U);
@@ -244,7 +244,7 @@ TEST(ClientAndService, AnExplanationDoesNotChangeTheRun) {
   EXPECT_NEAR(part.contacts[0].position.z, 0.7, 1e-3);
 
   const auto table = client.explain_part("Table1");
-  EXPECT_EQ(table.type, takt::client::ComponentType::ground);
+  EXPECT_EQ(table.type, takt::ComponentType::ground);
   EXPECT_EQ(table.held, (std::vector<std::string>{"P", "C"}));
   EXPECT_FALSE(table.rule);
 
@@ -252,7 +252,7 @@ TEST(ClientAndService, AnExplanationDoesNotChangeTheRun) {
     (void)client.explain_part("Q");
     FAIL() << "a Part that does not exist was explained";
   } catch (const ClientError& error) {
-    EXPECT_EQ(error.result(), 2);  // not found
+    EXPECT_EQ(error.result(), takt::ControlResult::not_found);  // not found
     EXPECT_NE(std::string(error.what()).find("no component 'Q' in this cell; it has P, C, Table1"),
               std::string::npos)
         << error.what();

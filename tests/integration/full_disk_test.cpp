@@ -16,8 +16,8 @@
 namespace {
 
 using takt::Client;
-using takt::client::Event;
-using takt::client::State;
+using takt::Event;
+using takt::State;
 using takt::test::ChildProcess;
 using takt::test::client_options;
 using takt::test::expect_words;
@@ -46,7 +46,7 @@ class FullDisk : public testing::Test {
         client.send_joint_command(robot, target);
       }
       reported = client.wait_for_event([](const Event& event) { return event.code == "recording_failed"; },
-                                       takt::client::Seconds{0.02});
+                                       takt::Seconds{0.02});
     }
     return reported;
   }
@@ -71,7 +71,7 @@ class FullDisk : public testing::Test {
     EXPECT_GT(records, 20);
     EXPECT_GE(reported->step, last_step);
     EXPECT_LE(reported->step - last_step, 1000U) << "steps of 1 ms, in real time: told within a second";
-    ChildProcess replay({std::string(TAKT_BIN_DIR) + "/takt-run", "--replay", log.string()});
+    ChildProcess replay({std::string(TAKT_BIN_DIR) + "/takt-run", "replay", log.string()});
     EXPECT_EQ(replay.wait(), 0) << replay.text;
   }
 

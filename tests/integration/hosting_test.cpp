@@ -16,12 +16,12 @@ namespace {
 
 using takt::Client;
 using takt::ClientError;
-using takt::client::Event;
-using takt::client::Reply;
-using takt::client::Seconds;
-using takt::client::SimulationState;
-using takt::client::State;
-using takt::client::Status;
+using takt::Event;
+using takt::Reply;
+using takt::Seconds;
+using takt::SimulationState;
+using takt::State;
+using takt::Status;
 using takt::test::HostedService;
 
 using takt::test::client_options;
@@ -44,7 +44,7 @@ TEST(Hosting, AnInvalidFileIsReportedAndTheCellContinues) {
   const auto before = client.wait_for_state([](const State& s) { return s.step > 10; }, kGenerous);
   ASSERT_TRUE(before.has_value());
   const ClientError wrong = refusal(client, "load_scenario", {{"uri", service.wrong_key().string()}});
-  EXPECT_EQ(wrong.result(), 103);
+  EXPECT_EQ(wrong.result(), takt::ControlResult::resource_parse_error);
   expect_words(wrong.what(), {"wrong_key.yaml", ":3:", "duration"});
   const auto reported =
       client.wait_for_event([](const Event& e) { return e.code == "scenario_refused"; }, kGenerous);
@@ -52,9 +52,9 @@ TEST(Hosting, AnInvalidFileIsReportedAndTheCellContinues) {
   expect_words(reported->message, {"wrong_key.yaml", "duration"});
 
   const ClientError missing = refusal(client, "load_scenario", {{"uri", "/nowhere/at_all.yaml"}});
-  EXPECT_EQ(missing.result(), 2);
+  EXPECT_EQ(missing.result(), takt::ControlResult::not_found);
   expect_words(missing.what(), {"/nowhere/at_all.yaml"});
-  EXPECT_EQ(refusal(client, "load_scenario").result(), 4);
+  EXPECT_EQ(refusal(client, "load_scenario").result(), takt::ControlResult::failed);
 
   const std::uint64_t step = client.state().step;
   const auto later = client.wait_for_state([&](const State& s) { return s.step > step + 10; }, kGenerous);
@@ -142,12 +142,12 @@ TEST(Hosting, AnEmptyServerLoadsAndUnloads) {
   EXPECT_TRUE(client.cell()->components.empty());
   for (const char* name : {"step", "reset"}) {
     const ClientError error = refusal(client, name);
-    EXPECT_EQ(error.result(), 3) << name;
+    EXPECT_EQ(error.result(), takt::ControlResult::incorrect_state) << name;
     expect_words(error.what(), {"load_scenario"});
   }
-  EXPECT_EQ(refusal(client, "no_such_request").result(), 0);
-  EXPECT_EQ(refusal(client, "unload_scenario").result(), 101);
-  EXPECT_EQ(refusal(client, "reload_scenario").result(), 101);
+  EXPECT_EQ(refusal(client, "no_such_request").result(), takt::ControlResult::unsupported);
+  EXPECT_EQ(refusal(client, "unload_scenario").result(), takt::ControlResult::no_world_loaded);
+  EXPECT_EQ(refusal(client, "reload_scenario").result(), takt::ControlResult::no_world_loaded);
   expect_words(client.request("get_features").text("requests"), {"load_scenario", "unload_scenario"});
 
   client.request("load_scenario", {{"uri", service.one_arm().string()}});
@@ -169,7 +169,7 @@ TEST(Hosting, AReloadReadsTheFileWithTheSameOverrides) {
                                    {"overrides", "solver.step_s=0.004\nparts.Q.mass_kg=0.7"}});
   auto state = state_of_scenario(client, "one_arm");
   ASSERT_TRUE(state.has_value());
-  EXPECT_EQ(state->cell->step_s, 0.004);
+  EXPECT_EQ(state->cell->step_size, 0.004);
   EXPECT_EQ(state->cell->components[0].mass_kg, 0.7);
   const std::uint32_t scenario_generation = state->cell->scenario_generation;
   // The file has changed meanwhile: Q is further up.
@@ -187,15 +187,15 @@ TEST(Hosting, AReloadReadsTheFileWithTheSameOverrides) {
       [&](const State& s) { return s.cell->scenario_generation > scenario_generation; }, kGenerous);
   ASSERT_TRUE(state.has_value());
   EXPECT_EQ(state->step, 0U);
-  EXPECT_EQ(state->cell->step_s, 0.004);
+  EXPECT_EQ(state->cell->step_size, 0.004);
   EXPECT_EQ(state->cell->components[0].mass_kg, 0.7);
-  EXPECT_NEAR(state->component("Q").position_m.z, 1.7, 1e-12);
+  EXPECT_NEAR(state->component("Q").position.z, 1.7, 1e-12);
 }
 
 TEST(Hosting, ThePaceIsKept) {
   HostedService service;
   Client client(client_options());
-  client.set_pace(takt::client::Pace::realtime, 2.5);
+  client.set_pace(takt::Pace::realtime, 2.5);
   client.request("reload_scenario");
   const Reply state = client.request("get_state");
   EXPECT_EQ(state.text("pace"), "realtime");

@@ -16,13 +16,13 @@ namespace {
 
 using takt::Client;
 using takt::ClientError;
-using takt::client::Contact;
-using takt::client::Contacts;
-using takt::client::Event;
-using takt::client::Power;
-using takt::client::Seconds;
-using takt::client::State;
-using takt::client::Status;
+using takt::Contact;
+using takt::Contacts;
+using takt::Event;
+using takt::Power;
+using takt::Seconds;
+using takt::State;
+using takt::Status;
 using takt::test::ChildProcess;
 using takt::test::DdsService;
 using takt::test::kGenerous;
@@ -54,7 +54,7 @@ TEST(LevelOfDetailOverDds, TheLevelChangesWhileRunningAndPowerAndEffortsAreSent)
   takt::test::RawCellClient raw;
   const auto joints =
       raw.dds.read<sensor_msgs::msg::JointState>(raw.topic("Robot1/joint_states"), true, false, 10);
-  EXPECT_TRUE(client.state().robots[0].motor_power_W.empty());
+  EXPECT_TRUE(client.state().robots[0].motor_power.empty());
   ASSERT_EQ(client.status().processes.size(), 1U);
   EXPECT_EQ(client.status().processes[0].level_of_detail, 1);
   EXPECT_EQ(client.status().solver, "rk2");
@@ -76,28 +76,28 @@ TEST(LevelOfDetailOverDds, TheLevelChangesWhileRunningAndPowerAndEffortsAreSent)
   client.send_joint_command("Robot1", target);
   const auto working = client.wait_for_power(
       [](const Power& p) {
-        return p.consumers.size() == 2 && p.consumers[0].mechanical_energy_J > 0.0 &&
-               p.consumers[0].electrical_energy_J > 0.0;
+        return p.consumers.size() == 2 && p.consumers[0].mechanical_energy > 0.0 &&
+               p.consumers[0].electrical_energy > 0.0;
       },
       kGenerous);
   ASSERT_TRUE(working.has_value());
   EXPECT_EQ(working->consumers[0].name, "Robot1");
   EXPECT_EQ(working->consumers[1].name, "Robot2");
-  EXPECT_EQ(working->consumers[0].mechanical_W.size(), 8U);  // six joints and two jaws
+  EXPECT_EQ(working->consumers[0].mechanical_power.size(), 8U);  // six joints and two jaws
   const auto later =
-      client.wait_for_power([&](const Power& p) { return p.time_s >= working->time_s + 0.5; }, kGenerous);
+      client.wait_for_power([&](const Power& p) { return p.time >= working->time + 0.5; }, kGenerous);
   ASSERT_TRUE(later.has_value());
   for (std::size_t r = 0; r < 2; ++r) {
-    EXPECT_GE(later->consumers[r].electrical_W, 200.0);
+    EXPECT_GE(later->consumers[r].electrical_power, 200.0);
     // Idle power alone makes this much.
-    EXPECT_GE(later->consumers[r].electrical_energy_J - working->consumers[r].electrical_energy_J,
-              200.0 * (later->time_s - working->time_s) - 1e-6);
+    EXPECT_GE(later->consumers[r].electrical_energy - working->consumers[r].electrical_energy,
+              200.0 * (later->time - working->time) - 1e-6);
     double sum = 0.0;
-    for (const double power : later->consumers[r].mechanical_W) sum += power;
-    EXPECT_NEAR(sum, later->consumers[r].mechanical_total_W, 1e-9 + 1e-9 * std::abs(sum));
+    for (const double power : later->consumers[r].mechanical_power) sum += power;
+    EXPECT_NEAR(sum, later->consumers[r].mechanical_total, 1e-9 + 1e-9 * std::abs(sum));
   }
   const auto dynamic =
-      client.wait_for_state([](const State& s) { return s.robots[0].motor_power_W.size() == 6; }, kGenerous);
+      client.wait_for_state([](const State& s) { return s.robots[0].motor_power.size() == 6; }, kGenerous);
   ASSERT_TRUE(dynamic.has_value());
   EXPECT_GT(std::abs(dynamic->robots[0].effort.at(1)), 10.0);  // the arm's weight on the lift joint
   ASSERT_TRUE(
@@ -106,15 +106,15 @@ TEST(LevelOfDetailOverDds, TheLevelChangesWhileRunningAndPowerAndEffortsAreSent)
   client.set_level_of_detail(1);
   ASSERT_TRUE(client.wait_for_power([](const Power& p) { return p.consumers.empty(); }, kGenerous));
   const auto kinematic =
-      client.wait_for_state([](const State& s) { return s.robots[0].motor_power_W.empty(); }, kGenerous);
+      client.wait_for_state([](const State& s) { return s.robots[0].motor_power.empty(); }, kGenerous);
   ASSERT_TRUE(kinematic.has_value());
   EXPECT_EQ(kinematic->robots[0].effort.at(1), 0.0);
-  EXPECT_EQ(kinematic->grippers[0].force_N, 0.0);
+  EXPECT_EQ(kinematic->grippers[0].force, 0.0);
   try {
     client.set_level_of_detail(2, "welding");
     FAIL() << "a process that does not exist was changed";
   } catch (const ClientError& error) {
-    EXPECT_EQ(error.result(), 2);  // not found
+    EXPECT_EQ(error.result(), takt::ControlResult::not_found);  // not found
     EXPECT_NE(std::string(error.what()).find(process), std::string::npos) << error.what();
   }
 }
@@ -123,17 +123,17 @@ TEST(LevelOfDetailOverDds, JawsPublishTheForceOfTheirDrives) {
   const DdsService service(loop_options(true));
   Client client(options());
   client.set_level_of_detail(2);
-  client.set_gripper("Gripper1", takt::client::GripperAction::close);
+  client.set_gripper("Gripper1", takt::GripperAction::close);
   double width = 1.0;
   for (int i = 0; i < 1000 && width > 0.06; ++i) {
     client.step(20);
-    width = client.state().gripper("Gripper1").width_m;
+    width = client.state().gripper("Gripper1").width;
   }
   // Half way the jaws move with their speed; their drives hold them against weight and inertia.
   const State moving = client.state();
-  EXPECT_LT(moving.gripper("Gripper1").width_m, 0.07);
-  EXPECT_GT(moving.gripper("Gripper1").force_N, 0.0);
-  EXPECT_LE(moving.gripper("Gripper1").force_N, 150.0);
+  EXPECT_LT(moving.gripper("Gripper1").width, 0.07);
+  EXPECT_GT(moving.gripper("Gripper1").force, 0.0);
+  EXPECT_LE(moving.gripper("Gripper1").force, 150.0);
 }
 
 /// Furnaces and screwdrivers draw power at any level of detail.
@@ -149,9 +149,9 @@ TEST(LevelOfDetail, DevicesConsumePowerAsInTheReport) {
   ASSERT_TRUE(alone.has_value());
   ASSERT_EQ(alone->consumers.size(), 1U);
   EXPECT_EQ(alone->consumers[0].name, "Heater");
-  EXPECT_TRUE(alone->consumers[0].mechanical_W.empty());
-  EXPECT_EQ(alone->consumers[0].electrical_W, 650.0);
-  EXPECT_NEAR(alone->consumers[0].electrical_energy_J, 650.0, 1e-6);
+  EXPECT_TRUE(alone->consumers[0].mechanical_power.empty());
+  EXPECT_EQ(alone->consumers[0].electrical_power, 650.0);
+  EXPECT_NEAR(alone->consumers[0].electrical_energy, 650.0, 1e-6);
   ChildProcess person({std::string(TAKT_BIN_DIR) + "/takt", "power", "--cell", takt::test::test_cell(),
                        "--domain", std::to_string(takt::test::test_domain())});
   EXPECT_EQ(person.wait(), 0) << person.text;
@@ -169,8 +169,8 @@ TEST(LevelOfDetail, DevicesConsumePowerAsInTheReport) {
   ASSERT_EQ(reported.size(), 3U);
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(all->consumers[i].name, reported[i].consumer);
-    EXPECT_EQ(all->consumers[i].electrical_energy_J, reported[i].energy_J);
-    EXPECT_EQ(all->consumers[i].electrical_W, reported[i].power_W);
+    EXPECT_EQ(all->consumers[i].electrical_energy, reported[i].energy_J);
+    EXPECT_EQ(all->consumers[i].electrical_power, reported[i].power_W);
   }
 }
 
@@ -220,8 +220,8 @@ constexpr double kGravity = 9.80665;
 /// Upward force of a Ground on a component, or 0 where the two do not press.
 double carried(const Contacts& contacts, const std::string& part, const std::string& ground) {
   for (const Contact& c : contacts.contacts) {
-    if (c.base == part && c.target == ground) return c.force_N.z;
-    if (c.base == ground && c.target == part) return -c.force_N.z;
+    if (c.base == part && c.target == ground) return c.force.z;
+    if (c.base == ground && c.target == part) return -c.force.z;
   }
   return 0.0;
 }
@@ -249,14 +249,14 @@ TEST(ContactsOverDds, TheCellSwitchesToLevelThreeAndBackWhileRunning) {
   EXPECT_NEAR(carried(*standing, "C", "Table1"), 0.5 * kGravity, 0.01 * 0.5 * kGravity);
   for (const Contact& c : standing->contacts) {
     EXPECT_GT(c.elements, 0U);
-    EXPECT_GT(c.area_m2, 1e-5);
-    EXPECT_NEAR(c.normal_force_N, std::abs(c.force_N.z), 1e-9);
+    EXPECT_GT(c.area, 1e-5);
+    EXPECT_NEAR(c.normal_force, std::abs(c.force.z), 1e-9);
     // Even pressure of a flat face.
-    EXPECT_NEAR(c.largest_pressure_Pa * c.area_m2, c.normal_force_N, 0.05 * c.normal_force_N);
-    EXPECT_GT(c.largest_penetration_m, 0.0);
-    EXPECT_NEAR(c.center_of_pressure_m.z, 0.7, 1e-4);
+    EXPECT_NEAR(c.largest_pressure * c.area, c.normal_force, 0.05 * c.normal_force);
+    EXPECT_GT(c.largest_penetration, 0.0);
+    EXPECT_NEAR(c.center_of_pressure.z, 0.7, 1e-4);
   }
-  const takt::client::PartExplanation why = client.explain_part("P");
+  const takt::PartExplanation why = client.explain_part("P");
   EXPECT_TRUE(why.surface_contact);
   ASSERT_EQ(why.pressing.size(), 1U);
   EXPECT_EQ(why.pressing[0].by, "Table1");
@@ -365,7 +365,7 @@ TEST(ContactsOverDds, RestingPartsOfThePacedBlockScenarioAreCarriedByTheirTable)
   std::size_t samples = 0, bad = 0;
   const auto end = client.wait_for_contacts(
       [&](const Contacts& contacts) {
-        if (contacts.time_s < 0.5) return false;  // they come to rest
+        if (contacts.time < 0.5) return false;  // they come to rest
         ++samples;
         double all = 0.0;
         for (const auto& [part, weight] : weights) {
@@ -374,7 +374,7 @@ TEST(ContactsOverDds, RestingPartsOfThePacedBlockScenarioAreCarriedByTheirTable)
           all += force;
         }
         if (std::abs(all - 2.6 * kGravity) > 0.01 * 2.6 * kGravity || contacts.contacts.size() != 4) ++bad;
-        return contacts.time_s >= 3.0;
+        return contacts.time >= 3.0;
       },
       kGenerous);
   ASSERT_TRUE(end.has_value());

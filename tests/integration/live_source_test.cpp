@@ -24,7 +24,7 @@ std::unique_ptr<ChildProcess> paused_server() {
 
 TEST(LiveSource, ARequestReachesARestartingServer) {
   auto server = paused_server();
-  takt::client::ClientOptions options;
+  takt::ClientOptions options;
   options.cell = takt::test::test_cell();
   options.domain = static_cast<int>(takt::test::test_domain());
   options.timeout = takt::test::kGenerous;
@@ -48,7 +48,7 @@ TEST(LiveSource, ARequestReachesARestartingServer) {
 
 TEST(LiveSource, ARequestToAMissingCellIsRefused) {
   auto server = paused_server();
-  takt::client::ClientOptions options;
+  takt::ClientOptions options;
   options.cell = takt::test::test_cell();
   options.domain = static_cast<int>(takt::test::test_domain());
   takt::view::Stream stream;

@@ -47,11 +47,11 @@ TEST(LockstepBlockScenario, EveryRunHasTheBitsOfTheRunInOneProcess) {
     ChildProcess server(
         {kBin + "/takt-server", kBlockScenario, "--paused", "--cell", cell_name, "--domain", domain});
     ASSERT_TRUE(server.wait_for_output("ready")) << server.text;
-    client::ClientOptions options;
+    ClientOptions options;
     options.cell = cell_name;
     options.domain = std::stoi(domain);
-    options.timeout = client::Seconds(60.0);
-    options.liveliness_timeout = client::Seconds(60.0);
+    options.timeout = Seconds(60.0);
+    options.liveliness_timeout = Seconds(60.0);
     Client cell(options);
     ChildProcess controller({kBin + "/takt-controller", kProgram, "--cell", cell_name, "--domain", domain,
                              "--pace", "lockstep", "--start", "--until", "42", "--timeout", "60"});
@@ -60,14 +60,14 @@ TEST(LockstepBlockScenario, EveryRunHasTheBitsOfTheRunInOneProcess) {
     std::size_t compared = 0;
     std::uint64_t first_wrong = 0;
     const auto end = cell.wait_for_state(
-        [&](const client::State& state) {
+        [&](const State& state) {
           if (state.step < expected.size()) {
             ++compared;
             if (state.state_hash != expected[state.step] && first_wrong == 0) first_wrong = state.step;
           }
           return state.step >= 42000 || first_wrong != 0;
         },
-        client::Seconds(300.0));
+        Seconds(300.0));
     ASSERT_TRUE(end.has_value()) << "round " << round << ": the end was not reached\n" << controller.text;
     ASSERT_EQ(first_wrong, 0U) << "round " << round << ": other bits at this step";
     EXPECT_EQ(end->step, 42000U);

@@ -175,7 +175,7 @@ class Secured : public Programs {
     const Outcome status = takt(as(identities_ / "controller"), "status");
     EXPECT_EQ(status.code, 0) << status.text;
     EXPECT_NE(status.text.find("service_test"), std::string::npos) << status.text;
-    EXPECT_EQ(takt(as(identities_ / "controller"), "resume").code, 0);
+    EXPECT_EQ(takt(as(identities_ / "controller"), "play").code, 0);
   }
   void expect_refused(const std::vector<std::string>& options) {
     const Outcome refused = takt(options, "status", "3");

@@ -124,8 +124,8 @@ TEST(RecordedQos, RecordedQosEqualsThatOfTheServersWriters) {
   for (const auto& [topic, qos] : writers)
     of_cell[topic.starts_with(prefix) ? "/cell/" + topic.substr(prefix.size()) : topic] = qos;
   const auto simulated = service.directory / "simulated.mcap";
-  ChildProcess run({kBin + "/takt-run", service.two_robots().string(), "--lod", "2", "--duration", "0.05",
-                    "--quiet", "--mcap", simulated.string()});
+  ChildProcess run({kBin + "/takt-run", "run", service.two_robots().string(), "--lod", "2", "--duration",
+                    "0.05", "--quiet", "--mcap", simulated.string()});
   EXPECT_EQ(run.wait(), 0) << run.text;
   EXPECT_GT(compare(McapReader(simulated), of_cell), 6U);
 }

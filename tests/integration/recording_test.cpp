@@ -14,9 +14,9 @@ namespace {
 
 using takt::Client;
 using takt::ClientError;
-using takt::client::Event;
-using takt::client::Reply;
-using takt::client::State;
+using takt::Event;
+using takt::Reply;
+using takt::State;
 using takt::test::ChildProcess;
 using takt::test::client_options;
 using takt::test::expect_words;
@@ -33,7 +33,7 @@ std::string hexadecimal(std::uint64_t value) {
 
 /// Output of takt-run for a log; checks its exit code.
 std::string replayed(const std::vector<std::string>& arguments, int expected_code) {
-  std::vector<std::string> command{kBin + "/takt-run"};
+  std::vector<std::string> command{kBin + "/takt-run", "replay"};
   command.insert(command.end(), arguments.begin(), arguments.end());
   ChildProcess program(command);
   const int code = program.wait();
@@ -49,8 +49,7 @@ void swing_arms(Client& client, int times) {
       target[5] += 0.001 * i;
       client.send_joint_command(robot, target);
     }
-    client.set_gripper("Gripper1",
-                       i % 2 == 0 ? takt::client::GripperAction::open : takt::client::GripperAction::close);
+    client.set_gripper("Gripper1", i % 2 == 0 ? takt::GripperAction::open : takt::GripperAction::close);
     const std::uint64_t step = client.state().step;
     ASSERT_TRUE(client.wait_for_state([&](const State& s) { return s.step > step + 20; }, kGenerous))
         << client.status().fault;
@@ -95,16 +94,15 @@ TEST(Recording, ARecordedFreeRunIsReplayedByTaktRun) {
     std::filesystem::copy(service.directory.path(), directory / "scenarios");
     one_arm = (directory / "scenarios" / "one_arm.yaml").string();
     service.host.stop();
-    expect_words(replayed({"--replay", log.string()}, 0),
+    expect_words(replayed({log.string()}, 0),
                  {"2 scenarios", "takt-server of a test", hexadecimal(hash).c_str()});
   }
   // Another scenario in its place is refused with a sentence.
-  expect_words(replayed({one_arm, "--replay", log.string()}, 2), {"service_test", "one_arm"});
+  expect_words(replayed({log.string(), one_arm}, 2), {"service_test", "one_arm"});
   // Cut off as by a crash.
   std::filesystem::resize_file(log, std::filesystem::file_size(log) / 3);
-  expect_words(
-      replayed({(directory / "scenarios" / "two_robots.yaml").string(), "--replay", log.string()}, 0),
-      {"cut off", "1 scenarios"});
+  expect_words(replayed({log.string(), (directory / "scenarios" / "two_robots.yaml").string()}, 0),
+               {"cut off", "1 scenarios"});
 }
 
 TEST(Recording, ARecordingStartsAndEndsByRequestDuringARun) {
@@ -114,17 +112,18 @@ TEST(Recording, ARecordingStartsAndEndsByRequestDuringARun) {
   options.loop.pace = takt::Pace::realtime;
   HostedService service(true, options);
   Client client(client_options());
-  EXPECT_EQ(refusal(client, "stop_recording").result(), 3);
+  EXPECT_EQ(refusal(client, "stop_recording").result(), takt::ControlResult::incorrect_state);
   expect_words(refusal(client, "start_recording", {{"name", "../x"}}).what(), {"not a path"});
   client.play();
   swing_arms(client, 2);
   const Reply started = client.request("start_recording", {{"name", "middle"}});
-  EXPECT_EQ(refusal(client, "start_recording", {{"name", "other"}}).result(), 3);
+  EXPECT_EQ(refusal(client, "start_recording", {{"name", "other"}}).result(),
+            takt::ControlResult::incorrect_state);
   swing_arms(client, 4);
   const Reply stopped = client.request("stop_recording");
   EXPECT_EQ(stopped.text("uri"), started.text("uri"));
   swing_arms(client, 1);
-  expect_words(replayed({"--replay", stopped.text("uri")}, 0), {"The same bits", "1 scenarios"});
+  expect_words(replayed({stopped.text("uri")}, 0), {"The same bits", "1 scenarios"});
   // A recording is never replaced by request.
   expect_words(refusal(client, "start_recording", {{"name", "middle"}}).what(), {"exists"});
 }

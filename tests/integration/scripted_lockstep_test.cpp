@@ -53,7 +53,7 @@ std::uint64_t hash_in_process() {
 }
 
 /// The same from outside; the state at its end.
-client::State drive(Client& cell) {
+State drive(Client& cell) {
   LockstepOptions options;
   options.targets = {"Robot2", "Gripper2"};
   options.period_s = kPeriod_s;
@@ -63,7 +63,7 @@ client::State drive(Client& cell) {
   for (int k = 1; k <= kPeriods; ++k) {
     const double u = static_cast<double>(k) / kPeriods;
     target[4] = start[4] + 3.2 * u * u * (1 - u) * (1 - u);
-    if (k == 51) controller.grip("Gripper2", client::GripperAction::close);
+    if (k == 51) controller.grip("Gripper2", GripperAction::close);
     controller.move("Robot2", target);
     controller.advance();
   }
@@ -80,16 +80,16 @@ TEST(ScriptedLockstep, AScriptedMotionHasTheBitsOfTheSameMotionInOneProcess) {
   ClientOptions options;
   options.cell = name;
   options.domain = std::stoi(domain);
-  options.timeout = client::Seconds(60.0);
-  options.liveliness_timeout = client::Seconds(60.0);
+  options.timeout = Seconds(60.0);
+  options.liveliness_timeout = Seconds(60.0);
   Client cell(options);
-  const client::State end = drive(cell);
+  const State end = drive(cell);
   EXPECT_EQ(end.step, 2000U);
   EXPECT_EQ(end.state_hash, expected);
   EXPECT_TRUE(end.gripper("Gripper2").closed);
   cell.reset();
   EXPECT_EQ(drive(cell).state_hash, expected);
-  cell.set_state(client::SimulationState::quitting);
+  cell.set_state(SimulationState::quitting);
   EXPECT_EQ(server.wait(), 0) << server.text;
 }
 

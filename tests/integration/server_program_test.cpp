@@ -77,13 +77,13 @@ TEST(ServerProgram, TheLogOfTheProgramIsNotEndedByRequest) {
   ASSERT_TRUE(server.wait_for_output("ready")) << server.text;
   Client client(client_options());
   const auto refused = refusal(client, "stop_recording", {});
-  EXPECT_EQ(refused.result(), 3);
+  EXPECT_EQ(refused.result(), takt::ControlResult::incorrect_state);
   expect_words(refused.what(), {"own.taktlog"});
   expect_words(refusal(client, "start_recording", {{"name", "more"}}).what(), {"log of the server"});
   client.step(10);
   server.signal(SIGTERM);
   EXPECT_EQ(server.wait(), 0) << server.text;
-  ChildProcess replay({kBin + "/takt-run", "--replay", log});
+  ChildProcess replay({kBin + "/takt-run", "replay", log});
   EXPECT_EQ(replay.wait(), 0) << replay.text;
 }
 

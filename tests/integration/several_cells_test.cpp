@@ -14,8 +14,8 @@ namespace {
 
 using takt::Client;
 using takt::ClientOptions;
-using takt::client::Seconds;
-using takt::client::SimulationState;
+using takt::Seconds;
+using takt::SimulationState;
 using takt::test::ChildProcess;
 using takt::test::kGenerous;
 
@@ -57,7 +57,7 @@ TEST(SeveralCells, CellsInOneDomainAreIndependent) {
 
   // One changes its pace and its scenario, one ends; the third continues.
   cells[1]->reload_scenario();
-  cells[1]->set_pace(takt::client::Pace::free);
+  cells[1]->set_pace(takt::Pace::free);
   EXPECT_EQ(cells[2]->state().step, 100U);
   EXPECT_EQ(cells[2]->status().pace, "realtime");
   cells[0]->set_state(SimulationState::quitting);

@@ -15,12 +15,12 @@ namespace {
 
 using takt::Client;
 using takt::ClientError;
-using takt::client::Event;
-using takt::client::Reply;
-using takt::client::Seconds;
-using takt::client::SimulationState;
-using takt::client::State;
-using takt::client::Status;
+using takt::Event;
+using takt::Reply;
+using takt::Seconds;
+using takt::SimulationState;
+using takt::State;
+using takt::Status;
 using takt::test::client_options;
 using takt::test::expect_words;
 using takt::test::HostedService;
@@ -72,26 +72,28 @@ TEST(Snapshots, SnapshotsAreRefusedForNamePlaceAndScenario) {
   for (const char* name : {"../outside", "a/b", ".hidden", "/tmp/x", "..", "a b"}) {
     for (const char* request : {"save_snapshot", "restore_snapshot"}) {
       const ClientError error = refusal(client, request, {{"name", name}});
-      EXPECT_EQ(error.result(), 4) << name;
+      EXPECT_EQ(error.result(), takt::ControlResult::failed) << name;
       expect_words(error.what(), {"not a path"});
     }
   }
-  EXPECT_EQ(refusal(client, "restore_snapshot", {{"name", "nobody"}}).result(), 2);
-  EXPECT_EQ(refusal(client, "restore_snapshot").result(), 2);
+  EXPECT_EQ(refusal(client, "restore_snapshot", {{"name", "nobody"}}).result(),
+            takt::ControlResult::not_found);
+  EXPECT_EQ(refusal(client, "restore_snapshot").result(), takt::ControlResult::not_found);
   client.request("save_snapshot", {{"name", "two"}});
   client.request("load_scenario", {{"uri", service.one_arm().string()}});
   const ClientError other = refusal(client, "restore_snapshot", {{"name", "two"}});
-  EXPECT_EQ(other.result(), 4);
+  EXPECT_EQ(other.result(), takt::ControlResult::failed);
   expect_words(other.what(), {"two.snapshot", "service_test"});
   client.request("unload_scenario");
-  EXPECT_EQ(refusal(client, "save_snapshot", {{"name", "none"}}).result(), 3);
+  EXPECT_EQ(refusal(client, "save_snapshot", {{"name", "none"}}).result(),
+            takt::ControlResult::incorrect_state);
 }
 
 TEST(Snapshots, SnapshotsWithoutADirectoryAreRefused) {
   HostedService service;
   Client client(client_options());
   const ClientError error = refusal(client, "save_snapshot", {{"name", "a"}});
-  EXPECT_EQ(error.result(), 0);
+  EXPECT_EQ(error.result(), takt::ControlResult::unsupported);
   expect_words(error.what(), {"--snapshots"});
 }
 
@@ -124,29 +126,32 @@ TEST(Snapshots, APartIsPutElsewhereAttachedAndDetached) {
   Client client(client_options());
   client.request("set_entity_state", {{"entity", "C"}, {"position", "0.3 -0.2 1.5"}});
   const auto put = client.wait_for_state(
-      [](const State& s) { return std::abs(s.component("C").position_m.z - 1.5) < 1e-12; }, kGenerous);
+      [](const State& s) { return std::abs(s.component("C").position.z - 1.5) < 1e-12; }, kGenerous);
   ASSERT_TRUE(put.has_value());
   // Attached to the table it stays in the air; detached it falls.
   client.request("attach", {{"part", "C"}, {"to", "Table1"}});
   client.step(100);
   auto state = state_at(client, 0, 100);
   ASSERT_TRUE(state.has_value());
-  EXPECT_NEAR(state->component("C").position_m.z, 1.5, 2e-4);
+  EXPECT_NEAR(state->component("C").position.z, 1.5, 2e-4);
   EXPECT_EQ(state->partner_of("C"), "Table1");
   client.request("detach", {{"part", "C"}});
   client.step(100);
   state = state_at(client, 0, 200);
   ASSERT_TRUE(state.has_value());
-  EXPECT_LT(state->component("C").position_m.z, 1.5 - 0.5 * 9.8 * 0.09 * 0.09);
+  EXPECT_LT(state->component("C").position.z, 1.5 - 0.5 * 9.8 * 0.09 * 0.09);
   for (const char* code : {"entity_state_set", "attached", "detached"}) {
     const auto reported =
         client.wait_for_event([&](const Event& e) { return e.code == code && e.subject == "C"; }, kGenerous);
     EXPECT_TRUE(reported.has_value()) << code;
   }
-  EXPECT_EQ(refusal(client, "attach", {{"part", "Table1"}, {"to", "C"}}).result(), 4);
-  EXPECT_EQ(refusal(client, "attach", {{"part", "C"}, {"to", "nobody"}}).result(), 2);
+  EXPECT_EQ(refusal(client, "attach", {{"part", "Table1"}, {"to", "C"}}).result(),
+            takt::ControlResult::failed);
+  EXPECT_EQ(refusal(client, "attach", {{"part", "C"}, {"to", "nobody"}}).result(),
+            takt::ControlResult::not_found);
   client.play();
-  EXPECT_EQ(refusal(client, "set_entity_state", {{"entity", "C"}, {"position", "0 0 2"}}).result(), 3);
+  EXPECT_EQ(refusal(client, "set_entity_state", {{"entity", "C"}, {"position", "0 0 2"}}).result(),
+            takt::ControlResult::incorrect_state);
 }
 
 /// The program under a supervisor.
@@ -281,7 +286,7 @@ TEST_F(Supervised, AControllerRestartsOnlyAfterAResetOfTheResumedCell) {
   const auto applied = [](const State& s) { return s.applied.front().count; };
   // Later than the limit of a fresh start (2 s), and with snapshots of that time.
   const auto before =
-      client.wait_for_state([&](const State& s) { return s.time_s > 2.5 && applied(s) > 100; }, kGenerous);
+      client.wait_for_state([&](const State& s) { return s.time > 2.5 && applied(s) > 100; }, kGenerous);
   ASSERT_TRUE(before.has_value());
   ::kill(first, SIGKILL);
   ASSERT_NE(wait_for_child(), first);

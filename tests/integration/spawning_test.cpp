@@ -13,11 +13,11 @@ namespace {
 using takt::Client;
 using takt::ClientError;
 using Arguments = std::map<std::string, std::string>;
-using takt::client::Reply;
-using takt::client::Seconds;
-using takt::client::SimulationState;
-using takt::client::State;
-using takt::client::Status;
+using takt::Reply;
+using takt::Seconds;
+using takt::SimulationState;
+using takt::State;
+using takt::Status;
 using takt::test::HostedService;
 
 using takt::test::client_options;
@@ -44,7 +44,7 @@ TEST(Spawning, ACopyOfAPartIsSpawnedBehavesLikeItAndIsDeleted) {
   const auto first = client.cell();
   const ClientError early =
       refusal(client, "spawn_entity", {{"name", "C2"}, {"copy_of", "C"}, {"position", "0.3 0.2 0.9"}});
-  EXPECT_EQ(early.result(), 3);
+  EXPECT_EQ(early.result(), takt::ControlResult::incorrect_state);
   expect_words(early.what(), {"stopped", "paused"});
 
   const State there = exchanged(client, "spawn_entity",
@@ -57,17 +57,17 @@ TEST(Spawning, ACopyOfAPartIsSpawnedBehavesLikeItAndIsDeleted) {
   const int original = there.cell->find_component("C");
   ASSERT_GE(copy, 0);
   EXPECT_EQ(there.cell->components[static_cast<std::size_t>(copy)].mass_kg, 0.5);
-  EXPECT_EQ(there.cell->components[static_cast<std::size_t>(copy)].vertices_m,
-            there.cell->components[static_cast<std::size_t>(original)].vertices_m);
-  EXPECT_NEAR(there.component("C2").position_m.z, 0.9, 1e-12);
+  EXPECT_EQ(there.cell->components[static_cast<std::size_t>(copy)].vertices,
+            there.cell->components[static_cast<std::size_t>(original)].vertices);
+  EXPECT_NEAR(there.component("C2").position.z, 0.9, 1e-12);
   EXPECT_NEAR(there.component("C2").orientation.z, std::sqrt(0.5), 1e-12);
   // In the air without holder: it falls by g t^2 / 2.
   client.step(50);
   const auto fallen = client.wait_for_state([](const State& s) { return s.step == 50; }, kGenerous);
   ASSERT_TRUE(fallen.has_value());
-  EXPECT_NEAR(fallen->component("C2").position_m.z, 0.9 - 0.5 * 9.80665 * 0.05 * 0.05, 1e-6);
+  EXPECT_NEAR(fallen->component("C2").position.z, 0.9 - 0.5 * 9.80665 * 0.05 * 0.05, 1e-6);
   // The first step is taken at t = 0; the Parts on the table stay.
-  EXPECT_NEAR(fallen->component("C").position_m.z, there.component("C").position_m.z, 1e-4);
+  EXPECT_NEAR(fallen->component("C").position.z, there.component("C").position.z, 1e-4);
 
   const State gone = exchanged(client, "delete_entity", {{"entity", "C2"}});
   EXPECT_LT(gone.cell->find_component("C2"), 0);
@@ -87,25 +87,27 @@ TEST(Spawning, ANewPartComesFromAMeshFile) {
                                  {"position", "0.1,0.3,1.1"}});
   const int part = there.cell->find_component("P_2");
   ASSERT_GE(part, 0);
-  EXPECT_EQ(there.cell->components[static_cast<std::size_t>(part)].mass_kg, 0.25);
+  EXPECT_EQ(there.cell->components[static_cast<std::size_t>(part)].mass, 0.25);
   EXPECT_EQ(there.cell->components[static_cast<std::size_t>(part)].hierarchy, 4);
-  const auto expect_refused = [&](Arguments with, int result, const char* word) {
+  const auto expect_refused = [&](Arguments with, takt::ControlResult result, const char* word) {
     Arguments arguments{{"name", "X"}, {"uri", mesh}, {"mass_kg", "1"}, {"position", "0 0 2"}};
     for (const auto& [key, value] : with) arguments[key] = value;
     const ClientError error = refusal(client, "spawn_entity", arguments);
     EXPECT_EQ(error.result(), result) << error.what();
     expect_words(error.what(), {word});
   };
-  expect_refused({{"name", "P"}}, 101, "P");
-  expect_refused({{"name", "not a name"}}, 102, "letters");
-  expect_refused({{"uri", "/nowhere.obj"}}, 104, "/nowhere.obj");
-  expect_refused({{"uri", service.wrong_key().string()}}, 106, "wrong_key.yaml");
-  expect_refused({{"mass_kg", "-1"}}, 4, "mass_kg");
-  expect_refused({{"position", "0 0"}}, 4, "position");
-  expect_refused({{"position", "0 0 inf"}}, 4, "position");
-  expect_refused({{"orientation", "0 0 0 2"}}, 4, "orientation");
-  expect_refused({{"copy_of", "C"}}, 4, "copy_of");
-  EXPECT_EQ(refusal(client, "delete_entity", {{"entity", "nobody"}}).result(), 2);
+  expect_refused({{"name", "P"}}, takt::ControlResult::name_not_unique, "P");
+  expect_refused({{"name", "not a name"}}, takt::ControlResult::name_invalid, "letters");
+  expect_refused({{"uri", "/nowhere.obj"}}, takt::ControlResult::no_resource, "/nowhere.obj");
+  expect_refused({{"uri", service.wrong_key().string()}}, takt::ControlResult::spawn_parse_error,
+                 "wrong_key.yaml");
+  expect_refused({{"mass_kg", "-1"}}, takt::ControlResult::failed, "mass_kg");
+  expect_refused({{"position", "0 0"}}, takt::ControlResult::failed, "position");
+  expect_refused({{"position", "0 0 inf"}}, takt::ControlResult::failed, "position");
+  expect_refused({{"orientation", "0 0 0 2"}}, takt::ControlResult::failed, "orientation");
+  expect_refused({{"copy_of", "C"}}, takt::ControlResult::failed, "copy_of");
+  EXPECT_EQ(refusal(client, "delete_entity", {{"entity", "nobody"}}).result(),
+            takt::ControlResult::not_found);
   expect_words(refusal(client, "delete_entity", {{"entity", "Table1"}}).what(), {"no Part"});
   EXPECT_EQ(client.cell()->scenario_generation, there.cell->scenario_generation);
 }
@@ -136,7 +138,7 @@ TEST(Spawning, AResetOfAllRestoresTheScenario) {
 TEST(Spawning, RegisteredControllersStay) {
   HostedService service;
   Client client(client_options());
-  client.set_pace(takt::client::Pace::lockstep);
+  client.set_pace(takt::Pace::lockstep);
   client.register_controller("plc", Seconds{0.008}, kGenerous, {"Robot1"});
   exchanged(client, "spawn_entity", {{"name", "Q"}, {"copy_of", "C"}, {"position", "0 0 2"}});
   client.play();
@@ -160,7 +162,7 @@ TEST(Entities, EntitiesAreListedWithTheirState) {
   EXPECT_EQ(state.text("orientation"), "0 0 0 1");
   EXPECT_EQ(state.text("category"), "part");
   const ClientError unknown = refusal(client, "get_entity_state", {{"entity", "nobody"}});
-  EXPECT_EQ(unknown.result(), 2);
+  EXPECT_EQ(unknown.result(), takt::ControlResult::not_found);
   expect_words(unknown.what(), {"Table1"});
 }
 

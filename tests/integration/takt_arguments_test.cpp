@@ -50,15 +50,16 @@ TEST(TaktArguments, InvalidArgumentsAreReportedWithTheAllowedOnes) {
            {{"takt", "view", "--port", "65536"}, "found '65536'; allowed: a whole number from 0 to 65535"},
            {{"takt", "move", "P", "--at", "0", "nan", "0"}, "--at: found 'nan'; allowed: a finite number"},
            {{"takt", "pace", "x"}, "x not in {realtime,free,lockstep}"},
-           {{"takt", "nosuch"}, "There is no command 'nosuch'; takt --help"},
-           {{"takt", "--json", "nosuch"}, R"({"error":"There is no command 'nosuch'; takt --help)"},
+           {{"takt", "nosuch"}, "There is no command 'nosuch'. Commands: list, status, "},
+           {{"takt", "statsu"}, "There is no command 'statsu'. Did you mean 'status'?"},
+           {{"takt", "--json", "nosuch"}, R"({"error":"There is no command 'nosuch'. Commands: )"},
            {{"takt-controller", a_file, "--until", "nan"}, "found 'nan'; allowed: a finite number >= 0"},
            {{"takt-controller", a_file, "--pace", "x"}, "x not in {realtime,free,lockstep}"},
            {{"takt-server", "--snapshot-every", "nan"}, "found 'nan'; allowed: a number from 0.05 to 86400"},
            {{"takt-server", "--factor", "nan"}, "found 'nan'; allowed: a number from 0.001 to 1000"},
-           {{"takt-run", "x.yaml", "--duration", "nan"}, "found 'nan'; allowed: a finite number > 0"},
-           {{"takt-run", "x.yaml", "--factor", "-1"}, "found '-1'; allowed: a finite number > 0"},
-           {{"takt-run", "x.yaml", "--lod", "7"}, "found '7'; allowed: a whole number from 1 to 3"},
+           {{"takt-run", "run", "x.yaml", "--duration", "nan"}, "found 'nan'; allowed: a finite number > 0"},
+           {{"takt-run", "run", "x.yaml", "--factor", "-1"}, "found '-1'; allowed: a finite number > 0"},
+           {{"takt-run", "run", "x.yaml", "--lod", "7"}, "found '7'; allowed: a whole number from 1 to 3"},
        }) {
     std::vector<std::string> command = wrong.command;
     command[0] = kBin + "/" + command[0];
@@ -103,7 +104,7 @@ TEST(TaktStep, AStepBeyondTheTimeoutContinuesAndIsReported) {
   expect_words(step.text, {"has not answered 'step'", "goes on with it; 'takt pause' ends it"});
   ChildProcess pause(of_this_cell({"pause"}));
   EXPECT_EQ(pause.wait(), 0) << pause.text;
-  EXPECT_EQ(client.get_state(), takt::client::SimulationState::paused);
+  EXPECT_EQ(client.get_state(), takt::SimulationState::paused);
   const std::uint64_t at = client.state().step;
   client.step(3);
   EXPECT_EQ(client.state().step, at + 3);

@@ -153,8 +153,8 @@ class RecordingFile : public testing::Test {
  protected:
   RecordingFile() {
     directory_.write("two_robots.yaml", takt::test::service_scenario_text());
-    ChildProcess run({kBin + "/takt-run", (directory_ / "two_robots.yaml").string(), "--duration", "0.2",
-                      "--quiet", "--mcap", file_.string()});
+    ChildProcess run({kBin + "/takt-run", "run", (directory_ / "two_robots.yaml").string(), "--duration",
+                      "0.2", "--quiet", "--mcap", file_.string()});
     EXPECT_EQ(run.wait(), 0) << run.text;
   }
   /// Through a shell, with `redirection`: the text of all output and the exit code.
@@ -173,13 +173,13 @@ class RecordingFile : public testing::Test {
 
 TEST_F(RecordingFile, LostOutputIsAFailure) {
   const std::string scenario = (directory_ / "two_robots.yaml").string();
-  for (const auto& command :
-       std::vector<std::vector<std::string>>{takt_command({"export", file_.string(), "--json"}),
-                                             takt_command({"export", file_.string(), "--csv", "-"}),
-                                             takt_command({"export", file_.string(), "--list"}),
-                                             takt_command({"--help"}),
-                                             {kBin + "/takt-run", scenario, "--duration", "0.01", "--json"},
-                                             {kBin + "/takt-run", scenario, "--duration", "0.01"}}) {
+  for (const auto& command : std::vector<std::vector<std::string>>{
+           takt_command({"export", file_.string(), "--json"}),
+           takt_command({"export", file_.string(), "--csv", "-"}),
+           takt_command({"export", file_.string(), "--list"}),
+           takt_command({"--help"}),
+           {kBin + "/takt-run", "run", scenario, "--duration", "0.01", "--json"},
+           {kBin + "/takt-run", "run", scenario, "--duration", "0.01"}}) {
     const auto [code, text] = shell(command, ">/dev/full");
     EXPECT_EQ(code, 1) << command[1] << ": " << text;
     expect_words(text, {"Standard output cannot be written on"});

@@ -36,7 +36,7 @@ std::string deep_request(std::size_t levels) {
 class Viewer : public testing::Test {
  protected:
   Viewer() {
-    ChildProcess run({takt::test::kBin + "/takt-run", takt::test::kBlockScenario, "--duration", "0.01",
+    ChildProcess run({takt::test::kBin + "/takt-run", "run", takt::test::kBlockScenario, "--duration", "0.01",
                       "--quiet", "--mcap", (directory_ / "run.mcap").string()});
     EXPECT_EQ(run.wait(), 0) << run.text;
     std::filesystem::create_directories(directory_ / "page");

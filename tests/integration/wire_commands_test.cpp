@@ -14,7 +14,7 @@
 namespace takt {
 namespace {
 
-using client::Seconds;
+using takt::Seconds;
 using takt::test::kGenerous;
 using test::DdsService;
 using test::RawCellClient;
@@ -52,7 +52,7 @@ class WireCommands : public testing::Test {
   void step_until_applied(std::size_t target, std::uint64_t count) {
     for (int attempt = 0; attempt < 6000; ++attempt) {
       client_->step(1);
-      const auto applied = [&](const client::State& state) { return state.applied[target].count >= count; };
+      const auto applied = [&](const State& state) { return state.applied[target].count >= count; };
       if (client_->wait_for_state(applied, Seconds{0.01})) return;
     }
     ADD_FAILURE() << "the command was not applied";
@@ -73,8 +73,7 @@ TEST_F(WireCommands, ATrajectoryIsFollowedAndItsEndIsAnEvent) {
   EXPECT_EQ(done->subject, "Robot1");
   EXPECT_EQ(done->message, "Robot1 is at the end of its trajectory.");
   const auto there = client_->wait_for_state(
-      [](const client::State& s) { return std::abs(s.robot("Robot1").position[0] - 0.03) < 1e-12; },
-      kGenerous);
+      [](const State& s) { return std::abs(s.robot("Robot1").position[0] - 0.03) < 1e-12; }, kGenerous);
   EXPECT_TRUE(there.has_value());
 }
 
@@ -100,7 +99,7 @@ TEST_F(WireCommands, SignalsOfDevicesAreSetAndPublished) {
   const auto cell = client_->cell();
   ASSERT_EQ(cell->devices.size(), 1U);
   EXPECT_EQ(cell->devices[0].name, "Chamber");
-  const std::vector<client::SignalInfo>& signals = cell->devices[0].signals;
+  const auto& signals = cell->devices[0].signals;
   const std::vector<SignalDescription>& truth = service_.model->description.devices[0].signals;
   ASSERT_EQ(signals.size(), truth.size());
   for (std::size_t i = 0; i < truth.size(); ++i) {
@@ -114,10 +113,10 @@ TEST_F(WireCommands, SignalsOfDevicesAreSetAndPublished) {
   step_until_applied(4, 1);
   client_->step(500);
   const auto warm =
-      client_->wait_for_state([](const client::State& s) { return s.devices[0][2] > 80.0; }, kGenerous);
+      client_->wait_for_state([](const State& s) { return s.devices[0].signals[2] > 80.0; }, kGenerous);
   ASSERT_TRUE(warm.has_value());
-  EXPECT_EQ(warm->devices[0][0], 120.0);
-  EXPECT_EQ(warm->devices[0][1], 1.0);
+  EXPECT_EQ(warm->devices[0].signals[0], 120.0);
+  EXPECT_EQ(warm->devices[0].signals[1], 1.0);
   EXPECT_EQ(warm->applied[4].target, "Chamber");
   client_->set_signals("Chamber", {{"temperature", 30.0}});
   const auto refused =
@@ -127,25 +126,25 @@ TEST_F(WireCommands, SignalsOfDevicesAreSetAndPublished) {
 }
 
 TEST_F(WireCommands, ALockstepControllerSetsSignalsInStepWithTime) {
-  client::LockstepController controller(*client_, {.targets = {"Chamber", "Gripper1"}, .period_s = 0.01});
+  LockstepController controller(*client_, {.targets = {"Chamber", "Gripper1"}, .period_s = 0.01});
   controller.advance();  // no signal is set yet
-  EXPECT_EQ(controller.state().devices[0][2], 20.0);
-  const double begin_s = controller.state().time_s;
+  EXPECT_EQ(controller.state().devices[0].signals[2], 20.0);
+  const double begin_s = controller.state().time;
   controller.set_signals("Chamber", {{"set_point", 120.0}});
-  while (controller.state().time_s < begin_s + 0.5 - 1e-9) controller.advance();
-  EXPECT_NEAR(controller.state().devices[0][2], 120.0 - 100.0 * std::exp(-1.0), 1e-3);
+  while (controller.state().time < begin_s + 0.5 - 1e-9) controller.advance();
+  EXPECT_NEAR(controller.state().devices[0].signals[2], 120.0 - 100.0 * std::exp(-1.0), 1e-3);
   controller.set_signals("Chamber", {{"lamp", 1.0}});
   controller.advance();
-  EXPECT_EQ(controller.state().devices[0][0], 120.0);  // stays
-  EXPECT_EQ(controller.state().devices[0][1], 1.0);
+  EXPECT_EQ(controller.state().devices[0].signals[0], 120.0);  // stays
+  EXPECT_EQ(controller.state().devices[0].signals[1], 1.0);
   EXPECT_THROW(controller.move("Chamber", at(0.0)), ClientError);
-  EXPECT_THROW(controller.grip("Chamber", client::GripperAction::open), ClientError);
+  EXPECT_THROW(controller.grip("Chamber", GripperAction::open), ClientError);
   EXPECT_THROW(controller.set_signals("Gripper1", {{"lamp", 1.0}}), ClientError);
   EXPECT_THROW(controller.set_signals("Furnace", {{"lamp", 1.0}}), ClientError);
 }
 
 /// The sentence of advance() at a time-out; empty without one.
-std::string timeout_of(client::LockstepController& controller) {
+std::string timeout_of(LockstepController& controller) {
   try {
     controller.advance();
   } catch (const ClientError& error) {
@@ -157,13 +156,13 @@ std::string timeout_of(client::LockstepController& controller) {
 
 TEST_F(WireCommands, ALockstepControllerTimesOutWhileAnotherIsSilent) {
   int looks = 0;
-  client::ClientOptions options = test::client_options();
+  ClientOptions options = test::client_options();
   options.while_waiting = [&] { ++looks; };
   takt::Client looking(options);
-  client::LockstepController controller(
+  LockstepController controller(
       looking, {.targets = {"Gripper1"}, .period_s = 0.01, .name = "patient", .timeout = Seconds{2.0}});
   controller.advance();
-  client::LockstepController silent(
+  LockstepController silent(
       *client_, {.targets = {"Chamber"}, .period_s = 0.01, .name = "silent", .timeout = kGenerous});
   const auto begin = std::chrono::steady_clock::now();
   const std::string late = timeout_of(controller);
@@ -174,18 +173,18 @@ TEST_F(WireCommands, ALockstepControllerTimesOutWhileAnotherIsSilent) {
   EXPECT_GE(looks, 1);
   // The other answers after all: both continue, and no boundary was skipped.
   EXPECT_EQ(timeout_of(silent), "");
-  EXPECT_NEAR(controller.advance().time_s, 0.02, 1e-12);
-  EXPECT_NEAR(silent.state().time_s, 0.02, 1e-12);
+  EXPECT_NEAR(controller.advance().time, 0.02, 1e-12);
+  EXPECT_NEAR(silent.state().time, 0.02, 1e-12);
 }
 
 TEST_F(WireCommands, ALockstepControllerTimesOutOnAPausedCell) {
-  client::LockstepController controller(*client_,
-                                        {.targets = {"Gripper1"}, .period_s = 0.01, .timeout = Seconds{1.0}});
+  LockstepController controller(*client_,
+                                {.targets = {"Gripper1"}, .period_s = 0.01, .timeout = Seconds{1.0}});
   client_->pause();
   const std::string late = timeout_of(controller);
   EXPECT_NE(late.find("it stands at 0 s and is paused."), std::string::npos) << late;
-  client_->resume();
-  EXPECT_NEAR(controller.advance().time_s, 0.01, 1e-12);
+  client_->play();
+  EXPECT_NEAR(controller.advance().time, 0.01, 1e-12);
 }
 
 TEST_F(WireCommands, FramesFormATreeFromTheWorldToEveryLink) {
@@ -245,7 +244,7 @@ TEST_F(WireCommands, ARobotOfAFrozenOwnerPassesToTheNextSender) {
   client_->send_joint_command("Robot1", at(0.01));  // weaker: not heard
   owner.signal(SIGSTOP);
   const auto frozen = std::chrono::steady_clock::now();
-  const auto applied = [](const client::State& s) { return s.applied[0].count >= 2; };
+  const auto applied = [](const State& s) { return s.applied[0].count >= 2; };
   bool taken_over = false;
   for (int attempt = 0; attempt < 6000 && !taken_over; ++attempt) {
     client_->send_joint_command("Robot1", at(0.01));
@@ -273,15 +272,15 @@ TEST_F(WireCommands, ARobotOfAFrozenSoleOwnerPassesToALaterSender) {
   ASSERT_TRUE(owner.wait_for_output("ready")) << owner.text;
   step_until_applied(0, 1);
   owner.signal(SIGSTOP);
-  const double frozen_s = client_->status().wall_time_s;
+  const double frozen_s = client_->status().wall_time;
   ASSERT_TRUE(
-      client_->wait_for_status([&](const auto& s) { return s.wall_time_s > frozen_s + 3.0; }, kGenerous));
+      client_->wait_for_status([&](const auto& s) { return s.wall_time > frozen_s + 3.0; }, kGenerous));
   bool taken_over = false;
   for (int attempt = 0; attempt < 6000 && !taken_over; ++attempt) {
     client_->send_joint_command("Robot1", at(0.01));
     client_->step(1);
     taken_over =
-        client_->wait_for_state([](const client::State& s) { return s.applied[0].count >= 2; }, Seconds{0.01})
+        client_->wait_for_state([](const State& s) { return s.applied[0].count >= 2; }, Seconds{0.01})
             .has_value();
   }
   EXPECT_TRUE(taken_over);

@@ -1,12 +1,12 @@
 """The Python module itself: errors, waits, threads, scenarios and parts."""
 
-import ast
 import json
 import os
+import select
 import signal
 import subprocess
+import sys
 import threading
-from pathlib import Path
 
 import pytest
 
@@ -30,7 +30,7 @@ def test_scenarios_are_exchanged(cell, config):
     assert cell.info.scenario == "block_assembly"
     info = cell.load_scenario(str(config / "scenarios" / "robot_r3_single_axis.yaml"))
     assert info.scenario == cell.info.scenario != "block_assembly"
-    assert list(cell.state.robots) == list(info.robots)
+    assert cell.state.robots.names == info.robots.names
     cell.unload_scenario()
     assert cell.info.scenario == ""
     assert cell.get_state().state == takt.SimulationState.no_world
@@ -110,7 +110,7 @@ def test_ctrl_c_ends_the_wait_for_a_boundary(server, cell):
             controller.advance()
         helper.join()
         cell.unregister_controller("silent")
-        assert controller.advance().time_s == pytest.approx(0.008)
+        assert controller.advance().time == pytest.approx(0.008)
 
 
 @pytest.mark.parametrize("ask", [lambda cell: cell.step(5, timeout=600),
@@ -222,38 +222,50 @@ def test_command_line_without_a_cell():
     assert json.loads(done.stdout)["kind"] == "no_cell"
 
 
-def test_stub_and_module_have_the_same_names():
-    """What __init__.pyi promises to a type checker is there, and nothing that is there is missing from it."""
-    stub = ast.parse(Path(takt.__file__).with_suffix(".pyi").read_text())
-    classes = {node.name: node for node in stub.body if isinstance(node, ast.ClassDef)}
-    functions = {node.name for node in stub.body if isinstance(node, ast.FunctionDef)}
-    public = {name for name, value in vars(takt).items() if not name.startswith("_") and callable(value)}
-    assert public == set(classes) | functions
-    for name, node in classes.items():
-        promised = {n.name for n in node.body if isinstance(n, ast.FunctionDef)}
-        promised |= {n.target.id for n in node.body if isinstance(n, ast.AnnAssign)}
-        promised |= {t.id for n in node.body if isinstance(n, ast.Assign) for t in n.targets}
-        there = getattr(takt, name)
-        if name != "Server":  # whose attributes are made when it is
-            assert {p for p in promised if not hasattr(there, p)} == set(), name
-        found = {m for c in there.__mro__ for m in vars(c) if "takt" in c.__module__ and not m.startswith("_")}
-        assert found - promised - {"name", "value", "result"} == set(), name
+def test_a_server_ends_with_the_process_that_started_it(config):
+    """Also when that is killed."""
+    program = """
+import sys
+import takt
+server = takt.Server(sys.argv[1]).start()
+print(server._process.pid, flush=True)
+sys.stdin.read()
+"""
+    starter = subprocess.Popen([sys.executable, "-c", program, str(config / "scenarios" / "block_assembly.yaml")],
+                               env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}, stdin=subprocess.PIPE,
+                               stdout=subprocess.PIPE, text=True)
+    with starter:
+        pid = starter.stdout.readline()
+        watch = os.pidfd_open(int(pid))
+        starter.kill()
+    ended, _, _ = select.select([watch], [], [], 60)
+    os.close(watch)
+    assert ended
 
 
-def test_bash_completes_the_words_of_takt():
+def test_bash_completes_the_words_of_all_programs(tmp_path):
     script = """
         source <("$0" completion bash)
         compopt() { :; }
-        COMP_WORDS=(takt "$@"); COMP_CWORD=$#; _takt; echo "${COMPREPLY[*]}"
+        COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _takt "$1" "${@: -1}" "${@: -2: 1}"; echo "${COMPREPLY[*]}"
     """
 
-    def completed(*words):
-        return subprocess.run(["bash", "-c", script, takt.program_path("takt"), *words], capture_output=True,
-                              text=True, check=True).stdout.split()
+    def completed(program, *words):
+        return subprocess.run(["bash", "-c", script, takt.program_path("takt"), takt.program_path(program), *words],
+                              capture_output=True, text=True, check=True).stdout.split()
 
-    assert completed("st") == ["status", "state", "step"]
-    assert completed("--json", "spawn", "--co") == ["--copy-of"]
-    assert completed("pace", "--f") == ["--factor"]
+    assert completed("takt", "st") == ["status", "state", "step"]
+    assert completed("takt", "--json", "spawn", "--co") == ["--copy-of"]
+    assert completed("takt", "pace", "--f") == ["--factor"]
+    assert completed("takt", "pace", "--do") == ["--domain"]
+    assert completed("takt", "pace", "l") == ["lockstep"]
+    assert completed("takt", "request", "set_p") == ["set_pace"]
+    assert completed("takt-run", "re") == ["replay", "reference"]
+    assert completed("takt-run", "study", "x.yaml", "--j") == ["--jobs"]
+    assert completed("takt-run", "compare", "--j") == []
+    assert completed("takt-server", "--snapshot-") == ["--snapshot-every"]
+    (tmp_path / "run.json").touch()
+    assert completed("takt-run", "compare", f"{tmp_path}/ru") == [f"{tmp_path}/run.json"]
 
 
 def test_robots_say_what_they_do_when_commands_stay_away(config):
@@ -262,5 +274,5 @@ def test_robots_say_what_they_do_when_commands_stay_away(config):
     with takt.Server(config / "scenarios" / "block_assembly.yaml", overrides=overrides) as server:
         with server.client() as cell:
             robots = cell.info.robots
-            assert (robots["Robot1"].command_deadline_s, robots["Robot1"].safe_action) == (0.5, takt.SafeAction.stop)
-            assert (robots["Robot2"].command_deadline_s, robots["Robot2"].safe_action) == (0.0, takt.SafeAction.hold)
+            assert (robots["Robot1"].command_deadline, robots["Robot1"].safe_action) == (0.5, takt.SafeAction.stop)
+            assert (robots["Robot2"].command_deadline, robots["Robot2"].safe_action) == (0.0, takt.SafeAction.hold)

@@ -47,7 +47,7 @@ def cell(server):
 def test_the_description_tells_units_and_limits(cell):
     oven = cell.info.devices["Oven"]
     assert oven.name == "Oven"
-    assert list(oven.signals) == list(cell.state.devices["Oven"])
+    assert oven.signals.names == list(cell.state.signals("Oven"))
     wanted = oven.signals["set_temperature"]
     assert (wanted.unit, wanted.commanded, wanted.lower, wanted.upper) == ("degC", True, 20.0, 200.0)
     door = oven.signals["door"]
@@ -58,17 +58,17 @@ def test_the_description_tells_units_and_limits(cell):
 
 def test_a_furnace_is_heated_in_lockstep(cell):
     with cell.lockstep(["Oven"], 0.1) as controller:
-        before = controller.advance().devices["Oven"]
+        before = controller.advance().signals("Oven")
         assert before["temperature"] == pytest.approx(60, abs=0.1)
         controller.set_signals("Oven", {"set_temperature": 100})
-        while controller.state.time_s < 4:
+        while controller.state.time < 4:
             controller.advance()
-        after = controller.state.devices["Oven"]
+        after = controller.state.signals("Oven")
         assert after["set_temperature"] == pytest.approx(100)
         assert before["temperature"] + 10 < after["temperature"] < 100
         assert before["power"] + 1000 < after["power"] <= 9000
         assert controller.state.applied["Oven"].count == 40
-        assert controller.state.applied["Oven"].newest_stamp_s == pytest.approx(3.9)
+        assert controller.state.applied["Oven"].newest_stamp == pytest.approx(3.9)
 
 
 def test_signals_are_set_at_any_pace_and_wrong_ones_refused(cell):
@@ -77,8 +77,8 @@ def test_signals_are_set_at_any_pace_and_wrong_ones_refused(cell):
     cell.set_signals("Oven", {"set_temperature": 100, "door": 1})
     state = cell.wait_for_state(lambda s: s.applied["Oven"].count >= 1, timeout=60)
     assert state is not None
-    assert state.devices["Oven"]["set_temperature"] == pytest.approx(100)
-    assert state.devices["Oven"]["door"] == 1
+    assert state.signals("Oven")["set_temperature"] == pytest.approx(100)
+    assert state.signals("Oven")["door"] == 1
     for signals, reason in (({"temperature": 90}, "read_only_signal"), ({"set_temperature": 201}, "201")):
         cell.set_signals("Oven", signals)
         refused = cell.wait_for_event(lambda e: e.code == "command_rejected", timeout=60)
@@ -107,29 +107,30 @@ def output(server, *arguments):
 
 
 def test_the_command_line_shows_signals_with_units_and_limits(server, cell):
-    oven = json.loads(output(server, "state", "--json"))["devices"]["Oven"]
-    assert oven["signals"] == cell.state.devices["Oven"]
-    assert (oven["units"]["temperature"], oven["units"]["door"]) == ("degC", "")
-    assert oven["limits"] == {"set_temperature": [20, 200], "door": [0, 1]}
+    state = json.loads(output(server, "state", "--json"))
+    assert state["devices"]["Oven"]["signals"] == cell.state.signals("Oven")
+    signals = state["description"]["devices"]["Oven"]["signals"]
+    assert (signals["temperature"]["unit"], signals["door"]["unit"]) == ("degC", "")
+    assert {name: [s["lower"], s["upper"]] for name, s in signals.items() if s["commanded"]} == {
+        "set_temperature": [20, 200], "door": [0, 1]}
     lines = [line.split() for line in output(server, "state").splitlines() if line.startswith("Oven ")]
     assert lines[0] == ["Oven", "set_temperature", "60", "degC", "can", "be", "set:", "20", "to", "200"]
     assert ["Oven", "temperature", "60", "degC"] in lines
     assert json.loads(output(server, "reload", "--json"))["devices"] == ["Oven"]
     header, row = output(server, "record", "-", "--duration", "0").splitlines()[:2]
-    assert float(dict(zip(header.split(","), row.split(",")))["Oven.set_temperature"]) == pytest.approx(60)
+    assert float(dict(zip(header.split(","), row.split(",")))["devices.Oven.signals.set_temperature"]) == pytest.approx(60)
     line = json.loads(output(server, "record", "-", "--json", "--duration", "0").splitlines()[0])
     assert line["devices"]["Oven"]["signals"]["set_temperature"] == pytest.approx(60)
 
 
 def test_a_recording_of_takt_run_has_the_same_description(scenario, cell, tmp_path):
     recording = tmp_path / "oven.mcap"
-    subprocess.run([takt.program_path("takt-run"), scenario, "--duration", "0.1", "--quiet", "--mcap", recording],
+    subprocess.run([takt.program_path("takt-run"), "run", scenario, "--duration", "0.1", "--quiet", "--mcap", recording],
                    check=True)
     lines = subprocess.run([takt.program_path("takt"), "export", recording, "--json"], check=True,
                            capture_output=True, text=True).stdout.splitlines()
     told = [line["sample"] for line in map(json.loads, lines) if line["topic"].endswith("/description")]
     (oven,) = told[0]["devices"]
     signals = cell.info.devices["Oven"].signals
-    assert oven["signals"] == list(signals)
-    assert oven["properties"] == [
-        {"unit": s.unit, "commanded": s.commanded, "lower": s.lower, "upper": s.upper} for s in signals.values()]
+    assert oven["signals"] == [{"name": s.name, "unit": s.unit, "commanded": s.commanded, "lower": s.lower, "upper": s.upper}
+                               for s in signals]

@@ -25,20 +25,21 @@ def test_the_wrist_follows_its_set_points_and_the_jaws_close(cell):
     with cell.lockstep(["Robot1", "Gripper1"], PERIOD_S) as controller:
         target = controller.state.robot("Robot1").position
         controller.grip("Gripper1", takt.GripperAction.close)
-        while controller.state.time_s < 0.8:
+        while controller.state.time < 0.8:
             target[5] += 0.004
             controller.move("Robot1", target)
             state = controller.advance()
             assert state.robot("Robot1").position == pytest.approx(target)
         assert state.gripper("Gripper1").closed
-        assert state.gripper("Gripper1").width_m < 0.15
+        assert state.gripper("Gripper1").width < 0.15
         assert state.gripper("Gripper1").moving and not state.gripper("Gripper1").in_position
         assert state.part_present("Gripper1") is None
 
 
 def test_a_set_point_out_of_range_is_refused_and_told(cell):
     positions = cell.state.robot("Robot1").position
-    cell.send_joint_command("Robot1", [positions[0], 100.0] + positions[2:])
+    positions[1] = 100.0
+    cell.send_joint_command("Robot1", positions)
     event = cell.wait_for_event(lambda e: e.code == "command_rejected", timeout=30)
     assert event is not None
     assert event.subject == "Robot1"

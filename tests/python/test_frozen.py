@@ -18,11 +18,11 @@ with takt.Client() as cell:
     print("ready", flush=True)
     if sys.argv[1] == "elsewhere":
         sys.stdin.readline()
-    begun = cell.state.time_s
-    assert cell.wait_for_state(lambda state: state.time_s > begun + 0.5, timeout=60)
-    assert cell.wait_for_state(lambda state: state.time_s > float(sys.argv[2]), timeout=60)
+    begun = cell.state.time
+    assert cell.wait_for_state(lambda state: state.time > begun + 0.5, timeout=60)
+    assert cell.wait_for_state(lambda state: state.time > float(sys.argv[2]), timeout=60)
     cell.get_state()
-    assert cell.state.time_s > begun
+    assert cell.state.time > begun
 """
 
 
@@ -40,11 +40,11 @@ def test_clients_that_were_frozen_go_on(config, stopped_s):
             for client in clients:
                 assert client.stdout.readline() == "ready\n"
             # So far that each is where it is to be stopped.
-            frozen_s = cell.status.wall_time_s
-            assert cell.wait_for_status(lambda s: s.wall_time_s > frozen_s + 0.5, timeout=60)
+            frozen_s = cell.status.wall_time
+            assert cell.wait_for_status(lambda s: s.wall_time > frozen_s + 0.5, timeout=60)
             for client in clients:
                 client.send_signal(signal.SIGSTOP)
-            assert cell.wait_for_status(lambda s: s.wall_time_s > frozen_s + 0.5 + stopped_s, timeout=60)
+            assert cell.wait_for_status(lambda s: s.wall_time > frozen_s + 0.5 + stopped_s, timeout=60)
             for client in clients:
                 client.send_signal(signal.SIGCONT)
             for client in clients:

@@ -30,7 +30,7 @@ end)
 def in_process(scenario, program, folder, duration_s):
     report = folder / "report.json"
     subprocess.run(
-        [takt.program_path("takt-run"), scenario, "--program", program, "--duration", str(duration_s), "--quiet",
+        [takt.program_path("takt-run"), "run", scenario, "--program", program, "--duration", str(duration_s), "--quiet",
          "--report", report],
         check=True,
     )
@@ -41,7 +41,7 @@ def drive(cell):
     """The motion of PROGRAM; returns the instant at its end."""
     with cell.lockstep(["Robot1", "Gripper1"], PERIOD_S) as controller:
         start = controller.state.robot("Robot1").position
-        force = cell.info.grippers["Gripper1"].max_force_N
+        force = cell.info.grippers["Gripper1"].max_force
         for k in range(1, PERIODS + 1):
             u = k / PERIODS
             target = list(start)
@@ -91,7 +91,7 @@ def test_whole_assembly_by_its_controller_program(config, tmp_path):
                    "--timeout", "60"]
         with subprocess.Popen(command, env=server.environment) as controller:
             held = cell.wait_for_state(lambda s: s.partner_of("P") == "Gripper1", timeout=240)
-            assert held is not None and held.time_s >= 3.8
+            assert held is not None and held.time >= 3.8
             end = cell.wait_for_state(lambda s: s.step >= 12000, timeout=240)
             assert controller.wait() == 0
         assert end is not None and end.step == 12000

@@ -14,15 +14,15 @@ def test_a_part_is_put_elsewhere_held_and_let_go(config):
     with takt.Server(config / "scenarios" / "block_assembly.yaml") as server, server.client() as cell:
         need(cell, "attach")
         cell.set_entity_state("P", position=[0.2, 0.3, 1.0])
-        assert cell.state.component("P").position_m == pytest.approx([0.2, 0.3, 1.0])
+        assert cell.state.component("P").position == pytest.approx([0.2, 0.3, 1.0])
         cell.attach("P", "Gripper1")
         cell.step(100)
         assert cell.state.partner_of("P") == "Gripper1"
-        assert cell.state.component("P").position_m[2] == pytest.approx(1.0, abs=1e-3)
+        assert cell.state.component("P").position[2] == pytest.approx(1.0, abs=1e-3)
         cell.detach("P")
         cell.step(100)
         assert cell.state.partner_of("P") is None
-        assert cell.state.component("P").position_m[2] < 0.97
+        assert cell.state.component("P").position[2] < 0.97
         with pytest.raises(takt.Refused):
             cell.attach("Table1", "Gripper1")
 

@@ -113,7 +113,7 @@ TEST_F(ControlTest, InvalidArgumentsAreNamedWithTheAllowedOnes) {
 
 TEST_F(ControlTest, ANameThatIsNearlyRightIsSuggested) {
   EXPECT_EQ(refusal("set_pace", {{"pace", "free"}, {"faktor", "2"}}).message,
-            "Request 'set_pace' has no argument 'faktor'; it takes pace, factor. Did you mean 'factor'?");
+            "'set_pace' has no argument 'faktor'; it takes pace, factor. Did you mean 'factor'?");
   EXPECT_TRUE(refusal("explain_part", {{"part", "Tabel"}}).message.ends_with("Did you mean 'Table'?"));
   EXPECT_FALSE(refusal("explain_part", {{"part", "Oven"}}).message.ends_with("?"));
 }
@@ -168,7 +168,7 @@ TEST(Control, AValueOfAnotherKindIsRefused) {
   const auto parsed = parse({1, "step", {{"steps", text}}}, nullptr);
   ASSERT_TRUE(std::holds_alternative<Refusal>(parsed));
   EXPECT_EQ(std::get<Refusal>(parsed).message,
-            "Request 'step': argument 'steps' is '3'; allowed is a whole number from 1 to 1000000000.");
+            "Argument 'steps' is '3'; allowed is a whole number from 1 to 1000000000.");
 }
 
 TEST(Control, AnExplanationComesThroughItsValues) {

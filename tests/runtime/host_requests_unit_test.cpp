@@ -91,41 +91,5 @@ TEST(HostRequests, ASpawnHasANewPartOrACopy) {
     expect_failure("spawn_entity", with("orientation", orientation), "length 1");
 }
 
-TEST(EntityRequests, PatternsMatchAsEveryExpansionOfTheirStars) {
-  // The definition, by trying every split.
-  const std::function<bool(std::string_view, std::string_view)> defined = [&](std::string_view pattern,
-                                                                              std::string_view name) {
-    if (pattern.empty()) return name.empty();
-    if (pattern.front() == '*') {
-      for (std::size_t taken = 0; taken <= name.size(); ++taken)
-        if (defined(pattern.substr(1), name.substr(taken))) return true;
-      return false;
-    }
-    return !name.empty() && name.front() == pattern.front() && defined(pattern.substr(1), name.substr(1));
-  };
-  const auto word = [](std::size_t number, std::string_view letters, std::size_t length) {
-    std::string text;
-    for (std::size_t i = 0; i < length; ++i, number /= letters.size())
-      text += letters[number % letters.size()];
-    return text;
-  };
-  int matched = 0;
-  for (std::size_t length = 0, patterns = 1; length <= 4; ++length, patterns *= 3) {
-    for (std::size_t p = 0; p < patterns; ++p) {
-      const std::string pattern = word(p, "ab*", length);
-      for (std::size_t name_length = 0; name_length <= 5; ++name_length) {
-        for (std::size_t n = 0; n < (1U << name_length); ++n) {
-          const std::string name = word(n, "ab", name_length);
-          EXPECT_EQ(matches(pattern, name), defined(pattern, name)) << pattern << " on " << name;
-          matched += matches(pattern, name) ? 1 : 0;
-        }
-      }
-    }
-  }
-  EXPECT_GT(matched, 100);
-  // Many stars cost no more than their product with the name.
-  EXPECT_FALSE(matches("*a*a*a*a*a*a*a*a*a*a*a*a*a*a*b", std::string(10000, 'a')));
-}
-
 }  // namespace
 }  // namespace takt

@@ -31,7 +31,7 @@ class ReportedInputs : public testing::Test {
   Outcome run(const std::string& scenario, const std::vector<std::string>& more) {
     const std::filesystem::path report = directory_.path() / "report.json";
     std::filesystem::remove(report);
-    std::vector<std::string> words{TAKT_BIN_DIR "/takt-run", TAKT_CONFIG_DIR "/scenarios/" + scenario,
+    std::vector<std::string> words{TAKT_BIN_DIR "/takt-run", "run", TAKT_CONFIG_DIR "/scenarios/" + scenario,
                                    "--report", report.string()};
     words.insert(words.end(), more.begin(), more.end());
     ChildProcess process(words);
@@ -171,11 +171,11 @@ end)
 }
 
 TEST_F(ReportedInputs, AnOddMeshIsReported) {
-  ChildProcess check({TAKT_BIN_DIR "/takt-run", "--check-mesh", TAKT_CONFIG_DIR "/meshes/contact/plate.obj",
-                      "--mesh-scale", "1000"});
+  ChildProcess check({TAKT_BIN_DIR "/takt-run", "check-mesh", TAKT_CONFIG_DIR "/meshes/contact/plate.obj",
+                      "--scale", "1000"});
   EXPECT_EQ(check.wait(), 0);
   EXPECT_THAT(check.text, AllOf(HasSubstr("Odd: it is "), HasSubstr("mesh_scale: 1")));
-  ChildProcess small({TAKT_BIN_DIR "/takt-run", "--check-mesh", TAKT_CONFIG_DIR "/meshes/contact/plate.obj"});
+  ChildProcess small({TAKT_BIN_DIR "/takt-run", "check-mesh", TAKT_CONFIG_DIR "/meshes/contact/plate.obj"});
   EXPECT_EQ(small.wait(), 0);
   EXPECT_THAT(small.text, Not(HasSubstr("Odd")));
 }

@@ -89,7 +89,7 @@ wait_for 60 node_is_idle ||
   skip "Slurm does not come up here: $(cat "$work"/slurmctld.log "$work"/slurmd.log "$work"/*.out.log 2>/dev/null | grep -iE 'error|fatal' | tail -n 2)"
 
 # The study: six runs; the reference is the same one without Slurm.
-study=("$bin/takt-run" "$config/scenarios/contact/sliding_block.yaml" --vary contact.defaults.friction=0.1:0.3:3
+study=("$bin/takt-run" study "$config/scenarios/contact/sliding_block.yaml" --vary contact.defaults.friction=0.1:0.3:3
   --vary parts.Slab.mass_kg=0.5:1:2)
 nothing_queued() { [[ -z $(squeue -h) ]]; }
 mkdir "$work/study"

@@ -20,6 +20,7 @@
 #include <sstream>
 
 #include "client_lib/client.h"
+#include "idl/common/stamp.h"
 #include "server/runtime/monotonic_clock.h"
 #include "tests/soak/bare_loop.h"
 #include "tests/soak/soak_report.h"
@@ -28,8 +29,13 @@
 namespace takt::test {
 namespace {
 
-using client::Seconds;
-using client::Status;
+/// The worst of all reports.
+struct Percentiles {
+  double p50_s = 0.0, p99_s = 0.0, max_s = 0.0;
+  void include(double p50, double p99, double max) {
+    p50_s = std::max(p50_s, p50), p99_s = std::max(p99_s, p99), max_s = std::max(max_s, max);
+  }
+};
 
 struct Options {
   double minutes = 10.0;
@@ -142,9 +148,9 @@ int over_the_line(const Options& options) {
   std::vector<std::int64_t> sent_ns{0};
   double slowest_s = 0.0, effect_s = 0.0;
   Status status = cell.status();
-  const auto look_at_applied = [&](const client::AppliedCommand& now) {
+  const auto look_at_applied = [&](const AppliedCommand& now) {
     const auto newest_number =
-        static_cast<std::uint64_t>(std::llround(1e3 * std::max(0.0, now.newest_stamp_s)));
+        static_cast<std::uint64_t>(std::llround(1e3 * std::max(0.0, seconds_of(now.newest_stamp))));
     const std::uint64_t more = now.count - applied;
     const std::uint64_t most = newest_number > number ? newest_number - number : 0;
     if (newest_number < number) ++old;
@@ -175,7 +181,7 @@ int over_the_line(const Options& options) {
         missed += event->missed_before;
         if (event->code == "command_rejected" && event->subject == robot) ++refused;
       }
-      if (sent % 10 == 0) cell.set_gripper("Gripper1", client::GripperAction::width, 100.0);
+      if (sent % 10 == 0) cell.set_gripper("Gripper1", GripperAction::width, 100.0);
       if (const auto now = cell.wait_for_status([](const auto&) { return true; }, Seconds(0.0)))
         status = *now;
     } catch (const ClientError&) {  // the cell is out of reach
@@ -272,7 +278,7 @@ int kill_clients(Options options, const std::string& self) {
   const Resources at_first = resources(service.pid());
   std::uint64_t kills = 0, requests = 0, events = 0, missed = 0, applied = 0, standing = 0;
   double slowest_reply_s = 0.0;
-  client::Percentiles latency;
+  Percentiles latency;
   Status last = first;
   std::int64_t next_look_ns = 0;
   while (kills < static_cast<std::uint64_t>(options.kills)) {
@@ -290,18 +296,16 @@ int kill_clients(Options options, const std::string& self) {
     }
     if (now >= next_look_ns) {
       next_look_ns = now + 250'000'000;
-      cell.set_gripper("Gripper1", client::GripperAction::width, 100.0);  // refused, with an event for all
+      cell.set_gripper("Gripper1", GripperAction::width, 100.0);  // refused, with an event for all
       const std::int64_t asked = monotonic_now_ns();
       (void)cell.get_state();
       ++requests;
       slowest_reply_s = std::max(slowest_reply_s, 1e-9 * static_cast<double>(monotonic_now_ns() - asked));
       while (const auto event = cell.next_event(Seconds(0.0))) ++events, missed += event->missed_before;
       const Status present = cell.status();
-      if (present.wall_time_s > last.wall_time_s && present.step <= last.step) ++standing;
+      if (present.wall_time > last.wall_time && present.step <= last.step) ++standing;
       last = present;
-      latency = {std::max(latency.p50_s, last.command_latency.p50_s),
-                 std::max(latency.p99_s, last.command_latency.p99_s),
-                 std::max(latency.max_s, last.command_latency.max_s)};
+      latency.include(last.command_latency_p50, last.command_latency_p99, last.command_latency_max);
     }
     wait_until(now + 5'000'000);
   }
@@ -314,7 +318,7 @@ int kill_clients(Options options, const std::string& self) {
   const auto steps = static_cast<double>(last.step - first.step);
   Report report;
   report.line("clients killed", static_cast<double>(kills), "");
-  report.line("wall time", last.wall_time_s - first.wall_time_s, "s");
+  report.line("wall time", last.wall_time - first.wall_time, "s");
   report.must_be_zero("server gone or at fault", cell.connected() && last.fault.empty() ? 0U : 1U);
   report.must_be_zero("reports without a step since the one before", standing);
   report.must_be_zero("events lost by a client that lived", missed);
@@ -326,8 +330,8 @@ int kill_clients(Options options, const std::string& self) {
   report.line("missed ticks", 100.0 * static_cast<double>(last.overruns - first.overruns) / steps, "%");
   report.line("schedule re-based", static_cast<double>(last.schedule_resets - first.schedule_resets),
               "times");
-  report.line("step, p99", 1e6 * last.step_time.p99_s, "us");
-  report.line("step, longest", 1e6 * last.step_time.max_s, "us");
+  report.line("step, p99", 1e6 * last.step_time_p99, "us");
+  report.line("step, longest", 1e6 * last.step_time_max, "us");
   report.line("command to effect, p99 (worst of all reports)", 1e3 * latency.p99_s, "ms");
   report_growth(report, at_first, at_last);
   service.signal(SIGTERM);
@@ -365,16 +369,13 @@ int lead(Options options, const std::string& self) {
   double slowest_reply_s = 0.0;
   double next_kill_s = warm_up_s + 3.0;
   bool is_frozen = false;
-  client::Percentiles step, wakeup_latency, latency;
-  const auto worst = [](client::Percentiles& all, const client::Percentiles& now) {
-    all = {std::max(all.p50_s, now.p50_s), std::max(all.p99_s, now.p99_s), std::max(all.max_s, now.max_s)};
-  };
+  Percentiles step, wakeup_latency, latency;
   Status last = first;
   while (true) {
     const double t = 1e-9 * static_cast<double>(monotonic_now_ns() - begin);
     if (t > options.seconds - 1.0) break;
     // Each wrong command is an event for all clients, which must not be lost.
-    cell.set_gripper("Gripper1", client::GripperAction::width, 100.0);
+    cell.set_gripper("Gripper1", GripperAction::width, 100.0);
     ++wrong;
     const std::int64_t asked = monotonic_now_ns();
     (void)cell.get_state();
@@ -383,8 +384,9 @@ int lead(Options options, const std::string& self) {
     while (cell.next_event(Seconds(0.0))) {
     }
     last = cell.status();
-    worst(step, last.step_time), worst(wakeup_latency, last.wakeup_latency),
-        worst(latency, last.command_latency);
+    step.include(last.step_time_p50, last.step_time_p99, last.step_time_max);
+    wakeup_latency.include(last.wakeup_latency_p50, last.wakeup_latency_p99, last.wakeup_latency_max);
+    latency.include(last.command_latency_p50, last.command_latency_p99, last.command_latency_max);
     if (options.faults) {
       const bool freeze = t > 0.25 * options.seconds && t < 0.75 * options.seconds;
       if (freeze != is_frozen) frozen->signal(freeze ? SIGSTOP : SIGCONT);
@@ -418,7 +420,7 @@ int lead(Options options, const std::string& self) {
   }
   const double watched_s = options.seconds * static_cast<double>(watchers.size());
   const auto steps = static_cast<double>(last.step - first.step);
-  const double wall_s = last.wall_time_s - first.wall_time_s;
+  const double wall_s = last.wall_time - first.wall_time;
   report.line("wall time of the measurement", wall_s, "s");
   report.must_be_zero("server gone, at fault, or a client failed", (running ? 0U : 1U) + failed);
   report.must_be_zero("events lost by fourteen watchers", lost);
@@ -437,7 +439,7 @@ int lead(Options options, const std::string& self) {
   report.line("longest lag of that loop", 1e3 * machine.longest_lag_s, "ms");
   report.line("schedule re-based", static_cast<double>(last.schedule_resets - first.schedule_resets),
               "times");
-  report.line("simulated / wall time", (last.time_s - first.time_s) / wall_s, "");
+  report.line("simulated / wall time", (last.time - first.time) / wall_s, "");
   report.line("step, p99 (worst of all reports)", 1e6 * step.p99_s, "us", 500.0);
   report.line("step, longest", 1e6 * step.max_s, "us");
   report.line("wake-up, p99 (worst of all reports)", 1e6 * wakeup_latency.p99_s, "us");

@@ -19,9 +19,6 @@
 namespace takt::test {
 namespace {
 
-using client::Seconds;
-using client::State;
-
 /// The supervisor gives up after the fifth crash in 60 s.
 constexpr double kLeastLife_s = 15.5;
 
@@ -99,7 +96,7 @@ class Cell {
         restart.seen_s = seconds_since(killed);
       }
     }
-    restart.lost_s = before.time_s - restored_time_s();
+    restart.lost_s = before.time - restored_time_s();
     server_ = wait_for_server(*supervisor_);
     return restart;
   }

@@ -11,7 +11,7 @@
 
 namespace takt::test {
 
-inline constexpr client::Seconds kGenerous{60.0};
+inline constexpr Seconds kGenerous{60.0};
 
 inline ClientOptions client_options() {
   ClientOptions options;
@@ -26,7 +26,7 @@ inline ClientOptions client_options() {
 inline ClientError refusal(Client& cell, const std::string& name,
                            const std::map<std::string, std::string>& arguments = {}) {
   try {
-    const client::Reply reply = cell.request(name, arguments);
+    const Reply reply = cell.request(name, arguments);
     ADD_FAILURE() << name << " was done: " << reply.message;
   } catch (const ClientError& error) {
     return error;

@@ -45,7 +45,6 @@ inline takt_msgs::msg::CellDescription small_description(const std::string& cell
     for (const char* joint_name : {"shoulder", "elbow"}) {
       auto& joint = robot.joints.emplace_back();
       joint.name = joint_name;
-      joint.rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     }
   }
   auto& gripper = description.grippers.emplace_back();
@@ -62,7 +61,7 @@ inline takt_msgs::msg::CellState small_state(std::uint32_t epoch, std::uint64_t 
   state.components.resize(3);
   for (auto& component : state.components) component.partner = -1;
   state.robots.resize(2);
-  for (auto& robot : state.robots) robot.position = {0.0, 0.0};
+  for (auto& robot : state.robots) robot.position = robot.velocity = robot.effort = {0.0, 0.0};
   state.grippers.resize(1);
   return state;
 }

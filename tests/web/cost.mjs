@@ -91,7 +91,7 @@ for (const [wanted, add, kind] of [...rows, [0]]) {
   const mean = (member) => (lookers.length ? lookers.reduce((sum, looker) => sum + looker[member], 0) / lookers.length / passed : 0);
   const percent = (now, i) => (100 * (now - began[i]) / passed).toFixed(1);
   const row = [count ? `${count} ${kind}${count > 1 ? 's' : ''}` : 'nobody', percent(spent(child.pid), 0), percent(spent(running.pid), 1), percent(busy(), 2),
-    (1000 * (after.overruns - before.overruns) / Math.max(after.step - before.step, 1)).toFixed(2), (1000 * after.wakeup_latency.p99).toFixed(3),
+    (1000 * (after.overruns - before.overruns) / Math.max(after.step - before.step, 1)).toFixed(2), (1000 * after.wakeup_latency_p99).toFixed(3),
     count ? mean('frames').toFixed(1) : '', count && !pages ? (mean('bytes') / 1000).toFixed(0) : ''];
   console.log(row.map((value, i) => value.padStart(columns[i][1])).join('  '));
 }

@@ -68,12 +68,12 @@ for (const protocol of ['foxglove.websocket.v1', 'foxglove.sdk.v1']) {
   const description = live.samples.get('/web_test/description');
   description.components.forEach(({name}, i) => {
     const {x, y, z} = live.samples.get('/web_test/state').components[i].position;
-    assert.deepEqual([x, y, z], state.components[name].position);
+    assert.deepEqual({x, y, z}, state.components[name].position);
   });
   // Shapes are where the frames are, which are where the state says.
   await live.until(() => {
     const frame = live.samples.get('/takt/frames').transforms.find(({child_frame_id: id}) => id === 'takt/P');
-    return Math.abs(frame.translation.z - state.components.P.position[2]) < 1e-12 && Math.abs(frame.translation.x - state.components.P.position[0]) < 1e-12;
+    return Math.abs(frame.translation.z - state.components.P.position.z) < 1e-12 && Math.abs(frame.translation.x - state.components.P.position.x) < 1e-12;
   });
   const scene = live.samples.get('/takt/scene');
   const shape = scene.entities.find(({id}) => id === 'P');
@@ -81,7 +81,7 @@ for (const protocol of ['foxglove.websocket.v1', 'foxglove.sdk.v1']) {
   assert.equal(3 * shape.triangles[0].points.length, description.components.find(({name}) => name === 'P').vertices.length);
   const length = (arrow) => arrow.shaft_length + arrow.head_length;
   const force = live.samples.get('/takt/forces').entities.find(({id}) => id === 'force on P');
-  const size = Math.hypot(...state.components.P.force);
+  const size = Math.hypot(...Object.values(state.components.P.force));
   assert.ok(Math.abs(length(force.arrows[0]) - 0.01 * size) < 1e-6, `${length(force.arrows[0])} for ${size} N`);
   // Elements that press, on request, as coloured triangles in the frame of their component.
   live.subscribe('/takt/pressures');

@@ -17,14 +17,14 @@ const controller = await start('takt-controller', [program]);
 const distance = (a, b) => Math.hypot(...a.map((value, i) => value - b[i]));
 // On until P is further along in time and space; how far it has moved when the cell stands.
 async function go(time, far) {
-  const from = takt('state').components.P.position;
+  const from = Object.values(takt('state').components.P.position);
   await page.click('#play');
   await until(([t, place, d]) => takt.last.state.time > t && Math.hypot(...takt.place('P').map((value, i) => value - place[i])) > d, [time, from, far]);
   await page.click('#pause');
   await until(() => takt.last.status.state === 2);
   const state = takt('state');
   await until((step) => takt.last.state.step === BigInt(step), state.step);
-  return distance(from, state.components.P.position);
+  return distance(from, Object.values(state.components.P.position));
 }
 await page.fill('#factor', '2');
 await page.locator('#factor').blur();

@@ -89,8 +89,8 @@ compare(torque, plots[torque], heard('state', (sample) => sample.robots[0].effor
 // Where the cell stands now, of all of them.
 assert.equal(plots[electrical].y.at(-1), takt('power').consumers.Robot1.electrical_power);
 assert.equal(plots[contact].y.at(-1), takt('contacts').contacts.find((one) => one.base === 'P' && one.target === 'Table1').normal_force);
-assert.equal(plots[torque].y.at(-1), state.robots.Robot1.effort[joint]);
-assert.equal(plots[jointState].y.at(-1), state.robots.Robot1.effort[joint]);
+assert.equal(plots[torque].y.at(-1), state.robots.Robot1.effort.shoulder_lift_joint);
+assert.equal(plots[jointState].y.at(-1), state.robots.Robot1.effort.shoulder_lift_joint);
 // What lies on the table presses with its weight, 0.3 kg; the arm works against gravity; a robot at LoD 2 or 3 draws power.
 assert.ok(Math.abs(plots[contact].y.at(-1) - 0.3 * 9.80665) < 0.02, `${plots[contact].y.at(-1)} N`);
 assert.ok(Math.max(...plots[torque].y) - Math.min(...plots[torque].y) > 1, 'the torque of a moving arm changes');
@@ -128,7 +128,7 @@ await kitchen.page.click('#pause');
 await kitchen.until(() => takt.last.status.state === 2);
 await drawn(kitchen.ask);
 const devices = await kitchen.ask(() => takt.last.description.devices.map(({name, signals}) => ({name, signals})));
-const signal = (device, name) => [devices.findIndex((other) => other.name === device), devices.find((other) => other.name === device).signals.indexOf(name)];
+const signal = (device, name) => [devices.findIndex((other) => other.name === device), devices.find((other) => other.name === device).signals.findIndex((signal) => signal.name === name)];
 const samples = exported('oven.mcap');
 for (const [name, [i, k]] of [[heat, signal('Rotor_heat', 'temperature')], [air, signal('Furnace', 'air_temperature')]]) {
   const plot = await read(kitchen.ask, name);

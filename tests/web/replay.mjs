@@ -8,7 +8,7 @@ process.env.TAKT_CELL = 'cell';
 const exported = (file) => execFileSync(`${process.env.TAKT_BIN}/takt`, ['--json', 'export', file], {encoding: 'utf8', maxBuffer: 1 << 30})
   .trim().split('\n').map((line) => JSON.parse(line));
 
-await (await start('takt-run', [scenario, '--duration', '4', '--mcap', 'run.mcap', '--quiet'])).ended;
+await (await start('takt-run', ['run', scenario, '--duration', '4', '--mcap', 'run.mcap', '--quiet'])).ended;
 const recorder = await start('takt', ['record', 'again.mcap', '--until', '3.9']);
 const begin = process.hrtime.bigint();
 const player = await start('takt', ['replay', 'run.mcap', '--rate', '0.5']);

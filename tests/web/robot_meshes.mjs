@@ -39,7 +39,7 @@ writeFileSync('robots/cells/drawn.yaml', scenario);
 writeFileSync('outside.stl', stl);
 symlinkSync('../../../outside.stl', 'robots/drawn_robot/meshes/out.stl');
 
-const run = await start('takt-run', ['robots/cells/drawn.yaml', '--mcap', 'drawn.mcap', '--quiet']);
+const run = await start('takt-run', ['run', 'robots/cells/drawn.yaml', '--mcap', 'drawn.mcap', '--quiet']);
 assert.equal(await run.ended, 0, run.text);
 const allowed = ['--files', 'robots/drawn_robot/urdf', '--files', 'robots/drawn_robot'];
 const {child, url} = await view(0, 'drawn.mcap', ...allowed);

@@ -13,7 +13,7 @@ export TAKT_BIN=$bin TAKT_SOURCES=$sources TAKT_WORK=$work
 case $name in
   recording)
     for compression in zstd lz4 none; do
-      "$bin/takt-run" "$sources/config/scenarios/block_assembly.yaml" --duration 12 --lod 2 --mcap run.mcap --quiet \
+      "$bin/takt-run" run "$sources/config/scenarios/block_assembly.yaml" --duration 12 --lod 2 --mcap run.mcap --quiet \
         --mcap-compression $compression
       "$bin/takt" export run.mcap --json >run.jsonl
       node "$place/recording.mjs" run.mcap run.jsonl "${compression/none/}"

@@ -59,7 +59,7 @@ await until((step) => takt.last.state.step === BigInt(step), state.step);
 await until((step) => takt.cell.shown && takt.last.state.step === BigInt(step), state.step);
 for (const [name, component] of Object.entries(state.components)) {
   const place = await ask((n) => takt.place(n), name);
-  component.position.forEach((value, i) => assert.ok(Math.abs(value - place[i]) < 1e-9, `${name}: ${place} is not ${component.position}`));
+  Object.values(component.position).forEach((value, i) => assert.ok(Math.abs(value - place[i]) < 1e-9, `${name}: ${place} is not ${Object.values(component.position)}`));
 }
 // What presses is shown, where it presses and as large as it is.
 const contact = await ask(() => {
@@ -165,4 +165,4 @@ await stop(player.child);
 console.log('the page shows the cell, controls it, heals, and plays a recording');
 process.exit(0);
 
-function takt_run_arguments() { return [`${process.env.TAKT_SOURCES}/config/scenarios/block_assembly.yaml`, '--duration', '12']; }
+function takt_run_arguments() { return ['run', `${process.env.TAKT_SOURCES}/config/scenarios/block_assembly.yaml`, '--duration', '12']; }

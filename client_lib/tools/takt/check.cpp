@@ -8,13 +8,13 @@
 
 #include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
-#include "client_lib/tools/takt/vector_json.h"
+#include "client_lib/tools/takt/sample_json.h"
 
 namespace takt::tool {
 namespace {
 
-using client::Quaternion;
-using client::Vector3;
+using takt_msgs::msg::Quaternion;
+using takt_msgs::msg::Vector3;
 
 Quaternion from_rpy_rad(const Vector3& rpy) {
   const double cr = std::cos(rpy.x / 2), sr = std::sin(rpy.x / 2), cp = std::cos(rpy.y / 2),
@@ -137,31 +137,31 @@ int check(const Common& common, const CheckOptions& options) {
   const Expectation expectation = ExpectationReader(options.scenario_file).read();
   Session session(common);
   const Client& cell = *session;
-  const client::State s = cell.state();
+  const State s = cell.state();
   bool all_hold = true;
-  nlohmann::json document{{"time", s.time_s}, {"tolerance_m", expectation.tolerance_m}};
+  nlohmann::json document{{"time", s.time}, {"tolerance_m", expectation.tolerance_m}};
   if (!common.json)
-    std::printf("At %.3f s, tolerance %g mm\n%-12s %32s   %32s   %10s %10s\n", s.time_s,
+    std::printf("At %.3f s, tolerance %g mm\n%-12s %32s   %32s   %10s %10s\n", s.time,
                 1e3 * expectation.tolerance_m, "Part", "position [m]", "expected [m]", "error [mm]",
                 "turn [°]");
   for (const auto& part : expectation.parts) {
     const auto& found = s.component(part.part);
-    const double error_m = distance_m(found.position_m, part.position_m);
+    const double error_m = distance_m(found.position, part.position_m);
     const double turn_rad = angle_rad(found.orientation, part.orientation);
     // A Part is as far off as its farthest point may be: the turn counts on a lever of 0.1 m.
     const bool holds = error_m <= expectation.tolerance_m && 0.1 * turn_rad <= expectation.tolerance_m;
     all_hold = all_hold && holds;
     if (common.json)
-      document["parts"][part.part] = {{"position", found.position_m},
-                                      {"expected_position", part.position_m},
+      document["parts"][part.part] = {{"position", recording::message_json(found.position, {})},
+                                      {"expected_position", recording::message_json(part.position_m, {})},
                                       {"error_m", error_m},
                                       {"error_rad", turn_rad},
                                       {"ok", holds}};
     else
       std::printf("%-12s %10.6f %10.6f %10.6f   %10.6f %10.6f %10.6f   %10.4f %10.4f  %s\n",
-                  part.part.c_str(), found.position_m.x, found.position_m.y, found.position_m.z,
-                  part.position_m.x, part.position_m.y, part.position_m.z, 1e3 * error_m,
-                  turn_rad * 180.0 / M_PI, holds ? "ok" : "NOT THERE");
+                  part.part.c_str(), found.position.x, found.position.y, found.position.z, part.position_m.x,
+                  part.position_m.y, part.position_m.z, 1e3 * error_m, turn_rad * 180.0 / M_PI,
+                  holds ? "ok" : "NOT THERE");
   }
   document["ok"] = all_hold;
   if (common.json)

@@ -23,7 +23,7 @@ inline constexpr int kUsage = 2;
 inline constexpr int kNoCell = 3;  ///< no such cell answers, or it went away
 
 struct Common {
-  client::ClientOptions client;
+  ClientOptions client;
   double timeout_s = 10.0;  ///< wall time
   bool json = false;
 };
@@ -48,11 +48,8 @@ class Session {
 /// On standard error: of what follows a cell and has no end, when the server goes away.
 void say_that_the_cell_has_gone();
 
-/// "0x" and 16 digits, as in the reports of takt-run.
-std::string hash_text(std::uint64_t hash);
-
 /// The sentence of a reply, or all of it as JSON.
-int report(const Common& common, const client::Reply& reply);
+int report(const Common& common, const Reply& reply);
 /// {name: value}; documents as they are.
 nlohmann::json values_json(const Arguments& values);
 /// Tells an error (with `json` on standard output too) and returns the exit code for it.
@@ -60,8 +57,8 @@ int report_error(bool json, const std::exception& error);
 
 /// Requests by name, and the commands that are one request: requests.cpp.
 void declare_requests(CLI::App& app, const Common& common, int& result);
-/// Commands that exchange what is simulated: content.cpp.
-void declare_content(CLI::App& app, const Common& common, int& result);
+/// Commands about the scenario, its entities and snapshots: scenario_and_entities.cpp.
+void declare_scenario_and_entities(CLI::App& app, const Common& common, int& result);
 /// Examples at the end of each command's help: examples.cpp.
 void add_examples(CLI::App& app);
 /// `takt completion SHELL`: completion.cpp.
@@ -94,7 +91,7 @@ int state(const Common& common);
 int explain(const Common& common, const std::string& part);
 int watch(const Common& common, const WatchOptions& options);
 int events(const Common& common, const EventsOptions& options);
-int record(const Common& common, const RecordOptions& options);
+int record_csv(const Common& common, const RecordOptions& options);
 int check(const Common& common, const CheckOptions& options);
 /// Of `takt power` and `takt contacts`.
 struct FollowOptions {
@@ -105,6 +102,6 @@ struct FollowOptions {
 int power(const Common& common, const FollowOptions& options);
 int contacts(const Common& common, const FollowOptions& options);
 int step(const Common& common, std::uint64_t steps);
-int pace(const Common& common, client::Pace pace, double factor);
+int pace(const Common& common, Pace pace, double factor);
 
 }  // namespace takt::tool

@@ -4,74 +4,28 @@
 
 #include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
+#include "client_lib/tools/takt/sample_json.h"
 #include "idl/common/text.h"
 
 namespace takt::tool {
 namespace {
 
-nlohmann::json json_of(const client::Percentiles& p) {
-  return {{"p50", p.p50_s}, {"p99", p.p99_s}, {"max", p.max_s}};
-}
-
-nlohmann::json levels_of(const client::Status& s) {
-  auto levels = nlohmann::json::object();
-  for (const auto& process : s.processes) levels[process.name] = process.level_of_detail;
-  return levels;
-}
-
-nlohmann::json json_of(const client::Status& s) {
-  return {{"time", s.time_s},
-          {"step", s.step},
-          {"epoch", s.epoch},
-          {"scenario_generation", s.scenario_generation},
-          {"state", to_string(s.state)},
-          {"pace", s.pace},
-          {"pace_factor", s.pace_factor},
-          {"wall_time", s.wall_time_s},
-          {"real_time_factor", s.real_time_factor},
-          {"computation_ratio", s.computation_ratio},
-          {"lag", s.lag_s},
-          {"overruns", s.overruns},
-          {"max_consecutive_overruns", s.max_consecutive_overruns},
-          {"schedule_resets", s.schedule_resets},
-          {"step_time", json_of(s.step_time)},
-          {"wakeup_latency", json_of(s.wakeup_latency)},
-          {"command_latency", json_of(s.command_latency)},
-          {"commands_applied", s.commands_applied},
-          {"commands_rejected", s.commands_rejected},
-          {"mpr_calls", s.mpr_calls},
-          {"mpr_skipped", s.mpr_skipped},
-          {"solver",
-           {{"name", s.solver}, {"steps", s.solver_steps}, {"rejected_steps", s.solver_rejected_steps}}},
-          {"contact",
-           {{"pairs", s.contact_pairs},
-            {"calls", s.contact_calls},
-            {"calls_skipped", s.contact_calls_skipped},
-            {"elements", s.contact_elements},
-            {"rebuilds", s.contact_rebuilds}}},
-          {"level_of_detail", levels_of(s)},
-          {"waiting_for", s.waiting_for},
-          {"scheduling", s.scheduling},
-          {"fault", s.fault}};
-}
-
-void print_percentiles(const char* label, const client::Percentiles& p) {
-  std::printf("  %-17s %.0f / %.0f / %.0f µs (median / 99 %% / largest)\n", label, 1e6 * p.p50_s,
-              1e6 * p.p99_s, 1e6 * p.max_s);
+void print_percentiles(const char* label, double p50_s, double p99_s, double max_s) {
+  std::printf("  %-17s %.0f / %.0f / %.0f µs (median / 99 %% / largest)\n", label, 1e6 * p50_s, 1e6 * p99_s,
+              1e6 * max_s);
 }
 
 /// A request whose whole reply is shown.
 template <Request Type>
-client::Reply ask(Session& cell, const Type& request) {
+Reply ask(Session& cell, const Type& request) {
   return cell->request(std::string(request_info<Type>().name), arguments_of(request));
 }
 
 }  // namespace
 
 int list(const Common& common) {
-  const auto cells =
-      client::list_cells(common.client.domain, client::Seconds{common.timeout_s}, common.client.profiles_file,
-                         common.client.secure_directory, common.client.profile);
+  const auto cells = list_cells(common.client.domain, Seconds{common.timeout_s}, common.client.profiles_file,
+                                common.client.secure_directory, common.client.profile);
   if (common.json) {
     auto document = nlohmann::json::array();
     for (const auto& cell : cells)
@@ -84,7 +38,7 @@ int list(const Common& common) {
   for (const auto& cell : cells) {
     if (cell.status)
       std::printf("%-20s %-8s at %.3f s, pace %s\n", cell.name.c_str(),
-                  std::string(to_string(cell.status->state)).c_str(), cell.status->time_s,
+                  std::string(to_string(cell.status->state)).c_str(), cell.status->time,
                   cell.status->pace.c_str());
     else
       std::printf("%-20s announced, but gives no status\n", cell.name.c_str());
@@ -98,7 +52,7 @@ int list(const Common& common) {
 
 int status(const Common& common) {
   Session cell(common);
-  const client::Status s = cell->status();
+  const Status s = cell->status();
   const auto info = cell->cell();
   if (common.json) {
     auto document = json_of(s);
@@ -109,7 +63,7 @@ int status(const Common& common) {
     return 0;
   }
   std::printf("Cell '%s', scenario %s, step %g ms, server %s\n", info->cell.c_str(), info->scenario.c_str(),
-              1e3 * info->step_s, info->server_version.c_str());
+              1e3 * info->step_size, info->server_version.c_str());
   const std::string levels = join(s.processes, ", ", [](const auto& process) {
     return process.name + " " + std::to_string(process.level_of_detail);
   });
@@ -118,13 +72,13 @@ int status(const Common& common) {
               static_cast<unsigned long long>(s.solver_steps),
               static_cast<unsigned long long>(s.solver_rejected_steps));
   std::printf("  %-17s %s at %.3f s (step %llu, epoch %u)\n", "state",
-              std::string(to_string(s.state)).c_str(), s.time_s, static_cast<unsigned long long>(s.step),
+              std::string(to_string(s.state)).c_str(), s.time, static_cast<unsigned long long>(s.step),
               s.epoch);
   if (s.pace == "realtime")
     std::printf(
         "  %-17s realtime x %g, %.2f ms behind, %llu overruns (%llu in a row at most), %llu schedule "
         "resets\n",
-        "pace", s.pace_factor, 1e3 * s.lag_s, static_cast<unsigned long long>(s.overruns),
+        "pace", s.pace_factor, 1e3 * s.lag, static_cast<unsigned long long>(s.overruns),
         static_cast<unsigned long long>(s.max_consecutive_overruns),
         static_cast<unsigned long long>(s.schedule_resets));
   else
@@ -132,9 +86,9 @@ int status(const Common& common) {
   std::printf(
       "  %-17s %.3f (simulated per wall time); computation ratio %.5f (computed per simulated time)\n",
       "real-time factor", s.real_time_factor, s.computation_ratio);
-  print_percentiles("step", s.step_time);
-  print_percentiles("wake-up", s.wakeup_latency);
-  print_percentiles("command to effect", s.command_latency);
+  print_percentiles("step", s.step_time_p50, s.step_time_p99, s.step_time_max);
+  print_percentiles("wake-up", s.wakeup_latency_p50, s.wakeup_latency_p99, s.wakeup_latency_max);
+  print_percentiles("command to effect", s.command_latency_p50, s.command_latency_p99, s.command_latency_max);
   std::printf("  %-17s %llu applied, %llu rejected\n", "commands",
               static_cast<unsigned long long>(s.commands_applied),
               static_cast<unsigned long long>(s.commands_rejected));
@@ -156,7 +110,7 @@ int step(const Common& common, std::uint64_t steps) {
   Session cell(common);
   cell->get_state();  // from here on the server is known to get what it is asked
   try {
-    return report(common, ask(cell, client::requests::Step{steps}));
+    return report(common, ask(cell, requests::Step{steps}));
   } catch (const ClientError& error) {
     if (error.kind() != ClientError::Kind::timeout) throw;
     throw ClientError(ClientError::Kind::timeout,
@@ -164,10 +118,10 @@ int step(const Common& common, std::uint64_t steps) {
   }
 }
 
-int pace(const Common& common, client::Pace pace, double factor) {
+int pace(const Common& common, Pace pace, double factor) {
   Session cell(common);
   cell->set_pace(pace, factor);
-  return report(common, ask(cell, client::requests::GetState{}));
+  return report(common, ask(cell, requests::GetState{}));
 }
 
 }  // namespace takt::tool

@@ -65,7 +65,6 @@ const std::map<std::string, std::string>& examples() {
       {"step", "  takt pause; takt step 100          100 steps, returns when they are done"},
       {"play", "  takt play"},
       {"pause", "  takt pause"},
-      {"resume", "  takt resume"},
       {"reset", "  takt reset                         the epoch counts up"},
       {"quit", "  takt quit                          ends takt-server"},
       {"pace",

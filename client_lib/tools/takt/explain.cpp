@@ -11,16 +11,14 @@
 namespace takt::tool {
 namespace {
 
-using client::ComponentType;
-using client::PartExplanation;
-using client::Vector3;
+using takt_msgs::msg::Vector3;
 
 constexpr double kTouching_m = 5e-8;             // what four decimals of a millimetre do not show
 constexpr std::size_t kSequencesForPeople = 20;  // --json has all that came
 
 /// "O (part 3)": name, type, and for a Part its hierarchy.
 std::string labelled(const PartExplanation& e, const std::string& name) {
-  const auto found = std::ranges::find(e.components, name, &client::requests::ExplainedComponent::name);
+  const auto found = std::ranges::find(e.components, name, &requests::ExplainedComponent::name);
   if (found == e.components.end()) return name;
   return name + " (" + std::string(to_string(found->type)) +
          (found->hierarchy ? " " + std::to_string(*found->hierarchy) : std::string()) + ")";

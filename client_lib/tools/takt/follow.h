@@ -18,21 +18,21 @@ int follow(const Common& common, const FollowOptions& options, const std::string
            Print print) {
   constexpr double kInterval_s = 0.1, kTolerance_s = 1e-9;
   const auto ends = [&](const Sample& s) {
-    return options.until_s && s.time_s >= *options.until_s - kTolerance_s;
+    return options.until_s && s.time >= *options.until_s - kTolerance_s;
   };
   double due_s = -1.0;
   std::uint32_t epoch = 0;
   for (bool first = true;; first = false) {
     const std::optional<Sample> sample = wait(
         [&](const Sample& s) {
-          return first || s.epoch != epoch || s.time_s >= due_s - kTolerance_s || ends(s);
+          return first || s.epoch != epoch || s.time >= due_s - kTolerance_s || ends(s);
         },
-        client::Seconds{first ? common.timeout_s : 1.0e9});
+        Seconds{first ? common.timeout_s : 1.0e9});
     if (!sample) throw std::runtime_error("The cell has sent no " + what + " within the time allowed.");
     print(*sample);
     if (!(options.watch || options.until_s) || ends(*sample)) return kOk;
     epoch = sample->epoch;
-    due_s = sample->time_s + kInterval_s;
+    due_s = sample->time + kInterval_s;
   }
 }
 

@@ -14,9 +14,10 @@
 
 #include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
-#include "client_lib/tools/takt/record_all.h"
+#include "client_lib/tools/takt/record_json.h"
 #include "client_lib/tools/takt/recordings.h"
 #include "client_lib/tools/takt/view.h"
+#include "idl/command_line/commands.h"
 #include "idl/command_line/numbers.h"
 #include "idl/command_line/output.h"
 
@@ -29,7 +30,7 @@ Examples:
   takt watch                             a live line: time, real-time factor, who holds which Part
   takt state --json                      positions, orientations, states, partners, signals of devices
   takt explain P                         who holds the Part P, by which rule, since when, what it touches
-  takt pause; takt step 100; takt resume
+  takt pause; takt step 100; takt play
   takt load my.yaml; takt play           another scenario in the running server
   takt view                              the cell in the browser; takt view run.mcap: a recording
   takt record run.mcap                   everything, until Ctrl-C; takt replay, export and plot read it
@@ -43,25 +44,16 @@ With --json every command writes one JSON document, those that follow something 
 
 Exit codes: 0 ok; 1 refused or failed, or not as expected; 2 wrong usage; 3 no such cell, or it went away.)";
 
-/// The reader of the command line says only that it wants one.
-std::optional<std::string> unknown_command(const CLI::App& app) {
-  if (!app.get_subcommands().empty()) return std::nullopt;
-  for (const std::string& word : app.remaining())
-    if (!word.starts_with('-'))
-      return "There is no command '" + word + "'; takt --help lists those there are.";
-  return std::nullopt;
-}
-
 /// Tells what is wrong with the command line, or what was asked for: help, version. Returns the exit code.
 int answer(const CLI::App& app, const CLI::ParseError& error, bool json) {
   if (error.get_exit_code() == 0) return app.exit(error);
-  const std::optional<std::string> unknown = unknown_command(app);
+  const std::optional<std::string> word = takt::command_line::unknown_command(app);
+  const std::string sentence = word ? takt::command_line::no_such_command(app, *word) : error.what();
   if (json)
-    std::printf("%s\n", takt::recording::json_text(
-                            nlohmann::json{{"error", unknown.value_or(error.what())}, {"kind", "usage"}})
-                            .c_str());
-  if (unknown)
-    std::fprintf(stderr, "takt: %s\n", unknown->c_str());
+    std::printf("%s\n",
+                takt::recording::json_text(nlohmann::json{{"error", sentence}, {"kind", "usage"}}).c_str());
+  if (word)
+    std::fprintf(stderr, "takt: %s\n", sentence.c_str());
   else
     app.exit(error);
   return takt::tool::kUsage;
@@ -141,13 +133,13 @@ int run(int argc, char** argv) {
 
   takt::tool::RecordOptions record_options;
   CLI::Option* record_period = nullptr;
-  auto* record = add("record", "record what the cell sends (FILE.mcap), or positions as a table (CSV)", [&] {
+  auto* record = add("record", "record what the cell sends (FILE.mcap), or states as a table (CSV)", [&] {
     if (record_options.file.ends_with(".mcap"))
       return takt::tool::record_mcap(
           common, record_options,
           record_period->count() > 0 ? std::optional(record_options.period_s) : std::nullopt);
-    return common.json ? takt::tool::record_all(common, record_options)
-                       : takt::tool::record(common, record_options);
+    return common.json ? takt::tool::record_json(common, record_options)
+                       : takt::tool::record_csv(common, record_options);
   });
   record
       ->add_option("FILE", record_options.file,
@@ -197,13 +189,13 @@ int run(int argc, char** argv) {
   set_pace->add_option("--factor", factor, "simulated / wall time (realtime)")->check(numbers::positive());
 
   takt::tool::declare_requests(app, common, result);
-  takt::tool::declare_content(app, common, result);
+  takt::tool::declare_scenario_and_entities(app, common, result);
   takt::tool::declare_view(app, common, result);
   takt::tool::declare_recordings(app, common, result);
   takt::tool::declare_completion(app, result);
   takt::tool::add_examples(app);
 
-  app.parse_complete_callback([&] { common.client.timeout = takt::client::Seconds{common.timeout_s}; });
+  app.parse_complete_callback([&] { common.client.timeout = takt::Seconds{common.timeout_s}; });
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -118,7 +118,7 @@ class McapRecorder {
   static std::chrono::steady_clock::duration time_to_find_it(const Common& common) {
     constexpr double kMost_s = 3.0e9;  // the clock must not overflow
     return std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-        client::Seconds{std::min(common.timeout_s, kMost_s)});
+        Seconds{std::min(common.timeout_s, kMost_s)});
   }
 
   bool bounded() const { return options_.until_s || options_.duration_s; }
@@ -137,8 +137,7 @@ class McapRecorder {
   /// They are sent while somebody reads them: when this ends, nobody does.
   void ask_for_pressures() const {
     constexpr double kLongest_s = 86400.0;
-    (void)client::Client(common_.client)
-        .call(client::requests::WatchPressures{options_.pressures, kLongest_s});
+    (void)Client(common_.client).call(requests::WatchPressures{options_.pressures, kLongest_s});
   }
 
   void progress() const {

@@ -15,6 +15,7 @@
 #include "client_lib/recording/json_text.h"
 #include "client_lib/recording/signals.h"
 #include "idl/command_line/numbers.h"
+#include "idl/common/parse.h"
 #include "idl/common/text.h"
 
 namespace takt::tool {
@@ -301,10 +302,11 @@ void declare_recordings(CLI::App& app, const Common& common, int& result) {
                            "picture (.png, .svg); default: FILE with .png");
   plot_command->add_option("--size", plot_options.size, "width,height of the picture, in pixels")
       ->check([](const std::string& text) {
-        int width = 0, height = 0, length = 0;
-        const bool good = std::sscanf(text.c_str(), "%5d,%5d%n", &width, &height, &length) == 2 &&
-                          length == static_cast<int>(text.size()) && width > 0 && height > 0;
-        return good ? std::string() : "found '" + text + "'; allowed: WIDTH,HEIGHT, e.g. 1200,700";
+        const auto size = separated_numbers(text, ",");
+        const auto pixels = [](double n) { return n >= 1.0 && n < 1e5 && n == std::floor(n); };
+        return size && std::ranges::all_of(*size, pixels)
+                   ? std::string()
+                   : "found '" + text + "'; allowed: WIDTH,HEIGHT, e.g. 1200,700";
       })
       ->capture_default_str();
   plot_command->callback([&] { result = plot(common, plot_options); });

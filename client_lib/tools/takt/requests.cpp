@@ -23,7 +23,7 @@ int send(const Common& common, const std::string& name, const Texts& texts, bool
   if (find_request(name) != nullptr)
     if (const auto fault = read_request(name, arguments, checked))
       throw CLI::ValidationError(fault->sentence);
-  const client::Reply reply = Session(common)->request(name, arguments);
+  const Reply reply = Session(common)->request(name, arguments);
   const int result = report(common, reply);
   if (with_values && !common.json)
     for (const auto& [key, value] : reply.values)
@@ -133,8 +133,6 @@ void declare_requests(CLI::App& app, const Common& common, int& result) {
   word.operator()<requests::SetState>("play", {}, state(SimulationState::playing), "let the cell run");
   word.operator()<requests::SetState>("pause", {}, state(SimulationState::paused),
                                       "stop the cell where it is");
-  word.operator()<requests::SetState>("resume", {}, state(SimulationState::playing),
-                                      "let a paused cell go on");
   word.operator()<requests::SetState>("quit", {}, state(SimulationState::quitting), "end the server");
   word.operator()<requests::Reset>("reset", {});
   word.operator()<requests::SetLevelOfDetail>("lod", {"level", "process"});

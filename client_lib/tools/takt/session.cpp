@@ -1,7 +1,6 @@
 // What all commands share: the way to the cell, replies, errors.
 #include <unistd.h>
 
-#include <cinttypes>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -29,7 +28,7 @@ const char* name_of(ClientError::Kind kind) {
   return "unknown";
 }
 
-std::unique_ptr<Client> connect(const client::ClientOptions& options) {
+std::unique_ptr<Client> connect(const ClientOptions& options) {
   try {
     return std::make_unique<Client>(options);
   } catch (const ClientError& error) {
@@ -45,12 +44,6 @@ Session::Session(const Common& common) : client_(connect(common.client)) {}
 void say_that_the_cell_has_gone() {
   std::fprintf(stderr, "%stakt: the cell has gone away; waiting for it (Ctrl-C ends this).\n",
                isatty(STDOUT_FILENO) != 0 ? "\n" : "");
-}
-
-std::string hash_text(std::uint64_t hash) {
-  char text[19];
-  std::snprintf(text, sizeof text, "0x%016" PRIx64, hash);
-  return text;
 }
 
 nlohmann::json values_json(const Arguments& values) {
@@ -84,7 +77,7 @@ nlohmann::json values_json(const Arguments& values) {
   return object;
 }
 
-int report(const Common& common, const client::Reply& reply) {
+int report(const Common& common, const Reply& reply) {
   if (common.json)
     std::printf("%s\n", recording::json_text(
                             nlohmann::json{{"message", reply.message}, {"values", values_json(reply.values)}})
@@ -103,8 +96,8 @@ int report_error(bool json, const std::exception& error) {
     document["kind"] = dynamic_cast<const NoCell*>(&error) != nullptr ? "no_cell"
                        : of_client != nullptr                         ? name_of(of_client->kind())
                                                                       : "failed";
-    if (of_client != nullptr && of_client->kind() == ClientError::Kind::refused)
-      document["result"] = of_client->result();
+    if (of_client != nullptr && of_client->result())
+      document["result"] = static_cast<int>(of_client->result().value());
     std::printf("%s\n", recording::json_text(document).c_str());
   }
   std::fprintf(stderr, "takt: %s\n", error.what());

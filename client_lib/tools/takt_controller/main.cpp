@@ -3,7 +3,6 @@
 #include <takt_build_info.h>
 
 #include <CLI/CLI.hpp>
-#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <map>
@@ -13,6 +12,7 @@
 #include "client_lib/tools/takt_controller/session.h"
 #include "idl/command_line/numbers.h"
 #include "idl/command_line/output.h"
+#include "idl/common/parse.h"
 
 namespace {
 
@@ -72,19 +72,16 @@ int run(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : 2;
   }
   if (!pace.empty()) options.pace = takt::enumerator_of<takt::Pace>(pace).value();
-  options.client.timeout = takt::client::Seconds{timeout_s};
+  options.client.timeout = takt::Seconds{timeout_s};
   for (const std::string& text : parameters) {
-    const std::size_t equals = text.find('=');
-    double value = 0.0;
-    char rest = '\0';
-    if (equals == std::string::npos || equals == 0 ||
-        std::sscanf(text.c_str() + equals + 1, "%lf%c", &value, &rest) != 1 || !std::isfinite(value)) {
+    const auto parameter = takt::named_number(text);
+    if (!parameter) {
       std::fprintf(stderr,
                    "takt-controller: --set: found '%s'; allowed: NAME=VALUE, e.g. speed_m_per_s=0.02\n",
                    text.c_str());
       return 2;
     }
-    options.parameters[text.substr(0, equals)] = value;
+    options.parameters.insert_or_assign(parameter->first, parameter->second);
   }
   try {
     return takt::tool::run_session(options);

@@ -7,29 +7,17 @@
 #include <map>
 #include <stdexcept>
 
+#include "client_lib/kinematics/arm.h"
+#include "idl/common/eigen_messages.h"
+
 namespace takt::tool {
 namespace {
-
-using client::Seconds;
 
 /// Times are multiples of the step in binary arithmetic; this is far below any step and far above their
 /// rounding.
 constexpr double kTimeTolerance_s = 1e-9;
 /// The server says itself when it is gone; a cell that is paused may stay so for as long as it likes.
 constexpr Seconds kPatience{1.0e9};
-
-Vec3 vec3(const client::Vector3& v) {
-  return {v.x, v.y, v.z};
-}
-
-Pose pose(const client::Transform& wire) {
-  Pose X;
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 3; ++column)
-      X.R(row, column) = wire.rotation[static_cast<std::size_t>(3 * row + column)];
-  X.p = vec3(wire.position);
-  return X;
-}
 
 /// A cell that is found again with no more simulated time than this was started anew, one with more goes on
 /// from a snapshot; a program is not begun in the middle of that.
@@ -56,10 +44,10 @@ class Session {
     try {
       if (options_.pace) cell_.set_pace(*options_.pace);
       begin_at(cell_.state());
-      if (again && cell_.state().time_s > kFresh_s) {
+      if (again && cell_.state().time > kFresh_s) {
         next_boundary_ = std::numeric_limits<double>::infinity();
         std::printf("The cell goes on at %.3f s; %s begins when it is reset (takt reset).\n",
-                    cell_.state().time_s, options_.program.c_str());
+                    cell_.state().time, options_.program.c_str());
         std::fflush(stdout);
       } else if (options_.start &&
                  (!again || info_->scenario_generation <= 1)) {  // what somebody has loaded is not begun
@@ -83,9 +71,9 @@ class Session {
   }
 
   /// The next boundary is the first at or after this state.
-  void begin_at(const client::State& state) {
+  void begin_at(const State& state) {
     epoch_ = state.epoch;
-    next_boundary_ = std::ceil((state.time_s - kTimeTolerance_s) / period_s_);
+    next_boundary_ = std::ceil((state.time - kTimeTolerance_s) / period_s_);
     sent_at_step_.reset();
     output_ = nullptr;
   }
@@ -97,8 +85,8 @@ class Session {
     std::uint64_t seen = newest_sample_;
     const bool last = finished_ && !options_.until_s;
     const auto state = cell_.wait_for_state(
-        [&](const client::State& s) {
-          if (s.time_s >= due_s || s.epoch != epoch_ || s.cell != info_) return true;
+        [&](const State& s) {
+          if (s.time >= due_s || s.epoch != epoch_ || s.cell != info_) return true;
           const bool is_new = s.sample_number > seen;
           seen = s.sample_number;
           // The instant that was answered, once more: the cell has not got on, so the commands may not have
@@ -121,8 +109,8 @@ class Session {
       begin_at(*state);
       return true;
     }
-    if (state->time_s >= due_s) {
-      if (finished_ && state->time_s >= options_.until_s.value_or(0.0) - kTimeTolerance_s) return false;
+    if (state->time >= due_s) {
+      if (finished_ && state->time >= options_.until_s.value_or(0.0) - kTimeTolerance_s) return false;
       compute(*state);
     }
     send();
@@ -131,14 +119,14 @@ class Session {
 
   /// Calls the program once for each boundary up to this state. In lockstep there is exactly one; at other
   /// paces there may be several after a delay, and the commands of the last one count.
-  void compute(const client::State& state) {
+  void compute(const State& state) {
     const controller::Input input = controller_input(state);
-    while (next_boundary_ * period_s_ - kTimeTolerance_s <= state.time_s) {
+    while (next_boundary_ * period_s_ - kTimeTolerance_s <= state.time) {
       output_ = &controller_.update(input);
       finished_ = output_->finished;
       next_boundary_ += 1.0;
     }
-    time_s_ = state.time_s;
+    time_s_ = state.time;
     sent_at_step_ = state.step;
   }
 
@@ -156,7 +144,7 @@ class Session {
       cell_.set_gripper(gripper_name(gripper.gripper), gripper.verb, gripper.width_m, gripper.max_force_N,
                         time_s_);
     for (const auto& set_point : output_->devices) {
-      const client::DeviceInfo& device = info_->devices.at(static_cast<std::size_t>(set_point.device));
+      const auto& device = info_->devices.at(static_cast<std::size_t>(set_point.device));
       std::map<std::string, double> signals;
       for (std::size_t i = 0; i < set_point.signals.size(); ++i)
         signals[device.signals.at(static_cast<std::size_t>(set_point.signals[i])).name] = set_point.values[i];
@@ -175,7 +163,7 @@ class Session {
 
   const SessionOptions& options_;
   Client cell_;
-  std::shared_ptr<const client::CellInfo> info_;
+  std::shared_ptr<const CellInfo> info_;
   controller::Controller controller_;
   double period_s_;
   std::uint32_t epoch_ = 0;
@@ -189,33 +177,16 @@ class Session {
 
 }  // namespace
 
-controller::CellInfo controller_cell(const client::CellInfo& info) {
+controller::CellInfo controller_cell(const CellInfo& info) {
   controller::CellInfo cell;
-  for (const auto& robot : info.robots) {
-    if (robot.joints.size() > static_cast<std::size_t>(kMaxJoints))
-      throw std::runtime_error("Robot '" + robot.name + "' has " + std::to_string(robot.joints.size()) +
-                               " joints; this controller knows at most " + std::to_string(kMaxJoints) + ".");
-    controller::RobotInfo& added = cell.robots.emplace_back();
-    added.name = robot.name;
-    for (const auto& joint : robot.joints) {
-      JointModel& model = added.arm.joints.emplace_back();
-      model.name = joint.name;
-      model.type = joint.prismatic ? JointType::prismatic : JointType::revolute;
-      model.X_PJ = pose(joint.X_PJ);
-      model.axis = vec3(joint.axis);
-      model.lower = joint.lower;
-      model.upper = joint.upper;
-      model.max_velocity = joint.max_velocity;
-      model.max_effort = joint.max_effort;
-    }
-    added.arm.X_JF = pose(robot.X_JF);
-    added.X_WR = pose(robot.X_WR);
-  }
+  for (const auto& robot : info.robots)
+    cell.robots.push_back({robot.name, arm_model(robot), pose_of(robot.base)});
   for (const auto& gripper : info.grippers) {
     if (gripper.robot < 0 || gripper.robot >= static_cast<int>(cell.robots.size()))
       throw std::runtime_error("Gripper '" + gripper.name + "' is on no robot of the cell.");
-    cell.grippers.push_back({gripper.name, gripper.robot, pose(gripper.X_FG) * pose(gripper.X_GT),
-                             gripper.max_width_m, gripper.max_force_N});
+    cell.grippers.push_back({gripper.name, gripper.robot,
+                             pose_of(gripper.mount) * pose_of(gripper.tool_center_point), gripper.max_width,
+                             gripper.max_force});
   }
   for (const auto& device : info.devices) {
     auto& added = cell.devices.emplace_back();
@@ -226,25 +197,24 @@ controller::CellInfo controller_cell(const client::CellInfo& info) {
   return cell;
 }
 
-controller::Input controller_input(const client::State& state) {
+controller::Input controller_input(const State& state) {
   const auto copy = [](const std::vector<double>& from, JointArray& to) {
     std::copy_n(from.begin(), std::min(from.size(), to.size()), to.begin());
   };
   controller::Input input;
-  input.time_s = state.time_s;
+  input.time_s = state.time;
   input.robots.resize(state.robots.size());
   for (std::size_t i = 0; i < state.robots.size(); ++i) {
     copy(state.robots[i].position, input.robots[i].position);
     copy(state.robots[i].velocity, input.robots[i].velocity);
   }
   for (const auto& gripper : state.grippers)
-    input.grippers.push_back({gripper.width_m, gripper.closed, gripper.moving, gripper.in_position,
-                              gripper.part, gripper.force_N});
-  for (const auto& component : state.components) {
-    const auto& q = component.orientation;
-    input.components.push_back({vec3(component.position_m), Quat(q.w, q.x, q.y, q.z), component.partner});
-  }
-  input.devices = state.devices;
+    input.grippers.push_back(
+        {gripper.width, gripper.closed, gripper.moving, gripper.in_position, gripper.part, gripper.force});
+  for (const auto& component : state.components)
+    input.components.push_back(
+        {to_eigen(component.position), to_eigen(component.orientation), component.partner});
+  for (const auto& device : state.devices) input.devices.push_back(device.signals);
   return input;
 }
 

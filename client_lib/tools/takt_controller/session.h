@@ -11,9 +11,9 @@ namespace takt::tool {
 struct SessionOptions {
   std::string program;
   controller::Parameters parameters;  ///< of the program
-  client::ClientOptions client;
+  ClientOptions client;
   std::string name = "takt-controller";
-  std::optional<client::Pace> pace;
+  std::optional<Pace> pace;
   bool start = false;
   std::optional<double> until_s;  ///< simulated time
 };
@@ -25,9 +25,9 @@ int run_session(const SessionOptions& options);
 
 /// The cell as the controller library wants it; poses and matrices are taken over bit by bit. Throws
 /// std::runtime_error when a gripper is on no robot of the cell or a robot has too many joints.
-controller::CellInfo controller_cell(const client::CellInfo& info);
+controller::CellInfo controller_cell(const CellInfo& info);
 
 /// One instant as the controller library wants it; the numbers are those of the state, bit by bit.
-controller::Input controller_input(const client::State& state);
+controller::Input controller_input(const State& state);
 
 }  // namespace takt::tool

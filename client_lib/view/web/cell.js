@@ -14,7 +14,7 @@ const COLORS = [0x2b3cff, 0x18b8d8, 0x2fbf4a, 0xf2d21b, 0xe2231a].map((color) =>
 const UP = new THREE.Vector3(0, 1, 0);
 
 function matrixOf({position, rotation: r}) {
-  return new THREE.Matrix4().set(r[0], r[1], r[2], position.x, r[3], r[4], r[5], position.y, r[6], r[7], r[8], position.z, 0, 0, 0, 1);
+  return new THREE.Matrix4().set(r.xx, r.xy, r.xz, position.x, r.yx, r.yy, r.yz, position.y, r.zx, r.zy, r.zz, position.z, 0, 0, 0, 1);
 }
 
 // Of a pressure, from none to the largest one.

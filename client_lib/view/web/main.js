@@ -160,7 +160,7 @@ function offerDescribed({robots, devices}) {
       for (const joint of joints) offer(`${name}/joint_states.${kind}.${joint.name}`);
   }
   for (const {name, signals: of} of devices ?? [])
-    if (of.includes('power') && of.includes('energy'))
+    if (['power', 'energy'].every((wanted) => of.some(({name: signal}) => signal === wanted)))
       for (const number of ['electrical_power', 'electrical_energy']) offer(`power.consumers.${name}.${number}`);
 }
 function plot(name, sample) {

@@ -29,6 +29,6 @@ export class Signals {
       return this.description?.[list]?.[i]?.name ?? i;
     }
     // Joint states name their numbers beside them.
-    return (Array.isArray(holder?.name) && list !== 'name' ? holder.name[i] : undefined) ?? named?.joints?.[i]?.name ?? named?.signals?.[i] ?? i;
+    return (Array.isArray(holder?.name) && list !== 'name' ? holder.name[i] : undefined) ?? named?.joints?.[i]?.name ?? named?.signals?.[i]?.name ?? i;
   }
 }

@@ -8,6 +8,7 @@
 #include <type_traits>
 #include <variant>
 
+#include "idl/common/parse.h"
 #include "idl/common/text.h"
 
 namespace takt::meshes {
@@ -69,18 +70,16 @@ void set_parameter(CellParameters& parameters, const std::string& text) {
   for (const Parameter& parameter : kParameters) {
     if (equals == std::string::npos || name != parameter.name) continue;
     const std::string given = text.substr(equals + 1);
-    double value = 0.0;
-    char rest = '\0';
-    const bool is_number = std::sscanf(given.c_str(), "%lf%c", &value, &rest) == 1;
-    const bool in_range = is_number && value >= parameter.lower && value <= parameter.upper;
+    const auto value = finite_number(given);
+    const bool in_range = value && *value >= parameter.lower && *value <= parameter.upper;
     const bool counts = std::holds_alternative<int C::*>(parameter.member) ||
                         std::holds_alternative<int R::*>(parameter.member);
-    if (!in_range || (counts && value != std::round(value)))
+    if (!in_range || (counts && *value != std::round(*value)))
       throw std::invalid_argument("--set " + name + ": found '" + given + "'; allowed: a " +
                                   (counts ? "whole number" : "number") + " from " +
                                   number_text(parameter.lower, 6) + " to " + number_text(parameter.upper, 6));
     with_value(parameters, parameter, [value](auto& member) {
-      member = static_cast<std::remove_reference_t<decltype(member)>>(value);
+      member = static_cast<std::remove_reference_t<decltype(member)>>(*value);
     });
     return;
   }

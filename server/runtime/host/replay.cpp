@@ -1,11 +1,11 @@
 #include "server/runtime/host/replay.h"
 
 #include <concepts>
-#include <cstdio>
 #include <map>
 #include <utility>
 #include <variant>
 
+#include "idl/common/text.h"
 #include "plant_models/state_bytes.h"
 #include "server/runtime/host/scenario_edit.h"
 #include "server/runtime/requests/bit_changes.h"
@@ -211,11 +211,9 @@ class Replay {
   void differ(std::uint64_t step, const std::string& how) {
     if (!result_.difference.empty()) return;
     result_.different_step = step;
-    char time[48];
-    std::snprintf(time, sizeof(time), "%.6f s",
-                  static_cast<double>(step) * simulation_->description().step_s);
-    result_.difference = "The replay differs first after step " + std::to_string(step) + " (" + time +
-                         ") of scenario " + simulation_->description().scenario + ": " + how + ".";
+    result_.difference = "The replay differs first after step " + std::to_string(step) + " (" +
+                         fixed_text(static_cast<double>(step) * simulation_->description().step_s, 6) +
+                         " s) of scenario " + simulation_->description().scenario + ": " + how + ".";
   }
 
   std::string name_;

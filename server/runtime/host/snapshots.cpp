@@ -1,18 +1,15 @@
 #include "server/runtime/host/snapshots.h"
 
-#include <cstdio>
 #include <utility>
 
+#include "idl/common/text.h"
 #include "server/runtime/recording/snapshot_file.h"
 
 namespace takt {
 namespace {
 
 std::string instant(const SnapshotIdentity& identity) {
-  char text[80];
-  std::snprintf(text, sizeof text, "%.3f s (step %llu)", identity.time_s,
-                static_cast<unsigned long long>(identity.step));
-  return text;
+  return fixed_text(identity.time_s, 3) + " s (step " + std::to_string(identity.step) + ")";
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "server/runtime/loop/command_buffer.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <string>
 
 #include "idl/common/text.h"
@@ -11,9 +10,7 @@ namespace takt {
 namespace {
 
 std::string seconds(SimTime time) {
-  char text[48];
-  std::snprintf(text, sizeof text, "%.9f s", time.seconds());
-  return text;
+  return fixed_text(time.seconds(), 9) + " s";
 }
 
 }  // namespace

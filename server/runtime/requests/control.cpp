@@ -1,5 +1,6 @@
 #include "server/runtime/requests/control.h"
 
+#include "idl/common/glob.h"
 #include "idl/common/text.h"
 #include "server/simulation/model/command.h"
 
@@ -59,31 +60,10 @@ requests::GetFeaturesResponse features() {
   return response;
 }
 
-bool matches(std::string_view pattern, std::string_view name) {
-  std::size_t p = 0, n = 0;
-  std::size_t star = std::string_view::npos, resume = 0;  // the newest *, and the present end of its text
-  while (n < name.size()) {
-    if (p < pattern.size() && pattern[p] == '*') {
-      star = p++;
-      resume = n;
-    } else if (p < pattern.size() && pattern[p] == name[n]) {
-      ++p;
-      ++n;
-    } else if (star != std::string_view::npos) {
-      p = star + 1;
-      n = ++resume;
-    } else {
-      return false;
-    }
-  }
-  while (p < pattern.size() && pattern[p] == '*') ++p;
-  return p == pattern.size();
-}
-
 Outcome<requests::GetEntities> entities(const requests::GetEntities& request, const CellDescription& cell) {
   requests::GetEntitiesResponse response;
   for (const ComponentDescription& c : cell.components) {
-    if (!request.filter.empty() && !matches(request.filter, c.name)) continue;
+    if (!request.filter.empty() && !glob_match(request.filter, c.name)) continue;
     if (request.category && *request.category != c.type) continue;
     auto& entity = response.entities.emplace_back();
     entity.name = c.name;

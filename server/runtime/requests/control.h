@@ -63,7 +63,4 @@ Outcome<requests::GetEntityState> entity_state(int component, const Snapshot& sn
                                                const CellDescription& cell);
 Outcome<requests::ExplainPart> explanation(const Explanation& explanation, const CellDescription& cell);
 
-/// `pattern` with * for any characters.
-bool matches(std::string_view pattern, std::string_view name);
-
 }  // namespace takt

@@ -73,6 +73,7 @@ EventText describe(const Type& event, const CellDescription& cell) {
   for_each_field(event, [&](const FieldInfo& field, const auto& value) {
     fields.push_back(detail::text_of_field(field, value, cell));
   });
+  fields.push_back({"scenario", cell.scenario});
   return detail::render(event_info<Type>(), fields, cell);
 }
 

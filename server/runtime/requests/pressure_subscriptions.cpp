@@ -32,9 +32,10 @@ Outcome<requests::WatchPressures> PressureSubscriptions::watch(const requests::W
   const std::vector<std::size_t> pairs =
       find_contact_pairs(model_.contact, model_.description, request.pairs, &unknown);
   if (!unknown.empty())
-    return Refusal{ControlResult::not_found,
-                   "No pair of this cell is called '" + join(unknown, ", ").substr(0, 200) + "'; there are: " +
-                       some_pairs(model_).substr(0, 700) + "; * stands for any characters."};
+    return Refusal{ControlResult::not_found, "No pair of this cell is called '" +
+                                                 join(unknown, ", ").substr(0, 200) +
+                                                 "'; there are: " + some_pairs(model_).substr(0, 700) +
+                                                 "; * stands for any characters."};
   const std::lock_guard lock(mutex_);
   std::erase_if(until_ns_, [&](const auto& watched) { return watched.second <= now_ns; });
   for (const std::size_t pair : pairs) {

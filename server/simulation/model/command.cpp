@@ -31,8 +31,7 @@ Validated<JointCommand> validate(const CellDescription& cell, int target, const 
   const auto wrong_count = [&](const char* field, std::size_t found) {
     return reject(RejectionCode::wrong_count, name,
                   std::string("field '") + field + "' has " + std::to_string(found) + " entries; " + name +
-                      " needs " + std::to_string(count) +
-                      ", one for each of: " + list_names(arm.joints));
+                      " needs " + std::to_string(count) + ", one for each of: " + list_names(arm.joints));
   };
   if (raw.names.size() != count) return wrong_count("name", raw.names.size());
   if (raw.position.size() != count) return wrong_count("position", raw.position.size());
@@ -50,9 +49,9 @@ Validated<JointCommand> validate(const CellDescription& cell, int target, const 
     std::size_t j = 0;
     while (j < count && arm.joints[j].name != raw.names[i]) ++j;
     if (j == count) {
-      return reject(RejectionCode::unknown_joint, name,
-                    name + " has no joint '" + raw.names[i].substr(0, 100) +
-                        "'; joints: " + list_names(arm.joints));
+      return reject(
+          RejectionCode::unknown_joint, name,
+          name + " has no joint '" + raw.names[i].substr(0, 100) + "'; joints: " + list_names(arm.joints));
     }
     if (seen[j]) {
       return reject(RejectionCode::duplicate_joint, name, "joint '" + raw.names[i] + "' is given twice");
@@ -78,8 +77,8 @@ Validated<JointCommand> validate(const CellDescription& cell, int target, const 
       const double value = check.values[i];
       if (!std::isfinite(value)) {
         return reject(RejectionCode::not_finite, name,
-                      std::string(check.quantity) + " of joint '" + joint.name + "' is " + number_text(value) +
-                          "; a finite number is needed");
+                      std::string(check.quantity) + " of joint '" + joint.name + "' is " +
+                          number_text(value) + "; a finite number is needed");
       }
       const std::string fault =
           outside(check.quantity, joint.name, value, check.lower, check.upper, check.unit);
@@ -108,8 +107,9 @@ Validated<GripperCommand> validate(const CellDescription& cell, int target, cons
   for (const Check& check : {Check{"width", raw.width_m, description.max_width_m, "m"},
                              Check{"max_force", raw.max_force_N, description.max_force_N, "N"}}) {
     if (!std::isfinite(check.value)) {
-      return reject(RejectionCode::not_finite, description.name,
-                    std::string(check.name) + " is " + number_text(check.value) + "; a finite number is needed");
+      return reject(
+          RejectionCode::not_finite, description.name,
+          std::string(check.name) + " is " + number_text(check.value) + "; a finite number is needed");
     }
     if (check.value < 0.0 || check.value > check.upper) {
       return reject(RejectionCode::out_of_range, description.name,

@@ -219,10 +219,11 @@ std::optional<Rejection> add_signal(const CellDescription& cell, DeviceCommand& 
   if (std::find(command.signals.begin(), end, signal) != end)
     return reject(RejectionCode::malformed, name() + " is given twice");
   if (!std::isfinite(value))
-    return reject(RejectionCode::not_finite, name() + " is " + number_text(value) + "; a finite number is needed");
+    return reject(RejectionCode::not_finite,
+                  name() + " is " + number_text(value) + "; a finite number is needed");
   if (value < description.lower || value > description.upper) {
-    return reject(RejectionCode::out_of_range, name() + " of " + device.name + " is " + number_text(value) + " " +
-                                                   description.unit + ", outside [" +
+    return reject(RejectionCode::out_of_range, name() + " of " + device.name + " is " + number_text(value) +
+                                                   " " + description.unit + ", outside [" +
                                                    number_text(description.lower) + ", " +
                                                    number_text(description.upper) + "] " + description.unit);
   }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <stdexcept>
+#include <type_traits>
 
 #include "idl/common/text.h"
 #include "server/simulation/solver/adaptive_integrator.h"
@@ -15,9 +16,38 @@
 namespace takt {
 
 namespace {
-constexpr std::array<std::string_view, 8> kSolverNames{"rk2",   "rk4",    "implicit", "rosenbrock",
-                                                       "cvode", "esdirk", "esdirk4",  "ida"};
-constexpr std::array<std::string_view, 5> kErrorControlled{"rosenbrock", "cvode", "esdirk", "esdirk4", "ida"};
+
+struct Solver {
+  std::string_view name;
+  std::unique_ptr<Integrator> (*make)(const SolverParameters&, const OdeSystem&);
+  enum class Kind : std::uint8_t { is_explicit, fixed_step, error_control } kind;
+  double default_tolerance = SolverParameters{}.tolerance;
+};
+
+template <typename Type>
+std::unique_ptr<Integrator> make(const SolverParameters& parameters, const OdeSystem& system) {
+  if constexpr (std::is_constructible_v<Type, const SolverParameters&, const OdeSystem&>)
+    return std::make_unique<Type>(parameters, system);
+  else
+    return std::make_unique<Type>(system.state_count());
+}
+
+constexpr std::array kSolvers{
+    Solver{"rk2", make<Rk2Integrator>, Solver::Kind::is_explicit},
+    Solver{"rk4", make<Rk4Integrator>, Solver::Kind::is_explicit},
+    Solver{"implicit", make<ImplicitIntegrator>, Solver::Kind::fixed_step},
+    Solver{"rosenbrock", make<RosenbrockIntegrator>, Solver::Kind::error_control, 1e-4},
+    Solver{"cvode", make<AdaptiveIntegrator>, Solver::Kind::error_control},
+    Solver{"esdirk", make<AdaptiveIntegrator>, Solver::Kind::error_control},
+    Solver{"esdirk4", make<AdaptiveIntegrator>, Solver::Kind::error_control},
+    Solver{"ida", make<AdaptiveIntegrator>, Solver::Kind::error_control}};
+
+/// Null if there is none of this name.
+const Solver* find(std::string_view name) {
+  const auto* const found = std::ranges::find(kSolvers, name, &Solver::name);
+  return found == kSolvers.end() ? nullptr : found;
+}
+
 }  // namespace
 
 bool Integrator::advance(OdeSystem& system, double t, double h, std::span<double> x) {
@@ -55,30 +85,33 @@ bool Integrator::finish(OdeSystem& system, double t_end, std::span<double> x) {
 }
 
 std::span<const std::string_view> solver_names() {
-  return kSolverNames;
+  static constexpr auto kNames = [] {
+    std::array<std::string_view, kSolvers.size()> names;
+    std::ranges::transform(kSolvers, names.begin(), &Solver::name);
+    return names;
+  }();
+  return kNames;
 }
 
 bool solver_has_error_control(std::string_view name) {
-  return std::find(kErrorControlled.begin(), kErrorControlled.end(), name) != kErrorControlled.end();
+  const Solver* const solver = find(name);
+  return solver != nullptr && solver->kind == Solver::Kind::error_control;
 }
 
 bool solver_is_explicit(std::string_view name) {
-  return name == "rk2" || name == "rk4";
+  const Solver* const solver = find(name);
+  return solver != nullptr && solver->kind == Solver::Kind::is_explicit;
 }
 
 double solver_default_tolerance(std::string_view name) {
-  return name == "rosenbrock" ? 1e-4 : SolverParameters{}.tolerance;
+  const Solver* const solver = find(name);
+  return solver == nullptr ? SolverParameters{}.tolerance : solver->default_tolerance;
 }
 
 std::unique_ptr<Integrator> make_integrator(const SolverParameters& parameters, const OdeSystem& system) {
-  if (parameters.name == "rk2") return std::make_unique<Rk2Integrator>(system.state_count());
-  if (parameters.name == "rk4") return std::make_unique<Rk4Integrator>(system.state_count());
-  if (parameters.name == "implicit") return std::make_unique<ImplicitIntegrator>(parameters, system);
-  if (parameters.name == "rosenbrock") return std::make_unique<RosenbrockIntegrator>(parameters, system);
-  if (solver_has_error_control(parameters.name))
-    return std::make_unique<AdaptiveIntegrator>(parameters, system);
+  if (const Solver* const solver = find(parameters.name)) return solver->make(parameters, system);
   throw std::invalid_argument("unknown solver '" + parameters.name +
-                              "'; allowed: " + list_names(kSolverNames));
+                              "'; allowed: " + list_names(solver_names()));
 }
 
 }  // namespace takt

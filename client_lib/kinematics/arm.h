@@ -1,0 +1,92 @@
+#pragma once
+// takt::Arm: kinematics of one robot of a cell, and motions for Client::send_trajectory.
+//
+//   const auto description = cell.cell();
+//   const takt::Arm arm(*description, "Robot1", "Gripper1");
+//   const std::vector<double> here = cell.state().robot("Robot1").position;
+//   takt::Pose X_WT = arm.forward_kinematics(here);
+//   X_WT.p.z() += 0.1;                                             // 100 mm up, in the world
+//   cell.send_trajectory("Robot1", arm.plan_line(here, X_WT));
+//
+// Frames: W world, R robot base, F flange, T tool centre point (TCP). X_WT is the pose of the TCP in the world.
+// Joint positions are rad or m, in the order of the robot's description. Every error is a MotionError. An Arm
+// does not change and may be used by several threads.
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "client_lib/kinematics/motions.h"
+#include "client_lib/kinematics/trajectory_point.h"
+#include "takt_msgs.h"
+
+namespace takt {
+
+/// Joints and flange of a robot as the cell describes it. Throws MotionError for more than kMaxJoints joints.
+ArmModel arm_model(const takt_msgs::msg::RobotDescription& robot);
+Pose pose_of(const takt_msgs::msg::Transform& transform);
+/// Pose and the type of <takt/eigen.h>; no number changes its bits.
+inline Pose pose_of(const Eigen::Isometry3d& X) {
+  return {X.linear(), X.translation()};
+}
+inline Eigen::Isometry3d isometry_of(const Pose& X) {
+  Eigen::Isometry3d made = Eigen::Isometry3d::Identity();
+  made.linear() = X.R;
+  made.translation() = X.p;
+  return made;
+}
+
+class Arm {
+ public:
+  /// X_WR: base in the world; X_FT: TCP in the flange frame.
+  Arm(std::string name, const ArmModel& model, const Pose& X_WR, const Pose& X_FT = {});
+  /// A robot of a cell. The TCP is that of the gripper; without one it is the flange. Throws MotionError with
+  /// the names that exist, and for a gripper that another robot carries.
+  Arm(const takt_msgs::msg::CellDescription& cell, std::string_view robot, std::string_view gripper = {});
+
+  const std::string& name() const { return name_; }
+  const ArmModel& model() const { return *model_; }
+  int joint_count() const { return model_->joint_count(); }
+
+  /// Pose of the TCP in the world. Positions outside the joints' ranges are allowed.
+  Pose forward_kinematics(std::span<const double> positions) const;
+
+  /// Joint positions within the joints' ranges that put the TCP at X_WT, exact to rounding (1e-12 m, 1e-12
+  /// rad): of those that are found the ones nearest to `near` (smallest largest travel of a joint). Throws
+  /// MotionError where none is found, with the distance of the best attempt, and for arms of fewer than six
+  /// joints.
+  std::vector<double> inverse_kinematics(const Pose& X_WT, std::span<const double> near) const;
+
+  /// Motion from rest at `from` to rest at `to`; all joints start and stop together. One point for each
+  /// `period_s`, without the start. Throws MotionError where `to` is outside a joint's range.
+  std::vector<TrajectoryPoint> plan_joint_move(std::span<const double> from, std::span<const double> to,
+                                               JointMotionOptions options = {},
+                                               double period_s = kPeriod_s) const;
+  /// Motion from rest at `from` to rest at X_WT. The TCP moves on a straight line and turns about one fixed
+  /// axis; between two points it leaves the line by some nanometres, since joints move on cubic curves.
+  /// Throws MotionError, with the place on the line, where the line leaves the reach, a joint's range or speed
+  /// limit, or meets a singularity.
+  std::vector<TrajectoryPoint> plan_line(std::span<const double> from, const Pose& X_WT,
+                                         const LineOptions& options = {}, double period_s = kPeriod_s) const;
+
+  /// The same motions for a caller that samples them itself; the Arm must outlive them.
+  JointMotion joint_motion(const JointArray& from, const JointArray& to, const JointMotionOptions& options,
+                           double period_s) const {
+    return {*model_, from, to, options, period_s};
+  }
+  LineMotion line_motion(const JointArray& from, const Pose& X_WT, const LineOptions& options,
+                         double period_s) const;
+
+  static constexpr double kPeriod_s = 0.008;
+
+ private:
+  JointArray joints(std::span<const double> values) const;
+  void require_six_joints() const;
+
+  std::string name_;
+  std::shared_ptr<const ArmModel> model_;
+  Pose X_WR_, X_FT_;
+};
+
+}  // namespace takt

@@ -1,0 +1,89 @@
+#pragma once
+// Motions of one arm from rest to rest: synchronised joint motion, and a straight line of the tool centre
+// point.
+//
+// Frames: R robot base, F flange, T tool centre point (TCP). Both motions yield, for period k, the joint
+// set-point at the end of that period: position and its exact time derivative. All errors are
+// MotionError without a place; the caller knows the line of the program.
+#include <stdexcept>
+#include <string>
+#include <variant>
+
+#include "client_lib/kinematics/motion_profile.h"
+#include "plant_models/robot/arm_kinematics.h"
+
+namespace takt {
+
+/// Why there is no such motion or pose, as a sentence: what is asked for, what is allowed.
+class MotionError : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// How far a velocity may exceed its limit by rounding alone, as a factor.
+inline constexpr double kSpeedRounding = 1.0 + 1e-9;
+
+struct JointMotionOptions {
+  double speed = 0.5;                    ///< fraction of every joint's own limit, (0, 1]
+  double acceleration_rad_per_s2 = 2.0;  ///< of every joint; m/s^2 for prismatic joints
+  double duration_s = 0.0;               ///< 0: as fast as the limits allow
+};
+
+struct LineOptions {
+  double speed_m_per_s = 0.2;
+  double acceleration_m_per_s2 = 0.5;
+  double rotation_speed_rad_per_s = 0.5;
+  double rotation_acceleration_rad_per_s2 = 1.0;
+  double duration_s = 0.0;  ///< 0: as fast as the limits allow
+};
+
+struct ArmSetPoint {
+  JointArray position{}, velocity{};
+};
+
+/// Throws where a position is outside the limits of its joint; names joint, value and range.
+void check_joint_limits(const ArmModel& arm, const JointArray& q);
+
+/// Text for people: position in m, roll, pitch, yaw in rad (fixed axes).
+std::string to_text(const Pose& X);
+
+/// All joints start and stop together.
+class JointMotion {
+ public:
+  JointMotion(const ArmModel& arm, const JointArray& from, const JointArray& to,
+              const JointMotionOptions& options, double period_s);
+  long periods() const { return profile_.periods(); }
+  void evaluate(long k, ArmSetPoint& set_point) const;
+
+ private:
+  int joint_count_;
+  JointArray from_, to_;
+  MotionProfile profile_;
+};
+
+/// The TCP moves on a straight line while its orientation turns about one fixed axis. Refused before it
+/// starts where the line leaves the reach, a joint's range or speed limit, or meets a singularity, as far as
+/// a coarse look along the line shows it; checked again in every period.
+class LineMotion {
+ public:
+  /// X_RT_end: target of the TCP. `from` are the joint positions at the start.
+  LineMotion(const ArmModel& arm, const Pose& X_FT, const JointArray& from, const Pose& X_RT_end,
+             const LineOptions& options, double period_s);
+  long periods() const { return profile_.periods(); }
+  /// Set-point at the end of period k, by Newton's method from the set-point given (that of an earlier
+  /// period).
+  void evaluate(long k, ArmSetPoint& set_point) const;
+
+ private:
+  void follow(const MotionProfile::Sample& sample, ArmSetPoint& set_point) const;
+
+  const ArmModel* arm_;
+  Pose X_TF_;
+  Pose X_RT_start_, X_RT_end_;
+  Vec3 turn_R_;  ///< rotation vector from start to end, in R
+  double period_s_;
+  MotionProfile profile_;
+};
+
+using Motion = std::variant<std::monostate, JointMotion, LineMotion>;
+
+}  // namespace takt

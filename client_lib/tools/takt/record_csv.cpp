@@ -1,0 +1,86 @@
+// takt record FILE.csv: states as a table, a column for each value, named as signals of recordings are.
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <stdexcept>
+
+#include "client_lib/recording/json_text.h"
+#include "client_lib/tools/takt/commands.h"
+#include "client_lib/tools/takt/sample_json.h"
+#include "idl/common/text.h"
+
+namespace takt::tool {
+namespace {
+
+/// A person ends a recording without an end.
+constexpr Seconds kForever{1.0e9};
+
+/// Of one state: the names of all columns, or their values (17 digits: the number that was simulated).
+std::string line_of(const State& state, bool names) {
+  auto document = json_of(state);
+  std::string line = names ? "time" : number_text(state.time, 9);
+  for (const char* other : {"time", "stamp", "applied", "scenario_generation"}) document.erase(other);
+  for (auto& robot : document["robots"])
+    robot.erase("motor_power");  // comes and goes with the level of detail
+  recording::for_each_leaf(document, [&](const std::string& name, const nlohmann::json& value) {
+    char digits[32] = "";
+    if (value.is_number_float()) std::snprintf(digits, sizeof digits, "%.17g", value.get<double>());
+    line += ",";
+    if (names)
+      line += name;
+    else if (value.is_boolean())
+      line += value.get<bool>() ? "1" : "0";
+    else if (value.is_string())
+      line += value.get<std::string>();
+    else if (!value.is_null())
+      line += *digits != '\0' ? digits : value.dump();
+  });
+  return line;
+}
+
+}  // namespace
+
+int record_csv(const Common& common, const RecordOptions& options) {
+  Session session(common);
+  const Client& cell = *session;
+  const auto close = [](std::FILE* f) {
+    if (f != stdout) std::fclose(f);
+  };
+  State state = cell.state();
+  const std::unique_ptr<std::FILE, decltype(close)> file(
+      options.file == "-" ? stdout : std::fopen(options.file.c_str(), "w"), close);
+  if (!file) throw std::runtime_error("The file '" + options.file + "' cannot be written.");
+  const double start_s = state.time;
+  const std::uint32_t epoch = state.epoch;
+  double end_s = options.duration_s ? start_s + *options.duration_s : 1.0e300;
+  if (options.until_s) end_s = std::min(end_s, *options.until_s);
+  std::fprintf(file.get(), "%s\n", line_of(state, true).c_str());
+  std::uint64_t rows = 0;
+  double latest_row_s = start_s;
+  int code = kOk;
+  for (double k = 0.0;;) {
+    std::fprintf(file.get(), "%s\n", line_of(state, false).c_str());
+    if (std::fflush(file.get()) != 0)
+      throw std::runtime_error("The file '" + options.file + "' cannot be written on.");
+    latest_row_s = state.time;
+    ++rows;
+    if (state.time >= end_s - 1e-9) break;
+    while (start_s + k * options.period_s <= state.time + 1e-9) k += 1.0;
+    const double due_s = std::min(start_s + k * options.period_s, end_s);
+    const auto next = cell.wait_for_state(
+        [&](const auto& s) { return s.time >= due_s - 1e-9 || s.epoch != epoch || s.cell != state.cell; },
+        kForever);
+    if (!next) return 1;
+    if (next->epoch != epoch || next->cell != state.cell) {
+      std::fprintf(stderr, "takt: the cell was reset or loaded anew; the recording ends before that.\n");
+      if (options.until_s || options.duration_s) code = kFailed;
+      break;
+    }
+    state = *next;
+  }
+  std::fprintf(stderr, "%llu rows, %.3f s to %.3f s.\n", static_cast<unsigned long long>(rows), start_s,
+               latest_row_s);
+  return code;
+}
+
+}  // namespace takt::tool

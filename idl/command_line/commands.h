@@ -1,0 +1,17 @@
+#pragma once
+// Commands of programs that have several of them.
+#include <optional>
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace takt::command_line {
+
+/// Of a command line that could not be read: the word in place of a command, if that is what is wrong.
+std::optional<std::string> unknown_command(const CLI::App& app);
+/// "There is no command 'WORD'. Did you mean 'NAME'? Commands: ...".
+std::string no_such_command(const CLI::App& app, const std::string& word);
+
+}  // namespace takt::command_line

@@ -1,0 +1,91 @@
+#pragma once
+// Lists of a description (components, robots, their joints) by name, and what the IDL says by them: a list of one element
+// for each, @order(joints), and the index of one of them, @index(components).
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "idl/common/message.h"
+
+namespace takt {
+
+template <typename Type>
+inline constexpr bool kIsList = false;
+template <typename Element>
+inline constexpr bool kIsList<std::vector<Element>> = true;
+template <typename Type>
+inline constexpr bool kIsMessageList = false;
+template <Message Element>
+inline constexpr bool kIsMessageList<std::vector<Element>> = true;
+
+/// A described thing, and the lists that it has again.
+struct Named {
+  std::string name;
+  std::map<std::string, std::vector<Named>, std::less<>> lists;
+
+  /// nullptr where there is no such list.
+  const std::vector<Named>* find(std::string_view list) const {
+    const auto found = lists.find(list);
+    return found == lists.end() ? nullptr : &found->second;
+  }
+  /// Name of an element; nullptr where there is no such list or element.
+  const std::string* name_of(std::string_view list, std::int64_t index) const {
+    const auto* elements = find(list);
+    const bool has = elements != nullptr && index >= 0 && static_cast<std::size_t>(index) < elements->size();
+    return has ? &(*elements)[static_cast<std::size_t>(index)].name : nullptr;
+  }
+};
+
+/// Of a CellDescription: the whole cell.
+template <Message Type>
+Named named_lists(const Type& description) {
+  Named made;
+  for_each_field(description, [&](const FieldInfo& field, const auto& value) {
+    using Value = std::decay_t<decltype(value)>;
+    if constexpr (std::is_same_v<Value, std::string>) {
+      if (field.name == "name") made.name = value;
+    } else if constexpr (kIsMessageList<Value>) {
+      auto& list = made.lists[std::string(field.name)];
+      for (const auto& element : value) list.push_back(named_lists(element));
+    }
+  });
+  return made;
+}
+
+/// The described elements that a list has one element for each of; nullptr where the IDL names none.
+inline const std::vector<Named>* order_of(const FieldInfo& list, const Named& of) {
+  const std::string_view order = annotation(list.annotations, "order");
+  return order.empty() ? nullptr : of.find(order);
+}
+
+/// Whether a message fits a description: each list has as many elements as its @order says, each @index is that of an
+/// element, or its default. `of`: what the message is of; indices are those of `cell`.
+template <Message Type>
+bool fits(const Type& message, const Named& of, const Named& cell) {
+  bool good = true;
+  for_each_field(message, [&](const FieldInfo& field, const auto& value) {
+    using Value = std::decay_t<decltype(value)>;
+    if (!good) return;
+    if constexpr (std::is_integral_v<Value>) {
+      if (const std::string_view list = annotation(field.annotations, "index"); !list.empty())
+        good = cell.name_of(list, static_cast<std::int64_t>(value)) != nullptr ||
+               (value == static_cast<Value>(-1) && annotation(field.annotations, "default") == "-1");
+    } else if constexpr (kIsList<Value>) {
+      const bool ordered = has_annotation(field.annotations, "order");
+      const auto* order = order_of(field, of);
+      if (ordered && !(value.empty() && has_annotation(field.annotations, "may_be_empty")))
+        good = value.size() == (order == nullptr ? 0 : order->size());
+      if constexpr (kIsMessageList<Value>)
+        for (std::size_t i = 0; i < value.size() && good; ++i)
+          good = fits(value[i], order == nullptr ? of : (*order)[i], cell);
+    } else if constexpr (Message<Value>) {
+      good = fits(value, of, cell);
+    }
+  });
+  return good;
+}
+
+}  // namespace takt
