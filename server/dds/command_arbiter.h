@@ -21,16 +21,16 @@ class CommandArbiter {
     std::uint64_t id = 0;
     bool exclusive = false;
     std::uint32_t strength = 0;
-    std::array<std::uint8_t, 16>
-        identity{};            ///< orders exclusive senders of equal strength: the lower one is heard
-    int topic = 0;             ///< which of the target's topics
-    bool spoke = false;        ///< has sent a command
-    std::int64_t told_ns = 0;  ///< time of the last report that this sender has no effect
+    /// Orders exclusive senders of equal strength: the lower one owns the target.
+    std::array<std::uint8_t, 16> identity{};
+    int topic = 0;                 ///< which of the target's topics
+    bool spoke = false;            ///< has sent a command
+    std::int64_t reported_ns = 0;  ///< time of the last report that this sender has no effect
   };
   struct Verdict {
     bool heard = false;
     std::uint64_t owner = 0;  ///< the sender that is heard instead
-    bool tell = false;        ///< true: an event reports it, at most once a second per sender
+    bool report = false;      ///< true: an event reports it, at most once a second per sender
   };
 
   /// Adds a sender. Returns the exclusive sender without effect beside a stronger one, if there is one and it
@@ -81,9 +81,9 @@ class CommandArbiter {
       }
       owner = shared_owner_;
     }
-    const bool tell = place->told_ns == 0 || now_ns - place->told_ns >= 1'000'000'000;
-    if (tell) place->told_ns = now_ns;
-    return {false, owner, tell};
+    const bool report = place->reported_ns == 0 || now_ns - place->reported_ns >= 1'000'000'000;
+    if (report) place->reported_ns = now_ns;
+    return {false, owner, report};
   }
 
  private:

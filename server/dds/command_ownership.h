@@ -25,7 +25,7 @@ struct CommandWriter {
   double lease_s = 0.0;    ///< within which it promises a sign of life; infinity: never
   CommandTopic command{};  ///< in the present cell
   bool expired = false;    ///< has not kept the lease; no sender until it is heard of again
-  bool wrong_type_told = false;
+  bool wrong_type_reported = false;
 };
 
 class CommandOwnership {

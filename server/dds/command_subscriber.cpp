@@ -170,7 +170,7 @@ void CommandSubscriber::diagnose(const DdsGuid& guid, CommandWriter& writer) {
   writer.command = *command_topic(topics_, writer.topic, loop_->cell());
   auto event = diagnose_writer(writer.command, writer.topic, writer.type, text_of(guid), loop_->cell());
   // A wrong type stays wrong in every cell.
-  if (!event || (writer.command.target >= 0 && std::exchange(writer.wrong_type_told, true))) return;
+  if (!event || (writer.command.target >= 0 && std::exchange(writer.wrong_type_reported, true))) return;
   events_.post(std::move(*event));
 }
 
@@ -236,7 +236,7 @@ void CommandSubscriber::deliver(int target, bool exclusive, const Command& comma
     return;
   }
   rejected_.fetch_add(1, std::memory_order_relaxed);
-  if (verdict->tell)
+  if (verdict->report)
     events_.post(events::OwnedByAnother{name_of(target), senders_.text(verdict->owner)}, text_of(guid));
 }
 

@@ -113,7 +113,7 @@ void DdsAdapter::on_writer(const DiscoveredWriter& writer) {
   }
   // Frames come from many nodes; time has one source.
   if (writer.topic == topics_.of(topics::clock) && !topics_.clock_is_own()) {
-    if (writer.news == News::appeared && !is_own(writer.guid)) tell_shared_clock(writer.guid);
+    if (writer.news == News::appeared && !is_own(writer.guid)) report_shared_clock(writer.guid);
     return;
   }
   if (writer.news == News::appeared)
@@ -124,7 +124,7 @@ void DdsAdapter::on_writer(const DiscoveredWriter& writer) {
 }
 
 /// Once for each participant: its writer is discovered again with every scenario.
-void DdsAdapter::tell_shared_clock(const DdsGuid& writer) {
+void DdsAdapter::report_shared_clock(const DdsGuid& writer) {
   constexpr std::size_t kRemembered = 256;
   {
     const std::lock_guard lock(own_mutex_);

@@ -48,7 +48,7 @@ class DdsAdapter final : public DiscoveryListener, public CellLifecycleListener 
   /// As an event, and on the terminal.
   template <typename Type>
   void report(const Type& event, const DdsGuid& writer);
-  void tell_shared_clock(const DdsGuid& writer);
+  void report_shared_clock(const DdsGuid& writer);
 
   CellHost& host_;
   const TopicNames topics_;

@@ -12,17 +12,17 @@ class GuardWatch {
   /// Call it often. `guard` may be null.
   void look(const PacketGuard* guard, std::int64_t now_ns, EventQueue& events) {
     constexpr std::int64_t interval_ns = 1'000'000'000;
-    if (guard == nullptr || (told_ > 0 && now_ns - told_ns_ < interval_ns)) return;
+    if (guard == nullptr || (reported_ > 0 && now_ns - reported_ns_ < interval_ns)) return;
     const std::uint64_t dropped = guard->dropped();
-    if (dropped == told_) return;
-    events.post(events::PacketsDropped{dropped - told_, guard->summary()});
-    told_ = dropped;
-    told_ns_ = now_ns;
+    if (dropped == reported_) return;
+    events.post(events::PacketsDropped{dropped - reported_, guard->summary()});
+    reported_ = dropped;
+    reported_ns_ = now_ns;
   }
 
  private:
-  std::uint64_t told_ = 0;
-  std::int64_t told_ns_ = 0;
+  std::uint64_t reported_ = 0;
+  std::int64_t reported_ns_ = 0;
 };
 
 }  // namespace takt

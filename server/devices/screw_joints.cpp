@@ -141,15 +141,15 @@ bool ScrewJoints::update(double h, const CellMotion& motion, CellPlant& plant,
         changed = true;
       }
     }
-    signals.tell(torque, turn.torque_Nm);
-    signals.tell(engaged, met >= 0 ? 1.0 : 0.0);
-    signals.tell(power, turn.torque_Nm * std::abs(turn.angle_rad) / h);
-    signals.tell(energy, signals.value(energy) + turn.torque_Nm * std::abs(turn.angle_rad));
+    signals.report(torque, turn.torque_Nm);
+    signals.report(engaged, met >= 0 ? 1.0 : 0.0);
+    signals.report(power, turn.torque_Nm * std::abs(turn.angle_rad) / h);
+    signals.report(energy, signals.value(energy) + turn.torque_Nm * std::abs(turn.angle_rad));
   }
   for (std::size_t i = 0; i < turned_rad_.size(); ++i) {
     SignalTable& signals = board(plant, model_.joints[i].device);
-    signals.tell(turns, turned_rad_[i] / (2.0 * std::numbers::pi));
-    signals.tell(held, is_held(model_.joints[i], interaction) ? 1.0 : 0.0);
+    signals.report(turns, turned_rad_[i] / (2.0 * std::numbers::pi));
+    signals.report(held, is_held(model_.joints[i], interaction) ? 1.0 : 0.0);
   }
   return changed;
 }

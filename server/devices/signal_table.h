@@ -21,11 +21,11 @@ class SignalTable final : public DeviceModel {
       : p_(parameters), values_(parameters.initial) {}
 
   double value(int signal) const { return values_[static_cast<std::size_t>(signal)]; }
-  void tell(int signal, double value) { values_[static_cast<std::size_t>(signal)] = value; }
+  void report(int signal, double value) { values_[static_cast<std::size_t>(signal)] = value; }
 
   void write_motion(double, const double*, CellMotion&) const override {}
   void reset() override { values_ = p_.initial; }
-  void set_signal(double, int signal, double value) override { tell(signal, value); }
+  void set_signal(double, int signal, double value) override { report(signal, value); }
   void read_signals(double, const double*, const CellMotion&, std::span<double> signals) const override {
     std::copy_n(values_.begin(), std::min(p_.count, signals.size()), signals.begin());
   }

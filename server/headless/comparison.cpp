@@ -109,14 +109,14 @@ class Comparer {
       if (change["time_s"].get<double>() > 0.0) changes[change["part"]][0].push_back(&change);
     for (const Json& change : b_["connection_changes"])
       if (change["time_s"].get<double>() > 0.0) changes[change["part"]][1].push_back(&change);
-    const auto told = [](const std::vector<const Json*>& list) {
+    const auto listed = [](const std::vector<const Json*>& list) {
       const std::string text = join(list, ", ", [](const Json* change) {
         return (*change)["to"].is_null() ? std::string("nothing") : (*change)["to"].get<std::string>();
       });
       return text.empty() ? std::string("no change") : text;
     };
     for (const auto& [part, lists] : changes) {
-      const std::string one = told(lists[0]), other = told(lists[1]);
+      const std::string one = listed(lists[0]), other = listed(lists[1]);
       if (one != other) {
         result_.contradictions.push_back(part + " is held in turn by " + one + "; in the second run by " +
                                          other);
@@ -234,7 +234,7 @@ class Comparer {
       for (const auto& [of, margin] : own) {
         if (other.count(of) != 0) continue;
         const double value = (*margin)["value"], use = (*margin)["use"];
-        result_.differences.push_back({"only one tells: " + of, (*margin)["unit"],
+        result_.differences.push_back({"only one has: " + of, (*margin)["unit"],
                                        first ? std::optional(value) : std::nullopt,
                                        first ? std::nullopt : std::optional(value), use, limits_.use, true});
       }
@@ -312,7 +312,7 @@ Comparison compare_reports(const Json& a, const Json& b, const ComparisonLimits&
 
 void print_comparison(std::ostream& out, const Json& a, const Json& b, const Comparison& comparison,
                       const ComparisonLimits& limits) {
-  constexpr std::size_t kMost = 20;
+  constexpr std::size_t kMaxListed = 20;
   out << a["scenario"].get<std::string>() << ": " << level_of(a) << " ("
       << number_text(a["cpu_s"].get<double>(), 5) << " s of computation) and " << level_of(b) << " ("
       << number_text(b["cpu_s"].get<double>(), 5) << " s)\n";
@@ -320,11 +320,11 @@ void print_comparison(std::ostream& out, const Json& a, const Json& b, const Com
   out << "Largest differences (!! counts):\n"
       << std::left << std::setw(58) << "   quantity" << std::right << std::setw(12) << "first"
       << std::setw(12) << "second" << std::setw(14) << "difference" << std::setw(12) << "allowed" << '\n';
-  std::size_t told = 0, counting = 0;
+  std::size_t listed = 0, counting = 0;
   for (const Difference& d : comparison.differences) {
     if (d.counts()) ++counting;
-    if (told >= kMost || (told >= 8 && !d.counts())) continue;
-    ++told;
+    if (listed >= kMaxListed || (listed >= 8 && !d.counts())) continue;
+    ++listed;
     const auto value = [](const std::optional<double>& v) {
       return v ? number_text(*v, 5) : std::string("-");
     };
@@ -337,8 +337,8 @@ void print_comparison(std::ostream& out, const Json& a, const Json& b, const Com
         << std::setw(12) << value(d.b) << std::setw(14) << amount(d.difference) << std::setw(12)
         << amount(d.limit) << '\n';
   }
-  if (comparison.differences.size() > told)
-    out << "   and " << comparison.differences.size() - told << " more (--report lists all)\n";
+  if (comparison.differences.size() > listed)
+    out << "   and " << comparison.differences.size() - listed << " more (--report lists all)\n";
   out << "Judged by:";
   for (const NamedLimit& limit : kLimits)
     out << ' ' << limit.name << '=' << number_text(limits.*limit.value, 5);

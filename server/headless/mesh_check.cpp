@@ -59,10 +59,10 @@ bool print_mesh_check(std::ostream& out, const std::filesystem::path& file, cons
   if (usable) {
     out << ", volume " << number_text(1e6 * volume_properties(repaired.mesh).volume, 6) << " cm^3, "
         << counted(find_shells(repaired.mesh).size(), "shell", "shells") << '\n';
-    ContactMeshOptions contact;
+    MeshQualityOptions contact;
     contact.element_edge_m =
         options.element_edge_m > 0.0 ? options.element_edge_m : default_element_edge_m(repaired.mesh);
-    const std::vector<MeshDiagnostic> risks = find_contact_risks(repaired.mesh, contact);
+    const std::vector<MeshDiagnostic> risks = check_mesh_quality(repaired.mesh, contact);
     repaired.findings.insert(repaired.findings.end(), risks.begin(), risks.end());
   } else {
     out << '\n';
@@ -75,7 +75,7 @@ bool print_mesh_check(std::ostream& out, const std::filesystem::path& file, cons
     out << "Unusable: " << repaired.problem
         << " A solid is needed: closed, every edge shared by two triangles, faces outwards.\n";
   else
-    out << (repaired.findings.empty() ? "Nothing to tell.\n" : "Usable.\n");
+    out << (repaired.findings.empty() ? "Nothing to report.\n" : "Usable.\n");
   return usable;
 }
 

@@ -105,11 +105,11 @@ Json collisions_json(const CellDescription& cell, const HeadlessResult& result) 
 }
 
 void print_collisions(std::ostream& out, const CellDescription& cell, const HeadlessResult& result) {
-  constexpr std::size_t kMost = 20;
-  std::size_t told = 0, left_out = 0;
+  constexpr std::size_t kMaxListed = 20;
+  std::size_t listed = 0, left_out = 0;
   for (const CollisionEvent& event : result.collisions) {
     if (event.kind == CollisionEvent::Kind::clearance_restored) continue;
-    if (++told > kMost) {
+    if (++listed > kMaxListed) {
       ++left_out;
       continue;
     }
@@ -123,7 +123,7 @@ void print_collisions(std::ostream& out, const CellDescription& cell, const Head
     out << " m\n";
   }
   if (left_out > 0) out << "and " << left_out << " more (--report lists all)\n";
-  if (told == 0) out << "Collision checking: nothing came too close\n";
+  if (listed == 0) out << "Collision checking: nothing came too close\n";
 }
 
 Json grips_json(const CellDescription& cell, const HeadlessResult& result) {

@@ -190,11 +190,11 @@ RunMetrics ProcessRecorder::finish(const Simulation& simulation,
     if (step.named) names[static_cast<std::size_t>(step.robot)] = 1;
   for (const controller::ProgramStep& step : steps) {
     if (!step.named && names[static_cast<std::size_t>(step.robot)] != 0) continue;
-    StepNumbers& told = numbers_.steps.emplace_back();
-    told.step = step;
-    if (step.end_s < 0.0) told.step.end_s = snapshot_.time_s;
+    StepNumbers& entry = numbers_.steps.emplace_back();
+    entry.step = step;
+    if (step.end_s < 0.0) entry.step.end_s = snapshot_.time_s;
     for (std::size_t i = 0; i < energies_J_.size(); ++i)
-      told.energy_J.push_back(energy_at(i, told.step.end_s) - energy_at(i, step.begin_s));
+      entry.energy_J.push_back(energy_at(i, entry.step.end_s) - energy_at(i, step.begin_s));
   }
   return std::move(numbers_);
 }

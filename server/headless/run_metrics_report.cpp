@@ -63,13 +63,13 @@ Json robots_json(const CellDescription& cell, const RunMetrics& process, std::ve
       }
       joints.push_back(std::move(item));
     }
-    Json& told = all[cell.robots[r].name];
-    told["joints"] = std::move(joints);
+    Json& reported = all[cell.robots[r].name];
+    reported["joints"] = std::move(joints);
     if (!robot.dynamic) continue;
-    told["largest_flange_force_N"] = robot.flange_force_N.value;
-    told["largest_flange_force_time_s"] = robot.flange_force_N.time_s;
-    told["largest_flange_torque_N_m"] = robot.flange_torque_N_m.value;
-    told["largest_flange_torque_time_s"] = robot.flange_torque_N_m.time_s;
+    reported["largest_flange_force_N"] = robot.flange_force_N.value;
+    reported["largest_flange_force_time_s"] = robot.flange_force_N.time_s;
+    reported["largest_flange_torque_N_m"] = robot.flange_torque_N_m.value;
+    reported["largest_flange_torque_time_s"] = robot.flange_torque_N_m.time_s;
   }
   return all;
 }
@@ -110,15 +110,15 @@ Json process_json(const CellDescription& cell, const HeadlessResult& result) {
       margins.push_back({demand.name, "", *demand.value, *demand.upper, demand.time_s});
   std::stable_sort(margins.begin(), margins.end(),
                    [](const Margin& a, const Margin& b) { return a.use() > b.use(); });
-  Json told = Json::array();
+  Json reported = Json::array();
   for (const Margin& margin : margins)
-    told.push_back({{"of", margin.of},
-                    {"use", margin.use()},
-                    {"value", margin.value},
-                    {"limit", margin.limit},
-                    {"unit", margin.unit},
-                    {"time_s", margin.time_s}});
-  all["margins"] = std::move(told);
+    reported.push_back({{"of", margin.of},
+                        {"use", margin.use()},
+                        {"value", margin.value},
+                        {"limit", margin.limit},
+                        {"unit", margin.unit},
+                        {"time_s", margin.time_s}});
+  all["margins"] = std::move(reported);
   return all;
 }
 

@@ -320,7 +320,7 @@ int run_study(const StudyOptions& options, std::ostream& progress) {
   std::size_t next = 0;
   int done = before;
   Progress bar(!options.bar);
-  const auto tell = [&] {
+  const auto show = [&] {
     bar.at(done, runs, before, "runs");
     if (!bar.shows()) progress << done << " of " << runs << " runs\n" << std::flush;
   };
@@ -360,7 +360,7 @@ int run_study(const StudyOptions& options, std::ostream& progress) {
         refused = error.what();
       }
     }
-    tell();
+    show();
   }
   if (!refused.empty()) throw ScenarioError(refused);
   if (whole) write_results(options);

@@ -1,5 +1,5 @@
 #pragma once
-// One instant of a cell as messages: what a server publishes and a recording holds.
+// One instant of a cell as messages, as a server publishes them and a recording contains them.
 #include <cstddef>
 #include <tuple>
 #include <vector>

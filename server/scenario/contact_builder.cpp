@@ -163,10 +163,10 @@ void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& mesh
             });
 }
 
-ContactMeshOptions contact_mesh_options(const Scenario& scenario, const std::string& component,
+MeshQualityOptions mesh_quality_options(const Scenario& scenario, const std::string& component,
                                         const TriangleMesh& mesh, bool usually_carries_elements) {
   const ScenarioContactComponent said = of_component(scenario, component);
-  ContactMeshOptions options;
+  MeshQualityOptions options;
   options.component = component;
   options.element_edge_m = element_edge_m(scenario, said, mesh);
   options.carries_elements =

@@ -16,10 +16,10 @@ void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& mesh
 /// Fills GripperModel::friction, of jaws on Parts, from the section on surface contact, at every level.
 void add_grip_friction(const Scenario& scenario, CellModel& cell);
 
-/// Options of find_contact_risks for the mesh of a component (a jaw: gripper/left_jaw): the edge to which it
+/// Options of check_mesh_quality for the mesh of a component (a jaw: gripper/left_jaw): the edge to which it
 /// is divided, and whether it can carry elements. A role stated in the scenario replaces
 /// `usually_carries_elements`.
-ContactMeshOptions contact_mesh_options(const Scenario& scenario, const std::string& component,
+MeshQualityOptions mesh_quality_options(const Scenario& scenario, const std::string& component,
                                         const TriangleMesh& mesh, bool usually_carries_elements);
 
 }  // namespace takt

@@ -8,7 +8,7 @@
 #include "server/scenario/contact_builder.h"
 #include "server/scenario/convex_import.h"
 #include "server/scenario/dynamics_builder.h"
-#include "server/scenario/mesh_notes.h"
+#include "server/scenario/mesh_diagnostics.h"
 #include "server/scenario/start_overlap.h"
 #include "server/scenario/urdf_arm.h"
 #include "server/scenario/world_bounds.h"
@@ -41,7 +41,7 @@ void describe_mesh(const TriangleMesh& mesh, const std::filesystem::path& file,
 void look_after_contact(const Scenario& scenario, const std::string& component, const TriangleMesh& mesh,
                         bool carries_elements, CellModel& cell) {
   if (!scenario.begins_with_contact()) return;
-  note_contact_risks(mesh, contact_mesh_options(scenario, component, mesh, carries_elements), cell);
+  note_contact_risks(mesh, mesh_quality_options(scenario, component, mesh, carries_elements), cell);
 }
 
 int add_component(CellModel& cell, Component component, const TriangleMesh& mesh,

@@ -153,16 +153,16 @@ TEST_P(CutRecording, ADamagedChunkIsReportedAndNotHandedOut) {
   }
   McapReader reader(damaged);
   std::uint64_t messages = 0;
-  std::string told;
+  std::string reported;
   try {
     reader.read([&](const McapMessage&) {
       ++messages;
       return true;
     });
   } catch (const RecordingError& error) {
-    told = error.what();
+    reported = error.what();
   }
-  EXPECT_THAT(told,
+  EXPECT_THAT(reported,
               testing::MatchesRegex("'.*damaged\\.mcap': a chunk is damaged; what was recorded from .* to "
                                     ".* s after its begin cannot be read\\."));
   EXPECT_EQ(messages, flushes[4].messages);
@@ -184,12 +184,12 @@ TEST(Compression, DamagedLz4IsReportedOrUnchanged) {
   takt::recording::compress(Compression::lz4, bytes, packed);
   ASSERT_LT(packed.size(), bytes.size());
   ASSERT_EQ(takt::recording::decompress("lz4", packed, bytes.size()), bytes);
-  int told = 0;
+  int reported = 0;
   const auto read = [&](const std::string& damaged, std::size_t size) {
     try {
       EXPECT_EQ(takt::recording::decompress("lz4", damaged, size).size(), size);
     } catch (const RecordingError&) {
-      ++told;
+      ++reported;
     }
   };
   for (int i = 0; i < 2000; ++i) {
@@ -197,11 +197,11 @@ TEST(Compression, DamagedLz4IsReportedOrUnchanged) {
     damaged[random() % packed.size()] ^= static_cast<char>(1U << (random() % 8));
     read(damaged, bytes.size());
   }
-  EXPECT_GT(told, 100);
-  told = 0;
+  EXPECT_GT(reported, 100);
+  reported = 0;
   for (std::size_t length = 0; length < packed.size(); length += 97)
     read(packed.substr(0, length), bytes.size());
-  EXPECT_EQ(told, static_cast<int>((packed.size() + 96) / 97));
+  EXPECT_EQ(reported, static_cast<int>((packed.size() + 96) / 97));
   EXPECT_THROW(takt::recording::decompress("lz4", packed, bytes.size() - 1), RecordingError);
   EXPECT_THROW(takt::recording::decompress("lz4", packed, bytes.size() + 1), RecordingError);
   EXPECT_THROW(takt::recording::decompress("lz4", packed + "x", bytes.size()), RecordingError);

@@ -59,19 +59,19 @@ TEST(ViewStream, AThousandEventsAreKept) {
 TEST(ViewStream, FirstAndLastSubscriptionsOfAChannelAreReported) {
   Stream stream;
   const auto id = stream.add_channel(channel("/cell/state"));
-  std::vector<std::string> told;
-  stream.on_wanted(&told, [&](const Channel& of, bool wanted) {
-    told.push_back(of.topic + (wanted ? " wanted" : " left"));
+  std::vector<std::string> reported;
+  stream.on_wanted(&reported, [&](const Channel& of, bool wanted) {
+    reported.push_back(of.topic + (wanted ? " wanted" : " left"));
   });
   stream.set_wanted(id, true);
   stream.set_wanted(id, true);
   stream.set_wanted(id, false);
-  EXPECT_EQ(told, std::vector<std::string>{"/cell/state wanted"});
+  EXPECT_EQ(reported, std::vector<std::string>{"/cell/state wanted"});
   stream.set_wanted(id, false);
-  EXPECT_EQ(told.back(), "/cell/state left");
-  stream.forget(&told);
+  EXPECT_EQ(reported.back(), "/cell/state left");
+  stream.forget(&reported);
   stream.set_wanted(id, true);
-  EXPECT_EQ(told.size(), 2U);
+  EXPECT_EQ(reported.size(), 2U);
 }
 
 TEST(FoxgloveProtocol, SubscriptionsAreReadAndInvalidOnesRefused) {

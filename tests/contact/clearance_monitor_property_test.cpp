@@ -150,7 +150,7 @@ class NaiveMonitor {
 };
 
 TEST(ClearanceMonitorProperty, TheMonitorReportsTheSameAsAQueryInEveryStep) {
-  std::size_t told[3] = {0, 0, 0};
+  std::size_t reported[3] = {0, 0, 0};
   std::uint64_t asked = 0, always = 0;
   for (unsigned seed = 1; seed <= 6; ++seed) {
     test::Random random(seed);
@@ -203,15 +203,15 @@ TEST(ClearanceMonitorProperty, TheMonitorReportsTheSameAsAQueryInEveryStep) {
         EXPECT_NEAR(seldom.duration_s, expected[i].duration_s, 1e-12);
         EXPECT_EQ(seldom.distance_m, often.distance_m);
         EXPECT_EQ(seldom.p_W, often.p_W);
-        ++told[static_cast<int>(seldom.kind)];
+        ++reported[static_cast<int>(seldom.kind)];
       }
     }
     asked += monitor.counts().pairs_asked;
     always += eager.counts().pairs_asked;
   }
-  EXPECT_GT(told[0], 100U);
-  EXPECT_GT(told[1], 100U);
-  EXPECT_GT(told[2], 100U);
+  EXPECT_GT(reported[0], 100U);
+  EXPECT_GT(reported[1], 100U);
+  EXPECT_GT(reported[2], 100U);
   EXPECT_LT(asked, always / 2) << "nothing was saved";
 }
 

@@ -39,9 +39,9 @@ TEST(CommandArbiter, SharedSendersDoNotInterleaveAcrossTopics) {
   EXPECT_TRUE(arbiter.offered(1, 0).heard);
   const auto refused = arbiter.offered(2, 1);
   EXPECT_FALSE(refused.heard);
-  EXPECT_TRUE(refused.tell);
+  EXPECT_TRUE(refused.report);
   EXPECT_EQ(refused.owner, 1U);
-  EXPECT_FALSE(arbiter.offered(2, 10).tell) << "once a second";
+  EXPECT_FALSE(arbiter.offered(2, 10).report) << "once a second";
   EXPECT_TRUE(arbiter.owns(1));
   EXPECT_FALSE(arbiter.owns(2));
   arbiter.vanished(1);

@@ -215,13 +215,13 @@ TEST_F(Decomposition, RepeatedRunsGiveTheSameBits) {
 }
 
 TEST_F(Decomposition, ProgressRisesAndChangesNoBit) {
-  std::vector<double> told;
-  const auto parts = decompose(u_shape(), coarse(), [&](double part) { told.push_back(part); });
-  ASSERT_GE(told.size(), 3U);
-  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
-  EXPECT_GE(told.front(), 0.0);
-  EXPECT_LE(told.back(), 1.0);
-  EXPECT_GT(told.back(), 0.5);
+  std::vector<double> reported;
+  const auto parts = decompose(u_shape(), coarse(), [&](double part) { reported.push_back(part); });
+  ASSERT_GE(reported.size(), 3U);
+  EXPECT_TRUE(std::is_sorted(reported.begin(), reported.end()));
+  EXPECT_GE(reported.front(), 0.0);
+  EXPECT_LE(reported.back(), 1.0);
+  EXPECT_GT(reported.back(), 0.5);
   const auto quiet = decompose(u_shape(), coarse());
   ASSERT_EQ(parts.size(), quiet.size());
   for (std::size_t i = 0; i < parts.size(); ++i) EXPECT_EQ(parts[i].vertices, quiet[i].vertices) << i;

@@ -98,20 +98,20 @@ TEST_F(ContactReading, ReadingChangesNeitherBitsNorCounts) {
   options.contact_extremes = true;
   std::vector<ContactSample> samples;
   std::size_t seen = 0;
-  const HeadlessResult told = run_headless(watched, scenario, options, [&](const Simulation& s) {
+  const HeadlessResult reported = run_headless(watched, scenario, options, [&](const Simulation& s) {
     s.read_contacts(samples);
     seen += samples.size();
     if (s.step_index() % 100 == 0) (void)s.explain(0);
   });
   EXPECT_GT(seen, 10000U);
-  EXPECT_EQ(quiet.final_state.state_hash, told.final_state.state_hash);
+  EXPECT_EQ(quiet.final_state.state_hash, reported.final_state.state_hash);
   EXPECT_GT(quiet.contact_counts.made, 10000U);
   EXPECT_GT(quiet.contact_counts.skipped, 1000U);
-  EXPECT_EQ(quiet.contact_counts.made, told.contact_counts.made);
-  EXPECT_EQ(quiet.contact_counts.skipped, told.contact_counts.skipped);
-  EXPECT_EQ(quiet.contact_counts.boxes_apart, told.contact_counts.boxes_apart);
+  EXPECT_EQ(quiet.contact_counts.made, reported.contact_counts.made);
+  EXPECT_EQ(quiet.contact_counts.skipped, reported.contact_counts.skipped);
+  EXPECT_EQ(quiet.contact_counts.boxes_apart, reported.contact_counts.boxes_apart);
   EXPECT_TRUE(quiet.contact_extremes.empty());
-  EXPECT_GE(told.contact_extremes.size(), 8U);
+  EXPECT_GE(reported.contact_extremes.size(), 8U);
 }
 
 TEST_F(ContactReading, SnapshotsHoldContactsAndCountThoseWithoutRoom) {
@@ -143,9 +143,10 @@ TEST_F(ContactReading, SnapshotsHoldContactsAndCountThoseWithoutRoom) {
   EXPECT_TRUE(of_p.surface_contact);
   ASSERT_EQ(of_p.pressing.size(), 1U);
   EXPECT_EQ(of_p.pressing[0].base + of_p.pressing[0].target, p + table);
-  const std::string told = describe(of_p, cell->description);
-  EXPECT_NE(told.find("At level of detail 3 Table1 (2.942 N) presses upon it."), std::string::npos) << told;
-  EXPECT_NE(told.find("These forces alone carry it"), std::string::npos) << told;
+  const std::string reported = describe(of_p, cell->description);
+  EXPECT_NE(reported.find("At level of detail 3 Table1 (2.942 N) presses upon it."), std::string::npos)
+      << reported;
+  EXPECT_NE(reported.find("These forces alone carry it"), std::string::npos) << reported;
   EXPECT_EQ(simulation.explain(table).pressing.size(), 4U);
 
   ASSERT_EQ(simulation.set_level_of_detail(-1, 2), "");

@@ -19,7 +19,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using ::testing::HasSubstr;
 
-struct ToldRun {
+struct ReportedRun {
   Json report;
   std::string page;
   /// By an observer of its own, after every step: of Robot2's second joint.
@@ -27,7 +27,7 @@ struct ToldRun {
   std::map<double, double> energy_J;  ///< of Robot2 at some times
 };
 
-ToldRun run(int level, std::vector<std::string> overrides = {}, double duration_s = 12.0) {
+ReportedRun run(int level, std::vector<std::string> overrides = {}, double duration_s = 12.0) {
   ScenarioOptions options;
   options.level_of_detail = level;
   options.overrides = std::move(overrides);
@@ -38,7 +38,7 @@ ToldRun run(int level, std::vector<std::string> overrides = {}, double duration_
   headless.duration_s = duration_s;
   headless.program = scenario.controller_program;
   headless.run_metrics = true;
-  ToldRun done;
+  ReportedRun done;
   Snapshot snapshot = simulation.make_snapshot();
   const HeadlessResult result = run_headless(simulation, scenario, headless, [&](const Simulation& s) {
     s.read_snapshot(snapshot);
@@ -56,12 +56,12 @@ ToldRun run(int level, std::vector<std::string> overrides = {}, double duration_
   return done;
 }
 
-const ToldRun& kinematic() {
-  static const ToldRun done = run(1);
+const ReportedRun& kinematic() {
+  static const ReportedRun done = run(1);
   return done;
 }
-const ToldRun& dynamic() {
-  static const ToldRun done = run(2);
+const ReportedRun& dynamic() {
+  static const ReportedRun done = run(2);
   return done;
 }
 
@@ -109,7 +109,8 @@ TEST(RunMetrics, StepsHaveTheirTimesAndTheirEnergy) {
 }
 
 TEST(RunMetrics, AProgramWithoutStepsIsReportedByItsCalls) {
-  const ToldRun done = run(1, {"controller.program=" TAKT_CONFIG_DIR "/programs/block_disassembly.lua"}, 0.5);
+  const ReportedRun done =
+      run(1, {"controller.program=" TAKT_CONFIG_DIR "/programs/block_disassembly.lua"}, 0.5);
   const Json& steps = done.report["process"]["steps"];
   ASSERT_FALSE(steps.empty());
   for (const Json& step : steps) {

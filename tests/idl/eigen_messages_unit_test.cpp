@@ -1,4 +1,4 @@
-// Messages as types of Eigen and back: what a rotation and a pose do to a point, and that no bit changes.
+// Messages as types of Eigen and back: the effect of a rotation and a pose on a point, and unchanged bits.
 #include "idl/common/eigen_messages.h"
 
 #include <gtest/gtest.h>

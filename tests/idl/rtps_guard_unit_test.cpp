@@ -418,16 +418,16 @@ TEST_P(RtpsGuard, TypeObjectsBecomePadding) {
   for (const unsigned id : {0x35U, 0x69U, 0x72U, 0x75U, 0x8006U}) {
     const Packet with = packet().data(0, kSedpWriter, 4, ended(endpoint(big).parameter(id, Bytes(12, 0xee))));
     ASSERT_EQ(flaw_of(with), "none");
-    EXPECT_TRUE(inspect_packet(with.wire.bytes, {}, nullptr).hides);
+    EXPECT_TRUE(inspect_packet(with.wire.bytes, {}, nullptr).needs_cleaning);
     Bytes hidden = with.wire.bytes;
     clean_packet(hidden, {}, nullptr, kNow_s);
     EXPECT_EQ(
         hidden,
         packet().data(0, kSedpWriter, 4, ended(endpoint(big).parameter(0, Bytes(12, 0xee)))).wire.bytes);
-    EXPECT_FALSE(inspect_packet(hidden, {}, nullptr).hides);
+    EXPECT_FALSE(inspect_packet(hidden, {}, nullptr).needs_cleaning);
   }
-  EXPECT_FALSE(
-      inspect_packet(packet().data(0, kSedpWriter, 4, ended(endpoint(big))).wire.bytes, {}, nullptr).hides);
+  EXPECT_FALSE(inspect_packet(packet().data(0, kSedpWriter, 4, ended(endpoint(big))).wire.bytes, {}, nullptr)
+                   .needs_cleaning);
 }
 
 TEST_P(RtpsGuard, TimestampsFromTheFutureBecomeThePresent) {
@@ -554,7 +554,7 @@ TEST(RtpsGuardRandom, EveryRandomPacketHasAVerdict) {
                                ended(participant().parameter(0x59, Wire().u32(1).text("n").text("v").bytes)))
                          .data(0, kSedpWriter, 4, ended(endpoint().parameter(0x72, Bytes(12, 1))))
                          .wire.bytes;
-  std::array<std::size_t, kPacketFlaws> seen{};
+  std::array<std::size_t, kRtpsErrorCount> seen{};
   RtpsSessionState sent;
   const std::size_t effort = test::effort();
   for (std::size_t i = 0; i < 20'000 * effort; ++i) {

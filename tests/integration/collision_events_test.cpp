@@ -44,12 +44,13 @@ TEST(CollisionEvents, EventsHavePairDepthPositionAndTime) {
     char depth[80];
     std::snprintf(depth, sizeof depth, "%.3f mm%s at (%.4f, %.4f, %.4f) m", 1e3 * std::abs(event.distance_m),
                   overlap ? "" : " apart", event.p_W.x(), event.p_W.y(), event.p_W.z());
-    test::msg::Event told;
-    ASSERT_TRUE(client.wait_for_event(overlap ? "collision" : "clearance", a, depth, &told)) << a << ' ' << b;
-    EXPECT_NE(told.message.find(a + " and " + b), std::string::npos);
-    EXPECT_EQ(told.severity, overlap ? Severity::error : Severity::warning);
-    EXPECT_EQ(told.step, 0U);
-    EXPECT_EQ(told.stamp.sec, 0);
+    test::msg::Event reported;
+    ASSERT_TRUE(client.wait_for_event(overlap ? "collision" : "clearance", a, depth, &reported))
+        << a << ' ' << b;
+    EXPECT_NE(reported.message.find(a + " and " + b), std::string::npos);
+    EXPECT_EQ(reported.severity, overlap ? Severity::error : Severity::warning);
+    EXPECT_EQ(reported.step, 0U);
+    EXPECT_EQ(reported.stamp.sec, 0);
   }
   EXPECT_GE(collisions, 1U);
   EXPECT_EQ(clearances, 1U);

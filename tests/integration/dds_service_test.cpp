@@ -137,14 +137,14 @@ class DdsCommands : public testing::Test {
   /// Sends the command until an event reports that its sender has no effect.
   bool send_until_told(RawWriter& writer, sensor_msgs::msg::JointState message, const std::string& words,
                        msg::Event* found = nullptr) {
-    const auto told = [&](const auto& events) {
+    const auto reported = [&](const auto& events) {
       return std::any_of(events.begin(), events.end(), [&](const msg::Event& event) {
         return event.code == "not_owner" && event.message.find(words) != std::string::npos;
       });
     };
     for (int attempt = 0; attempt < 600; ++attempt) {
       writer.writer->write(&message);
-      if (client_.events->wait_briefly(told)) break;
+      if (client_.events->wait_briefly(reported)) break;
     }
     return client_.wait_for_event("not_owner", "Robot1", words, found);
   }

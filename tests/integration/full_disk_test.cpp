@@ -37,24 +37,24 @@ class FullDisk : public testing::Test {
   }
   /// Both robots swing until the server reports the end of the recording.
   std::optional<Event> command_until_told(Client& client) {
-    std::optional<Event> told;
+    std::optional<Event> reported;
     const State start = client.state();
-    for (int i = 1; i < 3000 && !told; ++i) {
+    for (int i = 1; i < 3000 && !reported; ++i) {
       for (const char* robot : {"Robot1", "Robot2"}) {
         std::vector<double> target = start.robot(robot).position;
         target[5] += 0.001 * (i % 100);
         client.send_joint_command(robot, target);
       }
-      told = client.wait_for_event([](const Event& event) { return event.code == "recording_failed"; },
-                                   takt::Seconds{0.02});
+      reported = client.wait_for_event([](const Event& event) { return event.code == "recording_failed"; },
+                                       takt::Seconds{0.02});
     }
-    return told;
+    return reported;
   }
   /// `readable`: where this process finds the log.
   void expect_told_and_unharmed(Client& client, const std::filesystem::path& readable, const char* reason) {
-    const auto told = command_until_told(client);
-    ASSERT_TRUE(told.has_value());
-    expect_words(told->message, {"The log", "ends here", reason});
+    const auto reported = command_until_told(client);
+    ASSERT_TRUE(reported.has_value());
+    expect_words(reported->message, {"The log", "ends here", reason});
     const State then = client.state();
     const auto later =
         client.wait_for_state([&](const State& s) { return s.step > then.step + 100; }, kGenerous);
@@ -69,8 +69,8 @@ class FullDisk : public testing::Test {
     int records = 0;
     for (; reader.next(entry); ++records) last_step = entry.step;
     EXPECT_GT(records, 20);
-    EXPECT_GE(told->step, last_step);
-    EXPECT_LE(told->step - last_step, 1000U) << "steps of 1 ms, in real time: told within a second";
+    EXPECT_GE(reported->step, last_step);
+    EXPECT_LE(reported->step - last_step, 1000U) << "steps of 1 ms, in real time: told within a second";
     ChildProcess replay({std::string(TAKT_BIN_DIR) + "/takt-run", "replay", log.string()});
     EXPECT_EQ(replay.wait(), 0) << replay.text;
   }

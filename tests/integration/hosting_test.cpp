@@ -46,10 +46,10 @@ TEST(Hosting, AnInvalidFileIsReportedAndTheCellContinues) {
   const ClientError wrong = refusal(client, "load_scenario", {{"uri", service.wrong_key().string()}});
   EXPECT_EQ(wrong.result(), takt::ControlResult::resource_parse_error);
   expect_words(wrong.what(), {"wrong_key.yaml", ":3:", "duration"});
-  const auto told =
+  const auto reported =
       client.wait_for_event([](const Event& e) { return e.code == "scenario_refused"; }, kGenerous);
-  ASSERT_TRUE(told.has_value());
-  expect_words(told->message, {"wrong_key.yaml", "duration"});
+  ASSERT_TRUE(reported.has_value());
+  expect_words(reported->message, {"wrong_key.yaml", "duration"});
 
   const ClientError missing = refusal(client, "load_scenario", {{"uri", "/nowhere/at_all.yaml"}});
   EXPECT_EQ(missing.result(), takt::ControlResult::not_found);
@@ -114,11 +114,11 @@ TEST(Hosting, ACommandForARemovedRobotIsReported) {
   Client client(client_options());
   client.send_joint_command("Robot1", client.state().robot("Robot1").position);
   client.request("load_scenario", {{"uri", service.one_arm().string()}});
-  const auto told =
+  const auto reported =
       client.wait_for_event([](const Event& e) { return e.code == "unknown_robot"; }, kGenerous);
-  ASSERT_TRUE(told.has_value());
-  EXPECT_EQ(told->subject, "Robot1");
-  expect_words(told->message, {"Arm"});
+  ASSERT_TRUE(reported.has_value());
+  EXPECT_EQ(reported->subject, "Robot1");
+  expect_words(reported->message, {"Arm"});
   // And is heard again when it is back.
   client.request("load_scenario", {{"uri", service.two_robots().string()}});
   ASSERT_TRUE(state_of_scenario(client, "service_test").has_value());

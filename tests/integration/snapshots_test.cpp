@@ -141,9 +141,9 @@ TEST(Snapshots, APartIsPutElsewhereAttachedAndDetached) {
   ASSERT_TRUE(state.has_value());
   EXPECT_LT(state->component("C").position.z, 1.5 - 0.5 * 9.8 * 0.09 * 0.09);
   for (const char* code : {"entity_state_set", "attached", "detached"}) {
-    const auto told =
+    const auto reported =
         client.wait_for_event([&](const Event& e) { return e.code == code && e.subject == "C"; }, kGenerous);
-    EXPECT_TRUE(told.has_value()) << code;
+    EXPECT_TRUE(reported.has_value()) << code;
   }
   EXPECT_EQ(refusal(client, "attach", {{"part", "Table1"}, {"to", "C"}}).result(),
             takt::ControlResult::failed);
@@ -210,9 +210,10 @@ TEST_F(Supervised, TheServerContinuesFromTheNewestSnapshotAndReportsIt) {
   const pid_t second = wait_for_child();
   EXPECT_NE(second, first);
   ASSERT_TRUE(client.wait_for_connection(kGenerous));
-  const auto told = client.wait_for_event([](const Event& e) { return e.code == "restarted"; }, kGenerous);
-  ASSERT_TRUE(told.has_value());
-  expect_words(told->message, {"signal 9", "goes on at", "playing"});
+  const auto reported =
+      client.wait_for_event([](const Event& e) { return e.code == "restarted"; }, kGenerous);
+  ASSERT_TRUE(reported.has_value());
+  expect_words(reported->message, {"signal 9", "goes on at", "playing"});
   const auto after = client.wait_for_state([&](const State& s) { return s.epoch > before.epoch; }, kGenerous);
   ASSERT_TRUE(after.has_value());
   EXPECT_GT(after->step, 0U);
@@ -250,9 +251,10 @@ TEST_F(Supervised, CommandsFromBeforeTheCrashAreNotApplied) {
     }
   }
   ASSERT_NE(wait_for_child(), first);
-  const auto told = client.wait_for_event([](const Event& e) { return e.code == "restarted"; }, kGenerous);
-  ASSERT_TRUE(told.has_value());
-  expect_words(told->message, {"goes on at", " s (step "});
+  const auto reported =
+      client.wait_for_event([](const Event& e) { return e.code == "restarted"; }, kGenerous);
+  ASSERT_TRUE(reported.has_value());
+  expect_words(reported->message, {"goes on at", " s (step "});
   const auto after = client.wait_for_state([&](const State& s) { return s.epoch > before.epoch; }, kGenerous);
   ASSERT_TRUE(after.has_value());
   EXPECT_EQ(applied(*after), applied(before));

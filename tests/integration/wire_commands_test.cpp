@@ -255,10 +255,10 @@ TEST_F(WireCommands, ARobotOfAFrozenOwnerPassesToTheNextSender) {
   EXPECT_TRUE(taken_over);
   RecordProperty("takeover_ms", static_cast<int>(1000.0 * took.count()));
   std::printf("takeover after %.2f s\n", took.count());
-  const auto told =
+  const auto reported =
       client_->wait_for_event([](const auto& e) { return e.code == "owner_silent"; }, kGenerous);
-  ASSERT_TRUE(told.has_value());
-  EXPECT_EQ(told->subject, "Robot1");
+  ASSERT_TRUE(reported.has_value());
+  EXPECT_EQ(reported->subject, "Robot1");
 }
 
 // The frozen process is killed at the end without being continued: it would take the ports of this one for

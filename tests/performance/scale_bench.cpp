@@ -20,8 +20,8 @@ struct Outcome {
   std::uint64_t hash = 0;
 };
 
-Outcome run(int count, bool skip_resting, int steps) {
-  takt::test::CrowdedCell cell(count, skip_resting);
+Outcome run(int count, bool exact_sleeping, int steps) {
+  takt::test::CrowdedCell cell(count, exact_sleeping);
   takt::Simulation simulation(cell.model());
   for (int i = 0; i < 1200; ++i)
     simulation.step(cell.commands(simulation));  // until both Parts are held and swing

@@ -56,10 +56,10 @@ class PeriodicSnapshots : public testing::Test {
     reader_.emplace(*host_);
     host_->resume("was killed by signal 11", otherwise);
     EXPECT_TRUE(host_->announces());
-    const DiagnosticEvent told = host_->outbound().announcement.value_or(DiagnosticEvent{});
-    EXPECT_EQ(told.code, "restarted");
-    EXPECT_EQ(told.message.find("The server was killed by signal 11 and was started again: "), 0U);
-    return told.message;
+    const DiagnosticEvent reported = host_->outbound().announcement.value_or(DiagnosticEvent{});
+    EXPECT_EQ(reported.code, "restarted");
+    EXPECT_EQ(reported.message.find("The server was killed by signal 11 and was started again: "), 0U);
+    return reported.message;
   }
 
   const TemporaryDirectory directory_;
@@ -215,9 +215,9 @@ TEST_F(PeriodicSnapshots, TheSnapshotsAndTheLogOfACrashedRunAreKept) {
   // It continues without a log if none can be written, and reports that.
   options_.log = directory_ / "no/such/directory/run.taktlog";
   static_cast<void>(resumed());
-  const DiagnosticEvent told = reader_->event("recording_failed");
-  EXPECT_TRUE(says(told.message, "Nothing is recorded: ")) << told.message;
-  EXPECT_TRUE(says(told.message, "no/such/directory/run.taktlog.2")) << told.message;
+  const DiagnosticEvent reported = reader_->event("recording_failed");
+  EXPECT_TRUE(says(reported.message, "Nothing is recorded: ")) << reported.message;
+  EXPECT_TRUE(says(reported.message, "no/such/directory/run.taktlog.2")) << reported.message;
   EXPECT_NE(host_->loop(), nullptr);
 }
 

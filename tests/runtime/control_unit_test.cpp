@@ -172,14 +172,14 @@ TEST(Control, AValueOfAnotherKindIsRefused) {
 }
 
 TEST(Control, AnExplanationComesThroughItsValues) {
-  requests::ExplainPartResponse told{.part = "P", .hierarchy = 2, .partner = "G"};
-  told.sequence_count = ~std::uint64_t{0} / 2;
-  told.sequences = {{{"P", "G"}}};
-  told.contacts = {{.a = "P", .b = "G", .measured = true, .distance = -1e-6, .normal = {0, 0, 1}}};
-  told.components = {{"P", ComponentType::part, 2}, {"G", ComponentType::gripper, {}}};
+  requests::ExplainPartResponse reported{.part = "P", .hierarchy = 2, .partner = "G"};
+  reported.sequence_count = ~std::uint64_t{0} / 2;
+  reported.sequences = {{{"P", "G"}}};
+  reported.contacts = {{.a = "P", .b = "G", .measured = true, .distance = -1e-6, .normal = {0, 0, 1}}};
+  reported.components = {{"P", ComponentType::part, 2}, {"G", ComponentType::gripper, {}}};
   requests::ExplainPartResponse back;
-  EXPECT_FALSE(read_arguments("explain_part", arguments_of(told), back));
-  EXPECT_EQ(back, told);
+  EXPECT_FALSE(read_arguments("explain_part", arguments_of(reported), back));
+  EXPECT_EQ(back, reported);
 }
 
 }  // namespace

@@ -317,16 +317,16 @@ TEST(Recording, TornFilesAreReadToTheLastWholeRecordAndFlippedBytesRefused) {
 
 TEST(Recording, AFullDiskIsReportedAndTheSimulationContinues) {
   const auto model = service_model();
-  std::string told;
+  std::string reported;
   RecorderOptions full = options(1);
   full.replace = true;
-  full.on_failure = [&](const std::string& sentence) { told = sentence; };
+  full.on_failure = [&](const std::string& sentence) { reported = sentence; };
   LogRecorder recorder("/dev/full", full);
   EXPECT_EQ(random_run(model, &recorder, 2, 20), random_run(model, nullptr, 2, 20));
   recorder.flush();
   EXPECT_TRUE(recorder.failed());
-  EXPECT_NE(told.find("/dev/full"), std::string::npos);
-  EXPECT_NE(told.find("No space left"), std::string::npos) << told;
+  EXPECT_NE(reported.find("/dev/full"), std::string::npos);
+  EXPECT_NE(reported.find("No space left"), std::string::npos) << reported;
 }
 
 TEST(Recording, ARingThatOverflowsEndsTheLogWithAMark) {
@@ -334,8 +334,8 @@ TEST(Recording, ARingThatOverflowsEndsTheLogWithAMark) {
   const auto model = service_model();
   RecorderOptions small = options(1);
   small.ring = 150;  // a scenario fits, a command does not
-  std::string told;
-  small.on_failure = [&](const std::string& sentence) { told = sentence; };
+  std::string reported;
+  small.on_failure = [&](const std::string& sentence) { reported = sentence; };
   {
     LogRecorder recorder(directory / "run", small);
     Simulation simulation(model);
@@ -349,7 +349,7 @@ TEST(Recording, ARingThatOverflowsEndsTheLogWithAMark) {
     recorder.flush();
     EXPECT_TRUE(recorder.failed());
   }
-  EXPECT_NE(told.find("lost"), std::string::npos);
+  EXPECT_NE(reported.find("lost"), std::string::npos);
   const ReplayResult result = replay_of(directory / "run", model);
   EXPECT_EQ(result.difference, "");
   EXPECT_FALSE(result.complete);

@@ -154,8 +154,8 @@ TEST(RunLoopLevel, ADivergingPlantPausesTheLoopAndOnlyFiniteNumbersArePublished)
   ASSERT_EQ(reader.request("set_state", {{"state", "1"}}).result, ControlResult::ok);
   const auto fault = reader.wait_for_event("simulation_fault");
   ASSERT_TRUE(fault);
-  const std::string told = describe(*fault, loop.cell()).message;
-  EXPECT_NE(told.find("of Robot"), std::string::npos) << told;
+  const std::string reported = describe(*fault, loop.cell()).message;
+  EXPECT_NE(reported.find("of Robot"), std::string::npos) << reported;
   ASSERT_TRUE(reader.wait_until([&] { return reader.status && !reader.status->fault.empty(); }));
   EXPECT_EQ(reader.status->state, SimulationState::paused);
   EXPECT_TRUE(finite(*reader.snapshot));
@@ -232,8 +232,8 @@ TEST(RunLoopFault, PeriodicSnapshotsOfARunawayAreRefusedWithAnEvent) {
   ASSERT_TRUE(reader.wait_for_event("simulation_fault"));
   ASSERT_EQ(reader.count("snapshot_failed"), 1U) << "told once";
   const auto refused = reader.wait_for_event("snapshot_failed");
-  const EventText told = describe(*refused, loop.cell());
-  EXPECT_NE(told.message.find("was not taken: the state"), std::string::npos) << told.message;
+  const EventText reported = describe(*refused, loop.cell());
+  EXPECT_NE(reported.message.find("was not taken: the state"), std::string::npos) << reported.message;
   loop.stop();
   const SavedState* newest = loop.saver().saved().take();
   ASSERT_NE(newest, nullptr);

@@ -85,14 +85,14 @@ TEST(Overload, AnOverloadIsCaughtUpOrRebasedWithoutALostStep) {
   EXPECT_EQ(next, steps + 1);
   EXPECT_EQ(moved, (steps + 399) / 1000) << "once for each step of 161 ms, never for 40 ms";
   EXPECT_EQ(reader.status->schedule_resets, moved);
-  std::size_t told = 0;
+  std::size_t reported = 0;
   for (const EventRecord& event : reader.events) {
     const auto* rebased = std::get_if<events::ScheduleRebased>(&event.event);
     if (rebased == nullptr) continue;
-    ++told;
+    ++reported;
     EXPECT_NEAR(rebased->lag, 0.160, 1e-3) << describe(event, loop.cell()).message;
   }
-  EXPECT_EQ(told, moved);
+  EXPECT_EQ(reported, moved);
 }
 
 }  // namespace

@@ -370,14 +370,14 @@ TEST_F(RunLoopTest, ThePaceRealtimeFollowsTheClock) {
 }
 
 TEST_F(RunLoopTest, TheLoopQuitsOnRequest) {
-  std::atomic<bool> told{false};
+  std::atomic<bool> reported{false};
   loop_ = std::make_unique<RunLoop>(simulation_, RunLoopOptions{.state = SimulationState::paused});
   reader_ = std::make_unique<LoopReader>(*loop_);
-  loop_->set_on_quit([&] { told = true; });
+  loop_->set_on_quit([&] { reported = true; });
   loop_->start();
   expect_ok(reader_->request("set_state", {{"state", "3"}}));
   loop_->stop();
-  EXPECT_TRUE(told);
+  EXPECT_TRUE(reported);
   EXPECT_TRUE(loop_->quitting());
 }
 

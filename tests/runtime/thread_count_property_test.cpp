@@ -108,10 +108,10 @@ TEST(ThreadCount, RandomAssembliesHaveTheSameBitsAndCounts) {
 }
 
 TEST(ThreadCount, DecomposedPartsThatAllMoveHaveTheSameBitsAndCounts) {
-  for (const bool skip_resting : {true, false}) {
-    MovingCrowd crowd(skip_resting ? 5 : 3, skip_resting);
+  for (const bool exact_sleeping : {true, false}) {
+    MovingCrowd crowd(exact_sleeping ? 5 : 3, exact_sleeping);
     SideBySide runs(crowd.model());
-    for (int i = 0; i < (skip_resting ? 1500 : 600); ++i) {
+    for (int i = 0; i < (exact_sleeping ? 1500 : 600); ++i) {
       runs.step(crowd.commands(runs.alone));
       if (HasFatalFailure()) return;
     }

@@ -49,10 +49,10 @@ TEST(ContactSection, SleepingIsReadAndReachesTheCell) {
         {std::string("sleeping={method: ") + method + ", speed_m_per_s: 2.5e-6, time_to_sleep_s: 0.125}"}));
   };
   const auto threshold = cell_with("threshold"), exact = cell_with("exact"), never = cell_with("never");
-  EXPECT_TRUE(threshold->contact.sleeping.enabled && threshold->interaction.skip_resting);
+  EXPECT_TRUE(threshold->contact.sleeping.enabled && threshold->interaction.exact_sleeping);
   EXPECT_FALSE(exact->contact.sleeping.enabled);
-  EXPECT_TRUE(exact->interaction.skip_resting);
-  EXPECT_FALSE(never->contact.sleeping.enabled || never->interaction.skip_resting);
+  EXPECT_TRUE(exact->interaction.exact_sleeping);
+  EXPECT_FALSE(never->contact.sleeping.enabled || never->interaction.exact_sleeping);
   EXPECT_EQ(threshold->contact.sleeping.speed_m_per_s, 2.5e-6);
   EXPECT_EQ(threshold->contact.sleeping.time_to_sleep_s, 0.125);
   EXPECT_TRUE(build_cell(with({}))->contact.sleeping.enabled);

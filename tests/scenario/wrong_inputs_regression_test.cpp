@@ -26,7 +26,7 @@ struct Outcome {
   nlohmann::json report;
 };
 
-class ToldInputs : public testing::Test {
+class ReportedInputs : public testing::Test {
  protected:
   Outcome run(const std::string& scenario, const std::vector<std::string>& more) {
     const std::filesystem::path report = directory_.path() / "report.json";
@@ -53,13 +53,13 @@ class ToldInputs : public testing::Test {
 const std::string kDrop = "contact/drop.yaml";
 const std::string kLift = "contact/grasp_and_lift.yaml";
 
-TEST_F(ToldInputs, AStepBeyondTheStabilityLimitIsRefusedAtLoad) {
+TEST_F(ReportedInputs, AStepBeyondTheStabilityLimitIsRefusedAtLoad) {
   const Outcome found = run("block_assembly.yaml", {"--lod", "1", "--step", "0.01"});
   EXPECT_EQ(found.code, 2) << found.text;
   EXPECT_THAT(found.text, HasSubstr("allowed: at most 6.39 ms"));
 }
 
-TEST_F(ToldInputs, ATooLongStepOfADynamicRobotEndsWithAFault) {
+TEST_F(ReportedInputs, ATooLongStepOfADynamicRobotEndsWithAFault) {
   const Outcome found = run("block_assembly.yaml", {"--lod", "2", "--step", "0.006"});
   EXPECT_EQ(found.code, 1) << found.text;
   EXPECT_THAT(found.text,
@@ -70,13 +70,13 @@ TEST_F(ToldInputs, ATooLongStepOfADynamicRobotEndsWithAFault) {
       EXPECT_LT(std::abs(coordinate.get<double>()), 100.0) << name;
 }
 
-TEST_F(ToldInputs, AnExplicitMethodForSurfaceContactFails) {
+TEST_F(ReportedInputs, AnExplicitMethodForSurfaceContactFails) {
   const Outcome found =
       run("block_assembly.yaml", {"--lod", "3", "--set", "solver.contact={method: rk2, step_s: 0.001}"});
   EXPECT_TRUE(found.code == 1 || found.code == 2) << found.code << ": " << found.text;
 }
 
-TEST_F(ToldInputs, APartThatStartsInsideAnotherIsAFaultAtEveryLevel) {
+TEST_F(ReportedInputs, APartThatStartsInsideAnotherIsAFaultAtEveryLevel) {
   for (const char* level : {"1", "2", "3"}) {
     const Outcome found = run(kDrop, {"--lod", level, "--set", "parts.Box.pose.position_m=[-0.1, 0, -0.01]"});
     EXPECT_EQ(found.code, 1) << found.text;
@@ -91,7 +91,7 @@ TEST_F(ToldInputs, APartThatStartsInsideAnotherIsAFaultAtEveryLevel) {
   EXPECT_EQ(meant.code, 0) << meant.text;
 }
 
-TEST_F(ToldInputs, APartThatFallsOutOfTheWorldIsAFault) {
+TEST_F(ReportedInputs, APartThatFallsOutOfTheWorldIsAFault) {
   const std::string beside = "parts.Box.pose.position_m=[-3, 0, 0.05]";
   const Outcome found = run(kDrop, {"--lod", "1", "--duration", "30", "--set", beside});
   EXPECT_EQ(found.code, 1) << found.text;
@@ -106,7 +106,7 @@ TEST_F(ToldInputs, APartThatFallsOutOfTheWorldIsAFault) {
   EXPECT_THAT(wrong.text, AllOf(HasSubstr("world.bounds_m"), HasSubstr("lower < upper")));
 }
 
-TEST_F(ToldInputs, APartThatIsCarriedThroughTheTableIsACollision) {
+TEST_F(ReportedInputs, APartThatIsCarriedThroughTheTableIsACollision) {
   const std::string file = program(R"(
 period_s = 0.008
 local GRIP = pose{x = -0.22, y = 0.20, z = 0.7} * pose{z = 0.054, roll = math.pi}
@@ -130,7 +130,7 @@ end)
   }
 }
 
-TEST_F(ToldInputs, MeshesInMillimetresAreNoted) {
+TEST_F(ReportedInputs, MeshesInMillimetresAreNoted) {
   const Outcome part = run(kDrop, {"--lod", "1", "--set", "parts.Box.mesh_scale=1000"});
   EXPECT_NE(part.code, 0) << "it starts in the other two";
   EXPECT_THAT(part.text, AllOf(HasSubstr("note: Box is "), HasSubstr(" m large (block.obj)"),
@@ -145,7 +145,7 @@ TEST_F(ToldInputs, MeshesInMillimetresAreNoted) {
                                   HasSubstr("grippers.Gripper1.mesh_scale: 1.")));
 }
 
-TEST_F(ToldInputs, WidthsPosesAndAnglesInAWrongUnitAreNoted) {
+TEST_F(ReportedInputs, WidthsPosesAndAnglesInAWrongUnitAreNoted) {
   const Outcome width =
       run(kLift, {"--lod", "1", "--duration", "0.01", "--set", "grippers.Gripper1.max_width_m=85"});
   EXPECT_THAT(width.text,
@@ -170,7 +170,7 @@ end)
   EXPECT_EQ(angle.text.find("roll = 180 is"), angle.text.rfind("roll = 180 is")) << "once for each line";
 }
 
-TEST_F(ToldInputs, AnOddMeshIsReported) {
+TEST_F(ReportedInputs, AnOddMeshIsReported) {
   ChildProcess check({TAKT_BIN_DIR "/takt-run", "check-mesh", TAKT_CONFIG_DIR "/meshes/contact/plate.obj",
                       "--scale", "1000"});
   EXPECT_EQ(check.wait(), 0);
@@ -180,7 +180,7 @@ TEST_F(ToldInputs, AnOddMeshIsReported) {
   EXPECT_THAT(small.text, Not(HasSubstr("Odd")));
 }
 
-TEST_F(ToldInputs, TooManyContactElementsNamePartFileSizeAndRemedy) {
+TEST_F(ReportedInputs, TooManyContactElementsNamePartFileSizeAndRemedy) {
   const Outcome found = run(
       kDrop, {"--lod", "1", "--set", "parts.Box.mesh_scale=1000", "--set", "contact.element_edge_m=0.003"});
   EXPECT_EQ(found.code, 2);
@@ -189,7 +189,7 @@ TEST_F(ToldInputs, TooManyContactElementsNamePartFileSizeAndRemedy) {
                     HasSubstr(" m; choose a longer one (element_edge_m)"), HasSubstr("mesh_scale: 0.001")));
 }
 
-TEST_F(ToldInputs, APartThatFallsRestsWhereItTouches) {
+TEST_F(ReportedInputs, APartThatFallsRestsWhereItTouches) {
   for (const char* step : {"0.001", "0.005"}) {
     const Outcome found =
         run(kDrop, {"--lod", "1", "--duration", "3", "--set", std::string("solver.step_s=") + step, "--set",
@@ -201,7 +201,7 @@ TEST_F(ToldInputs, APartThatFallsRestsWhereItTouches) {
   }
 }
 
-TEST_F(ToldInputs, TheShippedScenariosHaveNoNotes) {
+TEST_F(ReportedInputs, TheShippedScenariosHaveNoNotes) {
   for (const std::string& scenario :
        {kDrop, kLift, std::string("block_assembly.yaml"), std::string("contact/press_fit.yaml"),
         std::string("contact/stack_of_ten.yaml")}) {

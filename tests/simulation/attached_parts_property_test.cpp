@@ -80,10 +80,10 @@ TEST_P(Attached, AnAttachedPartAndItsLoadFollowADistantGripperUntilDetached) {
   const Pose a = run.relative(cell.a, cell.palm), b = run.relative(cell.b, cell.palm);
   ASSERT_EQ(run.simulation.attach(cell.a, cell.palm), "");
   run.move(1);
-  bool told = false;
+  bool reported = false;
   for (const ConnectionChange& change : run.simulation.events().connection_changes)
-    told = told || (change.part == cell.a && change.from == cell.table && change.to == cell.palm);
-  EXPECT_TRUE(told);
+    reported = reported || (change.part == cell.a && change.from == cell.table && change.to == cell.palm);
+  EXPECT_TRUE(reported);
   EXPECT_EQ(run.partner(cell.a), cell.palm);
   EXPECT_EQ(run.partner(cell.b), cell.palm) << "it rides on A";
   EXPECT_EQ(run.partner(cell.c), cell.table);

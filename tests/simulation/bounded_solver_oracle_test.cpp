@@ -11,13 +11,13 @@
 namespace takt::test {
 namespace {
 
-constexpr auto kMost = static_cast<std::uint64_t>(ImplicitIntegrator::kMaxAttempts);
+constexpr auto kMaxAttempts = static_cast<std::uint64_t>(ImplicitIntegrator::kMaxAttempts);
 const SolverSetting kBounded{"implicit"};
 const SolverSetting kExact{"cvode", 1e-9};
 
 void expect_bounded(const LargestWork& work) {
-  EXPECT_LE(work.attempts, kMost);
-  EXPECT_LE(work.evaluations, 4 * kMost);
+  EXPECT_LE(work.attempts, kMaxAttempts);
+  EXPECT_LE(work.evaluations, 4 * kMaxAttempts);
 }
 
 TEST(BoundedSolver, RestitutionEqualsThatOfTheModelAtAnyDamping) {
@@ -86,8 +86,8 @@ TEST(BoundedSolver, AttemptsAreCountedAndTheStepEndsAtTheBound) {
   for (int i = 0; i < 20; ++i) {
     ASSERT_TRUE(loose.run(*solver, 1e-3, 1, i)) << solver->failure();
     const SolverStatistics& after = solver->statistics();
-    EXPECT_LE(after.steps + after.rejected_steps - before.steps - before.rejected_steps, kMost);
-    EXPECT_LE(after.evaluations - before.evaluations, 4 * kMost);
+    EXPECT_LE(after.steps + after.rejected_steps - before.steps - before.rejected_steps, kMaxAttempts);
+    EXPECT_LE(after.evaluations - before.evaluations, 4 * kMaxAttempts);
     EXPECT_GT(after.forced_steps, before.forced_steps);
     before = after;
   }

@@ -63,7 +63,7 @@ TEST(ExactSleeping, RandomCellsHaveTheSameBits) {
       test::BoxCell cell;
       cell.feed_forward(seed % 2 == 0);
       cell.model().interaction.algorithm = kAlgorithms[seed / 12];
-      cell.model().interaction.skip_resting = skip;
+      cell.model().interaction.exact_sleeping = skip;
       cell.ground("T", {1.0, 1.0, 0.05}, test::at(0.0, 0.0, -0.05));
       for (int i = 0; i < 25; ++i) {
         Pose pose = test::at(random.uniform(-0.4, 0.4), random.uniform(-0.4, 0.4), random.uniform(0.0, 0.3));

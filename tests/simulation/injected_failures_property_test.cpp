@@ -18,7 +18,7 @@ constexpr long kForEver = std::numeric_limits<long>::max();
 constexpr double kTolerance = 1e-5, kStep = 0.001;
 constexpr int kSteps = 20;
 
-std::string told(std::string_view solver, FailureKind kind, long call) {
+std::string reported(std::string_view solver, FailureKind kind, long call) {
   return std::string(solver) + ", kind " + std::to_string(static_cast<int>(kind)) + ", call " +
          std::to_string(call);
 }
@@ -75,7 +75,7 @@ void expect_right(std::string_view name, const std::vector<double>& x, const std
 /// One plan of failures with one solver; returns whether the solver recovered.
 bool expect_recovery_or_reason(std::string_view name, FailureKind kind, long first, long last,
                                const std::vector<double>& good) {
-  SCOPED_TRACE(told(name, kind, first));
+  SCOPED_TRACE(reported(name, kind, first));
   Slide slide(name);
   slide.plan.kind = kind, slide.plan.first = first, slide.plan.last = last;
   const int reached = slide.run();
@@ -165,7 +165,7 @@ TEST(InjectedFailures, ACellKeepsItsLastStateAndRestartsAfterAReset) {
     int faults = 0;
     for (const FailureKind kind : kKinds) {
       for (long k = 1; k <= calls && !HasFailure(); k += 1 + calls / 60) {
-        SCOPED_TRACE(told(name, kind, k));
+        SCOPED_TRACE(reported(name, kind, k));
         plan.last = -1;
         simulation.reset();
         plan.kind = kind, plan.first = plan.last = k, plan.calls = 0;

@@ -45,11 +45,11 @@ TEST(PressedElements, PressuresOfABallFollowTheDepthAndCarryItsWeight) {
   const std::vector<PressedPair> pressed = elements.read(snapshot, pairs);
   ASSERT_EQ(pressed.size(), 1U);
   const PressedPair& pair = pressed.front();
-  const ContactSample& told = snapshot.contacts.pressing().front();
-  EXPECT_EQ(pair.base, told.base);
-  EXPECT_EQ(static_cast<int>(pair.elements.size()), told.result.elements);
+  const ContactSample& reported = snapshot.contacts.pressing().front();
+  EXPECT_EQ(pair.base, reported.base);
+  EXPECT_EQ(static_cast<int>(pair.elements.size()), reported.result.elements);
   EXPECT_EQ(pair.omitted, 0U);
-  EXPECT_DOUBLE_EQ(pair.largest_pressure_Pa, told.result.largest_pressure_Pa);
+  EXPECT_DOUBLE_EQ(pair.largest_pressure_Pa, reported.result.largest_pressure_Pa);
   double carried_N = 0.0, sum_m2 = 0.0;
   // The closed form at rest: pressure = layer modulus times depth below the plate's face (z = 0), where the
   // ball is the base; of the plate's elements, below the ball.
@@ -65,7 +65,7 @@ TEST(PressedElements, PressuresOfABallFollowTheDepthAndCarryItsWeight) {
     EXPECT_NEAR(element.pressure_Pa, kLayer_Pa_per_m * -p_W.z(), 0.02 * pair.largest_pressure_Pa);
   }
   EXPECT_NEAR(carried_N, 0.5 * kG, 0.02 * 0.5 * kG);
-  EXPECT_NEAR(sum_m2, told.result.area_m2, 1e-9 * sum_m2);
+  EXPECT_NEAR(sum_m2, reported.result.area_m2, 1e-9 * sum_m2);
   // The simulation does not notice.
   EXPECT_EQ(simulation.state_hash(), hash);
   EXPECT_EQ(simulation.contact_counts().made, counted);

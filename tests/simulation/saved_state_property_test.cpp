@@ -59,7 +59,7 @@ INSTANTIATE_TEST_SUITE_P(Seeds, SavedAssembly, testing::Range(1U, 7U));
 TEST(SavedState, AStateSavedWithoutSleepingContinuesWithTheSameBits) {
   const RandomCell cell(small_cell(11));
   auto model = std::make_shared<CellModel>(*cell.model());
-  model->interaction.skip_resting = false;
+  model->interaction.exact_sleeping = false;
   const StepCommands commands = handling(cell, model, 11, 1500);
   check_restored_runs(model, commands, {700}, 300);
   EXPECT_EQ(model_hash(*model), model_hash(*cell.model()));

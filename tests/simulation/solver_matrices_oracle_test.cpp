@@ -15,7 +15,7 @@ namespace {
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-TEST(StaticLu, RandomSparseSystemsHaveTheDenseSolution) {
+TEST(SparseLu, RandomSparseSystemsHaveTheDenseSolution) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> value(-1.0, 1.0);
   for (int round = 0; round < 200; ++round) {
@@ -24,7 +24,7 @@ TEST(StaticLu, RandomSparseSystemsHaveTheDenseSolution) {
     for (int i = 0; i < 3 * n; ++i)
       pattern.emplace_back(static_cast<int>(random() % static_cast<unsigned>(n)),
                            static_cast<int>(random() % static_cast<unsigned>(n)));  // some of them twice
-    StaticLu lu(n, pattern);
+    SparseLu lu(n, pattern);
     for (int use = 0; use < 3; ++use) {
       std::vector<double> values(pattern.size());
       Matrix A = Matrix::Zero(n, n);
@@ -40,16 +40,16 @@ TEST(StaticLu, RandomSparseSystemsHaveTheDenseSolution) {
   }
 }
 
-TEST(StaticLu, AStarHasNoFillWhenItsCentreGoesLast) {
+TEST(SparseLu, AStarHasNoFillWhenItsCentreGoesLast) {
   // Drives on one arm: each talks to the arm's state only.
   std::vector<std::pair<int, int>> pattern;
   for (int i = 1; i < 20; ++i) pattern.insert(pattern.end(), {{0, i}, {i, 0}, {i, i}});
-  EXPECT_EQ(StaticLu(20, pattern).fill(), 20U + 2U * 19U);
+  EXPECT_EQ(SparseLu(20, pattern).fill(), 20U + 2U * 19U);
 }
 
-TEST(StaticLu, SingularMatricesAreRefused) {
+TEST(SparseLu, SingularMatricesAreRefused) {
   const std::vector<std::pair<int, int>> pattern{{0, 0}, {0, 1}, {1, 0}, {1, 1}};
-  StaticLu lu(2, pattern);
+  SparseLu lu(2, pattern);
   const double singular[] = {1.0, 0.0, 0.0, 0.5}, dependent[] = {0.5, 0.5, 0.5, 0.5};
   EXPECT_FALSE(lu.factorise(1.0, singular));
   EXPECT_FALSE(lu.factorise(1.0, dependent));

@@ -118,12 +118,12 @@ class Cell {
   }
   /// The instant at which the new server resumes, from its event.
   double restored_time_s() const {
-    const auto told = commander_->wait_for_event([](const auto& event) { return event.code == "restarted"; },
-                                                 Seconds(10.0));
+    const auto reported = commander_->wait_for_event(
+        [](const auto& event) { return event.code == "restarted"; }, Seconds(10.0));
     const std::string words = "goes on at ";
-    const std::size_t at = told ? told->message.find(words) : std::string::npos;
+    const std::size_t at = reported ? reported->message.find(words) : std::string::npos;
     if (at == std::string::npos) throw std::runtime_error("The server did not say where it goes on.");
-    return std::stod(told->message.substr(at + words.size()));
+    return std::stod(reported->message.substr(at + words.size()));
   }
   /// A state of a later epoch, if one is there.
   static std::optional<State> newer(const Client& client, std::uint32_t epoch) {

@@ -17,8 +17,8 @@ class CrowdedCell {
 
   /// `count` Parts of 40 mm on a grid, 100 to a table; every fifth one stands on another. The first two are
   /// below a gripper each.
-  CrowdedCell(int count, bool skip_resting) {
-    cell_.model().interaction.skip_resting = skip_resting;
+  CrowdedCell(int count, bool exact_sleeping) {
+    cell_.model().interaction.exact_sleeping = exact_sleeping;
     const int tables = (count + 99) / 100;
     for (int t = 0; t < tables; ++t)
       cell_.ground("T" + std::to_string(t), {1.0, 1.0, 0.05}, at(1.2 * t, 0.0, -0.05));

@@ -17,8 +17,8 @@ class MovingCrowd {
   static constexpr double kPeriod_s = 0.008;
 
   /// `edge` x `edge` boxes and as many pegs.
-  explicit MovingCrowd(int edge, bool skip_resting = true) {
-    cell_.model().interaction.skip_resting = skip_resting;
+  explicit MovingCrowd(int edge, bool exact_sleeping = true) {
+    cell_.model().interaction.exact_sleeping = exact_sleeping;
     constexpr double kGap = 1e-4;  // boxes side by side touch: the margin is twice that
     const Vec3 box(0.06, 0.06, 0.05);
     const double pitch = box.x() + kGap;

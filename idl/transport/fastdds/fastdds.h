@@ -165,16 +165,16 @@ class DiscoveryListener : public dds::DomainParticipantListener {
 #if TAKT_FAST_DDS_MAJOR == 2
   void on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryInfo&& info) final {
     using Info = rtps::ParticipantDiscoveryInfo;
-    if (info.status == Info::DISCOVERED_PARTICIPANT) tell(info.info.m_guid, Presence::come);
-    if (info.status == Info::DROPPED_PARTICIPANT) tell(info.info.m_guid, Presence::silent);
-    if (info.status == Info::REMOVED_PARTICIPANT) tell(info.info.m_guid, Presence::left);
+    if (info.status == Info::DISCOVERED_PARTICIPANT) notify(info.info.m_guid, Presence::come);
+    if (info.status == Info::DROPPED_PARTICIPANT) notify(info.info.m_guid, Presence::silent);
+    if (info.status == Info::REMOVED_PARTICIPANT) notify(info.info.m_guid, Presence::left);
   }
   void on_subscriber_discovery(dds::DomainParticipant*, rtps::ReaderDiscoveryInfo&& info) final {
-    if (info.status == rtps::ReaderDiscoveryInfo::REMOVED_READER) tell(info.info.guid(), Presence::left);
+    if (info.status == rtps::ReaderDiscoveryInfo::REMOVED_READER) notify(info.info.guid(), Presence::left);
   }
   void on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryInfo&& info) final {
     using Info = rtps::WriterDiscoveryInfo;
-    if (info.status == Info::REMOVED_WRITER) tell(info.info.guid(), Presence::left);
+    if (info.status == Info::REMOVED_WRITER) notify(info.info.guid(), Presence::left);
     const auto& qos = info.info.m_qos;
     on_writer({news_of(info.status == Info::DISCOVERED_WRITER, info.status == Info::CHANGED_QOS_WRITER),
                info.info.guid(), info.info.topicName().to_string(), info.info.typeName().to_string(),
@@ -187,18 +187,18 @@ class DiscoveryListener : public dds::DomainParticipantListener {
   void on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryStatus status,
                                 const dds::ParticipantBuiltinTopicData& info, bool&) final {
     using Status = rtps::ParticipantDiscoveryStatus;
-    if (status == Status::DISCOVERED_PARTICIPANT) tell(info.guid, Presence::come);
-    if (status == Status::DROPPED_PARTICIPANT) tell(info.guid, Presence::silent);
-    if (status == Status::REMOVED_PARTICIPANT) tell(info.guid, Presence::left);
+    if (status == Status::DISCOVERED_PARTICIPANT) notify(info.guid, Presence::come);
+    if (status == Status::DROPPED_PARTICIPANT) notify(info.guid, Presence::silent);
+    if (status == Status::REMOVED_PARTICIPANT) notify(info.guid, Presence::left);
   }
   void on_data_reader_discovery(dds::DomainParticipant*, rtps::ReaderDiscoveryStatus status,
                                 const dds::SubscriptionBuiltinTopicData& info, bool&) final {
-    if (status == rtps::ReaderDiscoveryStatus::REMOVED_READER) tell(info.guid, Presence::left);
+    if (status == rtps::ReaderDiscoveryStatus::REMOVED_READER) notify(info.guid, Presence::left);
   }
   void on_data_writer_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryStatus status,
                                 const dds::PublicationBuiltinTopicData& info, bool&) final {
     using Status = rtps::WriterDiscoveryStatus;
-    if (status == Status::REMOVED_WRITER) tell(info.guid, Presence::left);
+    if (status == Status::REMOVED_WRITER) notify(info.guid, Presence::left);
     on_writer({news_of(status == Status::DISCOVERED_WRITER, status == Status::CHANGED_QOS_WRITER), info.guid,
                info.topic_name.to_string(), info.type_name.to_string(), info.ownership_strength.value,
                info.liveliness.lease_duration, info.durability.kind != dds::VOLATILE_DURABILITY_QOS,
@@ -213,7 +213,7 @@ class DiscoveryListener : public dds::DomainParticipantListener {
     using News = DiscoveredWriter::News;
     return appeared ? News::appeared : changed ? News::changed : News::gone;
   }
-  void tell(const DdsGuid& guid, Presence presence) const {
+  void notify(const DdsGuid& guid, Presence presence) const {
     if (follower_) follower_(guid, presence);
   }
   Follower follower_;

@@ -159,7 +159,7 @@ void PacketGuard::follow(DiscoveryListener& listener) {
 
 std::uint64_t PacketGuard::dropped() const {
   std::uint64_t sum = 0;
-  for (std::size_t i = 0; i < kPacketFlaws; ++i) {
+  for (std::size_t i = 0; i < kRtpsErrorCount; ++i) {
     const auto flaw = static_cast<RtpsError>(i);
     if (flaw != RtpsError::none && flaw != RtpsError::encrypted) sum += counted(flaw);
   }
@@ -168,7 +168,7 @@ std::uint64_t PacketGuard::dropped() const {
 
 std::string PacketGuard::summary() const {
   std::string text;
-  for (std::size_t i = 1; i < kPacketFlaws; ++i) {
+  for (std::size_t i = 1; i < kRtpsErrorCount; ++i) {
     const auto flaw = static_cast<RtpsError>(i);
     const std::uint64_t count = counted(flaw);
     if (count == 0) continue;

@@ -66,7 +66,7 @@ class PacketGuard : public std::enable_shared_from_this<PacketGuard> {
   FragmentAssembly fragments_;
   mutable LivelinessTracker heard_;
   std::optional<SuspendWatchdog> suspend_;
-  std::array<std::atomic<std::uint64_t>, kPacketFlaws> counts_{};
+  std::array<std::atomic<std::uint64_t>, kRtpsErrorCount> counts_{};
 };
 
 /// Puts a guard in front of each transport of these QoS (the builtin ones are first made explicit) and bounds

@@ -201,7 +201,7 @@ class PacketInspector {
     if ((flags & invalid) != 0) return RtpsError::none;
     if (body.size() < size) return RtpsError::submessage;
     if (WireCursor(body, big_endian).u32() <= now_s_) return RtpsError::none;
-    report_.hides = true;
+    report_.needs_cleaning = true;
     if (rewrite_ == nullptr) return RtpsError::none;
     for (std::size_t i = 0; i < fraction; ++i)
       rewrite_[offset_ + i] = static_cast<std::uint8_t>(now_s_ >> 8U * (big_endian ? fraction - 1 - i : i));
@@ -345,7 +345,7 @@ class PacketInspector {
     const std::size_t at = cursor.position();
     const ListReport list = inspect_parameters(body.subspan(at), cursor.big_endian(), context,
                                                rewrite_ == nullptr ? nullptr : rewrite_ + offset_ + at);
-    report_.hides = report_.hides || list.hides;
+    report_.needs_cleaning = report_.needs_cleaning || list.needs_cleaning;
     if (list.flaw != RtpsError::none) return list.flaw;
     cursor.skip(list.size);
     return RtpsError::none;
@@ -397,7 +397,7 @@ class PacketInspector {
     const ListContext context{kind, speaks_for_itself(writer) ? &sender_ : nullptr, &limits_};
     const ListReport list = inspect_parameters(payload.subspan(4), payload[1] == parameter_list_big, context,
                                                rewrite_ == nullptr ? nullptr : rewrite_ + offset + 4);
-    report_.hides = report_.hides || list.hides;
+    report_.needs_cleaning = report_.needs_cleaning || list.needs_cleaning;
     if (list.flaw != RtpsError::none || kind != ListKind::endpoint || memory_ == nullptr ||
         list.endpoint.guid == 0)
       return list.flaw;
@@ -420,27 +420,27 @@ class PacketInspector {
 }  // namespace
 
 std::string_view to_string(RtpsError flaw) {
-  constexpr std::array<std::string_view, kPacketFlaws> names{"none",
-                                                             "too_short",
-                                                             "not_rtps",
-                                                             "version",
-                                                             "submessage",
-                                                             "alignment",
-                                                             "sequence_number",
-                                                             "number_set",
-                                                             "inline_qos",
-                                                             "fragment",
-                                                             "fragment_request",
-                                                             "payload",
-                                                             "parameter_list",
-                                                             "parameter",
-                                                             "text",
-                                                             "locator",
-                                                             "lease",
-                                                             "identity",
-                                                             "changed",
-                                                             "fragmented_discovery",
-                                                             "encrypted"};
+  constexpr std::array<std::string_view, kRtpsErrorCount> names{"none",
+                                                                "too_short",
+                                                                "not_rtps",
+                                                                "version",
+                                                                "submessage",
+                                                                "alignment",
+                                                                "sequence_number",
+                                                                "number_set",
+                                                                "inline_qos",
+                                                                "fragment",
+                                                                "fragment_request",
+                                                                "payload",
+                                                                "parameter_list",
+                                                                "parameter",
+                                                                "text",
+                                                                "locator",
+                                                                "lease",
+                                                                "identity",
+                                                                "changed",
+                                                                "fragmented_discovery",
+                                                                "encrypted"};
   const auto index = static_cast<std::size_t>(flaw);
   return index < names.size() ? names[index] : "unknown";
 }

@@ -40,7 +40,7 @@ enum class RtpsError : std::uint8_t {
   encrypted,             ///< encrypted, and this participant has no security
   count_,
 };
-inline constexpr std::size_t kPacketFlaws = static_cast<std::size_t>(RtpsError::count_);
+inline constexpr std::size_t kRtpsErrorCount = static_cast<std::size_t>(RtpsError::count_);
 std::string_view to_string(RtpsError flaw);
 
 struct GuardLimits {
@@ -62,8 +62,8 @@ enum class TransportKind : std::uint8_t { network, shared_memory };
 
 struct PacketReport {
   RtpsError flaw = RtpsError::none;
-  bool hides = false;      ///< contains parameters that clean_packet() removes
-  bool fragments = false;  ///< has data in fragments
+  bool needs_cleaning = false;  ///< contains parameters that clean_packet() removes
+  bool fragments = false;       ///< has data in fragments
   /// Length of the packet for Fast DDS: its own statistics at the end, which it reads with asserts, are cut
   /// off, and so are bytes in their place.
   std::size_t size = 0;

@@ -335,14 +335,14 @@ ListReport inspect_parameters(Bytes bytes, bool big_endian, const ListContext& c
     if (!discovery) {
       report.flaw = check_inline(id, value, context);
       if (context.hide_key && id == 0x0070) {
-        report.hides = true;
+        report.needs_cleaning = true;
         if (rewrite != nullptr) rewrite[start] = rewrite[start + 1] = 0;
       }
     } else if (const Rule* rule = rule_of(id)) {
       report.flaw = check_value(*rule, value, big_endian, context);
       if (rule->form == Form::locator && ++locators > kMaxLocators) report.flaw = RtpsError::locator;
       if (rule->form == Form::hidden) {
-        report.hides = true;
+        report.needs_cleaning = true;
         if (rewrite != nullptr) rewrite[start] = rewrite[start + 1] = 0;
       }
       named = named || id == 0x0070 || id == (context.kind == ListKind::participant ? 0x0050 : 0x005a);

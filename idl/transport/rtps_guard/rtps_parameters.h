@@ -22,7 +22,7 @@ struct ListContext {
 
 struct ListReport {
   RtpsError flaw = RtpsError::none;
-  bool hides = false;
+  bool needs_cleaning = false;
   std::size_t size = 0;  ///< bytes up to and with the sentinel
   EndpointTraits endpoint;
 };

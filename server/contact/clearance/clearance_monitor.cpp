@@ -304,11 +304,11 @@ void ClearanceMonitor::judge(int index, const BodyDistance& found, const Instant
     pair.overlapping = false;
     pair.since_s = now.time_s;
     pair.least_m = d, pair.least_p_W = found.p_W;
-    if (!overlaps) tell(CollisionEvent::Kind::clearance, index, d, found.p_W, now);
+    if (!overlaps) report(CollisionEvent::Kind::clearance, index, d, found.p_W, now);
   }
   if (overlaps && !pair.overlapping) {
     pair.overlapping = true;
-    tell(CollisionEvent::Kind::collision, index, d, found.p_W, now);
+    report(CollisionEvent::Kind::collision, index, d, found.p_W, now);
   }
   if (d > model_.hysteresis_m) pair.overlapping = false;
   if (d > limit + model_.hysteresis_m) close(index, now);
@@ -316,14 +316,14 @@ void ClearanceMonitor::judge(int index, const BodyDistance& found, const Instant
 
 void ClearanceMonitor::close(int index, const Instant& now) {
   Pair& pair = pairs_[static_cast<std::size_t>(index)];
-  tell(CollisionEvent::Kind::clearance_restored, index, pair.least_m, pair.least_p_W, now);
+  report(CollisionEvent::Kind::clearance_restored, index, pair.least_m, pair.least_p_W, now);
   events_.back().duration_s = now.time_s - pair.since_s;
   pair.open = pair.overlapping = false;
   --open_pairs_;
 }
 
-void ClearanceMonitor::tell(CollisionEvent::Kind kind, int index, double distance_m, const Vec3& p_W,
-                            const Instant& now) {
+void ClearanceMonitor::report(CollisionEvent::Kind kind, int index, double distance_m, const Vec3& p_W,
+                              const Instant& now) {
   const CheckedPair& pair = model_.pairs[static_cast<std::size_t>(index)];
   events_.push_back({kind, now.time_s, now.step, pair.a, pair.b, pair.limit_m, distance_m, 0.0, p_W});
 }

@@ -89,7 +89,7 @@ class ClearanceMonitor {
   void look(int pair, const Instant& now, bool ask);
   void judge(int pair, const BodyDistance& found, const Instant& now);
   void close(int pair, const Instant& now);
-  void tell(CollisionEvent::Kind kind, int pair, double distance_m, const Vec3& p_W, const Instant& now);
+  void report(CollisionEvent::Kind kind, int pair, double distance_m, const Vec3& p_W, const Instant& now);
   void wait(int pair);
   bool held_by_own_gripper(const CheckedPair& pair) const;
   bool held_together(const CheckedPair& pair) const;

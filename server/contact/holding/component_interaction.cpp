@@ -34,7 +34,7 @@ ComponentInteraction::ComponentInteraction(const std::vector<Component>& compone
                                            const InteractionParameters& parameters)
     : components_(components),
       parameters_(parameters),
-      collision_world_(components, parameters.contact_margin_m, parameters.skip_resting),
+      collision_world_(components, parameters.contact_margin_m, parameters.exact_sleeping),
       queries_(pairs.size()),
       holds_(components.size()),
       graph_(components.size()),
@@ -180,7 +180,7 @@ void ComponentInteraction::detect(Clock clock) {
   // The calls of the pairs' last tests estimate those of this step.
   sharing_ = queries_.begin(known_calls_);
   retested_calls_ = 0;
-  if (parameters_.skip_resting)
+  if (parameters_.exact_sleeping)
     detect_moved();
   else
     detect_all();
@@ -189,7 +189,7 @@ void ComponentInteraction::detect(Clock clock) {
     for (const PairQueries::Item& item : queries_.items()) finish_check(item.pair);
   }
   queries_.end();
-  if (parameters_.skip_resting) counts_.mpr_skipped += known_calls_ - retested_calls_;
+  if (parameters_.exact_sleeping) counts_.mpr_skipped += known_calls_ - retested_calls_;
   collision_world_.clear_moved();
   toggled_.clear();
   if (clock != nullptr) stage_times_.mpr_s += clock() - begin;

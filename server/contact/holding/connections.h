@@ -44,7 +44,7 @@ struct InteractionParameters {
   double contact_margin_m = 0.0002;    ///< components closer than this touch
   bool weight_feed_forward = true;     ///< false: the thesis' law, where the spring carries the weight
   /// False: evaluates every pair and every Part in every step; the bits are the same.
-  bool skip_resting = true;
+  bool exact_sleeping = true;
   InteractionAlgorithm algorithm = InteractionAlgorithm::partner_search;
   /// Time between two discrete stages (s). A falling Part penetrates its support by the fall in that time;
   /// the connection corrects this depth. 0: without correction.

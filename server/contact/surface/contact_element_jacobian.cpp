@@ -6,8 +6,8 @@
 namespace takt {
 namespace {
 
-using lanes::V4;
-using lanes::V4x3;
+using simd4::V4;
+using simd4::V4x3;
 using Rows = ElementRows;
 
 /// Sum of c (1, p, p p^T), for isotropic stiffness at p.
@@ -24,9 +24,9 @@ TAKT_LANE_INLINE void add_point(const V4& c, const V4x3& p, PointSums& s) {
 
 /// L^T L with L = [1, -[p]x], from the sums.
 Mat6 all_directions(const PointSums& s) {
-  const double c = lanes::total(s.c), x = lanes::total(s.x), y = lanes::total(s.y), z = lanes::total(s.z);
-  const double xx = lanes::total(s.xx), yy = lanes::total(s.yy), zz = lanes::total(s.zz);
-  const double xy = lanes::total(s.xy), xz = lanes::total(s.xz), yz = lanes::total(s.yz);
+  const double c = simd4::total(s.c), x = simd4::total(s.x), y = simd4::total(s.y), z = simd4::total(s.z);
+  const double xx = simd4::total(s.xx), yy = simd4::total(s.yy), zz = simd4::total(s.zz);
+  const double xy = simd4::total(s.xy), xz = simd4::total(s.xz), yz = simd4::total(s.yz);
   Mat6 m = Mat6::Zero();
   m(0, 0) = m(1, 1) = m(2, 2) = c;
   m(0, 4) = m(4, 0) = z, m(0, 5) = m(5, 0) = -y;
@@ -40,7 +40,7 @@ Mat6 all_directions(const PointSums& s) {
 /// The six coordinates of a direction at a point.
 TAKT_LANE_INLINE void screw(const V4x3& direction, const V4x3& p, V4 (&to)[6]) {
   V4x3 m;
-  lanes::cross(p, direction, m);
+  simd4::cross(p, direction, m);
   to[0] = direction.x, to[1] = direction.y, to[2] = direction.z;
   to[3] = m.x, to[4] = m.y, to[5] = m.z;
 }
@@ -68,7 +68,7 @@ void fold(const V4 (&sums)[21], Mat6& to) {
   int at = 0;
   for (int i = 0; i < 6; ++i)
     for (int j = i; j < 6; ++j, ++at) {
-      const double sum = lanes::total(sums[at]);
+      const double sum = simd4::total(sums[at]);
       to(i, j) += sum;
       if (i != j) to(j, i) += sum;
     }
@@ -81,15 +81,15 @@ TAKT_LANE_INLINE void secant(const ElementRows& rows, Mat6& K, Mat6& D) {
   for (std::size_t i = 0; i < rows.padded(); i += 4) {
     V4x3 p, n;
     V4 kn, cn, kt, ct;
-    lanes::load(rows[Rows::kPx] + i, rows[Rows::kPy] + i, rows[Rows::kPz] + i, p);
-    lanes::load(rows[Rows::kNx] + i, rows[Rows::kNy] + i, rows[Rows::kNz] + i, n);
-    lanes::load(rows[Rows::kKn] + i, kn);
-    lanes::load(rows[Rows::kCn] + i, cn);
-    lanes::load(rows[Rows::kCt] + i, ct);
+    simd4::load(rows[Rows::kPx] + i, rows[Rows::kPy] + i, rows[Rows::kPz] + i, p);
+    simd4::load(rows[Rows::kNx] + i, rows[Rows::kNy] + i, rows[Rows::kNz] + i, n);
+    simd4::load(rows[Rows::kKn] + i, kn);
+    simd4::load(rows[Rows::kCn] + i, cn);
+    simd4::load(rows[Rows::kCt] + i, ct);
     V4 s[6];
     screw(n, p, s);
     if constexpr (kStick) {
-      lanes::load(rows[Rows::kKt] + i, kt);
+      simd4::load(rows[Rows::kKt] + i, kt);
       add_point(kt, p, k_point);
       kn -= kt;
     }
@@ -132,19 +132,19 @@ TAKT_LANE_INLINE void tangent(const Twist& V_B, const ElementRows& rows, Mat6& K
   for (std::size_t i = 0; i < rows.padded(); i += 4) {
     V4x3 p, n, t, change, f;
     V4 kn, cn, kt, ct, ktt, ctt;
-    lanes::load(rows[Rows::kPx] + i, rows[Rows::kPy] + i, rows[Rows::kPz] + i, p);
-    lanes::load(rows[Rows::kNx] + i, rows[Rows::kNy] + i, rows[Rows::kNz] + i, n);
-    lanes::load(rows[Rows::kTx] + i, rows[Rows::kTy] + i, rows[Rows::kTz] + i, t);
-    lanes::load(rows[Rows::kFx] + i, rows[Rows::kFy] + i, rows[Rows::kFz] + i, change);
-    lanes::load(rows[Rows::kSx] + i, rows[Rows::kSy] + i, rows[Rows::kSz] + i, f);
-    lanes::load(rows[Rows::kKn] + i, kn), lanes::load(rows[Rows::kCn] + i, cn);
-    lanes::load(rows[Rows::kKt] + i, kt), lanes::load(rows[Rows::kCt] + i, ct);
-    lanes::load(rows[Rows::kKtt] + i, ktt), lanes::load(rows[Rows::kCtt] + i, ctt);
+    simd4::load(rows[Rows::kPx] + i, rows[Rows::kPy] + i, rows[Rows::kPz] + i, p);
+    simd4::load(rows[Rows::kNx] + i, rows[Rows::kNy] + i, rows[Rows::kNz] + i, n);
+    simd4::load(rows[Rows::kTx] + i, rows[Rows::kTy] + i, rows[Rows::kTz] + i, t);
+    simd4::load(rows[Rows::kFx] + i, rows[Rows::kFy] + i, rows[Rows::kFz] + i, change);
+    simd4::load(rows[Rows::kSx] + i, rows[Rows::kSy] + i, rows[Rows::kSz] + i, f);
+    simd4::load(rows[Rows::kKn] + i, kn), simd4::load(rows[Rows::kCn] + i, cn);
+    simd4::load(rows[Rows::kKt] + i, kt), simd4::load(rows[Rows::kCt] + i, ct);
+    simd4::load(rows[Rows::kKtt] + i, ktt), simd4::load(rows[Rows::kCtt] + i, ctt);
 
     // The normal force with displacement of the centroid: penetration, and the normal velocity of a
     // point that moves on in the field of velocities. The normal belongs to the Target.
     V4x3 n_w;
-    lanes::cross(n, w, n_w);
+    simd4::cross(n, w, n_w);
     const V4x3 slope{kn * n.x + cn * n_w.x, kn * n.y + cn * n_w.y, kn * n.z + cn * n_w.z};
     V4 row[6], force[6], s[6], scaled[6], sliding[6];
     screw(slope, p, row);
@@ -170,15 +170,15 @@ TAKT_LANE_INLINE void tangent(const Twist& V_B, const ElementRows& rows, Mat6& K
   D -= all_directions(d_point);
   for (int i = 0; i < 6; ++i)
     for (int j = 0; j < 6; ++j) {
-      K(i, j) += lanes::total(full.k[6 * i + j]);
-      D(i, j) += lanes::total(full.d[6 * i + j]);
+      K(i, j) += simd4::total(full.k[6 * i + j]);
+      D(i, j) += simd4::total(full.d[6 * i + j]);
     }
   // Forces keep their directions while their points move with the Base: dM = (a + w x p) x f.
-  const double x = lanes::total(forces[0]), y = lanes::total(forces[1]), z = lanes::total(forces[2]);
+  const double x = simd4::total(forces[0]), y = simd4::total(forces[1]), z = simd4::total(forces[2]);
   K(3, 1) += z, K(3, 2) -= y, K(4, 0) -= z, K(4, 2) += x, K(5, 0) += y, K(5, 1) -= x;
-  const double trace = lanes::total(turned[0]) + lanes::total(turned[4]) + lanes::total(turned[8]);
+  const double trace = simd4::total(turned[0]) + simd4::total(turned[4]) + simd4::total(turned[8]);
   for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) K(3 + i, 3 + j) += lanes::total(turned[3 * i + j]) - (i == j ? trace : 0.0);
+    for (int j = 0; j < 3; ++j) K(3 + i, 3 + j) += simd4::total(turned[3 * i + j]) - (i == j ? trace : 0.0);
 }
 
 TAKT_LANE_VARIANTS void regularised_secant(const ElementRows& rows, Mat6& K, Mat6& D) {

@@ -7,8 +7,8 @@
 namespace takt {
 namespace {
 
-using lanes::V4;
-using lanes::V4x3;
+using simd4::V4;
+using simd4::V4x3;
 using Rows = ElementRows;
 
 struct Sums {
@@ -23,14 +23,14 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
   const V4 zero{};
   V4x3 p, n, v;
   V4 area, u;
-  lanes::load(rows[Rows::kPx] + i, rows[Rows::kPy] + i, rows[Rows::kPz] + i, p);
-  lanes::load(rows[Rows::kNx] + i, rows[Rows::kNy] + i, rows[Rows::kNz] + i, n);
-  lanes::load(rows[Rows::kArea] + i, area);
-  lanes::load(rows[Rows::kDepth] + i, u);
-  lanes::cross(w, p, v);
+  simd4::load(rows[Rows::kPx] + i, rows[Rows::kPy] + i, rows[Rows::kPz] + i, p);
+  simd4::load(rows[Rows::kNx] + i, rows[Rows::kNy] + i, rows[Rows::kNz] + i, n);
+  simd4::load(rows[Rows::kArea] + i, area);
+  simd4::load(rows[Rows::kDepth] + i, u);
+  simd4::cross(w, p, v);
   v.x += v0.x, v.y += v0.y, v.z += v0.z;
   V4 rate;
-  lanes::dot(n, v, rate);
+  simd4::dot(n, v, rate);
   // (2.18) to (2.20)
   const double over_depth = 1.0 / law.damping_depth_m, over_v = 1.0 / law.friction_velocity_m_per_s;
   const bool hardens = std::isfinite(law.linear_depth_m);
@@ -47,8 +47,8 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
   const V4 limit = law.friction * fn;
   const V4x3 vt{v.x - rate * n.x, v.y - rate * n.y, v.z - rate * n.z};
   V4 speed;
-  lanes::dot(vt, vt, speed);
-  lanes::root(speed, speed);
+  simd4::dot(vt, vt, speed);
+  simd4::root(speed, speed);
 
   V4x3 ft;
   V4 friction;
@@ -56,15 +56,15 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
   V4x3 t{zero, zero, zero}, change{zero, zero, zero};
   if constexpr (kStick) {
     V4x3 x;
-    lanes::load(rows[Rows::kXx] + i, rows[Rows::kXy] + i, rows[Rows::kXz] + i, x);
+    simd4::load(rows[Rows::kXx] + i, rows[Rows::kXy] + i, rows[Rows::kXz] + i, x);
     V4 normal_part;
-    lanes::dot(n, x, normal_part);
+    simd4::dot(n, x, normal_part);
     const V4 k = law.tangential_stiffness_Pa_per_m * area, c = law.tangential_damping_Ns_per_m3 * area;
     const V4x3 q{-(k * (x.x - normal_part * n.x) + c * vt.x), -(k * (x.y - normal_part * n.y) + c * vt.y),
                  -(k * (x.z - normal_part * n.z) + c * vt.z)};
     V4 size;
-    lanes::dot(q, q, size);
-    lanes::root(size, size);
+    simd4::dot(q, q, size);
+    simd4::root(size, size);
     const auto slips = size > limit;
     const V4 share = slips ? limit / size : zero + 1.0;
     ft = {share * q.x, share * q.y, share * q.z};
@@ -101,7 +101,7 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
       area * ((0.5 * law.stiffness_Pa_per_m) * u * u + (0.2 * hardness * linear_m * linear_m) * (s3 * s * s));
   const V4x3 f{ft.x - fn * n.x, ft.y - fn * n.y, ft.z - fn * n.z};
   V4x3 m;
-  lanes::cross(p, f, m);
+  simd4::cross(p, f, m);
   sums.fx += f.x, sums.fy += f.y, sums.fz += f.z;
   sums.tx += m.x, sums.ty += m.y, sums.tz += m.z;
   sums.wx += fn * p.x, sums.wy += fn * p.y, sums.wz += fn * p.z;
@@ -112,27 +112,27 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
   sums.friction += friction;
   sums.pressure = pressure > sums.pressure ? pressure : sums.pressure;
   sums.depth = on && u > sums.depth ? u : sums.depth;
-  lanes::store(fn, rows[Rows::kForce] + i);
-  lanes::store(pressure, rows[Rows::kPressure] + i);
+  simd4::store(fn, rows[Rows::kForce] + i);
+  simd4::store(pressure, rows[Rows::kPressure] + i);
   if constexpr (kDetail != ElementDetail::forces) {
     V4 k = (law.stiffness_Pa_per_m + 4.0 * hardness * s3) * area;
     const V4 c = law.areal_damping_Ns_per_m3 * ramp * area;
     if constexpr (kDetail == ElementDetail::tangent)
       k += u >= law.damping_depth_m ? zero : area * (law.areal_damping_Ns_per_m3 * rate * over_depth);
-    lanes::store(on ? k : zero, rows[Rows::kKn] + i);
-    lanes::store(on ? c : zero, rows[Rows::kCn] + i);
-    lanes::store(kt, rows[Rows::kKt] + i);
-    lanes::store(ct, rows[Rows::kCt] + i);
+    simd4::store(on ? k : zero, rows[Rows::kKn] + i);
+    simd4::store(on ? c : zero, rows[Rows::kCn] + i);
+    simd4::store(kt, rows[Rows::kKt] + i);
+    simd4::store(ct, rows[Rows::kCt] + i);
   }
   if constexpr (kDetail == ElementDetail::tangent) {
-    lanes::store(ktt, rows[Rows::kKtt] + i);
-    lanes::store(ctt, rows[Rows::kCtt] + i);
-    lanes::store(t.x, rows[Rows::kTx] + i), lanes::store(t.y, rows[Rows::kTy] + i),
-        lanes::store(t.z, rows[Rows::kTz] + i);
-    lanes::store(change.x, rows[Rows::kFx] + i), lanes::store(change.y, rows[Rows::kFy] + i);
-    lanes::store(change.z, rows[Rows::kFz] + i);
-    lanes::store(f.x, rows[Rows::kSx] + i), lanes::store(f.y, rows[Rows::kSy] + i),
-        lanes::store(f.z, rows[Rows::kSz] + i);
+    simd4::store(ktt, rows[Rows::kKtt] + i);
+    simd4::store(ctt, rows[Rows::kCtt] + i);
+    simd4::store(t.x, rows[Rows::kTx] + i), simd4::store(t.y, rows[Rows::kTy] + i),
+        simd4::store(t.z, rows[Rows::kTz] + i);
+    simd4::store(change.x, rows[Rows::kFx] + i), simd4::store(change.y, rows[Rows::kFy] + i);
+    simd4::store(change.z, rows[Rows::kFz] + i);
+    simd4::store(f.x, rows[Rows::kSx] + i), simd4::store(f.y, rows[Rows::kSy] + i),
+        simd4::store(f.z, rows[Rows::kSz] + i);
   }
 }
 
@@ -144,16 +144,16 @@ TAKT_LANE_INLINE void all_forces(const ContactLaw& law, const Twist& V_B, Elemen
   const V4x3 w{zero + V_B.w.x(), zero + V_B.w.y(), zero + V_B.w.z()};
   Sums sums;
   for (std::size_t i = 0; i < rows.padded(); i += 4) four_forces<kStick, kDetail>(law, v0, w, rows, i, sums);
-  totals.f_B = {lanes::total(sums.fx), lanes::total(sums.fy), lanes::total(sums.fz)};
-  totals.t_B = {lanes::total(sums.tx), lanes::total(sums.ty), lanes::total(sums.tz)};
-  totals.weighted_p_B = {lanes::total(sums.wx), lanes::total(sums.wy), lanes::total(sums.wz)};
-  totals.elastic_energy_J = lanes::total(sums.energy);
-  totals.elements = lanes::total(sums.elements);
-  totals.area_m2 = lanes::total(sums.area);
-  totals.normal_force_N = lanes::total(sums.normal);
-  totals.friction_force_N = lanes::total(sums.friction);
-  totals.largest_pressure_Pa = lanes::largest(sums.pressure);
-  totals.largest_penetration_m = lanes::largest(sums.depth);
+  totals.f_B = {simd4::total(sums.fx), simd4::total(sums.fy), simd4::total(sums.fz)};
+  totals.t_B = {simd4::total(sums.tx), simd4::total(sums.ty), simd4::total(sums.tz)};
+  totals.weighted_p_B = {simd4::total(sums.wx), simd4::total(sums.wy), simd4::total(sums.wz)};
+  totals.elastic_energy_J = simd4::total(sums.energy);
+  totals.elements = simd4::total(sums.elements);
+  totals.area_m2 = simd4::total(sums.area);
+  totals.normal_force_N = simd4::total(sums.normal);
+  totals.friction_force_N = simd4::total(sums.friction);
+  totals.largest_pressure_Pa = simd4::largest(sums.pressure);
+  totals.largest_penetration_m = simd4::largest(sums.depth);
 }
 
 // One function per variant: the compiler makes clones of functions, not of templates.
@@ -220,9 +220,9 @@ TAKT_LANE_VARIANTS void plane_depths(const Vec3& normal, double offset, std::siz
   std::size_t i = 0;
   for (; i + 4 <= count; i += 4) {
     V4x3 p;
-    lanes::load(px + i, py + i, pz + i, p);
+    simd4::load(px + i, py + i, pz + i, p);
     // The operations of plane_depth, in its order.
-    lanes::store(offset - (x * p.x + y * p.y + z * p.z), depth + i);
+    simd4::store(offset - (x * p.x + y * p.y + z * p.z), depth + i);
   }
   for (; i < count; ++i) depth[i] = plane_depth(x, y, z, offset, px[i], py[i], pz[i]);
 }

@@ -37,7 +37,7 @@ class Search {
   /// The last one failed for too many faces: less would not do either.
   bool crowded() const { return crowded_; }
   /// Sets the depth for which the regions of further searches must be valid.
-  void tell_down_to(double deepest_m) { region_.deepest_m = deepest_m_ = deepest_m; }
+  void set_depth(double deepest_m) { region_.deepest_m = deepest_m_ = deepest_m; }
 
   /// Begins with the planes of the region, which were good for a narrower bound.
   bool free(const Vec3& bound_m, bool solid) {
@@ -338,13 +338,13 @@ void find_free_region(const ContactSurface::Data& base, const ContactSurface::Da
       }
     return true;
   };
-  search.tell_down_to(kDeepest_m);
+  search.set_depth(kDeepest_m);
   bool found = solid && widest(true);
   const bool hopeless = solid && !found && search.crowded();
   if (solid && !found && !hopeless && search.deeper()) {
-    search.tell_down_to(kDeep_m);
+    search.set_depth(kDeep_m);
     found = widest(true);
-    if (!found) search.tell_down_to(kDeepest_m);
+    if (!found) search.set_depth(kDeepest_m);
   }
   if (found) {
     region.kind = Kind::solid;
@@ -357,7 +357,7 @@ void find_free_region(const ContactSurface::Data& base, const ContactSurface::Da
   }
   if (region.kind == Kind::solid && region.deepest_m < kDeep_m) {
     const SeparatingPlanes shallow = region;
-    search.tell_down_to(kDeep_m);
+    search.set_depth(kDeep_m);
     if (!good(region.bound_m, true)) region = shallow;
   }
 }

@@ -13,7 +13,7 @@
 #define TAKT_LANE_VARIANTS
 #endif
 
-namespace takt::lanes {
+namespace takt::simd4 {
 
 using V4 = double __attribute__((vector_size(32)));
 
@@ -51,4 +51,4 @@ TAKT_LANE_INLINE void root(const V4& x, V4& to) {
   for (int i = 0; i < 4; ++i) to[i] = std::sqrt(x[i]);
 }
 
-}  // namespace takt::lanes
+}  // namespace takt::simd4

@@ -32,7 +32,7 @@ ConvexDistance convex_distance(const ConvexShape& a, const Pose& X_WA, const Con
   Simplex simplex;
   Vec3 v = a.center_B - (difference.R_AB * b.center_B + difference.p_AB);
   if (!(v.squaredNorm() < 1e300))
-    throw std::invalid_argument("two convex shapes are too far apart to tell their distance");
+    throw std::invalid_argument("two convex shapes are too far apart to compute their distance");
   if (!(v.squaredNorm() > 0.0)) v = Vec3::UnitX();
   double lower = -std::numeric_limits<double>::infinity();
   bool inside = false;

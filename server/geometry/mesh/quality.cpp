@@ -16,9 +16,9 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-class Care {
+class MeshQualityCheck {
  public:
-  Care(const TriangleMesh& mesh, const ContactMeshOptions& options)
+  MeshQualityCheck(const TriangleMesh& mesh, const MeshQualityOptions& options)
       : mesh_(mesh), options_(options), edges_(sorted_half_edges(mesh)) {
     for (const auto& t : mesh_.triangles) {
       const Vec3 &a = mesh_.vertices[t[0]], &b = mesh_.vertices[t[1]], &c = mesh_.vertices[t[2]];
@@ -95,7 +95,7 @@ class Care {
       if (!(normals_[e.triangle].dot(across) < 0.0)) return;
       ++count;
       length += (q - p).norm();
-      if (angle > options_.knife_angle_rad) knife_length += (q - p).norm();
+      if (angle > options_.warning_angle_rad) knife_length += (q - p).norm();
       if (angle > largest * (1.0 + 1e-9)) largest = angle, place = 0.5 * (p + q);
     });
     if (!(length > options_.sharp_length_m)) return;
@@ -166,7 +166,7 @@ class Care {
   }
 
   const TriangleMesh& mesh_;
-  const ContactMeshOptions& options_;
+  const MeshQualityOptions& options_;
   const std::vector<HalfEdge> edges_;
   std::vector<double> areas_, longest_;
   std::vector<Vec3> normals_, centres_;
@@ -175,8 +175,8 @@ class Care {
 
 }  // namespace
 
-std::vector<MeshDiagnostic> find_contact_risks(const TriangleMesh& mesh, const ContactMeshOptions& options) {
-  return Care(mesh, options).run();
+std::vector<MeshDiagnostic> check_mesh_quality(const TriangleMesh& mesh, const MeshQualityOptions& options) {
+  return MeshQualityCheck(mesh, options).run();
 }
 
 }  // namespace takt

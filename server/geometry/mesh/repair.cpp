@@ -29,17 +29,17 @@ class Repairer {
     const std::string bad =
         mesh().triangles.empty() ? "there are no triangles." : find_bad_vertex_or_index(mesh());
     if (!bad.empty()) {
-      tell(MeshDiagnosticKind::bad_vertex, MeshSeverity::refused, 1, 0.0, Vec3::Zero(), bad,
-           "export the mesh again");
+      report(MeshDiagnosticKind::bad_vertex, MeshSeverity::refused, 1, 0.0, Vec3::Zero(), bad,
+             "export the mesh again");
       return finish();
     }
     drop_faces_with_equal_corners();
     drop_duplicates();
     turn_flat_faces();
     if (mesh().triangles.empty())
-      tell(MeshDiagnosticKind::encloses_nothing, MeshSeverity::refused, 1, 0.0, mesh().vertices.front(),
-           "without the faces that are there several times or have no area nothing is left",
-           "model the body as a solid");
+      report(MeshDiagnosticKind::encloses_nothing, MeshSeverity::refused, 1, 0.0, mesh().vertices.front(),
+             "without the faces that are there several times or have no area nothing is left",
+             "model the body as a solid");
     if (edges_are_shared_by_two() && orient()) turn_shells();
     return finish();
   }
@@ -56,8 +56,8 @@ class Repairer {
     return (mesh().vertices[t[0]] + mesh().vertices[t[1]] + mesh().vertices[t[2]]) / 3.0;
   }
 
-  void tell(MeshDiagnosticKind kind, MeshSeverity severity, std::size_t count, double figure,
-            const Vec3& place, const std::string& sentence, const std::string& remedy) {
+  void report(MeshDiagnosticKind kind, MeshSeverity severity, std::size_t count, double figure,
+              const Vec3& place, const std::string& sentence, const std::string& remedy) {
     result_.findings.push_back({kind, severity, count, figure, place, sentence, remedy});
   }
 
@@ -100,9 +100,10 @@ class Repairer {
         if (count++ == 0) place = centre(order[next].first);
       }
     drop(extra);
-    tell(MeshDiagnosticKind::duplicate_faces, MeshSeverity::repaired, count, 0.0, place,
-         counted(count, "face is", "faces are") + " there more than once, the first at " + place_text(place),
-         "removed; export the mesh without them");
+    report(
+        MeshDiagnosticKind::duplicate_faces, MeshSeverity::repaired, count, 0.0, place,
+        counted(count, "face is", "faces are") + " there more than once, the first at " + place_text(place),
+        "removed; export the mesh without them");
   }
 
   static std::vector<std::uint8_t> find_walls(const TriangleMesh& distinct,
@@ -148,16 +149,16 @@ class Repairer {
     }
     if (flat_ + found > flat.size()) {
       const std::size_t count = flat_ + found - flat.size();
-      tell(MeshDiagnosticKind::zero_area_faces, MeshSeverity::repaired, count, 0.0, flat_place_,
-           counted(count, "face has", "faces have") + " no area, the first at " + place_text(flat_place_),
-           "removed; export the mesh without them");
+      report(MeshDiagnosticKind::zero_area_faces, MeshSeverity::repaired, count, 0.0, flat_place_,
+             counted(count, "face has", "faces have") + " no area, the first at " + place_text(flat_place_),
+             "removed; export the mesh without them");
     }
     if (flat.empty()) return;
     const Vec3 place = centre(mesh().triangles[flat.front()]);
-    tell(MeshDiagnosticKind::zero_area_faces, MeshSeverity::refused, flat.size(), 0.0, place,
-         counted(flat.size(), "face has", "faces have") +
-             " no area and cannot be removed without a hole, the first at " + place_text(place),
-         "merge the vertices that lie on one another, and mesh again");
+    report(MeshDiagnosticKind::zero_area_faces, MeshSeverity::refused, flat.size(), 0.0, place,
+           counted(flat.size(), "face has", "faces have") +
+               " no area and cannot be removed without a hole, the first at " + place_text(place),
+           "merge the vertices that lie on one another, and mesh again");
   }
 
   std::vector<std::uint32_t> flat_faces() {
@@ -225,17 +226,17 @@ class Repairer {
       }
     }
     if (open > 0)
-      tell(MeshDiagnosticKind::open_edges, MeshSeverity::refused, open, length, open_place,
-           counted(open, "edge belongs", "edges belong") + " to one face only, " +
-               number_text(1e3 * length, 4) + " mm in all: the surface has a hole, the first at " +
-               place_text(open_place),
-           "close the hole: export a solid, not a surface");
+      report(MeshDiagnosticKind::open_edges, MeshSeverity::refused, open, length, open_place,
+             counted(open, "edge belongs", "edges belong") + " to one face only, " +
+                 number_text(1e3 * length, 4) + " mm in all: the surface has a hole, the first at " +
+                 place_text(open_place),
+             "close the hole: export a solid, not a surface");
     if (crowded > 0)
-      tell(MeshDiagnosticKind::crowded_edges, MeshSeverity::refused, crowded, static_cast<double>(most),
-           crowded_place,
-           counted(crowded, "edge belongs", "edges belong") + " to more than two faces (up to " +
-               std::to_string(most) + "), the first at " + place_text(crowded_place),
-           "unite bodies that touch, remove walls inside, or give each body an object of its own");
+      report(MeshDiagnosticKind::crowded_edges, MeshSeverity::refused, crowded, static_cast<double>(most),
+             crowded_place,
+             counted(crowded, "edge belongs", "edges belong") + " to more than two faces (up to " +
+                 std::to_string(most) + "), the first at " + place_text(crowded_place),
+             "unite bodies that touch, remove walls inside, or give each body an object of its own");
     return open == 0 && crowded == 0 && !mesh().triangles.empty();
   }
 
@@ -271,9 +272,9 @@ class Repairer {
             shell.push_back(n.triangle);
           } else if (state[n.triangle] != wanted) {
             const Vec3 where = centre(triangles[n.triangle]);
-            tell(MeshDiagnosticKind::not_orientable, MeshSeverity::refused, 1, 0.0, where,
-                 "the surface has one side only (like a Klein bottle), which shows at " + place_text(where),
-                 "model the body as a solid");
+            report(MeshDiagnosticKind::not_orientable, MeshSeverity::refused, 1, 0.0, where,
+                   "the surface has one side only (like a Klein bottle), which shows at " + place_text(where),
+                   "model the body as a solid");
             return false;
           }
         }
@@ -288,10 +289,10 @@ class Repairer {
         }
     }
     if (count > 0)
-      tell(MeshDiagnosticKind::mixed_orientation, MeshSeverity::repaired, count, 0.0, place,
-           counted(count, "face is", "faces are") + " turned against the neighbours, the first at " +
-               place_text(place),
-           "turned; export the mesh with normals outwards");
+      report(MeshDiagnosticKind::mixed_orientation, MeshSeverity::repaired, count, 0.0, place,
+             counted(count, "face is", "faces are") + " turned against the neighbours, the first at " +
+                 place_text(place),
+             "turned; export the mesh with normals outwards");
     return true;
   }
 
@@ -328,32 +329,32 @@ class Repairer {
     }
 
     if (inside_out.count > 0)
-      tell(MeshDiagnosticKind::inside_out, MeshSeverity::repaired, inside_out.count, inside_out.largest,
-           inside_out.place,
-           counted(inside_out.count, "closed shell is", "closed shells are") +
-               " inside out, the largest of " + number_text(1e6 * inside_out.largest, 4) + " cm^3 at " +
-               place_text(inside_out.place),
-           "turned; export the mesh with normals outwards");
+      report(MeshDiagnosticKind::inside_out, MeshSeverity::repaired, inside_out.count, inside_out.largest,
+             inside_out.place,
+             counted(inside_out.count, "closed shell is", "closed shells are") +
+                 " inside out, the largest of " + number_text(1e6 * inside_out.largest, 4) + " cm^3 at " +
+                 place_text(inside_out.place),
+             "turned; export the mesh with normals outwards");
     if (nothing.count > 0) {
       const bool all = nothing.count == shells.size();
       if (!all) drop_shells(shells, flat);
-      tell(MeshDiagnosticKind::encloses_nothing, all ? MeshSeverity::refused : MeshSeverity::repaired,
-           nothing.count, nothing.largest, nothing.place,
-           counted(nothing.count, "closed shell encloses", "closed shells enclose") +
-               " nothing, the first at " + place_text(nothing.place),
-           all ? "give it thickness" : "removed; export the mesh without it");
+      report(MeshDiagnosticKind::encloses_nothing, all ? MeshSeverity::refused : MeshSeverity::repaired,
+             nothing.count, nothing.largest, nothing.place,
+             counted(nothing.count, "closed shell encloses", "closed shells enclose") +
+                 " nothing, the first at " + place_text(nothing.place),
+             all ? "give it thickness" : "removed; export the mesh without it");
     }
     if (cavities.count > 0)
-      tell(MeshDiagnosticKind::cavities, MeshSeverity::info, cavities.count, cavities.sum, cavities.place,
-           counted(cavities.count, "cavity", "cavities") + " of " + number_text(1e6 * cavities.sum, 4) +
-               " cm^3 in all, the largest at " + place_text(cavities.place),
-           "nothing to do where that is meant; nothing gets in");
+      report(MeshDiagnosticKind::cavities, MeshSeverity::info, cavities.count, cavities.sum, cavities.place,
+             counted(cavities.count, "cavity", "cavities") + " of " + number_text(1e6 * cavities.sum, 4) +
+                 " cm^3 in all, the largest at " + place_text(cavities.place),
+             "nothing to do where that is meant; nothing gets in");
     if (solids.count > 0)
-      tell(MeshDiagnosticKind::nested_solids, MeshSeverity::warning, solids.count, solids.sum, solids.place,
-           counted(solids.count, "closed shell lies", "closed shells lie") +
-               " inside another and faces outwards: its volume of " + number_text(1e6 * solids.sum, 4) +
-               " cm^3 counts twice, the largest at " + place_text(solids.place),
-           "remove what lies inside, or turn it where a cavity is meant");
+      report(MeshDiagnosticKind::nested_solids, MeshSeverity::warning, solids.count, solids.sum, solids.place,
+             counted(solids.count, "closed shell lies", "closed shells lie") +
+                 " inside another and faces outwards: its volume of " + number_text(1e6 * solids.sum, 4) +
+                 " cm^3 counts twice, the largest at " + place_text(solids.place),
+             "remove what lies inside, or turn it where a cavity is meant");
   }
 
   void drop_shells(const std::vector<Shell>& shells, const std::vector<std::uint8_t>& which) {

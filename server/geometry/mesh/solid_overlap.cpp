@@ -33,7 +33,7 @@ double surface_area(const TriangleMesh& mesh) {
 
 /// The first half of each examined edge: all edges between faces in different planes, and per cell of a grid
 /// one edge within a plane.
-std::vector<HalfEdge> telling_edges(const TriangleMesh& mesh, double cell_m) {
+std::vector<HalfEdge> examined_edges(const TriangleMesh& mesh, double cell_m) {
   std::vector<Vec3> normals;
   for (const auto& [a, b, c] : mesh.triangles)
     normals.push_back(
@@ -87,7 +87,7 @@ SolidProbe::SolidProbe(const TriangleMesh& mesh) : triangles_(mesh.triangles) {
   // Vertices of the mesh keep their numbers.
   const double length = 2.0 * std::sqrt(surface_area(mesh) / kTriangles);
   TriangleMesh fine = refine_to_edge(mesh, length);
-  for (const HalfEdge& edge : telling_edges(fine, length)) edges_.push_back({edge.low, edge.high});
+  for (const HalfEdge& edge : examined_edges(fine, length)) edges_.push_back({edge.low, edge.high});
   vertices_ = std::move(fine.vertices);
   boxes.clear();
   for (const auto& [from, to] : edges_)

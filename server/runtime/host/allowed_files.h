@@ -9,7 +9,7 @@
 namespace takt {
 
 /// Relative names become names below `directory`. Returns a sentence with the reason if the request is not
-/// allowed, else std::nullopt. Links are resolved for the decision.
+/// allowed, else an empty text. Links are resolved for the decision.
 std::string confine(requests::Any& request, const std::filesystem::path& directory);
 
 /// Without file:// in front.

@@ -24,7 +24,7 @@ class ControllerRegistry {
     std::vector<int> targets;         ///< in ascending order
     std::uint64_t boundary = 0;       ///< number of the next boundary
     std::uint64_t boundary_step = 0;  ///< and the step it lies at
-    bool late_told = false;           ///< that it is late at this boundary
+    bool late_reported = false;       ///< that it is late at this boundary
   };
 
   ControllerRegistry(int target_count, double step_s);

@@ -83,7 +83,7 @@ std::optional<events::OfLoop> LockstepBarrier::wait_for(ControllerRegistry::Cont
   const std::int64_t now = monotonic_now_ns();
   if (wait_began_ns_ == 0) {
     wait_began_ns_ = now;
-    for (auto& each : controllers_.controllers()) each.late_told = false;
+    for (auto& each : controllers_.controllers()) each.late_reported = false;
     wait_in_status_ = false;
   }
   const std::int64_t waited = now - wait_began_ns_;
@@ -92,8 +92,8 @@ std::optional<events::OfLoop> LockstepBarrier::wait_for(ControllerRegistry::Cont
   const double boundary_s = loop_.simulation.time_s();
   if (static_cast<double>(waited) >= controller.timeout_s * 1e9)
     return events::ControllerTimeout{name, missing_target, boundary_s, controller.timeout_s};
-  if (waited >= kLateAfter_ns && !controller.late_told) {
-    controller.late_told = true;
+  if (waited >= kLateAfter_ns && !controller.late_reported) {
+    controller.late_reported = true;
     loop_.emit(events::ControllerLate{name, missing_target, boundary_s, static_cast<double>(waited) * 1e-9});
   }
   return std::nullopt;

@@ -168,14 +168,14 @@ void SessionStore::begin() {
   const auto files = periodic();
   if (!files.empty()) {
     for (std::size_t i = kKeptEarlier; i > 1; --i)
-      std::filesystem::rename(file_of(earlier_name(i - 1)), file_of(earlier_name(i)), error);
-    std::filesystem::rename(files.front(), file_of(earlier_name(1)), error);
+      std::filesystem::rename(file_of(previous_run_name(i - 1)), file_of(previous_run_name(i)), error);
+    std::filesystem::rename(files.front(), file_of(previous_run_name(1)), error);
   }
   for (const auto& file : periodic()) std::filesystem::remove(file, error);
   std::filesystem::remove(periodic_directory_ / kSession, error);
 }
 
-std::string SessionStore::earlier_name(std::size_t i) {
+std::string SessionStore::previous_run_name(std::size_t i) {
   return i == 1 ? "previous-run" : "previous-run-" + std::to_string(i);
 }
 

@@ -57,7 +57,7 @@ class SessionStore {
   void begin();
 
  private:
-  static std::string earlier_name(std::size_t i);
+  static std::string previous_run_name(std::size_t i);
 
   std::filesystem::path directory_, periodic_directory_;
   mutable std::mutex mutex_;

@@ -136,15 +136,15 @@ class Names {
 };
 
 requests::ExplainedContact contact_of(const ExplainedContact& contact, Names& name) {
-  requests::ExplainedContact told{.a = name(contact.a), .b = name(contact.b)};
-  told.surface_contact = contact.by_surface;
-  told.measured = contact.depth.known;
-  if (!told.measured) return told;
-  told.distance = contact.depth.distance_m;
-  told.error = contact.depth.error_m;
-  told.position = vector_of(contact.depth.position_W);
-  told.normal = vector_of(contact.depth.normal_W);
-  return told;
+  requests::ExplainedContact explained{.a = name(contact.a), .b = name(contact.b)};
+  explained.surface_contact = contact.by_surface;
+  explained.measured = contact.depth.known;
+  if (!explained.measured) return explained;
+  explained.distance = contact.depth.distance_m;
+  explained.error = contact.depth.error_m;
+  explained.position = vector_of(contact.depth.position_W);
+  explained.normal = vector_of(contact.depth.normal_W);
+  return explained;
 }
 
 requests::ExplainedPressure pressure_of(const ContactSample& pair, int component, Names& name) {
@@ -166,38 +166,40 @@ requests::ExplainedPressure pressure_of(const ContactSample& pair, int component
 
 Outcome<requests::ExplainPart> explanation(const Explanation& e, const CellDescription& cell) {
   Names name(cell);
-  requests::ExplainPartResponse told;
-  told.part = name(e.component);
-  told.type = e.type;
-  told.hierarchy = name.hierarchy(e.component);
-  told.state = e.state;
-  told.state_because = name.if_any(e.state_because);
-  told.explanation = describe(e, cell);
-  told.time = e.time_s;
-  told.step = e.step;
-  told.epoch = e.epoch;
-  told.decided_at = e.decided_at_s;
-  told.partner = name.if_any(e.decision.partner);
-  if (e.type == ComponentType::part) told.rule = std::string(to_string(e.decision.rule));
-  told.contacts_to_partner = e.decision.contacts;
-  told.rival = name.if_any(e.decision.rival);
-  told.contacts_to_rival = e.decision.rival_contacts;
-  told.since = e.since.time_s;
-  told.since_step = e.since.step;
-  told.partner_before = name.if_any(e.since.before);
-  told.sequence_count = e.sequences.count;
-  for (const std::vector<int>& sequence : e.sequences.sequences) told.sequences.push_back({name(sequence)});
-  told.contact_count = e.contact_count;
-  for (const ExplainedContact& contact : e.contacts) told.contacts.push_back(contact_of(contact, name));
+  requests::ExplainPartResponse explained;
+  explained.part = name(e.component);
+  explained.type = e.type;
+  explained.hierarchy = name.hierarchy(e.component);
+  explained.state = e.state;
+  explained.state_because = name.if_any(e.state_because);
+  explained.explanation = describe(e, cell);
+  explained.time = e.time_s;
+  explained.step = e.step;
+  explained.epoch = e.epoch;
+  explained.decided_at = e.decided_at_s;
+  explained.partner = name.if_any(e.decision.partner);
+  if (e.type == ComponentType::part) explained.rule = std::string(to_string(e.decision.rule));
+  explained.contacts_to_partner = e.decision.contacts;
+  explained.rival = name.if_any(e.decision.rival);
+  explained.contacts_to_rival = e.decision.rival_contacts;
+  explained.since = e.since.time_s;
+  explained.since_step = e.since.step;
+  explained.partner_before = name.if_any(e.since.before);
+  explained.sequence_count = e.sequences.count;
+  for (const std::vector<int>& sequence : e.sequences.sequences)
+    explained.sequences.push_back({name(sequence)});
+  explained.contact_count = e.contact_count;
+  for (const ExplainedContact& contact : e.contacts) explained.contacts.push_back(contact_of(contact, name));
   for (const ExplainedConnection& c : e.connections)
-    told.connections.push_back({name(c.target), vector_of(c.on_base_W.f), vector_of(c.on_base_W.t),
-                                vector_of(c.feed_forward_W), c.softening});
-  told.surface_contact = e.surface_contact;
-  for (const ContactSample& pair : e.pressing) told.pressing.push_back(pressure_of(pair, e.component, name));
-  told.held_count = e.held_count;
-  told.held = name(e.held);
-  told.components = name.used();
-  return {told.explanation, std::move(told)};
+    explained.connections.push_back({name(c.target), vector_of(c.on_base_W.f), vector_of(c.on_base_W.t),
+                                     vector_of(c.feed_forward_W), c.softening});
+  explained.surface_contact = e.surface_contact;
+  for (const ContactSample& pair : e.pressing)
+    explained.pressing.push_back(pressure_of(pair, e.component, name));
+  explained.held_count = e.held_count;
+  explained.held = name(e.held);
+  explained.components = name.used();
+  return {explained.explanation, std::move(explained)};
 }
 
 }  // namespace takt

@@ -26,7 +26,7 @@ void digest(ModelDigest& hash, const std::shared_ptr<const ContactSurface>& surf
 }
 void digest(ModelDigest& hash, const InteractionParameters& p) {
   InteractionParameters counted = p;
-  counted.skip_resting = true;  // the bits are the same
+  counted.exact_sleeping = true;  // the bits are the same
   hash.members(counted);
 }
 void digest(ModelDigest& hash, const ContactModel& contact) {

@@ -47,7 +47,7 @@ class AdaptiveProblem {
   const std::string& thrown() const { return thrown_; }
 
   /// The library's own words about its last error.
-  void tell(std::string_view text) { message_ = text; }
+  void report(std::string_view text) { message_ = text; }
   const std::string& message() const { return message_; }
   void clear_message() { message_.clear(); }
   /// Call at the start of a communication step.

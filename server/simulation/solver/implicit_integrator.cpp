@@ -37,7 +37,7 @@ std::vector<int> states_with_entries(const OdeSystem& system) {
   return states;
 }
 
-StaticLu make_lu(const OdeSystem& system, const std::vector<int>& states) {
+SparseLu make_lu(const OdeSystem& system, const std::vector<int>& states) {
   const auto place = [&states](int state) {
     return static_cast<int>(std::lower_bound(states.begin(), states.end(), state) - states.begin());
   };

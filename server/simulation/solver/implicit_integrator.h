@@ -63,7 +63,7 @@ class ImplicitIntegrator final : public Integrator {
   void keep(const OdeSystem& system, double h);
 
   std::vector<int> implicit_states_;  ///< states with entries, ascending
-  StaticLu lu_;                       ///< of that pattern
+  SparseLu lu_;                       ///< of that pattern
   std::vector<double> values_, rate_, right_side_;
   std::vector<double> k1_, k2_, trial_;
   std::unique_ptr<RosenbrockStep> coupled_;  ///< null: A of the models alone

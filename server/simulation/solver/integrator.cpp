@@ -42,7 +42,7 @@ constexpr std::array kSolvers{
     Solver{"esdirk4", make<AdaptiveIntegrator>, Solver::Kind::error_control},
     Solver{"ida", make<AdaptiveIntegrator>, Solver::Kind::error_control}};
 
-/// Null if there is none of this name.
+/// nullptr for an unknown name.
 const Solver* find(std::string_view name) {
   const auto* const found = std::ranges::find(kSolvers, name, &Solver::name);
   return found == kSolvers.end() ? nullptr : found;

@@ -33,7 +33,7 @@ std::vector<int> smallest_degree_order(std::vector<std::set<int>> neighbours) {
 }
 }  // namespace
 
-StaticLu::StaticLu(int n, std::span<const std::pair<int, int>> pattern) {
+SparseLu::SparseLu(int n, std::span<const std::pair<int, int>> pattern) {
   const auto count = static_cast<std::size_t>(n);
   std::vector<std::set<int>> neighbours(count);
   for (const auto& [row, column] : pattern) {
@@ -76,7 +76,7 @@ StaticLu::StaticLu(int n, std::span<const std::pair<int, int>> pattern) {
   inverse_pivots_.resize(count), work_.resize(count);
 }
 
-bool StaticLu::factorise(double s, std::span<const double> values) {
+bool SparseLu::factorise(double s, std::span<const double> values) {
   std::fill(factors_.begin(), factors_.end(), 0.0);
   for (std::size_t e = 0; e < targets_.size(); ++e) factors_[targets_[e]] -= s * values[e];
   for (const std::size_t pivot : pivots_) factors_[pivot] += 1.0;
@@ -102,7 +102,7 @@ bool StaticLu::factorise(double s, std::span<const double> values) {
   return true;
 }
 
-void StaticLu::solve(std::span<double> b) {
+void SparseLu::solve(std::span<double> b) {
   const std::size_t n = order_.size();
   for (std::size_t i = 0; i < n; ++i) {
     double sum = b[static_cast<std::size_t>(order_[i])];

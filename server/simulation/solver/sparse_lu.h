@@ -8,11 +8,11 @@
 
 namespace takt {
 
-class StaticLu {
+class SparseLu {
  public:
   /// Matrix of size n with the diagonal and the given (row, column) places, duplicates allowed. Elimination
   /// is by smallest degree, ties by index: unknowns with few couplings (a motor on its joint) go first.
-  StaticLu(int n, std::span<const std::pair<int, int>> pattern);
+  SparseLu(int n, std::span<const std::pair<int, int>> pattern);
 
   /// Factorises I - s A, with the values of A in the order of the pattern. False if a pivot is zero, tiny
   /// against its column's entries in the matrix or not finite; then solve() must not be called.

@@ -95,36 +95,36 @@ int crossings_ida(sunrealtype t, N_Vector x, N_Vector, sunrealtype* g, void* use
 // SUNDIALS 6 reports errors by solver, SUNDIALS 7 by context.
 #if SUNDIALS_VERSION_MAJOR < 7
 void error_text(int code, const char*, const char* function, char* text, void* user_data) {
-  if (code < 0) of(user_data).problem->tell(std::string(function) + ": " + text);  // else a warning
+  if (code < 0) of(user_data).problem->report(std::string(function) + ": " + text);  // else a warning
 }
-bool context_tells(SUNContext, System&) {
+bool context_reports(SUNContext, System&) {
   return true;
 }
-bool cvode_tells(void* memory, System& system) {
+bool cvode_reports(void* memory, System& system) {
   return CVodeSetErrHandlerFn(memory, error_text, &system) == 0;
 }
-bool arkode_tells(void* memory, System& system) {
+bool arkode_reports(void* memory, System& system) {
   return ARKStepSetErrHandlerFn(memory, error_text, &system) == 0;
 }
-bool ida_tells(void* memory, System& system) {
+bool ida_reports(void* memory, System& system) {
   return IDASetErrHandlerFn(memory, error_text, &system) == 0;
 }
 #else
 void error_text(int, const char* function, const char*, const char* text, SUNErrCode code, void* user_data,
                 SUNContext) {
-  if (code < 0) of(user_data).problem->tell(std::string(function) + ": " + (text ? text : "failed"));
+  if (code < 0) of(user_data).problem->report(std::string(function) + ": " + (text ? text : "failed"));
 }
-bool context_tells(SUNContext context, System& system) {
+bool context_reports(SUNContext context, System& system) {
   return SUNContext_ClearErrHandlers(context) == 0 &&
          SUNContext_PushErrHandler(context, error_text, &system) == 0;
 }
-bool cvode_tells(void*, System&) {
+bool cvode_reports(void*, System&) {
   return true;
 }
-bool arkode_tells(void*, System&) {
+bool arkode_reports(void*, System&) {
   return true;
 }
-bool ida_tells(void*, System&) {
+bool ida_reports(void*, System&) {
   return true;
 }
 #endif
@@ -190,7 +190,7 @@ SUNLinearSolver block_solver(SUNContext context, System& system) {
 class SundialsMethod : public AdaptiveMethod {
  public:
   explicit SundialsMethod(AdaptiveProblem& problem) : system_{&problem} {
-    require(SUNContext_Create(SUN_COMM_NULL, &context_) == 0 && context_tells(context_, system_),
+    require(SUNContext_Create(SUN_COMM_NULL, &context_) == 0 && context_reports(context_, system_),
             "a context");
     x_ = N_VNew_Serial(problem.state_count(), context_);
     tolerances_ = N_VNew_Serial(problem.state_count(), context_);
@@ -245,7 +245,7 @@ class Cvode final : public SundialsMethod {
   explicit Cvode(AdaptiveProblem& p) : SundialsMethod(p), memory_(CVodeCreate(CV_BDF, context_)) {
     require(memory_ != nullptr, "CVODE");
     const bool good = CVodeInit(memory_, right_side, 0.0, x_) == 0 &&
-                      CVodeSetUserData(memory_, &system_) == 0 && cvode_tells(memory_, system_) &&
+                      CVodeSetUserData(memory_, &system_) == 0 && cvode_reports(memory_, system_) &&
                       CVodeSVtolerances(memory_, p.relative_tolerance(), tolerances_) == 0 &&
                       CVodeSetLinearSolver(memory_, solver_, matrix_) == 0 &&
                       CVodeSetLinSysFn(memory_, linear_system) == 0 &&
@@ -290,7 +290,7 @@ class Esdirk final : public SundialsMethod {
     memory_ = ARKStepCreate(nullptr, right_side, 0.0, x_, context_);
     require(memory_ != nullptr, "ARKODE");
     const bool good =
-        ARKodeSetUserData(memory_, &system_) == 0 && arkode_tells(memory_, system_) &&
+        ARKodeSetUserData(memory_, &system_) == 0 && arkode_reports(memory_, system_) &&
         ARKStepSetTableNum(memory_, table, ARKODE_ERK_NONE) == 0 &&
         ARKodeSVtolerances(memory_, p.relative_tolerance(), tolerances_) == 0 &&
         ARKodeSetLinearSolver(memory_, solver_, matrix_) == 0 &&
@@ -340,7 +340,7 @@ class Ida final : public SundialsMethod {
     N_VConst(0.0, xdot_);
     const bool good =
         IDAInit(memory_, residual, 0.0, x_, xdot_) == 0 && IDASetUserData(memory_, &system_) == 0 &&
-        ida_tells(memory_, system_) && IDASVtolerances(memory_, p.relative_tolerance(), tolerances_) == 0 &&
+        ida_reports(memory_, system_) && IDASVtolerances(memory_, p.relative_tolerance(), tolerances_) == 0 &&
         IDASetLinearSolver(memory_, solver_, matrix_) == 0 && IDASetJacFn(memory_, jacobian_ida) == 0 &&
         (down_.empty() ||
          (IDARootInit(memory_, p.indicator_count(), crossings_ida) == 0 &&

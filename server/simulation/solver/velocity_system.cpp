@@ -52,7 +52,7 @@ VelocitySystem::VelocitySystem(const OdeSystem& system)
   pairs_.reserve(16 + 8 * system.body_count());
   ends_.reserve(pairs_.capacity());
   const std::size_t room = std::min(velocities, kRoomForAll);
-  matrices_.reserve(std::max(room * room, velocities * 2 * kMost));
+  matrices_.reserve(std::max(room * room, velocities * 2 * kMaxVelocities));
   pivots_.resize(velocities), right_.resize(velocities);
   displacement_.resize(velocities), r_u_.resize(velocities);
   twists_.resize(system.body_count());

@@ -46,8 +46,8 @@ class VelocitySystem {
   std::span<const PairLinearisation> pairs() const { return pairs_; }
 
  private:
-  static constexpr std::size_t kMost = VelocityForm::kMaxVelocities;
-  using Jacobian = std::array<double, 6 * kMost>;  ///< 6 x n, column-major
+  static constexpr std::size_t kMaxVelocities = VelocityForm::kMaxVelocities;
+  using Jacobian = std::array<double, 6 * kMaxVelocities>;  ///< 6 x n, column-major
 
   /// One model.
   struct Unit {

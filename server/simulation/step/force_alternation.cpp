@@ -48,8 +48,8 @@ void ForceAlternation::update(double t, std::uint64_t step, const CellMotion& mo
     const auto body = static_cast<std::size_t>(model_.parts[i].body);
     Track& track = tracks_[i];
     const double least_N = kOfWeight * model_.parts[i].mass_kg * gravity;
-    if (!reverses(track, forces_W_[body], least_N) || track.told) continue;
-    track.told = true;
+    if (!reverses(track, forces_W_[body], least_N) || track.reported) continue;
+    track.reported = true;
     found_.push_back({t, step, model_.parts[i].body, contacts.heaviest_on(model_.parts[i].body, motion),
                       track.change_W.norm()});
   }
@@ -58,7 +58,7 @@ void ForceAlternation::update(double t, std::uint64_t step, const CellMotion& mo
 void ForceAlternation::save(StateWriter& out) const {
   for (const Track& track : tracks_) {
     out.put(track.force_W), out.put(track.change_W), out.put(track.reversals);
-    out.put(track.known), out.put(track.told);
+    out.put(track.known), out.put(track.reported);
   }
 }
 
@@ -68,7 +68,7 @@ void ForceAlternation::load(StateReader& in) {
     track.change_W = in.vector("a change of a contact force");
     track.reversals = in.integer<int>(0, std::numeric_limits<int>::max(), "reversals of a contact force");
     track.known = in.flag("'a contact force is known'");
-    track.told = in.flag("'an alternating force was told'");
+    track.reported = in.flag("'an alternating force was reported'");
   }
   found_.clear();
 }

@@ -34,7 +34,7 @@ class ForceAlternation {
   struct Track {
     Vec3 force_W = Vec3::Zero(), change_W = Vec3::Zero();
     int reversals = 0;  ///< in succession
-    bool known = false, told = false;
+    bool known = false, reported = false;
   };
   bool reverses(Track& track, const Vec3& force_W, double least_N) const;
 

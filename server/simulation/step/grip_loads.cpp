@@ -9,13 +9,13 @@
 namespace takt {
 
 GripLoads::GripLoads(const CellModel& model)
-    : model_(model), loads_(model.grippers.size()), told_(model.grippers.size(), 0) {
+    : model_(model), loads_(model.grippers.size()), reported_(model.grippers.size(), 0) {
   weak_.reserve(model.grippers.size());
 }
 
 void GripLoads::reset() {
   std::fill(loads_.begin(), loads_.end(), GripLoad{});
-  std::fill(told_.begin(), told_.end(), 0);
+  std::fill(reported_.begin(), reported_.end(), 0);
   weak_.clear();
 }
 
@@ -36,7 +36,7 @@ void GripLoads::update(double t, std::uint64_t step, const CellMotion& motion,
     load = {};
     const int part = grasping.by_contact(g) ? -1 : grasping.part_present(g);
     if (part < 0) {
-      told_[g] = 0;
+      reported_[g] = 0;
       continue;
     }
     const int palm = model_.grippers[g].parameters.palm;
@@ -51,8 +51,8 @@ void GripLoads::update(double t, std::uint64_t step, const CellMotion& motion,
     load.force_N = grasping.grip_force_N(g, plant);
     // Without friction no force acts across: the lower limit keeps the number finite.
     load.needed_N = 0.5 * (across_N / std::max(friction, 1e-6) + along_N);
-    if (told_[g] != 0 || load.needed_N <= load.force_N) continue;
-    told_[g] = 1;
+    if (reported_[g] != 0 || load.needed_N <= load.force_N) continue;
+    reported_[g] = 1;
     weak_.push_back({t, step, static_cast<int>(g), part, load.needed_N, load.force_N});
   }
 }
@@ -60,7 +60,7 @@ void GripLoads::update(double t, std::uint64_t step, const CellMotion& motion,
 void GripLoads::save(StateWriter& out) const {
   for (std::size_t g = 0; g < loads_.size(); ++g) {
     out.put(loads_[g].part), out.put(loads_[g].needed_N), out.put(loads_[g].force_N);
-    out.put(told_[g] != 0);
+    out.put(reported_[g] != 0);
   }
 }
 
@@ -69,7 +69,7 @@ void GripLoads::load(StateReader& in) {
     loads_[g].part = in.index(model_.components.size(), "a gripped Part");
     loads_[g].needed_N = in.number("a force");
     loads_[g].force_N = in.number("a force");
-    told_[g] = in.flag("'a weak grip was told'") ? 1 : 0;
+    reported_[g] = in.flag("'a weak grip was reported'") ? 1 : 0;
   }
   weak_.clear();
 }

@@ -43,7 +43,7 @@ class GripLoads {
 
   const CellModel& model_;
   std::vector<GripLoad> loads_;  ///< by gripper
-  std::vector<char> told_;       ///< by gripper: that this grip is too weak
+  std::vector<char> reported_;   ///< by gripper: that this grip is too weak
   std::vector<WeakGrip> weak_;
 };
 

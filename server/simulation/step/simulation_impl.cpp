@@ -274,7 +274,7 @@ bool Simulation::Impl::accept() {
   hash_parts();
   // A force element may set a Part at rest in motion.
   const bool may_sleep = plant.force_elements().empty();
-  if (may_sleep && model->interaction.skip_resting && plant.integrator().fixed_step() &&
+  if (may_sleep && model->interaction.exact_sleeping && plant.integrator().fixed_step() &&
       !contacts.any_acting())
     rest();
   if (may_sleep && model->contact.sleeping.enabled && plant.integrator().one_step() &&

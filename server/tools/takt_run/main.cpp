@@ -33,7 +33,7 @@ int run(int argc, char** argv) {
   tool::declare_study(app, result);
   tool::declare_replay(app, result);
   tool::declare_files(app, result);
-  app.footer(kFooter);  // commands take over what is there when they are declared
+  app.footer(kFooter);  // commands inherit the settings present at their declaration
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -66,7 +66,7 @@ std::optional<PictureView> picture_view(const RunArguments& a) {
   return view;
 }
 
-/// The events of the last step, as takt-server sends them. What the initial state decided belongs to the first step.
+/// The events of the last step, as takt-server sends them. Decisions at the initial state belong to the first step.
 void record_events(McapRecording& recording, const Simulation& s) {
   if (s.step_index() == 0) return;
   report_step(s, [&](const EventRecord& event) { recording.record(to_message(event, s.description())); });

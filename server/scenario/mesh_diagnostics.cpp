@@ -1,4 +1,4 @@
-#include "server/scenario/mesh_notes.h"
+#include "server/scenario/mesh_diagnostics.h"
 
 #include <utility>
 #include <vector>
@@ -28,8 +28,8 @@ TriangleMesh import_component_mesh(const std::string& component, const std::file
   return std::move(repaired.mesh);
 }
 
-void note_contact_risks(const TriangleMesh& mesh, const ContactMeshOptions& options, CellModel& cell) {
-  note(options.component, "its mesh", find_contact_risks(mesh, options), cell);
+void note_contact_risks(const TriangleMesh& mesh, const MeshQualityOptions& options, CellModel& cell) {
+  note(options.component, "its mesh", check_mesh_quality(mesh, options), cell);
 }
 
 }  // namespace takt

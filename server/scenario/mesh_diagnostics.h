@@ -14,7 +14,7 @@ namespace takt {
 TriangleMesh import_component_mesh(const std::string& component, const std::filesystem::path& file,
                                    double scale, CellModel& cell);
 
-/// A note for each warning of find_contact_risks.
-void note_contact_risks(const TriangleMesh& mesh, const ContactMeshOptions& options, CellModel& cell);
+/// A note for each warning of check_mesh_quality.
+void note_contact_risks(const TriangleMesh& mesh, const MeshQualityOptions& options, CellModel& cell);
 
 }  // namespace takt
