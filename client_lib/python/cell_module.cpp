@@ -180,7 +180,14 @@ void bind_cell(py::module_& m) {
           py::arg("name"), "State of a device. Raises NotFound with the names that exist.")
       .def(
           "signals",
-          [](const StateView& self, const std::string& device) { return self.sample().signals(device); },
+          [](const StateView& self, const std::string& device) {
+            const std::map<std::string, double> values = self.sample().signals(device);
+            py::dict ordered;
+            const auto index = static_cast<std::size_t>(self.cell->find_device(device));
+            for (const auto& signal : self.cell->devices.at(index).signals)
+              ordered[py::str(signal.name)] = values.at(signal.name);
+            return ordered;
+          },
           py::arg("device"),
           "Signals of a device by name, each in the unit of its description (info.devices). Raises NotFound "
           "with the names that exist.")

@@ -30,7 +30,7 @@ def test_scenarios_are_exchanged(cell, config):
     assert cell.info.scenario == "block_assembly"
     info = cell.load_scenario(str(config / "scenarios" / "robot_r3_single_axis.yaml"))
     assert info.scenario == cell.info.scenario != "block_assembly"
-    assert cell.state.robots.names == info.robots.names
+    assert cell.state.robots.names == info.robots
     cell.unload_scenario()
     assert cell.info.scenario == ""
     assert cell.get_state().state == takt.SimulationState.no_world
@@ -51,7 +51,7 @@ def test_parts_come_and_go(cell):
     cell.stop()
     cell.delete_entity(name)
     assert name not in cell.info.components
-    with pytest.raises(takt.Refused, match="position.*3 numbers"):
+    with pytest.raises(takt.Refused, match="position.*3 finite numbers"):
         cell.spawn_entity("X", [0.2, 0.3], copy_of="P")
 
 

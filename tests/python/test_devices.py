@@ -119,7 +119,8 @@ def test_the_command_line_shows_signals_with_units_and_limits(server, cell):
     assert json.loads(output(server, "reload", "--json"))["devices"] == ["Oven"]
     header, row = output(server, "record", "-", "--duration", "0").splitlines()[:2]
     assert float(dict(zip(header.split(","), row.split(",")))["devices.Oven.signals.set_temperature"]) == pytest.approx(60)
-    line = json.loads(output(server, "record", "-", "--json", "--duration", "0").splitlines()[0])
+    recorded = [json.loads(line) for line in output(server, "record", "-", "--json", "--duration", "0").splitlines()]
+    line = next(line for line in recorded if line["kind"] == "state")
     assert line["devices"]["Oven"]["signals"]["set_temperature"] == pytest.approx(60)
 
 
