@@ -28,9 +28,9 @@ def cell(server, config):
 
 def test_scenarios_are_exchanged(cell, config):
     assert cell.info.scenario == "block_assembly"
-    info = cell.load_scenario(str(config / "scenarios" / "robot_r3_single_axis.yaml"))
-    assert info.scenario == cell.info.scenario != "block_assembly"
-    assert cell.state.robots.names == info.robots
+    loaded = cell.load_scenario(str(config / "scenarios" / "robot_r3_single_axis.yaml"))
+    assert loaded.scenario == cell.info.scenario != "block_assembly"
+    assert cell.state.robots.names == cell.info.robots.names != []
     cell.unload_scenario()
     assert cell.info.scenario == ""
     assert cell.get_state().state == takt.SimulationState.no_world
