@@ -212,6 +212,19 @@ struct ProgramFunctions {
     return 0;
   }
 
+  static const luaL_Reg* robot_methods() {
+    static constexpr luaL_Reg kMethods[] = {{"move_joints", lua_entry<move_joints>},
+                                            {"move_to", lua_entry<move_to>},
+                                            {"move_line", lua_entry<move_line>},
+                                            {"wait", lua_entry<wait>},
+                                            {"wait_until", lua_entry<wait_until>},
+                                            {"wait_signal", lua_entry<wait_signal>},
+                                            {"wait_for", lua_entry<wait_for>},
+                                            {"step", lua_entry<step>},
+                                            {nullptr, nullptr}};
+    return kMethods;
+  }
+
   static int index_robot(lua_State* L) {
     const int robot = to_handle(L, kRobotType);
     const std::string_view key = to_name(L, 2);
@@ -230,9 +243,10 @@ struct ProgramFunctions {
       luaL_getmetafield(L, 1, "methods");
       lua_pushvalue(L, 2);
       if (lua_rawget(L, -2) == LUA_TNIL) {
-        refuse_key("a robot", key,
-                   "name, gripper, grippers, tcp, joints, move_joints, move_to, move_line, wait, wait_until, "
-                   "wait_signal, wait_for, step");
+        std::string known = "name, gripper, grippers, tcp, joints";
+        for (const luaL_Reg* method = robot_methods(); method->name != nullptr; ++method)
+          known.append(", ").append(method->name);
+        refuse_key("a robot", key, known.c_str());
       }
     }
     return 1;
@@ -363,21 +377,12 @@ struct DeviceFunctions {
 
 void open_program_library(lua_State* L) {
   using F = ProgramFunctions;
-  const luaL_Reg robot_methods[] = {{"move_joints", lua_entry<F::move_joints>},
-                                    {"move_to", lua_entry<F::move_to>},
-                                    {"move_line", lua_entry<F::move_line>},
-                                    {"wait", lua_entry<F::wait>},
-                                    {"wait_until", lua_entry<F::wait_until>},
-                                    {"wait_signal", lua_entry<F::wait_signal>},
-                                    {"wait_for", lua_entry<F::wait_for>},
-                                    {"step", lua_entry<F::step>},
-                                    {nullptr, nullptr}};
   const luaL_Reg gripper_methods[] = {{"open", lua_entry<F::open>},
                                       {"close", lua_entry<F::close>},
                                       {"width", lua_entry<F::width>},
                                       {nullptr, nullptr}};
   open_pose_library(L);
-  define_type(L, kRobotType, lua_entry<F::index_robot>, robot_methods);
+  define_type(L, kRobotType, lua_entry<F::index_robot>, F::robot_methods());
   const luaL_Reg device_methods[] = {{"set", lua_entry<DeviceFunctions::set>}, {nullptr, nullptr}};
   define_type(L, kGripperType, nullptr, gripper_methods);
   define_type(L, kDeviceType, lua_entry<DeviceFunctions::index>, device_methods);
