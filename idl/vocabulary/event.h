@@ -22,11 +22,11 @@ template <typename Type>
 struct EventTable;
 
 template <typename Type>
-concept Event = requires {
+concept EventType = requires {
   EventTable<Type>::info;
 };
 
-template <Event Type>
+template <EventType Type>
 constexpr const EventInfo& event_info() {
   return EventTable<Type>::info;
 }

@@ -67,7 +67,7 @@ EventText render(const EventInfo& info, std::span<const FieldText> fields, const
 
 }  // namespace detail
 
-template <Event Type>
+template <EventType Type>
 EventText describe(const Type& event, const CellDescription& cell) {
   std::vector<detail::FieldText> fields;
   for_each_field(event, [&](const FieldInfo& field, const auto& value) {

@@ -22,7 +22,7 @@ struct DiagnosticEvent {
 };
 
 /// For events that name no part of a cell by an index. `cell`: name of the server.
-template <Event Type>
+template <EventType Type>
 DiagnosticEvent diagnostic(const Type& event, const std::string& cell, std::string sender = {}) {
   CellDescription named;
   named.cell = cell;
@@ -43,7 +43,7 @@ class EventQueue {
   std::string cell{};
 
   /// Any thread. `sender`: identity of the sender of commands that caused it. Returns the sentence.
-  template <Event Type>
+  template <EventType Type>
   std::string post(const Type& event, std::string sender = {}) {
     DiagnosticEvent text = diagnostic(event, cell, std::move(sender));
     std::string sentence = text.message;
