@@ -271,8 +271,8 @@ Json read_report(const std::string& file) {
   if (!in) throw ScenarioError(file + ": cannot be read");
   Json report = Json::parse(in, nullptr, false);
   if (!report.is_object() || !report.contains("scenario") || !report.contains("process"))
-    throw ScenarioError(file +
-                        ": is no report with process numbers; allowed: what takt-run run --report writes");
+    throw ScenarioError(
+        file + ": is no report with a section `process`; allowed: what takt-run run --report writes");
   return report;
 }
 

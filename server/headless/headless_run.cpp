@@ -81,7 +81,7 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
     }
   };
   ContactExtremes extremes;
-  std::optional<ProcessRecorder> recorder;
+  std::optional<RunMetricsRecorder> recorder;
   if (options.run_metrics) recorder.emplace(simulation, scenario.csv_period_s);
   const auto gather = [&] {
     if (!recorder) return;

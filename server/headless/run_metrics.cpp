@@ -22,7 +22,7 @@ const char* unit_of_torque(const JointModel& joint) {
 
 }  // namespace
 
-ProcessRecorder::ProcessRecorder(const Simulation& simulation, double period_s)
+RunMetricsRecorder::RunMetricsRecorder(const Simulation& simulation, double period_s)
     : cell_(simulation.description()), snapshot_(simulation.make_snapshot()), period_s_(period_s) {
   for (std::size_t r = 0; r < cell_.robots.size(); ++r) {
     RobotExtremes& robot = numbers_.robots.emplace_back();
@@ -39,7 +39,7 @@ ProcessRecorder::ProcessRecorder(const Simulation& simulation, double period_s)
       snapshot_.contacts.acting || std::any_of(snapshot_.robots.begin(), snapshot_.robots.end(), dynamic);
 }
 
-void ProcessRecorder::note(const Simulation& simulation) {
+void RunMetricsRecorder::note(const Simulation& simulation) {
   const double step_s = cell_.step_s;
   const bool due = simulation.step_index() == period_boundary_step(next_, period_s_, step_s);
   if (!due && !every_step_) return;
@@ -51,14 +51,14 @@ void ProcessRecorder::note(const Simulation& simulation) {
   if (times_s_.size() >= kMaxPoints) halve_curves();
 }
 
-bool ProcessRecorder::settles(std::set<std::pair<int, int>>& from_start, std::pair<int, int> pair) const {
+bool RunMetricsRecorder::settles(std::set<std::pair<int, int>>& from_start, std::pair<int, int> pair) const {
   constexpr double kSettling_s = 0.1;
   if (!snapshot_.contacts.acting || snapshot_.time_s >= kSettling_s) return false;
   if (snapshot_.step <= 1) from_start.insert(pair);
   return from_start.count(pair) != 0;
 }
 
-void ProcessRecorder::note_extremes() {
+void RunMetricsRecorder::note_extremes() {
   const double t = snapshot_.time_s;
   for (std::size_t r = 0; r < numbers_.robots.size(); ++r) {
     const RobotSample& sample = snapshot_.robots[r];
@@ -100,7 +100,7 @@ void ProcessRecorder::note_extremes() {
   }
 }
 
-void ProcessRecorder::note_curves() {
+void RunMetricsRecorder::note_curves() {
   const double t = snapshot_.time_s;
   const auto add = [&](const std::string& group, const std::string& name, const std::string& unit,
                        double value) {
@@ -148,7 +148,7 @@ void ProcessRecorder::note_curves() {
     }
 }
 
-void ProcessRecorder::halve_curves() {
+void RunMetricsRecorder::halve_curves() {
   const auto halve = [](auto& values) {
     for (std::size_t i = 0; 2 * i < values.size(); ++i) values[i] = values[2 * i];
     values.resize((values.size() + 1) / 2);
@@ -161,7 +161,7 @@ void ProcessRecorder::halve_curves() {
   period_s_ *= 2.0;
 }
 
-double ProcessRecorder::energy_at(std::size_t consumer, double time_s) const {
+double RunMetricsRecorder::energy_at(std::size_t consumer, double time_s) const {
   const std::vector<double>& energy = energies_J_[consumer];
   if (energy.empty()) return 0.0;
   const auto after = std::upper_bound(times_s_.begin(), times_s_.end(), time_s);
@@ -174,8 +174,8 @@ double ProcessRecorder::energy_at(std::size_t consumer, double time_s) const {
   return energy[i] + (end_J - energy[i]) * std::min(1.0, (time_s - times_s_[i]) / (end_s - times_s_[i]));
 }
 
-RunMetrics ProcessRecorder::finish(const Simulation& simulation,
-                                   const std::vector<controller::ProgramStep>& steps) {
+RunMetrics RunMetricsRecorder::finish(const Simulation& simulation,
+                                      const std::vector<controller::ProgramStep>& steps) {
   simulation.read_snapshot(snapshot_);
   note_extremes();
   for (const auto& [pair, most] : contacts_) numbers_.contacts.push_back(most);
@@ -190,7 +190,7 @@ RunMetrics ProcessRecorder::finish(const Simulation& simulation,
     if (step.named) names[static_cast<std::size_t>(step.robot)] = 1;
   for (const controller::ProgramStep& step : steps) {
     if (!step.named && names[static_cast<std::size_t>(step.robot)] != 0) continue;
-    StepNumbers& entry = numbers_.steps.emplace_back();
+    StepMetrics& entry = numbers_.steps.emplace_back();
     entry.step = step;
     if (step.end_s < 0.0) entry.step.end_s = snapshot_.time_s;
     for (std::size_t i = 0; i < energies_J_.size(); ++i)

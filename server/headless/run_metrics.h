@@ -47,14 +47,14 @@ struct HoldingExtreme {
   Peak force_N, torque_N_m;
 };
 
-struct ConsumerNumbers {
+struct ConsumerMetrics {
   std::string name;
   double energy_J = 0.0;
   Peak power_W;
 };
 
 /// A step of the program, with the energy of each consumer during it (in their order).
-struct StepNumbers {
+struct StepMetrics {
   controller::ProgramStep step;
   std::vector<double> energy_J;
 };
@@ -68,16 +68,16 @@ struct RunMetrics {
   std::vector<RobotExtremes> robots;
   std::vector<ContactExtreme> contacts;  ///< of each pair that ever pressed, in the order of pairs
   std::vector<HoldingExtreme> holding;
-  std::vector<ConsumerNumbers> consumers;
-  std::vector<StepNumbers> steps;
+  std::vector<ConsumerMetrics> consumers;
+  std::vector<StepMetrics> steps;
   std::vector<Curve> curves;
 };
 
-class ProcessRecorder {
+class RunMetricsRecorder {
  public:
   /// Curves have a point every `period_s`, of long runs fewer. Robots above level of detail 1 and contacts
   /// are evaluated after every step, purely kinematic motion with the curves.
-  ProcessRecorder(const Simulation& simulation, double period_s);
+  RunMetricsRecorder(const Simulation& simulation, double period_s);
   /// Call it with the initial state and after every step.
   void note(const Simulation& simulation);
   /// At the end, which also ends an unfinished step.

@@ -17,7 +17,7 @@ struct Margin {
 
 Json steps_json(const CellDescription& cell, const RunMetrics& process) {
   Json all = Json::array();
-  for (const StepNumbers& step : process.steps) {
+  for (const StepMetrics& step : process.steps) {
     Json energy = Json::object();
     double total = 0.0;
     for (std::size_t i = 0; i < step.energy_J.size(); ++i) {
@@ -80,11 +80,11 @@ Json process_json(const CellDescription& cell, const HeadlessResult& result) {
   const RunMetrics& process = *result.process;
   Json all;
   double cycle_s = 0.0;
-  for (const StepNumbers& step : process.steps) cycle_s = std::max(cycle_s, step.step.end_s);
+  for (const StepMetrics& step : process.steps) cycle_s = std::max(cycle_s, step.step.end_s);
   all["cycle_time_s"] = process.steps.empty() ? Json(nullptr) : Json(cycle_s);
   all["steps"] = steps_json(cell, process);
   Json consumers = Json::object();
-  for (const ConsumerNumbers& consumer : process.consumers)
+  for (const ConsumerMetrics& consumer : process.consumers)
     consumers[consumer.name] = {{"energy_J", consumer.energy_J},
                                 {"largest_power_W", consumer.power_W.value},
                                 {"largest_power_time_s", consumer.power_W.time_s}};

@@ -52,7 +52,7 @@ Peaks peaks_of(const CellDescription& cell, const RunMetrics& numbers, int level
   // By surface contact the holding forces are contact forces.
   for (const HoldingExtreme& hold : level < 3 ? numbers.holding : std::vector<HoldingExtreme>())
     peaks[{"holding force", component(hold.part) + " by " + component(hold.holder)}] = hold.force_N.value;
-  for (const ConsumerNumbers& consumer : numbers.consumers) {
+  for (const ConsumerMetrics& consumer : numbers.consumers) {
     peaks[{"power", consumer.name}] = consumer.power_W.value;
     peaks[{"energy", consumer.name}] = consumer.energy_J;
   }

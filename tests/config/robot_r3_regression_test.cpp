@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "server/headless/csv_writer.h"
 #include "server/headless/headless_run.h"
 #include "server/headless/report.h"
 #include "server/scenario/scenario_builder.h"

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/contact/clearance/clearance_monitor.h"
+#include "server/headless/csv_writer.h"
 #include "server/headless/report.h"
 #include "server/scenario/scenario_builder.h"
 #include "tests/support/block_scenario_run.h"

@@ -9,6 +9,7 @@
 #include "idl/common/parse.h"
 #include "idl/common/text.h"
 #include "server/geometry/convex/decomposition_cache.h"
+#include "server/headless/csv_writer.h"
 #include "server/headless/headless_run.h"
 #include "server/headless/mcap_recording.h"
 #include "server/headless/picture.h"
