@@ -39,7 +39,6 @@ class McapRecording {
   /// Ahead of the following instants.
   void record(takt_msgs::msg::Event event);
   void close() { writer_.close(); }
-  std::uint64_t message_count() const { return writer_.message_count(); }
 
  private:
   template <typename Type>
