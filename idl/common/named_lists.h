@@ -44,10 +44,10 @@ template <Message Type>
 Named named_lists(const Type& description) {
   Named made;
   for_each_field(description, [&](const FieldInfo& field, const auto& value) {
-    using Value = std::decay_t<decltype(value)>;
-    if constexpr (std::is_same_v<Value, std::string>) {
+    using Member = std::decay_t<decltype(value)>;
+    if constexpr (std::is_same_v<Member, std::string>) {
       if (field.name == "name") made.name = value;
-    } else if constexpr (kIsMessageList<Value>) {
+    } else if constexpr (kIsMessageList<Member>) {
       auto& list = made.lists[std::string(field.name)];
       for (const auto& element : value) list.push_back(named_lists(element));
     }
@@ -67,21 +67,21 @@ template <Message Type>
 bool fits(const Type& message, const Named& of, const Named& cell) {
   bool good = true;
   for_each_field(message, [&](const FieldInfo& field, const auto& value) {
-    using Value = std::decay_t<decltype(value)>;
+    using Member = std::decay_t<decltype(value)>;
     if (!good) return;
-    if constexpr (std::is_integral_v<Value>) {
+    if constexpr (std::is_integral_v<Member>) {
       if (const std::string_view list = annotation(field.annotations, "index"); !list.empty())
         good = cell.name_of(list, static_cast<std::int64_t>(value)) != nullptr ||
-               (value == static_cast<Value>(-1) && annotation(field.annotations, "default") == "-1");
-    } else if constexpr (kIsList<Value>) {
+               (value == static_cast<Member>(-1) && annotation(field.annotations, "default") == "-1");
+    } else if constexpr (kIsList<Member>) {
       const bool ordered = has_annotation(field.annotations, "order");
       const auto* order = order_of(field, of);
       if (ordered && !(value.empty() && has_annotation(field.annotations, "may_be_empty")))
         good = value.size() == (order == nullptr ? 0 : order->size());
-      if constexpr (kIsMessageList<Value>)
+      if constexpr (kIsMessageList<Member>)
         for (std::size_t i = 0; i < value.size() && good; ++i)
           good = fits(value[i], order == nullptr ? of : (*order)[i], cell);
-    } else if constexpr (Message<Value>) {
+    } else if constexpr (Message<Member>) {
       good = fits(value, of, cell);
     }
   });

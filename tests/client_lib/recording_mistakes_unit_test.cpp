@@ -20,6 +20,7 @@ namespace {
 
 using mcap::Record;
 using ::testing::HasSubstr;
+using takt::test::CdrWriter;
 
 template <typename Action>
 std::string sentence_of(const Action& action) {

@@ -219,9 +219,10 @@ constexpr double kGravity = 9.80665;
 
 /// Upward force of a Ground on a component, or 0 where the two do not press.
 double carried(const Contacts& contacts, const std::string& part, const std::string& ground) {
+  const int of = contacts.cell->find_component(part), by = contacts.cell->find_component(ground);
   for (const Contact& c : contacts.contacts) {
-    if (c.base == part && c.target == ground) return c.force.z;
-    if (c.base == ground && c.target == part) return -c.force.z;
+    if (c.base == of && c.target == by) return c.force.z;
+    if (c.base == by && c.target == of) return -c.force.z;
   }
   return 0.0;
 }
