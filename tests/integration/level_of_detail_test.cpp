@@ -220,8 +220,10 @@ constexpr double kGravity = 9.80665;
 /// Upward force of a Ground on a component, or 0 where the two do not press.
 double carried(const Contacts& contacts, const std::string& part, const std::string& ground) {
   for (const Contact& c : contacts.contacts) {
-    if (c.base == part && c.target == ground) return c.force.z;
-    if (c.base == ground && c.target == part) return -c.force.z;
+    const std::string base = contacts.cell->component_name(c.base),
+                      target = contacts.cell->component_name(c.target);
+    if (base == part && target == ground) return c.force.z;
+    if (base == ground && target == part) return -c.force.z;
   }
   return 0.0;
 }

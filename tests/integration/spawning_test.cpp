@@ -56,7 +56,7 @@ TEST(Spawning, ACopyOfAPartIsSpawnedBehavesLikeItAndIsDeleted) {
   const int copy = there.cell->find_component("C2");
   const int original = there.cell->find_component("C");
   ASSERT_GE(copy, 0);
-  EXPECT_EQ(there.cell->components[static_cast<std::size_t>(copy)].mass_kg, 0.5);
+  EXPECT_EQ(there.cell->components[static_cast<std::size_t>(copy)].mass, 0.5);
   EXPECT_EQ(there.cell->components[static_cast<std::size_t>(copy)].vertices,
             there.cell->components[static_cast<std::size_t>(original)].vertices);
   EXPECT_NEAR(there.component("C2").position.z, 0.9, 1e-12);
