@@ -170,7 +170,7 @@ TEST(Hosting, AReloadReadsTheFileWithTheSameOverrides) {
   auto state = state_of_scenario(client, "one_arm");
   ASSERT_TRUE(state.has_value());
   EXPECT_EQ(state->cell->step_size, 0.004);
-  EXPECT_EQ(state->cell->components[0].mass_kg, 0.7);
+  EXPECT_EQ(state->cell->components[0].mass, 0.7);
   const std::uint32_t scenario_generation = state->cell->scenario_generation;
   // The file has changed meanwhile: Q is further up.
   std::string text;
@@ -188,7 +188,7 @@ TEST(Hosting, AReloadReadsTheFileWithTheSameOverrides) {
   ASSERT_TRUE(state.has_value());
   EXPECT_EQ(state->step, 0U);
   EXPECT_EQ(state->cell->step_size, 0.004);
-  EXPECT_EQ(state->cell->components[0].mass_kg, 0.7);
+  EXPECT_EQ(state->cell->components[0].mass, 0.7);
   EXPECT_NEAR(state->component("Q").position.z, 1.7, 1e-12);
 }
 
