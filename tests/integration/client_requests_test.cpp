@@ -78,7 +78,7 @@ TEST(ClientRequests, ALoadReturnsTheNewDescription) {
   options.level_of_detail = 1;
   const auto heavier = client.load_scenario(service.one_arm().string(), options);
   EXPECT_EQ(heavier->step_size, 0.001);
-  EXPECT_EQ(heavier->components.at(static_cast<std::size_t>(heavier->find_component("Q"))).mass_kg, 0.75);
+  EXPECT_EQ(heavier->components.at(static_cast<std::size_t>(heavier->find_component("Q"))).mass, 0.75);
   const auto again = client.reload_scenario();
   EXPECT_GT(again->scenario_generation, heavier->scenario_generation);
   EXPECT_EQ(again->step_size, 0.001);

@@ -260,7 +260,7 @@ TEST(Recording, AnotherFormatIsRefusedWithAReason) {
     LogReader reader(file);
     ADD_FAILURE() << "a log of another format was read";
   } catch (const LogError& error) {
-    EXPECT_NE(std::string(error.what()).find("has format 1; this program reads format 2"), std::string::npos)
+    EXPECT_NE(std::string(error.what()).find("has format 1; this program reads format 3"), std::string::npos)
         << error.what();
   }
 }

@@ -172,7 +172,7 @@ TEST_F(RunLoopTest, TheNewestCommandOfATargetIsAppliedAtTheNextStep) {
   Snapshot snapshot = simulation_.make_snapshot();
   simulation_.read_snapshot(snapshot);
   EXPECT_EQ(snapshot.robots[1].commands_applied, 1U);
-  EXPECT_EQ(snapshot.robots[1].newest_stamp.seconds(), 0.3);
+  EXPECT_EQ(snapshot.robots[1].newest_stamp.ns, 300'000'000);
   EXPECT_EQ(snapshot.robots[0].commands_applied, 0U);
 }
 
