@@ -189,7 +189,7 @@ TEST_F(PeriodicSnapshots, ASessionWithADamagedFieldIsNotResumed) {
     EXPECT_EQ(host_->loop(), nullptr);
   }
   // A spawned Part cannot be spawned again: no scenario is loaded, rather than another one.
-  const std::string refused = with("\"copy_of\",\n     \"A\"", "\"copy_of\",\n     \"Q\"");
+  const std::string refused = with("\"copy_of\": \"A\"", "\"copy_of\": \"Q\"");
   EXPECT_TRUE(says(refused, "There is no Part 'Q' to copy.")) << refused;
   // A server that was to end does not play again.
   std::ofstream(session, std::ios::trunc) << good;
