@@ -296,8 +296,10 @@ Outcome<requests::Reset> CellHost::execute(const requests::Reset& request) {
 
 void CellHost::stop() {
   jobs_.give_up();
-  if (const auto loaded = slot_.loaded()) loaded->loop->stop();
+  const auto loaded = slot_.loaded();
+  if (loaded) loaded->loop->stop();
   jobs_.stop();
+  if (loaded) loaded->writer.reset();  // writes the last state; its store ends ahead of the slot
   recordings_.end();
 }
 
