@@ -49,10 +49,14 @@ def main(arguments):
     for name, text in (("requests.py", python_api.module), ("enumerations.py", python_api.enumerations),
                        ("messages.pyi", python_api.messages)):
         write(output / name, text(reader))
-    for path, text in ros.package(reader).items():
-        file = output / "ros" / ros.PACKAGE / path
+    package, files = output / "ros" / ros.PACKAGE, ros.package(reader)
+    for path, text in files.items():
+        file = package / path
         file.parent.mkdir(parents=True, exist_ok=True)
         write(file, text)
+    for file in package.rglob("*"):
+        if file.is_file() and str(file.relative_to(package)) not in files:
+            file.unlink()  # of a definition that is gone
 
 
 main(sys.argv[1:])

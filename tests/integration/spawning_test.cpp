@@ -103,7 +103,10 @@ TEST(Spawning, ANewPartComesFromAMeshFile) {
                  "wrong_key.yaml");
   expect_refused({{"mass_kg", "-1"}}, takt::ControlResult::failed, "mass_kg");
   expect_refused({{"position", "0 0"}}, takt::ControlResult::failed, "position");
-  expect_refused({{"position", "0 0 inf"}}, takt::ControlResult::failed, "position");
+  EXPECT_EQ(refusal(client, "spawn_entity",
+                    {{"name", "X"}, {"uri", mesh}, {"mass_kg", "1"}, {"position", "0 0 inf"}})
+                .kind(),
+            ClientError::Kind::invalid);
   expect_refused({{"orientation", "0 0 0 2"}}, takt::ControlResult::failed, "orientation");
   expect_refused({{"copy_of", "C"}}, takt::ControlResult::failed, "copy_of");
   EXPECT_EQ(refusal(client, "delete_entity", {{"entity", "nobody"}}).result(),

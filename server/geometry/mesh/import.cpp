@@ -48,13 +48,14 @@ std::string read_file(const std::filesystem::path& file) {
 }
 
 void apply_scale(const std::filesystem::path& file, double scale, NamedMesh& object) {
-  for (Vec3& p : object.mesh.vertices) {
+  for (std::size_t i = 0; i < object.mesh.vertices.size(); ++i) {
+    Vec3& p = object.mesh.vertices[i];
     const Vec3 p_F = p;
     p = p * scale + Vec3::Zero();  // + 0: -0 becomes 0
     if (p.allFinite()) continue;
     std::ostringstream text;
-    text << "object '" << object.name << "': the position (" << p_F.transpose() << ") times " << scale
-         << " is not finite.";
+    text << "object '" << object.name << "', vertex " << i << ": the position (" << p_F.transpose()
+         << ") times " << scale << " is not finite.";
     fail(file, text.str());
   }
 }
