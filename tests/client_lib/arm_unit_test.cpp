@@ -127,7 +127,10 @@ TEST(Arm, JointMovesKeepTheSpeedLimitsBetweenTheirPointsToo) {
   std::uniform_real_distribution<double> range(-1.5, 1.5);
   for (int i = 0; i < 20; ++i) {
     std::vector<double> target = kHome;
-    for (double& q : target) q += range(random);
+    for (std::size_t j = 0; j < target.size(); ++j) {
+      const JointModel& joint = arm().model().joints[j];
+      target[j] = std::clamp(target[j] + range(random), joint.lower, joint.upper);
+    }
     const std::vector<TrajectoryPoint> points =
         arm().plan_joint_move(kHome, target, {.speed = 1.0, .acceleration_rad_per_s2 = 40.0});
     EXPECT_EQ(points.back().positions, target);

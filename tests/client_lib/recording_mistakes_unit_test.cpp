@@ -114,7 +114,7 @@ TEST(ForeignSignals, SignalsHaveTheNamesOfTheirDescription) {
             (Names{"components.0.x", "on", "code:late"}));
   names.describe(Json::parse(R"({"components": [{"name": "P", "vertices": [1]}, {"name": 5}],
     "robots": [{"name": "R", "joints": [{"name": 1}]}],
-    "devices": [{"name": "Oven", "signals": ["heat", 7]}], "count": 3})"));
+    "devices": [{"name": "Oven", "signals": [{"name": "heat"}, {"name": 7}]}], "count": 3})"));
   EXPECT_EQ(visit(R"({"devices": [{"values": [5, 6, 7]}]})"),
             (Names{"devices.Oven.values.heat", "devices.Oven.values.1", "devices.Oven.values.2"}));
   EXPECT_EQ(visit(R"({"components": [{"x": 1}, {"x": 2}, {"x": 3}], "count": [1, {"y": 2}]})"),

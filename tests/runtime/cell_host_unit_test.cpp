@@ -150,7 +150,7 @@ TEST_F(Hosted, PartsComeAndGoOnlyInAStoppedCell) {
   open();
   expect_reply(request("spawn_entity", {{"name", "X"}, {"copy_of", "A"}, {"position", "9 9 9"}}),
                Result::incorrect_state,
-               "only while the simulation is stopped (set_state 0, which resets it); it is paused.");
+               "only while the simulation is stopped (set_state stopped, which resets it); it is paused.");
   ASSERT_EQ(request("set_state", {{"state", "0"}}).result, Result::ok);
   directory_.write("bad.obj", "v 0 0 0\nv 1 0 0\nf 1 2\n");
   expect_reply(request("spawn_entity", {{"name", "X"},
@@ -179,7 +179,7 @@ TEST_F(Hosted, AResetOfAllRestoresTheScenarioAndContinuesPlaying) {
   ASSERT_EQ(request("delete_entity", {{"entity", "B"}}).result, Result::ok);
   ASSERT_EQ(request("set_state", {{"state", "1"}}).result, Result::ok);
   expect_reply(request("reset"), Result::ok, "with the Parts of its scenario");
-  EXPECT_EQ(value_of(request("get_state"), "state"), "1");
+  EXPECT_EQ(value_of(request("get_state"), "state"), "playing");
   EXPECT_GE(host_->loop()->cell().find_component("B"), 0);
 }
 
@@ -239,7 +239,7 @@ TEST_F(Hosted, ARestoredEndOfAScenarioIsTheEnd) {
   open();
   ASSERT_EQ(request("save_snapshot", {{"name", "start"}}).result, Result::ok);
   const auto at_end = [&] { return value_of(request("get_state"), "step") == "50"; };
-  const auto is_paused = [&] { return value_of(request("get_state"), "state") == "2"; };
+  const auto is_paused = [&] { return value_of(request("get_state"), "state") == "paused"; };
   ASSERT_EQ(request("set_state", {{"state", "1"}}).result, Result::ok);
   ASSERT_TRUE(reader_->wait_until([&] { return at_end() && is_paused(); })) << "0.05 s of 1 ms each";
   ASSERT_EQ(request("save_snapshot", {{"name", "end"}}).result, Result::ok);
