@@ -4,6 +4,7 @@
 #
 # As a script: cmake -DTAKT_NPM_LOCK_DIR=... -DTAKT_NPM_OUT=... -P npm.cmake  installs (what is there already stays).
 #   -DTAKT_NPM_RUN=build   and runs that script of package.json, in a copy of the sources
+#   -DTAKT_NPM_SOURCES=... generated files beside them
 #   -DTAKT_NPM_WHAT=...    what is missing without it, for the sentence
 find_program(NPM_PROGRAM npm)
 include(${CMAKE_CURRENT_LIST_DIR}/npm_reason.cmake)
@@ -38,7 +39,7 @@ function(takt_npm_install)
   endif()
   if(TAKT_NPM_RUN)
     file(GLOB sources ${TAKT_NPM_LOCK_DIR}/*)
-    file(COPY ${sources} DESTINATION ${TAKT_NPM_OUT})
+    file(COPY ${sources} ${TAKT_NPM_SOURCES} DESTINATION ${TAKT_NPM_OUT})
     execute_process(COMMAND ${NPM_PROGRAM} run --silent ${TAKT_NPM_RUN}
       WORKING_DIRECTORY ${TAKT_NPM_OUT} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output TIMEOUT 300)
     if(NOT result EQUAL 0)

@@ -1,10 +1,11 @@
 import {Cell, STATES, STATE_COLORS, OPEN, CLOSED, GRIPS, FORCE, CONTACT, HOLDS, colorOf} from './cell.js';
+import {ComponentType, Severity, SimulationState, nameOf} from './enumerations.js';
 import {Link} from './link.js';
 import {Plots} from './plots.js';
 import {Signals} from './signals.js';
 
 const $ = (id) => document.getElementById(id);
-const RUNS = ['stopped', 'playing', 'paused', 'quitting', 'no scenario', 'loading'];
+const RUNS = {no_world: 'no scenario', loading_world: 'loading'};
 const SHOWN = ['description', 'status', 'events', 'state', 'contacts'];
 const seconds = (stamp) => stamp.sec + 1e-9 * (stamp.nanosec ?? stamp.nsec);
 const topicOf = (name) => name.replace(/^\/[^/]*\//, '');
@@ -128,7 +129,7 @@ const takes = {
 };
 
 function firstPlots(description) {
-  const robot = description.robots[0], part = description.components.find(({type}) => type === 0);
+  const robot = description.robots[0], part = description.components.find(({type}) => type === ComponentType.part);
   const chosen = [];
   if (robot?.joints.length) chosen.push(`state.robots.${robot.name}.position.${robot.joints[Math.min(1, robot.joints.length - 1)].name}`);
   if (part) chosen.push(`state.components.${part.name}.position.z`);
@@ -186,7 +187,7 @@ function rows() {
   const number = (value, digits) => Number(value).toFixed(digits);
   const list = [['time', state ? `${number(state.time, 3)} s (step ${state.step})` : '-']];
   if (s) {
-    list.push(['state', RUNS[s.state] ?? s.state], ['pace', `${s.pace}${s.pace === 'realtime' ? ` x ${number(s.pace_factor, 2)}` : ''}`],
+    list.push(['state', RUNS[nameOf(SimulationState, s.state)] ?? nameOf(SimulationState, s.state)], ['pace', `${s.pace}${s.pace === 'realtime' ? ` x ${number(s.pace_factor, 2)}` : ''}`],
       ['real-time factor', number(s.real_time_factor, 3)], ['computation ratio', number(s.computation_ratio, 4)],
       ['overruns', `${s.overruns} (lag ${number(1e3 * s.lag, 1)} ms)`], ['step p50 / p99', `${number(1e6 * s.step_time_p50, 0)} / ${number(1e6 * s.step_time_p99, 0)} µs`],
       ['solver', s.solver]);
@@ -225,7 +226,7 @@ function rows() {
 function graph() {
   const {description} = signals, {state} = last;
   if (!description || !state) return;
-  const parts = description.components.map((component, i) => ({...state.components[i], name: component.name, type: component.type, i})).filter(({type}) => type === 0);
+  const parts = description.components.map((component, i) => ({...state.components[i], name: component.name, type: component.type, i})).filter(({type}) => type === ComponentType.part);
   const key = parts.map(({partner, state: s}) => `${partner}:${s}`).join();
   if ($('graph').dataset.key === key) return;
   $('graph').dataset.key = key;
@@ -244,7 +245,7 @@ function graph() {
 
 function eventList() {
   $('events').replaceChildren(...events.slice(-100).reverse().map((event) => {
-    const item = element('li', '', {class: ['', 'warning', 'error'][event.severity] ?? ''});
+    const item = element('li', '', {class: event.severity === Severity.information ? '' : nameOf(Severity, event.severity)});
     item.append(element('time', seconds(event.stamp).toFixed(3)), document.createTextNode(event.message));
     return item;
   }));
