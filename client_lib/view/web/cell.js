@@ -1,4 +1,4 @@
-// The cell in 3D: components with the meshes of the description, robots from their URDF, forces, contacts, who holds whom.
+// The cell in 3D: components with the meshes of the description, robots from their URDF, forces, contacts, holding relations.
 import * as THREE from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {ColladaLoader} from 'three/addons/loaders/ColladaLoader.js';

@@ -222,7 +222,7 @@ function rows() {
   }
 }
 
-// Who holds whom: holders left, parts right.
+// Holding relations: holders left, parts right.
 function graph() {
   const {description} = signals, {state} = last;
   if (!description || !state) return;
@@ -332,8 +332,8 @@ $('screenshot').onclick = async () => {
 };
 const mark = (color, name, kind = '') => [element('i', '', {class: kind, style: `background:#${color.toString(16).padStart(6, '0')}`}), name];
 const line = (...children) => { const made = element('div', ''); made.append(...children); return made; };
-$('legend').replaceChildren(line('parts', ...STATES.flatMap((name, i) => mark(STATE_COLORS[i], name))), line('grippers', ...mark(OPEN, 'open'), ...mark(CLOSED, 'told to close'), ...mark(GRIPS, 'on a part')),
-  line('marks', ...mark(FORCE, 'force on a part', 'line'), ...mark(CONTACT, 'contact', 'line'), ...mark(HOLDS, 'who holds whom', 'line')));
+$('legend').replaceChildren(line('parts', ...STATES.flatMap((name, i) => mark(STATE_COLORS[i], name))), line('grippers', ...mark(OPEN, 'open'), ...mark(CLOSED, 'commanded to close'), ...mark(GRIPS, 'on a part')),
+  line('marks', ...mark(FORCE, 'force on a part', 'line'), ...mark(CONTACT, 'contact', 'line'), ...mark(HOLDS, 'holding relation', 'line')));
 
 // For tests, and for whoever wants to ask the page.
 window.takt = {cell, link, last, plots, place: (name) => cell.place(name)};
