@@ -19,8 +19,8 @@ namespace takt::recording {
 namespace {
 
 using mcap::Record;
-using ::testing::HasSubstr;
 using takt::test::CdrWriter;
+using ::testing::HasSubstr;
 
 template <typename Action>
 std::string sentence_of(const Action& action) {
