@@ -12,7 +12,8 @@
 // Every function may be called from any thread. Functions that wait do so without polling, for at most the
 // given wall time, and throw ClientError when the server has gone away meanwhile. Samples are received by
 // threads of DDS; the client keeps the newest state and drops what is older than it (by epoch and step). It
-// also drops what is older than the reply to a request: after step(100) or reset(), state() is not of before.
+// also drops what is older than the reply to a request: after step(100) or reset(), state() returns an instant
+// at or after that request.
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -117,16 +118,16 @@ class Client {
   const std::string& client_id() const;
 
   // --- what is the case ---
-  /// The description; a new one when the server was started again or has loaded another scenario. Without a
-  /// scenario it lists nothing, and no state comes.
+  /// The newest description. The pointer changes when the server is started again or loads another scenario.
+  /// Without a scenario the description is empty and the server sends no state.
   std::shared_ptr<const CellInfo> cell() const;
-  /// The newest state. Waits (options.timeout) for the first one, and after a request that changes the
-  /// instant for one that shows it; otherwise never.
+  /// The newest state. Waits (options.timeout) for the first one. After a request that changes the instant it
+  /// waits for a state at or after that instant. In all other cases it returns at once.
   State state() const;
-  /// The newest status. Waits for the first one, and after a request that it tells of (set_state, set_pace,
-  /// set_level_of_detail, ...) for one sent afterwards.
+  /// The newest status. Waits for the first one. After a request that changes the status (set_state, set_pace,
+  /// set_level_of_detail, ...) it waits for a status that the server sent after the change.
   Status status() const;
-  /// Not gone: heard of within options.liveliness_timeout, and still announced.
+  /// True if a sample has arrived within options.liveliness_timeout and DDS still announces the server.
   bool connected() const;
   /// Waits until the cell answers, e.g. because its server was started again; false on timeout. Never throws
   /// for a cell that is gone.
@@ -160,26 +161,27 @@ class Client {
                                                     Seconds timeout);
 
   // --- commands ---
-  /// Set-point of all joints of a robot, in the order of RobotDescription::joints: be there, with these velocities,
-  /// one command period from now. Without velocities they follow from successive positions. `stamp_s` is the
-  /// simulated time the sender means; without, the command takes effect when it arrives. The first command
-  /// for a robot waits until the server listens, so that it is not lost. `efforts` (none, or N m or N at each
-  /// joint) are added to what the drives' controllers want, at level of detail 2 and 3, until the next
-  /// command of this robot, a missed deadline or a reset. Throws ClientError: not_found, invalid; timeout
-  /// when nobody listens. The server checks limits itself and tells of a refusal in an event
-  /// (command_rejected).
+  /// Set-point of all joints of a robot, in the order of RobotDescription::joints. The robot reaches
+  /// `positions` with `velocities` one command period later. Without velocities the server derives them from
+  /// successive positions. `stamp_s` is the simulated time for which the sender means the command; without it
+  /// the command takes effect when it arrives. `efforts` (empty, or N m or N for each joint) are added to the
+  /// output of the drives' controllers at level of detail 2 and 3. They hold until the robot's next command, a
+  /// missed deadline or a reset. The first command for a robot waits until the server listens, so that it is
+  /// not lost. Throws ClientError: not_found, invalid; timeout when no server listens. The server checks the
+  /// limits and reports a rejected command in the event command_rejected.
   void send_joint_command(const std::string& robot, const std::vector<double>& positions,
                           const std::vector<double>& velocities = {}, std::optional<double> stamp_s = {},
                           const std::vector<double>& efforts = {});
-  /// A motion of all joints through points, from where the robot is: linear through positions alone, cubic
-  /// with velocities, quintic with accelerations too (all points have them or none); efforts, as above, are
-  /// linear from point to point, and those of the last stay. It starts at `start_s`
-  /// (simulated time), or when it arrives; what is past then is left out. A set-point or another trajectory
-  /// replaces it; one without points stops the robot. Its end is told in the event trajectory_done. In
-  /// lockstep nothing else is due for this robot until then. Otherwise as above.
+  /// A motion of all joints from the robot's present position through `points`. The path is linear through
+  /// positions alone, cubic with velocities, and quintic with velocities and accelerations. All points have
+  /// the same fields. Efforts (as above) are linear from point to point, and those of the last point stay. The
+  /// motion starts at `start_s` (simulated time), or on arrival if it is not given; the server skips the part
+  /// that is in the past. A set-point or another trajectory replaces the motion; a trajectory without points
+  /// stops the robot. The event trajectory_done reports the end. In lockstep the robot needs no other command
+  /// until then. Otherwise as above.
   void send_trajectory(const std::string& robot, const std::vector<TrajectoryPoint>& points,
                        std::optional<double> start_s = {});
-  /// Sets signals of a device; those not named stay as they are. Otherwise as above.
+  /// Sets signals of a device; all other signals keep their values. Otherwise as above.
   void set_signals(const std::string& device, const std::map<std::string, double>& signals,
                    std::optional<double> stamp_s = {});
   /// `width_m` counts for GripperAction::width only, `max_force_N` 0 is the gripper's own limit. Otherwise as
@@ -310,12 +312,11 @@ class Client {
 
 struct FoundCell {
   std::string name;
-  std::optional<Status> status;  ///< nothing: it is announced but did not say how it is
-  int servers = 1;               ///< more than one: a mistake, they answer alike; `status` is of one of them
+  std::optional<Status> status;  ///< empty: the cell is announced, but its status has not arrived
+  int servers = 1;  ///< above 1 is a mistake: all of them answer; `status` comes from one of them
 };
 
-/// The cells on a domain, found within the given wall time (all of it is waited, for there is no telling who
-/// is late).
+/// The cells on a domain. Discovery has no end, so the call always waits for the whole `duration` of wall time.
 std::vector<FoundCell> list_cells(
     int domain, Seconds duration = Seconds{2.0}, const std::string& profiles_file = {},
     const std::string& secure_directory = ClientOptions::default_secure_directory(),

@@ -71,9 +71,8 @@ void Client::Impl::connect() {
     if (names.empty())
       sentence +=
           options.secure_directory.empty()
-              ? "no takt-server was found there (is it running, on this domain? A secured one shows itself "
-                "to "
-                "nobody without an identity: --secure)"
+              ? "no takt-server was found there (is it running, on this domain? A secured one "
+                "answers clients with an identity only: --secure)"
               : "no takt-server was found there (is it running, on this domain, secured, and of the same "
                 "authority as this identity?)";
   }

@@ -134,7 +134,7 @@ struct Client::Impl {
   mutable std::mutex mutex;
   mutable std::condition_variable changed;
   std::optional<GuidPrefix> server;  ///< participant of the server whose description is the newest
-  bool gone = false;                 ///< that server's status is no longer announced
+  bool gone = false;                 ///< DDS has announced the end of that server's status
   Clock::time_point heard = Clock::now();
   std::shared_ptr<const CellInfo> cell;
   Newest<State> state;
@@ -163,9 +163,9 @@ struct Client::Impl {
 };
 
 /// Waits until ready() or the deadline; false when the deadline passed. Throws when the server is gone or has
-/// been silent too long. A process that was stopped for a while finds everything silent when it is continued:
-/// what waits in its sockets is given a moment to come in, and after a long stop the server one to be found
-/// anew.
+/// been silent too long. A stopped process (SIGSTOP, a suspended machine) receives nothing, so the server's
+/// silence proves nothing when the process continues. The wait then allows `emptying` for samples that are
+/// still in the sockets and, after a long stop, `rediscovery` for DDS to discover the server again.
 template <typename Ready>
 bool Client::Impl::wait(std::unique_lock<std::mutex>& lock, Clock::time_point deadline, Ready ready) const {
   constexpr std::chrono::milliseconds late{300}, emptying{1000}, rediscovery{10000};

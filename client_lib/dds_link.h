@@ -19,10 +19,10 @@ using GuidPrefix = rtps::GuidPrefix_t;
 /// Which participant an entity or a sample belongs to: the identity of one run of a server.
 GuidPrefix participant_of(const dds::InstanceHandle_t& handle);
 
-/// Of a command topic: of several clients the strongest is heard.
+/// QoS of a command writer. The reader takes the samples of the writer with the highest ownership strength.
 dds::DataWriterQos command_writer_qos(const dds::DataWriterQos& defaults, std::uint32_t ownership_strength);
 
-/// How a participant finds the others and proves who it is.
+/// Discovery and identity of a participant.
 struct LinkProfile {
   std::string profiles_file;     ///< Fast DDS profiles (XML); empty: this machine only
   std::string secure_directory;  ///< idl/transport/fastdds/security.h; empty: no security
@@ -53,11 +53,11 @@ class Link {
   dds::DataWriter* create_writer(const std::string& topic, dds::TypeSupport type,
                                  const dds::DataWriterQos& qos, dds::DataWriterListener* listener);
   void remove(dds::DataReader* reader);
-  /// False after fork() in the new process, where nothing of it works; there it is left as it is when it is
-  /// destroyed: what it would say goodbye to belongs to the other process.
+  /// False in the child process after fork(), where no function of the link works. The child's destructor
+  /// leaves the DDS entities alone, since they belong to the parent.
   bool is_of_this_process() const;
-  /// When this process was last found to have been stopped for longer than servers remember it (then DDS
-  /// finds them anew, which takes seconds); the clock's epoch: never.
+  /// The last time at which this process continued after a stop longer than the servers' lease. DDS then
+  /// discovers the servers again, which takes seconds. The clock's epoch means never.
   std::chrono::steady_clock::time_point returned() const { return guard_->returned(); }
 
  private:
@@ -71,7 +71,7 @@ class Link {
   dds::Subscriber* subscriber_ = nullptr;
 };
 
-/// Hands every sample, and every change of the matched writers, to functions; they run in threads of DDS.
+/// Calls a function for every sample and for every change of the matched writers, in threads of DDS.
 template <typename Sample>
 class ReaderListener : public dds::DataReaderListener {
  public:
@@ -95,7 +95,7 @@ class ReaderListener : public dds::DataReaderListener {
   OnMatch on_match_;
 };
 
-/// Tells how many readers listen to a writer, and over which QoS policy one was turned away.
+/// Reports the number of a writer's matched readers, and the QoS policy by which DDS rejects a reader.
 class WriterListener : public dds::DataWriterListener {
  public:
   WriterListener(std::function<void(int readers)> on_match,

@@ -138,7 +138,7 @@ void LockstepController::wait_for_boundary() {
       throw ClientError(ClientError::Kind::lost,
                         std::string("The cell ") +
                             (next->cell != state_.cell ? "has another scenario" : "was reset") +
-                            "; its controllers have to begin anew.");
+                            "; start its controllers again.");
     if (next && next->time >= due_s) {
       state_ = *next;
       answered_ = false;

@@ -57,13 +57,14 @@ class LockstepController {
             const std::vector<double>& velocities = {}, const std::vector<double>& efforts = {});
   /// As Client::set_gripper. Stands until the next one; before the first a gripper keeps its width.
   void grip(const std::string& gripper, GripperAction action, double width_m = 0.0, double max_force_N = 0.0);
-  /// As Client::set_signals. What is set stays so, what has not been set is left as it is.
+  /// As Client::set_signals. A signal keeps the value it was set to; the other signals are not commanded.
   void set_signals(const std::string& device, const std::map<std::string, double>& signals);
   /// Answers this boundary with one command for each target, and returns the instant at the next one. Throws
-  /// ClientError: lost when the cell was reset or has another scenario (then a new controller is needed);
-  /// timeout when the instant does not come within the timeout, with what the status says of it (paused,
-  /// waiting for whom, fault). After a timeout, or what ClientOptions::while_waiting threw, it may be called
-  /// again: it waits on for the same instant, and what was commanded meanwhile is sent at that.
+  /// ClientError: lost when the cell was reset or has another scenario (the program then needs a new
+  /// controller); timeout when the instant does not come within the timeout. The text of the timeout names the
+  /// reason from the status: paused, the controllers that have not answered, fault. After a timeout or an
+  /// exception of ClientOptions::while_waiting the program may call advance() again. That call waits for the
+  /// same instant and sends the commands given since.
   const State& advance();
 
  private:

@@ -6,11 +6,11 @@
 
 namespace takt::client {
 
-/// A client that was killed leaves its ports in shared memory behind, and a server goes on writing into them
-/// for a while; who takes the same number next hears nothing meanwhile. So clients draw their numbers: above
-/// those of servers, and such that the ports of the highest domain exist. And two participants of one process
-/// with the same number have the same GUID: others would take the second one for the first, which they may
-/// not have forgotten yet. So a number comes again as late as possible. Any thread.
+/// Clients draw their numbers at random, for two reasons. A killed client leaves its ports in shared memory, and
+/// a server writes into them for a while; a client with the same number receives nothing during that time. And
+/// two participants of one process with the same number have the same GUID; a server that still remembers the
+/// first one mistakes the second for it. So a number is used again as late as possible. The numbers lie above
+/// those of servers, and the ports of the highest domain exist for them. Any thread.
 class ParticipantNumbers {
  public:
   static constexpr int kSmallest = 10, kCount = 50;

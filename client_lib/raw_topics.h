@@ -1,8 +1,8 @@
 #pragma once
-// Samples of a cell as bytes, whatever their type: for recorders and bridges, which pass on and do not look.
+// Samples of a cell as bytes of any type, for recorders and bridges, which pass them on undecoded.
 //
-// What is there is found out by discovery; a topic is received from when it is opened. Samples come in
-// threads of DDS, as they were sent (CDR with its head of four bytes).
+// Discovery finds the topics. A topic is received while it is open. Samples arrive in threads of DDS in the form
+// in which they were sent (CDR with its head of four bytes).
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
@@ -31,8 +31,9 @@ class RawTopics {
   using OnTopic = std::function<void(const RawTopic&)>;
   using OnSample = std::function<void(const RawTopic&, std::string_view sample)>;
 
-  /// `on_topic` is called once for each topic of the cell that anybody writes, but control, and of /clock, /tf
-  /// and /tf_static; it runs in a thread of this object and may call open(). Throws ClientError (transport).
+  /// `on_topic` is called once for each topic of the cell that has a writer, and for /clock, /tf and /tf_static.
+  /// The topics of control requests and replies are left out. `on_topic` runs in a thread of this object and may call
+  /// open(). Throws ClientError (transport).
   RawTopics(const ClientOptions& options, OnTopic on_topic, OnSample on_sample);
   ~RawTopics();
   RawTopics(const RawTopics&) = delete;

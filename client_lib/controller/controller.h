@@ -73,8 +73,8 @@ struct GripperSetPoint {
   double max_force_N = 0.0;
 };
 
-/// Signals of a device that the program has set so far, with their newest values. Whoever takes them checks
-/// which may be set, and to what.
+/// Signals of a device that the program has set so far, with their newest values. The receiver checks names
+/// and limits.
 struct DeviceSetPoint {
   int device = -1;
   std::vector<int> signals;
@@ -91,8 +91,8 @@ struct Output {
   bool finished = false;  ///< all routines of the program have returned
 };
 
-/// Something a routine did, for those who ask how long it takes: a stretch that the program names,
-/// r:step("NAME"), or one call that moves or waits.
+/// Begin and end of one step of a routine: a section that the program names by r:step("NAME"), or one call
+/// that moves or waits.
 struct ProgramStep {
   int robot = -1;
   std::string name;    ///< given by the program, or the call: "move_line"

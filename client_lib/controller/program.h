@@ -36,8 +36,8 @@ class Program {
   /// Devices that the program asked for while it was loaded, in rising order.
   std::vector<int> driven_devices() const { return {devices_.begin(), devices_.end()}; }
 
-  /// Runs every routine up to its next wait. Routines run in the order of the robots, again and again until
-  /// none can go on, so that a signal takes effect in the same period whoever gives it.
+  /// Runs every routine up to its next wait. The routines run in the order of the robots, in rounds, until all
+  /// of them wait. So a signal takes effect in the same period, whichever routine gives it.
   void run(const Input& input);
   bool finished() const;
   void keep_steps(std::vector<ProgramStep>* steps) { context_.steps = steps; }

@@ -46,7 +46,7 @@ bool publish(takt::Client& cell, const std::string& robot, const Swing& swing, d
   return true;
 }
 
-/// The cell is the one who waits.
+/// The cell waits for each command.
 void publish_in_lockstep(takt::Client& cell, const std::string& robot, const Swing& swing, double period_s) {
   takt::LockstepController controller(cell, {.targets = {robot}, .period_s = period_s});
   for (int k = 1; k * period_s < Swing::kDuration_s + 2.0 * period_s; ++k) {

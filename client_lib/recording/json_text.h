@@ -1,7 +1,6 @@
 #pragma once
-// JSON with texts of others in it: names and messages come from the wire, from files and from whoever types
-// them. They may be no UTF-8, which dump() alone throws at, and nested so deep that to write them overflows
-// the stack.
+// JSON with foreign texts: names and messages come from the wire, from files and from the command line. They may
+// be invalid UTF-8, for which dump() alone throws, and nested so deeply that writing them overflows the stack.
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -18,7 +17,7 @@ std::string json_text(const Document& document, int indent = -1) {
 /// Objects and lists within each other; no message of ours has half as many.
 inline constexpr int kDeepestJson = 32;
 
-/// Nothing for what is no JSON, and for what is nested deeper than that.
+/// Empty if the text is invalid JSON or nested deeper than kDeepestJson.
 inline std::optional<nlohmann::json> read_json(std::string_view text) {
   using Event = nlohmann::json::parse_event_t;
   bool deep = false;

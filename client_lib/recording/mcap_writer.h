@@ -25,7 +25,7 @@ class McapWriter {
   /// `library` names the program. Throws RecordingError when the file cannot be written.
   McapWriter(const std::filesystem::path& file, const std::string& library,
              Compression compression = Compression::zstd);
-  /// Closes the file if that has not been done; what goes wrong then is not told.
+  /// Closes the file unless it is closed; errors of this are ignored.
   ~McapWriter();
   McapWriter(const McapWriter&) = delete;
   McapWriter& operator=(const McapWriter&) = delete;

@@ -42,7 +42,7 @@ std::string offered_qos_profiles(const OfferedQos& qos) {
   const auto duration = [](std::string_view name) {  // without end, as rmw writes it
     return "  " + std::string(name) + ":\n    sec: 9223372036\n    nsec: 854775807\n";
   };
-  // History and depth are not told on the wire: 3 is unknown.
+  // The wire does not carry history and depth: 3 is unknown.
   return "- history: 3\n  depth: 0\n  reliability: " + std::string(qos.reliable ? "1" : "2") +
          "\n  durability: " + (qos.latched ? "1" : "2") + "\n" + duration("deadline") + duration("lifespan") +
          "  liveliness: 1\n" + duration("liveliness_lease_duration") +

@@ -1,6 +1,6 @@
 #pragma once
-// What a picture shows: coloured meshes and lines in the world frame, and where it is seen from. Plain data
-// that knows neither the simulation nor DDS, so that whoever has poses can draw them.
+// Content of a picture: coloured meshes and lines in the world frame, and the camera. It is plain data without
+// types of the simulation or of DDS, so that any program with poses can draw it.
 #include <array>
 #include <cstdint>
 #include <vector>

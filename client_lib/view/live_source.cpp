@@ -9,7 +9,8 @@
 namespace takt::view {
 namespace {
 
-/// What is kept at hand for whoever comes; all else is received while somebody looks at it.
+/// These topics are received all the time, so that every viewer gets them at once. All other topics are received
+/// while a viewer subscribes to them.
 bool always_open(const client::RawTopic& topic) {
   return topic.type == topics::description.type->name || topic.type == topics::status.type->name ||
          topic.type == topics::events.type->name;
@@ -93,10 +94,10 @@ void LiveSource::run() {
                       topic == "/" + topics::events.name(options_.cell) ? qos_of(topics::events).depth : 1);
       else
         topics_->close(topic);
-    } catch (const ClientError& error) {  // the others can be seen all the same
+    } catch (const ClientError& error) {  // all other topics can be shown
       std::fprintf(stderr, "takt: note: '%s' cannot be shown: %s\n", topic.c_str(), error.what());
       lock.lock();
-      wanted_[topic].open = false;  // tried again when somebody comes
+      wanted_[topic].open = false;  // the next subscription tries again
       continue;
     }
     lock.lock();
@@ -128,7 +129,7 @@ Answer LiveSource::request(const std::string& name, const Arguments& arguments) 
     for (const auto& [key, value] : reply.values) answer.values.emplace_back(key, text_of(value));
     return answer;
   } catch (const ClientError& error) {
-    if (error.kind() == ClientError::Kind::lost) client_.reset();  // found anew by the next request
+    if (error.kind() == ClientError::Kind::lost) client_.reset();  // the next request connects again
     return {static_cast<int>(error.result().value_or(ControlResult::failed)), error.what(), {}};
   }
 }

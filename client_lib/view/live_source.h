@@ -1,6 +1,6 @@
 #pragma once
-// A running cell as a stream: its topics as they are sent, from when somebody wants them, and its control. It
-// is a client like any other; it stays through every stop and start of the server.
+// A running cell as a stream: its topics as they are sent, while a viewer subscribes to them, and its control
+// requests. It is an ordinary client of the cell and survives every stop and start of the server.
 #include <condition_variable>
 #include <map>
 #include <memory>
@@ -44,7 +44,7 @@ class LiveSource {
   std::condition_variable changed_;
   bool over_ = false;
   std::map<std::string, std::uint32_t> channels_;
-  // Each topic once, however often somebody comes and goes before DDS has followed.
+  // One entry per topic: DDS follows the latest count, however often the subscriptions change meanwhile.
   std::map<std::string, Wanted> wanted_;
   std::set<std::string> to_follow_;  ///< of these topics, wanted_ has changed
   std::unique_ptr<Client> client_;   ///< made when the first request comes

@@ -1,6 +1,6 @@
 #pragma once
-// Mesh files that the page may have, to draw robots as their URDF says: those below folders that whoever
-// starts takt view has named, and of kinds that a page can draw. Nothing else of the machine is given away.
+// Mesh files that the page may read to draw the robots of a URDF. A file is served if it lies below a folder
+// named on the command line of takt view and its kind is one that a page can draw. No other file is served.
 #include <filesystem>
 #include <optional>
 #include <string_view>
@@ -8,14 +8,14 @@
 
 namespace takt::view {
 
-/// The file, links followed, if there is one and it is below the folder, links followed too.
+/// The resolved path of the file if it exists and lies below the folder. Links are followed in both.
 std::optional<std::filesystem::path> file_below(const std::filesystem::path& folder,
                                                 const std::filesystem::path& file);
 
 class RobotFiles {
  public:
   RobotFiles() = default;
-  /// Throws std::filesystem::filesystem_error for a folder that is not there.
+  /// Throws std::filesystem::filesystem_error if a folder does not exist.
   explicit RobotFiles(const std::vector<std::filesystem::path>& folders);
 
   bool any() const { return !folders_.empty(); }
@@ -23,8 +23,9 @@ class RobotFiles {
   ///   relative/PATH         a file of that name in one of the folders
   ///   package/PACKAGE/PATH  package://PACKAGE/PATH: FOLDER/PACKAGE/PATH, or PATH in a folder called PACKAGE
   ///   absolute/PATH         /PATH
-  /// A part (up) of PATH means `..`, which browsers would take away; parts may be percent-encoded. Nothing
-  /// for a file that is not there, of another kind, or not below one of the folders, links followed.
+  /// A component `(up)` of PATH means `..`, which browsers remove from addresses. Components may be
+  /// percent-encoded. Empty if the file does not exist, is of another kind, or does not lie below one of the
+  /// folders, links followed.
   std::optional<std::filesystem::path> find(std::string_view address) const;
 
  private:

@@ -134,7 +134,7 @@ void SceneChannel::run() {
       follow();
       follow_pressures(pressures);
     } catch (const std::exception& error) {
-      // Anybody in the network may send such a sample, and the next is a whole one again: told once.
+      // Any participant in the network may send an invalid sample, and the next may be valid: one note is enough.
       if (!complained_) std::fprintf(stderr, "takt: note: a sample cannot be drawn: %s\n", error.what());
       complained_ = true;
     }

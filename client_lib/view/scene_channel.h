@@ -1,8 +1,8 @@
 #pragma once
-// The cell for other programs' 3D views, in Foxglove's own messages: /takt/scene has the shapes, /takt/frames
-// where they are, /takt/forces the resultant forces on Parts as arrows, /takt/pressures the elements that
-// press, coloured (of pairs asked for by the request watch_pressures). Made of description, state and
-// pressures, while somebody wants them, 20 times a second.
+// The cell in Foxglove's own messages, for 3D views of other programs: /takt/scene has the shapes, /takt/frames
+// their poses, /takt/forces the resultant forces on Parts as arrows, /takt/pressures the coloured elements under
+// pressure (of the pairs in the request watch_pressures). The source is description, state and pressures. Each
+// channel is sent 20 times a second while it has a subscriber.
 #include <array>
 #include <condition_variable>
 #include <cstdint>

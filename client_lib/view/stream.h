@@ -1,7 +1,7 @@
 #pragma once
-// What is shown, between a source (a running cell, a recording) and those who look: channels with the newest
-// sample of each, or the newest thousand where each one counts (events). Who looks comes when he can; nobody
-// waits for him, and what he was too slow for he does not get.
+// Buffer between a source (a running cell, a recording) and the viewers. A channel keeps its newest sample, or
+// its newest kHistory samples where each one counts (events). A viewer reads at its own speed. The source never
+// waits for a viewer, and a slow viewer misses samples.
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -17,10 +17,10 @@ namespace takt::view {
 struct Channel {
   std::uint32_t id = 0;
   std::string topic, encoding, type, schema_encoding, schema;
-  bool each_counts = false;  ///< not only the newest
+  bool each_counts = false;  ///< the channel keeps the newest kHistory samples, not one
 };
 
-/// A sample on its way; shared by all who get it.
+/// A sample. All viewers share its bytes.
 struct Sample {
   std::uint64_t number = 0;  ///< counts the samples of its channel, from 1
   std::uint64_t time_ns = 0;
@@ -34,21 +34,21 @@ class Stream {
   /// Ids are counted from 1.
   std::uint32_t add_channel(Channel channel);
   void push(std::uint32_t channel, std::uint64_t time_ns, std::string_view bytes);
-  /// Forgets what was shown, e.g. because a player went back in time.
+  /// Deletes the channel's samples, e.g. because a player went back in time.
   void clear(std::uint32_t channel);
 
   std::size_t channel_count() const;
-  /// Channels from the index `first` on: none is ever taken away.
+  /// Channels from the index `first` on. Channels are never removed.
   std::vector<Channel> channels_from(std::size_t first) const;
   /// Appends the samples after `number`, at most the newest one where not each counts.
   void after(std::uint32_t channel, std::uint64_t number, std::vector<Sample>& samples);
   /// The newest sample, or an empty one.
   Sample newest(std::uint32_t channel);
 
-  /// Told, in the thread of set_wanted(), when the first one wants a channel and when the last one goes.
+  /// Called in the thread of set_wanted() at a channel's first subscription and at the end of its last one.
   using OnWanted = std::function<void(const Channel&, bool wanted)>;
   void on_wanted(const void* owner, OnWanted function);
-  /// Afterwards this owner's function is not called any more.
+  /// Removes this owner's function. It is not called after the return.
   void forget(const void* owner);
   void set_wanted(std::uint32_t channel, bool wanted);
 
@@ -66,11 +66,11 @@ class Stream {
 
   mutable std::mutex mutex_;
   std::vector<std::unique_ptr<Slot>> slots_;
-  std::recursive_mutex wanted_mutex_;  ///< one may want a channel because another is wanted
+  std::recursive_mutex wanted_mutex_;  ///< an OnWanted function may call set_wanted() for another channel
   std::vector<std::pair<const void*, OnWanted>> on_wanted_;  ///< guarded by wanted_mutex_
 };
 
-/// What the one who looks may ask for; values as text, as in the control vocabulary.
+/// Answer to a viewer's request; values as text, as in the control vocabulary.
 struct Answer {
   int result = 1;  ///< 1: done; else as in the control vocabulary
   std::string message;

@@ -16,7 +16,7 @@ using boost::system::error_code;
 namespace {
 
 constexpr std::chrono::seconds kPatience{30};
-constexpr std::size_t kLongestBody_bytes = 1U << 16U;  ///< nobody has anything to send, but POST is told so
+constexpr std::size_t kLongestBody_bytes = 1U << 16U;  ///< no request needs a body; POST is answered
 
 std::string_view text_of(beast::string_view text) {
   return {text.data(), text.size()};
@@ -60,7 +60,7 @@ void WebRequest::read() {
   });
 }
 
-/// One visitor's request may be what nobody thought of; the others must not notice.
+/// An exception in one request must not end the server for the other visitors.
 void WebRequest::answer_or_tell() {
   try {
     answer();

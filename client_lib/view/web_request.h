@@ -17,7 +17,7 @@ class WebRequest : public std::enable_shared_from_this<WebRequest> {
  public:
   using Message = boost::beast::http::request<boost::beast::http::string_body>;
 
-  /// Who takes those that want a WebSocket.
+  /// Receives the connections that ask for a WebSocket.
   class Sessions {
    public:
     virtual bool full() const = 0;

@@ -94,7 +94,7 @@ struct WebServer::Impl final : WebRequest::Sessions {
   std::thread worker;
 };
 
-/// One who looks, over a WebSocket.
+/// A viewer, connected by a WebSocket.
 class WebServer::Impl::Session : public std::enable_shared_from_this<Session> {
  public:
   Session(Impl& owner, tcp::socket&& socket) : owner_(owner), socket_(std::move(socket)) {}
@@ -254,7 +254,7 @@ class WebServer::Impl::Session : public std::enable_shared_from_this<Session> {
   }
 
   void queue(Waiting message) {
-    // The connection is there, but nobody reads.
+    // The viewer does not read its connection.
     if (waiting_.size() > kMaxWaiting || (!waiting_.empty() && said_bytes_ > kMaxSaid_bytes)) {
       beast::get_lowest_layer(socket_).close();
       return;
@@ -331,8 +331,7 @@ void WebServer::Impl::accept() {
 void WebServer::Impl::welcome(tcp::socket&& socket) {
   std::erase_if(requests, [](const auto& request) { return request.expired(); });
   if (requests.size() >= kMaxRequests) {
-    // The one that has been silent for longest goes first: whoever opens connections and leaves them
-    // keeps nobody out.
+    // The connection that has been idle for longest is closed: idle connections keep no client out.
     auto leaving = std::find_if(requests.begin(), requests.end(), [](const auto& request) {
       const auto there = request.lock();
       return there && there->idle();
@@ -375,7 +374,7 @@ void WebServer::Impl::remove(const std::shared_ptr<Session>& session) {
   if (sessions.erase(session) > 0) session->leave();
 }
 
-/// Nothing runs while nobody looks.
+/// The timer runs while a viewer is connected.
 void WebServer::Impl::tick() {
   if (sessions.empty()) {
     ticking = false;

@@ -1,9 +1,9 @@
 #pragma once
-// HTTP and WebSocket for takt view: the page, and Foxglove's protocol for it and for other programs. One
-// thread of its own; who is slow gets fewer samples, never an older queue.
+// HTTP and WebSocket for takt view: the page, and Foxglove's protocol for the page and for other programs. The
+// server has one thread of its own. A slow viewer gets fewer samples, never a growing queue.
 //
-// It listens on this machine unless told otherwise. Control is given to pages from the same origin and to
-// programs that name none; a page from elsewhere that a browser shows may look, not touch.
+// The default address is this machine only. A page from the same origin may send requests, and so may a program
+// without an Origin header. A page from another origin may only observe.
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -27,16 +27,16 @@ struct WebOptions {
   std::uint16_t port = 8765;             ///< 0: any free one
   std::filesystem::path page;            ///< directory of the built page; empty: there is none
   RobotFiles files;                      ///< below /files/
-  std::string name;                      ///< what is shown
+  std::string name;                      ///< of the cell or the recording file, for viewers
   foxglove::Texts metadata;              ///< for the page
   bool control = true;                   ///< false: all are observers
-  double largest_rate_Hz = 60.0;         ///< samples of one channel to one who looks
-  std::function<std::string()> metrics;  ///< text for /metrics (Prometheus); none: there is no such page
+  double largest_rate_Hz = 60.0;         ///< samples of one channel to one viewer
+  std::function<std::string()> metrics;  ///< text for /metrics (Prometheus); empty: no such page
 };
 
 class WebServer {
  public:
-  /// Listens, and serves from then on. The stream must outlive this. Throws WebError when it cannot listen.
+  /// Listens and serves. The stream must outlive the server. Throws WebError when it cannot listen.
   WebServer(Stream& stream, WebOptions options, Control control);
   ~WebServer();
   WebServer(const WebServer&) = delete;

@@ -188,7 +188,7 @@ void write_loads(std::ostream& out, const Json& report) {
                  text_of(c["largest_torque_N_m"]), text_of(c["largest_torque_time_s"])});
   }
   if (!process["holding"].empty()) {
-    out << "<h2>Who held what, with the largest force of all that acts on it meanwhile</h2>\n";
+    out << "<h2>Holders of the Parts, with the largest load on the Part</h2>\n";
     HtmlTable table(out, {"part", "held by", "force (N)", "at (s)", "torque (N m)", "at  (s)"});
     for (const Json& h : process["holding"])
       table.row({text_of(h["part"]), text_of(h["holder"]), text_of(h["largest_force_N"]),
@@ -222,7 +222,7 @@ void write_events(std::ostream& out, const Json& report) {
       table.row({text_of(c["time_s"]), text_of(c["kind"]),
                  text_of(c["pair"][0]) + " - " + text_of(c["pair"][1]), text_of(c["distance_m"])});
   }
-  out << "<h2>Who took over which part</h2>\n";
+  out << "<h2>Changes of the holder</h2>\n";
   HtmlTable table(out, {"time (s)", "part", "from", "to"});
   for (const Json& c : report["connection_changes"])
     table.row({text_of(c["time_s"]), text_of(c["part"]), text_of(c["from"]), text_of(c["to"])});

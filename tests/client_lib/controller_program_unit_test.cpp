@@ -91,7 +91,7 @@ TEST(Program, RoutinesReportTheirActionsAndTimes) {
     plant.run(until_s, [](const Output&) { return false; });
   };
   run(1.0);
-  EXPECT_TRUE(controller.steps().empty()) << "nobody has asked for them";
+  EXPECT_TRUE(controller.steps().empty()) << "they were not requested";
   controller.restart();
   controller.keep_steps();
   run(4.0);

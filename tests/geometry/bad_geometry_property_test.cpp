@@ -88,7 +88,7 @@ class BadGeometries : public testing::Test {
       ++errors_;
       return;
     }
-    EXPECT_FALSE(got.repaired.findings.empty()) << "nothing was told";
+    EXPECT_FALSE(got.repaired.findings.empty()) << "no finding was reported";
     const MeshCheck closed = check_closed(got.repaired.mesh);
     EXPECT_TRUE(closed.ok()) << closed.problem;
     if (check) check(got.repaired.mesh);

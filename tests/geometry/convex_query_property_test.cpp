@@ -230,7 +230,7 @@ TEST(HullGraph, ClimbingFindsTheHighestVertex) {
   EXPECT_GT(with_graph, 250);
 }
 
-TEST(HullGraph, ShapesUnfitForAClimbAreScanned) {
+TEST(HullGraph, ShapesWithoutAGraphAreScanned) {
   Random random(27);
   std::vector<Vec3> flat;
   for (int i = 0; i < 30; ++i) flat.emplace_back(random.uniform(0, 1), random.uniform(0, 1), 0.0);

@@ -233,7 +233,7 @@ TEST_F(MeshImport, WrongFacesInObjAreRefused) {
               HasSubstr("line 9: lines and points"));
 }
 
-TEST_F(MeshImport, BrokenTextStlIsRefused) {
+TEST_F(MeshImport, InvalidTextStlIsRefused) {
   std::string bad = text_stl();
   bad.replace(bad.find("vertex 0.000000"), 15, "vertex nan");
   EXPECT_THAT(refusal_of("a.stl", bad), HasSubstr("line 4: coordinate 1 of a vertex: 'nan'"));
@@ -247,7 +247,7 @@ TEST_F(MeshImport, BrokenTextStlIsRefused) {
   EXPECT_THAT(refusal_of("a.stl", "solid a\nhello\nendsolid\n"), HasSubstr("line 2: unknown word 'hello'"));
 }
 
-TEST_F(MeshImport, BrokenBinaryStlIsRefused) {
+TEST_F(MeshImport, InvalidBinaryStlIsRefused) {
   const std::string whole = binary_stl(kCorners, kTriangles);
   EXPECT_THAT(refusal_of("a.stl", whole.substr(0, whole.size() - 30)),
               HasSubstr("announces 4 triangles, that is 284 bytes, but the file has 254 bytes"));
@@ -259,7 +259,7 @@ TEST_F(MeshImport, BrokenBinaryStlIsRefused) {
               HasSubstr("triangle 1, corner 2: coordinate 2 is not finite"));
 }
 
-TEST_F(MeshImport, BrokenGlbIsRefused) {
+TEST_F(MeshImport, InvalidGlbIsRefused) {
   const std::string whole = glb(kCorners, kTriangles);
   EXPECT_THAT(refusal_of("a.glb", whole.substr(0, whole.size() - 20)), HasSubstr("it is truncated"));
   EXPECT_THAT(refusal_of("a.glb", whole.substr(0, 10)), HasSubstr("header of 20 bytes"));

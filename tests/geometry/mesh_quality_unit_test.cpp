@@ -116,7 +116,7 @@ TEST(MeshCare, NeedlesAreReported) {
   EXPECT_EQ(needles->count, 8U);
   EXPECT_NEAR(needles->figure, (0.3 * 0.3 + 0.004 * 0.004) / (0.3 * 0.004), 1e-9);
   EXPECT_THAT(needles->sentence, HasSubstr("8 triangles are needles"));
-  EXPECT_THAT(needles->remedy, HasSubstr("mesh it anew"));
+  EXPECT_THAT(needles->remedy, HasSubstr("mesh it again"));
   // Divided into similar pieces they stay needles, as the remedy says; remeshed they vanish.
   EXPECT_NE(find(check_mesh_quality(refine_to_edge(rod, 0.05), {}), Kind::needles), nullptr);
   EXPECT_EQ(find(check_mesh_quality(box_mesh({0.1, 0.004, 0.004}), {}), Kind::needles), nullptr);

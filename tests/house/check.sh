@@ -35,11 +35,13 @@ violations=$(
 
   # Words of comments, and headers that they name.
   every=$(find . \( -name .git -o -path ./build -o -name .cache \) -prune -o -type f -print | sed 's|^\./||')
-  ((${#sources[@]} == 0)) || awk -f "$rules/comment_rules.awk" - "${sources[@]}" <<<"$every"
+  mapfile -t with_comments < <(printf '%s\n' "${texts[@]}" | grep -v '^tests/fuzz/corpus/' |
+    grep -E '(\.(h|cpp|idl|js|mjs|lua|py|pyi|sh|cmake|yaml|yml|xml|service)|(^|/)(CMakeLists\.txt|[A-Za-z_-]+))$')
+  awk -f "$rules/comment_rules.awk" - "${with_comments[@]}" <<<"$every"
 
-  # Links between documents, documents that texts name, tests that documents name.
+  # Links between documents, documents that texts name, names of tests.
   awk -f "$rules/document_rules.awk" - "${documents[@]}" <<<"$every"
-  mapfile -t tests < <(printf '%s\n' "${sources[@]}" | grep '_test\.cpp$' || true)
+  mapfile -t tests < <(printf '%s\n' "${texts[@]}" | grep -E '(_test\.cpp|(^|/)(test_[^/]*|[^/]*_test)\.py)$' || true)
   awk -f "$rules/test_names.awk" "${tests[@]}" "${documents[@]}"
   { grep -noHE '[A-Za-z0-9_./-]*[A-Za-z0-9_]\.md\>' "${sources[@]}" "${commented[@]}" /dev/null || true; } |
     while IFS=: read -r file line name; do

@@ -129,6 +129,17 @@ expect server/contact/a.cpp:2 server/contact/a.cpp '\n// Finds who holds a part.
 expect server/contact/a.cpp:1 server/contact/a.cpp 'int x;  ///< told twice\n'
 expect server/contact/a.cpp:1 server/contact/a.cpp '// The list is no longer sorted.\n'
 expect server/contact/a.cpp:1 server/contact/a.cpp '// See holding/no.h, search.h and holding/search.h.\n'
+expect client_lib/a.cpp:1 client_lib/a.cpp 'int x;  // for whoever reads\n'
+expect idl/takt_msgs.idl:1 idl/takt_msgs.idl '// told once\n'
+expect client_lib/view/web/a.js:1 client_lib/view/web/a.js 'f("//a");  // nobody\n'
+expect config/programs/a.lua:2 config/programs/a.lua 'who = 1\n-- for whom\n'
+expect tests/python/a.py:3 tests/python/a.py '"""One.\n\nIt tells."""\nwho = 1\n'
+expect tests/python/a.py:2 tests/python/a.py '"""One."""\nwho = 1  # an''ew\n'
+expect config/dds/a.xml:2 config/dds/a.xml '<!-- One,\nnobody -->\n<who/>\n'
+expect cmake/a.cmake:1 cmake/a.cmake '# no longer\nset(who 1)\n'
+expect tests/dds/y_unit_test.cpp:2 tests/dds/y_unit_test.cpp '\nTEST(Reader, OfAWrongTypeAreTold) {}\n'
+expect tests/dds/y_unit_test.cpp:1 tests/dds/y_unit_test.cpp 'TEST(Reader, BrokenOnesAreReported) {}\nTEST(Whole, AllIsRead) {}\n'
+expect tests/python/test_a.py:1 tests/python/test_a.py 'def test_a_mistake_is_told(cell):\n'
 # The way of a command
 expect docs/architecture.md:2 docs/architecture.md '## The way of a command\n| 1 | `Loop::give` | `server/runtime/loop/loop.cpp` |\n'
 expect docs/architecture.md:13 docs/architecture.md "## The way of a command\\n$(printf '| 1 | `Loop::take` | `server/runtime/loop/loop.cpp` |\\n%.0s' {1..12})"

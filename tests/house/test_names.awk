@@ -1,5 +1,18 @@
-# Tests that documents name exist: `Suite.Case`, `Suite.*`, `Suite.Part*`. Usage: awk -f test_names.awk SOURCE...
-# DOCUMENT.... Output: one line FILE:LINE: rule, per violation.
+# Names of tests: documents name tests that exist (`Suite.Case`, `Suite.*`, `Suite.Part*`), and names have the words of
+# docs/writing.md. Usage: awk -f test_names.awk SOURCE... DOCUMENT...; a source is C++ or Python. Output: one line
+# FILE:LINE: rule, per violation.
+
+function check_words(name) {
+  gsub(/[A-Z]/, "_&", name)
+  if (match(tolower(name) "_", /_(told|tells|nobody|somebody|anybody|who|whom|whoever|anew|no__?longer|broken|unfit)_/))
+    print FILENAME ":" FNR ": '" substr(tolower(name), RSTART + 1, RLENGTH - 2) \
+      "' in a test's name: things are reported, values are invalid, subjects are nouns"
+}
+
+FILENAME ~ /\.py$/ {
+  if (match($0, /^ *def test_[a-z0-9_]+/)) check_words(substr($0, RSTART + 4, RLENGTH - 4))
+  next
+}
 
 FILENAME ~ /\.cpp$/ {
   if (!match($0, /^ *(TYPED_)?TEST(_F|_P)?\(.*/)) next
@@ -9,6 +22,7 @@ FILENAME ~ /\.cpp$/ {
   sub(/\).*/, "", line)
   gsub(/[ \t]/, "", line)
   sub(/,/, ".", line)
+  check_words(line)
   names = names "\n" line
   next
 }

@@ -188,7 +188,7 @@ class Vocabulary(unittest.TestCase):
         reader = idl.read([ROOT / "idl" / "takt_requests.idl", ROOT / "idl" / "takt_events.idl"])
         for name, text in (("requests", requests.page(reader)), ("events", events.page(reader))):
             page = (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
-            self.assertTrue(page == text, f"docs/{name}.md is not what the IDL says: ./dev docs writes it anew")
+            self.assertTrue(page == text, f"docs/{name}.md differs from the IDL: ./dev docs writes it")
 
 
 if __name__ == "__main__":

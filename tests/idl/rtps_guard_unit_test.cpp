@@ -233,7 +233,7 @@ TEST(RtpsGuardSamples, SequenceNumbersOfAWriterDoNotLeap) {
   EXPECT_EQ(data(2 * step), "none");
   EXPECT_EQ(data(3 * step + 1), "sequence_number");
   EXPECT_EQ(data(2 * step), "none") << "an old one again, which does not confirm the leap";
-  EXPECT_EQ(confirmed(3 * step + 1, kWriter), "none") << "it wrote while nobody heard it";
+  EXPECT_EQ(confirmed(3 * step + 1, kWriter), "none") << "it wrote while its samples were not heard";
   EXPECT_EQ(data(3 * step + 4), "none");
   EXPECT_EQ(confirmed(4 * step + RtpsSessionState::kLongestLeap, kWriter), "sequence_number");
   EXPECT_EQ(confirmed(first - 10, kWriter + 0x100), "none") << "it has been writing for days";

@@ -78,7 +78,7 @@ TEST_F(ClientCommand, AGripperCommandArrives) {
   EXPECT_EQ(received[0].stamp.nanosec, 0U);
 }
 
-TEST_F(ClientCommand, InvalidCommandsAreRefusedByTheClient) {
+TEST_F(ClientCommand, InvalidCommandsAreRejectedByTheClient) {
   connect();
   server_->listen_to_joints("Robot1");
   const ClientError robot = error_of([&] { client_->send_joint_command("Robot7", {0.0, 0.0}); });

@@ -98,7 +98,7 @@ TEST(ClientAndService, StepsAndResetsShowInTheState) {
   }
 }
 
-TEST(ClientAndService, CommandsMoveTheCellAndRefusedOnesAreEvents) {
+TEST(ClientAndService, CommandsMoveTheCellAndRejectedOnesAreEvents) {
   const DdsService service(paused_loop());
   Client client(options_for(takt::test::test_cell()));
   const std::vector<double> start = client.state().robot("Robot1").position;

@@ -54,7 +54,7 @@ TEST(CollisionEvents, EventsHavePairDepthPositionAndTime) {
   }
   EXPECT_GE(collisions, 1U);
   EXPECT_EQ(clearances, 1U);
-  EXPECT_EQ(client.count_events("collision"), collisions) << "told once, not in every step";
+  EXPECT_EQ(client.count_events("collision"), collisions) << "reported once, not in every step";
 }
 
 }  // namespace

@@ -161,7 +161,7 @@ class DdsCommands : public testing::Test {
   RawWriter robot1_, gripper1_;
 };
 
-TEST_F(DdsCommands, InvalidCommandsAreRefusedWithTheReasonAndChangeNothing) {
+TEST_F(DdsCommands, InvalidCommandsAreRejectedWithTheReasonAndChangeNothing) {
   auto bad = good();
   bad.position[2] = std::numeric_limits<double>::quiet_NaN();
   expect_rejected(bad, "not_finite: position of joint 'elbow_joint'");
@@ -210,7 +210,7 @@ TEST_F(DdsCommands, InvalidCommandsAreRefusedWithTheReasonAndChangeNothing) {
   EXPECT_EQ(service_.simulation().state_hash(), untouched.state_hash());
 }
 
-TEST_F(DdsCommands, StaleCommandsAreRefused) {
+TEST_F(DdsCommands, StaleCommandsAreRejected) {
   auto message = test::to_message(arm(), swing(0, 0.0), 2.0);
   robot1_.writer->write(&message);
   expect_rejected(test::to_message(arm(), swing(0, 0.0), 1.5), "stale: ");
@@ -230,7 +230,7 @@ TEST_F(DdsCommands, CommandsForUnknownRobotsAreReported) {
   EXPECT_EQ(event.sender, oven.guid());
 }
 
-TEST_F(DdsCommands, OfAWrongTypeAreTold) {
+TEST_F(DdsCommands, AWriterOfAnotherTypeIsReported) {
   const auto text = client_.dds.write<std_msgs::msg::String>(client_.topic("Robot2/joint_commands"));
   msg::Event event;
   ASSERT_TRUE(client_.wait_for_event("wrong_type", "Robot2", "std_msgs/msg/String", &event));

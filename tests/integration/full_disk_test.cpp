@@ -70,7 +70,7 @@ class FullDisk : public testing::Test {
     for (; reader.next(entry); ++records) last_step = entry.step;
     EXPECT_GT(records, 20);
     EXPECT_GE(reported->step, last_step);
-    EXPECT_LE(reported->step - last_step, 1000U) << "steps of 1 ms, in real time: told within a second";
+    EXPECT_LE(reported->step - last_step, 1000U) << "steps of 1 ms, in real time: reported within a second";
     ChildProcess replay({std::string(TAKT_BIN_DIR) + "/takt-run", "replay", log.string()});
     EXPECT_EQ(replay.wait(), 0) << replay.text;
   }

@@ -61,10 +61,10 @@ TEST(LevelOfDetailOverDds, TheLevelChangesWhileRunningAndPowerAndEffortsAreSent)
 
   const std::string process = client.status().processes[0].name;
   client.set_level_of_detail(2, process);
-  const auto told =
+  const auto changed =
       client.wait_for_event([](const Event& e) { return e.code == "level_of_detail_changed"; }, kGenerous);
-  ASSERT_TRUE(told.has_value());
-  EXPECT_EQ(told->subject, process);
+  ASSERT_TRUE(changed.has_value());
+  EXPECT_EQ(changed->subject, process);
   ASSERT_TRUE(client.wait_for_status(
       [](const Status& s) { return s.processes.at(0).level_of_detail == 2 && s.solver_steps > 0; },
       kGenerous));

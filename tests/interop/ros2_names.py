@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""takt's IDL with the names of the ROS 2 mapping spelt out, for generators that do not know it (idlc): every struct goes
-into a module dds_ and gets an underscore at its end. Annotations and enumerations are takt's own and left out. Beside the
-files a header peers.h with PEER(C++ type, descriptor of Cyclone) for each struct.
+"""takt's IDL with the names of the ROS 2 mapping spelt out, for generators without that mapping (idlc): every struct goes
+into a module dds_ and gets an underscore at its end. Annotations and enumerations are takt's own and are left out. The
+generated header `peers` has PEER(C++ type, descriptor of Cyclone) for each struct.
 Usage: ros2_names.py OUTPUT_DIRECTORY FILE.idl..."""
 import re
 import sys

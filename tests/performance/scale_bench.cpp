@@ -90,7 +90,7 @@ bool compare_threads(const char* name, Cell& cell, int part_count, int blocks) {
 bool compare_skipping() {
   std::printf("Microseconds per whole step (median, 99 %% of steps), two of N Parts move, goal %.0f us\n",
               kGoal_us);
-  std::printf("    N   resting skipped     everything anew     same bits\n");
+  std::printf("    N   resting skipped     nothing skipped     same bits\n");
   bool same = true;
   for (const int count : {10, 50, 200, 1000}) {
     const int steps = count >= 1000 ? 300 : 2000;

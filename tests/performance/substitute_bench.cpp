@@ -175,11 +175,11 @@ Where and why ours differ from the thesis
 - Steps. Partner search holds nearly to the closed form 2 / sqrt(g / 0.1 mm) = 6.39 ms, the extended algorithm to
   the fastest mode of its chains: 0.8 ms (thesis: 0.7), with the plain hulls that the thesis uses (--hulls) 0.6 ms,
   for then P hangs on B as well as on O. Weight does not enter stability; feed-forward moves the limit by a notch.
-- Errors, thesis' law. Every connection that closes sags m g / k anew: 0.1 mm per regrasp, seven for P, hence
+- Errors, thesis' law. Every connection that closes sags m g / k again: 0.1 mm per regrasp, seven for P, hence
   0.70 mm with partner search at every step size. The thesis has 0.31 to 0.42 mm with grips and blocks of its own,
   which are not published in full. Chains add up as (3.24) and (3.25) say: 1.43 mm (thesis: 1.30), with hulls 1.16;
   with stiffness less 59 % 1 / 0.41 times as much, 3.48 mm (thesis: 3.86).
-- Errors, feed-forward. No spring carries weight, whatever hangs on whom: partner search and the extended algorithm
+- Errors, feed-forward. No spring carries weight, whichever component holds a Part: partner search and the extended algorithm
   end below 1e-5 mm.
 - Soft springs at 5 ms. These constants are under-damped (ratio 0.36). When the arm starts with the whole assembly,
   Parts swing by more than the contact margin of 0.2 mm and lose touch for some steps. The sag of the thesis' law

@@ -181,7 +181,7 @@ def test_killed_server_is_noticed(config):
                 cell.wait_for_state(lambda s: False, timeout=60)
 
 
-def test_a_wrong_scenario_is_told_in_the_servers_words(tmp_path):
+def test_an_invalid_scenario_is_reported_in_the_servers_words(tmp_path):
     scenario = tmp_path / "wrong.yaml"
     scenario.write_text("takt_scenario: 1\nname: wrong\nduration: 0.2\n")
     with pytest.raises(takt.ServerError, match=r"wrong.yaml:3:.*duration"):

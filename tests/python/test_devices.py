@@ -1,4 +1,4 @@
-"""Devices: what a client is told of their signals, and how they are read and commanded, without the scenario's file."""
+"""Devices: description of their signals for a client, and signals read and commanded without the scenario's file."""
 
 import json
 import subprocess
@@ -44,7 +44,7 @@ def cell(server):
         yield client
 
 
-def test_the_description_tells_units_and_limits(cell):
+def test_the_description_has_units_and_limits(cell):
     oven = cell.info.devices["Oven"]
     assert oven.name == "Oven"
     assert oven.signals.names == list(cell.state.signals("Oven"))
@@ -71,7 +71,7 @@ def test_a_furnace_is_heated_in_lockstep(cell):
         assert controller.state.applied["Oven"].newest_stamp == pytest.approx(3.9)
 
 
-def test_signals_are_set_at_any_pace_and_wrong_ones_refused(cell):
+def test_signals_are_set_at_any_pace_and_invalid_ones_rejected(cell):
     cell.set_pace(takt.Pace.free)
     cell.play()
     cell.set_signals("Oven", {"set_temperature": 100, "door": 1})
@@ -130,8 +130,8 @@ def test_a_recording_of_takt_run_has_the_same_description(scenario, cell, tmp_pa
                    check=True)
     lines = subprocess.run([takt.program_path("takt"), "export", recording, "--json"], check=True,
                            capture_output=True, text=True).stdout.splitlines()
-    told = [line["sample"] for line in map(json.loads, lines) if line["topic"].endswith("/description")]
-    (oven,) = told[0]["devices"]
+    descriptions = [line["sample"] for line in map(json.loads, lines) if line["topic"].endswith("/description")]
+    (oven,) = descriptions[0]["devices"]
     signals = cell.info.devices["Oven"].signals
     assert oven["signals"] == [{"name": s.name, "unit": s.unit, "commanded": s.commanded, "lower": s.lower, "upper": s.upper}
                                for s in signals]

@@ -36,7 +36,7 @@ def test_the_wrist_follows_its_set_points_and_the_jaws_close(cell):
         assert state.part_present("Gripper1") is None
 
 
-def test_a_set_point_out_of_range_is_refused_and_told(cell):
+def test_a_set_point_out_of_range_is_rejected_and_reported(cell):
     positions = cell.state.robot("Robot1").position
     positions[1] = 100.0
     cell.send_joint_command("Robot1", positions)

@@ -57,7 +57,7 @@ def test_clients_that_were_frozen_go_on(config, stopped_s):
 
 
 def test_clients_of_a_server_that_was_frozen_find_it_again(config):
-    """Whom the server had taken for dead is heard again."""
+    """The server accepts commands of a client that it has taken for dead."""
     scenario = config / "scenarios" / "block_assembly.yaml"
     with takt.Server(scenario, pace="realtime") as server, server.client() as cell:
         def send():

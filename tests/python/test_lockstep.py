@@ -82,7 +82,7 @@ def test_another_motion_has_another_hash(config):
 
 
 def test_whole_assembly_by_its_controller_program(config, tmp_path):
-    """The programs a user starts, judged from Python: who holds what on the way, and the bits at the end."""
+    """The programs a user starts, checked from Python: the holders of the Parts on the way, and the bits at the end."""
     scenario = config / "scenarios" / "block_assembly.yaml"
     program = config / "programs" / "block_assembly.lua"
     expected = in_process(scenario, program, tmp_path, 12)

@@ -135,7 +135,8 @@ TEST_F(PeriodicSnapshots, ARestartedServerContinuesFromItsSnapshot) {
   host_->stop();
   older.identity.model += 1;
   ASSERT_TRUE(write_snapshot_file(files[2], older.identity, older.state).good());
-  EXPECT_TRUE(says(resumed(), "the scenario begins anew, as no periodic snapshot can be used, playing."));
+  EXPECT_TRUE(says(resumed(),
+                   "the scenario starts from its beginning, as no periodic snapshot can be used, playing."));
   // A client cannot restore any of them either; the reply describes the fault of the last one.
   EXPECT_TRUE(says(reader_->request("restore_snapshot").message, "is of another model"));
   host_->stop();
@@ -146,7 +147,7 @@ TEST_F(PeriodicSnapshots, ARestartedServerContinuesFromItsSnapshot) {
   EXPECT_EQ(host_->loop(), nullptr);
 }
 
-TEST_F(PeriodicSnapshots, AServerWithoutASessionStartsAnew) {
+TEST_F(PeriodicSnapshots, AServerWithoutASessionStartsFromTheScenario) {
   {
     CellHost host(options_);
     host.open_empty();
@@ -157,7 +158,7 @@ TEST_F(PeriodicSnapshots, AServerWithoutASessionStartsAnew) {
   EXPECT_TRUE(says(resumed(), "no scenario is loaded."));
   std::filesystem::remove(periodic_ / "session.json");
   EXPECT_TRUE(says(resumed(ScenarioSource{file_, {}}),
-                   "the scenario begins anew, as there is no periodic snapshot."));
+                   "the scenario starts from its beginning, as there is no periodic snapshot."));
   EXPECT_NE(host_->loop(), nullptr);
   options_.snapshots.clear();
   EXPECT_TRUE(says(resumed(), "no scenario is loaded."));

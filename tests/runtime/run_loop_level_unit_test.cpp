@@ -230,7 +230,7 @@ TEST(RunLoopFault, PeriodicSnapshotsOfARunawayAreRefusedWithAnEvent) {
             ControlResult::ok);
   ASSERT_EQ(reader.request("set_state", {{"state", "1"}}).result, ControlResult::ok);
   ASSERT_TRUE(reader.wait_for_event("simulation_fault"));
-  ASSERT_EQ(reader.count("snapshot_failed"), 1U) << "told once";
+  ASSERT_EQ(reader.count("snapshot_failed"), 1U) << "reported once";
   const auto refused = reader.wait_for_event("snapshot_failed");
   const EventText reported = describe(*refused, loop.cell());
   EXPECT_NE(reported.message.find("was not taken: the state"), std::string::npos) << reported.message;

@@ -110,7 +110,7 @@ TEST(StepPath, TheStepPathHasNoAllocationLockWaitOrPageFault) {
   // None of its own; a machine that is short of memory may evict a page.
   EXPECT_LE(counts.page_faults, 10);
   EXPECT_LE(counts.waits, 10);
-  EXPECT_GT(counts.wakes, 0U) << "nobody read";
+  EXPECT_GT(counts.wakes, 0U) << "no reader was woken";
   EXPECT_GT(counts.commands, 100U);
   RecordProperty("page_faults", std::to_string(counts.page_faults));
 }

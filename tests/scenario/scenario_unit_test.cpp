@@ -113,7 +113,7 @@ TEST_F(ScenarioFile, NamesMustBeUniqueAndFitForTopics) {
               AllOf(HasSubstr("s.yaml:5:"), HasSubstr("twice")));
 }
 
-TEST_F(ScenarioFile, BrokenYamlIsReportedWithItsPlace) {
+TEST_F(ScenarioFile, InvalidYamlIsReportedWithItsPlace) {
   EXPECT_THAT(error("takt_scenario: 1\nname: [a\n"),
               AllOf(HasSubstr("s.yaml:"), HasSubstr("not valid YAML")));
   EXPECT_THAT(error("- 1\n- 2\n"), HasSubstr("a mapping"));

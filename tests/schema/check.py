@@ -1,5 +1,5 @@
-"""The JSON Schema of scenario files against scenarios, by jsonschema (Debian python3-jsonschema), a validator nobody
-here wrote.
+"""The JSON Schema of scenario files against scenarios, by an independent validator: jsonschema (Debian
+python3-jsonschema).
 
     check.py SCHEMA SCENARIOS TESTS...
 

@@ -71,28 +71,28 @@ until grep -q '^[0-9]' "$work/client.log"; do
   sleep 0.2
 done
 
-told=0
-tell() {  # line.py; waits for its answer, what was done since the last time
+ordered=0
+send_order() {  # an order to line.py; waits for the answer, which counts the packets since the last one
   echo "$1" >&3
-  told=$((told + 1))
-  until (($(grep -c carried "$work/line.log") >= told)); do sleep 0.01; done
+  ordered=$((ordered + 1))
+  until (($(grep -c carried "$work/line.log") >= ordered)); do sleep 0.01; done
 }
 resident_kB() { awk '/^VmRSS/ { print $2 }' "/proc/$server/status"; }
 for phase in "${phases[@]}"; do
   IFS='|' read -r name order <<<"$phase"
   begin=$(date +%s.%N)
   if [[ $name == cut* ]]; then
-    tell ""
+    send_order ""
     ip -n "$b" link set "tb$id" down
     sleep "$order"
     ip -n "$b" link set "tb$id" up
     ip -n "$b" route add 239.0.0.0/8 dev "tb$id" 2>/dev/null || true
   else
-    tell "$order"
+    send_order "$order"
   fi
   sleep "$phase_s"
   end=$(date +%s.%N)
-  tell ""
+  send_order ""
   echo "$begin|$end|$(resident_kB)|$(tail -n 1 "$work/line.log")|$name" >>"$work/phases"
 done
 wait $client || { cat "$work/client.log" >&2; exit 1; }

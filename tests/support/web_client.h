@@ -37,7 +37,7 @@ class WebClient {
       address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
       reached = ::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address);
     }
-    if (reached != 0) throw std::runtime_error("nobody listens on that port");
+    if (reached != 0) throw std::runtime_error("that port has no listener");
   }
   ~WebClient() { ::close(socket_); }
   WebClient(const WebClient&) = delete;

@@ -1,5 +1,5 @@
-// What looking costs: processor time of takt view, and the overruns of the server's steps, with nobody who looks, one and
-// ten; all in one run, with nobody in between, since what else the machine does changes. ./dev bench view [SECONDS]
+// Cost of viewers: processor time of takt view, and the overruns of the server's steps, with no viewer, one and ten. All are
+// measured in one run, with rows without a viewer in between, since the machine's other load changes. ./dev bench view [SECONDS]
 // [--pages | --sockets] [--realtime-priority N]. Sockets ask for what the page asks for, at its rate; pages are real ones, of one Chromium that draws
 // with the processor here and so takes what the server needs, and draw FRAMES times per second (--frames N; 0: as often as
 // they can) for that reason. --realtime-priority N is handed to takt-server: with it the pages get what its steps leave.
@@ -71,7 +71,7 @@ const busy = () => {  // processor time of the whole machine, s
   const fields = readFileSync('/proc/stat', 'utf8').split('\n')[0].split(/\s+/).slice(1, 9).map(Number);
   return (fields.reduce((sum, value) => sum + value, 0) - fields[3] - fields[4]) / 100;
 };
-const columns = [['who looks', 12], ['takt view, % of a core', 22], ['server, % of a core', 19], ['machine, % of a core', 20], ['steps overrun of 1000', 21], ['wake-up p99, ms', 15], ['samples or frames/s each', 24], ['kB/s each', 9]];
+const columns = [['viewers', 12], ['takt view, % of a core', 22], ['server, % of a core', 19], ['machine, % of a core', 20], ['steps overrun of 1000', 21], ['wake-up p99, ms', 15], ['samples or frames/s each', 24], ['kB/s each', 9]];
 console.log(columns.map(([name, width]) => name.padStart(width)).join('  '));
 const rows = [];
 if (!given.includes('--pages')) rows.push([0], [1, look, 'socket'], [10, look, 'socket']);
@@ -90,7 +90,7 @@ for (const [wanted, add, kind] of [...rows, [0]]) {
   const passed = Number(process.hrtime.bigint() - t) / 1e9, after = takt('status');
   const mean = (member) => (lookers.length ? lookers.reduce((sum, looker) => sum + looker[member], 0) / lookers.length / passed : 0);
   const percent = (now, i) => (100 * (now - began[i]) / passed).toFixed(1);
-  const row = [count ? `${count} ${kind}${count > 1 ? 's' : ''}` : 'nobody', percent(spent(child.pid), 0), percent(spent(running.pid), 1), percent(busy(), 2),
+  const row = [count ? `${count} ${kind}${count > 1 ? 's' : ''}` : 'none', percent(spent(child.pid), 0), percent(spent(running.pid), 1), percent(busy(), 2),
     (1000 * (after.overruns - before.overruns) / Math.max(after.step - before.step, 1)).toFixed(2), (1000 * after.wakeup_latency_p99).toFixed(3),
     count ? mean('frames').toFixed(1) : '', count && !pages ? (mean('bytes') / 1000).toFixed(0) : ''];
   console.log(row.map((value, i) => value.padStart(columns[i][1])).join('  '));

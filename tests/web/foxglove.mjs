@@ -111,7 +111,7 @@ const {hostname, port} = new URL(url);
 const code = await new Promise((resolve) => request({hostname, port, path: '/', headers: {host: 'rebound.example'}}, (response) => resolve(response.statusCode)).end());
 assert.equal(code, 403);
 
-// Nonsense is told to be that, or passed over; whoever sends it and all others go on.
+// Invalid messages are answered with an error or ignored. Their sender and all other viewers continue.
 const rude = await look('foxglove.websocket.v1');
 await rude.until(() => rude.info());
 const socket = new WebSocket(address, ['foxglove.websocket.v1']);

@@ -1,6 +1,6 @@
 // Server and tools are started in several orders (--all: in every one), each of them is stopped and started again while
-// the others go on, and all of them work each time: nobody has to restart another. Those that follow the cell are asked
-// what they have seen since, never by waiting a fixed time.
+// the others go on, and all of them work each time: no program needs the restart of another. The test polls the programs
+// that follow the cell for their newest output; it never waits a fixed time.
 import {strict as assert} from 'node:assert';
 import {readFileSync, statSync, writeFileSync} from 'node:fs';
 import WebSocket from 'ws';
@@ -68,7 +68,7 @@ const status = () => { try { return takt('status'); } catch { return null; } };
 // All of them work, with what they have seen from now on.
 async function allWork(running) {
   for (const name of NAMES) assert.ok(running[name].exitCode === null, `${name} has ended: ${running[name].text}`);
-  // The cell takes commands: those of the controller, which is the only one who sends any.
+  // The cell takes commands: those of the controller, the only sender.
   let applied = null;
   await until('the controller', () => {
     const s = status();
@@ -79,7 +79,7 @@ async function allWork(running) {
   await looks(page);
   const size = statSync(running.record.file, {throwIfNoEntry: false})?.size ?? 0;
   await until('the recording', () => (statSync(running.record.file, {throwIfNoEntry: false})?.size ?? 0) > size);
-  // What is watched is of this server: pace is told anew when it changes.
+  // The watcher follows this server: it prints the pace when the pace changes.
   const factor = 1 + Math.round(1000 * Math.random()) / 1000, seen = running.watch.text.length;
   takt('pace', 'realtime', '--factor', String(factor));
   takt('pause');

@@ -46,8 +46,8 @@ function exported(file) {
 }
 // What another client got at the same times. Samples are sent best effort, so not all times are common.
 function compare(name, plot, samples) {
-  const told = new Map(samples), common = plot.x.filter((time) => told.has(time));
-  for (const time of common) assert.equal(plot.y[plot.x.indexOf(time)], told.get(time), `${name} at ${time} s`);
+  const reported = new Map(samples), common = plot.x.filter((time) => reported.has(time));
+  for (const time of common) assert.equal(plot.y[plot.x.indexOf(time)], reported.get(time), `${name} at ${time} s`);
   assert.ok(common.length > 20, `${name}: ${common.length} common times of ${samples.length}`);
 }
 stage('power, contact force, torque');
@@ -97,7 +97,7 @@ assert.ok(Math.max(...plots[torque].y) - Math.min(...plots[torque].y) > 1, 'the 
 assert.ok(Math.min(...plots[electrical].y) > 50);
 
 stage('reset');
-// After it time begins anew, in all of them, whether their topic counts resets or not.
+// After a reset all plots start at time zero, whether or not their topic has an epoch.
 await stop(controller);
 await page.click('#reset');
 await until(() => takt.last.state.epoch === 1 && takt.last.state.time === 0);

@@ -85,7 +85,7 @@ near(drawn.base_link, [1, 2, 3], [1.3, 2.2, 3.1]);
 // The joint is turned by 90 degrees: x of the arm is y of the world.
 near(drawn.arm, [0.9, 2, 3.1], [1, 2.5, 3.18]);
 near(drawn.hand, [0.94, 2.5, 3.1], [1, 2.55, 3.17]);
-// The one that is not there is told, with what to do.
+// The missing mesh is reported with the remedy.
 await page.waitForFunction(() => document.querySelector('#answer').textContent.includes('package://elsewhere/meshes/tool.stl'), null, {timeout: 60000});
 assert.match(await page.locator('#answer').textContent(), /--files/);
 assert.deepEqual(problems, []);

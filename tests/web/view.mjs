@@ -76,13 +76,13 @@ const pressed = await ask(() => {
   const pair = takt.last.contact_pressures.pairs[0], contact = takt.last.contacts.contacts.find(({base, target}) => base === pair.base && target === pair.target);
   const mesh = takt.cell.pressed.get(`${pair.base}-${pair.target}`);
   const {position, color} = mesh.geometry.attributes, strongest = pair.pressures.indexOf(Math.max(...pair.pressures));
-  return {count: position.count, elements: contact.elements, largest: pair.largest_pressure, told: contact.largest_pressure,
+  return {count: position.count, elements: contact.elements, largest: pair.largest_pressure, reported: contact.largest_pressure,
     strongest: [color.getX(3 * strongest), color.getY(3 * strongest), color.getZ(3 * strongest)],
     onBase: mesh.parent.name === takt.last.description.components[pair.base].name,
     discs: takt.cell.patches.some(({disc}) => disc.visible)};
 });
 assert.equal(pressed.count, 3 * pressed.elements);
-assert.ok(Math.abs(pressed.largest - pressed.told) <= 1e-9 * pressed.told, `${pressed.largest} Pa is not ${pressed.told} Pa`);
+assert.ok(Math.abs(pressed.largest - pressed.reported) <= 1e-9 * pressed.reported, `${pressed.largest} Pa is not ${pressed.reported} Pa`);
 assert.ok(pressed.onBase && !pressed.discs);
 assert.ok(pressed.strongest[0] > 0.5 && pressed.strongest[2] < 0.1, `red where the pressure is largest: ${pressed.strongest}`);
 assert.match(await page.locator('#pressures').textContent(), /P-|-P/);
@@ -149,7 +149,7 @@ await seek(0.25);
 await film.waitForFunction(() => Math.abs(takt.last.state.time - 3) < 0.02, null, {timeout: 60000});
 await film.click('#play');
 await film.waitForFunction(() => takt.last.state.time > 3.5, null, {timeout: 60000});
-// What of it is damaged is told, and the rest can be seen.
+// The damaged part of a recording is reported, and the rest is shown.
 await film.click('#pause');
 const file = openSync('run.mcap', 'r+'), {size} = fstatSync(file);
 writeSync(file, Buffer.alloc(Math.floor(0.2 * size)), 0, undefined, Math.floor(0.4 * size));

@@ -47,7 +47,7 @@ struct Expectation {
   double tolerance_m = 0.0;
 };
 
-/// Reads the section `expected` of a scenario file; every error is for the person who wrote the file.
+/// Reads the section `expected` of a scenario file. Its errors address the author of the file.
 class ExpectationReader {
  public:
   explicit ExpectationReader(const std::string& file) : file_(file) {}

@@ -45,14 +45,14 @@ class Session {
   std::unique_ptr<Client> client_;
 };
 
-/// On standard error: of what follows a cell and has no end, when the server goes away.
+/// Prints on standard error that the server has gone, for commands that follow a cell without an end.
 void say_that_the_cell_has_gone();
 
 /// The sentence of a reply, or all of it as JSON.
 int report(const Common& common, const Reply& reply);
 /// {name: value}; documents as they are.
 nlohmann::json values_json(const Arguments& values);
-/// Tells an error (with `json` on standard output too) and returns the exit code for it.
+/// Prints an error on standard error, with `json` also on standard output. Returns its exit code.
 int report_error(bool json, const std::exception& error);
 
 /// Requests by name, and the commands that are one request: requests.cpp.

@@ -22,7 +22,7 @@ const std::map<std::string, std::string>& examples() {
        "  takt state --json | jq '.components.P.position'\n"
        "  takt state --json | jq '.devices.Furnace | .signals.temperature, .units.temperature, .limits'"},
       {"explain",
-       "  takt explain P                     why P is held, by whom, since when\n"
+       "  takt explain P                     what holds P, by which rule, since when\n"
        "  takt explain Gripper1 --json       what Gripper1 holds"},
       {"power",
        "  takt lod 2; takt power             what each robot draws now\n"

@@ -25,11 +25,11 @@ namespace {
 
 constexpr const char* kExamples = R"(
 Examples:
-  takt list                              which cells there are
+  takt list                              the cells on the domain
   takt status                            how the cell is doing: time, pace, real-time factor, faults
-  takt watch                             a live line: time, real-time factor, who holds which Part
+  takt watch                             a live line: time, real-time factor, the holder of each Part
   takt state --json                      positions, orientations, states, partners, signals of devices
-  takt explain P                         who holds the Part P, by which rule, since when, what it touches
+  takt explain P                         what holds the Part P, by which rule, since when, what it touches
   takt pause; takt step 100; takt play
   takt load my.yaml; takt play           another scenario in the running server
   takt view                              the cell in the browser; takt view run.mcap: a recording
@@ -44,7 +44,7 @@ With --json every command writes one JSON document, those that follow something 
 
 Exit codes: 0 ok; 1 refused or failed, or not as expected; 2 wrong usage; 3 no such cell, or it went away.)";
 
-/// Tells what is wrong with the command line, or what was asked for: help, version. Returns the exit code.
+/// Prints the mistake in the command line, or the requested help or version. Returns the exit code.
 int answer(const CLI::App& app, const CLI::ParseError& error, bool json) {
   if (error.get_exit_code() == 0) return app.exit(error);
   const std::optional<std::string> word = takt::command_line::unknown_command(app);
@@ -97,7 +97,7 @@ int run(int argc, char** argv) {
     return takt::tool::list(common);
   });
   add("status", "how the cell is doing", [&] { return takt::tool::status(common); });
-  add("state", "where every component is, and who holds it; joints, jaws, signals of devices",
+  add("state", "pose and holder of every component; joints, jaws, signals of devices",
       [&] { return takt::tool::state(common); });
 
   std::string part;

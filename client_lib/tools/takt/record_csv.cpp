@@ -72,7 +72,8 @@ int record_csv(const Common& common, const RecordOptions& options) {
         kForever);
     if (!next) return 1;
     if (next->epoch != epoch || next->cell != state.cell) {
-      std::fprintf(stderr, "takt: the cell was reset or loaded anew; the recording ends before that.\n");
+      std::fprintf(stderr,
+                   "takt: the cell was reset or has loaded a scenario; the recording ends before that.\n");
       if (options.until_s || options.duration_s) code = kFailed;
       break;
     }

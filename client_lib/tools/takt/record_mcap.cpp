@@ -134,7 +134,7 @@ class McapRecorder {
     return false;
   }
 
-  /// They are sent while somebody reads them: when this ends, nobody does.
+  /// The server sends pressures only while they have a reader. So the request may outlast the recording.
   void ask_for_pressures() const {
     constexpr double kLongest_s = 86400.0;
     (void)Client(common_.client).call(requests::WatchPressures{options_.pressures, kLongest_s});
@@ -205,7 +205,7 @@ class McapRecorder {
     }
   }
 
-  /// Thinned by simulated time; a reset begins anew.
+  /// True once per period of simulated time. After a reset (time goes back) the next sample is due.
   bool due(Channel& channel, double time_s) const {
     if (time_s < channel.newest_s) channel.due_s = -1.0e300;
     channel.newest_s = time_s;

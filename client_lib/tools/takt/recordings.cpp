@@ -30,14 +30,14 @@ McapReader open(const std::string& file) {
   return reader;
 }
 
-/// By whatever name: opened for writing, it would be gone before it is read.
+/// Throws if both paths, links followed, are the same file: opening it for writing would empty the recording.
 void refuse_recording_itself(const std::string& recording, const std::filesystem::path& output) {
   std::error_code not_there;
   if (std::filesystem::equivalent(recording, output, not_there))
     throw std::runtime_error("'" + output.string() + "' is the recording itself; it is not written over.");
 }
 
-/// While it lives, a pipe that nobody reads is an error of the write, not the end of the program.
+/// During its lifetime, writing into a pipe without a reader returns an error and raises no signal.
 class BrokenPipesAreErrors {
  public:
   BrokenPipesAreErrors() : before_(std::signal(SIGPIPE, SIG_IGN)) {}

@@ -98,10 +98,10 @@ void declare_view(CLI::App& app, const Common& common, int& result) {
       ->capture_default_str();
   command
       ->add_option("--address", options.address,
-                   "address to listen on; 127.0.0.1: this machine only, 0.0.0.0: every network (who can "
-                   "reach it can control the cell, unless --observer)")
+                   "address to listen on; 127.0.0.1: this machine only, 0.0.0.0: every network (every "
+                   "machine that reaches it can control the cell, unless --observer)")
       ->capture_default_str();
-  command->add_flag("--observer", options.observer, "all may look, nobody may touch");
+  command->add_flag("--observer", options.observer, "all viewers may observe, none may control");
   command->add_option("--page", options.page, "directory of the built page")->check(CLI::ExistingDirectory);
   command
       ->add_option(

@@ -129,8 +129,8 @@ std::optional<int> watch_one(const Common& common, const WatchOptions& options,
   }
 }
 
-/// Calls follow() with a cell until it gives an exit code. When the server goes away, that of a bounded run
-/// is as told by the error; else it is waited for.
+/// Calls follow_one() with a session until it returns an exit code. When the server goes away, a bounded run
+/// ends with the error; an unbounded run waits for the next server.
 template <typename Follow>
 int follow(const Common& common, bool bounded, Follow follow_one) {
   std::optional<Session> session(std::in_place, common);

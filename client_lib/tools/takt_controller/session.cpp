@@ -16,11 +16,11 @@ namespace {
 /// Times are multiples of the step in binary arithmetic; this is far below any step and far above their
 /// rounding.
 constexpr double kTimeTolerance_s = 1e-9;
-/// The server says itself when it is gone; a cell that is paused may stay so for as long as it likes.
+/// Practically without end: DDS announces the end of a server, and a cell may stay paused for any time.
 constexpr Seconds kPatience{1.0e9};
 
-/// A cell that is found again with no more simulated time than this was started anew, one with more goes on
-/// from a snapshot; a program is not begun in the middle of that.
+/// A cell found again with at most this simulated time has started from its scenario. A cell with more has
+/// resumed from a snapshot; a program cannot begin in the middle of that.
 constexpr double kFresh_s = 2.0;
 
 /// Commands one cell by one program.
@@ -50,7 +50,7 @@ class Session {
                     cell_.state().time, options_.program.c_str());
         std::fflush(stdout);
       } else if (options_.start &&
-                 (!again || info_->scenario_generation <= 1)) {  // what somebody has loaded is not begun
+                 (!again || info_->scenario_generation <= 1)) {  // the client that loads a scenario plays it
         cell_.play();
       }
       while (one_boundary()) {
@@ -89,12 +89,11 @@ class Session {
           if (s.time >= due_s || s.epoch != epoch_ || s.cell != info_) return true;
           const bool is_new = s.sample_number > seen;
           seen = s.sample_number;
-          // The instant that was answered, once more: the cell has not got on, so the commands may not have
-          // arrived.
+          // The cell repeats the instant that was answered: the commands may not have arrived.
           return is_new && sent_at_step_ == s.step;
         },
         last ? options_.client.timeout : kPatience);
-    if (!state) return false;  // the program has finished and somebody has paused the cell
+    if (!state) return false;  // the program has finished and the cell is paused
     newest_sample_ = state->sample_number;
     if (state->cell != info_)
       throw ClientError(

@@ -1,4 +1,4 @@
-// The way to takt view: Foxglove's WebSocket protocol. It connects again by itself, for as long as the page is open.
+// The connection to takt view: Foxglove's WebSocket protocol. It connects again by itself while the page is open.
 import {parse} from '@foxglove/rosmsg';
 import {MessageReader} from '@foxglove/rosmsg2-serialization';
 
@@ -17,7 +17,7 @@ export class Link {
     const socket = (this.socket = new WebSocket(this.url, ['foxglove.websocket.v1']));
     socket.binaryType = 'arraybuffer';
     socket.onopen = () => { this.wait = 250; };
-    socket.onmessage = ({data}) => (typeof data === 'string' ? this.told(JSON.parse(data)) : this.sent(data));
+    socket.onmessage = ({data}) => (typeof data === 'string' ? this.receiveText(JSON.parse(data)) : this.receiveBinary(data));
     socket.onclose = () => {
       if (this.socket !== socket) return;
       for (const call of this.calls.values()) call.reject(new Error('the connection was lost'));
@@ -28,7 +28,7 @@ export class Link {
     };
   }
 
-  told(message) {
+  receiveText(message) {
     if (message.op === 'serverInfo') this.on.open(message);
     if (message.op === 'advertise') {
       const subscriptions = [];
@@ -43,7 +43,7 @@ export class Link {
     if (message.op === 'serviceCallFailure') this.finish(message.callId, (call) => call.reject(new Error(message.message)));
   }
 
-  sent(buffer) {
+  receiveBinary(buffer) {
     const view = new DataView(buffer);
     if (view.getUint8(0) === 1) {
       const channel = this.channels.get(view.getUint32(1, true));  // subscriptions are numbered as channels

@@ -289,7 +289,7 @@ function pressureLegend(pairs) {
   $('pressures').replaceChildren(element('i', '', {style: `background:linear-gradient(90deg,${scale})`}), '0 to the largest of each pair:',
     ...pairs.map((pair) => element('div', `${pairName(pair.base, pair.target)}: ${pressureText(pair.largest_pressure)}, ${pair.pressures.length} elements${pair.omitted ? ` of ${pair.pressures.length + pair.omitted}` : ''}`)));
 }
-// The server sends pressures for as long as somebody goes on asking. In a recording there are those that were asked for then.
+// The server sends pressures while a client repeats its request. A recording has the pressures that were requested during it.
 function askForPressures() {
   const pairs = $('pressure').value;
   if (pairs && !playback && link.service && !$('play').disabled) ask('watch_pressures', {pairs, for_s: '15'}).catch(() => {});
@@ -335,5 +335,5 @@ const line = (...children) => { const made = element('div', ''); made.append(...
 $('legend').replaceChildren(line('parts', ...STATES.flatMap((name, i) => mark(STATE_COLORS[i], name))), line('grippers', ...mark(OPEN, 'open'), ...mark(CLOSED, 'commanded to close'), ...mark(GRIPS, 'on a part')),
   line('marks', ...mark(FORCE, 'force on a part', 'line'), ...mark(CONTACT, 'contact', 'line'), ...mark(HOLDS, 'holding relation', 'line')));
 
-// For tests, and for whoever wants to ask the page.
+// For tests and for the console of the browser.
 window.takt = {cell, link, last, plots, place: (name) => cell.place(name)};

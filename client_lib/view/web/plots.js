@@ -43,7 +43,7 @@ export class Plots {
   // `epoch` is not known of all topics: joint states have the form that ROS 2 gave them.
   take(time, epoch, values) {
     if (epoch !== undefined) {
-      if (epoch !== this.epoch) this.clear();  // the cell was reset: time begins anew
+      if (epoch !== this.epoch) this.clear();  // the cell was reset: time is zero again
       this.epoch = epoch;
     }
     for (const plot of this.plots) {

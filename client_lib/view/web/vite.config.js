@@ -1,7 +1,7 @@
 import {readFileSync, readdirSync} from 'node:fs';
 import {defineConfig} from 'vite';
 
-// Whoever gets the built page gets the licences of what is in it.
+// The built page contains the licences of its packages.
 function licences() {
   return {
     name: 'licences',

@@ -64,7 +64,7 @@ class MeshQualityCheck {
                              number_text(options_.needle_ratio, 4) + " heights), the worst " +
                              number_text(ratio, 3) + " heights at " + place_text(centres_[worst]) +
                              ": one line in its middle stands for all of it",
-                         "mesh it anew with triangles of even size; element_edge_m makes needles shorter, "
+                         "mesh it again with triangles of even size; element_edge_m makes needles shorter, "
                          "but no less slender"});
   }
 

@@ -81,7 +81,8 @@ void CellHost::resume(const std::string& crash, const std::optional<ScenarioSour
     }
   } else {
     slot_.exchange(otherwise ? slot_.build(*otherwise) : nullptr);
-    how = otherwise ? "the scenario begins anew, as there is no periodic snapshot" : "no scenario is loaded";
+    how = otherwise ? "the scenario starts from its beginning, as there is no periodic snapshot"
+                    : "no scenario is loaded";
   }
   outbound_->announcement = diagnostic(events::Restarted{crash, how}, options_.cell);
   announces_.store(true);

@@ -114,7 +114,7 @@ std::string Snapshots::resume(const Session& session) {
     return "no scenario is loaded, as before";
   }
   auto next = slot_.build(*session.source, session.changes);
-  std::string how = "the scenario begins anew, as no periodic snapshot can be used";
+  std::string how = "the scenario starts from its beginning, as no periodic snapshot can be used";
   for (const auto& file : store_->periodic()) {
     SnapshotFile content;
     SnapshotResult result = read_snapshot_file(file, content);

@@ -155,16 +155,16 @@ void ThresholdSleeping::find_groups(const ComponentInteraction& interaction, con
 }
 
 bool ThresholdSleeping::fall_asleep(const ComponentInteraction& interaction, const CellMotion& motion) {
-  bool somebody = false;
+  bool any_calm = false;
   for (const int place : resting_.awake_indices()) {
     int& calm = calm_[static_cast<std::size_t>(place)];
     const int part = resting_.parts()[static_cast<std::size_t>(place)];
     const bool slow = may_sleep_[static_cast<std::size_t>(place)] != 0 &&
                       speed_m_per_s(part, motion) < parameters_.speed_m_per_s;
     calm = slow ? std::min(calm + 1, steps_) : 0;
-    somebody = somebody || calm == steps_;
+    any_calm = any_calm || calm == steps_;
   }
-  if (!somebody) return false;
+  if (!any_calm) return false;
   find_groups(interaction, motion);
   bool changed = false;
   for (const int index : resting_.awake_indices()) {
