@@ -254,7 +254,7 @@ nlohmann::ordered_json assertions_json(const std::vector<AssertionResult>& resul
     nlohmann::ordered_json& item = all[result.name];
     item = {{"check", result.kind},
             {"verdict", to_string(result.verdict)},
-            {"time_s", result.time_s},
+            {"time", result.time_s},
             {"sentence", result.sentence}};
     if (result.value) item["value"] = *result.value;
     if (result.lower) item["at_least"] = *result.lower;

@@ -77,7 +77,7 @@ class Comparer {
       if (!(*report)["fault"].is_null())
         result_.contradictions.push_back(std::string(name) +
                                          " ended early: " + (*report)["fault"].get<std::string>());
-    add("simulated time", "s", a_["simulated_s"].get<double>(), b_["simulated_s"].get<double>(),
+    add("simulated time", "s", a_["simulated_time"].get<double>(), b_["simulated_time"].get<double>(),
         limits_.time_s);
     const auto count = [](const Json& report) {
       return std::count_if(report["collisions"].begin(), report["collisions"].end(),
@@ -106,9 +106,9 @@ class Comparer {
   void compare_holders() {
     std::map<std::string, std::array<std::vector<const Json*>, 2>> changes;
     for (const Json& change : a_["connection_changes"])
-      if (change["time_s"].get<double>() > 0.0) changes[change["part"]][0].push_back(&change);
+      if (change["time"].get<double>() > 0.0) changes[change["part"]][0].push_back(&change);
     for (const Json& change : b_["connection_changes"])
-      if (change["time_s"].get<double>() > 0.0) changes[change["part"]][1].push_back(&change);
+      if (change["time"].get<double>() > 0.0) changes[change["part"]][1].push_back(&change);
     const auto listed = [](const std::vector<const Json*>& list) {
       const std::string text = join(list, ", ", [](const Json* change) {
         return (*change)["to"].is_null() ? std::string("nothing") : (*change)["to"].get<std::string>();
@@ -126,8 +126,7 @@ class Comparer {
         add(part + " held by " +
                 ((*lists[0][i])["to"].is_null() ? std::string("nothing")
                                                 : (*lists[0][i])["to"].get<std::string>()),
-            "s", (*lists[0][i])["time_s"].get<double>(), (*lists[1][i])["time_s"].get<double>(),
-            limits_.time_s);
+            "s", (*lists[0][i])["time"].get<double>(), (*lists[1][i])["time"].get<double>(), limits_.time_s);
     }
   }
 
@@ -139,7 +138,7 @@ class Comparer {
         std::string key = step["robot"].get<std::string>() + ": " + step["name"].get<std::string>();
         if (!step["named"].get<bool>()) key += ", line " + std::to_string(step["line"].get<int>());
         const int n = ++seen[key];
-        durations[n > 1 ? key + " (" + std::to_string(n) + ")" : key] = step["duration_s"].get<double>();
+        durations[n > 1 ? key + " (" + std::to_string(n) + ")" : key] = step["duration"].get<double>();
       }
       return durations;
     };
@@ -154,7 +153,7 @@ class Comparer {
     for (const auto& [key, duration] : b)
       if (a.count(key) == 0)
         result_.contradictions.push_back("the step " + key + " is in the second run only");
-    const Json &x = a_["process"]["cycle_time_s"], &y = b_["process"]["cycle_time_s"];
+    const Json &x = a_["process"]["cycle_time"], &y = b_["process"]["cycle_time"];
     if (x.is_number() && y.is_number())
       add("cycle time", "s", x.get<double>(), y.get<double>(), limits_.time_s);
   }
@@ -183,7 +182,7 @@ class Comparer {
   void compare_energies() {
     for (const auto& [name, one] : a_["process"]["consumers"].items()) {
       if (!b_["process"]["consumers"].contains(name)) continue;
-      const double a = one["energy_J"], b = b_["process"]["consumers"][name]["energy_J"];
+      const double a = one["energy"], b = b_["process"]["consumers"][name]["energy"];
       add_share("energy of " + name, "J", a, b, share(a, b), limits_.energy);
     }
   }
@@ -314,8 +313,8 @@ void print_comparison(std::ostream& out, const Json& a, const Json& b, const Com
                       const ComparisonLimits& limits) {
   constexpr std::size_t kMaxListed = 20;
   out << a["scenario"].get<std::string>() << ": " << level_of(a) << " ("
-      << number_text(a["cpu_s"].get<double>(), 5) << " s of computation) and " << level_of(b) << " ("
-      << number_text(b["cpu_s"].get<double>(), 5) << " s)\n";
+      << number_text(a["cpu_time"].get<double>(), 5) << " s of computation) and " << level_of(b) << " ("
+      << number_text(b["cpu_time"].get<double>(), 5) << " s)\n";
   for (const std::string& sentence : comparison.contradictions) out << "!! " << sentence << '\n';
   out << "Largest differences (!! counts):\n"
       << std::left << std::setw(58) << "   quantity" << std::right << std::setw(12) << "first"

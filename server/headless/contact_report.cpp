@@ -32,9 +32,9 @@ Json contacts_json(const CellDescription& cell, const HeadlessResult& result) {
   Json largest = Json::array();
   for (const ContactExtreme& extreme : result.contact_extremes) {
     Json item = contact_json(cell, extreme.sample);
-    item["time_s"] = extreme.time_s;
-    item["largest_torque_N_m"] = extreme.torque_N_m.value;
-    item["largest_torque_time_s"] = extreme.torque_N_m.time_s;
+    item["time"] = extreme.time_s;
+    item["largest_torque"] = extreme.torque_N_m.value;
+    item["largest_torque_time"] = extreme.torque_N_m.time_s;
     largest.push_back(std::move(item));
   }
   all["largest"] = std::move(largest);

@@ -48,10 +48,10 @@ Json energy_json(const CellDescription& cell, const Snapshot& state) {
   Json consumers = Json::object();
   double total = 0.0;
   for (const ConsumedEnergy& one : consumed_energies(cell, state)) {
-    consumers[one.consumer] = {{"energy_J", one.energy_J}, {"power_W", one.power_W}};
+    consumers[one.consumer] = {{"energy", one.energy_J}, {"power", one.power_W}};
     total += one.energy_J;
   }
-  return {{"consumers", std::move(consumers)}, {"total_J", total}};
+  return {{"consumers", std::move(consumers)}, {"total_energy", total}};
 }
 
 }  // namespace takt

@@ -90,7 +90,7 @@ void write_head(std::ostream& out, const Json& report) {
   out << "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" << name
       << "</title><style>" << kStyle << "</style></head><body>\n<h1>" << name << "</h1>\n<p>Level of detail "
       << report["level_of_detail"] << ", solver " << xml_escaped(text_of(report["solver"]["method"])) << ", "
-      << text_of(report["simulated_s"]) << " s simulated in " << text_of(report["cpu_s"])
+      << text_of(report["simulated_time"]) << " s simulated in " << text_of(report["cpu_time"])
       << " s of computation: computation ratio " << text_of(report["computation_ratio"]) << ". State hash "
       << text_of(report["state_hash"]) << ".</p>\n";
   if (!report["fault"].is_null())
@@ -104,7 +104,7 @@ void write_demands(std::ostream& out, const Json& report) {
   for (const auto& [name, demand] : report["assertions"].items()) {
     const std::string verdict = text_of(demand["verdict"]);
     table.row({"<span class=\"" + verdict + "\">" + verdict + "</span>", xml_escaped(name),
-               xml_escaped(text_of(demand["sentence"])), text_of(demand["time_s"])},
+               xml_escaped(text_of(demand["sentence"])), text_of(demand["time"])},
               true);
   }
 }
@@ -117,7 +117,7 @@ void write_timetable(std::ostream& out, const Json& report, const Json& steps) {
     if (std::find(robots.begin(), robots.end(), robot) == robots.end()) robots.push_back(robot);
   }
   constexpr double kLeft = 110.0, kWidth = 960.0, kRow = 34.0;
-  const double end_s = std::max(report["simulated_s"].get<double>(), 1e-9);
+  const double end_s = std::max(report["simulated_time"].get<double>(), 1e-9);
   out << "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" << kLeft + kWidth << "\" height=\""
       << kRow * static_cast<double>(robots.size()) + 24.0
       << "\" font-family=\"sans-serif\" font-size=\"11\">\n";
@@ -128,12 +128,12 @@ void write_timetable(std::ostream& out, const Json& report, const Json& steps) {
     std::size_t k = 0;
     for (const Json& step : steps) {
       if (step["robot"] != robots[r]) continue;
-      const double x = kLeft + kWidth * step["begin_s"].get<double>() / end_s;
-      const double w = kWidth * step["duration_s"].get<double>() / end_s;
+      const double x = kLeft + kWidth * step["begin"].get<double>() / end_s;
+      const double w = kWidth * step["duration"].get<double>() / end_s;
       const std::string name = xml_escaped(step["name"].get<std::string>());
       out << "<rect x=\"" << fixed_text(x, 1) << "\" y=\"" << y + 4 << "\" width=\""
           << fixed_text(std::max(w, 0.5), 1) << "\" height=\"24\" fill=\"" << colors[k++ % std::size(colors)]
-          << "\"><title>" << name << ": " << text_of(step["begin_s"]) << " to " << text_of(step["end_s"])
+          << "\"><title>" << name << ": " << text_of(step["begin"]) << " to " << text_of(step["end"])
           << " s</title></rect>\n";
       if (w > 6.5 * static_cast<double>(name.size()))
         out << "<text x=\"" << fixed_text(x + 3, 1) << "\" y=\"" << y + 20 << "\">" << name << "</text>\n";
@@ -149,7 +149,7 @@ void write_timetable(std::ostream& out, const Json& report, const Json& steps) {
 void write_steps(std::ostream& out, const Json& report) {
   const Json& process = report["process"];
   if (process["steps"].empty()) return;
-  out << "<h2>Steps of the program</h2>\n<p>Cycle time " << text_of(process["cycle_time_s"]) << " s.</p>\n";
+  out << "<h2>Steps of the program</h2>\n<p>Cycle time " << text_of(process["cycle_time"]) << " s.</p>\n";
   write_timetable(out, report, process["steps"]);
   std::vector<std::string> head{"robot", "step", "line (#)", "begin (s)", "end (s)", "duration (s)"};
   for (const auto& [consumer, numbers] : process["consumers"].items()) head.push_back(consumer + " (J)");
@@ -159,12 +159,12 @@ void write_steps(std::ostream& out, const Json& report) {
     std::vector<std::string> cells{text_of(step["robot"]),
                                    text_of(step["name"]),
                                    text_of(step["line"]),
-                                   fixed_text(step["begin_s"].get<double>(), 3),
-                                   fixed_text(step["end_s"].get<double>(), 3),
-                                   fixed_text(step["duration_s"].get<double>(), 3)};
-    if (step.contains("energy_J"))
-      for (const auto& [consumer, energy] : step["energy_J"].items()) cells.push_back(text_of(energy));
-    if (process["consumers"].size() > 1) cells.push_back(text_of(step["total_J"]));
+                                   fixed_text(step["begin"].get<double>(), 3),
+                                   fixed_text(step["end"].get<double>(), 3),
+                                   fixed_text(step["duration"].get<double>(), 3)};
+    if (step.contains("energy"))
+      for (const auto& [consumer, energy] : step["energy"].items()) cells.push_back(text_of(energy));
+    if (process["consumers"].size() > 1) cells.push_back(text_of(step["total_energy"]));
     table.row(cells);
   }
 }
@@ -175,8 +175,7 @@ void write_loads(std::ostream& out, const Json& report) {
     out << "<h2>Energy</h2>\n";
     HtmlTable table(out, {"consumer", "energy (J)", "largest power (W)", "at (s)"});
     for (const auto& [name, c] : process["consumers"].items())
-      table.row(
-          {name, text_of(c["energy_J"]), text_of(c["largest_power_W"]), text_of(c["largest_power_time_s"])});
+      table.row({name, text_of(c["energy"]), text_of(c["largest_power"]), text_of(c["largest_power_time"])});
   }
   if (report.contains("contacts") && !report["contacts"]["largest"].empty()) {
     out << "<h2>Largest contact forces</h2>\n";
@@ -184,16 +183,16 @@ void write_loads(std::ostream& out, const Json& report) {
                           "torque (N m)", "at  (s)"});
     for (const Json& c : report["contacts"]["largest"])
       table.row({text_of(c["base"]) + " - " + text_of(c["target"]), text_of(c["normal_force"]),
-                 text_of(c["time_s"]), text_of(c["friction_force"]), text_of(c["largest_pressure"]),
-                 text_of(c["largest_torque_N_m"]), text_of(c["largest_torque_time_s"])});
+                 text_of(c["time"]), text_of(c["friction_force"]), text_of(c["largest_pressure"]),
+                 text_of(c["largest_torque"]), text_of(c["largest_torque_time"])});
   }
   if (!process["holding"].empty()) {
     out << "<h2>Holders of the Parts, with the largest load on the Part</h2>\n";
     HtmlTable table(out, {"part", "held by", "force (N)", "at (s)", "torque (N m)", "at  (s)"});
     for (const Json& h : process["holding"])
-      table.row({text_of(h["part"]), text_of(h["holder"]), text_of(h["largest_force_N"]),
-                 text_of(h["largest_force_time_s"]), text_of(h["largest_torque_N_m"]),
-                 text_of(h["largest_torque_time_s"])});
+      table.row({text_of(h["part"]), text_of(h["holder"]), text_of(h["largest_force"]),
+                 text_of(h["largest_force_time"]), text_of(h["largest_torque"]),
+                 text_of(h["largest_torque_time"])});
   }
 }
 
@@ -204,7 +203,7 @@ void write_margins(std::ostream& out, const Json& report) {
     const double use = m["use"].get<double>();
     const std::string over = use > 1.0 ? "over" : "";
     table.row({xml_escaped(text_of(m["of"])), text_of(m["value"]), text_of(m["limit"]), text_of(m["unit"]),
-               text_of(m["time_s"]),
+               text_of(m["time"]),
                "<span class=\"bar " + over +
                    "\" style=\"width:" + fixed_text(std::clamp(120.0 * use, 0.0, 240.0), 0) +
                    "px\"></span> <span class=\"" + over + "\">" + fixed_text(100.0 * use, 1) + " %</span>"},
@@ -219,13 +218,13 @@ void write_events(std::ostream& out, const Json& report) {
   } else {
     HtmlTable table(out, {"time (s)", "what", "pair", "distance (m)"});
     for (const Json& c : report["collisions"])
-      table.row({text_of(c["time_s"]), text_of(c["kind"]),
-                 text_of(c["pair"][0]) + " - " + text_of(c["pair"][1]), text_of(c["distance_m"])});
+      table.row({text_of(c["time"]), text_of(c["kind"]),
+                 text_of(c["pair"][0]) + " - " + text_of(c["pair"][1]), text_of(c["distance"])});
   }
   out << "<h2>Changes of the holder</h2>\n";
   HtmlTable table(out, {"time (s)", "part", "from", "to"});
   for (const Json& c : report["connection_changes"])
-    table.row({text_of(c["time_s"]), text_of(c["part"]), text_of(c["from"]), text_of(c["to"])});
+    table.row({text_of(c["time"]), text_of(c["part"]), text_of(c["from"]), text_of(c["to"])});
 }
 
 void write_curves(std::ostream& out, const std::vector<Curve>& curves) {

@@ -48,8 +48,8 @@ Json components_json(const CellDescription& cell, const Snapshot& state, const S
       const PoseError error = pose_error(sample, expected->X_WB);
       item["expected_position"] = vector_json(expected->X_WB.p);
       item["expected_orientation"] = rotation_json(expected->X_WB.quaternion());
-      item["error_m"] = error.position_m;
-      item["orientation_error_rad"] = error.angle_rad;
+      item["position_error"] = error.position_m;
+      item["orientation_error"] = error.angle_rad;
     }
     all[cell.components[i].name] = item;
   }
@@ -62,11 +62,11 @@ Json imports_json(const RunInfo& info) {
     all.push_back({{"component", import.component},
                    {"method", import.method},
                    {"hulls", import.hulls},
-                   {"solid_volume_m3", import.solid_volume_m3},
-                   {"union_volume_m3", import.union_volume_m3},
+                   {"solid_volume", import.solid_volume_m3},
+                   {"union_volume", import.union_volume_m3},
                    {"lost", import.lost},
                    {"gained", import.gained},
-                   {"seconds", import.seconds},
+                   {"duration", import.seconds},
                    {"from_cache", import.from_cache}});
   }
   return all;
@@ -89,16 +89,16 @@ Json collisions_json(const CellDescription& cell, const HeadlessResult& result) 
   Json all = Json::array();
   for (const CollisionEvent& event : result.collisions) {
     all.push_back({{"kind", to_string(event.kind)},
-                   {"time_s", event.time_s},
+                   {"time", event.time_s},
                    {"step", event.step},
                    {"pair",
                     {cell.checked_bodies[static_cast<std::size_t>(event.a)],
                      cell.checked_bodies[static_cast<std::size_t>(event.b)]}},
-                   {"limit_m", event.limit_m},
-                   {"distance_m", event.distance_m},
-                   {"depth_m", std::max(0.0, -event.distance_m)},
-                   {"position_m", vector_json(event.p_W)},
-                   {"duration_s", event.duration_s}});
+                   {"limit", event.limit_m},
+                   {"distance", event.distance_m},
+                   {"depth", std::max(0.0, -event.distance_m)},
+                   {"position", vector_json(event.p_W)},
+                   {"duration", event.duration_s}});
   }
   return all;
 }
@@ -130,9 +130,9 @@ Json grips_json(const CellDescription& cell, const HeadlessResult& result) {
   for (const GripExtreme& most : result.grips)
     all.push_back({{"gripper", cell.grippers[static_cast<std::size_t>(most.gripper)].name},
                    {"part", cell.components[static_cast<std::size_t>(most.load.part)].name},
-                   {"time_s", most.time_s},
-                   {"needed_force_N", most.load.needed_N},
-                   {"force_N", most.load.force_N},
+                   {"time", most.time_s},
+                   {"needed_force", most.load.needed_N},
+                   {"force", most.load.force_N},
                    {"margin", most.load.needed_N > 0.0 ? Json(1.0 / most.use()) : Json(nullptr)}});
   return all;
 }
@@ -153,8 +153,8 @@ Json alternating_forces_json(const CellDescription& cell, const HeadlessResult& 
         {{"part", cell.components[static_cast<std::size_t>(force.part)].name},
          {"other", force.other < 0 ? Json(nullptr)
                                    : Json(cell.components[static_cast<std::size_t>(force.other)].name)},
-         {"time_s", force.time_s},
-         {"change_N", force.change_N}});
+         {"time", force.time_s},
+         {"change", force.change_N}});
   return all;
 }
 
@@ -190,8 +190,8 @@ Json solver_json(const SolverStatistics& s) {
           {"forced_steps", s.forced_steps},
           {"restarts", s.restarts},
           {"mode_switches", s.mode_switches},
-          {"smallest_step_s", s.smallest_step_s},
-          {"largest_step_s", s.largest_step_s}};
+          {"smallest_step", s.smallest_step_s},
+          {"largest_step", s.largest_step_s}};
 }
 
 }  // namespace
@@ -220,18 +220,18 @@ Json report_document(const Scenario& scenario, const CellDescription& cell, cons
   report["scenario"] = scenario.name;
   report["level_of_detail"] = info.level_of_detail;
   report["pace"] = info.pace;
-  report["simulated_s"] = simulated;
-  report["cpu_s"] = result.cpu_s;
-  report["wall_s"] = result.wall_s;
-  report["controller_s"] = result.controller_s;
-  if (result.process) report["gathering_s"] = result.gathering_s;
+  report["simulated_time"] = simulated;
+  report["cpu_time"] = result.cpu_s;
+  report["wall_time"] = result.wall_s;
+  report["controller_time"] = result.controller_s;
+  if (result.process) report["gathering_time"] = result.gathering_s;
   report["computation_ratio"] = simulated > 0.0 ? result.cpu_s / simulated : 0.0;
   report["state_hash"] = hash_text(result.final_state.state_hash);
   report["verdict"] = verdict(result);
   report["fault"] = result.fault.empty() ? Json(nullptr) : Json(result.fault);
   if (!scenario.expected.empty()) {
-    report["max_error_m"] = max_position_error_m(scenario, cell, result.final_state);
-    report["tolerance_m"] = scenario.expected_tolerance_m;
+    report["max_position_error"] = max_position_error_m(scenario, cell, result.final_state);
+    report["tolerance"] = scenario.expected_tolerance_m;
   }
   report["convex_imports"] = imports_json(info);
   report["import_notes"] = notes_json(cell, info);
@@ -243,7 +243,7 @@ Json report_document(const Scenario& scenario, const CellDescription& cell, cons
   if (!result.assertions.empty()) report["assertions"] = assertions_json(result.assertions);
   Json changes = Json::array();
   for (const ConnectionChange& change : result.changes) {
-    changes.push_back({{"time_s", change.time_s},
+    changes.push_back({{"time", change.time_s},
                        {"step", change.step},
                        {"part", cell.components[static_cast<std::size_t>(change.part)].name},
                        {"from", name_or_null(cell, change.from)},
@@ -257,7 +257,7 @@ Json report_document(const Scenario& scenario, const CellDescription& cell, cons
   Json instants = Json::array();
   for (const ReportedInstant& reported : result.report_at) {
     Json item{{"name", reported.instant.name},
-              {"time_s", reported.snapshot.time_s},
+              {"time", reported.snapshot.time_s},
               {"components", components_json(cell, reported.snapshot, nullptr)},
               {"robots", robots_json(cell, reported.snapshot)}};
     if (!cell.devices.empty()) item["devices"] = devices_json(cell, reported.snapshot);
@@ -270,7 +270,7 @@ Json report_document(const Scenario& scenario, const CellDescription& cell, cons
   report["mpr_skipped"] = result.statistics.mpr_skipped;
   report["solver"] = statistics_json(result.statistics);
   report["solver"]["method"] = info.solver;
-  report["solver"]["step_s"] = cell.step_s;
+  report["solver"]["step_size"] = cell.step_s;
   if (solver_has_error_control(info.solver)) report["solver"]["tolerance"] = scenario.initial_tolerance();
   report["solver"]["work"] = solver_json(result.statistics.solver);
   return report;

@@ -28,14 +28,14 @@ Json robots_json(const CellDescription& cell, const Snapshot& state) {
     if (sample.level_of_detail > 1) {
       item["torque"] = values(sample.effort, joints);
       // Of gripper and load on the flange, about the flange's origin, world axes.
-      item["flange_force_N"] = vector_json(sample.flange_load_W.f);
-      item["flange_torque_N_m"] = vector_json(sample.flange_load_W.t);
-      item["base_force_N"] = vector_json(sample.base_reaction_W.f);
-      item["base_torque_N_m"] = vector_json(sample.base_reaction_W.t);
-      item["mechanical_power_W"] = sample.power.mechanical_total_W;
-      item["electrical_power_W"] = sample.power.electrical_W;
-      item["mechanical_energy_J"] = sample.power.mechanical_energy_J;
-      item["electrical_energy_J"] = sample.power.electrical_energy_J;
+      item["flange_force"] = vector_json(sample.flange_load_W.f);
+      item["flange_torque"] = vector_json(sample.flange_load_W.t);
+      item["base_force"] = vector_json(sample.base_reaction_W.f);
+      item["base_torque"] = vector_json(sample.base_reaction_W.t);
+      item["mechanical_power"] = sample.power.mechanical_total_W;
+      item["electrical_power"] = sample.power.electrical_W;
+      item["mechanical_energy"] = sample.power.mechanical_energy_J;
+      item["electrical_energy"] = sample.power.electrical_energy_J;
     }
     all[cell.robots[r].name] = item;
   }

@@ -28,10 +28,10 @@ Json steps_json(const CellDescription& cell, const RunMetrics& process) {
                    {"name", step.step.name},
                    {"named", step.step.named},
                    {"line", step.step.line},
-                   {"begin_s", step.step.begin_s},
-                   {"end_s", step.step.end_s},
-                   {"duration_s", step.step.end_s - step.step.begin_s}});
-    if (!step.energy_J.empty()) all.back()["energy_J"] = std::move(energy), all.back()["total_J"] = total;
+                   {"begin", step.step.begin_s},
+                   {"end", step.step.end_s},
+                   {"duration", step.step.end_s - step.step.begin_s}});
+    if (!step.energy_J.empty()) all.back()["energy"] = std::move(energy), all.back()["total_energy"] = total;
   }
   return all;
 }
@@ -50,13 +50,13 @@ Json robots_json(const CellDescription& cell, const RunMetrics& process, std::ve
                 {"lowest_position", joint.lowest},
                 {"highest_position", joint.highest},
                 {"largest_speed", joint.speed.value},
-                {"largest_speed_time_s", joint.speed.time_s}};
+                {"largest_speed_time", joint.speed.time_s}};
       if (model.max_velocity > 0.0)
         margins.push_back({name + " speed", turns ? "rad/s" : "m/s", joint.speed.value, model.max_velocity,
                            joint.speed.time_s});
       if (robot.dynamic) {
         item["largest_torque"] = joint.torque.value;
-        item["largest_torque_time_s"] = joint.torque.time_s;
+        item["largest_torque_time"] = joint.torque.time_s;
         if (model.max_effort > 0.0)
           margins.push_back({name + " torque", turns ? "N m" : "N", joint.torque.value, model.max_effort,
                              joint.torque.time_s});
@@ -66,10 +66,10 @@ Json robots_json(const CellDescription& cell, const RunMetrics& process, std::ve
     Json& reported = all[cell.robots[r].name];
     reported["joints"] = std::move(joints);
     if (!robot.dynamic) continue;
-    reported["largest_flange_force_N"] = robot.flange_force_N.value;
-    reported["largest_flange_force_time_s"] = robot.flange_force_N.time_s;
-    reported["largest_flange_torque_N_m"] = robot.flange_torque_N_m.value;
-    reported["largest_flange_torque_time_s"] = robot.flange_torque_N_m.time_s;
+    reported["largest_flange_force"] = robot.flange_force_N.value;
+    reported["largest_flange_force_time"] = robot.flange_force_N.time_s;
+    reported["largest_flange_torque"] = robot.flange_torque_N_m.value;
+    reported["largest_flange_torque_time"] = robot.flange_torque_N_m.time_s;
   }
   return all;
 }
@@ -81,13 +81,13 @@ Json process_json(const CellDescription& cell, const HeadlessResult& result) {
   Json all;
   double cycle_s = 0.0;
   for (const StepMetrics& step : process.steps) cycle_s = std::max(cycle_s, step.step.end_s);
-  all["cycle_time_s"] = process.steps.empty() ? Json(nullptr) : Json(cycle_s);
+  all["cycle_time"] = process.steps.empty() ? Json(nullptr) : Json(cycle_s);
   all["steps"] = steps_json(cell, process);
   Json consumers = Json::object();
   for (const ConsumerMetrics& consumer : process.consumers)
-    consumers[consumer.name] = {{"energy_J", consumer.energy_J},
-                                {"largest_power_W", consumer.power_W.value},
-                                {"largest_power_time_s", consumer.power_W.time_s}};
+    consumers[consumer.name] = {{"energy", consumer.energy_J},
+                                {"largest_power", consumer.power_W.value},
+                                {"largest_power_time", consumer.power_W.time_s}};
   all["consumers"] = std::move(consumers);
   std::vector<Margin> margins;
   all["robots"] = robots_json(cell, process, margins);
@@ -96,10 +96,10 @@ Json process_json(const CellDescription& cell, const HeadlessResult& result) {
   for (const HoldingExtreme& most : process.holding)
     holding.push_back({{"part", name(most.part)},
                        {"holder", name(most.holder)},
-                       {"largest_force_N", most.force_N.value},
-                       {"largest_force_time_s", most.force_N.time_s},
-                       {"largest_torque_N_m", most.torque_N_m.value},
-                       {"largest_torque_time_s", most.torque_N_m.time_s}});
+                       {"largest_force", most.force_N.value},
+                       {"largest_force_time", most.force_N.time_s},
+                       {"largest_torque", most.torque_N_m.value},
+                       {"largest_torque_time", most.torque_N_m.time_s}});
   all["holding"] = std::move(holding);
   for (const GripExtreme& most : result.grips)
     margins.push_back(
@@ -117,7 +117,7 @@ Json process_json(const CellDescription& cell, const HeadlessResult& result) {
                         {"value", margin.value},
                         {"limit", margin.limit},
                         {"unit", margin.unit},
-                        {"time_s", margin.time_s}});
+                        {"time", margin.time_s}});
   all["margins"] = std::move(reported);
   return all;
 }

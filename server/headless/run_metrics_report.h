@@ -7,8 +7,8 @@
 namespace takt {
 
 /// Section "process"; only of a run with metrics (HeadlessOptions::run_metrics).
-///  - cycle_time_s: end of the program's last step
-///  - steps: robot, name, line, begin_s, end_s, duration_s, energy_J of each consumer
+///  - cycle_time: end of the program's last step
+///  - steps: robot, name, line, begin, end, duration, energy of each consumer
 ///  - consumers: energy, largest power and its time
 ///  - robots: of each joint range, largest speed and torque with times; of the flange, largest loads
 ///  - holding: largest force on each Part, with its holder

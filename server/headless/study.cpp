@@ -166,17 +166,18 @@ void add_row(const StudyOptions& options, int run, Table& table) {
   const std::vector<double> values = study_values(options, run);
   for (std::size_t i = 0; i < values.size(); ++i) table.set(options.keys[i].key, values[i]);
   table.set("fault", report["fault"].is_null() ? "" : report["fault"].get<std::string>());
-  if (report.contains("max_error_m")) table.set("max_error_m", report["max_error_m"].get<double>());
+  if (report.contains("max_position_error"))
+    table.set("max_position_error", report["max_position_error"].get<double>());
   table.set("computation_ratio", report["computation_ratio"].get<double>());
   if (report.contains("contacts")) {
     for (const Json& most : report["contacts"]["largest"]) {
       const std::string pair = most["base"].get<std::string>() + "|" + most["target"].get<std::string>();
       table.set(pair + ".normal_force", most["normal_force"].get<double>());
-      table.set(pair + ".time_s", most["time_s"].get<double>());
+      table.set(pair + ".time", most["time"].get<double>());
     }
   }
   for (const auto& [consumer, energy] : report["energy"]["consumers"].items())
-    table.set(consumer + ".energy_J", energy["energy_J"].get<double>());
+    table.set(consumer + ".energy", energy["energy"].get<double>());
   if (report.contains("assertions"))
     for (const auto& [name, verdict] : report["assertions"].items())
       table.set(name, verdict["verdict"].get<std::string>());
@@ -192,7 +193,7 @@ std::string plotted_column(const StudyOptions& options, const Table& table) {
   for (const std::string& column : table.columns())
     if (column.ends_with(".normal_force")) return column;
   for (const std::string& column : table.columns())
-    if (column == "max_error_m") return column;
+    if (column == "max_position_error") return column;
   return "computation_ratio";
 }
 

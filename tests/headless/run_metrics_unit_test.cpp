@@ -98,14 +98,14 @@ TEST(RunMetrics, StepsHaveTheirTimesAndTheirEnergy) {
     EXPECT_TRUE(step["named"].get<bool>());
     if (step["robot"] != "Robot2") continue;
     ++of_robot2;
-    const double begin_s = step["begin_s"], end_s = step["end_s"];
-    const double energy_J = step["energy_J"]["Robot2"];
+    const double begin_s = step["begin"], end_s = step["end"];
+    const double energy_J = step["energy"]["Robot2"];
     sum_J += energy_J;
     const auto at = [&](double t) { return std::prev(dynamic().energy_J.upper_bound(t + 1e-6))->second; };
     EXPECT_NEAR(energy_J, at(end_s) - at(begin_s), 0.05) << step["name"];  // 10 ms at some 100 W are 1 J
   }
   EXPECT_EQ(of_robot2, 1);  // C into B, until the end of these 12 s
-  EXPECT_NEAR(sum_J, dynamic().report["energy"]["consumers"]["Robot2"]["energy_J"].get<double>(), 1e-9);
+  EXPECT_NEAR(sum_J, dynamic().report["energy"]["consumers"]["Robot2"]["energy"].get<double>(), 1e-9);
 }
 
 TEST(RunMetrics, AProgramWithoutStepsIsReportedByItsCalls) {
@@ -116,7 +116,7 @@ TEST(RunMetrics, AProgramWithoutStepsIsReportedByItsCalls) {
   for (const Json& step : steps) {
     EXPECT_FALSE(step["named"].get<bool>());
     EXPECT_GT(step["line"].get<int>(), 0);
-    EXPECT_LE(step["end_s"].get<double>(), 0.5 + 1e-9);
+    EXPECT_LE(step["end"].get<double>(), 0.5 + 1e-9);
   }
 }
 
@@ -162,7 +162,7 @@ TEST(Comparison, TheLowerLevelIsEnoughWhileTheHigherOneAddsNothing) {
 
 TEST(Comparison, DifferencesAreListedTheLargestFirst) {
   Json changed = dynamic().report;
-  double& energy = *changed["process"]["consumers"]["Robot1"]["energy_J"].get_ptr<double*>();
+  double& energy = *changed["process"]["consumers"]["Robot1"]["energy"].get_ptr<double*>();
   energy *= 1.2;
   changed["components"]["C"]["position"][2] = changed["components"]["C"]["position"][2].get<double>() + 0.01;
   changed["connection_changes"].back()["to"] = "Table2";

@@ -119,11 +119,11 @@ TEST(CheckedPrograms, AGripperDrivenIntoTheTableIsReported) {
   const auto& first = report["collisions"][0];
   EXPECT_EQ(first["kind"], "clearance");
   EXPECT_EQ(first["pair"][0], "Table1");
-  EXPECT_EQ(first["depth_m"], 0.0);
+  EXPECT_EQ(first["depth"], 0.0);
   const auto& last = report["collisions"][5];
   EXPECT_EQ(last["kind"], "clearance_restored");
-  EXPECT_NEAR(last["depth_m"].get<double>(), 0.003, 1e-4);
-  EXPECT_NEAR(last["position_m"][2].get<double>(), 0.7 - 0.0015, 1e-4);
+  EXPECT_NEAR(last["depth"].get<double>(), 0.003, 1e-4);
+  EXPECT_NEAR(last["position"][2].get<double>(), 0.7 - 0.0015, 1e-4);
 }
 
 }  // namespace

@@ -96,11 +96,11 @@ TEST_F(ReportedInputs, APartThatFallsOutOfTheWorldIsAFault) {
   const Outcome found = run(kDrop, {"--lod", "1", "--duration", "30", "--set", beside});
   EXPECT_EQ(found.code, 1) << found.text;
   EXPECT_THAT(found.text, AllOf(HasSubstr("Box has left the world at t = "), HasSubstr("world.bounds_m")));
-  EXPECT_LT(found.report.at("simulated_s").get<double>(), 3.0);
+  EXPECT_LT(found.report.at("simulated_time").get<double>(), 3.0);
   const Outcome sooner = run(kDrop, {"--lod", "1", "--set", beside, "--set",
                                      "world.bounds_m={lower: [-5, -5, -1], upper: [5, 5, 5]}"});
   EXPECT_EQ(sooner.code, 1) << sooner.text;
-  EXPECT_LT(sooner.report.at("simulated_s").get<double>(), 0.5);
+  EXPECT_LT(sooner.report.at("simulated_time").get<double>(), 0.5);
   const Outcome wrong = run(kDrop, {"--set", "world.bounds_m={lower: [1, 0, 0], upper: [0, 1, 1]}"});
   EXPECT_EQ(wrong.code, 2);
   EXPECT_THAT(wrong.text, AllOf(HasSubstr("world.bounds_m"), HasSubstr("lower < upper")));

@@ -139,7 +139,7 @@ int check(const Common& common, const CheckOptions& options) {
   const Client& cell = *session;
   const State s = cell.state();
   bool all_hold = true;
-  nlohmann::json document{{"time", s.time}, {"tolerance_m", expectation.tolerance_m}};
+  nlohmann::json document{{"time", s.time}, {"tolerance", expectation.tolerance_m}};
   if (!common.json)
     std::printf("At %.3f s, tolerance %g mm\n%-12s %32s   %32s   %10s %10s\n", s.time,
                 1e3 * expectation.tolerance_m, "Part", "position [m]", "expected [m]", "error [mm]",
@@ -154,8 +154,8 @@ int check(const Common& common, const CheckOptions& options) {
     if (common.json)
       document["parts"][part.part] = {{"position", recording::message_json(found.position, {})},
                                       {"expected_position", recording::message_json(part.position_m, {})},
-                                      {"error_m", error_m},
-                                      {"error_rad", turn_rad},
+                                      {"position_error", error_m},
+                                      {"orientation_error", turn_rad},
                                       {"ok", holds}};
     else
       std::printf("%-12s %10.6f %10.6f %10.6f   %10.6f %10.6f %10.6f   %10.4f %10.4f  %s\n",
