@@ -1,8 +1,8 @@
 #pragma once
-// What a client sees of a cell: the messages of idl/takt_msgs.idl, which says unit, frame and meaning of every field, with
-// functions that find by name. Everything is SI; W is the world frame, z up; B the frame of a component. Components,
-// robots, grippers and devices have the same order, and so the same index, in the description and in every state: a client
-// hands out only messages that fit their description.
+// A cell as a client sees it: the messages of idl/takt_msgs.idl with functions that find elements by name. The IDL says
+// unit, frame and meaning of every field. Units are SI; W is the world frame, z up; B is the frame of a component.
+// Components, robots, grippers and devices have the same order, and so the same index, in the description and in every
+// state. A client drops messages that contradict their description.
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -34,10 +34,10 @@ struct CellInfo : takt_msgs::msg::CellDescription {
   int find_robot(std::string_view name) const;
   int find_gripper(std::string_view name) const;
   int find_device(std::string_view name) const;
-  /// Name of a component; empty for an index of none.
+  /// Name of a component; empty for an invalid index.
   std::string component_name(int index) const;
 
-  Named lists;  ///< the names of all that is described
+  Named lists;  ///< names of all described elements
 };
 
 /// One instant of the cell. The functions that take a name throw ClientError (not_found) with the names there are.
@@ -52,7 +52,7 @@ struct State : takt_msgs::msg::CellState {
   const DeviceState& device(std::string_view name) const;
   /// Signals of a device by name.
   std::map<std::string, double> signals(std::string_view device) const;
-  /// Name of the component that holds `name`, or "" when nothing does.
+  /// Name of the component that holds `name`; empty for a free component.
   std::string partner_of(std::string_view name) const;
   /// Name of the Part that both jaws of the gripper `name` touch and hold (of several the first), or "".
   std::string part_present(std::string_view name) const;

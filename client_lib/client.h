@@ -34,7 +34,7 @@ namespace takt {
 
 using Seconds = std::chrono::duration<double>;
 
-/// What went wrong, as a whole sentence (what()), as a kind, and for a request the result code of the server.
+/// An error of the client: a whole sentence (what()), a kind, and for a request the result code of the server.
 class ClientError : public std::runtime_error {
  public:
   enum class Kind {
@@ -85,7 +85,7 @@ struct ClientOptions {
 struct Reply {
   std::string message;  ///< a whole sentence
   Arguments values;
-  /// A value as text, e.g. "0.5"; empty where there is none of that name.
+  /// A value as text, e.g. "0.5"; empty for an unknown name.
   std::string text(std::string_view name) const;
 };
 
@@ -133,29 +133,26 @@ class Client {
   /// for a cell that is gone.
   [[nodiscard]] bool wait_for_connection(Seconds timeout) const;
 
-  /// The first state, from the newest on, that fulfils the predicate; nothing when the timeout passed before.
-  /// The predicate runs in the calling thread and may take its time: then it sees the newest state, not every
-  /// one.
+  /// The first state, from the newest on, that fulfils the predicate; empty on timeout. The predicate runs in the
+  /// calling thread. A slow predicate gets the newest state, not every state.
   [[nodiscard]] std::optional<State> wait_for_state(const std::function<bool(const State&)>& predicate,
                                                     Seconds timeout) const;
   [[nodiscard]] std::optional<Status> wait_for_status(const std::function<bool(const Status&)>& predicate,
                                                       Seconds timeout) const;
 
-  /// What robots and devices draw, from the newest sample on that fulfils the predicate; nothing when the
-  /// timeout passed before, e.g. because no robot has been at level of detail 2 since the server started and
-  /// no device draws anything. Received from the first call on.
+  /// Power of robots and devices: the first sample, from the newest on, that fulfils the predicate. Empty on timeout,
+  /// e.g. if no robot has been at level of detail 2 since the start of the server and no device draws power. The first
+  /// call subscribes to the topic.
   [[nodiscard]] std::optional<Power> wait_for_power(const std::function<bool(const Power&)>& predicate,
                                                     Seconds timeout);
 
-  /// What presses upon what, from the newest sample on that fulfils the predicate; nothing when the timeout
-  /// passed before, e.g. because no process has been at level of detail 3 since the server started. Received
-  /// from the first call on.
+  /// Surface contacts: the first sample, from the newest on, that fulfils the predicate. Empty on timeout, e.g. if no
+  /// process has been at level of detail 3 since the start of the server. The first call subscribes to the topic.
   [[nodiscard]] std::optional<Contacts> wait_for_contacts(
       const std::function<bool(const Contacts&)>& predicate, Seconds timeout);
 
-  /// Events are kept in order from the moment of connecting (the newest 10000). The two functions consume
-  /// them: each event is seen once. wait_for_event passes over events that do not fulfil the predicate.
-  /// Nothing on timeout.
+  /// The client keeps the newest 10000 events since the connection, in order. The two functions consume them: each
+  /// event is returned once. wait_for_event drops events that do not fulfil the predicate. Empty on timeout.
   [[nodiscard]] std::optional<Event> next_event(Seconds timeout);
   [[nodiscard]] std::optional<Event> wait_for_event(const std::function<bool(const Event&)>& predicate,
                                                     Seconds timeout);
@@ -190,8 +187,8 @@ class Client {
                    double max_force_N = 0.0, std::optional<double> stamp_s = {});
 
   // --- requests ---
-  // Each waits for the reply; throws ClientError: refused (with the server's sentence), timeout, lost.
-  // Whatever is not given a timeout has options.timeout.
+  // Each request waits for its reply. It throws ClientError: refused (with the server's sentence), timeout, lost.
+  // The default timeout is options.timeout.
 
   /// Any request of docs/requests.md, e.g. call(requests::SaveSnapshot{.name = "before"}).uri.
   template <Request Type>
@@ -223,32 +220,32 @@ class Client {
   void set_pace(Pace pace, double factor = 1.0) {
     call(requests::SetPace{pace, pace == Pace::realtime ? factor : 1.0});
   }
-  /// New level of detail, 1 to 3, of a process ("all": of every one) from the present instant on. Refused,
-  /// with the reason, when a robot cannot have it or, 3, when the scenario has no section 'contact'. A reset
-  /// goes back to the levels of the scenario.
+  /// Sets the level of detail, 1 to 3, of a process ("all": of every process) from the present instant on. The server
+  /// refuses a level that a robot cannot have, and level 3 without a section 'contact' in the scenario. A reset
+  /// restores the levels of the scenario.
   void set_level_of_detail(int level, const std::string& process = "all") {
     call(requests::SetLevelOfDetail{level, process});
   }
-  /// From now on, in lockstep, the simulation waits at each multiple of `period` for a command for every
-  /// target (robots, grippers, devices) from this client; when none has come after `timeout` of wall time, it
-  /// pauses and says so in an event. Returns the first such instant. LockstepController
-  /// (lockstep_controller.h) does all this.
+  /// Registers this client as a controller. In lockstep the simulation then waits at each multiple of `period` for a
+  /// command for every target (robots, grippers, devices) from this client. After `timeout` of wall time without them
+  /// it pauses and sends an event. The answer has the first such instant. LockstepController (lockstep_controller.h)
+  /// does all this.
   Answer<requests::RegisterController> register_controller(const std::string& name, Seconds period,
                                                            Seconds timeout,
                                                            const std::vector<std::string>& targets) {
     return call(requests::RegisterController{name, period.count(), timeout.count(), targets});
   }
   void unregister_controller(const std::string& name) { call(requests::UnregisterController{name}); }
-  /// Why a Part is free, grasped, placed or assembled: what holds it, by which rule, since when, and what it
-  /// touches. For a Gripper or Ground: what it holds. The server answers between two steps; the simulation
-  /// goes on unchanged.
+  /// Explains why a Part is free, grasped, placed or assembled: its holder, the rule, the time of the last change, and
+  /// the components that it touches. For a Gripper or Ground: the Parts that it holds. The server answers between two
+  /// steps; the request has no effect on the simulation.
   PartExplanation explain_part(const std::string& part, std::optional<Seconds> timeout = {}) {
     return call(requests::ExplainPart{part}, timeout);
   }
 
-  /// Exchanges what is simulated; returns the new description once it has come here. `file` is seen from the
-  /// working directory of the server. The simulation is stopped afterwards. When it is refused, with the
-  /// sentence of the scenario's reader, the cell goes on as it was.
+  /// Loads another scenario and returns its description when it has arrived. A relative `file` starts at the working
+  /// directory of the server. The simulation is stopped afterwards. If the server refuses the file, the error has the
+  /// sentence of the scenario's reader, and the loaded scenario continues.
   std::shared_ptr<const CellInfo> load_scenario(const std::string& file, const LoadOptions& options = {}) {
     call(requests::LoadScenario{file, options.overrides, options.level_of_detail}, options.timeout);
     return cell();
@@ -258,7 +255,7 @@ class Client {
     call(requests::ReloadScenario{}, timeout);
     return cell();
   }
-  /// Afterwards cell() lists nothing, and no state comes.
+  /// Afterwards the description is empty and the server sends no state.
   void unload_scenario(std::optional<Seconds> timeout = {}) { call(requests::UnloadScenario{}, timeout); }
 
   /// A new Part, while the simulation is stopped.
@@ -281,7 +278,7 @@ class Client {
   }
   /// Puts a Part elsewhere while the simulation is paused or stopped.
   void set_entity_state(const requests::SetEntityState& wanted) { call(wanted); }
-  /// The Part hangs on the component `to` from now on, until detached, whatever touches it.
+  /// Attaches a Part to the component `to` until detach(), independent of contacts.
   void attach(const std::string& part, const std::string& to) { call(requests::Attach{part, to}); }
   void detach(const std::string& part) { call(requests::Detach{part}); }
 
@@ -294,7 +291,7 @@ class Client {
                                                      std::optional<Seconds> timeout = {}) {
     return call(requests::RestoreSnapshot{name}, timeout);
   }
-  /// All that changes the simulation from here on, in a file of the server.
+  /// Records all commands and requests that change the simulation, in a file of the server.
   Answer<requests::StartRecording> start_recording(const std::string& name) {
     return call(requests::StartRecording{name});
   }

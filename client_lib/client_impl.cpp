@@ -251,7 +251,7 @@ void Client::Impl::write(Sender& sender, void* sample, const std::string& what) 
                       "DDS could not send " + what + " to cell '" + options.cell + "'.");
 }
 
-/// What has no room in the type could not be read by the server, which would never answer.
+/// Checks the bounds of the message type. The server cannot read a request beyond them and would never answer.
 void require_room(const std::string& name, const Arguments& arguments) {
   const auto within = [&](const std::string& what, std::size_t found, std::size_t most) {
     if (found > most)

@@ -89,7 +89,7 @@ struct Client::Impl {
   void on_reply(const takt_msgs::msg::ControlReply& sample);
 
   // With the mutex held.
-  /// What a reply says about the present: of what was received, all that is older counts no more.
+  /// Drops received samples that are older than the instant in the reply.
   void apply_reply_causality(std::unique_lock<std::mutex>& lock, const std::string& request,
                              const Arguments& values, std::uint32_t generation_before,
                              Clock::time_point deadline);

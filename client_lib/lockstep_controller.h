@@ -1,7 +1,7 @@
 #pragma once
-// takt::LockstepController: commands robots, grippers and devices of a cell at pace lockstep, in step with
-// simulated time. The simulation waits at each multiple of the period until the commands are there, so that a
-// test or a program gives the same bits on any machine, however long it thinks:
+// takt::LockstepController: commands robots, grippers and devices of a cell at pace lockstep. The simulation waits at
+// each multiple of the period for the commands. So a test or a program gives the same bits on any machine, however long
+// it computes:
 //
 //   takt::LockstepController controller(cell, {.targets = {"Robot1", "Gripper1"}});
 //   while (controller.state().time < 2.0) {
@@ -27,10 +27,10 @@ struct LockstepOptions {
       targets;                      ///< robots, grippers, devices that this controller commands; at least one
   double period_s = 0.008;          ///< of simulated time, at least one step
   std::string name = "controller";  ///< shown in events and in the status; unique in the cell
-  /// Wall time: both of the server for the commands of one boundary, and of this for the instant at one, also
-  /// while the cell is paused.
+  /// Wall time. The server waits this long for the commands of one boundary, and advance() waits this long for the
+  /// instant at one, also while the cell is paused.
   Seconds timeout{60.0};
-  bool start = true;  ///< set the cell to lockstep and playing; else others do
+  bool start = true;  ///< set the cell to lockstep and playing; false: another client does
 };
 
 class LockstepController {
@@ -41,7 +41,7 @@ class LockstepController {
   LockstepController(Client& cell, LockstepOptions options);
   /// Unregisters. The cell stays at the present boundary when no other controller is registered.
   ~LockstepController();
-  /// The same at once; afterwards only state() may be used.
+  /// Unregisters at once. Afterwards only state() may be called.
   void close();
   LockstepController(const LockstepController&) = delete;
   LockstepController& operator=(const LockstepController&) = delete;
@@ -50,12 +50,13 @@ class LockstepController {
   const State& state() const { return state_; }
   double period_s() const { return options_.period_s; }
 
-  /// Where the robot is to be one period from now, how fast (none: standing), and what is added to its drives
-  /// (as Client::send_joint_command). It is sent by advance(); without a new one the robot stays there, with
-  /// the same efforts.
+  /// Set-point of the robot one period later: positions, velocities (empty: standstill) and efforts (as
+  /// Client::send_joint_command). advance() sends it. Without a new set-point the robot stays there with the same
+  /// efforts.
   void move(const std::string& robot, const std::vector<double>& positions,
             const std::vector<double>& velocities = {}, const std::vector<double>& efforts = {});
-  /// As Client::set_gripper. Stands until the next one; before the first a gripper keeps its width.
+  /// As Client::set_gripper. The command stands until the next one. Before the first command a gripper keeps its
+  /// width.
   void grip(const std::string& gripper, GripperAction action, double width_m = 0.0, double max_force_N = 0.0);
   /// As Client::set_signals. A signal keeps the value it was set to; the other signals are not commanded.
   void set_signals(const std::string& device, const std::map<std::string, double>& signals);
@@ -75,7 +76,7 @@ class LockstepController {
     GripperAction action = GripperAction::width;
     double width_m = 0.0, max_force_N = 0.0;
   };
-  using Signals = std::map<std::string, double>;  ///< of a device, what was set so far
+  using Signals = std::map<std::string, double>;  ///< of a device: the values set so far
   using Command = std::variant<Joints, Grip, Signals>;
   Command& standing(const std::string& target);
   void send() const;
@@ -85,9 +86,9 @@ class LockstepController {
   Client& cell_;
   const LockstepOptions options_;
   std::map<std::string, Command> commands_;  ///< standing, for the next answer
-  std::map<std::string, Command> sent_;      ///< the answer to the newest boundary that was answered
+  std::map<std::string, Command> sent_;      ///< the newest answer
   State state_;
-  std::uint64_t boundary_ = 0;  ///< number of the present one, or of the next while it is waited for
+  std::uint64_t boundary_ = 0;  ///< number of the present boundary; during a wait, of the next one
   bool registered_ = false;
   bool answered_ = false;  ///< the present instant, which may not have taken effect yet
 };

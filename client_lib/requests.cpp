@@ -55,7 +55,7 @@ void Client::Impl::apply_reply_causality(std::unique_lock<std::mutex>& lock, con
     drop_if_older_than_known(contacts);
     drop_if_older_than_known(status);
   }
-  // What changes without a step being taken shows in the next sample; a server that ends sends none.
+  // A change without a step appears in the next sample; a server that ends sends no sample.
   const RequestInfo* info = find_request(request);
   const Value* now = find(values, "state");
   const bool quits = now != nullptr && text_of(*now) == to_string(SimulationState::quitting);

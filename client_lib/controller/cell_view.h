@@ -1,5 +1,5 @@
 #pragma once
-// What programs can see: the global `cell`, read-only, as of the update under way.
+// The global `cell` of programs: read-only values of the present update.
 #include "client_lib/controller/lua_sandbox.h"
 
 namespace takt::controller {

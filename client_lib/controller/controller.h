@@ -1,7 +1,7 @@
 #pragma once
-// The emulated robot controller: runs a Lua program that moves robots and grippers. State in, commands out,
-// once per period of simulated time; it knows neither DDS nor the simulation, so takt-controller (over DDS)
-// and takt-run (in-process) run the same program with the same results, bit for bit.
+// The emulated robot controller: runs a Lua program that moves robots and grippers. Once per period of simulated time
+// it takes a state and returns commands. It uses neither DDS nor the simulation, so that takt-controller (over DDS) and
+// takt-run (in-process) run the same program with the same bits.
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -115,7 +115,7 @@ class Controller {
   Controller& operator=(const Controller&) = delete;
 
   double period_s() const;
-  /// Names of the robots and grippers that the program drives.
+  /// Indices of the robots, grippers and devices that the program drives.
   const std::vector<int>& driven_robots() const;
   const std::vector<int>& driven_grippers() const;
   const std::vector<int>& driven_devices() const;
@@ -127,7 +127,7 @@ class Controller {
   /// Back to the start of the program (after a reset of the cell).
   void restart();
 
-  /// From now on what the routines do is kept (it grows with the program's course; off at first).
+  /// Keeps the steps of the routines. The list grows with the program's course. Off by default.
   void keep_steps();
   /// In the order of their beginnings.
   const std::vector<ProgramStep>& steps() const;

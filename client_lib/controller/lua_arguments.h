@@ -9,7 +9,7 @@ namespace takt::controller {
 
 struct NamedNumber {
   std::string_view name;
-  double* value;  ///< keeps what it has where the option is not given
+  double* value;  ///< unchanged if the option is not given
 };
 
 /// Reads a table of named numbers; nothing given counts as an empty table. Refuses unknown names, values that

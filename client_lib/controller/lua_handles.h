@@ -1,5 +1,5 @@
 #pragma once
-// Values of the program that stand for something of the cell: an index, with the kind of thing as metatable.
+// Handles of the program for elements of the cell: an index, whose metatable is the kind of element.
 #include <string>
 #include <string_view>
 
@@ -14,8 +14,7 @@ void define_type(lua_State* L, const char* type, lua_CFunction index, const luaL
 
 void push_handle(lua_State* L, const char* type, int index);
 
-/// The index that argument 1 stands for. Throws where it is of another type; `hint` says what may have been
-/// meant.
+/// The index in the handle that is argument 1. Throws if the argument has another type; `hint` proposes the remedy.
 int to_handle(lua_State* L, const char* type, const char* hint = "");
 
 [[noreturn]] void refuse_key(const char* what, std::string_view key, const char* known);

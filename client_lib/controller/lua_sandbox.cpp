@@ -10,9 +10,9 @@ namespace {
 
 constexpr int kInstructionsPerCount = 1000;
 
-// What is left of the standard libraries, written in Lua. It takes away what is not deterministic (chance,
-// addresses in texts, the order of a hash table, which Lua seeds by clock and address) and what reaches
-// outside.
+// The reduced standard libraries, written in Lua. The prelude removes functions that are not deterministic (random
+// numbers, addresses in texts, the order of a hash table, which Lua seeds by clock and address) and functions that
+// reach files or other code.
 constexpr char kPrelude[] = R"lua(
 local raw_next, raw_setmetatable, raw_tostring, raw_format = next, setmetatable, tostring, string.format
 local raw_type, raw_error, raw_rawget, sort, find = type, error, rawget, table.sort, string.find

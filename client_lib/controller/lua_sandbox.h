@@ -1,7 +1,7 @@
 #pragma once
-// A Lua 5.4 state for controller programs: nothing that reaches files, clocks, chance, other code or
-// addresses; bounded memory and bounded work per update; tables iterated in a fixed order. With it a
-// program's outcome depends on the program and its inputs alone.
+// A Lua 5.4 state for controller programs. It has no access to files, clocks, random numbers, other code or addresses;
+// memory and work per update are bounded; tables are iterated in a fixed order. So the course of a program depends on
+// the program and its inputs alone.
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -38,8 +38,7 @@ class LuaSandbox {
   /// Restores the full allowance of instructions.
   void refill() { instructions_left_ = kLuaInstructionsPerUpdate; }
 
-  /// Whole text of the error on top of the stack of `thread`: what Lua says, with the lines it was called
-  /// from.
+  /// Whole text of the error on top of the stack of `thread`: Lua's message and the lines of the calls.
   std::string error_text(lua_State* thread) const;
 
  private:

@@ -13,7 +13,7 @@
 
 namespace takt::controller {
 
-/// What a program acts upon. All of it outlives the program.
+/// The objects that a program acts upon. They outlive the program.
 struct ProgramContext {
   const CellInfo* cell = nullptr;
   std::vector<RobotDriver>* robots = nullptr;  ///< in the order of CellInfo::robots
@@ -21,7 +21,7 @@ struct ProgramContext {
       nullptr;                                     ///< standing commands, in the order of CellInfo::grippers
   std::vector<DeviceSetPoint>* devices = nullptr;  ///< in the order of CellInfo::devices
   const Parameters* parameters = nullptr;          ///< each of which the program must ask for
-  std::vector<ProgramStep>* steps = nullptr;       ///< null: what routines do is not kept
+  std::vector<ProgramStep>* steps = nullptr;       ///< null: steps are not kept
 };
 
 class Program {
@@ -43,8 +43,7 @@ class Program {
   void keep_steps(std::vector<ProgramStep>* steps) { context_.steps = steps; }
 
   const ProgramContext& context() const { return context_; }
-  /// That of the update under way, or of the latest one. Throws while the program is loaded: there is none
-  /// yet.
+  /// Input of the present or latest update. Throws while the program is loaded, before the first update.
   const Input& input() const;
 
   /// Text of an error in the motion that the robot's routine waits for, with file and line of the call.
@@ -64,7 +63,7 @@ class Program {
     double until_s = 0.0;       ///< Wait::time; Wait::condition: when to give up
     int signal = -1;            ///< Wait::signal
     int condition = LUA_NOREF;  ///< Wait::condition: the function, by reference
-    int call = -1, step = -1;   ///< those that go on, in context_.steps; or -1
+    int call = -1, step = -1;   ///< index of the running one in context_.steps, or -1
   };
 
   bool may_go_on(Routine& routine);

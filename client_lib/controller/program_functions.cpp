@@ -1,4 +1,4 @@
-// What controller programs call: routines, motions, grippers, waits, signals.
+// Functions of controller programs: routines, motions, grippers, waits, signals.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -52,10 +52,9 @@ class Arm {
   /// Pose of the TCP in the world. Positions outside the joints' ranges are allowed.
   Pose forward_kinematics(std::span<const double> positions) const;
 
-  /// Joint positions within the joints' ranges that put the TCP at X_WT, exact to rounding (1e-12 m, 1e-12
-  /// rad): of those that are found the ones nearest to `near` (smallest largest travel of a joint). Throws
-  /// MotionError where none is found, with the distance of the best attempt, and for arms of fewer than six
-  /// joints.
+  /// Joint positions within the joints' ranges that put the TCP at X_WT, exact to rounding (1e-12 m, 1e-12 rad). Of
+  /// several solutions the one nearest to `near` is returned (the one whose largest joint travel is smallest). Throws
+  /// MotionError with the distance of the best attempt if no solution is found, and for arms of fewer than six joints.
   std::vector<double> inverse_kinematics(const Pose& X_WT, std::span<const double> near) const;
 
   /// Motion from rest at `from` to rest at `to`; all joints start and stop together. One point for each
@@ -70,7 +69,7 @@ class Arm {
   std::vector<TrajectoryPoint> plan_line(std::span<const double> from, const Pose& X_WT,
                                          const LineOptions& options = {}, double period_s = kPeriod_s) const;
 
-  /// The same motions for a caller that samples them itself; the Arm must outlive them.
+  /// The same motions, for a caller that samples them itself. The Arm must outlive them.
   JointMotion joint_motion(const JointArray& from, const JointArray& to, const JointMotionOptions& options,
                            double period_s) const {
     return {*model_, from, to, options, period_s};

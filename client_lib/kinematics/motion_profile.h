@@ -26,8 +26,8 @@ class MotionProfile {
   /// The fastest profile within the limits, slowed down to a whole number of periods (at least one).
   static MotionProfile fastest(const ProfileLimits& limits, double period_s);
 
-  /// The fastest profile, slowed down evenly to `duration_s` (rounded up to whole periods). Nothing where the
-  /// limits do not allow so short a time.
+  /// The fastest profile, slowed down evenly to `duration_s` (rounded up to whole periods). Empty if the limits do not
+  /// allow so short a time.
   static std::optional<MotionProfile> lasting(double duration_s, const ProfileLimits& limits,
                                               double period_s);
 

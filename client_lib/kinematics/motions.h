@@ -14,7 +14,7 @@
 
 namespace takt {
 
-/// Why there is no such motion or pose, as a sentence: what is asked for, what is allowed.
+/// A motion or pose that does not exist. The sentence has the request and the allowed values.
 class MotionError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -60,9 +60,9 @@ class JointMotion {
   MotionProfile profile_;
 };
 
-/// The TCP moves on a straight line while its orientation turns about one fixed axis. Refused before it
-/// starts where the line leaves the reach, a joint's range or speed limit, or meets a singularity, as far as
-/// a coarse look along the line shows it; checked again in every period.
+/// The TCP moves on a straight line while its orientation turns about one fixed axis. The constructor checks samples of
+/// the line and throws where the line leaves the reach, a joint's range or speed limit, or meets a singularity. Every
+/// period is checked again.
 class LineMotion {
  public:
   /// X_RT_end: target of the TCP. `from` are the joint positions at the start.

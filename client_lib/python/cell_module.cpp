@@ -1,4 +1,4 @@
-// What is read of a cell, as Python classes; values of requests.
+// Samples and description of a cell as Python classes; values of requests.
 #include "client_lib/python/module.h"
 
 #include <charconv>
@@ -58,7 +58,7 @@ std::string text_of_field(const FieldInfo& field) {
 
 namespace {
 
-/// Nothing for an empty name.
+/// None for an empty name.
 std::optional<std::string> name_or_none(std::string name) {
   if (name.empty()) return std::nullopt;
   return name;

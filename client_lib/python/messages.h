@@ -82,7 +82,7 @@ struct SampleView : View<Type> {
 /// is another, one dimension.
 std::vector<py::ssize_t> shape_of(std::string_view text, std::size_t size);
 
-/// What a field holds, as Python sees it; for docstrings.
+/// Content of a field in terms of Python, for docstrings.
 std::string text_of_field(const FieldInfo& field);
 
 struct Values {

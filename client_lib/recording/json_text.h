@@ -8,20 +8,20 @@
 
 namespace takt::recording {
 
-/// Bytes that are no UTF-8 become U+FFFD. `indent` as of dump(): below 0, all is on one line.
+/// Invalid UTF-8 becomes U+FFFD. `indent` as of dump(): below 0, the text has one line.
 template <typename Document>
 std::string json_text(const Document& document, int indent = -1) {
   return document.dump(indent, ' ', false, Document::error_handler_t::replace);
 }
 
-/// Objects and lists within each other; no message of ours has half as many.
+/// Largest depth of nested objects and lists; takt's own messages have less than half.
 inline constexpr int kDeepestJson = 32;
 
 /// Empty if the text is invalid JSON or nested deeper than kDeepestJson.
 inline std::optional<nlohmann::json> read_json(std::string_view text) {
   using Event = nlohmann::json::parse_event_t;
   bool deep = false;
-  // What the function refuses is not kept: however deep the text is, no deep document is made of it.
+  // The callback discards deeper elements, so that no deep document is built from any text.
   const auto shallow = [&deep](int depth, Event event, const nlohmann::json&) {
     deep = deep || (depth >= kDeepestJson && (event == Event::object_start || event == Event::array_start));
     return !deep;

@@ -1,6 +1,6 @@
 #pragma once
-// Records of an MCAP file (version 0, https://mcap.dev/spec): one byte that says what it is, its length in
-// eight, its content. Integers are little endian and not aligned.
+// Records of an MCAP file (version 0, https://mcap.dev/spec): one byte with the kind, eight with the length, the
+// content. Integers are little endian and not aligned.
 #include <cstdint>
 #include <cstring>
 #include <string>

@@ -1,6 +1,6 @@
 #pragma once
-// Reads MCAP recordings: takt's own, and others with chunks compressed by zstd, lz4 or not at all. A file
-// that was cut off, by a crash of its writer or a full disk, is read up to its last whole chunk.
+// Reads MCAP recordings: takt's own, and others whose chunks are compressed by zstd or lz4 or uncompressed. A file that
+// a crash of its writer or a full disk has cut off is read up to its last whole chunk.
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -36,21 +36,21 @@ class McapReader {
  public:
   static constexpr std::uint64_t kEver = std::numeric_limits<std::uint64_t>::max();
 
-  /// Looks through the file. Throws RecordingError when it is no recording, or none that can be read.
+  /// Reads the structure of the file. Throws RecordingError if the file is no recording or cannot be read.
   explicit McapReader(const std::filesystem::path& file);
 
   const std::filesystem::path& file() const { return name_; }
   const std::string& profile() const { return profile_; }
   /// All channels with messages in whole chunks, by number.
   const std::map<std::uint16_t, McapChannel>& channels() const { return channels_; }
-  /// nullptr where there is none; of several on one topic the first.
+  /// The first channel of the topic; nullptr without a channel.
   const McapChannel* channel(const std::string& topic) const;
   /// Types of all channels with schemas in `ros2msg`.
   const MessageTypes& types() const { return types_; }
-  /// Empty for a file that was closed as it should be; else a sentence: what is missing.
+  /// Empty for a file with a proper end; else a sentence that names the missing part.
   const std::string& cut_off() const { return cut_off_; }
   std::size_t chunk_count() const { return chunks_.size(); }
-  /// 0 where there are no messages.
+  /// 0 without messages.
   std::uint64_t first_ns() const { return first_ns_; }
   std::uint64_t last_ns() const { return last_ns_; }
 

@@ -148,8 +148,7 @@ void McapWriter::flush() {
     throw RecordingError("The recording '" + name_.string() + "' cannot be written on.");
 }
 
-/// What stands after the data: schemas, channels, statistics, indices of chunks, and where each of these
-/// begins.
+/// The records after the data: schemas, channels, statistics, indices of chunks, and the begin of each group.
 std::string McapWriter::summary() {
   std::string all, offsets;
   const auto group = [&](mcap::Opcode opcode, const std::string& records) {

@@ -1,7 +1,7 @@
 #pragma once
 // Writes a recording as an MCAP file (https://mcap.dev/spec): chunks compressed by zstd or lz4, each with its
 // index, summary at the end; profile `ros2`, schemas `ros2msg`, samples in CDR, so that Foxglove, PlotJuggler
-// and rosbag2 open it. What is in a whole chunk survives a crash of the writer.
+// and rosbag2 open it. Whole chunks survive a crash of the writer.
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -30,11 +30,11 @@ class McapWriter {
   McapWriter(const McapWriter&) = delete;
   McapWriter& operator=(const McapWriter&) = delete;
 
-  /// A topic (ROS 2 name), the type of its messages, described by `types`, and what its writer offers.
+  /// Adds a topic (ROS 2 name) with the type of its messages, described by `types`, and the QoS of its writer.
   /// Returns the channel's number.
   std::uint16_t add_channel(const std::string& topic, const MessageTypes& types, const std::string& type,
                             const OfferedQos& qos);
-  /// Times in ns; a message is never logged before the one written before it. Throws RecordingError.
+  /// Times in ns; the log time of a message is at least that of its predecessor. Throws RecordingError.
   void write(std::uint16_t channel, std::uint64_t log_time_ns, std::uint64_t publish_time_ns,
              std::string_view sample);
   /// Ends the present chunk and hands it to the operating system. Throws RecordingError.

@@ -1,8 +1,8 @@
 #pragma once
-// Messages as JSON, with the names of the IDL: what `takt --json` writes. Elements of a list that is in the order of a
-// description (@order) or has a @key are members with their name; an index of the description (@index) is a name, or null
-// where it names nothing; enumerations are names, @hexadecimal numbers texts. The way to a number, with points, is the name
-// of that signal in a recording: components.P.position.x.
+// Messages as JSON with the names of the IDL; `takt --json` writes this form. If a list has the order of a description
+// (@order) or a @key, its elements are members with their name. An index of the description (@index) is a name, or null
+// without an element. Enumerations are names, and @hexadecimal numbers are texts. The path to a number, joined by
+// points, is the name of its signal in a recording: components.P.position.x.
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -72,7 +72,7 @@ nlohmann::json message_json(const Type& message, const Named& cell) {
   return detail::JsonValues{cell}.value({}, message, cell);
 }
 
-/// Calls the function for each number, text, truth value and null of a document, with the way to it: "robots.R.effort.a".
+/// Calls the function for each number, text, truth value and null of a document, with its path: "robots.R.effort.a".
 void for_each_leaf(const nlohmann::json& document,
                    const std::function<void(const std::string& name, const nlohmann::json& value)>& function,
                    const std::string& name = {});

@@ -1,7 +1,7 @@
 #pragma once
-// Message types as data: from field tables (idl/common/message.h) or `ros2msg` text, written as `ros2msg` text, and used
-// to read samples (CDR) of any type. Recordings and live streams describe themselves: a file is read by the types it
-// holds, not by those of this build.
+// Message types as data. They come from field tables (idl/common/message.h) or `ros2msg` text, are written as `ros2msg`
+// text, and decode samples (CDR) of any type. Recordings and live streams contain their types: a file is read by its
+// own types, not by those of this build.
 #include <cstddef>
 #include <map>
 #include <stdexcept>
@@ -13,7 +13,7 @@
 
 namespace takt::recording {
 
-/// What is wrong with a file, a schema or a sample; a whole sentence.
+/// A fault of a file, a schema or a sample, as a whole sentence.
 class RecordingError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -37,16 +37,16 @@ struct MessageType {
 
 class MessageTypes {
  public:
-  /// Adds a message of idl/*.idl and the messages it is made of.
+  /// Adds a message of idl/*.idl and the messages that it contains.
   void add(const MessageInfo& message);
-  /// Adds a type and what it is made of from `ros2msg` text. Throws RecordingError.
+  /// Adds a type and the types that it contains from `ros2msg` text. Throws RecordingError.
   void add_ros2msg(const std::string& name, std::string_view text);
 
-  /// nullptr where there is none.
+  /// nullptr for an unknown type.
   const MessageType* find(const std::string& name) const;
-  /// Throws RecordingError where there is none.
+  /// Throws RecordingError for an unknown type.
   const MessageType& at(const std::string& name) const;
-  /// Text of the type, followed by that of each type it is made of. Throws RecordingError.
+  /// Text of the type, followed by the texts of the types that it contains. Throws RecordingError.
   std::string ros2msg(const std::string& name) const;
 
  private:
@@ -56,7 +56,7 @@ class MessageTypes {
 /// takt's own types and the standard ones it speaks (takt_msgs.idl, ros2_msgs.idl); made on first use.
 const MessageTypes& known_types();
 
-/// takt_msgs/msg/CellState of takt_msgs::msg::dds_::CellState_, and back; empty where it is no such name.
+/// takt_msgs/msg/CellState of takt_msgs::msg::dds_::CellState_, and back; empty for an invalid name.
 std::string message_name(std::string_view dds_type);
 std::string dds_type_name(std::string_view message);
 

@@ -1,6 +1,6 @@
 #pragma once
-// What the writer of a topic offers, as recordings of ROS 2 say it: metadata of the channel in an MCAP file
-// of profile `ros2`. rosbag2 publishes a recording with it again.
+// The QoS that the writer of a topic offers, in the form of ROS 2 recordings: metadata of the channel in an MCAP file
+// of profile `ros2`. rosbag2 replays the recording with this QoS.
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,7 +16,7 @@ struct OfferedQos {
 };
 
 OfferedQos offered_qos(const TopicInfo& topic);
-/// Of a topic (ROS 2 name) as takt-server writes it; of others, which clients write, reliable and volatile.
+/// QoS of a topic (ROS 2 name) that takt-server writes. For other topics, which clients write: reliable and volatile.
 OfferedQos qos_of_server(std::string_view topic);
 
 /// Key of the channel's metadata, and its value: a list of one profile in YAML. Policies are numbers of rmw,
@@ -24,9 +24,9 @@ OfferedQos qos_of_server(std::string_view topic);
 /// words are read from Jazzy on, beside such a record only.
 inline constexpr std::string_view kOfferedQosProfiles = "offered_qos_profiles";
 std::string offered_qos_profiles(const OfferedQos& qos);
-/// The other way round, also of other programs' recordings: policies as numbers or as words, any number of
-/// profiles (one for each writer that was recorded). Of several the strongest, which readers of all of them
-/// accept. Nothing where the text has no profile or one that cannot be read.
+/// Reads that value, also from recordings of other programs: policies as numbers or as words, and any number of
+/// profiles (one for each recorded writer). The result is the strongest of them, which is compatible with the readers
+/// of all writers. Empty if the text has no profile or an invalid one.
 std::optional<OfferedQos> read_offered_qos(const std::string& profiles);
 
 }  // namespace takt::recording

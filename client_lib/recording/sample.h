@@ -1,5 +1,5 @@
 #pragma once
-// Samples read by their description: as JSON, and as signals, which are numbers with a name.
+// Samples decoded by their types: as JSON, and as signals. A signal is a number with a name.
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -11,19 +11,19 @@ namespace takt::recording {
 
 using Json = nlohmann::ordered_json;
 
-/// Throws RecordingError for a sample that is not of that type.
+/// Throws RecordingError for a sample of another type.
 Json to_json(const MessageTypes& types, const std::string& type, std::string_view sample);
 
-/// Names for the numbers in samples: elements of lists are called by their name, where they have one or the
-/// description of the cell gives them one, else by their number from 0.
+/// Names for the numbers in samples. An element of a list has its own name or its name in the description of the cell;
+/// without a name it has its number, from 0.
 class SignalNames {
  public:
-  /// From here on, lists are named after this takt_msgs/msg/CellDescription.
+  /// Sets the takt_msgs/msg/CellDescription whose names the lists of later samples have.
   void describe(const Json& description);
 
   using Number = std::function<void(const std::string& name, double value)>;
   using Text = std::function<void(const std::string& name, const std::string& value)>;
-  /// Calls `number` for each number (and truth value) of a sample, `text` for each text. A name is the way to
+  /// Calls `number` for each number (and truth value) of a sample, `text` for each text. A name is the path to
   /// the member, e.g. components.P.position.x, robots.Robot1.effort.elbow_joint, contacts.P-C.normal_force.
   void visit(const Json& sample, const Number& number, const Text& text = {}) const;
 

@@ -14,7 +14,7 @@ namespace takt::recording {
 /// /cell/Robot1/joint_states -> Robot1/joint_states; /clock -> clock.
 std::string short_topic(const std::string& topic);
 
-/// Simulated time that a sample says it is of: its member `time`, or its stamp. Nothing where it has none.
+/// Simulated time of a sample: its member `time`, or its stamp. Empty for a sample without a time.
 std::optional<double> sample_time_s(const Json& sample);
 
 struct SignalValue {
@@ -22,11 +22,11 @@ struct SignalValue {
   double value = 0.0;
 };
 
-/// One sample, as the signals that were asked for.
+/// The requested signals of one sample.
 struct SignalSample {
   std::string topic;        ///< short
-  double time_s = 0.0;      ///< simulated; of the recording where the sample has none
-  std::uint32_t epoch = 0;  ///< 0 where the sample has none
+  double time_s = 0.0;      ///< simulated; without one in the sample, the time of the recording
+  std::uint32_t epoch = 0;  ///< 0 if the sample has no epoch
   std::vector<SignalValue> values;
 };
 
@@ -35,7 +35,7 @@ struct SignalSample {
 void read_signals(McapReader& recording, const std::vector<std::string>& patterns,
                   const std::function<void(const SignalSample&)>& function);
 
-/// Names of all signals that fit, in the order in which they come first.
+/// Names of all signals that fit a pattern, in the order of their first samples.
 std::vector<std::string> signal_names(McapReader& recording, const std::vector<std::string>& patterns);
 
 }  // namespace takt::recording

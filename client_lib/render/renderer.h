@@ -1,8 +1,8 @@
 #pragma once
 // Draws a Scene in software: no window, no graphics card, the same picture on every machine.
 //
-// Triangles go through a z-buffer; what is visible is then lit by one sun-like light with a shadow map and by
-// a soft light from the sky. Anti-aliasing averages several pictures that are shifted by fractions of a
+// Triangles go through a z-buffer. Their visible pixels are lit by one sun-like light with a shadow map and by a soft
+// light from the sky. Anti-aliasing averages several pictures that are shifted by fractions of a
 // pixel.
 #include <cstdint>
 #include <string>
@@ -18,8 +18,8 @@ struct Image {
   std::vector<std::uint8_t> rgb;
 };
 
-/// Throws std::invalid_argument, saying what is wrong, for a camera that sees nothing (no pixels, eye at
-/// target, view angle outside 0..pi) or a mesh that names a vertex it does not have.
+/// Throws std::invalid_argument with the fault for an invalid camera (no pixels, eye at target, view angle outside
+/// 0..pi) and for a mesh with the index of a missing vertex.
 Image rasterise(const Scene& scene, const Camera& camera);
 
 /// Throws std::runtime_error with the file and the reason when it cannot be written.

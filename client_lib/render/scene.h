@@ -52,7 +52,7 @@ struct Camera {
   int samples_per_axis = 3;  ///< anti-aliasing: its square is the number of samples per pixel
 };
 
-/// Shapes that have no mesh file. All are closed and centred as said, in the frame X_WB.
+/// Shapes without a mesh file. All are closed. Their frame is X_WB.
 Mesh make_box(const Pose& X_WB, const Vec3& size, const Color& color);  ///< centred
 Mesh make_cylinder(const Vec3& from_W, const Vec3& to_W, double radius,
                    const Color& color);  ///< round, flat ends

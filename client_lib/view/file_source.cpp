@@ -73,7 +73,7 @@ void FileSource::look_through() {
   });
 }
 
-/// What was the newest of everything at that place.
+/// Shows the newest sample of each channel at that position.
 void FileSource::show_instant(std::uint64_t position_ns) {
   for (const auto& [id, samples] : kept_) {
     const auto& channel = reader_.channels().at(id);
@@ -126,7 +126,7 @@ void FileSource::run() {
   }
 }
 
-/// What was asked for last, until something else is: change number `seen` is the last that this knows.
+/// Executes the latest request until the next one comes: `seen` is the number of the latest change.
 void FileSource::show(std::unique_lock<std::mutex>& lock, std::uint64_t seen) {
   problem_.clear();
   if (sought_) {
@@ -145,7 +145,7 @@ void FileSource::show(std::unique_lock<std::mutex>& lock, std::uint64_t seen) {
   }
 }
 
-/// From the present place to the end, or until something is asked for.
+/// Plays from the present position to the end, or until the next request.
 void FileSource::play_on(std::unique_lock<std::mutex>& lock) {
   const std::uint64_t seen = changes_, begin_ns = position_ns_;
   const double rate = rate_;

@@ -1,6 +1,6 @@
 #pragma once
-// A recording as a stream: played, paused, sought through, at any rate. Where it is goes to a channel of its
-// own, /takt/playback, in JSON: position, duration (s), playing, rate.
+// A recording as a stream: play, pause and seek at any rate. The channel /takt/playback has the state of the player in
+// JSON: position, duration (s), playing, rate.
 #include <condition_variable>
 #include <cstdint>
 #include <filesystem>
@@ -52,7 +52,7 @@ class FileSource {
   bool over_ = false, playing_ = true, sought_ = true;
   double rate_ = 1.0;
   std::uint64_t position_ns_ = 0;
-  std::string problem_;        ///< why it cannot be played on, or empty
+  std::string problem_;        ///< reason why the playback ended, or empty
   std::uint64_t changes_ = 0;  ///< counts requests
   std::thread thread_;
 };

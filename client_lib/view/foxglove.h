@@ -1,6 +1,6 @@
 #pragma once
 // Messages of Foxglove's WebSocket protocol, version 1 (subprotocols foxglove.websocket.v1, foxglove.sdk.v1):
-// the page of takt view speaks it as Foxglove and Lichtblick do. Nothing of networks here.
+// the page of takt view speaks it as Foxglove and Lichtblick do. This file uses no network.
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -40,16 +40,16 @@ struct ClientMessage {
   std::vector<Subscription> subscribe;
   std::vector<std::uint32_t> unsubscribe;
 };
-/// What of a text message concerns us; nothing for one that is not of the protocol.
+/// The used fields of a text message; empty if the message does not belong to the protocol.
 std::optional<ClientMessage> read_text(std::string_view text);
 
 struct ServiceCall {
   std::uint32_t service = 0, call = 0;
   std::string request;
   Arguments arguments;
-  std::string problem;  ///< why it cannot be answered, or empty
+  std::string problem;  ///< reason why no answer is possible, or empty
 };
-/// Nothing for a binary message that is no call. What an observer asks for is refused unread.
+/// Empty if the binary message is no call. A call of an observer is refused unread.
 std::optional<ServiceCall> read_binary(std::string_view message, bool may_control = true);
 
 }  // namespace takt::view::foxglove

@@ -28,14 +28,14 @@ class LiveSource {
 
  private:
   struct Wanted {
-    int by = 0;  ///< how many; more than one where it is always open
+    int by = 0;  ///< number of subscriptions, and one more if the topic is always open
     bool open = false;
   };
   void add(const client::RawTopic& topic);
   void want(const std::string& topic, bool wanted);
   void run();
-  /// Until the cell answers something harmless: its server may just have been started again, and what the
-  /// page already shows, the client for requests may still have to find. A request itself is sent once.
+  /// Repeats a harmless request until the cell answers. After a restart of the server the page may show the cell
+  /// before DDS has connected the client of the requests. The viewer's request itself is sent once.
   void reach();
 
   const ClientOptions options_;

@@ -1,6 +1,6 @@
 #pragma once
 // The status of the server as metrics for Prometheus (text, version 0.0.4): GET /metrics of takt view. Each number of
-// takt_msgs/msg/Status is takt_NAME, or takt_NAME_seconds; the IDL says what it means.
+// takt_msgs/msg/Status is takt_NAME, or takt_NAME_seconds; the IDL has its meaning.
 #include <memory>
 #include <string>
 
@@ -16,7 +16,7 @@ class Metrics {
   Metrics(const Metrics&) = delete;
   Metrics& operator=(const Metrics&) = delete;
 
-  /// Of the newest status; takt_up is 0 when none has come for 5 s.
+  /// Metrics of the newest status. takt_up is 0 after 5 s without a status.
   std::string text();
 
  private:

@@ -41,7 +41,7 @@ class SceneChannel {
   std::uint64_t description_number_ = 0, state_number_ = 0, pressures_number_ = 0;
   std::optional<takt_msgs::msg::CellDescription> description_;
   bool follows_state_ = false, follows_pressures_ = false;
-  bool complained_ = false;  ///< of a sample that is not what it says it is
+  bool complained_ = false;  ///< an invalid sample has been reported
 
   std::mutex mutex_;
   std::condition_variable changed_;

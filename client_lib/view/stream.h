@@ -55,7 +55,7 @@ class Stream {
  private:
   struct Slot {
     Channel channel;
-    std::string pending;  ///< the newest, not yet shared: most samples are never looked at
+    std::string pending;  ///< the newest, not yet shared: most samples are never read
     std::uint64_t pending_time_ns = 0, pushed = 0;
     Sample shared;
     std::deque<Sample> history;

@@ -1,6 +1,6 @@
 #pragma once
-// One connection of takt view until it is known what is wanted: files and other pages, one after the other,
-// or a WebSocket, which is passed on.
+// One HTTP connection of takt view. It answers requests for files and pages one after the other, and passes on a
+// request for a WebSocket.
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/core/tcp_stream.hpp>
@@ -32,7 +32,7 @@ class WebRequest : public std::enable_shared_from_this<WebRequest> {
       : options_(options), sessions_(sessions), stream_(std::move(socket)) {}
 
   void read();
-  /// Nothing was asked for yet, or not again.
+  /// True while the connection waits for its first or next request.
   bool idle() const { return idle_; }
   void close() { stream_.close(); }
 

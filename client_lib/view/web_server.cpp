@@ -135,7 +135,7 @@ class WebServer::Impl::Session : public std::enable_shared_from_this<Session> {
     say(std::move(response), true);
   }
 
-  /// Whatever goes wrong with one session ends that session, and nothing else.
+  /// An exception in one session ends this session only.
   template <typename Function>
   void without_harm(Function&& function) {
     try {
@@ -146,7 +146,7 @@ class WebServer::Impl::Session : public std::enable_shared_from_this<Session> {
     }
   }
 
-  /// What is new of what is wanted; nothing while older things are still on their way.
+  /// Queues the new samples of the subscribed channels. Does nothing while earlier messages wait to be written.
   void offer() {
     if (!waiting_.empty()) return;
     advertise();

@@ -10,7 +10,7 @@
         assert cell.state.partner_of("P") == "Table1"
 
 All numbers are SI, vectors numpy arrays, quaternions x y z w; docs/clients.md is a page about clients, docs/testing.md one
-about tests with pytest. Errors are CellError and what is derived from it; every wait takes a timeout in seconds of wall
+about tests with pytest. Errors are CellError and its subclasses; every wait takes a timeout in seconds of wall
 time, and Ctrl-C ends it.
 """
 

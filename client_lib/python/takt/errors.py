@@ -31,4 +31,4 @@ class Lost(CellError):
 
 
 class MotionError(CellError):
-    """There is no such pose or motion of an arm; the text says what is asked for and what is allowed."""
+    """A pose or motion of an arm does not exist; the text has the request and the allowed values."""

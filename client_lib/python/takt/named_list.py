@@ -1,4 +1,4 @@
-"""Lists of what has a name."""
+"""Lists of elements with names."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 #pragma once
-// The subcommands of `takt`. Each returns the exit code of the process. What a person or, with --json, a
-// program reads goes to standard output; errors are thrown.
+// The subcommands of `takt`. Each returns the exit code of the process. Results go to standard output, as text or with
+// --json as JSON; errors are thrown.
 #include <cstdint>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>

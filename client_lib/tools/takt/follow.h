@@ -1,5 +1,5 @@
 #pragma once
-// What `takt power` and `takt contacts` share: one sample, or one after the other.
+// The common part of `takt power` and `takt contacts`: one sample, or a sequence of samples.
 #include <cstdint>
 #include <optional>
 #include <stdexcept>
@@ -9,10 +9,9 @@
 
 namespace takt::tool {
 
-/// Prints the next sample; with `watch` or an end the following ones too, at most one per 0.1 s of simulated
-/// time, and only new ones: at the end of a motion the state stands and is repeated. `wait(predicate,
-/// timeout)` waits for a sample, `print(sample)` writes it. Throws when none comes; `what` names it in the
-/// sentence.
+/// Prints the next sample. With `watch` or an end it prints the following ones too, at most one per 0.1 s of simulated
+/// time. Repeated instants of a paused cell are left out. `wait(predicate, timeout)` waits for a sample,
+/// `print(sample)` writes it. Throws if no sample comes; `what` names the sample in the sentence.
 template <typename Sample, typename Wait, typename Print>
 int follow(const Common& common, const FollowOptions& options, const std::string& what, Wait wait,
            Print print) {

@@ -1,9 +1,9 @@
 #pragma once
-// SIGINT and SIGTERM end what follows something, in good order.
+// SIGINT and SIGTERM end a command that follows a cell in good order.
 
 namespace takt::tool {
 
-/// From now on a signal is noted instead of ending the process.
+/// After this call SIGINT and SIGTERM are noted and do not end the process.
 void note_interruptions();
 bool interrupted();
 

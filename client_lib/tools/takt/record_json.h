@@ -6,7 +6,7 @@ namespace takt::tool {
 
 /// Ends at the simulated time that the options say, or at a signal (SIGINT, SIGTERM). When the server goes
 /// away before that time, it throws ClientError (lost); without such a time it goes on with the next server.
-/// Each line has a `kind`; the last one, `end`, counts what was written and what came but was not.
+/// Each line has a `kind`. The last line, `end`, counts the written and the missed samples.
 int record_json(const Common& common, const RecordOptions& options);
 
 }  // namespace takt::tool

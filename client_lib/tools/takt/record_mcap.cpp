@@ -28,7 +28,7 @@ using recording::RecordingError;
 using std::chrono::milliseconds;
 
 constexpr milliseconds kLook{100};
-/// What a crash of the recorder may cost.
+/// Bounds the loss by a crash of the recorder.
 constexpr int kLooksBetweenFlushes = 10;
 /// A server from which no status came for so long counts as gone; it sends ten a second.
 constexpr std::chrono::seconds kSilenceLimit{5};
@@ -257,7 +257,7 @@ int record_mcap(const Common& common, const RecordOptions& options, std::optiona
 
 namespace {
 
-/// What the recorded writer offered, as the file says it; where it says nothing, as a server would.
+/// QoS of the recorded writer from the file; without it, the QoS that a server offers.
 recording::OfferedQos qos_of(const recording::McapChannel& channel) {
   const auto profiles = channel.metadata.find(std::string(recording::kOfferedQosProfiles));
   if (profiles == channel.metadata.end() || profiles->second.empty())

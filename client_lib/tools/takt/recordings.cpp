@@ -88,7 +88,7 @@ class CsvTable {
     write(line);
   }
   void add(const SignalSample& sample) {
-    // What belongs to an instant comes after its state, or is the only topic there is.
+    // Samples of an instant follow its state, or all samples are of one topic.
     const bool begins_row = row_topic_.empty() || sample.topic == row_topic_;
     if (begins_row) {
       if (!row_topic_.empty()) end_row();

@@ -16,7 +16,7 @@ namespace {
 
 using Texts = std::vector<std::pair<std::string, std::string>>;
 
-/// What the table says is wrong is wrong usage: the cell is not asked.
+/// A request that contradicts the table is wrong usage and is not sent to the cell.
 int send(const Common& common, const std::string& name, const Texts& texts, bool with_values) {
   const Arguments arguments = arguments_of_text(name, texts);
   requests::Any checked;

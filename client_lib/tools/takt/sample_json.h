@@ -1,5 +1,5 @@
 #pragma once
-// What a client receives, as JSON (client_lib/recording/message_json.h).
+// Samples of a client as JSON (client_lib/recording/message_json.h).
 #include "client_lib/cell.h"
 #include "client_lib/recording/message_json.h"
 

@@ -1,4 +1,4 @@
-// What all commands share: the way to the cell, replies, errors.
+// The common part of all commands: connection to the cell, replies, errors.
 #include <unistd.h>
 
 #include <cstdio>

@@ -62,13 +62,13 @@ Colour colour_of(Severity severity) {
   return {};
 }
 
-/// What is worth a new line when it changes.
+/// A change of this text begins a new line.
 std::string summary(const State& state, const Status& status) {
   return partners(state) + std::string(to_string(status.state)) + status.pace + std::to_string(state.epoch) +
          status.fault;
 }
 
-/// The status, and what holds each Part.
+/// The status, and the holder of each Part.
 nlohmann::json watched(const State& state, const Status& status) {
   auto document = json_of(status);
   for (std::size_t i = 0; i < state.components.size(); ++i) {

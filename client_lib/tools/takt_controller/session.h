@@ -19,15 +19,15 @@ struct SessionOptions {
 };
 
 /// Returns 0 when the program has finished (and `until_s` is reached). When the cell goes away it waits for
-/// it and starts the program again, unless `until_s` is given. Throws with the program's, the client's or the
-/// server's own words when it has not.
+/// it and starts the program again, unless `until_s` is given. Throws with the sentence of the program, the client or
+/// the server if the program has not finished.
 int run_session(const SessionOptions& options);
 
-/// The cell as the controller library wants it; poses and matrices are taken over bit by bit. Throws
-/// std::runtime_error when a gripper is on no robot of the cell or a robot has too many joints.
+/// The description of the cell in the types of the controller library; poses and matrices keep their bits. Throws
+/// std::runtime_error if a gripper is on no robot of the cell or a robot has too many joints.
 controller::CellInfo controller_cell(const CellInfo& info);
 
-/// One instant as the controller library wants it; the numbers are those of the state, bit by bit.
+/// One instant in the types of the controller library; the numbers keep their bits.
 controller::Input controller_input(const State& state);
 
 }  // namespace takt::tool
