@@ -56,12 +56,12 @@ void WebRequest::read() {
     if (error) return;
     self->idle_ = false;
     self->request_ = self->parser_->release();
-    self->answer_or_tell();
+    self->answer_or_report();
   });
 }
 
 /// An exception in one request must not end the server for the other visitors.
-void WebRequest::answer_or_tell() {
+void WebRequest::answer_or_report() {
   try {
     answer();
   } catch (const std::exception& error) {

@@ -40,7 +40,7 @@ class WebRequest : public std::enable_shared_from_this<WebRequest> {
   template <typename Body>
   struct Reply;
 
-  void answer_or_tell();
+  void answer_or_report();
   void answer();
   void upgrade(std::string_view host);
   void send_page(const std::string& path);

@@ -11,7 +11,7 @@ done
 place=$(mktemp -d)
 server=
 trap '[[ -z $server ]] || kill "$server" 2>/dev/null || true; rm -rf "$place"' EXIT
-# What `cpack -G DEB` makes in the build tree, of what is built already.
+# The package that `cpack -G DEB` makes of the present build tree.
 cmake --install "$build" --prefix "$place/stage/usr" >"$place/log" || { cat "$place/log"; exit 1; }
 (cd "$place" && cpack --config "$build/CPackConfig.cmake" -G DEB -B "$place" -D CPACK_INSTALL_CMAKE_PROJECTS= \
   -D "CPACK_INSTALLED_DIRECTORIES=$place/stage;/") >"$place/log" 2>&1 || { cat "$place/log"; exit 1; }

@@ -107,7 +107,7 @@ TEST(StepPath, TheStepPathHasNoAllocationLockWaitOrPageFault) {
   EXPECT_EQ(counts.allocations, 0U);
   EXPECT_EQ(counts.locks, 0U);
   EXPECT_EQ(counts.calls, 0U) << counts.listed;
-  // None of its own; a machine that is short of memory may evict a page.
+  // The step causes no page fault; a machine that is short of memory may evict a page.
   EXPECT_LE(counts.page_faults, 10);
   EXPECT_LE(counts.waits, 10);
   EXPECT_GT(counts.wakes, 0U) << "no reader was woken";

@@ -356,7 +356,7 @@ int lead(Options options, const std::string& self) {
     killed = start("watch", "");
     flooder = start("flood", "Robot1");
   }
-  // All that starts at once is no steady state.
+  // A common start of all programs is no steady state.
   const double warm_up_s = std::min(10.0, 0.2 * options.seconds);
   const std::int64_t begin = monotonic_now_ns();
   wait_until(begin + static_cast<std::int64_t>(1e9 * warm_up_s));

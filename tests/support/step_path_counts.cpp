@@ -48,7 +48,7 @@ void* operator new(std::size_t size) {
 void* operator new[](std::size_t size) {
   return counted(size);
 }
-// Those that do not throw too: a sanitizer's own would be met by our delete.
+// The nothrow forms too: else our delete would free memory of a sanitizer's own new.
 void* operator new(std::size_t size, const std::nothrow_t&) noexcept try {
   return counted(size);
 } catch (const std::bad_alloc&) {

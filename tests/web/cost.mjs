@@ -17,7 +17,7 @@ const {child, url} = await view();
 await start('takt-controller', [program, '--start', '--pace', 'realtime', '--until', '100000']);
 
 while (takt('status').step < 1000) await new Promise((done) => setTimeout(done, 500));
-// What was asked for, and what the machine granted.
+// The requested priority, and the scheduling that the machine granted.
 console.log(`real-time priority ${priority || 'none'}: ${takt('status').scheduling || 'the usual scheduling'}`);
 
 const spent = (pid) => {

@@ -47,7 +47,7 @@ for (const protocol of ['foxglove.websocket.v1', 'foxglove.sdk.v1']) {
   wanted.forEach(live.subscribe);
   await live.until(() => live.samples.get('/web_test/state')?.time > 2 && wanted.every((topic) => live.samples.has(topic)));
 
-  // What comes is what is there: the cell stands, and both ways say the same.
+  // While the cell is paused, the samples of takt view equal the output of takt state.
   await live.until(() => live.services().length === 1);
   const [service] = live.services();
   const replies = new Map();

@@ -78,7 +78,7 @@ await page.selectOption('#section', '');
 assert.equal((await differing(await pixels(), whole)).part, 0);
 
 stage('follow');
-// What is followed stays where it is in the picture while the cell goes on; what is not moves through it.
+// A followed component stays at its place in the picture while the cell goes on; all others move through it.
 const onScreen = () => ask(() => {
   takt.cell.camera.updateMatrixWorld();
   const {x, y} = takt.cell.components.find(({mesh}) => mesh.name === 'P').mesh.position.clone().project(takt.cell.camera);

@@ -44,7 +44,7 @@ function exported(file) {
   const lines = execFileSync(`${process.env.TAKT_BIN}/takt`, ['--json', 'export', file], {encoding: 'utf8', maxBuffer: 1 << 30}).trim().split('\n').map((line) => JSON.parse(line));
   return (topic, value) => lines.filter((line) => line.topic === `/web_test/${topic}`).map(({sample}) => [sample.time, value(sample)]);
 }
-// What another client got at the same times. Samples are sent best effort, so not all times are common.
+// The samples of another client at the same times. Samples are sent best effort, so not all times are common.
 function compare(name, plot, samples) {
   const reported = new Map(samples), common = plot.x.filter((time) => reported.has(time));
   for (const time of common) assert.equal(plot.y[plot.x.indexOf(time)], reported.get(time), `${name} at ${time} s`);
@@ -91,7 +91,7 @@ assert.equal(plots[electrical].y.at(-1), takt('power').consumers.Robot1.electric
 assert.equal(plots[contact].y.at(-1), takt('contacts').contacts.find((one) => one.base === 'P' && one.target === 'Table1').normal_force);
 assert.equal(plots[torque].y.at(-1), state.robots.Robot1.effort.shoulder_lift_joint);
 assert.equal(plots[jointState].y.at(-1), state.robots.Robot1.effort.shoulder_lift_joint);
-// What lies on the table presses with its weight, 0.3 kg; the arm works against gravity; a robot at LoD 2 or 3 draws power.
+// The Part on the table presses with its weight, 0.3 kg; the arm works against gravity; a robot at LoD 2 or 3 draws power.
 assert.ok(Math.abs(plots[contact].y.at(-1) - 0.3 * 9.80665) < 0.02, `${plots[contact].y.at(-1)} N`);
 assert.ok(Math.max(...plots[torque].y) - Math.min(...plots[torque].y) > 1, 'the torque of a moving arm changes');
 assert.ok(Math.min(...plots[electrical].y) > 50);

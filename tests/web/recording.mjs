@@ -60,7 +60,7 @@ assert.equal(count, expected.length);
 assert.equal(BigInt(count), indexed.statistics.messageCount);
 assert.ok(count > 0);
 for (const {compression: used} of indexed.chunkIndexes) assert.equal(used, compression);
-// What a server sends is there, by what other programs look for.
+// The recording has the topics of a server that other programs need.
 for (const topic of ['/tf', '/tf_static', '/cell/status', '/cell/description', '/cell/state', '/cell/events']) assert.ok(topics.has(topic), topic);
 
 // From its begin to its end, as a program reads it that cannot seek, all checksums checked.

@@ -61,7 +61,7 @@ for (const [name, component] of Object.entries(state.components)) {
   const place = await ask((n) => takt.place(n), name);
   Object.values(component.position).forEach((value, i) => assert.ok(Math.abs(value - place[i]) < 1e-9, `${name}: ${place} is not ${Object.values(component.position)}`));
 }
-// What presses is shown, where it presses and as large as it is.
+// A contact is shown as a disc at its centre of pressure with its area.
 const contact = await ask(() => {
   const {center_of_pressure: c, area} = takt.last.contacts.contacts[0], {disc} = takt.cell.patches[0];
   return {c: [c.x, c.y, c.z], area, place: disc.position.toArray(), radius: disc.scale.x, visible: disc.visible};

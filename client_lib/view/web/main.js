@@ -22,7 +22,7 @@ const plots = new Plots($('plots'), () => { remember(); subscribe(); });
 const last = {};       // newest sample of each topic
 let events = [], lastEvent = 0n, playback = null;
 
-// What the link to this view says, else what is useful to begin with.
+// The view in the address, else the default view.
 const asked = (() => { try { return JSON.parse(decodeURIComponent(location.hash.slice(1)) || '{}'); } catch { return {}; } })();
 cell.setView(asked);
 for (const [id, name, factor] of [['by-state', 'byState'], ['forces', 'forces'], ['contacts', 'contacts'], ['holding', 'holding'], ['scale', 'metresPerNewton', 1000]]) {

@@ -16,7 +16,7 @@ class Recordings {
   Recordings(const HostOptions& options, const ScenarioSlot& slot, OutboundQueue& outbound)
       : options_(options), slot_(slot), outbound_(outbound) {}
 
-  /// That of the options. Throws LogError.
+  /// Opens the log of the options. Throws LogError.
   void open_log();
   /// In a restarted server: records to the next free file, so that the recording up to the crash stays.
   void open_log_again();

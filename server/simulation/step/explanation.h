@@ -87,7 +87,7 @@ struct Explanation {
   PartnerDecision decision;
   PartnerHistory::Entry since;
   SequenceListing sequences;
-  /// Those along the shortest sequence to the partner first, followed by the component's own.
+  /// The contacts along the shortest sequence to the partner come first, then the component's other contacts.
   std::vector<ExplainedContact> contacts;
   std::size_t contact_count = 0;
   std::vector<ExplainedConnection> connections;
