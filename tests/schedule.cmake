@@ -8,11 +8,13 @@ set(TAKT_TESTS_THAT_WAIT "^integration\\.")
 set(TAKT_TESTS_ALONE "^integration\\.(DdsFrozenClient|FullDisk)\\.")
 
 # Long cases that share nothing: an entry a case, so that every processor has one.
-set(TAKT_TESTS_BY_CASE "^config\\.Shipped/RefinedPeaks")
+set(TAKT_TESTS_BY_CASE "^config\\.(Shipped/RefinedPeaks|BlockContact|ChainsawScenario|RotorScenario)\\.")
 
 # Only with ./dev test --long: scenarios at other levels of detail than their own (the block assembly has all three), and the
 # longest ones, which other tests run as they are shipped.
 set(TAKT_TESTS_ONLY_LONG
+  "^config\\.ChainsawScenario\\.ThePressForceGrows"
+  "^config\\.RotorScenario\\.AllBySurfaceContact"
   "^config\\.Shipped/RefinedPeaks.*/(bev_rotor|chainsaw_motor|furnace)_.$"
   "^config\\.Shipped/RefinedPeaks.*/(block_disassembly|closed_jaws|gear_on_shaft|ring_on_pin|weak_grip)_[23]$"
   "^config\\.Shipped/RefinedPeaks.*/(block_assembly_kr16|robot_r3|robot_r3_single_axis)_[13]$"
@@ -20,7 +22,7 @@ set(TAKT_TESTS_ONLY_LONG
 
 # Suites of files with tests/support/effort.h: their long forms run with ./dev test --long.
 set(TAKT_TESTS_WITH_LONG_FORM
-  "^config\\.(ChainsawScenario|ContactScenePoses)\\."
+  "^config\\.ContactScenePoses\\."
   "^contact\\.(ContactEnergy|InteractionAlgorithmsProperty|PolygonalContactLaws)\\."
   "^dds\\.BadCommands"
   "^geometry\\.(ConvexOverlap|ConvexQuery)\\."

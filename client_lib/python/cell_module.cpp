@@ -1,6 +1,7 @@
 // Samples and description of a cell as Python classes; values of requests.
 #include "client_lib/python/module.h"
 
+#include <algorithm>
 #include <charconv>
 
 namespace takt::python {
@@ -33,7 +34,10 @@ std::string shape_text(const FieldInfo& field) {
   if (shape.empty()) shape = annotation(field.annotations, "order");
   std::string text(shape);
   if (text.empty()) text = field.message != nullptr ? std::to_string(field.message->fields.size()) : "n";
-  return "array (" + text + (text.find(',') == std::string::npos ? ",)" : ")");
+  text = "array (" + text + (text.find(',') == std::string::npos ? ",)" : ")");
+  if (shape.empty() && field.message != nullptr)
+    for (const FieldInfo& element : field.message->fields) text += " " + std::string(element.name);
+  return text;
 }
 
 bool is_array(const FieldInfo& field) {
@@ -43,16 +47,28 @@ bool is_array(const FieldInfo& field) {
 
 }  // namespace
 
+// As meaning() of idl/generator/python_api.py.
 std::string text_of_field(const FieldInfo& field) {
   std::string text(field.doc);
+  std::string name(field.name);
+  std::replace(name.begin(), name.end(), '_', ' ');
+  for (const char* preposition : {"of ", "to ", "in ", "from "})
+    if (field.doc.starts_with(preposition)) text.insert(0, name + " ");
   if (text.empty() && field.enumeration != nullptr) text = field.enumeration->doc;
   if (has_annotation(field.annotations, "index"))
     if (const std::size_t at = text.find("-1"); at != std::string::npos) text.replace(at, 2, "None");
   std::string about;
   const auto add = [&](const std::string& part) { about += (about.empty() ? "" : ", ") + part; };
   if (is_array(field)) add(shape_text(field));
-  if (!field.unit.empty() && field.unit != "1") add("in " + std::string(field.unit));
-  if (!field.frame.empty()) add("frame " + std::string(field.frame));
+  const bool real = field.kind == FieldKind::float32 || field.kind == FieldKind::float64;
+  if (field.message == &message_info<builtin_interfaces::msg::Time>()) add("in s");
+  if (field.unit.starts_with("of "))
+    add("in the unit " + std::string(field.unit));
+  else if (field.unit == "1" && real)
+    add("without unit");
+  else if (!field.unit.empty() && field.unit != "1")
+    add("in " + std::string(field.unit));
+  if (!field.frame.empty()) add("in frame " + std::string(field.frame));
   return about.empty() ? text : text + " (" + about + ")";
 }
 

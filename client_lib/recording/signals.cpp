@@ -38,14 +38,14 @@ std::optional<double> sample_time_s(const Json& sample) {
   if (const auto header = sample.find("header"); header != sample.end()) holder = &*header;
   const auto stamp = holder->find("stamp");
   if (stamp == holder->end() || !stamp->is_object()) return std::nullopt;
-  double time_s = 0.0;
-  for (const auto& [key, unit_s] : {std::pair{"sec", 1.0}, {"nanosec", 1e-9}}) {
+  double time_ns = 0.0;
+  for (const auto& [key, unit_ns] : {std::pair{"sec", 1e9}, {"nanosec", 1.0}}) {
     const auto part = stamp->find(key);
     if (part == stamp->end()) continue;
     if (!part->is_number()) return std::nullopt;  // another's member of that name
-    time_s += part->get<double>() * unit_s;
+    time_ns += part->get<double>() * unit_ns;
   }
-  return time_s;
+  return time_ns / 1e9;
 }
 
 void read_signals(McapReader& recording, const std::vector<std::string>& patterns,

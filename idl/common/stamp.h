@@ -27,8 +27,9 @@ inline std::int64_t to_nanoseconds(double time_s) {
 inline builtin_interfaces::msg::Time to_time(double time_s) {
   return to_stamp(to_nanoseconds(std::max(time_s, 0.0)));
 }
+/// The nearest double, so that 300 ms are 0.3 s.
 inline double seconds_of(const builtin_interfaces::msg::Time& stamp) {
-  return static_cast<double>(stamp.sec) + 1e-9 * static_cast<double>(stamp.nanosec);
+  return static_cast<double>(nanoseconds_of(stamp)) / 1e9;
 }
 
 }  // namespace takt

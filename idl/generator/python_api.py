@@ -72,21 +72,27 @@ def shape(field, reader):
     """Lengths of an array as Python writes them."""
     struct = reader.structs.get(field.type)
     text = field.annotation("shape") or (struct.annotation("shape") or str(len(struct.fields)) if struct else "")
+    names = "" if text == "" or not struct or struct.annotation("shape") else " " + " ".join(f.name for f in struct.fields)
     text = text or field.annotation("order") or "n"
-    return f"({text})" if "," in text else f"({text},)"
+    return (f"({text})" if "," in text else f"({text},)") + names
 
 
 def meaning(field, reader):
+    """Text of a field or an argument. Its comment in the IDL may read on from the name: `state` // to be in."""
     unit, about = field.annotation("unit"), []
     if is_array(field, reader):
         about.append("array " + shape(field, reader))
-    if unit and unit != "1":
-        about.append(f"in {unit}")
+    if unit == "1":
+        about += ["without unit"] if field.kind in ("float32", "float64") else []
+    elif unit:
+        about.append(f"in the unit {unit}" if unit.startswith("of ") else f"in {unit}")
     if field.has("frame"):
-        about.append(f"frame {field.annotation('frame')}")
+        about.append(f"in frame {field.annotation('frame')}")
     text = field.doc or reader.enumerations[field.annotation("enumeration")].doc or field.annotation("enumeration")
     if field.has("index"):
         text = text.replace("-1", "None")
+    if text.startswith(("of ", "to ", "in ", "from ")):
+        text = f"{field.name.replace('_', ' ')} {text}"
     return text + (f" ({', '.join(about)})" if about else "")
 
 

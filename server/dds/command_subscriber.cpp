@@ -75,7 +75,7 @@ class CommandSubscriber::Reader final : public dds::DataReaderListener {
       if (!info.valid_data) continue;
       const std::int64_t received_ns = monotonic_now_ns();
       const DdsGuid guid = guid_of(info.publication_handle);
-      const auto raw = from_message(target_name(cell, target), std::move(message));
+      const auto raw = from_message(cell, target, std::move(message));
       if (const auto* malformed = std::get_if<Rejection>(&raw)) {
         owner_.reject(*malformed, guid);
         continue;

@@ -14,7 +14,6 @@
 #include "server/headless/device_report.h"
 #include "server/headless/headless_run.h"
 #include "server/scenario/scenario_builder.h"
-#include "tests/support/effort.h"
 
 namespace takt {
 namespace {
@@ -136,7 +135,6 @@ TEST_F(ChainsawScenario, ThePressForceGrowsWithTheLateralOffsetOfTheRobot) {
   ASSERT_NE(centred, nullptr);
   double before = centred->sample.result.normal_force_N;
   for (const char* offset : {"0.0005", "0.001"}) {
-    if (test::effort() == 1 && offset != std::string("0.001")) continue;  // the long form has both
     ScenarioOptions options;
     options.level_of_detail = 3;
     options.overrides = {"duration_s=24.8", std::string("controller.parameters.lateral_offset_m=") + offset};

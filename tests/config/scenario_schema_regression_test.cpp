@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "server/geometry/convex/decomposition_cache.h"
 #include "server/headless/scenario_schema.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/scenario/scenario_writer.h"
@@ -36,7 +37,7 @@ class WrittenScenario : public testing::TestWithParam<std::filesystem::path> {};
 
 TEST_P(WrittenScenario, IsTheSameModelAtEveryLevel) {
   const test::TemporaryDirectory directory;
-  const ImportOptions import{directory.path() / "cache"};
+  const ImportOptions import{user_cache_directory()};
   const Scenario scenario = read_scenario(GetParam());
   const std::string text = write_scenario(scenario, directory.path());
   directory.write("written.yaml", text);

@@ -438,7 +438,7 @@ class BadCommands : public testing::Test {
  private:
   template <typename Message>
   Rejection sent(int target, Message message) {
-    const auto raw = from_message(target_name(loop_.cell(), target), std::move(message));
+    const auto raw = from_message(loop_.cell(), target, std::move(message));
     if (const auto* malformed = std::get_if<Rejection>(&raw)) return *malformed;
     const auto validated = validate(loop_.cell(), target, std::get<0>(raw));
     if (const auto* rejection = std::get_if<Rejection>(&validated)) return *rejection;

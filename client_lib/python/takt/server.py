@@ -24,16 +24,17 @@ class ServerError(RuntimeError):
 
 
 def program_path(name: str) -> str:
-    """Path of one of takt's programs: in $TAKT_BIN, in the build this package is part of, or on the PATH.
+    """Path of one of takt's programs: in $TAKT_BIN, in the build or prefix this package is part of, or on the PATH.
 
     Raises ServerError where it is in none of them.
     """
-    for folder in (os.environ.get("TAKT_BIN"), Path(__file__).resolve().parents[2] / "bin"):
+    package = Path(__file__).resolve().parent  # build/python/takt, or PREFIX/lib/python3/dist-packages/takt
+    for folder in (os.environ.get("TAKT_BIN"), package.parents[1] / "bin", package.parents[3] / "bin"):
         if folder and (Path(folder) / name).is_file():
             return str(Path(folder) / name)
     found = shutil.which(name)
     if found is None:
-        raise ServerError(f"{name} was not found: neither in $TAKT_BIN nor in the build nor on the PATH.")
+        raise ServerError(f"{name} was not found: neither in $TAKT_BIN nor beside this package nor on the PATH.")
     return found
 
 

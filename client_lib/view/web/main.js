@@ -7,7 +7,7 @@ import {Signals} from './signals.js';
 const $ = (id) => document.getElementById(id);
 const RUNS = {no_world: 'no scenario', loading_world: 'loading'};
 const SHOWN = ['description', 'status', 'events', 'state', 'contacts'];
-const seconds = (stamp) => stamp.sec + 1e-9 * (stamp.nanosec ?? stamp.nsec);
+const seconds = (stamp) => (1e9 * stamp.sec + (stamp.nanosec ?? stamp.nsec)) / 1e9;
 const topicOf = (name) => name.replace(/^\/[^/]*\//, '');
 
 // The last answer, whole where the pointer rests on it: there may be no room for all of it.

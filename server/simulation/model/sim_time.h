@@ -14,12 +14,8 @@ struct SimTime {
   static SimTime from_seconds(double time_s) { return {time_s < 0.0 ? -1 : std::llround(time_s * 1e9)}; }
 
   bool given() const { return ns >= 0; }
-  /// -1 without a stamp. Whole seconds are exact, so that the rounding is that of the fraction.
-  double seconds() const {
-    constexpr std::int64_t kSecond_ns = 1'000'000'000;
-    return given() ? static_cast<double>(ns / kSecond_ns) + static_cast<double>(ns % kSecond_ns) * 1e-9
-                   : -1.0;
-  }
+  /// The double nearest to the stamp, so that 300 ms are 0.3 s; -1 without a stamp.
+  double seconds() const { return given() ? static_cast<double>(ns) / 1e9 : -1.0; }
   friend auto operator<=>(const SimTime&, const SimTime&) = default;
 };
 
