@@ -1,5 +1,5 @@
 # How ctest runs the entries of tests (cmake/test_entries.cmake): regular expressions of ROOM.Suite.* (ROOM.Suite.Case where
-# cases are entries). `./dev test` lets ctest have two places for each processor: what computes takes two of them, what
+# cases are entries). `./dev test` lets ctest have three places for each processor: what computes takes two of them, what
 # mostly waits (for discovery, for a frozen process) one.
 set(TAKT_PROCESSORS_OF_WORK 2)
 set(TAKT_TESTS_THAT_WAIT "^integration\\.")

@@ -11,7 +11,7 @@ export async function visit(browser, url, viewport = {width: 900, height: 560}) 
   const problems = [];
   page.on('pageerror', (error) => problems.push(error.message));
   page.on('console', (message) => { if (message.type() === 'error' && !message.text().includes('WebSocket')) problems.push(message.text()); });
-  const until = (condition, argument) => page.waitForFunction(condition, argument, {timeout: 60000, polling: 50});
+  const until = (condition, argument) => page.waitForFunction(condition, argument, {timeout: 300000, polling: 50});
   const ask = (what, argument) => page.evaluate(what, argument);
   await page.goto(url);
   await until(() => takt.last.state && takt.last.status && takt.cell.frames > 0);

@@ -39,8 +39,8 @@ async function open() {
   if (framesPerSecond > 0)
     await page.addInitScript((rate) => { window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 1000 / rate); }, framesPerSecond);
   try {
-    await page.goto(url, {timeout: 60000});
-    await page.waitForFunction(() => takt.last.state && takt.cell.frames > 0, null, {timeout: 60000});
+    await page.goto(url, {timeout: 300000});
+    await page.waitForFunction(() => takt.last.state && takt.cell.frames > 0, null, {timeout: 300000});
   } catch (error) {
     console.log(`this machine does not get a page more open within a minute: ${error.message.split('\n')[0]}`);
     await page.context().close();

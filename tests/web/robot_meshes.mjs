@@ -77,7 +77,7 @@ await page.waitForFunction(() => {
   let meshes = 0;
   for (const {model} of takt.cell.robots) model.traverse((part) => { meshes += part.isMesh ? 1 : 0; });
   return takt.last.state && meshes === 3;
-}, null, {timeout: 60000});
+}, null, {timeout: 300000});
 const near = (found, min, max) => [...min, ...max].forEach((value, i) => assert.ok(Math.abs(value - [...found.min, ...found.max][i]) < 1e-6, `${JSON.stringify(found)} is not ${min} to ${max}`));
 const drawn = await boxes();
 assert.deepEqual(Object.keys(drawn).sort(), ['arm', 'base_link', 'hand']);
@@ -86,7 +86,7 @@ near(drawn.base_link, [1, 2, 3], [1.3, 2.2, 3.1]);
 near(drawn.arm, [0.9, 2, 3.1], [1, 2.5, 3.18]);
 near(drawn.hand, [0.94, 2.5, 3.1], [1, 2.55, 3.17]);
 // The missing mesh is reported with the remedy.
-await page.waitForFunction(() => document.querySelector('#answer').textContent.includes('package://elsewhere/meshes/tool.stl'), null, {timeout: 60000});
+await page.waitForFunction(() => document.querySelector('#answer').textContent.includes('package://elsewhere/meshes/tool.stl'), null, {timeout: 300000});
 assert.match(await page.locator('#answer').textContent(), /--files/);
 assert.deepEqual(problems, []);
 await browser.close();

@@ -13,7 +13,7 @@ const page = await browser.newPage({viewport: process.env.TAKT_SCREENSHOT ? {wid
 const problems = [];
 page.on('pageerror', (error) => problems.push(error.message));
 page.on('console', (message) => { if (message.type() === 'error' && !message.text().includes('WebSocket')) problems.push(message.text()); });
-const until = (condition, argument) => page.waitForFunction(condition, argument, {timeout: 60000, polling: 50})
+const until = (condition, argument) => page.waitForFunction(condition, argument, {timeout: 300000, polling: 50})
   .catch(async (error) => { throw new Error(`${error.message}\nthe page says: ${await page.locator('body').innerText()}`); });
 const ask = (what, argument) => page.evaluate(what, argument);
 const pixels = async () => (await page.locator('#cell').screenshot()).toString('base64');
@@ -102,7 +102,7 @@ stage('observer');
 // An observer looks, and cannot touch.
 const observer = await browser.newPage({viewport: {width: 500, height: 400}});
 await observer.goto(`${url}?observer`);
-await observer.waitForFunction(() => takt.last.state, null, {timeout: 60000});
+await observer.waitForFunction(() => takt.last.state, null, {timeout: 300000});
 assert.ok(await observer.locator('#play').isDisabled());
 await observer.close();
 
@@ -136,7 +136,7 @@ await (await start('takt-run', [...takt_run_arguments(), '--mcap', 'run.mcap', '
 const player = await view(0, 'run.mcap');
 const film = await browser.newPage({viewport: {width: 900, height: 500}});
 await film.goto(player.url);
-await film.waitForFunction(() => takt.last.state && !document.querySelector('#playback').hidden, null, {timeout: 60000});
+await film.waitForFunction(() => takt.last.state && !document.querySelector('#playback').hidden, null, {timeout: 300000});
 const seek = (part) => film.evaluate((p) => {
   const slider = document.querySelector('#position');
   slider.value = p;
@@ -144,21 +144,21 @@ const seek = (part) => film.evaluate((p) => {
 }, part);
 await film.click('#pause');
 await seek(0.75);
-await film.waitForFunction(() => Math.abs(takt.last.state.time - 9) < 0.02, null, {timeout: 60000});
+await film.waitForFunction(() => Math.abs(takt.last.state.time - 9) < 0.02, null, {timeout: 300000});
 await seek(0.25);
-await film.waitForFunction(() => Math.abs(takt.last.state.time - 3) < 0.02, null, {timeout: 60000});
+await film.waitForFunction(() => Math.abs(takt.last.state.time - 3) < 0.02, null, {timeout: 300000});
 await film.click('#play');
-await film.waitForFunction(() => takt.last.state.time > 3.5, null, {timeout: 60000});
+await film.waitForFunction(() => takt.last.state.time > 3.5, null, {timeout: 300000});
 // The damaged part of a recording is reported, and the rest is shown.
 await film.click('#pause');
 const file = openSync('run.mcap', 'r+'), {size} = fstatSync(file);
 writeSync(file, Buffer.alloc(Math.floor(0.2 * size)), 0, undefined, Math.floor(0.4 * size));
 closeSync(file);
 await seek(0.5);
-await film.waitForFunction(() => document.querySelector('#place').textContent.includes('cannot be played from here'), null, {timeout: 60000});
+await film.waitForFunction(() => document.querySelector('#place').textContent.includes('cannot be played from here'), null, {timeout: 300000});
 assert.match(await film.locator('#answer').textContent(), /run\.mcap/);
 await seek(0.1);
-await film.waitForFunction(() => Math.abs(takt.last.state.time - 1.2) < 0.02, null, {timeout: 60000});
+await film.waitForFunction(() => Math.abs(takt.last.state.time - 1.2) < 0.02, null, {timeout: 300000});
 assert.doesNotMatch(await film.locator('#place').textContent(), /cannot/);
 await browser.close();
 await stop(player.child);
