@@ -10,7 +10,7 @@
 #include <string_view>
 
 #include "idl/common/named_lists.h"
-#include "takt_msgs.h"
+#include "takt_topics.h"
 
 namespace takt {
 
@@ -37,15 +37,20 @@ struct CellInfo : takt_msgs::msg::CellDescription {
   /// Name of a component; empty for an invalid index.
   std::string component_name(int index) const;
 
-  Named lists;  ///< names of all described elements
+  Named lists;                      ///< names of all described elements
+  std::uint64_t sample_number = 0;  ///< counts descriptions received
+};
+
+/// A message of a topic, as a client hands it out.
+template <Message Type>
+struct Sample : Type {
+  std::shared_ptr<const CellInfo> cell{};  ///< the description this sample belongs to
+  /// Counts samples of the topic received; the server repeats an instant while it stands still.
+  std::uint64_t sample_number = 0;
 };
 
 /// One instant of the cell. The functions that take a name throw ClientError (not_found) with the names there are.
-struct State : takt_msgs::msg::CellState {
-  std::shared_ptr<const CellInfo> cell;  ///< the description this state belongs to
-  std::uint64_t sample_number =
-      0;  ///< counts samples received; the server repeats an instant while it stands still
-
+struct State : Sample<takt_msgs::msg::CellState> {
   const ComponentState& component(std::string_view name) const;
   const RobotState& robot(std::string_view name) const;
   const GripperState& gripper(std::string_view name) const;
@@ -58,21 +63,32 @@ struct State : takt_msgs::msg::CellState {
   std::string part_present(std::string_view name) const;
 };
 
-struct Event : takt_msgs::msg::Event {
+struct Event : Sample<takt_msgs::msg::Event> {
   std::uint64_t missed_before = 0;  ///< events lost directly before this one
 };
 
-struct Power : takt_msgs::msg::Power {
-  std::uint64_t sample_number = 0;  ///< counts samples received
-};
+using Status = Sample<takt_msgs::msg::Status>;
+using Power = Sample<takt_msgs::msg::Power>;
+using Contacts = Sample<takt_msgs::msg::Contacts>;
 
-struct Contacts : takt_msgs::msg::Contacts {
-  std::shared_ptr<const CellInfo> cell;
-  std::uint64_t sample_number = 0;  ///< counts samples received
+/// The sample of a message: Sample, or what adds to it.
+template <Message Type>
+struct SampleClass {
+  using type = Sample<Type>;
 };
-
-struct Status : takt_msgs::msg::Status {
-  std::uint64_t sample_number = 0;  ///< counts samples received
+template <>
+struct SampleClass<takt_msgs::msg::CellDescription> {
+  using type = CellInfo;
 };
+template <>
+struct SampleClass<takt_msgs::msg::CellState> {
+  using type = State;
+};
+template <>
+struct SampleClass<takt_msgs::msg::Event> {
+  using type = Event;
+};
+template <Message Type>
+using SampleOf = typename SampleClass<Type>::type;
 
 }  // namespace takt

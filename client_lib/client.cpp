@@ -61,27 +61,29 @@ std::shared_ptr<const CellInfo> Client::cell() const {
   return impl_->cell;
 }
 
+Client::Clock::time_point Client::deadline_after(std::optional<Seconds> timeout) const {
+  return Impl::deadline_after(timeout.value_or(impl_->options.timeout));
+}
+
 State Client::state() const {
   std::unique_lock lock(impl_->mutex);
-  if (!impl_->wait(lock, Impl::deadline_after(impl_->options.timeout),
-                   [&] { return static_cast<bool>(impl_->state); }))
+  if (!impl_->wait(lock, deadline_after({}), [&] { return impl_->state->newest() != nullptr; }))
     throw ClientError(ClientError::Kind::timeout,
                       impl_->where() + " has not sent a state" +
                           (impl_->cell->scenario.empty() ? ": no scenario is loaded." : "."));
-  return *impl_->state.sample;
+  return *impl_->state->newest();
 }
 
 Status Client::status() const {
   std::unique_lock lock(impl_->mutex);
-  if (!impl_->wait(lock, Impl::deadline_after(impl_->options.timeout),
-                   [&] { return static_cast<bool>(impl_->status); }))
+  if (!impl_->wait(lock, deadline_after({}), [&] { return impl_->status->newest() != nullptr; }))
     throw ClientError(ClientError::Kind::timeout, impl_->where() + " has not sent its status.");
-  return *impl_->status.sample;
+  return *impl_->status->newest();
 }
 
 bool Client::connected() const {
   const std::lock_guard lock(impl_->mutex);
-  return !impl_->gone && !impl_->silent(Impl::Clock::now());
+  return !impl_->gone && !impl_->silent(Clock::now());
 }
 
 bool Client::wait_for_connection(Seconds timeout) const {
@@ -89,53 +91,13 @@ bool Client::wait_for_connection(Seconds timeout) const {
   const auto deadline = Impl::deadline_after(timeout);
   std::unique_lock lock(impl_->mutex);
   for (;;) {
-    if (!impl_->gone && impl_->status && !impl_->silent(Impl::Clock::now())) return true;
-    if (Impl::Clock::now() >= deadline) return false;
-    impl_->changed.wait_until(lock, std::min(deadline, Impl::Clock::now() + std::chrono::milliseconds{200}));
+    if (!impl_->gone && impl_->status->newest() != nullptr && !impl_->silent(Clock::now())) return true;
+    if (Clock::now() >= deadline) return false;
+    impl_->changed.wait_until(lock, std::min(deadline, Clock::now() + std::chrono::milliseconds{200}));
     if (!impl_->options.while_waiting) continue;
     lock.unlock();
     impl_->options.while_waiting();
     lock.lock();
-  }
-}
-
-std::optional<State> Client::wait_for_state(const std::function<bool(const State&)>& predicate,
-                                            Seconds timeout) const {
-  return impl_->wait_for_sample(impl_->state, predicate, timeout);
-}
-
-std::optional<Status> Client::wait_for_status(const std::function<bool(const Status&)>& predicate,
-                                              Seconds timeout) const {
-  return impl_->wait_for_sample(impl_->status, predicate, timeout);
-}
-
-std::optional<Power> Client::wait_for_power(const std::function<bool(const Power&)>& predicate,
-                                            Seconds timeout) {
-  impl_->listen_to_power();
-  return impl_->wait_for_sample(impl_->power, predicate, timeout);
-}
-
-std::optional<Contacts> Client::wait_for_contacts(const std::function<bool(const Contacts&)>& predicate,
-                                                  Seconds timeout) {
-  impl_->listen_to_contacts();
-  return impl_->wait_for_sample(impl_->contacts, predicate, timeout);
-}
-
-std::optional<Event> Client::next_event(Seconds timeout) {
-  std::unique_lock lock(impl_->mutex);
-  if (!impl_->wait(lock, Impl::deadline_after(timeout), [&] { return !impl_->events.empty(); }))
-    return std::nullopt;
-  Event event = std::move(impl_->events.front());
-  impl_->events.pop_front();
-  return event;
-}
-
-std::optional<Event> Client::wait_for_event(const std::function<bool(const Event&)>& predicate,
-                                            Seconds timeout) {
-  const auto deadline = Impl::Clock::now() + Impl::to_clock(timeout);
-  for (;;) {
-    auto event = next_event(std::max(Seconds{0.0}, Seconds{deadline - Impl::Clock::now()}));
-    if (!event || predicate(*event)) return event;
   }
 }
 

@@ -6,7 +6,7 @@
 //   cell.play();
 //   cell.send_joint_command("Robot1", {0, -1.57, 1.57, -1.57, -1.57, 0});
 //   cell.set_gripper("Gripper1", takt::GripperAction::close);
-//   auto state = cell.wait_for_state([](auto& s) { return s.partner_of("C") == "Gripper1"; }, 5s);
+//   auto state = cell.wait_for(takt::topics::state, [](auto& s) { return s.partner_of("C") == "Gripper1"; }, 5s);
 //   if (!state) ...                                              // not within 5 s of wall time
 //
 // Every function may be called from any thread. Functions that wait do so without polling, for at most the
@@ -133,29 +133,36 @@ class Client {
   /// for a cell that is gone.
   [[nodiscard]] bool wait_for_connection(Seconds timeout) const;
 
-  /// The first state, from the newest on, that fulfils the predicate; empty on timeout. The predicate runs in the
-  /// calling thread. A slow predicate gets the newest state, not every state.
-  [[nodiscard]] std::optional<State> wait_for_state(const std::function<bool(const State&)>& predicate,
-                                                    Seconds timeout) const;
-  [[nodiscard]] std::optional<Status> wait_for_status(const std::function<bool(const Status&)>& predicate,
-                                                      Seconds timeout) const;
-
-  /// Power of robots and devices: the first sample, from the newest on, that fulfils the predicate. Empty on timeout,
-  /// e.g. if no robot has been at level of detail 2 since the start of the server and no device draws power. The first
-  /// call subscribes to the topic.
-  [[nodiscard]] std::optional<Power> wait_for_power(const std::function<bool(const Power&)>& predicate,
-                                                    Seconds timeout);
-
-  /// Surface contacts: the first sample, from the newest on, that fulfils the predicate. Empty on timeout, e.g. if no
-  /// process has been at level of detail 3 since the start of the server. The first call subscribes to the topic.
-  [[nodiscard]] std::optional<Contacts> wait_for_contacts(
-      const std::function<bool(const Contacts&)>& predicate, Seconds timeout);
-
-  /// The client keeps the newest 10000 events since the connection, in order. The two functions consume them: each
-  /// event is returned once. wait_for_event drops events that do not fulfil the predicate. Empty on timeout.
-  [[nodiscard]] std::optional<Event> next_event(Seconds timeout);
-  [[nodiscard]] std::optional<Event> wait_for_event(const std::function<bool(const Event&)>& predicate,
-                                                    Seconds timeout);
+  /// The first sample of a topic, e.g. topics::contacts, from the newest on, that fulfils the predicate. Empty on
+  /// timeout; without a timeout it is options.timeout. takt_topics.h lists the topics; idl/*.idl describes their
+  /// samples. The predicate runs in the calling thread. A slow predicate gets the newest sample, not every sample.
+  ///
+  /// Of topics::event each sample counts: the client keeps the newest 10000 events since the connection, in order.
+  /// Each event is returned once, and a wait drops events that do not fulfil its predicate.
+  ///
+  /// The client receives state, status, events and description from the connection on. The first wait for another
+  /// topic subscribes to it. `element` is the robot, for a topic that each robot has. Throws ClientError: invalid for
+  /// a topic that clients write, not_found for a robot that the cell does not have.
+  template <Message Type>
+  [[nodiscard]] std::optional<SampleOf<Type>> wait_for(
+      const Topic<Type>& topic, const std::function<bool(const SampleOf<Type>&)>& predicate,
+      std::optional<Seconds> timeout = {}, const std::string& element = {}) const {
+    const auto deadline = deadline_after(timeout);
+    Received received;
+    while ((received = next_sample(topic, element, received.number, deadline)).sample) {
+      const auto& sample = *static_cast<const SampleOf<Type>*>(received.sample.get());
+      if (predicate(sample)) return sample;
+    }
+    return std::nullopt;
+  }
+  /// The newest sample, or the first one to come; of topics::event the next one. Empty on timeout.
+  template <Message Type>
+  [[nodiscard]] std::optional<SampleOf<Type>> wait_for(const Topic<Type>& topic,
+                                                       std::optional<Seconds> timeout = {},
+                                                       const std::string& element = {}) const {
+    return wait_for(
+        topic, [](const auto&) { return true; }, timeout, element);
+  }
 
   // --- commands ---
   /// Set-point of all joints of a robot, in the order of RobotDescription::joints. The robot reaches
@@ -303,6 +310,16 @@ class Client {
     if (const auto fault = read_arguments(name, values, response))
       throw ClientError(ClientError::Kind::refused, fault->sentence);
   }
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point deadline_after(std::optional<Seconds> timeout) const;
+  struct Received {
+    std::shared_ptr<void> sample;  ///< a SampleOf the topic's type
+    std::uint64_t number = 0;      ///< its sample_number
+  };
+  /// The newest sample of the topic, or the first one behind that of the number `seen`; an empty one when the
+  /// deadline has passed.
+  Received next_sample(const TopicInfo& topic, const std::string& element, std::uint64_t seen,
+                       Clock::time_point deadline) const;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -10,8 +10,6 @@
 namespace takt {
 namespace {
 
-constexpr std::size_t kMaxEvents = 10000;
-
 /// Unique among all clients that ever talk to a server: the name, the process, and chance.
 std::string unique_id(const std::string& name) {
   std::random_device chance;
@@ -32,31 +30,27 @@ Client::Impl::Impl(ClientOptions given)
 
 void Client::Impl::connect() {
   const auto listen = [&]<typename Type>(const Topic<Type>& topic,
-                                         typename client::ReaderListener<Type>::OnSample on_sample,
                                          typename client::ReaderListener<Type>::OnMatch on_match = {}) {
-    listeners.push_back(
-        std::make_unique<client::ReaderListener<Type>>(std::move(on_sample), std::move(on_match)));
-    link.create_reader(topic, topic.name(options.cell), listeners.back().get());
+    return &make_reader(topic, topic.name(options.cell), std::move(on_match));
   };
   using Prefix = const GuidPrefix&;
-  listen(
-      topics::status, [this](const auto& sample, Prefix from) { on_status(sample, from); },
-      [this](Prefix from, bool matched) { on_status_match(from, matched); });
-  listen(topics::events, [this](const auto& sample, Prefix from) { on_event(sample, from); });
-  listen(topics::state, [this](const auto& sample, Prefix from) { on_instant(state, sample, from); });
-  listen(
-      topics::control_reply, [this](const auto& sample, Prefix) { on_reply(sample); },
+  status = listen(topics::status, [this](Prefix from, bool matched) { on_status_match(from, matched); });
+  listen(topics::event);
+  state = listen(topics::state);
+  reply_listener = std::make_unique<client::ReaderListener<takt_msgs::msg::ControlReply>>(
+      [this](const auto& sample, Prefix) { on_reply(sample); },
       [this](Prefix, bool matched) {
         const std::lock_guard lock(mutex);
         reply_writers += matched ? 1 : -1;
         control_is_open = false;  // another server: see open_control
         changed.notify_all();
       });
-  listen(topics::description, [this](const auto& sample, Prefix from) { on_description(sample, from); });
+  link.create_reader(topics::control_reply, topics::control_reply.name(options.cell), reply_listener.get());
+  listen(topics::description);
 
   std::unique_lock lock(mutex);
   const auto deadline = deadline_after(options.timeout);
-  if (changed.wait_until(lock, deadline, [&] { return cell && status; })) return;
+  if (changed.wait_until(lock, deadline, [&] { return cell && status->newest() != nullptr; })) return;
   lock.unlock();
 
   std::string sentence = where();
@@ -87,47 +81,19 @@ bool Client::Impl::from_this_server(const GuidPrefix& from) {
   return true;
 }
 
-void Client::Impl::on_description(const takt_msgs::msg::CellDescription& sample, const GuidPrefix& from) {
-  auto description = std::make_shared<const CellInfo>(sample);
+void Client::Impl::on_description(ReaderOf<takt_msgs::msg::CellDescription>& of,
+                                  const takt_msgs::msg::CellDescription& sample, const GuidPrefix& from) {
+  auto description = std::make_shared<CellInfo>(sample);
   const std::lock_guard lock(mutex);
-  if (server && *server != from) {  // started again: nothing known of the old one holds
-    state.reset();
-    status.reset();
-    power.reset();
-    contacts.reset();
-    newest_event = 0;
-    known = {0, 0};
-    if (early_status && early_status->first == from) status.set(std::move(early_status->second));
-    early_status.reset();
-    for (auto& [sender, event] : early_events)
-      if (sender == from) keep(std::move(event));
-    early_events.clear();
-  } else if (cell && cell->scenario_generation != description->scenario_generation) {  // another scenario
-    state.reset();
-    power.reset();
-    contacts.reset();
-    known = {0, 0};
-    if (status && status->scenario_generation < description->scenario_generation) status.reset();
-  }
+  const bool other_server = server && *server != from;  // started again: nothing known of the old one holds
+  const bool other_scenario = cell && cell->scenario_generation != description->scenario_generation;
   server = from;
   gone = false;
   heard = Clock::now();
-  cell = std::move(description);
-  changed.notify_all();
-}
-
-void Client::Impl::on_status(const takt_msgs::msg::Status& sample, const GuidPrefix& from) {
-  auto received = std::make_shared<Status>(Status{sample});
-  const std::lock_guard lock(mutex);
-  if (from_this_server(from)) {
-    const bool stale =
-        cell &&
-        (received->scenario_generation < cell->scenario_generation ||
-         (received->scenario_generation == cell->scenario_generation && instant_of(*received) < known));
-    if (!stale) status.set(std::move(received));
-  } else {
-    early_status.emplace(from, std::move(received));
-  }
+  cell = description;
+  if (other_server || other_scenario) known = {0, 0};
+  for (auto& [name, reader] : topic_readers) reader->on_description(other_server, other_scenario);
+  of.keep(std::move(description));
   changed.notify_all();
 }
 
@@ -137,62 +103,54 @@ void Client::Impl::on_status_match(const GuidPrefix& from, bool matched) {
   changed.notify_all();
 }
 
-template <typename Wire, typename Sample>
-void Client::Impl::on_instant(Newest<Sample>& newest, const Wire& wire, const GuidPrefix& from) {
-  std::shared_ptr<const CellInfo> description;
+template <Message Type>
+Client::Impl::ReaderOf<Type>& Client::Impl::make_reader(
+    const Topic<Type>& topic, const std::string& name,
+    typename client::ReaderListener<Type>::OnMatch on_match) {
+  auto made = std::make_unique<ReaderOf<Type>>(*this, topic, std::move(on_match));
+  ReaderOf<Type>& reader = *made;
   {
     const std::lock_guard lock(mutex);
-    if (!from_this_server(from) || !cell || !server) return;
-    description = cell;
+    topic_readers[name] = std::move(made);
   }
-  if constexpr (requires { wire.scenario_generation; })
-    if (wire.scenario_generation != description->scenario_generation) return;
-  if (!fits(wire, description->lists, description->lists)) return;
-  auto received = std::make_shared<Sample>();
-  static_cast<Wire&>(*received) = wire;
-  if constexpr (requires { received->cell; }) received->cell = description;
-  const std::lock_guard lock(mutex);
-  if (!from_this_server(from) || description != cell || instant_of(wire) < known) return;
-  if (newest && instant_of(wire) < instant_of(*newest.sample)) return;
-  newest.set(std::move(received));
-  changed.notify_all();
+  try {
+    link.create_reader(topic, name, &reader.listener);
+  } catch (const ClientError&) {
+    const std::lock_guard lock(mutex);
+    topic_readers.erase(name);
+    throw;
+  }
+  return reader;
 }
 
-template <typename Wire, typename Sample>
-void Client::Impl::listen_to(const Topic<Wire>& topic, Newest<Sample>& newest) {
+Client::Impl::Reader& Client::Impl::reader_of(const TopicInfo& topic, const std::string& element) {
+  require_own_process();
+  if (!topic.is_for_clients())
+    throw ClientError(ClientError::Kind::invalid,
+                      "Clients do not read the topic '" + std::string(topic.id) + "'.");
+  const std::string kind(topic.element_kind()), name = topic.name(options.cell, element);
+  const auto known_reader = [&]() -> Reader* {
+    const std::lock_guard lock(mutex);
+    if (!kind.empty()) (void)require_by_name(kind.c_str(), *cell->lists.find(kind + "s"), element);
+    const auto found = topic_readers.find(name);
+    return found == topic_readers.end() ? nullptr : found->second.get();
+  };
+  if (Reader* reader = known_reader()) return *reader;
   const std::lock_guard making(senders_mutex);
-  if (newest.has_reader) return;
-  listeners.push_back(std::make_unique<client::ReaderListener<Wire>>(
-      [this, &newest](const Wire& sample, const GuidPrefix& from) { on_instant(newest, sample, from); }));
-  link.create_reader(topic, topic.name(options.cell), listeners.back().get());
-  newest.has_reader = true;
-}
-template void Client::Impl::listen_to(const Topic<takt_msgs::msg::Power>&, Newest<Power>&);
-template void Client::Impl::listen_to(const Topic<takt_msgs::msg::Contacts>&, Newest<Contacts>&);
-
-void Client::Impl::on_event(const takt_msgs::msg::Event& sample, const GuidPrefix& from) {
-  Event received{sample};
-  const std::lock_guard lock(mutex);
-  if (!from_this_server(from)) {
-    constexpr std::size_t kMaxEarlyEvents = 100;
-    if (early_events.size() < kMaxEarlyEvents) early_events.emplace_back(from, std::move(received));
-    return;
-  }
-  keep(std::move(received));
-  changed.notify_all();
+  if (Reader* reader = known_reader()) return *reader;  // made meanwhile
+  Reader* made = nullptr;
+  topics::for_each([&](const auto& one) {
+    if (one.id == topic.id) made = &make_reader(one, name);
+  });
+  return *made;
 }
 
-void Client::Impl::keep(Event received) {
-  if (received.sequence_number <= newest_event) return;
-  // Events before the first one received belong to the time before this client.
-  if (newest_event != 0) received.missed_before = received.sequence_number - newest_event - 1;
-  newest_event = received.sequence_number;
-  events.push_back(std::move(received));
-  if (events.size() > kMaxEvents) {
-    const std::uint64_t dropped = events.front().missed_before + 1;
-    events.pop_front();
-    events.front().missed_before += dropped;
-  }
+Client::Received Client::next_sample(const TopicInfo& topic, const std::string& element, std::uint64_t seen,
+                                     Clock::time_point deadline) const {
+  Impl::Reader& reader = impl_->reader_of(topic, element);
+  std::unique_lock lock(impl_->mutex);
+  if (!impl_->wait(lock, deadline, [&] { return reader.has_another(seen); })) return {};
+  return reader.hand_out();
 }
 
 void Client::Impl::on_reply(const takt_msgs::msg::ControlReply& sample) {

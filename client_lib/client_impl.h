@@ -29,24 +29,11 @@ std::size_t require_by_name(const char* kind, const std::vector<Described>& item
 }
 
 struct Client::Impl {
-  using Clock = std::chrono::steady_clock;
   using GuidPrefix = client::GuidPrefix;
 
-  /// The newest sample of a topic.
-  template <typename Sample>
-  struct Newest {
-    std::shared_ptr<const Sample> sample;  ///< empty before the first
-    std::uint64_t count = 0;               ///< samples received
-    bool has_reader = false;               ///< of topics that are received on demand
-
-    explicit operator bool() const { return sample != nullptr; }
-    const Sample* operator->() const { return sample.get(); }
-    void set(std::shared_ptr<Sample> received) {
-      received->sample_number = ++count;
-      sample = std::move(received);
-    }
-    void reset() { sample.reset(); }
-  };
+  struct Reader;
+  template <Message Type>
+  struct ReaderOf;
 
   explicit Impl(ClientOptions options);
 
@@ -59,11 +46,12 @@ struct Client::Impl {
   };
 
   void connect();
-  /// Makes the reader of a topic on first use: a client that does not ask is spared a sample with every state.
-  template <typename Wire, typename Sample>
-  void listen_to(const Topic<Wire>& topic, Newest<Sample>& newest);
-  void listen_to_power() { listen_to(topics::power, power); }
-  void listen_to_contacts() { listen_to(topics::contacts, contacts); }
+  /// The reader of a topic, made on first use: a client that does not ask is spared its samples. Throws ClientError
+  /// as Client::wait_for does.
+  Reader& reader_of(const TopicInfo& topic, const std::string& element);
+  template <Message Type>
+  ReaderOf<Type>& make_reader(const Topic<Type>& topic, const std::string& name,
+                              typename client::ReaderListener<Type>::OnMatch on_match = {});
   void open_control(Clock::time_point deadline);
   Reply call(const std::string& name, const Arguments& arguments, Seconds timeout);
   std::uint64_t write_request(const std::string& name, const Arguments& arguments);
@@ -79,13 +67,9 @@ struct Client::Impl {
   }
 
   // From threads of DDS.
-  void on_description(const takt_msgs::msg::CellDescription& sample, const GuidPrefix& from);
-  void on_status(const takt_msgs::msg::Status& sample, const GuidPrefix& from);
+  void on_description(ReaderOf<takt_msgs::msg::CellDescription>& of,
+                      const takt_msgs::msg::CellDescription& sample, const GuidPrefix& from);
   void on_status_match(const GuidPrefix& from, bool matched);
-  /// A sample of an instant. Older ones, and those that do not fit the description, are refused.
-  template <typename Wire, typename Sample>
-  void on_instant(Newest<Sample>& newest, const Wire& wire, const GuidPrefix& from);
-  void on_event(const takt_msgs::msg::Event& sample, const GuidPrefix& from);
   void on_reply(const takt_msgs::msg::ControlReply& sample);
 
   // With the mutex held.
@@ -93,16 +77,7 @@ struct Client::Impl {
   void apply_reply_causality(std::unique_lock<std::mutex>& lock, const std::string& request,
                              const Arguments& values, std::uint32_t generation_before,
                              Clock::time_point deadline);
-  template <typename Sample>
-  static std::pair<std::uint32_t, std::uint64_t> instant_of(const Sample& sample) {
-    return {sample.epoch, sample.step};
-  }
-  template <typename Sample>
-  void drop_if_older_than_known(Newest<Sample>& newest) const {
-    if (newest && instant_of(*newest.sample) < known) newest.reset();
-  }
   bool from_this_server(const GuidPrefix& from);
-  void keep(Event event);
   /// DDS does not survive fork(): of its threads there is none in the new process. Throws there.
   void require_own_process() const {
     if (link.is_of_this_process()) return;
@@ -112,12 +87,6 @@ struct Client::Impl {
   bool silent(Clock::time_point now) const { return now > heard + to_clock(options.liveliness_timeout); }
   template <typename Ready>
   bool wait(std::unique_lock<std::mutex>& lock, Clock::time_point deadline, Ready ready) const;
-
-  /// Without the mutex. The first of the samples that the predicate accepts; nothing when the time is over.
-  template <typename Sample>
-  std::optional<Sample> wait_for_sample(const Newest<Sample>& newest,
-                                        const std::function<bool(const Sample&)>& predicate,
-                                        Seconds timeout) const;
 
   static Clock::duration to_clock(Seconds duration) {
     // Longer than a century means forever; it must not overflow the clock.
@@ -137,17 +106,8 @@ struct Client::Impl {
   bool gone = false;                 ///< DDS has announced the end of that server's status
   Clock::time_point heard = Clock::now();
   std::shared_ptr<const CellInfo> cell;
-  Newest<State> state;
-  Newest<Status> status;
-  Newest<Power> power;
-  Newest<Contacts> contacts;
   /// Epoch and step of the newest instant that a reply has named, in the present scenario.
   std::pair<std::uint32_t, std::uint64_t> known{0, 0};
-  std::optional<std::pair<GuidPrefix, std::shared_ptr<Status>>>
-      early_status;                                        ///< of a server whose description is still to come
-  std::vector<std::pair<GuidPrefix, Event>> early_events;  ///< likewise
-  std::deque<Event> events;
-  std::uint64_t newest_event = 0;  ///< sequence number
   std::uint64_t next_sequence = 1;
   std::map<std::uint64_t, std::optional<takt_msgs::msg::ControlReply>> replies;
   int reply_writers = 0;
@@ -157,7 +117,10 @@ struct Client::Impl {
   std::map<std::string, std::unique_ptr<Sender>> senders;
 
   // Listeners before the link: what is declared first is destroyed last.
-  std::vector<std::unique_ptr<dds::DataReaderListener>> listeners;
+  std::map<std::string, std::unique_ptr<Reader>> topic_readers;  ///< by the name of the topic
+  ReaderOf<takt_msgs::msg::CellState>* state = nullptr;          ///< as `status`, from connect() on
+  ReaderOf<takt_msgs::msg::Status>* status = nullptr;
+  std::unique_ptr<client::ReaderListener<takt_msgs::msg::ControlReply>> reply_listener;
   client::CellWatch watch;
   client::Link link;
 };
@@ -199,21 +162,127 @@ bool Client::Impl::wait(std::unique_lock<std::mutex>& lock, Clock::time_point de
   }
 }
 
-template <typename Sample>
-std::optional<Sample> Client::Impl::wait_for_sample(const Newest<Sample>& newest,
-                                                    const std::function<bool(const Sample&)>& predicate,
-                                                    Seconds timeout) const {
-  const auto deadline = deadline_after(timeout);
-  std::uint64_t seen = 0;
-  std::unique_lock lock(mutex);
-  while (wait(lock, deadline, [&] { return newest && newest->sample_number != seen; })) {
-    const std::shared_ptr<const Sample> held = newest.sample;
-    seen = held->sample_number;
-    lock.unlock();  // the predicate may use this client
-    if (predicate(*held)) return *held;
-    lock.lock();
+/// What was received of a topic. Functions and members are used with the mutex held.
+struct Client::Impl::Reader {
+  virtual ~Reader() = default;
+  /// The client has another description.
+  virtual void on_description(bool other_server, bool other_scenario) = 0;
+  /// Drops what is older than the newest instant that a reply has named.
+  virtual void drop_older_than_known() = 0;
+
+  bool has_another(std::uint64_t seen) const { return !samples.empty() && samples.back().number != seen; }
+  Received hand_out() {
+    Received first = samples.front();
+    if (each_counts) samples.pop_front();
+    return first;
   }
-  return std::nullopt;
-}
+
+  bool each_counts = false;      ///< TopicQos::event
+  std::uint64_t count = 0;       ///< samples received
+  std::deque<Received> samples;  ///< the newest; where each counts, those that were not handed out
+};
+
+template <Message Type>
+struct Client::Impl::ReaderOf final : Reader {
+  using Sample = SampleOf<Type>;
+  static constexpr bool kHasInstant = requires(const Type& one) {
+    one.epoch;
+    one.step;
+  };
+  static constexpr bool kHasScenario = requires(const Type& one) { one.scenario_generation; };
+
+  ReaderOf(Impl& owner, const Topic<Type>& topic, typename client::ReaderListener<Type>::OnMatch on_match)
+      : client(owner),
+        latched(qos_of(topic).latched),
+        listener([this](const Type& sample, const GuidPrefix& from) { on_sample(sample, from); },
+                 std::move(on_match)) {
+    each_counts = topic.qos == TopicQos::event;
+  }
+
+  /// nullptr before the first.
+  const Sample* newest() const {
+    return samples.empty() ? nullptr : static_cast<const Sample*>(samples.back().sample.get());
+  }
+
+  /// From a thread of DDS, without the mutex.
+  void on_sample(const Type& sample, const GuidPrefix& from) {
+    if constexpr (std::is_same_v<Sample, CellInfo>) {
+      client.on_description(*this, sample, from);
+    } else {
+      auto received = std::make_shared<Sample>();
+      static_cast<Type&>(*received) = sample;
+      const std::lock_guard lock(client.mutex);
+      take(std::move(received), from);
+      client.changed.notify_all();
+    }
+  }
+
+  /// Keeps a sample, unless it is older than what is known or does not fit the description. One of another server or
+  /// of a later scenario waits for the description.
+  void take(std::shared_ptr<Sample> received, const GuidPrefix& from) {
+    bool is_later = !client.from_this_server(from) || client.cell == nullptr;
+    if constexpr (kHasScenario)
+      is_later = is_later || received->scenario_generation > client.cell->scenario_generation;
+    if (is_later) {
+      constexpr std::size_t kMost = 100;
+      if (!each_counts) early.clear();
+      if (early.size() < kMost) early.emplace_back(from, std::move(received));
+      return;
+    }
+    if constexpr (kHasScenario)
+      if (received->scenario_generation < client.cell->scenario_generation) return;
+    if (!fits<Type>(*received, client.cell->lists, client.cell->lists)) return;
+    if constexpr (kHasInstant) {
+      const auto instant = instant_of(*received);
+      if (!each_counts && (instant < client.known || (newest() && instant < instant_of(*newest())))) return;
+    }
+    received->cell = client.cell;
+    keep(std::move(received));
+  }
+
+  void keep(std::shared_ptr<Sample> received) {
+    constexpr std::size_t kMost = 10000;
+    if constexpr (requires { received->missed_before; }) {
+      if (received->sequence_number <= newest_sequence) return;
+      // Those before the first one received belong to the time before this client.
+      if (newest_sequence != 0) received->missed_before = received->sequence_number - newest_sequence - 1;
+      newest_sequence = received->sequence_number;
+    }
+    received->sample_number = ++count;
+    if (!each_counts) samples.clear();
+    samples.push_back({std::move(received), count});
+    if (samples.size() <= kMost) return;
+    const Received dropped = std::move(samples.front());
+    samples.pop_front();
+    if constexpr (requires(Sample one) { one.missed_before; })
+      static_cast<Sample*>(samples.front().sample.get())->missed_before +=
+          static_cast<const Sample*>(dropped.sample.get())->missed_before + 1;
+  }
+
+  void on_description(bool other_server, bool other_scenario) override {
+    // A latched sample that does not name its scenario is not sent again.
+    const bool stays = each_counts || (latched && !kHasScenario);
+    if (other_server ? !each_counts : other_scenario && !stays) samples.clear();
+    if (other_server) newest_sequence = 0;
+    if constexpr (!std::is_same_v<Sample, CellInfo>)
+      for (auto& [from, sample] : std::exchange(early, {}))
+        if (from == *client.server) take(std::move(sample), from);
+  }
+
+  void drop_older_than_known() override {
+    if constexpr (kHasInstant)
+      if (!each_counts && newest() != nullptr && instant_of(*newest()) < client.known) samples.clear();
+  }
+
+  static std::pair<std::uint32_t, std::uint64_t> instant_of(const Type& sample) {
+    return {sample.epoch, sample.step};
+  }
+
+  Impl& client;
+  const bool latched;
+  std::uint64_t newest_sequence = 0;
+  std::vector<std::pair<GuidPrefix, std::shared_ptr<Sample>>> early;  ///< wait for their description
+  client::ReaderListener<Type> listener;
+};
 
 }  // namespace takt

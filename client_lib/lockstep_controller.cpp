@@ -126,7 +126,8 @@ void LockstepController::wait_for_boundary() {
   std::uint64_t seen = state_.sample_number;
   for (;;) {
     const Seconds left = options_.timeout - (SteadyClock::now() - begin);
-    const auto next = cell_.wait_for_state(
+    const auto next = cell_.wait_for(
+        topics::state,
         [&](const State& s) {
           if (s.time >= due_s || exchanged(s)) return true;
           const bool repeated = answered_ && s.step == state_.step && s.sample_number > seen;

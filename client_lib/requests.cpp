@@ -48,20 +48,18 @@ void Client::Impl::apply_reply_causality(std::unique_lock<std::mutex>& lock, con
   if (cell->scenario_generation != generation_before) return;
   const auto step = number(values, "step"), epoch = number(values, "epoch");
   if (step || epoch) {
-    const std::uint32_t present = state ? std::max(known.first, state->epoch) : known.first;
+    const State* newest = state->newest();
+    const std::uint32_t present = newest != nullptr ? std::max(known.first, newest->epoch) : known.first;
     known = std::max(known, {epoch ? static_cast<std::uint32_t>(*epoch) : present, step.value_or(0)});
-    drop_if_older_than_known(state);
-    drop_if_older_than_known(power);
-    drop_if_older_than_known(contacts);
-    drop_if_older_than_known(status);
+    for (auto& [topic, reader] : topic_readers) reader->drop_older_than_known();
   }
   // A change without a step appears in the next sample; a server that ends sends no sample.
   const RequestInfo* info = find_request(request);
   const Value* now = find(values, "state");
   const bool quits = now != nullptr && text_of(*now) == to_string(SimulationState::quitting);
   if (info == nullptr || quits) return;
-  if (info->renews_state) state.reset();
-  if (info->renews_status) status.reset();
+  if (info->renews_state) state->samples.clear();
+  if (info->renews_status) status->samples.clear();
 }
 
 Reply Client::request(const std::string& name, const Arguments& arguments, std::optional<Seconds> timeout) {

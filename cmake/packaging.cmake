@@ -76,11 +76,11 @@ if(TARGET takt_client)
   install(DIRECTORY client_lib/include/takt DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
   install(FILES client_lib/client.h client_lib/cell.h client_lib/lockstep_controller.h
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/client_lib)
-  foreach(header takt_enumerations ros2_msgs takt_msgs takt_requests takt_request_table)
+  foreach(header takt_enumerations ros2_msgs takt_msgs takt_topics takt_requests takt_request_table)
     install(FILES ${TAKT_GENERATED_DIR}/${header}.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt)
   endforeach()
   install(FILES idl/common/eigen_messages.h idl/common/enumeration.h idl/common/message.h
-    idl/common/named_lists.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/idl/common)
+    idl/common/named_lists.h idl/common/topic.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/idl/common)
   install(FILES idl/vocabulary/arguments.h idl/vocabulary/request.h
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/idl/vocabulary)
   install(FILES client_lib/kinematics/arm.h client_lib/kinematics/motions.h client_lib/kinematics/motion_profile.h

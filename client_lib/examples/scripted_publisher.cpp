@@ -39,7 +39,7 @@ bool publish(takt::Client& cell, const std::string& robot, const Swing& swing, d
   for (int k = 0; k * period_s < Swing::kDuration_s + 2.0 * period_s; ++k) {
     const double t_s = k * period_s;
     const auto due = [&](const auto& s) { return s.time >= begin_s + t_s - 1e-9; };
-    if (!cell.wait_for_state(due, std::chrono::seconds(10))) return false;
+    if (!cell.wait_for(takt::topics::state, due, std::chrono::seconds(10))) return false;
     const double next_s = std::min(t_s + period_s, Swing::kDuration_s);
     cell.send_joint_command(robot, swing.position(next_s), swing.velocity(next_s));
   }

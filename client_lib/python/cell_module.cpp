@@ -82,17 +82,8 @@ std::optional<std::string> name_or_none(std::string name) {
 
 /// A class of the package that is a message with more members.
 template <typename Sample, Message Type>
-py::class_<SampleView<Sample, Type>, View<Type>> bind_sample(py::module_& m, py::module_& messages,
-                                                             const char* name) {
-  bind_message<Type>(messages);
+py::class_<SampleView<Sample, Type>, View<Type>> bind_sample(py::module_& m, const char* name) {
   return {m, name, std::string(message_info<Type>().doc).c_str()};
-}
-
-template <typename Class>
-void bind_sample_number(Class& bound) {
-  bound.def_property_readonly(
-      "sample_number", [](const typename Class::type& self) { return self.sample().sample_number; },
-      "Number of the sample among those received; the server repeats an instant while it stands still.");
 }
 
 }  // namespace
@@ -159,10 +150,12 @@ Arguments arguments_of_dict(const py::dict& given) {
 void bind_cell(py::module_& m) {
   py::module_ messages =
       m.def_submodule("messages", "Messages of idl/takt_msgs.idl, as a client receives them.");
-  bind_sample<CellInfo, takt_msgs::msg::CellDescription>(m, messages, "CellInfo");
-  auto state = bind_sample<State, takt_msgs::msg::CellState>(m, messages, "State");
-  bind_sample_number(state);
-  state
+  topics::for_each([&]<typename Type>(const Topic<Type>& topic) {
+    if constexpr (kIsOfTopic<Type>)
+      if (topic.is_for_clients()) bind_message<Type>(messages);
+  });
+  bind_sample<CellInfo, takt_msgs::msg::CellDescription>(m, "CellInfo");
+  bind_sample<State, takt_msgs::msg::CellState>(m, "State")
       .def_property_readonly(
           "info", [](const StateView& self) { return view(self.cell); },
           "Description of the cell that this state belongs to.")
@@ -223,13 +216,7 @@ void bind_cell(py::module_& m) {
           "Name of the Part that both jaws touch and hold (of several the first); None: there is none. "
           "Raises "
           "NotFound.");
-  auto status = bind_sample<Status, takt_msgs::msg::Status>(m, messages, "Status");
-  bind_sample_number(status);
-  auto power = bind_sample<Power, takt_msgs::msg::Power>(m, messages, "Power");
-  bind_sample_number(power);
-  auto contacts = bind_sample<Contacts, takt_msgs::msg::Contacts>(m, messages, "Contacts");
-  bind_sample_number(contacts);
-  bind_sample<Event, takt_msgs::msg::Event>(m, messages, "Event")
+  bind_sample<Event, takt_msgs::msg::Event>(m, "Event")
       .def_property_readonly(
           "missed_before", [](const EventView& self) { return self.sample().missed_before; },
           "Number of events that were lost directly before this one.");

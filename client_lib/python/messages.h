@@ -64,10 +64,15 @@ namespace py = pybind11;
 /// A message, or a part of one: shares the whole sample.
 template <Message Type>
 struct View {
-  std::shared_ptr<const Type> message;
+  std::shared_ptr<const Type> message;     ///< of a topic: a SampleOf<Type>
   std::shared_ptr<const CellInfo> cell{};  ///< indices are those of its lists; none: no field has an index
   const Named* of = nullptr;               ///< what the message is of, in `cell`
 };
+
+/// A message of a topic that a client of Python reads; those of ROS 2 have classes of their own.
+template <Message Type>
+inline constexpr bool kIsOfTopic = message_info<Type>().name.starts_with("takt_msgs/") &&
+                                   has_annotation(message_info<Type>().annotations, "topic");
 
 /// A sample of the client: a message with more members.
 template <typename Sample, Message Type>
@@ -173,6 +178,13 @@ void bind_message(py::module_& m) {
         },
         text_of_field(field).c_str());
   });
+  if constexpr (kIsOfTopic<Type>)
+    bound.def_property_readonly(
+        "sample_number",
+        [](const View<Type>& self) {
+          return static_cast<const SampleOf<Type>&>(*self.message).sample_number;
+        },
+        "Number of the sample among those received; the server repeats an instant while it stands still.");
   bound.def("__repr__", [name](const py::object& self) {
     return py::module_::import("takt.named_list").attr("text_of")(self);
   });

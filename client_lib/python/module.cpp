@@ -68,20 +68,32 @@ void bind_errors() {
   py::register_exception_translator(&translate);
 }
 
-template <typename Sample, typename Wait>
-auto waiter(Wait wait) {
-  using Seen = decltype(view(std::declval<const Sample&>()));
-  return [wait](Client& self, const std::function<bool(Seen)>& predicate, double timeout) {
-    const py::gil_scoped_release unlocked;
-    return view(
-        (self.*wait)([&](const Sample& sample) { return predicate(view(sample)); }, Seconds{timeout}));
-  };
+/// Client::wait_for of the topic with this id; `predicate` None: any sample.
+py::object wait_for(const Client& self, const std::string& id, const std::string& element,
+                    const py::object& predicate, std::optional<double> timeout) {
+  py::object found = py::none();
+  topics::for_each([&]<typename Type>(const Topic<Type>& topic) {
+    if constexpr (kIsOfTopic<Type>) {
+      if (topic.id != id) return;
+      const auto accepts = [&](const SampleOf<Type>& sample) {
+        const py::gil_scoped_acquire locked;
+        return predicate.is_none() || predicate(view(sample)).template cast<bool>();
+      };
+      std::optional<SampleOf<Type>> sample;
+      {
+        const py::gil_scoped_release unlocked;
+        sample = self.wait_for(topic, accepts, seconds(timeout), element);
+      }
+      if (sample) found = py::cast(view(*sample));
+    }
+  });
+  return found;
 }
 
 using Numbers = std::vector<double>;
 
 void bind_client(py::module_& m) {
-  py::class_<Client, std::shared_ptr<Client>> c(m, "Client", "takt.Client without its requests.");
+  py::class_<Client, std::shared_ptr<Client>> c(m, "Client", "takt.Client without its requests and topics.");
   const py::call_guard<py::gil_scoped_release> unlocked;
   c.def(py::init(&connect), py::arg("cell") = "", py::arg("domain") = -1, py::kw_only(),
         py::arg("timeout") = 10.0, py::arg("liveliness_timeout") = 5.0, py::arg("name") = "python",
@@ -119,31 +131,9 @@ Raises NotFound with the names of the cells that answer.)")
           py::arg("timeout"), unlocked,
           "Waits until the cell answers, e.g. after its server was started again; False after `timeout` s of "
           "wall time.")
-      .def("wait_for_state", waiter<State>(&Client::wait_for_state), py::arg("predicate"), py::arg("timeout"),
-           "First state, from the newest on, that fulfils the predicate; None after `timeout` s of wall "
-           "time.\n\n"
-           "The predicate runs in this thread. A slow one sees the newest state, not every one.")
-      .def("wait_for_status", waiter<Status>(&Client::wait_for_status), py::arg("predicate"),
-           py::arg("timeout"),
-           "First status, from the newest on, that fulfils the predicate; None after `timeout` s of wall "
-           "time.")
-      .def("wait_for_power", waiter<Power>(&Client::wait_for_power), py::arg("predicate"), py::arg("timeout"),
-           "First sample of the power of robots and devices that fulfils the predicate; None after `timeout` "
-           "s "
-           "of wall time.\n\nRobots draw power from level of detail 2 on. Received from the first call on.")
-      .def("wait_for_contacts", waiter<Contacts>(&Client::wait_for_contacts), py::arg("predicate"),
-           py::arg("timeout"),
-           "First sample of the surface contacts that fulfils the predicate; None after `timeout` s of wall "
-           "time.\n\nSurface contact acts at level of detail 3. Received from the first call on.")
-      .def(
-          "next_event", [](Client& self, double timeout) { return view(self.next_event(Seconds{timeout})); },
-          py::arg("timeout"), unlocked,
-          "Next event, in order; None after `timeout` s of wall time.\n\nEvents are kept from the moment of "
-          "connecting (the newest 10000), and each is returned once.")
-      .def(
-          "wait_for_event", waiter<Event>(&Client::wait_for_event), py::arg("predicate"), py::arg("timeout"),
-          "Next event that fulfils the predicate; those before it are passed over. None after `timeout` s of "
-          "wall time.")
+      // The waits for the samples of each topic are topics.py, made of the table.
+      .def("_wait_for", &wait_for, py::arg("topic"), py::arg("element"), py::arg("predicate"),
+           py::arg("timeout"))
       .def(
           "send_joint_command",
           [](Client& self, const std::string& robot, const Numbers& positions, const Numbers& velocities,
@@ -216,8 +206,9 @@ Raises Refused with the server's sentence.)");
           const py::gil_scoped_release released;
           found = list_cells(domain < 0 ? ClientOptions::default_domain() : domain, Seconds{duration});
         }
-        std::map<std::string, std::optional<StatusView>> cells;
-        for (const FoundCell& cell : found) cells[cell.name] = view(cell.status);
+        py::dict cells;
+        for (const FoundCell& cell : found)
+          cells[py::str(cell.name)] = cell.status ? py::cast(view(*cell.status)) : py::none();
         return cells;
       },
       py::arg("domain") = -1, py::arg("duration") = 2.0,

@@ -6,9 +6,6 @@ namespace takt::python {
 
 using InfoView = SampleView<CellInfo, takt_msgs::msg::CellDescription>;
 using StateView = SampleView<State, takt_msgs::msg::CellState>;
-using StatusView = SampleView<Status, takt_msgs::msg::Status>;
-using PowerView = SampleView<Power, takt_msgs::msg::Power>;
-using ContactsView = SampleView<Contacts, takt_msgs::msg::Contacts>;
 using EventView = SampleView<Event, takt_msgs::msg::Event>;
 
 inline InfoView view(const std::shared_ptr<const CellInfo>& info) {
@@ -17,22 +14,16 @@ inline InfoView view(const std::shared_ptr<const CellInfo>& info) {
 inline StateView view(const State& state) {
   return StateView(std::make_shared<const State>(state), state.cell);
 }
-inline StatusView view(const Status& status) {
-  return StatusView(std::make_shared<const Status>(status));
-}
-inline PowerView view(const Power& power) {
-  return PowerView(std::make_shared<const Power>(power));
-}
-inline ContactsView view(const Contacts& contacts) {
-  return ContactsView(std::make_shared<const Contacts>(contacts), contacts.cell);
+inline InfoView view(const CellInfo& info) {
+  return view(std::make_shared<const CellInfo>(info));
 }
 inline EventView view(const Event& event) {
-  return EventView(std::make_shared<const Event>(event));
+  return EventView(std::make_shared<const Event>(event), event.cell);
 }
-template <typename Sample>
-auto view(const std::optional<Sample>& sample) -> std::optional<decltype(view(*sample))> {
-  if (!sample) return std::nullopt;
-  return view(*sample);
+template <Message Type>
+View<Type> view(const Sample<Type>& sample) {
+  return {std::make_shared<const Sample<Type>>(sample), sample.cell,
+          sample.cell ? &sample.cell->lists : nullptr};
 }
 
 /// Values of a reply, {name: value}; and arguments of a request: bool, int, float, str, enumerators, arrays,

@@ -25,7 +25,7 @@ constexpr double kLongestWait_s =
     1e8;  ///< a rate may be as small as it likes, a time on the clock not as late
 
 bool is_event(const recording::McapChannel& channel) {
-  return channel.type == topics::events.type->name;
+  return channel.type == topics::event.type->name;
 }
 bool is_latched(const recording::McapChannel& channel) {
   return channel.type == topics::description.type->name ||

@@ -13,7 +13,7 @@ namespace {
 /// while a viewer subscribes to them.
 bool always_open(const client::RawTopic& topic) {
   return topic.type == topics::description.type->name || topic.type == topics::status.type->name ||
-         topic.type == topics::events.type->name;
+         topic.type == topics::event.type->name;
 }
 
 std::uint64_t wall_ns() {
@@ -64,7 +64,7 @@ void LiveSource::add(const client::RawTopic& topic) {
   channel.type = topic.type;
   channel.schema_encoding = "ros2msg";
   channel.schema = types.ros2msg(topic.type);
-  channel.each_counts = topic.type == topics::events.type->name;
+  channel.each_counts = topic.type == topics::event.type->name;
   const std::lock_guard lock(mutex_);
   channels_[topic.name] = stream_.add_channel(std::move(channel));
   if (always_open(topic)) want(topic.name, true);
@@ -91,7 +91,7 @@ void LiveSource::run() {
     try {
       if (open)
         topics_->open(topic,
-                      topic == "/" + topics::events.name(options_.cell) ? qos_of(topics::events).depth : 1);
+                      topic == "/" + topics::event.name(options_.cell) ? qos_of(topics::event).depth : 1);
       else
         topics_->close(topic);
     } catch (const ClientError& error) {  // all other topics can be shown

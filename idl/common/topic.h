@@ -43,6 +43,14 @@ struct TopicInfo {
   constexpr std::string_view last_level() const { return pattern.substr(pattern.rfind('/') + 1); }
   /// Whether each robot, gripper or device has its own.
   constexpr bool of_element() const { return pattern.find('{', 1) != std::string_view::npos; }
+  /// What of the cell has its own: "robot", "gripper", "device"; empty for a topic of the whole cell.
+  constexpr std::string_view element_kind() const {
+    const std::size_t open = pattern.find('{', 1);
+    return open == std::string_view::npos ? std::string_view()
+                                          : pattern.substr(open + 1, pattern.find('}', open) - open - 1);
+  }
+  /// Whether a client reads its samples: the server writes it, and it carries no replies.
+  constexpr bool is_for_clients() const { return writer == TopicWriter::server && qos != TopicQos::control; }
   /// ROS 2 name without the leading slash; `element`: the robot, gripper or device.
   std::string name(std::string_view cell, std::string_view element = {}) const {
     std::string text;

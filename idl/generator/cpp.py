@@ -150,4 +150,5 @@ def topics_header(reader):
     text += '#include "idl/common/topic.h"\n' + "".join(f'#include "{f.path.stem}.h"\n' for f in files)
     text += f"\nnamespace takt::topics {{\n\n{rows}\n"
     text += f"inline constexpr const TopicInfo* kAll[] = {{{', '.join('&' + name for name in names)}}};\n\n"
-    return text + "}  // namespace takt::topics\n"
+    text += "/// `visitor(const Topic<Message>&)` for each.\ntemplate <typename Visitor>\nconstexpr void for_each(Visitor&& visitor) {\n"
+    return text + "".join(f"  visitor({name});\n" for name in names) + "}\n\n}  // namespace takt::topics\n"

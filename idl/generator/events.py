@@ -65,7 +65,7 @@ def page(reader):
     every = sorted(of(reader), key=lambda one: (one.code, one.struct.name))
     text = ("# Events\n\n<!-- Written by idl/generator from idl/takt_events.idl; `./dev docs` renews it. -->\n\n"
             "Every event is a sample of `takt_msgs/msg/Event` on `/CELL/events`, a line of "
-            "`takt events`, `Client::next_event` in C++ and Python. A program reads the code, a person the sentence. "
+            "`takt events`, `wait_for(takt::topics::event)` in C++, `wait_for_event()` in Python. A program reads the code, a person the sentence. "
             f"There are {len({one.code for one in every})} codes. Values stand in italics; text in brackets is said "
             "where it applies.\n\n| code | severity | sentence | remedy |\n|---|---|---|---|\n")
     for one in every:

@@ -1,9 +1,10 @@
 """Files of the Python package: enumerations.py; requests.py, the requests as methods and their responses as
-dataclasses; messages.pyi, the types of the messages (client_lib/python/messages.h makes their classes)."""
+dataclasses; topics.py, the waits for the samples of topics as methods; messages.pyi, the types of the messages
+(client_lib/python/messages.h makes their classes)."""
 import requests
 
 PYTHON_TYPES = {"boolean": "bool", "string": "str", "float32": "float", "float64": "float"}
-MESSAGES = ("CellDescription", "CellState", "Status", "Power", "Contacts", "Event")  # with those in them
+SAMPLES = {"CellDescription": "CellInfo", "CellState": "State", "Event": "Event"}  # classes that add to their message
 ARRAY = "np.ndarray"
 
 HEAD = '''"""Requests of the control vocabulary as methods of takt.Client. Generated from idl/takt_requests.idl."""
@@ -172,8 +173,15 @@ class Requests:
     return text
 
 
+def topics_of(reader):
+    """(struct, arguments of @topic) of each topic that a client reads; those of ROS 2 have readers of their own."""
+    return [(struct, note.arguments) for struct in reader.structs.values() if struct.scope == ("takt_msgs", "msg")
+            for note in struct.annotations
+            if note.name == "topic" and note.arguments["by"] == "server" and note.arguments["qos"] != "control"]
+
+
 def closure(reader):
-    """MESSAGES and the messages in them, parts first."""
+    """The messages of topics and the messages in them, parts first."""
     found = {}
 
     def add(name):
@@ -184,8 +192,8 @@ def closure(reader):
                 add(field.type)
         found[name] = struct
 
-    for name in MESSAGES:
-        add("takt_msgs/msg/" + name)
+    for struct, _ in topics_of(reader):
+        add(struct.full_name)
     return list(found.values())
 
 
@@ -226,7 +234,7 @@ def message_type(field, reader):
 
 def messages(reader):
     """messages.pyi"""
-    every = closure(reader)
+    every, samples = closure(reader), [struct for struct, _ in topics_of(reader)]
     kinds = sorted({f.annotation("enumeration") for s in every for f in s.fields if f.has("enumeration")})
     text = ("# Types of the messages that a client receives. Generated from idl/takt_msgs.idl.\nimport numpy as np\n"
             f"from numpy.typing import NDArray\n\nfrom .enumerations import {', '.join(kinds)}\n"
@@ -236,4 +244,49 @@ def messages(reader):
         for field in struct.fields:
             text += (f"    @property\n    def {field.name}(self) -> {message_type(field, reader)}:\n"
                      f"        \"\"\"{meaning(field, reader)}\"\"\"\n")
+        if struct in samples:
+            text += ("    @property\n    def sample_number(self) -> int:\n"
+                     "        \"\"\"Number of the sample among those received\"\"\"\n")
     return text
+
+
+def wait(struct, topic, reader):
+    element = topic["name"].partition("/{")[2].partition("}")[0]
+    sample = SAMPLES.get(struct.name, "messages." + struct.name)
+    every = topic["qos"] == "event"
+    text = f"\n    def wait_for_{topic['id']}(self, {f'{element}: str, ' if element else ''}predicate: Callable[[{sample}], bool] | None = None,\n"
+    text += f"        timeout: float | None = None) -> {sample} | None:\n"
+    text += f"        \"\"\"{struct.doc}\n\n"
+    text += f"        {'Next sample' if every else 'First sample, from the newest on,'} that fulfils the predicate; None after the timeout.\n"
+    if every:
+        text += ("        Samples are kept in order from the moment of connecting (the newest 10000); each is returned once, and\n"
+                 "        those before it are passed over.\n")
+    text += f"        Its class is takt.{sample}.\n\n"
+    text += f"        {element}: name of the {element}\n" if element else ""
+    text += ("        predicate: function of a sample; None: any sample\n"
+             "        timeout: longest wait, in s of wall time; None: that of the client\n\n        Fields of the sample:\n\n")
+    text += "".join(f"        {field.name}: {meaning(field, reader)}\n" for field in struct.fields) + "        \"\"\"\n"
+    element = element or '""'
+    return text + f"        return self._wait_for(\"{topic['id']}\", {element}, predicate, timeout)\n"
+
+
+def topics(reader):
+    """topics.py"""
+    text = '''"""Topics of a cell as methods of takt.Client. Generated from idl/takt_msgs.idl."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from . import messages
+from ._takt import {samples}
+
+
+class Topics:
+    """The waits of takt.Client for samples of topics.
+
+    The predicate runs in this thread; a slow one sees the newest sample, not every one. State, status, events and
+    description are received from the moment of connecting, every other topic from the first wait for it.
+    """
+'''.replace("{samples}", ", ".join(sorted(SAMPLES.values())))
+    return text + "".join(wait(struct, topic, reader) for struct, topic in topics_of(reader))

@@ -34,7 +34,7 @@ StatePublisher::StatePublisher(CellHost& host, Participant& participant, const T
   namespace msg = takt_msgs::msg;
   nothing_.cell = host.cell();
   nothing_.scenario_generation = 0;
-  event_writer_ = participant.create_writer(topics::events, topics.of(topics::events));
+  event_writer_ = participant.create_writer(topics::event, topics.of(topics::event));
   status_writer_ = participant.create_writer(topics::status, topics.of(topics::status));
   description_writer_ = participant.create_writer(topics::description, topics.of(topics::description));
 }

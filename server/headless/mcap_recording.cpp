@@ -39,7 +39,7 @@ McapRecording::McapRecording(const std::filesystem::path& file, const Simulation
     // Others from their first content on.
     instant_channels_.push_back(topic.id == topics::state.id ? add_channel(topic) : std::uint16_t{0});
   });
-  event_channel_ = add_channel(topics::events);
+  event_channel_ = add_channel(topics::event);
   status_channel_ = add_channel(topics::status);
   tf_channel_ = add_channel(topics::tf);
   tf_static_channel_ = add_channel(topics::tf_static);

@@ -43,14 +43,14 @@ TEST(ChangedCells, ControllersKeepTheirTargetsWhenDevicesComeAndGo) {
   cell.client.request("spawn_entity", {{"name", "Rotor2"}, {"copy_of", "Rotor"}, {"position", "0 0 2"}});
   cell.client.play();
   const auto is_late = [](const Event& e) { return e.code == "controller_late"; };
-  auto late = cell.client.wait_for_event(is_late, kGenerous);
+  auto late = cell.client.wait_for(takt::topics::event, is_late, kGenerous);
   ASSERT_TRUE(late.has_value());
   expect_words(late->message, {"plc", "for Furnace at"});
   cell.client.set_state(SimulationState::stopped);
   cell.client.request("delete_entity", {{"entity", "Rotor2"}});
   cell.client.request("delete_entity", {{"entity", "Rotor"}});
   cell.client.play();
-  late = cell.client.wait_for_event(is_late, kGenerous);
+  late = cell.client.wait_for(takt::topics::event, is_late, kGenerous);
   ASSERT_TRUE(late.has_value());
   expect_words(late->message, {"plc", "for Furnace at"});
   EXPECT_EQ(cell.client.status().step, 0U);
@@ -61,8 +61,8 @@ TEST(ChangedCells, AControllerWithoutTargetsIsRemoved) {
   cell.client.request("spawn_entity", {{"name", "Rotor2"}, {"copy_of", "Rotor"}, {"position", "0 0 2"}});
   cell.client.register_controller("reader", Seconds{0.008}, kGenerous, {"Rotor2_heat"});
   cell.client.request("delete_entity", {{"entity", "Rotor2"}});
-  const auto gone = cell.client.wait_for_event(
-      [](const Event& e) { return e.code == "controller_unregistered"; }, kGenerous);
+  const auto gone = cell.client.wait_for(
+      takt::topics::event, [](const Event& e) { return e.code == "controller_unregistered"; }, kGenerous);
   ASSERT_TRUE(gone.has_value());
   EXPECT_EQ(gone->subject, "reader");
 }
@@ -157,10 +157,11 @@ TEST(ChangedCells, AResetOfSpawnedPartsIsReportedAsAReset) {
   Client client(client_options());
   client.set_state(SimulationState::stopped);
   client.request("spawn_entity", {{"name", "Q"}, {"copy_of", "C"}, {"position", "0 0 2"}});
-  while (client.next_event(Seconds{0.0})) {
+  while (client.wait_for(takt::topics::event, Seconds{0.0})) {
   }
   client.request("reset");
-  EXPECT_TRUE(client.wait_for_event([](const Event& e) { return e.code == "reset"; }, kGenerous));
+  EXPECT_TRUE(client.wait_for(
+      takt::topics::event, [](const Event& e) { return e.code == "reset"; }, kGenerous));
 }
 
 TEST(ChangedCells, MissingAndInvalidFilesHaveDifferentResults) {

@@ -42,8 +42,9 @@ class ClientObservation : public testing::Test {
   /// Publishes and waits until the client has it.
   State publish_and_see(const takt_msgs::msg::CellState& state) {
     server_->publish("state", state);
-    const auto seen = client_->wait_for_state(
-        [&](const State& s) { return s.epoch == state.epoch && s.step == state.step; }, kGenerous);
+    const auto seen = client_->wait_for(
+        takt::topics::state, [&](const State& s) { return s.epoch == state.epoch && s.step == state.step; },
+        kGenerous);
     EXPECT_TRUE(seen.has_value());
     return seen.value_or(State());
   }
@@ -136,8 +137,8 @@ TEST_F(ClientObservation, OlderInstantsAreDroppedAndRepeatedOnesKept) {
   EXPECT_EQ(publish_and_see(small_state(1, 0)).sample_number, 3U);   // a reset
   server_->publish("state", small_state(0, 12));                     // from the time ahead of the reset
   server_->publish("state", small_state(1, 0));
-  const auto repeated =
-      client_->wait_for_state([](const State& s) { return s.sample_number == 4; }, kGenerous);
+  const auto repeated = client_->wait_for(
+      takt::topics::state, [](const State& s) { return s.sample_number == 4; }, kGenerous);
   ASSERT_TRUE(repeated.has_value());
   EXPECT_EQ(repeated->epoch, 1U);
   EXPECT_EQ(repeated->step, 0U);
@@ -157,26 +158,30 @@ TEST_F(ClientObservation, StatesThatDoNotFitTheDescriptionAreDropped) {
 TEST_F(ClientObservation, WaitForStateEndsWithNothingAtItsTimeout) {
   connect();
   publish_and_see(small_state(0, 1));
-  EXPECT_FALSE(client_->wait_for_state([](const State&) { return false; }, Seconds{0.05}).has_value());
+  EXPECT_FALSE(client_
+                   ->wait_for(
+                       takt::topics::state, [](const State&) { return false; }, Seconds{0.05})
+                   .has_value());
 }
 
 TEST_F(ClientObservation, EventsComeInOrderAndGapsAreCounted) {
   connect();
   for (const std::uint64_t number : {5U, 6U, 6U, 9U, 8U, 10U}) server_->publish_event(number, "number");
   server_->publish_event(11, "last");
-  const auto first = client_->next_event(kGenerous);
+  const auto first = client_->wait_for(takt::topics::event, kGenerous);
   ASSERT_TRUE(first.has_value());
   EXPECT_EQ(first->sequence_number, 5U);
   EXPECT_EQ(first->missed_before, 0U);  // events ahead of this client's start are not missed
-  EXPECT_EQ(client_->next_event(kGenerous).value_or(Event()).sequence_number, 6U);
-  const auto after_gap = client_->next_event(kGenerous);
+  EXPECT_EQ(client_->wait_for(takt::topics::event, kGenerous).value_or(Event()).sequence_number, 6U);
+  const auto after_gap = client_->wait_for(takt::topics::event, kGenerous);
   ASSERT_TRUE(after_gap.has_value());
   EXPECT_EQ(after_gap->sequence_number, 9U);
   EXPECT_EQ(after_gap->missed_before, 2U);
-  const auto last = client_->wait_for_event([](const Event& e) { return e.code == "last"; }, kGenerous);
+  const auto last = client_->wait_for(
+      takt::topics::event, [](const Event& e) { return e.code == "last"; }, kGenerous);
   ASSERT_TRUE(last.has_value());
   EXPECT_EQ(last->sequence_number, 11U);
-  EXPECT_FALSE(client_->next_event(Seconds{0.0}).has_value());
+  EXPECT_FALSE(client_->wait_for(takt::topics::event, Seconds{0.0}).has_value());
 }
 
 TEST_F(ClientObservation, AServerThatGoesAwayEndsEveryWait) {
@@ -185,13 +190,14 @@ TEST_F(ClientObservation, AServerThatGoesAwayEndsEveryWait) {
   EXPECT_TRUE(client_->connected());
   server_.reset();
   try {
-    (void)client_->wait_for_state([](const State&) { return false; }, kGenerous);
+    (void)client_->wait_for(
+        takt::topics::state, [](const State&) { return false; }, kGenerous);
     FAIL() << "the wait did not end with an error";
   } catch (const ClientError& error) {
     EXPECT_EQ(error.kind(), ClientError::Kind::lost);
   }
   EXPECT_FALSE(client_->connected());
-  EXPECT_THROW((void)client_->next_event(kGenerous), ClientError);
+  EXPECT_THROW((void)client_->wait_for(takt::topics::event, kGenerous), ClientError);
   EXPECT_THROW(client_->request("get_features"), ClientError);
 }
 
@@ -201,7 +207,8 @@ TEST_F(ClientObservation, AServerThatFallsSilentCountsAsGone) {
   impatient.liveliness_timeout = Seconds{0.5};
   const Client client(impatient);
   try {
-    (void)client.wait_for_state([](const State&) { return false; }, kGenerous);
+    (void)client.wait_for(
+        takt::topics::state, [](const State&) { return false; }, kGenerous);
     FAIL() << "the wait did not end with an error";
   } catch (const ClientError& error) {
     EXPECT_EQ(error.kind(), ClientError::Kind::lost);

@@ -210,8 +210,9 @@ class ClientVocabulary : public testing::Test {
     server_->wait_for_readers("state", 1);
     for (;;) {
       server_->publish("state", takt::test::small_state(epoch, step));
-      const auto seen = client_->wait_for_state(
-          [&](const State& s) { return s.epoch == epoch && s.step == step; }, Seconds{0.2});
+      const auto seen = client_->wait_for(
+          takt::topics::state, [&](const State& s) { return s.epoch == epoch && s.step == step; },
+          Seconds{0.2});
       if (seen) return *seen;
     }
   }
@@ -250,7 +251,7 @@ TEST_F(ClientVocabulary, SamplesOlderThanAReplyAreDropped) {
   client_->restore_snapshot("before");
   server_->publish("state", takt::test::small_state(1, 101));  // under way ahead of the reply
   server_->publish("state", takt::test::small_state(2, 39));
-  EXPECT_FALSE(client_->wait_for_state([](const State&) { return true; }, Seconds{0.3}).has_value());
+  EXPECT_FALSE(client_->wait_for(takt::topics::state, Seconds{0.3}).has_value());
   publish_and_see(2, 40);
   EXPECT_EQ(client_->state().epoch, 2U);
   EXPECT_EQ(client_->state().step, 40U);
@@ -260,7 +261,7 @@ TEST_F(ClientVocabulary, AMovedPartIsSeenInTheNextSampleOnly) {
   connect({});
   const std::uint64_t before = publish_and_see(0, 5).sample_number;
   client_->set_entity_state({.entity = "B", .position = takt_msgs::msg::Vector3{0, 0, 1}});
-  EXPECT_FALSE(client_->wait_for_state([](const State&) { return true; }, Seconds{0.1}).has_value());
+  EXPECT_FALSE(client_->wait_for(takt::topics::state, Seconds{0.1}).has_value());
   EXPECT_GT(publish_and_see(0, 5).sample_number, before);
 }
 

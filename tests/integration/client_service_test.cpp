@@ -80,11 +80,13 @@ TEST(ClientAndService, StepsAndResetsShowInTheState) {
   Client client(options_for(takt::test::test_cell()));
   EXPECT_EQ(client.get_state(), SimulationState::paused);
   client.step(25);
-  const auto stepped = client.wait_for_state([](const State& s) { return s.step == 25; }, kGenerous);
+  const auto stepped = client.wait_for(
+      takt::topics::state, [](const State& s) { return s.step == 25; }, kGenerous);
   ASSERT_TRUE(stepped.has_value());
   EXPECT_NEAR(stepped->time, 0.025, 1e-12);
   client.reset();
-  const auto reset = client.wait_for_state([](const State& s) { return s.epoch == 1; }, kGenerous);
+  const auto reset = client.wait_for(
+      takt::topics::state, [](const State& s) { return s.epoch == 1; }, kGenerous);
   ASSERT_TRUE(reset.has_value());
   EXPECT_EQ(reset->step, 0U);
   client.play();
@@ -122,8 +124,8 @@ TEST(ClientAndService, CommandsMoveTheCellAndRejectedOnesAreEvents) {
 
   target[2] = 100.0;
   client.send_joint_command("Robot1", target);
-  const auto refused =
-      client.wait_for_event([](const Event& e) { return e.code == "command_rejected"; }, kGenerous);
+  const auto refused = client.wait_for(
+      takt::topics::event, [](const Event& e) { return e.code == "command_rejected"; }, kGenerous);
   ASSERT_TRUE(refused.has_value());
   EXPECT_EQ(refused->subject, "Robot1");
   EXPECT_NE(refused->message.find("elbow_joint"), std::string::npos) << refused->message;
@@ -140,7 +142,8 @@ TEST(ClientAndService, AKilledServerIsNoticed) {
   client.state();
   server.signal(SIGKILL);
   try {
-    (void)client.wait_for_state([](const State&) { return false; }, kGenerous);
+    (void)client.wait_for(
+        takt::topics::state, [](const State&) { return false; }, kGenerous);
     FAIL() << "the wait did not end with an error";
   } catch (const ClientError& error) {
     EXPECT_EQ(error.kind(), ClientError::Kind::lost);
@@ -264,8 +267,8 @@ TEST(ClientAndService, AnExplanationDoesNotChangeTheRun) {
   client.pause();
   const State paused_at = client.state();
   client.step(10);
-  const auto end =
-      client.wait_for_state([&](const State& s) { return s.step >= paused_at.step + 10; }, kGenerous);
+  const auto end = client.wait_for(
+      takt::topics::state, [&](const State& s) { return s.step >= paused_at.step + 10; }, kGenerous);
   ASSERT_TRUE(end.has_value());
   takt::Simulation silent(service.model);
   while (silent.step_index() < end->step) ASSERT_TRUE(silent.step({}));

@@ -45,8 +45,9 @@ class FullDisk : public testing::Test {
         target[5] += 0.001 * (i % 100);
         client.send_joint_command(robot, target);
       }
-      reported = client.wait_for_event([](const Event& event) { return event.code == "recording_failed"; },
-                                       takt::Seconds{0.02});
+      reported = client.wait_for(
+          takt::topics::event, [](const Event& event) { return event.code == "recording_failed"; },
+          takt::Seconds{0.02});
     }
     return reported;
   }
@@ -56,8 +57,8 @@ class FullDisk : public testing::Test {
     ASSERT_TRUE(reported.has_value());
     expect_words(reported->message, {"The log", "ends here", reason});
     const State then = client.state();
-    const auto later =
-        client.wait_for_state([&](const State& s) { return s.step > then.step + 100; }, kGenerous);
+    const auto later = client.wait_for(
+        takt::topics::state, [&](const State& s) { return s.step > then.step + 100; }, kGenerous);
     ASSERT_TRUE(later.has_value());
     EXPECT_EQ(later->epoch, then.epoch);
     EXPECT_EQ(client.status().fault, "");

@@ -30,24 +30,27 @@ using takt::test::kGenerous;
 using takt::test::refusal;
 
 std::optional<State> state_of_scenario(const Client& client, const std::string& scenario) {
-  return client.wait_for_state([&](const State& s) { return s.cell->scenario == scenario; }, kGenerous);
+  return client.wait_for(
+      takt::topics::state, [&](const State& s) { return s.cell->scenario == scenario; }, kGenerous);
 }
 
 std::optional<Status> status_in(const Client& client, SimulationState state) {
-  return client.wait_for_status([&](const Status& s) { return s.state == state; }, kGenerous);
+  return client.wait_for(
+      takt::topics::status, [&](const Status& s) { return s.state == state; }, kGenerous);
 }
 
 TEST(Hosting, AnInvalidFileIsReportedAndTheCellContinues) {
   HostedService service;
   Client client(client_options());
   client.play();
-  const auto before = client.wait_for_state([](const State& s) { return s.step > 10; }, kGenerous);
+  const auto before = client.wait_for(
+      takt::topics::state, [](const State& s) { return s.step > 10; }, kGenerous);
   ASSERT_TRUE(before.has_value());
   const ClientError wrong = refusal(client, "load_scenario", {{"uri", service.wrong_key().string()}});
   EXPECT_EQ(wrong.result(), takt::ControlResult::resource_parse_error);
   expect_words(wrong.what(), {"wrong_key.yaml", ":3:", "duration"});
-  const auto reported =
-      client.wait_for_event([](const Event& e) { return e.code == "scenario_refused"; }, kGenerous);
+  const auto reported = client.wait_for(
+      takt::topics::event, [](const Event& e) { return e.code == "scenario_refused"; }, kGenerous);
   ASSERT_TRUE(reported.has_value());
   expect_words(reported->message, {"wrong_key.yaml", "duration"});
 
@@ -57,7 +60,8 @@ TEST(Hosting, AnInvalidFileIsReportedAndTheCellContinues) {
   EXPECT_EQ(refusal(client, "load_scenario").result(), takt::ControlResult::failed);
 
   const std::uint64_t step = client.state().step;
-  const auto later = client.wait_for_state([&](const State& s) { return s.step > step + 10; }, kGenerous);
+  const auto later = client.wait_for(
+      takt::topics::state, [&](const State& s) { return s.step > step + 10; }, kGenerous);
   ASSERT_TRUE(later.has_value());
   EXPECT_EQ(later->epoch, before->epoch);
   EXPECT_EQ(later->cell->scenario_generation, before->cell->scenario_generation);
@@ -71,8 +75,8 @@ TEST(Hosting, AnotherScenarioWithOtherRobotsTakesThePlace) {
   ASSERT_EQ(first->robots.size(), 2U);
   client.step(30);
   client.request("set_pace", {{"pace", "free"}});
-  const auto before =
-      client.wait_for_event([](const Event& e) { return e.code == "pace_changed"; }, kGenerous);
+  const auto before = client.wait_for(
+      takt::topics::event, [](const Event& e) { return e.code == "pace_changed"; }, kGenerous);
   ASSERT_TRUE(before.has_value());
 
   const Reply reply = client.request("load_scenario", {{"uri", "file://" + service.one_arm().string()}});
@@ -89,8 +93,8 @@ TEST(Hosting, AnotherScenarioWithOtherRobotsTakesThePlace) {
   EXPECT_TRUE(client.connected());
 
   // Event numbers are consecutive: no event is missing or repeated.
-  const auto loaded =
-      client.wait_for_event([](const Event& e) { return e.code == "scenario_loaded"; }, kGenerous);
+  const auto loaded = client.wait_for(
+      takt::topics::event, [](const Event& e) { return e.code == "scenario_loaded"; }, kGenerous);
   ASSERT_TRUE(loaded.has_value());
   EXPECT_EQ(loaded->missed_before, 0U);
   EXPECT_GT(loaded->sequence_number, before->sequence_number);
@@ -114,8 +118,8 @@ TEST(Hosting, ACommandForARemovedRobotIsReported) {
   Client client(client_options());
   client.send_joint_command("Robot1", client.state().robot("Robot1").position);
   client.request("load_scenario", {{"uri", service.one_arm().string()}});
-  const auto reported =
-      client.wait_for_event([](const Event& e) { return e.code == "unknown_robot"; }, kGenerous);
+  const auto reported = client.wait_for(
+      takt::topics::event, [](const Event& e) { return e.code == "unknown_robot"; }, kGenerous);
   ASSERT_TRUE(reported.has_value());
   EXPECT_EQ(reported->subject, "Robot1");
   expect_words(reported->message, {"Arm"});
@@ -183,8 +187,9 @@ TEST(Hosting, AReloadReadsTheFileWithTheSameOverrides) {
   service.file("one_arm.yaml", text);
   client.step(7);
   client.request("reload_scenario");
-  state = client.wait_for_state(
-      [&](const State& s) { return s.cell->scenario_generation > scenario_generation; }, kGenerous);
+  state = client.wait_for(
+      takt::topics::state, [&](const State& s) { return s.cell->scenario_generation > scenario_generation; },
+      kGenerous);
   ASSERT_TRUE(state.has_value());
   EXPECT_EQ(state->step, 0U);
   EXPECT_EQ(state->cell->step_size, 0.004);
@@ -208,7 +213,10 @@ TEST(Hosting, PendingStepsAreAnsweredWhenTheScenarioIsUnloaded) {
   Client loading(client_options());
   std::optional<ClientError> refused;
   std::thread waiting([&] { refused = refusal(stepping, "step", {{"steps", "1000000000"}}); });
-  ASSERT_TRUE(loading.wait_for_state([](const State& s) { return s.step > 0; }, kGenerous).has_value());
+  ASSERT_TRUE(loading
+                  .wait_for(
+                      takt::topics::state, [](const State& s) { return s.step > 0; }, kGenerous)
+                  .has_value());
   loading.request("unload_scenario");
   waiting.join();
   ASSERT_TRUE(refused.has_value());
@@ -223,7 +231,8 @@ TEST(Hosting, TwentyReloadsLeaveNothingBehind) {
     const Reply reply = client.request("load_scenario", {{"uri", file.string()}});
     const std::string world = reply.text("scenario_generation");
     ASSERT_TRUE(client
-                    .wait_for_state(
+                    .wait_for(
+                        takt::topics::state,
                         [&](const State& s) { return std::to_string(s.cell->scenario_generation) == world; },
                         kGenerous)
                     .has_value());

@@ -61,11 +61,12 @@ TEST(LevelOfDetailOverDds, TheLevelChangesWhileRunningAndPowerAndEffortsAreSent)
 
   const std::string process = client.status().processes[0].name;
   client.set_level_of_detail(2, process);
-  const auto changed =
-      client.wait_for_event([](const Event& e) { return e.code == "level_of_detail_changed"; }, kGenerous);
+  const auto changed = client.wait_for(
+      takt::topics::event, [](const Event& e) { return e.code == "level_of_detail_changed"; }, kGenerous);
   ASSERT_TRUE(changed.has_value());
   EXPECT_EQ(changed->subject, process);
-  ASSERT_TRUE(client.wait_for_status(
+  ASSERT_TRUE(client.wait_for(
+      takt::topics::status,
       [](const Status& s) { return s.processes.at(0).level_of_detail == 2 && s.solver_steps > 0; },
       kGenerous));
 
@@ -74,7 +75,8 @@ TEST(LevelOfDetailOverDds, TheLevelChangesWhileRunningAndPowerAndEffortsAreSent)
   std::vector<double> target = now.robot("Robot1").position;
   target[0] += 0.01;
   client.send_joint_command("Robot1", target);
-  const auto working = client.wait_for_power(
+  const auto working = client.wait_for(
+      takt::topics::power,
       [](const Power& p) {
         return p.consumers.size() == 2 && p.consumers[0].mechanical_energy > 0.0 &&
                p.consumers[0].electrical_energy > 0.0;
@@ -84,8 +86,8 @@ TEST(LevelOfDetailOverDds, TheLevelChangesWhileRunningAndPowerAndEffortsAreSent)
   EXPECT_EQ(working->consumers[0].name, "Robot1");
   EXPECT_EQ(working->consumers[1].name, "Robot2");
   EXPECT_EQ(working->consumers[0].mechanical_power.size(), 8U);  // six joints and two jaws
-  const auto later =
-      client.wait_for_power([&](const Power& p) { return p.time >= working->time + 0.5; }, kGenerous);
+  const auto later = client.wait_for(
+      takt::topics::power, [&](const Power& p) { return p.time >= working->time + 0.5; }, kGenerous);
   ASSERT_TRUE(later.has_value());
   for (std::size_t r = 0; r < 2; ++r) {
     EXPECT_GE(later->consumers[r].electrical_power, 200.0);
@@ -96,17 +98,18 @@ TEST(LevelOfDetailOverDds, TheLevelChangesWhileRunningAndPowerAndEffortsAreSent)
     for (const double power : later->consumers[r].mechanical_power) sum += power;
     EXPECT_NEAR(sum, later->consumers[r].mechanical_total, 1e-9 + 1e-9 * std::abs(sum));
   }
-  const auto dynamic =
-      client.wait_for_state([](const State& s) { return s.robots[0].motor_power.size() == 6; }, kGenerous);
+  const auto dynamic = client.wait_for(
+      takt::topics::state, [](const State& s) { return s.robots[0].motor_power.size() == 6; }, kGenerous);
   ASSERT_TRUE(dynamic.has_value());
   EXPECT_GT(std::abs(dynamic->robots[0].effort.at(1)), 10.0);  // the arm's weight on the lift joint
   ASSERT_TRUE(
       joints->wait_for([](const auto& m) { return m.effort.size() == 6 && std::abs(m.effort[1]) > 10.0; }));
 
   client.set_level_of_detail(1);
-  ASSERT_TRUE(client.wait_for_power([](const Power& p) { return p.consumers.empty(); }, kGenerous));
-  const auto kinematic =
-      client.wait_for_state([](const State& s) { return s.robots[0].motor_power.empty(); }, kGenerous);
+  ASSERT_TRUE(client.wait_for(
+      takt::topics::power, [](const Power& p) { return p.consumers.empty(); }, kGenerous));
+  const auto kinematic = client.wait_for(
+      takt::topics::state, [](const State& s) { return s.robots[0].motor_power.empty(); }, kGenerous);
   ASSERT_TRUE(kinematic.has_value());
   EXPECT_EQ(kinematic->robots[0].effort.at(1), 0.0);
   EXPECT_EQ(kinematic->grippers[0].force, 0.0);
@@ -145,7 +148,7 @@ TEST(LevelOfDetail, DevicesConsumePowerAsInTheReport) {
   Client client(options());
   client.step(1000);
   const auto at_end = [](const Power& p) { return p.step == 1000; };
-  const auto alone = client.wait_for_power(at_end, kGenerous);
+  const auto alone = client.wait_for(takt::topics::power, at_end, kGenerous);
   ASSERT_TRUE(alone.has_value());
   ASSERT_EQ(alone->consumers.size(), 1U);
   EXPECT_EQ(alone->consumers[0].name, "Heater");
@@ -159,7 +162,8 @@ TEST(LevelOfDetail, DevicesConsumePowerAsInTheReport) {
 
   client.set_level_of_detail(2);
   client.step(1000);
-  const auto all = client.wait_for_power([](const Power& p) { return p.step == 2000; }, kGenerous);
+  const auto all = client.wait_for(
+      takt::topics::power, [](const Power& p) { return p.step == 2000; }, kGenerous);
   ASSERT_TRUE(all.has_value());
   service.stop();
   takt::Snapshot snapshot = service.simulation().make_snapshot();
@@ -242,7 +246,8 @@ TEST(ContactsOverDds, TheCellSwitchesToLevelThreeAndBackWhileRunning) {
   EXPECT_NE(three.text.find("is now 3"), std::string::npos) << three.text;
   EXPECT_EQ(client.status().processes.at(0).level_of_detail, 3);
   client.step(300);
-  const auto standing = client.wait_for_contacts([](const Contacts& c) { return c.step == 300; }, kGenerous);
+  const auto standing = client.wait_for(
+      takt::topics::contacts, [](const Contacts& c) { return c.step == 300; }, kGenerous);
   ASSERT_TRUE(standing.has_value());
   ASSERT_EQ(standing->contacts.size(), 2U);
   EXPECT_EQ(standing->omitted, 0U);
@@ -276,7 +281,8 @@ TEST(ContactsOverDds, TheCellSwitchesToLevelThreeAndBackWhileRunning) {
   EXPECT_NE(explained.text.find("Table1 presses: 2.9"), std::string::npos) << explained.text;
 
   // The counts of the same run in this process, over the wire.
-  const auto counted = client.wait_for_status([](const Status& s) { return s.step == 300; }, kGenerous);
+  const auto counted = client.wait_for(
+      takt::topics::status, [](const Status& s) { return s.step == 300; }, kGenerous);
   ASSERT_TRUE(counted.has_value());
   EXPECT_EQ(counted->contact_pairs, 2U);
   takt::ContactCallCounts counts;
@@ -291,7 +297,8 @@ TEST(ContactsOverDds, TheCellSwitchesToLevelThreeAndBackWhileRunning) {
   EXPECT_NE(status.text.find("surface contact   2 pairs press; "), std::string::npos) << status.text;
 
   client.set_level_of_detail(1);
-  ASSERT_TRUE(client.wait_for_contacts([](const Contacts& c) { return c.contacts.empty(); }, kGenerous));
+  ASSERT_TRUE(client.wait_for(
+      takt::topics::contacts, [](const Contacts& c) { return c.contacts.empty(); }, kGenerous));
 }
 
 /// Sum of area times pressure of the elements (N).
@@ -316,7 +323,8 @@ TEST(ContactsOverDds, PressuresOfRequestedPairsAreSent) {
       raw.dds.read<takt_msgs::msg::ContactPressures>(raw.topic("contact_pressures"), false, false, 10);
   client.set_level_of_detail(3);
   client.step(300);
-  ASSERT_TRUE(client.wait_for_contacts([](const Contacts& c) { return c.step == 300; }, kGenerous));
+  ASSERT_TRUE(client.wait_for(
+      takt::topics::contacts, [](const Contacts& c) { return c.step == 300; }, kGenerous));
 
   const auto unknown = raw.request("watch_pressures", {{"pairs", "P-Table9"}});
   EXPECT_EQ(unknown.result, 2);
@@ -364,7 +372,8 @@ TEST(ContactsOverDds, RestingPartsOfThePacedBlockScenarioAreCarriedByTheirTable)
   const std::vector<std::pair<std::string, double>> weights{
       {"P", 0.3 * kGravity}, {"C", 0.5 * kGravity}, {"O", 0.8 * kGravity}, {"B", 1.0 * kGravity}};
   std::size_t samples = 0, bad = 0;
-  const auto end = client.wait_for_contacts(
+  const auto end = client.wait_for(
+      takt::topics::contacts,
       [&](const Contacts& contacts) {
         if (contacts.time < 0.5) return false;  // they come to rest
         ++samples;

@@ -59,7 +59,8 @@ TEST(LockstepBlockScenario, EveryRunHasTheBitsOfTheRunInOneProcess) {
     // equality at every step before it.
     std::size_t compared = 0;
     std::uint64_t first_wrong = 0;
-    const auto end = cell.wait_for_state(
+    const auto end = cell.wait_for(
+        takt::topics::state,
         [&](const State& state) {
           if (state.step < expected.size()) {
             ++compared;

@@ -113,7 +113,8 @@ TEST(RecordedQos, RecordedQosEqualsThatOfTheServersWriters) {
     }
   };
   for (int i = 0; i < 100000 && !described(); ++i)
-    (void)client.wait_for_status(
+    (void)client.wait_for(
+        takt::topics::status,
         [n = client.status().sample_number](const auto& s) { return s.sample_number > n; }, kGenerous);
   client.step(60);
   EXPECT_EQ(record.wait(), 0) << record.text;

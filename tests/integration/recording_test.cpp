@@ -51,7 +51,8 @@ void swing_arms(Client& client, int times) {
     }
     client.set_gripper("Gripper1", i % 2 == 0 ? takt::GripperAction::open : takt::GripperAction::close);
     const std::uint64_t step = client.state().step;
-    ASSERT_TRUE(client.wait_for_state([&](const State& s) { return s.step > step + 20; }, kGenerous))
+    ASSERT_TRUE(client.wait_for(
+        takt::topics::state, [&](const State& s) { return s.step > step + 20; }, kGenerous))
         << client.status().fault;
   }
 }
@@ -87,7 +88,8 @@ TEST(Recording, ARecordedFreeRunIsReplayedByTaktRun) {
     client.step(30);
     client.request("load_scenario", {{"uri", service.one_arm().string()}});
     client.step(100);
-    const auto last = client.wait_for_state([](const State& s) { return s.step == 100; }, kGenerous);
+    const auto last = client.wait_for(
+        takt::topics::state, [](const State& s) { return s.step == 100; }, kGenerous);
     ASSERT_TRUE(last.has_value());
     hash = last->state_hash;
     // Scenario files of the service go with it.
@@ -138,7 +140,10 @@ TEST(Recording, AFullDiskIsAnEventAndTheCellContinues) {
   // The first refusal may precede this client's discovery: a request repeats it.
   expect_words(refusal(client, "stop_recording").what(), {"/dev/full", "No space left"});
   client.step(100);
-  EXPECT_TRUE(client.wait_for_state([](const State& s) { return s.step == 200; }, kGenerous).has_value());
+  EXPECT_TRUE(client
+                  .wait_for(
+                      takt::topics::state, [](const State& s) { return s.step == 200; }, kGenerous)
+                  .has_value());
 }
 
 TEST(Recording, TaktRecordsThePublishedSamples) {
@@ -155,7 +160,8 @@ TEST(Recording, TaktRecordsThePublishedSamples) {
     return static_cast<bool>(std::getline(in, line)) && !line.empty();
   };
   for (int i = 0; i < 100000 && !wrote(); ++i)
-    (void)client.wait_for_status(
+    (void)client.wait_for(
+        takt::topics::status,
         [n = client.status().sample_number](const auto& s) { return s.sample_number > n; }, kGenerous);
   ASSERT_TRUE(wrote());
   client.set_level_of_detail(2);

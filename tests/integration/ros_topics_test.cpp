@@ -114,7 +114,7 @@ TEST(RosTopics, EachWriterAnnouncesTheHashOfItsType) {
                                                   &announcements, dds::StatusMask::none());
   ASSERT_NE(participant, nullptr);
   for (const TopicInfo* topic : std::initializer_list<const TopicInfo*>{
-           &topics::state, &topics::status, &topics::events, &topics::description, &topics::control_reply,
+           &topics::state, &topics::status, &topics::event, &topics::description, &topics::control_reply,
            &topics::clock, &topics::tf, &topics::tf_static}) {
     const std::string name = topic->name(test::test_cell());
     const auto [type, user_data] = announcements.of("rt/" + name);

@@ -127,8 +127,8 @@ TEST(SeveralCells, ATakenNameIsReported) {
   takt::test::ChildProcess second({std::string(TAKT_BIN_DIR) + "/takt-server", "--cell",
                                    takt::test::test_cell(), "--domain",
                                    std::to_string(takt::test::test_domain())});
-  const auto reported =
-      client.wait_for_event([](const auto& e) { return e.code == "cell_name_taken"; }, kGenerous);
+  const auto reported = client.wait_for(
+      takt::topics::event, [](const auto& e) { return e.code == "cell_name_taken"; }, kGenerous);
   ASSERT_TRUE(reported.has_value());
   EXPECT_EQ(reported->subject, takt::test::test_cell());
   EXPECT_TRUE(second.wait_for_output("another name (--cell)")) << second.text;

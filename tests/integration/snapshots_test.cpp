@@ -35,7 +35,8 @@ takt::HostOptions with_snapshots(const takt::test::TemporaryDirectory& directory
 }
 
 std::optional<State> state_at(const Client& client, std::uint32_t epoch, std::uint64_t step) {
-  return client.wait_for_state([&](const State& s) { return s.epoch == epoch && s.step == step; }, kGenerous);
+  return client.wait_for(
+      takt::topics::state, [&](const State& s) { return s.epoch == epoch && s.step == step; }, kGenerous);
 }
 
 TEST(Snapshots, ARestoredStateContinuesWithTheSameBits) {
@@ -125,8 +126,9 @@ TEST(Snapshots, APartIsPutElsewhereAttachedAndDetached) {
   HostedService service;
   Client client(client_options());
   client.request("set_entity_state", {{"entity", "C"}, {"position", "0.3 -0.2 1.5"}});
-  const auto put = client.wait_for_state(
-      [](const State& s) { return std::abs(s.component("C").position.z - 1.5) < 1e-12; }, kGenerous);
+  const auto put = client.wait_for(
+      takt::topics::state, [](const State& s) { return std::abs(s.component("C").position.z - 1.5) < 1e-12; },
+      kGenerous);
   ASSERT_TRUE(put.has_value());
   // Attached to the table it stays in the air; detached it falls.
   client.request("attach", {{"part", "C"}, {"to", "Table1"}});
@@ -141,8 +143,8 @@ TEST(Snapshots, APartIsPutElsewhereAttachedAndDetached) {
   ASSERT_TRUE(state.has_value());
   EXPECT_LT(state->component("C").position.z, 1.5 - 0.5 * 9.8 * 0.09 * 0.09);
   for (const char* code : {"entity_state_set", "attached", "detached"}) {
-    const auto reported =
-        client.wait_for_event([&](const Event& e) { return e.code == code && e.subject == "C"; }, kGenerous);
+    const auto reported = client.wait_for(
+        takt::topics::event, [&](const Event& e) { return e.code == code && e.subject == "C"; }, kGenerous);
     EXPECT_TRUE(reported.has_value()) << code;
   }
   EXPECT_EQ(refusal(client, "attach", {{"part", "Table1"}, {"to", "C"}}).result(),
@@ -204,17 +206,19 @@ TEST_F(Supervised, TheServerContinuesFromTheNewestSnapshotAndReportsIt) {
     return false;
   };
   // The second periodic snapshot is of the running cell; states come meanwhile.
-  ASSERT_TRUE(client.wait_for_state([&](const State& s) { return s.step > 100 && saved(); }, kGenerous));
+  ASSERT_TRUE(client.wait_for(
+      takt::topics::state, [&](const State& s) { return s.step > 100 && saved(); }, kGenerous));
   const State before = client.state();
   ::kill(first, SIGKILL);
   const pid_t second = wait_for_child();
   EXPECT_NE(second, first);
   ASSERT_TRUE(client.wait_for_connection(kGenerous));
-  const auto reported =
-      client.wait_for_event([](const Event& e) { return e.code == "restarted"; }, kGenerous);
+  const auto reported = client.wait_for(
+      takt::topics::event, [](const Event& e) { return e.code == "restarted"; }, kGenerous);
   ASSERT_TRUE(reported.has_value());
   expect_words(reported->message, {"signal 9", "goes on at", "playing"});
-  const auto after = client.wait_for_state([&](const State& s) { return s.epoch > before.epoch; }, kGenerous);
+  const auto after = client.wait_for(
+      takt::topics::state, [&](const State& s) { return s.epoch > before.epoch; }, kGenerous);
   ASSERT_TRUE(after.has_value());
   EXPECT_GT(after->step, 0U);
   EXPECT_EQ(client.get_state(), SimulationState::playing);
@@ -237,11 +241,13 @@ TEST_F(Supervised, CommandsFromBeforeTheCrashAreNotApplied) {
   for (int i = 1; i <= 20; ++i) {
     const std::uint64_t before = applied(client.state());
     command(0.001 * i);
-    ASSERT_TRUE(client.wait_for_state([&](const State& s) { return applied(s) > before; }, kGenerous));
+    ASSERT_TRUE(client.wait_for(
+        takt::topics::state, [&](const State& s) { return applied(s) > before; }, kGenerous));
   }
   // Several periodic snapshots later.
   const std::uint64_t last = client.state().step;
-  ASSERT_TRUE(client.wait_for_state([&](const State& s) { return s.step > last + 500; }, kGenerous));
+  ASSERT_TRUE(client.wait_for(
+      takt::topics::state, [&](const State& s) { return s.step > last + 500; }, kGenerous));
   const State before = client.state();
   ::kill(first, SIGKILL);
   for (int i = 0; i < 50; ++i) {
@@ -251,15 +257,17 @@ TEST_F(Supervised, CommandsFromBeforeTheCrashAreNotApplied) {
     }
   }
   ASSERT_NE(wait_for_child(), first);
-  const auto reported =
-      client.wait_for_event([](const Event& e) { return e.code == "restarted"; }, kGenerous);
+  const auto reported = client.wait_for(
+      takt::topics::event, [](const Event& e) { return e.code == "restarted"; }, kGenerous);
   ASSERT_TRUE(reported.has_value());
   expect_words(reported->message, {"goes on at", " s (step "});
-  const auto after = client.wait_for_state([&](const State& s) { return s.epoch > before.epoch; }, kGenerous);
+  const auto after = client.wait_for(
+      takt::topics::state, [&](const State& s) { return s.epoch > before.epoch; }, kGenerous);
   ASSERT_TRUE(after.has_value());
   EXPECT_EQ(applied(*after), applied(before));
   std::uint64_t older = 0;
-  const auto later = client.wait_for_state(
+  const auto later = client.wait_for(
+      takt::topics::state,
       [&](const State& s) {
         older += s.epoch < after->epoch ? 1U : 0U;
         return s.step > after->step + 300;
@@ -270,7 +278,8 @@ TEST_F(Supervised, CommandsFromBeforeTheCrashAreNotApplied) {
   EXPECT_EQ(applied(*later), applied(before));
   EXPECT_NEAR(later->robot("Robot1").position[5], home + 0.02, 0.005);
   command(0.021);
-  EXPECT_TRUE(client.wait_for_state([&](const State& s) { return applied(s) > applied(before); }, kGenerous));
+  EXPECT_TRUE(client.wait_for(
+      takt::topics::state, [&](const State& s) { return applied(s) > applied(before); }, kGenerous));
 }
 
 /// Robot programs begin with the cell. A resumed cell has no program until a reset by the user.
@@ -285,25 +294,26 @@ TEST_F(Supervised, AControllerRestartsOnlyAfterAResetOfTheResumedCell) {
   Client client(options());
   const auto applied = [](const State& s) { return s.applied.front().count; };
   // Later than the limit of a fresh start (2 s), and with snapshots of that time.
-  const auto before =
-      client.wait_for_state([&](const State& s) { return s.time > 2.5 && applied(s) > 100; }, kGenerous);
+  const auto before = client.wait_for(
+      takt::topics::state, [&](const State& s) { return s.time > 2.5 && applied(s) > 100; }, kGenerous);
   ASSERT_TRUE(before.has_value());
   ::kill(first, SIGKILL);
   ASSERT_NE(wait_for_child(), first);
   ASSERT_TRUE(controller.wait_for_output("begins when it is reset")) << controller.text;
   controller.text.clear();
-  const auto after =
-      client.wait_for_state([&](const State& s) { return s.epoch > before->epoch; }, kGenerous);
+  const auto after = client.wait_for(
+      takt::topics::state, [&](const State& s) { return s.epoch > before->epoch; }, kGenerous);
   ASSERT_TRUE(after.has_value());
-  const auto later =
-      client.wait_for_state([&](const State& s) { return s.step > after->step + 300; }, kGenerous);
+  const auto later = client.wait_for(
+      takt::topics::state, [&](const State& s) { return s.step > after->step + 300; }, kGenerous);
   ASSERT_TRUE(later.has_value());
   EXPECT_EQ(applied(*later), applied(*after));
   client.reset();
   client.play();
   ASSERT_TRUE(controller.wait_for_output("starts again.")) << controller.text;
-  const auto again = client.wait_for_state(
-      [&](const State& s) { return s.epoch > later->epoch && applied(s) > 10; }, kGenerous);
+  const auto again = client.wait_for(
+      takt::topics::state, [&](const State& s) { return s.epoch > later->epoch && applied(s) > 10; },
+      kGenerous);
   EXPECT_TRUE(again.has_value());
 }
 
@@ -315,7 +325,8 @@ TEST_F(Supervised, TheServerKeepsTheLoadedScenarioAndSpawnedParts) {
     const Reply reply =
         client.request("spawn_entity", {{"name", "R"}, {"copy_of", "Q"}, {"position", "0 0 3"}});
     ASSERT_TRUE(client
-                    .wait_for_state(
+                    .wait_for(
+                        takt::topics::state,
                         [&](const State& s) {
                           return std::to_string(s.cell->scenario_generation) ==
                                  reply.text("scenario_generation");
@@ -330,7 +341,10 @@ TEST_F(Supervised, TheServerKeepsTheLoadedScenarioAndSpawnedParts) {
       return text.str().find("\"state\": 2") != std::string::npos &&
              text.str().find("copy_of") != std::string::npos;
     };
-    ASSERT_TRUE(client.wait_for_status([&](const Status&) { return recorded(); }, kGenerous).has_value());
+    ASSERT_TRUE(client
+                    .wait_for(
+                        takt::topics::status, [&](const Status&) { return recorded(); }, kGenerous)
+                    .has_value());
   }
   ::kill(first, SIGKILL);
   wait_for_child();

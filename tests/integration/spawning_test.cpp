@@ -29,7 +29,8 @@ using takt::test::refusal;
 State exchanged(Client& client, const std::string& name, const Arguments& arguments) {
   client.set_state(SimulationState::stopped);
   const Reply reply = client.request(name, arguments);
-  const auto state = client.wait_for_state(
+  const auto state = client.wait_for(
+      takt::topics::state,
       [&](const State& s) {
         return std::to_string(s.cell->scenario_generation) == reply.text("scenario_generation");
       },
@@ -63,7 +64,8 @@ TEST(Spawning, ACopyOfAPartIsSpawnedBehavesLikeItAndIsDeleted) {
   EXPECT_NEAR(there.component("C2").orientation.z, std::sqrt(0.5), 1e-12);
   // In the air without holder: it falls by g t^2 / 2.
   client.step(50);
-  const auto fallen = client.wait_for_state([](const State& s) { return s.step == 50; }, kGenerous);
+  const auto fallen = client.wait_for(
+      takt::topics::state, [](const State& s) { return s.step == 50; }, kGenerous);
   ASSERT_TRUE(fallen.has_value());
   EXPECT_NEAR(fallen->component("C2").position.z, 0.9 - 0.5 * 9.80665 * 0.05 * 0.05, 1e-6);
   // The first step is taken at t = 0; the Parts on the table stay.
@@ -125,7 +127,8 @@ TEST(Spawning, AResetOfAllRestoresTheScenario) {
   client.request("reset", {{"scope", "3"}});
   EXPECT_GE(client.cell()->find_component("Q"), 0);
   const Reply reply = client.request("reset");
-  const auto back = client.wait_for_state(
+  const auto back = client.wait_for(
+      takt::topics::state,
       [&](const State& s) {
         return std::to_string(s.cell->scenario_generation) == reply.text("scenario_generation");
       },
@@ -145,7 +148,8 @@ TEST(Spawning, RegisteredControllersStay) {
   client.register_controller("plc", Seconds{0.008}, kGenerous, {"Robot1"});
   exchanged(client, "spawn_entity", {{"name", "Q"}, {"copy_of", "C"}, {"position", "0 0 2"}});
   client.play();
-  const auto waiting = client.wait_for_status(
+  const auto waiting = client.wait_for(
+      takt::topics::status,
       [](const Status& s) { return !s.waiting_for.empty() && s.waiting_for[0] == "plc"; }, kGenerous);
   EXPECT_TRUE(waiting.has_value());
 }

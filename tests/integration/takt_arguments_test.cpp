@@ -85,8 +85,9 @@ TEST(TaktWatch, WatchReportsAnEmptyCellAndWaitsForAScenario) {
   ASSERT_TRUE(watch.wait_for_output("no scenario\n")) << watch.text;
   // Twenty statuses later, which are two seconds.
   const std::uint64_t first = client.status().sample_number;
-  ASSERT_TRUE(client.wait_for_status([&](const auto& s) { return s.sample_number > first + 20; },
-                                     takt::test::kGenerous));
+  ASSERT_TRUE(client.wait_for(
+      takt::topics::status, [&](const auto& s) { return s.sample_number > first + 20; },
+      takt::test::kGenerous));
   client.load_scenario(service.one_arm().string());
   ASSERT_TRUE(watch.wait_for_output("Q:")) << watch.text;
   watch.signal(SIGTERM);

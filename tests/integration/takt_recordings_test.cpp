@@ -45,7 +45,8 @@ std::size_t count_of(const std::string& text, const std::string& words) {
 bool comes_true(const Client& client, const std::function<bool()>& condition) {
   for (int i = 0; i < 600; ++i) {
     if (condition()) return true;
-    (void)client.wait_for_status(
+    (void)client.wait_for(
+        takt::topics::status,
         [n = client.status().sample_number](const auto& s) { return s.sample_number > n; }, kGenerous);
   }
   return condition();

@@ -53,7 +53,7 @@ class WireCommands : public testing::Test {
     for (int attempt = 0; attempt < 6000; ++attempt) {
       client_->step(1);
       const auto applied = [&](const State& state) { return state.applied[target].count >= count; };
-      if (client_->wait_for_state(applied, Seconds{0.01})) return;
+      if (client_->wait_for(takt::topics::state, applied, Seconds{0.01})) return;
     }
     ADD_FAILURE() << "the command was not applied";
   }
@@ -67,28 +67,29 @@ TEST_F(WireCommands, ATrajectoryIsFollowedAndItsEndIsAnEvent) {
       "Robot1", {{0.1, at(0.01), std::vector<double>(6, 0.0)}, {0.2, at(0.03), std::vector<double>(6, 0.0)}});
   step_until_applied(0, 1);
   client_->step(250);
-  const auto done =
-      client_->wait_for_event([](const auto& e) { return e.code == "trajectory_done"; }, kGenerous);
+  const auto done = client_->wait_for(
+      takt::topics::event, [](const auto& e) { return e.code == "trajectory_done"; }, kGenerous);
   ASSERT_TRUE(done.has_value());
   EXPECT_EQ(done->subject, "Robot1");
   EXPECT_EQ(done->message, "Robot1 is at the end of its trajectory.");
-  const auto there = client_->wait_for_state(
+  const auto there = client_->wait_for(
+      takt::topics::state,
       [](const State& s) { return std::abs(s.robot("Robot1").position[0] - 0.03) < 1e-12; }, kGenerous);
   EXPECT_TRUE(there.has_value());
 }
 
 TEST_F(WireCommands, InvalidTrajectoriesAreRefusedInEvents) {
   client_->send_trajectory("Robot1", {{0.1, at(3.0)}, {0.2, at(-3.0)}});
-  const auto refused =
-      client_->wait_for_event([](const auto& e) { return e.code == "command_rejected"; }, kGenerous);
+  const auto refused = client_->wait_for(
+      takt::topics::event, [](const auto& e) { return e.code == "command_rejected"; }, kGenerous);
   ASSERT_TRUE(refused.has_value());
   EXPECT_NE(refused->message.find("velocity_out_of_range"), std::string::npos) << refused->message;
   EXPECT_FALSE(refused->sender.empty());
   // Only the simulation can decide this: too fast from the robot's position.
   client_->send_trajectory("Robot1", {{0.1, at(1.0)}});
   step_until_applied(0, 1);
-  const auto late =
-      client_->wait_for_event([](const auto& e) { return e.code == "trajectory_refused"; }, kGenerous);
+  const auto late = client_->wait_for(
+      takt::topics::event, [](const auto& e) { return e.code == "trajectory_refused"; }, kGenerous);
   ASSERT_TRUE(late.has_value());
   EXPECT_NE(late->message.find("velocity of joint 'shoulder_pan_joint'"), std::string::npos) << late->message;
   EXPECT_THROW(client_->send_trajectory("Robot9", {}), ClientError);
@@ -112,15 +113,15 @@ TEST_F(WireCommands, SignalsOfDevicesAreSetAndPublished) {
   client_->set_signals("Chamber", {{"set_point", 120.0}, {"lamp", 1.0}});
   step_until_applied(4, 1);
   client_->step(500);
-  const auto warm =
-      client_->wait_for_state([](const State& s) { return s.devices[0].signals[2] > 80.0; }, kGenerous);
+  const auto warm = client_->wait_for(
+      takt::topics::state, [](const State& s) { return s.devices[0].signals[2] > 80.0; }, kGenerous);
   ASSERT_TRUE(warm.has_value());
   EXPECT_EQ(warm->devices[0].signals[0], 120.0);
   EXPECT_EQ(warm->devices[0].signals[1], 1.0);
   EXPECT_EQ(warm->applied[4].target, "Chamber");
   client_->set_signals("Chamber", {{"temperature", 30.0}});
-  const auto refused =
-      client_->wait_for_event([](const auto& e) { return e.code == "command_rejected"; }, kGenerous);
+  const auto refused = client_->wait_for(
+      takt::topics::event, [](const auto& e) { return e.code == "command_rejected"; }, kGenerous);
   ASSERT_TRUE(refused.has_value());
   EXPECT_NE(refused->message.find("read_only_signal"), std::string::npos) << refused->message;
 }
@@ -249,14 +250,14 @@ TEST_F(WireCommands, ARobotOfAFrozenOwnerPassesToTheNextSender) {
   for (int attempt = 0; attempt < 6000 && !taken_over; ++attempt) {
     client_->send_joint_command("Robot1", at(0.01));
     client_->step(1);
-    taken_over = client_->wait_for_state(applied, Seconds{0.01}).has_value();
+    taken_over = client_->wait_for(takt::topics::state, applied, Seconds{0.01}).has_value();
   }
   const Seconds took = std::chrono::steady_clock::now() - frozen;
   EXPECT_TRUE(taken_over);
   RecordProperty("takeover_ms", static_cast<int>(1000.0 * took.count()));
   std::printf("takeover after %.2f s\n", took.count());
-  const auto reported =
-      client_->wait_for_event([](const auto& e) { return e.code == "owner_silent"; }, kGenerous);
+  const auto reported = client_->wait_for(
+      takt::topics::event, [](const auto& e) { return e.code == "owner_silent"; }, kGenerous);
   ASSERT_TRUE(reported.has_value());
   EXPECT_EQ(reported->subject, "Robot1");
 }
@@ -273,18 +274,21 @@ TEST_F(WireCommands, ARobotOfAFrozenSoleOwnerPassesToALaterSender) {
   step_until_applied(0, 1);
   owner.signal(SIGSTOP);
   const double frozen_s = client_->status().wall_time;
-  ASSERT_TRUE(
-      client_->wait_for_status([&](const auto& s) { return s.wall_time > frozen_s + 3.0; }, kGenerous));
+  ASSERT_TRUE(client_->wait_for(
+      takt::topics::status, [&](const auto& s) { return s.wall_time > frozen_s + 3.0; }, kGenerous));
   bool taken_over = false;
   for (int attempt = 0; attempt < 6000 && !taken_over; ++attempt) {
     client_->send_joint_command("Robot1", at(0.01));
     client_->step(1);
     taken_over =
-        client_->wait_for_state([](const State& s) { return s.applied[0].count >= 2; }, Seconds{0.01})
+        client_
+            ->wait_for(
+                takt::topics::state, [](const State& s) { return s.applied[0].count >= 2; }, Seconds{0.01})
             .has_value();
   }
   EXPECT_TRUE(taken_over);
-  EXPECT_TRUE(client_->wait_for_event([](const auto& e) { return e.code == "owner_silent"; }, kGenerous));
+  EXPECT_TRUE(client_->wait_for(
+      takt::topics::event, [](const auto& e) { return e.code == "owner_silent"; }, kGenerous));
 }
 
 }  // namespace

@@ -1,5 +1,8 @@
 """What is read of a cell: arrays, names, enumerations, lists of what has a name."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -110,3 +113,31 @@ def test_arguments_are_arrays_or_sequences(cell, made):
     point = takt.TrajectoryPoint(1.0, made([0.5] * 6), efforts=made([1.0] * 6))
     assert (point.positions == 0.5).all() and (point.efforts == 1.0).all() and point.velocities.shape == (0,)
     cell.reset()
+
+
+def topics_of_the_table():
+    """Ids of the topics of takt's own types that a client reads."""
+    text = (Path(__file__).resolve().parents[2] / "idl" / "takt_msgs.idl").read_text()
+    rows = re.findall(r'@topic\(id="(\w+)", name="[^"]*", by="(\w+)", qos="(\w+)"', text)
+    return [topic for topic, by, qos in rows if by == "server" and qos != "control"]
+
+
+def test_every_topic_of_the_table_is_read(config):
+    waits = {name for name in vars(takt.Topics) if name.startswith("wait_for_")}
+    assert waits == {f"wait_for_{topic}" for topic in topics_of_the_table()} >= {"wait_for_power", "wait_for_event"}
+    with takt.Server(config / "scenarios" / "block_assembly.yaml") as server, server.client() as cell:
+        cell.set_pace(takt.Pace.free)
+        cell.set_level_of_detail(3)
+        cell.watch_pressures("P-Table1", for_s=86400)
+        cell.step(20)
+        samples = {topic: getattr(cell, f"wait_for_{topic}")(timeout=60) for topic in topics_of_the_table()}
+        assert [topic for topic, sample in samples.items() if sample is None] == []
+        assert all(sample.sample_number >= 1 for sample in samples.values())
+        assert isinstance(samples["state"], takt.State) and isinstance(samples["power"], takt.Power)
+        assert samples["description"].components.names == cell.info.components.names
+        assert samples["power"].consumers.names == cell.info.robots.names
+        assert {(c.base, c.target) for c in samples["contacts"].contacts} & {("P", "Table1"), ("Table1", "P")}
+        pressed = samples["contact_pressures"].pairs[0]
+        assert {pressed.base, pressed.target} == {"P", "Table1"}
+        assert pressed.corners.shape == (len(pressed.pressures), 3, 3)
+        assert cell.wait_for_contacts(lambda sample: not sample.contacts, timeout=0.05) is None

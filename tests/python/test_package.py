@@ -63,7 +63,7 @@ def public_names():
 def test_every_public_name_has_a_docstring():
     names = dict(public_names())
     assert {"takt.Client", "takt.Client.play", "takt._takt.Client.set_signals", "takt.Requests.step",
-            "takt.Pace.lockstep", "takt.Server.start", "takt.messages.ComponentState.partner"} <= set(names)
+            "takt.Topics.wait_for_contacts", "takt.Pace.lockstep", "takt.Server.start", "takt.messages.ComponentState.partner"} <= set(names)
     assert [name for name, value in names.items() if not text_of(value).strip()] == []
 
 
@@ -83,6 +83,12 @@ def test_units_shapes_and_frames_come_from_the_table():
     assert takt.messages.ComponentState.position.__doc__ == "of the origin of B (array (3,), in m, frame W)"
     assert "(array (vertices, 3), in m, frame B)" in takt.messages.ComponentDescription.vertices.__doc__
     assert "None" in takt.messages.ComponentState.partner.__doc__
+
+
+def test_help_says_what_a_sample_holds():
+    text = takt.Topics.wait_for_contact_pressures.__doc__
+    assert "pairs: in the order of the request" in text and "time: simulated time (in s)" in text
+    assert "(array (elements, 3, 3), in m, frame base)" in takt.messages.ContactPressure.corners.__doc__
 
 
 # --- stubs

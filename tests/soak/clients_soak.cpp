@@ -88,7 +88,7 @@ int watch(const Options& options) {
       newest = step;
     } catch (const ClientError&) {  // the cell was not heard for long, as by one that was frozen
     }
-    while (const auto event = cell.next_event(Seconds(0.0))) {
+    while (const auto event = cell.wait_for(takt::topics::event, Seconds(0.0))) {
       ++events;
       missed += event->missed_before;
       if (last != 0 && event->sequence_number != last + 1 + event->missed_before) ++missed;
@@ -170,20 +170,19 @@ int over_the_line(const Options& options) {
     sent_ns.push_back(monotonic_now_ns());
     try {
       cell.send_joint_command(robot, q, {}, 1e-3 * static_cast<double>(sent));
-      const auto state = cell.wait_for_state([](const auto&) { return true; }, Seconds(0.0));
+      const auto state = cell.wait_for(takt::topics::state, Seconds(0.0));
       if (state && state->step != newest) {
         ++states;
         look_at_applied(state->applied.front());
         newest = state->step;
       }
-      while (const auto event = cell.next_event(Seconds(0.0))) {
+      while (const auto event = cell.wait_for(takt::topics::event, Seconds(0.0))) {
         ++events;
         missed += event->missed_before;
         if (event->code == "command_rejected" && event->subject == robot) ++refused;
       }
       if (sent % 10 == 0) cell.set_gripper("Gripper1", GripperAction::width, 100.0);
-      if (const auto now = cell.wait_for_status([](const auto&) { return true; }, Seconds(0.0)))
-        status = *now;
+      if (const auto now = cell.wait_for(takt::topics::status, Seconds(0.0))) status = *now;
     } catch (const ClientError&) {  // the cell is out of reach
     }
     if (sent % 20 == 0) {
@@ -301,7 +300,8 @@ int kill_clients(Options options, const std::string& self) {
       (void)cell.get_state();
       ++requests;
       slowest_reply_s = std::max(slowest_reply_s, 1e-9 * static_cast<double>(monotonic_now_ns() - asked));
-      while (const auto event = cell.next_event(Seconds(0.0))) ++events, missed += event->missed_before;
+      while (const auto event = cell.wait_for(takt::topics::event, Seconds(0.0)))
+        ++events, missed += event->missed_before;
       const Status present = cell.status();
       if (present.wall_time > last.wall_time && present.step <= last.step) ++standing;
       last = present;
@@ -381,7 +381,7 @@ int lead(Options options, const std::string& self) {
     (void)cell.get_state();
     ++requests;
     slowest_reply_s = std::max(slowest_reply_s, 1e-9 * static_cast<double>(monotonic_now_ns() - asked));
-    while (cell.next_event(Seconds(0.0))) {
+    while (cell.wait_for(takt::topics::event, Seconds(0.0))) {
     }
     last = cell.status();
     step.include(last.step_time_p50, last.step_time_p99, last.step_time_max);

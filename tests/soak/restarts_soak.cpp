@@ -71,7 +71,8 @@ class Cell {
   Restart live_and_die() {
     const double life_s = kLeastLife_s + 1e-3 * static_cast<double>(dice_() % 2000);
     for (const std::int64_t begin = monotonic_now_ns(); seconds_since(begin) < life_s;) command();
-    while (commander_->next_event(Seconds(0.0))) {  // late clients get the report of a restart again
+    // Late clients get the report of a restart again.
+    while (commander_->wait_for(takt::topics::event, Seconds(0.0))) {
     }
     const State before = commander_->state();
     kill(server_, SIGKILL);
@@ -118,8 +119,8 @@ class Cell {
   }
   /// The instant at which the new server resumes, from its event.
   double restored_time_s() const {
-    const auto reported = commander_->wait_for_event(
-        [](const auto& event) { return event.code == "restarted"; }, Seconds(10.0));
+    const auto reported = commander_->wait_for(
+        takt::topics::event, [](const auto& event) { return event.code == "restarted"; }, Seconds(10.0));
     const std::string words = "goes on at ";
     const std::size_t at = reported ? reported->message.find(words) : std::string::npos;
     if (at == std::string::npos) throw std::runtime_error("The server did not say where it goes on.");

@@ -23,12 +23,9 @@ from . import _takt
 from ._takt import (
     Arm,
     CellInfo,
-    Contacts,
     Event,
-    Power,
     Reply,
     State,
-    Status,
     TrajectoryPoint,
     list_cells,
     orientation_of,
@@ -45,9 +42,11 @@ from .enumerations import (
     SimulationState,
 )
 from .errors import CellError, CellTimeout, Invalid, Lost, MotionError, NotFound, Refused
+from .messages import Contacts, Power, Status
 from .named_list import NamedList
 from .requests import Requests
 from .server import Server, ServerError, program_path
+from .topics import Topics
 
 
 class LockstepController(_takt.LockstepController):
@@ -63,7 +62,7 @@ class LockstepController(_takt.LockstepController):
         self.close()
 
 
-class Client(_takt.Client, Requests):
+class Client(_takt.Client, Requests, Topics):
     """A connection to one cell. Any thread may call it; a wait lets other threads run."""
 
     def play(self) -> None:

@@ -7,6 +7,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "client_lib/client.h"
 
@@ -85,7 +86,16 @@ struct EventsOptions {
   std::optional<std::uint64_t> count;
 };
 
+struct EchoOptions {
+  std::string topic;        ///< its id, one of echo_topics()
+  std::string robot;        ///< of a topic that each robot has
+  std::uint64_t count = 1;  ///< samples
+};
+/// The topics that clients read.
+std::vector<std::string> echo_topics();
+
 int list(const Common& common);
+int echo(const Common& common, const EchoOptions& options);
 int status(const Common& common);
 int state(const Common& common);
 int explain(const Common& common, const std::string& part);

@@ -40,6 +40,10 @@ const std::map<std::string, std::string>& examples() {
       {"events",
        "  takt events                        follow them\n"
        "  takt events --count 1 --json       wait for the next one"},
+      {"echo",
+       "  takt echo status\n"
+       "  takt echo contacts --count 10 | jq -c .contacts\n"
+       "  takt echo joint_states Robot1"},
       {"record",
        "  takt record run.mcap               all samples of all topics, until Ctrl-C\n"
        "  takt record run.mcap --period 0.01 --duration 10\n"

@@ -139,10 +139,7 @@ int contacts(const Common& common, const FollowOptions& options) {
   if (all_below(cell->status(), 3))
     throw std::runtime_error(
         "There is no surface contact: every process is below level of detail 3. 'takt lod 3' changes that.");
-  return follow<Contacts>(
-      common, options, "contacts",
-      [&](const auto& predicate, Seconds timeout) { return cell->wait_for_contacts(predicate, timeout); },
-      [&](const Contacts& sample) { show(common, sample); });
+  return follow(common, options, *cell, topics::contacts, [&](const auto& sample) { show(common, sample); });
 }
 
 int power(const Common& common, const FollowOptions& options) {
@@ -151,10 +148,7 @@ int power(const Common& common, const FollowOptions& options) {
     throw std::runtime_error(
         "Nothing has a power: no device draws any, and every robot's process is at level of detail 1. 'takt "
         "lod 2' changes that.");
-  return follow<Power>(
-      common, options, "power",
-      [&](const auto& predicate, Seconds timeout) { return cell->wait_for_power(predicate, timeout); },
-      [&](const Power& sample) { show(common, sample); });
+  return follow(common, options, *cell, topics::power, [&](const auto& sample) { show(common, sample); });
 }
 
 }  // namespace takt::tool

@@ -131,6 +131,17 @@ int run(int argc, char** argv) {
       ->add_option("--count", events_options.count, "end after this many")
       ->check(numbers::whole_number_from(1));
 
+  takt::tool::EchoOptions echo_options;
+  auto* echo = add("echo", "samples of any topic, as JSON, one a line",
+                   [&] { return takt::tool::echo(common, echo_options); });
+  echo->add_option("TOPIC", echo_options.topic, "which")
+      ->required()
+      ->check(CLI::IsMember(takt::tool::echo_topics()));
+  echo->add_option("ROBOT", echo_options.robot, "whose, of a topic that each robot has");
+  echo->add_option("--count", echo_options.count, "end after this many")
+      ->check(numbers::whole_number_from(1))
+      ->capture_default_str();
+
   takt::tool::RecordOptions record_options;
   CLI::Option* record_period = nullptr;
   auto* record = add("record", "record what the cell sends (FILE.mcap), or states as a table (CSV)", [&] {
@@ -144,9 +155,8 @@ int run(int argc, char** argv) {
   record
       ->add_option("FILE", record_options.file,
                    "file to write: FILE.mcap for all samples of all topics; else positions, joints, signals "
-                   "of devices and partners as a table, '-' is standard output; with --json states, "
-                   "contacts, power and events, "
-                   "one document a line")
+                   "of devices and partners as a table, '-' is standard output; with --json the "
+                   "samples of instants and the events, one document a line")
       ->required();
   record->add_option("--duration", record_options.duration_s, "end after this much simulated time, s")
       ->check(numbers::not_negative());

@@ -67,7 +67,8 @@ int record_csv(const Common& common, const RecordOptions& options) {
     if (state.time >= end_s - 1e-9) break;
     while (start_s + k * options.period_s <= state.time + 1e-9) k += 1.0;
     const double due_s = std::min(start_s + k * options.period_s, end_s);
-    const auto next = cell.wait_for_state(
+    const auto next = cell.wait_for(
+        topics::state,
         [&](const auto& s) { return s.time >= due_s - 1e-9 || s.epoch != epoch || s.cell != state.cell; },
         kForever);
     if (!next) return 1;

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <exception>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -24,16 +25,10 @@ using nlohmann::json;
 /// How long a stream that is silent waits before it looks whether the recording is over.
 constexpr Seconds kWait{0.1};
 
-template <typename Sample>
-json line_of(const char* kind, const Sample& sample) {
-  json line = json_of(sample);
-  line["kind"] = kind;
-  return line;
+/// Of each there is a stream in the recording: of instants a sample per period, of events all.
+bool is_recorded(const TopicInfo& topic) {
+  return topic.is_for_clients() && (topic.qos == TopicQos::instant || topic.qos == TopicQos::event);
 }
-
-struct Count {
-  std::uint64_t written = 0, missed = 0;
-};
 
 class Recording {
  public:
@@ -50,38 +45,21 @@ class Recording {
     end_s_ = options_.duration_s ? start_s_ + *options_.duration_s : 1.0e300;
     if (options_.until_s) end_s_ = std::min(end_s_, *options_.until_s);
     std::vector<std::thread> threads;
-    threads.emplace_back([this] {
-      follow([&] {
-        next_sample<State>("state", states_, [&](const auto& p) { return cell_.wait_for_state(p, kWait); });
-      });
+    topics::for_each([&](const auto& topic) {
+      if (!is_recorded(topic)) return;
+      Stream& stream = streams_[std::string(topic.id)];
+      threads.emplace_back([this, &topic, &stream] { follow([&] { next_sample(topic, stream); }); });
     });
-    threads.emplace_back([this] {
-      follow([&] {
-        next_sample<Contacts>("contacts", contacts_,
-                              [&](const auto& p) { return cell_.wait_for_contacts(p, kWait); });
-      });
-    });
-    threads.emplace_back([this] {
-      follow([&] {
-        next_sample<Power>("power", powers_, [&](const auto& p) { return cell_.wait_for_power(p, kWait); });
-      });
-    });
-    threads.emplace_back([this] { follow([&] { next_event(); }); });
     for (std::thread& thread : threads) thread.join();
-    const auto figures = [](const Count& count) {
-      return json{{"written", count.written}, {"missed", count.missed}};
-    };
-    const json end{{"kind", "end"},
-                   {"states", figures(states_.count)},
-                   {"contacts", figures(contacts_.count)},
-                   {"power", figures(powers_.count)},
-                   {"events", figures(events_)}};
+    json end{{"kind", "end"}};
+    std::string counts;
+    for (const auto& [kind, stream] : streams_) {
+      end[kind] = {{"written", stream.written}, {"missed", stream.missed}};
+      counts += (counts.empty() ? "" : ", ") + kind + ": " + std::to_string(stream.written) + " (" +
+                std::to_string(stream.missed) + " missed)";
+    }
     write(end);
-    std::fprintf(stderr,
-                 "%llu states (%llu missed), %llu contacts (%llu), %llu power (%llu), %llu events (%llu).\n",
-                 number(states_.count.written), number(states_.count.missed), number(contacts_.count.written),
-                 number(contacts_.count.missed), number(powers_.count.written), number(powers_.count.missed),
-                 number(events_.written), number(events_.missed));
+    std::fprintf(stderr, "%s.\n", counts.c_str());
     if (failure_) std::rethrow_exception(failure_);
     return 0;
   }
@@ -92,12 +70,11 @@ class Recording {
     double time_s = -1.0;      ///< of that sample
     double due_s = -1.0;
     std::uint32_t epoch = 0;
-    Count count;
+    std::uint64_t written = 0, missed = 0;
   };
   static void close(std::FILE* file) {
     if (file != stdout) std::fclose(file);
   }
-  static unsigned long long number(std::uint64_t value) { return value; }
 
   /// Until the recording is over, in a thread of its own.
   void follow(const std::function<void()>& once) {
@@ -123,34 +100,38 @@ class Recording {
     if (cell_.wait_for_connection(kWait)) gone_.store(false);
   }
 
-  template <typename Sample, typename Wait>
-  void next_sample(const char* kind, Stream& stream, const Wait& wait) {
-    const auto sample = wait([&](const Sample& s) { return s.sample_number > stream.newest; });
+  template <Message Type>
+  void next_sample(const Topic<Type>& topic, Stream& stream) {
+    const auto sample = cell_.wait_for(
+        topic, [&](const auto& one) { return one.sample_number > stream.newest; }, kWait);
     if (!sample) return;
-    if (stream.newest > 0) stream.count.missed += sample->sample_number - stream.newest - 1;
+    bool wanted = true;
+    if constexpr (requires { sample->missed_before; })
+      stream.missed += sample->missed_before;
+    else if (stream.newest > 0)
+      stream.missed += sample->sample_number - stream.newest - 1;
     stream.newest = sample->sample_number;
-    // The server repeats an instant while it stands still.
-    const bool at_end = sample->time >= end_s_ - 1e-9;
-    const bool another =
-        stream.count.written == 0 || sample->epoch != stream.epoch || sample->time < stream.time_s;
-    stream.time_s = sample->time;
-    if (another || sample->time >= stream.due_s - 1e-9) {
-      stream.due_s = sample->time + options_.period_s;
-      stream.epoch = sample->epoch;
-      write(line_of(kind, *sample));
-      ++stream.count.written;
+    if constexpr (requires {
+                    sample->epoch;
+                    sample->time;
+                  }) {
+      // The server repeats an instant while it stands still.
+      const bool another =
+          stream.written == 0 || sample->epoch != stream.epoch || sample->time < stream.time_s;
+      wanted = another || topic.qos == TopicQos::event || sample->time >= stream.due_s - 1e-9;
+      stream.time_s = sample->time;
+      if (wanted) {
+        stream.due_s = sample->time + options_.period_s;
+        stream.epoch = sample->epoch;
+      }
+      if (topic.id == topics::state.id && sample->time >= end_s_ - 1e-9) over_.store(true);
     }
-    if constexpr (std::is_same_v<Sample, State>) {
-      if (at_end) over_.store(true);
+    if (wanted) {
+      json line = json_of(*sample);
+      line["kind"] = topic.id;
+      write(line);
+      ++stream.written;
     }
-  }
-
-  void next_event() {
-    const auto event = cell_.next_event(kWait);
-    if (!event) return;
-    events_.missed += event->missed_before;
-    ++events_.written;
-    write(line_of("event", *event));
   }
 
   void write(const json& line) {
@@ -173,9 +154,8 @@ class Recording {
   std::unique_ptr<std::FILE, void (*)(std::FILE*)> file_;
   double end_s_ = 0.0;
   std::atomic<bool> over_{false};
-  std::atomic<bool> gone_{false};      ///< the server, and that it is waited for has been said
-  Stream states_, contacts_, powers_;  // each of one thread
-  Count events_;                       // of one thread
+  std::atomic<bool> gone_{false};          ///< the server, and that it is waited for has been said
+  std::map<std::string, Stream> streams_;  // by the id of the topic; each is of one thread
   std::mutex mutex_;
   bool broken_ = false;         // guarded by mutex_
   std::exception_ptr failure_;  // guarded by mutex_

@@ -5,20 +5,15 @@
 
 namespace takt::tool {
 
-inline nlohmann::json json_of(const State& state) {
-  return recording::message_json<takt_msgs::msg::CellState>(state, state.cell->lists);
+template <Message Type>
+nlohmann::json json_of(const Sample<Type>& sample) {
+  return recording::message_json<Type>(sample, sample.cell->lists);
 }
-inline nlohmann::json json_of(const Contacts& contacts) {
-  return recording::message_json<takt_msgs::msg::Contacts>(contacts, contacts.cell->lists);
-}
-inline nlohmann::json json_of(const Power& power) {
-  return recording::message_json<takt_msgs::msg::Power>(power, {});
-}
-inline nlohmann::json json_of(const Status& status) {
-  return recording::message_json<takt_msgs::msg::Status>(status, {});
+inline nlohmann::json json_of(const CellInfo& description) {
+  return recording::message_json<takt_msgs::msg::CellDescription>(description, description.lists);
 }
 inline nlohmann::json json_of(const Event& event) {
-  auto document = recording::message_json<takt_msgs::msg::Event>(event, {});
+  auto document = recording::message_json<takt_msgs::msg::Event>(event, event.cell->lists);
   document["missed_before"] = event.missed_before;
   return document;
 }

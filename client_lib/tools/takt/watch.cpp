@@ -95,8 +95,8 @@ std::optional<int> watch_one(const Common& common, const WatchOptions& options,
               ? recording::json_text(nlohmann::json{{"state", to_string(cell.status().state)}}).c_str()
               : "no scenario");
       if (std::fflush(stdout) != 0) return kFailed;
-      (void)cell.wait_for_status([&](const auto&) { return !cell.cell()->scenario.empty(); },
-                                 Seconds{kForever_s});
+      (void)cell.wait_for(
+          topics::status, [&](const auto&) { return !cell.cell()->scenario.empty(); }, Seconds{kForever_s});
       shown.clear();
       continue;
     }
@@ -104,16 +104,16 @@ std::optional<int> watch_one(const Common& common, const WatchOptions& options,
     // shows in a state first (those repeat while the cell stands still, so that a pause shows too).
     std::optional<State> state;
     if (live) {
-      const auto next =
-          cell.wait_for_status([&](const auto& s) { return s.sample_number > seen; }, Seconds{kForever_s});
+      const auto next = cell.wait_for(
+          topics::status, [&](const auto& s) { return s.sample_number > seen; }, Seconds{kForever_s});
       if (next) seen = next->sample_number;
     } else {
-      state =
-          cell.wait_for_state([&](const auto& s) { return reached(s) || summary(s, cell.status()) != shown; },
-                              kStatusInterval * 5);
+      state = cell.wait_for(
+          topics::state, [&](const auto& s) { return reached(s) || summary(s, cell.status()) != shown; },
+          kStatusInterval * 5);
     }
     const Status status = cell.status();
-    if (!state) state = cell.wait_for_state([](const auto&) { return true; }, kStatusInterval * 5);
+    if (!state) state = cell.wait_for(topics::state, kStatusInterval * 5);
     if (!state) continue;  // it was unloaded meanwhile, or has just been loaded
     const bool over = reached(*state) || status.state == SimulationState::quitting || !status.fault.empty();
     const std::string what = summary(*state, status);
@@ -162,7 +162,7 @@ namespace {
 std::optional<int> events_of(const Common& common, const EventsOptions& options, std::uint64_t& n,
                              Client& cell) {
   for (; !options.count || n < *options.count; ++n) {
-    const auto event = cell.next_event(Seconds{kForever_s});
+    const auto event = cell.wait_for(topics::event, Seconds{kForever_s});
     if (!event) return 1;
     if (common.json) {
       std::printf("%s\n", recording::json_text(json_of(*event)).c_str());

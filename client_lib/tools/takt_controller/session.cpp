@@ -84,7 +84,8 @@ class Session {
     const double due_s = next_boundary_ * period_s_ - kTimeTolerance_s;
     std::uint64_t seen = newest_sample_;
     const bool last = finished_ && !options_.until_s;
-    const auto state = cell_.wait_for_state(
+    const auto state = cell_.wait_for(
+        topics::state,
         [&](const State& s) {
           if (s.time >= due_s || s.epoch != epoch_ || s.cell != info_) return true;
           const bool is_new = s.sample_number > seen;
