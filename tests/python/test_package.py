@@ -87,7 +87,7 @@ def test_units_shapes_and_frames_come_from_the_table():
 
 def test_help_says_what_a_sample_holds():
     text = takt.Topics.wait_for_contact_pressures.__doc__
-    assert "pairs: in the order of the request" in text and "time: simulated time (in s)" in text
+    assert "pairs: pairs in the order of the request" in text and "time: simulated time (in s)" in text
     assert "(array (elements, 3, 3), in m, frame base)" in takt.messages.ContactPressure.corners.__doc__
 
 
