@@ -15,8 +15,8 @@ template <typename Described>
 int index_of(const std::vector<Described>& items, std::string_view name, const char* kind) {
   for (std::size_t i = 0; i < items.size(); ++i)
     if (items[i].name == name) return static_cast<int>(i);
-  throw MotionError(std::string("The cell has no ") + kind + " '" + std::string(name) + "'; it has " +
-                    list_names(items) + ".");
+  throw NameError(std::string("The cell has no ") + kind + " '" + std::string(name) + "'; it has " +
+                  list_names(items) + ".");
 }
 
 /// Largest speed on the cubic through two points, over the joint's limit; largest of all joints.
@@ -110,15 +110,15 @@ Arm::Arm(const takt_msgs::msg::CellDescription& cell, std::string_view robot, st
   X_WR_ = pose_of(described.base);
   if (gripper.empty()) return;
   const auto& tool = cell.grippers[static_cast<std::size_t>(index_of(cell.grippers, gripper, "gripper"))];
-  if (tool.robot != index) throw MotionError("Gripper '" + tool.name + "' is not on robot '" + name_ + "'.");
+  if (tool.robot != index) throw NameError("Gripper '" + tool.name + "' is not on robot '" + name_ + "'.");
   X_FT_ = pose_of(tool.mount) * pose_of(tool.tool_center_point);
 }
 
 JointArray Arm::joints(std::span<const double> values) const {
   if (values.size() != model_->joints.size())
-    throw MotionError("robot '" + name_ + "' has " + std::to_string(joint_count()) + " joints (" +
-                      list_names(model_->joints) + "); " + std::to_string(values.size()) +
-                      " positions are given");
+    throw ShapeError("robot '" + name_ + "' has " + std::to_string(joint_count()) + " joints (" +
+                     list_names(model_->joints) + "); " + std::to_string(values.size()) +
+                     " positions are given");
   JointArray q{};
   std::copy(values.begin(), values.end(), q.begin());
   return q;

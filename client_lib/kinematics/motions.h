@@ -18,6 +18,14 @@ namespace takt {
 class MotionError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
+/// No robot or gripper of that name.
+class NameError : public MotionError {
+  using MotionError::MotionError;
+};
+/// An argument that is no pose of space or no position of all joints.
+class ShapeError : public MotionError {
+  using MotionError::MotionError;
+};
 
 /// How far a velocity may exceed its limit by rounding alone, as a factor.
 inline constexpr double kSpeedRounding = 1.0 + 1e-9;

@@ -19,7 +19,7 @@ py::array_t<double> to_array(const Pose& X) {
 
 Pose to_pose(const Array& array) {
   if (array.ndim() != 2 || array.shape(0) != 4 || array.shape(1) != 4)
-    throw MotionError("A pose is an array (4, 4); see takt.pose().");
+    throw ShapeError("A pose is an array (4, 4); see takt.pose().");
   const auto cells = array.unchecked<2>();
   Pose X;
   for (int row = 0; row < 3; ++row) {
@@ -28,7 +28,7 @@ Pose to_pose(const Array& array) {
   }
   const double error = (X.R * X.R.transpose() - Mat3::Identity()).norm();
   if (!(error < 1e-9) || !(X.R.determinant() > 0.0))
-    throw MotionError("The first three rows and columns of a pose are a rotation; those given are not.");
+    throw ShapeError("The first three rows and columns of a pose are a rotation; those given are not.");
   return X;
 }
 
@@ -72,7 +72,7 @@ void bind_arm(py::module_& m) {
       [](const std::array<double, 3>& position, const std::array<double, 4>& orientation) {
         const Quat q(orientation[3], orientation[0], orientation[1], orientation[2]);
         if (!(std::abs(q.norm() - 1.0) < 1e-6))
-          throw MotionError("The orientation is a unit quaternion x y z w.");
+          throw ShapeError("The orientation is a unit quaternion x y z w.");
         return to_array(Pose::from_quaternion({position[0], position[1], position[2]}, q.normalized()));
       },
       py::arg("position"), py::arg("orientation") = std::array<double, 4>{0.0, 0.0, 0.0, 1.0},
@@ -96,8 +96,9 @@ makes one. Joint positions are arrays (joints,) in rad or m, in the order of inf
 robot: name of the robot
 gripper: name of the gripper whose tool centre point counts; empty: the flange
 
-Raises MotionError with the names that exist.)")
+Raises NotFound with the names that exist.)")
       .def_property_readonly("name", &Arm::name, "Name of the robot.")
+      .def("__repr__", [](const Arm& self) { return "<takt.Arm of " + self.name() + ">"; })
       .def(
           "forward_kinematics",
           [](const Arm& self, const Numbers& positions) {

@@ -41,9 +41,14 @@ struct type_caster<Enumeration, enable_if_t<takt::TabledEnumeration<Enumeration>
   }
   bool load(handle source, bool) {
     if (isinstance<str>(source)) {
-      const auto found = takt::enumerator_of<Enumeration>(source.cast<std::string>());
-      value = found.value_or(Enumeration{});
-      return found.has_value();
+      const auto name = source.cast<std::string>();
+      const auto found = takt::enumerator_of<Enumeration>(name);
+      if (!found)
+        throw takt::ClientError(takt::ClientError::Kind::invalid,
+                                "'" + name + "' is no " + std::string(takt::kEnumeration<Enumeration>.name) +
+                                    "; allowed are " + takt::enumerator_names<Enumeration>() + ".");
+      value = *found;
+      return true;
     }
     if (!isinstance(source, type())) return false;
     value = static_cast<Enumeration>(source.attr("value").cast<std::int64_t>());

@@ -59,6 +59,10 @@ void translate(std::exception_ptr thrown) {
           : kind == Kind::lost      ? "Lost"
                                     : "CellError",
           error.what(), error.result());
+  } catch (const NameError& error) {
+    raise("NotFound", error.what(), {});
+  } catch (const ShapeError& error) {
+    raise("Invalid", error.what(), {});
   } catch (const MotionError& error) {
     raise("MotionError", error.what(), {});
   }

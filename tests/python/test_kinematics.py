@@ -53,7 +53,7 @@ def test_poses_and_quaternions():
     X = takt.pose([1, 2, 3], [0, 0, np.sqrt(0.5), np.sqrt(0.5)])
     assert X == pytest.approx(np.array([[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]))
     assert takt.orientation_of(X) == pytest.approx([0, 0, np.sqrt(0.5), np.sqrt(0.5)])
-    with pytest.raises(takt.MotionError, match="unit quaternion"):
+    with pytest.raises(takt.Invalid, match="unit quaternion"):
         takt.pose([0, 0, 0], [0, 0, 0, 2])
 
 
@@ -98,11 +98,11 @@ def test_what_cannot_be_is_reported(cell, arm):
         arm.inverse_kinematics(X, home(cell))
     with pytest.raises(takt.MotionError, match="straight line"):
         arm.plan_line(home(cell), X)
-    with pytest.raises(takt.MotionError, match="6 joints .*; 5 positions"):
+    with pytest.raises(takt.Invalid, match="6 joints .*; 5 positions"):
         arm.forward_kinematics(np.zeros(5))
-    with pytest.raises(takt.MotionError, match="no robot 'Robot9'; it has Robot1, Robot2"):
+    with pytest.raises(takt.NotFound, match="no robot 'Robot9'; it has Robot1, Robot2"):
         takt.Arm(cell.info, "Robot9")
-    with pytest.raises(takt.MotionError, match="array \\(4, 4\\)"):
+    with pytest.raises(takt.Invalid, match="array \\(4, 4\\)"):
         arm.inverse_kinematics(np.eye(3), home(cell))
     with pytest.raises(takt.CellError):
         takt.Arm(cell.info, "Robot2", "Gripper1")

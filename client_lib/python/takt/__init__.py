@@ -66,7 +66,10 @@ class Client(_takt.Client, Requests, Topics):
     """A connection to one cell. Any thread may call it; a wait lets other threads run."""
 
     def play(self) -> None:
-        """Lets the simulation run; waits for the reply."""
+        """Lets the simulation run; waits for the reply.
+
+        In lockstep simulated time advances only with registered controllers.
+        """
         self.set_state(SimulationState.playing)
 
     def pause(self) -> None:

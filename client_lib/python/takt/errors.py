@@ -19,7 +19,7 @@ class NotFound(CellError):
 
 
 class Invalid(CellError):
-    """Refused before it is sent: a wrong count, a number that is not finite."""
+    """Refused before it is sent: a wrong count or shape, an unknown word, a number that is not finite."""
 
 
 class Refused(CellError):
