@@ -14,7 +14,7 @@ BEGIN {
   parts = split("P C O B", part, " ")
   axes = split("x y z", axis, " ")
   # Curves compared, and what they are.
-  curves = split("Robot2.flange_force.z Robot2.shoulder_lift_joint.torque Robot2.elbow_joint.torque", curve, " ")
+  curves = split("robots.Robot2.flange_force.z robots.Robot2.effort.shoulder_lift_joint robots.Robot2.effort.elbow_joint", curve, " ")
   split("force on the flange of Robot2 in z;torque of axis 2 of Robot2;torque of axis 3 of Robot2", title, ";")
   split("N;N m;N m", unit, ";")
   # Grips: gripper, Part, width of the open jaws falls after the command.
@@ -26,14 +26,14 @@ FNR == 1 {
 }
 FNR == NR { # level 3 is kept
   for (p = 1; p <= parts; ++p)
-    for (a = 1; a <= axes; ++a) kept[FNR, p, a] = $(column(part[p] ".position." axis[a]))
+    for (a = 1; a <= axes; ++a) kept[FNR, p, a] = $(column("components." part[p] ".position." axis[a]))
   for (c = 1; c <= curves; ++c) kept_curve[FNR, c] = $(column(curve[c]))
-  if ($1 <= 9.8 + 1e-6) load_3 = $(column("Robot2.flange_force.z"))
+  if ($1 <= 9.8 + 1e-6) load_3 = $(column("robots.Robot2.flange_force.z"))
   for (g = 1; g <= grips; ++g) {
     gripper = grip[2 * g - 1]
-    left = $(column(gripper "/left_jaw-" grip[2 * g] ".normal_force"))
-    right = $(column(gripper "/right_jaw-" grip[2 * g] ".normal_force"))
-    width = $(column(gripper ".width"))
+    left = $(column("contacts.contacts." gripper "/left_jaw-" grip[2 * g] ".normal_force"))
+    right = $(column("contacts.contacts." gripper "/right_jaw-" grip[2 * g] ".normal_force"))
+    width = $(column("grippers." gripper ".width"))
     if (!(g in reached)) {
       if (FNR > 2 && width < before[g] - 1e-6) {
         if (!closing[g]) begun[g] = last_time
@@ -51,7 +51,7 @@ FNR == NR { # level 3 is kept
 FNR == 2 {
   line = "time"
   for (p = 1; p <= parts; ++p)
-    for (a = 1; a <= axes; ++a) line = line OFS part[p] ".position." axis[a]
+    for (a = 1; a <= axes; ++a) line = line OFS "components." part[p] ".position." axis[a]
   print line > positions
 }
 {
@@ -59,7 +59,7 @@ FNR == 2 {
   for (p = 1; p <= parts; ++p) {
     sum = 0
     for (a = 1; a <= axes; ++a) {
-      d = kept[FNR, p, a] - $(column(part[p] ".position." axis[a]))
+      d = kept[FNR, p, a] - $(column("components." part[p] ".position." axis[a]))
       line = line OFS sprintf("%.9g", d)
       sum += d * d
     }
@@ -69,7 +69,7 @@ FNR == 2 {
   print line > positions
   rows = FNR
   time[FNR] = $1
-  if ($1 <= 9.8 + 1e-6) load_2 = $(column("Robot2.flange_force.z"))
+  if ($1 <= 9.8 + 1e-6) load_2 = $(column("robots.Robot2.flange_force.z"))
   for (c = 1; c <= curves; ++c) {
     value = $(column(curve[c]))
     if (abs(value) > peak[c]) peak[c] = abs(value)

@@ -10,7 +10,7 @@ set offsets 0, 0, 0.05, 0.05
 set format x ""
 do for [i = 1:6] {
   if (i == 6) { set format x "%g"; set xlabel "time (s)" }
-  torque = sprintf("Robot1.joint_a%d.torque", i)
+  torque = sprintf("robots.Robot1.effort.joint_a%d", i)
   file = detailed
   column = torque
   eval largest

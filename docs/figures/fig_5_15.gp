@@ -10,7 +10,7 @@ set key noenhanced
 joints = "shoulder_pan_joint shoulder_lift_joint elbow_joint wrist_1_joint wrist_2_joint wrist_3_joint"
 curves = ""
 do for [i = 1:6] {
-  column = robot.".".word(joints, i).".torque"
+  column = "robots.".robot.".effort.".word(joints, i)
   eval largest
   curves = curves.sprintf("%s file using 'time':(column('%s') / %.6g) with lines ls %d title '%d %s, %.3g N m'", \
     i == 1 ? "plot" : ",", column, peak, i, i, word(joints, i), peak)

@@ -7,6 +7,6 @@ set ylabel "temperature (degC)"
 set xrange [0:10000]
 set xtics 1000
 file = data."/furnace.csv"
-plot file using "time":"Furnace.air_temperature" with lines ls 3 title "air", \
-     file using "time":"Furnace.temperature" with lines ls 1 title "furnace", \
-     file using "time":"Rotor_heat.temperature" with lines ls 2 title "rotor"
+plot file using "time":"devices.Furnace.signals.air_temperature" with lines ls 3 title "air", \
+     file using "time":"devices.Furnace.signals.temperature" with lines ls 1 title "furnace", \
+     file using "time":"devices.Rotor_heat.signals.temperature" with lines ls 2 title "rotor"

@@ -7,4 +7,4 @@ set ylabel "power (W)"
 set xrange [0:10000]
 set xtics 1000
 set yrange [0:*]
-plot data."/furnace.csv" using "time":"Furnace.power" with lines ls 1 notitle
+plot data."/furnace.csv" using "time":"devices.Furnace.signals.power" with lines ls 1 notitle

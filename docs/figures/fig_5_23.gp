@@ -9,10 +9,10 @@ set ylabel "power (W)"
 set yrange [0:*]
 set lmargin 10
 set title "Robot1" offset 0, -0.7
-plot file using "time":"Robot1.electrical_power" with lines ls 1 notitle
+plot file using "time":"power.consumers.Robot1.electrical_power" with lines ls 1 notitle
 set title "Furnace1: a cold core comes"
-plot file using "time":"Furnace1.power" with lines ls 2 notitle
+plot file using "time":"devices.Furnace1.signals.power" with lines ls 2 notitle
 set xlabel "time (s)"
 set title "Furnace3: a hot core goes"
-plot file using "time":"Furnace3.power" with lines ls 3 notitle
+plot file using "time":"devices.Furnace3.signals.power" with lines ls 3 notitle
 unset multiplot

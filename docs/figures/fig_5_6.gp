@@ -6,7 +6,7 @@ set title "Block assembly: force of Robot2 on Gripper2 and its load, in z"
 set xlabel "time (s)"
 set ylabel "force (N)"
 set key inside bottom left
-plot data."/block_assembly_lod3.csv" using "time":(-column("Robot2.flange_force.z")) with lines ls 2 \
+plot data."/block_assembly_lod3.csv" using "time":(-column("robots.Robot2.flange_force.z")) with lines ls 2 \
        title "level of detail 3 (contact forces)", \
-     data."/block_assembly.csv" using "time":(-column("Robot2.flange_force.z")) with lines ls 1 \
+     data."/block_assembly.csv" using "time":(-column("robots.Robot2.flange_force.z")) with lines ls 1 \
        title "level of detail 2 (substitute forces)"

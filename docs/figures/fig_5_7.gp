@@ -10,17 +10,17 @@ set ylabel "torque / largest torque of the axis"
 set yrange [0:*]
 set key outside bottom center horizontal maxcols 2 spacing 1.2
 set bmargin 6.5
-column = "Robot2.shoulder_lift_joint.torque"
+column = "robots.Robot2.effort.shoulder_lift_joint"
 eval largest
 peak2 = peak
-column = "Robot2.elbow_joint.torque"
+column = "robots.Robot2.effort.elbow_joint"
 eval largest
 peak3 = peak
-plot contact using "time":(column("Robot2.shoulder_lift_joint.torque") / peak2) with lines ls 3 \
+plot contact using "time":(column("robots.Robot2.effort.shoulder_lift_joint") / peak2) with lines ls 3 \
        title "axis 2, level of detail 3", \
-     contact using "time":(column("Robot2.elbow_joint.torque") / peak3) with lines ls 5 \
+     contact using "time":(column("robots.Robot2.effort.elbow_joint") / peak3) with lines ls 5 \
        title "axis 3, level of detail 3", \
-     file using "time":(column("Robot2.shoulder_lift_joint.torque") / peak2) with lines ls 1 \
+     file using "time":(column("robots.Robot2.effort.shoulder_lift_joint") / peak2) with lines ls 1 \
        title sprintf("axis 2, level of detail 2 (largest %.1f N m)", peak2), \
-     file using "time":(column("Robot2.elbow_joint.torque") / peak3) with lines ls 2 \
+     file using "time":(column("robots.Robot2.effort.elbow_joint") / peak3) with lines ls 2 \
        title sprintf("axis 3, level of detail 2 (largest %.1f N m)", peak3)

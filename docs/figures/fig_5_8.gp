@@ -5,5 +5,5 @@ set title "Block assembly: position of P, level of detail 3 minus level of detai
 set xlabel "time (s)"
 set ylabel "difference (mm)"
 file = data."/position_differences.csv"
-plot for [k = 1:3] file using "time":(1e3 * column("P.position.".word("x y z", k))) \
+plot for [k = 1:3] file using "time":(1e3 * column("components.P.position.".word("x y z", k))) \
        with lines ls k title word("x y z", k)

@@ -7,7 +7,7 @@ set ylabel "power (W)"
 set xlabel "time (s)"
 do for [robot in "Robot1 Robot2"] {
   set title robot offset 0, -0.7
-  plot file using "time":robot.".electrical_power" with lines ls 2 title "electrical", \
-       file using "time":robot.".mechanical_power" with lines ls 1 title "mechanical"
+  plot file using "time":"power.consumers.".robot.".electrical_power" with lines ls 2 title "electrical", \
+       file using "time":"power.consumers.".robot.".mechanical_total" with lines ls 1 title "mechanical"
 }
 unset multiplot

@@ -12,7 +12,7 @@ do for [panel = 0:3] {
   first = panel % 2 == 0 ? 1 : 4
   if (panel == 3) { set format x "%g"; set xlabel "time (s)" }
   set key title robot
-  plot for [i = first:first + 2] file using "time":robot.".".word(joints, i).".torque" with lines ls i \
+  plot for [i = first:first + 2] file using "time":"robots.".robot.".effort.".word(joints, i) with lines ls i \
     title word(joints, i)
 }
 unset multiplot

@@ -9,5 +9,5 @@ set title "The same: elements of 1 mm and 80 flats, of 5 mm and 20 flats"
 set xlabel "time (s)"
 set ylabel "normal force (N)"
 set xrange [0:0.3]
-plot data."/coarse.csv" using "time":"Motor-Housing.normal_force" with lines lc rgb "#d62728" title "5 mm, 20 flats", \
-     data."/fine.csv" using "time":"Motor-Housing.normal_force" with lines lc rgb "#1f77b4" title "1 mm, 80 flats"
+plot data."/coarse.csv" using "time":"contacts.contacts.Motor-Housing.normal_force" with lines lc rgb "#d62728" title "5 mm, 20 flats", \
+     data."/fine.csv" using "time":"contacts.contacts.Motor-Housing.normal_force" with lines lc rgb "#1f77b4" title "1 mm, 80 flats"

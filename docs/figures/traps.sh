@@ -29,7 +29,7 @@ for modulus in 1e5 1e6 1e7 1e8 1e9 1e10 1e11; do
     --set solver.step_s=0.01 --duration 1 --report "$work/stack.json" --quiet 2>>"$work/notes.txt" || true
   awk -v modulus="$modulus" '
     /"S10": \{/ { top = 1 }
-    top && /"position": \[/ { getline; getline; getline; z = $1 + 0; top = 0 }
+    top && /"position": \{/ { getline; getline; getline; z = $2 + 0; top = 0 }
     /"work": \{/ { work = 1 }
     work && /"steps":/ { gsub(/[^0-9]/, ""); steps = $0; work = 0 }
     END { printf "%s %.9g %d\n", modulus, 0.18 - z, steps }' "$work/stack.json" >>"$work/stiffness.txt"

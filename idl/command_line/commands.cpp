@@ -22,4 +22,11 @@ std::string no_such_command(const CLI::App& app, const std::string& word) {
          " Commands: " + list_names(names) + ".";
 }
 
+std::string failure(const CLI::App* app, const CLI::Error& error) {
+  std::string name = app->get_name();
+  if (const auto commands = app->get_subcommands(); !commands.empty())
+    name += " " + commands.front()->get_name();
+  return name + ": " + error.what() + "\n'" + name + " --help' lists what is allowed.\n";
+}
+
 }  // namespace takt::command_line

@@ -5,7 +5,8 @@
 
 namespace CLI {
 class App;
-}
+class Error;
+}  // namespace CLI
 
 namespace takt::command_line {
 
@@ -13,5 +14,7 @@ namespace takt::command_line {
 std::optional<std::string> unknown_command(const CLI::App& app);
 /// "There is no command 'WORD'. Did you mean 'NAME'? Commands: ...".
 std::string no_such_command(const CLI::App& app, const std::string& word);
+/// For CLI::App::failure_message(): program, command, what is wrong, and where the options are listed.
+std::string failure(const CLI::App* app, const CLI::Error& error);
 
 }  // namespace takt::command_line

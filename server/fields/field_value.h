@@ -3,18 +3,21 @@
 #include <yaml-cpp/yaml.h>
 
 #include <filesystem>
-#include <set>
+#include <map>
 #include <string>
 
 #include "server/fields/scenario_error.h"
 
 namespace takt {
 
-/// Where values come from: the file, and the keys that --set replaced.
+/// Where values come from: the file, and the command line.
 struct YamlSource {
   std::filesystem::path file;
-  std::set<std::string> overridden{};  ///< dotted keys
+  std::map<std::string, std::string> overridden{};  ///< dotted keys, and the option that replaced each
 };
+
+/// The whole file. Throws ScenarioError.
+YAML::Node load_yaml(const std::filesystem::path& file);
 
 struct FieldValue {
   const YamlSource* source = nullptr;

@@ -8,12 +8,25 @@ namespace takt {
 
 using Kind = KeyInfo::Kind;
 
+YAML::Node load_yaml(const std::filesystem::path& file) {
+  std::error_code unknown;
+  if (std::filesystem::is_directory(file, unknown))
+    throw ScenarioError(file.string() + ": a directory; a scenario is a file, NAME.yaml");
+  try {
+    return YAML::LoadFile(file.string());
+  } catch (const YAML::BadFile&) {
+    throw ScenarioError(file.string() + ": the scenario file cannot be opened");
+  } catch (const YAML::ParserException& error) {
+    throw ScenarioError(file.string() + ":" + std::to_string(error.mark.line + 1) + ":" +
+                        std::to_string(error.mark.column + 1) + ": not valid YAML: " + error.msg);
+  }
+}
+
 std::string FieldValue::place() const {
-  bool from_command_line = false;
-  for (const std::string& key : source->overridden)
-    from_command_line = from_command_line || path == key || path.rfind(key + ".", 0) == 0;
-  std::string result = from_command_line ? "--set" : source->file.string();
-  if (!from_command_line && node.IsDefined() && !node.Mark().is_null())
+  for (const auto& [key, option] : source->overridden)
+    if (path == key || path.rfind(key + ".", 0) == 0) return option == "--set" ? "--set: " + path : option;
+  std::string result = source->file.string();
+  if (node.IsDefined() && !node.Mark().is_null())
     result += ":" + std::to_string(node.Mark().line + 1) + ":" + std::to_string(node.Mark().column + 1);
   return result + ": " + (path.empty() ? "the file" : path);
 }

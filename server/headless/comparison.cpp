@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <iomanip>
 #include <map>
@@ -77,8 +79,7 @@ class Comparer {
       if (!(*report)["fault"].is_null())
         result_.contradictions.push_back(std::string(name) +
                                          " ended early: " + (*report)["fault"].get<std::string>());
-    add("simulated time", "s", a_["simulated_time"].get<double>(), b_["simulated_time"].get<double>(),
-        limits_.time_s);
+    add("simulated time", "s", a_["time"].get<double>(), b_["time"].get<double>(), limits_.time_s);
     const auto count = [](const Json& report) {
       return std::count_if(report["collisions"].begin(), report["collisions"].end(),
                            [](const Json& c) { return c["kind"] == "collision"; });
@@ -163,10 +164,10 @@ class Comparer {
       if (one["type"] != to_string(ComponentType::part) || !b_["components"].contains(name)) continue;
       const Json& other = b_["components"][name];
       double square = 0.0, cosine = 0.0;
-      for (std::size_t i = 0; i < 3; ++i)
-        square += std::pow(one["position"][i].get<double>() - other["position"][i].get<double>(), 2);
-      for (std::size_t i = 0; i < 4; ++i)
-        cosine += one["orientation"][i].get<double>() * other["orientation"][i].get<double>();
+      for (const auto& [axis, value] : one["position"].items())
+        square += std::pow(value.get<double>() - other["position"][axis].get<double>(), 2);
+      for (const auto& [axis, value] : one["orientation"].items())
+        cosine += value.get<double>() * other["orientation"][axis].get<double>();
       result_.differences.push_back(
           {"place of " + name + " at the end", "m", {}, {}, std::sqrt(square), limits_.position_m, false});
       result_.differences.push_back({"orientation of " + name + " at the end",
@@ -182,7 +183,7 @@ class Comparer {
   void compare_energies() {
     for (const auto& [name, one] : a_["process"]["consumers"].items()) {
       if (!b_["process"]["consumers"].contains(name)) continue;
-      const double a = one["energy"], b = b_["process"]["consumers"][name]["energy"];
+      const double a = one["electrical_energy"], b = b_["process"]["consumers"][name]["electrical_energy"];
       add_share("energy of " + name, "J", a, b, share(a, b), limits_.energy);
     }
   }
@@ -191,11 +192,12 @@ class Comparer {
     for (const auto& [robot, one] : a_["process"]["robots"].items()) {
       if (!b_["process"]["robots"].contains(robot)) continue;
       const Json& others = b_["process"]["robots"][robot]["joints"];
-      for (std::size_t j = 0; j < std::min(one["joints"].size(), others.size()); ++j) {
-        const Json &x = one["joints"][j], &y = others[j];
-        if (!x.contains("largest_torque") || !y.contains("largest_torque")) continue;
-        const double a = x["largest_torque"], b = y["largest_torque"];
-        const std::string of = robot + "." + x["name"].get<std::string>() + " torque";
+      for (const auto& [joint, x] : one["joints"].items()) {
+        if (!x.contains("largest_effort") || !others.contains(joint) ||
+            !others[joint].contains("largest_effort"))
+          continue;
+        const double a = x["largest_effort"], b = others[joint]["largest_effort"];
+        const std::string of = robot + "." + joint + " torque";
         double limit = 0.0;
         for (const Json& margin : b_["process"]["margins"])
           if (margin["of"] == of) limit = margin["limit"].get<double>();
@@ -267,7 +269,9 @@ class Comparer {
 
 Json read_report(const std::string& file) {
   std::ifstream in(file, std::ios::binary);
-  if (!in) throw ScenarioError(file + ": cannot be read");
+  if (!in)
+    throw ScenarioError(file + ": cannot be read: " + std::strerror(errno) +
+                        "; allowed: the report of a run");
   Json report = Json::parse(in, nullptr, false);
   if (!report.is_object() || !report.contains("scenario") || !report.contains("process"))
     throw ScenarioError(

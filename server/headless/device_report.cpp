@@ -1,23 +1,6 @@
 #include "server/headless/device_report.h"
 
-#include <nlohmann/json.hpp>
-
 namespace takt {
-
-namespace {
-using Json = nlohmann::ordered_json;
-}
-
-Json devices_json(const CellDescription& cell, const Snapshot& state) {
-  Json all = Json::object();
-  for (std::size_t d = 0; d < cell.devices.size(); ++d) {
-    Json item = Json::object();
-    for (std::size_t s = 0; s < cell.devices[d].signals.size(); ++s)
-      item[cell.devices[d].signals[s].name] = state.devices[d].signals[s];
-    all[cell.devices[d].name] = std::move(item);
-  }
-  return all;
-}
 
 std::optional<double> signal_value(const CellDescription& cell, const Snapshot& state,
                                    std::string_view device, std::string_view signal) {
@@ -42,16 +25,6 @@ std::vector<ConsumedEnergy> consumed_energies(const CellDescription& cell, const
       all.push_back({cell.devices[d].name, signals[meter->energy], signals[meter->power]});
   }
   return all;
-}
-
-Json energy_json(const CellDescription& cell, const Snapshot& state) {
-  Json consumers = Json::object();
-  double total = 0.0;
-  for (const ConsumedEnergy& one : consumed_energies(cell, state)) {
-    consumers[one.consumer] = {{"energy", one.energy_J}, {"power", one.power_W}};
-    total += one.energy_J;
-  }
-  return {{"consumers", std::move(consumers)}, {"total_energy", total}};
 }
 
 }  // namespace takt

@@ -1,6 +1,5 @@
 #pragma once
-// Devices in the report, and the energy drawn by robots and devices.
-#include <nlohmann/json_fwd.hpp>
+// Signals of devices, and the energy drawn by robots and devices.
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,17 +10,12 @@
 
 namespace takt {
 
-/// By device: its signals by name, in their own units.
-nlohmann::ordered_json devices_json(const CellDescription& cell, const Snapshot& state);
-
 struct ConsumedEnergy {
   std::string consumer;
   double energy_J = 0.0, power_W = 0.0;
 };
 /// Of every robot above level of detail 1, and of every device that has signals energy (J) and power (W).
 std::vector<ConsumedEnergy> consumed_energies(const CellDescription& cell, const Snapshot& state);
-/// By consumer; and all together.
-nlohmann::ordered_json energy_json(const CellDescription& cell, const Snapshot& state);
 
 /// The value of a device's signal, if it has one of this name.
 std::optional<double> signal_value(const CellDescription& cell, const Snapshot& state,

@@ -16,12 +16,21 @@ namespace {
 double wall_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
-double cpu_seconds(clockid_t clock = CLOCK_PROCESS_CPUTIME_ID) {
+double cpu_seconds(clockid_t clock) {
   timespec t{};
   clock_gettime(clock, &t);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 }  // namespace
+
+RunTimes RunTimer::read() {
+  return {wall_seconds(), cpu_seconds(CLOCK_PROCESS_CPUTIME_ID)};
+}
+
+RunTimes RunTimer::now() const {
+  const RunTimes times = read();
+  return {times.wall_s - began_.wall_s, times.cpu_s - began_.cpu_s};
+}
 
 namespace {
 /// Largest normal force of each pair during the run.
@@ -94,8 +103,7 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
   std::optional<AssertionChecker> demands;
   if (!scenario.assertions.empty()) demands.emplace(scenario, simulation);
 
-  const double wall_begin = wall_seconds();
-  const double cpu_begin = cpu_seconds();
+  const RunTimer timer;
   std::optional<InProcessController> controller;
   try {
     if (!options.program.empty()) {
@@ -135,8 +143,8 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
   } catch (const std::exception& error) {
     result.fault = error.what();
   }
-  result.cpu_s = cpu_seconds() - cpu_begin - result.gathering_s;
-  result.wall_s = wall_seconds() - wall_begin;
+  static_cast<RunTimes&>(result) = timer.now();
+  result.cpu_s -= result.gathering_s;
   if (recorder) {
     result.process = recorder->finish(
         simulation, controller ? controller->steps() : std::vector<controller::ProgramStep>{});

@@ -35,7 +35,26 @@ struct GripExtreme {
   double use() const { return load.needed_N / load.force_N; }
 };
 
-struct HeadlessResult {
+/// What a run took so far.
+struct RunTimes {
+  double wall_s = 0.0;
+  double cpu_s = 0.0;  ///< of the process
+  double real_time_factor(double time_s) const { return wall_s > 0.0 ? time_s / wall_s : 0.0; }
+  double computation_ratio(double time_s) const { return time_s > 0.0 ? cpu_s / time_s : 0.0; }
+};
+
+/// Begins at its construction.
+class RunTimer {
+ public:
+  RunTimes now() const;
+
+ private:
+  static RunTimes read();
+  RunTimes began_ = read();
+};
+
+/// Its times are those of simulation and program; cpu_s is without gathering_s.
+struct HeadlessResult : RunTimes {
   Snapshot final_state;
   SimulationStatistics statistics;
   std::vector<ConnectionChange> changes;
@@ -49,10 +68,9 @@ struct HeadlessResult {
   std::vector<ContactExtreme> contact_extremes;  ///< of each pair that ever pressed, in the order of pairs
   std::vector<AssertionResult> assertions;       ///< verdicts on the scenario's assertions, in their order
   std::optional<RunMetrics> process;             ///< if requested
-  /// Of simulation and program, without the processor time of gathering `process`.
-  double wall_s = 0.0, cpu_s = 0.0, gathering_s = 0.0;
-  double controller_s = 0.0;  ///< wall time within the controller program
-  std::string fault;          ///< why the run ended early, or empty
+  double gathering_s = 0.0;                      ///< processor time of gathering `process`
+  double controller_s = 0.0;                     ///< wall time within the controller program
+  std::string fault;                             ///< why the run ended early, or empty
 };
 
 /// Called with the initial state and after every step.

@@ -90,7 +90,7 @@ void write_head(std::ostream& out, const Json& report) {
   out << "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" << name
       << "</title><style>" << kStyle << "</style></head><body>\n<h1>" << name << "</h1>\n<p>Level of detail "
       << report["level_of_detail"] << ", solver " << xml_escaped(text_of(report["solver"]["method"])) << ", "
-      << text_of(report["simulated_time"]) << " s simulated in " << text_of(report["cpu_time"])
+      << text_of(report["time"]) << " s simulated in " << text_of(report["cpu_time"])
       << " s of computation: computation ratio " << text_of(report["computation_ratio"]) << ". State hash "
       << text_of(report["state_hash"]) << ".</p>\n";
   if (!report["fault"].is_null())
@@ -117,7 +117,7 @@ void write_timetable(std::ostream& out, const Json& report, const Json& steps) {
     if (std::find(robots.begin(), robots.end(), robot) == robots.end()) robots.push_back(robot);
   }
   constexpr double kLeft = 110.0, kWidth = 960.0, kRow = 34.0;
-  const double end_s = std::max(report["simulated_time"].get<double>(), 1e-9);
+  const double end_s = std::max(report["time"].get<double>(), 1e-9);
   out << "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" << kLeft + kWidth << "\" height=\""
       << kRow * static_cast<double>(robots.size()) + 24.0
       << "\" font-family=\"sans-serif\" font-size=\"11\">\n";
@@ -162,9 +162,13 @@ void write_steps(std::ostream& out, const Json& report) {
                                    fixed_text(step["begin"].get<double>(), 3),
                                    fixed_text(step["end"].get<double>(), 3),
                                    fixed_text(step["duration"].get<double>(), 3)};
-    if (step.contains("energy"))
-      for (const auto& [consumer, energy] : step["energy"].items()) cells.push_back(text_of(energy));
-    if (process["consumers"].size() > 1) cells.push_back(text_of(step["total_energy"]));
+    double total_J = 0.0;
+    if (step.contains("electrical_energy"))
+      for (const auto& [consumer, energy] : step["electrical_energy"].items()) {
+        cells.push_back(text_of(energy));
+        total_J += energy.get<double>();
+      }
+    if (process["consumers"].size() > 1) cells.push_back(text_of(total_J));
     table.row(cells);
   }
 }
@@ -175,7 +179,8 @@ void write_loads(std::ostream& out, const Json& report) {
     out << "<h2>Energy</h2>\n";
     HtmlTable table(out, {"consumer", "energy (J)", "largest power (W)", "at (s)"});
     for (const auto& [name, c] : process["consumers"].items())
-      table.row({name, text_of(c["energy"]), text_of(c["largest_power"]), text_of(c["largest_power_time"])});
+      table.row({name, text_of(c["electrical_energy"]), text_of(c["largest_electrical_power"]),
+                 text_of(c["largest_electrical_power_time"])});
   }
   if (report.contains("contacts") && !report["contacts"]["largest"].empty()) {
     out << "<h2>Largest contact forces</h2>\n";

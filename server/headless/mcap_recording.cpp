@@ -6,6 +6,7 @@
 #include "idl/common/cdr.h"
 #include "idl/common/stamp.h"
 #include "server/messages/description_message.h"
+#include "server/messages/status_messages.h"
 #include "server/scenario/contact_pair_names.h"
 #include "server/simulation/model/cell_model.h"
 
@@ -23,8 +24,7 @@ McapRecording::McapRecording(const std::filesystem::path& file, const Simulation
       options_(std::move(options)),
       instant_(simulation.description()),
       frames_(simulation.description()),
-      elements_(simulation.model().contact),
-      began_(std::chrono::steady_clock::now()) {
+      elements_(simulation.model().contact) {
   const CellDescription& cell = simulation.description();
   std::vector<std::string> unknown;
   pressure_pairs_ = find_contact_pairs(simulation.model().contact, cell, options_.pressures, &unknown);
@@ -93,43 +93,30 @@ void McapRecording::record(const Simulation& simulation) {
     write(pressures_channel_, pressures_);
   }
   if (due(next_frames_, kFrames_s)) write(tf_channel_, frames_.fill(snapshot_));
-  if (due(next_status_, kStatus_s)) write_status(simulation);
+  if (due(next_status_, kStatus_s)) write_status(simulation, times_.now());
 }
 
-/// Status of a run without real time: lag, overruns and latency are zero, and a rejected command ends the
-/// run.
-void McapRecording::write_status(const Simulation& simulation) {
-  const CellDescription& cell = simulation.description();
-  takt_msgs::msg::Status status;
-  status.stamp = instant_.state().stamp;
-  status.time = snapshot_.time_s;
-  status.step = snapshot_.step;
-  status.epoch = snapshot_.epoch;
-  status.scenario_generation = cell.scenario_generation;
+/// A run has no schedule: lag, overruns and latencies are zero, and a rejected command ends it.
+void McapRecording::write_status(const Simulation& simulation, const RunTimes& times) {
+  LoopStatus status;
+  fill(status, simulation);
   status.state = SimulationState::playing;
   status.pace = options_.pace;
   status.pace_factor = options_.factor;
-  status.wall_time = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
-  if (status.wall_time > 0.0) status.real_time_factor = status.time / status.wall_time;
-  if (status.time > 0.0) status.computation_ratio = status.wall_time / status.time;
+  status.wall_time_s = times.wall_s;
+  status.real_time_factor = times.real_time_factor(simulation.time_s());
+  status.computation_ratio = times.computation_ratio(simulation.time_s());
   for (const auto& applied : instant_.state().applied) status.commands_applied += applied.count;
-  const SimulationStatistics& statistics = simulation.statistics();
-  status.mpr_calls = statistics.mpr_calls;
-  status.mpr_skipped = statistics.mpr_skipped;
-  status.solver = simulation.solver().name;
-  status.solver_steps = statistics.solver.steps;
-  status.solver_rejected_steps = statistics.solver.rejected_steps;
-  for (std::size_t i = 0; i < cell.processes.size(); ++i)
-    status.processes.push_back({cell.processes[i].name, simulation.process_level(i)});
-  status.fault = simulation.fault();
+  status.fault.assign(simulation.fault());
   status.contact_pairs =
       static_cast<std::uint32_t>(snapshot_.contacts.pressing().size() + snapshot_.contacts.omitted);
-  const ContactCallCounts& calls = simulation.contact_counts();
-  status.contact_calls = calls.made;
-  status.contact_calls_skipped = calls.skipped;
-  status.contact_elements = calls.elements;
-  status.contact_rebuilds = calls.rebuilds;
-  write(status_channel_, status);
+  write(status_channel_, to_message(status, simulation.description()));
+}
+
+void McapRecording::close(const Simulation& simulation, const RunTimes& times) {
+  now_ns_ = static_cast<std::uint64_t>(to_nanoseconds(simulation.time_s()));
+  write_status(simulation, times);
+  writer_.close();
 }
 
 void McapRecording::record(takt_msgs::msg::Event event) {

@@ -5,12 +5,11 @@
 #include <iomanip>
 #include <nlohmann/json.hpp>
 
-#include "server/headless/contact_report.h"
-#include "server/headless/device_report.h"
+#include "client_lib/recording/message_json.h"
+#include "idl/common/eigen_messages.h"
 #include "server/headless/html_report.h"
-#include "server/headless/robot_report.h"
+#include "server/headless/instant_json.h"
 #include "server/headless/run_metrics_report.h"
-#include "server/headless/vector_json.h"
 #include "server/simulation/model/state_hash.h"
 
 namespace takt {
@@ -30,30 +29,20 @@ const ExpectedPose* expected_pose(const Scenario& scenario, const std::string& p
   return nullptr;
 }
 
-Json components_json(const CellDescription& cell, const Snapshot& state, const Scenario* scenario) {
-  Json all = Json::object();
+/// Adds what the wire does not say of components: their types, and how far Parts are from where they should be.
+void add_expectations(Json& components, const Scenario& scenario, const CellDescription& cell,
+                      const Snapshot& state) {
   for (std::size_t i = 0; i < state.components.size(); ++i) {
-    const ComponentSample& sample = state.components[i];
-    Json item;
+    Json& item = components[cell.components[i].name];
     item["type"] = to_string(cell.components[i].type);
-    item["position"] = vector_json(sample.p_WB);
-    item["orientation"] = rotation_json(sample.q_WB);
-    item["force"] = vector_json(sample.F_Bo_W.f);
-    item["torque"] = vector_json(sample.F_Bo_W.t);
-    item["state"] = to_string(sample.state);
-    item["partner"] = name_or_null(cell, sample.partner);
-    const ExpectedPose* expected =
-        scenario != nullptr ? expected_pose(*scenario, cell.components[i].name) : nullptr;
-    if (expected != nullptr) {
-      const PoseError error = pose_error(sample, expected->X_WB);
-      item["expected_position"] = vector_json(expected->X_WB.p);
-      item["expected_orientation"] = rotation_json(expected->X_WB.quaternion());
-      item["position_error"] = error.position_m;
-      item["orientation_error"] = error.angle_rad;
-    }
-    all[cell.components[i].name] = item;
+    const ExpectedPose* expected = expected_pose(scenario, cell.components[i].name);
+    if (expected == nullptr) continue;
+    const PoseError error = pose_error(state.components[i], expected->X_WB);
+    item["expected_position"] = recording::message_json(to_vector(expected->X_WB.p), {});
+    item["expected_orientation"] = recording::message_json(to_quaternion(expected->X_WB.quaternion()), {});
+    item["position_error"] = error.position_m;
+    item["orientation_error"] = error.angle_rad;
   }
-  return all;
 }
 
 Json imports_json(const RunInfo& info) {
@@ -97,7 +86,7 @@ Json collisions_json(const CellDescription& cell, const HeadlessResult& result) 
                    {"limit", event.limit_m},
                    {"distance", event.distance_m},
                    {"depth", std::max(0.0, -event.distance_m)},
-                   {"position", vector_json(event.p_W)},
+                   {"position", recording::message_json(to_vector(event.p_W), {})},
                    {"duration", event.duration_s}});
   }
   return all;
@@ -194,6 +183,22 @@ Json solver_json(const SolverStatistics& s) {
           {"largest_step", s.largest_step_s}};
 }
 
+/// Of each pair the largest normal force with its time, and the calls of the contact algorithm (Table 5.4).
+void add_contact_extremes(Json& contacts, const InstantJson& instants, const HeadlessResult& result) {
+  Json& largest = contacts["largest"] = Json::array();
+  for (const ContactExtreme& extreme : result.contact_extremes) {
+    Json& item = largest.emplace_back(instants.of(extreme.sample));
+    item["time"] = extreme.time_s;
+    item["largest_torque"] = extreme.torque_N_m.value;
+    item["largest_torque_time"] = extreme.torque_N_m.time_s;
+  }
+  contacts["calls"] = {{"made", result.contact_counts.made},
+                       {"skipped", result.contact_counts.skipped},
+                       {"boxes_apart", result.contact_counts.boxes_apart},
+                       {"rebuilds", result.contact_counts.rebuilds},
+                       {"elements", result.contact_counts.elements}};
+}
+
 }  // namespace
 
 double max_position_error_m(const Scenario& scenario, const CellDescription& cell, const Snapshot& state) {
@@ -215,18 +220,18 @@ std::string_view verdict(const HeadlessResult& result) {
 namespace {
 Json report_document(const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
                      const HeadlessResult& result) {
-  const double simulated = result.final_state.time_s;
+  const double simulated_s = result.final_state.time_s;
+  InstantJson instants(cell);
   Json report;
   report["scenario"] = scenario.name;
   report["level_of_detail"] = info.level_of_detail;
-  report["pace"] = info.pace;
-  report["simulated_time"] = simulated;
-  report["cpu_time"] = result.cpu_s;
+  report["pace"] = to_string(info.pace);
   report["wall_time"] = result.wall_s;
+  report["cpu_time"] = result.cpu_s;
   report["controller_time"] = result.controller_s;
   if (result.process) report["gathering_time"] = result.gathering_s;
-  report["computation_ratio"] = simulated > 0.0 ? result.cpu_s / simulated : 0.0;
-  report["state_hash"] = hash_text(result.final_state.state_hash);
+  report["real_time_factor"] = result.real_time_factor(simulated_s);
+  report["computation_ratio"] = result.computation_ratio(simulated_s);
   report["verdict"] = verdict(result);
   report["fault"] = result.fault.empty() ? Json(nullptr) : Json(result.fault);
   if (!scenario.expected.empty()) {
@@ -235,10 +240,9 @@ Json report_document(const Scenario& scenario, const CellDescription& cell, cons
   }
   report["convex_imports"] = imports_json(info);
   report["import_notes"] = notes_json(cell, info);
-  report["components"] = components_json(cell, result.final_state, &scenario);
-  report["robots"] = robots_json(cell, result.final_state);
-  if (!cell.devices.empty()) report["devices"] = devices_json(cell, result.final_state);
-  report["energy"] = energy_json(cell, result.final_state);
+  report.update(Json(instants.of(result.final_state)));
+  add_expectations(report["components"], scenario, cell, result.final_state);
+  if (result.surface_contact) add_contact_extremes(report["contacts"], instants, result);
   if (result.process) report["process"] = process_json(cell, result);
   if (!result.assertions.empty()) report["assertions"] = assertions_json(result.assertions);
   Json changes = Json::array();
@@ -253,21 +257,13 @@ Json report_document(const Scenario& scenario, const CellDescription& cell, cons
   report["collisions"] = collisions_json(cell, result);
   report["grips"] = grips_json(cell, result);
   report["alternating_forces"] = alternating_forces_json(cell, result);
-  if (result.surface_contact) report["contacts"] = contacts_json(cell, result);
-  Json instants = Json::array();
+  Json instants_reported = Json::array();
   for (const ReportedInstant& reported : result.report_at) {
-    Json item{{"name", reported.instant.name},
-              {"time", reported.snapshot.time_s},
-              {"components", components_json(cell, reported.snapshot, nullptr)},
-              {"robots", robots_json(cell, reported.snapshot)}};
-    if (!cell.devices.empty()) item["devices"] = devices_json(cell, reported.snapshot);
-    item["energy"] = energy_json(cell, reported.snapshot);
-    if (reported.snapshot.contacts.acting) item["contacts"] = contacts_json(cell, reported.snapshot);
-    instants.push_back(std::move(item));
+    Json& item = instants_reported.emplace_back();
+    item["name"] = reported.instant.name;
+    item.update(Json(instants.of(reported.snapshot)));
   }
-  report["report_at"] = instants;
-  report["mpr_calls"] = result.statistics.mpr_calls;
-  report["mpr_skipped"] = result.statistics.mpr_skipped;
+  report["report_at"] = std::move(instants_reported);
   report["solver"] = statistics_json(result.statistics);
   report["solver"]["method"] = info.solver;
   report["solver"]["step_size"] = cell.step_s;
@@ -292,7 +288,7 @@ void print_summary(std::ostream& out, const Scenario& scenario, const CellDescri
   const auto old_flags = out.flags();
   out << std::fixed << std::setprecision(3) << scenario.name << ": " << result.final_state.time_s
       << " s simulated in " << result.cpu_s << " s of computation, computation ratio " << std::setprecision(5)
-      << (result.final_state.time_s > 0.0 ? result.cpu_s / result.final_state.time_s : 0.0) << ", state hash "
+      << result.computation_ratio(result.final_state.time_s) << ", state hash "
       << hash_text(result.final_state.state_hash) << '\n';
   if (!scenario.expected.empty()) {
     out << "Part        position (m)                       expected (m)                       error (mm)  "

@@ -12,7 +12,7 @@ namespace takt {
 struct RunInfo {
   std::string solver;
   int level_of_detail = 1;
-  std::string pace;
+  Pace pace = Pace::free;
   std::vector<ConvexImport> convex_imports;
   std::vector<ImportNote> import_notes;
 };

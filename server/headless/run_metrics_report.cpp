@@ -19,11 +19,8 @@ Json steps_json(const CellDescription& cell, const RunMetrics& process) {
   Json all = Json::array();
   for (const StepMetrics& step : process.steps) {
     Json energy = Json::object();
-    double total = 0.0;
-    for (std::size_t i = 0; i < step.energy_J.size(); ++i) {
+    for (std::size_t i = 0; i < step.energy_J.size(); ++i)
       energy[process.consumers[i].name] = step.energy_J[i];
-      total += step.energy_J[i];
-    }
     all.push_back({{"robot", cell.robots[static_cast<std::size_t>(step.step.robot)].name},
                    {"name", step.step.name},
                    {"named", step.step.named},
@@ -31,7 +28,7 @@ Json steps_json(const CellDescription& cell, const RunMetrics& process) {
                    {"begin", step.step.begin_s},
                    {"end", step.step.end_s},
                    {"duration", step.step.end_s - step.step.begin_s}});
-    if (!step.energy_J.empty()) all.back()["energy"] = std::move(energy), all.back()["total_energy"] = total;
+    if (!step.energy_J.empty()) all.back()["electrical_energy"] = std::move(energy);
   }
   return all;
 }
@@ -40,14 +37,13 @@ Json robots_json(const CellDescription& cell, const RunMetrics& process, std::ve
   Json all = Json::object();
   for (std::size_t r = 0; r < process.robots.size(); ++r) {
     const RobotExtremes& robot = process.robots[r];
-    Json joints = Json::array();
+    Json joints = Json::object();
     for (std::size_t j = 0; j < robot.joints.size(); ++j) {
       const JointModel& model = cell.robots[r].arm.joints[j];
       const JointExtremes& joint = robot.joints[j];
       const bool turns = model.type == JointType::revolute;
       const std::string name = cell.robots[r].name + "." + model.name;
-      Json item{{"name", model.name},
-                {"lowest_position", joint.lowest},
+      Json item{{"lowest_position", joint.lowest},
                 {"highest_position", joint.highest},
                 {"largest_speed", joint.speed.value},
                 {"largest_speed_time", joint.speed.time_s}};
@@ -55,13 +51,13 @@ Json robots_json(const CellDescription& cell, const RunMetrics& process, std::ve
         margins.push_back({name + " speed", turns ? "rad/s" : "m/s", joint.speed.value, model.max_velocity,
                            joint.speed.time_s});
       if (robot.dynamic) {
-        item["largest_torque"] = joint.torque.value;
-        item["largest_torque_time"] = joint.torque.time_s;
+        item["largest_effort"] = joint.torque.value;
+        item["largest_effort_time"] = joint.torque.time_s;
         if (model.max_effort > 0.0)
           margins.push_back({name + " torque", turns ? "N m" : "N", joint.torque.value, model.max_effort,
                              joint.torque.time_s});
       }
-      joints.push_back(std::move(item));
+      joints[model.name] = std::move(item);
     }
     Json& reported = all[cell.robots[r].name];
     reported["joints"] = std::move(joints);
@@ -85,9 +81,9 @@ Json process_json(const CellDescription& cell, const HeadlessResult& result) {
   all["steps"] = steps_json(cell, process);
   Json consumers = Json::object();
   for (const ConsumerMetrics& consumer : process.consumers)
-    consumers[consumer.name] = {{"energy", consumer.energy_J},
-                                {"largest_power", consumer.power_W.value},
-                                {"largest_power_time", consumer.power_W.time_s}};
+    consumers[consumer.name] = {{"electrical_energy", consumer.energy_J},
+                                {"largest_electrical_power", consumer.power_W.value},
+                                {"largest_electrical_power_time", consumer.power_W.time_s}};
   all["consumers"] = std::move(consumers);
   std::vector<Margin> margins;
   all["robots"] = robots_json(cell, process, margins);

@@ -176,8 +176,8 @@ void add_row(const StudyOptions& options, int run, Table& table) {
       table.set(pair + ".time", most["time"].get<double>());
     }
   }
-  for (const auto& [consumer, energy] : report["energy"]["consumers"].items())
-    table.set(consumer + ".energy", energy["energy"].get<double>());
+  for (const auto& [name, consumer] : report["power"]["consumers"].items())
+    table.set(name + ".electrical_energy", consumer["electrical_energy"].get<double>());
   if (report.contains("assertions"))
     for (const auto& [name, verdict] : report["assertions"].items())
       table.set(name, verdict["verdict"].get<std::string>());

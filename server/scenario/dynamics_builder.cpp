@@ -12,11 +12,6 @@ namespace takt {
 
 namespace {
 
-[[noreturn]] void fail(const Scenario& scenario, const std::string& key, const std::string& found,
-                       const std::string& allowed) {
-  throw ScenarioError(scenario.file.string() + ": " + key + ": found " + found + "; allowed: " + allowed);
-}
-
 void check_count(const Scenario& scenario, const std::string& key, std::size_t found, std::size_t joints) {
   if (found == joints || found == 1) return;
   fail(scenario, key, std::to_string(found) + " values",

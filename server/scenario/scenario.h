@@ -13,6 +13,7 @@
 
 #include "plant_models/spatial.h"
 #include "server/devices/device_type.h"
+#include "server/fields/expected_poses.h"
 #include "server/geometry/convex/decomposition.h"
 #include "server/scenario/scenario_assertions.h"
 #include "server/scenario/scenario_contact.h"
@@ -101,11 +102,6 @@ struct ScenarioProcess {
   int level_of_detail = 1;
   bool all_members = true;
   std::vector<std::string> members;  ///< components, robots, grippers
-};
-
-struct ExpectedPose {
-  std::string part;
-  Pose X_WB;
 };
 
 /// An instant whose poses and wrenches are reported.
@@ -215,7 +211,7 @@ struct Scenario {
   std::map<std::string, double> program_parameters;  ///< instead of the program's own defaults
   std::vector<ScenarioReportTime> report_at;
   std::vector<ExpectedPose> expected;  ///< analytic poses at the end
-  double expected_tolerance_m = 0.0001;
+  double expected_tolerance_m = kExpectedTolerance_m;
   std::vector<ScenarioAssertion> assertions;
 };
 

@@ -21,11 +21,6 @@ namespace {
 /// By component, for surface contact.
 using Meshes = std::vector<TriangleMesh>;
 
-[[noreturn]] void fail(const Scenario& scenario, const std::string& key, const std::string& found,
-                       const std::string& allowed) {
-  throw ScenarioError(scenario.file.string() + ": " + key + ": found " + found + "; allowed: " + allowed);
-}
-
 void describe_mesh(const TriangleMesh& mesh, const std::filesystem::path& file,
                    const std::array<float, 4>& color, ComponentDescription& description) {
   description.mesh_uri = file.filename().string();

@@ -338,29 +338,6 @@ void describe_interaction(Fields& f, Scenario& s) {
           kNotInModel);
 }
 
-void describe_expected(Fields& f, Scenario& s) {
-  f.field("tolerance_m", s.expected_tolerance_m, positive("m"),
-          "Largest distance from the expected position.", kNotInModel);
-  f.section(
-      "parts", "Expected pose of each part, by name.",
-      [&] {
-        Pose any;
-        if (f.informing()) f.pose("*", any, "Pose in the world.", kNotInModel);
-        if (f.reading()) {
-          for (const ScenarioPart& part : s.parts) {
-            const bool given = f.has(part.name);
-            Pose X_WB;
-            f.pose(part.name.c_str(), X_WB, "");
-            if (given) s.expected.push_back({part.name, X_WB});
-          }
-        } else if (f.writing()) {
-          for (ExpectedPose& expected : s.expected)
-            f.pose(expected.part.c_str(), expected.X_WB, "", kAlwaysWritten);
-        }
-      },
-      kNotInModel);
-}
-
 void describe_sleeping(Fields& f, ScenarioSleeping& s) {
   using Method = ScenarioSleeping::Method;
   f.field(
@@ -420,7 +397,9 @@ void describe(Fields& f, Scenario& s) {
   f.list("report_at", s.report_at, "Instants whose poses and forces go into the report.",
          "a list of {name, time_s}", kNotInModel);
   f.section(
-      "expected", "Where parts must be at the end.", [&] { describe_expected(f, s); }, kNotInModel);
+      "expected", "Where parts must be at the end.",
+      [&] { describe_expected(f, s.expected, s.expected_tolerance_m, f.name_of({"parts"}, "").names); },
+      kNotInModel);
   describe_assertions(f, s);
 }
 

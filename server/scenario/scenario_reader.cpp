@@ -9,14 +9,30 @@
 #include "idl/common/text.h"
 #include "server/fields/fields.h"
 #include "server/scenario/scenario_names.h"
+#include "server/scenario/scenario_writer.h"
 #include "server/simulation/solver/integrator.h"
 
 namespace takt {
 
 namespace {
 
+/// Whether the entries of a section have names that the user chooses.
+bool has_entries(const std::string& section) {
+  const KeyInfo info = scenario_info();
+  const auto found = std::find_if(info.items.begin(), info.items.end(),
+                                  [&](const KeyInfo& item) { return item.key == section; });
+  return found != info.items.end() && !found->items.empty() && found->items.front().key == "*";
+}
+
+std::vector<std::string> keys_of(const YAML::Node& map) {
+  std::vector<std::string> keys;
+  for (const auto& entry : map) keys.push_back(entry.first.as<std::string>(std::string()));
+  return keys;
+}
+
 // --set: replaces one value of the tree. Missing keys are created; the reader later refuses unknown ones.
-void apply_override(YAML::Node& root, const std::string& text, YamlSource& source) {
+void apply_override(YAML::Node& root, const std::string& text, const ScenarioOptions& options,
+                    YamlSource& source) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0) {
     throw ScenarioError("--set " + text +
@@ -32,6 +48,11 @@ void apply_override(YAML::Node& root, const std::string& text, YamlSource& sourc
   std::vector<std::string> keys;
   std::stringstream stream(key);
   for (std::string part; std::getline(stream, part, '.');) keys.push_back(part);
+  const YAML::Node group = std::as_const(root)[keys.front()];
+  if (keys.size() > 2 && has_entries(keys.front()) && !(group.IsMap() && group[keys[1]].IsDefined()))
+    throw ScenarioError("--set " + text + ": found '" + keys[1] + "'; allowed: an entry of " + keys.front() +
+                        " in the scenario" + (group.IsMap() ? ": " + list_names(keys_of(group)) : "") +
+                        "; a new one is given whole, --set '" + keys.front() + "." + keys[1] + "={...}'");
   YAML::Node node = root;
   for (std::size_t i = 0; i + 1 < keys.size(); ++i) {
     YAML::Node next = node[keys[i]];
@@ -42,7 +63,8 @@ void apply_override(YAML::Node& root, const std::string& text, YamlSource& sourc
     node.reset(next);
   }
   node[keys.back()] = value;
-  source.overridden.insert(key);
+  const auto option = options.option_of.find(key);
+  source.overridden[key] = option == options.option_of.end() ? "--set" : option->second;
 }
 
 /// Names are unique among components, robots and devices, and members of processes exist.
@@ -99,8 +121,9 @@ void choose_solver(const YamlSource& source, Scenario& scenario) {
     std::string allowed;
     for (const std::string_view name : solver_names())
       if (!solver_is_explicit(name)) allowed.append(allowed.empty() ? "" : ", ").append(name);
-    throw ScenarioError(source.file.string() + ": solver.method: found '" + scenario.solver +
-                        "' on the command line; allowed at level of detail 3: " + allowed +
+    const std::string option = source.overridden.at("solver.method");
+    throw ScenarioError(option + (option == "--set" ? ": solver.method" : "") + ": found '" +
+                        scenario.solver + "'; allowed at level of detail 3: " + allowed +
                         ". Explicit methods cannot follow surface contact.");
   }
   const auto take_over = [&](Scenario::LevelSolver& own, bool all) {
@@ -145,21 +168,15 @@ void find_odd_angles(const YAML::Node& node, const std::string& path, const std:
 
 }  // namespace
 
+void fail(const Scenario& scenario, const std::string& key, const std::string& found,
+          const std::string& allowed) {
+  throw ScenarioError(scenario.file.string() + ": " + key + ": found " + found + "; allowed: " + allowed);
+}
+
 Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions& options) {
-  std::error_code unknown;
-  if (std::filesystem::is_directory(file, unknown))
-    throw ScenarioError(file.string() + ": a directory; a scenario is a file, NAME.yaml");
   YamlSource source{file, {}};
-  YAML::Node root;
-  try {
-    root = YAML::LoadFile(file.string());
-  } catch (const YAML::BadFile&) {
-    throw ScenarioError(file.string() + ": the scenario file cannot be opened");
-  } catch (const YAML::ParserException& error) {
-    throw ScenarioError(file.string() + ":" + std::to_string(error.mark.line + 1) + ":" +
-                        std::to_string(error.mark.column + 1) + ": not valid YAML: " + error.msg);
-  }
-  for (const std::string& text : options.overrides) apply_override(root, text, source);
+  YAML::Node root = load_yaml(file);
+  for (const std::string& text : options.overrides) apply_override(root, text, options, source);
 
   Scenario scenario;
   scenario.file = file;

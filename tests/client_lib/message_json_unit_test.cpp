@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "client_lib/recording/signal_table.h"
 #include "takt_msgs.h"
 
 namespace takt::test {
@@ -118,6 +119,14 @@ TEST(MessageFits, OtherCountsAndIndicesDoNotFit) {
   EXPECT_TRUE(fits(contacts, cell, cell));
   contacts.contacts[0].base = -1;  // of a contact both are there
   EXPECT_FALSE(fits(contacts, cell, cell));
+}
+
+TEST(SignalTable, TheFirstInstantGivesTheColumns) {
+  recording::SignalTable table;
+  nlohmann::json instant = {{"time", 0.1}, {"a", {{"x", 1.0 / 3.0}, {"held", true}}}, {"b", nullptr}};
+  EXPECT_EQ(table.lines(instant), "time,a.held,a.x,b\n0.1,1,0.3333333333333333,\n");
+  instant = {{"time", 0.2}, {"b", "Table"}, {"c", 4}};
+  EXPECT_EQ(table.lines(instant), "0.2,,,Table\n");
 }
 
 }  // namespace

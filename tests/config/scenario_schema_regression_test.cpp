@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "server/fields/expected_poses.h"
 #include "server/geometry/convex/decomposition_cache.h"
 #include "server/headless/scenario_schema.h"
 #include "server/scenario/scenario_builder.h"
@@ -65,6 +66,38 @@ std::vector<std::filesystem::path> shipped() {
 
 INSTANTIATE_TEST_SUITE_P(Shipped, WrittenScenario, testing::ValuesIn(shipped()),
                          [](const auto& file) { return file.param.stem().string(); });
+
+// What `takt check` compares with is read alone, by the same tables.
+TEST(ScenarioWriter, ExpectedPosesOfAWrittenFileAreReadAlone) {
+  ScenarioOptions options;
+  options.overrides = {
+      "expected.parts.P={position_m: [1, 2, 3], quaternion_xyzw: [0.1, 0.2, 0.3, 0.9273618495495703]}"};
+  const Scenario scenario = read_scenario(TAKT_CONFIG_DIR "/scenarios/block_assembly.yaml", options);
+  const test::TemporaryDirectory directory;
+  const std::string text = write_scenario(scenario, directory.path());
+  EXPECT_NE(text.find("rotation_matrix"), std::string::npos);
+  const std::filesystem::path file = directory.path() / "written.yaml";
+  std::ofstream(file) << text;
+  const ExpectedPoses expected = read_expected(file);
+  EXPECT_EQ(expected.tolerance_m, scenario.expected_tolerance_m);
+  ASSERT_EQ(expected.parts.size(), scenario.expected.size());
+  for (std::size_t i = 0; i < expected.parts.size(); ++i) {
+    EXPECT_EQ(expected.parts[i].part, scenario.expected[i].part);
+    EXPECT_EQ(expected.parts[i].X_WB.p, scenario.expected[i].X_WB.p);
+    EXPECT_EQ(expected.parts[i].X_WB.R, scenario.expected[i].X_WB.R);
+  }
+  std::ofstream(file) << "takt_scenario: 1\nexpected: {parts: {P: {position_m: [0, 0]}}}\n";
+  try {
+    read_expected(file);
+    ADD_FAILURE() << "a position of two numbers";
+  } catch (const ScenarioError& error) {
+    const std::string sentence = error.what();
+    EXPECT_NE(sentence.find("written.yaml:2:"), std::string::npos) << sentence;
+    EXPECT_NE(sentence.find("expected.parts.P.position_m: found "), std::string::npos) << sentence;
+  }
+  std::ofstream(file) << "takt_scenario: 1\n";
+  EXPECT_THROW(read_expected(file), ScenarioError);
+}
 
 }  // namespace
 }  // namespace takt

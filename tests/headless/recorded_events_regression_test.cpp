@@ -43,5 +43,30 @@ TEST(RecordedEvents, EventsComeOnceAndInTheirOwnStep) {
   EXPECT_EQ(found, wanted);
 }
 
+// The last status is of the same run: its times and rates are those of the report.
+TEST(RecordedStatus, RatesAreThoseOfTheReport) {
+  TemporaryDirectory directory;
+  const std::string recording = directory.path() / "run.mcap", file = directory.path() / "run.json";
+  ChildProcess run({TAKT_BIN_DIR "/takt-run", "run", TAKT_CONFIG_DIR "/scenarios/contact/sliding_block.yaml",
+                    "--duration", "0.3", "--pace", "realtime", "--factor", "2", "--quiet", "--mcap",
+                    recording, "--report", file});
+  ASSERT_EQ(run.wait(), 0) << run.text;
+  std::ifstream in(file);
+  const nlohmann::json report = nlohmann::json::parse(in);
+  recording::McapReader reader(recording);
+  recording::Json status;
+  reader.read([&](const recording::McapMessage& message) {
+    if (message.channel->type == "takt_msgs/msg/Status")
+      status = recording::to_json(reader.types(), message.channel->type, message.sample);
+    return true;
+  });
+  for (const char* name : {"time", "wall_time", "real_time_factor", "computation_ratio", "step"})
+    EXPECT_EQ(status.at(name).get<double>(), report.at(name).get<double>()) << name;
+  EXPECT_EQ(status.at("pace_factor"), 2.0);
+  EXPECT_LE(report.at("real_time_factor").get<double>(), 2.1);
+  // Waiting for the next step takes no computation.
+  EXPECT_LT(report.at("computation_ratio").get<double>(), report.at("wall_time").get<double>() / 0.3);
+}
+
 }  // namespace
 }  // namespace takt::test

@@ -3,10 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <string>
 #include <vector>
 
 #include "tests/support/child_process.h"
+#include "tests/support/temporary_directory.h"
 
 namespace takt::test {
 namespace {
@@ -105,6 +109,63 @@ TEST(RunArguments, AnUnknownCommandListsThoseThereAre) {
   EXPECT_THAT(output_of({"x.yaml", "--quiet"}, 2),
               AllOf(HasSubstr("There is no command 'x.yaml'."), HasSubstr("use 'takt-run run x.yaml'.")));
   EXPECT_THAT(output_of({}, 2), HasSubstr("A subcommand is required"));
+}
+
+TEST(RunArguments, OptionsWithoutEffectAreRefused) {
+  const auto refused = [](std::vector<std::string> options) {
+    options.insert(options.begin(), {"run", kSlidingBlock, "--duration", "0.01"});
+    return output_of(options, 2);
+  };
+  EXPECT_THAT(
+      refused({"--picture", "x.png@1"}),
+      HasSubstr(
+          "--picture: found 'x.png@1'; allowed: FILE.png@T with T from 0 s to the end of the run, 0.01 s"));
+  EXPECT_THAT(refused({"--picture", "x.jpg@0"}), HasSubstr("found 'x.jpg@0'; allowed: FILE.png@T"));
+  EXPECT_THAT(refused({"--factor", "2"}), HasSubstr("--factor: found in pace free"));
+  EXPECT_THAT(refused({"--csv-period", "1"}), HasSubstr("--csv-period requires --csv"));
+  EXPECT_THAT(refused({"--mcap-period", "1"}), HasSubstr("--mcap-period requires --mcap"));
+  EXPECT_THAT(refused({"--picture-view", "0,0,0:1,1,1"}), HasSubstr("--picture-view requires --picture"));
+}
+
+TEST(RunArguments, ErrorsNameTheOptionThatWasGiven) {
+  EXPECT_THAT(output_of({"run", kSlidingBlock, "--solver", "euler"}, 2),
+              HasSubstr("takt-run: --solver: found 'euler'; allowed: "));
+  EXPECT_THAT(output_of({"run", kSlidingBlock, "--lod", "3", "--solver", "rk4"}, 2),
+              HasSubstr("takt-run: --solver: found 'rk4'; allowed at level of detail 3: "));
+  EXPECT_THAT(output_of({"run", kSlidingBlock, "--set", "solver.method=euler"}, 2),
+              HasSubstr("--set: solver.method: found 'euler'; allowed: "));
+  EXPECT_THAT(
+      output_of({"run", kSlidingBlock, "--set", "parts.Nope.mass_kg=1"}, 2),
+      AllOf(
+          HasSubstr("--set parts.Nope.mass_kg=1: found 'Nope'; allowed: an entry of parts in the scenario: "),
+          HasSubstr("Slab"), HasSubstr("--set 'parts.Nope={...}'")));
+  EXPECT_THAT(output_of({"run", kSlidingBlock, "--duration", "x"}, 2),
+              AllOf(HasSubstr("takt-run run: --duration: found 'x'; allowed: "),
+                    HasSubstr("'takt-run run --help' lists what is allowed.")));
+  EXPECT_THAT(output_of({"compare", "no/such.json", "b.json"}, 2),
+              HasSubstr("no/such.json: cannot be read: No such file or directory"));
+}
+
+TEST(RunArguments, WritingAScenarioReplacesNoFileUnasked) {
+  const TemporaryDirectory directory;
+  const std::string file = directory.path() / "new.yaml";
+  output_of({"write-scenario", kSlidingBlock, file}, 0);
+  const auto text = [&] {
+    std::ifstream in(file);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  const std::string written = text();
+  const auto schema =
+      std::filesystem::path(TAKT_CONFIG_DIR "/scenarios/scenario.schema.json").lexically_normal();
+  EXPECT_TRUE(written.starts_with("# yaml-language-server: $schema=" +
+                                  schema.lexically_relative(directory.path()).string() + "\ntakt_scenario: "))
+      << written;
+  EXPECT_THAT(
+      output_of({"write-scenario", file, file, "--step", "0.002"}, 2),
+      HasSubstr("new.yaml: the file exists; allowed: the name of a new file, or --force to replace it"));
+  EXPECT_EQ(text(), written);
+  output_of({"write-scenario", file, file, "--step", "0.002", "--force"}, 0);
+  EXPECT_NE(text(), written);
 }
 
 }  // namespace

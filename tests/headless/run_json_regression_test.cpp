@@ -15,7 +15,7 @@ TEST(RunJson, TheReportIsAllThatIsPrinted) {
   EXPECT_EQ(run.wait(), 0) << run.text;
   const nlohmann::json report = nlohmann::json::parse(run.text, nullptr, false);
   ASSERT_TRUE(report.is_object()) << run.text;
-  EXPECT_NEAR(report.at("simulated_time").get<double>(), 0.05, 1e-3);
+  EXPECT_NEAR(report.at("time").get<double>(), 0.05, 1e-3);
   EXPECT_FALSE(report.at("scenario").get<std::string>().empty());
 }
 

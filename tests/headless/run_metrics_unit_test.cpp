@@ -48,7 +48,7 @@ ReportedRun run(int level, std::vector<std::string> overrides = {}, double durat
     if (s.step_index() % 8 == 0) done.energy_J[snapshot.time_s] = robot.power.electrical_energy_J;
   });
   EXPECT_EQ(result.fault, "");
-  const RunInfo info{scenario.initial_solver(), level, "free", {}, {}};
+  const RunInfo info{scenario.initial_solver(), level, Pace::free, {}, {}};
   done.report = Json::parse(report_json(scenario, simulation.description(), info, result));
   std::ostringstream page;
   write_html(page, scenario, simulation.description(), info, result);
@@ -66,14 +66,14 @@ const ReportedRun& dynamic() {
 }
 
 TEST(RunMetrics, LargestLoadsEqualThoseOfAnObserver) {
-  const Json& joint = dynamic().report["process"]["robots"]["Robot2"]["joints"][1];
+  const Json& joint = dynamic().report["process"]["robots"]["Robot2"]["joints"]["shoulder_lift_joint"];
   EXPECT_EQ(joint["largest_speed"].get<double>(), dynamic().largest_speed);
-  EXPECT_EQ(joint["largest_torque"].get<double>(), dynamic().largest_torque);
+  EXPECT_EQ(joint["largest_effort"].get<double>(), dynamic().largest_torque);
   EXPECT_GT(dynamic().largest_torque, 10.0);
   // Kinematic robots are evaluated every 10 ms and have no torques.
-  const Json& slower = kinematic().report["process"]["robots"]["Robot2"]["joints"][1];
+  const Json& slower = kinematic().report["process"]["robots"]["Robot2"]["joints"]["shoulder_lift_joint"];
   EXPECT_NEAR(slower["largest_speed"].get<double>(), kinematic().largest_speed, 0.01);
-  EXPECT_FALSE(slower.contains("largest_torque"));
+  EXPECT_FALSE(slower.contains("largest_effort"));
 }
 
 TEST(RunMetrics, MarginsAreSharesOfTheLimitsOfTheUrdf) {
@@ -99,13 +99,14 @@ TEST(RunMetrics, StepsHaveTheirTimesAndTheirEnergy) {
     if (step["robot"] != "Robot2") continue;
     ++of_robot2;
     const double begin_s = step["begin"], end_s = step["end"];
-    const double energy_J = step["energy"]["Robot2"];
+    const double energy_J = step["electrical_energy"]["Robot2"];
     sum_J += energy_J;
     const auto at = [&](double t) { return std::prev(dynamic().energy_J.upper_bound(t + 1e-6))->second; };
     EXPECT_NEAR(energy_J, at(end_s) - at(begin_s), 0.05) << step["name"];  // 10 ms at some 100 W are 1 J
   }
   EXPECT_EQ(of_robot2, 1);  // C into B, until the end of these 12 s
-  EXPECT_NEAR(sum_J, dynamic().report["energy"]["consumers"]["Robot2"]["energy"].get<double>(), 1e-9);
+  EXPECT_NEAR(sum_J, dynamic().report["power"]["consumers"]["Robot2"]["electrical_energy"].get<double>(),
+              1e-9);
 }
 
 TEST(RunMetrics, AProgramWithoutStepsIsReportedByItsCalls) {
@@ -162,9 +163,9 @@ TEST(Comparison, TheLowerLevelIsEnoughWhileTheHigherOneAddsNothing) {
 
 TEST(Comparison, DifferencesAreListedTheLargestFirst) {
   Json changed = dynamic().report;
-  double& energy = *changed["process"]["consumers"]["Robot1"]["energy"].get_ptr<double*>();
+  double& energy = *changed["process"]["consumers"]["Robot1"]["electrical_energy"].get_ptr<double*>();
   energy *= 1.2;
-  changed["components"]["C"]["position"][2] = changed["components"]["C"]["position"][2].get<double>() + 0.01;
+  *changed["components"]["C"]["position"]["z"].get_ptr<double*>() += 0.01;
   changed["connection_changes"].back()["to"] = "Table2";
   Comparison found = compare_reports(dynamic().report, changed, {});
   ASSERT_GE(found.differences.size(), 2U);

@@ -75,7 +75,8 @@ BEGIN {
   may["client_lib/render/"] = plant " client_lib/render/"
   may["client_lib/recording/"] = "idl/common/ client_lib/recording/ GENERATED"
   may["client_lib/"] = plant " client_lib/ idl/transport/ idl/ GENERATED"
-  may["client_lib/tools/"] = "idl/command_line/ " may["client_lib/"]  # its end says GENERATED
+  # takt check reads a section of scenario files.
+  may["client_lib/tools/"] = "idl/command_line/ server/fields/expected_poses.h " may["client_lib/"]  # its end says GENERATED
   may["idl/command_line/"] = "idl/common/ idl/command_line/"
   may["idl/transport/"] = "idl/common/ idl/transport/"
   may["idl/"] = "idl/ GENERATED"
@@ -98,7 +99,7 @@ BEGIN {
   library("SUNDIALS", "cvode/ arkode/ ida/ sundials/ sunlinsol/ sunmatrix/ sunnonlinsol/ nvector/", "server/simulation/", "server/", 1)
   library("tinyxml2", "tinyxml2.h", "server/scenario/", "server/", 1)
   library("utf8cpp", "utf8cpp/", "idl/common/", "", 0)
-  library("yaml-cpp", "yaml-cpp/", "server/fields/ server/scenario/ client_lib/recording/ client_lib/tools/ tests/", "", 0)
+  library("yaml-cpp", "yaml-cpp/", "server/fields/ server/scenario/ client_lib/recording/ tests/", "", 0)
   library("Lua", "lua.h lua.hpp lauxlib.h lualib.h", "client_lib/controller/ tests/", "", 0)
   library("libpng", "png.h", "client_lib/render/ tests/", "", 0)
   library("CLI11", "CLI/", "server/server_main.cpp server/tools/ idl/command_line/ client_lib/tools/ client_lib/examples/ config/ tests/", "", 0)

@@ -123,7 +123,7 @@ TEST(CheckedPrograms, AGripperDrivenIntoTheTableIsReported) {
   const auto& last = report["collisions"][5];
   EXPECT_EQ(last["kind"], "clearance_restored");
   EXPECT_NEAR(last["depth"].get<double>(), 0.003, 1e-4);
-  EXPECT_NEAR(last["position"][2].get<double>(), 0.7 - 0.0015, 1e-4);
+  EXPECT_NEAR(last["position"]["z"].get<double>(), 0.7 - 0.0015, 1e-4);
 }
 
 }  // namespace

@@ -4,39 +4,15 @@
 #include <memory>
 #include <stdexcept>
 
-#include "client_lib/recording/json_text.h"
+#include "client_lib/recording/signal_table.h"
 #include "client_lib/tools/takt/commands.h"
 #include "client_lib/tools/takt/sample_json.h"
-#include "idl/common/text.h"
 
 namespace takt::tool {
 namespace {
 
 /// A person ends a recording without an end.
 constexpr Seconds kForever{1.0e9};
-
-/// Of one state: the names of all columns, or their values (17 digits: the number that was simulated).
-std::string line_of(const State& state, bool names) {
-  auto document = json_of(state);
-  std::string line = names ? "time" : number_text(state.time, 9);
-  for (const char* other : {"time", "stamp", "applied", "scenario_generation"}) document.erase(other);
-  for (auto& robot : document["robots"])
-    robot.erase("motor_power");  // comes and goes with the level of detail
-  recording::for_each_leaf(document, [&](const std::string& name, const nlohmann::json& value) {
-    char digits[32] = "";
-    if (value.is_number_float()) std::snprintf(digits, sizeof digits, "%.17g", value.get<double>());
-    line += ",";
-    if (names)
-      line += name;
-    else if (value.is_boolean())
-      line += value.get<bool>() ? "1" : "0";
-    else if (value.is_string())
-      line += value.get<std::string>();
-    else if (!value.is_null())
-      line += *digits != '\0' ? digits : value.dump();
-  });
-  return line;
-}
 
 }  // namespace
 
@@ -54,12 +30,14 @@ int record_csv(const Common& common, const RecordOptions& options) {
   const std::uint32_t epoch = state.epoch;
   double end_s = options.duration_s ? start_s + *options.duration_s : 1.0e300;
   if (options.until_s) end_s = std::min(end_s, *options.until_s);
-  std::fprintf(file.get(), "%s\n", line_of(state, true).c_str());
+  recording::SignalTable table;
   std::uint64_t rows = 0;
   double latest_row_s = start_s;
   int code = kOk;
   for (double k = 0.0;;) {
-    std::fprintf(file.get(), "%s\n", line_of(state, false).c_str());
+    auto instant = json_of(state);
+    for (const char* other : {"stamp", "applied", "scenario_generation"}) instant.erase(other);
+    std::fputs(table.lines(instant).c_str(), file.get());
     if (std::fflush(file.get()) != 0)
       throw std::runtime_error("The file '" + options.file + "' cannot be written on.");
     latest_row_s = state.time;

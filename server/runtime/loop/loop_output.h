@@ -55,6 +55,9 @@ struct LoopStatus {
   FixedString<1024> fault;
 };
 
+/// What the simulation says of itself: instant, work so far, levels of detail (status_publisher.cpp).
+void fill(LoopStatus& status, const Simulation& simulation);
+
 struct PublishedSnapshot {
   Snapshot snapshot;
   std::uint64_t number = 0;  ///< counts publications; see RunLoop::snapshot_written()

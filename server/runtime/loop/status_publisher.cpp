@@ -13,6 +13,23 @@ Quantiles quantiles(const DurationHistogram& histogram) {
 
 }  // namespace
 
+void fill(LoopStatus& status, const Simulation& simulation) {
+  status.time_s = simulation.time_s();
+  status.step = simulation.step_index();
+  status.epoch = simulation.epoch();
+  const SimulationStatistics& statistics = simulation.statistics();
+  status.mpr_calls = statistics.mpr_calls;
+  status.mpr_skipped = statistics.mpr_skipped;
+  status.solver.assign(simulation.solver().name);
+  status.solver_steps = statistics.solver.steps;
+  status.solver_rejected_steps = statistics.solver.rejected_steps;
+  status.contact_calls = simulation.contact_counts();
+  status.process_count = static_cast<std::uint32_t>(
+      std::min(simulation.description().processes.size(), status.process_levels.size()));
+  for (std::size_t p = 0; p < status.process_count; ++p)
+    status.process_levels[p] = simulation.process_level(p);
+}
+
 void StatusPublisher::restart() {
   step_time_.clear();
   rate_count_ = 0;
@@ -25,7 +42,6 @@ void StatusPublisher::publish_if_due() {
 void StatusPublisher::publish() {
   const std::int64_t now_ns = monotonic_now_ns();
   const Simulation& simulation = loop_.simulation;
-  const CellDescription& cell = loop_.cell();
   LoopOutput& output = loop_.output;
   if (now_ns >= due_ns_) {
     due_ns_ = now_ns + kInterval_ns;
@@ -38,9 +54,7 @@ void StatusPublisher::publish() {
     lost_reported_ = output.events.lost();
   }
   LoopStatus& status = output.status.write_buffer();
-  status.time_s = simulation.time_s();
-  status.step = simulation.step_index();
-  status.epoch = simulation.epoch();
+  fill(status, simulation);
   status.state = loop_.state;
   status.pace = loop_.pace;
   status.pace_factor = loop_.factor;
@@ -61,18 +75,7 @@ void StatusPublisher::publish() {
   status.command_latency = quantiles(intake_.latency());
   status.commands_applied = intake_.applied();
   status.commands_rejected = barrier_.refused();
-  const SimulationStatistics& statistics = simulation.statistics();
-  status.mpr_calls = statistics.mpr_calls;
-  status.mpr_skipped = statistics.mpr_skipped;
-  status.solver.assign(simulation.solver().name);
-  status.solver_steps = statistics.solver.steps;
-  status.solver_rejected_steps = statistics.solver.rejected_steps;
   status.contact_pairs = contact_pairs_;
-  status.contact_calls = simulation.contact_counts();
-  status.process_count =
-      static_cast<std::uint32_t>(std::min(cell.processes.size(), status.process_levels.size()));
-  for (std::size_t p = 0; p < status.process_count; ++p)
-    status.process_levels[p] = simulation.process_level(p);
   const auto waiting = barrier_.waiting_for();
   std::copy(waiting.begin(), waiting.end(), status.waiting_for.begin());
   status.waiting_count = static_cast<std::uint32_t>(waiting.size());

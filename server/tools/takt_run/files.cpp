@@ -58,20 +58,39 @@ void declare_check_mesh(CLI::App& app, int& result) {
       [a, &result] { result = print_mesh_check(std::cout, a->file, a->mesh) ? kDone : kUsage; });
 }
 
+/// The line that names the schema of a scenario for editors, for a file in `folder`: that of another file, or that of a
+/// schema beside it.
+std::string schema_line(const std::string& scenario, const std::filesystem::path& folder) {
+  const std::string begin = "# yaml-language-server: $schema=";
+  std::string line;
+  std::getline(std::ifstream(scenario) >> std::ws, line);
+  if (!line.starts_with(begin)) return begin + "scenario.schema.json\n";
+  const std::filesystem::path schema = line.substr(begin.size());
+  if (schema.is_absolute() || line.find("://") != std::string::npos) return line + "\n";
+  const auto file = std::filesystem::absolute(scenario).parent_path() / schema;
+  return begin + file.lexically_normal().lexically_relative(folder.lexically_normal()).string() + "\n";
+}
+
 void declare_write_scenario(CLI::App& app) {
   struct Arguments {
     ScenarioArguments scenario;
     std::string file;
+    bool force = false;
   };
   const auto a = std::make_shared<Arguments>();
   auto* command = app.add_subcommand("write-scenario",
                                      "write a scenario as a new file, with the values that options set");
   a->scenario.declare(*command);
   command->add_option("FILE", a->file, "scenario file to write (YAML)")->required();
+  command->add_flag("--force", a->force, "replace FILE if it exists");
   command->footer("\nExample:\n  takt-run write-scenario cell.yaml heavy.yaml --set parts.P.mass_kg=4");
   command->callback([a] {
-    const auto folder = std::filesystem::path(a->file).parent_path();
-    const std::string text = write_scenario(read_scenario(a->scenario.file, a->scenario.options), folder);
+    const Scenario scenario = read_scenario(a->scenario.file, a->scenario.options);
+    if (!a->force && std::filesystem::exists(a->file))
+      throw ScenarioError(a->file +
+                          ": the file exists; allowed: the name of a new file, or --force to replace it");
+    const auto folder = std::filesystem::absolute(a->file).parent_path();
+    const std::string text = schema_line(a->scenario.file, folder) + write_scenario(scenario, folder);
     write_file(a->file, [&](std::ostream& out) { out << text; });
   });
 }
@@ -101,8 +120,9 @@ void ScenarioArguments::declare(CLI::App& command) {
   command.add_option("--lod", options.level_of_detail, "level of detail of every process")
       ->check(command_line::whole_number_from(1, 3));
   const auto replace = [&](const char* option, const std::string& key, const std::string& help) {
-    const auto add = [this, key](const std::string& value) {
+    const auto add = [this, option, key](const std::string& value) {
       options.overrides.push_back(key + "=" + value);
+      options.option_of[key] = option;
     };
     return command.add_option_function<std::string>(option, add, help);
   };

@@ -25,7 +25,7 @@ unusable mesh or damaged log; 3 the run reached its end and an assertion of the 
 
 int run(int argc, char** argv) {
   namespace tool = takt::tool;
-  CLI::App app{"Simulate scenarios headless in one process, compare and vary them."};
+  CLI::App app{"Simulate scenarios headless in one process, compare and vary them.", "takt-run"};
   app.set_version_flag("--version", std::string("takt-run ") + takt_build_info());
   app.require_subcommand(1);
   int result = tool::kDone;
@@ -34,6 +34,7 @@ int run(int argc, char** argv) {
   tool::declare_replay(app, result);
   tool::declare_files(app, result);
   app.footer(kFooter);  // commands inherit the settings present at their declaration
+  app.failure_message(takt::command_line::failure);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -27,7 +27,7 @@ namespace {
 struct RunArguments {
   ScenarioArguments scenario;
   McapRecordingOptions recording;
-  std::string program, report, html, junit, csv, mcap, mcap_compression = "zstd", picture_view;
+  std::string pace = "free", program, report, html, junit, csv, mcap, mcap_compression = "zstd", picture_view;
   std::vector<std::string> pictures;
   std::optional<double> duration_s, csv_period_s, mcap_period_s;
   int threads = 1;
@@ -43,14 +43,16 @@ struct Picture {
   std::uint64_t step = 0;
 };
 
-std::vector<Picture> requested_pictures(const RunArguments& a, double step_s) {
+std::vector<Picture> requested_pictures(const RunArguments& a, double step_s, double duration_s) {
   std::vector<Picture> pictures;
   for (const std::string& text : a.pictures) {
     const std::size_t at = text.rfind('@');
     const auto time_s = at == std::string::npos ? std::nullopt : finite_number(text.substr(at + 1));
-    if (!time_s || *time_s < 0.0 || at == 0)
+    if (!time_s || *time_s < 0.0 || *time_s > duration_s + 0.5 * step_s ||
+        !std::string_view(text).substr(0, at).ends_with(".png"))
       throw ScenarioError("--picture: found '" + text +
-                          "'; allowed: FILE.png@T with T in seconds, e.g. cell.png@9.8");
+                          "'; allowed: FILE.png@T with T from 0 s to the end of the run, " +
+                          number_text(duration_s, 9) + " s");
     pictures.push_back({text.substr(0, at), period_boundary_step(1, *time_s, step_s)});
   }
   return pictures;
@@ -74,7 +76,7 @@ void record_events(McapRecording& recording, const Simulation& s) {
 }
 
 StepPacer make_pacer(const RunArguments& a) {
-  if (a.recording.pace == "free") return {};
+  if (a.recording.pace == Pace::free) return {};
   using Clock = std::chrono::steady_clock;
   return [begin = Clock::now(), factor = a.recording.factor](double time_s) {
     std::this_thread::sleep_until(
@@ -116,7 +118,7 @@ int run(const RunArguments& a) {
     recording.compression = recording::compression_named(a.mcap_compression).value();
     mcap.emplace(a.mcap, simulation, recording);
   }
-  const std::vector<Picture> pictures = requested_pictures(a, cell->step_s);
+  const std::vector<Picture> pictures = requested_pictures(a, cell->step_s, options.duration_s);
   const std::optional<PictureView> view = picture_view(a);
   progress.emplace(a.quiet, options.duration_s);
   StepObserver observer;
@@ -139,7 +141,7 @@ int run(const RunArguments& a) {
   if (mcap) {
     if (!simulation.fault().empty())
       mcap->record(to_message(fault_record(simulation), simulation.description()));
-    mcap->close();
+    mcap->close(simulation, result);
   }
 
   const RunInfo info{scenario.initial_solver(), cell->description.level_of_detail, a.recording.pace,
@@ -178,7 +180,7 @@ void declare_run(CLI::App& app, int& result) {
   };
   const auto positive = command_line::positive();
   option("--duration", a.duration_s, "simulated time (s); default: the scenario's")->check(positive);
-  option("--pace", a.recording.pace, "free (as fast as possible) or realtime")
+  option("--pace", a.pace, "free (as fast as possible) or realtime")
       ->check(CLI::IsMember({"free", "realtime"}));
   option("--factor", a.recording.factor, "simulated seconds per second in realtime pace")->check(positive);
   option("--program", a.program, "controller program in place of the scenario's");
@@ -198,6 +200,12 @@ void declare_run(CLI::App& app, int& result) {
   add_repeatable(*command, "--picture", a.pictures, "FILE.png@T", "a picture of the cell at the time T (s)");
   option("--picture-view", a.picture_view, "where pictures are taken from, and their middle (m)")
       ->option_text("X,Y,Z:X,Y,Z");
+  for (const auto& [of, dependent] : {std::pair{"--csv", "--csv-period"},
+                                      {"--mcap", "--mcap-period"},
+                                      {"--mcap", "--mcap-compression"},
+                                      {"--mcap", "--mcap-pressures"},
+                                      {"--picture", "--picture-view"}})
+    command->get_option(dependent)->needs(of);
   command->add_flag("--stage-times", a.stage_times, "measure the stages of a step");
   command->add_flag("--quiet", a.quiet, "print nothing but errors");
   command->footer(R"(
@@ -208,6 +216,9 @@ Examples:
   takt-run run cell.yaml --picture cell.png@9.8)");
   command->callback([arguments, command, &result] {
     arguments->tolerance = command->count("--tolerance") > 0;
+    arguments->recording.pace = enumerator_of<Pace>(arguments->pace).value();
+    if (command->count("--factor") > 0 && arguments->recording.pace != Pace::realtime)
+      throw ScenarioError("--factor: found in pace free, which has none; allowed: with --pace realtime");
     result = run(*arguments);
   });
 }
